@@ -1,0 +1,20 @@
+find_package(Threads REQUIRED)
+find_package(TBB REQUIRED)
+find_package(glm REQUIRED)
+find_package(OpenImageIO REQUIRED)
+# Debian's target names OpenCV's headers, which its package does not depend on and nobody needs.
+set_target_properties(OpenImageIO::OpenImageIO PROPERTIES
+  INTERFACE_INCLUDE_DIRECTORIES "${OpenImageIO_INCLUDE_DIR}")
+find_package(nlohmann_json REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
+pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
+
+# Debian's OpenVDB has no package configuration file, and its find module wants more than is needed.
+find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h REQUIRED)
+find_library(OPENVDB_LIBRARY openvdb REQUIRED)
+find_package(Imath REQUIRED)
+add_library(psivox_openvdb INTERFACE)
+target_include_directories(psivox_openvdb SYSTEM INTERFACE "${OPENVDB_INCLUDE_DIR}")
+target_link_libraries(psivox_openvdb INTERFACE "${OPENVDB_LIBRARY}" Imath::Imath TBB::tbb)

@@ -1,0 +1,28 @@
+# Flags and components. A component is a folder of src/ compiled on its own, with the packages it
+# may use: OpenVDB in vdb, OpenImageIO in image, GL in gl. tests/check_includes.sh enforces what
+# include paths cannot.
+add_library(psivox_flags INTERFACE)
+target_compile_features(psivox_flags INTERFACE cxx_std_20)
+target_compile_options(psivox_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wshadow
+  # rounding is what a study measures: no contraction into fused multiply-adds, as no -ffast-math
+  -ffp-contract=off)
+target_compile_definitions(psivox_flags INTERFACE
+  PSIVOX_VERSION="${PROJECT_VERSION}")
+if(PSIVOX_SANITIZE)
+  target_compile_options(psivox_flags INTERFACE
+    -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  target_link_options(psivox_flags INTERFACE -fsanitize=address,undefined)
+endif()
+
+# psivox_component(NAME SOURCES files... USES targets...)
+function(psivox_component name)
+  cmake_parse_arguments(arg "" "" "SOURCES;USES" ${ARGN})
+  add_library(psivox_${name} OBJECT ${arg_SOURCES})
+  set_target_properties(psivox_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  target_include_directories(psivox_${name} PRIVATE
+    "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/src" "${PROJECT_BINARY_DIR}/generated")
+  target_link_libraries(psivox_${name} PRIVATE psivox_flags glm::glm ${arg_USES})
+  target_sources(psivox PRIVATE $<TARGET_OBJECTS:psivox_${name}>)
+  target_link_libraries(psivox PRIVATE ${arg_USES})
+endfunction()

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "psivox/field.h"
+#include "psivox/scene.h"
+
+namespace psivox {
+
+/// A brick owns 8^3 cells, so it stores 9^3 values: its 8^3 voxels and an apron on the + side.
+inline constexpr int brick_cells = 8;
+inline constexpr int brick_values = 9;
+inline constexpr int brick_texels = brick_values * brick_values * brick_values;
+
+/// Entries of the page table: the kind in the two top bits, a payload in the rest. What each kind's
+/// payload means is documented in shaders/atlas.glsl, which reads them.
+enum class EntryKind : std::uint32_t { empty = 0, constant = 1, brick = 2, child = 3 };
+
+inline constexpr std::uint32_t entry_payload_bits = 30;
+constexpr std::uint32_t make_entry(EntryKind kind, std::uint32_t payload) {
+  return static_cast<std::uint32_t>(kind) << entry_payload_bits | payload;
+}
+constexpr EntryKind entry_kind(std::uint32_t entry) {
+  return static_cast<EntryKind>(entry >> entry_payload_bits);
+}
+constexpr std::uint32_t entry_payload(std::uint32_t entry) {
+  return entry & ((1u << entry_payload_bits) - 1);
+}
+
+/// What a brick holds, for whoever chooses how to march it. Of the first channel.
+struct BrickStats {
+  float min = 0;
+  float max = 0;
+  float second_difference = 0;  ///< largest |v[i-1] - 2 v[i] + v[i+1]| along the three axes
+};
+
+/// The sparse structure over bricks: a dense top table and, for boxes too large for one, tables of
+/// 8^3 entries below it. A top entry spans 8^levels voxels, an entry of the lowest level one brick.
+struct PageTable {
+  glm::ivec3 min{0};       ///< smallest voxel of entry (0,0,0), a multiple of 8
+  glm::ivec3 top_size{0};  ///< entries of the dense top table, z fastest
+  int levels = 1;
+  std::vector<std::uint32_t> entries;  ///< top table, then the tables of 512
+};
+
+/// Bytes and counts of an atlas; exact, and known before a texel is allocated.
+struct AtlasSize {
+  std::uint64_t textured_bricks = 0;
+  std::uint64_t constant_bricks = 0;  ///< entries; one may span many bricks
+  std::uint64_t page_bytes = 0;
+  std::uint64_t constant_bytes = 0;
+  std::uint64_t texel_bytes = 0;
+  /// What one copy takes, on the host or on the GPU.
+  std::uint64_t bytes() const { return page_bytes + constant_bytes + texel_bytes; }
+};
+
+struct AtlasOptions {
+  TexelType texel = TexelType::float32;
+  /// Largest host + GPU bytes, that is twice AtlasSize::bytes(); 0: no limit.
+  std::uint64_t memory_limit = 0;
+  /// Largest dense top table before another level is put below it.
+  std::uint64_t top_entries = std::uint64_t{1} << 22;
+};
+
+/// A field as bricks: textured where values differ, one constant where they are all equal, nothing
+/// where they are all 0. Values are the grid's own; texels are z fastest, `channels` interleaved.
+struct BrickAtlas {
+  int channels = 1;
+  TexelType texel = TexelType::float32;
+  Box domain;  ///< voxels; cells run from min to max - 1
+  PageTable pages;
+  std::vector<float> constants;    ///< channels each
+  std::vector<BrickStats> bricks;  ///< one a textured brick, in slot order
+  std::unique_ptr<float[]> texels32;          ///< brick_texels * channels a slot, or null
+  std::unique_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
+  AtlasSize size;
+
+  std::size_t texel_count() const { return bricks.size() * brick_texels * std::size_t(channels); }
+};
+
+/// Sizes of the atlas that build_atlas would make.
+AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {});
+
+/// Builds the atlas by walking leaves, in parallel; the result does not depend on the threads.
+/// Bricks include those of absent lower neighbours, which a leaf's tent reaches into.
+/// Throws Error(memory) over the limit, before allocating; Error(input) if a value does not fit
+/// float16.
+BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});
+
+}  // namespace psivox

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "psivox/field.h"
+#include "psivox/scene.h"
+
+namespace psivox {
+
+/// A resolved camera: the orthonormal frame and the half extents of its image plane.
+struct Camera {
+  glm::dvec3 position;
+  glm::dvec3 target;
+  glm::dvec3 right, up, forward;  ///< unit, R = F x up, U = R x F
+  bool orthographic = false;
+  double half_width = 1;   ///< tan(fov/2), or half the ortho width [world units]
+  double half_height = 1;  ///< half_width * H / W
+};
+
+/// A ray: p(t) = origin + t * direction, t in world units from the camera (its plane if
+/// orthographic), direction of unit length. Both in world space.
+struct WorldRay {
+  glm::dvec3 origin;
+  glm::dvec3 direction;
+};
+
+/// The scene's camera for a volume that fills `world_box` (smallest and largest world corner of the
+/// domain): what is unset frames the whole box, looking along -Z. Throws Error(usage) where the
+/// position equals the target, the view is along `up`, or an extent is not positive.
+Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max);
+
+/// Horizontal field of view [degrees]: the scene's fov, else that of its lens.
+double horizontal_fov(const Scene& scene);
+
+/// World bounds of a field's domain.
+void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max);
+
+/// Place of sample i of n inside a pixel, in [0,1)^2 (a Hammersley set; (0.5, 0.5) for n = 1).
+glm::dvec2 pixel_sample(int i, int n);
+
+/// Ray through pixel coordinates (x, y) from the top left; centres are at +0.5.
+WorldRay camera_ray(const Camera& camera, const glm::ivec2& resolution, double x, double y);
+
+/// Rays of a picture in the index space of one grid, as affine functions of the image plane's
+/// normalised coordinates (u, v), u = 2x/W - 1 rightwards, v = 1 - 2y/H upwards, so that single
+/// precision suffices: with w(u,v) = world direction, not normalised, and s = 1/|w|,
+///   direction(u,v) = s * (direction_0 + u direction_u + v direction_v)   [voxels / world unit]
+///   p(t) = anchor_0 + u anchor_u + v anchor_v + t * direction            [voxels, from `origin`]
+/// t counts world units from the anchor plane, which is perpendicular to the view through the
+/// middle of `centre`'s domain (through the camera where that lies behind it): numbers stay of the
+/// size of the grid however far the camera or the world's origin is. The camera is at
+/// t = -distance * |w|, or -distance if orthographic.
+struct RayBundle {
+  glm::dvec3 anchor_0, anchor_u, anchor_v;
+  glm::dvec3 direction_0, direction_u, direction_v;
+  glm::dvec3 world_0, world_u, world_v;
+  double distance = 0;
+  bool orthographic = false;
+  glm::ivec3 origin;  ///< voxel that coordinates are relative to, a multiple of 8
+};
+
+/// Bundle in `field`'s index space, anchored in the middle of `centre` (the density grid), so that
+/// bundles of several grids share t.
+RayBundle make_ray_bundle(const Camera& camera, const Field& field, const Field& centre);
+
+}  // namespace psivox

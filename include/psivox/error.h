@@ -1,0 +1,31 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace psivox {
+
+/// What the program exits with; an Error carries one.
+enum class ExitCode : int {
+  ok = 0,
+  failure = 1,       ///< anything not named below
+  usage = 2,         ///< unknown or malformed option
+  input = 3,         ///< missing, corrupt or unsupported grid or file
+  graphics = 4,      ///< no EGL device, shader, device limit, lost context
+  output = 5,        ///< the result cannot be written
+  memory = 6,        ///< over --memory-limit
+  verification = 7,  ///< a comparison or a check failed
+};
+
+/// The one exception type: one line that says what, in which file or grid, and what to do.
+/// Thrown where the name is known, caught once in main.
+class Error : public std::runtime_error {
+ public:
+  Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  ExitCode code() const noexcept { return code_; }
+
+ private:
+  ExitCode code_;
+};
+
+}  // namespace psivox

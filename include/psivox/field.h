@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace psivox {
+
+/// A box of voxels, both ends inclusive, in index space. Empty when max < min.
+struct Box {
+  glm::ivec3 min{0};
+  glm::ivec3 max{-1};
+  bool empty() const { return max.x < min.x || max.y < min.y || max.z < min.z; }
+  bool operator==(const Box&) const = default;
+};
+
+/// 8x8x8 voxels in OpenVDB's order: value (x,y,z) of channel c at ((x*8+y)*8+z)*channels + c.
+struct Leaf {
+  glm::ivec3 origin;    ///< smallest voxel, a multiple of 8
+  const float* values;  ///< 512 * channels floats, owned by Field::storage
+};
+
+/// A cube of voxels of one value (an OpenVDB tile whose value is not 0).
+struct Tile {
+  glm::ivec3 origin;  ///< smallest voxel, a multiple of width
+  int width;          ///< 8, 128 or 4096 voxels
+  glm::vec3 value;    ///< first `channels` components
+};
+
+/// One grid of a .vdb file, free of OpenVDB: what every later stage reads.
+///
+/// Its value at a world point: index_from_world to index space, then trilinear interpolation of the
+/// values at integer coordinates. Where neither a leaf nor a tile is, the value is 0. The domain is
+/// the active box grown by one voxel on every side; outside it is vacuum.
+struct Field {
+  std::string name;        ///< selectable name, `density` or `density[1]`
+  std::string value_type;  ///< OpenVDB's: float, double, int32, int64, bool, vec3s, vec3d, vec3i
+  int channels = 1;        ///< 1 or 3
+  Box active_box;          ///< of active voxels and tiles
+  glm::dmat4 world_from_index{1.0};
+  std::uint64_t active_voxels = 0;
+  std::vector<Leaf> leaves;  ///< in OpenVDB's tree order; origins distinct
+  std::vector<Tile> tiles;   ///< disjoint from each other and from the leaves
+  std::shared_ptr<const void> storage;  ///< keeps Leaf::values alive
+  std::vector<std::string> notices;     ///< one line each, for stderr: what reading changed
+
+  /// Smallest and largest voxel of the domain: active_box grown by one.
+  Box domain() const {
+    return {active_box.min - glm::ivec3(1), active_box.max + glm::ivec3(1)};
+  }
+};
+
+}  // namespace psivox

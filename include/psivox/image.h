@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace psivox {
+
+/// One named plane or group of planes of a picture, row-major from the top left pixel, interleaved.
+struct Layer {
+  std::string name;                   ///< empty for the picture itself, else `depth`, `steps`, ...
+  std::vector<std::string> channels;  ///< {"R","G","B","A"} for the picture; {"depth"} for a layer
+  std::vector<float> values;          ///< width * height * channels.size()
+};
+
+/// A picture in linear radiance. layers[0] is R G B A, premultiplied.
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<Layer> layers;
+  std::map<std::string, std::string> metadata;  ///< file attributes, such as `psivox:scene`
+
+  std::span<const float> rgba() const { return layers.front().values; }
+  std::span<float> rgba() { return layers.front().values; }
+};
+
+struct WriteOptions {
+  /// EXR's R G B A as 16-bit floats, of which 65504 is the largest: what rounds above it is Inf.
+  /// Other layers stay 32-bit floats, and PNG ignores it.
+  bool half = false;
+};
+
+/// Writes EXR (float, zip, every layer) or PNG (8-bit sRGB, un-premultiplied, layers[0] only) by
+/// the path's extension, beside its name and then renamed: nothing is half-written. Equal images
+/// give equal bytes. A layer's only channel has the layer's name in the file, others
+/// `layer.channel`.
+///
+/// PNG keeps alpha: radiance above alpha (a glow without opacity) is cut to alpha, NaN is 0.
+/// Throws Error(usage) for another extension, Error(output) if the file cannot be written.
+void write_image(const Image& image, const std::filesystem::path& path, const WriteOptions& = {});
+
+/// Throws what write_image would throw for this path, before any work is done. Creates a file in
+/// its directory for a moment, since permissions alone do not tell.
+void check_writable(const std::filesystem::path& path);
+
+/// Reads EXR or PNG (PNG: to linear, premultiplied) with its string metadata, by its contents, not
+/// its name. layers[0] comes from R G B A or from the grey Y, A = 1 if there is none; then every
+/// other channel. An EXR's display window is read, 0 where it holds no data, and its first part.
+/// NaN and Inf stay. Throws Error(input).
+Image read_image(const std::filesystem::path& path);
+
+/// One attribute of an image file, empty if absent; names are case-sensitive. Throws Error(input)
+/// if the file is no image.
+std::string read_metadata(const std::filesystem::path& path, const std::string& key);
+
+/// Difference of two pictures' R G B A. Pixels with a NaN or Inf in either picture, even the same
+/// in both, are counted and left out of every other number.
+struct Comparison {
+  double rms = 0;  ///< over all finite pixels and the four channels
+  double max = 0;  ///< largest absolute difference
+  int max_x = 0;   ///< where it is, from the top left
+  int max_y = 0;
+  std::string max_channel;  ///< "R", ...; empty if no pixel differs
+  std::array<double, 4> channel_rms{};
+  std::array<double, 4> channel_mean{};  ///< signed, a - b
+  std::size_t not_finite = 0;            ///< pixels where either is NaN or Inf
+};
+
+/// Throws Error(input) if the sizes differ.
+Comparison compare_images(const Image& a, const Image& b);
+
+/// OpenImageIO's version, as its library reports it.
+std::string openimageio_version();
+
+}  // namespace psivox

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "psivox/scene.h"
+
+namespace psivox {
+
+/// The numbers that a parameter takes; of a vector, that each of its components takes.
+struct Range {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool min_open = false;  ///< min itself is not allowed
+  bool max_open = false;
+};
+
+/// Where in the Scene a parameter lives; the type decides how its text is read.
+using SceneMember =
+    std::variant<std::string Scene::*, bool Scene::*, int Scene::*, std::uint64_t Scene::*,
+                 double Scene::*, std::optional<double> Scene::*, glm::dvec3 Scene::*,
+                 std::optional<glm::dvec3> Scene::*, glm::ivec2 Scene::*,
+                 std::optional<Integrator> Scene::*, std::optional<Sampling> Scene::*,
+                 Filter Scene::*, TexelType Scene::*, RendererKind Scene::*, Projection Scene::*>;
+
+/// One row of the table of parameters: all that the command line, --help, JSON, image metadata and
+/// sliders need to know of it.
+struct Parameter {
+  std::string name;          ///< on the command line after --, and the key in JSON
+  std::string metavar;       ///< H, X,Y,Z, or the names of an enumeration: cells|uniform
+  std::string unit;          ///< empty where it has none
+  std::string default_text;  ///< the default as --help prints it
+  std::string help;
+  std::string group;
+  SceneMember member;
+  Range range = {};
+  std::string unset = {};   ///< of an optional: the word that means unset, `auto` or `none`
+  bool positional = false;  ///< given by its place, not by --name
+};
+
+/// The table, in the order in which --help prints it.
+const std::vector<Parameter>& parameters();
+
+/// Null if there is none of that name.
+const Parameter* find_parameter(std::string_view name);
+
+/// Sets one parameter from the command line's syntax: 0.5, 1,2,3, 640x480, 512M, psi-weighted.
+/// Throws Error(usage) that names the option, the text and what is expected.
+void set_parameter(Scene& scene, std::string_view name, std::string_view text);
+
+/// The value as set_parameter reads it, every digit that tells it from its neighbours.
+std::string parameter_text(const Scene& scene, const Parameter& parameter);
+
+/// What the command line gave for one parameter.
+struct Setting {
+  std::string name;
+  std::string text;
+};
+
+/// Lays the command line over a scene that came from a file: a given parameter also clears those of
+/// the file's that it contradicts (--sampling cells clears a step, --focal-length a fov).
+void apply_over(Scene& scene, std::span<const Setting> settings);
+
+/// Rules across parameters. Throws Error(usage).
+void validate(const Scene& scene);
+
+/// All parameters, by name, in the table's order. Numbers are numbers, vectors arrays, unset
+/// optionals their word. Every number returns from scene_from_json as the same bits.
+std::string to_json(const Scene& scene);
+
+/// Parameters that the text leaves out have their defaults. Strings in the command line's syntax
+/// are taken too. Throws Error(usage): not JSON, an unknown name, a bad value; `source` names the
+/// file in that message.
+Scene scene_from_json(std::string_view text, std::string_view source = "scene");
+
+/// The candidate with the fewest edits (letters inserted, dropped, changed, neighbours swapped), or
+/// empty where none is near enough to be what was meant. `psi_weighted` is psi-weighted.
+std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
+
+/// `text` in single quotes with control characters escaped, for a message of one line.
+std::string in_quotes(std::string_view text);
+
+}  // namespace psivox

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "psivox/atlas.h"
+#include "psivox/image.h"
+#include "psivox/medium.h"
+#include "psivox/progress.h"
+
+namespace psivox {
+
+/// One EGL device, as --list-devices prints it.
+struct DeviceInfo {
+  int index = 0;
+  std::string renderer;  ///< GL_RENDERER, or empty where no 4.5 core context could be made
+  std::string version;   ///< GL_VERSION
+  std::string problem;   ///< why it cannot be used, in one line
+  bool software = false;
+};
+
+/// Never throws for a machine without EGL: the list is empty then.
+std::vector<DeviceInfo> list_devices();
+
+struct RenderOptions {
+  bool count = false;  ///< count segments and look-ups: layers `steps` and `samples`, and the stats
+  bool depth = false;  ///< layer `depth`
+  bool transmittance = false;  ///< layer `transmittance`
+  Progress progress;
+};
+
+struct RenderStats {
+  std::string renderer;  ///< GL_RENDERER and GL_VERSION, or what else made the picture
+  std::uint64_t rays = 0;
+  std::uint64_t samples = 0;  ///< field look-ups, with RenderOptions::count
+  std::uint64_t steps = 0;    ///< segments, likewise
+  std::uint64_t turns = 0;    ///< loop turns, likewise
+  int passes = 0;             ///< most passes that a tile needed
+  double gl_init_ms = 0, shader_ms = 0, upload_ms = 0, march_ms = 0;
+};
+
+struct RenderResult {
+  Image image;
+  RenderStats stats;
+};
+
+struct ContextOptions {
+  int device = -1;     ///< index of list_devices, -1: the first that works, hardware first
+  bool debug = false;  ///< KHR_debug: a message of high or medium severity becomes Error(graphics)
+};
+
+/// The march on the GPU: one GL context, the atlases of one view, and its shader.
+class GlRenderer {
+ public:
+  /// Throws Error(graphics): no EGL device, no 4.5 core context.
+  explicit GlRenderer(const ContextOptions& options = {});
+  ~GlRenderer();
+  GlRenderer(const GlRenderer&) = delete;
+  GlRenderer& operator=(const GlRenderer&) = delete;
+
+  /// GL_RENDERER and GL_VERSION.
+  std::string description() const;
+
+  /// Copies atlases to the GPU; `luminance` for scalar and vector sources, else null. With
+  /// Filter::hardware a later render must ask for that filter too, and vice versa.
+  /// `max_buffer_texels` lowers the driver's limit on one texture (tests).
+  void upload(const BrickAtlas& density, const BrickAtlas* luminance,
+              Filter filter = Filter::exact, std::uint64_t max_buffer_texels = 0);
+
+  /// Draws the view's picture from the uploaded atlases, which must be its own. `max_turns` lowers
+  /// the number of loop turns a pass may take (tests).
+  RenderResult render(const View& view, const RenderOptions& options = {}, int max_turns = 0);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The same march, from the same source, in double precision on the CPU: what differs from
+/// GlRenderer's picture is arithmetic error, what differs from the reference is step error.
+RenderResult render_march_double(const View& view, const BrickAtlas& density,
+                                 const BrickAtlas* luminance, const RenderOptions& options = {});
+
+}  // namespace psivox

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+
+#include "psivox/integrators.h"
+
+namespace psivox {
+
+enum class Sampling { cells, uniform };
+enum class Filter { exact, hardware };
+enum class Projection { perspective, orthographic };
+enum class RendererKind { gl, reference, march_double };
+enum class TexelType { float32, float16 };
+
+/// Everything that decides a picture, under the names of the command line, with their defaults.
+/// parameters.h lists the fields once more as a table for CLI, JSON and --help; nothing else does.
+/// An unset optional is a default that depends on the data or on another field.
+struct Scene {
+  std::string input;
+  std::string grid;  ///< empty: `density`, else the only scalar grid
+  std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
+  glm::dvec3 luminance{1, 1, 1};
+  std::string luminance_grid;  ///< empty: constant luminance
+  double luminance_scale = 1;
+
+  std::optional<Integrator> integrator;  ///< psi_weighted under cells, psi_balanced under uniform
+  std::optional<Sampling> sampling;      ///< cells, or uniform where step is set
+  int segments = 2;                      ///< linear segments a cell
+  std::optional<double> step;            ///< [voxels of the finest index axis], 1
+  double early_termination = 1.0 / 16384;  ///< transmittance at which a ray ends; 0: never
+  Filter filter = Filter::exact;
+  TexelType texel = TexelType::float32;
+  RendererKind renderer = RendererKind::gl;
+
+  std::optional<glm::dvec3> camera_position;
+  std::optional<glm::dvec3> camera_target;
+  glm::dvec3 camera_up{0, 1, 0};
+  std::optional<double> fov;  ///< horizontal [degrees]; unset: from focal_length and aperture
+  double focal_length = 50;   ///< [mm]
+  double aperture = 41.2136;  ///< [mm]
+  Projection projection = Projection::perspective;
+  std::optional<double> ortho_width;  ///< width of the image plane [world units]
+
+  glm::ivec2 resolution{1280, 720};
+  std::optional<glm::dvec3> background;
+  int pixel_samples = 1;
+
+  bool strict = false;
+  int device = -1;                 ///< EGL device, -1: first that works, hardware before software
+  std::uint64_t memory_limit = 0;  ///< [bytes] for the atlas, host and GPU; 0: none
+
+  Sampling resolved_sampling() const {
+    return sampling.value_or(step ? Sampling::uniform : Sampling::cells);
+  }
+  Integrator resolved_integrator() const {
+    return integrator.value_or(resolved_sampling() == Sampling::cells ? Integrator::psi_weighted
+                                                                      : Integrator::psi_balanced);
+  }
+  double resolved_step() const { return step.value_or(1.0); }
+};
+
+}  // namespace psivox

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "psivox/field.h"
+
+namespace psivox {
+
+/// What a .vdb says of one of its grids. `problem` is empty where the grid can be rendered.
+struct GridInfo {
+  std::string name;        ///< as --grid takes it: `density`, or `density[1]` where names repeat
+  std::string type;        ///< OpenVDB's grid type, such as Tree_float_5_4_3
+  std::string value_type;  ///< float, double, int32, int64, bool, vec3s, ...; empty if unsupported
+  std::string grid_class;  ///< `fog volume`, `level set`, `staggered`, `unknown`
+  int channels = 0;        ///< 1 scalar, 3 vector, 0 unsupported
+  bool saved_as_half = false;
+  std::uint64_t active_voxels = 0;
+  std::uint64_t leaves = 0;
+  std::uint64_t active_tiles = 0;
+  Box active_box;
+  glm::dvec3 voxel_size{0};             ///< lengths of the transform's columns [world units]
+  glm::dmat4 world_from_index{1.0};     ///< valid for affine transforms
+  std::string transform;                ///< OpenVDB's map type: UniformScaleMap, AffineMap, ...
+  double background = 0;                ///< first component
+  std::string problem;                  ///< why this grid cannot be rendered, in one line
+};
+
+/// How a grid's values will be used; decides what a bad value is: NaN and +-Inf always, negative
+/// values unless they will be mapped first.
+enum class GridRole {
+  attenuation,
+  luminance,  ///< radiance, or a factor of it: negative light is no light
+  data,       ///< input of a transfer function, a colour map or a black body: negative values stay
+};
+
+struct ReadOptions {
+  GridRole role = GridRole::attenuation;
+  bool strict = false;  ///< bad values and non-linear transforms are errors
+};
+
+/// An open .vdb. Grids are read on demand; one that is broken does not keep the others from it.
+/// Its const functions may be called from several threads.
+class VdbFile {
+ public:
+  /// Throws Error(input) if the file is missing, is no .vdb, or ends before its first grid's name.
+  explicit VdbFile(const std::filesystem::path& path);
+  ~VdbFile();
+  VdbFile(const VdbFile&) = delete;
+  VdbFile& operator=(const VdbFile&) = delete;
+
+  /// Names, in file order, as `read` takes them. Cheap: no voxel is read (but for files written to
+  /// a pipe, which have no directory). Grids without a name are `[0]`, `[1]`, ..., as OpenVDB
+  /// prints them; a repeated name is `density[0]`, `density[1]`, ... Grids that cannot be read are
+  /// listed too: info() says why.
+  const std::vector<std::string>& names() const;
+
+  /// One row a grid; reads trees, so that counts and boxes are true. Never throws for a bad grid.
+  std::vector<GridInfo> info() const;
+
+  /// The grid that `--grid` unset means: `density` (the first, if repeated), else the only scalar
+  /// grid that the file's directory lists.
+  /// Throws Error(input) that lists the grids where neither exists.
+  std::string default_grid() const;
+
+  /// Reads one grid: int, bool and double become float; level sets become fog by OpenVDB's own
+  /// conversion; frustum transforms are resampled; NaN, Inf and negative values are counted and
+  /// replaced (0, or the largest finite value for +Inf). What was done stands in Field::notices.
+  /// A repeated name without its number is its first grid, with a notice; the empty name is the
+  /// first grid without a name. Field::name is the numbered name.
+  /// Throws Error(input): no such grid (lists them), unsupported type, no active voxel,
+  /// background other than 0, corrupt data.
+  Field read(const std::string& grid, const ReadOptions& options = {}) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// OpenVDB's version, as its library reports it.
+std::string openvdb_version();
+
+}  // namespace psivox

@@ -1,0 +1,124 @@
+// Brick atlas: from a cell to the node of the page table that covers it, and its texels.
+// Edge functions, supplied by the language's binding: fetch_page(grid, i), fetch_constant(grid, i),
+// fetch_constant3, fetch_texel(grid, i), fetch_texel3, filtered_texel(grid, slot, local), filtered_texel3.
+const int GRID_DENSITY = 0;
+const int GRID_LUMINANCE = 1;
+
+const int SOURCE_CONSTANT = 0;  // LuminanceSource
+const int SOURCE_DENSITY = 1;
+const int SOURCE_SCALAR = 2;
+const int SOURCE_VECTOR = 3;
+
+const int NODE_EMPTY = 0;     // payload: Chebyshev distance to the nearest other entry, >= 1
+const int NODE_CONSTANT = 1;  // payload: index of the constant
+const int NODE_BRICK = 2;     // payload: slot
+const int NODE_CHILD = 3;     // payload: index of the first of 512 entries below
+const uint PAYLOAD_MASK = 0x3fffffffu;
+
+// A box of cells of one kind: of an entry, or the cube of empty entries around one.
+struct Node {
+  int kind;
+  int payload;
+  int3 lo;  // first cell
+  int3 hi;  // one past the last
+};
+
+Node no_node() { return Node(NODE_EMPTY, 0, int3(0), int3(0)); }
+
+bool inside(Node node, int3 cell) {
+  return cell.x >= node.lo.x && cell.y >= node.lo.y && cell.z >= node.lo.z &&
+         cell.x < node.hi.x && cell.y < node.hi.y && cell.z < node.hi.z;
+}
+
+int3 table_min(int grid) { return grid == GRID_DENSITY ? density_table_min : luminance_table_min; }
+int3 table_size(int grid) {
+  return grid == GRID_DENSITY ? density_table_size : luminance_table_size;
+}
+int table_levels(int grid) { return grid == GRID_DENSITY ? density_levels : luminance_levels; }
+
+// The node that covers a cell of the domain.
+Node find_node(int grid, int3 cell) {
+  int3 at = cell - table_min(grid);
+  int shift = 3 * table_levels(grid);
+  int3 size = table_size(grid);
+  int3 q = at >> shift;
+  uint entry = fetch_page(grid, (q.x * size.y + q.y) * size.z + q.z);
+  if (table_levels(grid) > 1) {
+    while (int(entry >> 30) == NODE_CHILD) {
+      shift -= 3;
+      q = (at >> shift) & 7;
+      entry = fetch_page(grid, int(entry & PAYLOAD_MASK) + ((q.x * 8 + q.y) * 8 + q.z));
+    }
+  }
+  int kind = int(entry >> 30);
+  int payload = int(entry & PAYLOAD_MASK);
+  int3 lo = cell - (at & ((1 << shift) - 1));
+  int3 hi = lo + (1 << shift);
+  if (kind == NODE_EMPTY) {
+    int grow = (payload - 1) << shift;
+    lo = lo - grow;
+    hi = hi + grow;
+  }
+  return Node(kind, payload, lo, hi);
+}
+
+// The 8 corner values of a cell: lo.x = v(0,0,0), lo.y = v(0,0,1), lo.z = v(0,1,0),
+// lo.w = v(0,1,1); hi the same at x + 1.
+struct Corners {
+  real4 lo;
+  real4 hi;
+};
+
+Corners fetch_corners(int grid, Node node, int3 cell) {
+  if (node.kind == NODE_CONSTANT) {
+    real v = fetch_constant(grid, node.payload);
+    return Corners(real4(v, v, v, v), real4(v, v, v, v));
+  }
+  int3 local = cell - node.lo;
+  int i = node.payload * 729 + (local.x * 9 + local.y) * 9 + local.z;
+  return Corners(real4(fetch_texel(grid, i), fetch_texel(grid, i + 1), fetch_texel(grid, i + 9),
+                       fetch_texel(grid, i + 10)),
+                 real4(fetch_texel(grid, i + 81), fetch_texel(grid, i + 82),
+                       fetch_texel(grid, i + 90), fetch_texel(grid, i + 91)));
+}
+
+// Trilinear interpolation, u in [0,1]^3 inside the cell.
+real trilinear(Corners c, real3 u) {
+  real4 x = c.lo + (c.hi - c.lo) * u.x;
+  real y0 = x.x + (x.z - x.x) * u.y;
+  real y1 = x.y + (x.w - x.y) * u.y;
+  return y0 + (y1 - y0) * u.z;
+}
+
+// Coefficient of u.x u.y u.z in the trilinear polynomial.
+real third_difference(Corners c) {
+  real4 d = c.hi - c.lo;
+  return (d.w - d.z) - (d.y - d.x);
+}
+
+// Where a position lies in its brick: cells are clamped, since a position on a face may round into
+// the neighbour.
+int3 local_cell(real3 local) { return clamp(int3(floor(local)), int3(0), int3(7)); }
+
+// Value at a position inside a node that is not empty.
+real sample_scalar(int grid, Node node, real3 p) {
+  if (node.kind == NODE_CONSTANT) return fetch_constant(grid, node.payload);
+  real3 local = p - real3(node.lo);
+  if (hardware_filter) return filtered_texel(grid, node.payload, local);
+  int3 cell = local_cell(local);
+  return trilinear(fetch_corners(grid, node, node.lo + cell), local - real3(cell));
+}
+
+real3 sample_vector(int grid, Node node, real3 p) {
+  if (node.kind == NODE_CONSTANT) return fetch_constant3(grid, node.payload);
+  real3 local = p - real3(node.lo);
+  if (hardware_filter) return filtered_texel3(grid, node.payload, local);
+  int3 cell = local_cell(local);
+  real3 u = local - real3(cell);
+  int i = node.payload * 729 + (cell.x * 9 + cell.y) * 9 + cell.z;
+  real3 x00 = mix(fetch_texel3(grid, i), fetch_texel3(grid, i + 81), u.x);
+  real3 x01 = mix(fetch_texel3(grid, i + 1), fetch_texel3(grid, i + 82), u.x);
+  real3 x10 = mix(fetch_texel3(grid, i + 9), fetch_texel3(grid, i + 90), u.x);
+  real3 x11 = mix(fetch_texel3(grid, i + 10), fetch_texel3(grid, i + 91), u.x);
+  return mix(mix(x00, x10, u.y), mix(x01, x11, u.y), u.z);
+}

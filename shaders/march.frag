@@ -1,0 +1,66 @@
+#include "binding.glsl"
+#include "math/decay.glsl"
+#include "math/psi.glsl"
+#include "math/segment.glsl"
+#include "ray.glsl"
+#include "atlas.glsl"
+#include "integrator.glsl"
+#include "march.glsl"
+
+// Row 0 of the framebuffer is the picture's top row of the tile.
+uniform ivec2 tile_origin;
+
+layout(location = 0) out vec4 out_picture;  // R G B A
+layout(location = 1) out vec4 out_layers;   // depth [world], transmittance, steps, samples
+
+#if RESUMABLE
+// Rays that need more turns than a pass may take go on in the next one, from the state they left.
+uniform bool first_pass;
+layout(binding = 0) uniform isampler2D state_in[4];
+layout(location = 2) out ivec4 out_state[4];
+
+March load_march(March m, ivec2 at) {
+  ivec4 a = texelFetch(state_in[0], at, 0);
+  ivec4 b = texelFetch(state_in[1], at, 0);
+  ivec4 c = texelFetch(state_in[2], at, 0);
+  ivec4 d = texelFetch(state_in[3], at, 0);
+  m.t = intBitsToFloat(a.x);
+  m.value = intBitsToFloat(a.y);
+  m.optical_depth = intBitsToFloat(a.z);
+  m.lost = intBitsToFloat(a.w);
+  m.cell = b.xyz;
+  m.lattice = b.w;
+  m.radiance = intBitsToFloat(c.xyz);
+  m.half_depth = intBitsToFloat(c.w);
+  m.steps = d.x;
+  m.samples = d.y;
+  m.turns = d.z;
+  m.done = d.w != 0;
+  m.transmittance = decay(m.optical_depth).e;
+  return m;
+}
+
+void save_march(March m) {
+  out_state[0] = ivec4(floatBitsToInt(m.t), floatBitsToInt(m.value),
+                       floatBitsToInt(m.optical_depth), floatBitsToInt(m.lost));
+  out_state[1] = ivec4(m.cell, m.lattice);
+  out_state[2] = ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth));
+  out_state[3] = ivec4(m.steps, m.samples, m.turns, m.done ? 1 : 0);
+}
+#endif
+
+void main() {
+  Pixel p = make_pixel(floor(gl_FragCoord.xy) + vec2(tile_origin));
+  Ray ray = density_ray(p);
+  March m = begin_march(ray);
+#if RESUMABLE
+  if (!first_pass) m = load_march(m, ivec2(gl_FragCoord.xy));
+#endif
+  m = march_on(m, p, ray);
+#if RESUMABLE
+  save_march(m);
+#endif
+  out_picture = picture(m);
+  float depth = m.half_depth >= NEVER ? m.half_depth : (m.half_depth - camera_time(p)) * world_unit;
+  out_layers = vec4(depth, decay(m.optical_depth).e, float(m.steps), float(m.samples));
+}

@@ -1,0 +1,13 @@
+// What a shader is compiled for: constants in GLSL, so that terms which cannot change the picture
+// vanish; plain members in the march in double. No include guard, as march_parameters.glsl.
+CONSTANT(int, luminance_source)   // LuminanceSource
+CONSTANT(int, segments)           // linear segments a cell
+CONSTANT(int, density_levels)     // of the page tables
+CONSTANT(int, luminance_levels)
+CONSTANT(bool, uniform_sampling)
+CONSTANT(bool, middle_rule)       // the integrator reads middles, not ends
+CONSTANT(bool, exact_depth)       // the integrator takes the segment's depth, not its own
+CONSTANT(bool, hardware_filter)
+CONSTANT(bool, orthographic)
+CONSTANT(bool, count_steps)
+CONSTANT(bool, find_depth)

@@ -1,0 +1,38 @@
+// Every number that the march reads, once: expanded as GLSL uniforms, as members of the march in
+// double, and as the code that sets the ones from the others. No include guard: expanded thrice.
+//
+// Coordinates are voxels of a grid relative to a voxel near the middle of its domain; t counts the
+// finest voxel's length in the world, so that optical depths and positions are of one size whatever
+// the transform's scale (see RayBundle in camera.h, whose affine functions these are).
+PARAMETER(real3, density_anchor_0)
+PARAMETER(real3, density_anchor_u)
+PARAMETER(real3, density_anchor_v)
+PARAMETER(real3, density_direction_0)
+PARAMETER(real3, density_direction_u)
+PARAMETER(real3, density_direction_v)
+PARAMETER(int3, density_domain_min)   // first voxel of the domain
+PARAMETER(int3, density_domain_max)   // last voxel of the domain
+PARAMETER(int3, density_table_min)    // first voxel of the page table
+PARAMETER(int3, density_table_size)   // entries of the top table
+PARAMETER(real3, luminance_anchor_0)
+PARAMETER(real3, luminance_anchor_u)
+PARAMETER(real3, luminance_anchor_v)
+PARAMETER(real3, luminance_direction_0)
+PARAMETER(real3, luminance_direction_u)
+PARAMETER(real3, luminance_direction_v)
+PARAMETER(int3, luminance_domain_min)
+PARAMETER(int3, luminance_domain_max)
+PARAMETER(int3, luminance_table_min)
+PARAMETER(int3, luminance_table_size)
+PARAMETER(real3, world_0)             // world direction, not normalised
+PARAMETER(real3, world_u)
+PARAMETER(real3, world_v)
+PARAMETER(real, camera_distance)      // of the anchor plane [unit of t]
+PARAMETER(real2, image_size)          // [pixels]
+PARAMETER(real2, sample_offset)       // of the sample inside its pixel
+PARAMETER(real, extinction)           // attenuation of value 1 [1 / unit of t]
+PARAMETER(real3, color)               // factor of the luminance
+PARAMETER(real, stop_depth)           // optical depth at which a ray ends
+PARAMETER(real, step)                 // of the uniform lattice [unit of t]
+PARAMETER(real, world_unit)           // world length of one unit of t
+PARAMETER(int, max_turns)             // of the loop in this pass

@@ -1,0 +1,34 @@
+// What an integrator is given: one segment of the ray, its front end nearer the camera.
+struct Segment {
+  real tau_front;   // attenuation at the front end [1 / unit of t]
+  real tau_middle;  // at the middle; only where the rule reads it
+  real tau_back;    // at the back end
+  real length;      // [unit of t]
+  real depth;       // optical depth of the whole segment: exact under cells, of linear tau else
+};
+
+// What it returns: radiance C = L_front front + L_middle middle + L_back back, and the optical
+// depth that the rule gives the segment, zeta = e^{-depth}. front + middle + back = 1 - zeta must
+// hold to rounding: then constant L gives exactly L (1 - T), the furnace test.
+struct Weights {
+  real front;
+  real middle;
+  real back;
+  real depth;
+};
+
+// Optical lengths of the two ends, x = tau * length, shifted so that their mean is the segment's
+// depth: the linear model of a segment whose depth is known better than its ends tell. Shifted, not
+// scaled: where both ends are next to 0 and the middle is not, their ratio is rounding.
+struct Ends {
+  real front;
+  real back;
+};
+
+Ends shifted_ends(Segment s) {
+  real front = s.tau_front * s.length;
+  real back = s.tau_back * s.length;
+  real shift = s.depth - real(0.5) * (front + back);
+  real most = real(2.0) * s.depth;  // where one end would be negative it is 0, the other this
+  return Ends(clamp(front + shift, real(0.0), most), clamp(back + shift, real(0.0), most));
+}

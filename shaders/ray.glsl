@@ -1,0 +1,62 @@
+// A ray in a grid's voxels, p(t) = anchor + t direction, and the faces it crosses.
+struct Ray {
+  real3 anchor;
+  real3 direction;  // no component is 0: clamped to 1e-7 voxels per unit of t
+  real3 inverse;    // 1 / direction
+  real3 offset;     // -anchor / direction: the face x = c is crossed at c * inverse.x + offset.x
+  int3 side;        // 1 where the ray ascends, else 0
+  real begin;       // of the part inside the domain, from the camera on
+  real end;         // end <= begin: the ray misses
+};
+
+real clamp_component(real d) {
+  real least = real(1e-7);
+  return abs(d) < least ? (d < real(0.0) ? -least : least) : d;
+}
+
+// The one expression for the t of faces: cells, bricks and the domain must agree bit for bit.
+real3 face_times(Ray ray, int3 faces) { return real3(faces) * ray.inverse + ray.offset; }
+
+real least(real3 v) { return min(v.x, min(v.y, v.z)); }
+real greatest(real3 v) { return max(v.x, max(v.y, v.z)); }
+
+int3 far_faces(Ray ray, int3 lo, int3 hi) {
+  return int3(ray.side.x == 1 ? hi.x : lo.x, ray.side.y == 1 ? hi.y : lo.y,
+              ray.side.z == 1 ? hi.z : lo.z);
+}
+
+Ray make_ray(real3 anchor, real3 direction, int3 domain_min, int3 domain_max, real camera) {
+  real3 d = real3(clamp_component(direction.x), clamp_component(direction.y),
+                  clamp_component(direction.z));
+  real3 inverse = real3(real(1.0) / d.x, real(1.0) / d.y, real(1.0) / d.z);
+  int3 side = int3(d.x > real(0.0) ? 1 : 0, d.y > real(0.0) ? 1 : 0, d.z > real(0.0) ? 1 : 0);
+  Ray ray = Ray(anchor, d, inverse, -anchor * inverse, side, camera, camera);
+  ray.end = least(face_times(ray, far_faces(ray, domain_min, domain_max)));
+  ray.begin = max(camera, greatest(face_times(ray, far_faces(ray, domain_max, domain_min))));
+  return ray;
+}
+
+real3 position(Ray ray, real t) { return ray.anchor + ray.direction * t; }
+
+// The cell of the box [lo, hi) that holds the position at t: where rounding puts it outside, the
+// nearest one inside.
+int3 cell_at(Ray ray, real t, int3 lo, int3 hi) {
+  return clamp(int3(floor(position(ray, t))), lo, hi - 1);
+}
+
+// Across the far face of a box of cells: when, and the cell on the other side. That cell is taken
+// from the face, not from the position, which may round back.
+struct Crossing {
+  real t;
+  int3 cell;
+};
+
+Crossing leave(Ray ray, int3 lo, int3 hi) {
+  real3 times = face_times(ray, far_faces(ray, lo, hi));
+  real t = least(times);
+  int3 cell = cell_at(ray, t, lo, hi);
+  if (times.x <= t) cell.x = ray.side.x == 1 ? hi.x : lo.x - 1;
+  if (times.y <= t) cell.y = ray.side.y == 1 ? hi.y : lo.y - 1;
+  if (times.z <= t) cell.z = ray.side.z == 1 ? hi.z : lo.z - 1;
+  return Crossing(t, cell);
+}

@@ -1,0 +1,111 @@
+#include "atlas/brick_source.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace psivox::atlas {
+namespace {
+
+glm::ivec3 floor_divide(const glm::ivec3& a, int width) {
+  const auto one = [width](int v) { return v >= 0 ? v / width : -((width - 1 - v) / width); };
+  return {one(a.x), one(a.y), one(a.z)};
+}
+
+}  // namespace
+
+BrickSource::BrickSource(const Field& field) : field_(field), leaves_(field.leaves.size()) {
+  for (std::size_t i = 0; i < field.leaves.size(); ++i)
+    leaves_.insert(field.leaves[i].origin >> 3, std::int32_t(i));
+  for (std::size_t i = 0; i < field.tiles.size(); ++i) {
+    const Tile& tile = field.tiles[i];
+    if (tile.width == brick_cells) {
+      narrow_tiles_.insert(tile.origin >> 3, std::int32_t(i));
+      continue;
+    }
+    auto map = std::find_if(wide_maps_.begin(), wide_maps_.end(),
+                            [&](const auto& entry) { return entry.first == tile.width; });
+    if (map == wide_maps_.end()) map = wide_maps_.insert(map, {tile.width, BlockMap()});
+    map->second.insert(floor_divide(tile.origin, tile.width), std::int32_t(i));
+  }
+}
+
+Block BrickSource::block(const glm::ivec3& at) const {
+  if (const auto i = leaves_.find(at); i != BlockMap::none)
+    return {field_.leaves[std::size_t(i)].values, {}};
+  if (const auto i = narrow_tiles_.find(at); i != BlockMap::none)
+    return {nullptr, field_.tiles[std::size_t(i)].value};
+  for (const auto& [width, map] : wide_maps_)
+    if (const auto i = map.find(floor_divide(at * brick_cells, width)); i != BlockMap::none)
+      return {nullptr, field_.tiles[std::size_t(i)].value};
+  return {};
+}
+
+BrickSource::Neighbours BrickSource::neighbours(const glm::ivec3& brick) const {
+  Neighbours result;
+  for (int i = 0; i < 8; ++i)
+    result.blocks[i] = block(brick + glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
+  return result;
+}
+
+void BrickSource::gather(const Neighbours& from, float* values) const {
+  const std::size_t channels = std::size_t(field_.channels);
+  const auto copy = [&](const Block& block, int row, std::size_t count, float* to) {
+    if (block.values) {
+      std::memcpy(to, block.values + std::size_t(row) * 8 * channels,
+                  count * channels * sizeof(float));
+    } else {
+      for (std::size_t i = 0; i < count * channels; ++i)
+        to[i] = block.constant[int(i % channels)];
+    }
+  };
+  for (int x = 0; x < brick_values; ++x)
+    for (int y = 0; y < brick_values; ++y) {
+      const Block* pair = from.blocks + ((x >> 3) * 2 + (y >> 3)) * 2;
+      const int row = (x & 7) * 8 + (y & 7);
+      float* to = values + std::size_t(x * brick_values + y) * brick_values * channels;
+      copy(pair[0], row, 8, to);
+      copy(pair[1], row, 1, to + 8 * channels);
+    }
+}
+
+std::vector<glm::ivec3> BrickSource::candidates() const {
+  std::vector<glm::ivec3> result;
+  result.reserve(field_.leaves.size() * 5 / 4);
+  BlockMap seen(field_.leaves.size() + field_.leaves.size() / 2);
+  const auto add = [&](const glm::ivec3& brick) {
+    const auto next = std::int32_t(result.size());
+    if (seen.insert(brick, next) == next) result.push_back(brick);
+  };
+  const auto add_lower = [&](const glm::ivec3& block) {
+    for (int i = 0; i < 8; ++i) add(block - glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
+  };
+  for (const Leaf& leaf : field_.leaves) add_lower(leaf.origin >> 3);
+  for (const Tile& tile : field_.tiles) {
+    const glm::ivec3 lo = tile.origin >> 3;
+    const int n = tile.width / brick_cells;
+    if (n == 1) {
+      add_lower(lo);
+      continue;
+    }
+    // the layer below the tile, and its own last one, whose apron lies beyond it
+    for (int x = -1; x < n; ++x)
+      for (int y = -1; y < n; ++y) {
+        const bool side = x == -1 || x == n - 1 || y == -1 || y == n - 1;
+        for (int z = -1; z < n; z += side || z == n - 1 ? 1 : n)
+          add(lo + glm::ivec3(x, y, z));
+      }
+  }
+  return result;
+}
+
+std::vector<BrickSource::ConstantBox> BrickSource::wide_tiles() const {
+  std::vector<ConstantBox> result;
+  for (const Tile& tile : field_.tiles) {
+    const int n = tile.width / brick_cells;
+    const glm::ivec3 lo = tile.origin >> 3;
+    if (n > 1) result.push_back({lo, lo + (n - 2), tile.value});
+  }
+  return result;
+}
+
+}  // namespace psivox::atlas

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <vector>
+
+#include "atlas/block_map.h"
+#include "psivox/atlas.h"
+
+namespace psivox::atlas {
+
+/// 8^3 voxels of a field: a leaf's values, or one value.
+struct Block {
+  const float* values = nullptr;  ///< null: `constant` everywhere
+  glm::vec3 constant{0};
+};
+
+/// Finds the voxels of a field by block and puts them together into bricks.
+class BrickSource {
+ public:
+  explicit BrickSource(const Field& field);
+
+  int channels() const { return field_.channels; }
+
+  /// Block of voxels [8 at, 8 at + 8).
+  Block block(const glm::ivec3& at) const;
+
+  /// Blocks that a brick's 9^3 values come from: index (x*2 + y)*2 + z, 1 on the + side.
+  struct Neighbours {
+    Block blocks[8];
+  };
+  Neighbours neighbours(const glm::ivec3& brick) const;
+
+  /// Copies a brick's values, z fastest, `channels` interleaved.
+  void gather(const Neighbours& from, float* values) const;
+
+  /// Bricks that a leaf or a tile reaches into, each once; those inside a wide tile, whose values
+  /// are all the tile's, are left out (see wide_tiles).
+  std::vector<glm::ivec3> candidates() const;
+
+  /// Boxes of bricks whose values are all one tile's.
+  struct ConstantBox {
+    glm::ivec3 min, max;  ///< bricks, inclusive
+    glm::vec3 value;
+  };
+  std::vector<ConstantBox> wide_tiles() const;
+
+ private:
+  const Field& field_;
+  BlockMap leaves_;
+  BlockMap narrow_tiles_;
+  std::vector<std::pair<int, BlockMap>> wide_maps_;  ///< by width in voxels
+};
+
+}  // namespace psivox::atlas

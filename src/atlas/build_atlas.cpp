@@ -1,0 +1,197 @@
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/gtc/packing.hpp>
+#include <string>
+
+#include "atlas/brick_source.h"
+#include "atlas/page_table.h"
+#include "psivox/atlas.h"
+#include "psivox/error.h"
+
+namespace psivox {
+namespace {
+
+using atlas::BrickSource;
+
+constexpr float largest_half = 65504;
+constexpr std::int64_t widest_box = (std::int64_t{1} << 24) - 16;  ///< [voxels], see BlockMap
+
+/// What a candidate brick turned out to be.
+struct Candidate {
+  glm::ivec3 brick;
+  EntryKind kind = EntryKind::empty;
+  glm::vec3 value{0};
+};
+
+/// A brick's kind, from its blocks alone: no copy of the values.
+void classify(const BrickSource& source, Candidate& candidate) {
+  const BrickSource::Neighbours from = source.neighbours(candidate.brick);
+  const int channels = source.channels();
+  glm::vec3 first{0};
+  for (int c = 0; c < channels; ++c)
+    first[c] = from.blocks[0].values ? from.blocks[0].values[c] : from.blocks[0].constant[c];
+  candidate.value = first;
+
+  const auto row_is = [&](const float* values, int count) {
+    for (int i = 0; i < count * channels; ++i)
+      if (values[i] != first[i % channels]) return false;
+    return true;
+  };
+  for (int i = 0; i < 8; ++i) {
+    const atlas::Block& block = from.blocks[i];
+    if (!block.values) {
+      for (int c = 0; c < channels; ++c)
+        if (block.constant[c] != first[c]) {
+          candidate.kind = EntryKind::brick;
+          return;
+        }
+      continue;
+    }
+    const int nx = i & 4 ? 1 : 8, ny = i & 2 ? 1 : 8, nz = i & 1 ? 1 : 8;
+    for (int x = 0; x < nx; ++x)
+      for (int y = 0; y < ny; ++y)
+        if (!row_is(block.values + (x * 8 + y) * 8 * channels, nz)) {
+          candidate.kind = EntryKind::brick;
+          return;
+        }
+  }
+  candidate.kind = first == glm::vec3(0) ? EntryKind::empty : EntryKind::constant;
+}
+
+/// Topology of an atlas: everything but the texels.
+struct Plan {
+  BrickSource source;
+  std::vector<glm::ivec3> textured;  ///< brick coordinates by slot
+  BrickAtlas atlas;
+};
+
+Plan make_plan(const Field& field, const AtlasOptions& options) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::int64_t(field.active_box.max[axis]) - field.active_box.min[axis] > widest_box)
+      throw Error(ExitCode::input, "grid '" + field.name + "' is more than " +
+                                       std::to_string(widest_box) + " voxels wide; resample it");
+  Plan plan{BrickSource(field), {}, {}};
+  std::vector<Candidate> candidates;
+  for (const glm::ivec3& brick : plan.source.candidates()) candidates.push_back({brick});
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, candidates.size(), 256),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i != range.end(); ++i)
+                        classify(plan.source, candidates[i]);
+                    });
+
+  BrickAtlas& result = plan.atlas;
+  result.channels = field.channels;
+  result.texel = options.texel;
+  result.domain = field.domain();
+  const glm::ivec3 first = result.domain.min >> 3;
+  const glm::ivec3 last = (result.domain.max - 1) >> 3;
+  atlas::PageTableBuilder pages(first, last, options.top_entries);
+  const auto add_constant = [&](const glm::vec3& value) {
+    const auto index = std::uint32_t(result.constants.size() / std::size_t(field.channels));
+    for (int c = 0; c < field.channels; ++c) result.constants.push_back(value[c]);
+    ++result.size.constant_bricks;
+    return make_entry(EntryKind::constant, index);
+  };
+  for (const BrickSource::ConstantBox& box : plan.source.wide_tiles())
+    pages.set_box(box.min, box.max, add_constant(box.value));
+  for (const Candidate& candidate : candidates) {
+    const glm::ivec3& b = candidate.brick;
+    if (candidate.kind == EntryKind::empty || glm::any(glm::lessThan(b, first)) ||
+        glm::any(glm::greaterThan(b, last)))
+      continue;
+    if (candidate.kind == EntryKind::constant) {
+      pages.set_brick(b, add_constant(candidate.value));
+    } else {
+      pages.set_brick(b, make_entry(EntryKind::brick, std::uint32_t(plan.textured.size())));
+      plan.textured.push_back(b);
+    }
+  }
+  result.pages = pages.finish();
+
+  AtlasSize& size = result.size;
+  size.textured_bricks = plan.textured.size();
+  size.page_bytes = result.pages.entries.size() * sizeof(std::uint32_t);
+  size.constant_bytes = result.constants.size() * sizeof(float);
+  size.texel_bytes = size.textured_bricks * brick_texels * std::uint64_t(field.channels) *
+                     (options.texel == TexelType::float16 ? 2u : 4u);
+  return plan;
+}
+
+BrickStats measure(const float* values, int channels) {
+  const auto stride = std::size_t(channels);
+  std::array<float, brick_texels> v;
+  for (std::size_t i = 0; i < v.size(); ++i) v[i] = values[i * stride];
+  BrickStats stats{v[0], v[0], 0};
+  for (const float value : v) {
+    stats.min = std::min(stats.min, value);
+    stats.max = std::max(stats.max, value);
+  }
+  constexpr std::size_t n = brick_values;
+  float largest = 0;
+  for (const std::size_t step : {std::size_t{1}, n, n * n})
+    for (std::size_t x = step == n * n; x < n - (step == n * n); ++x)
+      for (std::size_t y = step == n; y < n - (step == n); ++y)
+        for (std::size_t z = step == 1; z < n - (step == 1); ++z) {
+          const std::size_t i = (x * n + y) * n + z;
+          largest = std::max(largest, std::abs(v[i - step] - 2 * v[i] + v[i + step]));
+        }
+  stats.second_difference = largest;
+  return stats;
+}
+
+std::string megabytes(std::uint64_t bytes) {
+  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+}
+
+}  // namespace
+
+AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
+  return make_plan(field, options).atlas.size;
+}
+
+BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
+  Plan plan = make_plan(field, options);
+  BrickAtlas& result = plan.atlas;
+  const std::uint64_t needed = 2 * result.size.bytes();
+  if (options.memory_limit && needed > options.memory_limit)
+    throw Error(ExitCode::memory,
+                "grid '" + field.name + "' needs an atlas of " + megabytes(needed) +
+                    " (host and GPU), over the limit of " + megabytes(options.memory_limit) +
+                    (options.texel == TexelType::float32 ? "; --texel float16 halves it" : ""));
+
+  const std::size_t per_brick = brick_texels * std::size_t(field.channels);
+  const std::size_t texels = plan.textured.size() * per_brick;
+  result.bricks.resize(plan.textured.size());
+  const bool half = options.texel == TexelType::float16;
+  if (half)
+    result.texels16 = std::make_unique_for_overwrite<std::uint16_t[]>(texels);
+  else
+    result.texels32 = std::make_unique_for_overwrite<float[]>(texels);
+
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, plan.textured.size(), 64),
+      [&](const tbb::blocked_range<std::size_t>& range) {
+        std::vector<float> values(half ? per_brick : 0);
+        for (std::size_t slot = range.begin(); slot != range.end(); ++slot) {
+          float* to = half ? values.data() : result.texels32.get() + slot * per_brick;
+          plan.source.gather(plan.source.neighbours(plan.textured[slot]), to);
+          result.bricks[slot] = measure(to, field.channels);
+          if (!half) continue;
+          for (std::size_t i = 0; i < per_brick; ++i) {
+            if (std::abs(to[i]) > largest_half)
+              throw Error(ExitCode::input, "grid '" + field.name + "' has the value " +
+                                               std::to_string(to[i]) +
+                                               ", beyond float16's largest, 65504; use --texel float32");
+            result.texels16[slot * per_brick + i] = glm::packHalf1x16(to[i]);
+          }
+        }
+      });
+  return std::move(result);
+}
+
+}  // namespace psivox

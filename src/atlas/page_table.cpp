@@ -1,0 +1,117 @@
+#include "atlas/page_table.h"
+
+#include <algorithm>
+#include <glm/common.hpp>
+#include <limits>
+
+namespace psivox::atlas {
+namespace {
+
+constexpr int child_width = 8;
+constexpr std::size_t child_entries = 512;
+
+std::size_t index_of(const glm::ivec3& at, const glm::ivec3& size) {
+  return (std::size_t(at.x) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.z) +
+         std::size_t(at.z);
+}
+
+}  // namespace
+
+PageTableBuilder::PageTableBuilder(const glm::ivec3& min_brick, const glm::ivec3& max_brick,
+                                   std::uint64_t top_entries)
+    : max_(max_brick - min_brick) {
+  table_.min = min_brick * brick_cells;
+  const glm::ivec3 bricks = max_ + 1;
+  for (table_.levels = 1;; ++table_.levels) {
+    const int span = 1 << (3 * (table_.levels - 1));
+    table_.top_size = (bricks + (span - 1)) / span;
+    const glm::ivec3& n = table_.top_size;
+    if (std::uint64_t(n.x) * std::uint64_t(n.y) * std::uint64_t(n.z) <= top_entries) break;
+  }
+  const glm::ivec3& n = table_.top_size;
+  table_.entries.assign(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z),
+                        make_entry(EntryKind::empty, 1));
+}
+
+/// Index of the table below an entry; made, and filled with what the entry was, if there is none.
+std::size_t PageTableBuilder::child(std::size_t index) {
+  const std::uint32_t entry = table_.entries[index];
+  if (entry_kind(entry) == EntryKind::child) return entry_payload(entry);
+  const std::size_t base = table_.entries.size();
+  table_.entries.resize(base + child_entries, entry);
+  table_.entries[index] = make_entry(EntryKind::child, std::uint32_t(base));
+  return base;
+}
+
+void PageTableBuilder::set_brick(const glm::ivec3& brick, std::uint32_t entry) {
+  set_box(brick, brick, entry);
+}
+
+void PageTableBuilder::set_box(const glm::ivec3& min_brick, const glm::ivec3& max_brick,
+                               std::uint32_t entry) {
+  const glm::ivec3 origin = table_.min / brick_cells;
+  const glm::ivec3 lo = glm::max(min_brick - origin, glm::ivec3(0));
+  const glm::ivec3 hi = glm::min(max_brick - origin, max_);
+  if (lo.x > hi.x || lo.y > hi.y || lo.z > hi.z) return;
+  set_box(0, table_.top_size, table_.levels - 1, lo, hi, entry);
+}
+
+/// Sets bricks [lo, hi], relative to the table at `base`, whose entries span 8^level bricks.
+void PageTableBuilder::set_box(std::size_t base, const glm::ivec3& size, int level,
+                               const glm::ivec3& lo, const glm::ivec3& hi, std::uint32_t entry) {
+  const int shift = 3 * level;
+  const int span = 1 << shift;
+  for (int x = lo.x >> shift; x <= hi.x >> shift; ++x)
+    for (int y = lo.y >> shift; y <= hi.y >> shift; ++y)
+      for (int z = lo.z >> shift; z <= hi.z >> shift; ++z) {
+        const glm::ivec3 at(x, y, z);
+        const std::size_t index = base + index_of(at, size);
+        const glm::ivec3 first = at * span;
+        const glm::ivec3 from = glm::max(lo - first, glm::ivec3(0));
+        const glm::ivec3 to = glm::min(hi - first, glm::ivec3(span - 1));
+        if (from == glm::ivec3(0) && to == glm::ivec3(span - 1))
+          table_.entries[index] = entry;
+        else
+          set_box(child(index), glm::ivec3(child_width), level - 1, from, to, entry);
+      }
+}
+
+PageTable PageTableBuilder::finish() {
+  const glm::ivec3& n = table_.top_size;
+  const std::size_t top = std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z);
+  set_skip_distances(table_.entries.data(), n, true);
+  for (std::size_t i = top; i < table_.entries.size(); i += child_entries)
+    set_skip_distances(table_.entries.data() + i, glm::ivec3(child_width), false);
+  return std::move(table_);
+}
+
+/// The two-pass chamfer over all 26 neighbours is exact for the Chebyshev metric.
+void set_skip_distances(std::uint32_t* entries, const glm::ivec3& size, bool outside_empty) {
+  constexpr std::uint32_t far = 1u << 12;  // keeps the skip in voxels within an int
+  const auto distance = [&](const glm::ivec3& at) -> std::uint32_t {
+    if (at.x < 0 || at.y < 0 || at.z < 0 || at.x >= size.x || at.y >= size.y || at.z >= size.z)
+      return outside_empty ? far : 0;
+    const std::uint32_t entry = entries[index_of(at, size)];
+    return entry_kind(entry) == EntryKind::empty ? entry_payload(entry) : 0;
+  };
+  const auto relax = [&](const glm::ivec3& at, int direction, bool first) {
+    std::uint32_t& entry = entries[index_of(at, size)];
+    if (entry_kind(entry) != EntryKind::empty) return;
+    std::uint32_t best = first ? far : entry_payload(entry);
+    for (int i = 0; i < 13; ++i) {  // half of the 26 neighbours: those before in z-fastest order
+      const glm::ivec3 step(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1);
+      best = std::min(best, distance(at + step * direction) + 1);
+    }
+    entry = make_entry(EntryKind::empty, best);
+  };
+  // Each pass reads only the half of the neighbours that it has already visited; entries still hold
+  // their initial payload when the first pass comes to them.
+  for (int x = 0; x < size.x; ++x)
+    for (int y = 0; y < size.y; ++y)
+      for (int z = 0; z < size.z; ++z) relax({x, y, z}, 1, true);
+  for (int x = size.x - 1; x >= 0; --x)
+    for (int y = size.y - 1; y >= 0; --y)
+      for (int z = size.z - 1; z >= 0; --z) relax({x, y, z}, -1, false);
+}
+
+}  // namespace psivox::atlas

@@ -1,0 +1,146 @@
+#include "gl/atlas_textures.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "psivox/error.h"
+
+namespace psivox::gl {
+namespace {
+
+/// Three halves a texel exist in no texture buffer: padded to four.
+std::vector<std::uint16_t> padded(const std::uint16_t* texels, std::size_t count) {
+  std::vector<std::uint16_t> result(count * 4);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t c = 0; c < 3; ++c) result[4 * i + c] = texels[3 * i + c];
+  return result;
+}
+
+GLenum buffer_format(const BrickAtlas& atlas) {
+  if (atlas.texel == TexelType::float32) return atlas.channels == 1 ? GL_R32F : GL_RGB32F;
+  return atlas.channels == 1 ? GL_R16F : GL_RGBA16F;
+}
+
+}  // namespace
+
+AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter,
+                             std::uint64_t max_buffer_texels) {
+  GLint limit = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+  max_texels_ = std::uint64_t(limit);
+  if (max_buffer_texels) max_texels_ = std::min(max_texels_, max_buffer_texels);
+
+  const std::size_t entries = atlas.pages.entries.size();
+  if (entries > max_texels_)
+    throw Error(ExitCode::graphics, "the page table has " + std::to_string(entries) +
+                                        " entries, more than the device's texture buffers hold");
+  constants_ = buffer_texture(atlas.channels == 1 ? GL_R32F : GL_RGB32F, atlas.constants.data(),
+                              atlas.constants.size() * sizeof(float));
+  if (filter == Filter::hardware)
+    upload_bricks(atlas);
+  else
+    upload_buffers(atlas);
+}
+
+AtlasTextures::~AtlasTextures() {
+  for (const GLuint texture : {pages_, constants_, bricks_}) glDeleteTextures(1, &texture);
+  glDeleteTextures(GLsizei(texels_.size()), texels_.data());
+  glDeleteBuffers(GLsizei(storage_.size()), storage_.data());
+}
+
+GLuint AtlasTextures::buffer_texture(GLenum format, const void* data, std::size_t bytes) {
+  GLuint buffer = 0, texture = 0;
+  glCreateBuffers(1, &buffer);
+  storage_.push_back(buffer);
+  // An empty store is not allowed; 16 bytes are a texel of any format.
+  glNamedBufferStorage(buffer, GLsizeiptr(std::max<std::size_t>(bytes, 16)),
+                       bytes ? data : nullptr, 0);
+  glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
+  glTextureBuffer(texture, format, buffer);
+  return texture;
+}
+
+void AtlasTextures::upload_pages(const std::vector<std::uint32_t>& entries) {
+  pages_ = buffer_texture(GL_R32UI, entries.data(), entries.size() * sizeof(std::uint32_t));
+}
+
+void AtlasTextures::upload_buffers(const BrickAtlas& atlas) {
+  upload_pages(atlas.pages.entries);
+  const std::uint64_t bricks = atlas.bricks.size();
+  const std::uint64_t per_buffer = std::max<std::uint64_t>(max_texels_ / brick_texels, 1);
+  if (bricks * brick_texels > std::uint64_t(std::numeric_limits<int>::max()))
+    throw Error(ExitCode::graphics, "an atlas of " + std::to_string(bricks) +
+                                        " bricks is beyond what a shader can address (2^31 values)");
+  texels_per_buffer_ = int(std::min(per_buffer, bricks + 1) * brick_texels);
+  const auto channels = std::uint64_t(atlas.channels);
+  std::uint64_t first = 0;
+  do {
+    const std::uint64_t count = std::min(bricks - first, per_buffer) * brick_texels;
+    const std::uint64_t at = first * brick_texels * channels;
+    if (atlas.texel == TexelType::float32) {
+      texels_.push_back(buffer_texture(buffer_format(atlas), atlas.texels32.get() + at,
+                                       count * channels * sizeof(float)));
+    } else if (channels == 1) {
+      texels_.push_back(buffer_texture(buffer_format(atlas), atlas.texels16.get() + at, count * 2));
+    } else {
+      const auto texels = padded(atlas.texels16.get() + at, count);
+      texels_.push_back(buffer_texture(buffer_format(atlas), texels.data(), texels.size() * 2));
+    }
+    first += per_buffer;
+  } while (first < bricks);
+}
+
+void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {
+  GLint limit = 0;
+  glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &limit);
+  // A page's payload holds the brick's place, 10 bits an axis.
+  const std::uint64_t widest = std::min<std::uint64_t>(std::uint64_t(limit) / brick_values, 1024);
+  const std::uint64_t bricks = std::max<std::uint64_t>(atlas.bricks.size(), 1);
+  const std::uint64_t nx = std::min(bricks, widest);
+  const std::uint64_t ny = std::min((bricks + nx - 1) / nx, widest);
+  const std::uint64_t nz = (bricks + nx * ny - 1) / (nx * ny);
+  if (nz > widest)
+    throw Error(ExitCode::graphics,
+                "an atlas of " + std::to_string(bricks) +
+                    " bricks does not fit the device's largest 3D texture; use --filter exact");
+  const bool half = atlas.texel == TexelType::float16;
+  const GLenum format = atlas.channels == 1 ? GL_RED : GL_RGB;
+  const GLenum internal = atlas.channels == 1 ? (half ? GL_R16F : GL_R32F)
+                                              : (half ? GL_RGB16F : GL_RGB32F);
+  glCreateTextures(GL_TEXTURE_3D, 1, &bricks_);
+  glTextureStorage3D(bricks_, 1, internal, GLsizei(nx * brick_values), GLsizei(ny * brick_values),
+                     GLsizei(nz * brick_values));
+  glTextureParameteri(bricks_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTextureParameteri(bricks_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  const std::size_t per_brick = brick_texels * std::size_t(atlas.channels);
+  const auto place = [&](std::uint64_t slot) {
+    return glm::ivec3(int(slot % nx), int(slot / nx % ny), int(slot / (nx * ny)));
+  };
+  std::vector<std::uint32_t> entries = atlas.pages.entries;
+  for (std::uint32_t& entry : entries) {
+    if (entry_kind(entry) != EntryKind::brick) continue;
+    const glm::uvec3 at(place(entry_payload(entry)));
+    entry = make_entry(EntryKind::brick, at.x | at.y << 10 | at.z << 20);
+  }
+  upload_pages(entries);
+  for (std::size_t slot = 0; slot < atlas.bricks.size(); ++slot) {
+    const glm::ivec3 at = place(slot) * brick_values;
+    const void* data = half ? static_cast<const void*>(atlas.texels16.get() + slot * per_brick)
+                            : static_cast<const void*>(atlas.texels32.get() + slot * per_brick);
+    glTextureSubImage3D(bricks_, 0, at.x, at.y, at.z, brick_values, brick_values, brick_values,
+                        format, half ? GL_HALF_FLOAT : GL_FLOAT, data);
+  }
+  texels_.push_back(buffer_texture(GL_R32F, nullptr, 0));  // what the shader declares, unread
+}
+
+void AtlasTextures::bind(int first_unit) const {
+  GLuint unit = GLuint(first_unit);
+  glBindTextureUnit(unit++, pages_);
+  glBindTextureUnit(unit++, constants_);
+  glBindTextureUnit(unit++, bricks_);
+  for (const GLuint texture : texels_) glBindTextureUnit(unit++, texture);
+}
+
+}  // namespace psivox::gl

@@ -1,0 +1,215 @@
+#include "gl/egl_context.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+
+#include "psivox/error.h"
+
+namespace psivox::gl {
+namespace {
+
+constexpr const char* install_advice =
+    "; install an OpenGL driver with EGL, such as Debian's libegl1 and libgl1-mesa-dri";
+
+bool has_extension(const char* extensions, const char* name) {
+  if (!extensions) return false;
+  const std::size_t length = std::strlen(name);
+  for (const char* at = extensions; (at = std::strstr(at, name)); at += length)
+    if ((at == extensions || at[-1] == ' ') && (at[length] == ' ' || at[length] == '\0'))
+      return true;
+  return false;
+}
+
+const char* client_extensions() { return eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS); }
+
+/// A display to try, and its index among the EGL devices (-1: none of them).
+struct Candidate {
+  EGLDisplay display;
+  int device;
+  bool software;
+};
+
+std::vector<Candidate> device_displays() {
+  std::vector<Candidate> result;
+  const char* client = client_extensions();
+  if (!has_extension(client, "EGL_EXT_platform_device") ||
+      !(has_extension(client, "EGL_EXT_device_enumeration") ||
+        has_extension(client, "EGL_EXT_device_base")))
+    return result;
+  EGLDeviceEXT devices[64];
+  EGLint count = 0;
+  if (!eglQueryDevicesEXT(64, devices, &count)) return result;
+  for (int i = 0; i < count; ++i) {
+    const char* own = has_extension(client, "EGL_EXT_device_query") ||
+                              has_extension(client, "EGL_EXT_device_base")
+                          ? eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS)
+                          : nullptr;
+    result.push_back({eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr), i,
+                      has_extension(own, "EGL_MESA_device_software")});
+  }
+  return result;
+}
+
+std::vector<Candidate> candidates(int device) {
+  std::vector<Candidate> devices = device_displays();
+  if (device >= 0) {
+    const auto chosen = std::find_if(devices.begin(), devices.end(),
+                                     [&](const Candidate& c) { return c.device == device; });
+    if (chosen == devices.end())
+      throw Error(ExitCode::graphics, "EGL device " + std::to_string(device) +
+                                          " does not exist; --list-devices prints those that do");
+    return {*chosen};
+  }
+  std::stable_partition(devices.begin(), devices.end(),
+                        [](const Candidate& c) { return !c.software; });
+  if (has_extension(client_extensions(), "EGL_MESA_platform_surfaceless"))
+    devices.push_back(
+        {eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr), -1, true});
+  devices.push_back({eglGetDisplay(EGL_DEFAULT_DISPLAY), -1, false});
+  return devices;
+}
+
+void GLAPIENTRY on_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei,
+                           const GLchar* text, const void* user) {
+  // Notifications and performance hints are no faults of ours.
+  if (severity == GL_DEBUG_SEVERITY_NOTIFICATION || type == GL_DEBUG_TYPE_PERFORMANCE ||
+      type == GL_DEBUG_TYPE_OTHER)
+    return;
+  auto& message = *static_cast<std::string*>(const_cast<void*>(user));
+  if (message.empty()) message = text;
+}
+
+/// Mesa's loader reports drivers that it does not find on stderr; they are only candidates.
+void silence_loader() { setenv("EGL_LOG_LEVEL", "fatal", 0); }
+
+}  // namespace
+
+bool EglContext::open(EGLDisplay display, bool debug, std::string& problem) {
+  display_ = display;
+  EGLint major = 0, minor = 0;
+  if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) {
+    display_ = EGL_NO_DISPLAY;
+    problem = "the EGL display cannot be initialised";
+    return false;
+  }
+  const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
+  const bool surfaceless = has_extension(extensions, "EGL_KHR_surfaceless_context");
+  const EGLint config_attributes[] = {EGL_SURFACE_TYPE, surfaceless ? 0 : EGL_PBUFFER_BIT,
+                                      EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
+  EGLConfig config = nullptr;
+  EGLint configs = 0;
+  if (!eglBindAPI(EGL_OPENGL_API)) {
+    problem = "EGL offers no desktop OpenGL";
+    return false;
+  }
+  eglChooseConfig(display, config_attributes, &config, 1, &configs);
+  if (configs == 0 && !surfaceless) {
+    problem = "EGL offers neither surfaceless contexts nor pixel buffers";
+    return false;
+  }
+  const EGLint context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                       4,
+                                       EGL_CONTEXT_MINOR_VERSION,
+                                       5,
+                                       EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                       EGL_CONTEXT_OPENGL_DEBUG,
+                                       debug ? EGL_TRUE : EGL_FALSE,
+                                       EGL_NONE};
+  context_ = eglCreateContext(display, configs ? config : nullptr, EGL_NO_CONTEXT,
+                              context_attributes);
+  if (context_ == EGL_NO_CONTEXT) {
+    problem = "no OpenGL 4.5 core context";
+    return false;
+  }
+  if (!surfaceless) {
+    const EGLint size[] = {EGL_WIDTH, 1, EGL_HEIGHT, 1, EGL_NONE};
+    surface_ = eglCreatePbufferSurface(display, config, size);
+  }
+  if (!eglMakeCurrent(display, surface_, surface_, context_)) {
+    problem = "the OpenGL context cannot be made current";
+    return false;
+  }
+  if (debug) {
+    glEnable(GL_DEBUG_OUTPUT);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(on_message, &message_);
+  }
+  return true;
+}
+
+void EglContext::close() {
+  if (display_ == EGL_NO_DISPLAY) return;
+  eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  if (surface_ != EGL_NO_SURFACE) eglDestroySurface(display_, surface_);
+  if (context_ != EGL_NO_CONTEXT) eglDestroyContext(display_, context_);
+  // The display stays initialised: other contexts of the process may share it.
+  surface_ = EGL_NO_SURFACE;
+  context_ = EGL_NO_CONTEXT;
+  display_ = EGL_NO_DISPLAY;
+}
+
+EglContext::EglContext(const ContextOptions& options) {
+  silence_loader();
+  std::string problem = "no EGL device";
+  for (const Candidate& candidate : candidates(options.device)) {
+    if (open(candidate.display, options.debug, problem)) return;
+    close();
+  }
+  throw Error(ExitCode::graphics, "no OpenGL: " + problem + install_advice);
+}
+
+EglContext::~EglContext() { close(); }
+
+void EglContext::make_current() const {
+  if (!eglMakeCurrent(display_, surface_, surface_, context_))
+    throw Error(ExitCode::graphics, "the OpenGL context was lost");
+}
+
+std::string EglContext::renderer() const {
+  return reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+}
+std::string EglContext::version() const {
+  return reinterpret_cast<const char*>(glGetString(GL_VERSION));
+}
+
+void EglContext::check(const std::string& doing) const {
+  std::string message = std::move(message_);
+  message_.clear();
+  const GLenum code = glGetError();
+  if (message.empty() && code == GL_NO_ERROR) return;
+  if (message.empty()) {
+    message = code == GL_OUT_OF_MEMORY ? "out of memory" : "error " + std::to_string(code);
+  }
+  message.erase(std::remove(message.begin(), message.end(), '\n'), message.end());
+  throw Error(code == GL_OUT_OF_MEMORY ? ExitCode::memory : ExitCode::graphics,
+              "OpenGL, " + doing + ": " + message);
+}
+
+}  // namespace psivox::gl
+
+namespace psivox {
+
+std::vector<DeviceInfo> list_devices() {
+  gl::silence_loader();
+  std::vector<DeviceInfo> result;
+  for (const gl::Candidate& candidate : gl::device_displays()) {
+    DeviceInfo info;
+    info.index = candidate.device;
+    info.software = candidate.software;
+    try {
+      const gl::EglContext context({.device = candidate.device});
+      info.renderer = context.renderer();
+      info.version = context.version();
+    } catch (const Error& e) {
+      info.problem = e.what();
+    }
+    result.push_back(info);
+  }
+  return result;
+}
+
+}  // namespace psivox

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <epoxy/egl.h>
+
+#include <string>
+#include <vector>
+
+#include "psivox/renderer.h"
+
+namespace psivox::gl {
+
+/// A 4.5 core context without a window, current on the thread that made it.
+class EglContext {
+ public:
+  /// Tries `options.device`, or every device in turn, hardware before software; then the
+  /// surfaceless platform. Throws Error(graphics) that says what to install.
+  explicit EglContext(const ContextOptions& options);
+  ~EglContext();
+  EglContext(const EglContext&) = delete;
+  EglContext& operator=(const EglContext&) = delete;
+
+  void make_current() const;
+  std::string renderer() const;
+  std::string version() const;
+
+  /// Throws Error(graphics) with the first KHR_debug message since the last call, if there was one
+  /// (contexts made with ContextOptions::debug only), or with glGetError's.
+  void check(const std::string& doing) const;
+
+ private:
+  EGLDisplay display_ = EGL_NO_DISPLAY;
+  EGLContext context_ = EGL_NO_CONTEXT;
+  EGLSurface surface_ = EGL_NO_SURFACE;
+  mutable std::string message_;  ///< first KHR_debug message, set by the callback
+
+  bool open(EGLDisplay display, bool debug, std::string& problem);
+  void close();
+};
+
+}  // namespace psivox::gl

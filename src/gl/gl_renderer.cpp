@@ -1,0 +1,209 @@
+#include <algorithm>
+#include <chrono>
+#include <map>
+
+#include "gl/atlas_textures.h"
+#include "gl/egl_context.h"
+#include "gl/march_program.h"
+#include "gl/tile_target.h"
+#include "march/film.h"
+#include "march/march_parameters.h"
+#include "psivox/error.h"
+#include "psivox/renderer.h"
+
+namespace psivox {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Loop turns that one pass may take. Mesa 22.3's llvmpipe silently stops an invocation after
+/// 65,535 loop iterations, summed over all its loops: those of the segments inside a cell count.
+int turns_per_pass(const MarchConstants& constants) {
+  constexpr int driver_limit = 65535;
+  const int inner = constants.uniform_sampling ? 0 : constants.segments;
+  const int levels = constants.density_levels + constants.luminance_levels * 2;
+  return driver_limit / (1 + inner + levels) - 1;
+}
+
+/// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
+/// draws wait for each other.
+int next_side(int side, double tile_ms) {
+  constexpr int smallest = 16, largest = 1024;
+  if (tile_ms > 2000) return std::max(side / 2, smallest);
+  if (tile_ms < 400) return std::min(side * 2, largest);
+  return side;
+}
+
+}  // namespace
+
+struct GlRenderer::Impl {
+  gl::EglContext context;
+  double init_ms = 0;
+  double upload_ms = 0;
+  const BrickAtlas* density_atlas = nullptr;
+  const BrickAtlas* luminance_atlas = nullptr;
+  Filter filter = Filter::exact;  ///< that the textures are made for
+  std::unique_ptr<gl::AtlasTextures> density, luminance;
+  std::map<std::string, std::unique_ptr<gl::MarchProgram>> programs;
+  GLuint vertex_array = 0;
+
+  explicit Impl(const ContextOptions& options) : context(options) {
+    glCreateVertexArrays(1, &vertex_array);
+  }
+  ~Impl() {
+    context.make_current();
+    glDeleteVertexArrays(1, &vertex_array);
+  }
+
+  const gl::MarchProgram& program(const gl::MarchVariant& variant);
+  void draw(const gl::MarchProgram& program, int width, int height) const;
+};
+
+/// The program for a variant, built once a process.
+const gl::MarchProgram& GlRenderer::Impl::program(const gl::MarchVariant& variant) {
+  auto& slot = programs[variant.prelude()];
+  if (!slot) {
+    slot = std::make_unique<gl::MarchProgram>(variant);
+    context.check("building the march's shader");
+  }
+  return *slot;
+}
+
+void GlRenderer::Impl::draw(const gl::MarchProgram& march, int width, int height) const {
+  glBindVertexArray(vertex_array);
+  glUseProgram(march.program().id());
+  glViewport(0, 0, width, height);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+GlRenderer::GlRenderer(const ContextOptions& options) {
+  const auto start = Clock::now();
+  impl_ = std::make_unique<Impl>(options);
+  impl_->init_ms = milliseconds_since(start);
+}
+
+GlRenderer::~GlRenderer() = default;
+
+std::string GlRenderer::description() const {
+  impl_->context.make_current();
+  return impl_->context.renderer() + ", " + impl_->context.version();
+}
+
+void GlRenderer::upload(const BrickAtlas& density, const BrickAtlas* luminance, Filter filter,
+                        std::uint64_t max_buffer_texels) {
+  const auto start = Clock::now();
+  Impl& impl = *impl_;
+  impl.context.make_current();
+  impl.density.reset();
+  impl.luminance.reset();
+  impl.density = std::make_unique<gl::AtlasTextures>(density, filter, max_buffer_texels);
+  if (luminance)
+    impl.luminance = std::make_unique<gl::AtlasTextures>(*luminance, filter, max_buffer_texels);
+  impl.context.check("copying the atlas");
+  glFinish();
+  impl.density_atlas = &density;
+  impl.luminance_atlas = luminance;
+  impl.filter = filter;
+  impl.upload_ms = milliseconds_since(start);
+}
+
+RenderResult GlRenderer::render(const View& view, const RenderOptions& options, int max_turns) {
+  Impl& impl = *impl_;
+  impl.context.make_current();
+  if (!impl.density || impl.filter != view.scene.filter)
+    throw Error(ExitCode::failure, "render needs an upload for the same filter");
+
+  MarchSetup setup = make_march_setup(view, *impl.density_atlas, impl.luminance_atlas);
+  setup.constants.count_steps = options.count;
+  setup.constants.find_depth = options.depth;
+  const int pass_turns = max_turns ? max_turns : turns_per_pass(setup.constants);
+  gl::MarchVariant variant{setup.constants, impl.density->buffers(),
+                           impl.luminance ? impl.luminance->buffers() : 1,
+                           impl.density->texels_per_buffer(),
+                           setup.parameters.max_turns > pass_turns};
+  setup.parameters.max_turns = std::min(setup.parameters.max_turns, pass_turns);
+
+  RenderResult result;
+  RenderStats& stats = result.stats;
+  stats.renderer = description();
+  stats.gl_init_ms = impl.init_ms;
+  stats.upload_ms = impl.upload_ms;
+
+  auto start = Clock::now();
+  const gl::MarchProgram& march = impl.program(variant);
+  march.configure(setup.parameters);
+  impl.density->bind(gl::MarchProgram::density_unit);
+  if (impl.luminance) impl.luminance->bind(march.luminance_unit());
+
+  int side = variant.resumable ? 64 : 256;
+  auto target = std::make_unique<gl::TileTarget>(side, variant.resumable);
+  // Drivers compile at the first draw: one pixel, so that the march's time is the march's.
+  target->bind(0);
+  march.program().set("first_pass", 1);
+  impl.draw(march, 1, 1);
+  glFinish();
+  impl.context.check("compiling the march's shader");
+  stats.shader_ms = milliseconds_since(start);
+
+  start = Clock::now();
+  const glm::ivec2 size = view.scene.resolution;
+  const int samples = view.scene.pixel_samples;
+  const bool want_layers = options.count || options.depth || options.transmittance;
+  Film film(view, options);
+  std::vector<PixelSums> sums;
+  std::vector<glm::vec4> picture, layers;
+  std::uint64_t pixels_done = 0;
+  for (int y = 0; y < size.y;) {
+    // A row of tiles keeps its height; the side follows the time between rows.
+    const int height = std::min(side, size.y - y);
+    double slowest_ms = 0;
+    for (int x = 0; x < size.x; x += side) {
+      const auto tile_start = Clock::now();
+      const int width = std::min(side, size.x - x);
+      sums.assign(std::size_t(width) * std::size_t(height), {});
+      march.program().set("tile_origin", glm::ivec2(x, y));
+      for (int i = 0; i < samples; ++i) {
+        march.program().set("sample_offset", pixel_sample(i, samples));
+        int passes = 0;
+        do {
+          const int set = passes & 1;
+          target->bind(set);
+          march.program().set("first_pass", passes == 0);
+          impl.draw(march, width, height);
+          ++passes;
+        } while (variant.resumable && !target->all_done(width, height, (passes - 1) & 1));
+        stats.passes = std::max(stats.passes, passes);
+        target->bind((passes - 1) & 1);
+        target->read_picture(width, height, picture);
+        if (want_layers)
+          target->read_layers(width, height, layers);
+        else
+          layers.assign(picture.size(), glm::vec4(0));
+        for (std::size_t k = 0; k < sums.size(); ++k)
+          sums[k].add(glm::dvec4(picture[k]), glm::dvec4(layers[k]));
+      }
+      impl.context.check("marching");
+      for (int k = 0; k < width * height; ++k)
+        film.set(x + k % width, y + k / width, sums[std::size_t(k)]);
+      slowest_ms = std::max(slowest_ms, milliseconds_since(tile_start));
+      pixels_done += sums.size();
+      if (options.progress)
+        options.progress(double(pixels_done) / (double(size.x) * double(size.y)));
+    }
+    y += height;
+    const int next = next_side(side, slowest_ms);
+    if (next != side && y < size.y) {
+      side = next;
+      target = std::make_unique<gl::TileTarget>(side, variant.resumable);
+    }
+  }
+  stats.march_ms = milliseconds_since(start);
+  result.image = film.finish(stats);
+  return result;
+}
+
+}  // namespace psivox

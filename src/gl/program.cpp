@@ -1,0 +1,82 @@
+#include "gl/program.h"
+
+#include <vector>
+
+#include "gl/shader_source.h"
+#include "psivox/error.h"
+
+namespace psivox::gl {
+namespace {
+
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
+
+GLuint compile(GLenum stage, const std::string& name, const ShaderSource& source) {
+  const GLuint shader = glCreateShader(stage);
+  const char* text = source.text.c_str();
+  glShaderSource(shader, 1, &text, nullptr);
+  glCompileShader(shader);
+  GLint ok = 0;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+  if (ok) return shader;
+  std::vector<char> log(65536, '\0');
+  glGetShaderInfoLog(shader, GLsizei(log.size()), nullptr, log.data());
+  glDeleteShader(shader);
+  throw Error(ExitCode::graphics,
+              "shader '" + name + "' does not compile: " + first_line(source.map_log(log.data())));
+}
+
+}  // namespace
+
+Program::Program(const std::string& fragment, const std::string& prelude,
+                 const std::map<std::string, std::string>& generated) {
+  const GLuint vertex_shader =
+      compile(GL_VERTEX_SHADER, "march.vert", load_shader("march.vert", "", {}));
+  GLuint fragment_shader = 0;
+  try {
+    fragment_shader =
+        compile(GL_FRAGMENT_SHADER, fragment, load_shader(fragment, prelude, generated));
+  } catch (...) {
+    glDeleteShader(vertex_shader);
+    throw;
+  }
+  id_ = glCreateProgram();
+  for (const GLuint shader : {vertex_shader, fragment_shader}) {
+    glAttachShader(id_, shader);
+    glDeleteShader(shader);
+  }
+  glLinkProgram(id_);
+  GLint ok = 0;
+  glGetProgramiv(id_, GL_LINK_STATUS, &ok);
+  if (!ok) {
+    std::vector<char> log(65536, '\0');
+    glGetProgramInfoLog(id_, GLsizei(log.size()), nullptr, log.data());
+    glDeleteProgram(id_);
+    throw Error(ExitCode::graphics,
+                "shader '" + fragment + "' does not link: " + first_line(log.data()));
+  }
+}
+
+Program::~Program() { glDeleteProgram(id_); }
+
+GLint Program::location(const char* name) const { return glGetUniformLocation(id_, name); }
+
+void Program::set(const char* name, int value) const {
+  glProgramUniform1i(id_, location(name), value);
+}
+void Program::set(const char* name, double value) const {
+  glProgramUniform1f(id_, location(name), float(value));
+}
+void Program::set(const char* name, const glm::ivec2& v) const {
+  glProgramUniform2i(id_, location(name), v.x, v.y);
+}
+void Program::set(const char* name, const glm::ivec3& v) const {
+  glProgramUniform3i(id_, location(name), v.x, v.y, v.z);
+}
+void Program::set(const char* name, const glm::dvec2& v) const {
+  glProgramUniform2f(id_, location(name), float(v.x), float(v.y));
+}
+void Program::set(const char* name, const glm::dvec3& v) const {
+  glProgramUniform3f(id_, location(name), float(v.x), float(v.y), float(v.z));
+}
+
+}  // namespace psivox::gl

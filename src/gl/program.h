@@ -1,0 +1,38 @@
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <map>
+#include <string>
+
+namespace psivox::gl {
+
+/// A linked GL program; needs a current context for its whole life.
+class Program {
+ public:
+  /// Compiles and links march.vert and a fragment shader (see load_shader).
+  /// Throws Error(graphics) with the driver's first message, mapped to file and line.
+  Program(const std::string& fragment, const std::string& prelude,
+          const std::map<std::string, std::string>& generated);
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  GLuint id() const { return id_; }
+
+  /// Sets a uniform; names that the compiler has dropped are ignored. Doubles become floats.
+  void set(const char* name, int value) const;
+  void set(const char* name, double value) const;
+  void set(const char* name, const glm::ivec2& value) const;
+  void set(const char* name, const glm::ivec3& value) const;
+  void set(const char* name, const glm::dvec2& value) const;
+  void set(const char* name, const glm::dvec3& value) const;
+
+ private:
+  GLint location(const char* name) const;
+  GLuint id_ = 0;
+};
+
+}  // namespace psivox::gl

@@ -1,0 +1,79 @@
+#include "gl/shader_source.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include "gl/embedded_shaders.h"
+#include "psivox/error.h"
+
+namespace psivox::gl {
+namespace {
+
+std::string read_shader(const std::string& name, const std::string& included_from) {
+  const std::string from = included_from.empty() ? "" : " (included from " + included_from + ")";
+  if (const char* folder = std::getenv("PSIVOX_SHADER_DIR")) {
+    const auto path = std::filesystem::path(folder) / name;
+    std::ifstream in(path, std::ios::binary);
+    if (!in)
+      throw Error(ExitCode::graphics, "shader '" + path.string() + "' cannot be read" + from +
+                                          "; PSIVOX_SHADER_DIR must hold a copy of shaders/");
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+  const auto found = embedded_shaders().find(name);
+  if (found == embedded_shaders().end())
+    throw Error(ExitCode::graphics, "shader '" + name + "' does not exist" + from);
+  return found->second;
+}
+
+void expand(const std::string& name, const std::string& included_from,
+            const std::map<std::string, std::string>& generated, ShaderSource& source) {
+  const auto own = generated.find(name);
+  const std::string text = own != generated.end() ? own->second : read_shader(name, included_from);
+  const std::size_t number = source.files.size();
+  source.files.push_back(name);
+  const auto folder = std::filesystem::path(name).parent_path();
+
+  std::istringstream lines(text);
+  std::string line;
+  source.text += "#line 1 " + std::to_string(number) + "\n";
+  for (int i = 1; std::getline(lines, line); ++i) {
+    if (line.starts_with("#include \"")) {
+      const std::string included = line.substr(10, line.rfind('"') - 10);
+      const std::string here = name + ":" + std::to_string(i);
+      expand((folder / included).lexically_normal().string(), here, generated, source);
+      source.text += "#line " + std::to_string(i + 1) + " " + std::to_string(number) + "\n";
+    } else {
+      source.text += line + "\n";
+    }
+  }
+}
+
+}  // namespace
+
+ShaderSource load_shader(const std::string& name, const std::string& prelude,
+                         const std::map<std::string, std::string>& generated) {
+  ShaderSource source;
+  source.text = "#version 450 core\n" + prelude;
+  expand(name, "", generated, source);
+  return source;
+}
+
+std::string ShaderSource::map_log(const std::string& log) const {
+  // Mesa writes 2:17(5): error, NVIDIA 2(17) : error
+  static const std::regex place(R"((^|\n)(ERROR: )?(\d+)[:(](\d+)\)?(\(\d+\))?)");
+  std::string result;
+  auto begin = log.cbegin();
+  for (std::smatch m; std::regex_search(begin, log.cend(), m, place); begin = m.suffix().first) {
+    const std::size_t number = std::stoul(m[3]);
+    result += m.prefix().str() + m[1].str();
+    result += number < files.size() ? files[number] + ":" + m[4].str() : m[0].str();
+  }
+  return result + std::string(begin, log.cend());
+}
+
+}  // namespace psivox::gl

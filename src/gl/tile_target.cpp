@@ -1,0 +1,69 @@
+#include "gl/tile_target.h"
+
+#include <algorithm>
+
+namespace psivox::gl {
+namespace {
+
+GLuint make_texture(GLenum format, int side) {
+  GLuint texture = 0;
+  glCreateTextures(GL_TEXTURE_2D, 1, &texture);
+  glTextureStorage2D(texture, 1, format, side, side);
+  glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  return texture;
+}
+
+}  // namespace
+
+TileTarget::TileTarget(int side, bool resumable) : side_(side), sets_(resumable ? 2 : 1) {
+  picture_ = make_texture(GL_RGBA32F, side);
+  layers_ = make_texture(GL_RGBA32F, side);
+  glCreateFramebuffers(sets_, framebuffers_);
+  for (int set = 0; set < sets_; ++set) {
+    glNamedFramebufferTexture(framebuffers_[set], GL_COLOR_ATTACHMENT0, picture_, 0);
+    glNamedFramebufferTexture(framebuffers_[set], GL_COLOR_ATTACHMENT1, layers_, 0);
+    GLenum buffers[6];
+    for (GLenum i = 0; i < 6; ++i) buffers[i] = GL_COLOR_ATTACHMENT0 + i;
+    for (GLuint i = 0; resumable && i < 4; ++i) {
+      states_[set][i] = make_texture(GL_RGBA32I, side);
+      glNamedFramebufferTexture(framebuffers_[set], GL_COLOR_ATTACHMENT2 + i, states_[set][i], 0);
+    }
+    glNamedFramebufferDrawBuffers(framebuffers_[set], resumable ? 6 : 2, buffers);
+  }
+}
+
+TileTarget::~TileTarget() {
+  glDeleteFramebuffers(sets_, framebuffers_);
+  glDeleteTextures(1, &picture_);
+  glDeleteTextures(1, &layers_);
+  for (const auto& set : states_) glDeleteTextures(4, set);
+}
+
+void TileTarget::bind(int set) const {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffers_[set]);
+  if (sets_ == 2)
+    for (GLuint i = 0; i < 4; ++i) glBindTextureUnit(i, states_[1 - set][i]);
+}
+
+void TileTarget::read_picture(int width, int height, std::vector<glm::vec4>& values) const {
+  values.resize(std::size_t(width) * std::size_t(height));
+  glReadBuffer(GL_COLOR_ATTACHMENT0);
+  glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, values.data());
+}
+
+void TileTarget::read_layers(int width, int height, std::vector<glm::vec4>& values) const {
+  values.resize(std::size_t(width) * std::size_t(height));
+  glReadBuffer(GL_COLOR_ATTACHMENT1);
+  glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, values.data());
+}
+
+bool TileTarget::all_done(int width, int height, int set) const {
+  std::vector<glm::ivec4> values(std::size_t(width) * std::size_t(height));
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers_[set]);
+  glReadBuffer(GL_COLOR_ATTACHMENT5);
+  glReadPixels(0, 0, width, height, GL_RGBA_INTEGER, GL_INT, values.data());
+  return std::all_of(values.begin(), values.end(), [](const glm::ivec4& v) { return v.w != 0; });
+}
+
+}  // namespace psivox::gl

@@ -1,0 +1,28 @@
+#include "error_text.h"
+
+namespace psivox::image_io {
+
+std::string one_line(const std::string& text) {
+  std::string line;
+  bool pending_break = false;
+  for (const char c : text) {
+    if (c == '\n' || c == '\r') {
+      pending_break = !line.empty();
+    } else {
+      if (pending_break) line += "; ";
+      pending_break = false;
+      line += c;
+    }
+  }
+  return line;
+}
+
+Error read_error(const std::filesystem::path& path, const std::string& why) {
+  return Error(ExitCode::input, one_line("cannot read '" + path.string() + "': " + why));
+}
+
+Error write_error(const std::filesystem::path& path, const std::string& why) {
+  return Error(ExitCode::output, one_line("cannot write '" + path.string() + "': " + why));
+}
+
+}  // namespace psivox::image_io

@@ -1,0 +1,106 @@
+#include "output_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+
+#include "error_text.h"
+
+namespace fs = std::filesystem;
+
+namespace psivox::image_io {
+namespace {
+
+fs::path directory_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+void check_target(const fs::path& named, const fs::path& target) {
+  std::error_code ignored;
+  if (fs::is_directory(target, ignored)) throw write_error(named, "it is a directory");
+  const bool exists = fs::exists(target, ignored);
+  if (exists && !fs::is_regular_file(target, ignored)) {
+    throw write_error(named, "it is not a regular file");
+  }
+  // A rename would replace a read-only file; who protected it does not expect that.
+  if (exists && ::access(target.c_str(), W_OK) != 0) throw write_error(named, std::strerror(errno));
+  const fs::path directory = directory_of(target);
+  if (!fs::is_directory(directory, ignored)) {
+    throw write_error(named, "there is no directory '" + directory.string() + "'");
+  }
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const fs::path& target)
+    : IOProxy(target.string(), IOProxy::Write), named_(target), target_(target) {
+  std::error_code ignored;
+  if (fs::is_symlink(target, ignored)) {
+    const fs::path followed = fs::canonical(target, ignored);
+    if (!followed.empty()) target_ = followed;
+  }
+  check_target(named_, target_);
+
+  // The process id keeps two processes apart and the counter two threads; O_EXCL decides when a
+  // name is left over from a killed process, or taken by a process of another machine.
+  static std::atomic<unsigned> counter{0};
+  int descriptor = -1;
+  do {
+    hidden_ = directory_of(target_) /
+              (".psivox-" + std::to_string(getpid()) + "-" + std::to_string(counter++) + ".tmp");
+    descriptor = ::open(hidden_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  } while (descriptor < 0 && errno == EEXIST);
+  if (descriptor < 0) {
+    throw write_error(named_, "no file can be created in '" + directory_of(target_).string() +
+                                  "': " + std::strerror(errno));
+  }
+  file_ = fdopen(descriptor, "wb");
+  if (file_ == nullptr) {
+    const int failure = errno;
+    ::close(descriptor);
+    fs::remove(hidden_, ignored);
+    throw write_error(named_, std::strerror(failure));
+  }
+}
+
+OutputFile::~OutputFile() {
+  if (file_ != nullptr) std::fclose(file_);
+  std::error_code ignored;
+  if (!hidden_.empty()) fs::remove(hidden_, ignored);
+}
+
+void OutputFile::remember_failure() {
+  if (failure_ == 0) failure_ = errno != 0 ? errno : EIO;
+}
+
+std::int64_t OutputFile::tell() { return ftello(file_); }
+
+bool OutputFile::seek(std::int64_t offset) {
+  if (fseeko(file_, offset, SEEK_SET) == 0) return true;
+  remember_failure();
+  return false;
+}
+
+std::size_t OutputFile::write(const void* bytes, std::size_t size) {
+  const std::size_t written = std::fwrite(bytes, 1, size, file_);
+  if (written != size) remember_failure();
+  return written;
+}
+
+void OutputFile::commit(bool library_succeeded, const std::string& library_says) {
+  if (std::fclose(file_) != 0) remember_failure();
+  file_ = nullptr;
+  if (failure_ != 0) throw write_error(named_, std::strerror(failure_));
+  if (!library_succeeded) {
+    throw write_error(named_, library_says.empty() ? "OpenImageIO gave no reason" : library_says);
+  }
+  std::error_code failure;
+  fs::rename(hidden_, target_, failure);
+  if (failure) throw write_error(named_, failure.message());
+  hidden_.clear();
+}
+
+}  // namespace psivox::image_io

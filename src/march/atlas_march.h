@@ -1,0 +1,33 @@
+#pragma once
+
+#include "march/glsl_subset.h"
+#include "march/march_parameters.h"
+
+namespace psivox::glsl {
+
+/// The march in double over brick atlases.
+struct AtlasMarch {
+  const BrickAtlas* grids[2] = {};  ///< density, luminance
+
+  uint fetch_page(int grid, int i) const { return grids[grid]->pages.entries[std::size_t(i)]; }
+  real fetch_constant(int grid, int i) const { return grids[grid]->constants[std::size_t(i)]; }
+  real3 fetch_constant3(int grid, int i) const {
+    const float* v = grids[grid]->constants.data() + 3 * std::size_t(i);
+    return {v[0], v[1], v[2]};
+  }
+  real fetch_texel(int grid, int i) const { return value(grid, std::size_t(i)); }
+  real3 fetch_texel3(int grid, int i) const {
+    const std::size_t at = 3 * std::size_t(i);
+    return {value(grid, at), value(grid, at + 1), value(grid, at + 2)};
+  }
+  // Filtering in hardware is what the GPU alone does; in double the weights are exact.
+  real filtered_texel(int, int, real3) const { return 0; }
+  real3 filtered_texel3(int, int, real3) const { return real3(0); }
+
+#include "march/march_members.h"
+
+ private:
+  real value(int grid, std::size_t i) const;
+};
+
+}  // namespace psivox::glsl

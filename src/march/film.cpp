@@ -1,0 +1,58 @@
+#include "march/film.h"
+
+#include <limits>
+#include <numeric>
+
+namespace psivox {
+
+void PixelSums::add(const glm::dvec4& ray_picture, const glm::dvec4& ray_layers) {
+  picture += ray_picture;
+  layers += glm::dvec4(ray_layers.x < no_depth ? ray_layers.x : 0.0, ray_layers.y, ray_layers.z,
+                       ray_layers.w);
+  with_depth += ray_layers.x < no_depth;
+  ++samples;
+}
+
+Film::Film(const View& view, const RenderOptions& options)
+    : pixel_samples_(view.scene.pixel_samples) {
+  image_.width = view.scene.resolution.x;
+  image_.height = view.scene.resolution.y;
+  image_.layers.reserve(5);  // the pointers into them must stay
+  image_.layers.push_back({"", {"R", "G", "B", "A"}, {}});
+  image_.layers[0].values.resize(std::size_t(image_.width) * std::size_t(image_.height) * 4);
+  picture_ = image_.layers[0].values.data();
+  depth_ = layer("depth", options.depth);
+  transmittance_ = layer("transmittance", options.transmittance);
+  steps_ = layer("steps", options.count);
+  samples_ = layer("samples", options.count);
+}
+
+float* Film::layer(const char* name, bool wanted) {
+  if (!wanted) return nullptr;
+  image_.layers.push_back(
+      {name, {name}, std::vector<float>(std::size_t(image_.width) * std::size_t(image_.height))});
+  return image_.layers.back().values.data();
+}
+
+void Film::set(int x, int y, const PixelSums& sums) {
+  const std::size_t i =
+      std::size_t(y) * std::size_t(image_.width) + std::size_t(x);
+  for (std::size_t c = 0; c < 4; ++c)
+    picture_[4 * i + c] = float(sums.picture[int(c)] / sums.samples);
+  if (depth_)
+    depth_[i] = 2 * sums.with_depth > sums.samples ? float(sums.layers.x / sums.with_depth)
+                                                   : std::numeric_limits<float>::infinity();
+  if (transmittance_) transmittance_[i] = float(sums.layers.y / sums.samples);
+  if (steps_) steps_[i] = float(sums.layers.z);
+  if (samples_) samples_[i] = float(sums.layers.w);
+}
+
+Image Film::finish(RenderStats& stats) {
+  const auto pixels = std::uint64_t(image_.width) * std::uint64_t(image_.height);
+  stats.rays += pixels * std::uint64_t(pixel_samples_);
+  if (steps_) stats.steps += std::uint64_t(std::accumulate(steps_, steps_ + pixels, 0.0));
+  if (samples_) stats.samples += std::uint64_t(std::accumulate(samples_, samples_ + pixels, 0.0));
+  return std::move(image_);
+}
+
+}  // namespace psivox

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <glm/vec4.hpp>
+
+#include "psivox/renderer.h"
+
+namespace psivox {
+
+/// Depth from which on a ray counts as having none: the march writes 1e30 where the transmittance
+/// never falls below 1/2.
+inline constexpr double no_depth = 1e29;
+
+/// Sums over the samples of one pixel, of what march.frag writes for each.
+struct PixelSums {
+  glm::dvec4 picture{0};  ///< R G B A
+  glm::dvec4 layers{0};   ///< depth of those that have one, transmittance, steps, samples
+  int samples = 0;
+  int with_depth = 0;
+
+  void add(const glm::dvec4& ray_picture, const glm::dvec4& ray_layers);
+};
+
+/// A picture and its layers in the making. Different pixels may be set from different threads.
+class Film {
+ public:
+  Film(const View& view, const RenderOptions& options);
+
+  /// Picture and transmittance become means, steps and samples stay sums; depth is the mean where
+  /// most samples have one, else +Inf.
+  void set(int x, int y, const PixelSums& sums);
+
+  /// The picture; adds its counts to `stats`.
+  Image finish(RenderStats& stats);
+
+ private:
+  float* layer(const char* name, bool wanted);
+
+  Image image_;
+  float* picture_ = nullptr;
+  float* depth_ = nullptr;
+  float* transmittance_ = nullptr;
+  float* steps_ = nullptr;
+  float* samples_ = nullptr;
+  int pixel_samples_;
+};
+
+}  // namespace psivox

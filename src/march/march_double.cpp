@@ -1,0 +1,73 @@
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <atomic>
+#include <chrono>
+#include <glm/gtc/packing.hpp>
+#include <thread>
+
+#include "march/atlas_march.h"
+#include "march/film.h"
+
+namespace psivox {
+namespace glsl {
+
+real AtlasMarch::value(int grid, std::size_t i) const {
+  const BrickAtlas& atlas = *grids[grid];
+  return atlas.texels32 ? atlas.texels32[i] : glm::unpackHalf1x16(atlas.texels16[i]);
+}
+
+}  // namespace glsl
+
+RenderResult render_march_double(const View& view, const BrickAtlas& density,
+                                 const BrickAtlas* luminance, const RenderOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  MarchSetup setup = make_march_setup(view, density, luminance);
+  setup.constants.hardware_filter = false;
+  setup.constants.count_steps = options.count;
+  setup.constants.find_depth = options.depth;
+  const glm::ivec2 size = view.scene.resolution;
+  const int n = view.scene.pixel_samples;
+
+  Film film(view, options);
+  std::atomic<std::uint64_t> turns = 0;
+  std::atomic<int> rows_done = 0;
+  const auto caller = std::this_thread::get_id();
+  tbb::parallel_for(tbb::blocked_range<int>(0, size.y, 4), [&](const tbb::blocked_range<int>& rows) {
+    glsl::AtlasMarch march;
+    march.grids[0] = &density;
+    march.grids[1] = luminance;
+    march.configure(setup);
+    std::uint64_t own_turns = 0;
+    for (int y = rows.begin(); y < rows.end(); ++y)
+      for (int x = 0; x < size.x; ++x) {
+        PixelSums sums;
+        for (int i = 0; i < n; ++i) {
+          march.sample_offset = pixel_sample(i, n);
+          const auto m = march.march_ray({x, y});
+          const double depth = m.half_depth >= march.NEVER
+                                   ? m.half_depth
+                                   : (m.half_depth - march.camera_time(march.make_pixel({x, y}))) *
+                                         march.world_unit;
+          sums.add(march.picture(m), {depth, march.decay(m.optical_depth).e, m.steps, m.samples});
+          own_turns += std::uint64_t(m.turns);
+        }
+        film.set(x, y, sums);
+      }
+    turns += own_turns;
+    rows_done += int(rows.size());
+    if (options.progress && std::this_thread::get_id() == caller)
+      options.progress(double(rows_done) / size.y);
+  });
+
+  RenderResult result;
+  result.image = film.finish(result.stats);
+  result.stats.renderer = "march in double precision";
+  result.stats.turns = turns;
+  result.stats.passes = 1;
+  result.stats.march_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace psivox

@@ -1,0 +1,51 @@
+// No include guard: expanded inside a struct that supplies the edge functions of atlas.glsl. Makes
+// it the march in double: parameters and constants as members, the shader's functions as member
+// functions, from the same files that the GPU compiles.
+#define REAL_BITS 64
+#define precise
+#define PARAMETER(type, name) type name{};
+#define CONSTANT(type, name) type name{};
+#include "march_constants.glsl"
+#include "march_parameters.glsl"
+#undef CONSTANT
+#undef PARAMETER
+Integrator integrator{};
+
+#include "math/decay.glsl"
+#include "math/psi.glsl"
+#include "math/segment.glsl"
+#include "ray.glsl"
+#include "atlas.glsl"
+#include "all_integrators.h"
+
+Weights integrate_segment(Segment s) {
+  switch (integrator) {
+#define PSIVOX_ROW(name, middle, exact, help) \
+  case Integrator::name:                      \
+    return name(s);
+    PSIVOX_INTEGRATORS(PSIVOX_ROW)
+#undef PSIVOX_ROW
+  }
+  return Weights(0, 0, 0, 0);
+}
+
+#include "march.glsl"
+
+void configure(const MarchSetup& setup) {
+#define PARAMETER(type, name) name = setup.parameters.name;
+#include "march_parameters.glsl"
+#undef PARAMETER
+#define CONSTANT(type, name) name = setup.constants.name;
+#include "march_constants.glsl"
+#undef CONSTANT
+  integrator = setup.constants.integrator;
+}
+
+March march_ray(real2 pixel) {
+  const Pixel p = make_pixel(pixel);
+  const Ray ray = density_ray(p);
+  return march_on(begin_march(ray), p, ray);
+}
+
+#undef precise
+#undef REAL_BITS

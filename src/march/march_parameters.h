@@ -1,0 +1,41 @@
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "psivox/atlas.h"
+#include "psivox/medium.h"
+
+namespace psivox {
+
+/// Numbers that the march reads; names and meaning in shaders/march_parameters.glsl.
+struct MarchParameters {
+  using real = double;
+  using real2 = glm::dvec2;
+  using real3 = glm::dvec3;
+  using int3 = glm::ivec3;
+#define PARAMETER(type, name) type name{};
+#include "march_parameters.glsl"
+#undef PARAMETER
+};
+
+/// What a march is compiled for; names and meaning in shaders/march_constants.glsl.
+struct MarchConstants {
+#define CONSTANT(type, name) type name{};
+#include "march_constants.glsl"
+#undef CONSTANT
+  Integrator integrator{};
+  bool operator==(const MarchConstants&) const = default;
+};
+
+struct MarchSetup {
+  MarchParameters parameters;
+  MarchConstants constants;
+};
+
+/// Setup for a view and the atlases of its medium (luminance null unless it has its own grid).
+/// max_turns is left at what a ray can need at most, a bound: cells and nodes crossed, or steps.
+MarchSetup make_march_setup(const View& view, const BrickAtlas& density,
+                            const BrickAtlas* luminance);
+
+}  // namespace psivox

@@ -1,0 +1,102 @@
+#include "cell_walk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+
+namespace psivox {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// The way into the grid subtracts numbers of the size of the world's origin and multiplies by the
+// inverse of the transform; wider arithmetic keeps the double result right to its last bits.
+using Wide = long double;
+using WideVec = glm::vec<3, Wide>;
+using WideMat = glm::mat<3, 3, Wide>;
+
+std::int64_t floor_divide(std::int64_t a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+
+glm::ivec3 middle_of(const Box& box) {
+  glm::ivec3 middle;
+  for (int i = 0; i < 3; ++i)
+    middle[i] = static_cast<int>((std::int64_t{box.min[i]} + box.max[i]) >> 1);
+  return middle;
+}
+
+}  // namespace
+
+double nearest_to_middle(const Field& field, const WorldRay& ray) {
+  const glm::dvec4 middle(glm::dvec3(middle_of(field.domain())), 1);
+  const glm::dvec3 to_middle = glm::dvec3(field.world_from_index * middle) - ray.origin;
+  return std::max(0.0, glm::dot(to_middle, ray.direction));
+}
+
+IndexRay make_index_ray(const Field& field, const WorldRay& ray, double t_middle, double t0,
+                        double t1) {
+  IndexRay r;
+  if (field.active_box.empty()) return r;
+  const Box domain = field.domain();
+  r.anchor = middle_of(domain);
+
+  const WideMat world_from_index(field.world_from_index);
+  const WideMat index_from_world = glm::inverse(world_from_index);
+  const WideVec translation(field.world_from_index[3]);
+  const WideVec origin = (WideVec(ray.origin) - translation) - world_from_index * WideVec(r.anchor);
+  const WideVec direction(ray.direction);
+  r.P = glm::dvec3(index_from_world * (origin + static_cast<Wide>(t_middle) * direction));
+  r.D = glm::dvec3(index_from_world * direction);
+
+  r.s_begin = t0 - t_middle;
+  r.s_end = t1 - t_middle;
+  for (int i = 0; i < 3; ++i) {
+    if (r.D[i] == 0) {
+      const bool inside = r.P[i] >= double(domain.min[i] - r.anchor[i]) &&
+                          r.P[i] <= double(domain.max[i] - r.anchor[i]);
+      if (!inside) r.s_end = -infinity;
+      continue;
+    }
+    const double a = r.crossing(i, domain.min[i]), b = r.crossing(i, domain.max[i]);
+    r.s_begin = std::max(r.s_begin, std::min(a, b));
+    r.s_end = std::min(r.s_end, std::max(a, b));
+  }
+  return r;
+}
+
+CubeSteps::CubeSteps(const IndexRay& ray, int width, double s0, double s1)
+    : ray_(&ray), width_(width), s1_(s1), begin_(s0) {
+  for (int i = 0; i < 3; ++i) {
+    const double p = ray.D[i] == 0 ? ray.P[i] : ray.P[i] + s0 * ray.D[i];
+    const auto cell = static_cast<std::int64_t>(std::floor(p)) + ray.anchor[i];
+    std::int64_t key = floor_divide(cell, width);
+    next_[i] = infinity;
+    if (ray.D[i] != 0) {
+      // p is rounded; the cube is the one whose far plane is the first that is met after s0.
+      const int ahead = ray.D[i] > 0 ? 1 : -1;
+      const int far = ray.D[i] > 0 ? 1 : 0;
+      while (ray.crossing(i, (key + far) * width) <= s0) key += ahead;
+      while (ray.crossing(i, (key + far - ahead) * width) > s0) key -= ahead;
+      next_[i] = ray.crossing(i, (key + far) * width);
+    }
+    key_[i] = static_cast<int>(key);
+  }
+  find_end();
+}
+
+void CubeSteps::next() {
+  begin_ = end_;
+  for (int i = 0; i < 3; ++i) {
+    if (next_[i] > begin_) continue;
+    key_[i] += ray_->D[i] > 0 ? 1 : -1;
+    const int far = ray_->D[i] > 0 ? 1 : 0;
+    next_[i] = ray_->crossing(i, (std::int64_t{key_[i]} + far) * width_);
+  }
+  find_end();
+}
+
+void CubeSteps::find_end() { end_ = std::min(s1_, std::min(next_.x, std::min(next_.y, next_.z))); }
+
+}  // namespace psivox

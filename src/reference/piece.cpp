@@ -1,0 +1,160 @@
+#include "piece.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+
+namespace psivox {
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+// Six-point Gauss-Legendre on [0,1]: exact to degree 11.
+constexpr std::array<double, 6> node{0.033765242898423989, 0.16939530676686776,
+                                     0.38069040695840156,  0.61930959304159844,
+                                     0.83060469323313224,  0.96623475710157601};
+constexpr std::array<double, 6> weight{0.085662246189585178, 0.18038078652406930,
+                                       0.23395696728634552,  0.23395696728634552,
+                                       0.18038078652406930,  0.085662246189585178};
+
+double evaluate(const Cubic& c, double u) {
+  const double w = 1 - u;
+  return w * w * (c[0] * w + 3 * c[1] * u) + u * u * (3 * c[2] * w + c[3] * u);
+}
+
+struct Panel {
+  double front, back;              ///< u
+  double g_front, g_back;          ///< optical depth from the piece's front
+  std::array<double, 3> radiance;  ///< by the rule over the whole panel
+};
+
+/// The integral less that of a constant luminance, which has a closed form: the furnace L = const
+/// comes out right by construction and the quadrature has only the variation to find.
+class Quadrature {
+ public:
+  Quadrature(const Piece& piece, double T_front, const Accuracy& accuracy)
+      : piece_(piece), accuracy_(accuracy), T_front_(T_front) {
+    for (std::size_t k = 0; k < 4; ++k) g_[k + 1] = g_[k] + piece.x[k] / 4;
+    for (std::size_t c = 0; c < channels(); ++c) {
+      L_mean_[c] = (piece.L[c][0] + piece.L[c][1] + piece.L[c][2] + piece.L[c][3]) / 4;
+      for (std::size_t k = 0; k < 4; ++k) {
+        L_[c][k] = piece.L[c][k] - L_mean_[c];
+        L_max_ = std::max(L_max_, std::abs(L_[c][k]));
+      }
+    }
+  }
+
+  PieceRadiance sum() {
+    if (L_max_ > 0) {
+      Panel whole{0, 1, 0, g_[4], {}};
+      whole.radiance = gauss(whole);
+      halve(whole);
+    }
+    const double drop = -T_front_ * std::expm1(-g_[4]);
+    for (std::size_t c = 0; c < channels(); ++c) sum_.radiance[c] += L_mean_[c] * drop;
+    return sum_;
+  }
+
+ private:
+  std::size_t channels() const { return static_cast<std::size_t>(piece_.channels); }
+
+  double optical_depth(double u) const {  // Bernstein form of the quartic, g(0) = 0
+    const double w = 1 - u;
+    return u * (w * w * (4 * g_[1] * w + 6 * g_[2] * u) + u * u * (4 * g_[3] * w + g_[4] * u));
+  }
+
+  std::array<double, 3> gauss(const Panel& panel) const {
+    std::array<double, 3> radiance{};
+    const double length = panel.back - panel.front;
+    for (std::size_t k = 0; k < node.size(); ++k) {
+      const double u = panel.front + length * node[k];
+      const double S = weight[k] * evaluate(piece_.x, u) * std::exp(-optical_depth(u));
+      for (std::size_t c = 0; c < channels(); ++c) radiance[c] += S * evaluate(L_[c], u);
+    }
+    for (double& r : radiance) r *= length * T_front_;
+    return radiance;
+  }
+
+  /// Adds the panel's radiance from its two halves, each halved again until the rule agrees with
+  /// itself. A panel may use the share T(front) - T(back) of the tolerance; shares sum to A <= 1.
+  /// Panels of optical depth above 2 are not trusted: all nodes could lie behind the light.
+  void halve(const Panel& panel) {
+    const double T = T_front_ * std::exp(-panel.g_front);
+    const double share = -T * std::expm1(panel.g_front - panel.g_back);
+    if (T <= accuracy_.T_stop || share == 0) {
+      sum_.error += share * L_max_;
+      return;
+    }
+    const double middle = 0.5 * (panel.front + panel.back);
+    if (middle <= panel.front || middle >= panel.back) {  // opaque between neighbouring doubles
+      for (std::size_t c = 0; c < channels(); ++c)
+        sum_.radiance[c] += share * evaluate(L_[c], panel.front);
+      sum_.error += share * L_max_;
+      return;
+    }
+    const double g_middle = optical_depth(middle);
+    Panel a{panel.front, middle, panel.g_front, g_middle, {}};
+    Panel b{middle, panel.back, g_middle, panel.g_back, {}};
+    a.radiance = gauss(a);
+    b.radiance = gauss(b);
+    double difference = 0;
+    for (std::size_t c = 0; c < channels(); ++c)
+      difference =
+          std::max(difference, std::abs(a.radiance[c] + b.radiance[c] - panel.radiance[c]));
+    // exp(-g) is right to epsilon * (1 + g) relative, the polynomials to a few epsilon.
+    const double rounding = 8 * epsilon * (1 + panel.g_back) * L_max_;
+    const double enough = std::max(accuracy_.tolerance, rounding) * share;
+    const bool opaque = panel.g_back - panel.g_front > 2;
+    if (!opaque && difference <= enough) {
+      for (std::size_t c = 0; c < channels(); ++c)
+        sum_.radiance[c] += a.radiance[c] + b.radiance[c];
+      sum_.error += difference;
+      return;
+    }
+    halve(a);
+    halve(b);
+  }
+
+  const Piece& piece_;
+  const Accuracy& accuracy_;
+  double T_front_;
+  std::array<double, 5> g_{};  ///< optical depth, quartic
+  std::array<double, 3> L_mean_{};
+  std::array<Cubic, 3> L_{};  ///< less its mean
+  double L_max_ = 0;          ///< bound on |L_|
+  PieceRadiance sum_;
+};
+
+}  // namespace
+
+// The interpolant is linear in each coordinate, so its polar form at (0,..,1) is its mean over the
+// corners of the box `from`..`to` with that many coordinates at `to`: coefficient k of the cubic.
+Cubic cubic_along(const std::array<double, 8>& corners, const glm::dvec3& from,
+                  const glm::dvec3& to) {
+  auto mix = [](double a, double b, double f) { return a * (1 - f) + b * f; };
+  std::array<double, 8> v = corners;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto stride = std::size_t{4} >> axis;
+    for (std::size_t i = 0; i < 8; ++i) {
+      if (i & stride) continue;
+      const double a = v[i], b = v[i + stride];
+      v[i] = mix(a, b, from[axis]);
+      v[i + stride] = mix(a, b, to[axis]);
+    }
+  }
+  return {v[0], (v[1] + v[2] + v[4]) / 3, (v[3] + v[5] + v[6]) / 3, v[7]};
+}
+
+double Piece::max_luminance() const {
+  double largest = 0;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c)
+    for (const double L_k : L[c]) largest = std::max(largest, std::abs(L_k));
+  return largest;
+}
+
+PieceRadiance integrate(const Piece& piece, double T_front, const Accuracy& accuracy) {
+  return Quadrature(piece, T_front, accuracy).sum();
+}
+
+}  // namespace psivox

@@ -1,0 +1,218 @@
+#include "ray_radiance.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/common.hpp>
+#include <memory>
+
+namespace psivox {
+namespace {
+
+bool all_zero(const std::array<double, 8>& corners) {
+  return std::all_of(corners.begin(), corners.end(), [](double v) { return v == 0; });
+}
+
+Cubic scaled(const Cubic& c, double factor) {
+  return {c[0] * factor, c[1] * factor, c[2] * factor, c[3] * factor};
+}
+
+double max_component(const glm::dvec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
+
+/// How many roundings the position of a crossing carries: its coordinate's size in voxels.
+double extent(const Field& field) {
+  const Box box = field.domain();
+  return max_component(glm::dvec3(box.max) - glm::dvec3(box.min));
+}
+
+std::optional<FieldLookup> luminance_lookup(const Medium& medium) {
+  if (medium.source == LuminanceSource::constant || medium.source == LuminanceSource::density)
+    return std::nullopt;
+  assert(medium.luminance);
+  assert(medium.luminance->channels == (medium.source == LuminanceSource::vector ? 3 : 1));
+  return FieldLookup(*medium.luminance);
+}
+
+}  // namespace
+
+RayMedium::RayMedium(const Medium& m)
+    : medium(m), density(*medium.density), luminance(luminance_lookup(medium)), color(m.color) {
+  L_max = max_component(glm::abs(color));
+  if (luminance)
+    L_max *= luminance->max_magnitude();
+  else if (medium.source == LuminanceSource::density)
+    L_max *= density.max_magnitude();
+}
+
+/// What a ray has gathered. With a scalar source `radiance` is that of colour 1.
+struct RayIntegrator::Sum {
+  glm::dvec3 radiance{0};
+  double optical_depth = 0;
+  double T = 1;
+  double error = 0;
+  double L_max = 0;  ///< of what was met
+  std::uint64_t pieces = 0;
+  std::uint64_t cells = 0;
+
+  void pass(double depth) {
+    optical_depth += depth;
+    T = std::exp(-optical_depth);
+    ++pieces;
+  }
+
+  void add(const Piece& piece, const Accuracy& accuracy) {
+    const PieceRadiance r = integrate(piece, T, accuracy);
+    for (int c = 0; c < piece.channels; ++c) radiance[c] += r.radiance[static_cast<std::size_t>(c)];
+    error += r.error;
+    L_max = std::max(L_max, piece.max_luminance());
+    pass(piece.optical_depth());
+  }
+};
+
+// Pieces are summed before they are multiplied by the colour, which takes its part of the
+// tolerance. A transparency below 1e-21 is lost in any sum's rounding; near 1e-308 it has no
+// digits itself.
+RayIntegrator::RayIntegrator(const RayMedium& medium, double tolerance)
+    : medium_(&medium),
+      accuracy_{tolerance / std::max(max_component(glm::abs(medium.color)), 1e-300),
+                std::max(tolerance, 1e-20) / (10 * std::max(1.0, medium.L_max))},
+      density_cache_(medium.density) {
+  if (medium.luminance) luminance_cache_.emplace(*medium.luminance);
+}
+
+RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
+  const Medium& medium = medium_->medium;
+  const double t_middle = nearest_to_middle(*medium.density, ray);
+  const IndexRay density_ray = make_index_ray(*medium.density, ray, t_middle, t0, t1);
+  IndexRay luminance_ray;
+  if (medium_->luminance) luminance_ray = make_index_ray(*medium.luminance, ray, t_middle, t0, t1);
+
+  Sum sum;
+  bool stopped = false;
+  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
+    const std::array<double, 8> corners = cell.block.corners(cell.cell, 0);
+    if (all_zero(corners)) return true;
+    ++sum.cells;
+    if (medium_->luminance)
+      add_across_grid(cell, corners, density_ray, luminance_ray, sum);
+    else
+      add_whole(cell, corners, density_ray, sum);
+    stopped = sum.T <= accuracy_.T_stop;
+    return !stopped;
+  });
+
+  const bool constant = medium.source == LuminanceSource::constant;
+  const double A = -std::expm1(-sum.optical_depth);
+  if (constant) {
+    sum.radiance = glm::dvec3(A);
+    sum.L_max = 1;
+  } else if (medium.source != LuminanceSource::vector) {
+    sum.radiance = glm::dvec3(sum.radiance.x);
+  }
+  // A crossing is off by epsilon times its coordinates, a sum by epsilon times its terms.
+  const double roundings = 16 + static_cast<double>(sum.pieces) + extent(*medium.density) +
+                           (medium_->luminance ? extent(*medium.luminance) : 0);
+  const double rounding = roundings * std::numeric_limits<double>::epsilon() * A * sum.L_max;
+
+  RayRadiance result;
+  result.radiance = medium_->color * sum.radiance;
+  result.optical_depth = sum.optical_depth;
+  result.error = max_component(glm::abs(medium_->color)) * (sum.error + rounding) +
+                 (stopped ? sum.T * medium_->L_max : 0);
+  result.cells = sum.cells;
+  return result;
+}
+
+/// Luminance is constant or the density grid's own: one piece.
+void RayIntegrator::add_whole(const CellPiece& cell, const std::array<double, 8>& corners,
+                              const IndexRay& ray, Sum& sum) const {
+  const Cubic value =
+      cubic_along(corners, ray.in_cell(cell.cell, cell.begin), ray.in_cell(cell.cell, cell.end));
+  Piece piece;
+  piece.x = scaled(value, medium_->medium.extinction * (cell.end - cell.begin));
+  if (medium_->medium.source == LuminanceSource::constant) {
+    sum.pass(piece.optical_depth());
+    return;
+  }
+  piece.channels = 1;
+  piece.L[0] = value;
+  sum.add(piece, accuracy_);
+}
+
+/// Luminance of another grid: a piece for each of its cells, so that both are cubics in each;
+/// outside its domain nothing glows.
+void RayIntegrator::add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
+                                    const IndexRay& density_ray, const IndexRay& luminance_ray,
+                                    Sum& sum) {
+  Piece piece;
+  piece.channels = medium_->luminance->field().channels;
+  auto add = [&](double a, double b, const glm::ivec3* luminance_cell) {
+    if (!(a < b)) return;
+    const Cubic value =
+        cubic_along(corners, density_ray.in_cell(cell.cell, a), density_ray.in_cell(cell.cell, b));
+    piece.x = scaled(value, medium_->medium.extinction * (b - a));
+    if (!luminance_cell) {
+      sum.pass(piece.optical_depth());
+      return;
+    }
+    const CellBlock& block = luminance_cache_->at(
+        {luminance_cell->x >> 3, luminance_cell->y >> 3, luminance_cell->z >> 3});
+    for (int c = 0; c < piece.channels; ++c)
+      piece.L[static_cast<std::size_t>(c)] =
+          cubic_along(block.corners(*luminance_cell, c), luminance_ray.in_cell(*luminance_cell, a),
+                      luminance_ray.in_cell(*luminance_cell, b));
+    sum.add(piece, accuracy_);
+  };
+  const double a = std::max(cell.begin, luminance_ray.s_begin);
+  const double b = std::min(cell.end, luminance_ray.s_end);
+  if (!(a < b)) {
+    add(cell.begin, cell.end, nullptr);
+    return;
+  }
+  add(cell.begin, a, nullptr);
+  for (CubeSteps step(luminance_ray, 1, a, b); !step.done(); step.next())
+    add(step.begin(), step.end(), &step.key());
+  add(b, cell.end, nullptr);
+}
+
+double RayIntegrator::optical_depth(const WorldRay& ray, double t0, double t1) {
+  const Field& field = medium_->density.field();
+  const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
+  double sum = 0;
+  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
+    const Cubic value =
+        cubic_along(cell.block.corners(cell.cell, 0), density_ray.in_cell(cell.cell, cell.begin),
+                    density_ray.in_cell(cell.cell, cell.end));
+    sum += (value[0] + value[1] + value[2] + value[3]) / 4 * (cell.end - cell.begin);
+    return true;
+  });
+  return medium_->medium.extinction * sum;
+}
+
+CellCount RayIntegrator::count_cells(const WorldRay& ray, double t0, double t1) {
+  const Field& field = medium_->density.field();
+  const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
+  CellCount count;
+  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
+    ++count.in_blocks;
+    if (!all_zero(cell.block.corners(cell.cell, 0))) ++count.occupied;
+    return true;
+  });
+  return count;
+}
+
+RayRadiance ray_radiance(const Medium& medium, const WorldRay& ray, double tolerance) {
+  const RayMedium ready(medium);
+  return RayIntegrator(ready, tolerance).radiance(ray);
+}
+
+double optical_depth(const Field& field, double extinction, const WorldRay& ray, double t0,
+                     double t1) {
+  Medium medium;
+  medium.density = {std::shared_ptr<const Field>(), &field};
+  medium.extinction = extinction;
+  const RayMedium ready(medium);
+  return RayIntegrator(ready, 0).optical_depth(ray, t0, t1);
+}
+
+}  // namespace psivox

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <optional>
+
+#include "cell_walk.h"
+#include "field_lookup.h"
+#include "piece.h"
+#include "psivox/medium.h"
+
+namespace psivox {
+
+struct RayRadiance {
+  glm::dvec3 radiance{0};
+  double optical_depth = 0;  ///< up to where the walk stopped
+  double error = 0;          ///< bound on the error of the worst channel
+  std::uint64_t cells = 0;   ///< crossed, with a corner that is not 0, up to the stop
+};
+
+/// Cells that a ray crosses, to its end.
+struct CellCount {
+  std::uint64_t occupied = 0;   ///< with a corner that is not 0
+  std::uint64_t in_blocks = 0;  ///< in 8x8x8 blocks whose 9x9x9 voxels are not all 0
+};
+
+/// A medium made ready for rays, shared by threads.
+struct RayMedium {
+  explicit RayMedium(const Medium& m);
+
+  Medium medium;
+  FieldLookup density;
+  std::optional<FieldLookup> luminance;  ///< where another grid than density gives L
+  glm::dvec3 color;                      ///< what a grid's value is multiplied by, or L itself
+  double L_max;                          ///< bound on |L| anywhere
+};
+
+/// Integrates rays through a medium, t0 <= t <= t1 [world units from the ray's origin]; one for
+/// each thread.
+class RayIntegrator {
+ public:
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+
+  /// `medium` must outlive it. Nothing behind a transparency of tolerance / 10 (of a tenth of
+  /// tolerance / L_max where luminance exceeds 1) is summed; the bound includes it.
+  RayIntegrator(const RayMedium& medium, double tolerance);
+
+  RayRadiance radiance(const WorldRay& ray, double t0 = 0, double t1 = infinity);
+
+  /// To the ray's end, however opaque.
+  double optical_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
+  CellCount count_cells(const WorldRay& ray, double t0 = 0, double t1 = infinity);
+
+ private:
+  struct Sum;
+  void add_whole(const CellPiece& cell, const std::array<double, 8>& corners, const IndexRay& ray,
+                 Sum& sum) const;
+  void add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
+                       const IndexRay& density_ray, const IndexRay& luminance_ray, Sum& sum);
+
+  const RayMedium* medium_;
+  Accuracy accuracy_;
+  BlockCache density_cache_;
+  std::optional<BlockCache> luminance_cache_;
+};
+
+/// One ray, everything made ready for it alone.
+RayRadiance ray_radiance(const Medium& medium, const WorldRay& ray, double tolerance = 1e-12);
+
+/// Of extinction * field, exact but for rounding.
+double optical_depth(const Field& field, double extinction, const WorldRay& ray, double t0 = 0,
+                     double t1 = RayIntegrator::infinity);
+
+}  // namespace psivox

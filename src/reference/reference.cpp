@@ -1,0 +1,109 @@
+#include "psivox/reference.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <thread>
+#include <vector>
+
+#include "ray_radiance.h"
+
+namespace psivox {
+namespace {
+
+constexpr int tile_width = 8;  // small enough to share a 64 x 64 picture among many cores
+
+struct Pixel {
+  glm::dvec3 radiance{0};
+  double opacity = 0;
+  double error = 0;
+  std::uint64_t cells = 0;
+};
+
+Pixel integrate_pixel(const View& view, RayIntegrator& integrator, int x, int y) {
+  const int n = view.scene.pixel_samples;
+  Pixel sum;
+  for (int i = 0; i < n; ++i) {
+    const glm::dvec2 place = pixel_sample(i, n);
+    const WorldRay ray = camera_ray(view.camera, view.scene.resolution, x + place.x, y + place.y);
+    const RayRadiance r = integrator.radiance(ray);
+    sum.radiance += r.radiance;
+    sum.opacity += -std::expm1(-r.optical_depth);
+    sum.error += r.error;
+    sum.cells += r.cells;
+  }
+  sum.radiance /= n;
+  sum.opacity /= n;
+  sum.error /= n;
+  return sum;
+}
+
+}  // namespace
+
+ReferenceResult render_reference(const View& view, double tolerance, const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const int width = view.scene.resolution.x, height = view.scene.resolution.y;
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+
+  ReferenceResult result;
+  result.image.width = width;
+  result.image.height = height;
+  result.image.layers = {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels)},
+                         {"error", {"error"}, std::vector<float>(pixels)}};
+  std::vector<float>& rgba = result.image.layers[0].values;
+  std::vector<float>& error = result.image.layers[1].values;
+
+  struct Worker {
+    RayIntegrator integrator;
+    double error_max = 0;
+    std::uint64_t cells = 0;
+  };
+  const RayMedium medium(view.medium);
+  tbb::enumerable_thread_specific<Worker> workers(
+      [&] { return Worker{RayIntegrator(medium, tolerance)}; });
+
+  const int columns = (width + tile_width - 1) / tile_width;
+  const int rows = (height + tile_width - 1) / tile_width;
+  std::atomic<int> tiles_done = 0;
+  const std::thread::id caller = std::this_thread::get_id();
+  tbb::parallel_for(
+      tbb::blocked_range<int>(0, columns * rows, 1),
+      [&](const tbb::blocked_range<int>& tiles) {
+        Worker& worker = workers.local();
+        for (int tile = tiles.begin(); tile < tiles.end(); ++tile) {
+          const int x0 = tile % columns * tile_width, y0 = tile / columns * tile_width;
+          for (int y = y0; y < std::min(y0 + tile_width, height); ++y) {
+            for (int x = x0; x < std::min(x0 + tile_width, width); ++x) {
+              const Pixel p = integrate_pixel(view, worker.integrator, x, y);
+              const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                             static_cast<std::size_t>(x);
+              for (int c = 0; c < 3; ++c)
+                rgba[4 * i + static_cast<std::size_t>(c)] = static_cast<float>(p.radiance[c]);
+              rgba[4 * i + 3] = static_cast<float>(p.opacity);
+              error[i] = static_cast<float>(p.error);
+              worker.error_max = std::max(worker.error_max, p.error);
+              worker.cells += p.cells;
+            }
+          }
+          const int done = ++tiles_done;
+          if (progress && std::this_thread::get_id() == caller)
+            progress(static_cast<double>(done) / (columns * rows));
+        }
+      },
+      tbb::simple_partitioner());
+
+  for (const Worker& worker : workers) {
+    result.error_max = std::max(result.error_max, worker.error_max);
+    result.cells += worker.cells;
+  }
+  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (progress) progress(1);
+  return result;
+}
+
+}  // namespace psivox

@@ -1,0 +1,153 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <vector>
+
+#include "psivox/medium.h"
+
+namespace psivox {
+namespace {
+
+constexpr double auto_depth = 3;
+constexpr int rays_per_side = 17;
+
+/// Lines along one index axis through voxel centres, on a lattice over the two other axes. There
+/// trilinear interpolation is linear between values, so a line's integral is a sum: each value
+/// times the voxel's length, half of it at the domain's two ends.
+class LineBundle {
+ public:
+  /// Lattice points in voxels along the axes that follow `axis` cyclically.
+  LineBundle(const Field& field, int axis, std::vector<int> across_1, std::vector<int> across_2)
+      : axis_(axis),
+        b_((axis + 1) % 3),
+        c_((axis + 2) % 3),
+        domain_(field.domain()),
+        across_1_(std::move(across_1)),
+        across_2_(std::move(across_2)),
+        sums_(across_1_.size() * across_2_.size()) {
+    for (const Leaf& leaf : field.leaves) add(leaf, field.channels);
+    for (const Tile& tile : field.tiles) add(tile);
+    length_ = glm::length(glm::dvec3(field.world_from_index[axis]));
+  }
+
+  /// Adds the integrals of the lines that meet something.
+  void collect(double& sum, int& count) const {
+    for (const double line : sums_) {
+      if (line == 0) continue;
+      sum += line * length_;
+      ++count;
+    }
+  }
+
+ private:
+  /// Sum over the part of [first, first + width) inside the domain, ends counting half.
+  template <typename Value>
+  double clipped_sum(int first, int width, Value value) const {
+    const int low = domain_.min[axis_], high = domain_.max[axis_];
+    double sum = 0;
+    for (int i = std::max(first, low); i <= std::min(first + width - 1, high); ++i)
+      sum += value(i - first) * (i == low || i == high ? 0.5 : 1.0);
+    return sum;
+  }
+
+  template <typename LineSum>
+  void for_lines_through(const glm::ivec3& origin, int width, LineSum line_sum) {
+    const auto first = [&](const std::vector<int>& places, int from) {
+      return static_cast<std::size_t>(std::lower_bound(places.begin(), places.end(), from) -
+                                      places.begin());
+    };
+    const std::size_t j_end = first(across_1_, origin[b_] + width);
+    const std::size_t k_begin = first(across_2_, origin[c_]);
+    const std::size_t k_end = first(across_2_, origin[c_] + width);
+    for (std::size_t j = first(across_1_, origin[b_]); j < j_end; ++j)
+      for (std::size_t k = k_begin; k < k_end; ++k)
+        sums_[j * across_2_.size() + k] +=
+            line_sum(across_1_[j] - origin[b_], across_2_[k] - origin[c_]);
+  }
+
+  void add(const Leaf& leaf, int channels) {
+    for_lines_through(leaf.origin, 8, [&](int b, int c) {
+      return clipped_sum(leaf.origin[axis_], 8, [&](int a) {
+        glm::ivec3 voxel;
+        voxel[axis_] = a;
+        voxel[b_] = b;
+        voxel[c_] = c;
+        return static_cast<double>(leaf.values[((voxel.x * 8 + voxel.y) * 8 + voxel.z) * channels]);
+      });
+    });
+  }
+
+  void add(const Tile& tile) {
+    const double voxels = clipped_sum(tile.origin[axis_], tile.width, [](int) { return 1.0; });
+    for_lines_through(tile.origin, tile.width,
+                      [&](int, int) { return voxels * static_cast<double>(tile.value.x); });
+  }
+
+  int axis_, b_, c_;
+  Box domain_;
+  std::vector<int> across_1_, across_2_;
+  std::vector<double> sums_;
+  double length_ = 1;
+};
+
+/// Middles of `rays_per_side` equal parts of the `part` of [min, max] around its centre, as voxels.
+std::vector<int> lattice(int min, int max, double part) {
+  std::vector<int> places;
+  for (int i = 0; i < rays_per_side; ++i) {
+    const double u = 0.5 + part * ((i + 0.5) / rays_per_side - 0.5);
+    places.push_back(static_cast<int>(std::lround(min + u * (static_cast<double>(max) - min))));
+  }
+  return places;
+}
+
+/// A voxel of the largest value; of no consequence where all are 0.
+glm::ivec3 densest_voxel(const Field& field) {
+  glm::ivec3 place = field.active_box.min;
+  float largest = 0;
+  for (const Tile& tile : field.tiles) {
+    if (tile.value.x <= largest) continue;
+    largest = tile.value.x;
+    place = glm::clamp(tile.origin + tile.width / 2, field.active_box.min, field.active_box.max);
+  }
+  for (const Leaf& leaf : field.leaves) {
+    for (int i = 0; i < 512; ++i) {
+      const float value = leaf.values[i * field.channels];
+      if (value <= largest) continue;
+      largest = value;
+      place = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
+    }
+  }
+  return place;
+}
+
+/// Mean integral over the lines that meet something; 0 where none does.
+template <typename Places>
+double mean_integral(const Field& field, Places places) {
+  double sum = 0;
+  int count = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    LineBundle(field, axis, places((axis + 1) % 3), places((axis + 2) % 3)).collect(sum, count);
+  return count ? sum / count : 0;
+}
+
+}  // namespace
+
+double auto_extinction(const Field& field) {
+  if (field.active_box.empty()) return 1;
+  const Box domain = field.domain();
+  double mean = 0;
+  for (const double part : {0.5, 1.0}) {
+    if (mean == 0)
+      mean = mean_integral(
+          field, [&](int axis) { return lattice(domain.min[axis], domain.max[axis], part); });
+  }
+  if (mean == 0) {
+    // So sparse that every ray of the lattices missed it.
+    const glm::ivec3 voxel = densest_voxel(field);
+    mean = mean_integral(field, [&](int axis) { return std::vector<int>{voxel[axis]}; });
+  }
+  return mean > 0 ? auto_depth / mean : 1;
+}
+
+}  // namespace psivox

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "psivox/scene.h"
+
+namespace psivox {
+
+/// Names on the command line of an enumeration's values, in their order from 0.
+inline std::vector<std::string> enum_names(Sampling) { return {"cells", "uniform"}; }
+inline std::vector<std::string> enum_names(Filter) { return {"exact", "hardware"}; }
+inline std::vector<std::string> enum_names(Projection) { return {"perspective", "orthographic"}; }
+inline std::vector<std::string> enum_names(RendererKind) {
+  return {"gl", "reference", "march-double"};
+}
+inline std::vector<std::string> enum_names(TexelType) { return {"float32", "float16"}; }
+inline std::vector<std::string> enum_names(Integrator) {
+  std::vector<std::string> names;
+  for (const IntegratorInfo& row : integrators) {
+    names.emplace_back(row.name);
+    std::replace(names.back().begin(), names.back().end(), '_', '-');
+  }
+  return names;
+}
+
+inline std::string joined(const std::vector<std::string>& words, const char* between) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : between) + word;
+  return out;
+}
+
+template <typename E>
+std::string enum_metavar() {
+  return joined(enum_names(E{}), "|");
+}
+
+}  // namespace psivox

@@ -1,0 +1,218 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "scene/enum_names.h"
+
+namespace psivox {
+namespace {
+
+// ---- reading: `true` if the whole text is a value of that type within the range ----
+
+bool within(const Range& range, double value) {
+  const bool above = range.min_open ? value > range.min : value >= range.min;
+  const bool below = range.max_open ? value < range.max : value <= range.max;
+  return above && below;
+}
+
+template <typename Number>
+bool read_number(std::string_view text, Number& value) {
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && stop == end;
+}
+
+bool read(std::string_view text, const Range&, std::string& value) {
+  value = text;
+  return true;
+}
+
+bool read(std::string_view text, const Range&, bool& value) {
+  value = text == "true";
+  return value || text == "false";
+}
+
+bool read(std::string_view text, const Range& range, int& value) {
+  return read_number(text, value) && within(range, value);
+}
+
+bool read(std::string_view text, const Range& range, double& value) {
+  return read_number(text, value) && std::isfinite(value) && within(range, value);
+}
+
+/// `count` values between `separator`s.
+template <typename Vector>
+bool read_vector(std::string_view text, char separator, int count, const Range& range,
+                 Vector& value) {
+  for (int i = 0; i < count; ++i) {
+    const std::size_t end = i + 1 < count ? text.find(separator) : text.size();
+    if (end == std::string_view::npos || !read(text.substr(0, end), range, value[i])) return false;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return true;
+}
+
+bool read(std::string_view text, const Range& range, glm::dvec3& value) {
+  return read_vector(text, ',', 3, range, value);
+}
+
+bool read(std::string_view text, const Range& range, glm::ivec2& value) {
+  return read_vector(text, 'x', 2, range, value);
+}
+
+/// Bytes, with the suffixes of GNU's tools: K = KiB = 1024, KB = 1000, and so on.
+bool read(std::string_view text, const Range&, std::uint64_t& value) {
+  if (read_number(text, value)) return true;
+  const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
+  double number = 0;
+  if (!read_number(text.substr(0, digits), number)) return false;
+  const std::string_view suffix = text.substr(digits);
+  double factor = 1, decimal_factor = 1;
+  if (!suffix.empty() && suffix != "B") {
+    const std::size_t power = std::string_view("KMGT").find(suffix[0]);
+    if (power == std::string_view::npos) return false;
+    factor = std::pow(1024.0, static_cast<double>(power + 1));
+    decimal_factor = std::pow(1000.0, static_cast<double>(power + 1));
+    const std::string_view rest = suffix.substr(1);
+    if (rest == "B")
+      factor = decimal_factor;
+    else if (!rest.empty() && rest != "iB")
+      return false;
+  }
+  const double bytes = std::floor(number * factor);
+  if (!(bytes < 0x1p64)) return false;
+  value = static_cast<std::uint64_t>(bytes);
+  return true;
+}
+
+template <typename E>
+requires std::is_enum_v<E>
+bool read(std::string_view text, const Range&, E& value) {
+  const std::vector<std::string> names = enum_names(E{});
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found == names.end()) return false;
+  value = static_cast<E>(found - names.begin());
+  return true;
+}
+
+// ---- writing ----
+
+template <typename Number>
+std::string number_text(Number value) {
+  char buffer[40];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  return {buffer, end};
+}
+
+std::string text_of(const std::string& value) { return value; }
+std::string text_of(bool value) { return value ? "true" : "false"; }
+std::string text_of(int value) { return number_text(value); }
+std::string text_of(std::uint64_t value) { return number_text(value); }
+std::string text_of(double value) { return number_text(value); }
+std::string text_of(const glm::dvec3& v) {
+  return text_of(v.x) + "," + text_of(v.y) + "," + text_of(v.z);
+}
+std::string text_of(const glm::ivec2& v) { return text_of(v.x) + "x" + text_of(v.y); }
+template <typename E>
+requires std::is_enum_v<E> std::string text_of(E value) {
+  return enum_names(value)[static_cast<std::size_t>(value)];
+}
+
+// ---- saying what is expected ----
+
+std::string range_text(const Range& range) {
+  std::string out;
+  const bool lower = std::isfinite(range.min), upper = std::isfinite(range.max);
+  if (lower && upper && !range.min_open && !range.max_open)
+    return " from " + number_text(range.min) + " to " + number_text(range.max);
+  if (lower) out += (range.min_open ? " above " : " at least ") + number_text(range.min);
+  if (lower && upper) out += " and";
+  if (upper) out += (range.max_open ? " below " : " at most ") + number_text(range.max);
+  return out;
+}
+
+std::string kind_text(const Parameter&, const std::string&) { return "text"; }
+std::string kind_text(const Parameter&, bool) { return "true or false"; }
+std::string kind_text(const Parameter& p, int) { return "a whole number" + range_text(p.range); }
+std::string kind_text(const Parameter&, std::uint64_t) { return "a size such as 512M or 1.5GiB"; }
+std::string kind_text(const Parameter& p, double) { return "a number" + range_text(p.range); }
+std::string kind_text(const Parameter& p, const glm::dvec3&) {
+  const std::string range = range_text(p.range);
+  return "three numbers " + p.metavar + (range.empty() ? "" : ", each" + range);
+}
+std::string kind_text(const Parameter& p, const glm::ivec2&) {
+  return p.metavar + " in whole numbers, each" + range_text(p.range);
+}
+template <typename E>
+requires std::is_enum_v<E> std::string kind_text(const Parameter&, E) {
+  return joined(enum_names(E{}), " or ");
+}
+
+template <typename T>
+std::string near_text(std::string_view text, const T&) {
+  if constexpr (std::is_enum_v<T>) {
+    const std::string name = nearest_name(text, enum_names(T{}));
+    if (!name.empty()) return "; did you mean " + name + "?";
+  }
+  return "";
+}
+
+template <typename T>
+[[noreturn]] void refuse(const Parameter& p, std::string_view text, const T& kind) {
+  const std::string unset = p.unset.empty() ? "" : p.unset + " or ";
+  const std::string unit = p.unit.empty() ? "" : " [" + p.unit + "]";
+  throw Error(ExitCode::usage, (p.positional ? "" : "--") + p.name + " " + in_quotes(text) +
+                                   ": expected " + unset + kind_text(p, kind) + unit +
+                                   near_text(text, kind));
+}
+
+template <typename T>
+void assign(const Parameter& p, std::string_view text, T& target) {
+  T value{};
+  if (!read(text, p.range, value)) refuse(p, text, value);
+  target = value;
+}
+
+template <typename T>
+void assign(const Parameter& p, std::string_view text, std::optional<T>& target) {
+  if (text == p.unset) {
+    target.reset();
+    return;
+  }
+  T value{};
+  assign(p, text, value);
+  target = value;
+}
+
+template <typename T>
+std::string text_of(const Parameter&, const T& value) {
+  return text_of(value);
+}
+
+template <typename T>
+std::string text_of(const Parameter& p, const std::optional<T>& value) {
+  return value ? text_of(*value) : p.unset;
+}
+
+}  // namespace
+
+void set_parameter(Scene& scene, std::string_view name, std::string_view text) {
+  const Parameter* p = find_parameter(name);
+  if (!p) {
+    std::vector<std::string> names;
+    for (const Parameter& row : parameters()) names.push_back(row.name);
+    const std::string nearest = nearest_name(name, names);
+    throw Error(ExitCode::usage, "unknown parameter " + in_quotes(name) +
+                                     (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+  }
+  std::visit([&](auto member) { assign(*p, text, scene.*member); }, p->member);
+}
+
+std::string parameter_text(const Scene& scene, const Parameter& parameter) {
+  return std::visit([&](auto member) { return text_of(parameter, scene.*member); },
+                    parameter.member);
+}
+
+}  // namespace psivox

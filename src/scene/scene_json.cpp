@@ -1,0 +1,94 @@
+#include <nlohmann/json.hpp>
+#include <type_traits>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+using nlohmann::json;
+
+template <typename T>
+json json_of(const Parameter& p, const T& value, const Scene& scene) {
+  if constexpr (std::is_arithmetic_v<T>)
+    return value;
+  else if constexpr (std::is_same_v<T, glm::dvec3>)
+    return {value.x, value.y, value.z};
+  else if constexpr (std::is_same_v<T, glm::ivec2>)
+    return {value.x, value.y};
+  else
+    return parameter_text(scene, p);
+}
+
+template <typename T>
+json json_of(const Parameter& p, const std::optional<T>& value, const Scene& scene) {
+  return value ? json_of(p, *value, scene) : json(p.unset);
+}
+
+// nlohmann-json prints the shortest digits that read back as the same double. A file name need not
+// be UTF-8, which JSON must.
+std::string dumped(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+bool is_text(const Parameter& p) { return std::holds_alternative<std::string Scene::*>(p.member); }
+
+/// The separator of a vector's text; 0 for a parameter that is none.
+char separator(const Parameter& p) {
+  if (std::holds_alternative<glm::ivec2 Scene::*>(p.member)) return 'x';
+  const bool vector = std::holds_alternative<glm::dvec3 Scene::*>(p.member) ||
+                      std::holds_alternative<std::optional<glm::dvec3> Scene::*>(p.member);
+  return vector ? ',' : '\0';
+}
+
+/// A JSON value in the command line's syntax, so that both are read by the same code. What has no
+/// such form stays JSON, which set_parameter refuses with its own message.
+std::string command_line_text(const Parameter& p, const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array() || !separator(p)) return dumped(value);
+  std::string text;
+  for (const json& item : value) {
+    if (!text.empty()) text += separator(p);
+    text += dumped(item);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string to_json(const Scene& scene) {
+  std::string out = "{";
+  for (const Parameter& p : parameters()) {
+    const json value =
+        std::visit([&](auto member) { return json_of(p, scene.*member, scene); }, p.member);
+    out += (out.size() > 1 ? ",\n  \"" : "\n  \"") + p.name + "\": " + dumped(value);
+  }
+  return out + "\n}\n";
+}
+
+Scene scene_from_json(std::string_view text, std::string_view source) {
+  const auto fail = [&](const std::string& what) {
+    throw Error(ExitCode::usage, std::string(source) + ": " + what);
+  };
+  json object;
+  try {
+    object = json::parse(text);
+  } catch (const json::exception& error) {
+    fail("not a scene in JSON: " + std::string(error.what()));
+  }
+  if (!object.is_object()) fail("not a scene: expected a JSON object of parameters");
+  Scene scene;
+  for (const auto& [name, value] : object.items()) {
+    const Parameter* p = find_parameter(name);
+    if (p && is_text(*p) && !value.is_string()) fail(name + ": expected a string");
+    try {
+      set_parameter(scene, name, p ? command_line_text(*p, value) : "");
+    } catch (const Error& error) {
+      fail(error.what());
+    }
+  }
+  return scene;
+}
+
+}  // namespace psivox

@@ -1,0 +1,186 @@
+#include "archive.h"
+
+#include <algorithm>
+#include <map>
+#include <new>
+#include <system_error>
+
+#include "grid_types.h"
+#include "psivox/error.h"
+
+namespace psivox::vdb {
+namespace {
+
+using openvdb::io::GridDescriptor;
+
+/// What an exception from OpenVDB or the stream means to a user, in one line.
+std::string explain(const std::exception& e) {
+  if (dynamic_cast<const std::ios_base::failure*>(&e)) return "the file ends too early";
+  if (dynamic_cast<const std::bad_alloc*>(&e)) return "it asks for more memory than there is";
+  std::string text = e.what();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+/// Size of a regular file that can be opened; throws Error(input) otherwise.
+std::int64_t size_of(const std::filesystem::path& path) {
+  std::error_code code;
+  const std::filesystem::file_status status = std::filesystem::status(path, code);
+  if (!std::filesystem::exists(status)) {
+    throw Error(ExitCode::input, path.string() + ": no such file");
+  }
+  if (std::filesystem::is_directory(status)) {
+    throw Error(ExitCode::input, path.string() + ": is a directory, not a .vdb file");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, code);
+  if (code) throw Error(ExitCode::input, path.string() + ": " + code.message());
+  return static_cast<std::int64_t>(size);
+}
+
+}  // namespace
+
+Archive::Archive(const std::filesystem::path& path)
+    : path_(path.string()), size_(size_of(path)), stream_(path, std::ios::binary) {
+  openvdb::initialize();
+  if (!stream_) throw Error(ExitCode::input, path_ + ": cannot be opened for reading");
+  stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+  try {
+    readHeader(stream_);
+    // What OpenVDB's readers ask the stream for: format and library version, compression.
+    metadata_.reset(new openvdb::io::StreamMetadata);
+    metadata_->setSeekable(true);
+    openvdb::io::setStreamMetadataPtr(stream_, metadata_, /*transfer=*/false);
+    setFormatVersion(stream_);
+    setLibraryVersion(stream_);
+    setDataCompression(stream_);
+    openvdb::MetaMap().readMeta(stream_);
+    read_directory();
+  } catch (const std::exception& e) {
+    throw Error(ExitCode::input, path_ + ": is not a VDB file or is damaged: " + explain(e));
+  }
+  name_entries();
+}
+
+void Archive::read_directory() {
+  const std::int32_t count = readGridCount(stream_);
+  for (std::int32_t i = 0; i < count; ++i) {
+    GridEntry entry;
+    try {
+      read_entry(entry);
+    } catch (const std::exception& e) {
+      // What was listed before can still be read; without a type there is nothing to list.
+      if (entries_.empty() && entry.descriptor.gridType().empty()) throw;
+      if (entry.descriptor.gridType().empty()) return;
+      entry.problem = "cannot be read: " + explain(e);
+      entries_.push_back(std::move(entry));
+      return;
+    }
+    const bool cut_short = inputHasGridOffsets() && entry.descriptor.getEndPos() > size_;
+    if (cut_short && i + 1 < count) {
+      entry.problem += "; " + std::to_string(count - i - 1) + " more behind it cannot be found";
+    }
+    if (inputHasGridOffsets() && !cut_short) entry.descriptor.seekToEnd(stream_);
+    entries_.push_back(std::move(entry));
+    if (cut_short) return;
+  }
+}
+
+void Archive::read_entry(GridEntry& entry) {
+  GridDescriptor& descriptor = entry.descriptor;
+  try {
+    descriptor.read(stream_);
+  } catch (const openvdb::LookupError&) {
+    // An unregistered type: OpenVDB stops behind its name, where the three positions begin.
+    std::int64_t positions[3];
+    stream_.read(reinterpret_cast<char*>(positions), sizeof positions);
+    descriptor.setGridPos(positions[0]);
+    descriptor.setBlockPos(positions[1]);
+    descriptor.setEndPos(positions[2]);
+  }
+  if (channels_of(descriptor.gridType()) == 0) {
+    entry.problem = unsupported_type(descriptor.gridType());
+  }
+  if (!inputHasGridOffsets()) {
+    stream_grid(entry);
+    return;
+  }
+  // Positions only grow; so the walk along the directory ends whatever the file says.
+  const std::int64_t here = stream_.tellg();
+  if (descriptor.getGridPos() < here || descriptor.getEndPos() < descriptor.getGridPos()) {
+    throw openvdb::IoError("its position in the file is impossible");
+  }
+  if (descriptor.getEndPos() > size_) {
+    entry.problem = "is cut short: it needs " + std::to_string(descriptor.getEndPos()) +
+                    " bytes, the file has " + std::to_string(size_);
+  }
+}
+
+/// A file without positions (written to a pipe) can only be read from its beginning to its end.
+void Archive::stream_grid(GridEntry& entry) {
+  entry.streamed = openvdb::GridBase::createGrid(entry.descriptor.gridType());
+  entry.streamed->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
+  readGrid(entry.streamed, entry.descriptor, stream_);
+}
+
+/// OpenVDB's names, `density` or `density[1]`. It writes grids without a name as `[0]`, `[1]`;
+/// where another program repeats a name without numbers, they are numbered here.
+void Archive::name_entries() {
+  std::map<std::string, int> uses;
+  for (GridEntry& entry : entries_) {
+    entry.name = GridDescriptor::nameAsString(entry.descriptor.uniqueName());
+    ++uses[entry.name];
+  }
+  std::map<std::string, int> next;
+  for (GridEntry& entry : entries_) {
+    const std::string name = entry.name;
+    if (name.empty() || uses[name] > 1) entry.name += "[" + std::to_string(next[name]++) + "]";
+  }
+}
+
+const GridEntry& Archive::find(std::string_view name) const {
+  for (const GridEntry& entry : entries_) {
+    if (entry.name == name) return entry;
+  }
+  for (const GridEntry& entry : entries_) {
+    if (entry.descriptor.gridName() == name) return entry;
+  }
+  std::string message = path_ + ": has no grid '" + std::string(name) + "'; it has";
+  for (const GridEntry& entry : entries_) message += " '" + entry.name + "'";
+  if (entries_.empty()) message += " none";
+  throw Error(ExitCode::input, message);
+}
+
+openvdb::GridBase::Ptr Archive::read(const GridEntry& entry) {
+  if (!entry.problem.empty()) throw Error(ExitCode::input, subject(entry.name) + entry.problem);
+  try {
+    openvdb::GridBase::Ptr grid = read_tree(entry);
+    if (entry.descriptor.isInstance()) {
+      // Two grids of one tree: the file has it once, under the other's name.
+      for (const GridEntry& parent : entries_) {
+        if (parent.descriptor.uniqueName() != entry.descriptor.instanceParentName()) continue;
+        grid->setTree(read_tree(parent)->baseTreePtr());
+        return grid;
+      }
+      throw openvdb::KeyError("the grid that has its tree is missing");
+    }
+    return grid;
+  } catch (const std::exception& e) {
+    throw Error(ExitCode::input, subject(entry.name) + "cannot be read: " + explain(e));
+  }
+}
+
+openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry) {
+  if (entry.streamed) return entry.streamed->deepCopyGrid();
+  stream_.clear();
+  openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
+  grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
+  entry.descriptor.seekToGrid(stream_);
+  readGrid(grid, entry.descriptor, stream_);
+  return grid;
+}
+
+std::string Archive::subject(std::string_view grid_name) const {
+  return path_ + ": grid '" + std::string(grid_name) + "' ";
+}
+
+}  // namespace psivox::vdb

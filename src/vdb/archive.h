@@ -1,0 +1,62 @@
+#pragma once
+
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
+#include <openvdb/openvdb.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace psivox::vdb {
+
+/// One grid as the file's directory lists it.
+struct GridEntry {
+  std::string name;                        ///< as --grid takes it
+  openvdb::io::GridDescriptor descriptor;  ///< type, half, positions in the file
+  openvdb::GridBase::Ptr streamed;         ///< already read, where the file has no positions
+  std::string problem;                     ///< why it cannot be read; else empty
+};
+
+/// A .vdb open for reading, its directory read.
+///
+/// openvdb::io::File would do, but for two things: it refuses a whole file for one grid of an
+/// unregistered type, and it never looks whether a read came to the end of the file, so that a
+/// truncated grid has uninitialised values. Here the stream throws, and positions are checked
+/// against the file's size first. Nothing is mapped or loaded later: a file that shrinks meanwhile
+/// cannot crash the program.
+class Archive final : private openvdb::io::Archive {
+ public:
+  /// Throws Error(input) if the file is missing, no .vdb, or ends within its first directory entry.
+  explicit Archive(const std::filesystem::path& path);
+
+  /// In file order.
+  const std::vector<GridEntry>& entries() const { return entries_; }
+
+  /// The entry of a selectable name; of a repeated one without its number, the first.
+  /// Throws Error(input) that lists the names if there is none.
+  const GridEntry& find(std::string_view name) const;
+
+  /// The entry's grid, which is the caller's to change. Throws Error(input).
+  openvdb::GridBase::Ptr read(const GridEntry& entry);
+
+  /// How messages begin: `FILE: grid 'NAME' `.
+  std::string subject(std::string_view grid_name) const;
+
+ private:
+  void read_directory();
+  void read_entry(GridEntry& entry);
+  void stream_grid(GridEntry& entry);
+  void name_entries();
+  openvdb::GridBase::Ptr read_tree(const GridEntry& entry);
+
+  std::string path_;
+  std::int64_t size_ = 0;                      ///< of the file [bytes]
+  openvdb::io::StreamMetadata::Ptr metadata_;  ///< the stream keeps a plain pointer to it
+  std::ifstream stream_;
+  std::vector<GridEntry> entries_;
+};
+
+}  // namespace psivox::vdb

@@ -1,0 +1,108 @@
+#include "conform.h"
+
+#include <openvdb/tools/GridTransformer.h>
+#include <openvdb/tools/Interpolation.h>
+#include <openvdb/tools/LevelSetUtil.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+#include <type_traits>
+
+#include "grid_types.h"
+
+namespace psivox::vdb {
+namespace {
+
+/// Upper bound of the resampled box: 256 MiB of floats if every voxel is active.
+constexpr double kMaxResampledVoxels = 67108864;  // 2^26
+
+/// A copy with float components; the same grid if it has them already.
+openvdb::GridBase::Ptr float_copy(const openvdb::GridBase::Ptr& grid) {
+  if (grid->isType<openvdb::FloatGrid>() || grid->isType<openvdb::Vec3SGrid>()) return grid;
+  openvdb::GridBase::Ptr result;
+  with_typed_grid(*grid, [&](const auto& typed) {
+    using GridT = std::decay_t<decltype(typed)>;
+    using FloatT = std::conditional_t<openvdb::VecTraits<typename GridT::ValueType>::IsVec,
+                                      openvdb::Vec3SGrid, openvdb::FloatGrid>;
+    result = typename FloatT::Ptr(new FloatT(typed));
+  });
+  return result;
+}
+
+struct Lattice {
+  openvdb::Vec3d origin;  ///< world position of index (0,0,0)
+  double voxel_size;
+  bool coarsened;  ///< to respect kMaxResampledVoxels
+};
+
+/// The lattice of cubic voxels over the world box of the active voxels.
+Lattice lattice_of(const openvdb::GridBase& grid) {
+  const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+  const openvdb::math::Transform& transform = grid.transform();
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  openvdb::Vec3d lo(infinity), hi(-infinity);
+  double voxel_size = infinity;
+  for (int corner = 0; corner < 8; ++corner) {
+    const openvdb::Vec3d index((corner & 1 ? box.max() : box.min()).x(),
+                               (corner & 2 ? box.max() : box.min()).y(),
+                               (corner & 4 ? box.max() : box.min()).z());
+    const openvdb::Vec3d world = transform.indexToWorld(index);
+    lo = openvdb::math::minComponent(lo, world);
+    hi = openvdb::math::maxComponent(hi, world);
+    const openvdb::Vec3d size = transform.voxelSize(index);
+    voxel_size = std::min({voxel_size, size[0], size[1], size[2]});
+  }
+  const openvdb::Vec3d extent = hi - lo;
+  if (!(voxel_size > 0.0) || !std::isfinite(extent.length())) {
+    throw std::runtime_error("has a frustum transform that is singular within its active voxels");
+  }
+  Lattice lattice{lo, voxel_size, false};
+  const auto voxels = [&] {
+    double product = 1.0;
+    for (int axis = 0; axis < 3; ++axis) product *= extent[axis] / lattice.voxel_size + 1.0;
+    return product;
+  };
+  while (voxels() > kMaxResampledVoxels) {
+    lattice.voxel_size *= std::max(std::cbrt(voxels() / kMaxResampledVoxels), 1.01);
+    lattice.coarsened = true;
+  }
+  return lattice;
+}
+
+}  // namespace
+
+openvdb::GridBase::Ptr fog_from_level_set(const openvdb::GridBase::Ptr& grid) {
+  openvdb::GridBase::Ptr fog = float_copy(grid);
+  openvdb::tools::sdfToFogVolume(*openvdb::gridPtrCast<openvdb::FloatGrid>(fog));
+  return fog;
+}
+
+openvdb::GridBase::Ptr resample_to_linear(const openvdb::GridBase::Ptr& grid, std::string& notice) {
+  const openvdb::GridBase::Ptr source = float_copy(grid);
+  const Lattice lattice = lattice_of(*source);
+  const auto transform = openvdb::math::Transform::createLinearTransform(lattice.voxel_size);
+  transform->postTranslate(lattice.origin);
+
+  openvdb::GridBase::Ptr result = source->copyGridWithNewTree();
+  result->setTransform(transform);
+  // Whatever the class says, the values are no distances (any more): no level set rebuild.
+  source->setGridClass(openvdb::GRID_UNKNOWN);
+  const auto resample = [&](const auto& from) {
+    using GridT = std::decay_t<decltype(from)>;
+    openvdb::tools::resampleToMatch<openvdb::tools::BoxSampler>(
+        from, *openvdb::gridPtrCast<GridT>(result));
+  };
+  using FloatGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::Vec3SGrid>;
+  source->apply<FloatGrids>(resample);
+
+  std::ostringstream text;
+  text << "frustum transform resampled to cubic voxels of size " << lattice.voxel_size
+       << (lattice.coarsened ? " (larger than its smallest, to save memory)" : "");
+  notice = text.str();
+  return result;
+}
+
+}  // namespace psivox::vdb

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include <cstdint>
+#include <string>
+
+#include "psivox/field.h"
+
+namespace psivox::vdb {
+
+/// What the checks and the info rows need to know of a tree.
+struct GridSummary {
+  int channels = 0;                 ///< 0 if the type is not supported; then all else is unset
+  std::uint64_t active_voxels = 0;  ///< active tiles count with all their voxels
+  std::uint64_t leaves = 0;
+  std::uint64_t active_tiles = 0;
+  Box active_box;
+  openvdb::Vec3d background{0.0};  ///< a scalar's in every component
+};
+
+GridSummary summarise(const openvdb::GridBase& grid);
+
+/// Why the grid cannot be rendered, as the rest of a sentence that begins with its name; empty if
+/// it can. The one definition of these rules, for reading and for `psivox info`.
+std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary);
+
+/// The affine transform to world space in glm's convention (columns, acting on column vectors).
+/// Meaningless unless the transform is linear.
+glm::dmat4 world_from_index(const openvdb::math::Transform& transform);
+
+}  // namespace psivox::vdb

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include <string>
+
+namespace psivox::vdb {
+
+/// The grids that become a Field: scalars first, then those with three channels.
+using SupportedGrids =
+    openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::Int32Grid,
+                      openvdb::Int64Grid, openvdb::BoolGrid, openvdb::Vec3SGrid, openvdb::Vec3DGrid,
+                      openvdb::Vec3IGrid>;
+
+/// Channels of a grid type such as `Tree_float_5_4_3`: 1, 3, or 0 if it is not supported.
+int channels_of(const std::string& grid_type);
+
+/// OpenVDB's name of the voxel type (`float`, `vec3s`); empty if it is not supported.
+std::string value_type_of(const std::string& grid_type);
+
+/// Why a grid of an unsupported type cannot be rendered, as the rest of a sentence.
+std::string unsupported_type(const std::string& grid_type);
+
+/// Calls op(grid) with the grid's own type; false if that type is not supported.
+template <typename Op>
+bool with_typed_grid(const openvdb::GridBase& grid, Op&& op) {
+  return grid.apply<SupportedGrids>(op);
+}
+
+/// A level set in OpenVDB's sense that psivox can turn into fog: its class says so, and its values
+/// are floating-point scalars.
+bool is_level_set(const openvdb::GridBase& grid);
+
+}  // namespace psivox::vdb

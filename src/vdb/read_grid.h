@@ -1,0 +1,19 @@
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include <string>
+
+#include "psivox/field.h"
+#include "psivox/vdb.h"
+
+namespace psivox::vdb {
+
+/// The grid as a Field; takes the grid over and may change it.
+///
+/// `subject` begins error messages (`FILE: grid 'NAME' `), `name` becomes Field::name.
+/// Throws Error(input) by the rules of problem_of, and under options.strict.
+Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
+                      const std::string& subject, const ReadOptions& options);
+
+}  // namespace psivox::vdb

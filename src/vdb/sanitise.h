@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "psivox/field.h"
+#include "psivox/vdb.h"
+
+namespace psivox::vdb {
+
+/// How many stored values were replaced. A tile counts like one voxel, a vector's components each.
+struct BadValues {
+  std::uint64_t nan = 0;
+  std::uint64_t positive_infinite = 0;
+  std::uint64_t negative_infinite = 0;
+  std::uint64_t negative = 0;
+  float largest = 1.0f;  ///< what +Inf became
+
+  bool any() const { return nan + positive_infinite + negative_infinite + negative > 0; }
+
+  /// `12 NaN, 3 negative values taken as 0`; the part about +Inf only where there was one.
+  std::string describe() const;
+};
+
+/// Replaces NaN, -Inf and negative values by 0 and +Inf by the largest finite value of the grid (1
+/// if there is none above 0). Under GridRole::data finite negative values stay. Tiles of value 0
+/// are kept. Each leaf is 512 * channels floats.
+BadValues sanitise(std::span<float* const> leaves, std::span<Tile> tiles, int channels,
+                   GridRole role);
+
+}  // namespace psivox::vdb

@@ -1,0 +1,85 @@
+#include <openvdb/openvdb.h>
+
+#include <algorithm>
+
+#include "archive.h"
+#include "grid_info.h"
+#include "grid_types.h"
+#include "psivox/error.h"
+#include "psivox/vdb.h"
+#include "read_grid.h"
+
+namespace psivox {
+
+/// The directory only: each reading opens the file anew, so that readings are independent of each
+/// other's failures and may run in several threads.
+struct VdbFile::Impl {
+  std::filesystem::path path;
+  std::vector<std::string> names;
+  std::vector<int> channels;  ///< of each name; 0 if it cannot be read
+  std::vector<std::string> base_names;
+};
+
+VdbFile::VdbFile(const std::filesystem::path& path) : impl_(std::make_unique<Impl>()) {
+  impl_->path = path;
+  const vdb::Archive archive(path);
+  for (const vdb::GridEntry& entry : archive.entries()) {
+    impl_->names.push_back(entry.name);
+    impl_->channels.push_back(entry.problem.empty() ? vdb::channels_of(entry.descriptor.gridType())
+                                                    : 0);
+    impl_->base_names.push_back(entry.descriptor.gridName());
+  }
+}
+
+VdbFile::~VdbFile() = default;
+
+const std::vector<std::string>& VdbFile::names() const { return impl_->names; }
+
+std::vector<GridInfo> VdbFile::info() const {
+  vdb::Archive archive(impl_->path);
+  std::vector<GridInfo> rows;
+  for (const vdb::GridEntry& entry : archive.entries()) {
+    rows.push_back(vdb::grid_info(archive, entry));
+  }
+  return rows;
+}
+
+std::string VdbFile::default_grid() const {
+  const std::vector<std::string>& names = impl_->names;
+  if (std::find(impl_->base_names.begin(), impl_->base_names.end(), "density") !=
+      impl_->base_names.end()) {
+    return "density";
+  }
+  const auto& channels = impl_->channels;
+  if (std::count(channels.begin(), channels.end(), 1) == 1) {
+    const auto scalar = std::find(channels.begin(), channels.end(), 1);
+    return names[static_cast<std::size_t>(scalar - channels.begin())];
+  }
+  std::string message = impl_->path.string() +
+                        ": has neither a grid 'density' nor exactly one scalar grid; choose one"
+                        " with --grid:";
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    message += " '" + names[i] + "'" + (channels[i] == 3 ? " (vec3)" : "") +
+               (channels[i] == 0 ? " (unreadable)" : "");
+  }
+  if (names.empty()) message = impl_->path.string() + ": holds no grid";
+  throw Error(ExitCode::input, message);
+}
+
+Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
+  vdb::Archive archive(impl_->path);
+  const vdb::GridEntry& entry = archive.find(grid);
+  Field field =
+      vdb::field_from_grid(archive.read(entry), entry.name, archive.subject(entry.name), options);
+  if (entry.name != grid && !grid.empty()) {
+    const auto same = std::count(impl_->base_names.begin(), impl_->base_names.end(), grid);
+    field.notices.insert(field.notices.begin(), "grid '" + grid + "': " + std::to_string(same) +
+                                                    " grids have this name; took '" + entry.name +
+                                                    "'");
+  }
+  return field;
+}
+
+std::string openvdb_version() { return openvdb::getLibraryVersionString(); }
+
+}  // namespace psivox

@@ -1,0 +1,285 @@
+// Bricks against the field that they were built from, value by value.
+
+#include "psivox/atlas.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <glm/gtc/packing.hpp>
+#include <string>
+
+#include "field_voxels.h"
+#include "make_field.h"
+#include "psivox/error.h"
+#include "reference_cases.h"
+
+namespace psivox {
+namespace {
+
+/// All 8 corners of every cell of the domain, through the page table, against the field.
+void expect_all_values(const Field& field, const BrickAtlas& atlas) {
+  const FieldVoxels voxels(field);
+  const Box domain = field.domain();
+  ASSERT_EQ(atlas.domain, domain);
+  std::size_t wrong = 0;
+  for (int x = domain.min.x; x < domain.max.x; ++x)
+    for (int y = domain.min.y; y < domain.max.y; ++y)
+      for (int z = domain.min.z; z < domain.max.z; ++z) {
+        const PageEntry entry = page_entry(atlas.pages, {x, y, z});
+        for (int i = 0; i < 8; ++i) {
+          const glm::ivec3 v = glm::ivec3(x, y, z) + glm::ivec3(i >> 2, (i >> 1) & 1, i & 1);
+          if (atlas_value(atlas, entry, v) == voxels(v)) continue;
+          if (++wrong == 1) ADD_FAILURE() << "first at voxel " << v.x << ' ' << v.y << ' ' << v.z;
+        }
+      }
+  EXPECT_EQ(wrong, 0u);
+}
+
+void expect_same(const AtlasSize& a, const AtlasSize& b) {
+  EXPECT_EQ(a.textured_bricks, b.textured_bricks);
+  EXPECT_EQ(a.constant_bricks, b.constant_bricks);
+  EXPECT_EQ(a.page_bytes, b.page_bytes);
+  EXPECT_EQ(a.constant_bytes, b.constant_bytes);
+  EXPECT_EQ(a.texel_bytes, b.texel_bytes);
+}
+
+/// The message of the error that `action` throws, after a check of its code.
+template <typename Action>
+std::string error_of(ExitCode code, Action action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), code);
+    return error.what();
+  }
+  return "no error";
+}
+
+Field tiles_only(std::vector<Tile> tiles) {
+  Field field;
+  field.name = "density";
+  field.active_box = {tiles.front().origin, tiles.front().origin};
+  for (const Tile& tile : tiles) {
+    field.active_box.min = glm::min(field.active_box.min, tile.origin);
+    field.active_box.max = glm::max(field.active_box.max, tile.origin + (tile.width - 1));
+    field.active_voxels += std::uint64_t(tile.width) * std::uint64_t(tile.width * tile.width);
+  }
+  field.tiles = std::move(tiles);
+  return field;
+}
+
+TEST(Atlas, NoiseIsStoredValueByValueAtAnyPhase) {
+  for (const int phase : {-13, -8, -1, 0, 3, 7}) {
+    const glm::ivec3 at(phase, -phase, 2 * phase);
+    const Field field = make_field({at, at + glm::ivec3(20, 9, 14)}, noise);
+    expect_all_values(field, build_atlas(field));
+  }
+}
+
+TEST(Atlas, SingleVoxelReachesIntoEightBricks) {
+  // Voxel (0,0,0) is a corner of cells in 8 bricks, 7 of which no leaf exists for.
+  const Field corner = make_field({{0, 0, 0}, {0, 0, 0}}, [](glm::ivec3) { return 3.0f; });
+  const BrickAtlas atlas = build_atlas(corner);
+  EXPECT_EQ(atlas.size.textured_bricks, 8u);
+  EXPECT_EQ(atlas.size.constant_bricks, 0u);
+  expect_all_values(corner, atlas);
+  // One in the middle of a leaf touches its own brick alone; at the low x face, two.
+  const Field middle = make_field({{4, 4, 4}, {4, 4, 4}}, [](glm::ivec3) { return 3.0f; });
+  EXPECT_EQ(build_atlas(middle).size.textured_bricks, 1u);
+  const Field face = make_field({{8, 4, 4}, {8, 4, 4}}, [](glm::ivec3) { return 3.0f; });
+  EXPECT_EQ(build_atlas(face).size.textured_bricks, 2u);
+}
+
+TEST(Atlas, SaturatedLeavesAreConstantsWithoutTexels) {
+  // 6^3 leaves of 0.75: a brick all of whose 9^3 values are 0.75 needs 2 leaves along each axis.
+  const Field field =
+      make_field({{0, 0, 0}, {47, 47, 47}}, [](glm::ivec3) { return 0.75f; });
+  const BrickAtlas atlas = build_atlas(field);
+  EXPECT_EQ(atlas.size.constant_bricks, 5u * 5 * 5);
+  EXPECT_EQ(atlas.size.textured_bricks, 7u * 7 * 7 - 5 * 5 * 5);
+  for (const float value : atlas.constants) EXPECT_EQ(value, 0.75f);
+  expect_all_values(field, atlas);
+}
+
+TEST(Atlas, LeavesOfZerosCostNothing) {
+  const Field field = make_field({{0, 0, 0}, {63, 63, 63}},
+                                 [](glm::ivec3 v) { return v == glm::ivec3(30) ? 1.0f : 0.0f; });
+  const BrickAtlas atlas = build_atlas(field);
+  EXPECT_EQ(atlas.size.textured_bricks, 1u);
+  expect_all_values(field, atlas);
+}
+
+TEST(Atlas, EmptyFieldHasNoBricks) {
+  const Field field = make_field({{0, 0, 0}, {20, 20, 20}}, [](glm::ivec3) { return 0.0f; });
+  const BrickAtlas atlas = build_atlas(field);
+  EXPECT_EQ(atlas.size.textured_bricks + atlas.size.constant_bricks, 0u);
+  EXPECT_EQ(atlas.texel_count(), 0u);
+  expect_all_values(field, atlas);
+}
+
+TEST(Atlas, NarrowTilesAndLeavesMeet) {
+  Field field = make_field({{0, 0, 0}, {15, 15, 15}}, noise);
+  for (int x = 16; x < 40; x += 8)
+    for (int y = 0; y < 24; y += 8)
+      for (int z = -8; z < 16; z += 8) field.tiles.push_back({{x, y, z}, 8, {0.5f, 0, 0}});
+  field.tiles.push_back({{-16, 0, 0}, 8, {0.25f, 0, 0}});
+  field.active_box = {{-16, 0, -8}, {39, 23, 15}};
+  const BrickAtlas atlas = build_atlas(field);
+  EXPECT_EQ(atlas.size.constant_bricks, 2u * 2 * 2);  // of the block of 3^3 tiles
+  expect_all_values(field, atlas);
+}
+
+TEST(Atlas, WideTilesAreOneConstant) {
+  Field field = tiles_only({{{-128, 0, 0}, 128, {0.5f, 0, 0}}});
+  const Field leaf = make_field({{3, 5, 6}, {9, 12, 20}}, noise);
+  field.leaves = leaf.leaves;
+  field.storage = leaf.storage;
+  field.active_box = {{-128, 0, 0}, {9, 127, 127}};
+  const BrickAtlas atlas = build_atlas(field);
+  EXPECT_EQ(atlas.constants.front(), 0.5f);
+  EXPECT_LT(atlas.size.constant_bricks, 10u);
+  expect_all_values(field, atlas);
+}
+
+TEST(Atlas, WideTilesSideBySideKeepTheirBorders) {
+  const Field field = tiles_only({{{0, 0, 0}, 128, {0.5f, 0, 0}},
+                                  {{128, 0, 0}, 128, {0.5f, 0, 0}},
+                                  {{0, 128, 0}, 128, {0.25f, 0, 0}},
+                                  {{256, 0, 0}, 8, {0.75f, 0, 0}}});
+  expect_all_values(field, build_atlas(field));
+}
+
+TEST(Atlas, VectorsKeepTheirThreeChannels) {
+  const auto colour = [](glm::ivec3 v) {
+    return glm::vec3(noise(v), noise(v + 100), noise(v - 100));
+  };
+  Field field = make_vector_field({{-5, 2, 3}, {13, 14, 11}}, colour);
+  field.tiles.push_back({{16, 0, 0}, 8, {0.1f, 0.2f, 0.3f}});
+  field.tiles.push_back({{24, 0, 0}, 8, {0.1f, 0.2f, 0.3f}});
+  field.active_box = {{-5, 0, 0}, {31, 14, 11}};
+  const BrickAtlas atlas = build_atlas(field);
+  EXPECT_EQ(atlas.channels, 3);
+  expect_all_values(field, atlas);
+  // Equal in the first channel alone is not constant.
+  const Field differs = make_vector_field({{0, 0, 0}, {31, 31, 31}}, [](glm::ivec3 v) {
+    return glm::vec3(1, v.x < 16 ? 1 : 2, 1);
+  });
+  expect_all_values(differs, build_atlas(differs));
+}
+
+TEST(Atlas, HalvesAreTheNearestHalves) {
+  const Field field = make_field({{0, 0, 0}, {20, 20, 20}},
+                                 [](glm::ivec3 v) { return 65504.0f * noise(v); });
+  const BrickAtlas half = build_atlas(field, {.texel = TexelType::float16});
+  const BrickAtlas full = build_atlas(field);
+  ASSERT_EQ(half.texel_count(), full.texel_count());
+  EXPECT_EQ(half.texels32, nullptr);
+  EXPECT_EQ(2 * half.size.texel_bytes, full.size.texel_bytes);
+  for (std::size_t i = 0; i < full.texel_count(); ++i) {
+    const float v = glm::unpackHalf1x16(half.texels16[i]);
+    // 11 significant bits: half a unit of the last place is 2^-11 of the value
+    EXPECT_LE(std::abs(v - full.texels32[i]), std::ldexp(full.texels32[i], -11)) << i;
+  }
+}
+
+TEST(Atlas, HalvesRefuseWhatTheyCannotHold) {
+  const auto build = [](float value, TexelType texel) {
+    return build_atlas(make_field({{1, 1, 1}, {2, 2, 2}}, [=](glm::ivec3) { return value; }),
+                       {.texel = texel});
+  };
+  EXPECT_NO_THROW(build(65504.0f, TexelType::float16));
+  EXPECT_NO_THROW(build(65536.0f, TexelType::float32));
+  const std::string message =
+      error_of(ExitCode::input, [&] { build(65536.0f, TexelType::float16); });
+  for (const char* part : {"density", "65536", "65504", "float32"})
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  EXPECT_EQ(message.find('\n'), std::string::npos);
+}
+
+TEST(Atlas, PredictionIsWhatIsBuilt) {
+  Field mixed = make_field({{-9, 4, 0}, {40, 30, 50}},
+                           [](glm::ivec3 v) { return v.x < 16 ? noise(v) : 1.0f; });
+  mixed.tiles.push_back({{128, 0, 0}, 128, {0.5f, 0, 0}});
+  mixed.active_box.max = {255, 127, 127};
+  Field vectors = make_vector_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3 v) {
+    return glm::vec3(v);
+  });
+  for (const Field* field : {&mixed, &vectors})
+    for (const TexelType texel : {TexelType::float32, TexelType::float16})
+      for (const std::uint64_t top : {std::uint64_t{1} << 22, std::uint64_t{64}}) {
+        const AtlasOptions options{.texel = texel, .top_entries = top};
+        const BrickAtlas atlas = build_atlas(*field, options);
+        expect_same(predict_atlas(*field, options), atlas.size);
+        EXPECT_EQ(atlas.size.page_bytes, atlas.pages.entries.size() * 4);
+        EXPECT_EQ(atlas.size.constant_bytes, atlas.constants.size() * 4);
+        EXPECT_EQ(atlas.size.textured_bricks, atlas.bricks.size());
+        EXPECT_EQ(atlas.size.texel_bytes,
+                  atlas.texel_count() * (texel == TexelType::float16 ? 2u : 4u));
+      }
+}
+
+TEST(Atlas, MemoryLimitIsKeptToTheByte) {
+  const Field field = make_field({{0, 0, 0}, {30, 30, 30}}, noise);
+  const std::uint64_t needed = 2 * predict_atlas(field).bytes();
+  EXPECT_NO_THROW(build_atlas(field, {.memory_limit = needed}));
+  const std::string message =
+      error_of(ExitCode::memory, [&] { build_atlas(field, {.memory_limit = needed - 1}); });
+  EXPECT_NE(message.find("density"), std::string::npos) << message;
+  EXPECT_NE(message.find("float16"), std::string::npos) << message;
+  EXPECT_NO_THROW(
+      build_atlas(field, {.texel = TexelType::float16, .memory_limit = needed - 1}));
+}
+
+TEST(Atlas, StatsAreTheBricksOwn) {
+  const Field field = make_field({{-4, 0, 3}, {20, 12, 19}}, noise);
+  const FieldVoxels voxels(field);
+  const BrickAtlas atlas = build_atlas(field);
+  std::size_t seen = 0;
+  for (int x = -8; x < 24; x += 8)
+    for (int y = -8; y < 16; y += 8)
+      for (int z = 0; z < 24; z += 8) {
+        if (!(x <= 20 && y <= 12 && z <= 19)) continue;
+        const PageEntry entry = page_entry(atlas.pages, {x, y, z});
+        if (entry.kind != EntryKind::brick) continue;
+        ++seen;
+        float least = 1e9f, most = -1e9f, bend = 0;
+        for (int i = 0; i < 729; ++i) {
+          const glm::ivec3 d(i / 81, i / 9 % 9, i % 9);
+          const auto at = [&](glm::ivec3 shift) {
+            return voxels(glm::ivec3(x, y, z) + d + shift).x;
+          };
+          const float v = at({0, 0, 0});
+          least = std::min(least, v);
+          most = std::max(most, v);
+          for (int axis = 0; axis < 3; ++axis) {
+            glm::ivec3 step(0);
+            step[axis] = 1;
+            if (d[axis] > 0 && d[axis] < 8)
+              bend = std::max(bend, std::abs(at(-step) - 2 * v + at(step)));
+          }
+        }
+        const BrickStats& stats = atlas.bricks.at(entry.payload);
+        EXPECT_EQ(stats.min, least);
+        EXPECT_EQ(stats.max, most);
+        EXPECT_EQ(stats.second_difference, bend);
+      }
+  EXPECT_EQ(seen, atlas.bricks.size());
+}
+
+TEST(Atlas, ThreadsDoNotChangeIt) {
+  const Field field = make_field({{0, 0, 0}, {60, 50, 70}}, noise);
+  const BrickAtlas first = build_atlas(field);
+  for (int i = 0; i < 3; ++i) {
+    const BrickAtlas again = build_atlas(field);
+    ASSERT_EQ(again.pages.entries, first.pages.entries);
+    ASSERT_EQ(again.constants, first.constants);
+    ASSERT_EQ(again.texel_count(), first.texel_count());
+    EXPECT_EQ(0, std::memcmp(again.texels32.get(), first.texels32.get(),
+                             4 * first.texel_count()));
+  }
+}
+
+}  // namespace
+}  // namespace psivox

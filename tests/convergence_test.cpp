@@ -1,0 +1,179 @@
+// Orders of convergence in the step: the march in double, over fields that are formulas. What MATH.md
+// sections 3b and 3c promise of each rule, and its table's numbers.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "analytic_march.h"
+#include "psivox/integrators.h"
+
+namespace psivox {
+namespace {
+
+/// MATH.md 3c: tau = K exp(-s^2), L = 1 + 0.6 sin(1.3 s + 0.4), s = x / scale.
+struct Bump {
+  double K;
+  double scale = 8;  ///< x of s = 1, so that a step of one is 1/8
+  double tau(double x) const { return K / scale * std::exp(-x * x / (scale * scale)); }
+  double L(double x) const { return 1 + 0.6 * std::sin(1.3 * x / scale + 0.4); }
+  /// Optical depth from a to b: an error function.
+  double depth(double a, double b) const {
+    return K * std::sqrt(std::numbers::pi) / 2 * (std::erf(b / scale) - std::erf(a / scale));
+  }
+};
+
+/// int L tau T dx over [a, b], five-point Gauss in panels of 1/8 of x: terms left out are below
+/// 1e-16 of it (the tenth derivative of a Gaussian of width 8 over a panel of 1/8).
+double exact_radiance(const Bump& field, double a, double b) {
+  constexpr std::array<double, 5> x{-0.906179845938664, -0.538469310105683, 0, 0.538469310105683,
+                                    0.906179845938664};
+  constexpr std::array<double, 5> w{0.236926885056189, 0.478628670499366, 0.568888888888889,
+                                    0.478628670499366, 0.236926885056189};
+  const int panels = int(std::ceil((b - a) * 8));
+  const double h = (b - a) / panels;
+  double sum = 0;
+  for (int i = 0; i < panels; ++i)
+    for (std::size_t n = 0; n < 5; ++n) {
+      const double t = a + h * (i + 0.5 + 0.5 * x[n]);
+      sum += 0.5 * h * w[n] * field.L(t) * field.tau(t) * std::exp(-field.depth(a, t));
+    }
+  return sum;
+}
+
+struct Errors {
+  double radiance = 0, transmittance = 0;  ///< RMS over phases
+};
+
+/// RMS over the phases of the lattice, from `first` to `last`.
+Errors errors(Integrator rule, const Bump& field, double first, double last, double h,
+              int phases = 16) {
+  glsl::AnalyticMarch march;
+  march.extinction = 1;
+  march.fields[0] = [&](double x) { return field.tau(x); };
+  march.fields[1] = [&](double x) { return field.L(x); };
+  const double radiance = exact_radiance(field, first, last);
+  const double transmittance = std::exp(-field.depth(first, last));
+  Errors sum;
+  for (int i = 0; i < phases; ++i) {
+    const auto m = march.along_x(rule, first, last, h, h * (i + 0.37) / phases);
+    const double dr = m.radiance.x - radiance;
+    const double dt = std::exp(-m.optical_depth) - transmittance;
+    sum.radiance += dr * dr / phases;
+    sum.transmittance += dt * dt / phases;
+  }
+  return {std::sqrt(sum.radiance), std::sqrt(sum.transmittance)};
+}
+
+/// Slope of log error over log step, least squares.
+double fitted_order(const std::vector<double>& steps, const std::vector<double>& error) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const double u = std::log(steps[i]), v = std::log(error[i]);
+    n += 1, x += u, y += v, xx += u * u, xy += u * v;
+  }
+  return (n * xy - x * y) / (n * xx - x * x);
+}
+
+double order(Integrator rule, const Bump& field, double first, double last,
+             const std::vector<double>& steps) {
+  std::vector<double> radiance;
+  for (const double h : steps) radiance.push_back(errors(rule, field, first, last, h).radiance);
+  const double result = fitted_order(steps, radiance);
+  std::printf("  %-13s K %-4g [%g, %g]: errors %.2e to %.2e, order %.3f\n", info(rule).name,
+              field.K, first, last, radiance.front(), radiance.back(), result);
+  testing::Test::RecordProperty(std::string(info(rule).name) + "_K" + std::to_string(field.K),
+                                std::to_string(result));
+  return result;
+}
+
+const std::vector<double> halving{1, 0.5, 0.25, 0.125, 0.0625};
+// Where a ray ends inside, terms of several signs and orders meet: coarser steps see them cross.
+const std::vector<double> fine{1.0 / 8, 1.0 / 16, 1.0 / 32, 1.0 / 64, 1.0 / 128};
+
+class Convergence : public testing::TestWithParam<double> {
+ protected:
+  Bump field{GetParam()};
+};
+INSTANTIATE_TEST_SUITE_P(K, Convergence, testing::Values(0.3, 3.0, 30.0));
+
+constexpr double far = 9 * 8;  // where exp(-s^2) is 7e-36: vacuum
+
+TEST_P(Convergence, FromVacuumToVacuum) {
+  EXPECT_GE(order(Integrator::psi_weighted, field, -far, far, halving), 1.9);
+  EXPECT_GE(order(Integrator::midpoint, field, -far, far, halving), 1.9);
+  EXPECT_GE(order(Integrator::porter_duff, field, -far, far, halving), 1.9);
+  // At K 30 a step of 1 is up to 3.75 optical depths: the asymptotic order starts at 1/2.
+  std::vector<double> steps = halving;
+  if (GetParam() == 30) steps.erase(steps.begin());
+  EXPECT_GE(order(Integrator::psi_balanced, field, -far, far, steps), 3.8);
+}
+
+TEST_P(Convergence, PorterDuffIsMidpointFromVacuumToVacuum) {
+  for (const double h : {2.0, 1.0, 0.5, 0.25}) {
+    const double a = errors(Integrator::porter_duff, field, -far, far, h, 64).radiance;
+    const double b = errors(Integrator::midpoint, field, -far, far, h, 64).radiance;
+    // The same sums over lattices that differ by half a step. What is left is that the first and
+    // last steps here are cut at the ray's ends, in vacuum.
+    EXPECT_NEAR(a / b, 1, 1e-3) << h;
+  }
+}
+
+TEST_P(Convergence, FromInside) {
+  // The camera at s = -0.6, the box's face at s = 0.9, off every lattice.
+  const double first = -0.6 * 8 + 0.0123, last = 0.9 * 8 - 0.0077;
+  EXPECT_GE(order(Integrator::psi_weighted, field, first, last, fine), 1.9);
+  EXPECT_GE(order(Integrator::psi_balanced, field, first, last, fine), 1.9);
+  EXPECT_GE(order(Integrator::midpoint, field, first, last, fine), 1.9);
+  EXPECT_NEAR(order(Integrator::porter_duff, field, first, last, fine), 1.0, 0.15);
+}
+
+TEST_P(Convergence, IntoTheBoxFace) {
+  // From vacuum to a cropped box's face in the middle of the medium.
+  const double last = 0.25 * 8 + 0.0123;
+  EXPECT_GE(order(Integrator::psi_weighted, field, -far, last, fine), 1.9);
+  EXPECT_GE(order(Integrator::psi_balanced, field, -far, last, fine), 1.9);
+  EXPECT_GE(order(Integrator::midpoint, field, -far, last, fine), 1.9);
+  // At K 30 nothing is seen of the face: vacuum to vacuum.
+  const double expected = GetParam() == 30 ? 2.0 : 1.0;
+  EXPECT_NEAR(order(Integrator::porter_duff, field, -far, last, fine), expected, 0.15);
+}
+
+TEST_P(Convergence, ConstantLuminanceIsFurnaceExact) {
+  glsl::AnalyticMarch march;
+  march.extinction = 1;
+  march.fields[0] = [&](double x) { return field.tau(x); };
+  march.fields[1] = [](double) { return 1.0; };
+  for (const IntegratorInfo& rule : integrators)
+    for (const double h : {0.1, 1.0, 7.3, 100.0}) {
+      const auto m = march.along_x(rule.id, -5, 60, h, 0.3 * h);
+      EXPECT_NEAR(m.radiance.x, -std::expm1(-m.optical_depth), 1e-13) << rule.name << ' ' << h;
+    }
+}
+
+/// The table of MATH.md 3c: 144 steps over 18, RMS over the lattice's phases, to its two digits.
+TEST(ConvergenceTable, OfTheMathPage) {
+  struct Row {
+    Integrator rule;
+    std::array<double, 3> error;  // K 0.3, 3, 30
+  };
+  const Row table[] = {{Integrator::porter_duff, {3.4e-5, 6.6e-4, 3.2e-4}},
+                       {Integrator::midpoint, {3.4e-5, 6.6e-4, 3.2e-4}},
+                       {Integrator::psi_weighted, {1.9e-4, 1.7e-4, 1.5e-3}},
+                       {Integrator::psi_balanced, {1.6e-7, 4.3e-7, 7.8e-6}}};
+  constexpr std::array<double, 3> extinctions{0.3, 3, 30};
+  for (const Row& row : table)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double seen = errors(row.rule, Bump{extinctions[i]}, -far, far, 1, 64).radiance;
+      std::printf("  %-13s K %-4g %.3e (page: %.1e)\n", info(row.rule).name, extinctions[i], seen,
+                  row.error[i]);
+      EXPECT_NEAR(seen / row.error[i], 1, 0.05) << info(row.rule).name << ' ' << extinctions[i];
+    }
+}
+
+}  // namespace
+}  // namespace psivox

@@ -1,0 +1,201 @@
+// The GPU's pictures of fields whose integrals are known, and the furnace: constant L gives exactly
+// L (1 - T) whatever the attenuation, the rule, the step and the place of the camera.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <string>
+
+#include "march_cases.h"
+#include "psivox/camera.h"
+
+namespace psivox {
+namespace {
+
+class MarchAnalytic : public GpuTest {};
+class Furnace : public GpuTest {};
+
+/// Largest |A - (1 - e^{-depth})| over the picture, depth of each pixel's ray from its closed form,
+/// and |RGB - colour A|.
+template <typename Depth>
+void expect_opacity(const char* what, const View& view, Depth depth, double tolerance = 1e-6) {
+  const Image image = gl_picture(view);
+  expect_content(image, 1e-4);
+  double worst = 0, worst_colour = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const double a = -std::expm1(-depth(pixel_ray(view, x, y)));
+      worst = std::max(worst, std::abs(pixel(image, x, y, 3) - a));
+      for (int c = 0; c < 3; ++c)
+        worst_colour = std::max(
+            worst_colour, std::abs(pixel(image, x, y, c) - view.medium.color[c] * a));
+    }
+  std::printf("  %-32s A %.2e, RGB %.2e\n", what, worst, worst_colour);
+  testing::Test::RecordProperty(what, std::to_string(worst));
+  EXPECT_LE(worst, tolerance) << what;
+  EXPECT_LE(worst_colour, tolerance * 2) << what;
+}
+
+/// int f along one axis of voxels, f linear between the values at integers.
+template <typename Value>
+double linear_integral(Value value, int first, int last) {
+  double sum = 0;
+  for (int x = first; x < last; ++x) sum += 0.5 * (value(x) + value(x + 1));
+  return sum;
+}
+
+/// A plate across x, so wide in y and z that every ray of the picture enters and leaves through its
+/// x faces: depth = K int f dx / cos.
+template <typename Value>
+void plate(const char* what, Value value, int thickness, double K) {
+  const Field field = make_field({{0, -30, -30}, {thickness - 1, 30, 30}},
+                                 [=](glm::ivec3 v) { return float(value(v.x)); });
+  const double through = K * linear_integral(
+                                 [=](int x) { return x < 0 || x >= thickness ? 0 : value(x); }, -1,
+                                 thickness);
+  const auto depth = [&](const WorldRay& ray) { return through / std::abs(ray.direction.x); };
+  Scene scene = small_scene();
+  scene.extinction = K;
+  scene.luminance = {1, 2, 0.5};
+  const auto shared = share(field);
+  for (const double side : {-1.0, 1.0}) {
+    const glm::dvec3 middle(0.5 * thickness, 0.3, -0.2);
+    Scene perspective = looking(scene, middle + glm::dvec3(side * 40, 3, 2), middle);
+    perspective.fov = 30;
+    expect_opacity((std::string(what) + " perspective").c_str(), view_of(perspective, shared),
+                   depth);
+    expect_opacity((std::string(what) + " orthographic").c_str(),
+                   view_of(looking(scene, middle + glm::dvec3(side * 40, 7, -5), middle, 20.0),
+                           shared),
+                   depth);
+    expect_opacity((std::string(what) + " along x").c_str(),
+                   view_of(looking(scene, middle + glm::dvec3(side * 40, 0, 0), middle, 20.0),
+                           shared),
+                   depth);
+  }
+}
+
+TEST_F(MarchAnalytic, Slab) {
+  plate("slab", [](int) { return 2.0; }, 12, 0.05);
+  plate("thick slab", [](int) { return 0.5; }, 40, 0.04);
+}
+
+TEST_F(MarchAnalytic, LinearRamp) {
+  plate("ramp", [](int x) { return 0.125 * x; }, 17, 0.05);
+}
+
+TEST_F(MarchAnalytic, SingleVoxelsTent) {
+  // Its cells' cubics, integrated by the test's own two-point rule between faces.
+  const auto field = share(make_field({{8, 0, -8}, {8, 0, -8}}, [](glm::ivec3) { return 1.5f; }));
+  Scene scene = small_scene(33);  // the middle pixel's ray goes through the voxel's centre
+  scene.extinction = 0.9;
+  const Medium medium = make_medium(*field, 0.9, LuminanceSource::constant);
+  const auto depth = [&](const WorldRay& ray) { return plain(medium, ray, 40, 2).optical_depth; };
+  const glm::dvec3 voxel(8, 0, -8);
+  for (const glm::dvec3& from : {glm::dvec3(20, 0, 0), {0, -20, 0}, {0, 0, 20}, {12, 9, 7}}) {
+    scene.camera_up = from.y == -20 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+    expect_opacity("tent orthographic",
+                   view_of(looking(scene, voxel + from, voxel, 2.2), field), depth);
+    Scene perspective = looking(scene, voxel + from, voxel);
+    perspective.fov = 8;
+    expect_opacity("tent perspective", view_of(perspective, field), depth);
+  }
+  // Straight along x through the middle: K v; at (y, z) from it: K v (1 - |y|)(1 - |z|).
+  const View view = view_of(looking(scene, voxel + glm::dvec3(20, 0, 0), voxel, 2.0), field);
+  const Image image = gl_picture(view);
+  EXPECT_NEAR(pixel(image, 16, 16, 3), -std::expm1(-1.35), 1e-6);
+  for (const glm::ivec2 at : {glm::ivec2(3, 16), glm::ivec2(20, 9), glm::ivec2(30, 30)}) {
+    const glm::dvec2 offset = glm::abs(2.0 * (glm::dvec2(at) + 0.5) / 33.0 - 1.0);
+    EXPECT_NEAR(pixel(image, at.x, at.y, 3),
+                -std::expm1(-1.35 * (1 - offset.x) * (1 - offset.y)), 1e-6);
+  }
+}
+
+TEST_F(MarchAnalytic, LinearLuminanceInHomogeneousMedium) {
+  // tau constant: Psi = h(x) exactly, so psi-weighted is exact for linear L. L = (x - 2)/4 from x = 2
+  // on, inside a plate so opaque that nothing is seen of its back: R = e^{-d} / (4 tau) with d the
+  // depth in front of x = 2, half a cell's ramp and two cells.
+  const double tau = 0.5;
+  const Field plate = make_field({{0, -20, -20}, {63, 20, 20}}, [](glm::ivec3) { return 1.0f; });
+  const Field L = make_field({{0, -24, -24}, {66, 24, 24}},
+                             [](glm::ivec3 v) { return std::max(0.0f, 0.25f * float(v.x - 2)); });
+  Scene scene = small_scene(24);
+  scene.extinction = tau;
+  Scene oblique = looking(scene, {-40, 5, 4}, {4, 0, 0}, 10.0);
+  Scene perspective = looking(scene, {-20, 2, 3}, {4, 0, 0});
+  perspective.fov = 25;
+  for (const Scene& s : {oblique, perspective}) {
+    const View view = view_of(s, plate, L);
+    ASSERT_EQ(view.medium.source, LuminanceSource::scalar);
+    const Image image = gl_picture(view);
+    double worst = 0;
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        const double cosine = pixel_ray(view, x, y).direction.x;
+        const double exact = 0.25 * cosine / tau * std::exp(-tau * 2.5 / cosine);
+        worst = std::max(worst, std::abs(pixel(image, x, y, 0) - exact));
+      }
+    std::printf("  linear luminance: %.2e\n", worst);
+    EXPECT_LE(worst, 1e-6);
+  }
+}
+
+// --- furnace -------------------------------------------------------------------------------------
+
+double worst_of_furnace(const Image& image) {
+  double worst = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      for (int c = 0; c < 3; ++c)
+        worst = std::max(worst,
+                         double(std::abs(pixel(image, x, y, c) - pixel(image, x, y, 3))));
+  return worst;
+}
+
+/// 1 all over the density's domain, from leaves whose bricks are all textured: voxels of eight.
+Field ones_around_mixed() {
+  glm::dmat4 m = glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(-28, -20, -20)),
+                            glm::dvec3(12));
+  return make_field({{0, 0, 0}, {7, 6, 6}}, [](glm::ivec3) { return 1.0f; }, m);
+}
+
+struct FurnaceCamera {
+  const char* name;
+  glm::dvec3 position;
+};
+const FurnaceCamera furnace_cameras[] = {{"outside", {90, 60, 75}}, {"inside", {12.3, 9.1, 10.7}}};
+
+void furnace(const View& view, const std::string& what, double& worst) {
+  const Image image = gl_picture(view);
+  expect_content(image);
+  const double seen = worst_of_furnace(image);
+  EXPECT_LE(seen, 1e-6) << what;
+  worst = std::max(worst, seen);
+}
+
+void furnace_of(Integrator rule) {
+  const auto density = share(mixed()), ones = share(ones_around_mixed());
+  for (const auto& [name, position] : furnace_cameras) {
+    double constant = 0, weights = 0;
+    for (const double step : {0.0, 0.1, 0.73, 1.0, 3.7, 16.0}) {
+      Scene scene = looking(small_scene(32), position, {11, 12, 8});
+      scene.extinction = 0.15;
+      scene.early_termination = Scene{}.early_termination;
+      scene = with(scene, rule, step > 0 ? std::optional(step) : std::nullopt);
+      const std::string what = std::string(name) + " step " + std::to_string(step);
+      furnace(view_of(scene, density), what + " constant L", constant);
+      furnace(make_view(scene, density, ones), what + " grid of 1", weights);
+    }
+    std::printf("  %-13s %-8s |R - A| constant L %.2e, grid of 1 %.2e\n", info(rule).name, name,
+                constant, weights);
+  }
+}
+
+TEST_F(Furnace, PorterDuff) { furnace_of(Integrator::porter_duff); }
+TEST_F(Furnace, Midpoint) { furnace_of(Integrator::midpoint); }
+TEST_F(Furnace, PsiWeighted) { furnace_of(Integrator::psi_weighted); }
+TEST_F(Furnace, PsiBalanced) { furnace_of(Integrator::psi_balanced); }
+
+}  // namespace
+}  // namespace psivox

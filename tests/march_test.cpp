@@ -1,0 +1,214 @@
+// The GPU's march against the same march in double (arithmetic error), and against the reference
+// (step error), on fields made on the spot.
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+#include <string>
+
+#include "march_cases.h"
+
+namespace psivox {
+namespace {
+
+class March : public GpuTest {};
+
+const glm::dvec3 outside(95, 60, 70), middle(11, 12, 11);
+
+Scene oblique(int side = 64) {
+  Scene scene = looking(small_scene(side), outside, middle);
+  scene.extinction = 0.12;
+  scene.luminance = {1, 0.5, 0.25};
+  return scene;
+}
+
+/// A luminance grid rotated, of other voxels, that covers the density in part.
+glm::dmat4 tilted() {
+  glm::dmat4 m = glm::translate(glm::dmat4(1), glm::dvec3(-18, -20, -14));
+  m = glm::rotate(m, 0.3, glm::dvec3(1, 2, 0.5));
+  return glm::scale(m, glm::dvec3(2.3, 1.7, 1.9));
+}
+Field scalar_glow() {
+  return make_field({{0, 0, 0}, {24, 24, 24}},
+                    [](glm::ivec3 v) { return 0.3f + blobs_at(glm::dvec3(v) * 1.5); }, tilted());
+}
+Field vector_glow() {
+  return make_vector_field({{0, 0, 0}, {24, 24, 24}}, [](glm::ivec3 v) {
+    return glm::vec3(noise(v), 0.5f * blobs_at(glm::dvec3(v)), 0.04f * float(v.x));
+  }, tilted());
+}
+
+enum class Source { constant, density, scalar, vector };
+
+View scene_of(const Scene& scene, Source source) {
+  switch (source) {
+    case Source::constant:
+      return view_of(scene, mixed());
+    case Source::density:
+      return view_of(scene, mixed(), Glow::density);
+    case Source::scalar:
+      return view_of(scene, mixed(), scalar_glow());
+    case Source::vector:
+      return view_of(scene, mixed(), vector_glow());
+  }
+  throw std::logic_error("no such source");
+}
+
+/// The bounds: RMS 1e-6, and max 2e-5 where a ray along a face takes the other cell.
+void expect_arithmetic(const std::string& what, const View& view) {
+  const Atlases atlases(view);
+  const Image gpu = render_gl(view, atlases).image;
+  expect_content(gpu);
+  const Comparison c = difference(what, gpu, render_double(view, atlases).image);
+  EXPECT_LE(c.rms, 1e-6) << what;
+  EXPECT_LE(c.max, 2e-5) << what;
+}
+
+const char* names[] = {"constant", "density", "scalar", "vector"};
+
+class MarchSource : public March, public testing::WithParamInterface<Source> {
+ protected:
+  std::string name() const { return names[int(GetParam())]; }
+};
+INSTANTIATE_TEST_SUITE_P(L, MarchSource,
+                         testing::Values(Source::constant, Source::density, Source::scalar,
+                                         Source::vector),
+                         [](const auto& i) { return std::string(names[int(i.param)]); });
+
+TEST_P(MarchSource, GpuIsTheMarchInDouble) {
+  for (const IntegratorInfo& rule : integrators)
+    for (const double step : {0.0, 0.7, 3.0}) {
+      const auto own_step = step > 0 ? std::optional(step) : std::nullopt;
+      expect_arithmetic(name() + " " + rule.name + (own_step ? " step " : " cells ") +
+                            std::to_string(step),
+                        scene_of(with(oblique(), rule.id, own_step), GetParam()));
+    }
+}
+
+TEST_P(MarchSource, GpuIsTheMarchInDoubleInHalves) {
+  Scene scene = oblique();
+  scene.texel = TexelType::float16;
+  expect_arithmetic(name() + " cells, halves", scene_of(scene, GetParam()));
+  scene.step = 1.0;
+  expect_arithmetic(name() + " uniform, halves", scene_of(scene, GetParam()));
+}
+
+TEST_P(MarchSource, GpuIsTheMarchInDoubleFromInside) {
+  Scene scene = looking(oblique(), {12.3, 9.1, 10.7}, {-20, 14, 2});
+  scene.fov = 100;
+  expect_arithmetic(name() + " cells, inside", scene_of(scene, GetParam()));
+  scene.step = 0.8;
+  expect_arithmetic(name() + " uniform, inside", scene_of(scene, GetParam()));
+}
+
+TEST_P(MarchSource, EarlyTerminationStopsAlike) {
+  Scene scene = oblique();
+  scene.extinction = 2;
+  scene.early_termination = Scene{}.early_termination;
+  const View view = scene_of(scene, GetParam());
+  // One of the two may stop a segment later: that segment holds at most 1/16384 of the light.
+  const Atlases atlases(view);
+  const Comparison c = difference(name() + " terminated", render_gl(view, atlases).image,
+                                  render_double(view, atlases).image);
+  EXPECT_LE(c.max, 2 * Scene{}.early_termination);
+  EXPECT_LE(c.rms, 5e-6);
+}
+
+TEST_F(March, GpuIsTheMarchInDoubleAtAnySegments) {
+  for (const int segments : {1, 2, 4, 7}) {
+    Scene scene = oblique();
+    scene.segments = segments;
+    expect_arithmetic("segments " + std::to_string(segments), scene_of(scene, Source::density));
+    expect_arithmetic("segments " + std::to_string(segments) + ", own grid",
+                      scene_of(scene, Source::scalar));
+  }
+}
+
+TEST_F(March, GpuIsTheMarchInDoubleOrthographic) {
+  Scene scene = looking(oblique(), outside, middle, 70.0);
+  for (const Source source : {Source::constant, Source::density, Source::vector})
+    expect_arithmetic(std::string("orthographic ") + names[int(source)], scene_of(scene, source));
+}
+
+// --- against the reference -----------------------------------------------------------------------
+
+TEST_F(March, CellsAreTheReferenceForConstantLuminance) {
+  // Simpson's rule is exact for a cell's cubic: what is left is float32.
+  for (const IntegratorInfo& rule : integrators) {
+    if (!rule.exact_depth) continue;
+    for (const bool inside : {false, true}) {
+      Scene scene = with(oblique(), rule.id, {});
+      if (inside) scene = looking(scene, {12.3, 9.1, 10.7}, {-20, 14, 2});
+      const View view = scene_of(scene, Source::constant);
+      const Comparison c = difference(std::string(rule.name) + (inside ? " inside" : " outside"),
+                                      gl_picture(view), render_reference(view).image);
+      EXPECT_LE(c.max, 1e-6);
+    }
+  }
+}
+
+TEST_F(March, CellsNearTheReferenceForLuminanceFromGrids) {
+  // Step error, in double; each doubling of the segments divides it by about four on linear pieces.
+  for (const Source source : {Source::density, Source::scalar, Source::vector}) {
+    double last = 0;
+    for (const int segments : {1, 2, 4, 8}) {
+      Scene scene = oblique();
+      scene.segments = segments;
+      scene.luminance = {1, 1, 1};
+      const View view = scene_of(scene, source);
+      const Comparison c =
+          difference(std::string(names[int(source)]) + " segments " + std::to_string(segments),
+                     double_picture(view), render_reference(view).image);
+      if (segments == 2 && source == Source::density) {
+        EXPECT_LE(c.rms, 1e-3);
+      }
+      if (last > 0 && source == Source::density) {
+        EXPECT_LE(c.rms, 0.45 * last);
+      }
+      last = c.rms;
+    }
+    EXPECT_LE(last, 2e-3);
+  }
+}
+
+TEST_F(March, UniformConvergesToTheReference) {
+  for (const IntegratorInfo& rule : integrators) {
+    double first = 0, last = 0;
+    for (const double step : {1.0, 0.25, 0.0625}) {
+      const View view = scene_of(with(oblique(), rule.id, step), Source::density);
+      last = difference(std::string(rule.name) + " step " + std::to_string(step),
+                        double_picture(view), render_reference(view).image)
+                 .rms;
+      if (step == 1.0) first = last;
+    }
+    // Second order on kinked data, at least 1.5 seen through the lattice's aliasing: 16^1.5 = 64.
+    EXPECT_LE(last, first / 64) << rule.name;
+  }
+}
+
+// --- filtering in hardware -----------------------------------------------------------------------
+
+TEST_F(March, HardwareFilterIsNearTheExactOne) {
+  // GL asks for 8 bits of a filter weight's fraction at least; half of the last along each axis
+  // moves the value by at most 3/512 of its range, and the picture's optical depth by
+  // K length 3/512, its opacity by that times T: x e^{-x} <= 1/e of 3/512 times range over mean.
+  // llvmpipe weighs in float32, with 1e-5 from normalised coordinates.
+  for (const Source source : {Source::constant, Source::density, Source::scalar, Source::vector})
+    for (const double step : {0.0, 0.5}) {
+      Scene scene = oblique();
+      scene.luminance = {1, 1, 1};
+      if (step > 0) scene.step = step;
+      const Image exact = gl_picture(scene_of(scene, source));
+      scene.filter = Filter::hardware;
+      const Image hardware = gl_picture(scene_of(scene, source));
+      const Comparison c = difference(
+          std::string("hardware ") + names[int(source)] + (step > 0 ? " uniform" : " cells"),
+          exact, hardware);
+      // Range over mean along a ray is up to 8 here (values to 2, means from 0.25 on); L doubles.
+      EXPECT_LE(c.max, 2 * 8 * 3.0 / 512 / 2.718);
+      EXPECT_LE(c.rms, 3e-3);
+    }
+}
+
+}  // namespace
+}  // namespace psivox

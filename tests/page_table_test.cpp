@@ -1,0 +1,172 @@
+// The page table: what it says of every cell, at any number of levels, and what it costs.
+
+#include <gtest/gtest.h>
+
+#include <glm/common.hpp>
+
+#include "field_voxels.h"
+#include "make_field.h"
+#include "march/atlas_march.h"
+#include "psivox/error.h"
+#include "reference_cases.h"
+
+namespace psivox {
+namespace {
+
+/// Sparse blobs, a block of constants, a wide tile and single voxels far from each other.
+Field scattered() {
+  Field field = make_field({{-70, -20, 5}, {150, 100, 90}}, [](glm::ivec3 v) {
+    const glm::ivec3 d = v - glm::ivec3(-60, -10, 20);
+    if (d.x * d.x + d.y * d.y + d.z * d.z < 60) return noise(v);
+    if (v.x >= 30 && v.x < 58 && v.y >= 40 && v.y < 60 && v.z >= 30) return 0.5f;
+    return v == glm::ivec3(150, 100, 90) || v == glm::ivec3(-70, 100, 5) ? 2.0f : 0.0f;
+  });
+  field.tiles.push_back({{256, 0, 0}, 128, {0.25f, 0, 0}});
+  field.active_box.max = {383, 127, 127};
+  return field;
+}
+
+/// The shader's own search, in double.
+glsl::AtlasMarch march_over(const BrickAtlas& atlas) {
+  glsl::AtlasMarch march;
+  march.grids[0] = &atlas;
+  march.density_table_min = atlas.pages.min;
+  march.density_table_size = atlas.pages.top_size;
+  march.density_levels = atlas.pages.levels;
+  return march;
+}
+
+class PageTableLevels : public testing::TestWithParam<std::uint64_t> {
+ protected:
+  PageTableLevels() { options.top_entries = GetParam(); }
+  AtlasOptions options;
+};
+
+// 57 x 19 x 16 bricks: 17,328 entries, then 8 x 3 x 2, then one.
+INSTANTIATE_TEST_SUITE_P(TopEntries, PageTableLevels, testing::Values(1u << 22, 64u, 1u));
+
+TEST_P(PageTableLevels, EveryCellFindsItsNode) {
+  const Field field = scattered();
+  const BrickAtlas atlas = build_atlas(field, options);
+  EXPECT_EQ(atlas.pages.levels, GetParam() == 1 ? 3 : GetParam() == 64 ? 2 : 1);
+  const FieldVoxels voxels(field);
+  glsl::AtlasMarch march = march_over(atlas);
+  const Box domain = field.domain();
+  const glm::ivec3 first = domain.min >> 3, last = (domain.max - 1) >> 3;
+  for (int x = first.x; x <= last.x; ++x)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int z = first.z; z <= last.z; ++z) {
+        const glm::ivec3 brick(x, y, z);
+        const EntryKind expected = voxels.kind(brick);
+        // Its first and last cell in the domain, and one between: a node does not end in a brick.
+        for (const glm::ivec3 in : {glm::ivec3(0), glm::ivec3(7), glm::ivec3(1, 5, 2)}) {
+          const glm::ivec3 cell = glm::clamp(8 * brick + in, domain.min, domain.max - 1);
+          const auto node = march.find_node(0, cell);
+          ASSERT_EQ(node.kind, int(expected)) << x << ' ' << y << ' ' << z;
+          ASSERT_TRUE(march.inside(node, cell));
+          ASSERT_EQ(node.payload, int(page_entry(atlas.pages, cell).payload));
+          if (expected == EntryKind::brick) {
+            ASSERT_EQ(node.lo, 8 * brick);
+            ASSERT_EQ(node.hi, 8 * brick + 8);
+          }
+          if (expected == EntryKind::constant) {
+            ASSERT_EQ(march.fetch_constant(0, node.payload), voxels(cell).x);
+          }
+        }
+      }
+}
+
+TEST_P(PageTableLevels, SkipsNeverPassAFullBrick) {
+  const Field field = scattered();
+  const BrickAtlas atlas = build_atlas(field, options);
+  const FieldVoxels voxels(field);
+  glsl::AtlasMarch march = march_over(atlas);
+  const Box domain = field.domain();
+  const glm::ivec3 first = domain.min >> 3, last = (domain.max - 1) >> 3;
+  std::vector<glm::ivec3> full;
+  for (int x = first.x; x <= last.x; ++x)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int z = first.z; z <= last.z; ++z)
+        if (voxels.kind({x, y, z}) != EntryKind::empty) full.push_back(8 * glm::ivec3(x, y, z));
+  std::size_t empty = 0;
+  for (int x = first.x; x <= last.x; ++x)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int z = first.z; z <= last.z; ++z) {
+        const auto node = march.find_node(0, 8 * glm::ivec3(x, y, z));
+        if (node.kind != int(EntryKind::empty)) continue;
+        ++empty;
+        ASSERT_GE(node.payload, 1);
+        for (const glm::ivec3& b : full)
+          ASSERT_TRUE(b.x >= node.hi.x || b.y >= node.hi.y || b.z >= node.hi.z ||
+                      b.x + 8 <= node.lo.x || b.y + 8 <= node.lo.y || b.z + 8 <= node.lo.z)
+              << x << ' ' << y << ' ' << z;
+      }
+  EXPECT_GT(empty, 1000u);
+}
+
+TEST(PageTable, OneLevelSkipsAreExactChebyshevDistances) {
+  const Field field = make_field({{0, 0, 0}, {119, 95, 71}}, [](glm::ivec3 v) {
+    return v == glm::ivec3(12, 20, 28) || v == glm::ivec3(100, 76, 52) ? 1.0f : 0.0f;
+  });
+  const BrickAtlas atlas = build_atlas(field);
+  const glm::ivec3 a(1, 2, 3), b(12, 9, 6);
+  const auto chebyshev = [](glm::ivec3 d) {
+    d = glm::abs(d);
+    return std::max({d.x, d.y, d.z});
+  };
+  for (int x = -1; x < 15; ++x)
+    for (int y = -1; y < 12; ++y)
+      for (int z = -1; z < 9; ++z) {
+        const glm::ivec3 brick(x, y, z);
+        const PageEntry entry = page_entry(atlas.pages, 8 * brick);
+        const int expected = std::min(chebyshev(brick - a), chebyshev(brick - b));
+        EXPECT_EQ(entry.kind, expected ? EntryKind::empty : EntryKind::brick);
+        if (expected) {
+          EXPECT_EQ(int(entry.payload), expected);
+        }
+      }
+}
+
+TEST(PageTable, HugeSparseBoxStaysSmall) {
+  Field field;
+  field.name = "density";
+  auto values = std::make_shared<std::vector<float>>(512, 0.0f);
+  (*values)[0] = 1;
+  // 12,501^3 bricks: a dense table would have 7.8 TB.
+  for (const glm::ivec3 origin : {glm::ivec3(0), glm::ivec3(100'000), glm::ivec3(50'000, 8, 99'992)})
+    field.leaves.push_back({origin, values->data()});
+  field.active_box = {glm::ivec3(0), glm::ivec3(100'000)};
+  field.storage = values;
+  const BrickAtlas atlas = build_atlas(field);
+  EXPECT_GT(atlas.pages.levels, 1);
+  EXPECT_LT(atlas.size.bytes(), 1'000'000u);
+  EXPECT_EQ(atlas.size.textured_bricks, 24u);
+  RecordProperty("bytes", int(atlas.size.bytes()));
+  for (const Leaf& leaf : field.leaves)
+    for (int i = 0; i < 8; ++i) {
+      const glm::ivec3 cell = leaf.origin - glm::ivec3(i >> 2, (i >> 1) & 1, i & 1);
+      const PageEntry entry = page_entry(atlas.pages, cell);
+      ASSERT_EQ(entry.kind, EntryKind::brick);
+      EXPECT_EQ(atlas_value(atlas, entry, leaf.origin).x, 1);
+    }
+  EXPECT_EQ(page_entry(atlas.pages, {50'000, 50'000, 50'000}).kind, EntryKind::empty);
+}
+
+TEST(PageTable, BoxesBeyondTheLimitAreRefused) {
+  Field field;
+  field.name = "density";
+  auto values = std::make_shared<std::vector<float>>(512, 1.0f);
+  field.leaves = {{{0, 0, 0}, values->data()}, {{1 << 25, 0, 0}, values->data()}};
+  field.active_box = {glm::ivec3(0), glm::ivec3((1 << 25) + 7, 7, 7)};
+  field.storage = values;
+  try {
+    build_atlas(field);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::input);
+    EXPECT_NE(std::string(error.what()).find("density"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace psivox

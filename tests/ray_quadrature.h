@@ -1,0 +1,115 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <glm/mat4x4.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "psivox/camera.h"
+#include "psivox/field.h"
+
+namespace psivox {
+
+/// A field read the plain way, a linear search for each voxel: what the reference integrator is
+/// tested against shares no code with it.
+class PlainField {
+ public:
+  explicit PlainField(const Field& field)
+      : field_(field), index_from_world_(glm::inverse(field.world_from_index)) {}
+
+  glm::dvec3 voxel(const glm::ivec3& v) const {
+    auto inside = [&](const glm::ivec3& o, int w) {
+      return v.x >= o.x && v.y >= o.y && v.z >= o.z && v.x < o.x + w && v.y < o.y + w &&
+             v.z < o.z + w;
+    };
+    for (const Leaf& leaf : field_.leaves) {
+      if (!inside(leaf.origin, 8)) continue;
+      const glm::ivec3 d = v - leaf.origin;
+      const float* p = leaf.values + ((d.x * 8 + d.y) * 8 + d.z) * field_.channels;
+      return field_.channels == 1 ? glm::dvec3(*p) : glm::dvec3(p[0], p[1], p[2]);
+    }
+    for (const Tile& tile : field_.tiles)
+      if (inside(tile.origin, tile.width))
+        return field_.channels == 1 ? glm::dvec3(tile.value.x) : glm::dvec3(tile.value);
+    return glm::dvec3(0);
+  }
+
+  glm::dvec3 index_at(const glm::dvec3& world) const {
+    return glm::dvec3(index_from_world_ * glm::dvec4(world, 1));
+  }
+
+  glm::dvec3 value(const glm::dvec3& world) const {
+    const glm::dvec3 p = index_at(world);
+    const Box domain = field_.domain();
+    for (int i = 0; i < 3; ++i)
+      if (p[i] < domain.min[i] || p[i] > domain.max[i]) return glm::dvec3(0);
+    const glm::dvec3 cell = glm::floor(p), f = p - cell;
+    glm::dvec3 sum(0);
+    for (int i = 0; i < 8; ++i) {
+      const glm::ivec3 d(i & 1, (i >> 1) & 1, i >> 2);
+      const double w = (d.x ? f.x : 1 - f.x) * (d.y ? f.y : 1 - f.y) * (d.z ? f.z : 1 - f.z);
+      if (w != 0) sum += w * voxel(glm::ivec3(cell) + d);
+    }
+    return sum;
+  }
+
+  /// Adds every t in (t0, t1) where the ray meets a face of the domain's cells.
+  void add_faces(const WorldRay& ray, double t0, double t1, std::vector<double>& faces) const {
+    const glm::dvec3 p = index_at(ray.origin);
+    const glm::dvec3 d = index_at(ray.origin + ray.direction) - p;
+    const Box domain = field_.domain();
+    for (int i = 0; i < 3; ++i) {
+      for (int plane = domain.min[i]; plane <= domain.max[i] && d[i] != 0; ++plane) {
+        const double t = (plane - p[i]) / d[i];
+        if (t > t0 && t < t1) faces.push_back(t);
+      }
+    }
+  }
+
+ private:
+  const Field& field_;
+  glm::dmat4 index_from_world_;
+};
+
+struct PlainRadiance {
+  glm::dvec3 radiance{0};
+  double optical_depth = 0;
+};
+
+/// int L tau T dt over [t0, t1] by three-point Gauss rules on `panels` panels between faces. The
+/// optical depth of a panel's part is Simpson's, so a cubic's is exact.
+inline PlainRadiance plain_radiance(const std::function<double(double)>& tau,
+                                    const std::function<glm::dvec3(double)>& L,
+                                    std::vector<double> faces, double t0, double t1, int panels) {
+  faces.push_back(t0);
+  faces.push_back(t1);
+  std::sort(faces.begin(), faces.end());
+  auto depth = [&](double a, double b) {
+    return (b - a) / 6 * (tau(a) + 4 * tau(0.5 * (a + b)) + tau(b));
+  };
+  PlainRadiance sum;
+  for (std::size_t k = 0; k + 1 < faces.size(); ++k) {
+    const double h = (faces[k + 1] - faces[k]) / panels;
+    if (h < 1e-14 * (t1 - t0)) continue;
+    for (int i = 0; i < panels; ++i) {
+      // Faces themselves are left out by a hair: a domain may end there.
+      const double a = faces[k] + h * (i == 0 ? 1e-12 : i);
+      const double b = faces[k] + h * (i + 1 == panels ? panels - 1e-12 : i + 1);
+      constexpr std::array<double, 3> x{0.1127016653792583, 0.5, 0.8872983346207417};
+      constexpr std::array<double, 3> w{5.0 / 18, 8.0 / 18, 5.0 / 18};
+      for (std::size_t n = 0; n < 3; ++n) {
+        const double t = a + (b - a) * x[n];
+        sum.radiance += w[n] * (b - a) * tau(t) * std::exp(-sum.optical_depth - depth(a, t)) * L(t);
+      }
+      sum.optical_depth += depth(a, b);
+    }
+  }
+  return sum;
+}
+
+}  // namespace psivox

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <memory>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "make_field.h"
+#include "psivox/medium.h"
+#include "ray_quadrature.h"
+#include "reference/ray_radiance.h"
+
+namespace psivox {
+
+/// Values in [0, 1), uncorrelated from voxel to voxel; about a quarter are 0.
+inline float noise(const glm::ivec3& v) {
+  auto mixed = [](int i, std::uint32_t factor) { return static_cast<std::uint32_t>(i) * factor; };
+  std::uint32_t h = mixed(v.x, 73856093u) ^ mixed(v.y, 19349663u) ^ mixed(v.z, 83492791u);
+  h = (h ^ (h >> 13)) * 0x5bd1e995u;
+  h ^= h >> 15;
+  return std::max(0.0f, static_cast<float>(h & 0xffffu) / 65536.0f * 1.33f - 0.33f);
+}
+
+inline float one(const glm::ivec3&) { return 1; }
+
+inline WorldRay ray_through(const glm::dvec3& from, const glm::dvec3& to) {
+  return {from, glm::normalize(to - from)};
+}
+
+inline Medium make_medium(Field density, double extinction, LuminanceSource source) {
+  Medium medium;
+  medium.density = std::make_shared<Field>(std::move(density));
+  medium.extinction = extinction;
+  medium.source = source;
+  return medium;
+}
+
+inline Medium make_medium(Field density, double extinction, Field luminance) {
+  Medium medium =
+      make_medium(std::move(density), extinction,
+                  luminance.channels == 3 ? LuminanceSource::vector : LuminanceSource::scalar);
+  medium.luminance = std::make_shared<Field>(std::move(luminance));
+  return medium;
+}
+
+/// The same ray, by the test's own quadrature of the point-sampled fields.
+inline PlainRadiance plain(const Medium& medium, const WorldRay& ray, double t1, int panels = 48) {
+  const PlainField density(*medium.density);
+  const PlainField luminance(medium.luminance ? *medium.luminance : *medium.density);
+  std::vector<double> faces;
+  density.add_faces(ray, 0, t1, faces);
+  luminance.add_faces(ray, 0, t1, faces);
+  auto at = [&](double t) { return ray.origin + t * ray.direction; };
+  return plain_radiance([&](double t) { return medium.extinction * density.value(at(t)).x; },
+                        [&](double t) {
+                          const bool constant = medium.source == LuminanceSource::constant;
+                          return constant ? medium.color : medium.color * luminance.value(at(t));
+                        },
+                        faces, 0, t1, panels);
+}
+
+/// Within `tolerance`, relative where a number is above 1.
+inline void expect_equal(const RayRadiance& r, const PlainRadiance& p, double tolerance) {
+  EXPECT_NEAR(r.optical_depth, p.optical_depth, tolerance * std::max(1.0, p.optical_depth));
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(r.radiance[c], p.radiance[c], tolerance * std::max(1.0, p.radiance[c])) << c;
+}
+
+/// Rays from around the box a..b to points in it.
+inline std::vector<WorldRay> rays_through(const glm::dvec3& a, const glm::dvec3& b, int count) {
+  std::mt19937 engine(7);
+  std::uniform_real_distribution<double> u(0, 1);
+  auto point = [&] { return a + (b - a) * glm::dvec3(u(engine), u(engine), u(engine)); };
+  std::vector<WorldRay> rays;
+  for (int i = 0; i < count; ++i) {
+    const glm::dvec3 through = point(), from = point() + 3.0 * (point() - point());
+    rays.push_back(ray_through(from, through));
+  }
+  return rays;
+}
+
+/// Rotated, anisotropic and sheared.
+inline const glm::dmat4 sheared = [] {
+  glm::dmat4 m = glm::rotate(glm::dmat4(1), 0.7, glm::dvec3(1, -2, 0.5));
+  m = glm::scale(m, glm::dvec3(0.3, 0.5, 1.1));
+  m[2] += 0.4 * m[0] - 0.2 * m[1];
+  m[3] = {2, -3, 5, 1};
+  return m;
+}();
+
+}  // namespace psivox

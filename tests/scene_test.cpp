@@ -1,0 +1,300 @@
+// The table of parameters: what the command line and JSON read and print, and what they refuse.
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+/// The message of the usage error that `action` throws, or what went wrong instead.
+template <typename Action>
+std::string usage_error(Action action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::usage);
+    const std::string message = error.what();
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    return message;
+  }
+  return "no error";
+}
+
+std::string refusal(const char* name, const char* text) {
+  Scene scene;
+  return usage_error([&] { set_parameter(scene, name, text); });
+}
+
+Scene with(const char* name, const char* text) {
+  Scene scene;
+  set_parameter(scene, name, text);
+  return scene;
+}
+
+TEST(Parameters, EveryRowHasAUniqueNameADefaultAndHelp) {
+  for (const Parameter& p : parameters()) {
+    EXPECT_EQ(find_parameter(p.name), &p);
+    EXPECT_FALSE(p.help.empty()) << p.name;
+    EXPECT_TRUE(p.positional || !p.default_text.empty()) << p.name;
+    EXPECT_EQ(p.name.find('_'), std::string::npos);
+  }
+  EXPECT_EQ(find_parameter("setp"), nullptr);
+}
+
+TEST(Parameters, DefaultsComeFromTheScene) {
+  EXPECT_EQ(find_parameter("segments")->default_text, "2");
+  EXPECT_EQ(std::stod(find_parameter("early-termination")->default_text),
+            Scene{}.early_termination);
+  EXPECT_EQ(find_parameter("resolution")->default_text, "1280x720");
+  EXPECT_EQ(find_parameter("aperture")->default_text, "41.2136");
+  EXPECT_EQ(find_parameter("renderer")->default_text, "gl");
+  EXPECT_EQ(find_parameter("strict")->default_text, "false");
+}
+
+TEST(Parameters, TextOfEveryDefaultReadsBack) {
+  const Scene defaults;
+  for (const Parameter& p : parameters()) {
+    Scene scene;
+    set_parameter(scene, p.name, parameter_text(defaults, p));
+    EXPECT_EQ(to_json(scene), to_json(defaults)) << p.name;
+  }
+}
+
+TEST(Parameters, ReadsEveryKind) {
+  EXPECT_EQ(with("grid", "density[1]").grid, "density[1]");
+  EXPECT_EQ(with("strict", "true").strict, true);
+  EXPECT_EQ(with("segments", "7").segments, 7);
+  EXPECT_EQ(with("device", "-1").device, -1);
+  EXPECT_EQ(with("luminance-scale", "1e-3").luminance_scale, 1e-3);
+  EXPECT_EQ(with("extinction", ".5").extinction, 0.5);
+  EXPECT_EQ(with("extinction", "auto").extinction, std::nullopt);
+  EXPECT_EQ(with("camera-up", "0,0,1").camera_up, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(with("camera-position", "-1,-.5,2e3").camera_position, glm::dvec3(-1, -.5, 2000));
+  EXPECT_EQ(with("background", "none").background, std::nullopt);
+  EXPECT_EQ(with("resolution", "640x480").resolution, glm::ivec2(640, 480));
+  EXPECT_EQ(with("integrator", "psi-weighted").integrator, Integrator::psi_weighted);
+  EXPECT_EQ(with("integrator", "porter-duff").integrator, Integrator::porter_duff);
+  EXPECT_EQ(with("sampling", "uniform").sampling, Sampling::uniform);
+  EXPECT_EQ(with("filter", "hardware").filter, Filter::hardware);
+  EXPECT_EQ(with("texel", "float16").texel, TexelType::float16);
+  EXPECT_EQ(with("renderer", "march-double").renderer, RendererKind::march_double);
+  EXPECT_EQ(with("projection", "orthographic").projection, Projection::orthographic);
+}
+
+TEST(Parameters, ReadsSizesLikeGnuTools) {
+  EXPECT_EQ(with("memory-limit", "0").memory_limit, 0u);
+  EXPECT_EQ(with("memory-limit", "123456789012345678").memory_limit, 123456789012345678u);
+  EXPECT_EQ(with("memory-limit", "512M").memory_limit, 512u << 20);
+  EXPECT_EQ(with("memory-limit", "1.5GiB").memory_limit, 3u << 29);
+  EXPECT_EQ(with("memory-limit", "2G").memory_limit, 1ull << 31);
+  EXPECT_EQ(with("memory-limit", "2GB").memory_limit, 2'000'000'000u);
+  EXPECT_EQ(with("memory-limit", "10K").memory_limit, 10240u);
+  EXPECT_EQ(with("memory-limit", "7B").memory_limit, 7u);
+  for (const char* bad : {"", "-1", "1.5X", "M", "1 M", "1MM", "1e3", "99999999T", "1MiBB", "1Ki"})
+    EXPECT_NE(refusal("memory-limit", bad), "no error") << bad;
+}
+
+TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
+  EXPECT_EQ(refusal("step", "abc"),
+            "--step 'abc': expected auto or a number above 0 [voxels of the finest axis]");
+  EXPECT_EQ(refusal("segments", "65"), "--segments '65': expected a whole number from 1 to 64");
+  EXPECT_EQ(refusal("early-termination", "1"),
+            "--early-termination '1': expected a number at least 0 and below 1 [transmittance]");
+  EXPECT_EQ(refusal("fov", "180"),
+            "--fov '180': expected auto or a number above 0 and below 180 [degrees]");
+  EXPECT_EQ(refusal("resolution", "640"),
+            "--resolution '640': expected WxH in whole numbers, each from 1 to 65536 [pixels]");
+  EXPECT_EQ(refusal("luminance", "1,2"),
+            "--luminance '1,2': expected three numbers R,G,B, each at least 0");
+  EXPECT_EQ(refusal("integrator", "psi-wieghted"),
+            "--integrator 'psi-wieghted': expected auto or porter-duff or midpoint or psi-weighted "
+            "or psi-balanced; did you mean psi-weighted?");
+  EXPECT_EQ(refusal("strict", "yes"), "--strict 'yes': expected true or false");
+  EXPECT_EQ(refusal("setp", "1"), "unknown parameter 'setp'; did you mean step?");
+  EXPECT_EQ(refusal("qqqqqq", "1"), "unknown parameter 'qqqqqq'");
+  EXPECT_EQ(refusal("strict", "1\n2"), "--strict '1\\x0a2': expected true or false");
+}
+
+TEST(Parameters, RefusesWhatIsNoNumberOrOutOfRange) {
+  struct Bad {
+    const char *name, *text;
+  };
+  for (const Bad& bad : std::vector<Bad>{{"step", ""},
+                                         {"step", "0"},
+                                         {"step", "-1"},
+                                         {"step", "1x"},
+                                         {"step", " 1"},
+                                         {"step", "1 "},
+                                         {"step", "nan"},
+                                         {"step", "inf"},
+                                         {"step", "1e999"},
+                                         {"step", "0x10"},
+                                         {"step", "1,5"},
+                                         {"segments", "0"},
+                                         {"segments", "2.0"},
+                                         {"segments", "1e1"},
+                                         {"segments", "99999999999"},
+                                         {"pixel-samples", "0"},
+                                         {"extinction", "-0.1"},
+                                         {"extinction", "Auto"},
+                                         {"camera-up", "0,1"},
+                                         {"camera-up", "1,2,3,"},
+                                         {"camera-up", "1,2,3,4"},
+                                         {"camera-up", "1,,3"},
+                                         {"camera-up", "1 2 3"},
+                                         {"camera-up", "1,2,nan"},
+                                         {"resolution", "0x5"},
+                                         {"resolution", "5x0"},
+                                         {"resolution", "5x5x5"},
+                                         {"resolution", "5.5x5"},
+                                         {"resolution", "-5x5"},
+                                         {"resolution", "5X5"},
+                                         {"pixel-samples", "4097"},
+                                         {"fov", "0"},
+                                         {"aperture", "0"},
+                                         {"ortho-width", "0"},
+                                         {"background", "-1,0,0"},
+                                         {"device", "-2"},
+                                         {"sampling", "cell"},
+                                         {"filter", ""}})
+    EXPECT_NE(refusal(bad.name, bad.text), "no error") << bad.name << " " << bad.text;
+}
+
+TEST(Json, RoundTripsEveryBit) {
+  std::mt19937_64 random(7);
+  const auto number = [&] {
+    for (;;) {
+      const double value = std::bit_cast<double>(random());
+      if (std::isfinite(value)) return std::abs(value);
+    }
+  };
+  for (int i = 0; i < 2000; ++i) {
+    Scene scene;
+    scene.input = "a \"quoted\" \\ name\n.vdb";
+    scene.extinction = number();
+    scene.luminance = {number(), 0.1 * i, 1.0 / 3};
+    scene.camera_position = glm::dvec3(-number(), number(), -0.0);
+    scene.early_termination = 1.0 / (i + 3);
+    scene.memory_limit = random();
+    scene.step = number() + 1e-300;
+    const Scene back = scene_from_json(to_json(scene));
+    ASSERT_EQ(back.input, scene.input);
+    const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
+    ASSERT_EQ(bits(*back.extinction), bits(*scene.extinction));
+    for (int c = 0; c < 3; ++c) {
+      ASSERT_EQ(bits(back.luminance[c]), bits(scene.luminance[c]));
+      ASSERT_EQ(bits((*back.camera_position)[c]), bits((*scene.camera_position)[c]));
+    }
+    ASSERT_EQ(bits(back.early_termination), bits(scene.early_termination));
+    ASSERT_EQ(bits(*back.step), bits(*scene.step));
+    ASSERT_EQ(back.memory_limit, scene.memory_limit);
+    ASSERT_EQ(to_json(back), to_json(scene));
+  }
+}
+
+TEST(Json, PrintsNumbersVectorsNamesAndUnset) {
+  Scene scene;
+  scene.integrator = Integrator::psi_balanced;
+  scene.camera_target = glm::dvec3(1, -2.5, 3);
+  scene.early_termination = 1.0 / 1024;
+  const std::string text = to_json(scene);
+  for (const char* line :
+       {"\"extinction\": \"auto\"", "\"integrator\": \"psi-balanced\"", "\"segments\": 2,",
+        "\"camera-target\": [1.0,-2.5,3.0]", "\"resolution\": [1280,720]", "\"strict\": false",
+        "\"background\": \"none\"", "\"early-termination\": 0.0009765625"})
+    EXPECT_NE(text.find(line), std::string::npos) << line << " in\n" << text;
+}
+
+TEST(Json, TakesTheCommandLinesSyntaxAndPartialScenes) {
+  const Scene scene = scene_from_json(
+      R"({"step": "0.25", "resolution": "64x32", "camera-up": "0,0,1", "memory-limit": "1G",
+          "extinction": 2, "strict": true})");
+  EXPECT_EQ(scene.step, 0.25);
+  EXPECT_EQ(scene.resolution, glm::ivec2(64, 32));
+  EXPECT_EQ(scene.camera_up, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(scene.memory_limit, 1u << 30);
+  EXPECT_EQ(scene.extinction, 2.0);
+  EXPECT_TRUE(scene.strict);
+  EXPECT_EQ(scene.segments, 2);
+}
+
+TEST(Json, RefusesWithTheSourcesName) {
+  const auto error = [](const char* text) {
+    return usage_error([&] { scene_from_json(text, "a.json"); });
+  };
+  EXPECT_EQ(error(R"({"camera_position": [1,2,3]})"),
+            "a.json: unknown parameter 'camera_position'; did you mean camera-position?");
+  EXPECT_EQ(error(R"({"segments": 2.5})"),
+            "a.json: --segments '2.5': expected a whole number from 1 to 64");
+  EXPECT_EQ(error("[1]"), "a.json: not a scene: expected a JSON object of parameters");
+  EXPECT_EQ(error("{").find("a.json: not a scene in JSON: "), 0u);
+  EXPECT_EQ(error("").find("a.json: not a scene in JSON: "), 0u);
+  EXPECT_EQ(error(R"({"grid": 5})"), "a.json: grid: expected a string");
+  for (const char* bad :
+       {R"({"camera-up": [1,2]})", R"({"camera-up": [1,2,[3]]})", R"({"camera-up": {"x":1}})",
+        R"({"camera-up": ["0","1","0"]})", R"({"step": null})", R"({"step": [1]})",
+        R"({"step": 1e999})", R"({"strict": 1})", R"({"step": true})", R"({"resolution": [5]})",
+        R"({"memory-limit": -5})", R"({"integrator": 3})"})
+    EXPECT_NE(error(bad), "no error") << bad;
+}
+
+TEST(Suggestions, FindTheNearestName) {
+  std::vector<std::string> names;
+  for (const Parameter& p : parameters()) names.push_back(p.name);
+  EXPECT_EQ(nearest_name("setp", names), "step");
+  EXPECT_EQ(nearest_name("steps", names), "step");
+  EXPECT_EQ(nearest_name("resolutoin", names), "resolution");
+  EXPECT_EQ(nearest_name("LUMINANCE_GRID", names), "luminance-grid");
+  EXPECT_EQ(nearest_name("camera-pos", names), "camera-position");
+  EXPECT_EQ(nearest_name("xyzzy", names), "");
+  EXPECT_EQ(nearest_name("", names), "");
+}
+
+TEST(Validate, RefusesContradictions) {
+  Scene scene = with("step", "2");
+  EXPECT_NO_THROW(validate(scene));
+  scene.sampling = Sampling::cells;
+  EXPECT_EQ(usage_error([&] { validate(scene); }),
+            "--step is for --sampling uniform, not cells; leave one of them out");
+  scene = with("ortho-width", "2");
+  EXPECT_NE(usage_error([&] { validate(scene); }), "no error");
+  scene.projection = Projection::orthographic;
+  EXPECT_NO_THROW(validate(scene));
+  scene = with("camera-up", "0,0,0");
+  EXPECT_NE(usage_error([&] { validate(scene); }), "no error");
+  scene = with("camera-position", "1,2,3");
+  scene.camera_target = glm::dvec3(1, 2, 3);
+  EXPECT_NE(usage_error([&] { validate(scene); }), "no error");
+}
+
+TEST(ApplyOver, ClearsWhatTheCommandLineContradicts) {
+  const auto over = [](Scene scene, std::vector<Setting> settings) {
+    apply_over(scene, settings);
+    return scene;
+  };
+  Scene uniform = with("step", "2");
+  uniform.sampling = Sampling::uniform;
+  EXPECT_EQ(over(uniform, {{"sampling", "cells"}}).step, std::nullopt);
+  EXPECT_EQ(over(uniform, {{"sampling", "uniform"}}).step, 2.0);
+  Scene cells = with("sampling", "cells");
+  EXPECT_EQ(over(cells, {{"step", "3"}}).resolved_sampling(), Sampling::uniform);
+  EXPECT_THROW(validate(over(cells, {{"step", "3"}, {"sampling", "cells"}})), Error);
+  Scene flat = with("ortho-width", "3");
+  flat.projection = Projection::orthographic;
+  EXPECT_EQ(over(flat, {{"projection", "perspective"}}).ortho_width, std::nullopt);
+  EXPECT_EQ(over(with("fov", "30"), {{"focal-length", "35"}}).fov, std::nullopt);
+  EXPECT_EQ(over(with("fov", "30"), {{"focal-length", "35"}, {"fov", "40"}}).fov, 40.0);
+  EXPECT_EQ(over(with("fov", "30"), {{"fov", "auto"}}).fov, std::nullopt);
+}
+
+}  // namespace
+}  // namespace psivox

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cmath>
+
+#include "march/glsl_subset.h"
+
+// shaders/math and shaders/integrators as C++, in the GPU's precision and in double. Every line of
+// them is + - * /, comparisons and floor (decay.glsl has its own exp and log), so float here rounds
+// as any GPU does that keeps IEEE rules.
+
+namespace psivox::glsl32 {
+
+using glm::abs;
+using glm::floor;
+using glm::max;
+using glm::min;
+
+struct Math {
+  using real = float;
+  float power_of_two(int n) const { return std::ldexp(1.0f, n); }
+
+#define REAL_BITS 32
+#include "math/decay.glsl"
+#include "math/psi.glsl"
+#include "math/segment.glsl"
+#include "all_integrators.h"
+#undef REAL_BITS
+};
+
+}  // namespace psivox::glsl32
+
+namespace psivox::glsl {
+
+struct Math {
+  using real = double;
+
+#define REAL_BITS 64
+#include "math/decay.glsl"
+#include "math/psi.glsl"
+#include "math/segment.glsl"
+#include "all_integrators.h"
+#undef REAL_BITS
+};
+
+}  // namespace psivox::glsl

@@ -1,0 +1,303 @@
+// VdbFile on files that others made, on assets and on broken files: every file of shared/data
+// either gives the field that OpenVDB's own sampler sees, or the error written here.
+
+#include "psivox/vdb.h"
+
+#include <openvdb/tools/Interpolation.h>
+#include <openvdb/tools/LevelSetUtil.h>
+
+#include <random>
+
+#include "vdb_test_util.h"
+
+namespace psivox {
+namespace {
+
+using test::assets_dir;
+using test::data_dir;
+using test::FieldSampler;
+using test::input_error;
+using test::openvdb_grid;
+
+#define SKIP_WITHOUT_DATA()                                                    \
+  if (!std::filesystem::is_directory(data_dir())) {                            \
+    GTEST_SKIP() << "no folder '" << data_dir().string() << "' (PSIVOX_DATA)"; \
+  }
+
+/// Compares field and grid at random points of the domain, on lattice points and half-way.
+///
+/// Tolerance: both interpolate floats; OpenVDB in float (7 lerps, each of relative error 2^-24 of
+/// the largest corner), the test in double. 1e-6 of the largest corner leaves a factor of 2.
+template <typename GridT>
+void expect_same_values(const Field& field, const GridT& grid) {
+  const FieldSampler sampler(field);
+  const Box domain = field.domain();
+  std::mt19937 random(7);
+  for (int n = 0; n < 3000; ++n) {
+    glm::dvec3 p;
+    for (int axis = 0; axis < 3; ++axis) {
+      p[axis] = std::uniform_real_distribution<double>(domain.min[axis], domain.max[axis])(random);
+      if (n % 3 == 1) p[axis] = std::round(p[axis]);
+      if (n % 3 == 2) p[axis] = std::round(p[axis] * 2.0) / 2.0;
+    }
+    const auto value =
+        openvdb::tools::BoxSampler::sample(grid.tree(), openvdb::Vec3R(p.x, p.y, p.z));
+    for (int c = 0; c < field.channels; ++c) {
+      double expected;
+      if constexpr (openvdb::VecTraits<typename GridT::ValueType>::IsVec) {
+        expected = static_cast<double>(value[c]);
+      } else {
+        expected = static_cast<double>(value);
+      }
+      const double actual = sampler.trilinear(p, c);
+      ASSERT_NEAR(actual, expected, 1e-6 * std::max(1.0, std::abs(expected) * 16.0))
+          << field.name << " at " << p.x << ' ' << p.y << ' ' << p.z << " channel " << c;
+    }
+  }
+}
+
+/// A file that reads without a notice, and what its directory and tree hold.
+struct GoodGrid {
+  const char* file;
+  const char* grid;
+  const char* value_type;
+  int channels;
+  std::uint64_t active_voxels;
+  std::size_t leaves;
+  std::size_t tiles;
+};
+
+void PrintTo(const GoodGrid& grid, std::ostream* os) { *os << grid.file << " " << grid.grid; }
+
+class GoodGridTest : public testing::TestWithParam<GoodGrid> {};
+
+TEST_P(GoodGridTest, HasTheValuesThatOpenVdbSamples) {
+  SKIP_WITHOUT_DATA();
+  const GoodGrid& expected = GetParam();
+  const auto path = data_dir() / expected.file;
+  // `data` keeps negative components, as OpenVDB does.
+  const Field field = VdbFile(path).read(expected.grid, {GridRole::data, /*strict=*/true});
+  EXPECT_EQ(field.name, expected.grid);
+  EXPECT_EQ(field.value_type, expected.value_type);
+  EXPECT_EQ(field.channels, expected.channels);
+  EXPECT_EQ(field.active_voxels, expected.active_voxels);
+  EXPECT_EQ(field.leaves.size(), expected.leaves);
+  EXPECT_EQ(field.tiles.size(), expected.tiles);
+  EXPECT_TRUE(field.notices.empty());
+
+  const auto grid = openvdb_grid(path, expected.grid);
+  const auto box = grid->evalActiveVoxelBoundingBox();
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(field.active_box.min[axis], box.min()[axis]);
+    EXPECT_EQ(field.active_box.max[axis], box.max()[axis]);
+  }
+  const auto world = grid->indexToWorld(openvdb::Vec3d(3, -5, 7));
+  const glm::dvec4 p = field.world_from_index * glm::dvec4(3, -5, 7, 1);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(p[axis], world[axis], 1e-12 * world.length());
+
+  if (field.channels == 1) {
+    expect_same_values(field, *openvdb::gridPtrCast<openvdb::FloatGrid>(grid));
+  } else {
+    expect_same_values(field, *openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    SharedData, GoodGridTest,
+    testing::Values(GoodGrid{"smoke.vdb", "density", "float", 1, 1049275, 3117, 0},
+                    GoodGrid{"cloud_tiles.vdb", "density", "float", 1, 415642, 1241, 130},
+                    GoodGrid{"heptane.vdb", "density", "float", 1, 6147151, 15098, 0},
+                    GoodGrid{"mri_t1.vdb", "density", "float", 1, 1088315, 2786, 0},
+                    GoodGrid{"neghip.vdb", "density", "float", 1, 88184, 385, 0},
+                    GoodGrid{"frogtissue.vdb", "density", "float", 1, 1156957, 6597, 179},
+                    GoodGrid{"carotid.vdb", "density", "float", 1, 136077, 415, 0},
+                    GoodGrid{"carotid.vdb", "velocity", "vec3s", 3, 167561, 420, 0},
+                    GoodGrid{"edge/smoke_format222.vdb", "density", "float", 1, 1049275, 3117, 0},
+                    GoodGrid{"edge/cloud_voxelised.vdb", "density", "float", 1, 415642, 1371, 0},
+                    GoodGrid{"edge/sphere.vdb", "density", "float", 1, 9047, 56, 0},
+                    GoodGrid{"edge/three_same_names.vdb", "density[0]", "float", 1, 491, 8, 0},
+                    GoodGrid{"edge/three_same_names.vdb", "density[1]", "float", 1, 2222, 28, 0},
+                    GoodGrid{"edge/three_same_names.vdb", "density[2]", "float", 1, 803, 8, 0},
+                    GoodGrid{"edge/torus_density100.vdb", "voxel_fog_density", "float", 1, 2450, 20,
+                             0},
+                    GoodGrid{"edge/velocity_tiles.vdb", "vel", "vec3s", 3, 1000000, 469, 1728}));
+
+TEST(VdbData, TheSameCloudWithAndWithoutTilesHasTheSameValues) {
+  SKIP_WITHOUT_DATA();
+  const Field tiles = VdbFile(data_dir() / "cloud_tiles.vdb").read("density");
+  const Field voxels = VdbFile(data_dir() / "edge/cloud_voxelised.vdb").read("density");
+  ASSERT_EQ(tiles.domain(), voxels.domain());
+  const FieldSampler a(tiles), b(voxels);
+  const Box domain = tiles.domain();
+  for (int x = domain.min.x; x <= domain.max.x; ++x) {
+    for (int y = domain.min.y; y <= domain.max.y; ++y) {
+      for (int z = domain.min.z; z <= domain.max.z; z += 3) {
+        ASSERT_EQ(a.voxel({x, y, z}, 0), b.voxel({x, y, z}, 0)) << x << ' ' << y << ' ' << z;
+      }
+    }
+  }
+}
+
+TEST(VdbData, LevelSetsBecomeOpenVdbsFogWithANotice) {
+  SKIP_WITHOUT_DATA();
+  for (const auto& [file, name] : {std::pair("edge/levelset_sphere.vdb", "ls_sphere"),
+                                   std::pair("edge/levelset_unnamed.vdb", "[0]")}) {
+    const VdbFile vdb(data_dir() / file);
+    EXPECT_EQ(vdb.default_grid(), name);
+    EXPECT_EQ(vdb.info().at(0).problem, "");
+    EXPECT_EQ(vdb.info().at(0).grid_class, "level set");
+    const Field field = vdb.read(name, {GridRole::attenuation, /*strict=*/true});
+    ASSERT_EQ(field.notices.size(), 1u);
+    EXPECT_NE(field.notices[0].find("level set converted to fog"), std::string::npos);
+    const auto fog =
+        openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb_grid(data_dir() / file, name));
+    openvdb::tools::sdfToFogVolume(*fog);
+    expect_same_values(field, *fog);
+  }
+  // The empty name is the grid without a name.
+  EXPECT_EQ(VdbFile(data_dir() / "edge/levelset_unnamed.vdb").read("").name, "[0]");
+}
+
+TEST(VdbData, NanAndNegativesAreCountedOnceAndTakenAsZero) {
+  SKIP_WITHOUT_DATA();
+  const VdbFile vdb(data_dir() / "edge/nan_and_negatives.vdb");
+  const Field field = vdb.read("posdensity");
+  ASSERT_EQ(field.notices.size(), 1u);
+  EXPECT_EQ(field.notices[0], "grid 'posdensity': 1 NaN, 265260 negative values taken as 0");
+  for (const Leaf& leaf : field.leaves) {
+    for (int i = 0; i < 512; ++i) ASSERT_GE(leaf.values[i], 0.0f);
+  }
+  EXPECT_NE(input_error([&] {
+              vdb.read("posdensity", {GridRole::attenuation, true});
+            }).find("grid 'posdensity' is refused by strict reading: 1 NaN, 265260 negative"),
+            std::string::npos);
+  EXPECT_EQ(vdb.read("posdensity", {GridRole::data}).notices.at(0),
+            "grid 'posdensity': 1 NaN value taken as 0");
+}
+
+TEST(VdbData, GridsThatCannotBeRenderedSayWhyInInfoAndInTheError) {
+  SKIP_WITHOUT_DATA();
+  struct Bad {
+    const char* file;
+    const char* grid;
+    const char* problem;
+  };
+  for (const Bad& bad :
+       {Bad{"background_one.vdb", "density", "has background 1, so it would fill all space"},
+        Bad{"sphere_colour.vdb", "Cd", "has background (1, 1, 1), so it would fill all space"},
+        Bad{"empty.vdb", "density", "has no active voxel: nothing to render"},
+        Bad{"points.vdb", "points", "has type Tree_ptdataidx32_5_4_3 (points), which cannot be"}}) {
+    const auto path = data_dir() / "edge" / bad.file;
+    const VdbFile vdb(path);
+    const std::string problem = vdb.info().at(0).problem;
+    EXPECT_EQ(problem.rfind(bad.problem, 0), 0u) << problem;
+    EXPECT_EQ(input_error([&] { vdb.read(bad.grid); }),
+              path.string() + ": grid '" + bad.grid + "' " + problem);
+  }
+}
+
+TEST(VdbData, ARepeatedNameIsItsFirstGridWithANotice) {
+  SKIP_WITHOUT_DATA();
+  const VdbFile vdb(data_dir() / "edge/three_same_names.vdb");
+  EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density[0]", "density[1]", "density[2]"}));
+  EXPECT_EQ(vdb.default_grid(), "density");
+  const Field field = vdb.read("density");
+  EXPECT_EQ(field.name, "density[0]");
+  EXPECT_EQ(field.active_voxels, 491u);
+  ASSERT_EQ(field.notices.size(), 1u);
+  EXPECT_EQ(field.notices[0], "grid 'density': 3 grids have this name; took 'density[0]'");
+}
+
+TEST(VdbData, InfoCountsWhatTheTreeHolds) {
+  SKIP_WITHOUT_DATA();
+  const GridInfo smoke = VdbFile(data_dir() / "smoke.vdb").info().at(0);
+  EXPECT_EQ(smoke.name, "density");
+  EXPECT_EQ(smoke.type, "Tree_float_5_4_3");
+  EXPECT_EQ(smoke.grid_class, "fog volume");
+  EXPECT_TRUE(smoke.saved_as_half);
+  EXPECT_EQ(smoke.leaves, 3117u);
+  EXPECT_EQ(smoke.active_box, (Box{{1, 2, 1}, {111, 223, 112}}));
+  EXPECT_EQ(smoke.transform, "UniformScaleTranslateMap");
+  EXPECT_NEAR(smoke.voxel_size.y, 0.476, 5e-4);
+  EXPECT_EQ(VdbFile(data_dir() / "cloud_tiles.vdb").info().at(0).active_tiles, 130u);
+  EXPECT_NEAR(VdbFile(data_dir() / "frogtissue.vdb").info().at(0).voxel_size.z, 1.5, 1e-12);
+}
+
+/// Cut anywhere, a file is an error or a field, never a crash and never made-up values.
+TEST(VdbData, TruncatedFilesAreErrors) {
+  SKIP_WITHOUT_DATA();
+  const std::string smoke = test::file_bytes(data_dir() / "smoke.vdb");
+  for (const std::size_t length :
+       {std::size_t{0}, std::size_t{1}, std::size_t{8}, std::size_t{21}, std::size_t{60},
+        std::size_t{100}, std::size_t{130}, std::size_t{150}, std::size_t{180}, std::size_t{200},
+        std::size_t{1000}, std::size_t{219758}, smoke.size() / 2, smoke.size() - 1}) {
+    const auto path = test::write_bytes("cut.vdb", smoke.substr(0, length));
+    const std::string message = input_error([&] { VdbFile(path).read("density"); });
+    EXPECT_NE(message.find("cut.vdb"), std::string::npos) << length;
+  }
+  const auto whole = test::write_bytes("cut.vdb", smoke);
+  EXPECT_EQ(VdbFile(whole).read("density").active_voxels, 1049275u);
+}
+
+TEST(VdbData, GridsBeforeTheCutCanBeRead) {
+  SKIP_WITHOUT_DATA();
+  const std::string bytes = test::file_bytes(data_dir() / "edge/three_same_names.vdb");
+  const VdbFile vdb(test::write_bytes("cut.vdb", bytes.substr(0, 120000)));
+  EXPECT_EQ(vdb.read("density[0]").active_voxels, 491u);
+  EXPECT_NE(vdb.info().at(1).problem.find("is cut short: it needs 166005 bytes, the file has"
+                                          " 120000; 1 more behind it cannot be found"),
+            std::string::npos);
+  EXPECT_NE(input_error([&] { vdb.read("density[1]"); }).find("is cut short"), std::string::npos);
+}
+
+TEST(VdbFileErrors, FilesThatAreNoneAreNamed) {
+  const auto dir = test::scratch_dir();
+  EXPECT_NE(input_error([&] { VdbFile(dir / "absent.vdb"); }).find("absent.vdb: no such file"),
+            std::string::npos);
+  EXPECT_NE(input_error([&] { VdbFile{dir}; }).find("is a directory"), std::string::npos);
+  const auto text = test::write_bytes("text.vdb", "This is a text, not a volume.\n");
+  EXPECT_NE(input_error([&] { VdbFile{text}; }).find("text.vdb: is not a VDB file"),
+            std::string::npos);
+  const auto nothing = test::write_bytes("nothing.vdb", "");
+  EXPECT_NE(input_error([&] { VdbFile{nothing}; }).find("nothing.vdb: is not a VDB file"),
+            std::string::npos);
+  EXPECT_NE(input_error([&] { VdbFile("/dev/null"); }).find("/dev/null"), std::string::npos);
+}
+
+TEST(VdbAssets, AreReadAsMade) {
+  const Field slab = VdbFile(assets_dir() / "slab.vdb").read("density");
+  EXPECT_EQ(slab.active_box, (Box{{3, 5, 2}, {42, 28, 17}}));
+  EXPECT_TRUE(slab.tiles.empty());
+  const Field tiled = VdbFile(assets_dir() / "slab.vdb").read("density_tiles");
+  EXPECT_EQ(tiled.tiles.size(), 8u);
+  EXPECT_EQ(tiled.active_voxels, slab.active_voxels);
+  expect_same_values(tiled, *openvdb::gridPtrCast<openvdb::FloatGrid>(
+                                openvdb_grid(assets_dir() / "slab.vdb", "density")));
+
+  const Field ramp = VdbFile(assets_dir() / "ramp.vdb").read("density");
+  EXPECT_EQ(FieldSampler(ramp).trilinear({10.5, 3, 4}, 0), 11.5 / 32.0);
+
+  const Field single = VdbFile(assets_dir() / "single_voxel.vdb").read("density");
+  EXPECT_EQ(single.domain(), (Box{{-1, -1, -1}, {1, 1, 1}}));
+  EXPECT_EQ(FieldSampler(single).trilinear({-0.5, -0.5, 0.5}, 0), 0.125);
+
+  const VdbFile blobs(assets_dir() / "blobs.vdb");
+  EXPECT_EQ(blobs.names(), (std::vector<std::string>{"density", "temperature", "color"}));
+  EXPECT_EQ(blobs.default_grid(), "density");
+  EXPECT_EQ(blobs.read("color").channels, 3);
+  const Field density = blobs.read("density");
+  const double fraction = static_cast<double>(density.active_voxels) / (64.0 * 64.0 * 64.0);
+  EXPECT_GT(fraction, 0.2);
+  EXPECT_LT(fraction, 0.4);
+
+  // Two active tiles, and an inactive one that stores a value.
+  const Field tiles = VdbFile(assets_dir() / "tiles.vdb").read("density");
+  ASSERT_EQ(tiles.tiles.size(), 3u);
+  expect_same_values(tiles, *openvdb::gridPtrCast<openvdb::FloatGrid>(
+                                openvdb_grid(assets_dir() / "tiles.vdb", "density")));
+
+  EXPECT_EQ(VdbFile(assets_dir() / "rotated.vdb").info().at(0).transform, "AffineMap");
+}
+
+}  // namespace
+}  // namespace psivox

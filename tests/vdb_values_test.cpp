@@ -1,0 +1,330 @@
+// VdbFile on grids made on the spot: value types, bad values, transforms, names, and the rules of
+// what cannot be rendered.
+
+#include <openvdb/io/Stream.h>
+#include <openvdb/tools/Interpolation.h>
+
+#include <limits>
+#include <numbers>
+
+#include "psivox/vdb.h"
+#include "vdb_test_util.h"
+
+namespace psivox {
+namespace {
+
+using openvdb::Coord;
+using openvdb::CoordBBox;
+using openvdb::FloatGrid;
+using openvdb::math::Transform;
+using test::FieldSampler;
+using test::input_error;
+using test::write_vdb;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+template <typename GridT>
+typename GridT::Ptr named(const std::string& name) {
+  auto grid = GridT::create();
+  grid->setName(name);
+  return grid;
+}
+
+/// One leaf voxel, one 8^3 tile, one inactive stored voxel.
+template <typename GridT, typename ValueT>
+Field written_and_read(const std::string& value_type, ValueT voxel, ValueT tile, ValueT inactive) {
+  auto grid = named<GridT>("g");
+  grid->tree().setValue(Coord(1, 2, 3), voxel);
+  grid->tree().setValueOff(Coord(1, 2, 4), inactive);
+  grid->tree().addTile(1, Coord(-8, 0, 8), tile, true);
+  const Field field = VdbFile(write_vdb({grid})).read("g", {GridRole::data, true});
+  EXPECT_EQ(field.value_type, value_type);
+  EXPECT_EQ(field.active_voxels, 513u);
+  EXPECT_EQ(field.leaves.size(), 1u);
+  EXPECT_EQ(field.tiles.size(), 1u);
+  return field;
+}
+
+TEST(VdbValues, ScalarsOfEveryTypeBecomeFloat) {
+  const auto check = [](const Field& field, double voxel, double tile, double inactive) {
+    EXPECT_EQ(field.channels, 1);
+    const FieldSampler sampler(field);
+    EXPECT_EQ(sampler.voxel({1, 2, 3}, 0), voxel);
+    EXPECT_EQ(sampler.voxel({-3, 7, 12}, 0), tile);
+    EXPECT_EQ(sampler.voxel({1, 2, 4}, 0), inactive);
+    EXPECT_EQ(sampler.voxel({1, 2, 5}, 0), 0.0);
+  };
+  check(written_and_read<FloatGrid>("float", 0.25f, 2.5f, 0.5f), 0.25, 2.5, 0.5);
+  check(written_and_read<openvdb::DoubleGrid>("double", 0.25, 2.5, 0.5), 0.25, 2.5, 0.5);
+  check(written_and_read<openvdb::Int32Grid>("int32", 7, -70000, 3), 7, -70000, 3);
+  check(written_and_read<openvdb::Int64Grid>("int64", std::int64_t{1} << 40, std::int64_t{9},
+                                             std::int64_t{-2}),
+        1099511627776.0, 9, -2);
+  check(written_and_read<openvdb::BoolGrid>("bool", true, true, true), 1, 1, 1);
+}
+
+TEST(VdbValues, VectorsOfEveryTypeAreInterleaved) {
+  const auto check = [](const Field& field) {
+    ASSERT_EQ(field.channels, 3);
+    const FieldSampler sampler(field);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(sampler.voxel({1, 2, 3}, c), 1 + c);
+      EXPECT_EQ(sampler.voxel({-3, 7, 12}, c), 4 + c);
+      EXPECT_EQ(sampler.voxel({1, 2, 4}, c), -7 - c);
+      EXPECT_EQ(sampler.voxel({1, 2, 5}, c), 0);
+    }
+  };
+  using openvdb::Vec3d, openvdb::Vec3i, openvdb::Vec3s;
+  check(written_and_read<openvdb::Vec3SGrid>("vec3s", Vec3s(1, 2, 3), Vec3s(4, 5, 6),
+                                             Vec3s(-7, -8, -9)));
+  check(written_and_read<openvdb::Vec3DGrid>("vec3d", Vec3d(1, 2, 3), Vec3d(4, 5, 6),
+                                             Vec3d(-7, -8, -9)));
+  check(written_and_read<openvdb::Vec3IGrid>("vec3i", Vec3i(1, 2, 3), Vec3i(4, 5, 6),
+                                             Vec3i(-7, -8, -9)));
+}
+
+TEST(VdbValues, HalfIsReadAsOpenVdbRoundsIt) {
+  auto grid = named<FloatGrid>("density");
+  grid->setSaveFloatAsHalf(true);
+  grid->tree().setValue(Coord(0), 0.1f);
+  const VdbFile vdb(write_vdb({grid}));
+  EXPECT_TRUE(vdb.info().at(0).saved_as_half);
+  EXPECT_EQ(FieldSampler(vdb.read("density")).voxel({0, 0, 0}, 0),
+            static_cast<double>(static_cast<float>(openvdb::math::half(0.1f))));
+}
+
+TEST(VdbValues, BadValuesAreReplacedAndCounted) {
+  auto grid = named<FloatGrid>("x");
+  auto& tree = grid->tree();
+  tree.setValue(Coord(0, 0, 0), kNan);
+  tree.setValue(Coord(0, 0, 1), kInfinity);
+  tree.setValue(Coord(0, 0, 2), -kInfinity);
+  tree.setValue(Coord(0, 0, 3), -3.0f);
+  tree.setValue(Coord(0, 0, 4), 5.5f);
+  tree.setValueOff(Coord(0, 0, 5), -1.0f);
+  tree.setValue(Coord(0, 0, 6), -0.0f);
+  tree.addTile(1, Coord(16, 0, 0), -2.0f, true);
+  tree.addTile(1, Coord(32, 0, 0), kInfinity, true);
+  tree.addTile(1, Coord(48, 0, 0), kNan, true);
+  tree.addTile(1, Coord(64, 0, 0), 6.5f, true);
+  const VdbFile vdb(write_vdb({grid}));
+  const Field field = vdb.read("x");
+  ASSERT_EQ(field.notices.size(), 1u);
+  EXPECT_EQ(field.notices[0],
+            "grid 'x': 2 NaN, 1 -Inf, 3 negative values taken as 0; 2 +Inf taken as 6.5");
+  ASSERT_EQ(field.tiles.size(), 2u);
+  const FieldSampler sampler(field);
+  const double expected[] = {0, 6.5, 0, 0, 5.5, 0, 0};
+  for (int z = 0; z < 7; ++z) EXPECT_EQ(sampler.voxel({0, 0, z}, 0), expected[z]) << z;
+  EXPECT_EQ(sampler.voxel({33, 1, 1}, 0), 6.5);
+  EXPECT_EQ(vdb.read("x", {GridRole::luminance}).notices, field.notices);
+
+  // The transfer function decides what negative data means.
+  const Field data = vdb.read("x", {GridRole::data});
+  EXPECT_EQ(data.notices.at(0), "grid 'x': 2 NaN, 1 -Inf values taken as 0; 2 +Inf taken as 6.5");
+  EXPECT_EQ(FieldSampler(data).voxel({0, 0, 3}, 0), -3.0);
+
+  const std::string message = input_error([&] { vdb.read("x", {GridRole::attenuation, true}); });
+  EXPECT_NE(message.find("grid 'x' is refused by strict reading: 2 NaN"), std::string::npos);
+}
+
+TEST(VdbValues, InfinityAloneBecomesOne) {
+  auto grid = named<openvdb::DoubleGrid>("x");
+  grid->tree().setValue(Coord(0), std::numeric_limits<double>::infinity());
+  const Field field = VdbFile(write_vdb({grid})).read("x");
+  EXPECT_EQ(FieldSampler(field).voxel({0, 0, 0}, 0), 1.0);
+  EXPECT_EQ(field.notices.at(0), "grid 'x': 1 +Inf taken as 1");
+}
+
+TEST(VdbValues, TilesOfEveryWidth) {
+  auto grid = named<FloatGrid>("t");
+  grid->tree().addTile(3, Coord(4096, 0, -4096), 3.0f, true);
+  grid->tree().addTile(2, Coord(-128, 0, 0), 2.0f, true);
+  grid->tree().addTile(1, Coord(0, -8, 0), 1.0f, false);
+  const Field field = VdbFile(write_vdb({grid})).read("t");
+  ASSERT_EQ(field.tiles.size(), 3u);
+  const FieldSampler sampler(field);
+  EXPECT_EQ(sampler.voxel({8191, 4095, -1}, 0), 3.0);
+  EXPECT_EQ(sampler.voxel({-1, 127, 127}, 0), 2.0);
+  EXPECT_EQ(sampler.voxel({7, -1, 7}, 0), 1.0);
+  EXPECT_EQ(sampler.voxel({8, -1, 7}, 0), 0.0);
+  EXPECT_EQ(field.active_box, (Box{{-128, 0, -4096}, {8191, 4095, 127}}));
+}
+
+TEST(VdbTransforms, AffineTransformsAreTheMatrixThatOpenVdbApplies) {
+  std::vector<Transform::Ptr> transforms;
+  for (const openvdb::math::Axis axis :
+       {openvdb::math::X_AXIS, openvdb::math::Y_AXIS, openvdb::math::Z_AXIS}) {
+    auto quarter = Transform::createLinearTransform(0.5);
+    quarter->postRotate(std::numbers::pi / 2, axis);
+    quarter->postTranslate({1, 2, 3});
+    transforms.push_back(quarter);
+  }
+  auto sheared = Transform::createLinearTransform(0.1);
+  sheared->postShear(0.3, openvdb::math::X_AXIS, openvdb::math::Z_AXIS);
+  sheared->preScale(openvdb::Vec3d(1, -2, 3));
+  transforms.push_back(sheared);
+  for (const Transform::Ptr& transform : transforms) {
+    auto grid = named<FloatGrid>("density");
+    grid->setTransform(transform);
+    grid->tree().setValue(Coord(0), 1.0f);
+    const VdbFile vdb(write_vdb({grid}));
+    const Field field = vdb.read("density");
+    for (const glm::dvec3 p : {glm::dvec3(0, 0, 0), glm::dvec3(4, -7, 0.5)}) {
+      const auto expected = transform->indexToWorld(openvdb::Vec3d(p.x, p.y, p.z));
+      const glm::dvec4 actual = field.world_from_index * glm::dvec4(p, 1.0);
+      for (int i = 0; i < 3; ++i) EXPECT_NEAR(actual[i], expected[i], 1e-14);
+    }
+    EXPECT_EQ(vdb.info().at(0).world_from_index, field.world_from_index);
+    EXPECT_NEAR(vdb.info().at(0).voxel_size.x, transform->voxelSize()[0], 1e-14);
+  }
+}
+
+TEST(VdbTransforms, AFrustumIsResampledIntoCubicVoxels) {
+  // 40x40x20 voxels; the far end is twice as wide as the near one.
+  const openvdb::BBoxd box(openvdb::Vec3d(0), openvdb::Vec3d(39, 39, 19));
+  const auto frustum = Transform::createFrustumTransform(box, /*taper=*/0.5, /*depth=*/1.0, 0.05);
+  auto grid = named<FloatGrid>("density");
+  grid->setTransform(frustum);
+  const auto value = [](const openvdb::Vec3d& p) {
+    return std::exp(-8.0 * (p - openvdb::Vec3d(1.0, 1.0, 0.5)).lengthSqr());
+  };
+  for (const Coord& c : CoordBBox(Coord(0), Coord(39, 39, 19))) {
+    grid->tree().setValue(c, static_cast<float>(value(frustum->indexToWorld(c))));
+  }
+  auto counts = named<openvdb::Int32Grid>("counts");
+  counts->setTransform(frustum);
+  counts->tree().fill(CoordBBox(Coord(4), Coord(16)), 8);
+  const VdbFile vdb(write_vdb({grid, counts}));
+  EXPECT_EQ(vdb.info().at(0).problem, "");
+  EXPECT_EQ(vdb.info().at(0).transform, "NonlinearFrustumMap");
+
+  const Field field = vdb.read("density");
+  ASSERT_EQ(field.notices.size(), 1u);
+  EXPECT_NE(field.notices[0].find("frustum transform resampled to cubic voxels of size"),
+            std::string::npos);
+  const double voxel_size = field.world_from_index[0][0];
+  EXPECT_LE(voxel_size, 0.05);
+  const FieldSampler sampler(field);
+  // Interpolating twice: each errs by at most h^2/8 * sum of second derivatives (16 * 3 here), with
+  // h = 0.1 across the far end at worst: 0.06 together; where the Gaussian is flat far less.
+  const glm::dvec3 origin(field.world_from_index[3]);
+  for (const auto& c : {Coord(20, 20, 10), Coord(12, 22, 8), Coord(25, 18, 14)}) {
+    const openvdb::Vec3d world = frustum->indexToWorld(c);
+    const glm::dvec3 index = (glm::dvec3(world[0], world[1], world[2]) - origin) / voxel_size;
+    EXPECT_NEAR(sampler.trilinear(index, 0), value(world), 0.06) << c;
+  }
+  EXPECT_NE(input_error([&] {
+              vdb.read("density", {GridRole::attenuation, true});
+            }).find("has a frustum transform"),
+            std::string::npos);
+
+  // Other types go through float: an inside of 8 stays 8.
+  const Field resampled = vdb.read("counts");
+  const openvdb::Vec3d world = frustum->indexToWorld(openvdb::Vec3d(10, 10, 10));
+  const glm::dvec3 index =
+      (glm::dvec3(world[0], world[1], world[2]) - glm::dvec3(resampled.world_from_index[3])) /
+      resampled.world_from_index[0][0];
+  EXPECT_NEAR(FieldSampler(resampled).trilinear(index, 0), 8.0, 1e-5);
+}
+
+TEST(VdbNames, GridsAreListedInFileOrderAndFoundByName) {
+  auto voxel = [](const std::string& name, float value) {
+    auto grid = named<FloatGrid>(name);
+    grid->tree().setValue(Coord(0), value);
+    return grid;
+  };
+  const VdbFile vdb(
+      write_vdb({voxel("z", 1), voxel("", 2), voxel("a", 3), voxel("", 4), voxel("a", 5)}));
+  EXPECT_EQ(vdb.names(), (std::vector<std::string>{"z", "[0]", "a[0]", "[1]", "a[1]"}));
+  const auto value = [&](const std::string& name) {
+    return FieldSampler(vdb.read(name)).voxel({0, 0, 0}, 0);
+  };
+  EXPECT_EQ(value("z"), 1);
+  EXPECT_EQ(value("[0]"), 2);
+  EXPECT_EQ(value(""), 2);
+  EXPECT_EQ(value("[1]"), 4);
+  EXPECT_EQ(value("a[1]"), 5);
+  EXPECT_EQ(value("a"), 3);
+  EXPECT_NE(input_error([&] { vdb.read("b"); }).find("has no grid 'b'; it has 'z' '[0]' 'a[0]'"),
+            std::string::npos);
+  EXPECT_NE(input_error([&] { vdb.default_grid(); }).find("choose one with --grid"),
+            std::string::npos);
+  EXPECT_EQ(VdbFile(write_vdb({voxel("heat", 1), named<openvdb::Vec3SGrid>("v")})).default_grid(),
+            "heat");
+  EXPECT_NE(input_error([&] { VdbFile(write_vdb({})).default_grid(); }).find("holds no grid"),
+            std::string::npos);
+}
+
+TEST(VdbNames, NamesThatAnotherWriterRepeatedAreNumbered) {
+  auto a = named<FloatGrid>("density"), b = named<FloatGrid>("densitx");
+  a->tree().setValue(Coord(0), 1.0f);
+  b->tree().setValue(Coord(0), 2.0f);
+  std::string bytes = test::file_bytes(write_vdb({a, b}));
+  for (std::size_t at; (at = bytes.find("densitx")) != std::string::npos;) bytes[at + 6] = 'y';
+  const VdbFile vdb(test::write_bytes("repeated.vdb", bytes));
+  EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density[0]", "density[1]"}));
+  EXPECT_EQ(FieldSampler(vdb.read("density[1]")).voxel({0, 0, 0}, 0), 2.0);
+  EXPECT_EQ(vdb.read("density").notices.size(), 1u);
+}
+
+TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
+  auto density = named<FloatGrid>("density"), other = named<FloatGrid>("other");
+  density->tree().setValue(Coord(0), 1.0f);
+  other->tree().setValue(Coord(0), 2.0f);
+  std::string bytes = test::file_bytes(write_vdb({density, other}));
+  bytes.replace(bytes.find("Tree_float"), 10, "Tree_quark");
+  const VdbFile vdb(test::write_bytes("unknown.vdb", bytes));
+  EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density", "other"}));
+  EXPECT_EQ(vdb.info().at(0).channels, 0);
+  EXPECT_NE(vdb.info().at(0).problem.find("has type Tree_quark_5_4_3"), std::string::npos);
+  EXPECT_EQ(FieldSampler(vdb.read("other")).voxel({0, 0, 0}, 0), 2.0);
+  EXPECT_NE(input_error([&] { vdb.read("density"); }).find("supported value types: float, double"),
+            std::string::npos);
+}
+
+TEST(VdbFiles, GridsThatShareATreeAndFilesWithoutPositions) {
+  auto a = named<FloatGrid>("a");
+  a->tree().setValue(Coord(1, 2, 3), -4.0f);
+  const FloatGrid::Ptr b = a->copy();  // the same tree
+  b->setName("b");
+  const auto shared = write_vdb({a, b});
+  EXPECT_EQ(FieldSampler(VdbFile(shared).read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
+
+  const auto piped = test::scratch_dir() / "piped.vdb";
+  {
+    std::ofstream out(piped, std::ios::binary);
+    openvdb::io::Stream(out).write(openvdb::GridCPtrVec{a, b});
+  }
+  const VdbFile vdb(piped);
+  EXPECT_EQ(vdb.names(), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(vdb.read("b").notices.at(0), "grid 'b': 1 negative value taken as 0");
+  EXPECT_EQ(FieldSampler(vdb.read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
+}
+
+TEST(VdbFiles, WhatCannotBeRenderedIsRefused) {
+  auto mask = named<openvdb::MaskGrid>("mask");
+  mask->tree().setValueOn(Coord(0));
+  auto far = named<FloatGrid>("far");
+  far->tree().setValue(Coord(0), 1.0f);
+  far->tree().setValue(Coord(1 << 30, 0, 0), 1.0f);
+  auto background = openvdb::Int32Grid::create(-2);
+  background->setName("background");
+  background->tree().setValue(Coord(0), 1);
+  auto hollow = FloatGrid::create(0.3f);
+  hollow->setName("hollow");
+  hollow->setGridClass(openvdb::GRID_LEVEL_SET);
+  hollow->tree().setValue(Coord(0), 0.1f);
+  const VdbFile vdb(write_vdb({mask, far, background, hollow}));
+  EXPECT_NE(input_error([&] { vdb.read("mask"); }).find("(topology without values)"),
+            std::string::npos);
+  EXPECT_NE(input_error([&] { vdb.read("far"); }).find("2^30 or more apart"), std::string::npos);
+  EXPECT_NE(input_error([&] { vdb.read("background"); }).find("has background -2"),
+            std::string::npos);
+  EXPECT_NE(input_error([&] { vdb.read("hollow"); }).find("level set without an inside"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace psivox

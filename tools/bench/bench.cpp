@@ -1,0 +1,179 @@
+// bench [FILE.vdb ...]: psivox against a dense-texture ray marcher in one process, every variant of
+// a scene drawn in turn, medians; conversion rate and size of the atlas. Without files: the fog
+// alone. Ratios mean something on any machine, milliseconds on a quiet one only.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "dense_renderer.h"
+#include "fog.h"
+#include "psivox/error.h"
+#include "psivox/renderer.h"
+
+namespace {
+
+using namespace psivox;
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// Processor time of all threads of this process [ms]: on a software renderer it is the work done,
+/// whatever else the machine is doing.
+double processor_ms() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return double(t.tv_sec) * 1e3 + double(t.tv_nsec) * 1e-6;
+}
+
+/// One way to draw the scene.
+struct Variant {
+  std::string name;
+  std::function<double()> draw;  ///< milliseconds
+  std::vector<double> times;
+  std::vector<double> work;  ///< processor milliseconds
+};
+
+constexpr int side = 512;
+constexpr int rounds = 9;
+
+void run_interleaved(std::vector<Variant>& variants) {
+  for (Variant& v : variants) v.draw();  // compiles
+  for (int i = 0; i < rounds; ++i)
+    for (Variant& v : variants) {
+      const double before = processor_ms();
+      v.times.push_back(v.draw());
+      v.work.push_back(processor_ms() - before);
+    }
+}
+
+void bench_conversion(const Field& field) {
+  std::vector<double> times;
+  AtlasSize single, half;
+  for (int i = 0; i < rounds; ++i) {
+    const auto start = Clock::now();
+    single = build_atlas(field).size;
+    times.push_back(milliseconds_since(start));
+  }
+  half = build_atlas(field, {.texel = TexelType::float16}).size;
+  const double own = 4.0 * double(field.active_voxels);
+  std::printf("  atlas: %.1f ms, %.0f M active voxels/s; %llu bricks, %llu constants; "
+              "%.2fx the active voxels' bytes (float16 %.2fx)\n",
+              median(times), double(field.active_voxels) / median(times) / 1e3,
+              static_cast<unsigned long long>(single.textured_bricks),
+              static_cast<unsigned long long>(single.constant_bricks),
+              double(single.bytes()) / own, double(half.bytes()) / own);
+}
+
+void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_density) {
+  Scene scene;
+  scene.resolution = {side, side};
+  if (luminance_from_density) scene.luminance_grid = field->name;
+  const BrickAtlas atlas = build_atlas(*field);
+  const BrickAtlas half = build_atlas(*field, {.texel = TexelType::float16});
+  const View base = make_view(scene, field, luminance_from_density ? field : nullptr);
+  bench::DenseRenderer dense(*field, side);
+  GlRenderer exact, exact_half, hardware;
+  exact.upload(atlas, nullptr);
+  exact_half.upload(half, nullptr);
+  hardware.upload(atlas, nullptr, Filter::hardware);
+
+  std::vector<Variant> variants;
+  const auto view_of = [&](auto change) {
+    View view = base;
+    view.scene.step.reset();
+    view.scene.sampling.reset();
+    view.scene.integrator.reset();
+    change(view.scene);
+    return view;
+  };
+  const auto uniform = [](Integrator rule, Filter filter) {
+    return [=](Scene& s) {
+      s.step = 1;
+      s.integrator = rule;
+      s.filter = filter;
+    };
+  };
+  const auto add = [&](const std::string& name, GlRenderer& renderer, const View& view) {
+    const auto draw = [&renderer, view] { return renderer.render(view).stats.march_ms; };
+    variants.push_back({name, draw, {}, {}});
+  };
+  const auto add_dense = [&](const std::string& name, Filter filter) {
+    const View view = view_of(uniform(Integrator::porter_duff, filter));
+    const auto draw = [&dense, &atlas, view] { return dense.render(view, atlas); };
+    variants.push_back({name, draw, {}, {}});
+  };
+  add_dense("dense porter-duff, exact", Filter::exact);
+  add("uniform 1 porter-duff, exact", exact,
+      view_of(uniform(Integrator::porter_duff, Filter::exact)));
+  add("uniform 1 psi-balanced, exact", exact,
+      view_of(uniform(Integrator::psi_balanced, Filter::exact)));
+  add("uniform 1 psi-balanced, float16", exact_half,
+      view_of(uniform(Integrator::psi_balanced, Filter::exact)));
+  add("cells psi-weighted, exact", exact, view_of([](Scene&) {}));
+  add("cells psi-weighted, float16", exact_half, view_of([](Scene&) {}));
+  add_dense("dense porter-duff, hardware", Filter::hardware);
+  add("uniform 1 psi-balanced, hardware", hardware,
+      view_of(uniform(Integrator::psi_balanced, Filter::hardware)));
+  add("cells psi-weighted, hardware", hardware,
+      view_of([](Scene& s) { s.filter = Filter::hardware; }));
+
+  run_interleaved(variants);
+  std::printf("  %dx%d, luminance %s, %s\n", side, side,
+              luminance_from_density ? "from the grid" : "constant", exact.description().c_str());
+  std::printf("    %-34s %9s %9s %16s %12s %16s\n", "variant", "ms", "spread", "dense / variant",
+              "CPU ms", "dense / variant");
+  double baseline = 0, baseline_work = 0;
+  for (const Variant& v : variants) {
+    const double ms = median(v.times);
+    const double work = median(v.work);
+    if (v.name.starts_with("dense")) {
+      baseline = ms;
+      baseline_work = work;
+    }
+    const auto [least, most] = std::minmax_element(v.times.begin(), v.times.end());
+    std::printf("    %-34s %9.1f %8.0f%% %15.2fx %12.1f %15.2fx\n", v.name.c_str(), ms,
+                100 * (*most - *least) / ms, baseline / ms, work, baseline_work / work);
+  }
+}
+
+void bench_scene(const std::string& name, Field field) {
+  const auto shared = std::make_shared<const Field>(std::move(field));
+  const glm::ivec3 size = shared->active_box.max - shared->active_box.min + 1;
+  std::printf("%s: %llu active voxels, %.1f %% of their box\n", name.c_str(),
+              static_cast<unsigned long long>(shared->active_voxels),
+              100.0 * double(shared->active_voxels) /
+                  (double(size.x) * double(size.y) * double(size.z)));
+  bench_conversion(*shared);
+  bench_march(shared, false);
+  bench_march(shared, true);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    bench_scene("fog", bench::make_fog(256));
+    for (int i = 1; i < argc; ++i) {
+      const VdbFile file(argv[i]);
+      bench_scene(std::filesystem::path(argv[i]).filename().string(),
+                  file.read(file.default_grid()));
+    }
+    return 0;
+  } catch (const Error& e) {
+    std::fprintf(stderr, "bench: %s\n", e.what());
+    return int(e.code());
+  }
+}

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <map>
+#include <memory>
+
+#include "gl/egl_context.h"
+#include "gl/program.h"
+#include "gl/tile_target.h"
+#include "psivox/medium.h"
+
+namespace psivox::bench {
+
+/// The baseline that psivox is measured against: dense.frag over one dense 3D texture of the
+/// domain, float32, drawn as one tile.
+class DenseRenderer {
+ public:
+  DenseRenderer(const Field& field, int side);
+  ~DenseRenderer();
+  DenseRenderer(const DenseRenderer&) = delete;
+  DenseRenderer& operator=(const DenseRenderer&) = delete;
+
+  /// Draws the view and reads it back; milliseconds. Constant luminance or the density grid's.
+  double render(const View& view, const BrickAtlas& atlas);
+
+ private:
+  gl::EglContext context_;
+  gl::TileTarget target_;
+  GLuint volume_ = 0, vertex_array_ = 0;
+  std::map<std::string, std::unique_ptr<gl::Program>> programs_;
+};
+
+}  // namespace psivox::bench

@@ -1,0 +1,252 @@
+// psivox render IN.vdb -o OUT.exr: the main job.
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command_line.h"
+#include "commands.h"
+#include "progress_bar.h"
+#include "psivox/atlas.h"
+#include "psivox/error.h"
+#include "psivox/image.h"
+#include "psivox/medium.h"
+#include "psivox/reference.h"
+#include "psivox/renderer.h"
+#include "psivox/vdb.h"
+#include "render_report.h"
+#include "scene_options.h"
+#include "text_file.h"
+
+namespace psivox {
+namespace {
+
+struct RenderCall {
+  SceneOptions scene;
+  std::string output, aov, stats;
+  std::vector<std::string> layers;  ///< of aov
+  bool half = false, print_scene = false, verbose = false, quiet = false, list_devices = false;
+};
+
+bool wants(const RenderCall& call, const char* layer) {
+  return std::find(call.layers.begin(), call.layers.end(), layer) != call.layers.end();
+}
+
+[[noreturn]] void usage(const std::string& message) { throw Error(ExitCode::usage, message); }
+
+bool parse(RenderCall& call, Arguments arguments) {
+  CommandLine line("render", "Renders a .vdb to an EXR or PNG file, headless.");
+  line.add_value("--output", 'o', "FILE", ".exr: linear, premultiplied; .png: sRGB, 8 bits",
+                 call.output);
+  line.add_value("--aov", 0, "LIST",
+                 "more layers of the .exr: depth, transmittance, steps, samples; error with "
+                 "--renderer reference",
+                 call.aov);
+  line.add_flag("--half", 0, "write the .exr as 16-bit floats", call.half);
+  line.add_flag("--print-scene", 0,
+                "print the complete scene as JSON; renders too only where -o is given",
+                call.print_scene);
+  line.add_value("--stats", 0, "FILE",
+                 "write times per stage, counts and bytes as JSON; -: to the standard output",
+                 call.stats);
+  line.add_flag("--verbose", 'v', "print the same as a table", call.verbose);
+  line.add_flag("--quiet", 'q', "print errors only", call.quiet);
+  line.add_flag("--list-devices", 0, "print the EGL devices", call.list_devices);
+  call.scene.add_to(line);
+  return line.parse(arguments);
+}
+
+void check_layers(RenderCall& call, const Scene& scene) {
+  static const std::vector<std::string> known = {"depth", "transmittance", "steps", "samples",
+                                                 "error"};
+  call.layers = split_list(call.aov);
+  const bool reference = scene.renderer == RendererKind::reference;
+  for (const std::string& layer : call.layers) {
+    if (std::find(known.begin(), known.end(), layer) == known.end())
+      usage("--aov " + in_quotes(layer) +
+            ": expected a list of depth, transmittance, steps, samples, error" +
+            suggestion(layer, known));
+    if (layer == "error" ? !reference : reference && layer != "transmittance")
+      usage("--aov " + layer + " is not available with --renderer " +
+            parameter_text(scene, *find_parameter("renderer")));
+  }
+}
+
+/// All that can be refused before any work.
+void check(RenderCall& call, const Scene& scene) {
+  if (call.verbose && call.quiet) usage("--verbose and --quiet exclude each other");
+  check_layers(call, scene);
+  if (call.output.empty()) {
+    if (!call.print_scene) usage("no output; give -o FILE.exr or -o FILE.png");
+    return;
+  }
+  if (scene.input.empty()) usage("no input; give IN.vdb");
+  check_writable(call.output);
+  const std::string extension = std::filesystem::path(call.output).extension().string();
+  const bool png = extension.size() == 4 && (extension[1] | 32) == 'p';
+  if (png && (call.half || !call.layers.empty()))
+    usage(std::string(call.half ? "--half" : "--aov") + " needs an .exr as output, not a .png");
+  if (!call.stats.empty()) check_text_writable(call.stats);
+}
+
+void print_devices() {
+  const std::vector<DeviceInfo> devices = list_devices();
+  if (devices.empty())
+    throw Error(ExitCode::graphics,
+                "no EGL device; install a GPU's driver, or Mesa's software renderer (Debian: "
+                "libegl1 libgl1-mesa-dri)");
+  for (const DeviceInfo& device : devices) {
+    std::cout << device.index << "  ";
+    if (device.problem.empty())
+      std::cout << device.renderer << ", " << device.version
+                << (device.software ? " (software)" : "") << '\n';
+    else
+      std::cout << "unusable: " << device.problem << '\n';
+  }
+}
+
+void print_notices(const View& view, bool chose_extinction) {
+  for (const Field* field : {view.medium.density.get(), view.medium.luminance.get()}) {
+    if (!field) continue;
+    for (const std::string& notice : field->notices)
+      std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+  }
+  if (chose_extinction)
+    std::fprintf(stderr, "psivox: extinction %s [1/world unit], chosen by auto\n",
+                 parameter_text(view.scene, *find_parameter("extinction")).c_str());
+}
+
+AtlasSize& operator+=(AtlasSize& sum, const AtlasSize& size) {
+  sum.textured_bricks += size.textured_bricks;
+  sum.constant_bricks += size.constant_bricks;
+  sum.page_bytes += size.page_bytes;
+  sum.constant_bytes += size.constant_bytes;
+  sum.texel_bytes += size.texel_bytes;
+  return sum;
+}
+
+Image march(const RenderCall& call, const View& view, const Progress& progress,
+            RenderReport& report) {
+  const Stopwatch building;
+  AtlasOptions options{view.scene.texel, view.scene.memory_limit};
+  const BrickAtlas density = build_atlas(*view.medium.density, options);
+  report.atlas += density.size;
+  std::optional<BrickAtlas> luminance;
+  if (view.medium.luminance) {
+    // What the density leaves of the limit; 1 rather than 0, which would be none.
+    const std::uint64_t used = 2 * density.size.bytes();
+    if (options.memory_limit)
+      options.memory_limit = std::max<std::uint64_t>(1, options.memory_limit - used);
+    luminance.emplace(build_atlas(*view.medium.luminance, options));
+    report.atlas += luminance->size;
+  }
+  report.atlas_ms = building.ms();
+
+  const BrickAtlas* luminance_atlas = luminance ? &*luminance : nullptr;
+  const bool count =
+      call.verbose || !call.stats.empty() || wants(call, "steps") || wants(call, "samples");
+  const RenderOptions render{count, wants(call, "depth"), wants(call, "transmittance"), progress};
+  RenderResult result;
+  if (view.scene.renderer == RendererKind::march_double) {
+    const Stopwatch marching;
+    result = render_march_double(view, density, luminance_atlas, render);
+    result.stats.march_ms = marching.ms();
+  } else {
+    GlRenderer renderer({view.scene.device});
+    renderer.upload(density, luminance_atlas);
+    result = renderer.render(view, render);
+  }
+  report.stats = result.stats;
+  return std::move(result.image);
+}
+
+Image integrate(const RenderCall& call, const View& view, const Progress& progress,
+                RenderReport& report) {
+  ReferenceResult result = render_reference(view, 1e-12, progress);
+  report.stats.renderer = "reference, adaptive quadrature in double precision on the CPU";
+  report.stats.rays = static_cast<std::uint64_t>(result.image.width) *
+                      static_cast<std::uint64_t>(result.image.height) *
+                      static_cast<std::uint64_t>(view.scene.pixel_samples);
+  report.stats.march_ms = 1e3 * result.seconds;
+  report.reference_cells = result.cells;
+  if (wants(call, "transmittance")) {
+    Layer layer{"transmittance", {"transmittance"}, {}};
+    const auto rgba = result.image.rgba();
+    for (std::size_t i = 3; i < rgba.size(); i += 4) layer.values.push_back(1 - rgba[i]);
+    result.image.layers.push_back(std::move(layer));
+  }
+  return std::move(result.image);
+}
+
+void composite(Image& image, const glm::dvec3& background) {
+  const auto rgba = image.rgba();
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    const double behind = 1 - static_cast<double>(rgba[i + 3]);
+    for (int c = 0; c < 3; ++c) {
+      float& value = rgba[i + static_cast<std::size_t>(c)];
+      value = static_cast<float>(static_cast<double>(value) + behind * background[c]);
+    }
+    rgba[i + 3] = 1;
+  }
+}
+
+void render(const RenderCall& call, const View& view, RenderReport& report) {
+  Image image;
+  {
+    ProgressBar bar(call.quiet);
+    image = view.scene.renderer == RendererKind::reference
+                ? integrate(call, view, bar.progress(), report)
+                : march(call, view, bar.progress(), report);
+  }
+  // Counting makes layers that nobody may have asked for.
+  std::erase_if(image.layers, [&](const Layer& layer) {
+    return !layer.name.empty() && !wants(call, layer.name.c_str());
+  });
+  if (view.scene.background) composite(image, *view.scene.background);
+  image.metadata["psivox:scene"] = to_json(view.scene);
+  image.metadata["psivox:version"] = PSIVOX_VERSION;
+  image.metadata["psivox:renderer"] = report.stats.renderer;
+
+  const Stopwatch writing;
+  write_image(image, call.output, {call.half});
+  report.write_ms = writing.ms();
+}
+
+}  // namespace
+
+void render_command(Arguments arguments) {
+  RenderReport report;
+  report.startup_ms = process_ms();
+  RenderCall call;
+  if (!parse(call, arguments)) return;
+  if (call.list_devices) return print_devices();
+  const Scene scene = call.scene.scene();
+  check(call, scene);
+  if (scene.input.empty()) {  // only --print-scene comes here
+    std::cout << to_json(scene);
+    return;
+  }
+
+  report.input = scene.input;
+  report.output = call.output;
+  const Stopwatch reading;
+  const View view = make_view(scene, VdbFile(scene.input));
+  report.read_ms = reading.ms();
+  if (!call.quiet) print_notices(view, !scene.extinction);
+  if (call.print_scene) std::cout << to_json(view.scene) << std::flush;
+  if (call.output.empty()) return;
+
+  render(call, view, report);
+  std::error_code not_a_file;
+  const std::uintmax_t written = std::filesystem::file_size(call.output, not_a_file);
+  report.output_bytes = not_a_file ? 0 : written;
+  report.total_ms = process_ms();
+  if (!call.stats.empty()) write_text(call.stats, report.json());
+  if (call.verbose) std::fputs(report.table().c_str(), stderr);
+}
+
+}  // namespace psivox

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+namespace psivox {
+
+/// Arguments after the command's name. Errors leave as Error; psivox.cpp turns them into a message
+/// and an exit code.
+using Arguments = std::span<const std::string>;
+
+void render_command(Arguments arguments);
+void info_command(Arguments arguments);
+void compare_command(Arguments arguments);
+
+}  // namespace psivox

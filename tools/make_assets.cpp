@@ -1,0 +1,239 @@
+// make_assets DIR: writes the small .vdb files of assets/. The same bytes on every run.
+
+#include <openvdb/openvdb.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace {
+
+using openvdb::Coord;
+using openvdb::CoordBBox;
+using openvdb::FloatGrid;
+using openvdb::Vec3d;
+using openvdb::Vec3SGrid;
+using openvdb::math::Transform;
+
+// All voxels have indices >= 0, so that each tree has one root node: a root's masks are most of a
+// small file.
+
+/// Without a class: OpenVDB does not zip fog volumes.
+template <typename GridT>
+typename GridT::Ptr new_grid(const std::string& name, const Transform::Ptr& transform) {
+  auto grid = GridT::create();
+  grid->setName(name);
+  grid->setTransform(transform);
+  return grid;
+}
+
+Transform::Ptr scale_and_move(double voxel_size, const Vec3d& origin) {
+  auto transform = Transform::createLinearTransform(voxel_size);
+  transform->postTranslate(origin);
+  return transform;
+}
+
+/// Values of 7 bits, which zip far better than a float's 24.
+float quantised(double value) { return static_cast<float>(std::round(value * 128.0) / 128.0); }
+
+/// Uniform in [0, 1) from an integer point; the finaliser of MurmurHash3.
+double hash(int x, int y, int z, std::uint32_t seed) {
+  std::uint32_t h = seed + static_cast<std::uint32_t>(x) * 0x9e3779b1u +
+                    static_cast<std::uint32_t>(y) * 0x85ebca77u +
+                    static_cast<std::uint32_t>(z) * 0xc2b2ae3du;
+  h = (h ^ (h >> 16)) * 0x85ebca6bu;
+  h = (h ^ (h >> 13)) * 0xc2b2ae35u;
+  h ^= h >> 16;
+  return h / 4294967296.0;
+}
+
+/// Value noise in [0, 1): hashed lattice values, interpolated smoothly.
+double noise(const Vec3d& p, std::uint32_t seed) {
+  int cell[3];
+  double t[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    cell[axis] = static_cast<int>(std::floor(p[axis]));
+    const double f = p[axis] - cell[axis];
+    t[axis] = f * f * (3.0 - 2.0 * f);
+  }
+  double value = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
+    const double weight =
+        (dx ? t[0] : 1.0 - t[0]) * (dy ? t[1] : 1.0 - t[1]) * (dz ? t[2] : 1.0 - t[2]);
+    value += weight * hash(cell[0] + dx, cell[1] + dy, cell[2] + dz, seed);
+  }
+  return value;
+}
+
+struct Blob {
+  Vec3d centre;  ///< fraction of the cluster's cube
+  double radius;
+  double peak;
+};
+
+const Blob kBlobs[] = {{{0.35, 0.36, 0.40}, 0.34, 1.0},
+                       {{0.66, 0.38, 0.60}, 0.31, 0.8},
+                       {{0.45, 0.68, 0.42}, 0.30, 0.9},
+                       {{0.66, 0.73, 0.70}, 0.23, 0.6}};
+
+/// Soft blobs whose rims are eaten by noise; p in the cluster's cube [0,1]^3.
+double cluster(const Vec3d& p) {
+  double sum = 0.0;
+  for (const Blob& blob : kBlobs) {
+    const double r = (p - blob.centre).length() / blob.radius;
+    if (r < 1.0) sum += blob.peak * (1.0 - r * r) * (1.0 - r * r);
+  }
+  const double detail = 0.65 * noise(p * 9.0, 1) + 0.35 * noise(p * 19.0, 2);
+  return std::clamp(sum * (0.45 + 1.1 * detail) - 0.06, 0.0, 1.0);
+}
+
+/// Sets every voxel of an n^3 cube to value(centre in [0,1]^3), where it is not 0.
+template <typename GridT, typename F>
+void fill_cube(GridT& grid, int n, F&& value) {
+  auto accessor = grid.getAccessor();
+  for (const Coord& c : CoordBBox(Coord(0), Coord(n - 1))) {
+    const Vec3d p((c.x() + 0.5) / n, (c.y() + 0.5) / n, (c.z() + 0.5) / n);
+    const auto v = value(p);
+    if (v != openvdb::zeroVal<decltype(v)>()) accessor.setValue(c, v);
+  }
+}
+
+/// A slab of constant 1, 40x24x16 voxels, not aligned to leaves; `density` in leaves only,
+/// `density_tiles` the same values with tiles where they fit.
+openvdb::GridCPtrVec slab() {
+  const CoordBBox voxels(Coord(3, 5, 2), Coord(42, 28, 17));
+  auto leaves = new_grid<FloatGrid>("density", Transform::createLinearTransform(0.05));
+  leaves->tree().denseFill(voxels, 1.0f);
+  auto tiles = new_grid<FloatGrid>("density_tiles", Transform::createLinearTransform(0.05));
+  tiles->tree().sparseFill(voxels, 1.0f);
+  return {leaves, tiles};
+}
+
+/// Linear in x from 1/32 to 1, with hard ends: 32x16x16 voxels from the origin.
+openvdb::GridCPtrVec ramp() {
+  auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(0.1));
+  auto accessor = grid->getAccessor();
+  for (const Coord& c : CoordBBox(Coord(0), Coord(31, 15, 15))) {
+    accessor.setValue(c, static_cast<float>(c.x() + 1) / 32.0f);
+  }
+  return {grid};
+}
+
+/// One voxel of 1 in the corner of a leaf: its tent reaches into seven leaves that are not there.
+openvdb::GridCPtrVec single_voxel() {
+  auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(1.0));
+  grid->tree().setValue(Coord(0), 1.0f);
+  return {grid};
+}
+
+/// A cloud-like cluster, its temperature [K] on a coarser lattice, its colour on a coarser yet.
+openvdb::GridCPtrVec blobs() {
+  constexpr int n = 64, n_temperature = 20, n_color = 16;
+  constexpr double width = 3.0;  // of the cluster's cube [world units]
+  const Vec3d corner(-1.5, -1.0, -1.5);
+  // Voxel centres of a cube of n voxels are at (i + 1/2) / n of its width.
+  const auto transform = [&](int voxels) {
+    return scale_and_move(width / voxels, corner + Vec3d(0.5 * width / voxels));
+  };
+  auto density = new_grid<FloatGrid>("density", transform(n));
+  fill_cube(*density, n, [](const Vec3d& p) { return quantised(cluster(p)); });
+
+  auto temperature = new_grid<FloatGrid>("temperature", transform(n_temperature));
+  fill_cube(*temperature, n_temperature, [](const Vec3d& p) {
+    const double heat = std::exp(-6.0 * (p - Vec3d(0.45, 0.35, 0.45)).lengthSqr());
+    return static_cast<float>(std::round((800.0 + 4000.0 * heat) / 32.0) * 32.0);
+  });
+
+  auto color = new_grid<Vec3SGrid>("color", transform(n_color));
+  fill_cube(*color, n_color, [](const Vec3d& p) {
+    return openvdb::Vec3s(quantised(0.2 + 0.8 * p[0]), quantised(0.3 + 0.5 * p[1]),
+                          quantised(1.0 - 0.8 * p[0]));
+  });
+  // Exact: none of these values needs more than the 11 bits of a half.
+  for (const auto& grid : {openvdb::GridBase::Ptr(density), openvdb::GridBase::Ptr(temperature),
+                           openvdb::GridBase::Ptr(color)}) {
+    grid->setSaveFloatAsHalf(true);
+  }
+  return {density, temperature, color};
+}
+
+/// Active tiles of 8^3 and 128^3 voxels with leaf voxels against their faces, and one inactive tile
+/// that stores a value all the same.
+openvdb::GridCPtrVec tiles() {
+  auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(0.02));
+  auto& tree = grid->tree();
+  tree.addTile(2, Coord(128, 0, 0), 0.25f, true);
+  tree.addTile(1, Coord(112, 64, 64), 0.5f, true);
+  tree.addTile(1, Coord(120, 40, 64), 1.0f, true);
+  tree.addTile(1, Coord(104, 72, 64), 0.75f, false);
+  tree.denseFill(CoordBBox(Coord(118, 60, 60), Coord(127, 75, 75)), 0.4f);
+  tree.denseFill(CoordBBox(Coord(256, 50, 50), Coord(261, 80, 90)), 0.6f);
+  tree.denseFill(CoordBBox(Coord(100, 62, 62), Coord(111, 66, 66)), 0.8f);
+  return {grid};
+}
+
+/// An off-centre Gaussian in voxels that are stretched, sheared and rotated. Saved as half.
+openvdb::GridCPtrVec rotated() {
+  auto transform = Transform::createLinearTransform(openvdb::Mat4d::identity());
+  transform->postScale(Vec3d(0.04, 0.06, 0.10));
+  transform->postShear(0.15, openvdb::math::X_AXIS, openvdb::math::Y_AXIS);
+  transform->postRotate(0.6, openvdb::math::Z_AXIS);
+  transform->postRotate(-0.35, openvdb::math::X_AXIS);
+  transform->postRotate(0.9, openvdb::math::Y_AXIS);
+  transform->postTranslate(Vec3d(0.7, -0.4, 0.2));
+  auto grid = new_grid<FloatGrid>("density", transform);
+  grid->setSaveFloatAsHalf(true);
+  auto accessor = grid->getAccessor();
+  for (const Coord& c : CoordBBox(Coord(0), Coord(47, 31, 23))) {
+    const double x = (c.x() - 17.0) / 11.0, y = (c.y() - 18.0) / 7.0, z = (c.z() - 9.0) / 4.5;
+    const double value = std::exp(-0.5 * (x * x + y * y + z * z + 0.6 * x * y - 0.3 * y * z));
+    if (value > 1.0 / 256.0) accessor.setValue(c, static_cast<float>(value));
+  }
+  return {grid};
+}
+
+/// OpenVDB gives each file a random identity, behind 8 bytes of magic number, three 4-byte versions
+/// and one flag. Zeros instead make the bytes reproducible.
+void clear_identity(const std::filesystem::path& path) {
+  const std::string identity = "00000000-0000-0000-0000-000000000000";
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.exceptions(std::ios::failbit | std::ios::badbit);
+  file.seekp(8 + 3 * 4 + 1);
+  file.write(identity.data(), static_cast<std::streamsize>(identity.size()));
+}
+
+void write(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids) {
+  openvdb::io::File file(path.string());
+  file.setCompression(openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
+  file.write(grids);
+  clear_identity(path);
+  std::printf("%s %ju bytes\n", path.c_str(), std::filesystem::file_size(path));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: make_assets DIR\n");
+    return 2;
+  }
+  openvdb::initialize();
+  const std::filesystem::path dir = argv[1];
+  std::filesystem::create_directories(dir);
+  write(dir / "slab.vdb", slab());
+  write(dir / "ramp.vdb", ramp());
+  write(dir / "single_voxel.vdb", single_voxel());
+  write(dir / "blobs.vdb", blobs());
+  write(dir / "tiles.vdb", tiles());
+  write(dir / "rotated.vdb", rotated());
+  return 0;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "make_assets: %s\n", e.what());
+  return 1;
+}

@@ -1,0 +1,101 @@
+// psivox COMMAND ...: the program. Each command has its own file, cmd_NAME.cpp.
+
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "command_line.h"
+#include "commands.h"
+#include "psivox/error.h"
+#include "psivox/image.h"
+#include "psivox/renderer.h"
+#include "psivox/vdb.h"
+
+namespace psivox {
+namespace {
+
+struct Command {
+  const char* name;
+  void (*run)(Arguments);
+  const char* summary;
+};
+
+constexpr Command commands[] = {
+    {"render", render_command, "render a .vdb to an EXR or PNG file, headless"},
+    {"info", info_command, "list a .vdb's grids"},
+    {"compare", compare_command, "print the difference of two pictures"},
+};
+
+void print_help() {
+  std::cout
+      << "psivox " PSIVOX_VERSION
+         ": volume renderer for OpenVDB\n\n"
+         "Usage: psivox COMMAND [OPTIONS]; psivox COMMAND --help lists a command's options\n\n"
+         "Commands:\n";
+  for (const Command& command : commands) {
+    const std::string name = command.name;
+    std::cout << "  " << name << std::string(12 - name.size(), ' ') << command.summary << '\n';
+  }
+  std::cout << "  --version   print the versions of psivox, its libraries and the GL renderer\n"
+               "  --help      print this\n";
+}
+
+/// What GlRenderer would draw with.
+std::string gl_renderer() {
+  try {
+    return GlRenderer().description();
+  } catch (const Error& error) {
+    return std::string("none (") + error.what() + ")";
+  }
+}
+
+void print_version() {
+  std::cout << "psivox " PSIVOX_VERSION "\nOpenVDB " << openvdb_version() << "\nOpenImageIO "
+            << openimageio_version() << "\nGL " << gl_renderer() << '\n';
+}
+
+/// `who` becomes what an error of usage is said in the name of.
+void run(const std::vector<std::string>& arguments, std::string& who) {
+  if (arguments.empty()) throw Error(ExitCode::usage, "no command given; psivox --help lists them");
+  const std::string& name = arguments.front();
+  if (name == "--help" || name == "-h" || name == "help") return print_help();
+  if (name == "--version") return print_version();
+  std::vector<std::string> known = {"--help", "--version"};
+  for (const Command& command : commands) {
+    known.emplace_back(command.name);
+    if (name != command.name) continue;
+    who += " " + name;
+    return command.run(Arguments(arguments).subspan(1));
+  }
+  throw Error(ExitCode::usage, std::string("unknown ") + (name[0] == '-' ? "option " : "command ") +
+                                   in_quotes(name) + suggestion(name, known));
+}
+
+int fail(const std::string& who, const char* message, ExitCode code) {
+  std::cout.flush();
+  std::fprintf(stderr, "%s: %s\n", who.c_str(), message);
+  return static_cast<int>(code);
+}
+
+}  // namespace
+}  // namespace psivox
+
+int main(int argc, char** argv) {
+  using namespace psivox;
+  std::string who = "psivox";
+  try {
+    run({argv + (argc > 0 ? 1 : 0), argv + argc}, who);
+    if (!std::cout.flush()) throw Error(ExitCode::output, "cannot write to the standard output");
+    return 0;
+  } catch (const Error& error) {
+    return fail(error.code() == ExitCode::usage ? who : "psivox", error.what(), error.code());
+  } catch (const std::bad_alloc&) {
+    return fail("psivox", "out of memory; try --texel float16 or a smaller --resolution",
+                ExitCode::memory);
+  } catch (const std::exception& error) {
+    return fail("psivox", error.what(), ExitCode::failure);
+  }
+}

@@ -1,0 +1,100 @@
+#include "render_report.h"
+
+#include <time.h>
+#include <unistd.h>
+
+#include <cstdarg>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace psivox {
+namespace {
+
+std::string format(const char* pattern, ...) {
+  char line[512];
+  va_list values;
+  va_start(values, pattern);
+  std::vsnprintf(line, sizeof line, pattern, values);
+  va_end(values);
+  return line;
+}
+
+double per_ray(std::uint64_t count, const RenderStats& stats) {
+  return stats.rays ? static_cast<double>(count) / static_cast<double>(stats.rays) : 0;
+}
+
+}  // namespace
+
+double process_ms() {
+  // Field 22 of /proc/self/stat: the start in clock ticks since boot. Field 2 is the program's name
+  // in parentheses, which may hold anything.
+  std::ifstream file("/proc/self/stat");
+  std::string text;
+  std::getline(file, text);
+  const std::size_t name_end = text.rfind(')');
+  if (name_end == std::string::npos) return 0;
+  std::istringstream fields(text.substr(name_end + 1));
+  std::string skipped;
+  for (int field = 3; field < 22; ++field) fields >> skipped;
+  double ticks = 0;
+  timespec now{};
+  if (!(fields >> ticks) || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0;
+  const double now_s = static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  return 1e3 * (now_s - ticks / static_cast<double>(sysconf(_SC_CLK_TCK)));
+}
+
+std::string RenderReport::json() const {
+  using json = nlohmann::ordered_json;
+  json counts = {{"rays", stats.rays},       {"samples", stats.samples},
+                 {"steps", stats.steps},     {"turns", stats.turns},
+                 {"cells", reference_cells}, {"samples_per_ray", per_ray(stats.samples, stats)},
+                 {"passes", stats.passes}};
+  const json report = {
+      {"version", PSIVOX_VERSION},
+      {"renderer", stats.renderer},
+      {"input", input},
+      {"output", output},
+      {"times_ms",
+       {{"startup", startup_ms},
+        {"read", read_ms},
+        {"atlas", atlas_ms},
+        {"gl_init", stats.gl_init_ms},
+        {"shader", stats.shader_ms},
+        {"upload", stats.upload_ms},
+        {"march", stats.march_ms},
+        {"write", write_ms},
+        {"total", total_ms}}},
+      {"counts", counts},
+      {"bytes",
+       {{"atlas", atlas.bytes()},
+        {"atlas_texels", atlas.texel_bytes},
+        {"atlas_pages", atlas.page_bytes},
+        {"atlas_constants", atlas.constant_bytes},
+        {"output", output_bytes}}},
+      {"bricks", {{"textured", atlas.textured_bricks}, {"constant", atlas.constant_bricks}}}};
+  return report.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+std::string RenderReport::table() const {
+  std::string out = "renderer  " + stats.renderer + "\n";
+  out += format("times     startup %.1f, read %.1f, atlas %.1f, GL init %.1f, shader %.1f, ",
+                startup_ms, read_ms, atlas_ms, stats.gl_init_ms, stats.shader_ms);
+  out += format("upload %.1f, march %.1f, write %.1f; total %.1f ms\n", stats.upload_ms,
+                stats.march_ms, write_ms, total_ms);
+  out += format("rays      %llu", static_cast<unsigned long long>(stats.rays));
+  if (reference_cells)
+    out += format(", %.1f cells each\n", per_ray(reference_cells, stats));
+  else
+    out += format(", %.1f samples and %.1f steps each\n", per_ray(stats.samples, stats),
+                  per_ray(stats.steps, stats));
+  out += format("atlas     %.2f MiB: %llu textured and %llu constant bricks\n",
+                static_cast<double>(atlas.bytes()) / (1 << 20),
+                static_cast<unsigned long long>(atlas.textured_bricks),
+                static_cast<unsigned long long>(atlas.constant_bricks));
+  out += format("output    %.2f MiB\n", static_cast<double>(output_bytes) / (1 << 20));
+  return out;
+}
+
+}  // namespace psivox

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "psivox/atlas.h"
+#include "psivox/renderer.h"
+
+namespace psivox {
+
+/// Milliseconds since it was made.
+class Stopwatch {
+ public:
+  double ms() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
+        .count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Since the process was started, that is with the loading of its libraries [ms].
+double process_ms();
+
+/// What one `psivox render` did: --stats and -v.
+struct RenderReport {
+  std::string input, output;
+  RenderStats stats;
+  std::uint64_t reference_cells = 0;  ///< cells that --renderer reference crossed
+  double startup_ms = 0;              ///< until the command began: loading of libraries
+  double read_ms = 0, atlas_ms = 0, write_ms = 0, total_ms = 0;
+  AtlasSize atlas;  ///< density and luminance together
+  std::uint64_t output_bytes = 0;
+
+  std::string json() const;
+  std::string table() const;  ///< lines for a person
+};
+
+}  // namespace psivox

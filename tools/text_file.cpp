@@ -1,0 +1,65 @@
+#include "text_file.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const std::string& path, int error) {
+  throw Error(ExitCode::output, "cannot write " + in_quotes(path) + ": " + std::strerror(error));
+}
+
+fs::path directory_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+bool is_special(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  return fs::exists(status) && !fs::is_regular_file(status);
+}
+
+}  // namespace
+
+void check_text_writable(const std::string& path) {
+  if (path == "-") return;
+  if (fs::is_directory(path)) fail(path, EISDIR);
+  const std::string place = is_special(path) ? path : directory_of(path).string();
+  if (access(place.c_str(), W_OK) != 0) fail(path, errno);
+}
+
+void write_text(const std::string& path, const std::string& text) {
+  if (path == "-") {
+    std::cout << text;  // whether it got there is checked in main
+    return;
+  }
+  const bool direct = is_special(path);
+  std::error_code unresolved;
+  fs::path target = fs::weakly_canonical(path, unresolved);  // keeps a symbolic link a link
+  if (unresolved || direct) target = path;
+  const fs::path written = direct ? target
+                                  : directory_of(target) / ("." + target.filename().string() + "." +
+                                                            std::to_string(getpid()) + ".tmp");
+  std::FILE* file = std::fopen(written.c_str(), "wb");
+  if (!file) fail(path, errno);
+  const bool complete = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  int error = complete ? 0 : errno;
+  if (std::fclose(file) != 0 && !error) error = errno;
+  if (!error && !direct && std::rename(written.c_str(), target.c_str()) != 0) error = errno;
+  if (!error) return;
+  if (!direct) std::remove(written.c_str());
+  fail(path, error);
+}
+
+}  // namespace psivox
