@@ -5,6 +5,7 @@ add_library(psivox_flags INTERFACE)
 target_compile_features(psivox_flags INTERFACE cxx_std_20)
 target_compile_options(psivox_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow
+  -Wno-restrict  # gcc 12 sees overlaps in std::string's operator+ that are not there (bug 105651)
   # rounding is what a study measures: no contraction into fused multiply-adds, as no -ffast-math
   -ffp-contract=off)
 target_compile_definitions(psivox_flags INTERFACE

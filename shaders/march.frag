@@ -34,9 +34,11 @@ March load_march(March m, ivec2 at) {
   m.half_depth = intBitsToFloat(c.w);
   m.steps = d.x;
   m.samples = d.y;
-  m.turns = d.z;
-  m.done = d.w != 0;
-  m.transmittance = decay(m.optical_depth).e;
+  m.turns = d.z >> 1;
+  m.done = (d.z & 1) == 1;
+  m.transmittance = intBitsToFloat(d.w);
+  m.known = m.value >= 0.0 && !own_luminance();
+  m.L = luminance_at(m, m.t, m.value);
   return m;
 }
 
@@ -45,7 +47,8 @@ void save_march(March m) {
                        floatBitsToInt(m.optical_depth), floatBitsToInt(m.lost));
   out_state[1] = ivec4(m.cell, m.lattice);
   out_state[2] = ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth));
-  out_state[3] = ivec4(m.steps, m.samples, m.turns, m.done ? 1 : 0);
+  out_state[3] = ivec4(m.steps, m.samples, m.turns * 2 + (m.done ? 1 : 0),
+                       floatBitsToInt(m.transmittance));
 }
 #endif
 

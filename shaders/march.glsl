@@ -1,14 +1,19 @@
 // The march: along one ray, front to back, from run to run of the page table and from segment to
 // segment inside one. Both samplings are one flat loop each over the same parts.
+//
+// A turn of a loop holds one look-up, one leave() and one set of samples and weights, and what is
+// rare (the first value of a ray, constant runs, empty ones) takes the same path with other
+// numbers: llvmpipe executes both sides of every branch, so a rare branch costs as much as a
+// frequent one.
 
 // All that a ray carries from turn to turn, and from pass to pass.
 struct March {
   real t;              // how far the ray is integrated
-  real value;          // of the density grid at t; negative: not known yet
+  real value;          // of the density grid at t; negative: not known
   int3 cell;           // the next cell to look up in the density grid
   int lattice;         // uniform: t lies in [lattice, lattice + 1) * step
+  bool known;          // value and L are those at t; if not, a turn of length 0 finds them
   real3 L;             // luminance at t, without `color`
-  bool fresh;          // L is not known: the ray has jumped
   real3 radiance;      // without `color`; only x where the luminance is scalar
   real optical_depth;
   real lost;           // what rounding left out of optical_depth (Kahan)
@@ -26,14 +31,26 @@ const real NEVER = real(1e30);
 const real LN2 = real(0.6931471805599453);
 
 bool constant_luminance() { return luminance_source == SOURCE_CONSTANT; }
-bool own_luminance() { return luminance_source == SOURCE_SCALAR || luminance_source == SOURCE_VECTOR; }
+bool own_luminance() {
+  return luminance_source == SOURCE_SCALAR || luminance_source == SOURCE_VECTOR;
+}
 
 // The picture depends on the optical depth alone, and that is the segment's own: no weights.
 bool depth_only() { return constant_luminance() && exact_depth; }
 
-// Moves the luminance grid's node to t; a look-up follows.
+// Runs that need no samples: empty ones, and constant ones where L is constant along them too.
+bool closed_form(Node node) {
+  return node.kind == NODE_EMPTY || (constant_runs && node.kind == NODE_CONSTANT
+                                     && !own_luminance());
+}
+
+real node_value(Node node) {
+  return constant_runs && node.kind == NODE_CONSTANT ? fetch_constant(GRID_DENSITY, node.payload)
+                                                     : real(0.0);
+}
+
+// Luminance of a separate grid: moves its node to t; a look-up follows.
 March seek_luminance(March m, real t) {
-  if (!own_luminance()) return m;
   int3 cell = int3(floor(position(m.luminance_ray, t)));
   if (!inside(m.luminance_node, cell)) {
     if (inside(Node(0, 0, luminance_domain_min, luminance_domain_max), cell))
@@ -45,7 +62,7 @@ March seek_luminance(March m, real t) {
   return m;
 }
 
-// L at t, where the density grid has `value`; the luminance grid's node is there already.
+// L at t, where the density grid has `value`; a separate grid's node is there already.
 real3 luminance_at(March m, real t, real value) {
   if (luminance_source == SOURCE_DENSITY) return real3(value, real(0.0), real(0.0));
   if (constant_luminance() || m.luminance_node.kind == NODE_EMPTY) return real3(real(0.0));
@@ -53,20 +70,6 @@ real3 luminance_at(March m, real t, real value) {
   if (luminance_source == SOURCE_SCALAR)
     return real3(sample_scalar(GRID_LUMINANCE, m.luminance_node, p), real(0.0), real(0.0));
   return sample_vector(GRID_LUMINANCE, m.luminance_node, p);
-}
-
-// L at m.t, the front of the next segment: known from the segment before unless m.fresh.
-March refresh_luminance(March m) {
-  if (own_luminance()) {
-    if (m.fresh && !middle_rule) {
-      m = seek_luminance(m, m.t);
-      m.L = luminance_at(m, m.t, m.value);
-    }
-    m.fresh = false;
-  } else {
-    m.L = luminance_at(m, m.t, m.value);
-  }
-  return m;
 }
 
 // Adds optical depth, compensated: 1e5 thin steps keep their sum.
@@ -82,16 +85,19 @@ March deepen(March m, real depth, real length) {
   return m;
 }
 
-// The transmittance from the optical depth itself, every 16 turns: between, the product of T picks
-// up at most 16 roundings, and a long ray has no floor that grows with its steps.
-March refresh_transmittance(March m, int turn) {
-  if (!constant_luminance() && (turn & 15) == 15) m.transmittance = decay(m.optical_depth).e;
+// Ends a turn. Every 16 of them the transmittance is taken from the optical depth itself: between,
+// the product of T picks up as many roundings, and a long ray has no floor that grows with its
+// steps.
+March end_turn(March m, Ray ray) {
+  m.turns += 1;
+  if (!constant_luminance() && (m.turns & 15) == 0) m.transmittance = decay(m.optical_depth).e;
+  if (m.t >= ray.end) m.done = true;
   return m;
 }
 
 // Composites a segment that starts at m.t: I += T C, T *= zeta = 1 - the sum of the weights.
 March composite(March m, Weights w, real3 L_front, real3 L_middle, real3 L_back, real length) {
-  if (count_steps) m.steps += 1;
+  if (count_steps && w.depth > real(0.0)) m.steps += 1;
   if (luminance_source == SOURCE_VECTOR)
     m.radiance = m.radiance
                + (L_front * w.front + L_middle * w.middle + L_back * w.back) * m.transmittance;
@@ -108,50 +114,26 @@ March composite(March m, Weights w, real3 L_front, real3 L_middle, real3 L_back,
 March composite_segment(March m, real f_middle, real f_back, real t_back, real length, real depth) {
   real3 L_middle = real3(real(0.0));
   real3 L_back = real3(real(0.0));
-  m = refresh_luminance(m);
   if (middle_rule) {
     real t_middle = t_back - real(0.5) * length;
-    m = seek_luminance(m, t_middle);
+    if (own_luminance()) m = seek_luminance(m, t_middle);
     L_middle = luminance_at(m, t_middle, f_middle);
   } else {
-    m = seek_luminance(m, t_back);
+    if (own_luminance()) m = seek_luminance(m, t_back);
     L_back = luminance_at(m, t_back, f_back);
   }
   if (depth_only()) {
-    m = composite(m, Weights(real(0.0), real(0.0), real(0.0), depth), m.L, L_middle, L_back, length);
+    Weights none = Weights(real(0.0), real(0.0), real(0.0), depth);
+    m = composite(m, none, m.L, L_middle, L_back, length);
   } else {
-    Segment segment = Segment(extinction * max(m.value, real(0.0)), extinction * f_middle,
-                              extinction * f_back, length, depth);
+    Segment segment = Segment(extinction * m.value, extinction * f_middle, extinction * f_back,
+                              length, depth);
     m = composite(m, integrate_segment(segment), m.L, L_middle, L_back, length);
   }
   m.t = t_back;
   m.value = f_back;
   m.L = L_back;
   return m;
-}
-
-// A run of one value up to t_end, closed form: zeta = e^{-x}, C = L (1 - zeta).
-March composite_run(March m, real value, real t_end) {
-  real length = max(t_end - m.t, real(0.0));
-  if (value > real(0.0)) {
-    real depth = extinction * value * length;
-    real3 L = real3(value, real(0.0), real(0.0));
-    real a = constant_luminance() ? real(0.0) : decay(depth).a;
-    m = composite(m, Weights(a, real(0.0), real(0.0), depth), L, L, L, length);
-  }
-  m.t = max(t_end, m.t);
-  m.value = value;
-  m.fresh = true;
-  return m;
-}
-
-// Runs that need no samples: empty ones, and constant ones where L is constant along them too.
-bool closed_form(Node node) {
-  return node.kind == NODE_EMPTY || (node.kind == NODE_CONSTANT && !own_luminance());
-}
-
-real node_value(Node node) {
-  return node.kind == NODE_EMPTY ? real(0.0) : fetch_constant(GRID_DENSITY, node.payload);
 }
 
 // --- cells -------------------------------------------------------------------------------------
@@ -176,70 +158,68 @@ real evaluate(Cubic c, real s) {  // the field is not negative; rounding could b
   return max(c.f_0 + s * (c.q_1 + s * (c.q_2 + s * c.q_3)), real(0.0));
 }
 
-// One cell of a run that is not closed form. Simpson's rule is exact for the cubic.
-March march_cell(March m, Ray ray, Node node) {
-  real3 times = face_times(ray, m.cell + ray.side);
-  real t_exit = max(m.t, min(least(times), ray.end));
-  real length = t_exit - m.t;
-  real t_half = m.t + real(0.5) * length;
-  real f_half;
-  real f_exit;
-  real q_3 = real(0.0);
-  if (hardware_filter && node.kind == NODE_BRICK) {  // two filtered look-ups, no third difference
-    if (m.value < real(0.0)) m.value = sample_scalar(GRID_DENSITY, node, position(ray, m.t));
-    f_half = sample_scalar(GRID_DENSITY, node, position(ray, t_half));
-    f_exit = sample_scalar(GRID_DENSITY, node, position(ray, t_exit));
-  } else {
-    Corners corners = fetch_corners(GRID_DENSITY, node, m.cell);
-    real3 base = real3(m.cell);
-    if (m.value < real(0.0)) m.value = max(trilinear(corners, position(ray, m.t) - base), real(0.0));
-    f_half = trilinear(corners, position(ray, t_half) - base);
-    f_exit = trilinear(corners, position(ray, t_exit) - base);
-    if (!depth_only()) {
-      real3 d = ray.direction * length;
-      q_3 = third_difference(corners) * d.x * d.y * d.z;
-    }
-  }
-  f_exit = max(f_exit, real(0.0));
-  if (count_steps && node.kind == NODE_BRICK) m.samples += 1;
-
-  if (depth_only()) {
-    real depth = extinction * length * (m.value + real(4.0) * f_half + f_exit) / real(6.0);
-    m = composite_segment(m, f_half, f_exit, t_exit, length, max(depth, real(0.0)));
-  } else {
-    Cubic cubic = make_cubic(m.value, f_half, f_exit, q_3);
-    real part = length / real(segments);
-    real t_start = m.t;
-    for (int i = 1; i <= segments; ++i) {
-      real s = real(i) / real(segments);
-      real f_middle = evaluate(cubic, s - real(0.5) / real(segments));
-      real f_back = i == segments ? f_exit : evaluate(cubic, s);
-      real t_back = i == segments ? t_exit : t_start + s * length;
-      real depth = extinction * part * (m.value + real(4.0) * f_middle + f_back) / real(6.0);
-      m = composite_segment(m, f_middle, f_back, t_back, part, depth);
-    }
-  }
-  // Tied axes advance together.
-  if (times.x <= t_exit) m.cell.x += 2 * ray.side.x - 1;
-  if (times.y <= t_exit) m.cell.y += 2 * ray.side.y - 1;
-  if (times.z <= t_exit) m.cell.z += 2 * ray.side.z - 1;
-  return m;
-}
-
+// What a turn crosses: one cell, or a whole run of one value. Simpson's rule is exact for the cubic.
 March march_cells(March m, Ray ray) {
   Node node = no_node();
   for (int turn = 0; turn < max_turns && !m.done; ++turn) {
     if (!inside(node, m.cell)) node = find_node(GRID_DENSITY, m.cell);
-    if (closed_form(node)) {
-      Crossing far = leave(ray, node.lo, node.hi);
-      m = composite_run(m, node_value(node), min(far.t, ray.end));
-      m.cell = far.cell;
-    } else {
-      m = march_cell(m, ray, node);
+    bool run = closed_form(node);
+    Crossing far = leave(ray, run ? node.lo : m.cell, run ? node.hi : m.cell + 1);
+    real f_run = node_value(node);
+    real t_exit = max(m.t, min(far.t, ray.end));
+    if (run) {
+      m.value = f_run;
+      if (!own_luminance()) m.L = luminance_at(m, m.t, f_run);
+    } else if (!m.known) {
+      t_exit = m.t;
     }
-    m = refresh_transmittance(m, turn);
-    if (m.t >= ray.end) m.done = true;
-    if (count_steps) m.turns += 1;
+    real length = t_exit - m.t;
+    real t_half = m.t + real(0.5) * length;
+    real f_half = f_run;
+    real f_exit = f_run;
+    real q_3 = real(0.0);
+    if (node.kind == NODE_BRICK) {
+      if (hardware_filter) {  // two filtered look-ups, no third difference
+        f_half = sample_scalar(GRID_DENSITY, node, position(ray, t_half));
+        f_exit = sample_scalar(GRID_DENSITY, node, position(ray, t_exit));
+      } else {
+        Corners corners = fetch_corners(GRID_DENSITY, node, m.cell);
+        real3 base = real3(m.cell);
+        f_half = trilinear(corners, position(ray, t_half) - base);
+        f_exit = max(trilinear(corners, position(ray, t_exit) - base), real(0.0));
+        if (!depth_only()) {
+          real3 d = ray.direction * length;
+          q_3 = third_difference(corners) * d.x * d.y * d.z;
+        }
+      }
+      if (count_steps) m.samples += 1;
+    }
+    if (!run && !m.known) {  // found, not crossed; a resumed ray has its value
+      if (m.value >= real(0.0)) f_exit = m.value;
+      f_half = f_exit;
+      m.value = f_exit;
+      far.cell = m.cell;
+    }
+
+    if (depth_only()) {
+      real depth = extinction * length * (m.value + real(4.0) * f_half + f_exit) / real(6.0);
+      m = composite_segment(m, f_half, f_exit, t_exit, length, max(depth, real(0.0)));
+    } else {
+      Cubic cubic = make_cubic(m.value, f_half, f_exit, q_3);
+      real part = length / real(segments);
+      real t_start = m.t;
+      for (int i = 1; i <= segments; ++i) {
+        real s = real(i) / real(segments);
+        real f_middle = evaluate(cubic, s - real(0.5) / real(segments));
+        real f_back = i == segments ? f_exit : evaluate(cubic, s);
+        real t_back = i == segments ? t_exit : t_start + s * length;
+        real depth = extinction * part * (m.value + real(4.0) * f_middle + f_back) / real(6.0);
+        m = composite_segment(m, f_middle, f_back, t_back, part, depth);
+      }
+    }
+    m.cell = far.cell;
+    m.known = true;
+    m = end_turn(m, ray);
   }
   return m;
 }
@@ -255,18 +235,9 @@ real sample_middle(Ray ray, Node node, real node_begin, real t_middle) {
   return sample_scalar(GRID_DENSITY, node, position(ray, t_middle));
 }
 
-// The segment from m.t to t_back, whose back end has the value f_back.
-March march_step(March m, Ray ray, Node node, real node_begin, real t_back, real f_back) {
-  real length = t_back - m.t;
-  real f_middle = real(0.0);
-  if (middle_rule) f_middle = sample_middle(ray, node, node_begin, m.t + real(0.5) * length);
-  real depth = extinction * length * real(0.5) * (max(m.value, real(0.0)) + f_back);
-  return composite_segment(m, f_middle, f_back, t_back, length, depth);
-}
-
-// Samples at the lattice's points k * step, the domain's ends and the ends of constant runs. Nodes
-// are walked one by one, so that no constant run is missed however long the step; in empty ones the
-// lattice goes on without samples.
+// Samples at the lattice's points k * step, the domain's ends and the ends of constant runs, which
+// are one segment each. Nodes are walked one by one, so that no constant run is missed however long
+// the step; empty ones are left at the last lattice point inside them.
 March march_uniform(March m, Ray ray) {
   Node node = no_node();
   real node_begin = m.t;
@@ -274,13 +245,10 @@ March march_uniform(March m, Ray ray) {
   bool walk = true;
   m.cell = cell_at(ray, m.t, density_domain_min, density_domain_max);
   for (int turn = 0; turn < max_turns && !m.done; ++turn) {
-    real t_next = step * real(m.lattice + 1);
-    if (t_next <= m.t) {  // m.t was put on the lattice's next point by a run's end, or rounding
-      m.lattice += 1;
-      t_next = step * real(m.lattice + 1);
-    }
-    t_next = min(t_next, ray.end);
-    if (walk || t_next > node_end) {
+    // the next lattice point behind t, which may lie on one
+    if (step * real(m.lattice + 1) <= m.t) m.lattice += 1;
+    real t_back = m.known ? min(step * real(m.lattice + 1), ray.end) : m.t;
+    if (walk || t_back > node_end) {
       node = find_node(GRID_DENSITY, m.cell);
       Crossing far = leave(ray, node.lo, node.hi);
       node_begin = node_end;
@@ -288,31 +256,42 @@ March march_uniform(March m, Ray ray) {
       m.cell = far.cell;
       walk = false;
     }
-    bool sampled = !closed_form(node);
-    if (m.value < real(0.0) && !middle_rule && sampled) {
-      m.value = sample_scalar(GRID_DENSITY, node, position(ray, m.t));
-      if (count_steps && node.kind == NODE_BRICK) m.samples += 1;
-    }
-    if (sampled) {
-      if (t_next <= node_end) {
-        real f_back = real(0.0);
-        if (!middle_rule) f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_next));
-        if (count_steps && node.kind == NODE_BRICK) m.samples += 1;
-        m = march_step(m, ray, node, node_begin, t_next, f_back);
+    bool run = closed_form(node) && node.kind == NODE_CONSTANT;
+    real f_back = node_value(node);
+    if (run) {  // the step before it ends at its face
+      bool before = m.t < node_begin;
+      t_back = before ? node_begin : node_end;
+      if (!before) {
+        m.value = f_back;
+        if (!own_luminance()) m.L = luminance_at(m, m.t, f_back);
       }
-    } else if (node.kind == NODE_CONSTANT) {
-      real value = node_value(node);
-      if (node_begin > m.t) m = march_step(m, ray, node, node_begin, node_begin, value);
-      m = composite_run(m, value, node_end);
-      m.lattice = int(floor(node_end / step));
-    } else if (t_next <= node_end) {
-      m = march_step(m, ray, node, node_begin, t_next, real(0.0));
-      m.lattice = int(floor(node_end / step));
-      m = composite_run(m, real(0.0), node_end >= ray.end ? ray.end : real(m.lattice) * step);
     }
-    m = refresh_transmittance(m, turn);
-    if (m.t >= ray.end) m.done = true;
-    if (count_steps) m.turns += 1;
+    if (t_back <= node_end) {
+      if (node.kind == NODE_BRICK) {
+        if (!middle_rule) f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_back));
+        if (count_steps) m.samples += 1;
+      }
+      if (!m.known && !run) {
+        if (m.value >= real(0.0)) f_back = m.value;
+        m.value = f_back;
+      }
+      real length = t_back - m.t;
+      real f_middle = f_back;
+      if (middle_rule && !(run && m.t >= node_begin))
+        f_middle = sample_middle(ray, node, node_begin, m.t + real(0.5) * length);
+      real depth = extinction * length * real(0.5) * (m.value + f_back);
+      m = composite_segment(m, f_middle, f_back, t_back, length, depth);
+      m.known = true;
+      if (closed_form(node) && !(run && t_back < node_end)) {
+        m.lattice = int(floor(node_end / step));
+        real t_last = node_end >= ray.end ? ray.end : step * real(m.lattice);
+        if (t_last > m.t) {
+          m.t = t_last;
+          m.known = !own_luminance();
+        }
+      }
+    }
+    m = end_turn(m, ray);
   }
   return m;
 }
@@ -357,8 +336,8 @@ March begin_march(Ray ray) {
   m.value = real(-1.0);
   m.cell = cell_at(ray, ray.begin, density_domain_min, density_domain_max);
   m.lattice = uniform_sampling ? int(floor(ray.begin / step)) : 0;
+  m.known = false;
   m.L = real3(real(0.0));
-  m.fresh = true;
   m.radiance = real3(real(0.0));
   m.optical_depth = real(0.0);
   m.lost = real(0.0);

@@ -4,6 +4,7 @@ CONSTANT(int, luminance_source)   // LuminanceSource
 CONSTANT(int, segments)           // linear segments a cell
 CONSTANT(int, density_levels)     // of the page tables
 CONSTANT(int, luminance_levels)
+CONSTANT(bool, constant_runs)     // the density atlas has constant entries
 CONSTANT(bool, uniform_sampling)
 CONSTANT(bool, middle_rule)       // the integrator reads middles, not ends
 CONSTANT(bool, exact_depth)       // the integrator takes the segment's depth, not its own

@@ -1,7 +1,7 @@
 // A ray in a grid's voxels, p(t) = anchor + t direction, and the faces it crosses.
 struct Ray {
   real3 anchor;
-  real3 direction;  // no component is 0: clamped to 1e-7 voxels per unit of t
+  real3 direction;  // no component is 0, see clamp_component
   real3 inverse;    // 1 / direction
   real3 offset;     // -anchor / direction: the face x = c is crossed at c * inverse.x + offset.x
   int3 side;        // 1 where the ray ascends, else 0
@@ -9,8 +9,10 @@ struct Ray {
   real end;         // end <= begin: the ray misses
 };
 
+// So that 1/d is finite. A ray turned by 1e-15 moves by 1e-9 voxels over a million, and the times of
+// the faces of 2^24 voxels, 2^24 / 1e-15 = 2e22, are far from float32's largest number.
 real clamp_component(real d) {
-  real least = real(1e-7);
+  real least = real(1e-15);
   return abs(d) < least ? (d < real(0.0) ? -least : least) : d;
 }
 

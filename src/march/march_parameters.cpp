@@ -88,6 +88,7 @@ MarchSetup make_march_setup(const View& view, const BrickAtlas& density,
   c.luminance_source = int(medium.source);
   c.segments = scene.segments;
   c.density_levels = density.pages.levels;
+  c.constant_runs = density.size.constant_bricks > 0;
   c.uniform_sampling = scene.resolved_sampling() == Sampling::uniform;
   c.middle_rule = rule.samples_middle;
   c.exact_depth = rule.exact_depth;

@@ -1,0 +1,69 @@
+#!/usr/bin/env bash
+# Installs what psivox needs to build, run and pass its tests on Debian 12. Does nothing, quickly,
+# where all of it is installed. --ci adds the checkers that .ci/run uses.
+set -euo pipefail
+
+packages=(
+  # build
+  g++ cmake ninja-build ccache pkg-config
+  # libraries: OpenVDB, images, maths, threads, GL without a window, the viewer's window
+  libopenvdb-dev libimath-dev libtbb-dev
+  # (OpenImageIO's CMake package refuses to load without the programs of openimageio-tools)
+  libopenimageio-dev openimageio-tools
+  libglm-dev
+  libepoxy-dev libegl-dev
+  libglfw3-dev
+  libcli11-dev nlohmann-json3-dev
+  # tests
+  libgtest-dev
+  # EGL, and Mesa's software renderer for machines without a GPU
+  libegl1 libgl1-mesa-dri
+)
+
+fail() {
+  printf 'install-deps.sh: %s\n' "$1" >&2
+  exit 1
+}
+
+case "${1-}" in
+  "") ;;
+  --ci) packages+=(clang-format clang-tidy) ;;
+  -h | --help)
+    printf 'Usage: tools/install-deps.sh [--ci]\nInstalls with apt-get: %s\n' "${packages[*]}"
+    printf '%s\n' '--ci adds clang-format and clang-tidy.'
+    exit 0
+    ;;
+  *) fail "unknown argument '$1'; the only one is --ci" ;;
+esac
+
+if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+  fail "no apt-get here: this script is for Debian; install the likes of: ${packages[*]}"
+fi
+
+installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "${packages[@]}" 2>/dev/null || true)
+missing=()
+for package in "${packages[@]}"; do
+  grep -qxF "$package installed" <<<"$installed" || missing+=("$package")
+done
+if ((${#missing[@]} == 0)); then
+  echo "install-deps.sh: all ${#packages[@]} packages are installed"
+  exit 0
+fi
+
+as_root=()
+if ((EUID != 0)); then
+  command -v sudo >/dev/null ||
+    fail "not root and no sudo; as root, run: apt-get install ${missing[*]}"
+  as_root=(sudo)
+  [[ -t 0 ]] || as_root+=(-n)  # nobody to ask for a password
+fi
+apt() {
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get -qq -o DPkg::Lock::Timeout=300 -o Dpkg::Use-Pty=0 "$@" </dev/null
+}
+
+echo "install-deps.sh: installing ${missing[*]}"
+# A broken third-party source need not matter; what does is whether the packages can be had.
+apt update || echo "install-deps.sh: apt-get update failed; going on with the lists at hand" >&2
+apt install --yes --no-install-recommends "${missing[@]}" ||
+  fail "apt-get could not install: ${missing[*]}"
