@@ -2,6 +2,7 @@
 #include "math/decay.glsl"
 #include "math/psi.glsl"
 #include "math/segment.glsl"
+#include "math/cubic.glsl"
 #include "ray.glsl"
 #include "atlas.glsl"
 #include "integrator.glsl"

@@ -136,27 +136,34 @@ March composite_segment(March m, real f_middle, real f_back, real t_back, real l
   return m;
 }
 
+// A cell from m.t to t_exit by a rule that integrates its cubic from three nodes, or the first part
+// of it where it is opaque; the next turn goes on from there. Runs of one value need no parts.
+March composite_cell(March m, Cubic cubic, real f_exit, real t_exit, bool run) {
+  real length = t_exit - m.t;
+  real part = run ? real(1.0) : shallow_part(cubic, extinction * length);
+  if (part < real(1.0)) {
+    f_exit = evaluate(cubic, part);
+    cubic = first_part(cubic, part);
+    length = length * part;
+    // A part too short to move t would be met again for ever.
+    if (m.t + length > m.t) t_exit = m.t + length;
+  }
+  real t_1 = m.t + cell_node_1 * length;
+  if (own_luminance()) m = seek_luminance(m, t_1);
+  real3 L_1 = luminance_at(m, t_1, evaluate(cubic, cell_node_1));
+  real t_2 = m.t + real(0.5) * length;
+  if (own_luminance()) m = seek_luminance(m, t_2);
+  real3 L_2 = luminance_at(m, t_2, evaluate(cubic, real(0.5)));
+  real t_3 = m.t + cell_node_3 * length;
+  if (own_luminance()) m = seek_luminance(m, t_3);
+  real3 L_3 = luminance_at(m, t_3, evaluate(cubic, cell_node_3));
+  m = composite(m, integrate_cell(cubic, extinction * length), L_1, L_2, L_3, length);
+  m.t = t_exit;
+  m.value = f_exit;
+  return m;
+}
+
 // --- cells -------------------------------------------------------------------------------------
-
-// The field along one cell, between its entry (s = 0) and exit (s = 1): the cubic through the
-// values at 0, 1/2 and 1 whose third-order coefficient the corners give,
-//   f(s) = f_0 + s (q_1 + s (q_2 + s q_3)).
-struct Cubic {
-  real f_0;
-  real q_1;
-  real q_2;
-  real q_3;
-};
-
-Cubic make_cubic(real f_0, real f_half, real f_1, real q_3) {
-  real q_2 = real(2.0) * (f_0 - real(2.0) * f_half + f_1);
-  real q_1 = f_1 - f_0 - q_2;
-  return Cubic(f_0, q_1 + real(0.5) * q_3, q_2 - real(1.5) * q_3, q_3);
-}
-
-real evaluate(Cubic c, real s) {  // the field is not negative; rounding could be
-  return max(c.f_0 + s * (c.q_1 + s * (c.q_2 + s * c.q_3)), real(0.0));
-}
 
 // What a turn crosses: one cell, or a whole run of one value. Simpson's rule is exact for the cubic.
 March march_cells(March m, Ray ray) {
@@ -204,6 +211,8 @@ March march_cells(March m, Ray ray) {
     if (depth_only()) {
       real depth = extinction * length * (m.value + real(4.0) * f_half + f_exit) / real(6.0);
       m = composite_segment(m, f_half, f_exit, t_exit, length, max(depth, real(0.0)));
+    } else if (cell_rule) {
+      m = composite_cell(m, make_cubic(m.value, f_half, f_exit, q_3), f_exit, t_exit, run);
     } else {
       Cubic cubic = make_cubic(m.value, f_half, f_exit, q_3);
       real part = length / real(segments);
@@ -217,7 +226,7 @@ March march_cells(March m, Ray ray) {
         m = composite_segment(m, f_middle, f_back, t_back, part, depth);
       }
     }
-    m.cell = far.cell;
+    if (m.t >= t_exit) m.cell = far.cell;
     m.known = true;
     m = end_turn(m, ray);
   }
@@ -248,7 +257,9 @@ March march_uniform(March m, Ray ray) {
     // the next lattice point behind t, which may lie on one
     if (step * real(m.lattice + 1) <= m.t) m.lattice += 1;
     real t_back = m.known ? min(step * real(m.lattice + 1), ray.end) : m.t;
-    if (walk || t_back > node_end) {
+    // a constant run shorter than a step is still to be crossed
+    bool pending = closed_form(node) && node.kind == NODE_CONSTANT && m.t < node_end;
+    if (walk || (t_back > node_end && !pending)) {
       node = find_node(GRID_DENSITY, m.cell);
       Crossing far = leave(ray, node.lo, node.hi);
       node_begin = node_end;

@@ -8,6 +8,7 @@ CONSTANT(bool, constant_runs)     // the density atlas has constant entries
 CONSTANT(bool, uniform_sampling)
 CONSTANT(bool, middle_rule)       // the integrator reads middles, not ends
 CONSTANT(bool, exact_depth)       // the integrator takes the segment's depth, not its own
+CONSTANT(bool, cell_rule)         // the integrator takes a cell's cubic, not segments
 CONSTANT(bool, hardware_filter)
 CONSTANT(bool, orthographic)
 CONSTANT(bool, count_steps)

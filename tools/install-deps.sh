@@ -7,7 +7,8 @@ packages=(
   # build
   g++ cmake ninja-build ccache pkg-config
   # libraries: OpenVDB, images, maths, threads, GL without a window, the viewer's window
-  libopenvdb-dev libimath-dev libtbb-dev
+  # (libopenvdb-dev does not bring the Boost headers that its own include)
+  libopenvdb-dev libboost-dev libimath-dev libtbb-dev
   # (OpenImageIO's CMake package refuses to load without the programs of openimageio-tools)
   libopenimageio-dev openimageio-tools
   libglm-dev

@@ -36,7 +36,6 @@ struct RenderStats {
   std::uint64_t rays = 0;
   std::uint64_t samples = 0;  ///< field look-ups, with RenderOptions::count
   std::uint64_t steps = 0;    ///< segments, likewise
-  std::uint64_t turns = 0;    ///< loop turns, likewise
   int passes = 0;             ///< most passes that a tile needed
   double gl_init_ms = 0, shader_ms = 0, upload_ms = 0, march_ms = 0;
 };

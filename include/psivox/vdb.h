@@ -60,9 +60,9 @@ class VdbFile {
   /// One row a grid; reads trees, so that counts and boxes are true. Never throws for a bad grid.
   std::vector<GridInfo> info() const;
 
-  /// The grid that `--grid` unset means: `density` (the first, if repeated), else the only scalar
-  /// grid that the file's directory lists.
-  /// Throws Error(input) that lists the grids where neither exists.
+  /// The grid that `--grid` unset means: the only one (if it cannot be rendered, `read` says why),
+  /// else `density` (the first, if repeated), else the only scalar grid of the file's directory.
+  /// Throws Error(input) that lists the grids where none of these is.
   std::string default_grid() const;
 
   /// Reads one grid: int, bool and double become float; level sets become fog by OpenVDB's own

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <glm/common.hpp>
 #include <glm/gtc/packing.hpp>
 #include <string>
@@ -144,8 +145,10 @@ BrickStats measure(const float* values, int channels) {
   return stats;
 }
 
-std::string megabytes(std::uint64_t bytes) {
-  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+std::string mebibytes(std::uint64_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f MiB", double(bytes) / (1 << 20));
+  return text;
 }
 
 }  // namespace
@@ -160,8 +163,8 @@ BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
   const std::uint64_t needed = 2 * result.size.bytes();
   if (options.memory_limit && needed > options.memory_limit)
     throw Error(ExitCode::memory,
-                "grid '" + field.name + "' needs an atlas of " + megabytes(needed) +
-                    " (host and GPU), over the limit of " + megabytes(options.memory_limit) +
+                "grid '" + field.name + "' needs an atlas of " + mebibytes(needed) +
+                    " (host and GPU), over the limit of " + mebibytes(options.memory_limit) +
                     (options.texel == TexelType::float32 ? "; --texel float16 halves it" : ""));
 
   const std::size_t per_brick = brick_texels * std::size_t(field.channels);

@@ -9,11 +9,17 @@ std::string function_of(const MarchVariant& variant) {
   return info(variant.constants.integrator).name;
 }
 
+/// The shader's one integrator: march.glsl calls it by what it takes, a segment or a cell.
 std::map<std::string, std::string> generated_files(const MarchVariant& variant) {
   const std::string function = function_of(variant);
-  return {{"integrator.glsl", "#include \"integrators/" + function + ".glsl\"\n" +
-                                  "Weights integrate_segment(Segment s) { return " + function +
-                                  "(s); }\n"}};
+  const std::string none = "{ return Weights(0.0, 0.0, 0.0, 0.0); }\n";
+  const bool cell = variant.constants.cell_rule;
+  return {{"integrator.glsl",
+           "#include \"integrators/" + function + ".glsl\"\n" +
+               "Weights integrate_segment(Segment s) " +
+               (cell ? none : "{ return " + function + "(s); }\n") +
+               "Weights integrate_cell(Cubic c, float x) " +
+               (cell ? "{ return " + function + "(c, x); }\n" : none)}};
 }
 
 }  // namespace

@@ -34,44 +34,51 @@ void expand(const std::string& name, const std::string& included_from,
             const std::map<std::string, std::string>& generated, ShaderSource& source) {
   const auto own = generated.find(name);
   const std::string text = own != generated.end() ? own->second : read_shader(name, included_from);
-  const std::size_t number = source.files.size();
-  source.files.push_back(name);
   const auto folder = std::filesystem::path(name).parent_path();
 
   std::istringstream lines(text);
   std::string line;
-  source.text += "#line 1 " + std::to_string(number) + "\n";
   for (int i = 1; std::getline(lines, line); ++i) {
     if (line.starts_with("#include \"")) {
       const std::string included = line.substr(10, line.rfind('"') - 10);
       const std::string here = name + ":" + std::to_string(i);
       expand((folder / included).lexically_normal().string(), here, generated, source);
-      source.text += "#line " + std::to_string(i + 1) + " " + std::to_string(number) + "\n";
     } else {
-      source.text += line + "\n";
+      source.add_line(line, {name, i});
     }
   }
 }
 
 }  // namespace
 
+void ShaderSource::add_line(const std::string& line, const Place& place) {
+  text += line + "\n";
+  places.push_back(place);
+}
+
 ShaderSource load_shader(const std::string& name, const std::string& prelude,
                          const std::map<std::string, std::string>& generated) {
   ShaderSource source;
-  source.text = "#version 450 core\n" + prelude;
+  source.add_line("#version 450 core", {"version", 1});
+  std::istringstream lines(prelude);
+  std::string line;
+  for (int i = 1; std::getline(lines, line); ++i) source.add_line(line, {"prelude", i});
   expand(name, "", generated, source);
   return source;
 }
 
 std::string ShaderSource::map_log(const std::string& log) const {
-  // Mesa writes 2:17(5): error, NVIDIA 2(17) : error
-  static const std::regex place(R"((^|\n)(ERROR: )?(\d+)[:(](\d+)\)?(\(\d+\))?)");
+  // Mesa writes 0:217(5): error, NVIDIA 0(217) : error
+  static const std::regex number(R"((^|\n)(ERROR: )?\d+[:(](\d+)\)?(\(\d+\))?)");
   std::string result;
   auto begin = log.cbegin();
-  for (std::smatch m; std::regex_search(begin, log.cend(), m, place); begin = m.suffix().first) {
-    const std::size_t number = std::stoul(m[3]);
+  for (std::smatch m; std::regex_search(begin, log.cend(), m, number); begin = m.suffix().first) {
+    const std::size_t line = std::stoul(m[3]);
     result += m.prefix().str() + m[1].str();
-    result += number < files.size() ? files[number] + ":" + m[4].str() : m[0].str();
+    if (line >= 1 && line <= places.size())
+      result += places[line - 1].file + ":" + std::to_string(places[line - 1].line);
+    else
+      result += m[0].str().substr(m[1].length());
   }
   return result + std::string(begin, log.cend());
 }

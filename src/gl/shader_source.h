@@ -6,12 +6,19 @@
 
 namespace psivox::gl {
 
-/// A shader's text with its includes expanded, and which file each #line number stands for.
+/// A shader's text with its includes expanded, and where each of its lines comes from. No #line is
+/// used: Mesa 22.3 loses its source-string number in some errors, "undeclared" among them.
 struct ShaderSource {
+  struct Place {
+    std::string file;
+    int line = 0;
+  };
   std::string text;
-  std::vector<std::string> files;  ///< by source-string number
+  std::vector<Place> places;  ///< of each line of text
 
-  /// A driver's log with `2:17` or `2(17)` written as `ray.glsl:17`.
+  void add_line(const std::string& line, const Place& place);
+
+  /// A driver's log with `0:217` or `0(217)` written as `ray.glsl:17`.
   std::string map_log(const std::string& log) const;
 };
 

@@ -22,6 +22,7 @@ using glm::mix;
 using std::exp;
 using std::expm1;
 using std::log1p;
+using std::pow;
 using std::sqrt;
 
 using real = double;

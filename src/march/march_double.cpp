@@ -30,7 +30,6 @@ RenderResult render_march_double(const View& view, const BrickAtlas& density,
   const int n = view.scene.pixel_samples;
 
   Film film(view, options);
-  std::atomic<std::uint64_t> turns = 0;
   std::atomic<int> rows_done = 0;
   const auto caller = std::this_thread::get_id();
   tbb::parallel_for(tbb::blocked_range<int>(0, size.y, 4), [&](const tbb::blocked_range<int>& rows) {
@@ -38,7 +37,6 @@ RenderResult render_march_double(const View& view, const BrickAtlas& density,
     march.grids[0] = &density;
     march.grids[1] = luminance;
     march.configure(setup);
-    std::uint64_t own_turns = 0;
     for (int y = rows.begin(); y < rows.end(); ++y)
       for (int x = 0; x < size.x; ++x) {
         PixelSums sums;
@@ -50,11 +48,9 @@ RenderResult render_march_double(const View& view, const BrickAtlas& density,
                                    : (m.half_depth - march.camera_time(march.make_pixel({x, y}))) *
                                          march.world_unit;
           sums.add(march.picture(m), {depth, march.decay(m.optical_depth).e, m.steps, m.samples});
-          own_turns += std::uint64_t(m.turns);
         }
         film.set(x, y, sums);
       }
-    turns += own_turns;
     rows_done += int(rows.size());
     if (options.progress && std::this_thread::get_id() == caller)
       options.progress(double(rows_done) / size.y);
@@ -63,7 +59,6 @@ RenderResult render_march_double(const View& view, const BrickAtlas& density,
   RenderResult result;
   result.image = film.finish(result.stats);
   result.stats.renderer = "march in double precision";
-  result.stats.turns = turns;
   result.stats.passes = 1;
   result.stats.march_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -14,6 +14,7 @@ Integrator integrator{};
 #include "math/decay.glsl"
 #include "math/psi.glsl"
 #include "math/segment.glsl"
+#include "math/cubic.glsl"
 #include "ray.glsl"
 #include "atlas.glsl"
 #include "all_integrators.h"
@@ -23,10 +24,23 @@ Weights integrate_segment(Segment s) {
 #define PSIVOX_ROW(name, middle, exact, help) \
   case Integrator::name:                      \
     return name(s);
-    PSIVOX_INTEGRATORS(PSIVOX_ROW)
+    PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
+    default:
+      return Weights(0, 0, 0, 0);
   }
-  return Weights(0, 0, 0, 0);
+}
+
+Weights integrate_cell(Cubic c, real x) {
+  switch (integrator) {
+#define PSIVOX_ROW(name, middle, exact, help) \
+  case Integrator::name:                      \
+    return name(c, x);
+    PSIVOX_CELL_INTEGRATORS(PSIVOX_ROW)
+#undef PSIVOX_ROW
+    default:
+      return Weights(0, 0, 0, 0);
+  }
 }
 
 #include "march.glsl"

@@ -20,7 +20,11 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
   const MarchParameters& p = setup.parameters;
   const glm::dvec3 size = glm::dvec3(p.density_domain_max - p.density_domain_min);
   const double cells = size.x + size.y + size.z + 3;
-  if (!setup.constants.uniform_sampling) return cells;
+  if (!setup.constants.uniform_sampling) {
+    // Opaque cells are crossed in parts of a depth of 0.75/4/60 at least (see shallow_part), until
+    // the depth at which every ray has ended.
+    return cells + (setup.constants.cell_rule ? 320 * p.stop_depth : 0);
+  }
   // Longest ray: the domain's diagonal over the slowest that a unit of t advances.
   const glm::dmat3 m(bundle.direction_u, bundle.direction_v, bundle.direction_0);
   double slowest = std::numeric_limits<double>::max();
@@ -64,7 +68,9 @@ MarchSetup make_march_setup(const View& view, const BrickAtlas& density,
   p.sample_offset = glm::dvec2(0.5);
   p.extinction = medium.extinction * unit;
   p.color = medium.color;
-  p.stop_depth = scene.early_termination > 0 ? -std::log(scene.early_termination) : 1e30;
+  // Beyond a depth of 100 nothing is left that a float32 holds, also where rays never end early.
+  p.stop_depth =
+      scene.early_termination > 0 ? std::min(-std::log(scene.early_termination), 100.0) : 100.0;
   p.step = scene.resolved_step();
   p.world_unit = unit;
 
@@ -92,11 +98,12 @@ MarchSetup make_march_setup(const View& view, const BrickAtlas& density,
   c.uniform_sampling = scene.resolved_sampling() == Sampling::uniform;
   c.middle_rule = rule.samples_middle;
   c.exact_depth = rule.exact_depth;
+  c.cell_rule = is_cell_rule(rule.id);
   c.hardware_filter = scene.filter == Filter::hardware;
   c.orthographic = view.camera.orthographic;
 
-  p.max_turns = int(std::min(turn_bound(setup, bundle, unit),
-                             double(std::numeric_limits<int>::max())));
+  p.max_turns = int(
+      std::min(turn_bound(setup, bundle, unit), double(std::numeric_limits<int>::max())));
   return setup;
 }
 

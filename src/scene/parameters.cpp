@@ -151,6 +151,9 @@ void validate(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   if (scene.step && scene.sampling == Sampling::cells)
     fail("--step is for --sampling uniform, not cells; leave one of them out");
+  if (scene.integrator && is_cell_rule(*scene.integrator) &&
+      scene.resolved_sampling() != Sampling::cells)
+    fail("--integrator cell-exact integrates cells; it goes with --sampling cells, without --step");
   if (scene.ortho_width && scene.projection == Projection::perspective)
     fail("--ortho-width is for --projection orthographic; a perspective view has --fov");
   if (scene.camera_up == glm::dvec3(0)) fail("--camera-up 0,0,0 has no direction");

@@ -50,6 +50,7 @@ std::string VdbFile::default_grid() const {
       impl_->base_names.end()) {
     return "density";
   }
+  if (names.size() == 1) return names.front();  // if it cannot be rendered, reading it says why
   const auto& channels = impl_->channels;
   if (std::count(channels.begin(), channels.end(), 1) == 1) {
     const auto scalar = std::find(channels.begin(), channels.end(), 1);

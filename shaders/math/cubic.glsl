@@ -1,0 +1,60 @@
+// The field along one cell, between its entry (s = 0) and exit (s = 1): the cubic through the
+// values at 0, 1/2 and 1 whose third-order coefficient the corners give,
+//   f(s) = f_0 + s (q_1 + s (q_2 + s q_3)).
+struct Cubic {
+  real f_0;
+  real q_1;
+  real q_2;
+  real q_3;
+};
+
+Cubic make_cubic(real f_0, real f_half, real f_1, real q_3) {
+  real q_2 = real(2.0) * (f_0 - real(2.0) * f_half + f_1);
+  real q_1 = f_1 - f_0 - q_2;
+  return Cubic(f_0, q_1 + real(0.5) * q_3, q_2 - real(1.5) * q_3, q_3);
+}
+
+real evaluate(Cubic c, real s) {  // the field is not negative; rounding could be
+  return max(c.f_0 + s * (c.q_1 + s * (c.q_2 + s * c.q_3)), real(0.0));
+}
+
+// Integral of f from 0 to s.
+real antiderivative(Cubic c, real s) {
+  return s * (c.f_0 + s * (c.q_1 / real(2.0) + s * (c.q_2 / real(3.0) + s * c.q_3 / real(4.0))));
+}
+
+// Greatest Bernstein coefficient, which no value on [0, 1] exceeds. Those of trilinear data that is
+// not negative are not negative either, and f's mean is their mean.
+real greatest_coefficient(Cubic c) {
+  real b_1 = c.f_0 + c.q_1 / real(3.0);
+  real b_2 = c.f_0 + (real(2.0) * c.q_1 + c.q_2) / real(3.0);
+  real b_3 = c.f_0 + c.q_1 + c.q_2 + c.q_3;
+  return max(max(c.f_0, b_1), max(b_2, b_3));
+}
+
+// The cubic of [0, part], stretched to [0, 1].
+Cubic first_part(Cubic c, real part) {
+  return Cubic(c.f_0, c.q_1 * part, c.q_2 * part * part, c.q_3 * part * part * part);
+}
+
+// Where a rule that integrates cubics reads L: three-point Gauss-Legendre, the second node is 1/2.
+const real cell_node_1 = real(0.1127016653792583);  // 1/2 - sqrt(15)/10
+const real cell_node_3 = real(0.8872983346207417);
+// Largest optical depth that it is given at a time. Measured on dense smoke and cloud (extinction 2,
+// L from the grid, 256x256), RMS: 4e-7 and 1e-6 with 0.75; 1e-6 and 2e-6 with 1.
+const real cell_piece_depth = real(0.75);
+
+// Part of [0, 1], from 0 on, over which x f integrates to at most cell_piece_depth. Each of the four
+// terms of p x (f_0 + q_1 p + q_2 p^2 + q_3 p^3), the negative ones left out, may have a quarter of
+// it. What a part shorter than 1 holds is at least 1/60 of that quarter for a cubic that is not
+// negative (worst case s -> (1 - s)(s - 1/3)^2), which bounds the number of parts of a ray.
+real shallow_part(Cubic c, real x) {
+  if (x * greatest_coefficient(c) <= cell_piece_depth) return real(1.0);
+  real quarter = real(0.25) * cell_piece_depth / x;
+  real none = real(1e-30);
+  real p_0 = quarter / max(c.f_0, none);
+  real p_1 = sqrt(quarter / max(c.q_1, none));
+  real p_2 = pow(quarter / max(c.q_2, none), real(1.0 / 3.0));
+  real p_3 = sqrt(sqrt(quarter / max(c.q_3, none)));
+  return min(min(min(p_0, p_1), min(p_2, p_3)), real(1.0));
+}
