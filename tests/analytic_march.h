@@ -7,8 +7,9 @@
 
 namespace psivox::glsl {
 
-/// The march in double along one ray over fields that are formulas, no voxels: functions of t alone.
-/// The page table is one brick over the whole domain, whose "hardware" filter is the formula.
+/// The march in double along one ray over fields that are formulas, no voxels: functions of t
+/// alone. The page table is one brick over the whole domain, whose "hardware" filter is the
+/// formula.
 struct AnalyticMarch {
   std::function<double(double)> fields[2];  ///< value and luminance at x
 

@@ -94,8 +94,7 @@ TEST(Atlas, SingleVoxelReachesIntoEightBricks) {
 
 TEST(Atlas, SaturatedLeavesAreConstantsWithoutTexels) {
   // 6^3 leaves of 0.75: a brick all of whose 9^3 values are 0.75 needs 2 leaves along each axis.
-  const Field field =
-      make_field({{0, 0, 0}, {47, 47, 47}}, [](glm::ivec3) { return 0.75f; });
+  const Field field = make_field({{0, 0, 0}, {47, 47, 47}}, [](glm::ivec3) { return 0.75f; });
   const BrickAtlas atlas = build_atlas(field);
   EXPECT_EQ(atlas.size.constant_bricks, 5u * 5 * 5);
   EXPECT_EQ(atlas.size.textured_bricks, 7u * 7 * 7 - 5 * 5 * 5);
@@ -163,15 +162,14 @@ TEST(Atlas, VectorsKeepTheirThreeChannels) {
   EXPECT_EQ(atlas.channels, 3);
   expect_all_values(field, atlas);
   // Equal in the first channel alone is not constant.
-  const Field differs = make_vector_field({{0, 0, 0}, {31, 31, 31}}, [](glm::ivec3 v) {
-    return glm::vec3(1, v.x < 16 ? 1 : 2, 1);
-  });
+  const Field differs = make_vector_field(
+      {{0, 0, 0}, {31, 31, 31}}, [](glm::ivec3 v) { return glm::vec3(1, v.x < 16 ? 1 : 2, 1); });
   expect_all_values(differs, build_atlas(differs));
 }
 
 TEST(Atlas, HalvesAreTheNearestHalves) {
-  const Field field = make_field({{0, 0, 0}, {20, 20, 20}},
-                                 [](glm::ivec3 v) { return 65504.0f * noise(v); });
+  const Field field =
+      make_field({{0, 0, 0}, {20, 20, 20}}, [](glm::ivec3 v) { return 65504.0f * noise(v); });
   const BrickAtlas half = build_atlas(field, {.texel = TexelType::float16});
   const BrickAtlas full = build_atlas(field);
   ASSERT_EQ(half.texel_count(), full.texel_count());
@@ -203,9 +201,8 @@ TEST(Atlas, PredictionIsWhatIsBuilt) {
                            [](glm::ivec3 v) { return v.x < 16 ? noise(v) : 1.0f; });
   mixed.tiles.push_back({{128, 0, 0}, 128, {0.5f, 0, 0}});
   mixed.active_box.max = {255, 127, 127};
-  Field vectors = make_vector_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3 v) {
-    return glm::vec3(v);
-  });
+  Field vectors =
+      make_vector_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3 v) { return glm::vec3(v); });
   for (const Field* field : {&mixed, &vectors})
     for (const TexelType texel : {TexelType::float32, TexelType::float16})
       for (const std::uint64_t top : {std::uint64_t{1} << 22, std::uint64_t{64}}) {
@@ -228,8 +225,7 @@ TEST(Atlas, MemoryLimitIsKeptToTheByte) {
       error_of(ExitCode::memory, [&] { build_atlas(field, {.memory_limit = needed - 1}); });
   EXPECT_NE(message.find("density"), std::string::npos) << message;
   EXPECT_NE(message.find("float16"), std::string::npos) << message;
-  EXPECT_NO_THROW(
-      build_atlas(field, {.texel = TexelType::float16, .memory_limit = needed - 1}));
+  EXPECT_NO_THROW(build_atlas(field, {.texel = TexelType::float16, .memory_limit = needed - 1}));
 }
 
 TEST(Atlas, StatsAreTheBricksOwn) {
@@ -276,8 +272,7 @@ TEST(Atlas, ThreadsDoNotChangeIt) {
     ASSERT_EQ(again.pages.entries, first.pages.entries);
     ASSERT_EQ(again.constants, first.constants);
     ASSERT_EQ(again.texel_count(), first.texel_count());
-    EXPECT_EQ(0, std::memcmp(again.texels32.get(), first.texels32.get(),
-                             4 * first.texel_count()));
+    EXPECT_EQ(0, std::memcmp(again.texels32.get(), first.texels32.get(), 4 * first.texel_count()));
   }
 }
 

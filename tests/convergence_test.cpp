@@ -1,5 +1,5 @@
-// Orders of convergence in the step: the march in double, over fields that are formulas. What MATH.md
-// sections 3b and 3c promise of each rule, and its table's numbers.
+// Orders of convergence in the step: the march in double, over fields that are formulas. What
+// MATH.md sections 3b and 3c promise of each rule, and its table's numbers.
 
 #include <gtest/gtest.h>
 
@@ -148,11 +148,13 @@ TEST_P(Convergence, ConstantLuminanceIsFurnaceExact) {
   march.extinction = 1;
   march.fields[0] = [&](double x) { return field.tau(x); };
   march.fields[1] = [](double) { return 1.0; };
-  for (const IntegratorInfo& rule : integrators)
+  for (const IntegratorInfo& rule : integrators) {
+    if (is_cell_rule(rule.id)) continue;
     for (const double h : {0.1, 1.0, 7.3, 100.0}) {
       const auto m = march.along_x(rule.id, -5, 60, h, 0.3 * h);
       EXPECT_NEAR(m.radiance.x, -std::expm1(-m.optical_depth), 1e-13) << rule.name << ' ' << h;
     }
+  }
 }
 
 /// The table of MATH.md 3c: 144 steps over 18, RMS over the lattice's phases, to its two digits.

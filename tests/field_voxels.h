@@ -72,11 +72,11 @@ inline PageEntry page_entry(const PageTable& pages, const glm::ivec3& voxel) {
   std::size_t base = 0;
   while (true) {
     const glm::ivec3 at = local / width;
-    const std::size_t index =
-        base + (static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size.y) +
-                static_cast<std::size_t>(at.y)) *
-                   static_cast<std::size_t>(size.z) +
-        static_cast<std::size_t>(at.z);
+    const std::size_t index = base +
+                              (static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size.y) +
+                               static_cast<std::size_t>(at.y)) *
+                                  static_cast<std::size_t>(size.z) +
+                              static_cast<std::size_t>(at.z);
     const std::uint32_t entry = pages.entries.at(index);
     origin += at * width;
     if (entry_kind(entry) != EntryKind::child)

@@ -132,7 +132,7 @@ TYPED_TEST(ShaderMath, HomogeneousStep) {
   Worst h, complement;
   for (const double value : log_spaced(1e-12, 1e6, 4000)) {
     const real t = real(value);
-    const auto psi = this->math.homogeneous(t);
+    const auto psi = this->math.homogeneous(t, this->math.decay(t).a);
     h.see(relative(psi.h, exact_h(wide(t))), double(t));
     complement.see(relative(psi.one_minus_h, exact_one_minus_h(wide(t))), double(t));
   }
@@ -140,8 +140,8 @@ TYPED_TEST(ShaderMath, HomogeneousStep) {
   report("1 - h", complement);
   EXPECT_LE(h.error, Bounds<TypeParam>::h);
   EXPECT_LE(complement.error, Bounds<TypeParam>::one_minus_h);
-  EXPECT_EQ(this->math.homogeneous(0).h, 1);
-  EXPECT_EQ(this->math.homogeneous(0).one_minus_h, 0);
+  EXPECT_EQ(this->math.homogeneous(0, 0).h, 1);
+  EXPECT_EQ(this->math.homogeneous(0, 0).one_minus_h, 0);
 }
 
 // --- rules ---------------------------------------------------------------------------------------
@@ -211,14 +211,14 @@ TYPED_TEST(ShaderMath, WeightsArePositiveAndSumToTheOpacity) {
   // Relative to 1 - zeta, which is stricter than "to rounding of 1": decay's error, and that of
   // the 3 to 5 roundings of the sum.
   const wide bound = 3 * Bounds<TypeParam>::decay;
-#define PSIVOX_ROW(name, middle, exact, help)                                            \
-  {                                                                                      \
-    const Worst worst = furnace(                                                         \
-        this->math, [](TypeParam m, Segment s) -> Weights { return m.name(s); }, xs);    \
-    report("sum of " #name, worst);                                                      \
-    EXPECT_LE(worst.error, bound) << #name;                                              \
+#define PSIVOX_ROW(name, middle, exact, help)                                         \
+  {                                                                                   \
+    const Worst worst = furnace(                                                      \
+        this->math, [](TypeParam m, Segment s) -> Weights { return m.name(s); }, xs); \
+    report("sum of " #name, worst);                                                   \
+    EXPECT_LE(worst.error, bound) << #name;                                           \
   }
-  PSIVOX_INTEGRATORS(PSIVOX_ROW)
+  PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
 }
 
@@ -334,9 +334,9 @@ TYPED_TEST(ShaderMath, EndsAreShiftedToTheDepth) {
     EXPECT_NEAR(double(ends.front), front, 4e-7);
     EXPECT_NEAR(double(ends.back), back, 4e-7);
   };
-  expect(Segment{1, 0, 3, 2, 4}, 2, 6);          // tau 1 and 3 over 2: as they are
-  expect(Segment{1, 0, 3, 2, 5}, 3, 7);          // shifted
-  expect(Segment{1, 0, 3, 2, 1}, 0, 2);          // as steep as can be
+  expect(Segment{1, 0, 3, 2, 4}, 2, 6);  // tau 1 and 3 over 2: as they are
+  expect(Segment{1, 0, 3, 2, 5}, 3, 7);  // shifted
+  expect(Segment{1, 0, 3, 2, 1}, 0, 2);  // as steep as can be
   expect(Segment{3, 0, 1, 2, 1}, 2, 0);
   expect(Segment{0, 1, 0, 2, real(0.5)}, 0.5, 0.5);
   expect(Segment{real(1e-9), 1, 0, 2, real(0.5)}, 0.5, 0.5);  // their ratio is rounding

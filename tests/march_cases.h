@@ -191,17 +191,21 @@ inline float blobs_at(const glm::dvec3& p) {
   return float(blob({12, 11, 12}, 9) + 0.7 * blob({26, 20, 18}, 10) + 2 * blob({20, 30, 8}, 4));
 }
 inline Field blobs(const glm::ivec3& at = {0, 0, 0}, const glm::dmat4& m = glm::dmat4(1)) {
-  return make_field({at, at + glm::ivec3(39, 35, 31)},
-                    [at](glm::ivec3 v) { return blobs_at(glm::dvec3(v - at)); }, m);
+  return make_field(
+      {at, at + glm::ivec3(39, 35, 31)},
+      [at](glm::ivec3 v) { return blobs_at(glm::dvec3(v - at)); }, m);
 }
 
 /// Blobs and rough noise in one, with constant bricks and empty ones.
 inline Field mixed(const glm::dmat4& m = glm::dmat4(1)) {
-  return make_field({{-20, -12, -8}, {43, 35, 31}}, [](glm::ivec3 v) {
-    if (v.x < -2 && v.y >= 8) return 0.6f;
-    if (v.x > 30) return v.y < 0 ? 0.0f : noise(v);
-    return blobs_at(glm::dvec3(v));
-  }, m);
+  return make_field(
+      {{-20, -12, -8}, {43, 35, 31}},
+      [](glm::ivec3 v) {
+        if (v.x < -2 && v.y >= 8) return 0.6f;
+        if (v.x > 30) return v.y < 0 ? 0.0f : noise(v);
+        return blobs_at(glm::dvec3(v));
+      },
+      m);
 }
 
 // --- files ---------------------------------------------------------------------------------------

@@ -133,7 +133,8 @@ TEST(PageTable, HugeSparseBoxStaysSmall) {
   auto values = std::make_shared<std::vector<float>>(512, 0.0f);
   (*values)[0] = 1;
   // 12,501^3 bricks: a dense table would have 7.8 TB.
-  for (const glm::ivec3 origin : {glm::ivec3(0), glm::ivec3(100'000), glm::ivec3(50'000, 8, 99'992)})
+  for (const glm::ivec3 origin :
+       {glm::ivec3(0), glm::ivec3(100'000), glm::ivec3(50'000, 8, 99'992)})
     field.leaves.push_back({origin, values->data()});
   field.active_box = {glm::ivec3(0), glm::ivec3(100'000)};
   field.storage = values;

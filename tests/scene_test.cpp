@@ -117,7 +117,7 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
             "--luminance '1,2': expected three numbers R,G,B, each at least 0");
   EXPECT_EQ(refusal("integrator", "psi-wieghted"),
             "--integrator 'psi-wieghted': expected auto or porter-duff or midpoint or psi-weighted "
-            "or psi-balanced; did you mean psi-weighted?");
+            "or psi-balanced or cell-exact; did you mean psi-weighted?");
   EXPECT_EQ(refusal("strict", "yes"), "--strict 'yes': expected true or false");
   EXPECT_EQ(refusal("setp", "1"), "unknown parameter 'setp'; did you mean step?");
   EXPECT_EQ(refusal("qqqqqq", "1"), "unknown parameter 'qqqqqq'");

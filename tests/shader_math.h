@@ -11,20 +11,28 @@
 namespace psivox::glsl32 {
 
 using glm::abs;
+using glm::clamp;
 using glm::floor;
 using glm::max;
 using glm::min;
+using std::pow;
+using std::sqrt;
 
 struct Math {
   using real = float;
   float power_of_two(int n) const { return std::ldexp(1.0f, n); }
 
+#define precise
 #define REAL_BITS 32
+// clang-format off: an order of definitions
 #include "math/decay.glsl"
 #include "math/psi.glsl"
 #include "math/segment.glsl"
+#include "math/cubic.glsl"
 #include "all_integrators.h"
+// clang-format on
 #undef REAL_BITS
+#undef precise
 };
 
 }  // namespace psivox::glsl32
@@ -34,12 +42,17 @@ namespace psivox::glsl {
 struct Math {
   using real = double;
 
+#define precise
 #define REAL_BITS 64
+// clang-format off: an order of definitions
 #include "math/decay.glsl"
 #include "math/psi.glsl"
 #include "math/segment.glsl"
+#include "math/cubic.glsl"
 #include "all_integrators.h"
+// clang-format on
 #undef REAL_BITS
+#undef precise
 };
 
 }  // namespace psivox::glsl
