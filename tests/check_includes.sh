@@ -1,0 +1,99 @@
+#!/usr/bin/env bash
+# The house's directions of dependency (STYLE.md), read off its includes. check_includes.sh [ROOT]
+set -euo pipefail
+cd "${1:-$(dirname "$0")/..}"
+bad=0
+complain() {
+  echo "$1: $2" >&2
+  bad=1
+}
+
+# All includes of C++ files as "file:line:path", angle brackets and quotes alike.
+includes() {
+  { grep -rnE --include='*.cpp' --include='*.h' --include='*.h.in' '^[[:space:]]*#[[:space:]]*include' "$@" || true; } |
+    sed -E 's/^([^:]+:[0-9]+):[[:space:]]*#[[:space:]]*include[[:space:]]*[<"]([^>"]+)[>"].*/\1 \2/'
+}
+folders=(include src)
+for folder in tools tests; do
+  [ -d "$folder" ] && folders+=("$folder")
+done
+
+# --- packages: each is known in one corner ---------------------------------------------------------
+# only_in PATTERN WHERE...: headers that match may be included in files that match one of WHERE.
+only_in() {
+  local pattern=$1 place header
+  shift
+  while read -r place header; do
+    [[ $header =~ $pattern ]] || continue
+    local allowed=0 where
+    for where in "$@"; do
+      [[ ${place%%:*} =~ $where ]] && allowed=1
+    done
+    [ $allowed = 1 ] || complain "$place" "<$header> belongs in $*"
+  done < <(includes "${folders[@]}")
+}
+only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tests/vdb_'
+only_in '^OpenImageIO/' '^src/image/' '^tests/image_cases\.h$'
+only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/'
+only_in '^nlohmann/' '^src/scene/' '^tools/'
+only_in '^CLI/' '^tools/'
+only_in '^(GLFW/|imgui)' '^tools/'
+only_in '^gtest/' '^tests/'
+
+# --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
+declare -A sees=(
+  [atlas]="" [gl]="march" [image]="" [march]="" [reference]="" [scene]="" [vdb]=""
+)
+components=$(printf '%s|' "${!sees[@]}")
+components=${components%|}
+for folder in src/*/; do
+  name=$(basename "$folder")
+  if [ -z "${sees[$name]+listed}" ]; then
+    complain "src/$name" "a component that tests/check_includes.sh does not list"
+    continue
+  fi
+  while read -r place header; do
+    if [[ $header =~ ^($components)/ ]]; then
+      other=${header%%/*}
+      [[ $other == "$name" || " ${sees[$name]} " == *" $other "* ]] ||
+        complain "$place" "$name must not include $header of src/$other"
+    elif [[ $header == ../* || $header == */../* ]]; then
+      complain "$place" "$header: includes start at include/, src/ or shaders/"
+    fi
+  done < <(includes "$folder")
+done
+
+# The reference is a different algorithm: nobody else's, and it shares no shader and no march.
+while read -r place header; do
+  [[ $header == reference/* ]] || continue
+  [[ $place == src/reference/* || $place == tests/* ]] ||
+    complain "$place" "reference/ is for itself and for tests"
+done < <(includes "${folders[@]}")
+while read -r place header; do
+  [[ $header == *.glsl || $header == all_integrators.h ]] || continue
+  case $place in
+    src/march/* | src/gl/* | tools/bench/* | tests/*) ;;
+    *) complain "$place" "shaders are for src/march, src/gl, tools/bench and tests" ;;
+  esac
+done < <(includes "${folders[@]}")
+
+# --- public headers: psivox/, glm, the standard library --------------------------------------------
+while read -r place header; do
+  case $header in
+    psivox/* | glm/*) ;;
+    */* | *.h) complain "$place" "public headers include psivox/, glm/ and the standard library" ;;
+  esac
+done < <(includes include)
+
+# --- shaders include shaders only ------------------------------------------------------------------
+while IFS=: read -r file line text; do
+  header=$(sed -E 's/.*#include "([^"]+)".*/\1/' <<<"$text")
+  [ "$header" = integrator.glsl ] && continue  # generated for each program
+  [ -f "$(dirname "$file")/$header" ] || complain "$file:$line" "no shader $header"
+done < <(grep -rn '^#include' shaders || true)
+if grep -rnE '\b(gl_[A-Z]|texelFetch|texture(Lod)?[[:space:]]*\(|uniform |layout)' shaders/math shaders/integrators; then
+  complain "shaders/math, shaders/integrators" "formulas only: no gl_*, textures, uniforms"
+fi
+
+[ $bad = 0 ] && echo "includes: all in their direction"
+exit $bad

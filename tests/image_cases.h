@@ -1,0 +1,174 @@
+#pragma once
+
+// What the tests of image files share: small pictures, raw file contents, a folder of their own.
+
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include "psivox/error.h"
+#include "psivox/image.h"
+
+namespace psivox {
+
+namespace fs = std::filesystem;
+
+inline constexpr float inf = std::numeric_limits<float>::infinity();
+inline constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+inline std::string contents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+inline void put_contents(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+inline Image picture(int width, int height, std::vector<float> rgba) {
+  return {width, height, {{"", {"R", "G", "B", "A"}, std::move(rgba)}}, {}};
+}
+
+/// Noise, so that nothing compresses and every pixel is told from its neighbours.
+inline Image noise(int width, int height, std::vector<std::string> extra_layers = {}) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  std::vector<float> values(pixels * 4);
+  for (float& value : values) value = uniform(random);
+  Image image = picture(width, height, values);
+  for (const std::string& name : extra_layers) {
+    values.resize(pixels);
+    for (float& value : values) value = 1000 * uniform(random);
+    image.layers.push_back({name, {name}, values});
+  }
+  return image;
+}
+
+inline std::vector<std::uint32_t> bits(const std::vector<float>& values) {
+  std::vector<std::uint32_t> result;
+  for (const float value : values) result.push_back(std::bit_cast<std::uint32_t>(value));
+  return result;
+}
+
+/// Runs `call`, which has to throw an Error of this code and of one line; returns its text.
+inline std::string error_text(ExitCode code, const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    const std::string text = error.what();
+    EXPECT_EQ(static_cast<int>(error.code()), static_cast<int>(code)) << text;
+    EXPECT_EQ(text.find_first_of("\r\n"), std::string::npos) << text;
+    return text;
+  }
+  ADD_FAILURE() << "no Error was thrown";
+  return "";
+}
+
+/// The attributes of an EXR header, read without OpenImageIO: it renames some and adds others.
+inline std::map<std::string, std::string> exr_header(const fs::path& path) {
+  const std::string bytes = contents(path);
+  std::map<std::string, std::string> attributes;
+  std::size_t at = 8;
+  while (at < bytes.size() && bytes[at] != 0) {
+    const std::string name = bytes.c_str() + at;
+    at += name.size() + 1;
+    at += std::strlen(bytes.c_str() + at) + 1;
+    std::uint32_t size = 0;
+    std::memcpy(&size, bytes.data() + at, 4);
+    attributes[name] = bytes.substr(at + 4, size);
+    at += 4 + size;
+  }
+  return attributes;
+}
+
+/// "name:type" of each channel in the file's own order, which is alphabetical.
+inline std::vector<std::string> exr_channels(const fs::path& path) {
+  const std::string list = exr_header(path).at("channels");
+  std::vector<std::string> channels;
+  for (std::size_t at = 0; list[at] != 0;) {
+    const std::string name = list.c_str() + at;
+    at += name.size() + 1;
+    channels.push_back(name + (list[at] == 1 ? ":half" : list[at] == 2 ? ":float" : ":uint"));
+    at += 16;
+  }
+  return channels;
+}
+
+/// The bytes that a PNG stores, without OpenImageIO's multiplication by alpha.
+inline std::vector<int> png_bytes(const fs::path& path) {
+  OIIO::ImageSpec wish;
+  wish.attribute("oiio:UnassociatedAlpha", 1);
+  const auto input = OIIO::ImageInput::open(path.string(), &wish);
+  EXPECT_TRUE(input) << OIIO::geterror();
+  if (!input) return {};
+  const OIIO::ImageSpec& spec = input->spec();
+  EXPECT_EQ(spec.nchannels, 4);
+  EXPECT_EQ(spec.format, OIIO::TypeUInt8);
+  EXPECT_EQ(spec.get_string_attribute("oiio:ColorSpace"), "sRGB");
+  std::vector<std::uint8_t> bytes(spec.image_bytes());
+  EXPECT_TRUE(input->read_image(0, 0, 0, 4, OIIO::TypeUInt8, bytes.data()));
+  return {bytes.begin(), bytes.end()};
+}
+
+/// A file as another program might write it.
+inline void write_with_oiio(const fs::path& path, OIIO::ImageSpec spec,
+                            const std::vector<float>& values) {
+  const auto output = OIIO::ImageOutput::create(path.string());
+  ASSERT_TRUE(output && output->open(path.string(), spec));
+  ASSERT_TRUE(output->write_image(OIIO::TypeFloat, values.data()) && output->close());
+}
+
+/// What the scene's JSON may contain: quotes, line breaks, tabs, UTF-8, a trailing space; longer
+/// than the 255 or 65535 bytes at which formats like to cut.
+inline std::string long_json() {
+  std::string text =
+      "{\n  \"grid\": \"Dichte \xc3\xa4\xe2\x82\xac\",\t\"path\": \"C:\\\\a\\\"b\",\r\n";
+  for (int i = 0; i < 10000; ++i) text += "\"key" + std::to_string(i) + "\": 0.1,\n";
+  return text + "} ";
+}
+
+class ImageTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "psivox-image-XXXXXX").string();
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    directory_ = name;
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  fs::path file(const std::string& name) const { return directory_ / name; }
+
+  std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(directory_)) {
+      names.push_back(entry.path().filename().string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  fs::path directory_;
+};
+
+using Names = std::vector<std::string>;
+
+}  // namespace psivox

@@ -1,0 +1,181 @@
+// Damaged files, targets that cannot be written, and what is left of them.
+#include "image_cases.h"
+
+namespace psivox {
+namespace {
+
+TEST_F(ImageTest, ReadingNamesTheFileAndTheReason) {
+  const auto read_text = [&](const std::string& name) {
+    const fs::path path = name.empty() ? directory_ : file(name);
+    const std::string text = error_text(ExitCode::input, [&] { read_image(path); });
+    EXPECT_NE(text.find("cannot read '" + path.string() + "': "), std::string::npos) << text;
+    return text;
+  };
+  EXPECT_NE(read_text("absent.exr").find("no such file"), std::string::npos);
+  EXPECT_NE(read_text("").find("directory"), std::string::npos);
+  put_contents(file("empty.exr"), "");
+  EXPECT_NE(read_text("empty.exr").find("neither an EXR nor a PNG"), std::string::npos);
+  put_contents(file("text.png"), "P6 1 1 255 abc");
+  EXPECT_NE(read_text("text.png").find("neither an EXR nor a PNG"), std::string::npos);
+  error_text(ExitCode::input, [&] { read_metadata(file("text.png"), "psivox:scene"); });
+
+  OIIO::ImageSpec spec(1, 1, 1, OIIO::TypeFloat);
+  spec.channelnames = {"depth"};
+  write_with_oiio(file("depth.exr"), spec, {1});
+  EXPECT_NE(read_text("depth.exr").find("but depth"), std::string::npos);
+}
+
+TEST_F(ImageTest, AFileCutShortIsAnErrorAndPrintsNothingItself) {
+  const Image image = noise(48, 40, {"depth"});
+  testing::internal::CaptureStderr();
+  for (const char* name : {"a.exr", "a.png"}) {
+    write_image(image, file(name));
+    const std::string whole = contents(file(name));
+    for (const std::size_t size : {std::size_t{8}, std::size_t{30}, std::size_t{200},
+                                   std::size_t{380}, whole.size() / 2, whole.size() - 1}) {
+      put_contents(file("cut"), whole.substr(0, size));
+      const std::string text = error_text(ExitCode::input, [&] { read_image(file("cut")); });
+      EXPECT_NE(text.find("cut'"), std::string::npos) << name << " of " << size << ": " << text;
+    }
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST_F(ImageTest, EveryDamagedByteOfAPngIsAnError) {
+  write_image(noise(4, 4), file("a.png"));
+  const std::string whole = contents(file("a.png"));
+  testing::internal::CaptureStderr();
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    std::string damaged = whole;
+    damaged[i] = static_cast<char>(damaged[i] ^ 1);
+    put_contents(file("damaged"), damaged);
+    error_text(ExitCode::input, [&] { read_image(file("damaged")); });
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST_F(ImageTest, EveryDamagedByteOfAnExrIsAnErrorOrAPicture) {
+  write_image(noise(4, 4), file("a.exr"));
+  const std::string whole = contents(file("a.exr"));
+  const std::size_t data_window = whole.find("dataWindow") + 21;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    // Millions of columns are legal and zip needs no bytes for them: that costs memory, no more.
+    if (i >= data_window && i < data_window + 16) continue;
+    std::string damaged = whole;
+    damaged[i] = static_cast<char>(damaged[i] ^ 1);
+    put_contents(file("damaged"), damaged);
+    try {
+      read_image(file("damaged"));
+    } catch (const Error& error) {
+      EXPECT_EQ(static_cast<int>(error.code()), static_cast<int>(ExitCode::input)) << error.what();
+    }
+  }
+}
+
+TEST_F(ImageTest, AnUnknownExtensionIsAUsageErrorThatNamesTheKnown) {
+  for (const char* name : {"a.jpg", "a", "a.exr.bak", ".exr"}) {
+    for (const auto& call : {std::function([&] { check_writable(file(name)); }),
+                             std::function([&] { write_image(noise(1, 1), file(name)); })}) {
+      const std::string text = error_text(ExitCode::usage, call);
+      EXPECT_NE(text.find(".exr"), std::string::npos) << text;
+      EXPECT_NE(text.find(".png"), std::string::npos) << text;
+    }
+  }
+  EXPECT_TRUE(files().empty());
+  write_image(noise(1, 1), file("a.EXR"));
+  EXPECT_EQ(read_image(file("a.EXR")).width, 1);
+}
+
+TEST_F(ImageTest, AnUnwritableTargetIsFoundBeforeAnyWork) {
+  fs::create_directory(file("directory.exr"));
+  ASSERT_EQ(mkfifo(file("pipe.exr").c_str(), 0600), 0);
+  Names unwritable = {file("absent/a.exr"), file("directory.exr"), file("pipe.exr"),
+                      "/proc/psivox.exr"};
+  if (geteuid() != 0) {  // root may write everywhere
+    put_contents(file("protected.exr"), "old");
+    fs::permissions(file("protected.exr"), fs::perms::owner_read);
+    fs::create_directory(file("sealed"));
+    fs::permissions(file("sealed"), fs::perms::owner_read | fs::perms::owner_exec);
+    unwritable.insert(unwritable.end(), {file("protected.exr"), file("sealed/a.exr")});
+  }
+  const Names before = files();
+  for (const std::string& path : unwritable) {
+    const std::string checked = error_text(ExitCode::output, [&] { check_writable(path); });
+    EXPECT_NE(checked.find(path), std::string::npos) << checked;
+    EXPECT_EQ(error_text(ExitCode::output, [&] { write_image(noise(1, 1), path); }), checked);
+  }
+  EXPECT_EQ(files(), before);
+  check_writable(file("good.exr"));
+  EXPECT_EQ(files(), before) << "the check left something behind";
+}
+
+TEST_F(ImageTest, ARelativeNameIsWrittenWhereItPoints) {
+  const fs::path before = fs::current_path();
+  fs::current_path(directory_);
+  EXPECT_NO_THROW(check_writable("a.exr"));
+  EXPECT_NO_THROW(write_image(noise(1, 1), "a.exr"));
+  fs::current_path(before);
+  EXPECT_EQ(files(), Names{"a.exr"});
+}
+
+TEST_F(ImageTest, ASymbolicLinkIsFollowedNotReplaced) {
+  fs::create_directory(file("store"));
+  put_contents(file("store/real.exr"), "old");
+  fs::create_symlink("store/real.exr", file("link.exr"));
+  write_image(noise(3, 1), file("link.exr"));
+  EXPECT_TRUE(fs::is_symlink(file("link.exr")));
+  EXPECT_EQ(read_image(file("store/real.exr")).width, 3);
+}
+
+TEST_F(ImageTest, AFullDiskIsAnErrorAndLeavesTheOldFile) {
+  // A limit on the size of files fails a write as a full disk does: short, then with an errno.
+  const Image image = noise(64, 64, {"depth"});
+  const auto previous_handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit previous{};
+  getrlimit(RLIMIT_FSIZE, &previous);
+  for (const char* name : {"a.exr", "a.png"}) {
+    write_image(image, file("whole").replace_extension(fs::path(name).extension()));
+    const auto size = fs::file_size(file("whole").replace_extension(fs::path(name).extension()));
+    put_contents(file(name), "old");
+    // From the first byte to the last one, which leaves a buffer only when the file is closed.
+    for (const auto limit : {std::uintmax_t{0}, std::uintmax_t{100}, size / 2, size - 1}) {
+      rlimit tight = previous;
+      tight.rlim_cur = limit;
+      setrlimit(RLIMIT_FSIZE, &tight);
+      const std::string text =
+          error_text(ExitCode::output, [&] { write_image(image, file(name)); });
+      setrlimit(RLIMIT_FSIZE, &previous);
+      EXPECT_NE(text.find(std::strerror(EFBIG)), std::string::npos) << name << limit << text;
+      EXPECT_EQ(contents(file(name)), "old");
+    }
+  }
+  std::signal(SIGXFSZ, previous_handler);
+  EXPECT_EQ(files(), (Names{"a.exr", "a.png", "whole.exr", "whole.png"}));
+}
+
+TEST_F(ImageTest, AMalformedImageIsRefused) {
+  Image image = noise(2, 2, {"depth"});
+  image.layers[1].values.pop_back();
+  EXPECT_NE(error_text(ExitCode::failure, [&] { write_image(image, file("a.exr")); }).find("depth"),
+            std::string::npos);
+  image = noise(2, 2, {"R"});
+  error_text(ExitCode::failure, [&] { write_image(image, file("a.exr")); });
+  error_text(ExitCode::failure, [&] { write_image({}, file("a.exr")); });
+  EXPECT_TRUE(files().empty());
+}
+
+TEST_F(ImageTest, ThreadsMayWriteSideBySide) {
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back(
+        [&, i] { write_image(noise(20 + i, 20), file(std::to_string(i) + ".exr")); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  ASSERT_EQ(files().size(), 8u);
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_EQ(read_image(file(std::to_string(i) + ".exr")).width, 20 + i);
+  }
+}
+
+}  // namespace
+}  // namespace psivox

@@ -1,0 +1,184 @@
+// One medium given in different ways: shifted against the bricks, rotated, tiled or voxelised, far
+// away, tiny, sheared. One picture.
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/matrix.hpp>
+#include <string>
+
+#include "march_cases.h"
+#include "psivox/vdb.h"
+
+namespace psivox {
+namespace {
+
+class MarchInvariance : public GpuTest {};
+
+Scene oblique(std::optional<double> step = {}) {
+  Scene scene = looking(small_scene(), {95, 60, 70}, {20, 18, 16});
+  scene.extinction = 0.15;
+  scene.step = step;
+  return scene;
+}
+
+/// The bound, for both samplings and L from the grid.
+void expect_same(const std::string& what, const Image& a, const Image& b, double tolerance = 1e-5) {
+  expect_content(a);
+  EXPECT_LE(difference(what, a, b).max, tolerance) << what;
+}
+
+const std::optional<double> samplings[] = {{}, 0.9};
+std::string name_of(const std::optional<double>& step) { return step ? "uniform" : "cells"; }
+
+TEST_F(MarchInvariance, ShiftedAgainstTheBricks) {
+  for (const auto& step : samplings) {
+    const Image expected = gl_picture(view_of(oblique(step), blobs(), Glow::density));
+    for (int i = 1; i <= 7; ++i) {
+      const glm::ivec3 shift(i, -i, 2 * i + 1);
+      const Field moved = blobs(shift, glm::translate(glm::dmat4(1), -glm::dvec3(shift)));
+      // The lattice is anchored in the middle of the domain, which moves with the voxels.
+      expect_same(name_of(step) + " shifted by " + std::to_string(i), expected,
+                  gl_picture(view_of(oblique(step), moved, Glow::density)));
+    }
+  }
+}
+
+TEST_F(MarchInvariance, QuarterTurns) {
+  // The field's data turned about z, x' = -y, y' = x, and camera and transform turned back or
+  // along.
+  const Box box{{-35, 0, 0}, {0, 39, 31}};
+  const auto turned = [](glm::ivec3 v) { return blobs_at(glm::dvec3(v.y, -v.x, v.z)); };
+  const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(90.0), glm::dvec3(0, 0, 1));
+  const auto along = [&](const glm::dvec3& p) { return glm::dvec3(turn * glm::dvec4(p, 1)); };
+  for (const auto& step : samplings) {
+    const Scene scene = oblique(step);
+    const Image expected = gl_picture(view_of(scene, blobs(), Glow::density));
+    expect_same(
+        name_of(step) + ", turned back by the transform", expected,
+        gl_picture(view_of(scene, make_field(box, turned, glm::inverse(turn)), Glow::density)));
+    Scene moved = scene;
+    moved.camera_position = along(*scene.camera_position);
+    moved.camera_target = along(*scene.camera_target);
+    moved.camera_up = along(scene.camera_up);
+    expect_same(name_of(step) + ", camera turned along", expected,
+                gl_picture(view_of(moved, make_field(box, turned), Glow::density)));
+  }
+}
+
+TEST_F(MarchInvariance, TilesAreTheirVoxels) {
+  Field tiles, voxels;
+  const auto value = [](glm::ivec3 v) { return v.x < 16 && v.y >= 8 ? 0.5f : noise(v); };
+  voxels = make_field({{0, 0, 0}, {39, 31, 23}}, value);
+  tiles = make_field({{0, 0, 0}, {39, 31, 23}}, value);
+  std::erase_if(tiles.leaves, [](const Leaf& l) { return l.origin.x < 16 && l.origin.y >= 8; });
+  for (int x = 0; x < 16; x += 8)
+    for (int y = 8; y < 32; y += 8)
+      for (int z = 0; z < 24; z += 8) tiles.tiles.push_back({{x, y, z}, 8, {0.5f, 0, 0}});
+  for (const auto& step : samplings)
+    expect_same(name_of(step), gl_picture(view_of(oblique(step), voxels, Glow::density)),
+                gl_picture(view_of(oblique(step), tiles, Glow::density)), 0);
+}
+
+TEST_F(MarchInvariance, CloudOfTilesIsItsVoxels) {
+  const auto tiles = shared_data() / "cloud_tiles.vdb";
+  const auto voxels = shared_data() / "edge" / "cloud_voxelised.vdb";
+  for (const auto& path : {tiles, voxels})
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no file " << path << " (PSIVOX_DATA)";
+  for (const char* luminance : {"", "density"})
+    for (const auto& step : samplings) {
+      Scene scene;
+      scene.resolution = {128, 128};
+      scene.extinction = 0.03;
+      scene.luminance_grid = luminance;
+      scene.step = step;
+      expect_same(std::string("cloud ") + name_of(step) + " L " + luminance,
+                  gl_picture(make_view(scene, VdbFile(tiles))),
+                  gl_picture(make_view(scene, VdbFile(voxels))));
+    }
+}
+
+TEST_F(MarchInvariance, FarOriginsAndScales) {
+  for (const auto& step : samplings) {
+    const Image expected = gl_picture(view_of(oblique(step), blobs(), Glow::density));
+    struct Case {
+      glm::dvec3 origin;
+      double scale;
+    };
+    for (const Case& c : {Case{{0, 0, 0}, 1e-4}, Case{{0, 0, 0}, 1e4}, Case{{1e6, -1e6, 1e6}, 1},
+                          Case{{1e6, 1e6, 0}, 1e4}, Case{{-1e6, 3, 0}, 0.1}}) {
+      const glm::dmat4 m = glm::scale(glm::translate(glm::dmat4(1), c.origin), glm::dvec3(c.scale));
+      Scene scene = oblique(step);
+      const auto moved = [&](const glm::dvec3& p) { return glm::dvec3(m * glm::dvec4(p, 1)); };
+      scene.camera_position = moved(*scene.camera_position);
+      scene.camera_target = moved(*scene.camera_target);
+      *scene.extinction /= c.scale;
+      expect_same(
+          name_of(step) + " scale " + std::to_string(c.scale) + " at " + std::to_string(c.origin.x),
+          expected, gl_picture(view_of(scene, blobs({0, 0, 0}, m), Glow::density)));
+    }
+    // Voxels a million from index 0, brought back by the transform.
+    const glm::ivec3 far(1'000'000, -1'000'003, 999'998);
+    expect_same(name_of(step) + " far voxels", expected,
+                gl_picture(view_of(oblique(step),
+                                   blobs(far, glm::translate(glm::dmat4(1), -glm::dvec3(far))),
+                                   Glow::density)));
+  }
+}
+
+TEST_F(MarchInvariance, AnyAffineTransformIsTheReference) {
+  // Rotated, anisotropic and sheared; constant L, for which cells have no step error.
+  const Field field = make_field(
+      {{0, 0, 0}, {39, 35, 31}}, [](glm::ivec3 v) { return blobs_at(glm::dvec3(v)); }, sheared);
+  const auto shared = share(field);
+  const glm::dvec3 middle(sheared * glm::dvec4(20, 18, 16, 1));
+  for (const glm::dvec3& from : {glm::dvec3(50, 20, 30), {-60, 5, -20}, {0, 3, 0.5}}) {
+    Scene scene = looking(small_scene(), middle + from, middle);
+    scene.extinction = 0.4;
+    scene.camera_up = {0.3, 0.2, 1};
+    const View view = view_of(scene, shared);
+    expect_same("sheared", render_reference(view).image, gl_picture(view), 1e-6);
+  }
+}
+
+// float32 places a ray within 16 * 2^-24 = 1e-6 voxels, and noise has a slope of 1 a voxel, the
+// same one along all 24 of them: 24 * 0.1 * 1e-6 of optical depth.
+constexpr double along_faces = 2.4e-6;
+
+TEST_F(MarchInvariance, RaysAlongFacesEdgesAndCorners) {
+  // Orthographic, pixel centres exactly on voxel coordinates: 33 pixels over 33 voxels, the middle
+  // one through the target. Axes: along edges; diagonals of faces and of the cube: through corners.
+  const auto field = share(make_field({{0, 0, 0}, {23, 23, 23}}, noise));
+  const glm::dvec3 middle(12, 12, 12);
+  const glm::dvec3 directions[] = {{1, 0, 0},  {0, 1, 0}, {0, 0, -1}, {1, 1, 0}, {-1, 0, 1},
+                                   {0, 1, -1}, {1, 1, 1}, {-1, 1, 1}, {2, 1, 0}};
+  for (const glm::dvec3& d : directions)
+    for (const bool odd : {true, false}) {  // on voxels; on the middles between, by an even number
+      Scene scene =
+          looking(small_scene(odd ? 33 : 32), middle - 40.0 * d, middle, odd ? 33.0 : 32.0);
+      scene.camera_up = d.x == 0 && d.z == 0 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+      scene.extinction = 0.1;
+      const View view = view_of(scene, field);
+      const std::string what =
+          "along " + std::to_string(int(d.x)) + std::to_string(int(d.y)) + std::to_string(int(d.z));
+      expect_same(what, render_reference(view).image, gl_picture(view), along_faces);
+      scene.step = 0.7;
+      const View uniform = view_of(scene, field, Glow::density);
+      EXPECT_LE(difference(what + " uniform", gl_picture(uniform), double_picture(uniform)).max,
+                2e-5);
+    }
+}
+
+TEST_F(MarchInvariance, CameraOnVoxelsAndFaces) {
+  const auto field = share(make_field({{0, 0, 0}, {23, 23, 23}}, noise));
+  for (const glm::dvec3& at : {glm::dvec3(12, 12, 12), {8, 12, 12}, {12.5, 8, 16}, {-1, 3, 3}}) {
+    Scene scene = looking(small_scene(33), at, at + glm::dvec3(1, 0.25, 0.5));
+    scene.fov = 110;
+    scene.extinction = 0.1;
+    const View view = view_of(scene, field);
+    expect_same("camera inside", render_reference(view).image, gl_picture(view), along_faces);
+  }
+}
+
+}  // namespace
+}  // namespace psivox

@@ -1,0 +1,272 @@
+// Rays and atlases beyond the limits of one pass, one buffer, one table, one tile: the picture is
+// the same.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+
+#include "march_cases.h"
+
+namespace psivox {
+namespace {
+
+class MarchLimits : public GpuTest {};
+
+/// Not a bit differs in the picture and in every layer.
+void expect_identical(const std::string& what, const Image& a, const Image& b) {
+  difference(what, a, b);
+  ASSERT_EQ(a.layers.size(), b.layers.size());
+  for (std::size_t i = 0; i < a.layers.size(); ++i) {
+    ASSERT_EQ(a.layers[i].values.size(), b.layers[i].values.size());
+    std::size_t bits = 0;
+    for (std::size_t k = 0; k < a.layers[i].values.size(); ++k)
+      bits += 0 != std::memcmp(&a.layers[i].values[k], &b.layers[i].values[k], sizeof(float));
+    EXPECT_EQ(bits, 0u) << what << ", layer '" << a.layers[i].name << "'";
+  }
+}
+
+/// As expect_identical, but an ulp of 1 apart where L is no constant: a ray that goes on in another
+/// pass refreshes its transmittance from the optical depth at other turns.
+void expect_continued(const std::string& what, const View& view, const Image& one,
+                      const Image& many) {
+  if (view.medium.source == LuminanceSource::constant) return expect_identical(what, one, many);
+  EXPECT_LE(difference(what, one, many).max, 1.2e-7);
+  ASSERT_EQ(one.layers.size(), many.layers.size());
+  for (std::size_t i = 1; i < one.layers.size(); ++i)
+    EXPECT_EQ(one.layers[i].values, many.layers[i].values) << what << one.layers[i].name;
+}
+
+Scene oblique(int side = 40) {
+  Scene scene = looking(small_scene(side), {95, 60, 70}, {11, 12, 11});
+  scene.extinction = 0.12;
+  return scene;
+}
+
+Field vector_glow() {
+  return make_vector_field({{-14, -9, -6}, {30, 32, 33}}, [](glm::ivec3 v) {
+    return glm::vec3(noise(v), 0.5f * blobs_at(glm::dvec3(v)), 0.5f);
+  });
+}
+
+/// The views that the limits are tried on.
+std::vector<std::pair<std::string, View>> views() {
+  std::vector<std::pair<std::string, View>> result;
+  const auto density = share(mixed()), colour = share(vector_glow());
+  const std::pair<Integrator, std::optional<double>> samplings[] = {
+      {Integrator::psi_weighted, {}}, {Integrator::psi_balanced, 0.8}, {Integrator::midpoint, 3.0}};
+  for (const auto& [rule, step] : samplings) {
+    const Scene scene = with(oblique(), rule, step);
+    const std::string name =
+        std::string(info(rule).name) + (step ? " step " + std::to_string(*step) : " cells");
+    result.emplace_back(name + " constant", view_of(scene, density));
+    result.emplace_back(name + " density", view_of(scene, density, Glow::density));
+    result.emplace_back(name + " vector", make_view(scene, density, colour));
+  }
+  return result;
+}
+
+const RenderOptions all_layers{.count = true, .depth = true, .transmittance = true, .progress = {}};
+
+// --- passes --------------------------------------------------------------------------------------
+
+TEST_F(MarchLimits, PassesOfSevenTurnsAreOnePass) {
+  for (const auto& [name, view] : views()) {
+    const Atlases atlases(view);
+    // A pass may look its first values up again: compared without counts.
+    const RenderOptions options{.depth = true, .transmittance = true, .progress = {}};
+    const RenderResult one = render_gl(view, atlases, {.render = options});
+    const RenderResult many = render_gl(view, atlases, {.render = options, .max_turns = 7});
+    EXPECT_EQ(one.stats.passes, 1);
+    EXPECT_GT(many.stats.passes, 2) << name;
+    expect_content(one.image);
+    expect_continued(name, view, one.image, many.image);
+  }
+}
+
+TEST_F(MarchLimits, CountsSurvivePasses) {
+  for (const double step : {0.0, 0.8}) {
+    Scene scene = oblique();
+    if (step > 0) scene.step = step;
+    const View view = view_of(scene, mixed(), Glow::density);
+    const Atlases atlases(view);
+    const RenderResult one = render_gl(view, atlases, {.render = all_layers});
+    const RenderResult many = render_gl(view, atlases, {.render = all_layers, .max_turns = 7});
+    EXPECT_EQ(one.stats.steps, many.stats.steps);
+    EXPECT_GT(one.stats.steps, 0u);
+    expect_continued(step > 0 ? "uniform" : "cells", view, one.image, many.image);
+  }
+}
+
+/// A rod of 70,000 voxels of 0 and 1 in turn, looked at end-on.
+Field rod() {
+  return make_field({{0, 0, 0}, {69'999, 2, 2}}, [](glm::ivec3 v) { return float(v.x & 1); });
+}
+
+TEST_F(MarchLimits, CellsBeyondTheDriversLoopLimit) {
+  // Mesa 22.3's llvmpipe stops after 65,535 turns without a word.
+  Scene scene = looking(small_scene(4), {-1000, 1.1, 0.9}, {0, 1.1, 0.9}, 2.2);
+  scene.extinction = 5e-5;
+  const auto field = share(rod());
+  for (const Glow glow : {Glow::constant, Glow::density}) {
+    const View view = view_of(scene, field, glow);
+    const RenderResult gpu = render_gl(view, Atlases(view), {.render = all_layers});
+    EXPECT_GT(gpu.stats.passes, 1);
+    EXPECT_GE(gpu.stats.steps, (glow == Glow::constant ? 1u : 2u) * 16u * 70'000u);
+    expect_content(gpu.image, 0.5, 0.95);
+    const Comparison to_double =
+        difference("rod, cells, march in double", gpu.image, double_picture(view));
+    // 140,000 roundings of a radiance near 1/2, each at most 3e-8, at random: 1e-5.
+    EXPECT_LE(to_double.rms, glow == Glow::constant ? 1e-6 : 2e-5);
+    EXPECT_LE(to_double.max, glow == Glow::constant ? 1e-6 : 4e-5);
+    if (glow == Glow::constant) {
+      EXPECT_LE(difference("rod, cells, reference", gpu.image, render_reference(view).image).max,
+                1e-6);
+    }
+  }
+}
+
+TEST_F(MarchLimits, StepsBeyondTheDriversLoopLimit) {
+  Scene scene = looking(small_scene(6), {-30, 1.1, 0.9}, {0, 1.1, 0.9}, 2.2);
+  scene.extinction = 0.03;
+  const auto field = share(
+      make_field({{0, 0, 0}, {69, 2, 2}}, [](glm::ivec3 v) { return 0.5f + 0.5f * noise(v); }));
+  for (const Integrator rule : {Integrator::psi_balanced, Integrator::porter_duff}) {
+    const View view = view_of(with(scene, rule, 0.001), field, Glow::density);
+    const RenderResult gpu = render_gl(view, Atlases(view), {.render = all_layers});
+    EXPECT_GT(gpu.stats.passes, 1);
+    EXPECT_GE(gpu.stats.steps, 36u * 69'000u);
+    expect_content(gpu.image, 0.3, 0.95);
+    const Comparison c = difference(std::string("70,000 steps, ") + info(rule).name, gpu.image,
+                                    double_picture(view));
+    EXPECT_LE(c.max, 2e-5);
+    EXPECT_LE(difference("  against the reference", gpu.image, render_reference(view).image).max,
+              1e-4);
+  }
+}
+
+// --- tables and buffers --------------------------------------------------------------------------
+
+TEST_F(MarchLimits, ManyTexelBuffersAreOne) {
+  for (const auto& [name, view] : views()) {
+    const Atlases atlases(view);
+    // Eight buffers of whole bricks for the larger grid; a shader has 16 texture units at least.
+    const std::size_t bricks =
+        std::max(atlases.density.bricks.size(), atlases.own() ? atlases.own()->bricks.size() : 0);
+    const std::uint64_t limit = (bricks / 8 + 1) * 729 + 300;
+    ASSERT_GT(bricks, 80u);
+    ASSERT_LE(atlases.density.pages.entries.size(), limit);
+    expect_identical(name, render_gl(view, atlases).image,
+                     render_gl(view, atlases, {.render = {}, .max_buffer_texels = limit}).image);
+  }
+}
+
+TEST_F(MarchLimits, ManyHalfBuffersAreOne) {
+  Scene base = oblique();
+  base.texel = TexelType::float16;
+  const auto density = share(mixed()), colour = share(vector_glow());
+  const View view = make_view(base, density, colour);
+  const Atlases atlases(view);
+  const std::uint64_t limit = (atlases.density.bricks.size() / 6 + 1) * 729;
+  expect_identical("halves", render_gl(view, atlases).image,
+                   render_gl(view, atlases, {.render = {}, .max_buffer_texels = limit}).image);
+}
+
+TEST_F(MarchLimits, DeepPageTablesAreFlatOnes) {
+  for (const auto& [name, view] : views()) {
+    const Atlases flat(view);
+    const Image expected = render_gl(view, flat).image;
+    for (const std::uint64_t top : {20u, 1u}) {
+      const Atlases deep(view, {.top_entries = top});
+      EXPECT_EQ(deep.density.pages.levels, top == 1 ? 3 : 2);
+      const Image image = render_gl(view, deep).image;
+      const Comparison c = difference(name + " levels " + std::to_string(deep.density.pages.levels),
+                                      expected, image);
+      // Runs of nothing end at other faces, where a ray's next cell may be taken from another
+      // axis: rounding of t, a few 1e-7.
+      EXPECT_LE(c.max, 2e-6) << name;
+      EXPECT_LE(difference("  march in double", image, double_picture(view)).max, 2e-5);
+    }
+  }
+}
+
+TEST_F(MarchLimits, HugeSparseBoxes) {
+  // Three voxels, 100,000 apart, each seen close: the walk skips what lies between.
+  auto values = std::make_shared<std::vector<float>>(512, 0.0f);
+  (*values)[static_cast<std::size_t>((4 * 8 + 4) * 8 + 4)] = 1;
+  Field field;
+  field.name = "density";
+  for (const glm::ivec3 origin : {glm::ivec3(0), glm::ivec3(99'992), glm::ivec3(48'000, 8, 96'000)})
+    field.leaves.push_back({origin, values->data()});
+  field.active_box = {glm::ivec3(4), glm::ivec3(99'996)};
+  field.storage = values;
+  const auto shared = share(field);
+  for (const glm::dvec3 voxel : {glm::dvec3(4), {48'004, 12, 96'004}, {99'996, 99'996, 99'996}}) {
+    Scene scene = looking(small_scene(16), voxel + glm::dvec3(0, 5, 30), voxel, 2.2);
+    scene.extinction = 2;
+    const View view = view_of(scene, shared);
+    const Image image = gl_picture(view);
+    expect_content(image, 0.1);
+    // Voxel coordinates reach 50,000 from the middle of the domain: an ulp of float32 there is
+    // 1/256 voxel, which is how well the GPU can place a ray. March in double: exact.
+    EXPECT_LE(difference("double", double_picture(view), render_reference(view).image).max, 1e-7);
+    EXPECT_LE(difference("GPU", image, render_reference(view).image).max, 2.0 * 3 / 256);
+  }
+}
+
+// --- tiles ---------------------------------------------------------------------------------------
+
+TEST_F(MarchLimits, TilesHaveNoSeams) {
+  // 300 x 200 pixels: a tile of 256 and the rest; resumable pictures start with tiles of 64.
+  Scene scene = oblique();
+  scene.resolution = {300, 200};
+  for (const double step : {0.0, 1.3}) {
+    if (step > 0) scene.step = step;
+    const View view = view_of(scene, mixed(), Glow::density);
+    const Atlases atlases(view);
+    const RenderOptions options{.depth = true, .transmittance = true, .progress = {}};
+    const RenderResult large = render_gl(view, atlases, {.render = options});
+    const RenderResult small = render_gl(view, atlases, {.render = options, .max_turns = 60});
+    expect_content(large.image);
+    expect_continued("tiles of 256 and 64", view, large.image, small.image);
+    const Comparison c = difference("march in double, no tiles", large.image, double_picture(view));
+    EXPECT_LE(c.rms, 1e-6);
+    EXPECT_LE(c.max, 2e-5);
+  }
+}
+
+TEST_F(MarchLimits, ProgressReachesOne) {
+  Scene scene = oblique();
+  scene.resolution = {300, 200};
+  const View view = view_of(scene, mixed());
+  double last = 0;
+  RenderOptions options;
+  options.progress = [&](double fraction) {
+    EXPECT_GE(fraction, last);
+    last = fraction;
+  };
+  render_gl(view, Atlases(view), {.render = options});
+  EXPECT_EQ(last, 1);
+}
+
+TEST_F(MarchLimits, AnEmptyFieldIsAnEmptyPicture) {
+  Scene scene = looking(small_scene(8), {20, 20, 60}, {4, 4, 4});
+  for (const double step : {0.0, 1.0}) {
+    if (step > 0) scene.step = step;
+    const Image image = gl_picture(
+        view_of(scene, make_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3) { return 0; })));
+    for (const float v : image.rgba()) EXPECT_EQ(v, 0);
+  }
+}
+
+TEST_F(MarchLimits, RenderNeedsItsUpload) {
+  const View view = view_of(oblique(), mixed());
+  const Atlases atlases(view);
+  render_gl(view, atlases);
+  Scene scene = oblique();
+  scene.filter = Filter::hardware;
+  EXPECT_THROW(Gpu::renderer()->render(view_of(scene, mixed())), Error);
+}
+
+}  // namespace
+}  // namespace psivox
