@@ -187,9 +187,9 @@ TEST_F(March, CellExactIsFarMoreExactThanSegments) {
         scene.extinction = extinction;
         if (inside) scene = looking(scene, {12.3, 9.1, 10.7}, {-20, 14, 2});
         const View view = scene_of(scene, Source::density);
-        return difference(std::string(info(rule).name) + ", extinction " +
-                              std::to_string(extinction),
-                          gl_picture(view), render_reference(view).image);
+        return difference(
+            std::string(info(rule).name) + ", extinction " + std::to_string(extinction),
+            gl_picture(view), render_reference(view).image);
       };
       const Comparison exact = error(Integrator::cell_exact);
       EXPECT_LE(exact.rms, std::max(error(Integrator::psi_weighted).rms / 40, 1e-6));

@@ -24,7 +24,8 @@ struct Math {
 
 #define precise
 #define REAL_BITS 32
-// clang-format off: an order of definitions
+// each file uses the ones before it
+// clang-format off
 #include "math/decay.glsl"
 #include "math/psi.glsl"
 #include "math/segment.glsl"
@@ -44,7 +45,8 @@ struct Math {
 
 #define precise
 #define REAL_BITS 64
-// clang-format off: an order of definitions
+// each file uses the ones before it
+// clang-format off
 #include "math/decay.glsl"
 #include "math/psi.glsl"
 #include "math/segment.glsl"

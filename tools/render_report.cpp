@@ -47,9 +47,11 @@ double process_ms() {
 
 std::string RenderReport::json() const {
   using json = nlohmann::ordered_json;
-  json counts = {{"rays", stats.rays},       {"samples", stats.samples},
+  json counts = {{"rays", stats.rays},
+                 {"samples", stats.samples},
                  {"steps", stats.steps},
-                 {"cells", reference_cells}, {"samples_per_ray", per_ray(stats.samples, stats)},
+                 {"cells", reference_cells},
+                 {"samples_per_ray", per_ray(stats.samples, stats)},
                  {"passes", stats.passes}};
   const json report = {
       {"version", PSIVOX_VERSION},

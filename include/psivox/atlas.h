@@ -74,8 +74,8 @@ struct BrickAtlas {
   TexelType texel = TexelType::float32;
   Box domain;  ///< voxels; cells run from min to max - 1
   PageTable pages;
-  std::vector<float> constants;    ///< channels each
-  std::vector<BrickStats> bricks;  ///< one a textured brick, in slot order
+  std::vector<float> constants;               ///< channels each
+  std::vector<BrickStats> bricks;             ///< one a textured brick, in slot order
   std::unique_ptr<float[]> texels32;          ///< brick_texels * channels a slot, or null
   std::unique_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
   AtlasSize size;

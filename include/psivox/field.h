@@ -42,15 +42,13 @@ struct Field {
   Box active_box;          ///< of active voxels and tiles
   glm::dmat4 world_from_index{1.0};
   std::uint64_t active_voxels = 0;
-  std::vector<Leaf> leaves;  ///< in OpenVDB's tree order; origins distinct
-  std::vector<Tile> tiles;   ///< disjoint from each other and from the leaves
+  std::vector<Leaf> leaves;             ///< in OpenVDB's tree order; origins distinct
+  std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves
   std::shared_ptr<const void> storage;  ///< keeps Leaf::values alive
   std::vector<std::string> notices;     ///< one line each, for stderr: what reading changed
 
   /// Smallest and largest voxel of the domain: active_box grown by one.
-  Box domain() const {
-    return {active_box.min - glm::ivec3(1), active_box.max + glm::ivec3(1)};
-  }
+  Box domain() const { return {active_box.min - glm::ivec3(1), active_box.max + glm::ivec3(1)}; }
 };
 
 }  // namespace psivox

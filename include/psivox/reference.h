@@ -7,7 +7,7 @@
 namespace psivox {
 
 struct ReferenceResult {
-  Image image;  ///< R G B A, and layer `error`: the bound on each pixel's radiance error
+  Image image;           ///< R G B A, and layer `error`: the bound on each pixel's radiance error
   double error_max = 0;  ///< largest of those
   std::uint64_t cells = 0;  ///< cells crossed with a corner above 0
   double seconds = 0;

@@ -65,8 +65,8 @@ class GlRenderer {
   /// Copies atlases to the GPU; `luminance` for scalar and vector sources, else null. With
   /// Filter::hardware a later render must ask for that filter too, and vice versa.
   /// `max_buffer_texels` lowers the driver's limit on one texture (tests).
-  void upload(const BrickAtlas& density, const BrickAtlas* luminance,
-              Filter filter = Filter::exact, std::uint64_t max_buffer_texels = 0);
+  void upload(const BrickAtlas& density, const BrickAtlas* luminance, Filter filter = Filter::exact,
+              std::uint64_t max_buffer_texels = 0);
 
   /// Draws the view's picture from the uploaded atlases, which must be its own. `max_turns` lowers
   /// the number of loop turns a pass may take (tests).

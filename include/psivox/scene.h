@@ -21,16 +21,16 @@ enum class TexelType { float32, float16 };
 /// An unset optional is a default that depends on the data or on another field.
 struct Scene {
   std::string input;
-  std::string grid;  ///< empty: `density`, else the only scalar grid
+  std::string grid;                  ///< empty: `density`, else the only scalar grid
   std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
   glm::dvec3 luminance{1, 1, 1};
   std::string luminance_grid;  ///< empty: constant luminance
   double luminance_scale = 1;
 
-  std::optional<Integrator> integrator;  ///< psi_weighted under cells, psi_balanced under uniform
-  std::optional<Sampling> sampling;      ///< cells, or uniform where step is set
-  int segments = 2;                      ///< linear segments a cell
-  std::optional<double> step;            ///< [voxels of the finest index axis], 1
+  std::optional<Integrator> integrator;    ///< psi_weighted under cells, psi_balanced under uniform
+  std::optional<Sampling> sampling;        ///< cells, or uniform where step is set
+  int segments = 2;                        ///< linear segments a cell
+  std::optional<double> step;              ///< [voxels of the finest index axis], 1
   double early_termination = 1.0 / 16384;  ///< transmittance at which a ray ends; 0: never
   Filter filter = Filter::exact;
   TexelType texel = TexelType::float32;

@@ -21,11 +21,11 @@ struct GridInfo {
   std::uint64_t leaves = 0;
   std::uint64_t active_tiles = 0;
   Box active_box;
-  glm::dvec3 voxel_size{0};             ///< lengths of the transform's columns [world units]
-  glm::dmat4 world_from_index{1.0};     ///< valid for affine transforms
-  std::string transform;                ///< OpenVDB's map type: UniformScaleMap, AffineMap, ...
-  double background = 0;                ///< first component
-  std::string problem;                  ///< why this grid cannot be rendered, in one line
+  glm::dvec3 voxel_size{0};          ///< lengths of the transform's columns [world units]
+  glm::dmat4 world_from_index{1.0};  ///< valid for affine transforms
+  std::string transform;             ///< OpenVDB's map type: UniformScaleMap, AffineMap, ...
+  double background = 0;             ///< first component
+  std::string problem;               ///< why this grid cannot be rendered, in one line
 };
 
 /// How a grid's values will be used; decides what a bad value is: NaN and +-Inf always, negative

@@ -54,8 +54,7 @@ void BrickSource::gather(const Neighbours& from, float* values) const {
       std::memcpy(to, block.values + std::size_t(row) * 8 * channels,
                   count * channels * sizeof(float));
     } else {
-      for (std::size_t i = 0; i < count * channels; ++i)
-        to[i] = block.constant[int(i % channels)];
+      for (std::size_t i = 0; i < count * channels; ++i) to[i] = block.constant[int(i % channels)];
     }
   };
   for (int x = 0; x < brick_values; ++x)
@@ -91,8 +90,7 @@ std::vector<glm::ivec3> BrickSource::candidates() const {
     for (int x = -1; x < n; ++x)
       for (int y = -1; y < n; ++y) {
         const bool side = x == -1 || x == n - 1 || y == -1 || y == n - 1;
-        for (int z = -1; z < n; z += side || z == n - 1 ? 1 : n)
-          add(lo + glm::ivec3(x, y, z));
+        for (int z = -1; z < n; z += side || z == n - 1 ? 1 : n) add(lo + glm::ivec3(x, y, z));
       }
   }
   return result;

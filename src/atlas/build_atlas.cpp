@@ -176,24 +176,24 @@ BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
   else
     result.texels32 = std::make_unique_for_overwrite<float[]>(texels);
 
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, plan.textured.size(), 64),
-      [&](const tbb::blocked_range<std::size_t>& range) {
-        std::vector<float> values(half ? per_brick : 0);
-        for (std::size_t slot = range.begin(); slot != range.end(); ++slot) {
-          float* to = half ? values.data() : result.texels32.get() + slot * per_brick;
-          plan.source.gather(plan.source.neighbours(plan.textured[slot]), to);
-          result.bricks[slot] = measure(to, field.channels);
-          if (!half) continue;
-          for (std::size_t i = 0; i < per_brick; ++i) {
-            if (std::abs(to[i]) > largest_half)
-              throw Error(ExitCode::input, "grid '" + field.name + "' has the value " +
-                                               std::to_string(to[i]) +
-                                               ", beyond float16's largest, 65504; use --texel float32");
-            result.texels16[slot * per_brick + i] = glm::packHalf1x16(to[i]);
-          }
-        }
-      });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, plan.textured.size(), 64),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      std::vector<float> values(half ? per_brick : 0);
+                      for (std::size_t slot = range.begin(); slot != range.end(); ++slot) {
+                        float* to = half ? values.data() : result.texels32.get() + slot * per_brick;
+                        plan.source.gather(plan.source.neighbours(plan.textured[slot]), to);
+                        result.bricks[slot] = measure(to, field.channels);
+                        if (!half) continue;
+                        for (std::size_t i = 0; i < per_brick; ++i) {
+                          if (std::abs(to[i]) > largest_half)
+                            throw Error(
+                                ExitCode::input,
+                                "grid '" + field.name + "' has the value " + std::to_string(to[i]) +
+                                    ", beyond float16's largest, 65504; use --texel float32");
+                          result.texels16[slot * per_brick + i] = glm::packHalf1x16(to[i]);
+                        }
+                      }
+                    });
   return std::move(result);
 }
 

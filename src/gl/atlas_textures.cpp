@@ -54,8 +54,8 @@ GLuint AtlasTextures::buffer_texture(GLenum format, const void* data, std::size_
   glCreateBuffers(1, &buffer);
   storage_.push_back(buffer);
   // An empty store is not allowed; 16 bytes are a texel of any format.
-  glNamedBufferStorage(buffer, GLsizeiptr(std::max<std::size_t>(bytes, 16)),
-                       bytes ? data : nullptr, 0);
+  glNamedBufferStorage(buffer, GLsizeiptr(std::max<std::size_t>(bytes, 16)), bytes ? data : nullptr,
+                       0);
   glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
   glTextureBuffer(texture, format, buffer);
   return texture;
@@ -70,8 +70,9 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas) {
   const std::uint64_t bricks = atlas.bricks.size();
   const std::uint64_t per_buffer = std::max<std::uint64_t>(max_texels_ / brick_texels, 1);
   if (bricks * brick_texels > std::uint64_t(std::numeric_limits<int>::max()))
-    throw Error(ExitCode::graphics, "an atlas of " + std::to_string(bricks) +
-                                        " bricks is beyond what a shader can address (2^31 values)");
+    throw Error(ExitCode::graphics,
+                "an atlas of " + std::to_string(bricks) +
+                    " bricks is beyond what a shader can address (2^31 values)");
   texels_per_buffer_ = int(std::min(per_buffer, bricks + 1) * brick_texels);
   const auto channels = std::uint64_t(atlas.channels);
   std::uint64_t first = 0;
@@ -106,8 +107,8 @@ void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {
                     " bricks does not fit the device's largest 3D texture; use --filter exact");
   const bool half = atlas.texel == TexelType::float16;
   const GLenum format = atlas.channels == 1 ? GL_RED : GL_RGB;
-  const GLenum internal = atlas.channels == 1 ? (half ? GL_R16F : GL_R32F)
-                                              : (half ? GL_RGB16F : GL_RGB32F);
+  const GLenum internal =
+      atlas.channels == 1 ? (half ? GL_R16F : GL_R32F) : (half ? GL_RGB16F : GL_RGB32F);
   glCreateTextures(GL_TEXTURE_3D, 1, &bricks_);
   glTextureStorage3D(bricks_, 1, internal, GLsizei(nx * brick_values), GLsizei(ny * brick_values),
                      GLsizei(nz * brick_values));

@@ -119,8 +119,8 @@ bool EglContext::open(EGLDisplay display, bool debug, std::string& problem) {
                                        EGL_CONTEXT_OPENGL_DEBUG,
                                        debug ? EGL_TRUE : EGL_FALSE,
                                        EGL_NONE};
-  context_ = eglCreateContext(display, configs ? config : nullptr, EGL_NO_CONTEXT,
-                              context_attributes);
+  context_ =
+      eglCreateContext(display, configs ? config : nullptr, EGL_NO_CONTEXT, context_attributes);
   if (context_ == EGL_NO_CONTEXT) {
     problem = "no OpenGL 4.5 core context";
     return false;

@@ -121,10 +121,9 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   setup.constants.count_steps = options.count;
   setup.constants.find_depth = options.depth;
   const int pass_turns = max_turns ? max_turns : turns_per_pass(setup.constants);
-  gl::MarchVariant variant{setup.constants, impl.density->buffers(),
-                           impl.luminance ? impl.luminance->buffers() : 1,
-                           impl.density->texels_per_buffer(),
-                           setup.parameters.max_turns > pass_turns};
+  gl::MarchVariant variant{
+      setup.constants, impl.density->buffers(), impl.luminance ? impl.luminance->buffers() : 1,
+      impl.density->texels_per_buffer(), setup.parameters.max_turns > pass_turns};
   setup.parameters.max_turns = std::min(setup.parameters.max_turns, pass_turns);
 
   RenderResult result;

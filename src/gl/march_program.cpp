@@ -14,12 +14,11 @@ std::map<std::string, std::string> generated_files(const MarchVariant& variant) 
   const std::string function = function_of(variant);
   const std::string none = "{ return Weights(0.0, 0.0, 0.0, 0.0); }\n";
   const bool cell = variant.constants.cell_rule;
-  return {{"integrator.glsl",
-           "#include \"integrators/" + function + ".glsl\"\n" +
-               "Weights integrate_segment(Segment s) " +
-               (cell ? none : "{ return " + function + "(s); }\n") +
-               "Weights integrate_cell(Cubic c, float x) " +
-               (cell ? "{ return " + function + "(c, x); }\n" : none)}};
+  return {{"integrator.glsl", "#include \"integrators/" + function + ".glsl\"\n" +
+                                  "Weights integrate_segment(Segment s) " +
+                                  (cell ? none : "{ return " + function + "(s); }\n") +
+                                  "Weights integrate_cell(Cubic c, float x) " +
+                                  (cell ? "{ return " + function + "(c, x); }\n" : none)}};
 }
 
 }  // namespace

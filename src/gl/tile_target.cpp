@@ -63,7 +63,8 @@ bool TileTarget::all_done(int width, int height, int set) const {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers_[set]);
   glReadBuffer(GL_COLOR_ATTACHMENT5);
   glReadPixels(0, 0, width, height, GL_RGBA_INTEGER, GL_INT, values.data());
-  return std::all_of(values.begin(), values.end(), [](const glm::ivec4& v) { return (v.z & 1) == 1; });
+  return std::all_of(values.begin(), values.end(),
+                     [](const glm::ivec4& v) { return (v.z & 1) == 1; });
 }
 
 }  // namespace psivox::gl

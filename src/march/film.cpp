@@ -35,8 +35,7 @@ float* Film::layer(const char* name, bool wanted) {
 }
 
 void Film::set(int x, int y, const PixelSums& sums) {
-  const std::size_t i =
-      std::size_t(y) * std::size_t(image_.width) + std::size_t(x);
+  const std::size_t i = std::size_t(y) * std::size_t(image_.width) + std::size_t(x);
   for (std::size_t c = 0; c < 4; ++c)
     picture_[4 * i + c] = float(sums.picture[int(c)] / sums.samples);
   if (depth_)

@@ -9,7 +9,8 @@
 #include <glm/vec4.hpp>
 
 /// C++'s side of the subset that shaders/ is written in: the names that binding.glsl defines for
-/// GLSL, here in double. Structs that take the shader's functions as members live in this namespace.
+/// GLSL, here in double. Structs that take the shader's functions as members live in this
+/// namespace.
 namespace psivox::glsl {
 
 using glm::abs;

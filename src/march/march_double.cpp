@@ -32,7 +32,8 @@ RenderResult render_march_double(const View& view, const BrickAtlas& density,
   Film film(view, options);
   std::atomic<int> rows_done = 0;
   const auto caller = std::this_thread::get_id();
-  tbb::parallel_for(tbb::blocked_range<int>(0, size.y, 4), [&](const tbb::blocked_range<int>& rows) {
+  tbb::parallel_for(tbb::blocked_range<int>(0, size.y, 4), [&](const tbb::blocked_range<int>&
+                                                                   rows) {
     glsl::AtlasMarch march;
     march.grids[0] = &density;
     march.grids[1] = luminance;
@@ -43,10 +44,10 @@ RenderResult render_march_double(const View& view, const BrickAtlas& density,
         for (int i = 0; i < n; ++i) {
           march.sample_offset = pixel_sample(i, n);
           const auto m = march.march_ray({x, y});
-          const double depth = m.half_depth >= march.NEVER
-                                   ? m.half_depth
-                                   : (m.half_depth - march.camera_time(march.make_pixel({x, y}))) *
-                                         march.world_unit;
+          const double depth =
+              m.half_depth >= march.NEVER
+                  ? m.half_depth
+                  : (m.half_depth - march.camera_time(march.make_pixel({x, y}))) * march.world_unit;
           sums.add(march.picture(m), {depth, march.decay(m.optical_depth).e, m.steps, m.samples});
         }
         film.set(x, y, sums);

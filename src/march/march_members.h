@@ -11,6 +11,8 @@
 #undef PARAMETER
 Integrator integrator{};
 
+// each file uses the ones before it
+// clang-format off
 #include "math/decay.glsl"
 #include "math/psi.glsl"
 #include "math/segment.glsl"
@@ -18,6 +20,7 @@ Integrator integrator{};
 #include "ray.glsl"
 #include "atlas.glsl"
 #include "all_integrators.h"
+// clang-format on
 
 Weights integrate_segment(Segment s) {
   switch (integrator) {

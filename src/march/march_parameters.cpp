@@ -102,8 +102,8 @@ MarchSetup make_march_setup(const View& view, const BrickAtlas& density,
   c.hardware_filter = scene.filter == Filter::hardware;
   c.orthographic = view.camera.orthographic;
 
-  p.max_turns = int(
-      std::min(turn_bound(setup, bundle, unit), double(std::numeric_limits<int>::max())));
+  p.max_turns =
+      int(std::min(turn_bound(setup, bundle, unit), double(std::numeric_limits<int>::max())));
   return setup;
 }
 

@@ -68,12 +68,13 @@ void bench_conversion(const Field& field) {
   }
   half = build_atlas(field, {.texel = TexelType::float16}).size;
   const double own = 4.0 * double(field.active_voxels);
-  std::printf("  atlas: %.1f ms, %.0f M active voxels/s; %llu bricks, %llu constants; "
-              "%.2fx the active voxels' bytes (float16 %.2fx)\n",
-              median(times), double(field.active_voxels) / median(times) / 1e3,
-              static_cast<unsigned long long>(single.textured_bricks),
-              static_cast<unsigned long long>(single.constant_bricks),
-              double(single.bytes()) / own, double(half.bytes()) / own);
+  std::printf(
+      "  atlas: %.1f ms, %.0f M active voxels/s; %llu bricks, %llu constants; "
+      "%.2fx the active voxels' bytes (float16 %.2fx)\n",
+      median(times), double(field.active_voxels) / median(times) / 1e3,
+      static_cast<unsigned long long>(single.textured_bricks),
+      static_cast<unsigned long long>(single.constant_bricks), double(single.bytes()) / own,
+      double(half.bytes()) / own);
 }
 
 void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_density) {
@@ -151,10 +152,10 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
 void bench_scene(const std::string& name, Field field) {
   const auto shared = std::make_shared<const Field>(std::move(field));
   const glm::ivec3 size = shared->active_box.max - shared->active_box.min + 1;
-  std::printf("%s: %llu active voxels, %.1f %% of their box\n", name.c_str(),
-              static_cast<unsigned long long>(shared->active_voxels),
-              100.0 * double(shared->active_voxels) /
-                  (double(size.x) * double(size.y) * double(size.z)));
+  std::printf(
+      "%s: %llu active voxels, %.1f %% of their box\n", name.c_str(),
+      static_cast<unsigned long long>(shared->active_voxels),
+      100.0 * double(shared->active_voxels) / (double(size.x) * double(size.y) * double(size.z)));
   bench_conversion(*shared);
   bench_march(shared, false);
   bench_march(shared, true);

@@ -28,16 +28,14 @@ DenseRenderer::DenseRenderer(const Field& field, int side) : context_({}), targe
   for (const Tile& tile : field.tiles)
     fill(tile.origin, tile.width, [&](const glm::ivec3&) { return tile.value.x; });
   for (const Leaf& leaf : field.leaves)
-    fill(leaf.origin, 8, [&](const glm::ivec3& at) {
-      return leaf.values[(at.x * 8 + at.y) * 8 + at.z];
-    });
+    fill(leaf.origin, 8,
+         [&](const glm::ivec3& at) { return leaf.values[(at.x * 8 + at.y) * 8 + at.z]; });
 
   glCreateTextures(GL_TEXTURE_3D, 1, &volume_);
   glTextureStorage3D(volume_, 1, GL_R32F, size.z, size.y, size.x);
   glTextureParameteri(volume_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTextureParameteri(volume_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTextureSubImage3D(volume_, 0, 0, 0, 0, size.z, size.y, size.x, GL_RED, GL_FLOAT,
-                      values.data());
+  glTextureSubImage3D(volume_, 0, 0, 0, 0, size.z, size.y, size.x, GL_RED, GL_FLOAT, values.data());
   glCreateVertexArrays(1, &vertex_array_);
   context_.check("copying the dense volume");
 }
@@ -53,8 +51,8 @@ double DenseRenderer::render(const View& view, const BrickAtlas& atlas) {
   const MarchSetup setup = make_march_setup(view, atlas, nullptr);
   const std::string prelude =
       "#define DENSITY_BUFFERS 1\n#define LUMINANCE_BUFFERS 1\n#define TEXELS_PER_BUFFER 1\n"
-      "#define HARDWARE_FILTER " + std::to_string(setup.constants.hardware_filter) +
-      "\n#define LUMINANCE_DENSITY " +
+      "#define HARDWARE_FILTER " +
+      std::to_string(setup.constants.hardware_filter) + "\n#define LUMINANCE_DENSITY " +
       std::to_string(view.medium.source == LuminanceSource::density) + "\n";
   auto& program = programs_[prelude];
   if (!program)
