@@ -259,6 +259,21 @@ TEST_F(MarchLimits, AnEmptyFieldIsAnEmptyPicture) {
   }
 }
 
+TEST_F(MarchLimits, MoreTexturesThanTheDeviceHasIsALimitByName) {
+  // A column of 400 bricks, one a buffer; its table of 404 entries fits one.
+  const Field column = make_field({{0, 0, 0}, {7, 7, 799}}, [](glm::ivec3 v) { return noise(v); });
+  const BrickAtlas atlas = build_atlas(column);
+  ASSERT_GE(atlas.bricks.size(), 400u);
+  try {
+    Gpu::renderer()->upload(atlas, nullptr, Filter::exact, 729);
+    ADD_FAILURE() << "no Error";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ExitCode::graphics);
+    EXPECT_NE(std::string(e.what()).find("textures, and the device has"), std::string::npos)
+        << e.what();
+  }
+}
+
 TEST_F(MarchLimits, RenderNeedsItsUpload) {
   const View view = view_of(oblique(), mixed());
   const Atlases atlases(view);

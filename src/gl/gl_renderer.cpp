@@ -104,6 +104,14 @@ void GlRenderer::upload(const BrickAtlas& density, const BrickAtlas* luminance, 
   if (luminance)
     impl.luminance = std::make_unique<gl::AtlasTextures>(*luminance, filter, max_buffer_texels);
   impl.context.check("copying the atlas");
+  GLint units = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
+  const int needed = gl::MarchProgram::density_unit + impl.density->units() +
+                     (impl.luminance ? impl.luminance->units() : 0);
+  if (needed > units)
+    throw Error(ExitCode::graphics, "the atlas takes " + std::to_string(needed) +
+                                        " textures, and the device has " + std::to_string(units) +
+                                        "; a coarser grid needs fewer");
   glFinish();
   impl.density_atlas = &density;
   impl.luminance_atlas = luminance;
