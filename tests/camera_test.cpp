@@ -1,4 +1,4 @@
-// The camera against CONVENTIONS' formulas, and the ray bundle against the camera.
+// The camera against the user guide's formulas, and the ray bundle against the camera.
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The house's directions of dependency (STYLE.md), read off its includes. check_includes.sh [ROOT]
+# The house's directions of dependency (docs/architecture.md), read off its includes. check_includes.sh [ROOT]
 set -euo pipefail
 cd "${1:-$(dirname "$0")/..}"
 bad=0

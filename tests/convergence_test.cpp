@@ -1,5 +1,5 @@
 // Orders of convergence in the step: the march in double, over fields that are formulas. What
-// MATH.md sections 3b and 3c promise of each rule, and its table's numbers.
+// docs/method.md promises of each rule, and numbers computed by another program.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace psivox {
 namespace {
 
-/// MATH.md 3c: tau = K exp(-s^2), L = 1 + 0.6 sin(1.3 s + 0.4), s = x / scale.
+/// tau = K exp(-s^2), L = 1 + 0.6 sin(1.3 s + 0.4), s = x / scale.
 struct Bump {
   double K;
   double scale = 8;  ///< x of s = 1, so that a step of one is 1/8
@@ -157,8 +157,9 @@ TEST_P(Convergence, ConstantLuminanceIsFurnaceExact) {
   }
 }
 
-/// The table of MATH.md 3c: 144 steps over 18, RMS over the lattice's phases, to its two digits.
-TEST(ConvergenceTable, OfTheMathPage) {
+/// Computed by another program, in float64: 144 steps over 18, RMS over the lattice's phases, to
+/// its two digits.
+TEST(ConvergenceTable, OfAnotherProgram) {
   struct Row {
     Integrator rule;
     std::array<double, 3> error;  // K 0.3, 3, 30

@@ -172,7 +172,7 @@ wide exact_balance(wide x) {  // 1 - y / sinh y
   return sum / (1 + sum);
 }
 
-WideWeights balanced(wide x_f, wide x_b) {  // MATH.md 3c
+WideWeights balanced(wide x_f, wide x_b) {
   const wide e_f = exact_decay(x_f / 2), a_f = exact_opacity(x_f / 2);
   const wide e_b = exact_decay(x_b / 2), a_b = exact_opacity(x_b / 2);
   const wide p = std::min((exact_balance(x_f) + exact_balance(x_b)) / 2, a_b);
@@ -249,7 +249,7 @@ TYPED_TEST(ShaderMath, PsiWeightedAgainstItsFormula) {
     }
   report("psi_weighted w_f", front);
   report("psi_weighted w_b", back);
-  const wide bound = sizeof(real) == 4 ? 1e-5L : 1e-12L;  // MATH.md section 4; double: 1 - h's
+  const wide bound = sizeof(real) == 4 ? 1e-5L : 1e-12L;  // the goal; in double: 1 - h's
   EXPECT_LE(front.error, bound);
   EXPECT_LE(back.error, bound);
   EXPECT_LE(zeta.error, sizeof(real) == 4 ? 2e-7L : 4e-16L);
@@ -283,7 +283,7 @@ TYPED_TEST(ShaderMath, PsiBalancedAgainstItsFormula) {
   EXPECT_LE(front.error, single ? 1e-5L : 1e-12L);
   EXPECT_LE(back.error, single ? 1e-5L : 1e-11L);
   EXPECT_LE(back_of_all.error, single ? 4e-6L : 1e-12L);
-  EXPECT_LE(of_opacity.error, single ? 1e-6L : 1e-14L);  // MATH.md 3c
+  EXPECT_LE(of_opacity.error, single ? 1e-6L : 1e-14L);
 }
 
 TYPED_TEST(ShaderMath, HardCases) {

@@ -125,7 +125,7 @@ TEST_F(MarchFiles, Furnace) {
   }
 }
 
-/// MATH.md 3c: weights balanced against the lattice's bias lose nowhere to midpoint. Seen along an
+/// Weights balanced against the lattice's bias lose nowhere to midpoint. Seen along an
 /// axis of voxels the lattice's planes and the voxels' beat, and the phase decides: midpoint's
 /// samples lie half a step beside the others' (mri_t1, h = 1: midpoint 2.1e-4, psi-balanced 3.0e-4,
 /// and so porter-duff, which is midpoint at psi-balanced's phase). There the worse of the two is

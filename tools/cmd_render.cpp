@@ -157,7 +157,7 @@ Image march(const RenderCall& call, const View& view, const Progress& progress,
     result.stats.march_ms = marching.ms();
   } else {
     GlRenderer renderer({view.scene.device});
-    renderer.upload(density, luminance_atlas);
+    renderer.upload(density, luminance_atlas, view.scene.filter);
     result = renderer.render(view, render);
   }
   report.stats = result.stats;

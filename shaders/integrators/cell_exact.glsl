@@ -1,7 +1,7 @@
 // The emission-absorption integral over a piece of a cell, where trilinear data is a cubic f(s):
 //   C = integral of L tau e^{-g},  tau ds = x f(s) ds,  g its exact antiderivative (a quartic),
 // by three-point Gauss-Legendre in s, the weights normalised to 1 - zeta, so that constant L gives
-// exactly L (1 - T). A piece's optical depth is at most cell_piece_depth (MATH.md section 3b).
+// exactly L (1 - T). A piece's optical depth is at most cell_piece_depth (docs/method.md).
 // x: extinction times the piece's length. Returns the weights of L at the three nodes.
 Weights cell_exact(Cubic c, real x) {
   real w_1 = real(5.0) * evaluate(c, cell_node_1) * decay(x * antiderivative(c, cell_node_1)).e;

@@ -1,4 +1,4 @@
-// Psi of a homogeneous step and its complement: h(t) = (1 - e^{-t})/t, h(0) = 1 (MATH.md section 2).
+// Psi of a homogeneous step and its complement: h(t) = (1 - e^{-t})/t, h(0) = 1 (docs/method.md).
 struct Homogeneous {
   real h;            // Psi
   real one_minus_h;  // 1 - Psi, never formed as that difference where t is small

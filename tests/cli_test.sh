@@ -1,0 +1,106 @@
+#!/usr/bin/env bash
+# The program as its users call it: cli_test.sh PSIVOX ASSETS. Each line: the exit code, a part of
+# what it prints (or -), and the arguments. Without an EGL device it skips (exit 77).
+set -u
+program=$1 assets=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+if ! "$program" render --list-devices | grep -q "4\.[5-9]"; then
+  echo "no EGL device: skipped"
+  exit 77
+fi
+
+failed=0
+passed=0
+t() {
+  local expected=$1 part=$2 output code
+  shift 2
+  output=$("$program" "$@" 2>&1 </dev/null)
+  code=$?
+  if [ $code -ne "$expected" ] || { [ "$part" != - ] && ! grep -qF -- "$part" <<<"$output"; }; then
+    printf 'FAILED: psivox %s\n  exit %s, expected %s with "%s"; printed: %s\n' "$*" $code "$expected" \
+      "$part" "$(tail -n 2 <<<"$output")"
+    failed=$((failed + 1))
+  else
+    passed=$((passed + 1))
+  fi
+}
+S=$assets/blobs.vdb
+R="--resolution 32x32 -q"
+
+t 0 - render "$S" -o a.exr $R
+t 0 - render "$S" -oa.exr $R
+t 0 - render --output=a.exr --camera-position -1,2,300 $R "$S"
+t 0 - render "$S" -o a.exr $R --camera-position=-.5,0,300 --camera-target -.5,0,1
+t 2 "did you mean --step?" render "$S" -o a.exr --setp 1
+t 2 "did you mean --step?" render "$S" -o a.exr --setp=1
+t 2 - render "$S" -o a.exr --step
+t 2 - render "$S" -o a.exr --step -1
+t 2 - render "$S"
+t 2 - render
+t 2 - render -o a.exr
+t 2 - render "$S" extra.vdb -o a.exr
+t 2 "use .exr or .png" render "$S" -o a.jpg
+t 2 - render "$S" -o a.png --aov depth $R
+t 2 - render "$S" -o a.exr --aov dpeth $R
+t 0 - render "$S" -o a.exr --aov error,transmittance --renderer reference $R
+t 0 - render "$S" -o a.exr --aov depth,transmittance,steps,samples $R
+for renderer in gl march-double reference; do t 0 - render "$S" -o $renderer.exr --renderer $renderer $R; done
+t 0 rms compare gl.exr reference.exr --max-rms 1e-5
+t 0 rms compare gl.exr march-double.exr --max-rms 1e-6 --max-abs 2e-5
+for integrator in porter-duff midpoint psi-weighted psi-balanced cell-exact; do
+  t 0 - render "$S" -o a.exr --integrator $integrator --luminance-grid temperature $R
+done
+t 2 "cells" render "$S" -o a.exr --integrator cell-exact --step 1 $R
+t 2 "did you mean psi-weighted?" render "$S" -o a.exr --integrator psi-wieghted $R
+for filter in exact hardware; do
+  for texel in float32 float16; do
+    t 0 - render "$S" -o $filter.exr --filter $filter --texel $texel --luminance-grid color $R
+  done
+done
+t 0 rms compare exact.exr hardware.exr --max-rms 1e-2
+t 5 "no directory" render "$S" -o /nonexistent/a.exr $R
+t 3 "no such file" render nope.vdb -o a.exr $R
+t 3 nope render "$S" -o a.exr --grid nope $R
+t 3 nope render "$S" -o a.exr --luminance-grid nope $R
+t 6 "over the limit of 0.10 MiB" render "$S" -o a.exr --memory-limit 100K $R
+t 4 "--list-devices" render "$S" -o a.exr --device 99 $R
+t 2 - render "$S" -o a.exr --step 1 --sampling cells $R
+t 2 - render "$S" -o a.exr --ortho-width 1 $R
+t 0 - render "$S" -o a.exr --ortho-width 50 --projection orthographic --strict $R
+t 0 - render "$S" -o b.exr --strict=false --scene a.exr $R
+t 0 - compare a.exr b.exr --max-rms 0 --max-abs 0
+t 0 - render --scene a.exr -o c.exr -q
+t 0 - compare a.exr c.exr --max-rms 0 --max-abs=0
+t 0 - render "$S" -o d.exr --luminance 2,1,1 $R
+t 7 - compare a.exr d.exr --max-rms 1e-9
+t 3 - compare a.exr nope.exr
+t 2 - compare a.exr b.exr --max-rsm 1
+echo '{"stpe": 1}' >bad.json
+t 2 step render --scene bad.json -o a.exr
+t 2 - rendr
+t 0 - --help
+t 0 "OpenVDB" --version
+t 0 '"extinction"' render "$S" --print-scene
+t 0 temperature info "$S"
+t 0 '"name"' info "$S" --json
+t 0 '"samples_per_ray"' render "$S" -o a.exr --stats - --resolution 32x32
+t 0 samples render "$S" -o a.exr -v --resolution 32x32
+if compgen -G '.psivox*' >/dev/null || [ -e a.jpg ]; then
+  echo "FAILED: a half-written file was left"
+  failed=$((failed + 1))
+fi
+
+# Where EGL finds no driver at all.
+output=$(__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null "$program" render "$S" -o n.exr $R 2>&1)
+code=$?
+if [ $code -ne 4 ] || ! grep -q install <<<"$output"; then
+  echo "FAILED: without a driver: exit $code, $output"
+  failed=$((failed + 1))
+else
+  passed=$((passed + 1))
+fi
+
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]
