@@ -6,6 +6,7 @@ program=$1 assets=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
+[ -x "$program" ] || { echo "no program $program"; exit 1; }
 if ! "$program" render --list-devices | grep -q "4\.[5-9]"; then
   echo "no EGL device: skipped"
   exit 77
