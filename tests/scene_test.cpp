@@ -88,6 +88,22 @@ TEST(Parameters, ReadsEveryKind) {
   EXPECT_EQ(with("texel", "float16").texel, TexelType::float16);
   EXPECT_EQ(with("renderer", "march-double").renderer, RendererKind::march_double);
   EXPECT_EQ(with("projection", "orthographic").projection, Projection::orthographic);
+  EXPECT_EQ(with("sampling", "template").sampling, Sampling::template_);
+  EXPECT_EQ(with("transfer-function", "a b.json").transfer_function, "a b.json");
+  EXPECT_EQ(with("colormap", "hot").colormap, Colormap::hot);
+  EXPECT_EQ(with("colormap", "none").colormap, std::nullopt);
+  EXPECT_EQ(with("range", "-1,.5").range, glm::dvec2(-1, 0.5));
+  EXPECT_EQ(with("range", "auto").range, std::nullopt);
+  EXPECT_EQ(with("classification", "pre").classification, Classification::pre);
+  EXPECT_EQ(with("mode", "back-to-front").mode, Mode::back_to_front);
+  EXPECT_EQ(with("mode", "xray").mode, Mode::xray);
+  EXPECT_EQ(with("isovalue", "-2").isovalue, -2.0);
+  EXPECT_EQ(with("centering", "cell").centering, Centering::cell);
+  EXPECT_EQ(with("end-corrections", "false").end_corrections, false);
+  EXPECT_EQ(with("phase-g", "-.5").phase_g, -0.5);
+  EXPECT_EQ(with("light", "none").light, std::nullopt);
+  EXPECT_EQ(with("light", "0,-1,.5").light, (DirectionalLight{{0, -1, 0.5}, glm::dvec3(1)}));
+  EXPECT_EQ(with("light", "0,-1,-2,3,2,0").light, (DirectionalLight{{0, -1, -2}, {3, 2, 0}}));
 }
 
 TEST(Parameters, ReadsSizesLikeGnuTools) {
@@ -115,6 +131,15 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
             "--resolution '640': expected WxH in whole numbers, each from 1 to 65536 [pixels]");
   EXPECT_EQ(refusal("luminance", "1,2"),
             "--luminance '1,2': expected three numbers R,G,B, each at least 0");
+  EXPECT_EQ(refusal("range", "1"), "--range '1': expected auto or two numbers MIN,MAX");
+  EXPECT_EQ(refusal("light", "1,0,0,1"),
+            "--light '1,0,0,1': expected none or three or six numbers X,Y,Z[,R,G,B], colours at "
+            "least 0");
+  EXPECT_EQ(refusal("phase-g", "1"), "--phase-g '1': expected a number above -1 and below 1");
+  EXPECT_EQ(
+      refusal("colormap", "virdis"),
+      "--colormap 'virdis': expected none or viridis or inferno or magma or plasma or cividis "
+      "or turbo or coolwarm or gray or hot; did you mean viridis?");
   EXPECT_EQ(refusal("integrator", "psi-wieghted"),
             "--integrator 'psi-wieghted': expected auto or porter-duff or midpoint or psi-weighted "
             "or psi-balanced or cell-exact; did you mean psi-weighted?");
@@ -165,7 +190,27 @@ TEST(Parameters, RefusesWhatIsNoNumberOrOutOfRange) {
                                          {"background", "-1,0,0"},
                                          {"device", "-2"},
                                          {"sampling", "cell"},
-                                         {"filter", ""}})
+                                         {"filter", ""},
+                                         {"range", ""},
+                                         {"range", "1,2,3"},
+                                         {"range", "1x2"},
+                                         {"light", ""},
+                                         {"light", "1,2"},
+                                         {"light", "1,2,3,"},
+                                         {"light", "1,2,3,4,5"},
+                                         {"light", "1,2,3,4,5,6,7"},
+                                         {"light", "1,2,3,4,-5,6"},
+                                         {"light", "1,2,nan"},
+                                         {"albedo", "1.1"},
+                                         {"albedo", "-0.1"},
+                                         {"phase-g", "-1"},
+                                         {"emission-scale", "-1"},
+                                         {"temperature-scale", "-1"},
+                                         {"connectivity", "5"},
+                                         {"connectivity", "27"},
+                                         {"mode", "xrays"},
+                                         {"classification", "none"},
+                                         {"end-corrections", "0"}})
     EXPECT_NE(refusal(bad.name, bad.text), "no error") << bad.name << " " << bad.text;
 }
 
@@ -186,6 +231,10 @@ TEST(Json, RoundTripsEveryBit) {
     scene.early_termination = 1.0 / (i + 3);
     scene.memory_limit = random();
     scene.step = number() + 1e-300;
+    scene.range = glm::dvec2(-number(), number());
+    scene.light = DirectionalLight{{-number(), 1.0 / (i + 7), -0.0}, {number(), 0, 1}};
+    scene.mode = static_cast<Mode>(i % 6);
+    scene.end_corrections = i % 2 == 0;
     const Scene back = scene_from_json(to_json(scene));
     ASSERT_EQ(back.input, scene.input);
     const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
@@ -196,6 +245,10 @@ TEST(Json, RoundTripsEveryBit) {
     }
     ASSERT_EQ(bits(back.early_termination), bits(scene.early_termination));
     ASSERT_EQ(bits(*back.step), bits(*scene.step));
+    ASSERT_EQ(back.range, scene.range);
+    ASSERT_EQ(back.light, scene.light);
+    ASSERT_EQ(back.mode, scene.mode);
+    ASSERT_EQ(back.end_corrections, scene.end_corrections);
     ASSERT_EQ(back.memory_limit, scene.memory_limit);
     ASSERT_EQ(to_json(back), to_json(scene));
   }
@@ -206,24 +259,35 @@ TEST(Json, PrintsNumbersVectorsNamesAndUnset) {
   scene.integrator = Integrator::psi_balanced;
   scene.camera_target = glm::dvec3(1, -2.5, 3);
   scene.early_termination = 1.0 / 1024;
+  scene.colormap = Colormap::magma;
+  scene.range = glm::dvec2(0, 2.5);
+  scene.light = DirectionalLight{{0, -1, 0}, {1, 2, 3}};
+  scene.mode = Mode::back_to_front;
   const std::string text = to_json(scene);
   for (const char* line :
        {"\"extinction\": \"auto\"", "\"integrator\": \"psi-balanced\"", "\"segments\": 2,",
         "\"camera-target\": [1.0,-2.5,3.0]", "\"resolution\": [1280,720]", "\"strict\": false",
-        "\"background\": \"none\"", "\"early-termination\": 0.0009765625"})
+        "\"colormap\": \"magma\"", "\"range\": [0.0,2.5]", "\"isovalue\": \"auto\"",
+        "\"light\": [0.0,-1.0,0.0,1.0,2.0,3.0]", "\"mode\": \"back-to-front\"",
+        "\"end-corrections\": true", "\"background\": \"none\"",
+        "\"early-termination\": 0.0009765625"})
     EXPECT_NE(text.find(line), std::string::npos) << line << " in\n" << text;
 }
 
 TEST(Json, TakesTheCommandLinesSyntaxAndPartialScenes) {
   const Scene scene = scene_from_json(
       R"({"step": "0.25", "resolution": "64x32", "camera-up": "0,0,1", "memory-limit": "1G",
-          "extinction": 2, "strict": true})");
+          "extinction": 2, "strict": true, "range": "0,1", "light": [1, 0, 0],
+          "colormap": "gray"})");
   EXPECT_EQ(scene.step, 0.25);
   EXPECT_EQ(scene.resolution, glm::ivec2(64, 32));
   EXPECT_EQ(scene.camera_up, glm::dvec3(0, 0, 1));
   EXPECT_EQ(scene.memory_limit, 1u << 30);
   EXPECT_EQ(scene.extinction, 2.0);
   EXPECT_TRUE(scene.strict);
+  EXPECT_EQ(scene.range, glm::dvec2(0, 1));
+  EXPECT_EQ(scene.light, (DirectionalLight{{1, 0, 0}, glm::dvec3(1)}));
+  EXPECT_EQ(scene.colormap, Colormap::gray);
   EXPECT_EQ(scene.segments, 2);
 }
 
@@ -243,7 +307,8 @@ TEST(Json, RefusesWithTheSourcesName) {
        {R"({"camera-up": [1,2]})", R"({"camera-up": [1,2,[3]]})", R"({"camera-up": {"x":1}})",
         R"({"camera-up": ["0","1","0"]})", R"({"step": null})", R"({"step": [1]})",
         R"({"step": 1e999})", R"({"strict": 1})", R"({"step": true})", R"({"resolution": [5]})",
-        R"({"memory-limit": -5})", R"({"integrator": 3})"})
+        R"({"memory-limit": -5})", R"({"integrator": 3})", R"({"range": [1]})", R"({"range": 1})",
+        R"({"light": [1,2,3,4]})", R"({"transfer-function": {"points": []}})"})
     EXPECT_NE(error(bad), "no error") << bad;
 }
 
@@ -274,6 +339,113 @@ TEST(Validate, RefusesContradictions) {
   scene = with("camera-position", "1,2,3");
   scene.camera_target = glm::dvec3(1, 2, 3);
   EXPECT_NE(usage_error([&] { validate(scene); }), "no error");
+}
+
+TEST(Validate, RefusesOptionsWithoutTheirCounterpart) {
+  const auto error = [](std::vector<Setting> settings) {
+    Scene scene;
+    for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);
+    return usage_error([&] { validate(scene); });
+  };
+  const Setting map{"colormap", "hot"}, function{"transfer-function", "a.json"},
+      flat{"projection", "orthographic"}, ray_template{"sampling", "template"};
+  EXPECT_EQ(error({map, function}),
+            "--transfer-function and --colormap exclude each other; leave one of them out");
+  EXPECT_EQ(error({{"range", "0,1"}}),
+            "--range is the range of a colour map; give --colormap with it");
+  EXPECT_EQ(error({map, {"range", "1,1"}}), "--range MIN,MAX: MIN must be below MAX");
+  EXPECT_EQ(error({map, {"range", "0,1"}}), "no error");
+  EXPECT_EQ(error({{"classification", "pre"}}),
+            "--classification pre needs a function; give --transfer-function or --colormap");
+  EXPECT_EQ(error({{"classification", "pre"}, function}), "no error");
+  EXPECT_EQ(error({{"split-knots", "true"}}),
+            "--split-knots needs a function; give --transfer-function or --colormap");
+  EXPECT_EQ(error({{"split-knots", "true"}, map}), "no error");
+  EXPECT_EQ(error({{"luminance-grid", "a"}, {"temperature-grid", "b"}}),
+            "--luminance-grid and --temperature-grid exclude each other; leave one of them out");
+  EXPECT_EQ(error({{"luminance-grid", "a"}, map}),
+            "--colormap and --luminance-grid exclude each other; leave one of them out");
+  EXPECT_EQ(error({{"temperature-grid", "a"}, map}),
+            "--colormap and --temperature-grid exclude each other; leave one of them out");
+  EXPECT_EQ(error({{"temperature-grid", "a"}, function}), "no error");  // it may have no colours
+  EXPECT_EQ(error({{"light", "0,0,0"}}), "--light 0,0,0 has no direction");
+  EXPECT_EQ(error({{"albedo", "0.5"}, {"phase-g", "0.5"}}), "no error");
+  EXPECT_EQ(error({{"isovalue", "1"}}),
+            "--isovalue is for --mode isosurface; give both or neither");
+  EXPECT_EQ(error({{"isovalue", "1"}, {"mode", "isosurface"}}), "no error");
+  EXPECT_EQ(error({{"lmip-threshold", "1"}, {"mode", "mip"}}),
+            "--lmip-threshold is for --mode lmip; give both or neither");
+  EXPECT_EQ(error({{"lmip-threshold", "1"}, {"mode", "lmip"}}), "no error");
+  EXPECT_EQ(error({ray_template}),
+            "--sampling template needs parallel rays; give --projection orthographic with it");
+  EXPECT_EQ(error({ray_template, flat, {"step", "1"}}),
+            "--step is for --sampling uniform, not template; leave one of them out");
+  EXPECT_EQ(error({ray_template, flat, {"connectivity", "18"}}), "no error");
+  EXPECT_EQ(error({ray_template, flat, {"connectivity", "7"}}), "--connectivity is 6, 18 or 26");
+  EXPECT_EQ(error({{"connectivity", "6"}}),
+            "--connectivity is for --sampling template; give both or neither");
+  EXPECT_NE(error({ray_template, flat, {"integrator", "cell-exact"}}), "no error");
+}
+
+TEST(ApplyOver, ReplacesTheSourceOfLuminanceAndTheMode) {
+  const auto over = [](Scene scene, std::vector<Setting> settings) {
+    apply_over(scene, settings);
+    return scene;
+  };
+  Scene map = with("colormap", "hot");
+  map.range = glm::dvec2(0, 1);
+  map.classification = Classification::pre;
+  const Setting function{"transfer-function", "a.json"}, grid{"luminance-grid", "color"};
+  Scene s = over(map, {function});
+  EXPECT_EQ(s.colormap, std::nullopt);
+  EXPECT_EQ(s.range, std::nullopt);
+  EXPECT_EQ(s.classification, Classification::pre);
+  s = over(map, {grid});
+  EXPECT_EQ(s.colormap, std::nullopt);
+  EXPECT_EQ(s.classification, Classification::post);
+  EXPECT_NO_THROW(validate(s));
+  EXPECT_NO_THROW(validate(over(map, {{"colormap", "none"}})));
+  EXPECT_EQ(over(map, {{"colormap", "gray"}}).range, glm::dvec2(0, 1));
+  EXPECT_THROW(validate(over(map, {function, {"range", "2,3"}})), Error);
+  EXPECT_THROW(validate(over(map, {function, {"colormap", "gray"}})), Error);
+  EXPECT_EQ(over(with("transfer-function", "a.json"), {{"colormap", "gray"}}).transfer_function,
+            "");
+  s = over(with("temperature-grid", "heat"), {grid});
+  EXPECT_EQ(s.temperature_grid, "");
+  EXPECT_EQ(s.luminance_grid, "color");
+  s = over(with("luminance-grid", "color"), {{"temperature-grid", "heat"}});
+  EXPECT_EQ(s.luminance_grid, "");
+
+  Scene surface = with("mode", "isosurface");
+  surface.isovalue = 0.5;
+  EXPECT_EQ(over(surface, {{"mode", "mip"}}).isovalue, std::nullopt);
+  EXPECT_EQ(over(surface, {}).isovalue, 0.5);
+  Scene lmip = with("mode", "lmip");
+  lmip.lmip_threshold = 0.5;
+  EXPECT_EQ(over(lmip, {{"mode", "mip"}}).lmip_threshold, 0);
+  EXPECT_EQ(over(lmip, {}).lmip_threshold, 0.5);
+}
+
+TEST(ApplyOver, LeavesTheRayTemplate) {
+  const auto over = [](Scene scene, std::vector<Setting> settings) {
+    apply_over(scene, settings);
+    return scene;
+  };
+  Scene scene = with("sampling", "template");
+  scene.projection = Projection::orthographic;
+  scene.connectivity = 6;
+  EXPECT_EQ(over(scene, {}).connectivity, 6);
+  for (const Setting& setting :
+       std::vector<Setting>{{"step", "2"}, {"sampling", "cells"}, {"projection", "perspective"}}) {
+    const Scene s = over(scene, {setting});
+    EXPECT_NE(s.sampling, Sampling::template_) << setting.name;
+    EXPECT_EQ(s.connectivity, 26) << setting.name;
+    EXPECT_NO_THROW(validate(s)) << setting.name;
+  }
+  Scene uniform = with("step", "2");
+  uniform.projection = Projection::orthographic;
+  EXPECT_EQ(over(uniform, {{"sampling", "template"}}).step, std::nullopt);
+  EXPECT_THROW(validate(over(with("step", "2"), {{"sampling", "template"}})), Error);
 }
 
 TEST(ApplyOver, ClearsWhatTheCommandLineContradicts) {

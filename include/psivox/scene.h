@@ -6,31 +6,63 @@
 #include <optional>
 #include <string>
 
+#include "psivox/colormap.h"
 #include "psivox/integrators.h"
 
 namespace psivox {
 
-enum class Sampling { cells, uniform };
+enum class Sampling { cells, uniform, template_ };
+enum class Mode { alpha, back_to_front, mip, lmip, isosurface, xray };
+enum class Classification { post, pre };
+enum class Centering { node, cell };
 enum class Filter { exact, hardware };
 enum class Projection { perspective, orthographic };
 enum class RendererKind { gl, reference, march_double };
 enum class TexelType { float32, float16 };
+
+/// Light from infinitely far away.
+struct DirectionalLight {
+  glm::dvec3 direction{0, -1, 0};  ///< along which it travels, of any length but 0 [world]
+  glm::dvec3 color{1};             ///< radiance of unit albedo that is lit without loss
+  bool operator==(const DirectionalLight&) const = default;
+};
 
 /// Everything that decides a picture, under the names of the command line, with their defaults.
 /// parameters.h lists the fields once more as a table for CLI, JSON and --help; nothing else does.
 /// An unset optional is a default that depends on the data or on another field.
 struct Scene {
   std::string input;
-  std::string grid;                  ///< empty: `density`, else the only scalar grid
+  std::string grid;  ///< empty: `density`, else the only scalar grid
+  Centering centering = Centering::node;
   std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
+  std::string transfer_function;     ///< file; empty: the value itself is the attenuation
+  std::optional<Colormap> colormap;
+  std::optional<glm::dvec2> range;  ///< of the colour map; unset: the data's active extremes
+  Classification classification = Classification::post;
+  bool split_knots = false;  ///< segments end where the value crosses a knot of the function
   glm::dvec3 luminance{1, 1, 1};
   std::string luminance_grid;  ///< empty: constant luminance
   double luminance_scale = 1;
+  std::string temperature_grid;   ///< empty: none
+  double temperature_scale = 1;   ///< [K per unit of its values]
+  double temperature_offset = 0;  ///< [K]
+  std::string emission_grid;      ///< empty: none
+  double emission_scale = 1;      ///< [radiance/world unit per unit of its values]
+
+  std::optional<DirectionalLight> light;
+  double albedo = 1;
+  double phase_g = 0;  ///< mean cosine of the scattering angle (Henyey and Greenstein)
+
+  Mode mode = Mode::alpha;
+  std::optional<double> isovalue;  ///< unset: the middle of the values, 0 of a level set
+  double lmip_threshold = 0;
 
   std::optional<Integrator> integrator;    ///< psi_weighted under cells, psi_balanced under uniform
   std::optional<Sampling> sampling;        ///< cells, or uniform where step is set
   int segments = 2;                        ///< linear segments a cell
   std::optional<double> step;              ///< [voxels of the finest index axis], 1
+  bool end_corrections = true;             ///< of psi-balanced, where a ray's samples begin and end
+  int connectivity = 26;                   ///< of a ray template's voxels: 6, 18 or 26
   double early_termination = 1.0 / 16384;  ///< transmittance at which a ray ends; 0: never
   Filter filter = Filter::exact;
   TexelType texel = TexelType::float32;

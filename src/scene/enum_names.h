@@ -9,7 +9,15 @@
 namespace psivox {
 
 /// Names on the command line of an enumeration's values, in their order from 0.
-inline std::vector<std::string> enum_names(Sampling) { return {"cells", "uniform"}; }
+inline std::vector<std::string> enum_names(Sampling) { return {"cells", "uniform", "template"}; }
+inline std::vector<std::string> enum_names(Mode) {
+  return {"alpha", "back-to-front", "mip", "lmip", "isosurface", "xray"};
+}
+inline std::vector<std::string> enum_names(Classification) { return {"post", "pre"}; }
+inline std::vector<std::string> enum_names(Centering) { return {"node", "cell"}; }
+inline std::vector<std::string> enum_names(Colormap) {
+  return {"viridis", "inferno", "magma", "plasma", "cividis", "turbo", "coolwarm", "gray", "hot"};
+}
 inline std::vector<std::string> enum_names(Filter) { return {"exact", "hardware"}; }
 inline std::vector<std::string> enum_names(Projection) { return {"perspective", "orthographic"}; }
 inline std::vector<std::string> enum_names(RendererKind) {

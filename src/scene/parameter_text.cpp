@@ -5,6 +5,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "scene/enum_names.h"
+#include "scene/number_text.h"
 
 namespace psivox {
 namespace {
@@ -62,6 +63,20 @@ bool read(std::string_view text, const Range& range, glm::ivec2& value) {
   return read_vector(text, 'x', 2, range, value);
 }
 
+bool read(std::string_view text, const Range& range, glm::dvec2& value) {
+  return read_vector(text, ',', 2, range, value);
+}
+
+/// Three numbers, or six: direction and colour. The range is the colour's.
+bool read(std::string_view text, const Range& range, DirectionalLight& value) {
+  std::size_t color = 0;
+  for (int i = 0; i < 3 && color != std::string_view::npos; ++i)
+    color = text.find(',', color + (i ? 1 : 0));
+  if (color == std::string_view::npos) return read(text, Range{}, value.direction);
+  return read(text.substr(0, color), Range{}, value.direction) &&
+         read(text.substr(color + 1), range, value.color);
+}
+
 /// Bytes, with the suffixes of GNU's tools: K = KiB = 1024, KB = 1000, and so on.
 bool read(std::string_view text, const Range&, std::uint64_t& value) {
   if (read_number(text, value)) return true;
@@ -99,13 +114,6 @@ bool read(std::string_view text, const Range&, E& value) {
 
 // ---- writing ----
 
-template <typename Number>
-std::string number_text(Number value) {
-  char buffer[40];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  return {buffer, end};
-}
-
 std::string text_of(const std::string& value) { return value; }
 std::string text_of(bool value) { return value ? "true" : "false"; }
 std::string text_of(int value) { return number_text(value); }
@@ -113,6 +121,10 @@ std::string text_of(std::uint64_t value) { return number_text(value); }
 std::string text_of(double value) { return number_text(value); }
 std::string text_of(const glm::dvec3& v) {
   return text_of(v.x) + "," + text_of(v.y) + "," + text_of(v.z);
+}
+std::string text_of(const glm::dvec2& v) { return text_of(v.x) + "," + text_of(v.y); }
+std::string text_of(const DirectionalLight& light) {
+  return text_of(light.direction) + "," + text_of(light.color);
 }
 std::string text_of(const glm::ivec2& v) { return text_of(v.x) + "x" + text_of(v.y); }
 template <typename E>
@@ -141,6 +153,10 @@ std::string kind_text(const Parameter& p, double) { return "a number" + range_te
 std::string kind_text(const Parameter& p, const glm::dvec3&) {
   const std::string range = range_text(p.range);
   return "three numbers " + p.metavar + (range.empty() ? "" : ", each" + range);
+}
+std::string kind_text(const Parameter& p, const glm::dvec2&) { return "two numbers " + p.metavar; }
+std::string kind_text(const Parameter& p, const DirectionalLight&) {
+  return "three or six numbers " + p.metavar + ", colours" + range_text(p.range);
 }
 std::string kind_text(const Parameter& p, const glm::ivec2&) {
   return p.metavar + " in whole numbers, each" + range_text(p.range);

@@ -1,8 +1,5 @@
 #include "psivox/parameters.h"
 
-#include <cmath>
-
-#include "psivox/error.h"
 #include "scene/enum_names.h"
 
 namespace psivox {
@@ -12,10 +9,13 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr Range any{};
 constexpr Range at_least_0{0, infinity};
 constexpr Range above_0{0, infinity, true};
+constexpr Range fraction{0, 1};
+constexpr Range forward{-1, 1, true, true};
+constexpr Range neighbours{6, 26};
 
 std::vector<Parameter> make_table() {
-  const std::string input = "Input", medium = "Medium", march = "March", camera = "Camera",
-                    picture = "Picture", machine = "Machine";
+  const std::string input = "Input", medium = "Medium", light = "Light", march = "March",
+                    camera = "Camera", picture = "Picture", machine = "Machine";
   std::vector<Parameter> table = {
       {"input", "IN.vdb", "", "", "volume to render", input, &Scene::input, any, "", true},
       {"grid", "NAME", "", "`density`, else the only scalar grid",
@@ -23,24 +23,74 @@ std::vector<Parameter> make_table() {
       {"strict", "", "", "",
        "NaN, Inf, negative values and non-linear transforms are errors, not notices", input,
        &Scene::strict},
+      {"centering", enum_metavar<Centering>(), "", "",
+       "values are at voxels and interpolated, or fill their voxel", input, &Scene::centering},
 
       {"extinction", "K", "1/world unit", "auto: the mean ray through the middle has depth 3",
-       "attenuation = K * value", medium, &Scene::extinction, at_least_0, "auto"},
+       "attenuation = K * value, or K times the transfer function's", medium, &Scene::extinction,
+       at_least_0, "auto"},
+      {"transfer-function", "FILE", "", "none",
+       "JSON: attenuation and colour of the value, linear between points; ParaView's too", medium,
+       &Scene::transfer_function},
+      {"colormap", enum_metavar<Colormap>(), "", "none", "luminance of the value", medium,
+       &Scene::colormap, any, "none"},
+      {"range", "MIN,MAX", "", "the least and the greatest active value",
+       "values at the ends of the colour map", medium, &Scene::range, any, "auto"},
+      {"classification", enum_metavar<Classification>(), "", "",
+       "the function of interpolated values, or interpolation of the voxels' functions", medium,
+       &Scene::classification},
+      {"split-knots", "", "", "",
+       "split segments where the value crosses a knot of the transfer function; cell-exact always "
+       "does",
+       medium, &Scene::split_knots},
       {"luminance", "R,G,B", "", "", "luminance of the medium", medium, &Scene::luminance,
        at_least_0},
       {"luminance-grid", "NAME", "", "none",
        "scalar or vec3 grid whose value multiplies the luminance", medium, &Scene::luminance_grid},
       {"luminance-scale", "S", "", "", "factor of the luminance grid's values", medium,
        &Scene::luminance_scale, at_least_0},
+      {"temperature-grid", "NAME", "", "none",
+       "scalar grid: luminance of a black body of S * value + O, 1 at 6500 K", medium,
+       &Scene::temperature_grid},
+      {"temperature-scale", "S", "", "", "factor of the temperature grid's values", medium,
+       &Scene::temperature_scale, at_least_0},
+      {"temperature-offset", "O", "K", "", "added to the scaled temperature", medium,
+       &Scene::temperature_offset},
+      {"emission-grid", "NAME", "", "none",
+       "scalar or vec3 grid: light that the medium adds whatever its attenuation", medium,
+       &Scene::emission_grid},
+      {"emission-scale", "S", "radiance/world unit", "", "factor of the emission grid's values",
+       medium, &Scene::emission_scale, at_least_0},
+
+      {"light", "X,Y,Z[,R,G,B]", "", "none",
+       "directional light that travels along X,Y,Z, scattered once; colour 1,1,1", light,
+       &Scene::light, at_least_0, "none"},
+      {"albedo", "A", "", "", "part of the light that is scattered, not absorbed", light,
+       &Scene::albedo, fraction},
+      {"phase-g", "G", "", "", "mean cosine of scattering: 0 isotropic, 1 forward", light,
+       &Scene::phase_g, forward},
+
+      {"mode", enum_metavar<Mode>(), "", "", "how a ray's samples become a pixel", march,
+       &Scene::mode},
+      {"isovalue", "V", "", "the middle of the values, 0 of a level set",
+       "value of the surface of --mode isosurface", march, &Scene::isovalue, any, "auto"},
+      {"lmip-threshold", "T", "", "", "--mode lmip takes the first local maximum above it", march,
+       &Scene::lmip_threshold},
 
       {"integrator", enum_metavar<Integrator>(), "", "psi-weighted under cells, else psi-balanced",
        "rule for one segment", march, &Scene::integrator, any, "auto"},
       {"sampling", enum_metavar<Sampling>(), "", "cells, or uniform where --step is given",
-       "segments from voxel face to voxel face, or of equal length", march, &Scene::sampling, any,
-       "auto"},
+       "segments from voxel face to voxel face, of equal length, or a ray template's voxels "
+       "(orthographic only)",
+       march, &Scene::sampling, any, "auto"},
       {"segments", "N", "", "", "linear segments a cell", march, &Scene::segments, {1, 64}},
       {"step", "H", "voxels of the finest axis", "1", "uniform step; implies --sampling uniform",
        march, &Scene::step, above_0, "auto"},
+      {"end-corrections", "", "", "",
+       "under uniform psi-balanced: corrects where a ray begins or ends inside the medium", march,
+       &Scene::end_corrections},
+      {"connectivity", "6|18|26", "", "", "neighbours of a ray template's voxels", march,
+       &Scene::connectivity, neighbours},
       {"early-termination",
        "T",
        "transmittance",
@@ -116,13 +166,6 @@ std::vector<Parameter> make_table() {
   return table;
 }
 
-bool contains(std::span<const Setting> settings, std::string_view name) {
-  for (const Setting& setting : settings) {
-    if (setting.name == name) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 const std::vector<Parameter>& parameters() {
@@ -135,30 +178,6 @@ const Parameter* find_parameter(std::string_view name) {
     if (row.name == name) return &row;
   }
   return nullptr;
-}
-
-void apply_over(Scene& scene, std::span<const Setting> settings) {
-  if (contains(settings, "step") && !contains(settings, "sampling")) scene.sampling.reset();
-  for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);
-  if (scene.sampling == Sampling::cells && !contains(settings, "step")) scene.step.reset();
-  if (scene.projection == Projection::perspective && !contains(settings, "ortho-width"))
-    scene.ortho_width.reset();
-  const bool lens = contains(settings, "focal-length") || contains(settings, "aperture");
-  if (lens && !contains(settings, "fov")) scene.fov.reset();
-}
-
-void validate(const Scene& scene) {
-  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
-  if (scene.step && scene.sampling == Sampling::cells)
-    fail("--step is for --sampling uniform, not cells; leave one of them out");
-  if (scene.integrator && is_cell_rule(*scene.integrator) &&
-      scene.resolved_sampling() != Sampling::cells)
-    fail("--integrator cell-exact integrates cells; it goes with --sampling cells, without --step");
-  if (scene.ortho_width && scene.projection == Projection::perspective)
-    fail("--ortho-width is for --projection orthographic; a perspective view has --fov");
-  if (scene.camera_up == glm::dvec3(0)) fail("--camera-up 0,0,0 has no direction");
-  if (scene.camera_position && scene.camera_position == scene.camera_target)
-    fail("--camera-position and --camera-target are the same point; move one of them");
 }
 
 }  // namespace psivox

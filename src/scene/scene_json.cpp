@@ -15,8 +15,11 @@ json json_of(const Parameter& p, const T& value, const Scene& scene) {
     return value;
   else if constexpr (std::is_same_v<T, glm::dvec3>)
     return {value.x, value.y, value.z};
-  else if constexpr (std::is_same_v<T, glm::ivec2>)
+  else if constexpr (std::is_same_v<T, glm::ivec2> || std::is_same_v<T, glm::dvec2>)
     return {value.x, value.y};
+  else if constexpr (std::is_same_v<T, DirectionalLight>)
+    return {value.direction.x, value.direction.y, value.direction.z,
+            value.color.x,     value.color.y,     value.color.z};
   else
     return parameter_text(scene, p);
 }
@@ -36,10 +39,15 @@ bool is_text(const Parameter& p) { return std::holds_alternative<std::string Sce
 
 /// The separator of a vector's text; 0 for a parameter that is none.
 char separator(const Parameter& p) {
-  if (std::holds_alternative<glm::ivec2 Scene::*>(p.member)) return 'x';
-  const bool vector = std::holds_alternative<glm::dvec3 Scene::*>(p.member) ||
-                      std::holds_alternative<std::optional<glm::dvec3> Scene::*>(p.member);
-  return vector ? ',' : '\0';
+  const auto of_type = []<typename T>(T Scene::*) {
+    if (std::is_same_v<T, glm::ivec2>) return 'x';
+    const bool list = std::is_same_v<T, glm::dvec3> ||
+                      std::is_same_v<T, std::optional<glm::dvec3>> ||
+                      std::is_same_v<T, std::optional<glm::dvec2>> ||
+                      std::is_same_v<T, std::optional<DirectionalLight>>;
+    return list ? ',' : '\0';
+  };
+  return std::visit(of_type, p.member);
 }
 
 /// A JSON value in the command line's syntax, so that both are read by the same code. What has no

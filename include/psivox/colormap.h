@@ -1,0 +1,24 @@
+#pragma once
+
+#include <glm/vec3.hpp>
+
+namespace psivox {
+
+/// Built-in colour maps; src/scene/colormap.cpp says where each comes from.
+enum class Colormap : int {
+  viridis,
+  inferno,
+  magma,
+  plasma,
+  cividis,
+  turbo,
+  coolwarm,
+  gray,
+  hot,
+};
+
+/// Colour at u, clamped to [0, 1]: linear Rec. 709 radiance, 1 is white. The maps are defined as
+/// sRGB codes at knots; between knots the decoded radiance is linear.
+glm::dvec3 colormap_color(Colormap map, double u);
+
+}  // namespace psivox

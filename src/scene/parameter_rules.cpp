@@ -1,0 +1,115 @@
+// What parameters demand of each other.
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+bool contains(std::span<const Setting> settings, std::string_view name) {
+  for (const Setting& setting : settings) {
+    if (setting.name == name) return true;
+  }
+  return false;
+}
+
+bool has_function(const Scene& scene) { return !scene.transfer_function.empty() || scene.colormap; }
+
+/// A source of luminance on the command line replaces the file's.
+void apply_luminance(Scene& scene, std::span<const Setting> settings) {
+  const auto given = [&](const char* name) { return contains(settings, name); };
+  const bool function = given("transfer-function") && !scene.transfer_function.empty();
+  const bool map = given("colormap") && scene.colormap;
+  const bool grid = given("luminance-grid") && !scene.luminance_grid.empty();
+  const bool temperature = given("temperature-grid") && !scene.temperature_grid.empty();
+  if (map && !given("transfer-function")) scene.transfer_function.clear();
+  if ((function || grid || temperature) && !given("colormap")) scene.colormap.reset();
+  if ((map || temperature) && !given("luminance-grid")) scene.luminance_grid.clear();
+  if ((map || grid) && !given("temperature-grid")) scene.temperature_grid.clear();
+  if (!scene.colormap && !given("range")) scene.range.reset();
+  if (has_function(scene)) return;
+  if (!given("classification")) scene.classification = Classification::post;
+  if (!given("split-knots")) scene.split_knots = false;
+}
+
+void apply_sampling(Scene& scene, std::span<const Setting> settings) {
+  const auto given = [&](const char* name) { return contains(settings, name); };
+  const bool perspective = scene.projection == Projection::perspective;
+  if (scene.sampling == Sampling::template_ && perspective && !given("sampling"))
+    scene.sampling.reset();
+  if (scene.sampling && scene.sampling != Sampling::uniform && !given("step")) scene.step.reset();
+  if (scene.sampling != Sampling::template_ && !given("connectivity"))
+    scene.connectivity = Scene{}.connectivity;
+  if (perspective && !given("ortho-width")) scene.ortho_width.reset();
+}
+
+void validate_medium(const Scene& scene) {
+  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
+  if (!scene.transfer_function.empty() && scene.colormap)
+    fail("--transfer-function and --colormap exclude each other; leave one of them out");
+  if (scene.range && !scene.colormap)
+    fail("--range is the range of a colour map; give --colormap with it");
+  if (scene.range && !(scene.range->x < scene.range->y))
+    fail("--range MIN,MAX: MIN must be below MAX");
+  if (!has_function(scene)) {
+    if (scene.classification == Classification::pre)
+      fail("--classification pre needs a function; give --transfer-function or --colormap");
+    if (scene.split_knots)
+      fail("--split-knots needs a function; give --transfer-function or --colormap");
+  }
+  if (!scene.luminance_grid.empty() && !scene.temperature_grid.empty())
+    fail("--luminance-grid and --temperature-grid exclude each other; leave one of them out");
+  if (scene.colormap && !scene.luminance_grid.empty())
+    fail("--colormap and --luminance-grid exclude each other; leave one of them out");
+  if (scene.colormap && !scene.temperature_grid.empty())
+    fail("--colormap and --temperature-grid exclude each other; leave one of them out");
+  if (scene.light && scene.light->direction == glm::dvec3(0))
+    fail("--light 0,0,0 has no direction");
+}
+
+void validate_march(const Scene& scene) {
+  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
+  if (scene.isovalue && scene.mode != Mode::isosurface)
+    fail("--isovalue is for --mode isosurface; give both or neither");
+  if (scene.lmip_threshold != 0 && scene.mode != Mode::lmip)
+    fail("--lmip-threshold is for --mode lmip; give both or neither");
+  if (scene.step && scene.sampling == Sampling::cells)
+    fail("--step is for --sampling uniform, not cells; leave one of them out");
+  if (scene.step && scene.sampling == Sampling::template_)
+    fail("--step is for --sampling uniform, not template; leave one of them out");
+  if (scene.sampling == Sampling::template_ && scene.projection != Projection::orthographic)
+    fail("--sampling template needs parallel rays; give --projection orthographic with it");
+  if (scene.connectivity != 6 && scene.connectivity != 18 && scene.connectivity != 26)
+    fail("--connectivity is 6, 18 or 26");
+  if (scene.connectivity != 26 && scene.sampling != Sampling::template_)
+    fail("--connectivity is for --sampling template; give both or neither");
+  if (scene.integrator && is_cell_rule(*scene.integrator) &&
+      scene.resolved_sampling() != Sampling::cells)
+    fail("--integrator cell-exact integrates cells; it goes with --sampling cells, without --step");
+}
+
+}  // namespace
+
+void apply_over(Scene& scene, std::span<const Setting> settings) {
+  if (contains(settings, "step") && !contains(settings, "sampling")) scene.sampling.reset();
+  for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);
+  apply_luminance(scene, settings);
+  apply_sampling(scene, settings);
+  if (scene.mode != Mode::isosurface && !contains(settings, "isovalue")) scene.isovalue.reset();
+  if (scene.mode != Mode::lmip && !contains(settings, "lmip-threshold")) scene.lmip_threshold = 0;
+  const bool lens = contains(settings, "focal-length") || contains(settings, "aperture");
+  if (lens && !contains(settings, "fov")) scene.fov.reset();
+}
+
+void validate(const Scene& scene) {
+  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
+  validate_medium(scene);
+  validate_march(scene);
+  if (scene.ortho_width && scene.projection == Projection::perspective)
+    fail("--ortho-width is for --projection orthographic; a perspective view has --fov");
+  if (scene.camera_up == glm::dvec3(0)) fail("--camera-up 0,0,0 has no direction");
+  if (scene.camera_position && scene.camera_position == scene.camera_target)
+    fail("--camera-position and --camera-target are the same point; move one of them");
+}
+
+}  // namespace psivox

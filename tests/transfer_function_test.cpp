@@ -1,0 +1,256 @@
+// Transfer functions: the knots, what lies between them, their file.
+
+#include "psivox/transfer_function.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+
+#include "psivox/error.h"
+
+namespace psivox {
+namespace {
+
+/// The message of the input error that `action` throws, or what went wrong instead.
+template <typename Action>
+std::string input_error(Action action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::input);
+    const std::string message = error.what();
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    return message;
+  }
+  return "no error";
+}
+
+/// A hat of attenuation with a colour that changes by jumps at 1.
+TransferFunction example() {
+  return TransferFunction({{-1, 0, {0, 0, 1}},
+                           {1, 4, {0, 1, 0}},
+                           {1, 2, {1, 0, 0}},
+                           {3, 0, {1, 1, 1}},
+                           {4, 0.5, {0, 0, 0}}});
+}
+
+TransferFunction random_function(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  std::vector<TransferPoint> points;
+  double value = -2;
+  for (int i = 0; i < 9; ++i) {
+    value += uniform(random) * uniform(random);
+    points.push_back({value, uniform(random), {uniform(random), uniform(random), uniform(random)}});
+  }
+  return TransferFunction(points);
+}
+
+TEST(TransferFunction, IsLinearBetweenPointsAndConstantOutside) {
+  const TransferFunction f = example();
+  EXPECT_EQ(f.at(-7).attenuation, 0);
+  EXPECT_EQ(f.at(-7).color, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(f.at(-7).value, -7);
+  EXPECT_EQ(f.at(-0.5).attenuation, 1);
+  EXPECT_EQ(f.at(0).color, glm::dvec3(0, 0.5, 0.5));
+  EXPECT_EQ(f.at(1).attenuation, 4);  // of a jump's value the first point's
+  EXPECT_EQ(f.at(1).color, glm::dvec3(0, 1, 0));
+  EXPECT_EQ(f.at(std::nextafter(1.0f, 2.0f)).attenuation, 2);
+  EXPECT_EQ(f.at(3.5).attenuation, 0.25);
+  EXPECT_EQ(f.at(9).attenuation, 0.5);
+  for (const TransferPoint& point : f.points()) EXPECT_EQ(f.at(point.value), point);
+}
+
+TEST(TransferFunction, HasIntervalsThatHoldTheirLowerPoint) {
+  const TransferFunction f = example();
+  ASSERT_EQ(f.points().size(), 5u);
+  EXPECT_EQ(f.interval(-1.001), -1);
+  EXPECT_EQ(f.interval(-1), 0);
+  EXPECT_EQ(f.interval(0.999), 0);
+  EXPECT_EQ(f.interval(1), 1);
+  EXPECT_EQ(f.interval(f.points()[2].value), 2);
+  EXPECT_EQ(f.interval(3.999), 3);
+  EXPECT_EQ(f.interval(4), 4);
+  EXPECT_EQ(f.interval(1e30), 4);
+  const TransferFunction constant({{2, 3, glm::dvec3(1)}});
+  EXPECT_EQ(constant.interval(1), -1);
+  EXPECT_EQ(constant.interval(2), 0);
+  EXPECT_EQ(constant.at(-5).attenuation, 3);
+  EXPECT_EQ(constant.max_attenuation(0, 5), 3);
+  EXPECT_EQ(constant.attenuation_integral(4), 6);
+}
+
+TEST(TransferFunction, StoresFloatsAndWidensJumpsToOneStep) {
+  const TransferFunction f({{0.1, 1, {}}, {0.3, 1, {}}, {0.3, 2, {}}, {-0.0 + 0.5, 2, {}}});
+  EXPECT_EQ(f.points()[0].value, static_cast<double>(0.1f));
+  EXPECT_EQ(f.points()[1].value, static_cast<double>(0.3f));
+  EXPECT_EQ(f.points()[2].value, static_cast<double>(std::nextafter(0.3f, 1.0f)));
+  // Distinct doubles that are one float32, and a jump whose neighbour is the next float32.
+  const float next = std::nextafter(1.0f, 2.0f);
+  const TransferFunction g({{1, 1, {}}, {1 + 1e-12, 2, {}}, {next, 3, {}}, {2, 4, {}}});
+  EXPECT_EQ(g.points()[1].value, static_cast<double>(next));
+  EXPECT_EQ(g.points()[2].value, static_cast<double>(std::nextafter(next, 2.0f)));
+  EXPECT_EQ(g.points()[2].attenuation, 3);
+  EXPECT_FALSE(std::signbit(TransferFunction({{-0.0, 1, {}}}).points()[0].value));
+}
+
+TEST(TransferFunction, MaximaHoldOverTheIntervalAndAreReached) {
+  const TransferFunction f = example();
+  EXPECT_EQ(f.max_attenuation(-3, -2), 0);
+  EXPECT_EQ(f.max_attenuation(-1, 0), 2);
+  EXPECT_EQ(f.max_attenuation(0, 2), 4);
+  EXPECT_EQ(f.max_attenuation(2, 2), f.at(2).attenuation);
+  EXPECT_EQ(f.max_attenuation(2, 5), f.at(2).attenuation);
+  EXPECT_EQ(f.max_color(0, 2), glm::dvec3(1, 1, 0.5));
+
+  std::mt19937_64 random(3);
+  for (int round = 0; round < 200; ++round) {
+    const TransferFunction r = random_function(random);
+    std::uniform_real_distribution<double> uniform(-2.5, 4);
+    double a = uniform(random), b = uniform(random);
+    if (a > b) std::swap(a, b);
+    const double most = r.max_attenuation(a, b);
+    const glm::dvec3 brightest = r.max_color(a, b);
+    double reached = 0;
+    for (int i = 0; i <= 1000; ++i) {
+      const TransferPoint p = r.at(a + (b - a) * i / 1000);
+      // No tolerance: the bound is of what `at` returns, rounding included.
+      if (p.value <= b) {
+        ASSERT_LE(p.attenuation, most);
+        for (int c = 0; c < 3; ++c) ASSERT_LE(p.color[c], brightest[c]);
+      }
+      reached = std::max(reached, p.attenuation);
+    }
+    for (const TransferPoint& p : r.points()) {
+      if (p.value >= a && p.value <= b) reached = std::max(reached, p.attenuation);
+    }
+    EXPECT_EQ(reached, most);
+  }
+}
+
+TEST(TransferFunction, IntegralIsTheAntiderivative) {
+  const TransferFunction f = example();
+  const double up = f.points()[2].value - 1;  // the jump's width, its mean attenuation 3
+  EXPECT_EQ(f.attenuation_integral(-1), 0);
+  EXPECT_EQ(f.attenuation_integral(-4), 0);
+  EXPECT_EQ(f.attenuation_integral(0), 1);
+  EXPECT_EQ(f.attenuation_integral(1), 4);
+  // Few roundings of numbers below 8: 1e-15 each.
+  EXPECT_NEAR(f.attenuation_integral(3), 4 + 3 * up + (2 - up), 1e-14);
+  EXPECT_NEAR(f.attenuation_integral(6) - f.attenuation_integral(4), 1, 1e-14);
+
+  // Between two points the attenuation is linear, so the middle's rule is exact but for rounding.
+  std::mt19937_64 random(4);
+  for (int round = 0; round < 100; ++round) {
+    const TransferFunction r = random_function(random);
+    for (std::size_t k = 0; k + 1 < r.points().size(); ++k) {
+      const double a = r.points()[k].value, b = r.points()[k + 1].value;
+      const double c = a + 0.3 * (b - a), d = a + 0.9 * (b - a);
+      EXPECT_NEAR(r.attenuation_integral(d) - r.attenuation_integral(c),
+                  (d - c) * r.at((c + d) / 2).attenuation, 1e-14);
+    }
+  }
+}
+
+TEST(TransferFunction, RefusesWhatItSays) {
+  const auto error = [](std::vector<TransferPoint> points) {
+    return input_error([&] { TransferFunction{std::move(points)}; });
+  };
+  const double inf = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(error({}), "the transfer function has no points");
+  EXPECT_EQ(error({{1, 0, {}}, {0.5, 0, {}}}),
+            "point 2 of the transfer function: values must ascend, but 0.5 follows 1");
+  EXPECT_EQ(error({{1, -2, {}}}), "point 1 of the transfer function: attenuation -2 is negative");
+  EXPECT_EQ(error({{1, 0, {1, 1, -1}}}), "point 1 of the transfer function: color -1 is negative");
+  EXPECT_EQ(error({{1, 0, {}}, {1, 1, {}}, {1, 2, {}}}),
+            "point 3 of the transfer function: a third point of value 1; a jump is two points of "
+            "one value");
+  for (const double bad : {inf, -inf, std::nan(""), 1e39}) {
+    EXPECT_NE(error({{bad, 0, {}}}), "no error");
+    EXPECT_NE(error({{0, bad, {}}}), "no error");
+    EXPECT_NE(error({{0, 0, {0, bad, 0}}}), "no error");
+  }
+  const double most = std::numeric_limits<float>::max();
+  EXPECT_NE(error({{most, 0, {}}, {most, 1, {}}}), "no error");
+}
+
+TEST(TransferFunctionJson, ReadsPointsWithAndWithoutColor) {
+  const TransferFunction f = transfer_function_from_json(
+      R"({"points": [{"value": -1, "attenuation": 0, "color": [0, 0.5, 1]},
+                     {"color": [1, 1, 1], "value": 2.5, "attenuation": 1e-3}]})",
+      "a.json");
+  EXPECT_TRUE(f.has_color());
+  ASSERT_EQ(f.points().size(), 2u);
+  EXPECT_EQ(f.points()[0].color, glm::dvec3(0, 0.5, 1));
+  EXPECT_EQ(f.points()[1].value, 2.5);
+  EXPECT_EQ(f.points()[1].attenuation, 1e-3);
+  const TransferFunction grey =
+      transfer_function_from_json(R"({"points": [{"value": 0, "attenuation": 1}]})", "a.json");
+  EXPECT_FALSE(grey.has_color());
+  EXPECT_EQ(grey.points()[0].color, glm::dvec3(1));
+}
+
+TEST(TransferFunctionJson, RoundTripsEveryBit) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 200; ++i) {
+    const TransferFunction f = random_function(random);
+    EXPECT_EQ(transfer_function_from_json(to_json(f), "a.json"), f) << to_json(f);
+    const TransferFunction grey(f.points(), false);
+    const TransferFunction back = transfer_function_from_json(to_json(grey), "a.json");
+    EXPECT_FALSE(back.has_color());
+    for (std::size_t k = 0; k < f.points().size(); ++k)
+      EXPECT_EQ(back.points()[k].attenuation, f.points()[k].attenuation);
+  }
+  const TransferFunction f = example();
+  EXPECT_EQ(transfer_function_from_json(to_json(f), "a.json"), f);
+  EXPECT_NE(to_json(TransferFunction({{0.1, 0.2, {}}})).find("\"value\": 0.1,"), std::string::npos);
+}
+
+TEST(TransferFunctionJson, RefusesInOneLineWithTheSourcesName) {
+  const auto error = [](const std::string& text) {
+    return input_error([&] { transfer_function_from_json(text, "a.json"); });
+  };
+  const auto point_error = [&](const std::string& point) {
+    return error(R"({"points": [{"value": 0, "attenuation": 1}, )" + point + "]}");
+  };
+  const std::string point = "a.json: point 2 of the transfer function: ";
+  EXPECT_EQ(error("{").find("a.json: not a transfer function in JSON: "), 0u);
+  EXPECT_EQ(error("").find("a.json: not a transfer function in JSON: "), 0u);
+  EXPECT_EQ(error("3").find("a.json: not a transfer function: "), 0u);
+  EXPECT_EQ(error("{}"), "a.json: the transfer function has no points");
+  EXPECT_EQ(error(R"({"points": []})"), "a.json: the transfer function has no points");
+  EXPECT_EQ(error(R"({"points": 3})"), "a.json: points: expected an array");
+  EXPECT_EQ(error(R"({"pionts": []})"),
+            "a.json: the transfer function: unknown key 'pionts'; did you mean points?");
+  EXPECT_EQ(point_error("7"), point + "expected an object of value, attenuation and color");
+  EXPECT_EQ(point_error(R"({"value": 1})"), point + "has no attenuation");
+  EXPECT_EQ(point_error(R"({"value": "1", "attenuation": 0})"), point + "value: expected a number");
+  EXPECT_EQ(point_error(R"({"value": 1, "attenuation": 0, "colour": [1,1,1]})"),
+            point + "unknown key 'colour'; did you mean color?");
+  EXPECT_EQ(point_error(R"({"value": 1, "attenuation": -1})"),
+            point + "attenuation -1 is negative");
+  EXPECT_EQ(point_error(R"({"value": -1, "attenuation": 1})"),
+            point + "values must ascend, but -1 follows 0");
+  EXPECT_EQ(point_error(R"({"value": 1, "attenuation": 1, "color": [1, 1]})"),
+            point + "color: expected [r, g, b]");
+  EXPECT_EQ(point_error(R"({"value": 1, "attenuation": 1, "color": [1, 1, null]})"),
+            point + "color: expected a number");
+  EXPECT_EQ(point_error(R"({"value": 1, "attenuation": 1, "color": [1, 1, 1]})"),
+            "a.json: some points of the transfer function have a color and some have none; give it "
+            "to all");
+  EXPECT_NE(point_error(R"({"value": 1e999, "attenuation": 1})"), "no error");
+}
+
+TEST(TransferFunctionFile, NamesTheFileThatItCannotRead) {
+  const auto error = [](const char* path) {
+    return input_error([&] { read_transfer_function(path); });
+  };
+  EXPECT_EQ(error("nope.json"),
+            "cannot read transfer function 'nope.json': No such file or directory");
+  EXPECT_EQ(error("/"), "cannot read transfer function '/': Is a directory");
+}
+
+}  // namespace
+}  // namespace psivox
