@@ -1,13 +1,15 @@
 // Brick atlas: from a cell to the node of the page table that covers it, and its texels.
 // Edge functions, supplied by the language's binding: fetch_page(grid, i), fetch_constant(grid, i),
-// fetch_constant3, fetch_texel(grid, i), fetch_texel3, filtered_texel(grid, slot, local), filtered_texel3.
+// fetch_constant3, fetch_texel(grid, i), fetch_texel3, fetch_table(i), filtered_texel(grid, slot, local), filtered_texel3.
 const int GRID_DENSITY = 0;
 const int GRID_LUMINANCE = 1;
+const int GRID_EMISSION = 2;
 
 const int SOURCE_CONSTANT = 0;  // LuminanceSource
 const int SOURCE_DENSITY = 1;
 const int SOURCE_SCALAR = 2;
 const int SOURCE_VECTOR = 3;
+const int SOURCE_TRANSFER = 4;
 
 const int NODE_EMPTY = 0;     // payload: Chebyshev distance to the nearest other entry, >= 1
 const int NODE_CONSTANT = 1;  // payload: index of the constant
@@ -30,11 +32,18 @@ bool inside(Node node, int3 cell) {
          cell.x < node.hi.x && cell.y < node.hi.y && cell.z < node.hi.z;
 }
 
-int3 table_min(int grid) { return grid == GRID_DENSITY ? density_table_min : luminance_table_min; }
-int3 table_size(int grid) {
-  return grid == GRID_DENSITY ? density_table_size : luminance_table_size;
+int3 table_min(int grid) {
+  return grid == GRID_DENSITY ? density_table_min
+       : grid == GRID_LUMINANCE ? luminance_table_min : emission_table_min;
 }
-int table_levels(int grid) { return grid == GRID_DENSITY ? density_levels : luminance_levels; }
+int3 table_size(int grid) {
+  return grid == GRID_DENSITY ? density_table_size
+       : grid == GRID_LUMINANCE ? luminance_table_size : emission_table_size;
+}
+int table_levels(int grid) {
+  return grid == GRID_DENSITY ? density_levels
+       : grid == GRID_LUMINANCE ? luminance_levels : emission_levels;
+}
 
 // The node that covers a cell of the domain.
 Node find_node(int grid, int3 cell) {
@@ -94,6 +103,18 @@ real trilinear(Corners c, real3 u) {
 real third_difference(Corners c) {
   real4 d = c.hi - c.lo;
   return (d.w - d.z) - (d.y - d.x);
+}
+
+// Gradient of the trilinear polynomial over voxels.
+real3 trilinear_gradient(Corners c, real3 u) {
+  real4 dx = c.hi - c.lo;
+  real4 x = c.lo + dx * u.x;
+  real dy0 = x.z - x.x;
+  real dy1 = x.w - x.y;
+  real gx0 = dx.x + (dx.z - dx.x) * u.y;
+  real gx1 = dx.y + (dx.w - dx.y) * u.y;
+  return real3(gx0 + (gx1 - gx0) * u.z, dy0 + (dy1 - dy0) * u.z,
+               (x.y - x.x) + ((x.w - x.z) - (x.y - x.x)) * u.y);
 }
 
 // Where a position lies in its brick: cells are clamped, since a position on a face may round into

@@ -14,51 +14,65 @@ float power_of_two(int n) { return intBitsToFloat((n + 127) << 23); }
 
 // A grid's texels are one texture buffer after the other, TEXELS_PER_BUFFER in each but the last;
 // with --filter hardware one 3D texture of bricks instead.
+uniform samplerBuffer tables;  // what transfer functions and rules look up
 uniform usamplerBuffer density_pages;
-uniform usamplerBuffer luminance_pages;
 uniform samplerBuffer density_constants;
-uniform samplerBuffer luminance_constants;
 uniform samplerBuffer density_texels[DENSITY_BUFFERS];
-uniform samplerBuffer luminance_texels[LUMINANCE_BUFFERS];
 uniform sampler3D density_bricks;
+uniform usamplerBuffer luminance_pages;
+uniform samplerBuffer luminance_constants;
+uniform samplerBuffer luminance_texels[LUMINANCE_BUFFERS];
 uniform sampler3D luminance_bricks;
+uniform usamplerBuffer emission_pages;
+uniform samplerBuffer emission_constants;
+uniform samplerBuffer emission_texels[EMISSION_BUFFERS];
+uniform sampler3D emission_bricks;
+
+vec4 fetch_table(int i) { return texelFetch(tables, i); }
 
 uint fetch_page(int grid, int i) {
-  return grid == 0 ? texelFetch(density_pages, i).x : texelFetch(luminance_pages, i).x;
+  return grid == 0 ? texelFetch(density_pages, i).x
+       : grid == 1 ? texelFetch(luminance_pages, i).x : texelFetch(emission_pages, i).x;
 }
 
-float fetch_constant(int grid, int i) {
-  return grid == 0 ? texelFetch(density_constants, i).x : texelFetch(luminance_constants, i).x;
+vec3 fetch_constant3(int grid, int i) {
+  return grid == 0 ? texelFetch(density_constants, i).xyz
+       : grid == 1 ? texelFetch(luminance_constants, i).xyz
+                   : texelFetch(emission_constants, i).xyz;
 }
 
-vec3 fetch_constant3(int grid, int i) { return texelFetch(luminance_constants, i).xyz; }
+float fetch_constant(int grid, int i) { return fetch_constant3(grid, i).x; }
 
-#if DENSITY_BUFFERS == 1
-vec4 density_texel(int i) { return texelFetch(density_texels[0], i); }
-#else
+// Texels fill one buffer after the other.
 vec4 density_texel(int i) {
-  int b = i / TEXELS_PER_BUFFER;
+  int b = DENSITY_BUFFERS == 1 ? 0 : i / TEXELS_PER_BUFFER;
   int k = i - b * TEXELS_PER_BUFFER;
   for (int j = 0; j < DENSITY_BUFFERS - 1; ++j)
     if (j == b) return texelFetch(density_texels[j], k);
   return texelFetch(density_texels[DENSITY_BUFFERS - 1], k);
 }
-#endif
 
-#if LUMINANCE_BUFFERS == 1
-vec4 luminance_texel(int i) { return texelFetch(luminance_texels[0], i); }
-#else
 vec4 luminance_texel(int i) {
-  int b = i / TEXELS_PER_BUFFER;
+  int b = LUMINANCE_BUFFERS == 1 ? 0 : i / TEXELS_PER_BUFFER;
   int k = i - b * TEXELS_PER_BUFFER;
   for (int j = 0; j < LUMINANCE_BUFFERS - 1; ++j)
     if (j == b) return texelFetch(luminance_texels[j], k);
   return texelFetch(luminance_texels[LUMINANCE_BUFFERS - 1], k);
 }
-#endif
 
-float fetch_texel(int grid, int i) { return grid == 0 ? density_texel(i).x : luminance_texel(i).x; }
-vec3 fetch_texel3(int grid, int i) { return luminance_texel(i).xyz; }
+vec4 emission_texel(int i) {
+  int b = EMISSION_BUFFERS == 1 ? 0 : i / TEXELS_PER_BUFFER;
+  int k = i - b * TEXELS_PER_BUFFER;
+  for (int j = 0; j < EMISSION_BUFFERS - 1; ++j)
+    if (j == b) return texelFetch(emission_texels[j], k);
+  return texelFetch(emission_texels[EMISSION_BUFFERS - 1], k);
+}
+
+vec3 fetch_texel3(int grid, int i) {
+  return grid == 0 ? density_texel(i).xyz
+       : grid == 1 ? luminance_texel(i).xyz : emission_texel(i).xyz;
+}
+float fetch_texel(int grid, int i) { return fetch_texel3(grid, i).x; }
 
 // `slot` is the brick's place in the 3D texture here, 10 bits an axis (see AtlasTextures).
 vec4 filtered(sampler3D bricks, int slot, vec3 local) {
@@ -67,10 +81,11 @@ vec4 filtered(sampler3D bricks, int slot, vec3 local) {
   return textureLod(bricks, (vec3(texel) + local.zyx + 0.5) / vec3(textureSize(bricks, 0)), 0.0);
 }
 
-float filtered_texel(int grid, int slot, vec3 local) {
-  return grid == 0 ? filtered(density_bricks, slot, local).x
-                   : filtered(luminance_bricks, slot, local).x;
-}
 vec3 filtered_texel3(int grid, int slot, vec3 local) {
-  return filtered(luminance_bricks, slot, local).xyz;
+  return grid == 0 ? filtered(density_bricks, slot, local).xyz
+       : grid == 1 ? filtered(luminance_bricks, slot, local).xyz
+                   : filtered(emission_bricks, slot, local).xyz;
+}
+float filtered_texel(int grid, int slot, vec3 local) {
+  return filtered_texel3(grid, slot, local).x;
 }

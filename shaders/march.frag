@@ -3,10 +3,15 @@
 #include "math/psi.glsl"
 #include "math/segment.glsl"
 #include "math/cubic.glsl"
+#include "math/glow.glsl"
 #include "ray.glsl"
 #include "atlas.glsl"
+#include "transfer.glsl"
 #include "integrator.glsl"
 #include "march.glsl"
+#include "march_cells.glsl"
+#include "march_uniform.glsl"
+#include "pixel.glsl"
 
 // Row 0 of the framebuffer is the picture's top row of the tile.
 uniform ivec2 tile_origin;
@@ -26,7 +31,7 @@ March load_march(March m, ivec2 at) {
   ivec4 c = texelFetch(state_in[2], at, 0);
   ivec4 d = texelFetch(state_in[3], at, 0);
   m.t = intBitsToFloat(a.x);
-  m.value = intBitsToFloat(a.y);
+  m.front.value = intBitsToFloat(a.y);
   m.optical_depth = intBitsToFloat(a.z);
   m.lost = intBitsToFloat(a.w);
   m.cell = b.xyz;
@@ -38,13 +43,13 @@ March load_march(March m, ivec2 at) {
   m.turns = d.z >> 1;
   m.done = (d.z & 1) == 1;
   m.transmittance = intBitsToFloat(d.w);
-  m.known = m.value >= 0.0 && !own_luminance();
-  m.L = luminance_at(m, m.t, m.value);
+  m.known = m.front.value > UNKNOWN && !own_luminance() && !has_emission();
+  m.front = with_value(m, m.front, m.front.value);
   return m;
 }
 
 void save_march(March m) {
-  out_state[0] = ivec4(floatBitsToInt(m.t), floatBitsToInt(m.value),
+  out_state[0] = ivec4(floatBitsToInt(m.t), floatBitsToInt(m.front.value),
                        floatBitsToInt(m.optical_depth), floatBitsToInt(m.lost));
   out_state[1] = ivec4(m.cell, m.lattice);
   out_state[2] = ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth));
@@ -55,7 +60,7 @@ void save_march(March m) {
 
 void main() {
   Pixel p = make_pixel(floor(gl_FragCoord.xy) + vec2(tile_origin));
-  Ray ray = density_ray(p);
+  Ray ray = march_ray_of(p);
   March m = begin_march(ray);
 #if RESUMABLE
   if (!first_pass) m = load_march(m, ivec2(gl_FragCoord.xy));
@@ -64,7 +69,7 @@ void main() {
 #if RESUMABLE
   save_march(m);
 #endif
-  out_picture = picture(m);
+  out_picture = picture(m, p);
   float depth = m.half_depth >= NEVER ? m.half_depth : (m.half_depth - camera_time(p)) * world_unit;
   out_layers = vec4(depth, decay(m.optical_depth).e, float(m.steps), float(m.samples));
 }

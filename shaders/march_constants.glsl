@@ -1,14 +1,20 @@
 // What a shader is compiled for: constants in GLSL, so that terms which cannot change the picture
 // vanish; plain members in the march in double. No include guard, as march_parameters.glsl.
+CONSTANT(int, mode)               // Mode
 CONSTANT(int, luminance_source)   // LuminanceSource
+CONSTANT(int, emission_channels)  // of the emission grid, 0: there is none
+CONSTANT(bool, transfer)          // a transfer function classifies values; else tau ~ value
+CONSTANT(bool, split_knots)       // segments end where the value crosses its knots
 CONSTANT(int, segments)           // linear segments a cell
 CONSTANT(int, density_levels)     // of the page tables
 CONSTANT(int, luminance_levels)
+CONSTANT(int, emission_levels)
 CONSTANT(bool, constant_runs)     // the density atlas has constant entries
 CONSTANT(bool, uniform_sampling)
 CONSTANT(bool, middle_rule)       // the integrator reads middles, not ends
 CONSTANT(bool, exact_depth)       // the integrator takes the segment's depth, not its own
 CONSTANT(bool, cell_rule)         // the integrator takes a cell's cubic, not segments
+CONSTANT(bool, transfer_rule)     // the integrator takes values and applies the function itself
 CONSTANT(bool, hardware_filter)
 CONSTANT(bool, orthographic)
 CONSTANT(bool, count_steps)

@@ -24,6 +24,16 @@ PARAMETER(int3, luminance_domain_min)
 PARAMETER(int3, luminance_domain_max)
 PARAMETER(int3, luminance_table_min)
 PARAMETER(int3, luminance_table_size)
+PARAMETER(real3, emission_anchor_0)
+PARAMETER(real3, emission_anchor_u)
+PARAMETER(real3, emission_anchor_v)
+PARAMETER(real3, emission_direction_0)
+PARAMETER(real3, emission_direction_u)
+PARAMETER(real3, emission_direction_v)
+PARAMETER(int3, emission_domain_min)
+PARAMETER(int3, emission_domain_max)
+PARAMETER(int3, emission_table_min)
+PARAMETER(int3, emission_table_size)
 PARAMETER(real3, world_0)             // world direction, not normalised
 PARAMETER(real3, world_u)
 PARAMETER(real3, world_v)
@@ -36,3 +46,16 @@ PARAMETER(real, stop_depth)           // optical depth at which a ray ends
 PARAMETER(real, step)                 // of the uniform lattice [unit of t]
 PARAMETER(real, world_unit)           // world length of one unit of t
 PARAMETER(int, max_turns)             // of the loop in this pass
+PARAMETER(real, emission_scale)       // emission of value 1 [radiance / unit of t]
+PARAMETER(real, lmip_threshold)
+PARAMETER(real, isovalue)
+PARAMETER(real3, normal_x)            // columns of the inverse transposed transform: what turns a
+PARAMETER(real3, normal_y)            // gradient over voxels into the world's [1 / unit of t]
+PARAMETER(real3, normal_z)
+PARAMETER(real3, light_direction)     // that light travels along; 0: from the camera
+PARAMETER(int, transfer_first)        // where `tables` has the transfer function, see transfer.glsl
+PARAMETER(int, transfer_knots)
+PARAMETER(int, transfer_bins_first)
+PARAMETER(int, transfer_bins)
+PARAMETER(real, transfer_min)
+PARAMETER(real, transfer_bin_scale)

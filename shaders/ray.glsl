@@ -38,6 +38,12 @@ Ray make_ray(real3 anchor, real3 direction, int3 domain_min, int3 domain_max, re
   return ray;
 }
 
+// The same line from its other end, t negated.
+Ray reversed(Ray ray) {
+  return Ray(ray.anchor, -ray.direction, -ray.inverse, ray.offset * real(-1.0), int3(1) - ray.side,
+             -ray.end, -ray.begin);
+}
+
 real3 position(Ray ray, real t) { return ray.anchor + ray.direction * t; }
 
 // The cell of the box [lo, hi) that holds the position at t: where rounding puts it outside, the
@@ -61,4 +67,17 @@ Crossing leave(Ray ray, int3 lo, int3 hi) {
   if (times.y <= t) cell.y = ray.side.y == 1 ? hi.y : lo.y - 1;
   if (times.z <= t) cell.z = ray.side.z == 1 ? hi.z : lo.z - 1;
   return Crossing(t, cell);
+}
+
+#if REAL_BITS == 64
+const real t_epsilon = real(2.3e-16);
+#else
+const real t_epsilon = real(1.2e-7);
+#endif
+
+// End of the first `part` of the way from t on to t_exit: ahead of t by more than rounding, or the
+// part would be met again for ever.
+real part_end(real t, real length, real part, real t_exit) {
+  if (part >= real(1.0)) return t_exit;
+  return min(t_exit, max(t + part * length, t + abs(t) * t_epsilon + t_epsilon));
 }

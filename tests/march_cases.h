@@ -12,9 +12,9 @@
 #include <string>
 
 #include "make_field.h"
-#include "psivox/atlas.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/medium_atlas.h"
 #include "psivox/reference.h"
 #include "psivox/renderer.h"
 #include "reference_cases.h"
@@ -112,38 +112,25 @@ inline WorldRay pixel_ray(const View& view, int x, int y) {
 
 // --- pictures ------------------------------------------------------------------------------------
 
-/// The atlases of a view.
-struct Atlases {
-  explicit Atlases(const View& view, AtlasOptions options = {}) {
-    options.texel = view.scene.texel;
-    density = build_atlas(*view.medium.density, options);
-    if (view.medium.luminance) luminance = build_atlas(*view.medium.luminance, options);
-  }
-  const BrickAtlas* own() const { return luminance ? &*luminance : nullptr; }
-
-  BrickAtlas density;
-  std::optional<BrickAtlas> luminance;
-};
-
 struct GlOptions {
   RenderOptions render;
   int max_turns = 0;
   std::uint64_t max_buffer_texels = 0;
 };
 
-inline RenderResult render_gl(const View& view, const Atlases& atlases,
+inline RenderResult render_gl(const View& view, const MediumAtlas& atlas,
                               const GlOptions& options = {}) {
   GlRenderer& gl = *Gpu::renderer();
-  gl.upload(atlases.density, atlases.own(), view.scene.filter, options.max_buffer_texels);
+  gl.upload(atlas, view.scene.filter, options.max_buffer_texels);
   return gl.render(view, options.render, options.max_turns);
 }
-inline Image gl_picture(const View& view) { return render_gl(view, Atlases(view)).image; }
+inline Image gl_picture(const View& view) { return render_gl(view, build_medium_atlas(view)).image; }
 
-inline RenderResult render_double(const View& view, const Atlases& atlases,
+inline RenderResult render_double(const View& view, const MediumAtlas& atlas,
                                   const RenderOptions& options = {}) {
-  return render_march_double(view, atlases.density, atlases.own(), options);
+  return render_march_double(view, atlas, options);
 }
-inline Image double_picture(const View& view) { return render_double(view, Atlases(view)).image; }
+inline Image double_picture(const View& view) { return render_double(view, build_medium_atlas(view)).image; }
 
 /// Difference of two pictures, printed and kept as the test's property.
 inline Comparison difference(const std::string& what, const Image& a, const Image& b) {

@@ -54,7 +54,7 @@ TEST_P(AgainstReference, DefaultAndQuarterSteps) {
     Scene scene = framed(256);
     const View view = view_of(scene, field(GetParam()), glow);
     const Image reference = render_reference(view).image;
-    const Atlases atlases(view);
+    const MediumAtlas atlases = build_medium_atlas(view);
     const Image gpu = render_gl(view, atlases).image;
     expect_content(gpu);
     EXPECT_LE(difference(GetParam() + L + ", default", gpu, reference).rms,
@@ -76,7 +76,7 @@ TEST_F(MarchFiles, GpuIsTheMarchInDouble) {
       Scene scene = framed(64);
       scene.step = step;
       const View view = view_of(scene, field(name), Glow::density);
-      const Atlases atlases(view);
+      const MediumAtlas atlases = build_medium_atlas(view);
       const Image gpu = render_gl(view, atlases).image;
       expect_content(gpu, 0.005);
       const Comparison c = difference(std::string(name) + (step ? " uniform" : " cells"), gpu,

@@ -37,7 +37,7 @@ TEST_F(MarchLayers, DepthIsWhereHalfTheLightIsLeft) {
       scene.extinction = 1;
       scene.step = step;
       const View view = view_of(scene, plate);
-      const Atlases atlases(view);
+      const MediumAtlas atlases = build_medium_atlas(view);
       const RenderResult gpu = render_gl(view, atlases, {.render = all_layers});
       const RenderResult wide = render_double(view, atlases, all_layers);
       for (int y = 0; y < 24; ++y)
@@ -60,7 +60,7 @@ TEST_F(MarchLayers, DepthIsWhereHalfTheLightIsLeft) {
 TEST_F(MarchLayers, DepthIsInfiniteWhereMostLightGoesThrough) {
   Scene scene = oblique();
   const View view = view_of(scene, mixed());
-  const Image image = render_gl(view, Atlases(view), {.render = all_layers}).image;
+  const Image image = render_gl(view, build_medium_atlas(view), {.render = all_layers}).image;
   std::size_t near = 0, far = 0;
   for (std::size_t i = 0; i < 1600; ++i) {
     const float depth = layer(image, "depth").values[i];
@@ -78,7 +78,7 @@ TEST_F(MarchLayers, TransmittanceIsWhatOpacityLeaves) {
     Scene scene = oblique();
     scene.step = step;
     const View view = view_of(scene, mixed(), Glow::density);
-    const Image image = render_gl(view, Atlases(view), {.render = all_layers}).image;
+    const Image image = render_gl(view, build_medium_atlas(view), {.render = all_layers}).image;
     for (std::size_t i = 0; i < 1600; ++i)
       EXPECT_NEAR(layer(image, "transmittance").values[i] + image.rgba()[4 * i + 3], 1, 2e-7);
   }
@@ -86,7 +86,7 @@ TEST_F(MarchLayers, TransmittanceIsWhatOpacityLeaves) {
 
 TEST_F(MarchLayers, LayersAreThoseAskedFor) {
   const View view = view_of(oblique(), mixed());
-  const Atlases atlases(view);
+  const MediumAtlas atlases = build_medium_atlas(view);
   EXPECT_EQ(render_gl(view, atlases).image.layers.size(), 1u);
   const Image plain = render_gl(view, atlases).image;
   const RenderResult counted = render_gl(view, atlases, {.render = all_layers});
@@ -103,7 +103,7 @@ TEST_F(MarchLayers, PixelSamplesAreTheMeanOfTheirRays) {
     Scene scene = oblique(20);
     scene.pixel_samples = n;
     const View view = view_of(scene, mixed());
-    const RenderResult gpu = render_gl(view, Atlases(view), {.render = all_layers});
+    const RenderResult gpu = render_gl(view, build_medium_atlas(view), {.render = all_layers});
     EXPECT_EQ(gpu.stats.rays, 400u * std::uint64_t(n));
     double worst = 0;
     for (int y = 0; y < 20; ++y)
@@ -160,7 +160,7 @@ std::uint64_t cells_crossed(const View& view) {
 
 /// `begins`: rays that may begin inside a brick; none on real files seen from outside.
 void expect_look_ups(const std::string& what, const View& view, std::uint64_t begins) {
-  const RenderResult gpu = render_gl(view, Atlases(view), {.render = all_layers});
+  const RenderResult gpu = render_gl(view, build_medium_atlas(view), {.render = all_layers});
   const std::uint64_t cells = cells_crossed(view);
   const double ratio = double(gpu.stats.samples) / double(cells);
   std::printf("  %-16s look-ups %.2f a ray, cells crossed %.2f, ratio %.5f\n", what.c_str(),
@@ -172,7 +172,7 @@ void expect_look_ups(const std::string& what, const View& view, std::uint64_t be
   EXPECT_GE(ratio, 0.98) << what;
   EXPECT_LE(double(gpu.stats.samples), 1.02 * double(cells) + double(begins)) << what;
   // Rays along faces take the cells on one side or the other.
-  const std::uint64_t wide = render_double(view, Atlases(view), all_layers).stats.samples;
+  const std::uint64_t wide = render_double(view, build_medium_atlas(view), all_layers).stats.samples;
   EXPECT_NEAR(double(wide) / double(gpu.stats.samples), 1, 0.005);
 }
 
@@ -205,7 +205,7 @@ TEST_F(MarchLayers, StepsAreSegments) {
     Scene scene = looking(small_scene(4), {-30, 1.1, 0.9}, {0, 1.1, 0.9}, 1.0);
     scene.segments = segments;
     const View view = view_of(scene, rod, Glow::density);
-    const Image image = render_gl(view, Atlases(view), {.render = all_layers}).image;
+    const Image image = render_gl(view, build_medium_atlas(view), {.render = all_layers}).image;
     for (const float steps : layer(image, "steps").values)
       EXPECT_LE(steps, 21.0f * float(segments));
     for (const float steps : layer(image, "steps").values)

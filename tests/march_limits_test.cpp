@@ -72,7 +72,7 @@ const RenderOptions all_layers{.count = true, .depth = true, .transmittance = tr
 
 TEST_F(MarchLimits, PassesOfSevenTurnsAreOnePass) {
   for (const auto& [name, view] : views()) {
-    const Atlases atlases(view);
+    const MediumAtlas atlases = build_medium_atlas(view);
     // A pass may look its first values up again: compared without counts.
     const RenderOptions options{.depth = true, .transmittance = true, .progress = {}};
     const RenderResult one = render_gl(view, atlases, {.render = options});
@@ -89,7 +89,7 @@ TEST_F(MarchLimits, CountsSurvivePasses) {
     Scene scene = oblique();
     if (step > 0) scene.step = step;
     const View view = view_of(scene, mixed(), Glow::density);
-    const Atlases atlases(view);
+    const MediumAtlas atlases = build_medium_atlas(view);
     const RenderResult one = render_gl(view, atlases, {.render = all_layers});
     const RenderResult many = render_gl(view, atlases, {.render = all_layers, .max_turns = 7});
     EXPECT_EQ(one.stats.steps, many.stats.steps);
@@ -110,7 +110,7 @@ TEST_F(MarchLimits, CellsBeyondTheDriversLoopLimit) {
   const auto field = share(rod());
   for (const Glow glow : {Glow::constant, Glow::density}) {
     const View view = view_of(scene, field, glow);
-    const RenderResult gpu = render_gl(view, Atlases(view), {.render = all_layers});
+    const RenderResult gpu = render_gl(view, build_medium_atlas(view), {.render = all_layers});
     EXPECT_GT(gpu.stats.passes, 1);
     EXPECT_GE(gpu.stats.steps, (glow == Glow::constant ? 1u : 2u) * 16u * 70'000u);
     expect_content(gpu.image, 0.5, 0.95);
@@ -133,7 +133,7 @@ TEST_F(MarchLimits, StepsBeyondTheDriversLoopLimit) {
       make_field({{0, 0, 0}, {69, 2, 2}}, [](glm::ivec3 v) { return 0.5f + 0.5f * noise(v); }));
   for (const Integrator rule : {Integrator::psi_balanced, Integrator::porter_duff}) {
     const View view = view_of(with(scene, rule, 0.001), field, Glow::density);
-    const RenderResult gpu = render_gl(view, Atlases(view), {.render = all_layers});
+    const RenderResult gpu = render_gl(view, build_medium_atlas(view), {.render = all_layers});
     EXPECT_GT(gpu.stats.passes, 1);
     EXPECT_GE(gpu.stats.steps, 36u * 69'000u);
     expect_content(gpu.image, 0.3, 0.95);
@@ -149,7 +149,7 @@ TEST_F(MarchLimits, StepsBeyondTheDriversLoopLimit) {
 
 TEST_F(MarchLimits, ManyTexelBuffersAreOne) {
   for (const auto& [name, view] : views()) {
-    const Atlases atlases(view);
+    const MediumAtlas atlases = build_medium_atlas(view);
     // Eight buffers of whole bricks for the larger grid; a shader has 16 texture units at least.
     const std::size_t bricks =
         std::max(atlases.density.bricks.size(), atlases.own() ? atlases.own()->bricks.size() : 0);
@@ -166,7 +166,7 @@ TEST_F(MarchLimits, ManyHalfBuffersAreOne) {
   base.texel = TexelType::float16;
   const auto density = share(mixed()), colour = share(vector_glow());
   const View view = make_view(base, density, colour);
-  const Atlases atlases(view);
+  const MediumAtlas atlases = build_medium_atlas(view);
   const std::uint64_t limit = (atlases.density.bricks.size() / 6 + 1) * 729;
   expect_identical("halves", render_gl(view, atlases).image,
                    render_gl(view, atlases, {.render = {}, .max_buffer_texels = limit}).image);
@@ -174,10 +174,10 @@ TEST_F(MarchLimits, ManyHalfBuffersAreOne) {
 
 TEST_F(MarchLimits, DeepPageTablesAreFlatOnes) {
   for (const auto& [name, view] : views()) {
-    const Atlases flat(view);
+    const MediumAtlas flat = build_medium_atlas(view);
     const Image expected = render_gl(view, flat).image;
     for (const std::uint64_t top : {20u, 1u}) {
-      const Atlases deep(view, {.top_entries = top});
+      const MediumAtlas deep = build_medium_atlas(view, {.top_entries = top});
       EXPECT_EQ(deep.density.pages.levels, top == 1 ? 3 : 2);
       const Image image = render_gl(view, deep).image;
       const Comparison c = difference(name + " levels " + std::to_string(deep.density.pages.levels),
@@ -223,7 +223,7 @@ TEST_F(MarchLimits, TilesHaveNoSeams) {
   for (const double step : {0.0, 1.3}) {
     if (step > 0) scene.step = step;
     const View view = view_of(scene, mixed(), Glow::density);
-    const Atlases atlases(view);
+    const MediumAtlas atlases = build_medium_atlas(view);
     const RenderOptions options{.depth = true, .transmittance = true, .progress = {}};
     const RenderResult large = render_gl(view, atlases, {.render = options});
     const RenderResult small = render_gl(view, atlases, {.render = options, .max_turns = 60});
@@ -245,7 +245,7 @@ TEST_F(MarchLimits, ProgressReachesOne) {
     EXPECT_GE(fraction, last);
     last = fraction;
   };
-  render_gl(view, Atlases(view), {.render = options});
+  render_gl(view, build_medium_atlas(view), {.render = options});
   EXPECT_EQ(last, 1);
 }
 
@@ -262,10 +262,10 @@ TEST_F(MarchLimits, AnEmptyFieldIsAnEmptyPicture) {
 TEST_F(MarchLimits, MoreTexturesThanTheDeviceHasIsALimitByName) {
   // A column of 400 bricks, one a buffer; its table of 404 entries fits one.
   const Field column = make_field({{0, 0, 0}, {7, 7, 799}}, [](glm::ivec3 v) { return noise(v); });
-  const BrickAtlas atlas = build_atlas(column);
-  ASSERT_GE(atlas.bricks.size(), 400u);
+  MediumAtlas atlas{build_atlas(column), {}, {}};
+  ASSERT_GE(atlas.density.bricks.size(), 400u);
   try {
-    Gpu::renderer()->upload(atlas, nullptr, Filter::exact, 729);
+    Gpu::renderer()->upload(atlas, Filter::exact, 729);
     ADD_FAILURE() << "no Error";
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ExitCode::graphics);
@@ -276,7 +276,7 @@ TEST_F(MarchLimits, MoreTexturesThanTheDeviceHasIsALimitByName) {
 
 TEST_F(MarchLimits, RenderNeedsItsUpload) {
   const View view = view_of(oblique(), mixed());
-  const Atlases atlases(view);
+  const MediumAtlas atlases = build_medium_atlas(view);
   render_gl(view, atlases);
   Scene scene = oblique();
   scene.filter = Filter::hardware;

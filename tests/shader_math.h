@@ -30,6 +30,7 @@ struct Math {
 #include "math/psi.glsl"
 #include "math/segment.glsl"
 #include "math/cubic.glsl"
+#include "math/glow.glsl"
 #include "all_integrators.h"
 // clang-format on
 #undef REAL_BITS
@@ -51,6 +52,7 @@ struct Math {
 #include "math/psi.glsl"
 #include "math/segment.glsl"
 #include "math/cubic.glsl"
+#include "math/glow.glsl"
 #include "all_integrators.h"
 // clang-format on
 #undef REAL_BITS

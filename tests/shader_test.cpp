@@ -55,9 +55,9 @@ class Shaders : public GpuTest {
 
   /// A renderer of its own, so that no program is at hand already.
   static Image picture(const View& view) {
-    const Atlases atlases(view);
+    const MediumAtlas atlases = build_medium_atlas(view);
     GlRenderer gl({.debug = true});
-    gl.upload(atlases.density, atlases.own());
+    gl.upload(atlases);
     return gl.render(view).image;
   }
 

@@ -11,7 +11,6 @@
 #include "command_line.h"
 #include "commands.h"
 #include "progress_bar.h"
-#include "psivox/atlas.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/medium.h"
@@ -120,44 +119,24 @@ void print_notices(const View& view, bool chose_extinction) {
                  parameter_text(view.scene, *find_parameter("extinction")).c_str());
 }
 
-AtlasSize& operator+=(AtlasSize& sum, const AtlasSize& size) {
-  sum.textured_bricks += size.textured_bricks;
-  sum.constant_bricks += size.constant_bricks;
-  sum.page_bytes += size.page_bytes;
-  sum.constant_bytes += size.constant_bytes;
-  sum.texel_bytes += size.texel_bytes;
-  return sum;
-}
-
 Image march(const RenderCall& call, const View& view, const Progress& progress,
             RenderReport& report) {
   const Stopwatch building;
-  AtlasOptions options{view.scene.texel, view.scene.memory_limit};
-  const BrickAtlas density = build_atlas(*view.medium.density, options);
-  report.atlas += density.size;
-  std::optional<BrickAtlas> luminance;
-  if (view.medium.luminance) {
-    // What the density leaves of the limit; 1 rather than 0, which would be none.
-    const std::uint64_t used = 2 * density.size.bytes();
-    if (options.memory_limit)
-      options.memory_limit = std::max<std::uint64_t>(1, options.memory_limit - used);
-    luminance.emplace(build_atlas(*view.medium.luminance, options));
-    report.atlas += luminance->size;
-  }
+  const MediumAtlas atlas = build_medium_atlas(view);
+  report.atlas = atlas.size();
   report.atlas_ms = building.ms();
 
-  const BrickAtlas* luminance_atlas = luminance ? &*luminance : nullptr;
   const bool count =
       call.verbose || !call.stats.empty() || wants(call, "steps") || wants(call, "samples");
   const RenderOptions render{count, wants(call, "depth"), wants(call, "transmittance"), progress};
   RenderResult result;
   if (view.scene.renderer == RendererKind::march_double) {
     const Stopwatch marching;
-    result = render_march_double(view, density, luminance_atlas, render);
+    result = render_march_double(view, atlas, render);
     result.stats.march_ms = marching.ms();
   } else {
     GlRenderer renderer({view.scene.device});
-    renderer.upload(density, luminance_atlas, view.scene.filter);
+    renderer.upload(atlas, view.scene.filter);
     result = renderer.render(view, render);
   }
   report.stats = result.stats;

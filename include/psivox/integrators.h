@@ -14,10 +14,15 @@
 /// Rules for the cubic of a cell, with --sampling cells only: Weights name(Cubic, real).
 #define PSIVOX_CELL_INTEGRATORS(X)                                                                \
   X(cell_exact,   false, true,  "Gauss-Legendre on the cell's cubic, its own optical depth; cells only")
+/// Rules that apply the transfer function themselves to values that are linear along the segment:
+/// Mixture name(real front, real back, real length).
+#define PSIVOX_TRANSFER_INTEGRATORS(X)                                                            \
+  X(preintegrated_fast, false, true, "integral functions of the transfer function, no shading inside a segment")
 // clang-format on
 #define PSIVOX_INTEGRATORS(X)   \
   PSIVOX_SEGMENT_INTEGRATORS(X) \
-  PSIVOX_CELL_INTEGRATORS(X)
+  PSIVOX_CELL_INTEGRATORS(X)    \
+  PSIVOX_TRANSFER_INTEGRATORS(X)
 
 namespace psivox {
 
@@ -27,18 +32,8 @@ enum class Integrator : int {
 #undef PSIVOX_ROW
 };
 
-/// Integrates cells, not segments.
-constexpr bool is_cell_rule(Integrator id) {
-  switch (id) {
-#define PSIVOX_ROW(name, middle, exact, help) \
-  case Integrator::name:                      \
-    return true;
-    PSIVOX_CELL_INTEGRATORS(PSIVOX_ROW)
-#undef PSIVOX_ROW
-    default:
-      return false;
-  }
-}
+/// What a rule is given: linear segments, a cell's cubic, or values that it classifies itself.
+enum class IntegratorKind { segment, cell, transfer };
 
 /// A row of the table. `name` is also that of the rule's GLSL function and file.
 struct IntegratorInfo {
@@ -47,14 +42,27 @@ struct IntegratorInfo {
   bool samples_middle;
   bool exact_depth;
   const char* help;
+  IntegratorKind kind;
 };
 
 inline constexpr IntegratorInfo integrators[] = {
-#define PSIVOX_ROW(name, middle, exact, help) {Integrator::name, #name, middle, exact, help},
-    PSIVOX_INTEGRATORS(PSIVOX_ROW)
+#define PSIVOX_ROW(name, middle, exact, help) \
+  {Integrator::name, #name, middle, exact, help, IntegratorKind::segment},
+    PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
+#undef PSIVOX_ROW
+#define PSIVOX_ROW(name, middle, exact, help) \
+  {Integrator::name, #name, middle, exact, help, IntegratorKind::cell},
+        PSIVOX_CELL_INTEGRATORS(PSIVOX_ROW)
+#undef PSIVOX_ROW
+#define PSIVOX_ROW(name, middle, exact, help) \
+  {Integrator::name, #name, middle, exact, help, IntegratorKind::transfer},
+            PSIVOX_TRANSFER_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
 };
 
 constexpr const IntegratorInfo& info(Integrator id) { return integrators[static_cast<int>(id)]; }
+constexpr bool is_cell_rule(Integrator id) { return info(id).kind == IntegratorKind::cell; }
+constexpr bool is_segment_rule(Integrator id) { return info(id).kind == IntegratorKind::segment; }
+constexpr bool is_transfer_rule(Integrator id) { return info(id).kind == IntegratorKind::transfer; }
 
 }  // namespace psivox

@@ -7,6 +7,7 @@
 #include "psivox/camera.h"
 #include "psivox/field.h"
 #include "psivox/scene.h"
+#include "psivox/transfer_function.h"
 #include "psivox/vdb.h"
 
 namespace psivox {
@@ -17,15 +18,21 @@ enum class LuminanceSource : int {
   density,   ///< L = color * scale * value of the density grid itself: no further fetch
   scalar,    ///< L = color * scale * value of a scalar grid
   vector,    ///< L = color * scale * value (vec3) of a grid
+  transfer,  ///< L = color * colour of the value by the transfer function
 };
 
 /// A scene's participating medium, resolved: grids read, `auto` replaced by numbers.
 struct Medium {
   std::shared_ptr<const Field> density;
-  double extinction = 1;  ///< tau = extinction * value [1/world unit]
+  double extinction = 1;  ///< tau = extinction * value, or attenuation of it [1/world unit]
   LuminanceSource source = LuminanceSource::constant;
   glm::dvec3 color{1};  ///< luminance * luminance_scale where a grid multiplies it
   std::shared_ptr<const Field> luminance;  ///< for scalar and vector sources, else null
+  /// tau = extinction * attenuation of the value by this function; null: of the value itself.
+  std::shared_ptr<const TransferFunction> transfer;
+  std::shared_ptr<const Field> emission;  ///< null: nothing radiates where tau is 0
+  double emission_scale = 1;  ///< emission = scale * value [radiance/world unit]
+  double isovalue = 0;        ///< under Mode::isosurface
 };
 
 /// What a renderer needs: the medium, the camera and the scene whose optionals are all resolved, so

@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "psivox/atlas.h"
 #include "psivox/image.h"
-#include "psivox/medium.h"
+#include "psivox/medium_atlas.h"
 #include "psivox/progress.h"
 
 namespace psivox {
@@ -62,10 +61,10 @@ class GlRenderer {
   /// GL_RENDERER and GL_VERSION.
   std::string description() const;
 
-  /// Copies atlases to the GPU; `luminance` for scalar and vector sources, else null. With
-  /// Filter::hardware a later render must ask for that filter too, and vice versa.
-  /// `max_buffer_texels` lowers the driver's limit on one texture (tests).
-  void upload(const BrickAtlas& density, const BrickAtlas* luminance, Filter filter = Filter::exact,
+  /// Copies the atlases, which must stay until the last render, to the GPU. With Filter::hardware a
+  /// later render must ask for that filter too, and vice versa. `max_buffer_texels` lowers the
+  /// driver's limit on one texture (tests).
+  void upload(const MediumAtlas& atlas, Filter filter = Filter::exact,
               std::uint64_t max_buffer_texels = 0);
 
   /// Draws the view's picture from the uploaded atlases, which must be its own. `max_turns` lowers
@@ -79,7 +78,7 @@ class GlRenderer {
 
 /// The same march, from the same source, in double precision on the CPU: what differs from
 /// GlRenderer's picture is arithmetic error, what differs from the reference is step error.
-RenderResult render_march_double(const View& view, const BrickAtlas& density,
-                                 const BrickAtlas* luminance, const RenderOptions& options = {});
+RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
+                                 const RenderOptions& options = {});
 
 }  // namespace psivox

@@ -14,8 +14,59 @@ Cubic make_cubic(real f_0, real f_half, real f_1, real q_3) {
   return Cubic(f_0, q_1 + real(0.5) * q_3, q_2 - real(1.5) * q_3, q_3);
 }
 
-real evaluate(Cubic c, real s) {  // the field is not negative; rounding could be
-  return max(c.f_0 + s * (c.q_1 + s * (c.q_2 + s * c.q_3)), real(0.0));
+real polynomial(Cubic c, real s) { return c.f_0 + s * (c.q_1 + s * (c.q_2 + s * c.q_3)); }
+
+// Of an attenuation, which is not negative; rounding could be.
+real evaluate(Cubic c, real s) { return max(polynomial(c, s), real(0.0)); }
+
+// The same cubic from its other end.
+Cubic reversed(Cubic c) {
+  return Cubic(c.f_0 + c.q_1 + c.q_2 + c.q_3, -c.q_1 - real(2.0) * c.q_2 - real(3.0) * c.q_3,
+               c.q_2 + real(3.0) * c.q_3, -c.q_3);
+}
+
+// Where a cubic turns inside (0, 1), in order; 1 where it does not.
+struct Turns {
+  real first;
+  real second;
+};
+
+Turns turning_points(Cubic c) {
+  // 3 q_3 s^2 + 2 q_2 s + q_1 = 0, without cancellation; a quotient by 0 or beyond is no turn
+  real discriminant = max(c.q_2 * c.q_2 - real(3.0) * c.q_3 * c.q_1, real(0.0));
+  real root = sqrt(discriminant);
+  real q = -(c.q_2 + (c.q_2 < real(0.0) ? -root : root));
+  real a = real(3.0) * c.q_3;
+  real u = abs(q) < abs(a) ? q / a : real(1.0);
+  real v = abs(c.q_1) < abs(q) ? c.q_1 / q : real(1.0);
+  u = u > real(0.0) ? u : real(1.0);
+  v = v > real(0.0) ? v : real(1.0);
+  if (discriminant <= real(0.0)) return Turns(real(1.0), real(1.0));
+  return Turns(min(u, v), max(u, v));
+}
+
+// Where c - target changes its sign between lo and hi, over which c is monotone: bisected to 2^-20.
+real bisect(Cubic c, real target, real lo, real hi) {
+  bool below = polynomial(c, lo) < target;
+  for (int i = 0; i < 20; ++i) {
+    real middle = real(0.5) * (lo + hi);
+    if ((polynomial(c, middle) < target) == below) lo = middle;
+    else hi = middle;
+  }
+  return hi;
+}
+
+// The first place in [0, 1] where c passes through target; 2 where it does not.
+real first_crossing(Cubic c, real target) {
+  Turns turn = turning_points(c);
+  bool f_0 = c.f_0 < target;
+  bool f_1 = polynomial(c, turn.first) < target;
+  bool f_2 = polynomial(c, turn.second) < target;
+  bool f_3 = polynomial(c, real(1.0)) < target;
+  if (f_0 == f_1 && f_1 == f_2 && f_2 == f_3) return real(2.0);
+  real lo = f_0 != f_1 ? real(0.0) : f_1 != f_2 ? turn.first : turn.second;
+  real hi = f_0 != f_1 ? turn.first : f_1 != f_2 ? turn.second : real(1.0);
+  return bisect(c, target, lo, hi);
 }
 
 // Integral of f from 0 to s.

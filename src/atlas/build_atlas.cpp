@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <glm/common.hpp>
 #include <glm/gtc/packing.hpp>
+#include <glm/vec2.hpp>
 #include <string>
 
 #include "atlas/brick_source.h"
@@ -29,8 +30,28 @@ struct Candidate {
   glm::vec3 value{0};
 };
 
+/// Smallest and largest first channel of the blocks' parts that a brick holds.
+glm::vec2 value_range(const BrickSource::Neighbours& from, int channels) {
+  glm::vec2 range(from.blocks[0].values ? from.blocks[0].values[0] : from.blocks[0].constant.x);
+  const auto see = [&](float value) {
+    range = {std::min(range.x, value), std::max(range.y, value)};
+  };
+  for (int i = 0; i < 8; ++i) {
+    const atlas::Block& block = from.blocks[i];
+    if (!block.values) {
+      see(block.constant.x);
+      continue;
+    }
+    const int nx = i & 4 ? 1 : 8, ny = i & 2 ? 1 : 8, nz = i & 1 ? 1 : 8;
+    for (int x = 0; x < nx; ++x)
+      for (int y = 0; y < ny; ++y)
+        for (int z = 0; z < nz; ++z) see(block.values[((x * 8 + y) * 8 + z) * channels]);
+  }
+  return range;
+}
+
 /// A brick's kind, from its blocks alone: no copy of the values.
-void classify(const BrickSource& source, Candidate& candidate) {
+void find_kind(const BrickSource& source, Candidate& candidate) {
   const BrickSource::Neighbours from = source.neighbours(candidate.brick);
   const int channels = source.channels();
   glm::vec3 first{0};
@@ -64,6 +85,16 @@ void classify(const BrickSource& source, Candidate& candidate) {
   candidate.kind = first == glm::vec3(0) ? EntryKind::empty : EntryKind::constant;
 }
 
+/// The kind under a rule of what can be seen. Constants of 0 may be.
+void find_visible_kind(const BrickSource& source, const AtlasOptions& options, Candidate& candidate) {
+  find_kind(source, candidate);
+  const glm::vec2 range = value_range(source.neighbours(candidate.brick), source.channels());
+  if (!options.visible(range.x, range.y))
+    candidate.kind = EntryKind::empty;
+  else if (candidate.kind == EntryKind::empty)
+    candidate.kind = EntryKind::constant;
+}
+
 /// Topology of an atlas: everything but the texels.
 struct Plan {
   BrickSource source;
@@ -77,18 +108,31 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
       throw Error(ExitCode::input, "grid '" + field.name + "' is more than " +
                                        std::to_string(widest_box) + " voxels wide; resample it");
   Plan plan{BrickSource(field), {}, {}};
+  const auto visible = [&](float min, float max) {
+    return options.visible ? options.visible(min, max) : min != 0 || max != 0;
+  };
+  // What is walked for another grid's sake must not pass for the 0 around it.
+  const bool keep_all = visible(0, 0) && !options.walked.empty();
   std::vector<Candidate> candidates;
   for (const glm::ivec3& brick : plan.source.candidates()) candidates.push_back({brick});
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, candidates.size(), 256),
                     [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t i = range.begin(); i != range.end(); ++i)
-                        classify(plan.source, candidates[i]);
+                      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                        if (options.visible && !keep_all)
+                          find_visible_kind(plan.source, options, candidates[i]);
+                        else
+                          find_kind(plan.source, candidates[i]);
+                      }
                     });
 
   BrickAtlas& result = plan.atlas;
   result.channels = field.channels;
   result.texel = options.texel;
   result.domain = field.domain();
+  for (const Box& box : options.walked) {
+    result.domain.min = glm::min(result.domain.min, box.min);
+    result.domain.max = glm::max(result.domain.max, box.max);
+  }
   const glm::ivec3 first = result.domain.min >> 3;
   const glm::ivec3 last = (result.domain.max - 1) >> 3;
   atlas::PageTableBuilder pages(first, last, options.top_entries);
@@ -98,14 +142,26 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
     ++result.size.constant_bricks;
     return make_entry(EntryKind::constant, index);
   };
-  for (const BrickSource::ConstantBox& box : plan.source.wide_tiles())
-    pages.set_box(box.min, box.max, add_constant(box.value));
+  // What no leaf or tile reaches is 0.
+  if (visible(0, 0))
+    pages.set_box(first, last, add_constant(glm::vec3(0)));
+  else if (!options.walked.empty()) {
+    const std::uint32_t zero = add_constant(glm::vec3(0));
+    for (const Box& box : options.walked) pages.set_box(box.min >> 3, (box.max - 1) >> 3, zero);
+  }
+  constexpr std::uint32_t nothing = make_entry(EntryKind::empty, 1);
+  for (const BrickSource::ConstantBox& box : plan.source.wide_tiles()) {
+    if (keep_all || visible(box.value.x, box.value.x))
+      pages.set_box(box.min, box.max, add_constant(box.value));
+    else if (visible(0, 0))
+      pages.set_box(box.min, box.max, nothing);
+  }
   for (const Candidate& candidate : candidates) {
     const glm::ivec3& b = candidate.brick;
-    if (candidate.kind == EntryKind::empty || glm::any(glm::lessThan(b, first)) ||
-        glm::any(glm::greaterThan(b, last)))
-      continue;
-    if (candidate.kind == EntryKind::constant) {
+    if (glm::any(glm::lessThan(b, first)) || glm::any(glm::greaterThan(b, last))) continue;
+    if (candidate.kind == EntryKind::empty) {
+      if (visible(0, 0) && !keep_all) pages.set_brick(b, nothing);
+    } else if (candidate.kind == EntryKind::constant) {
       pages.set_brick(b, add_constant(candidate.value));
     } else {
       pages.set_brick(b, make_entry(EntryKind::brick, std::uint32_t(plan.textured.size())));

@@ -5,6 +5,7 @@
 #include "gl/atlas_textures.h"
 #include "gl/egl_context.h"
 #include "gl/march_program.h"
+#include "gl/tables.h"
 #include "gl/tile_target.h"
 #include "march/film.h"
 #include "march/march_parameters.h"
@@ -22,11 +23,18 @@ double milliseconds_since(Clock::time_point start) {
 
 /// Loop turns that one pass may take. Mesa 22.3's llvmpipe silently stops an invocation after
 /// 65,535 loop iterations, summed over all its loops: those of the segments inside a cell count.
-int turns_per_pass(const MarchConstants& constants) {
+int turns_per_pass(const MarchSetup& setup) {
   constexpr int driver_limit = 65535;
-  const int inner = constants.uniform_sampling ? 0 : constants.segments;
-  const int levels = constants.density_levels + constants.luminance_levels * 2;
-  return driver_limit / (1 + inner + levels) - 1;
+  const MarchConstants& c = setup.constants;
+  const int pieces = c.uniform_sampling ? 1 : c.segments;
+  // points of a turn, each of which may descend into two other grids' tables and search the function
+  const int points = 2 * pieces + 2;
+  const int levels = c.density_levels + points * (c.luminance_levels + c.emission_levels);
+  const int searches = c.transfer ? (points + 8) * setup.search_steps : 0;
+  constexpr int bisections = 2 * 20;
+  const int terms = c.emission_channels ? 10 * pieces : 0;
+  const int roots = c.split_knots || c.mode == int(Mode::isosurface) ? bisections : 0;
+  return driver_limit / (1 + pieces + levels + searches + roots + terms) - 1;
 }
 
 /// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
@@ -44,10 +52,9 @@ struct GlRenderer::Impl {
   gl::EglContext context;
   double init_ms = 0;
   double upload_ms = 0;
-  const BrickAtlas* density_atlas = nullptr;
-  const BrickAtlas* luminance_atlas = nullptr;
+  const MediumAtlas* atlas = nullptr;
   Filter filter = Filter::exact;  ///< that the textures are made for
-  std::unique_ptr<gl::AtlasTextures> density, luminance;
+  std::unique_ptr<gl::AtlasTextures> density, luminance, emission;
   std::map<std::string, std::unique_ptr<gl::MarchProgram>> programs;
   GLuint vertex_array = 0;
 
@@ -93,28 +100,29 @@ std::string GlRenderer::description() const {
   return impl_->context.renderer() + ", " + impl_->context.version();
 }
 
-void GlRenderer::upload(const BrickAtlas& density, const BrickAtlas* luminance, Filter filter,
-                        std::uint64_t max_buffer_texels) {
+void GlRenderer::upload(const MediumAtlas& atlas, Filter filter, std::uint64_t max_buffer_texels) {
   const auto start = Clock::now();
   Impl& impl = *impl_;
   impl.context.make_current();
-  impl.density.reset();
-  impl.luminance.reset();
-  impl.density = std::make_unique<gl::AtlasTextures>(density, filter, max_buffer_texels);
-  if (luminance)
-    impl.luminance = std::make_unique<gl::AtlasTextures>(*luminance, filter, max_buffer_texels);
+  int needed = gl::MarchProgram::first_grid_unit;
+  const auto copy = [&](std::unique_ptr<gl::AtlasTextures>& textures, const BrickAtlas* grid) {
+    textures.reset();
+    if (!grid) return;
+    textures = std::make_unique<gl::AtlasTextures>(*grid, filter, max_buffer_texels);
+    needed += textures->units();
+  };
+  copy(impl.density, &atlas.density);
+  copy(impl.luminance, atlas.luminance ? &*atlas.luminance : nullptr);
+  copy(impl.emission, atlas.emission ? &*atlas.emission : nullptr);
   impl.context.check("copying the atlas");
   GLint units = 0;
   glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
-  const int needed = gl::MarchProgram::density_unit + impl.density->units() +
-                     (impl.luminance ? impl.luminance->units() : 0);
   if (needed > units)
     throw Error(ExitCode::graphics, "the atlas takes " + std::to_string(needed) +
                                         " textures, and the device has " + std::to_string(units) +
                                         "; a coarser grid needs fewer");
   glFinish();
-  impl.density_atlas = &density;
-  impl.luminance_atlas = luminance;
+  impl.atlas = &atlas;
   impl.filter = filter;
   impl.upload_ms = milliseconds_since(start);
 }
@@ -125,13 +133,20 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   if (!impl.density || impl.filter != view.scene.filter)
     throw Error(ExitCode::failure, "render needs an upload for the same filter");
 
-  MarchSetup setup = make_march_setup(view, *impl.density_atlas, impl.luminance_atlas);
+  MarchSetup setup = make_march_setup(view, *impl.atlas);
   setup.constants.count_steps = options.count;
   setup.constants.find_depth = options.depth;
-  const int pass_turns = max_turns ? max_turns : turns_per_pass(setup.constants);
-  gl::MarchVariant variant{
-      setup.constants, impl.density->buffers(), impl.luminance ? impl.luminance->buffers() : 1,
-      impl.density->texels_per_buffer(), setup.parameters.max_turns > pass_turns};
+  const int pass_turns = max_turns ? max_turns : turns_per_pass(setup);
+  const gl::AtlasTextures* grids[] = {impl.density.get(), impl.luminance.get(),
+                                      impl.emission.get()};
+  gl::MarchVariant variant{setup.constants};
+  for (int i = 0; i < 3; ++i) {
+    if (!grids[i]) continue;
+    variant.buffers[i] = grids[i]->buffers();
+    // of grids with several buffers it is the device's limit
+    variant.texels_per_buffer = std::max(variant.texels_per_buffer, grids[i]->texels_per_buffer());
+  }
+  variant.resumable = setup.parameters.max_turns > pass_turns;
   setup.parameters.max_turns = std::min(setup.parameters.max_turns, pass_turns);
 
   RenderResult result;
@@ -143,8 +158,10 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   auto start = Clock::now();
   const gl::MarchProgram& march = impl.program(variant);
   march.configure(setup.parameters);
-  impl.density->bind(gl::MarchProgram::density_unit);
-  if (impl.luminance) impl.luminance->bind(march.luminance_unit());
+  const gl::Tables tables(setup.tables);
+  tables.bind(gl::MarchProgram::tables_unit);
+  for (int i = 0; i < 3; ++i)
+    if (grids[i]) grids[i]->bind(march.grid_unit(i));
 
   int side = variant.resumable ? 64 : 256;
   auto target = std::make_unique<gl::TileTarget>(side, variant.resumable);

@@ -9,16 +9,23 @@ std::string function_of(const MarchVariant& variant) {
   return info(variant.constants.integrator).name;
 }
 
-/// The shader's one integrator: march.glsl calls it by what it takes, a segment or a cell.
+/// The shader's one integrator: the march calls it by what it takes.
 std::map<std::string, std::string> generated_files(const MarchVariant& variant) {
   const std::string function = function_of(variant);
-  const std::string none = "{ return Weights(0.0, 0.0, 0.0, 0.0); }\n";
-  const bool cell = variant.constants.cell_rule;
-  return {{"integrator.glsl", "#include \"integrators/" + function + ".glsl\"\n" +
-                                  "Weights integrate_segment(Segment s) " +
-                                  (cell ? none : "{ return " + function + "(s); }\n") +
-                                  "Weights integrate_cell(Cubic c, float x) " +
-                                  (cell ? "{ return " + function + "(c, x); }\n" : none)}};
+  const auto call = [&](IntegratorKind kind, const std::string& signature,
+                        const std::string& arguments, const std::string& none) {
+    const bool own = info(variant.constants.integrator).kind == kind;
+    return signature + " { return " + (own ? function + arguments : none) + "; }\n";
+  };
+  const std::string weights = "Weights(0.0, 0.0, 0.0, 0.0)";
+  return {{"integrator.glsl",
+           "#include \"integrators/" + function + ".glsl\"\n" +
+               call(IntegratorKind::segment, "Weights integrate_segment(Segment s)", "(s)", weights) +
+               call(IntegratorKind::cell, "Weights integrate_cell(Cubic c, float x)", "(c, x)",
+                    weights) +
+               call(IntegratorKind::transfer,
+                    "Mixture integrate_transfer(float front, float back, float length)",
+                    "(front, back, length)", "Mixture(0.0, vec3(0.0))")}};
 }
 
 }  // namespace
@@ -29,23 +36,31 @@ std::string MarchVariant::prelude() const {
 #define CONSTANT(type, name) text << "const " #type " " #name " = " << constants.name << ";\n";
 #include "march_constants.glsl"
 #undef CONSTANT
-  text << "#define DENSITY_BUFFERS " << density_buffers << "\n#define LUMINANCE_BUFFERS "
-       << luminance_buffers << "\n#define TEXELS_PER_BUFFER " << texels_per_buffer
-       << "\n#define RESUMABLE " << int(resumable) << "\n";
+  text << "#define DENSITY_BUFFERS " << buffers[0] << "\n#define LUMINANCE_BUFFERS " << buffers[1]
+       << "\n#define EMISSION_BUFFERS " << buffers[2] << "\n#define TEXELS_PER_BUFFER "
+       << texels_per_buffer << "\n#define RESUMABLE " << int(resumable) << "\n";
   return text.str();
 }
 
 MarchProgram::MarchProgram(const MarchVariant& variant)
     : variant_(variant), program_("march.frag", variant.prelude(), generated_files(variant)) {
-  const auto bind = [&](const std::string& grid, int unit, int buffers) {
-    program_.set((grid + "_pages").c_str(), unit);
-    program_.set((grid + "_constants").c_str(), unit + 1);
-    program_.set((grid + "_bricks").c_str(), unit + 2);
-    for (int i = 0; i < buffers; ++i)
-      program_.set((grid + "_texels[" + std::to_string(i) + "]").c_str(), unit + 3 + i);
-  };
-  bind("density", density_unit, variant.density_buffers);
-  bind("luminance", luminance_unit(), variant.luminance_buffers);
+  program_.set("tables", tables_unit);
+  const char* names[] = {"density", "luminance", "emission"};
+  for (int grid = 0; grid < 3; ++grid) {
+    const std::string name = names[grid];
+    const int unit = grid_unit(grid);
+    program_.set((name + "_pages").c_str(), unit);
+    program_.set((name + "_constants").c_str(), unit + 1);
+    program_.set((name + "_bricks").c_str(), unit + 2);
+    for (int i = 0; i < variant.buffers[std::size_t(grid)]; ++i)
+      program_.set((name + "_texels[" + std::to_string(i) + "]").c_str(), unit + 3 + i);
+  }
+}
+
+int MarchProgram::grid_unit(int grid) const {
+  int unit = first_grid_unit;
+  for (int i = 0; i < grid; ++i) unit += 3 + variant_.buffers[std::size_t(i)];
+  return unit;
 }
 
 void MarchProgram::configure(const MarchParameters& parameters) const {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "gl/program.h"
 #include "march/march_parameters.h"
 
@@ -8,8 +10,7 @@ namespace psivox::gl {
 /// What a march shader is compiled for: the march's constants and how its textures are stored.
 struct MarchVariant {
   MarchConstants constants;
-  int density_buffers = 1;
-  int luminance_buffers = 1;
+  std::array<int, 3> buffers{1, 1, 1};  ///< of density, luminance and emission
   int texels_per_buffer = brick_texels;
   bool resumable = false;  ///< rays may need several passes: state is read and written
 
@@ -22,9 +23,10 @@ class MarchProgram {
  public:
   explicit MarchProgram(const MarchVariant& variant);
 
-  /// Texture units: density's from 4 on, then luminance's; 0 to 3 are the resumed state.
-  static constexpr int density_unit = 4;
-  int luminance_unit() const { return density_unit + 3 + variant_.density_buffers; }
+  /// Texture units: 0 to 3 are the resumed state, then the tables, then grid after grid.
+  static constexpr int tables_unit = 4;
+  static constexpr int first_grid_unit = 5;
+  int grid_unit(int grid) const;
 
   /// Sets every parameter but sample_offset and tile_origin.
   void configure(const MarchParameters& parameters) const;

@@ -7,7 +7,8 @@ namespace psivox::glsl {
 
 /// The march in double over brick atlases.
 struct AtlasMarch {
-  const BrickAtlas* grids[2] = {};  ///< density, luminance
+  const BrickAtlas* grids[3] = {};  ///< density, luminance, emission
+  const glm::vec4* tables = nullptr;
 
   uint fetch_page(int grid, int i) const { return grids[grid]->pages.entries[std::size_t(i)]; }
   real fetch_constant(int grid, int i) const { return grids[grid]->constants[std::size_t(i)]; }
@@ -15,6 +16,7 @@ struct AtlasMarch {
     const float* v = grids[grid]->constants.data() + 3 * std::size_t(i);
     return {v[0], v[1], v[2]};
   }
+  real4 fetch_table(int i) const { return real4(tables[i]); }
   real fetch_texel(int grid, int i) const { return value(grid, std::size_t(i)); }
   real3 fetch_texel3(int grid, int i) const {
     const std::size_t at = 3 * std::size_t(i);

@@ -19,10 +19,10 @@ real AtlasMarch::value(int grid, std::size_t i) const {
 
 }  // namespace glsl
 
-RenderResult render_march_double(const View& view, const BrickAtlas& density,
-                                 const BrickAtlas* luminance, const RenderOptions& options) {
+RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
+                                 const RenderOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  MarchSetup setup = make_march_setup(view, density, luminance);
+  MarchSetup setup = make_march_setup(view, atlas);
   setup.constants.hardware_filter = false;
   setup.constants.count_steps = options.count;
   setup.constants.find_depth = options.depth;
@@ -35,8 +35,10 @@ RenderResult render_march_double(const View& view, const BrickAtlas& density,
   tbb::parallel_for(tbb::blocked_range<int>(0, size.y, 4), [&](const tbb::blocked_range<int>&
                                                                    rows) {
     glsl::AtlasMarch march;
-    march.grids[0] = &density;
-    march.grids[1] = luminance;
+    march.grids[0] = &atlas.density;
+    march.grids[1] = atlas.luminance ? &*atlas.luminance : nullptr;
+    march.grids[2] = atlas.emission ? &*atlas.emission : nullptr;
+    march.tables = setup.tables.data();
     march.configure(setup);
     for (int y = rows.begin(); y < rows.end(); ++y)
       for (int x = 0; x < size.x; ++x) {
@@ -48,7 +50,7 @@ RenderResult render_march_double(const View& view, const BrickAtlas& density,
               m.half_depth >= march.NEVER
                   ? m.half_depth
                   : (m.half_depth - march.camera_time(march.make_pixel({x, y}))) * march.world_unit;
-          sums.add(march.picture(m), {depth, march.decay(m.optical_depth).e, m.steps, m.samples});
+          sums.add(march.picture(m, march.make_pixel({x, y})), {depth, march.decay(m.optical_depth).e, m.steps, m.samples});
         }
         film.set(x, y, sums);
       }

@@ -17,9 +17,12 @@ Integrator integrator{};
 #include "math/psi.glsl"
 #include "math/segment.glsl"
 #include "math/cubic.glsl"
+#include "math/glow.glsl"
 #include "ray.glsl"
 #include "atlas.glsl"
+#include "transfer.glsl"
 #include "all_integrators.h"
+#include "transfer_integrators.h"
 // clang-format on
 
 Weights integrate_segment(Segment s) {
@@ -46,7 +49,24 @@ Weights integrate_cell(Cubic c, real x) {
   }
 }
 
+Mixture integrate_transfer(real front, real back, real length) {
+  switch (integrator) {
+#define PSIVOX_ROW(name, middle, exact, help) \
+  case Integrator::name:                      \
+    return name(front, back, length);
+    PSIVOX_TRANSFER_INTEGRATORS(PSIVOX_ROW)
+#undef PSIVOX_ROW
+    default:
+      return Mixture(0, real3(0));
+  }
+}
+
+// clang-format off
 #include "march.glsl"
+#include "march_cells.glsl"
+#include "march_uniform.glsl"
+#include "pixel.glsl"
+// clang-format on
 
 void configure(const MarchSetup& setup) {
 #define PARAMETER(type, name) name = setup.parameters.name;
@@ -60,7 +80,7 @@ void configure(const MarchSetup& setup) {
 
 March march_ray(real2 pixel) {
   const Pixel p = make_pixel(pixel);
-  const Ray ray = density_ray(p);
+  const Ray ray = march_ray_of(p);
   return march_on(begin_march(ray), p, ray);
 }
 

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
+
+#include "march/transfer_table.h"
 
 namespace psivox {
 namespace {
@@ -21,9 +24,12 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
   const glm::dvec3 size = glm::dvec3(p.density_domain_max - p.density_domain_min);
   const double cells = size.x + size.y + size.z + 3;
   if (!setup.constants.uniform_sampling) {
+    // A cell is cut where the value turns and where it crosses a knot, at most thrice each.
+    const double pieces = setup.constants.split_knots ? 3 + 3.0 * p.transfer_knots : 1;
     // Opaque cells are crossed in parts of a depth of 0.75/4/60 at least (see shallow_part), until
     // the depth at which every ray has ended.
-    return cells + (setup.constants.cell_rule ? 320 * p.stop_depth : 0);
+    return pieces * cells +
+           (setup.constants.cell_rule ? 320 * std::min(p.stop_depth, 1e7) : 0);
   }
   // Longest ray: the domain's diagonal over the slowest that a unit of t advances.
   const glm::dmat3 m(bundle.direction_u, bundle.direction_v, bundle.direction_0);
@@ -38,28 +44,57 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
   return cells + length / p.step + 2;
 }
 
+/// Where a grid's rays run, its domain and its page table, as PREFIX_... of the parameters.
+#define PLACE_GRID(prefix, bundle, atlas)                  \
+  p.prefix##_anchor_0 = (bundle).anchor_0;                 \
+  p.prefix##_anchor_u = (bundle).anchor_u;                 \
+  p.prefix##_anchor_v = (bundle).anchor_v;                 \
+  p.prefix##_direction_0 = (bundle).direction_0 * unit;    \
+  p.prefix##_direction_u = (bundle).direction_u * unit;    \
+  p.prefix##_direction_v = (bundle).direction_v * unit;    \
+  p.prefix##_domain_min = (atlas).domain.min - (bundle).origin; \
+  p.prefix##_domain_max = (atlas).domain.max - (bundle).origin; \
+  p.prefix##_table_min = (atlas).pages.min - (bundle).origin;   \
+  p.prefix##_table_size = (atlas).pages.top_size;          \
+  c.prefix##_levels = (atlas).pages.levels;
+
+/// The transfer function's knots and bins, appended to the tables.
+void place_transfer(const TransferFunction& function, MarchSetup& setup) {
+  const TransferTable table = make_transfer_table(function);
+  MarchParameters& p = setup.parameters;
+  p.transfer_first = int(setup.tables.size());
+  p.transfer_knots = table.knots;
+  p.transfer_bins_first = p.transfer_first + 3 * table.knots;
+  p.transfer_bins = table.bins;
+  p.transfer_min = table.min;
+  p.transfer_bin_scale = table.bin_scale;
+  setup.tables.insert(setup.tables.end(), table.entries.begin(), table.entries.end());
+  setup.search_steps = table.search_steps;
+}
+
 }  // namespace
 
-MarchSetup make_march_setup(const View& view, const BrickAtlas& density,
-                            const BrickAtlas* luminance) {
+MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
   const Scene& scene = view.scene;
   const Medium& medium = view.medium;
   const double unit = finest_voxel(*medium.density);
   MarchSetup setup;
+  setup.tables.assign(1, glm::vec4(0));
   MarchParameters& p = setup.parameters;
   MarchConstants& c = setup.constants;
 
   const RayBundle bundle = make_ray_bundle(view.camera, *medium.density, *medium.density);
-  p.density_anchor_0 = bundle.anchor_0;
-  p.density_anchor_u = bundle.anchor_u;
-  p.density_anchor_v = bundle.anchor_v;
-  p.density_direction_0 = bundle.direction_0 * unit;
-  p.density_direction_u = bundle.direction_u * unit;
-  p.density_direction_v = bundle.direction_v * unit;
-  p.density_domain_min = density.domain.min - bundle.origin;
-  p.density_domain_max = density.domain.max - bundle.origin;
-  p.density_table_min = density.pages.min - bundle.origin;
-  p.density_table_size = density.pages.top_size;
+  PLACE_GRID(density, bundle, atlas.density)
+  if (atlas.luminance) {
+    const RayBundle own = make_ray_bundle(view.camera, *medium.luminance, *medium.density);
+    PLACE_GRID(luminance, own, *atlas.luminance)
+  }
+  if (atlas.emission) {
+    const RayBundle own = make_ray_bundle(view.camera, *medium.emission, *medium.density);
+    PLACE_GRID(emission, own, *atlas.emission)
+    c.emission_channels = atlas.emission->channels;
+    p.emission_scale = medium.emission_scale * unit;
+  }
   p.world_0 = bundle.world_0;
   p.world_u = bundle.world_u;
   p.world_v = bundle.world_v;
@@ -71,34 +106,33 @@ MarchSetup make_march_setup(const View& view, const BrickAtlas& density,
   // Beyond a depth of 100 nothing is left that a float32 holds, also where rays never end early.
   p.stop_depth =
       scene.early_termination > 0 ? std::min(-std::log(scene.early_termination), 100.0) : 100.0;
+  if (scene.mode == Mode::back_to_front || scene.mode == Mode::xray) p.stop_depth = 1e30;
   p.step = scene.resolved_step();
   p.world_unit = unit;
-
-  if (luminance) {
-    const RayBundle own = make_ray_bundle(view.camera, *medium.luminance, *medium.density);
-    p.luminance_anchor_0 = own.anchor_0;
-    p.luminance_anchor_u = own.anchor_u;
-    p.luminance_anchor_v = own.anchor_v;
-    p.luminance_direction_0 = own.direction_0 * unit;
-    p.luminance_direction_u = own.direction_u * unit;
-    p.luminance_direction_v = own.direction_v * unit;
-    p.luminance_domain_min = luminance->domain.min - own.origin;
-    p.luminance_domain_max = luminance->domain.max - own.origin;
-    p.luminance_table_min = luminance->pages.min - own.origin;
-    p.luminance_table_size = luminance->pages.top_size;
-    c.luminance_levels = luminance->pages.levels;
-  }
+  p.lmip_threshold = scene.lmip_threshold;
+  p.isovalue = medium.isovalue;
+  const glm::dmat3 normal = glm::transpose(glm::inverse(glm::dmat3(medium.density->world_from_index)));
+  p.normal_x = normal[0] * unit;
+  p.normal_y = normal[1] * unit;
+  p.normal_z = normal[2] * unit;
+  if (scene.light) p.light_direction = glm::normalize(scene.light->direction);
 
   const IntegratorInfo& rule = info(scene.resolved_integrator());
   c.integrator = rule.id;
   c.luminance_source = int(medium.source);
   c.segments = scene.segments;
-  c.density_levels = density.pages.levels;
-  c.constant_runs = density.size.constant_bricks > 0;
+  c.constant_runs = atlas.density.size.constant_bricks > 0;
   c.uniform_sampling = scene.resolved_sampling() == Sampling::uniform;
   c.middle_rule = rule.samples_middle;
   c.exact_depth = rule.exact_depth;
-  c.cell_rule = is_cell_rule(rule.id);
+  c.cell_rule = rule.kind == IntegratorKind::cell;
+  c.transfer_rule = rule.kind == IntegratorKind::transfer;
+  c.mode = int(scene.mode);
+  if (medium.transfer) {
+    c.transfer = true;
+    c.split_knots = scene.split_knots || c.cell_rule;
+    place_transfer(*medium.transfer, setup);
+  }
   c.hardware_filter = scene.filter == Filter::hardware;
   c.orthographic = view.camera.orthographic;
 

@@ -2,9 +2,10 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
 
-#include "psivox/atlas.h"
-#include "psivox/medium.h"
+#include "psivox/medium_atlas.h"
 
 namespace psivox {
 
@@ -31,11 +32,11 @@ struct MarchConstants {
 struct MarchSetup {
   MarchParameters parameters;
   MarchConstants constants;
+  std::vector<glm::vec4> tables;  ///< what fetch_table reads, never empty
+  int search_steps = 0;           ///< most loop turns of one look-up in them
 };
 
-/// Setup for a view and the atlases of its medium (luminance null unless it has its own grid).
-/// max_turns is left at what a ray can need at most, a bound: cells and nodes crossed, or steps.
-MarchSetup make_march_setup(const View& view, const BrickAtlas& density,
-                            const BrickAtlas* luminance);
+/// Setup for a view and the atlases of its medium. max_turns is left at what a ray can need at most, a bound: cells and nodes crossed, or steps.
+MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas);
 
 }  // namespace psivox

@@ -86,6 +86,10 @@ void validate_march(const Scene& scene) {
   if (scene.integrator && is_cell_rule(*scene.integrator) &&
       scene.resolved_sampling() != Sampling::cells)
     fail("--integrator cell-exact integrates cells; it goes with --sampling cells, without --step");
+  if (scene.integrator && is_transfer_rule(*scene.integrator) && !has_function(scene))
+    throw Error(ExitCode::usage,
+                "--integrator " + parameter_text(scene, *find_parameter("integrator")) +
+                    " integrates a transfer function; give --transfer-function or --colormap");
 }
 
 }  // namespace

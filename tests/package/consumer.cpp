@@ -40,8 +40,8 @@ int main() try {
   scene.early_termination = 0;
   const psivox::View view = psivox::make_view(scene, make_cube(), nullptr);
 
-  const psivox::BrickAtlas atlas = psivox::build_atlas(*view.medium.density);
-  const psivox::RenderResult march = psivox::render_march_double(view, atlas, nullptr);
+  const psivox::MediumAtlas atlas = psivox::build_medium_atlas(view);
+  const psivox::RenderResult march = psivox::render_march_double(view, atlas);
   const psivox::ReferenceResult reference = psivox::render_reference(view);
   const psivox::Comparison difference = psivox::compare_images(march.image, reference.image);
 

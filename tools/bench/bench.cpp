@@ -81,14 +81,15 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
   Scene scene;
   scene.resolution = {side, side};
   if (luminance_from_density) scene.luminance_grid = field->name;
-  const BrickAtlas atlas = build_atlas(*field);
-  const BrickAtlas half = build_atlas(*field, {.texel = TexelType::float16});
   const View base = make_view(scene, field, luminance_from_density ? field : nullptr);
+  View half_view = base;
+  half_view.scene.texel = TexelType::float16;
+  const MediumAtlas atlas = build_medium_atlas(base), half = build_medium_atlas(half_view);
   bench::DenseRenderer dense(*field, side);
   GlRenderer exact, exact_half, hardware;
-  exact.upload(atlas, nullptr);
-  exact_half.upload(half, nullptr);
-  hardware.upload(atlas, nullptr, Filter::hardware);
+  exact.upload(atlas);
+  exact_half.upload(half);
+  hardware.upload(atlas, Filter::hardware);
 
   std::vector<Variant> variants;
   const auto view_of = [&](auto change) {

@@ -20,7 +20,7 @@ class DenseRenderer {
   DenseRenderer& operator=(const DenseRenderer&) = delete;
 
   /// Draws the view and reads it back; milliseconds. Constant luminance or the density grid's.
-  double render(const View& view, const BrickAtlas& atlas);
+  double render(const View& view, const MediumAtlas& atlas);
 
  private:
   gl::EglContext context_;

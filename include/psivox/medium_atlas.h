@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+
+#include "psivox/atlas.h"
+#include "psivox/medium.h"
+
+namespace psivox {
+
+/// The grids of a view's medium as bricks: only what its picture depends on.
+struct MediumAtlas {
+  BrickAtlas density;
+  std::optional<BrickAtlas> luminance;  ///< where the luminance has a grid of its own
+  std::optional<BrickAtlas> emission;
+
+  /// Sum over the grids.
+  AtlasSize size() const;
+};
+
+/// Options of the density's atlas: which values can be seen under the view's mode and transfer
+/// function, and where an emission grid needs walking though the density is empty there.
+AtlasOptions density_options(const View& view);
+
+/// Builds the atlases with the view's texel type and memory limit, which counts all of them. `base`
+/// gives what is not the view's to choose (tests). Throws as build_atlas does.
+MediumAtlas build_medium_atlas(const View& view, const AtlasOptions& base = {});
+
+}  // namespace psivox

@@ -1,0 +1,114 @@
+// Cells: what a turn crosses is one cell, a piece of one, or a whole run of one value. Along a ray
+// trilinear data is a cubic in each cell, and Simpson's rule is exact for it.
+
+// Where a surface is hit: shaded by the field's gradient there, from the light or from the camera.
+March hit_surface(March m, Ray ray, Node node, real t) {
+  real3 p = position(ray, t);
+  real3 local = p - real3(m.cell);
+  real3 g = trilinear_gradient(fetch_corners(GRID_DENSITY, node, m.cell), clamp(local, real(0.0), real(1.0)));
+  real3 n = normal_x * g.x + normal_y * g.y + normal_z * g.z;
+  real size = sqrt(dot(n, n));
+  m.radiance = n * (size > real(0.0) ? real(1.0) / size : real(0.0));
+  m.half_depth = t;
+  m.done = true;
+  return m;
+}
+
+March march_cells(March m, Ray ray) {
+  Node node = no_node();
+  for (int turn = 0; turn < max_turns && !m.done; ++turn) {
+    if (!inside(node, m.cell)) node = find_node(GRID_DENSITY, m.cell);
+    bool run = closed_form(node);
+    m.vacuum = node.kind == NODE_EMPTY;
+    Crossing far = leave(ray, run ? node.lo : m.cell, run ? node.hi : m.cell + 1);
+    real f_run = node_value(node);
+    real t_exit = max(m.t, min(far.t, ray.end));
+    if (!run && !m.known) t_exit = m.t;
+    real length = t_exit - m.t;
+    real t_half = m.t + real(0.5) * length;
+    real f_front = run ? f_run : m.front.value;
+    real f_half = f_run;
+    real f_exit = f_run;
+    real q_3 = real(0.0);
+    if (node.kind == NODE_BRICK) {
+      if (hardware_filter) {  // filtered look-ups, no third difference
+        f_half = sample_scalar(GRID_DENSITY, node, position(ray, t_half));
+        f_exit = sample_scalar(GRID_DENSITY, node, position(ray, t_exit));
+        if (transfer) f_front = sample_scalar(GRID_DENSITY, node, position(ray, m.t));
+      } else {
+        Corners corners = fetch_corners(GRID_DENSITY, node, m.cell);
+        real3 base = real3(m.cell);
+        f_half = trilinear(corners, position(ray, t_half) - base);
+        f_exit = trilinear(corners, position(ray, t_exit) - base);
+        if (!transfer) f_exit = max(f_exit, real(0.0));
+        // where it comes from may have been skipped as of no attenuation, whatever its value
+        if (transfer) f_front = trilinear(corners, position(ray, m.t) - base);
+        if (!depth_only() || transfer) {
+          real3 d = ray.direction * length;
+          q_3 = third_difference(corners) * d.x * d.y * d.z;
+        }
+      }
+      if (count_steps) m.samples += 1;
+    }
+    if (!run && !m.known) {  // found, not crossed; a resumed ray has its value
+      if (m.front.value > UNKNOWN) f_exit = m.front.value;
+      f_front = f_exit;
+      f_half = f_exit;
+      far.cell = m.cell;
+    }
+    m.front = with_value(m, m.front, f_front);
+
+    Cubic value = make_cubic(f_front, f_half, f_exit, q_3);
+    Cubic attenuation = value;
+    real t_end = t_exit;
+    if (transfer && split_knots && !run) {
+      Piece piece = piece_between_knots(value);
+      attenuation = Cubic(piece.a + piece.b * value.f_0, piece.b * value.q_1, piece.b * value.q_2,
+                          piece.b * value.q_3);
+      t_end = part_end(m.t, length, piece.part, t_exit);
+    } else if (transfer) {
+      attenuation = Cubic(attenuation_of(f_run), real(0.0), real(0.0), real(0.0));
+      if (m.vacuum) attenuation.f_0 = real(0.0);
+    }
+    if (cell_rule && !run)
+      t_end = min(t_end, part_end(m.t, length, shallow_part(attenuation, extinction * length), t_exit));
+    if (t_end < t_exit) {
+      real part = (t_end - m.t) / length;
+      value = first_part(value, part);
+      attenuation = first_part(attenuation, part);
+      f_exit = polynomial(value, real(1.0));
+      length = t_end - m.t;
+    }
+
+    if (finds_maximum()) {
+      m = see_cell(m, value, t_end);
+    } else if (mode == MODE_ISOSURFACE) {
+      real s = first_crossing(value, isovalue);
+      if (node.kind == NODE_BRICK && s <= real(1.0)) m = hit_surface(m, ray, node, m.t + s * length);
+      m.t = t_end;
+      m.front.value = f_exit;
+    } else if (cell_rule && !depth_only()) {
+      m = composite_cell(m, value, attenuation, t_end, length);
+    } else if (depth_only() && !transfer) {
+      m = composite_segment(m, f_half, f_exit, t_end, length);
+    } else {
+      real part = length / real(segments);
+      real t_start = m.t;
+      for (int i = 1; i <= segments; ++i) {
+        real s = real(i) / real(segments);
+        real f_middle = polynomial(value, s - real(0.5) / real(segments));
+        real f_back = i == segments ? f_exit : polynomial(value, s);
+        if (!transfer) {
+          f_middle = max(f_middle, real(0.0));
+          f_back = max(f_back, real(0.0));
+        }
+        real t_back = i == segments ? t_end : t_start + s * length;
+        m = composite_segment(m, f_middle, f_back, t_back, part);
+      }
+    }
+    if (m.t >= t_exit) m.cell = far.cell;
+    m.known = true;
+    m = end_turn(m, ray);
+  }
+  return m;
+}

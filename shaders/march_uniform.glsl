@@ -1,0 +1,76 @@
+// Uniform: samples at the lattice's points k * step, the domain's ends and the ends of constant runs,
+// which are one segment each. Nodes are walked one by one, so that no constant run is missed however
+// long the step; empty ones are left at the last lattice point inside them.
+
+// The rule's middle sample: usually in the node that the walk has reached, else looked up.
+real sample_middle(Ray ray, Node node, real node_begin, real t_middle) {
+  if (t_middle < node_begin)
+    node = find_node(GRID_DENSITY,
+                     cell_at(ray, t_middle, density_domain_min, density_domain_max));
+  if (node.kind == NODE_EMPTY) return real(0.0);
+  return sample_scalar(GRID_DENSITY, node, position(ray, t_middle));
+}
+
+March march_uniform(March m, Ray ray) {
+  Node node = no_node();
+  real node_begin = m.t;
+  real node_end = m.t;
+  bool walk = true;
+  m.cell = cell_at(ray, m.t, density_domain_min, density_domain_max);
+  for (int turn = 0; turn < max_turns && !m.done; ++turn) {
+    // the next lattice point behind t, which may lie on one
+    if (step * real(m.lattice + 1) <= m.t) m.lattice += 1;
+    real t_back = m.known ? min(step * real(m.lattice + 1), ray.end) : m.t;
+    // a constant run shorter than a step is still to be crossed
+    bool pending = closed_form(node) && node.kind == NODE_CONSTANT && m.t < node_end;
+    if (walk || (t_back > node_end && !pending)) {
+      node = find_node(GRID_DENSITY, m.cell);
+      Crossing far = leave(ray, node.lo, node.hi);
+      node_begin = node_end;
+      node_end = max(node_begin, min(far.t, ray.end));
+      m.cell = far.cell;
+      walk = false;
+    }
+    m.vacuum = node.kind == NODE_EMPTY;
+    bool run = closed_form(node) && node.kind == NODE_CONSTANT;
+    real f_back = node_value(node);
+    if (run) {  // the step before it ends at its face
+      bool before = m.t < node_begin;
+      t_back = before ? node_begin : node_end;
+      if (!before) m.front = with_value(m, m.front, f_back);
+    }
+    if (t_back <= node_end) {
+      if (node.kind == NODE_BRICK) {
+        if (!middle_rule) f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_back));
+        if (count_steps) m.samples += 1;
+      }
+      if (!m.known && !run) {
+        if (m.front.value > UNKNOWN) f_back = m.front.value;
+        m.front = with_value(m, m.front, f_back);
+      }
+      real length = t_back - m.t;
+      real f_middle = f_back;
+      if ((middle_rule || has_emission()) && !(run && m.t >= node_begin))
+        f_middle = sample_middle(ray, node, node_begin, m.t + real(0.5) * length);
+      if (finds_maximum()) {
+        m = see_value(m, m.front.value, m.t);
+        m = see_value(m, f_back, t_back);
+        m.t = t_back;
+        m.front.value = f_back;
+      } else {
+        m = composite_segment(m, f_middle, f_back, t_back, length);
+      }
+      m.known = true;
+      if (closed_form(node) && !(run && t_back < node_end)) {
+        m.lattice = int(floor(node_end / step));
+        real t_last = node_end >= ray.end ? ray.end : step * real(m.lattice);
+        if (t_last > m.t) {
+          m.t = t_last;
+          m.known = !own_luminance();
+        }
+      }
+    }
+    m = end_turn(m, ray);
+  }
+  return m;
+}

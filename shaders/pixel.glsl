@@ -1,0 +1,118 @@
+// A pixel: its rays in the grids, the march along them, the picture that it makes of them.
+
+// Where the ray of a pixel runs in a grid, in that grid's voxels.
+struct Pixel {
+  real u;
+  real v;
+  real inverse_length;  // of the world direction
+};
+
+Pixel make_pixel(real2 pixel) {
+  real u = real(2.0) * (pixel.x + sample_offset.x) / image_size.x - real(1.0);
+  real v = real(1.0) - real(2.0) * (pixel.y + sample_offset.y) / image_size.y;
+  real3 w = world_0 + world_u * u + world_v * v;
+  return Pixel(u, v, real(1.0) / sqrt(dot(w, w)));
+}
+
+real camera_time(Pixel p) {
+  return orthographic ? -camera_distance : -camera_distance / p.inverse_length;
+}
+
+Ray density_ray(Pixel p) {
+  return make_ray(density_anchor_0 + density_anchor_u * p.u + density_anchor_v * p.v,
+                  (density_direction_0 + density_direction_u * p.u
+                   + density_direction_v * p.v) * p.inverse_length,
+                  density_domain_min, density_domain_max, camera_time(p));
+}
+
+Ray luminance_ray(Pixel p) {
+  return make_ray(luminance_anchor_0 + luminance_anchor_u * p.u + luminance_anchor_v * p.v,
+                  (luminance_direction_0 + luminance_direction_u * p.u
+                   + luminance_direction_v * p.v) * p.inverse_length,
+                  luminance_domain_min, luminance_domain_max, camera_time(p));
+}
+
+Ray emission_ray(Pixel p) {
+  return make_ray(emission_anchor_0 + emission_anchor_u * p.u + emission_anchor_v * p.v,
+                  (emission_direction_0 + emission_direction_u * p.u
+                   + emission_direction_v * p.v) * p.inverse_length,
+                  emission_domain_min, emission_domain_max, camera_time(p));
+}
+
+March begin_march(Ray ray) {
+  March m;
+  m.t = ray.begin;
+  m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(0.0)));
+  m.cell = cell_at(ray, ray.begin, density_domain_min, density_domain_max);
+  m.lattice = uniform_sampling ? int(floor(ray.begin / step)) : 0;
+  m.known = false;
+  m.vacuum = false;
+  m.radiance = real3(finds_maximum() ? UNKNOWN : real(0.0));
+  m.optical_depth = real(0.0);
+  m.lost = real(0.0);
+  m.transmittance = real(1.0);
+  m.half_depth = NEVER;
+  m.steps = 0;
+  m.samples = 0;
+  m.turns = 0;
+  m.done = !(ray.end > ray.begin);
+  m.luminance_node = no_node();
+  m.luminance_ray = ray;
+  m.emission_node = no_node();
+  m.emission_ray = ray;
+  return m;
+}
+
+// The ray that is marched: from the camera, or back to front.
+Ray march_ray_of(Pixel p) {
+  Ray ray = density_ray(p);
+  if (mode == MODE_BACK_TO_FRONT) return reversed(ray);
+  return ray;
+}
+
+// Marches on, up to max_turns turns.
+March march_on(March m, Pixel p, Ray ray) {
+  if (own_luminance()) m.luminance_ray = luminance_ray(p);
+  if (has_emission()) m.emission_ray = emission_ray(p);
+  if (mode == MODE_BACK_TO_FRONT) {
+    m.luminance_ray = reversed(m.luminance_ray);
+    m.emission_ray = reversed(m.emission_ray);
+  }
+  if (uniform_sampling) return march_uniform(m, ray);
+  return march_cells(m, ray);
+}
+
+// A surface is lit by one light and a fifth of it from everywhere.
+real shade(March m, Pixel p) {
+  real3 w = world_0 + world_u * p.u + world_v * p.v;
+  real3 l = -w * p.inverse_length;
+  if (dot(light_direction, light_direction) > real(0.0)) l = -light_direction;
+  real diffuse = dot(m.radiance, l);
+  // seen from either side
+  if (dot(m.radiance, w) > real(0.0)) diffuse = -diffuse;
+  return real(0.2) + real(0.8) * max(diffuse, real(0.0));
+}
+
+// Premultiplied radiance and opacity.
+real4 picture(March m, Pixel p) {
+  if (finds_maximum()) {
+    bool met = m.radiance.x > UNKNOWN;
+    Classified c = Classified(m.radiance.x, real3(real(1.0)));
+    if (transfer && met) c = classify(m.radiance.x);
+    real3 shown = luminance_source == SOURCE_TRANSFER ? c.color : real3(m.radiance.x);
+    bool seen = met && c.attenuation > real(0.0);
+    return real4(color * shown * real(seen ? 1.0 : 0.0), seen ? real(1.0) : real(0.0));
+  }
+  if (mode == MODE_ISOSURFACE) {
+    if (m.half_depth >= NEVER) return real4(real(0.0));
+    real3 shown = color;
+    if (luminance_source == SOURCE_TRANSFER) shown = color * classify(isovalue).color;
+    return real4(shown * shade(m, p), real(1.0));
+  }
+  real a = decay(m.optical_depth).a;
+  if (mode == MODE_XRAY) return real4(color * m.optical_depth, a);
+  if (has_emission()) return real4(m.radiance, a);
+  if (constant_luminance()) return real4(color * a, a);
+  if (vector_radiance()) return real4(color * m.radiance, a);
+  return real4(color * m.radiance.x, a);
+}

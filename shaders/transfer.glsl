@@ -1,0 +1,135 @@
+// The transfer function: what a value of the density grid means. Piecewise linear between knots and
+// constant outside; how `tables` holds it is documented in src/march/transfer_table.h.
+struct Classified {
+  real attenuation;  // factor of the extinction
+  real3 color;       // factor of the luminance
+};
+
+// One knot: entry 0 of three.
+const int knot_entries = 3;
+
+real4 knot_head(int k) { return fetch_table(transfer_first + knot_entries * k); }
+real knot_value(int k) { return knot_head(k).x; }
+real3 knot_color(int k) { return real3(fetch_table(transfer_first + knot_entries * k + 1)); }
+// Integral of attenuation times colour from the first knot to this one.
+real3 knot_color_integral(int k) { return real3(fetch_table(transfer_first + knot_entries * k + 2)); }
+
+// The last k with knot k <= value, kept such that k + 1 is a knot too.
+int transfer_interval(real value) {
+  real x = (value - transfer_min) * transfer_bin_scale;
+  int bin = int(clamp(x, real(0.0), real(transfer_bins - 1)));
+  real4 range = fetch_table(transfer_bins_first + bin);
+  int lo = int(range.x);
+  int hi = int(range.y);
+  while (lo < hi) {
+    int middle = (lo + hi + 1) >> 1;
+    if (knot_value(middle) <= value) lo = middle;
+    else hi = middle - 1;
+  }
+  return lo;
+}
+
+Classified classify_in(int k, real value) {
+  real4 a = knot_head(k);
+  real4 b = knot_head(k + 1);
+  real u = clamp((value - a.x) / (b.x - a.x), real(0.0), real(1.0));
+  real3 color = knot_color(k);
+  if (luminance_source == SOURCE_TRANSFER) color = color + (knot_color(k + 1) - color) * u;
+  return Classified(a.y + (b.y - a.y) * u, color);
+}
+
+Classified classify(real value) { return classify_in(transfer_interval(value), value); }
+
+// The first part of a cubic of values that stays between two knots, where the attenuation is
+// a + b value.
+struct Piece {
+  real part;
+  real a;
+  real b;
+};
+
+Piece piece_between_knots(Cubic value) {
+  real turn = turning_points(value).first;
+  real end = polynomial(value, turn);
+  bool up = end > value.f_0;
+  int k = transfer_interval(value.f_0);
+  real lower = knot_value(k);
+  // a value on a knot that leaves it downwards belongs to the interval below
+  if (!up && value.f_0 <= lower && k > 0) {
+    k -= 1;
+    lower = knot_value(k);
+  }
+  real4 head = knot_head(k);
+  real4 next = knot_head(k + 1);
+  bool before = value.f_0 < head.x || (!up && value.f_0 <= head.x);
+  bool behind = value.f_0 > next.x || (up && value.f_0 >= next.x);
+  real slope = (next.y - head.y) / (next.x - head.x);
+  Piece piece = Piece(turn, head.y - slope * head.x, slope);
+  if (before) piece = Piece(turn, head.y, real(0.0));
+  if (behind) piece = Piece(turn, next.y, real(0.0));
+  real none = real(3e38);
+  real target = up ? (before ? head.x : behind ? none : next.x)
+                   : (before ? -none : behind ? next.x : head.x);
+  if (up ? end > target : end < target) piece.part = bisect(value, target, real(0.0), turn);
+  return piece;
+}
+
+// What linear values from front to back, passed at a constant rate, hold on average.
+struct Average {
+  real attenuation;
+  real3 source;  // attenuation times colour
+};
+
+// Over the part [from, to] of interval k: linear attenuation times linear colour.
+Average interval_mean(int k, real from, real to) {
+  Classified a = classify_in(k, from);
+  Classified b = classify_in(k, to);
+  return Average(real(0.5) * (a.attenuation + b.attenuation),
+                 (a.color * (real(2.0) * a.attenuation + b.attenuation)
+                  + b.color * (a.attenuation + real(2.0) * b.attenuation)) / real(6.0));
+}
+Average interval_integral(int k, real from, real to) {
+  Average mean = interval_mean(k, from, to);
+  return Average(mean.attenuation * (to - from), mean.source * (to - from));
+}
+
+// By integral functions, kept from cancelling: whole intervals are the difference of two knots'
+// integrals, the parts at both ends are summed by themselves.
+Average transfer_average(real front, real back) {
+  real lo = min(front, back);
+  real hi = max(front, back);
+  int i = transfer_interval(lo);
+  int k = transfer_interval(hi);
+  real first = knot_value(0);
+  real last = knot_value(transfer_knots - 1);
+  // nearly equal values: of one interval's linear functions the mean of the ends
+  if ((i == k && lo >= first && hi <= last) || hi <= lo) return interval_mean(i, lo, hi);
+  // outside the knots the function is constant
+  real below = max(min(hi, first) - lo, real(0.0));
+  real above = max(hi - max(lo, last), real(0.0));
+  real a = clamp(lo, first, last);
+  real b = clamp(hi, first, last);
+  Average sum = Average(real(0.0), real3(real(0.0)));
+  if (i == k) {
+    sum = interval_integral(i, a, b);
+  } else {
+    Average head = interval_integral(i, a, knot_value(i + 1));
+    Average tail = interval_integral(k, knot_value(k), b);
+    sum.attenuation = head.attenuation + tail.attenuation + (knot_head(k).z - knot_head(i + 1).z);
+    sum.source = head.source + tail.source + (knot_color_integral(k) - knot_color_integral(i + 1));
+  }
+  Classified c = classify_in(0, first);
+  Classified d = classify_in(transfer_knots - 2, last);
+  real length = hi - lo;
+  sum.attenuation = (sum.attenuation + below * c.attenuation + above * d.attenuation) / length;
+  sum.source = (sum.source + c.color * (below * c.attenuation)
+                + d.color * (above * d.attenuation)) / length;
+  return sum;
+}
+
+// What a rule that applies the function itself returns: the segment's optical depth and its mean
+// luminance, C = L (1 - e^{-depth}).
+struct Mixture {
+  real depth;
+  real3 L;
+};

@@ -1,0 +1,102 @@
+#include "psivox/medium_atlas.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/matrix.hpp>
+
+namespace psivox {
+namespace {
+
+AtlasSize& operator+=(AtlasSize& sum, const AtlasSize& size) {
+  sum.textured_bricks += size.textured_bricks;
+  sum.constant_bricks += size.constant_bricks;
+  sum.page_bytes += size.page_bytes;
+  sum.constant_bytes += size.constant_bytes;
+  sum.texel_bytes += size.texel_bytes;
+  return sum;
+}
+
+/// Voxels of `to` that hold all points of a box of voxels of `from`.
+Box mapped(const Box& box, const glm::dmat4& to_from) {
+  glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner = glm::mix(glm::dvec3(box.min), glm::dvec3(box.max),
+                                       glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
+    const glm::dvec3 at(to_from * glm::dvec4(corner, 1));
+    low = glm::min(low, at);
+    high = glm::max(high, at);
+  }
+  // a voxel's rounding to either side where the two lattices are the same
+  constexpr double rounding = 1e-6;
+  return {glm::ivec3(glm::floor(low + rounding)), glm::ivec3(glm::ceil(high - rounding))};
+}
+
+/// Boxes of `density`'s voxels where `other` has values, each grown by the voxel that its tent
+/// reaches.
+std::vector<Box> where_values_are(const Field& other, const Field& density) {
+  const glm::dmat4 to_density = glm::inverse(density.world_from_index) * other.world_from_index;
+  std::vector<Box> boxes;
+  const auto add = [&](const glm::ivec3& origin, int width) {
+    const Box domain = other.domain();
+    boxes.push_back(mapped({glm::max(origin - 1, domain.min), glm::min(origin + width, domain.max)},
+                           to_density));
+  };
+  for (const Leaf& leaf : other.leaves) {
+    const float* end = leaf.values + 512 * other.channels;
+    if (std::any_of(leaf.values, end, [](float v) { return v != 0; })) add(leaf.origin, 8);
+  }
+  for (const Tile& tile : other.tiles) add(tile.origin, tile.width);
+  return boxes;
+}
+
+}  // namespace
+
+AtlasSize MediumAtlas::size() const {
+  AtlasSize sum = density.size;
+  if (luminance) sum += luminance->size;
+  if (emission) sum += emission->size;
+  return sum;
+}
+
+AtlasOptions density_options(const View& view) {
+  AtlasOptions options;
+  const Medium& medium = view.medium;
+  const Mode mode = view.scene.mode;
+  if (mode == Mode::isosurface) {
+    const auto isovalue = float(medium.isovalue);
+    options.visible = [isovalue](float min, float max) { return min <= isovalue && isovalue <= max; };
+  } else if (medium.transfer && mode != Mode::mip && mode != Mode::lmip) {
+    // A uniform step reaches from brick to brick, so that a rule which applies the function between
+    // its ends needs every value.
+    const bool every_value = is_transfer_rule(view.scene.resolved_integrator()) &&
+                             view.scene.resolved_sampling() != Sampling::cells;
+    options.visible = [transfer = medium.transfer, every_value](float min, float max) {
+      return (every_value && (min != 0 || max != 0)) || transfer->max_attenuation(min, max) > 0;
+    };
+  }
+  if (medium.emission) options.walked = where_values_are(*medium.emission, *medium.density);
+  return options;
+}
+
+MediumAtlas build_medium_atlas(const View& view, const AtlasOptions& base) {
+  const Medium& medium = view.medium;
+  std::uint64_t left = view.scene.memory_limit;
+  const auto build = [&](const Field& field, AtlasOptions options) {
+    options.texel = view.scene.texel;
+    options.memory_limit = left;
+    options.top_entries = base.top_entries;
+    BrickAtlas atlas = build_atlas(field, options);
+    // 1 rather than 0, which would be no limit
+    const std::uint64_t used = 2 * atlas.size.bytes();
+    if (left) left = left > used ? left - used : 1;
+    return atlas;
+  };
+  MediumAtlas result{build(*medium.density, density_options(view)), {}, {}};
+  if (medium.luminance) result.luminance = build(*medium.luminance, {});
+  if (medium.emission) result.emission = build(*medium.emission, {});
+  return result;
+}
+
+}  // namespace psivox

@@ -1,0 +1,55 @@
+#include "march/transfer_table.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace psivox {
+
+TransferTable make_transfer_table(const TransferFunction& function) {
+  std::vector<TransferPoint> points = function.points();
+  if (points.size() == 1) {  // an interval to be in
+    points.push_back(points[0]);
+    points[1].value = std::nextafter(float(points[0].value), INFINITY);
+  }
+  TransferTable table;
+  table.knots = int(points.size());
+  double integral = 0;
+  glm::dvec3 color_integral{0};
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const TransferPoint& p = points[k];
+    table.entries.emplace_back(p.value, p.attenuation, integral, 0);
+    table.entries.emplace_back(p.color, 0);
+    table.entries.emplace_back(color_integral, 0);
+    if (k + 1 == points.size()) break;
+    const TransferPoint& q = points[k + 1];
+    const double d = q.value - p.value;
+    integral += 0.5 * d * (p.attenuation + q.attenuation);
+    color_integral += (p.color * (2 * p.attenuation + q.attenuation) +
+                       q.color * (p.attenuation + 2 * q.attenuation)) *
+                      (d / 6);
+  }
+
+  // Twice as many bins as knots: one step of bisection where knots are evenly spread.
+  table.bins = std::min(2 * table.knots, 1 << 14);
+  table.min = points.front().value;
+  const double range = points.back().value - points.front().value;
+  table.bin_scale = table.bins / range;
+  const auto interval = [&](double value) {
+    const auto next = std::upper_bound(points.begin(), points.end(), value,
+                                       [](double v, const TransferPoint& p) { return v < p.value; });
+    return std::clamp(int(next - points.begin()) - 1, 0, table.knots - 2);
+  };
+  int widest = 1;
+  for (int bin = 0; bin < table.bins; ++bin) {
+    // A float32 value may land one bin off by rounding.
+    const int lo = interval(table.min + range * (bin - 0.25) / table.bins);
+    const int hi = interval(table.min + range * (bin + 1.25) / table.bins);
+    table.entries.emplace_back(float(lo), float(hi), 0, 0);
+    widest = std::max(widest, hi - lo + 1);
+  }
+  table.search_steps = std::bit_width(unsigned(widest - 1));
+  return table;
+}
+
+}  // namespace psivox
