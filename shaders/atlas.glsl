@@ -143,3 +143,29 @@ real3 sample_vector(int grid, Node node, real3 p) {
   real3 x11 = mix(fetch_texel3(grid, i + 10), fetch_texel3(grid, i + 91), u.x);
   return mix(mix(x00, x10, u.y), mix(x01, x11, u.y), u.z);
 }
+
+// Half the way over which slopes that no corners give are measured [unit of t].
+#if REAL_BITS == 64
+const real slope_step = real(1e-4);
+#else
+const real slope_step = real(0.03125);
+#endif
+
+// Derivative of a grid's value along its ray [1 / unit of t] at a point of a node.
+real slope_scalar(int grid, Node node, Ray ray, real t) {
+  if (node.kind != NODE_BRICK) return real(0.0);
+  if (hardware_filter)
+    return (sample_scalar(grid, node, position(ray, t + slope_step))
+            - sample_scalar(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step);
+  real3 local = position(ray, t) - real3(node.lo);
+  int3 cell = local_cell(local);
+  Corners corners = fetch_corners(grid, node, node.lo + cell);
+  return dot(trilinear_gradient(corners, local - real3(cell)), ray.direction);
+}
+
+// The same of a vector, by central differences: its error is that of a parabola through the cubic.
+real3 slope_vector(int grid, Node node, Ray ray, real t) {
+  if (node.kind != NODE_BRICK) return real3(real(0.0));
+  return (sample_vector(grid, node, position(ray, t + slope_step))
+          - sample_vector(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step);
+}

@@ -11,6 +11,7 @@
 #include "march.glsl"
 #include "march_cells.glsl"
 #include "march_uniform.glsl"
+#include "march_template.glsl"
 #include "pixel.glsl"
 
 // Row 0 of the framebuffer is the picture's top row of the tile.
@@ -25,7 +26,7 @@ uniform bool first_pass;
 layout(binding = 0) uniform isampler2D state_in[4];
 layout(location = 2) out ivec4 out_state[4];
 
-March load_march(March m, ivec2 at) {
+March load_march(March m, ivec2 at, float begin) {
   ivec4 a = texelFetch(state_in[0], at, 0);
   ivec4 b = texelFetch(state_in[1], at, 0);
   ivec4 c = texelFetch(state_in[2], at, 0);
@@ -45,6 +46,11 @@ March load_march(March m, ivec2 at) {
   m.transmittance = intBitsToFloat(d.w);
   m.known = m.front.value > UNKNOWN && !own_luminance() && !has_emission();
   m.front = with_value(m, m.front, m.front.value);
+  if (end_corrections) {
+    float before = min(step, m.t - begin);
+    m.step_error = before * before / 12.0;
+    m.known = false;  // its slopes are to be found again
+  }
   return m;
 }
 
@@ -63,7 +69,7 @@ void main() {
   Ray ray = march_ray_of(p);
   March m = begin_march(ray);
 #if RESUMABLE
-  if (!first_pass) m = load_march(m, ivec2(gl_FragCoord.xy));
+  if (!first_pass) m = load_march(m, ivec2(gl_FragCoord.xy), ray.begin);
 #endif
   m = march_on(m, p, ray);
 #if RESUMABLE

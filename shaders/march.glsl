@@ -23,6 +23,8 @@ struct Point {
   real attenuation;  // of that value, without `extinction`
   real3 L;           // luminance, without `color`; only x where it is scalar
   real3 glow;        // emission [radiance / unit of t]
+  real slope;        // of the attenuation along the ray [1 / unit of t]; these two only with
+  real3 L_slope;     // end_corrections
 };
 
 // All that a ray carries from turn to turn, and from pass to pass.
@@ -38,6 +40,7 @@ struct March {
   real lost;           // what rounding left out of optical_depth (Kahan)
   real transmittance;  // e^{-optical_depth}; kept only where the radiance needs it
   real half_depth;     // t at which the transmittance falls below 1/2, or of the maximum, the surface
+  real step_error;     // h^2/12 of the segment before t, see correct_step
   int steps;
   int samples;
   int turns;
@@ -120,7 +123,8 @@ Point with_value(March m, Point p, real value) {
 
 // The medium at t, where the density grid has `value`; other grids' nodes are there already.
 Point point_at(March m, real t, real value) {
-  Point p = Point(value, value, real3(real(1.0)), real3(real(0.0)));
+  real3 none = real3(real(0.0));
+  Point p = Point(value, value, real3(real(1.0)), none, real(0.0), none);
   if (own_luminance())
     p.L = sample_grid(GRID_LUMINANCE, luminance_source == SOURCE_VECTOR ? 3 : 1, m.luminance_node,
                       m.luminance_ray, t);
@@ -175,14 +179,36 @@ March composite(March m, Weights w, real3 L_front, real3 L_middle, real3 L_back,
   return m;
 }
 
+// Where a run of equal steps begins or ends, psi-balanced is of second order unless corrected: with
+// k = h^2/12 of the segment before t and of the one from t on, and kappa their difference,
+//   e = exp(kappa tau'),  I += T (L (1 - e) - kappa L' tau),  T *= e      (docs/method.md)
+// `kappa` [(unit of t)^2]; `x`: optical depth of the segment whose correction it is. Where a step is
+// opaque the expansion says nothing, and its terms fade out as 1/(1 + x^2); no linear attenuation
+// has one of more than a sixth of x, and none may be more than a quarter.
+March correct_step(March m, real kappa, real x) {
+  real fade = kappa / (real(1.0) + x * x);
+  real y = clamp(-fade * extinction * m.front.slope, real(-0.25) * x, real(0.25) * x);
+  Decay d = decay(abs(y));
+  real opacity = y < real(0.0) ? -d.a / d.e : d.a;
+  real3 C = m.front.L * opacity
+          - m.front.L_slope * (fade * extinction * m.front.attenuation);
+  if (vector_radiance()) m.radiance = m.radiance + C * m.transmittance;
+  else if (!constant_luminance()) m.radiance.x += C.x * m.transmittance;
+  m.transmittance -= m.transmittance * opacity;
+  return deepen(m, y, real(0.0));
+}
+
 // One segment from m.t to t_back, of linear or sampled values; leaves the front of the next one.
 // Under cells its optical depth is Simpson's, which is exact for a cubic attenuation; under uniform
 // it is that of a linear one.
-March composite_segment(March m, real value_middle, real value_back, real t_back, real length) {
+// `constant_run`: it is exact.
+March composite_segment(March m, real value_middle, real value_back, real t_back, real length,
+                        bool constant_run) {
   real t_middle = t_back - real(0.5) * length;
   Point front = m.front;
   Point middle = m.front;
-  Point back = Point(value_back, real(0.0), real3(real(0.0)), real3(real(0.0)));
+  real3 none = real3(real(0.0));
+  Point back = Point(value_back, real(0.0), none, none, real(0.0), none);
   if (middle_rule || has_emission()) {
     m = seek(m, t_middle);
     middle = point_at(m, t_middle, value_middle);
@@ -198,6 +224,11 @@ March composite_segment(March m, real value_middle, real value_back, real t_back
                   : (front.attenuation + real(4.0) * middle.attenuation + back.attenuation)
                         / real(6.0);
   real depth = max(extinction * length * mean, real(0.0));
+  if (end_corrections && length > real(0.0)) {
+    real step_error = constant_run ? real(0.0) : length * length / real(12.0);
+    m = correct_step(m, m.step_error - step_error, depth);
+    m.step_error = step_error;
+  }
   m.front = back;
   Point near = front;
   if (mode == MODE_BACK_TO_FRONT) {

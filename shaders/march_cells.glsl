@@ -90,7 +90,7 @@ March march_cells(March m, Ray ray) {
     } else if (cell_rule && !depth_only()) {
       m = composite_cell(m, value, attenuation, t_end, length);
     } else if (depth_only() && !transfer) {
-      m = composite_segment(m, f_half, f_exit, t_end, length);
+      m = composite_segment(m, f_half, f_exit, t_end, length, run);
     } else {
       real part = length / real(segments);
       real t_start = m.t;
@@ -103,7 +103,7 @@ March march_cells(March m, Ray ray) {
           f_back = max(f_back, real(0.0));
         }
         real t_back = i == segments ? t_end : t_start + s * length;
-        m = composite_segment(m, f_middle, f_back, t_back, part);
+        m = composite_segment(m, f_middle, f_back, t_back, part, run);
       }
     }
     if (m.t >= t_exit) m.cell = far.cell;

@@ -10,11 +10,13 @@ CONSTANT(int, density_levels)     // of the page tables
 CONSTANT(int, luminance_levels)
 CONSTANT(int, emission_levels)
 CONSTANT(bool, constant_runs)     // the density atlas has constant entries
-CONSTANT(bool, uniform_sampling)
+CONSTANT(bool, uniform_sampling)  // between samples, not cells
+CONSTANT(bool, template_sampling) // the samples are the voxels of a template
 CONSTANT(bool, middle_rule)       // the integrator reads middles, not ends
 CONSTANT(bool, exact_depth)       // the integrator takes the segment's depth, not its own
 CONSTANT(bool, cell_rule)         // the integrator takes a cell's cubic, not segments
 CONSTANT(bool, transfer_rule)     // the integrator takes values and applies the function itself
+CONSTANT(bool, end_corrections)   // of psi-balanced, where a ray may begin or end inside the medium
 CONSTANT(bool, hardware_filter)
 CONSTANT(bool, orthographic)
 CONSTANT(bool, count_steps)

@@ -59,3 +59,7 @@ PARAMETER(int, transfer_bins_first)
 PARAMETER(int, transfer_bins)
 PARAMETER(real, transfer_min)
 PARAMETER(real, transfer_bin_scale)
+PARAMETER(int, template_first)        // where `tables` has the ray template
+PARAMETER(int, template_entries)
+PARAMETER(int, template_axis)         // of the base plane
+PARAMETER(real, template_spacing)     // mean distance of its voxels along the ray [unit of t]

@@ -11,6 +11,17 @@ real sample_middle(Ray ray, Node node, real node_begin, real t_middle) {
   return sample_scalar(GRID_DENSITY, node, position(ray, t_middle));
 }
 
+// Slopes along the ray at m.t, which lies in `node`, of what its point holds.
+March find_slopes(March m, Ray ray, Node node) {
+  m.front.slope = slope_scalar(GRID_DENSITY, node, ray, m.t);
+  if (luminance_source == SOURCE_DENSITY) m.front.L_slope = real3(m.front.slope);
+  if (luminance_source == SOURCE_SCALAR)
+    m.front.L_slope = real3(slope_scalar(GRID_LUMINANCE, m.luminance_node, m.luminance_ray, m.t));
+  if (luminance_source == SOURCE_VECTOR)
+    m.front.L_slope = slope_vector(GRID_LUMINANCE, m.luminance_node, m.luminance_ray, m.t);
+  return m;
+}
+
 March march_uniform(March m, Ray ray) {
   Node node = no_node();
   real node_begin = m.t;
@@ -58,7 +69,8 @@ March march_uniform(March m, Ray ray) {
         m.t = t_back;
         m.front.value = f_back;
       } else {
-        m = composite_segment(m, f_middle, f_back, t_back, length);
+        m = composite_segment(m, f_middle, f_back, t_back, length, run && m.t >= node_begin);
+        if (end_corrections) m = find_slopes(m, ray, node);
       }
       m.known = true;
       if (closed_form(node) && !(run && t_back < node_end)) {
@@ -71,6 +83,11 @@ March march_uniform(March m, Ray ray) {
       }
     }
     m = end_turn(m, ray);
+  }
+  // the last step's own end; a ray that ended early has no more to correct
+  if (end_corrections && m.t >= ray.end && m.turns > 0) {
+    real length = sqrt(real(12.0) * m.step_error);
+    m = correct_step(m, m.step_error, extinction * m.front.attenuation * length);
   }
   return m;
 }

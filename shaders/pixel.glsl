@@ -42,9 +42,10 @@ Ray emission_ray(Pixel p) {
 March begin_march(Ray ray) {
   March m;
   m.t = ray.begin;
-  m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(0.0)));
+  m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(0.0)), real(0.0), real3(real(0.0)));
+  m.step_error = real(0.0);
   m.cell = cell_at(ray, ray.begin, density_domain_min, density_domain_max);
-  m.lattice = uniform_sampling ? int(floor(ray.begin / step)) : 0;
+  m.lattice = uniform_sampling && !template_sampling ? int(floor(ray.begin / step)) : 0;
   m.known = false;
   m.vacuum = false;
   m.radiance = real3(finds_maximum() ? UNKNOWN : real(0.0));
@@ -78,6 +79,7 @@ March march_on(March m, Pixel p, Ray ray) {
     m.luminance_ray = reversed(m.luminance_ray);
     m.emission_ray = reversed(m.emission_ray);
   }
+  if (template_sampling) return march_template(m, ray);
   if (uniform_sampling) return march_uniform(m, ray);
   return march_cells(m, ray);
 }

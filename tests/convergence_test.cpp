@@ -51,9 +51,10 @@ struct Errors {
 
 /// RMS over the phases of the lattice, from `first` to `last`.
 Errors errors(Integrator rule, const Bump& field, double first, double last, double h,
-              int phases = 16) {
+              int phases = 16, bool corrected = false) {
   glsl::AnalyticMarch march;
   march.extinction = 1;
+  march.end_corrections = corrected;
   march.fields[0] = [&](double x) { return field.tau(x); };
   march.fields[1] = [&](double x) { return field.L(x); };
   const double radiance = exact_radiance(field, first, last);
@@ -80,9 +81,10 @@ double fitted_order(const std::vector<double>& steps, const std::vector<double>&
 }
 
 double order(Integrator rule, const Bump& field, double first, double last,
-             const std::vector<double>& steps) {
+             const std::vector<double>& steps, bool corrected = false) {
   std::vector<double> radiance;
-  for (const double h : steps) radiance.push_back(errors(rule, field, first, last, h).radiance);
+  for (const double h : steps)
+    radiance.push_back(errors(rule, field, first, last, h, 16, corrected).radiance);
   const double result = fitted_order(steps, radiance);
   std::printf("  %-13s K %-4g [%g, %g]: errors %.2e to %.2e, order %.3f\n", info(rule).name,
               field.K, first, last, radiance.front(), radiance.back(), result);
@@ -130,6 +132,14 @@ TEST_P(Convergence, FromInside) {
   EXPECT_GE(order(Integrator::psi_balanced, field, first, last, fine), 1.9);
   EXPECT_GE(order(Integrator::midpoint, field, first, last, fine), 1.9);
   EXPECT_NEAR(order(Integrator::porter_duff, field, first, last, fine), 1.0, 0.15);
+}
+
+TEST_P(Convergence, EndCorrectionsKeepTheOrderFromInside) {
+  const double first = -0.6 * 8 + 0.0123, last = 0.9 * 8 - 0.0077;
+  // As above: the asymptotic order begins where a step is thin.
+  const std::vector<double> steps{0.25, 0.125, 0.0625, 0.03125};
+  EXPECT_GE(order(Integrator::psi_balanced, field, first, last, steps, true), 3.8);
+  EXPECT_GE(order(Integrator::psi_balanced, field, -far, 0.25 * 8 + 0.0123, steps, true), 3.8);
 }
 
 TEST_P(Convergence, IntoTheBoxFace) {

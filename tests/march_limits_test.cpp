@@ -152,7 +152,8 @@ TEST_F(MarchLimits, ManyTexelBuffersAreOne) {
     const MediumAtlas atlases = build_medium_atlas(view);
     // Eight buffers of whole bricks for the larger grid; a shader has 16 texture units at least.
     const std::size_t bricks =
-        std::max(atlases.density.bricks.size(), atlases.own() ? atlases.own()->bricks.size() : 0);
+        std::max(atlases.density.bricks.size(),
+                 atlases.luminance ? atlases.luminance->bricks.size() : std::size_t{0});
     const std::uint64_t limit = (bricks / 8 + 1) * 729 + 300;
     ASSERT_GT(bricks, 80u);
     ASSERT_LE(atlases.density.pages.entries.size(), limit);

@@ -140,7 +140,7 @@ TEST_F(March, GpuIsTheMarchInDoubleOrthographic) {
 TEST_F(March, CellsAreTheReferenceForConstantLuminance) {
   // Simpson's rule is exact for a cell's cubic: what is left is float32.
   for (const IntegratorInfo& rule : integrators) {
-    if (!rule.exact_depth) continue;
+    if (!rule.exact_depth || is_transfer_rule(rule.id)) continue;
     for (const bool inside : {false, true}) {
       Scene scene = with(oblique(), rule.id, {});
       if (inside) scene = looking(scene, {12.3, 9.1, 10.7}, {-20, 14, 2});

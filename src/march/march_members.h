@@ -65,6 +65,7 @@ Mixture integrate_transfer(real front, real back, real length) {
 #include "march.glsl"
 #include "march_cells.glsl"
 #include "march_uniform.glsl"
+#include "march_template.glsl"
 #include "pixel.glsl"
 // clang-format on
 

@@ -6,7 +6,9 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "march/ray_template.h"
 #include "march/transfer_table.h"
+#include "psivox/error.h"
 
 namespace psivox {
 namespace {
@@ -16,6 +18,26 @@ double finest_voxel(const Field& field) {
   const glm::dmat4& m = field.world_from_index;
   return std::min({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
                    glm::length(glm::dvec3(m[2]))});
+}
+
+/// Whether rays begin inside the density's domain: the eye does, or a part of the orthographic
+/// camera's plane may.
+bool begins_inside(const View& view) {
+  const Field& density = *view.medium.density;
+  const Box domain = density.domain();
+  const glm::dvec3 low(domain.min), high(domain.max);
+  if (!view.camera.orthographic) {
+    const glm::dvec3 eye(glm::inverse(density.world_from_index) *
+                         glm::dvec4(view.camera.position, 1));
+    return glm::all(glm::greaterThan(eye, low)) && glm::all(glm::lessThan(eye, high));
+  }
+  bool before = false, behind = false;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
+    const glm::dvec3 at(density.world_from_index * glm::dvec4(corner, 1));
+    (glm::dot(at - view.camera.position, view.camera.forward) > 0 ? before : behind) = true;
+  }
+  return before && behind;
 }
 
 /// More turns than any ray can take.
@@ -31,6 +53,7 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
     return pieces * cells +
            (setup.constants.cell_rule ? 320 * std::min(p.stop_depth, 1e7) : 0);
   }
+  if (setup.constants.template_sampling) return p.template_entries + 2.0;
   // Longest ray: the domain's diagonal over the slowest that a unit of t advances.
   const glm::dmat3 m(bundle.direction_u, bundle.direction_v, bundle.direction_0);
   double slowest = std::numeric_limits<double>::max();
@@ -70,6 +93,28 @@ void place_transfer(const TransferFunction& function, MarchSetup& setup) {
   p.transfer_bin_scale = table.bin_scale;
   setup.tables.insert(setup.tables.end(), table.entries.begin(), table.entries.end());
   setup.search_steps = table.search_steps;
+}
+
+/// The ray template, appended to the tables. Its voxels are the density's.
+void place_template(const View& view, MarchSetup& setup) {
+  const Medium& medium = view.medium;
+  if (medium.emission ||
+      (medium.luminance && medium.luminance->world_from_index != medium.density->world_from_index))
+    throw Error(ExitCode::usage,
+                "--sampling template reads the density's voxels; another grid must have the same "
+                "transform, and none may emit; use --sampling uniform");
+  MarchParameters& p = setup.parameters;
+  const glm::ivec3 size = p.density_domain_max - p.density_domain_min;
+  // a few more than there are
+  const int planes = std::max({size.x, size.y, size.z}) + 8;
+  const RayTemplate made =
+      make_ray_template(p.density_direction_0 / glm::length(p.world_0), planes,
+                        view.scene.connectivity);
+  p.template_first = int(setup.tables.size());
+  p.template_entries = int(made.entries.size());
+  p.template_axis = made.axis;
+  p.template_spacing = made.spacing;
+  setup.tables.insert(setup.tables.end(), made.entries.begin(), made.entries.end());
 }
 
 }  // namespace
@@ -122,7 +167,13 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
   c.luminance_source = int(medium.source);
   c.segments = scene.segments;
   c.constant_runs = atlas.density.size.constant_bricks > 0;
-  c.uniform_sampling = scene.resolved_sampling() == Sampling::uniform;
+  c.uniform_sampling = scene.resolved_sampling() != Sampling::cells;
+  c.template_sampling = scene.resolved_sampling() == Sampling::template_;
+  if (c.template_sampling) place_template(view, setup);
+  // From vacuum to vacuum there is nothing to correct.
+  c.end_corrections = scene.end_corrections && c.uniform_sampling && !c.template_sampling && !medium.transfer &&
+                      !medium.emission && scene.mode == Mode::alpha &&
+                      rule.id == Integrator::psi_balanced && begins_inside(view);
   c.middle_rule = rule.samples_middle;
   c.exact_depth = rule.exact_depth;
   c.cell_rule = rule.kind == IntegratorKind::cell;
