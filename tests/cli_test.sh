@@ -69,6 +69,30 @@ t 6 "over the limit of 0.10 MiB" render "$S" -o a.exr --memory-limit 100K $R
 t 4 "--list-devices" render "$S" -o a.exr --device 99 $R
 t 2 - render "$S" -o a.exr --step 1 --sampling cells $R
 t 2 - render "$S" -o a.exr --ortho-width 1 $R
+t 2 "exclude each other" render "$S" -o a.exr --colormap hot --transfer-function f.json $R
+t 2 "exclude each other" render "$S" -o a.exr --luminance-grid color --temperature-grid temperature $R
+t 2 "exclude each other" render "$S" -o a.exr --luminance-grid color --colormap hot $R
+t 2 "exclude each other" render "$S" -o a.exr --temperature-grid temperature --colormap hot $R
+t 2 "did you mean viridis?" render "$S" -o a.exr --colormap virdis $R
+t 2 "give --colormap" render "$S" -o a.exr --range 0,1 $R
+t 2 "MIN must be below MAX" render "$S" -o a.exr --colormap hot --range 1,0 $R
+t 2 "two numbers MIN,MAX" render "$S" -o a.exr --colormap hot --range 1 $R
+t 2 "needs a function" render "$S" -o a.exr --classification pre $R
+t 2 "needs a function" render "$S" -o a.exr --split-knots $R
+t 2 "three or six numbers" render "$S" -o a.exr --light 1,0,0,1 $R
+t 2 "no direction" render "$S" -o a.exr --light 0,0,0 $R
+t 2 "from 0 to 1" render "$S" -o a.exr --albedo 2 $R
+t 2 "below 1" render "$S" -o a.exr --phase-g 1 $R
+t 2 "at least 0" render "$S" -o a.exr --emission-scale -1 $R
+t 2 "did you mean isosurface?" render "$S" -o a.exr --mode iso-surface $R
+t 2 "--mode isosurface" render "$S" -o a.exr --isovalue 1 $R
+t 2 "--mode lmip" render "$S" -o a.exr --mode mip --lmip-threshold 1 $R
+t 2 "parallel rays" render "$S" -o a.exr --sampling template $R
+t 2 "not template" render "$S" -o a.exr --sampling template --step 1 --projection orthographic $R
+t 2 "6, 18 or 26" render "$S" -o a.exr --sampling template --projection orthographic --connectivity 7 $R
+t 2 "--sampling template" render "$S" -o a.exr --connectivity 6 $R
+t 2 "true or false" render "$S" -o a.exr --end-corrections=no $R
+t 2 "node or cell" render "$S" -o a.exr --centering voxel $R
 t 0 - render "$S" -o a.exr --ortho-width 50 --projection orthographic --strict $R
 t 0 - render "$S" -o b.exr --strict=false --scene a.exr $R
 t 0 - compare a.exr b.exr --max-rms 0 --max-abs 0
