@@ -67,8 +67,9 @@ std::string to_json(const TransferFunction& function);
 TransferFunction read_transfer_function(const std::filesystem::path& path);
 
 /// The value itself as attenuation (0 where negative), and the map's colours over [range_min,
-/// range_max]. Has the map's points within the data and the data's extremes, so that attenuation is
-/// linear over [data_min, data_max]. Throws Error(input) where range_min is not below range_max.
+/// range_max]. Has points at the map's knots and at the ends of the data, 0 included since vacuum
+/// has it, so that the attenuation is the value up to data_max. Throws Error(input) where range_min
+/// is not below range_max.
 TransferFunction colormap_function(Colormap map, double range_min, double range_max,
                                    double data_min, double data_max);
 

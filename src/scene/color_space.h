@@ -1,0 +1,58 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+namespace psivox {
+
+/// IEC 61966-2-1: Rec. 709 light of sRGB codes and back, both in [0, 1].
+glm::dvec3 linear_from_srgb(const glm::dvec3& code);
+glm::dvec3 srgb_from_linear(const glm::dvec3& light);
+
+/// Colours between two sRGB codes, t in [0, 1], as VTK's vtkColorTransferFunction has them.
+glm::dvec3 mix_lab(const glm::dvec3& a, const glm::dvec3& b, double t);
+/// Moreland, "Diverging Color Maps for Scientific Visualization", 2009: Lab in polar form, white in
+/// the middle of two saturated colours of different hue.
+glm::dvec3 mix_diverging(const glm::dvec3& a, const glm::dvec3& b, double t);
+/// `shortest`: hues go the short way round the circle, through red where it is shorter.
+glm::dvec3 mix_hsv(const glm::dvec3& a, const glm::dvec3& b, double t, bool shortest);
+
+/// Half a step of 8 bits: how near a curve the straight lines between knots are.
+inline constexpr double half_code = 0.5 / 255;
+
+/// Appends the ends of the parts of (a, b] in which `fits(part_begin, part_end)`: halves, at most
+/// 2^depth of them.
+template <typename Fits>
+void append_parts(double a, double b, const Fits& fits, int depth, std::vector<double>& ends) {
+  const double middle = 0.5 * (a + b);
+  if (depth == 0 || fits(a, b)) {
+    ends.push_back(b);
+    return;
+  }
+  append_parts(a, middle, fits, depth - 1, ends);
+  append_parts(middle, b, fits, depth - 1, ends);
+}
+
+/// Places in (first, last], ascending to `last`, between which straight lines of linear light are
+/// near the curve of codes that `curve(place)` gives.
+template <typename Curve>
+std::vector<double> color_knots(const Curve& curve, double first, double last) {
+  const auto fits = [&](double a, double b) {
+    const glm::dvec3 from = linear_from_srgb(curve(a)), to = linear_from_srgb(curve(b));
+    for (int i = 1; i < 8; ++i) {
+      const double t = i / 8.0;
+      const glm::dvec3 off =
+          glm::abs(srgb_from_linear(glm::mix(from, to, t)) - curve(std::lerp(a, b, t)));
+      if (std::max({off.r, off.g, off.b}) > half_code) return false;
+    }
+    return true;
+  };
+  std::vector<double> ends;
+  append_parts(first, last, fits, 9, ends);
+  return ends;
+}
+
+}  // namespace psivox

@@ -1,0 +1,102 @@
+// The built-in colour maps against their published colours, and the functions made of them.
+
+#include "psivox/colormap.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "psivox/error.h"
+#include "psivox/transfer_function.h"
+#include "scene/color_space.h"
+
+namespace psivox {
+namespace {
+
+const std::vector<Colormap> every_map = {Colormap::viridis,  Colormap::inferno, Colormap::magma,
+                                         Colormap::plasma,   Colormap::cividis, Colormap::turbo,
+                                         Colormap::coolwarm, Colormap::gray,    Colormap::hot};
+
+glm::dvec3 code(Colormap map, double u) { return 255.0 * srgb_from_linear(colormap_color(map, u)); }
+
+TEST(Colormap, HasThePublishedColors) {
+  struct Known {
+    Colormap map;
+    int entry;  // of 256
+    glm::dvec3 code;
+  };
+  // matplotlib's tables in 8 bits; coolwarm: Moreland 2009, ends and middle.
+  for (const Known& known : std::vector<Known>{
+           {Colormap::viridis, 0, {68, 1, 84}},      {Colormap::viridis, 128, {33, 145, 140}},
+           {Colormap::viridis, 255, {253, 231, 37}}, {Colormap::inferno, 0, {0, 0, 4}},
+           {Colormap::inferno, 128, {188, 55, 84}},  {Colormap::inferno, 255, {252, 255, 164}},
+           {Colormap::magma, 0, {0, 0, 4}},          {Colormap::magma, 128, {183, 55, 121}},
+           {Colormap::magma, 255, {252, 253, 191}},  {Colormap::plasma, 0, {13, 8, 135}},
+           {Colormap::plasma, 128, {204, 71, 120}},  {Colormap::plasma, 255, {240, 249, 33}},
+           {Colormap::cividis, 0, {0, 34, 78}},      {Colormap::cividis, 128, {125, 124, 120}},
+           {Colormap::cividis, 255, {254, 232, 56}}, {Colormap::turbo, 0, {48, 18, 59}},
+           {Colormap::turbo, 128, {164, 252, 60}},   {Colormap::turbo, 255, {122, 4, 3}},
+           {Colormap::coolwarm, 0, {59, 76, 192}},   {Colormap::coolwarm, 255, {180, 4, 38}},
+           {Colormap::gray, 0, {0, 0, 0}},           {Colormap::gray, 51, {51, 51, 51}},
+           {Colormap::gray, 255, {255, 255, 255}},   {Colormap::hot, 0, {11, 0, 0}},
+           {Colormap::hot, 128, {255, 92, 0}},       {Colormap::hot, 255, {255, 255, 255}}}) {
+    const glm::dvec3 ours = code(known.map, known.entry / 255.0);
+    // Half a step of the published rounding and half a step of the knots'.
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(ours[c], known.code[c], 1)
+          << static_cast<int>(known.map) << " " << known.entry << " channel " << c;
+  }
+  const glm::dvec3 middle = code(Colormap::coolwarm, 0.5);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(middle[c], 221, 1);
+}
+
+TEST(Colormap, IsContinuousWithinTheGamutAndClamped) {
+  for (const Colormap map : every_map) {
+    glm::dvec3 last = code(map, 0);
+    for (int i = 1; i <= 4000; ++i) {
+      const glm::dvec3 now = code(map, i / 4000.0);
+      for (int c = 0; c < 3; ++c) {
+        // The steepest, turbo's blue at its dark end, rises by 8 codes from one of 256 to the next.
+        ASSERT_NEAR(now[c], last[c], 10 * 255 / 4000.0) << static_cast<int>(map) << " " << i;
+        ASSERT_GE(now[c], 0);
+        ASSERT_LE(now[c], 255 + 1e-9);  // rounding of the encoding
+      }
+      last = now;
+    }
+    EXPECT_EQ(colormap_color(map, -3), colormap_color(map, 0));
+    EXPECT_EQ(colormap_color(map, 7), colormap_color(map, 1));
+  }
+}
+
+TEST(ColormapFunction, AttenuatesByTheValueWithinTheData) {
+  for (const Colormap map : every_map) {
+    const TransferFunction f = colormap_function(map, 0.25, 2, -0.5, 3);
+    EXPECT_TRUE(f.has_color());
+    for (double v = -0.5; v <= 3; v += 0.01) {
+      // Points have float32 values, so the slope from one to the next is 1 to rounding in double.
+      EXPECT_NEAR(f.at(v).attenuation, std::max(v, 0.0), 1e-12) << v;
+      // The knots moved by half a float32 step of 2, 1.2e-7, times a slope of 4 at most.
+      const glm::dvec3 expected = colormap_color(map, (v - 0.25) / 1.75);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(f.at(v).color[c], expected[c], 1e-6);
+    }
+    EXPECT_EQ(f.points().front().value, -0.5);
+    EXPECT_EQ(f.points().back().value, 3);
+    EXPECT_LT(f.points().size(), 80u);
+  }
+}
+
+TEST(ColormapFunction, LeavesVacuumEmptyAndOmitsKnotsBeyondTheData) {
+  const TransferFunction f = colormap_function(Colormap::gray, -10, 10, 2, 2.5);
+  EXPECT_EQ(f.at(0).attenuation, 0);
+  EXPECT_NEAR(f.at(1).attenuation, 1, 1e-12);
+  EXPECT_EQ(f.points().front().value, 0);
+  EXPECT_EQ(f.points().back().value, 2.5);
+  EXPECT_EQ(colormap_function(Colormap::hot, 0, 1, 0, 0).points().size(), 1u);
+  // A range below float32's resolution there: few distinct points, all in order.
+  EXPECT_GE(colormap_function(Colormap::hot, 1000, 1000.00005, 999, 1001).points().size(), 3u);
+  EXPECT_THROW(colormap_function(Colormap::hot, 1, 1, 0, 1), Error);
+}
+
+}  // namespace
+}  // namespace psivox
