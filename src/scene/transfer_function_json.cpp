@@ -9,6 +9,7 @@
 #include "psivox/parameters.h"
 #include "psivox/transfer_function.h"
 #include "scene/number_text.h"
+#include "scene/paraview_map.h"
 
 namespace psivox {
 namespace {
@@ -73,8 +74,15 @@ TransferFunction read(std::string_view text) {
   } catch (const json::exception& error) {
     fail("not a transfer function in JSON: " + std::string(error.what()));
   }
-  if (document.is_object()) return read_points(document);
-  fail("not a transfer function: expected a JSON object of points");
+  if (document.is_array()) {
+    if (document.size() != 1)
+      fail("holds " + std::to_string(document.size()) + " colour maps; export one alone");
+    document = json(document[0]);
+  }
+  if (!document.is_object()) fail("not a transfer function: expected a JSON object of points");
+  const bool paraview = document.contains("RGBPoints") || document.contains("ColorSpace") ||
+                        document.contains("IndexedColors");
+  return paraview ? transfer_function_from_paraview(document) : read_points(document);
 }
 
 }  // namespace

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "psivox/transfer_function.h"
+
+namespace psivox {
+
+/// A colour map as ParaView exports it: RGBPoints, ColorSpace, Points (opacity); the user guide
+/// says what becomes of them. Throws Error(input).
+TransferFunction transfer_function_from_paraview(const nlohmann::json& object);
+
+}  // namespace psivox
