@@ -29,8 +29,9 @@ struct AnalyticMarch {
 #include "march/march_members.h"
 
   /// A ray along x, t = x, from `first` (the camera, or the box) to `last` (the box's face).
-  /// Lattice points are at multiples of `h` from `phase` on.
-  March along_x(Integrator rule, double first, double last, double h, double phase) {
+  /// Lattice points are at multiples of `h` from `phase` on. `unit`: opacity_linear's of length.
+  March along_x(Integrator rule, double first, double last, double h, double phase,
+                double unit = 1) {
     integrator = rule;
     middle_rule = info(rule).samples_middle;
     exact_depth = info(rule).exact_depth;
@@ -45,6 +46,7 @@ struct AnalyticMarch {
     density_direction_0 = luminance_direction_0 = real3(1, 0, 0);
     stop_depth = 1e30;
     step = h;
+    opacity_unit = unit;
     max_turns = 1 << 30;
     color = real3(1);
     const Pixel p(0, 0, 1);

@@ -11,62 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "shader_math.h"
+#include "rule_cases.h"
 
 namespace psivox {
 namespace {
-
-using wide = long double;
-
-/// Smallest number that a relative error is asked of: below e^{-87} = 1.6e-38 float32 is subnormal
-/// and decay() stops there; transparencies of that size are nothing.
-constexpr wide least_float = 1e-36L;
-
-/// {0} and log-spaced values with odd digits, so that no structure of binary is favoured.
-std::vector<double> log_spaced(double first, double last, int per_decade) {
-  std::vector<double> values{0};
-  const double decades = std::log10(last / first);
-  const int n = int(std::lround(decades * per_decade));
-  for (int i = 0; i <= n; ++i)
-    values.push_back(first * std::pow(10.0, decades * i / n) * (1 + 0.003 * std::sin(7.0 * i)));
-  return values;
-}
-
-wide relative(wide value, wide exact) {
-  if (std::abs(exact) < least_float && std::abs(value) < least_float) return 0;
-  return std::abs(value - exact) / std::abs(exact);
-}
-
-/// Largest error seen, and where.
-struct Worst {
-  wide error = 0;
-  double at = 0, at_back = 0;
-  void see(wide e, double x, double x_back = 0) {
-    if (!(e <= error)) error = e, at = x, at_back = x_back;
-  }
-};
-
-void report(const char* name, const Worst& worst) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.3Lg", worst.error);
-  testing::Test::RecordProperty(name, text);
-  std::snprintf(text, sizeof text, "%.3Lg at %.4g, %.4g", worst.error, worst.at, worst.at_back);
-  std::printf("  %-28s %s\n", name, text);
-}
-
-// The definitions. expm1l and log1pl are good to an ulp of long double, 1e-19.
-wide exact_decay(wide x) { return std::exp(-x); }
-wide exact_opacity(wide x) { return -std::expm1(-x); }
-wide exact_one_minus_h(wide t) {
-  if (t > 0.1L) return 1 - exact_opacity(t) / t;
-  wide sum = 0, term = 1;  // t/2 - t^2/6 + ...: 14 terms leave out 0.1^15/16! = 5e-29
-  for (int n = 1; n <= 14; ++n) {
-    term *= -t / (n + 1);
-    sum -= term;
-  }
-  return sum;
-}
-wide exact_h(wide t) { return t > 0 ? exact_opacity(t) / t : 1; }
 
 template <typename Math>
 struct Bounds;
@@ -88,14 +36,6 @@ template <typename Math>
 class ShaderMath : public testing::Test {
  protected:
   Math math;
-};
-using Precisions = testing::Types<glsl32::Math, glsl::Math>;
-class PrecisionNames {
- public:
-  template <typename T>
-  static std::string GetName(int i) {
-    return i == 0 ? "Float" : "Double";
-  }
 };
 TYPED_TEST_SUITE(ShaderMath, Precisions, PrecisionNames);
 
@@ -146,10 +86,6 @@ TYPED_TEST(ShaderMath, HomogeneousStep) {
 
 // --- rules ---------------------------------------------------------------------------------------
 
-struct WideWeights {
-  wide front = 0, middle = 0, back = 0, zeta = 1;
-};
-
 WideWeights weighted_opacity(wide x_f, wide x_b) {  // thesis eq. 65 and 53 to 56, as printed
   const wide zeta = exact_decay((x_f + x_b) / 2);
   // 1 - alpha_w, its logarithm by log-sum-exp where exp underflows
@@ -177,13 +113,6 @@ WideWeights balanced(wide x_f, wide x_b) {
   const wide e_b = exact_decay(x_b / 2), a_b = exact_opacity(x_b / 2);
   const wide p = std::min((exact_balance(x_f) + exact_balance(x_b)) / 2, a_b);
   return {a_f + e_f * p, 0, e_f * (a_b - p), e_f * e_b};
-}
-
-template <typename Math>
-auto segment_of(typename Math::real x_f, typename Math::real x_b) {
-  using real = typename Math::real;
-  const real depth = real(0.5) * x_f + real(0.5) * x_b;
-  return typename Math::Segment{x_f, real(0.5) * (x_f + x_b), x_b, 1, depth};
 }
 
 /// For each rule: weights never negative, their sum 1 - zeta of the depth that it returns.

@@ -20,6 +20,7 @@ using std::sqrt;
 
 struct Math {
   using real = float;
+  real opacity_unit = 1;
   float power_of_two(int n) const { return std::ldexp(1.0f, n); }
 
 #define precise
@@ -43,6 +44,7 @@ namespace psivox::glsl {
 
 struct Math {
   using real = double;
+  real opacity_unit = 1;
 
 #define precise
 #define REAL_BITS 64

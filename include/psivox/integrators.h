@@ -6,14 +6,17 @@
 /// cubic, or of linear attenuation), not from its own homogeneous model.
 // clang-format off
 /// Rules for one segment: Weights name(Segment).
-#define PSIVOX_SEGMENT_INTEGRATORS(X)                                                             \
-  X(porter_duff,  false, false, "homogeneous step of the front sample (thesis eq. 14)")           \
-  X(midpoint,     true,  false, "homogeneous step of the middle sample: the honest baseline")     \
-  X(psi_weighted, false, true,  "Moreland's weighted opacity, 0.27 and 0.73 (thesis eq. 65)")     \
-  X(psi_balanced, false, true,  "weights balanced against the lattice's bias: fourth order on smooth data")
+#define PSIVOX_SEGMENT_INTEGRATORS(X)                                                                     \
+  X(porter_duff,      false, false, "homogeneous step of the front sample (thesis eq. 14)")               \
+  X(midpoint,         true,  false, "homogeneous step of the middle sample: the honest baseline")         \
+  X(average,          false, true,  "mean luminance of the ends (thesis fig. 1.10a)")                     \
+  X(linear_luminance, false, true,  "linear luminance, attenuation its mean (thesis fig. 1.10b)")         \
+  X(opacity_linear,   false, false, "opacity linear per --opacity-unit, Moreland's fits (thesis eq. 64, 65)") \
+  X(psi_weighted,     false, true,  "Moreland's weighted opacity, 0.27 and 0.73 (thesis eq. 65)")         \
+  X(psi_balanced,     false, true,  "weights balanced against the lattice's bias: fourth order on smooth data")
 /// Rules for the cubic of a cell, with --sampling cells only: Weights name(Cubic, real).
-#define PSIVOX_CELL_INTEGRATORS(X)                                                                \
-  X(cell_exact,   false, true,  "Gauss-Legendre on the cell's cubic, its own optical depth; cells only")
+#define PSIVOX_CELL_INTEGRATORS(X)                                                                        \
+  X(cell_exact,       false, true,   "Gauss-Legendre on the cell's cubic, its own optical depth; cells only")
 /// Rules that apply the transfer function themselves to values that are linear along the segment:
 /// Mixture name(real front, real back, real length).
 #define PSIVOX_TRANSFER_INTEGRATORS(X)                                                            \

@@ -63,6 +63,7 @@ struct Scene {
   std::optional<double> step;              ///< [voxels of the finest index axis], 1
   bool end_corrections = true;             ///< of psi-balanced, where a ray's samples begin and end
   int connectivity = 26;                   ///< of a ray template's voxels: 6, 18 or 26
+  double opacity_unit = 1;                 ///< [voxels of the finest index axis], opacity_linear's
   double early_termination = 1.0 / 16384;  ///< transmittance at which a ray ends; 0: never
   Filter filter = Filter::exact;
   TexelType texel = TexelType::float32;

@@ -15,9 +15,5 @@ Weights psi_weighted(Segment s) {
   real r = sqrt(apart.e);
   real opacity = near.a + near.e * apart.a / (real(1.0) + r);
   Homogeneous psi = homogeneous(m + minus_log_1m(v), near.a + near.e * v);
-  // Psi - zeta: where Psi is near 1 as (1 - zeta) - (1 - Psi), both of which are small, else
-  // directly.
-  real back = psi.h > real(0.6) ? opacity - psi.one_minus_h : psi.h - near.e * r;
-  back = max(back, real(0.0));
-  return Weights(opacity - back, real(0.0), back, s.depth);
+  return psi_weights(psi, near.e * r, opacity, s.depth);
 }

@@ -17,6 +17,16 @@ struct Weights {
   real depth;
 };
 
+// C = L_front (1 - Psi) + L_back (Psi - zeta) with the Psi of a homogeneous step (Moreland 2004,
+// eq. 53 to 56), opacity = 1 - zeta. Psi - zeta: where Psi is near 1 as (1 - zeta) - (1 - Psi), both
+// of which are small, else directly; 0 where a rule's Psi is below its zeta, so that no weight
+// leaves [0, opacity].
+Weights psi_weights(Homogeneous psi, real zeta, real opacity, real depth) {
+  real back = psi.h > real(0.6) ? opacity - psi.one_minus_h : psi.h - zeta;
+  back = max(back, real(0.0));
+  return Weights(opacity - back, real(0.0), back, depth);
+}
+
 // Optical lengths of the two ends, x = tau * length, shifted so that their mean is the segment's
 // depth: the linear model of a segment whose depth is known better than its ends tell. Shifted, not
 // scaled: where both ends are next to 0 and the middle is not, their ratio is rounding.

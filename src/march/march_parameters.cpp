@@ -153,6 +153,7 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
       scene.early_termination > 0 ? std::min(-std::log(scene.early_termination), 100.0) : 100.0;
   if (scene.mode == Mode::back_to_front || scene.mode == Mode::xray) p.stop_depth = 1e30;
   p.step = scene.resolved_step();
+  p.opacity_unit = scene.opacity_unit;
   p.world_unit = unit;
   p.lmip_threshold = scene.lmip_threshold;
   p.isovalue = medium.isovalue;

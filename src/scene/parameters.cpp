@@ -91,6 +91,8 @@ std::vector<Parameter> make_table() {
        &Scene::end_corrections},
       {"connectivity", "6|18|26", "", "", "neighbours of a ray template's voxels", march,
        &Scene::connectivity, neighbours},
+      {"opacity-unit", "U", "voxels of the finest axis", "",
+       "length of which opacity-linear's opacities are", march, &Scene::opacity_unit, above_0},
       {"early-termination",
        "T",
        "transmittance",

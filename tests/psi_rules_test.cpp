@@ -1,0 +1,194 @@
+// The rules that differ in Psi alone, in float and in double, against their definitions in long
+// double: closed forms as printed where there is one, quadrature where there is none.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "psi_quadrature.h"
+#include "psivox/integrators.h"
+#include "rule_cases.h"
+
+namespace psivox {
+namespace {
+
+template <typename Math>
+class PsiRules : public testing::Test {
+ protected:
+  Math math;
+};
+TYPED_TEST_SUITE(PsiRules, Precisions, PrecisionNames);
+
+/// What is asked of every weight in float32; in double, what 1 - h near its crossover leaves.
+template <typename real>
+constexpr wide goal = sizeof(real) == 4 ? 1e-5L : 1e-12L;
+
+TEST(PsiQuadrature, IsExact) {
+  // Constant attenuation has closed forms; else twice the panels must not matter, and the
+  // integrals' own identities hold.
+  Worst closed, panels, identity;
+  for (const double f : log_spaced(1e-6, 1e4, 3))
+    for (const double b : log_spaced(1e-6, 1e4, 3)) {
+      const LinearSegment s = linear_segment(f, b), fine = linear_segment(f, b, 160);
+      panels.see(relative(s.psi, fine.psi), f, b);
+      panels.see(relative(s.m, fine.m), f, b);
+      if (f + b > 0) {
+        panels.see(relative(s.front, fine.front), f, b);
+        panels.see(relative(s.back, fine.back), f, b);
+        identity.see(relative(s.front + s.back, exact_opacity((wide(f) + wide(b)) / 2)), f, b);
+        identity.see(relative(f * s.rest + b * s.m, s.front + s.back), f, b);
+      }
+    }
+  for (const double x : log_spaced(1e-6, 1e4, 20)) {
+    const LinearSegment s = linear_segment(x, x);
+    closed.see(relative(s.psi, exact_h(x)), x);
+    if (x > 0) closed.see(relative(s.front, exact_one_minus_h(x)), x);
+  }
+  report("panels", panels);
+  report("identities", identity);
+  report("closed form", closed);
+  EXPECT_LE(panels.error, 1e-16L);  // 1280 terms, 5e-20 each
+  EXPECT_LE(identity.error, 1e-16L);
+  EXPECT_LE(closed.error, 1e-16L);
+}
+
+TYPED_TEST(PsiRules, AverageIsHalfTheOpacityEach) {
+  using real = typename TypeParam::real;
+  Worst worst;
+  for (const double f : log_spaced(1e-12, 1e4, 10))
+    for (const double b : log_spaced(1e-12, 1e4, 10)) {
+      const auto w = this->math.average(segment_of<TypeParam>(real(f), real(b)));
+      EXPECT_EQ(w.front, w.back);
+      worst.see(relative(w.front, exact_opacity((wide(real(f)) + wide(real(b))) / 2) / 2), f, b);
+    }
+  report("average", worst);
+  EXPECT_LE(worst.error, goal<real>);
+}
+
+/// h(t) - e^{-depth}, from what is small where t is.
+wide psi_minus_zeta(wide t, wide depth) {
+  if (t < 1) return exact_opacity(depth) - exact_one_minus_h(t);
+  return exact_h(t) - exact_decay(depth);
+}
+
+TYPED_TEST(PsiRules, LinearLuminanceIsTheHomogeneousPsi) {
+  using real = typename TypeParam::real;
+  Worst front, back;
+  for (const double f : log_spaced(1e-12, 1e4, 25))
+    for (const double b : log_spaced(1e-12, 1e4, 25)) {
+      const auto w = this->math.linear_luminance(segment_of<TypeParam>(real(f), real(b)));
+      const wide t = (wide(real(f)) + wide(real(b))) / 2;
+      front.see(relative(w.front, exact_one_minus_h(t)), f, b);
+      back.see(relative(w.back, psi_minus_zeta(t, t)), f, b);
+    }
+  report("linear_luminance w_f", front);
+  report("linear_luminance w_b", back);
+  EXPECT_LE(front.error, goal<real>);
+  EXPECT_LE(back.error, goal<real>);
+}
+
+/// Thesis eq. 64 and 65 as printed. tau: per unit of opacity; units: of the segment's length.
+struct OpacityLinear {
+  wide depth, psi_depth;
+};
+OpacityLinear opacity_linear(wide tau_f, wide tau_b, wide units) {
+  const wide a_f = exact_opacity(tau_f), a_b = exact_opacity(tau_b);
+  const wide e_f = exact_decay(tau_f), e_b = exact_decay(tau_b);
+  // ln(1 - alpha), from the opacities where they are small, else from the transparencies
+  const auto log_of = [](wide opacity, wide transparency) {
+    return opacity < 0.5L ? std::log1p(-opacity) : std::log(transparency);
+  };
+  const wide bend = 0.108165L * (a_b - a_f) * (a_b - a_f);
+  const wide bend_e = 0.108165L * (e_b - e_f) * (e_b - e_f);
+  return {-units * log_of((a_b + a_f) / 2 + bend, (e_b + e_f) / 2 - bend_e),
+          -units * log_of(0.27L * a_b + 0.73L * a_f, 0.27L * e_b + 0.73L * e_f)};
+}
+
+// Psi - zeta passes through 0 (and is cut there): next to it only the error relative to the opacity
+// has a bound, and w_b's own where a tenth of Psi is left, the cancellation tenfold.
+TYPED_TEST(PsiRules, OpacityLinearAgainstItsFormula) {
+  using real = typename TypeParam::real;
+  for (const double unit : {1.0, 0.125, 3.0}) {
+    TypeParam own;
+    own.opacity_unit = real(unit);
+    Worst depth, front, back, of_opacity;
+    // e^{-tau U} exists in long double up to a depth of 11,000
+    for (const double f : log_spaced(1e-12, 1e4 / std::max(unit, 1.0), 20))
+      for (const double b : log_spaced(1e-12, 1e4 / std::max(unit, 1.0), 20)) {
+        const auto w = own.opacity_linear(segment_of<TypeParam>(real(f), real(b)));
+        const OpacityLinear e =
+            opacity_linear(wide(real(f)) * wide(unit), wide(real(b)) * wide(unit), 1 / wide(unit));
+        const wide opacity = exact_opacity(e.depth);
+        const wide e_front = std::min(exact_one_minus_h(e.psi_depth), opacity);
+        const wide psi = exact_h(e.psi_depth);
+        const wide e_back = std::max(psi_minus_zeta(e.psi_depth, e.depth), 0.0L);
+        depth.see(relative(w.depth, e.depth), f, b);
+        front.see(relative(w.front, e_front), f, b);
+        if (e_back >= 0.1L * std::min(psi, opacity)) back.see(relative(w.back, e_back), f, b);
+        if (opacity > 0) of_opacity.see(std::abs(w.back - e_back) / opacity, f, b);
+      }
+    report("opacity_linear depth", depth);
+    report("opacity_linear w_f", front);
+    report("opacity_linear w_b", back);
+    report("opacity_linear w_b / opacity", of_opacity);
+    EXPECT_LE(depth.error,
+              sizeof(real) == 4 ? 1e-6L : 2e-15L);  // minus_log_1m's and its argument's
+    EXPECT_LE(front.error, goal<real>);
+    EXPECT_LE(back.error, goal<real>);
+    EXPECT_LE(of_opacity.error, sizeof(real) == 4 ? 2e-6L : 1e-12L);
+  }
+}
+
+TYPED_TEST(PsiRules, OpacityLinearIsExactWhereTheEndsAreEqual) {
+  // Homogeneous: both fits give the attenuation itself, whatever the unit.
+  using real = typename TypeParam::real;
+  for (const double unit : {1.0, 0.125, 3.0})
+    for (const real x : {real(1e-6), real(0.3), real(1), real(7), real(500)}) {
+      TypeParam own;
+      own.opacity_unit = real(unit);
+      const auto w = own.opacity_linear(segment_of<TypeParam>(x, x));
+      EXPECT_LE(relative(w.depth, x), sizeof(real) == 4 ? 2e-7L : 4e-16L);
+      EXPECT_LE(relative(w.front, exact_one_minus_h(x)), goal<real>);
+    }
+}
+
+/// Vacuum, walls, least numbers: every rule's weights are finite and within [0, 1 - zeta].
+TYPED_TEST(PsiRules, HardCases) {
+  using real = typename TypeParam::real;
+  const real huge = real(1e30), least = std::numeric_limits<real>::min();
+  const real values[] = {0,
+                         std::numeric_limits<real>::denorm_min(),
+                         least,
+                         real(1e-20),
+                         real(1),
+                         std::nextafter(real(1), real(2)),
+                         real(87),
+                         real(1e4),
+                         real(1e4) + real(1e-3),
+                         real(3e7),
+                         real(1e12),
+                         huge};
+  for (const real f : values)
+    for (const real b : values) {
+      const auto s = segment_of<TypeParam>(f, b);
+      const auto check = [&](const auto& w, const char* rule) {
+        const real opacity = this->math.decay(w.depth).a;
+        for (const real v : {w.front, w.middle, w.back}) {
+          EXPECT_TRUE(std::isfinite(v)) << rule << ' ' << f << ' ' << b;
+          EXPECT_GE(v, 0) << rule << ' ' << f << ' ' << b;
+          // 1 - zeta "to rounding": decay's own error
+          EXPECT_LE(v, opacity * real(1 + 1e-6)) << rule << ' ' << f << ' ' << b;
+        }
+      };
+#define PSIVOX_ROW(name, middle, exact, help) check(this->math.name(s), #name);
+      PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
+#undef PSIVOX_ROW
+    }
+}
+
+}  // namespace
+}  // namespace psivox
