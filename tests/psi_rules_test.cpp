@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "psi_quadrature.h"
@@ -154,6 +155,57 @@ TYPED_TEST(PsiRules, OpacityLinearIsExactWhereTheEndsAreEqual) {
       EXPECT_LE(relative(w.depth, x), sizeof(real) == 4 ? 2e-7L : 4e-16L);
       EXPECT_LE(relative(w.front, exact_one_minus_h(x)), goal<real>);
     }
+}
+
+/// Ends where closed forms and series are at their worst: next to each other, next to the
+/// crossover, one of them nothing.
+std::vector<std::pair<double, double>> linear_cases() {
+  std::vector<std::pair<double, double>> cases;
+  for (const double f : log_spaced(1e-12, 1e4, 6))
+    for (const double b : log_spaced(1e-12, 1e4, 6)) cases.emplace_back(f, b);
+  for (const double x : log_spaced(1e-2, 1e4, 8))
+    for (const double part : {0.0, 1e-7, 3e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3}) {
+      cases.emplace_back(x, x * (1 + part));
+      cases.emplace_back(x * (1 + part), x);
+    }
+  for (const double x : {0.9, 0.999999, 1.0, 1.000001, 1.1, 2.0})
+    for (const double other : {0.0, 1e-20, 0.01, 0.3, 0.7, 0.9999, 1.0, 1.5, 4.0, 20.0}) {
+      cases.emplace_back(x, other);
+      cases.emplace_back(other, x);
+    }
+  cases.emplace_back(1e4, 1e4 + 1e-3);
+  cases.emplace_back(1e4 + 1e-3, 1e4);
+  return cases;
+}
+
+TYPED_TEST(PsiRules, PsiExactAgainstQuadrature) {
+  using real = typename TypeParam::real;
+  Worst front, back;
+  for (const auto& [f, b] : linear_cases()) {
+    const auto w = this->math.psi_exact(segment_of<TypeParam>(real(f), real(b)));
+    const LinearSegment e = linear_segment(wide(real(f)), wide(real(b)));
+    front.see(relative(w.front, e.front), f, b);
+    back.see(relative(w.back, e.back), f, b);
+  }
+  report("psi_exact w_f", front);
+  report("psi_exact w_b", back);
+  EXPECT_LE(front.error, goal<real>);
+  EXPECT_LE(back.error, goal<real>);
+}
+
+TYPED_TEST(PsiRules, LinearSourceAgainstQuadrature) {
+  using real = typename TypeParam::real;
+  Worst front, back;
+  for (const auto& [f, b] : linear_cases()) {
+    const auto w = this->math.linear_source(segment_of<TypeParam>(real(f), real(b)));
+    const LinearSegment e = linear_segment(wide(real(f)), wide(real(b)));
+    front.see(relative(w.front, wide(real(f)) * e.rest), f, b);
+    back.see(relative(w.back, wide(real(b)) * e.m), f, b);
+  }
+  report("linear_source w_f", front);
+  report("linear_source w_b", back);
+  EXPECT_LE(front.error, goal<real>);
+  EXPECT_LE(back.error, goal<real>);
 }
 
 /// Vacuum, walls, least numbers: every rule's weights are finite and within [0, 1 - zeta].

@@ -29,6 +29,9 @@ struct Math {
 // clang-format off
 #include "math/decay.glsl"
 #include "math/psi.glsl"
+#include "math/mills.glsl"
+#include "math/dawson.glsl"
+#include "math/linear_psi.glsl"
 #include "math/segment.glsl"
 #include "math/cubic.glsl"
 #include "math/glow.glsl"
@@ -52,6 +55,9 @@ struct Math {
 // clang-format off
 #include "math/decay.glsl"
 #include "math/psi.glsl"
+#include "math/mills.glsl"
+#include "math/dawson.glsl"
+#include "math/linear_psi.glsl"
 #include "math/segment.glsl"
 #include "math/cubic.glsl"
 #include "math/glow.glsl"

@@ -13,7 +13,9 @@
   X(linear_luminance, false, true,  "linear luminance, attenuation its mean (thesis fig. 1.10b)")         \
   X(opacity_linear,   false, false, "opacity linear per --opacity-unit, Moreland's fits (thesis eq. 64, 65)") \
   X(psi_weighted,     false, true,  "Moreland's weighted opacity, 0.27 and 0.73 (thesis eq. 65)")         \
-  X(psi_balanced,     false, true,  "weights balanced against the lattice's bias: fourth order on smooth data")
+  X(psi_balanced,     false, true,  "weights balanced against the lattice's bias: fourth order on smooth data") \
+  X(psi_exact,        false, true,  "linear luminance and attenuation, exactly: scaled erfc and Dawson")  \
+  X(linear_source,    false, true,  "luminance times attenuation linear, attenuation linear, exactly")
 /// Rules for the cubic of a cell, with --sampling cells only: Weights name(Cubic, real).
 #define PSIVOX_CELL_INTEGRATORS(X)                                                                        \
   X(cell_exact,       false, true,   "Gauss-Legendre on the cell's cubic, its own optical depth; cells only")
