@@ -45,6 +45,7 @@ PARAMETER(real3, color)               // factor of the luminance
 PARAMETER(real, stop_depth)           // optical depth at which a ray ends
 PARAMETER(real, step)                 // of the uniform lattice [unit of t]
 PARAMETER(real, opacity_unit)         // length of which opacity_linear's opacities are [unit of t]
+PARAMETER(int, psi_table_first)       // of psi_table's entries among the tables
 PARAMETER(real, world_unit)           // world length of one unit of t
 PARAMETER(int, max_turns)             // of the loop in this pass
 PARAMETER(real, emission_scale)       // emission of value 1 [radiance / unit of t]

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
+#include "march/psi_table.h"
 
 namespace psivox::glsl {
 
@@ -15,6 +17,10 @@ struct AnalyticMarch {
 
   static constexpr int half_width = 256;  ///< [cells] of the one brick: t within -256 to 256
 
+  real4 fetch_table(int i) const {
+    static const std::vector<glm::vec4> table = make_psi_table();
+    return real4(table[std::size_t(i)]);
+  }
   uint fetch_page(int, int) const { return make_entry(EntryKind::brick, 0); }
   real fetch_constant(int, int) const { return 0; }
   real3 fetch_constant3(int, int) const { return real3(0); }

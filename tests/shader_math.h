@@ -1,12 +1,24 @@
 #pragma once
 
 #include <cmath>
+#include <vector>
 
 #include "march/glsl_subset.h"
+#include "march/psi_table.h"
 
 // shaders/math and shaders/integrators as C++, in the GPU's precision and in double. Every line of
 // them is + - * /, comparisons and floor (decay.glsl has its own exp and log), so float here rounds
 // as any GPU does that keeps IEEE rules.
+
+namespace psivox {
+
+/// Built once a test program.
+inline const std::vector<glm::vec4>& psi_table_of_tests() {
+  static const std::vector<glm::vec4> table = make_psi_table();
+  return table;
+}
+
+}  // namespace psivox
 
 namespace psivox::glsl32 {
 
@@ -20,7 +32,10 @@ using std::sqrt;
 
 struct Math {
   using real = float;
+  using real4 = glm::vec4;
   real opacity_unit = 1;
+  int psi_table_first = 0;
+  real4 fetch_table(int i) const { return real4(psi_table_of_tests()[std::size_t(i)]); }
   float power_of_two(int n) const { return std::ldexp(1.0f, n); }
 
 #define precise
@@ -48,6 +63,8 @@ namespace psivox::glsl {
 struct Math {
   using real = double;
   real opacity_unit = 1;
+  int psi_table_first = 0;
+  real4 fetch_table(int i) const { return real4(psi_table_of_tests()[std::size_t(i)]); }
 
 #define precise
 #define REAL_BITS 64

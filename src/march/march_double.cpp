@@ -39,6 +39,9 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
     march.grids[1] = atlas.luminance ? &*atlas.luminance : nullptr;
     march.grids[2] = atlas.emission ? &*atlas.emission : nullptr;
     march.tables = setup.tables.data();
+    march.grids[0] = &density;
+    march.grids[1] = luminance;
+    march.tables = setup.tables;
     march.configure(setup);
     for (int y = rows.begin(); y < rows.end(); ++y)
       for (int x = 0; x < size.x; ++x) {

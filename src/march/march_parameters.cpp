@@ -9,6 +9,7 @@
 #include "march/ray_template.h"
 #include "march/transfer_table.h"
 #include "psivox/error.h"
+#include "march/psi_table.h"
 
 namespace psivox {
 namespace {
@@ -165,6 +166,7 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
 
   const IntegratorInfo& rule = info(scene.resolved_integrator());
   c.integrator = rule.id;
+  if (rule.id == Integrator::psi_table) setup.tables = make_psi_table();
   c.luminance_source = int(medium.source);
   c.segments = scene.segments;
   c.constant_runs = atlas.density.size.constant_bricks > 0;

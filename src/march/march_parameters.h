@@ -34,6 +34,7 @@ struct MarchSetup {
   MarchConstants constants;
   std::vector<glm::vec4> tables;  ///< what fetch_table reads, never empty
   int search_steps = 0;           ///< most loop turns of one look-up in them
+  std::vector<glm::vec4> tables;  ///< what fetch_table reads; empty where the rule has none
 };
 
 /// Setup for a view and the atlases of its medium. max_turns is left at what a ray can need at most, a bound: cells and nodes crossed, or steps.
