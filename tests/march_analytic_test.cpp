@@ -191,16 +191,15 @@ void furnace_of(Integrator rule) {
       furnace(view_of(scene, density), what + " constant L", constant);
       furnace(make_view(scene, density, ones), what + " grid of 1", weights);
     }
-    std::printf("  %-13s %-8s |R - A| constant L %.2e, grid of 1 %.2e\n", info(rule).name, name,
+    std::printf("  %-16s %-8s |R - A| constant L %.2e, grid of 1 %.2e\n", info(rule).name, name,
                 constant, weights);
   }
 }
 
-TEST_F(Furnace, PorterDuff) { furnace_of(Integrator::porter_duff); }
-TEST_F(Furnace, Midpoint) { furnace_of(Integrator::midpoint); }
-TEST_F(Furnace, PsiWeighted) { furnace_of(Integrator::psi_weighted); }
-TEST_F(Furnace, PsiBalanced) { furnace_of(Integrator::psi_balanced); }
-TEST_F(Furnace, CellExact) { furnace_of(Integrator::cell_exact); }
+#define PSIVOX_ROW(name, middle, exact, help) \
+  TEST_F(Furnace, name) { furnace_of(Integrator::name); }
+PSIVOX_INTEGRATORS(PSIVOX_ROW)
+#undef PSIVOX_ROW
 
 TEST_F(MarchAnalytic, Walls) {
   // Attenuation and L from 0 within one voxel, up to a million optical depths: nothing goes

@@ -157,8 +157,8 @@ struct Term {
   int i, j, k;
 };
 const std::vector<Term> above{{2, 0, 0}, {1, 1, 0}, {0, 2, 0}, {1, 0, 1}, {0, 1, 1}};
-const std::vector<Term> below{{2, 0, 0}, {0, 1, 1}, {1, 1, 1}, {0, 2, 1},
-                              {3, 0, 0}, {2, 1, 0}, {1, 2, 0}};
+const std::vector<Term> below{{2, 0, 0}, {0, 2, 0}, {0, 1, 1}, {2, 0, 1}, {1, 1, 1},
+                              {0, 2, 1}, {3, 0, 0}, {2, 1, 0}, {1, 2, 0}};
 
 struct Point {
   real f, b, share, opacity;
@@ -343,8 +343,8 @@ Vector search(const std::function<real(const Vector&)>& f, const Vector& x, int 
 void print_psi_fit() {
   const std::vector<Point> coarse = grid(1e-2L, 6), fine = grid(1e-3L, 40);
   Vector x;
-  const auto of_k = [&](const Vector& k) { return fit(coarse, k, 25, x); };
-  Vector k = search(of_k, {0.6L, 1.0L, 0.1L}, 80);
+  const auto of_k = [&](const Vector& k) { return fit(coarse, k, 40, x); };
+  Vector k = search(of_k, {0.34L, 0.5L, 0.037L}, 120);
   for (real& v : k) v = std::round(std::abs(v) * 1e4L) / 1e4L;
   fit(grid(1e-2L, 12), k, 200, x);
   for (real& v : x) v = std::round(v * 1e6L) / 1e6L;

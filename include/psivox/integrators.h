@@ -15,6 +15,7 @@
   X(psi_weighted,     false, true,  "Moreland's weighted opacity, 0.27 and 0.73 (thesis eq. 65)")         \
   X(psi_balanced,     false, true,  "weights balanced against the lattice's bias: fourth order on smooth data") \
   X(psi_exact,        false, true,  "linear luminance and attenuation, exactly: scaled erfc and Dawson")  \
+  X(psi_fit,          false, true,  "linear luminance and attenuation, Psi as a rational function: 1e-3")    \
   X(psi_table,        false, true,  "linear luminance and attenuation, Psi from a table of 128 x 128 cells")  \
   X(linear_source,    false, true,  "luminance times attenuation linear, attenuation linear, exactly")
 /// Rules for the cubic of a cell, with --sampling cells only: Weights name(Cubic, real).

@@ -1,5 +1,4 @@
-// Psi from a table over both ends (partial pre-integration: Moreland 2004, section 4; Moreland and
-// Angel 2004): what it holds is the back end's share (Psi - zeta)/(1 - zeta) over a factor that has
+// Psi from a table over both ends (partial pre-integration: Moreland and Angel 2004): what it holds is the back end's share (Psi - zeta)/(1 - zeta) over a factor that has
 // its limits, so that thin media keep their relative precision, and constant L is exact whatever the
 // table says. Bilinear in 2/(2 + sqrt(x)) of each end, not in the customary x/(1 + x), in which
 // Psi ~ sqrt(pi/(2 x_b)) has an infinite slope. See src/march/psi_table.h.
