@@ -50,7 +50,8 @@ t 0 - render "$S" -o a.exr --aov depth,transmittance,steps,samples $R
 for renderer in gl march-double reference; do t 0 - render "$S" -o $renderer.exr --renderer $renderer $R; done
 t 0 rms compare gl.exr reference.exr --max-rms 1e-5
 t 0 rms compare gl.exr march-double.exr --max-rms 1e-6 --max-abs 2e-5
-for integrator in porter-duff midpoint psi-weighted psi-balanced cell-exact; do
+for integrator in porter-duff midpoint average linear-luminance opacity-linear psi-weighted psi-balanced \
+  psi-exact psi-fit psi-table linear-source cell-exact; do
   t 0 - render "$S" -o a.exr --integrator $integrator --luminance-grid temperature $R
 done
 t 2 "cells" render "$S" -o a.exr --integrator cell-exact --step 1 $R

@@ -83,6 +83,8 @@ TEST(Parameters, ReadsEveryKind) {
   EXPECT_EQ(with("resolution", "640x480").resolution, glm::ivec2(640, 480));
   EXPECT_EQ(with("integrator", "psi-weighted").integrator, Integrator::psi_weighted);
   EXPECT_EQ(with("integrator", "porter-duff").integrator, Integrator::porter_duff);
+  EXPECT_EQ(with("integrator", "opacity-linear").integrator, Integrator::opacity_linear);
+  EXPECT_EQ(with("opacity-unit", "2.5").opacity_unit, 2.5);
   EXPECT_EQ(with("sampling", "uniform").sampling, Sampling::uniform);
   EXPECT_EQ(with("filter", "hardware").filter, Filter::hardware);
   EXPECT_EQ(with("texel", "float16").texel, TexelType::float16);
@@ -141,8 +143,9 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
       "--colormap 'virdis': expected none or viridis or inferno or magma or plasma or cividis "
       "or turbo or coolwarm or gray or hot; did you mean viridis?");
   EXPECT_EQ(refusal("integrator", "psi-wieghted"),
-            "--integrator 'psi-wieghted': expected auto or porter-duff or midpoint or psi-weighted "
-            "or psi-balanced or cell-exact; did you mean psi-weighted?");
+            "--integrator 'psi-wieghted': expected auto or porter-duff or midpoint or average or "
+            "linear-luminance or opacity-linear or psi-weighted or psi-balanced or psi-exact or "
+            "psi-fit or psi-table or linear-source or cell-exact; did you mean psi-weighted?");
   EXPECT_EQ(refusal("strict", "yes"), "--strict 'yes': expected true or false");
   EXPECT_EQ(refusal("setp", "1"), "unknown parameter 'setp'; did you mean step?");
   EXPECT_EQ(refusal("qqqqqq", "1"), "unknown parameter 'qqqqqq'");
@@ -165,6 +168,8 @@ TEST(Parameters, RefusesWhatIsNoNumberOrOutOfRange) {
                                          {"step", "0x10"},
                                          {"step", "1,5"},
                                          {"segments", "0"},
+                                         {"opacity-unit", "0"},
+                                         {"opacity-unit", "auto"},
                                          {"segments", "2.0"},
                                          {"segments", "1e1"},
                                          {"segments", "99999999999"},

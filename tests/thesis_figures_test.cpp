@@ -63,9 +63,11 @@ TEST(ThesisFigures, PsiOfLinearAttenuation) {
   expect("weighted attenuation 0.27",
          error_of([](double x_f, double x_b) { return h(0.27 * x_b + 0.73 * x_f); }), 0.0093,
          0.026);
+  // Its greatest error lies in the last cell's middle and grows towards the corner, where one end
+  // is transparent and the other opaque: 0.0485 is that of this grid.
   expect("weighted attenuation 0.30",
          error_of([](double x_f, double x_b) { return h(0.30 * x_b + 0.70 * x_f); }), 0.0058,
-         0.049);
+         0.0485);
 }
 
 /// A segment of length 1 whose transparency per unit length e(u) = 1 - alpha(u) is linear.
