@@ -30,10 +30,6 @@ uniform sampler3D emission_bricks;
 
 vec4 fetch_table(int i) { return texelFetch(tables, i); }
 
-uniform samplerBuffer tables;  // what rules look up, one after the other
-
-vec4 fetch_table(int i) { return texelFetch(tables, i); }
-
 uint fetch_page(int grid, int i) {
   return grid == 0 ? texelFetch(density_pages, i).x
        : grid == 1 ? texelFetch(luminance_pages, i).x : texelFetch(emission_pages, i).x;

@@ -124,13 +124,17 @@ inline RenderResult render_gl(const View& view, const MediumAtlas& atlas,
   gl.upload(atlas, view.scene.filter, options.max_buffer_texels);
   return gl.render(view, options.render, options.max_turns);
 }
-inline Image gl_picture(const View& view) { return render_gl(view, build_medium_atlas(view)).image; }
+inline Image gl_picture(const View& view) {
+  return render_gl(view, build_medium_atlas(view)).image;
+}
 
 inline RenderResult render_double(const View& view, const MediumAtlas& atlas,
                                   const RenderOptions& options = {}) {
   return render_march_double(view, atlas, options);
 }
-inline Image double_picture(const View& view) { return render_double(view, build_medium_atlas(view)).image; }
+inline Image double_picture(const View& view) {
+  return render_double(view, build_medium_atlas(view)).image;
+}
 
 /// Difference of two pictures, printed and kept as the test's property.
 inline Comparison difference(const std::string& what, const Image& a, const Image& b) {

@@ -172,7 +172,8 @@ void expect_look_ups(const std::string& what, const View& view, std::uint64_t be
   EXPECT_GE(ratio, 0.98) << what;
   EXPECT_LE(double(gpu.stats.samples), 1.02 * double(cells) + double(begins)) << what;
   // Rays along faces take the cells on one side or the other.
-  const std::uint64_t wide = render_double(view, build_medium_atlas(view), all_layers).stats.samples;
+  const std::uint64_t wide =
+      render_double(view, build_medium_atlas(view), all_layers).stats.samples;
   EXPECT_NEAR(double(wide) / double(gpu.stats.samples), 1, 0.005);
 }
 

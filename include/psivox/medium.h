@@ -31,8 +31,8 @@ struct Medium {
   /// tau = extinction * attenuation of the value by this function; null: of the value itself.
   std::shared_ptr<const TransferFunction> transfer;
   std::shared_ptr<const Field> emission;  ///< null: nothing radiates where tau is 0
-  double emission_scale = 1;  ///< emission = scale * value [radiance/world unit]
-  double isovalue = 0;        ///< under Mode::isosurface
+  double emission_scale = 1;              ///< emission = scale * value [radiance/world unit]
+  double isovalue = 0;                    ///< under Mode::isosurface
 };
 
 /// What a renderer needs: the medium, the camera and the scene whose optionals are all resolved, so

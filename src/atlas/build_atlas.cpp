@@ -86,7 +86,8 @@ void find_kind(const BrickSource& source, Candidate& candidate) {
 }
 
 /// The kind under a rule of what can be seen. Constants of 0 may be.
-void find_visible_kind(const BrickSource& source, const AtlasOptions& options, Candidate& candidate) {
+void find_visible_kind(const BrickSource& source, const AtlasOptions& options,
+                       Candidate& candidate) {
   find_kind(source, candidate);
   const glm::vec2 range = value_range(source.neighbours(candidate.brick), source.channels());
   if (!options.visible(range.x, range.y))

@@ -27,7 +27,8 @@ int turns_per_pass(const MarchSetup& setup) {
   constexpr int driver_limit = 65535;
   const MarchConstants& c = setup.constants;
   const int pieces = c.uniform_sampling ? 1 : c.segments;
-  // points of a turn, each of which may descend into two other grids' tables and search the function
+  // points of a turn, each of which may descend into two other grids' tables and search the
+  // function
   const int points = 2 * pieces + 2;
   const int levels = c.density_levels + points * (c.luminance_levels + c.emission_levels);
   const int searches = c.transfer ? (points + 8) * setup.search_steps : 0;
@@ -57,7 +58,6 @@ struct GlRenderer::Impl {
   std::unique_ptr<gl::AtlasTextures> density, luminance, emission;
   std::map<std::string, std::unique_ptr<gl::MarchProgram>> programs;
   GLuint vertex_array = 0;
-  GLuint table_texture = 0, table_buffer = 0;
 
   explicit Impl(const ContextOptions& options) : context(options) {
     glCreateVertexArrays(1, &vertex_array);
@@ -65,13 +65,10 @@ struct GlRenderer::Impl {
   ~Impl() {
     context.make_current();
     glDeleteVertexArrays(1, &vertex_array);
-    glDeleteTextures(1, &table_texture);
-    glDeleteBuffers(1, &table_buffer);
   }
 
   const gl::MarchProgram& program(const gl::MarchVariant& variant);
   void draw(const gl::MarchProgram& program, int width, int height) const;
-  void bind_tables(const std::vector<glm::vec4>& tables);
 };
 
 /// The program for a variant, built once a process.
@@ -89,20 +86,6 @@ void GlRenderer::Impl::draw(const gl::MarchProgram& march, int width, int height
   glUseProgram(march.program().id());
   glViewport(0, 0, width, height);
   glDrawArrays(GL_TRIANGLES, 0, 3);
-}
-
-/// One texture buffer of what rules look up, made anew for each picture.
-void GlRenderer::Impl::bind_tables(const std::vector<glm::vec4>& tables) {
-  glDeleteTextures(1, &table_texture);
-  glDeleteBuffers(1, &table_buffer);
-  glCreateBuffers(1, &table_buffer);
-  const glm::vec4 none(0);  // an empty store is not allowed
-  glNamedBufferStorage(table_buffer,
-                       GLsizeiptr(std::max<std::size_t>(tables.size(), 1) * sizeof none),
-                       tables.empty() ? &none : tables.data(), 0);
-  glCreateTextures(GL_TEXTURE_BUFFER, 1, &table_texture);
-  glTextureBuffer(table_texture, GL_RGBA32F, table_buffer);
-  glBindTextureUnit(gl::MarchProgram::table_unit, table_texture);
 }
 
 GlRenderer::GlRenderer(const ContextOptions& options) {
@@ -180,9 +163,6 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   tables.bind(gl::MarchProgram::tables_unit);
   for (int i = 0; i < 3; ++i)
     if (grids[i]) grids[i]->bind(march.grid_unit(i));
-  impl.density->bind(gl::MarchProgram::density_unit);
-  if (impl.luminance) impl.luminance->bind(march.luminance_unit());
-  impl.bind_tables(setup.tables);
 
   int side = variant.resumable ? 64 : 256;
   auto target = std::make_unique<gl::TileTarget>(side, variant.resumable);

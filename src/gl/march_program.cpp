@@ -18,14 +18,15 @@ std::map<std::string, std::string> generated_files(const MarchVariant& variant) 
     return signature + " { return " + (own ? function + arguments : none) + "; }\n";
   };
   const std::string weights = "Weights(0.0, 0.0, 0.0, 0.0)";
-  return {{"integrator.glsl",
-           "#include \"integrators/" + function + ".glsl\"\n" +
-               call(IntegratorKind::segment, "Weights integrate_segment(Segment s)", "(s)", weights) +
-               call(IntegratorKind::cell, "Weights integrate_cell(Cubic c, float x)", "(c, x)",
-                    weights) +
-               call(IntegratorKind::transfer,
-                    "Mixture integrate_transfer(float front, float back, float length)",
-                    "(front, back, length)", "Mixture(0.0, vec3(0.0))")}};
+  return {
+      {"integrator.glsl",
+       "#include \"integrators/" + function + ".glsl\"\n" +
+           call(IntegratorKind::segment, "Weights integrate_segment(Segment s)", "(s)", weights) +
+           call(IntegratorKind::cell, "Weights integrate_cell(Cubic c, float x)", "(c, x)",
+                weights) +
+           call(IntegratorKind::transfer,
+                "Mixture integrate_transfer(float front, float back, float length)",
+                "(front, back, length)", "Mixture(0.0, vec3(0.0))")}};
 }
 
 }  // namespace
@@ -61,16 +62,6 @@ int MarchProgram::grid_unit(int grid) const {
   int unit = first_grid_unit;
   for (int i = 0; i < grid; ++i) unit += 3 + variant_.buffers[std::size_t(i)];
   return unit;
-  const auto bind = [&](const std::string& grid, int unit, int buffers) {
-    program_.set((grid + "_pages").c_str(), unit);
-    program_.set((grid + "_constants").c_str(), unit + 1);
-    program_.set((grid + "_bricks").c_str(), unit + 2);
-    for (int i = 0; i < buffers; ++i)
-      program_.set((grid + "_texels[" + std::to_string(i) + "]").c_str(), unit + 3 + i);
-  };
-  program_.set("tables", table_unit);
-  bind("density", density_unit, variant.density_buffers);
-  bind("luminance", luminance_unit(), variant.luminance_buffers);
 }
 
 void MarchProgram::configure(const MarchParameters& parameters) const {

@@ -27,10 +27,6 @@ class MarchProgram {
   static constexpr int tables_unit = 4;
   static constexpr int first_grid_unit = 5;
   int grid_unit(int grid) const;
-  /// Texture units: tables, density's from 5 on, then luminance's; 0 to 3 are the resumed state.
-  static constexpr int table_unit = 4;
-  static constexpr int density_unit = 5;
-  int luminance_unit() const { return density_unit + 3 + variant_.density_buffers; }
 
   /// Sets every parameter but sample_offset and tile_origin.
   void configure(const MarchParameters& parameters) const;

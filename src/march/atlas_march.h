@@ -1,7 +1,5 @@
 #pragma once
 
-#include <span>
-
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
 
@@ -12,9 +10,6 @@ struct AtlasMarch {
   const BrickAtlas* grids[3] = {};  ///< density, luminance, emission
   const glm::vec4* tables = nullptr;
 
-  std::span<const glm::vec4> tables;
-
-  real4 fetch_table(int i) const { return real4(tables[std::size_t(i)]); }
   uint fetch_page(int grid, int i) const { return grids[grid]->pages.entries[std::size_t(i)]; }
   real fetch_constant(int grid, int i) const { return grids[grid]->constants[std::size_t(i)]; }
   real3 fetch_constant3(int grid, int i) const {

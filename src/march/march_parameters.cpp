@@ -6,10 +6,10 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "march/psi_table.h"
 #include "march/ray_template.h"
 #include "march/transfer_table.h"
 #include "psivox/error.h"
-#include "march/psi_table.h"
 
 namespace psivox {
 namespace {
@@ -51,8 +51,7 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
     const double pieces = setup.constants.split_knots ? 3 + 3.0 * p.transfer_knots : 1;
     // Opaque cells are crossed in parts of a depth of 0.75/4/60 at least (see shallow_part), until
     // the depth at which every ray has ended.
-    return pieces * cells +
-           (setup.constants.cell_rule ? 320 * std::min(p.stop_depth, 1e7) : 0);
+    return pieces * cells + (setup.constants.cell_rule ? 320 * std::min(p.stop_depth, 1e7) : 0);
   }
   if (setup.constants.template_sampling) return p.template_entries + 2.0;
   // Longest ray: the domain's diagonal over the slowest that a unit of t advances.
@@ -69,17 +68,17 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
 }
 
 /// Where a grid's rays run, its domain and its page table, as PREFIX_... of the parameters.
-#define PLACE_GRID(prefix, bundle, atlas)                  \
-  p.prefix##_anchor_0 = (bundle).anchor_0;                 \
-  p.prefix##_anchor_u = (bundle).anchor_u;                 \
-  p.prefix##_anchor_v = (bundle).anchor_v;                 \
-  p.prefix##_direction_0 = (bundle).direction_0 * unit;    \
-  p.prefix##_direction_u = (bundle).direction_u * unit;    \
-  p.prefix##_direction_v = (bundle).direction_v * unit;    \
+#define PLACE_GRID(prefix, bundle, atlas)                       \
+  p.prefix##_anchor_0 = (bundle).anchor_0;                      \
+  p.prefix##_anchor_u = (bundle).anchor_u;                      \
+  p.prefix##_anchor_v = (bundle).anchor_v;                      \
+  p.prefix##_direction_0 = (bundle).direction_0 * unit;         \
+  p.prefix##_direction_u = (bundle).direction_u * unit;         \
+  p.prefix##_direction_v = (bundle).direction_v * unit;         \
   p.prefix##_domain_min = (atlas).domain.min - (bundle).origin; \
   p.prefix##_domain_max = (atlas).domain.max - (bundle).origin; \
   p.prefix##_table_min = (atlas).pages.min - (bundle).origin;   \
-  p.prefix##_table_size = (atlas).pages.top_size;          \
+  p.prefix##_table_size = (atlas).pages.top_size;               \
   c.prefix##_levels = (atlas).pages.levels;
 
 /// The transfer function's knots and bins, appended to the tables.
@@ -108,9 +107,8 @@ void place_template(const View& view, MarchSetup& setup) {
   const glm::ivec3 size = p.density_domain_max - p.density_domain_min;
   // a few more than there are
   const int planes = std::max({size.x, size.y, size.z}) + 8;
-  const RayTemplate made =
-      make_ray_template(p.density_direction_0 / glm::length(p.world_0), planes,
-                        view.scene.connectivity);
+  const RayTemplate made = make_ray_template(p.density_direction_0 / glm::length(p.world_0), planes,
+                                             view.scene.connectivity);
   p.template_first = int(setup.tables.size());
   p.template_entries = int(made.entries.size());
   p.template_axis = made.axis;
@@ -158,7 +156,8 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
   p.world_unit = unit;
   p.lmip_threshold = scene.lmip_threshold;
   p.isovalue = medium.isovalue;
-  const glm::dmat3 normal = glm::transpose(glm::inverse(glm::dmat3(medium.density->world_from_index)));
+  const glm::dmat3 normal =
+      glm::transpose(glm::inverse(glm::dmat3(medium.density->world_from_index)));
   p.normal_x = normal[0] * unit;
   p.normal_y = normal[1] * unit;
   p.normal_z = normal[2] * unit;
@@ -166,7 +165,11 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
 
   const IntegratorInfo& rule = info(scene.resolved_integrator());
   c.integrator = rule.id;
-  if (rule.id == Integrator::psi_table) setup.tables = make_psi_table();
+  if (rule.id == Integrator::psi_table) {
+    static const std::vector<glm::vec4> table = make_psi_table();
+    p.psi_table_first = int(setup.tables.size());
+    setup.tables.insert(setup.tables.end(), table.begin(), table.end());
+  }
   c.luminance_source = int(medium.source);
   c.segments = scene.segments;
   c.constant_runs = atlas.density.size.constant_bricks > 0;
@@ -174,8 +177,8 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
   c.template_sampling = scene.resolved_sampling() == Sampling::template_;
   if (c.template_sampling) place_template(view, setup);
   // From vacuum to vacuum there is nothing to correct.
-  c.end_corrections = scene.end_corrections && c.uniform_sampling && !c.template_sampling && !medium.transfer &&
-                      !medium.emission && scene.mode == Mode::alpha &&
+  c.end_corrections = scene.end_corrections && c.uniform_sampling && !c.template_sampling &&
+                      !medium.transfer && !medium.emission && scene.mode == Mode::alpha &&
                       rule.id == Integrator::psi_balanced && begins_inside(view);
   c.middle_rule = rule.samples_middle;
   c.exact_depth = rule.exact_depth;

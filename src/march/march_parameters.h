@@ -34,10 +34,10 @@ struct MarchSetup {
   MarchConstants constants;
   std::vector<glm::vec4> tables;  ///< what fetch_table reads, never empty
   int search_steps = 0;           ///< most loop turns of one look-up in them
-  std::vector<glm::vec4> tables;  ///< what fetch_table reads; empty where the rule has none
 };
 
-/// Setup for a view and the atlases of its medium. max_turns is left at what a ray can need at most, a bound: cells and nodes crossed, or steps.
+/// Setup for a view and the atlases of its medium. max_turns is left at what a ray can need at
+/// most, a bound: cells and nodes crossed, or steps.
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas);
 
 }  // namespace psivox

@@ -22,8 +22,8 @@ AtlasSize& operator+=(AtlasSize& sum, const AtlasSize& size) {
 Box mapped(const Box& box, const glm::dmat4& to_from) {
   glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 corner = glm::mix(glm::dvec3(box.min), glm::dvec3(box.max),
-                                       glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
+    const glm::dvec3 corner =
+        glm::mix(glm::dvec3(box.min), glm::dvec3(box.max), glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
     const glm::dvec3 at(to_from * glm::dvec4(corner, 1));
     low = glm::min(low, at);
     high = glm::max(high, at);
@@ -66,7 +66,9 @@ AtlasOptions density_options(const View& view) {
   const Mode mode = view.scene.mode;
   if (mode == Mode::isosurface) {
     const auto isovalue = float(medium.isovalue);
-    options.visible = [isovalue](float min, float max) { return min <= isovalue && isovalue <= max; };
+    options.visible = [isovalue](float min, float max) {
+      return min <= isovalue && isovalue <= max;
+    };
   } else if (medium.transfer && mode != Mode::mip && mode != Mode::lmip) {
     // A uniform step reaches from brick to brick, so that a rule which applies the function between
     // its ends needs every value.

@@ -10,7 +10,7 @@ namespace psivox {
 /// Graphics, 1991): entry k is (offset from the first voxel, t), t the multiple of `direction`
 /// nearest the offset.
 struct RayTemplate {
-  int axis = 0;  ///< of the largest component: the base plane is perpendicular to it
+  int axis = 0;        ///< of the largest component: the base plane is perpendicular to it
   double spacing = 0;  ///< mean difference of t between entries
   std::vector<glm::vec4> entries;
 };

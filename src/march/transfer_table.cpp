@@ -36,8 +36,9 @@ TransferTable make_transfer_table(const TransferFunction& function) {
   const double range = points.back().value - points.front().value;
   table.bin_scale = table.bins / range;
   const auto interval = [&](double value) {
-    const auto next = std::upper_bound(points.begin(), points.end(), value,
-                                       [](double v, const TransferPoint& p) { return v < p.value; });
+    const auto next =
+        std::upper_bound(points.begin(), points.end(), value,
+                         [](double v, const TransferPoint& p) { return v < p.value; });
     return std::clamp(int(next - points.begin()) - 1, 0, table.knots - 2);
   };
   int widest = 1;

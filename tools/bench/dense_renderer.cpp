@@ -50,7 +50,8 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   context_.make_current();
   const MarchSetup setup = make_march_setup(view, atlas);
   const std::string prelude =
-      "#define DENSITY_BUFFERS 1\n#define LUMINANCE_BUFFERS 1\n#define EMISSION_BUFFERS 1\n#define TEXELS_PER_BUFFER 1\n"
+      "#define DENSITY_BUFFERS 1\n#define LUMINANCE_BUFFERS 1\n#define EMISSION_BUFFERS 1\n#define "
+      "TEXELS_PER_BUFFER 1\n"
       "#define HARDWARE_FILTER " +
       std::to_string(setup.constants.hardware_filter) + "\n#define LUMINANCE_DENSITY " +
       std::to_string(view.medium.source == LuminanceSource::density) + "\n";
