@@ -80,6 +80,7 @@ constexpr int map_count = static_cast<int>(Colormap::hot) + 1;
 const Knots& knots_of(Colormap map) {
   static const std::vector<Knots> all = [] {
     std::vector<Knots> made;
+    made.reserve(map_count);
     for (int i = 0; i < map_count; ++i) made.push_back(make_knots(static_cast<Colormap>(i)));
     return made;
   }();

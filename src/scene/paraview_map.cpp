@@ -113,8 +113,8 @@ double opacity_between(double a, double b, double t, double midpoint, double sha
 /// Appends what lies between two nodes.
 void add_between(std::vector<TransferPoint>& points, const std::array<double, 4>& node,
                  const std::array<double, 4>& next) {
-  const auto [value, opacity, given_midpoint, sharpness] = node;
-  const double midpoint = std::clamp(given_midpoint, 0.00001, 0.99999);  // VTK's bounds
+  const double value = node[0], opacity = node[1], sharpness = node[3];
+  const double midpoint = std::clamp(node[2], 0.00001, 0.99999);  // VTK's bounds
   const auto add = [&](double t, double y) {
     points.push_back({std::lerp(value, next[0], t), y, {}});
   };

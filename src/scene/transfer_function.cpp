@@ -79,14 +79,9 @@ int TransferFunction::interval(double value) const {
 
 TransferPoint TransferFunction::at(double value) const {
   const int k = interval(value);
-  TransferPoint point;
-  if (k < 0)
-    point = points_.front();
-  else if (k + 1 == static_cast<int>(points_.size()))
-    point = points_.back();
-  else
-    return between(points_[static_cast<std::size_t>(k)], points_[static_cast<std::size_t>(k + 1)],
-                   value);
+  const auto below = static_cast<std::size_t>(std::max(k, 0)), above = below + 1;
+  if (k >= 0 && above < points_.size()) return between(points_[below], points_[above], value);
+  TransferPoint point = points_[below];
   point.value = value;
   return point;
 }

@@ -1,0 +1,179 @@
+// What parameters demand of each other, and what the command line clears of a file's scene.
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+/// The message of the usage error that `action` throws, or what went wrong instead.
+template <typename Action>
+std::string usage_error(Action action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::usage);
+    const std::string message = error.what();
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    return message;
+  }
+  return "no error";
+}
+
+Scene with(const char* name, const char* text) {
+  Scene scene;
+  set_parameter(scene, name, text);
+  return scene;
+}
+
+TEST(Validate, RefusesContradictions) {
+  Scene scene = with("step", "2");
+  EXPECT_NO_THROW(validate(scene));
+  scene.sampling = Sampling::cells;
+  EXPECT_EQ(usage_error([&] { validate(scene); }),
+            "--step is for --sampling uniform, not cells; leave one of them out");
+  scene = with("ortho-width", "2");
+  EXPECT_NE(usage_error([&] { validate(scene); }), "no error");
+  scene.projection = Projection::orthographic;
+  EXPECT_NO_THROW(validate(scene));
+  scene = with("camera-up", "0,0,0");
+  EXPECT_NE(usage_error([&] { validate(scene); }), "no error");
+  scene = with("camera-position", "1,2,3");
+  scene.camera_target = glm::dvec3(1, 2, 3);
+  EXPECT_NE(usage_error([&] { validate(scene); }), "no error");
+}
+
+TEST(Validate, RefusesOptionsWithoutTheirCounterpart) {
+  const auto error = [](std::vector<Setting> settings) {
+    Scene scene;
+    for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);
+    return usage_error([&] { validate(scene); });
+  };
+  const Setting map{"colormap", "hot"}, function{"transfer-function", "a.json"},
+      flat{"projection", "orthographic"}, ray_template{"sampling", "template"};
+  EXPECT_EQ(error({map, function}),
+            "--transfer-function and --colormap exclude each other; leave one of them out");
+  EXPECT_EQ(error({{"range", "0,1"}}),
+            "--range is the range of a colour map; give --colormap with it");
+  EXPECT_EQ(error({map, {"range", "1,1"}}), "--range MIN,MAX: MIN must be below MAX");
+  EXPECT_EQ(error({map, {"range", "0,1"}}), "no error");
+  EXPECT_EQ(error({{"classification", "pre"}}),
+            "--classification pre needs a function; give --transfer-function or --colormap");
+  EXPECT_EQ(error({{"classification", "pre"}, function}), "no error");
+  EXPECT_EQ(error({{"split-knots", "true"}}),
+            "--split-knots needs a function; give --transfer-function or --colormap");
+  EXPECT_EQ(error({{"split-knots", "true"}, map}), "no error");
+  EXPECT_EQ(error({{"luminance-grid", "a"}, {"temperature-grid", "b"}}),
+            "--luminance-grid and --temperature-grid exclude each other; leave one of them out");
+  EXPECT_EQ(error({{"luminance-grid", "a"}, map}),
+            "--colormap and --luminance-grid exclude each other; leave one of them out");
+  EXPECT_EQ(error({{"temperature-grid", "a"}, map}),
+            "--colormap and --temperature-grid exclude each other; leave one of them out");
+  EXPECT_EQ(error({{"temperature-grid", "a"}, function}), "no error");  // it may have no colours
+  EXPECT_EQ(error({{"light", "0,0,0"}}), "--light 0,0,0 has no direction");
+  EXPECT_EQ(error({{"albedo", "0.5"}, {"phase-g", "0.5"}}), "no error");
+  EXPECT_EQ(error({{"isovalue", "1"}}),
+            "--isovalue is for --mode isosurface; give both or neither");
+  EXPECT_EQ(error({{"isovalue", "1"}, {"mode", "isosurface"}}), "no error");
+  EXPECT_EQ(error({{"lmip-threshold", "1"}, {"mode", "mip"}}),
+            "--lmip-threshold is for --mode lmip; give both or neither");
+  EXPECT_EQ(error({{"lmip-threshold", "1"}, {"mode", "lmip"}}), "no error");
+  EXPECT_EQ(error({ray_template}),
+            "--sampling template needs parallel rays; give --projection orthographic with it");
+  EXPECT_EQ(error({ray_template, flat, {"step", "1"}}),
+            "--step is for --sampling uniform, not template; leave one of them out");
+  EXPECT_EQ(error({ray_template, flat, {"connectivity", "18"}}), "no error");
+  EXPECT_EQ(error({ray_template, flat, {"connectivity", "7"}}), "--connectivity is 6, 18 or 26");
+  EXPECT_EQ(error({{"connectivity", "6"}}),
+            "--connectivity is for --sampling template; give both or neither");
+  EXPECT_NE(error({ray_template, flat, {"integrator", "cell-exact"}}), "no error");
+}
+
+TEST(ApplyOver, ReplacesTheSourceOfLuminanceAndTheMode) {
+  const auto over = [](Scene scene, std::vector<Setting> settings) {
+    apply_over(scene, settings);
+    return scene;
+  };
+  Scene map = with("colormap", "hot");
+  map.range = glm::dvec2(0, 1);
+  map.classification = Classification::pre;
+  const Setting function{"transfer-function", "a.json"}, grid{"luminance-grid", "color"};
+  Scene s = over(map, {function});
+  EXPECT_EQ(s.colormap, std::nullopt);
+  EXPECT_EQ(s.range, std::nullopt);
+  EXPECT_EQ(s.classification, Classification::pre);
+  s = over(map, {grid});
+  EXPECT_EQ(s.colormap, std::nullopt);
+  EXPECT_EQ(s.classification, Classification::post);
+  EXPECT_NO_THROW(validate(s));
+  EXPECT_NO_THROW(validate(over(map, {{"colormap", "none"}})));
+  EXPECT_EQ(over(map, {{"colormap", "gray"}}).range, glm::dvec2(0, 1));
+  EXPECT_THROW(validate(over(map, {function, {"range", "2,3"}})), Error);
+  EXPECT_THROW(validate(over(map, {function, {"colormap", "gray"}})), Error);
+  EXPECT_EQ(over(with("transfer-function", "a.json"), {{"colormap", "gray"}}).transfer_function,
+            "");
+  s = over(with("temperature-grid", "heat"), {grid});
+  EXPECT_EQ(s.temperature_grid, "");
+  EXPECT_EQ(s.luminance_grid, "color");
+  s = over(with("luminance-grid", "color"), {{"temperature-grid", "heat"}});
+  EXPECT_EQ(s.luminance_grid, "");
+
+  Scene surface = with("mode", "isosurface");
+  surface.isovalue = 0.5;
+  EXPECT_EQ(over(surface, {{"mode", "mip"}}).isovalue, std::nullopt);
+  EXPECT_EQ(over(surface, {}).isovalue, 0.5);
+  Scene lmip = with("mode", "lmip");
+  lmip.lmip_threshold = 0.5;
+  EXPECT_EQ(over(lmip, {{"mode", "mip"}}).lmip_threshold, 0);
+  EXPECT_EQ(over(lmip, {}).lmip_threshold, 0.5);
+}
+
+TEST(ApplyOver, LeavesTheRayTemplate) {
+  const auto over = [](Scene scene, std::vector<Setting> settings) {
+    apply_over(scene, settings);
+    return scene;
+  };
+  Scene scene = with("sampling", "template");
+  scene.projection = Projection::orthographic;
+  scene.connectivity = 6;
+  EXPECT_EQ(over(scene, {}).connectivity, 6);
+  for (const Setting& setting :
+       std::vector<Setting>{{"step", "2"}, {"sampling", "cells"}, {"projection", "perspective"}}) {
+    const Scene s = over(scene, {setting});
+    EXPECT_NE(s.sampling, Sampling::template_) << setting.name;
+    EXPECT_EQ(s.connectivity, 26) << setting.name;
+    EXPECT_NO_THROW(validate(s)) << setting.name;
+  }
+  Scene uniform = with("step", "2");
+  uniform.projection = Projection::orthographic;
+  EXPECT_EQ(over(uniform, {{"sampling", "template"}}).step, std::nullopt);
+  EXPECT_THROW(validate(over(with("step", "2"), {{"sampling", "template"}})), Error);
+}
+
+TEST(ApplyOver, ClearsWhatTheCommandLineContradicts) {
+  const auto over = [](Scene scene, std::vector<Setting> settings) {
+    apply_over(scene, settings);
+    return scene;
+  };
+  Scene uniform = with("step", "2");
+  uniform.sampling = Sampling::uniform;
+  EXPECT_EQ(over(uniform, {{"sampling", "cells"}}).step, std::nullopt);
+  EXPECT_EQ(over(uniform, {{"sampling", "uniform"}}).step, 2.0);
+  Scene cells = with("sampling", "cells");
+  EXPECT_EQ(over(cells, {{"step", "3"}}).resolved_sampling(), Sampling::uniform);
+  EXPECT_THROW(validate(over(cells, {{"step", "3"}, {"sampling", "cells"}})), Error);
+  Scene flat = with("ortho-width", "3");
+  flat.projection = Projection::orthographic;
+  EXPECT_EQ(over(flat, {{"projection", "perspective"}}).ortho_width, std::nullopt);
+  EXPECT_EQ(over(with("fov", "30"), {{"focal-length", "35"}}).fov, std::nullopt);
+  EXPECT_EQ(over(with("fov", "30"), {{"focal-length", "35"}, {"fov", "40"}}).fov, 40.0);
+  EXPECT_EQ(over(with("fov", "30"), {{"fov", "auto"}}).fov, std::nullopt);
+}
+
+}  // namespace
+}  // namespace psivox
