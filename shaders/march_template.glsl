@@ -16,17 +16,17 @@ real voxel_value(Node node, int3 voxel) {
 
 March march_template(March m, Ray ray) {
   Node node = no_node();
-  Node domain = Node(0, 0, density_domain_min, density_domain_max + 1);
+  Node domain = Node(0, 0, density_domain_min, density_domain_max);  // the last voxels are not active
   real t_0 = component(face_times(ray, far_faces(ray, density_domain_max, density_domain_min)),
                        template_axis);
   int3 base = int3(floor(position(ray, t_0) + real(0.5)));
   // the same line through that voxel
   real3 shift = real3(base) - position(ray, t_0);
   m.luminance_ray.anchor = m.luminance_ray.anchor + shift;
-  real3 anchor = ray.anchor + shift;
+  // for the walk over nodes, voxel v is the middle of cell v
   Ray moved = ray;
-  moved.anchor = anchor;
-  moved.offset = -anchor * ray.inverse;
+  moved.anchor = ray.anchor + shift + real(0.5);
+  moved.offset = -moved.anchor * ray.inverse;
 
   // Entries are `template_spacing` apart on average, never as much as two of it off.
   if (!m.known) m.lattice = max(m.lattice, int((ray.begin - t_0) / template_spacing) - 4);

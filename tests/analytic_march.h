@@ -24,7 +24,6 @@ struct AnalyticMarch {
   uint fetch_page(int, int) const { return make_entry(EntryKind::brick, 0); }
   real fetch_constant(int, int) const { return 0; }
   real3 fetch_constant3(int, int) const { return real3(0); }
-  real4 fetch_table(int) const { return real4(0); }
   real fetch_texel(int, int) const { return 0; }
   real3 fetch_texel3(int, int) const { return real3(0); }
   real filtered_texel(int grid, int, real3 local) const {
