@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <string>
+
+#include "psivox/image.h"
+
+namespace psivox {
+
+/// Writes a picture of a test as NAME.png into the folder that the environment variable
+/// PSIVOX_FIGURES names, if it is set.
+inline void write_figure(const std::string& name, const Image& image) {
+  const char* folder = std::getenv("PSIVOX_FIGURES");
+  if (folder) write_image(image, std::filesystem::path(folder) / (name + ".png"));
+}
+
+/// An opaque white picture.
+inline Image blank_figure(int width, int height) {
+  Image image;
+  image.width = width;
+  image.height = height;
+  const auto pixels = std::size_t(width) * std::size_t(height);
+  image.layers.push_back({"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels, 1.0f)});
+  return image;
+}
+
+inline void put_pixel(Image& image, int x, int y, const glm::dvec3& color) {
+  if (x < 0 || y < 0 || x >= image.width || y >= image.height) return;
+  for (int c = 0; c < 3; ++c)
+    image.rgba()[std::size_t((y * image.width + x) * 4 + c)] = float(color[c]);
+}
+
+}  // namespace psivox
