@@ -269,6 +269,22 @@ TEST(PsiApproximations, FloatIsDouble) {
   compare([](auto& m, const auto& s) { return m.psi_fit(s); }, "psi_fit");
 }
 
+/// Trilinear weights leave values like -2e-15 beside empty voxels: nothing must come of them.
+TYPED_TEST(PsiRules, RoundingBelowZeroIsVacuum) {
+  using real = typename TypeParam::real;
+  const real below = real(-2e-15);
+  for (const auto& [f, b] : {std::pair{below, real(0)}, {real(0), below}, {below, below}}) {
+    const auto s = segment_of<TypeParam>(f, b);
+    const auto check = [](const auto& w, const char* rule) {
+      for (const real v : {w.front, w.middle, w.back, w.depth})
+        EXPECT_LE(std::abs(v), real(4e-15)) << rule;
+    };
+#define PSIVOX_ROW(name, middle, exact, help) check(this->math.name(s), #name);
+    PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
+#undef PSIVOX_ROW
+  }
+}
+
 /// Vacuum, walls, least numbers: every rule's weights are finite and within [0, 1 - zeta].
 TYPED_TEST(PsiRules, HardCases) {
   using real = typename TypeParam::real;

@@ -39,6 +39,8 @@ Ends shifted_ends(Segment s) {
   real front = s.tau_front * s.length;
   real back = s.tau_back * s.length;
   real shift = s.depth - real(0.5) * (front + back);
-  real most = real(2.0) * s.depth;  // where one end would be negative it is 0, the other this
+  // Where one end would be negative it is 0, the other this. Rounding of the look-ups can leave a
+  // depth of -1e-16; no end is below 0 all the same.
+  real most = max(real(2.0) * s.depth, real(0.0));
   return Ends(clamp(front + shift, real(0.0), most), clamp(back + shift, real(0.0), most));
 }
