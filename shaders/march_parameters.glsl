@@ -65,3 +65,8 @@ PARAMETER(int, template_first)        // where `tables` has the ray template
 PARAMETER(int, template_entries)
 PARAMETER(int, template_axis)         // of the base plane
 PARAMETER(real, template_spacing)     // mean distance of its voxels along the ray [unit of t]
+PARAMETER(int, preintegration_first)  // the table of `preintegrated`, see src/march/preintegration.h
+PARAMETER(int, preintegration_size)   // values along each axis
+PARAMETER(int, preintegration_layers)
+PARAMETER(real, preintegration_scale)   // entries per unit of value
+PARAMETER(real, preintegration_length)  // of the last layer [unit of t]

@@ -24,6 +24,7 @@
 /// Rules that apply the transfer function themselves to values that are linear along the segment:
 /// Mixture name(real front, real back, real length).
 #define PSIVOX_TRANSFER_INTEGRATORS(X)                                                            \
+  X(preintegrated, false, true, "table of the transfer function between two values (Engel, Kraus, Ertl 2001)") \
   X(preintegrated_fast, false, true, "integral functions of the transfer function, no shading inside a segment")
 // clang-format on
 #define PSIVOX_INTEGRATORS(X)   \

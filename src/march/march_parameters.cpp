@@ -6,6 +6,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "march/preintegration.h"
 #include "march/psi_table.h"
 #include "march/ray_template.h"
 #include "march/transfer_table.h"
@@ -116,6 +117,33 @@ void place_template(const View& view, MarchSetup& setup) {
   setup.tables.insert(setup.tables.end(), made.entries.begin(), made.entries.end());
 }
 
+/// Longest segment of a cell's [unit of t].
+double longest_segment(const Field& field, int segments, double unit) {
+  const glm::dmat3 m(field.world_from_index);
+  double longest = 0;
+  for (const double y : {-1.0, 1.0})
+    for (const double z : {-1.0, 1.0})
+      longest = std::max(longest, glm::length(m * glm::dvec3(1, y, z)));
+  return longest / (unit * segments);
+}
+
+/// The table of `preintegrated`, appended to the tables.
+void place_preintegration(const View& view, double unit, MarchSetup& setup) {
+  MarchParameters& p = setup.parameters;
+  const bool uniform = setup.constants.uniform_sampling;
+  const double length =
+      uniform ? p.step : longest_segment(*view.medium.density, view.scene.segments, unit);
+  setup.preintegration =
+      preintegrated_table(*view.medium.transfer, p.extinction, length, uniform);
+  const PreintegratedTable& table = *setup.preintegration;
+  p.preintegration_first = int(setup.tables.size());
+  p.preintegration_size = table.size();
+  p.preintegration_layers = table.layers();
+  p.preintegration_scale = table.scale();
+  p.preintegration_length = table.max_length();
+  setup.tables.insert(setup.tables.end(), table.entries().begin(), table.entries().end());
+}
+
 }  // namespace
 
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
@@ -189,6 +217,7 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
     c.transfer = true;
     c.split_knots = scene.split_knots || c.cell_rule;
     place_transfer(*medium.transfer, setup);
+    if (rule.id == Integrator::preintegrated) place_preintegration(view, unit, setup);
   }
   c.hardware_filter = scene.filter == Filter::hardware;
   c.orthographic = view.camera.orthographic;

@@ -3,11 +3,14 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <memory>
 #include <vector>
 
 #include "psivox/medium_atlas.h"
 
 namespace psivox {
+
+class PreintegratedTable;
 
 /// Numbers that the march reads; names and meaning in shaders/march_parameters.glsl.
 struct MarchParameters {
@@ -34,6 +37,7 @@ struct MarchSetup {
   MarchConstants constants;
   std::vector<glm::vec4> tables;  ///< what fetch_table reads, never empty
   int search_steps = 0;           ///< most loop turns of one look-up in them
+  std::shared_ptr<const PreintegratedTable> preintegration;  ///< of that integrator, else null
 };
 
 /// Setup for a view and the atlases of its medium. max_turns is left at what a ray can need at

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "march/transfer_spans.h"
+#include "psivox/transfer_function.h"
+
+namespace psivox {
+
+/// What self-attenuation adds to the mean luminance L of a segment along which the value is linear
+/// from front to back: C = L (1 - e^{-depth}), L = `preintegrated-fast`'s + shading(front, back,
+/// length). Engel, Kraus and Ertl 2001 tabulate C; depth and the first part of L have closed forms,
+/// so only what is left is in the table. It vanishes for thin segments, for values that do not
+/// change and for constant colour. shaders/integrators/preintegrated.glsl reads it.
+///
+/// Values are those from the first to the last knot, uniformly spread; lengths are the layers
+/// max_length (y / layers)^2, y = 1 ... layers, and 0, where nothing is to be added. Entry (layer
+/// l = y - 1, i, j) is at (l size + (j - i mod size)) size + i: a diagonal is contiguous.
+class PreintegratedTable {
+ public:
+  struct Shape {
+    int size = 0;    ///< values, at least 2; 0: as the function's detail asks
+    int layers = 1;  ///< 1: for segments of one length
+  };
+
+  /// Extinction [1/unit], lengths from 0 to max_length [unit].
+  PreintegratedTable(const TransferFunction& function, double extinction, double max_length,
+                     const Shape& shape);
+
+  /// The table of another function. Computes only entries whose values pass a change, within 1e-6
+  /// of the largest colour of what a table built anew has: spans are joined in another order.
+  /// Builds anew, and returns false, where the function's range or detail is another.
+  bool update(const TransferFunction& changed);
+
+  const std::vector<glm::vec4>& entries() const { return entries_; }
+  int size() const { return size_; }
+  int layers() const { return layers_; }
+  double first() const { return first_; }
+  double scale() const { return scale_; }            ///< entries per unit of value
+  double extinction() const { return extinction_; }  ///< [1/unit]
+  double max_length() const { return max_length_; }  ///< [unit]
+  const TransferFunction& function() const { return function_; }
+
+  /// As the shader interpolates it: linear in the values, which are clamped to the knots' range,
+  /// and between two layers in what optical depth makes of it.
+  glm::dvec3 shading(double front, double back, double length, double mean_attenuation) const;
+
+  /// Of the radiance of a segment between the first and the last knot [of the colours' unit]: twice
+  /// the largest difference from direct integration, over a lattice four times finer, at the layers
+  /// and midway between them. Takes about as long as building the table.
+  double error_bound() const;
+
+ private:
+  double length_at(double y) const { return max_length_ * (y / layers_) * (y / layers_); }
+  int size_of(const TransferFunction& function) const;
+  void build();
+  void fill(int layer, int width, int lo, int hi);
+  TransferRun* runs_of(int layer, int width) {
+    return runs_.data() + std::size_t(layer * (size_ - 1) + width - 1) * std::size_t(size_ - 1);
+  }
+
+  TransferFunction function_;
+  double extinction_, max_length_;
+  Shape shape_;
+  int size_ = 2, layers_ = 1;
+  double first_ = 0, last_ = 0, scale_ = 0;
+  std::optional<TransferLattice> lattice_;
+  std::vector<TransferRun> runs_;  ///< of each layer and each width, for updates
+  std::vector<glm::vec4> entries_;
+};
+
+/// The table of a medium: the process's last one is kept, and updated where only its function
+/// differs. `constant_length`: most segments have max_length.
+std::shared_ptr<const PreintegratedTable> preintegrated_table(const TransferFunction& function,
+                                                              double extinction, double max_length,
+                                                              bool constant_length);
+
+}  // namespace psivox

@@ -1,0 +1,339 @@
+// The table of `preintegrated`: against adaptive quadrature, its bound, its updates; the rule
+// itself, and pictures of thin peaks.
+
+#include "march/preintegration.h"
+
+#include <random>
+
+#include "march/atlas_march.h"
+#include "march_cases.h"
+
+namespace psivox {
+namespace {
+
+// --- by quadrature -------------------------------------------------------------------------------
+
+/// Colour times attenuation, attenuation and radiance of a segment of linear values.
+struct Direct {
+  double depth = 0, opacity = 0;
+  glm::dvec3 radiance{0}, thin{0};  ///< thin: mean luminance without self-attenuation
+};
+
+/// int_a^b of f, halved until Simpson's rule and its halves agree within `tolerance`.
+template <typename F>
+glm::dvec3 simpson(const F& f, double a, double b, double tolerance, int depth = 0) {
+  const double m = 0.5 * (a + b);
+  const auto rule = [&](double p, double q) {
+    return (f(p) + f(0.5 * (p + q)) * 4.0 + f(q)) * ((q - p) / 6);
+  };
+  const glm::dvec3 whole = rule(a, b), halves = rule(a, m) + rule(m, b);
+  const glm::dvec3 d = glm::abs(whole - halves);
+  if (depth > 3 && (depth > 40 || std::max({d.x, d.y, d.z}) <= tolerance))
+    return halves + (halves - whole) / 15.0;
+  return simpson(f, a, m, 0.5 * tolerance, depth + 1) +
+         simpson(f, m, b, 0.5 * tolerance, depth + 1);
+}
+
+/// `length`: optical length at attenuation 1. Cut at the knots, each piece by itself.
+Direct direct(const TransferFunction& function, double front, double back, double length) {
+  std::vector<double> cuts{0, 1};
+  for (const TransferPoint& p : function.points()) {
+    const double u = (p.value - front) / (back - front);
+    if (u > 0 && u < 1) cuts.push_back(u);
+  }
+  std::sort(cuts.begin(), cuts.end());
+  Direct sum;
+  for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
+    const double from = cuts[i], to = cuts[i + 1], x = (to - from) * length;
+    if (!(to > from)) continue;
+    // a hair inside, so that a jump's sides are each other's no more
+    const auto inside = [&](double v) { return front + (back - front) * (from + (to - from) * v); };
+    const TransferPoint a = function.at(inside(1e-12)), b = function.at(inside(1 - 1e-12));
+    const auto tau = [&](double v) { return x * std::lerp(a.attenuation, b.attenuation, v); };
+    const auto source = [&](double v) { return glm::mix(a.color, b.color, v) * tau(v); };
+    const auto depth = [&](double v) { return 0.5 * v * (tau(0) + tau(v)); };
+    sum.radiance +=
+        simpson([&](double v) { return source(v) * std::exp(-depth(v)); }, 0.0, 1.0, 1e-12) *
+        std::exp(-sum.depth);
+    sum.thin += simpson(source, 0.0, 1.0, 1e-12 * (1 + x));
+    sum.depth += depth(1);
+  }
+  sum.opacity = -std::expm1(-sum.depth);
+  if (sum.depth > 0) sum.thin /= sum.depth;
+  return sum;
+}
+
+// --- functions -----------------------------------------------------------------------------------
+
+TransferFunction smooth() {
+  return TransferFunction(
+      {{0, 0, {0, 0, 1}}, {0.3, 0.2, {0, 1, 0}}, {0.7, 1, {1, 0.5, 0}}, {1, 0.4, {1, 1, 1}}});
+}
+
+/// Two tents of 1/20 of the range, red and blue.
+TransferFunction peaks() {
+  return TransferFunction({{0, 0, {1, 0, 0}},
+                           {0.325, 0, {1, 0, 0}},
+                           {0.35, 1, {1, 0, 0}},
+                           {0.375, 0, {1, 0, 0}},
+                           {0.625, 0, {0, 0, 1}},
+                           {0.65, 1, {0, 0, 1}},
+                           {0.675, 0, {0, 0, 1}},
+                           {1, 0, {0, 0, 1}}});
+}
+
+TransferFunction jumps() {
+  return TransferFunction({{0, 0.1, {0, 0, 1}},
+                           {0.4, 0, {0, 0, 1}},
+                           {0.4, 1, {1, 0, 0}},
+                           {0.6, 1, {1, 0, 0}},
+                           {0.6, 0.3, {0, 1, 0}},
+                           {1, 0.3, {0, 1, 0}}});
+}
+
+TransferFunction random_function(int points, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> u(0, 1);
+  std::vector<TransferPoint> p;
+  for (int i = 0; i < points; ++i)
+    p.push_back({i / (points - 1.0), u(random), {u(random), u(random), u(random)}});
+  return TransferFunction(p);
+}
+
+const std::pair<const char*, TransferFunction> functions[] = {
+    {"smooth", smooth()}, {"peaks", peaks()}, {"jumps", jumps()}, {"random", random_function(40)}};
+
+double largest(const glm::dvec3& d) { return std::max({d.x, d.y, d.z}); }
+
+/// Radiance of a segment by the table, where the depth and the thin limit are exact.
+glm::dvec3 radiance(const PreintegratedTable& table, const Direct& d, double front, double back,
+                    double length) {
+  const double mean = d.depth / (table.extinction() * length);
+  return (d.thin + table.shading(front, back, length, mean)) * d.opacity;
+}
+
+// --- the table -----------------------------------------------------------------------------------
+
+TEST(Preintegration, EntriesAreTheIntegral) {
+  for (const auto& [name, function] : functions)
+    for (const double extinction : {1e-6, 0.1, 3.0, 200.0, 2e4}) {
+      const PreintegratedTable table(function, extinction, 1, {41, 2});
+      std::mt19937 random(2);
+      std::uniform_int_distribution<int> index(0, 40), layer(1, 2);
+      double worst = 0;
+      for (int n = 0; n < 60; ++n) {
+        const double front = index(random) / 40.0, back = index(random) / 40.0;
+        const double length = std::pow(layer(random) / 2.0, 2);
+        if (front == back) continue;
+        const Direct d = direct(function, front, back, extinction * length);
+        worst = std::max(worst,
+                         largest(glm::abs(radiance(table, d, front, back, length) - d.radiance)));
+      }
+      // Runs and entries are float32, 6e-8 each of luminances up to 1; the runs' opacities move the
+      // weights of a whole span by as much. Quadrature at jumps, cut a hair beside: 1e-7.
+      EXPECT_LE(worst, 5e-7) << name << ", extinction " << extinction;
+    }
+}
+
+TEST(Preintegration, ErrorBoundHolds) {
+  for (const auto& [name, function] : functions)
+    for (const double extinction : {0.1, 1.0, 10.0, 100.0})
+      for (const int layers : {1, 8}) {
+        const PreintegratedTable table(function, extinction, 1, {0, layers});
+        const double bound = table.error_bound();
+        std::mt19937 random(3);
+        std::uniform_real_distribution<double> u(0, 1);
+        double worst = 0;
+        for (int n = 0; n < 100; ++n) {
+          const double front = u(random);
+          // half of them short, where the detail is
+          const double back =
+              n % 2 ? u(random) : std::clamp(front + 0.1 * (u(random) - 0.5), 0.0, 1.0);
+          const double length = n % 3 ? 1.0 : u(random);
+          const Direct d = direct(function, front, back, extinction * length);
+          worst = std::max(worst,
+                           largest(glm::abs(radiance(table, d, front, back, length) - d.radiance)));
+        }
+        // the table's own float32, as above
+        EXPECT_LE(worst, bound + 5e-7) << name << ", extinction " << extinction;
+        std::printf("  %-7s extinction %-5g %4d x %d: bound %.1e, seen %.1e\n", name, extinction,
+                    table.size(), table.layers(), bound, worst);
+      }
+}
+
+TEST(Preintegration, MoreValuesAndMoreLayersAreMoreExact) {
+  const auto bound = [](double extinction, int size, int layers) {
+    return PreintegratedTable(smooth(), extinction, 1, {size, layers}).error_bound();
+  };
+  // Kinks at knots beside the lattice: first order, a quarter of the values at four times the
+  // error; a factor 2 is left for where they lie. In the layers it is of second order in the square
+  // root of the length.
+  EXPECT_LE(bound(0.1, 257, 1), bound(0.1, 65, 1) / 2);
+  EXPECT_LE(bound(30, 257, 8), bound(30, 257, 1) / 8);
+}
+
+TEST(Preintegration, ConstantColourAndEqualEndsNeedNoTable) {
+  std::vector<TransferPoint> points = random_function(50).points();
+  for (TransferPoint& p : points) p.color = {0.3, 5, 0.7};
+  const TransferFunction one(points);
+  for (const double extinction : {1e-6, 1.0, 1e4}) {
+    const PreintegratedTable table(one, extinction, 1, {99, 2});
+    for (const glm::vec4& e : table.entries())
+      for (int c = 0; c < 3; ++c)
+        ASSERT_LE(std::abs(e[c]), 1e-6);  // float32 of colours up to 5: 3e-7
+    const PreintegratedTable random(random_function(50), extinction, 1, {99, 2});
+    for (const double s : {0.0, 0.123456, 0.5, 1.0})
+      EXPECT_EQ(random.shading(s, s, 1, 0.5), glm::dvec3(0));
+  }
+  const PreintegratedTable single(TransferFunction({{0.5, 2, {1, 2, 3}}}), 1, 1, {0, 1});
+  EXPECT_EQ(single.shading(-1, 3, 1, 2), glm::dvec3(0));
+  EXPECT_EQ(single.error_bound(), 0);
+}
+
+TEST(Preintegration, UpdateIsTheFullBuild) {
+  const TransferFunction first = random_function(200);
+  for (const int layers : {1, 2}) {
+    for (const int k : {0, 1, 57, 100, 198, 199}) {
+      PreintegratedTable table(first, 4, 1, {399, layers});
+      const auto expect_rebuilt = [&](const TransferFunction& changed, bool partly) {
+        EXPECT_EQ(table.update(changed), partly);
+        const PreintegratedTable whole(changed, 4, 1, {399, layers});
+        ASSERT_EQ(table.entries().size(), whole.entries().size());
+        double worst = 0;
+        for (std::size_t i = 0; i < whole.entries().size(); ++i)
+          worst = std::max(worst,
+                           largest(glm::abs(glm::dvec3(table.entries()[i] - whole.entries()[i]))));
+        // joined in another order, in double, and rounded to float32: its last bit
+        EXPECT_LE(worst, 1e-6) << "knot " << k;
+      };
+      std::vector<TransferPoint> points = first.points();
+      points[std::size_t(k)].attenuation *= 0.25;
+      points[std::size_t(k)].color = {2, 0, 0.5};
+      expect_rebuilt(TransferFunction(points), true);
+      expect_rebuilt(TransferFunction(points), true);
+      if (k > 0 && k < 199) {
+        points.erase(points.begin() + k);
+        expect_rebuilt(TransferFunction(points), true);
+        points[std::size_t(k)].color = {0, 3, 0};
+        expect_rebuilt(TransferFunction(points), true);
+      }
+      points.back().value += 1;
+      expect_rebuilt(TransferFunction(points), false);
+    }
+  }
+}
+
+TEST(Preintegration, TablesAreKeptAndUpdated) {
+  const TransferFunction a = random_function(64);
+  const auto table = preintegrated_table(a, 2, 0.5, true);
+  EXPECT_EQ(preintegrated_table(a, 2, 0.5, true), table);
+  std::vector<TransferPoint> points = a.points();
+  points[30].attenuation = 0;
+  const auto updated = preintegrated_table(TransferFunction(points), 2, 0.5, true);
+  EXPECT_NE(updated, table);  // which its holder still reads
+  EXPECT_EQ(table->function(), a);
+  EXPECT_EQ(updated->function(), TransferFunction(points));
+  EXPECT_EQ(preintegrated_table(a, 3, 0.5, true)->extinction(), 3);
+  EXPECT_LE(table->entries().size() * sizeof(glm::vec4), std::size_t(64) << 20);
+}
+
+// --- the rule ------------------------------------------------------------------------------------
+
+/// Waves of wave length 12 voxels and more from 0 to 1.
+Field waves() {
+  return make_field({{0, 0, 0}, {31, 31, 31}}, [](glm::ivec3 v) {
+    const glm::dvec3 p = glm::dvec3(v) * 0.5;
+    return float(0.5 + 0.5 * std::sin(p.x + 0.3 * p.z) * std::cos(0.7 * p.y - 0.2 * p.x + 0.4));
+  });
+}
+
+View peaks_view(Integrator rule, const TransferFunction& function, double extinction,
+                std::optional<double> step = {}, int side = 64) {
+  Scene scene = small_scene(side);
+  scene.step = step;
+  scene.extinction = extinction;
+  View view = view_of(looking(scene, {60, 45, 80}, {16, 16, 16}, 40), waves());
+  view.medium.transfer = std::make_shared<const TransferFunction>(function);
+  view.medium.source = LuminanceSource::transfer;
+  view.scene.integrator = rule;
+  return view;
+}
+
+TEST(PreintegrationRule, IsTheIntegralInsideAndOutsideOfTheKnots) {
+  for (const auto& [name, function] : functions)
+    for (const bool uniform : {false, true})
+      for (const double extinction : {1e-3, 0.5, 5.0}) {
+        const View view = peaks_view(Integrator::preintegrated, function, extinction,
+                                     uniform ? std::optional(1.0) : std::nullopt);
+        const MediumAtlas atlas = build_medium_atlas(view);
+        const MarchSetup setup = make_march_setup(view, atlas);
+        const double bound = setup.preintegration->error_bound();
+        glsl::AtlasMarch march;
+        march.tables = setup.tables.data();
+        march.configure(setup);
+        std::mt19937 random(4);
+        std::uniform_real_distribution<double> u(0, 1);
+        for (int n = 0; n < 60; ++n) {
+          const double front = 2 * u(random) - 0.5, back = 2 * u(random) - 0.5;
+          const double length = setup.preintegration->max_length() * (n % 2 ? 1 : u(random));
+          const Direct d = direct(function, front, back, extinction * length);
+          const auto mixture = march.preintegrated(front, back, length);
+          // integrals of knots are float32 in the table of the function
+          EXPECT_NEAR(mixture.depth, d.depth, 1e-6 * (extinction + d.depth));
+          EXPECT_LE(largest(glm::abs(mixture.L * d.opacity - d.radiance)), bound + 2e-6)
+              << name << " from " << front << " to " << back;
+        }
+      }
+}
+
+TEST(PreintegrationRule, ConstantColourIsTheFurnace) {
+  std::vector<TransferPoint> points = random_function(20).points();
+  for (TransferPoint& p : points) p.color = glm::dvec3(1);
+  const View view = peaks_view(Integrator::preintegrated, TransferFunction(points), 0.4);
+  const Image image = double_picture(view);
+  expect_content(image);
+  const auto rgba = image.rgba();
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    for (std::size_t c = 0; c < 3; ++c)
+      ASSERT_NEAR(rgba[i + c], rgba[i + 3], 2e-6);  // float32 integrals of 20 knots, see above
+}
+
+TEST(PreintegrationRule, ThinPeaksAreSeenBetweenSamples) {
+  // Two tents of a twentieth of the range, which change faster than two samples a cell see.
+  for (const double extinction : {0.3, 3.0, 30.0}) {
+    const auto picture = [&](Integrator rule) {
+      return double_picture(peaks_view(rule, peaks(), extinction));
+    };
+    const Image exact = picture(Integrator::cell_exact);
+    expect_content(exact);
+    const std::string what = ", extinction " + std::to_string(extinction);
+    const double pre =
+        difference("preintegrated" + what, picture(Integrator::preintegrated), exact).rms;
+    const double fast =
+        difference("preintegrated-fast" + what, picture(Integrator::preintegrated_fast), exact).rms;
+    const double psi =
+        difference("psi-weighted" + what, picture(Integrator::psi_weighted), exact).rms;
+    EXPECT_LE(5 * pre, psi);
+    EXPECT_LE(pre, 1.1 * fast);
+  }
+}
+
+class PreintegrationGpu : public GpuTest {};
+
+TEST_F(PreintegrationGpu, GpuIsTheMarchInDouble) {
+  for (const double extinction : {0.3, 30.0})
+    for (const double step : {0.0, 0.8}) {
+      const View view = peaks_view(Integrator::preintegrated, smooth(), extinction,
+                                   step > 0 ? std::optional(step) : std::nullopt);
+      const MediumAtlas atlas = build_medium_atlas(view);
+      const Comparison c =
+          difference("extinction " + std::to_string(extinction) + " step " + std::to_string(step),
+                     render_gl(view, atlas).image, render_double(view, atlas).image);
+      // As other rules; values move by 6e-8, the table's cells have slopes of up to 100 there.
+      EXPECT_LE(c.rms, 2e-6);
+      EXPECT_LE(c.max, 5e-5);
+    }
+}
+
+}  // namespace
+}  // namespace psivox
