@@ -56,18 +56,20 @@ Mixture preintegrated(real front, real back, real length) {
   real f = clamp(front, first, last);
   real b = clamp(back, first, last);
   real range = abs(back - front);
-  bool level = range <= real(0.0);
-  real near = level ? real(0.0) : abs(f - front) / range * length;
-  real far = level ? real(0.0) : abs(back - b) / range * length;
-  real inside = level ? length : abs(b - f) / range * length;
+  // shares of the length; both ends may lie on one side
+  real scale = range > real(0.0) ? real(1.0) / range : real(0.0);
+  real near = min(abs(f - front) * scale, real(1.0));
+  real far = min(abs(back - b) * scale, real(1.0) - near);
+  real inside = (range > real(0.0) ? abs(b - f) * scale : real(1.0)) * length;
   Average mean = transfer_average(f, b);
   Classified c = classify(f);
   Classified d = classify(b);
-  real x_near = extinction * near * c.attenuation;
+  real x_near = extinction * length * near * c.attenuation;
   real x_inside = extinction * inside * mean.attenuation;
-  real x_far = extinction * far * d.attenuation;
+  real x_far = extinction * length * far * d.attenuation;
   real none = real(1e-30);
-  real3 L = mean.source * (real(1.0) / max(mean.attenuation, none)) + shading(f, b, inside, extinction * mean.attenuation);
+  real3 L = mean.source * (real(1.0) / max(mean.attenuation, none))
+          + shading(f, b, inside, extinction * mean.attenuation);
   Decay before = decay(x_near);
   Decay between = decay(x_inside);
   real w_inside = before.e * between.a;

@@ -153,14 +153,14 @@ double PreintegratedTable::error_bound() const {
   const auto value = [&](int i) { return first_ + (last_ - first_) * i / fine; };
   std::vector<int> widths;
   for (int w = 1; w <= fine; w += 1 + w / 8) widths.push_back(w);
-  const int halves = 2 * layers_;
+  const int quarters = 4 * layers_;
   const double largest = tbb::parallel_reduce(
-      tbb::blocked_range<int>(0, halves * int(widths.size()), 1), 0.0,
+      tbb::blocked_range<int>(0, quarters * int(widths.size()), 1), 0.0,
       [&](const auto& range, double most) {
         std::vector<TransferRun> runs(static_cast<std::size_t>(fine));
         for (int k = range.begin(); k < range.end(); ++k) {
-          const int width = widths[std::size_t(k / halves)];
-          const double length = length_at(0.5 * (k % halves + 1));
+          const int width = widths[std::size_t(k / quarters)];
+          const double length = length_at(0.25 * (k % quarters + 1));
           for (int i = 0; i < fine; ++i)
             runs[std::size_t(i)] = lattice.run(i, extinction_ * length / width);
           lattice.spans(runs.data(), width, 0, fine - width, [&](int i, const TransferSpan& span) {

@@ -50,8 +50,8 @@ class PreintegratedTable {
   glm::dvec3 shading(double front, double back, double length, double mean_attenuation) const;
 
   /// Of the radiance of a segment between the first and the last knot [of the colours' unit]: twice
-  /// the largest difference from direct integration, over a lattice four times finer, at the layers
-  /// and midway between them. Takes about as long as building the table.
+  /// the largest difference from direct integration over a lattice four times finer in the values
+  /// and in the root of the length. Takes about as long as building the table.
   double error_bound() const;
 
  private:
