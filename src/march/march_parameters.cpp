@@ -130,7 +130,7 @@ double longest_segment(const Field& field, int segments, double unit) {
 /// The table of `preintegrated`, appended to the tables.
 void place_preintegration(const View& view, double unit, MarchSetup& setup) {
   MarchParameters& p = setup.parameters;
-  const bool uniform = setup.constants.uniform_sampling;
+  const bool uniform = setup.constants.uniform_sampling && !setup.constants.template_sampling;
   const double length =
       uniform ? p.step : longest_segment(*view.medium.density, view.scene.segments, unit);
   setup.preintegration =
