@@ -7,16 +7,19 @@
 namespace psivox {
 
 struct ReferenceResult {
-  Image image;           ///< R G B A, and layer `error`: the bound on each pixel's radiance error
-  double error_max = 0;  ///< largest of those
-  std::uint64_t cells = 0;  ///< cells crossed with a corner above 0
+  /// R G B A, and layer `error`: the bound on each pixel's radiance error; of maxima and surfaces
+  /// also layer `depth`, their distance from the camera [world units], +Inf where there is none.
+  Image image;
+  double error_max = 0;     ///< largest of the bounds
+  std::uint64_t cells = 0;  ///< cells crossed with a corner that is not 0
   double seconds = 0;
 };
 
 /// The picture in double precision, by another algorithm than the march: between the faces of the
-/// trilinear cells attenuation is a cubic, whose optical depth two Gauss points give exactly; the
-/// radiance is integrated by Gauss-Legendre panels, halved until two orders agree within
-/// `tolerance` of the ray. No early termination above `tolerance`. It reads Field, not the atlas.
+/// trilinear cells, and there between the knots of a transfer function, attenuation is a cubic,
+/// whose optical depth its Bernstein coefficients give exactly; the radiance is integrated by
+/// Gauss-Legendre panels, halved until two orders agree within `tolerance` of the ray. No early
+/// termination above `tolerance`. It reads Field, not the atlas.
 ReferenceResult render_reference(const View& view, double tolerance = 1e-12,
                                  const Progress& progress = {});
 

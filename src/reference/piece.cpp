@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/common.hpp>
 #include <limits>
 
 namespace psivox {
@@ -18,11 +17,6 @@ constexpr std::array<double, 6> weight{0.085662246189585178, 0.18038078652406930
                                        0.23395696728634552,  0.23395696728634552,
                                        0.18038078652406930,  0.085662246189585178};
 
-double evaluate(const Cubic& c, double u) {
-  const double w = 1 - u;
-  return w * w * (c[0] * w + 3 * c[1] * u) + u * u * (3 * c[2] * w + c[3] * u);
-}
-
 struct Panel {
   double front, back;              ///< u
   double g_front, g_back;          ///< optical depth from the piece's front
@@ -37,16 +31,20 @@ class Quadrature {
       : piece_(piece), accuracy_(accuracy), T_front_(T_front) {
     for (std::size_t k = 0; k < 4; ++k) g_[k + 1] = g_[k] + piece.x[k] / 4;
     for (std::size_t c = 0; c < channels(); ++c) {
-      L_mean_[c] = (piece.L[c][0] + piece.L[c][1] + piece.L[c][2] + piece.L[c][3]) / 4;
+      L_mean_[c] = mean(piece.L[c]);
       for (std::size_t k = 0; k < 4; ++k) {
         L_[c][k] = piece.L[c][k] - L_mean_[c];
         L_max_ = std::max(L_max_, std::abs(L_[c][k]));
       }
+      if (piece.glows) glow_max_ = std::max(glow_max_, max_magnitude(piece.glow[c]));
     }
   }
 
   PieceRadiance sum() {
-    if (L_max_ > 0) {
+    if (glow_max_ > 0 && piece_.x == Cubic{}) {  // in vacuum the mean is the integral
+      for (std::size_t c = 0; c < channels(); ++c)
+        sum_.radiance[c] += T_front_ * mean(piece_.glow[c]);
+    } else if (L_max_ > 0 || glow_max_ > 0) {
       Panel whole{0, 1, 0, g_[4], {}};
       whole.radiance = gauss(whole);
       halve(whole);
@@ -69,8 +67,11 @@ class Quadrature {
     const double length = panel.back - panel.front;
     for (std::size_t k = 0; k < node.size(); ++k) {
       const double u = panel.front + length * node[k];
-      const double S = weight[k] * evaluate(piece_.x, u) * std::exp(-optical_depth(u));
+      const double w = weight[k] * std::exp(-optical_depth(u));
+      const double S = w * evaluate(piece_.x, u);
       for (std::size_t c = 0; c < channels(); ++c) radiance[c] += S * evaluate(L_[c], u);
+      if (glow_max_ > 0)
+        for (std::size_t c = 0; c < channels(); ++c) radiance[c] += w * evaluate(piece_.glow[c], u);
     }
     for (double& r : radiance) r *= length * T_front_;
     return radiance;
@@ -78,19 +79,21 @@ class Quadrature {
 
   /// Adds the panel's radiance from its two halves, each halved again until the rule agrees with
   /// itself. A panel may use the share T(front) - T(back) of the tolerance; shares sum to A <= 1.
+  /// For its emission it may use its part of the piece's share.
   /// Panels of optical depth above 2 are not trusted: all nodes could lie behind the light.
   void halve(const Panel& panel) {
     const double T = T_front_ * std::exp(-panel.g_front);
-    const double share = -T * std::expm1(panel.g_front - panel.g_back);
-    if (T <= accuracy_.T_stop || share == 0) {
-      sum_.error += share * L_max_;
+    const double share = std::max(0.0, -T * std::expm1(panel.g_front - panel.g_back));
+    const double glow = glow_max_ * T * (panel.back - panel.front);
+    if (T <= accuracy_.T_stop || (share == 0 && glow == 0)) {
+      sum_.error += share * L_max_ + glow;
       return;
     }
     const double middle = 0.5 * (panel.front + panel.back);
     if (middle <= panel.front || middle >= panel.back) {  // opaque between neighbouring doubles
       for (std::size_t c = 0; c < channels(); ++c)
         sum_.radiance[c] += share * evaluate(L_[c], panel.front);
-      sum_.error += share * L_max_;
+      sum_.error += share * L_max_ + glow;
       return;
     }
     const double g_middle = optical_depth(middle);
@@ -103,8 +106,12 @@ class Quadrature {
       difference =
           std::max(difference, std::abs(a.radiance[c] + b.radiance[c] - panel.radiance[c]));
     // exp(-g) is right to epsilon * (1 + g) relative, the polynomials to a few epsilon.
-    const double rounding = 8 * epsilon * (1 + panel.g_back) * L_max_;
-    const double enough = std::max(accuracy_.tolerance, rounding) * share;
+    const double rounding = 8 * epsilon * (1 + panel.g_back);
+    double enough = std::max(accuracy_.tolerance, rounding * L_max_) * share;
+    enough += piece_.x_error * (panel.back - panel.front) * T * L_max_ + piece_.L_error * share;
+    if (glow > 0)
+      enough += std::max(accuracy_.tolerance * piece_.glow_share * (panel.back - panel.front),
+                         rounding * glow);
     const bool opaque = panel.g_back - panel.g_front > 2;
     if (!opaque && difference <= enough) {
       for (std::size_t c = 0; c < channels(); ++c)
@@ -123,33 +130,23 @@ class Quadrature {
   std::array<double, 3> L_mean_{};
   std::array<Cubic, 3> L_{};  ///< less its mean
   double L_max_ = 0;          ///< bound on |L_|
+  double glow_max_ = 0;       ///< bound on |glow|; 0 where nothing glows
   PieceRadiance sum_;
 };
 
 }  // namespace
 
-// The interpolant is linear in each coordinate, so its polar form at (0,..,1) is its mean over the
-// corners of the box `from`..`to` with that many coordinates at `to`: coefficient k of the cubic.
-Cubic cubic_along(const std::array<double, 8>& corners, const glm::dvec3& from,
-                  const glm::dvec3& to) {
-  auto mix = [](double a, double b, double f) { return a * (1 - f) + b * f; };
-  std::array<double, 8> v = corners;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto stride = std::size_t{4} >> axis;
-    for (std::size_t i = 0; i < 8; ++i) {
-      if (i & stride) continue;
-      const double a = v[i], b = v[i + stride];
-      v[i] = mix(a, b, from[axis]);
-      v[i + stride] = mix(a, b, to[axis]);
-    }
-  }
-  return {v[0], (v[1] + v[2] + v[4]) / 3, (v[3] + v[5] + v[6]) / 3, v[7]};
-}
-
 double Piece::max_luminance() const {
   double largest = 0;
   for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c)
-    for (const double L_k : L[c]) largest = std::max(largest, std::abs(L_k));
+    largest = std::max(largest, max_magnitude(L[c]));
+  return largest;
+}
+
+double Piece::max_glow() const {
+  double largest = 0;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c)
+    largest = std::max(largest, max_magnitude(glow[c]));
   return largest;
 }
 

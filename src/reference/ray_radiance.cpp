@@ -4,7 +4,10 @@
 #include <cassert>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <memory>
+
+#include "ray_sum.h"
 
 namespace psivox {
 namespace {
@@ -13,81 +16,78 @@ bool all_zero(const std::array<double, 8>& corners) {
   return std::all_of(corners.begin(), corners.end(), [](double v) { return v == 0; });
 }
 
-Cubic scaled(const Cubic& c, double factor) {
-  return {c[0] * factor, c[1] * factor, c[2] * factor, c[3] * factor};
-}
-
-double max_component(const glm::dvec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
-
-/// How many roundings the position of a crossing carries: its coordinate's size in voxels.
-double extent(const Field& field) {
-  const Box box = field.domain();
-  return max_component(glm::dvec3(box.max) - glm::dvec3(box.min));
-}
-
 std::optional<FieldLookup> luminance_lookup(const Medium& medium) {
-  if (medium.source == LuminanceSource::constant || medium.source == LuminanceSource::density)
+  if (medium.source != LuminanceSource::scalar && medium.source != LuminanceSource::vector)
     return std::nullopt;
   assert(medium.luminance);
   assert(medium.luminance->channels == (medium.source == LuminanceSource::vector ? 3 : 1));
   return FieldLookup(*medium.luminance);
 }
 
+std::optional<FieldLookup> emission_lookup(const Medium& medium) {
+  if (!medium.emission) return std::nullopt;
+  return FieldLookup(*medium.emission);
+}
+
+/// No way through a field's domain is longer [world units].
+double longest_way(const Field& field) {
+  const glm::dvec3 size = glm::dvec3(field.domain().max) - glm::dvec3(field.domain().min);
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) sum += glm::length(glm::dvec3(field.world_from_index[i])) * size[i];
+  return sum;
+}
+
+double max_color(const TransferFunction& function) {
+  double most = 0;
+  for (const TransferPoint& point : function.points())
+    most = std::max(most, max_component(point.color));
+  return most;
+}
+
 }  // namespace
 
 RayMedium::RayMedium(const Medium& m)
-    : medium(m), density(*medium.density), luminance(luminance_lookup(medium)), color(m.color) {
+    : medium(m),
+      density(*medium.density),
+      luminance(luminance_lookup(medium)),
+      emission(emission_lookup(medium)),
+      color(m.color) {
   L_max = max_component(glm::abs(color));
   if (luminance)
     L_max *= luminance->max_magnitude();
   else if (medium.source == LuminanceSource::density)
     L_max *= density.max_magnitude();
+  else if (medium.source == LuminanceSource::transfer)
+    L_max *= max_color(*medium.transfer);
+  behind_max = L_max;
+  if (emission)
+    behind_max +=
+        std::abs(medium.emission_scale) * emission->max_magnitude() * longest_way(*medium.emission);
 }
 
-/// What a ray has gathered. With a scalar source `radiance` is that of colour 1.
-struct RayIntegrator::Sum {
-  glm::dvec3 radiance{0};
-  double optical_depth = 0;
-  double T = 1;
-  double error = 0;
-  double L_max = 0;  ///< of what was met
-  std::uint64_t pieces = 0;
-  std::uint64_t cells = 0;
-
-  void pass(double depth) {
-    optical_depth += depth;
-    T = std::exp(-optical_depth);
-    ++pieces;
-  }
-
-  void add(const Piece& piece, const Accuracy& accuracy) {
-    const PieceRadiance r = integrate(piece, T, accuracy);
-    for (int c = 0; c < piece.channels; ++c) radiance[c] += r.radiance[static_cast<std::size_t>(c)];
-    error += r.error;
-    L_max = std::max(L_max, piece.max_luminance());
-    pass(piece.optical_depth());
-  }
-};
-
-// Pieces are summed before they are multiplied by the colour, which takes its part of the
-// tolerance. A transparency below 1e-21 is lost in any sum's rounding; near 1e-308 it has no
-// digits itself.
+// A transparency below 1e-21 is lost in any sum's rounding; near 1e-308 it has no digits itself.
 RayIntegrator::RayIntegrator(const RayMedium& medium, double tolerance)
     : medium_(&medium),
-      accuracy_{tolerance / std::max(max_component(glm::abs(medium.color)), 1e-300),
-                std::max(tolerance, 1e-20) / (10 * std::max(1.0, medium.L_max))},
+      by_stretches_(medium.medium.transfer || medium.medium.emission),
+      accuracy_{tolerance, std::max(tolerance, 1e-20) / (10 * std::max(1.0, medium.behind_max))},
       density_cache_(medium.density) {
+  // Pieces of one grid's cells are summed before they are multiplied by the colour, which takes its
+  // part of the tolerance.
+  if (!by_stretches_)
+    accuracy_.tolerance /= std::max(max_component(glm::abs(medium.color)), 1e-300);
   if (medium.luminance) luminance_cache_.emplace(*medium.luminance);
+  if (medium.emission) emission_cache_.emplace(*medium.emission);
 }
 
 RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
+  if (by_stretches_) return radiance_by_stretches(ray, t0, t1);
   const Medium& medium = medium_->medium;
   const double t_middle = nearest_to_middle(*medium.density, ray);
   const IndexRay density_ray = make_index_ray(*medium.density, ray, t_middle, t0, t1);
   IndexRay luminance_ray;
   if (medium_->luminance) luminance_ray = make_index_ray(*medium.luminance, ray, t_middle, t0, t1);
 
-  Sum sum;
+  RaySum sum;
   bool stopped = false;
   walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
     const std::array<double, 8> corners = cell.block.corners(cell.cell, 0);
@@ -101,31 +101,27 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
     return !stopped;
   });
 
-  const bool constant = medium.source == LuminanceSource::constant;
-  const double A = -std::expm1(-sum.optical_depth);
-  if (constant) {
-    sum.radiance = glm::dvec3(A);
+  if (medium.source == LuminanceSource::constant) {
+    sum.radiance = glm::dvec3(sum.opacity());
     sum.L_max = 1;
   } else if (medium.source != LuminanceSource::vector) {
     sum.radiance = glm::dvec3(sum.radiance.x);
   }
-  // A crossing is off by epsilon times its coordinates, a sum by epsilon times its terms.
-  const double roundings = 16 + static_cast<double>(sum.pieces) + extent(*medium.density) +
-                           (medium_->luminance ? extent(*medium.luminance) : 0);
-  const double rounding = roundings * std::numeric_limits<double>::epsilon() * A * sum.L_max;
+  const double rounding =
+      sum.rounding(extent(*medium.density) + (medium_->luminance ? extent(*medium.luminance) : 0));
 
   RayRadiance result;
   result.radiance = medium_->color * sum.radiance;
   result.optical_depth = sum.optical_depth;
   result.error = max_component(glm::abs(medium_->color)) * (sum.error + rounding) +
-                 (stopped ? sum.T * medium_->L_max : 0);
+                 (stopped ? sum.T * medium_->behind_max : 0);
   result.cells = sum.cells;
   return result;
 }
 
 /// Luminance is constant or the density grid's own: one piece.
 void RayIntegrator::add_whole(const CellPiece& cell, const std::array<double, 8>& corners,
-                              const IndexRay& ray, Sum& sum) const {
+                              const IndexRay& ray, RaySum& sum) const {
   const Cubic value =
       cubic_along(corners, ray.in_cell(cell.cell, cell.begin), ray.in_cell(cell.cell, cell.end));
   Piece piece;
@@ -143,7 +139,7 @@ void RayIntegrator::add_whole(const CellPiece& cell, const std::array<double, 8>
 /// outside its domain nothing glows.
 void RayIntegrator::add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
                                     const IndexRay& density_ray, const IndexRay& luminance_ray,
-                                    Sum& sum) {
+                                    RaySum& sum) {
   Piece piece;
   piece.channels = medium_->luminance->field().channels;
   auto add = [&](double a, double b, const glm::ivec3* luminance_cell) {
@@ -175,18 +171,28 @@ void RayIntegrator::add_across_grid(const CellPiece& cell, const std::array<doub
   add(b, cell.end, nullptr);
 }
 
-double RayIntegrator::optical_depth(const WorldRay& ray, double t0, double t1) {
+RayDepth RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
+  if (medium_->medium.transfer) return depth_by_stretches(ray, t0, t1);
   const Field& field = medium_->density.field();
   const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
   double sum = 0;
+  RayDepth result;
   walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
-    const Cubic value =
-        cubic_along(cell.block.corners(cell.cell, 0), density_ray.in_cell(cell.cell, cell.begin),
-                    density_ray.in_cell(cell.cell, cell.end));
-    sum += (value[0] + value[1] + value[2] + value[3]) / 4 * (cell.end - cell.begin);
+    const std::array<double, 8> corners = cell.block.corners(cell.cell, 0);
+    const Cubic value = cubic_along(corners, density_ray.in_cell(cell.cell, cell.begin),
+                                    density_ray.in_cell(cell.cell, cell.end));
+    sum += mean(value) * (cell.end - cell.begin);
+    result.cells += !all_zero(corners);
     return true;
   });
-  return medium_->medium.extinction * sum;
+  result.depth = medium_->medium.extinction * sum;
+  result.error = (16 + static_cast<double>(result.cells) + extent(field)) *
+                 std::numeric_limits<double>::epsilon() * result.depth;
+  return result;
+}
+
+double RayIntegrator::optical_depth(const WorldRay& ray, double t0, double t1) {
+  return whole_depth(ray, t0, t1).depth;
 }
 
 CellCount RayIntegrator::count_cells(const WorldRay& ray, double t0, double t1) {

@@ -5,19 +5,29 @@
 #include <glm/vec3.hpp>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "cell_walk.h"
+#include "classify.h"
 #include "field_lookup.h"
 #include "piece.h"
 #include "psivox/medium.h"
 
 namespace psivox {
 
+struct RaySum;
+
 struct RayRadiance {
   glm::dvec3 radiance{0};
   double optical_depth = 0;  ///< up to where the walk stopped
   double error = 0;          ///< bound on the error of the worst channel
   std::uint64_t cells = 0;   ///< crossed, with a corner that is not 0, up to the stop
+};
+
+struct RayDepth {
+  double depth = 0;
+  double error = 0;  ///< bound
+  std::uint64_t cells = 0;
 };
 
 /// Cells that a ray crosses, to its end.
@@ -33,8 +43,10 @@ struct RayMedium {
   Medium medium;
   FieldLookup density;
   std::optional<FieldLookup> luminance;  ///< where another grid than density gives L
-  glm::dvec3 color;                      ///< what a grid's value is multiplied by, or L itself
-  double L_max;                          ///< bound on |L| anywhere
+  std::optional<FieldLookup> emission;
+  glm::dvec3 color;   ///< what a grid's value is multiplied by, or L itself
+  double L_max;       ///< bound on |L| anywhere
+  double behind_max;  ///< bound on the radiance of anything behind a point of a ray
 };
 
 /// Integrates rays through a medium, t0 <= t <= t1 [world units from the ray's origin]; one for
@@ -44,26 +56,36 @@ class RayIntegrator {
   static constexpr double infinity = std::numeric_limits<double>::infinity();
 
   /// `medium` must outlive it. Nothing behind a transparency of tolerance / 10 (of a tenth of
-  /// tolerance / L_max where luminance exceeds 1) is summed; the bound includes it.
+  /// tolerance / behind_max where that exceeds 1) is summed; the bound includes it.
   RayIntegrator(const RayMedium& medium, double tolerance);
 
   RayRadiance radiance(const WorldRay& ray, double t0 = 0, double t1 = infinity);
 
   /// To the ray's end, however opaque.
+  RayDepth whole_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
   double optical_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
   CellCount count_cells(const WorldRay& ray, double t0 = 0, double t1 = infinity);
 
  private:
-  struct Sum;
   void add_whole(const CellPiece& cell, const std::array<double, 8>& corners, const IndexRay& ray,
-                 Sum& sum) const;
+                 RaySum& sum) const;
   void add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
-                       const IndexRay& density_ray, const IndexRay& luminance_ray, Sum& sum);
+                       const IndexRay& density_ray, const IndexRay& luminance_ray, RaySum& sum);
+
+  // With a transfer function or emission (ray_stretches.cpp): by the stretches in which every grid
+  // is one cell or none.
+  struct Stretches;
+  RayRadiance radiance_by_stretches(const WorldRay& ray, double t0, double t1);
+  RayDepth depth_by_stretches(const WorldRay& ray, double t0, double t1);
+  void add_stretch(const Stretches& at, double a, double b, RaySum& sum);
 
   const RayMedium* medium_;
+  bool by_stretches_;
   Accuracy accuracy_;
   BlockCache density_cache_;
   std::optional<BlockCache> luminance_cache_;
+  std::optional<BlockCache> emission_cache_;
+  std::vector<ClassifiedPart> parts_;
 };
 
 /// One ray, everything made ready for it alone.

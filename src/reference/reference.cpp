@@ -11,36 +11,40 @@
 #include <thread>
 #include <vector>
 
-#include "ray_radiance.h"
+#include "ray_modes.h"
 
 namespace psivox {
 namespace {
 
 constexpr int tile_width = 8;  // small enough to share a 64 x 64 picture among many cores
 
-struct Pixel {
-  glm::dvec3 radiance{0};
-  double opacity = 0;
-  double error = 0;
-  std::uint64_t cells = 0;
-};
-
-Pixel integrate_pixel(const View& view, RayIntegrator& integrator, int x, int y) {
+/// The depth is the mean of the samples that have one, if those are most.
+RayPicture integrate_pixel(const View& view, RayModes& modes, int x, int y) {
   const int n = view.scene.pixel_samples;
-  Pixel sum;
+  RayPicture sum;
+  double depth = 0;
+  int with_depth = 0;
   for (int i = 0; i < n; ++i) {
     const glm::dvec2 place = pixel_sample(i, n);
     const WorldRay ray = camera_ray(view.camera, view.scene.resolution, x + place.x, y + place.y);
-    const RayRadiance r = integrator.radiance(ray);
+    const RayPicture r = modes.picture(ray);
     sum.radiance += r.radiance;
-    sum.opacity += -std::expm1(-r.optical_depth);
+    sum.opacity += r.opacity;
     sum.error += r.error;
     sum.cells += r.cells;
+    if (!std::isfinite(r.depth)) continue;
+    depth += r.depth;
+    ++with_depth;
   }
   sum.radiance /= n;
   sum.opacity /= n;
   sum.error /= n;
+  if (2 * with_depth > n) sum.depth = depth / with_depth;
   return sum;
+}
+
+bool has_depth(Mode mode) {
+  return mode == Mode::mip || mode == Mode::lmip || mode == Mode::isosurface;
 }
 
 }  // namespace
@@ -55,17 +59,20 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
   result.image.height = height;
   result.image.layers = {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels)},
                          {"error", {"error"}, std::vector<float>(pixels)}};
+  if (has_depth(view.scene.mode))
+    result.image.layers.push_back({"depth", {"depth"}, std::vector<float>(pixels)});
   std::vector<float>& rgba = result.image.layers[0].values;
   std::vector<float>& error = result.image.layers[1].values;
+  float* depth = has_depth(view.scene.mode) ? result.image.layers[2].values.data() : nullptr;
 
   struct Worker {
-    RayIntegrator integrator;
+    RayModes modes;
     double error_max = 0;
     std::uint64_t cells = 0;
   };
   const RayMedium medium(view.medium);
   tbb::enumerable_thread_specific<Worker> workers(
-      [&] { return Worker{RayIntegrator(medium, tolerance)}; });
+      [&] { return Worker{RayModes(view, medium, tolerance)}; });
 
   const int columns = (width + tile_width - 1) / tile_width;
   const int rows = (height + tile_width - 1) / tile_width;
@@ -79,13 +86,14 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
           const int x0 = tile % columns * tile_width, y0 = tile / columns * tile_width;
           for (int y = y0; y < std::min(y0 + tile_width, height); ++y) {
             for (int x = x0; x < std::min(x0 + tile_width, width); ++x) {
-              const Pixel p = integrate_pixel(view, worker.integrator, x, y);
+              const RayPicture p = integrate_pixel(view, worker.modes, x, y);
               const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                              static_cast<std::size_t>(x);
               for (int c = 0; c < 3; ++c)
                 rgba[4 * i + static_cast<std::size_t>(c)] = static_cast<float>(p.radiance[c]);
               rgba[4 * i + 3] = static_cast<float>(p.opacity);
               error[i] = static_cast<float>(p.error);
+              if (depth) depth[i] = static_cast<float>(p.depth);
               worker.error_max = std::max(worker.error_max, p.error);
               worker.cells += p.cells;
             }

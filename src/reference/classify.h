@@ -1,0 +1,26 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "cubic.h"
+#include "psivox/transfer_function.h"
+
+namespace psivox {
+
+/// A part of a cubic of values between two knots of a transfer function: attenuation and colour are
+/// cubics over it.
+struct ClassifiedPart {
+  double begin = 0, end = 1;  ///< u
+  Cubic attenuation{};
+  std::array<Cubic, 3> color{};
+  double attenuation_error = 0;  ///< bounds of what rounding of the value makes of both
+  double color_error = 0;
+};
+
+/// Cuts the values where they pass through the knots. A null function is the value itself as
+/// attenuation: one part.
+void classify(const TransferFunction* function, const Cubic& value,
+              std::vector<ClassifiedPart>& parts);
+
+}  // namespace psivox

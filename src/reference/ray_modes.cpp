@@ -1,0 +1,212 @@
+#include "ray_modes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "grid_walk.h"
+#include "ray_sum.h"
+
+namespace psivox {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// A ray through the density grid, from its first stretch inside the domain to its last.
+class DensityWalk {
+ public:
+  DensityWalk(const RayMedium& medium, BlockCache& cache, const WorldRay& ray)
+      : t_middle(nearest_to_middle(*medium.medium.density, ray)),
+        grid(medium.density, cache,
+             make_index_ray(*medium.medium.density, ray, t_middle, 0, infinity)) {
+    next();
+  }
+
+  bool done() const { return !grid.in_domain(); }
+  void next() {
+    grid.next();
+    cells += grid.in_cell() && !grid.all_zero();
+  }
+  Cubic value() const { return grid.along(grid.begin(), grid.end()); }
+  double s(double u) const { return grid.begin() + u * (grid.end() - grid.begin()); }
+
+  const double t_middle;
+  GridWalk grid;
+  std::uint64_t cells = 0;
+};
+
+/// The first greatest value on the way; of LMIP's the first local maximum of at least a threshold.
+struct Maximum {
+  std::optional<double> threshold;
+  double value = -infinity;
+  double s = 0;
+  bool done = false;
+
+  /// A fall by what rounding makes of a plateau, or across a face, ends no maximum.
+  void see(double v, double at) {
+    if (done) return;
+    if (threshold && value >= *threshold && v < value - 1e-12 * std::abs(value)) done = true;
+    if (done || v <= value) return;
+    value = v;
+    s = at;
+  }
+};
+
+/// How a maximum is shown.
+glm::dvec3 shown(const Medium& medium, double value) {
+  if (medium.source == LuminanceSource::transfer)
+    return medium.color * medium.transfer->at(value).color;
+  return medium.color * value;
+}
+
+/// Gradient of a cell's trilinear interpolant at a place inside it, over voxels.
+glm::dvec3 gradient(const std::array<double, 8>& corners, const glm::dvec3& at) {
+  glm::dvec3 g(0);
+  for (int i = 0; i < 8; ++i) {
+    const glm::ivec3 d(i >> 2, (i >> 1) & 1, i & 1);
+    const glm::dvec3 w = glm::mix(1.0 - at, at, glm::dvec3(d));
+    const glm::dvec3 sign = 2.0 * glm::dvec3(d) - 1.0;
+    g += corners[static_cast<std::size_t>(i)] * sign * glm::dvec3(w.y * w.z, w.x * w.z, w.x * w.y);
+  }
+  return g;
+}
+
+/// A surface seen from either side, lit by one light and a fifth of it from everywhere.
+double shade(const View& view, const glm::dvec3& gradient, const glm::dvec3& direction) {
+  const glm::dmat3 m(view.medium.density->world_from_index);
+  glm::dvec3 normal = glm::transpose(glm::inverse(m)) * gradient;
+  const double size = glm::length(normal);
+  if (!(size > 0)) return 0.2;
+  normal /= dot(normal, direction) > 0 ? -size : size;
+  const glm::dvec3 to_light =
+      view.scene.light ? -glm::normalize(view.scene.light->direction) : -direction;
+  return 0.2 + 0.8 * std::max(0.0, dot(normal, to_light));
+}
+
+/// Where the values of a stretch first pass through one, if they do; `below` holds on which side
+/// the ray has been, as rounding may lose a passage in a face.
+std::optional<double> first_passage(const Cubic& value, double isovalue,
+                                    std::optional<bool>& below) {
+  if (!below) below = value[0] < isovalue;
+  const MonotoneEnds ends = monotone_ends(value);
+  for (std::size_t i = 0; i <= ends.parts; ++i) {
+    const bool now = evaluate(value, ends.u[i]) < isovalue;
+    if (now == *below) continue;
+    if (i == 0) return 0;
+    return crossing(value, isovalue, ends.u[i - 1], ends.u[i]);
+  }
+  return {};
+}
+
+}  // namespace
+
+RayModes::RayModes(const View& view, const RayMedium& medium, double tolerance)
+    : view_(&view), medium_(&medium), integrator_(medium, tolerance) {
+  const Mode mode = view.scene.mode;
+  if (mode == Mode::mip || mode == Mode::lmip || mode == Mode::isosurface)
+    cache_.emplace(medium.density);
+}
+
+RayPicture RayModes::picture(const WorldRay& ray) {
+  switch (view_->scene.mode) {
+    case Mode::alpha:
+    case Mode::back_to_front:
+      return radiance(ray);
+    case Mode::xray:
+      return xray(ray);
+    case Mode::mip:
+    case Mode::lmip:
+      return maximum(ray);
+    case Mode::isosurface:
+      return surface(ray);
+  }
+  return {};
+}
+
+RayPicture RayModes::radiance(const WorldRay& ray) {
+  const RayRadiance r = integrator_.radiance(ray);
+  return {r.radiance, -std::expm1(-r.optical_depth), r.error, infinity, r.cells};
+}
+
+RayPicture RayModes::xray(const WorldRay& ray) {
+  const RayDepth d = integrator_.whole_depth(ray);
+  const glm::dvec3& color = view_->medium.color;
+  return {color * d.depth, -std::expm1(-d.depth), max_component(glm::abs(color)) * d.error,
+          infinity, d.cells};
+}
+
+RayPicture RayModes::maximum(const WorldRay& ray) {
+  const Medium& medium = view_->medium;
+  Maximum greatest;
+  if (view_->scene.mode == Mode::lmip) greatest.threshold = view_->scene.lmip_threshold;
+  double size = 0;
+  DensityWalk walk(*medium_, *cache_, ray);
+  for (; !walk.done() && !greatest.done; walk.next()) {
+    const Cubic value = walk.value();
+    size = std::max({size, std::abs(walk.grid.low()), std::abs(walk.grid.high())});
+    const MonotoneEnds ends = monotone_ends(value);
+    for (std::size_t i = 0; i <= ends.parts; ++i)
+      greatest.see(evaluate(value, ends.u[i]), walk.s(ends.u[i]));
+  }
+  RayPicture result;
+  result.cells = walk.cells;
+  if (!(greatest.value > -infinity)) return result;
+  const double attenuation =
+      medium.transfer ? medium.transfer->at(greatest.value).attenuation : greatest.value;
+  if (!(attenuation > 0)) return result;
+  result.radiance = shown(medium, greatest.value);
+  result.opacity = 1;
+  result.depth = walk.t_middle + greatest.s;
+  const double off = 16 * epsilon * size;
+  result.error =
+      max_component(glm::max(glm::abs(shown(medium, greatest.value + off) - result.radiance),
+                             glm::abs(shown(medium, greatest.value - off) - result.radiance)));
+  return result;
+}
+
+RayPicture RayModes::surface(const WorldRay& ray) {
+  const Medium& medium = view_->medium;
+  RayPicture result;
+  std::optional<bool> below;
+  DensityWalk walk(*medium_, *cache_, ray);
+  for (; !walk.done(); walk.next()) {
+    const Cubic value = walk.value();
+    const std::optional<double> u = first_passage(value, medium.isovalue, below);
+    if (!u) continue;
+    const IndexRay& r = walk.grid.ray();
+    const auto shade_at = [&](double v) {
+      if (!walk.grid.in_cell()) return 0.2;
+      const glm::dvec3 at = r.in_cell(walk.grid.cell(), walk.s(std::clamp(v, 0.0, 1.0)));
+      return shade(*view_, gradient(walk.grid.corners(), at), ray.direction);
+    };
+    const glm::dvec3 color =
+        medium.source == LuminanceSource::transfer ? shown(medium, medium.isovalue) : medium.color;
+    const double light = shade_at(*u);
+    result.radiance = color * light;
+    result.opacity = 1;
+    result.depth = walk.t_middle + walk.s(*u);
+    // The root is off by the value's rounding over its slope, and the normal by what it turns
+    // there.
+    const double rounding = 16 * epsilon *
+                            std::max({std::abs(walk.grid.low()), std::abs(walk.grid.high()),
+                                      std::abs(medium.isovalue)});
+    const double step = 1e-6;
+    const double slope = std::abs(evaluate(value, std::min(1.0, *u + step)) -
+                                  evaluate(value, std::max(0.0, *u - step))) /
+                         (2 * step);
+    const double off = slope > 0 ? std::min(1.0, rounding / slope) : 1.0;
+    result.error =
+        max_component(glm::abs(color)) *
+        (std::max(std::abs(shade_at(*u + off) - light), std::abs(shade_at(*u - off) - light)) +
+         64 * epsilon);
+    break;
+  }
+  result.cells = walk.cells;
+  return result;
+}
+
+}  // namespace psivox

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <optional>
+
+#include "field_lookup.h"
+#include "psivox/medium.h"
+#include "ray_radiance.h"
+
+namespace psivox {
+
+/// What one ray adds to a pixel.
+struct RayPicture {
+  glm::dvec3 radiance{0};  ///< premultiplied
+  double opacity = 0;
+  double error = 0;  ///< bound on the error of the worst channel of the radiance
+  double depth =
+      std::numeric_limits<double>::infinity();  ///< of the maximum or the surface [world]
+  std::uint64_t cells = 0;                      ///< crossed, with a corner that is not 0
+};
+
+/// Pictures of rays by the modes of a scene; one for each thread.
+class RayModes {
+ public:
+  /// `view` and `medium`, which is the view's, must outlive it.
+  RayModes(const View& view, const RayMedium& medium, double tolerance);
+
+  RayPicture picture(const WorldRay& ray);
+
+ private:
+  RayPicture radiance(const WorldRay& ray);
+  RayPicture xray(const WorldRay& ray);
+  RayPicture maximum(const WorldRay& ray);
+  RayPicture surface(const WorldRay& ray);
+
+  const View* view_;
+  const RayMedium* medium_;
+  RayIntegrator integrator_;
+  std::optional<BlockCache> cache_;  ///< of the density grid, for maxima and surfaces
+};
+
+}  // namespace psivox

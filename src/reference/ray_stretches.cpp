@@ -1,0 +1,179 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "grid_walk.h"
+#include "ray_radiance.h"
+#include "ray_sum.h"
+
+namespace psivox {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+void move_on(std::optional<GridWalk>& walk, double s, double& end) {
+  if (!walk) return;
+  walk->reach(s);
+  end = std::min(end, walk->end());
+}
+
+double largest_attenuation(const Medium& medium, const GridWalk& density) {
+  if (!density.in_domain()) return 0;
+  if (!medium.transfer) return std::max(density.high(), 0.0);
+  return medium.transfer->max_attenuation(density.low(), density.high());
+}
+
+/// What the rounded place of the domain's faces makes of the optical depth where there is medium
+/// next to them.
+double face_error(const Medium& medium, const IndexRay& ray) {
+  if (!medium.transfer || !ray.hits()) return 0;
+  const double tau = medium.extinction * medium.transfer->at(0).attenuation;
+  const double slowest = max_component(glm::abs(ray.D));
+  return 4 * epsilon * tau * extent(*medium.density) / std::max(slowest, 1e-300);
+}
+
+}  // namespace
+
+struct RayIntegrator::Stretches {
+  std::optional<GridWalk> density, luminance, emission;
+};
+
+/// Luminance of another grid and emission are read along [a,b], then cut with the density's parts.
+void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum& sum) {
+  const Medium& medium = medium_->medium;
+  const bool glows = at.emission && at.emission->in_cell() && !at.emission->all_zero();
+  const bool attenuates = largest_attenuation(medium, *at.density) > 0;
+  if (!glows && !attenuates) return;
+
+  Piece whole;
+  whole.channels = 3;
+  whole.glows = glows;
+  for (int c = 0; c < 3; ++c) {
+    const auto i = static_cast<std::size_t>(c);
+    if (at.luminance)
+      whole.L[i] =
+          scaled(at.luminance->along(a, b, medium_->luminance->field().channels == 3 ? c : 0),
+                 medium.color[c]);
+    if (glows)
+      whole.glow[i] = scaled(at.emission->along(a, b, medium.emission->channels == 3 ? c : 0),
+                             medium.emission_scale * (b - a));
+  }
+  const Cubic value = at.density->along(a, b);
+  for (int c = 0; c < 3; ++c) {
+    Cubic& L = whole.L[static_cast<std::size_t>(c)];
+    if (medium.source == LuminanceSource::density) L = scaled(value, medium.color[c]);
+    if (medium.source == LuminanceSource::constant) L = constant_cubic(medium.color[c]);
+  }
+  if (glows) {
+    const IndexRay& ray = at.emission->ray();
+    whole.glow_share = (b - a) / (ray.s_end - ray.s_begin);
+  }
+  if (!attenuates) {
+    sum.add(whole, accuracy_);
+    return;
+  }
+
+  classify(medium.transfer.get(), value, parts_);
+  for (const ClassifiedPart& p : parts_) {
+    const double u = p.end - p.begin;
+    Piece piece = whole;
+    if (u < 1) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        piece.L[c] = part(whole.L[c], p.begin, p.end);
+        if (glows) piece.glow[c] = scaled(part(whole.glow[c], p.begin, p.end), u);
+      }
+      piece.glow_share *= u;
+    }
+    if (medium.source == LuminanceSource::transfer) {
+      for (int c = 0; c < 3; ++c) {
+        const auto i = static_cast<std::size_t>(c);
+        piece.L[i] = scaled(p.color[i], medium.color[c]);
+      }
+      piece.L_error = p.color_error * max_component(glm::abs(medium.color));
+    }
+    const double x = medium.extinction * (b - a) * u;
+    piece.x = scaled(p.attenuation, x);
+    piece.x_error = p.attenuation_error * x;
+    sum.add(piece, accuracy_);
+  }
+}
+
+RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0, double t1) {
+  const Medium& medium = medium_->medium;
+  assert(medium.source != LuminanceSource::transfer || medium.transfer);
+  const double t_middle = nearest_to_middle(*medium.density, ray);
+  Stretches at;
+  at.density.emplace(medium_->density, density_cache_,
+                     make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  double begin = infinity, end = -infinity;
+  auto span = [&](const IndexRay& r) {
+    if (!r.hits()) return;
+    begin = std::min(begin, r.s_begin);
+    end = std::max(end, r.s_end);
+  };
+  span(at.density->ray());
+  if (medium_->luminance)
+    at.luminance.emplace(*medium_->luminance, *luminance_cache_,
+                         make_index_ray(*medium.luminance, ray, t_middle, t0, t1));
+  if (medium_->emission) {
+    at.emission.emplace(*medium_->emission, *emission_cache_,
+                        make_index_ray(*medium.emission, ray, t_middle, t0, t1));
+    span(at.emission->ray());
+  }
+
+  RaySum sum;
+  sum.depth_error = face_error(medium, at.density->ray());
+  bool stopped = false;
+  double counted = -infinity;
+  for (double s = begin; s < end && !stopped;) {
+    double to = end;
+    move_on(at.density, s, to);
+    move_on(at.luminance, s, to);
+    move_on(at.emission, s, to);
+    if (at.density->in_cell() && !at.density->all_zero() && at.density->begin() > counted) {
+      counted = at.density->begin();
+      ++sum.cells;
+    }
+    add_stretch(at, s, to, sum);
+    stopped = sum.T <= accuracy_.T_stop;
+    s = to;
+  }
+
+  const double extents = extent(*medium.density) +
+                         (medium_->luminance ? extent(*medium.luminance) : 0) +
+                         (medium_->emission ? extent(*medium.emission) : 0);
+  return {sum.radiance, sum.optical_depth,
+          sum.error + sum.rounding(extents) + (stopped ? sum.T * medium_->behind_max : 0),
+          sum.cells};
+}
+
+RayDepth RayIntegrator::depth_by_stretches(const WorldRay& ray, double t0, double t1) {
+  const Medium& medium = medium_->medium;
+  const double t_middle = nearest_to_middle(*medium.density, ray);
+  GridWalk density(medium_->density, density_cache_,
+                   make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  RayDepth result;
+  double sum = 0, error = 0;
+  std::uint64_t terms = 0;
+  for (density.next(); density.begin() < density.ray().s_end; density.next()) {
+    result.cells += density.in_cell() && !density.all_zero();
+    if (!(largest_attenuation(medium, density) > 0)) continue;
+    const double length = density.end() - density.begin();
+    classify(medium.transfer.get(), density.along(density.begin(), density.end()), parts_);
+    for (const ClassifiedPart& p : parts_) {
+      sum += mean(p.attenuation) * (p.end - p.begin) * length;
+      error += p.attenuation_error * (p.end - p.begin) * length;
+      ++terms;
+    }
+  }
+  result.depth = medium.extinction * sum;
+  result.error =
+      medium.extinction * error + face_error(medium, density.ray()) +
+      (16 + static_cast<double>(terms) + extent(*medium.density)) * epsilon * result.depth;
+  return result;
+}
+
+}  // namespace psivox

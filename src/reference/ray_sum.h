@@ -1,0 +1,63 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <limits>
+
+#include "piece.h"
+#include "psivox/field.h"
+
+namespace psivox {
+
+inline double max_component(const glm::dvec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
+
+/// How many roundings the position of a crossing carries: its coordinate's size in voxels.
+inline double extent(const Field& field) {
+  const Box box = field.domain();
+  return max_component(glm::dvec3(box.max) - glm::dvec3(box.min));
+}
+
+/// What a ray has gathered; pieces may leave a factor of the radiance to the end.
+struct RaySum {
+  glm::dvec3 radiance{0};
+  double optical_depth = 0;
+  double T = 1;
+  double error = 0;
+  double depth_error = 0;  ///< bound of what rounding made of the optical depth, beyond its terms'
+  double glow = 0;         ///< bound on the emission's part of the radiance
+  double L_max = 0;        ///< of what was met
+  std::uint64_t pieces = 0;
+  std::uint64_t cells = 0;
+
+  void pass(double depth) {
+    optical_depth += depth;
+    T = std::exp(-optical_depth);
+    ++pieces;
+  }
+
+  void add(const Piece& piece, const Accuracy& accuracy) {
+    const PieceRadiance r = integrate(piece, T, accuracy);
+    const double depth = piece.optical_depth();
+    for (int c = 0; c < piece.channels; ++c) radiance[c] += r.radiance[static_cast<std::size_t>(c)];
+    error += r.error + piece.L_error * T * std::min(depth, 1.0);
+    depth_error += piece.x_error;
+    if (piece.glows) glow += T * piece.max_glow();
+    L_max = std::max(L_max, piece.max_luminance());
+    pass(depth);
+  }
+
+  double opacity() const { return -std::expm1(-optical_depth); }
+
+  /// Bound on rounding's part of the error. A crossing is off by epsilon times its coordinates, a
+  /// sum by epsilon times its terms; an optical depth off by d changes L T by L d at most, and with
+  /// it all that lies behind.
+  double rounding(double extents) const {
+    const double roundings = 16 + static_cast<double>(pieces) + extents;
+    return roundings * std::numeric_limits<double>::epsilon() * (opacity() * L_max + glow) +
+           depth_error * (2 * L_max + glow);
+  }
+};
+
+}  // namespace psivox
