@@ -43,11 +43,17 @@ class PlainField {
     return glm::dvec3(index_from_world_ * glm::dvec4(world, 1));
   }
 
-  glm::dvec3 value(const glm::dvec3& world) const {
+  bool in_domain(const glm::dvec3& world) const {
     const glm::dvec3 p = index_at(world);
     const Box domain = field_.domain();
     for (int i = 0; i < 3; ++i)
-      if (p[i] < domain.min[i] || p[i] > domain.max[i]) return glm::dvec3(0);
+      if (p[i] < domain.min[i] || p[i] > domain.max[i]) return false;
+    return true;
+  }
+
+  glm::dvec3 value(const glm::dvec3& world) const {
+    if (!in_domain(world)) return glm::dvec3(0);
+    const glm::dvec3 p = index_at(world);
     const glm::dvec3 cell = glm::floor(p), f = p - cell;
     glm::dvec3 sum(0);
     for (int i = 0; i < 8; ++i) {
@@ -81,16 +87,39 @@ struct PlainRadiance {
   double optical_depth = 0;
 };
 
-/// int L tau T dt over [t0, t1] by three-point Gauss rules on `panels` panels between faces. The
-/// optical depth of a panel's part is Simpson's, so a cubic's is exact.
+/// Adds where f passes through `target` between faces: seen on `samples` points between each two of
+/// them and bisected. What passes and returns between two points is missed.
+inline void add_passages(const std::function<double(double)>& f, double target,
+                         std::vector<double>& faces, int samples) {
+  std::vector<double> sorted = faces;
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t k = 0; k + 1 < sorted.size(); ++k) {
+    const double h = (sorted[k + 1] - sorted[k]) / samples;
+    for (int i = 0; i < samples; ++i) {
+      double a = sorted[k] + h * (i + 1e-9), b = sorted[k] + h * (i + 1 - 1e-9);
+      const bool below = f(a) < target;
+      if ((f(b) < target) == below) continue;
+      for (int n = 0; n < 60; ++n) {
+        const double middle = 0.5 * (a + b);
+        ((f(middle) < target) == below ? a : b) = middle;
+      }
+      faces.push_back(b);
+    }
+  }
+}
+
+/// int (L tau + glow) T dt over [t0, t1] by three-point Gauss rules on `panels` panels between
+/// faces. The optical depth of a panel's part is by two points, so a cubic's is exact.
 inline PlainRadiance plain_radiance(const std::function<double(double)>& tau,
                                     const std::function<glm::dvec3(double)>& L,
-                                    std::vector<double> faces, double t0, double t1, int panels) {
+                                    std::vector<double> faces, double t0, double t1, int panels,
+                                    const std::function<glm::dvec3(double)>& glow = {}) {
   faces.push_back(t0);
   faces.push_back(t1);
   std::sort(faces.begin(), faces.end());
   auto depth = [&](double a, double b) {
-    return (b - a) / 6 * (tau(a) + 4 * tau(0.5 * (a + b)) + tau(b));
+    const double off = (b - a) * std::sqrt(1.0 / 12), middle = 0.5 * (a + b);
+    return (b - a) / 2 * (tau(middle - off) + tau(middle + off));
   };
   PlainRadiance sum;
   for (std::size_t k = 0; k + 1 < faces.size(); ++k) {
@@ -104,7 +133,9 @@ inline PlainRadiance plain_radiance(const std::function<double(double)>& tau,
       constexpr std::array<double, 3> w{5.0 / 18, 8.0 / 18, 5.0 / 18};
       for (std::size_t n = 0; n < 3; ++n) {
         const double t = a + (b - a) * x[n];
-        sum.radiance += w[n] * (b - a) * tau(t) * std::exp(-sum.optical_depth - depth(a, t)) * L(t);
+        const double T = std::exp(-sum.optical_depth - depth(a, t));
+        sum.radiance += w[n] * (b - a) * T * tau(t) * L(t);
+        if (glow) sum.radiance += w[n] * (b - a) * T * glow(t);
       }
       sum.optical_depth += depth(a, b);
     }

@@ -1,0 +1,274 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "psivox/reference.h"
+#include "reference/ray_modes.h"
+#include "reference_cases.h"
+
+namespace psivox {
+namespace {
+
+View view_of(Mode mode, Field density, double extinction = 1) {
+  View view;
+  view.scene.mode = mode;
+  view.medium = make_medium(std::move(density), extinction, LuminanceSource::constant);
+  return view;
+}
+
+RayPicture picture(const View& view, const WorldRay& ray) {
+  const RayMedium medium(view.medium);
+  return RayModes(view, medium, 1e-12).picture(ray);
+}
+
+/// Value of the density at t, and the t of its faces, in order, from the domain's first to its
+/// last.
+struct Profile {
+  Profile(const View& view, const WorldRay& world_ray, double t1)
+      : field(*view.medium.density), ray(world_ray) {
+    field.add_faces(ray, 0, t1, faces);
+    if (field.in_domain(ray.origin)) faces.push_back(0);
+    std::sort(faces.begin(), faces.end());
+    std::erase_if(faces, [&](double t) { return !inside(t + 1e-9) && !inside(t - 1e-9); });
+  }
+  bool inside(double t) const { return field.in_domain(ray.origin + t * ray.direction); }
+  double operator()(double t) const { return field.value(ray.origin + t * ray.direction).x; }
+
+  /// The greatest value of [a, b], which has one maximum.
+  double peak(double a, double b) const {
+    for (int i = 0; i < 100; ++i) {
+      const double u = a + (b - a) / 3, v = b - (b - a) / 3;
+      ((*this)(u) < (*this)(v) ? a : b) = (*this)(u) < (*this)(v) ? u : v;
+    }
+    return (*this)(0.5 * (a + b));
+  }
+
+  PlainField field;
+  WorldRay ray;
+  std::vector<double> faces;
+};
+
+/// By samples, 200 between each two faces: the first maximum that is at least the threshold, else
+/// the greatest value.
+double plain_maximum(const Profile& value, double threshold) {
+  double greatest = 0;
+  std::vector<double> t;
+  for (std::size_t k = 0; k + 1 < value.faces.size(); ++k)
+    for (int i = 0; i < 200; ++i)
+      t.push_back(value.faces[k] + (value.faces[k + 1] - value.faces[k]) * (i + 1e-9) / 200);
+  if (t.empty()) return 0;
+  t.push_back(value.faces.back() - 1e-12);
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const double before = t[i > 0 ? i - 1 : i], after = t[std::min(i + 1, t.size() - 1)];
+    if (value(before) > value(t[i]) || value(after) > value(t[i])) continue;
+    const double here = std::max(value.peak(before, t[i]), value.peak(t[i], after));
+    greatest = std::max(greatest, here);
+    if (greatest >= threshold && value(after) < greatest) break;
+  }
+  return greatest;
+}
+
+TEST(ReferenceModes, BackToFrontIsTheSamePicture) {
+  View view = view_of(Mode::alpha, make_field({{0, 0, 0}, {15, 15, 15}}, noise), 0.4);
+  view.medium.source = LuminanceSource::density;
+  View other = view;
+  other.scene.mode = Mode::back_to_front;
+  for (const WorldRay& ray : rays_through({0, 0, 0}, {15, 15, 15}, 20)) {
+    const RayRadiance r = ray_radiance(view.medium, ray);
+    for (const View* v : {&view, &other}) {
+      const RayPicture p = picture(*v, ray);
+      EXPECT_EQ(p.radiance, r.radiance);
+      EXPECT_EQ(p.opacity, -std::expm1(-r.optical_depth));
+      EXPECT_EQ(p.error, r.error);
+      EXPECT_EQ(p.cells, r.cells);
+    }
+  }
+}
+
+TEST(ReferenceModes, XrayIsTheOpticalDepth) {
+  // 100 deep, where a ray that looks at radiance has long ended.
+  View view = view_of(Mode::xray, make_field({{0, 0, 0}, {9, 9, 9}}, one), 10);
+  view.medium.color = {1, 2, 3};
+  const RayPicture p = picture(view, {{-5, 4.25, 3.5}, {1, 0, 0}});
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(p.radiance[c], 100 * (c + 1), 1e-12);
+  EXPECT_EQ(p.opacity, 1);
+  EXPECT_LT(p.error, 1e-10);
+  // Of a function: half of the ramps at both ends is above 1/2.
+  view.medium.transfer = std::make_shared<const TransferFunction>(
+      std::vector<TransferPoint>{{0.5, 0, {}}, {1, 2, {}}});
+  EXPECT_NEAR(picture(view, {{-5, 4.25, 3.5}, {1, 0, 0}}).radiance.x,
+              10 * (2 * 9 + 2 * 0.5 * 0.5 * 2), 1e-12);
+  EXPECT_EQ(picture(view, {{-5, 20, 3.5}, {1, 0, 0}}).opacity, 0);
+}
+
+TEST(ReferenceModes, MaximaAgreeWithSamples) {
+  View view = view_of(Mode::mip, make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared));
+  view.medium.color = {1, 2, 0.5};
+  View local = view;
+  local.scene.mode = Mode::lmip;
+  local.scene.lmip_threshold = 0.3;
+  const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
+  int different = 0;
+  for (const WorldRay& ray : rays_through(a, b, 40)) {
+    const Profile value(view, ray, 60);
+    // A maximum is found to the square of where it is, 1e-8; at a kink to 1e-9 of a cell's way.
+    const RayPicture p = picture(view, ray), q = picture(local, ray);
+    EXPECT_NEAR(p.radiance.x, plain_maximum(value, 2), 1e-8);
+    EXPECT_NEAR(q.radiance.x, plain_maximum(value, 0.3), 1e-8);
+    different += p.radiance.x != q.radiance.x;
+    EXPECT_EQ(p.radiance, glm::dvec3(1, 2, 0.5) * p.radiance.x);
+    EXPECT_EQ(p.opacity, p.radiance.x > 0 ? 1 : 0);
+    if (p.opacity > 0) {
+      EXPECT_NEAR(value(p.depth), p.radiance.x, 1e-12);
+    }
+    if (q.opacity > 0) {
+      EXPECT_NEAR(value(q.depth), q.radiance.x, 1e-12);
+    }
+    EXPECT_LT(p.error, 1e-14);
+  }
+  EXPECT_GT(different, 5);
+}
+
+TEST(ReferenceModes, ALocalMaximumIsNotAPlateau) {
+  // 0.6 for 16 voxels, where rounding makes no maximum of it, then 0.9, then 1.
+  View view = view_of(Mode::lmip, make_field({{0, 0, 0}, {31, 9, 9}}, [](glm::ivec3 v) {
+                        return v.x < 16 ? 0.6f : v.x < 20 ? 0.9f : v.x < 24 ? 0.7f : 1.0f;
+                      }));
+  view.scene.lmip_threshold = 0.5;
+  for (const double y : {3.0, 4.1, 5.77})
+    EXPECT_EQ(picture(view, {{-5, y, 4.3}, {1, 0, 0}}).radiance.x, double(0.9f));
+  view.scene.lmip_threshold = 0.95;
+  EXPECT_EQ(picture(view, {{-5, 4.1, 4.3}, {1, 0, 0}}).radiance.x, 1);
+  view.scene.lmip_threshold = 2;  // none: the greatest
+  EXPECT_EQ(picture(view, {{-5, 4.1, 4.3}, {1, 0, 0}}).radiance.x, 1);
+}
+
+TEST(ReferenceModes, MaximaAreShownByTheFunction) {
+  View view = view_of(Mode::mip, make_field({{0, 0, 0}, {9, 9, 9}},
+                                            [](glm::ivec3 v) { return static_cast<float>(v.x); }));
+  view.medium.color = {1, 2, 4};
+  view.medium.transfer = std::make_shared<const TransferFunction>(
+      std::vector<TransferPoint>{{0, 0, {0, 0, 1}}, {4, 0, {1, 0, 1}}, {12, 1, {0, 1, 0}}});
+  const WorldRay across{{4.5, -5, 4.5}, {0, 1, 0}}, below{{3.5, -5, 4.5}, {0, 1, 0}};
+  EXPECT_EQ(picture(view, across).radiance, glm::dvec3(4.5, 9, 18));
+  EXPECT_EQ(picture(view, below).opacity, 0);  // attenuation of 3.5 is 0
+  EXPECT_EQ(picture(view, below).radiance, glm::dvec3(0));
+  view.medium.source = LuminanceSource::transfer;
+  const glm::dvec3 color = picture(view, across).radiance;
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(color[c], (glm::dvec3(15, 1, 15) / 16.0 * glm::dvec3(1, 2, 4))[c], 1e-15);
+}
+
+TEST(ReferenceModes, TheEmptyDomainHasTheMaximumZero) {
+  Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return -1.0f; });
+  field.active_box = {{0, 0, 0}, {40, 7, 7}};
+  View view = view_of(Mode::mip, field);
+  view.medium.transfer =
+      std::make_shared<const TransferFunction>(std::vector<TransferPoint>{{0, 1, {0.25, 1, 1}}});
+  view.medium.source = LuminanceSource::transfer;
+  EXPECT_EQ(picture(view, {{30, 4, -9}, {0, 0, 1}}).radiance, glm::dvec3(0.25, 1, 1));
+  EXPECT_EQ(picture(view, {{42, 4, -9}, {0, 0, 1}}).opacity, 0);  // beside the domain
+}
+
+TEST(ReferenceModes, APlaneIsHitAndShadedExactly) {
+  // A field that is linear in the world, which a trilinear one reproduces.
+  const glm::dvec3 n = glm::normalize(glm::dvec3(1, 2, -0.5));
+  const glm::dvec3 middle(sheared * glm::dvec4(8, 8, 8, 1));
+  auto make = [&](double sign) {
+    return make_field(
+        {{0, 0, 0}, {16, 16, 16}},
+        [&](glm::ivec3 v) {
+          const glm::dvec3 world(sheared * glm::dvec4(glm::dvec3(v), 1));
+          return static_cast<float>(5 + sign * glm::dot(n, world - middle));
+        },
+        sheared);
+  };
+  for (const double sign : {1.0, -1.0}) {
+    View view = view_of(Mode::isosurface, make(sign));
+    view.medium.isovalue = 5;
+    view.medium.color = {1, 0.5, 2};
+    for (const glm::dvec3& direction : {glm::dvec3(1, 0, 0), {-0.3, 1, 0.2}, {0.1, 0.4, -1}}) {
+      const glm::dvec3 d = glm::normalize(direction);
+      const double facing = std::abs(glm::dot(n, d));
+      view.scene.light.reset();
+      // from inside the domain, as its faces may be surfaces
+      const RayPicture p = picture(view, {middle - 0.5 * d, d});
+      // Values are rounded to float32: 3e-7, over a slope of `facing`; the gradient over 0.3 to 1.1
+      // units, of a transform whose columns are not far from orthogonal.
+      EXPECT_NEAR(p.depth, 0.5, 1e-6 / facing);
+      EXPECT_EQ(p.opacity, 1);
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(p.radiance[c], view.medium.color[c] * (0.2 + 0.8 * facing), 2e-5);
+      EXPECT_LT(p.error, 1e-11);
+      const double side = glm::dot(n, d) > 0 ? -1 : 1;  // of the normal that faces the camera
+      for (const glm::dvec3& light : {glm::dvec3(0, -2, 0), glm::dvec3(1, 1, 3)}) {
+        view.scene.light = DirectionalLight{light, {1, 1, 1}};
+        const double lit = std::max(0.0, -side * glm::dot(n, glm::normalize(light)));
+        EXPECT_NEAR(picture(view, {middle - 0.5 * d, d}).radiance.x, 0.2 + 0.8 * lit, 2e-5);
+      }
+    }
+  }
+}
+
+TEST(ReferenceModes, SurfacesAgreeWithSamples) {
+  View view = view_of(Mode::isosurface, make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared));
+  const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
+  for (const double isovalue : {0.2, 0.5, 0.8}) {
+    view.medium.isovalue = isovalue;
+    int hits = 0;
+    for (const WorldRay& ray : rays_through(a, b, 40)) {
+      const Profile value(view, ray, 60);
+      std::vector<double> passages = value.faces;
+      add_passages([&](double t) { return value(t); }, isovalue, passages, 200);
+      passages.erase(passages.begin(), passages.begin() + std::ptrdiff_t(value.faces.size()));
+      const RayPicture p = picture(view, ray);
+      EXPECT_EQ(p.opacity, passages.empty() ? 0 : 1);
+      if (passages.empty()) continue;
+      const double first = *std::min_element(passages.begin(), passages.end());
+      EXPECT_NEAR(p.depth, first, 1e-11);
+      EXPECT_NEAR(value(p.depth), isovalue, 1e-12);
+      ++hits;
+    }
+    EXPECT_GT(hits, 5) << isovalue;
+  }
+}
+
+TEST(ReferenceModes, ASurfaceInAFaceIsHitOnce) {
+  // Layers of 0, 1/2, 1: the surface lies in the voxels' plane x = 3 exactly.
+  View view = view_of(Mode::isosurface, make_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3 v) {
+                        return v.x < 3 ? 0.0f : v.x == 3 ? 0.5f : 1.0f;
+                      }));
+  view.medium.isovalue = 0.5;
+  for (const double y : {3.0, 4.1, 5.77})
+    EXPECT_NEAR(picture(view, {{-5, y, 4.3}, {1, 0, 0}}).depth, 8, 1e-14);
+  EXPECT_NEAR(picture(view, {{4.5, 4, 4.3}, {-1, 0, 0}}).depth, 1.5, 1e-14);
+  EXPECT_EQ(picture(view, {{-5, 20, 4}, {1, 0, 0}}).opacity, 0);
+}
+
+TEST(ReferenceModes, PicturesOfSurfacesAndMaximaHaveDepth) {
+  View view = view_of(Mode::isosurface, make_field({{0, 0, 0}, {9, 9, 9}}, one));
+  view.medium.isovalue = 0.5;
+  view.scene.resolution = {5, 5};
+  view.scene.pixel_samples = 2;
+  view.camera.position = {4.5, 4.5, 30};
+  view.camera.right = {1, 0, 0};
+  view.camera.up = {0, 1, 0};
+  view.camera.forward = {0, 0, -1};
+  view.camera.orthographic = true;
+  view.camera.half_width = view.camera.half_height = 12;
+  const Image image = render_reference(view).image;
+  ASSERT_EQ(image.layers.size(), 3u);
+  EXPECT_EQ(image.layers[2].name, "depth");
+  EXPECT_FLOAT_EQ(image.layers[2].values[12], 20.5);
+  EXPECT_TRUE(std::isinf(image.layers[2].values[0]));
+  EXPECT_FLOAT_EQ(image.rgba()[4 * 12], 1);
+  EXPECT_EQ(image.rgba()[4 * 12 + 3], 1);
+  view.scene.mode = Mode::alpha;
+  EXPECT_EQ(render_reference(view).image.layers.size(), 2u);
+}
+
+}  // namespace
+}  // namespace psivox

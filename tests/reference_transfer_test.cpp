@@ -1,0 +1,180 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "reference_cases.h"
+
+namespace psivox {
+namespace {
+
+std::shared_ptr<const TransferFunction> function(std::vector<TransferPoint> points) {
+  return std::make_shared<const TransferFunction>(std::move(points));
+}
+
+/// Value x on [0, 8], then down to 0 on [8, 9].
+Field ramp() {
+  return make_field({{0, 0, 0}, {8, 8, 8}}, [](glm::ivec3 v) { return static_cast<float>(v.x); });
+}
+const WorldRay along_x{{-2, 4, 4}, {1, 0, 0}};
+
+/// Peaks, a jump and a plateau over noise's values.
+const auto peaks = [] {
+  return function({{0.05, 0, {1, 0, 0}},
+                   {0.2, 1.5, {0.2, 1, 0}},
+                   {0.25, 0.1, {0, 0, 3}},
+                   {0.5, 0.1, {1, 1, 1}},
+                   {0.5, 2, {0, 0.5, 1}},
+                   {0.8, 0, {0.3, 0.2, 0.1}}});
+};
+const auto jump = [] { return function({{0.4, 0, {0, 0, 1}}, {0.4, 1, {1, 0.5, 0}}}); };
+
+TEST(ReferenceTransfer, RampUnderATentHasItsClosedForm) {
+  Medium medium = make_medium(ramp(), 0.7, LuminanceSource::constant);
+  medium.transfer = function({{2, 0, {}}, {4, 1, {}}, {6, 0, {}}});
+  const RayRadiance r = ray_radiance(medium, along_x);
+  // The tent's area is 2 on the way up and an eighth of that on the way down.
+  EXPECT_NEAR(r.optical_depth, 0.7 * 2 * 1.125, 1e-15);
+  EXPECT_NEAR(r.radiance.x, 1 - std::exp(-0.7 * 2 * 1.125), 1e-15);
+  EXPECT_LT(r.error, 1e-13);
+}
+
+TEST(ReferenceTransfer, LinearColourBetweenJumpsHasItsClosedForm) {
+  // Attenuation 1 and L = (v - 2) / 4 for v from 2 to 6, else vacuum.
+  const double K = 0.6;
+  Medium medium = make_medium(ramp(), K, LuminanceSource::transfer);
+  medium.color = {1, 2, 0.5};
+  medium.transfer = function(
+      {{2, 0, glm::dvec3(0)}, {2, 1, glm::dvec3(0)}, {6, 1, glm::dvec3(1)}, {6, 0, glm::dvec3(1)}});
+  const RayRadiance r = ray_radiance(medium, along_x);
+  // A jump's ramp begins at its value and ends one float32 later: at 2 half of it is lost, at 6
+  // half of it won.
+  const double edges =
+      0.5 * (std::nextafter(6.0f, 7.0f) - 6.0f) - 0.5 * (std::nextafter(2.0f, 7.0f) - 2.0f);
+  EXPECT_NEAR(r.optical_depth, K * (4 + edges) * 1.125, 1e-14);
+  // Up: int_0^4 s/4 K e^{-K s} ds; down, where the value falls by 8 a voxel, its mirror image.
+  const double D = 4 * K, d = D / 8;
+  const double up = (1 - std::exp(-D) * (1 + D)) / D;
+  const double down = 1 - (1 - std::exp(-d)) / d;
+  // The edges shift the ends by 2.4e-7 voxels at most.
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(r.radiance[c], medium.color[c] * (up + std::exp(-D) * down), 3e-7) << c;
+}
+
+TEST(ReferenceTransfer, AJumpCutsWhereTheValuePassesIt) {
+  Medium medium = make_medium(ramp(), 0.25, LuminanceSource::constant);
+  medium.transfer = function({{3.25, 0, {}}, {3.25, 1, {}}});
+  // The jump ends at the next float32, 2.4e-7 above 3.25; half of its ramp is lost.
+  const double lost = 0.5 * (std::nextafter(3.25f, 4.0f) - 3.25f);
+  const double length = (8 - 3.25 - lost) * 1.125;
+  EXPECT_NEAR(ray_radiance(medium, along_x).optical_depth, 0.25 * length, 1e-14);
+  // So does the depth that xray shows.
+  const RayMedium ready(medium);
+  const RayDepth depth = RayIntegrator(ready, 1e-12).whole_depth(along_x);
+  EXPECT_NEAR(depth.depth, 0.25 * length, 1e-14);
+  EXPECT_LT(depth.error, 1e-13);
+}
+
+TEST(ReferenceTransfer, AConstantValueOnAJumpIsItsLowerEnd) {
+  // Ramps at the ends of the slab are below the jump: nothing attenuates; one float32 up all does.
+  const float v = 0.3f;
+  for (const float above : {0.0f, 1.0f}) {
+    const float value = above > 0 ? std::nextafter(v, 1.0f) : v;
+    Medium medium =
+        make_medium(make_field({{0, 0, 0}, {9, 9, 9}}, [=](glm::ivec3) { return value; }), 0.1,
+                    LuminanceSource::constant);
+    medium.transfer = function({{v, 0, {}}, {v, 1, {}}});
+    const RayRadiance r = ray_radiance(medium, {{-5, 4.25, 3.5}, {1, 0, 0}});
+    // the slab of 9, and the last float32 of each ramp from 0, which is 1e-7 of it
+    EXPECT_NEAR(r.optical_depth, 0.1 * 9 * above, 2e-8);
+    EXPECT_LT(r.error, 1e-13);
+  }
+}
+
+TEST(ReferenceTransfer, TheValueItselfAsAFunctionIsThePlainPath) {
+  for (const LuminanceSource source : {LuminanceSource::constant, LuminanceSource::density}) {
+    Medium medium = make_medium(make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared), 1.5, source);
+    medium.color = {1, 2, 0.5};
+    Medium by_function = medium;
+    by_function.transfer = function({{0, 0, {}}, {0.25, 0.25, {}}, {2, 2, {}}});
+    const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
+    for (const WorldRay& ray : rays_through(a, b, 60)) {
+      const RayRadiance r = ray_radiance(medium, ray), s = ray_radiance(by_function, ray);
+      EXPECT_NEAR(r.optical_depth, s.optical_depth, 1e-13);
+      EXPECT_EQ(r.cells, s.cells);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(r.radiance[c], s.radiance[c], r.error + s.error);
+    }
+  }
+}
+
+TEST(ReferenceTransfer, EverySourceAgreesWithPlainQuadrature) {
+  const Field density = make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared);
+  const Field scalar = make_field({{-5, 0, 3}, {6, 16, 12}}, noise,
+                                  glm::scale(glm::dmat4(1), glm::dvec3(0.8)) * sheared);
+  const Field vector = make_vector_field(
+      {{-1, -1, 1}, {12, 12, 5}}, [](glm::ivec3 v) { return glm::vec3(noise(v), 1, noise(-v)); },
+      sheared);
+  std::vector<Medium> media;
+  for (const LuminanceSource source :
+       {LuminanceSource::constant, LuminanceSource::density, LuminanceSource::transfer})
+    media.push_back(make_medium(density, 1.5, source));
+  media.push_back(make_medium(density, 1.5, scalar));
+  media.push_back(make_medium(density, 1.5, vector));
+  const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
+  for (Medium& medium : media) {
+    medium.color = {1, 0.5, 2};
+    for (const auto& transfer : {peaks(), jump()}) {
+      medium.transfer = transfer;
+      // The plain quadrature bisects passages in t to 1e-15 of a ray's length of some 50: 1e-6 of
+      // a jump's ramp, which is 1e-7 of a cell. It misses what passes and returns within 1/32 of a
+      // cell, which no jump of these rays does.
+      for (const WorldRay& ray : rays_through(a, b, 25))
+        expect_equal(ray_radiance(medium, ray), plain(medium, ray, 60), 1e-9);
+    }
+  }
+}
+
+TEST(ReferenceTransfer, ZeroMayAttenuateInTheWholeDomain) {
+  // One voxel is 1 in a domain of 60 x 12 x 12, of which one leaf holds anything.
+  Field field = make_field({{0, 0, 0}, {7, 7, 7}},
+                           [](glm::ivec3 v) { return v == glm::ivec3(3, 3, 3) ? 1.0f : 0.0f; });
+  field.active_box = {{-20, -2, -2}, {37, 9, 9}};
+  Medium medium = make_medium(field, 0.1, LuminanceSource::transfer);
+  medium.transfer = function({{0, 0.5, {1, 1, 1}}, {1, 2, {0, 1, 0.5}}});
+  // 59 voxels of 1/2, and 2 of a triangle from 1/2 to 2 through the voxel.
+  const RayRadiance beside = ray_radiance(medium, {{-50, 8.5, 8.25}, {1, 0, 0}});
+  EXPECT_NEAR(beside.optical_depth, 0.1 * 0.5 * 59, 1e-14);
+  EXPECT_NEAR(beside.radiance.x, 1 - std::exp(-0.1 * 0.5 * 59), 1e-14);
+  EXPECT_EQ(beside.cells, 0u);
+  EXPECT_NEAR(ray_radiance(medium, {{-50, 3, 3}, {1, 0, 0}}).optical_depth, 0.1 * (0.5 * 59 + 1.5),
+              1e-14);
+  // From inside, and outside of the domain nothing.
+  EXPECT_NEAR(ray_radiance(medium, {{20.5, 8.5, 8}, {1, 0, 0}}).optical_depth, 0.1 * 0.5 * 17.5,
+              1e-14);
+  EXPECT_EQ(ray_radiance(medium, {{-50, 10.5, 8}, {1, 0, 0}}).optical_depth, 0);
+  for (const WorldRay& ray : rays_through({-19, -1, -1}, {37, 9, 9}, 40))
+    expect_equal(ray_radiance(medium, ray), plain(medium, ray, 300), 1e-11);
+  // Tables of cubes 128 and 4096 wide.
+  field.active_box = {{-10000, -10000, -10000}, {20000, 20000, 20000}};
+  medium = make_medium(field, 1e-5, LuminanceSource::constant);
+  medium.transfer = function({{0, 0.5, {}}, {1, 0.5, {}}});
+  EXPECT_NEAR(ray_radiance(medium, {{-50000, 3, 3}, {1, 0, 0}}).optical_depth, 0.5e-5 * 30002,
+              1e-14);
+}
+
+TEST(ReferenceTransfer, BoundsHold) {
+  for (const LuminanceSource source : {LuminanceSource::density, LuminanceSource::transfer}) {
+    Medium medium = make_medium(make_field({{0, 0, 0}, {15, 15, 15}}, noise), 3, source);
+    medium.color = {1, 0.5, 4};
+    for (const auto& transfer : {peaks(), jump()}) {
+      medium.transfer = transfer;
+      for (const WorldRay& ray : rays_through({0, 0, 0}, {15, 15, 15}, 30))
+        expect_bounded(medium, ray);
+      // a jump of 1 over 3e-8, of values right to 1e-15, each passed within 1e-7 of a cell
+      EXPECT_LT(ray_radiance(medium, along_x).error, 1e-10);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace psivox
