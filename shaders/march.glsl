@@ -35,6 +35,7 @@ struct March {
   int lattice;         // uniform: t lies in [lattice, lattice + 1) * step
   bool known;          // `front` is that of t; if not, a turn of length 0 finds it
   bool vacuum;         // what the turn looks at is an empty run
+  int interval;        // of the transfer function, where pieces end at its knots
   real3 radiance;      // without `color`, unless there is emission; of maxima x is the value
   real optical_depth;
   real lost;           // what rounding left out of optical_depth (Kahan)
@@ -64,13 +65,18 @@ bool finds_maximum() { return mode == MODE_MIP || mode == MODE_LMIP; }
 // The picture depends on the optical depth alone, and that is the segment's own: no weights.
 bool depth_only() {
   return constant_luminance() && exact_depth && !has_emission() && !transfer_rule
-         && !(transfer && cell_rule);
+         && !(transfer && cell_rule) && !finds_maximum() && mode != MODE_ISOSURFACE;
 }
 
 // Runs that need no samples: empty ones, and constant ones where all else is constant along them.
 bool closed_form(Node node) {
   return node.kind == NODE_EMPTY || (constant_runs && node.kind == NODE_CONSTANT
                                      && !own_luminance() && !has_emission());
+}
+
+// Where the walk goes on for the sake of another grid: no medium, whatever 0 means.
+bool beyond_density(int3 cell) {
+  return beyond && !inside(Node(0, 0, density_field_min, density_field_max), cell);
 }
 
 real node_value(Node node) {
@@ -108,12 +114,21 @@ real3 sample_grid(int grid, int channels, Node node, Ray ray, real t) {
   return real3(v, v, v);
 }
 
-real attenuation_of(real value) { return transfer ? classify(value).attenuation : value; }
+// A piece between two knots has their function at its ends too: a jump's side that it lies on.
+bool keeps_interval() { return split_knots && !uniform_sampling; }
+Classified classify_at(March m, real value) {
+  if (keeps_interval()) return classify_within(m.interval, value);
+  return classify(value);
+}
+
+real attenuation_of(March m, real value) {
+  return transfer ? classify_at(m, value).attenuation : value;
+}
 
 // The same point with another value of the density grid.
 Point with_value(March m, Point p, real value) {
   Classified c = Classified(value, real3(real(1.0)));
-  if (transfer) c = classify(value);
+  if (transfer) c = classify_at(m, value);
   p.value = value;
   p.attenuation = m.vacuum ? real(0.0) : c.attenuation;
   if (luminance_source == SOURCE_DENSITY) p.L = real3(value, value, value);
@@ -213,7 +228,7 @@ March composite_segment(March m, real value_middle, real value_back, real t_back
     m = seek(m, t_middle);
     middle = point_at(m, t_middle, value_middle);
   } else if (!uniform_sampling) {
-    middle.attenuation = m.vacuum ? real(0.0) : attenuation_of(value_middle);
+    middle.attenuation = m.vacuum ? real(0.0) : attenuation_of(m, value_middle);
   }
   if (!middle_rule || has_emission()) {
     m = seek(m, t_back);
@@ -238,7 +253,10 @@ March composite_segment(March m, real value_middle, real value_back, real t_back
   Weights w = Weights(real(0.0), real(0.0), real(0.0), depth);
   if (transfer_rule) {
     Mixture mixture = integrate_transfer(near.value, back.value, m.vacuum ? real(0.0) : length);
-    w = Weights(real(0.0), decay(mixture.depth).a, real(0.0), mixture.depth);
+    real a = decay(mixture.depth).a;
+    bool own = luminance_source == SOURCE_TRANSFER;  // else the luminance is the mean of the ends
+    w = Weights(own ? real(0.0) : real(0.5) * a, own ? a : real(0.0), own ? real(0.0) : real(0.5) * a,
+                mixture.depth);
     middle.L = mixture.L;
   } else if (!depth_only()) {
     w = integrate_segment(Segment(extinction * near.attenuation, extinction * middle.attenuation,
@@ -285,10 +303,17 @@ March composite_cell(March m, Cubic value, Cubic attenuation, real t_back, real 
   return m;
 }
 
-// A value on the way to a maximum. LMIP ends behind the first one that is at least the threshold.
+// A value on the way to a maximum. LMIP ends behind the first one that is at least the threshold;
+// what rounding makes of a plateau, or of a value seen from both sides of a face, is no fall.
+#if REAL_BITS == 64
+const real least_fall = real(1e-12);
+#else
+const real least_fall = real(4e-6);
+#endif
 March see_value(March m, real value, real t) {
   if (m.done) return m;
-  if (mode == MODE_LMIP && value < m.radiance.x && m.radiance.x >= lmip_threshold) m.done = true;
+  real fallen = m.radiance.x - least_fall * abs(m.radiance.x);
+  if (mode == MODE_LMIP && value < fallen && m.radiance.x >= lmip_threshold) m.done = true;
   else if (value > m.radiance.x) {
     m.radiance.x = value;
     m.half_depth = t;

@@ -19,7 +19,7 @@ March march_cells(March m, Ray ray) {
   for (int turn = 0; turn < max_turns && !m.done; ++turn) {
     if (!inside(node, m.cell)) node = find_node(GRID_DENSITY, m.cell);
     bool run = closed_form(node);
-    m.vacuum = node.kind == NODE_EMPTY;
+    m.vacuum = node.kind == NODE_EMPTY || beyond_density(m.cell);
     Crossing far = leave(ray, run ? node.lo : m.cell, run ? node.hi : m.cell + 1);
     real f_run = node_value(node);
     real t_exit = max(m.t, min(far.t, ray.end));
@@ -56,7 +56,6 @@ March march_cells(March m, Ray ray) {
       f_half = f_exit;
       far.cell = m.cell;
     }
-    m.front = with_value(m, m.front, f_front);
 
     Cubic value = make_cubic(f_front, f_half, f_exit, q_3);
     Cubic attenuation = value;
@@ -66,10 +65,14 @@ March march_cells(March m, Ray ray) {
       attenuation = Cubic(piece.a + piece.b * value.f_0, piece.b * value.q_1, piece.b * value.q_2,
                           piece.b * value.q_3);
       t_end = part_end(m.t, length, piece.part, t_exit);
+      m.interval = piece.interval;
+      if (m.vacuum) attenuation = Cubic(real(0.0), real(0.0), real(0.0), real(0.0));
     } else if (transfer) {
-      attenuation = Cubic(attenuation_of(f_run), real(0.0), real(0.0), real(0.0));
+      if (keeps_interval()) m.interval = transfer_interval(f_run);
+      attenuation = Cubic(attenuation_of(m, f_run), real(0.0), real(0.0), real(0.0));
       if (m.vacuum) attenuation.f_0 = real(0.0);
     }
+    m.front = with_value(m, m.front, f_front);
     if (cell_rule && !run)
       t_end = min(t_end, part_end(m.t, length, shallow_part(attenuation, extinction * length), t_exit));
     if (t_end < t_exit) {
@@ -107,7 +110,9 @@ March march_cells(March m, Ray ray) {
       }
     }
     if (m.t >= t_exit) m.cell = far.cell;
-    m.known = true;
+    // bricks without the isovalue are empty too, whatever their values
+    m.known = !(mode == MODE_ISOSURFACE && m.vacuum);
+    if (!m.known) m.front.value = UNKNOWN;
     m = end_turn(m, ray);
   }
   return m;

@@ -4,6 +4,7 @@ CONSTANT(int, mode)               // Mode
 CONSTANT(int, luminance_source)   // LuminanceSource
 CONSTANT(int, emission_channels)  // of the emission grid, 0: there is none
 CONSTANT(bool, transfer)          // a transfer function classifies values; else tau ~ value
+CONSTANT(bool, beyond)            // the walk goes beyond the density, where 0 would be a medium
 CONSTANT(bool, split_knots)       // segments end where the value crosses its knots
 CONSTANT(int, segments)           // linear segments a cell
 CONSTANT(int, density_levels)     // of the page tables

@@ -12,6 +12,8 @@ PARAMETER(real3, density_direction_u)
 PARAMETER(real3, density_direction_v)
 PARAMETER(int3, density_domain_min)   // first voxel of the domain
 PARAMETER(int3, density_domain_max)   // last voxel of the domain
+PARAMETER(int3, density_field_min)    // the same of the field itself, whose domain another grid may
+PARAMETER(int3, density_field_max)    // have widened
 PARAMETER(int3, density_table_min)    // first voxel of the page table
 PARAMETER(int3, density_table_size)   // entries of the top table
 PARAMETER(real3, luminance_anchor_0)

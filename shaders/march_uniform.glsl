@@ -50,6 +50,7 @@ March march_uniform(March m, Ray ray) {
       t_back = before ? node_begin : node_end;
       if (!before) m.front = with_value(m, m.front, f_back);
     }
+    if (beyond && beyond_density(int3(floor(position(ray, t_back))))) m.vacuum = true;
     if (t_back <= node_end) {
       if (node.kind == NODE_BRICK) {
         if (!middle_rule) f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_back));

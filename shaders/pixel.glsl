@@ -48,6 +48,7 @@ March begin_march(Ray ray) {
   m.lattice = uniform_sampling && !template_sampling ? int(floor(ray.begin / step)) : 0;
   m.known = false;
   m.vacuum = false;
+  m.interval = 0;
   m.radiance = real3(finds_maximum() ? UNKNOWN : real(0.0));
   m.optical_depth = real(0.0);
   m.lost = real(0.0);

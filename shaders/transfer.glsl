@@ -40,12 +40,21 @@ Classified classify_in(int k, real value) {
 
 Classified classify(real value) { return classify_in(transfer_interval(value), value); }
 
+// Of a piece in interval k, -1 before all knots and transfer_knots - 1 behind them, whose ends may lie
+// beyond it by rounding.
+Classified classify_within(int k, real value) {
+  real far = real(3e38);
+  real v = k < 0 ? -far : k > transfer_knots - 2 ? far : value;
+  return classify_in(clamp(k, 0, transfer_knots - 2), v);
+}
+
 // The first part of a cubic of values that stays between two knots, where the attenuation is
 // a + b value.
 struct Piece {
   real part;
   real a;
   real b;
+  int interval;
 };
 
 Piece piece_between_knots(Cubic value) {
@@ -64,9 +73,9 @@ Piece piece_between_knots(Cubic value) {
   bool before = value.f_0 < head.x || (!up && value.f_0 <= head.x);
   bool behind = value.f_0 > next.x || (up && value.f_0 >= next.x);
   real slope = (next.y - head.y) / (next.x - head.x);
-  Piece piece = Piece(turn, head.y - slope * head.x, slope);
-  if (before) piece = Piece(turn, head.y, real(0.0));
-  if (behind) piece = Piece(turn, next.y, real(0.0));
+  Piece piece = Piece(turn, head.y - slope * head.x, slope, k);
+  if (before) piece = Piece(turn, head.y, real(0.0), -1);
+  if (behind) piece = Piece(turn, next.y, real(0.0), transfer_knots - 1);
   real none = real(3e38);
   real target = up ? (before ? head.x : behind ? none : next.x)
                    : (before ? -none : behind ? next.x : head.x);

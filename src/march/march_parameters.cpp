@@ -218,6 +218,10 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
     c.split_knots = scene.split_knots || c.cell_rule;
     place_transfer(*medium.transfer, setup);
     if (rule.id == Integrator::preintegrated) place_preintegration(view, unit, setup);
+    const Box own = medium.density->domain();
+    p.density_field_min = own.min - bundle.origin;
+    p.density_field_max = own.max - bundle.origin;
+    c.beyond = medium.emission && medium.transfer->at(0).attenuation > 0;
   }
   c.hardware_filter = scene.filter == Filter::hardware;
   c.orthographic = view.camera.orthographic;
