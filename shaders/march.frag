@@ -1,21 +1,4 @@
-#include "binding.glsl"
-#include "math/decay.glsl"
-#include "math/psi.glsl"
-#include "math/mills.glsl"
-#include "math/dawson.glsl"
-#include "math/linear_psi.glsl"
-#include "math/segment.glsl"
-#include "math/cubic.glsl"
-#include "math/glow.glsl"
-#include "ray.glsl"
-#include "atlas.glsl"
-#include "transfer.glsl"
-#include "integrator.glsl"
-#include "march.glsl"
-#include "march_cells.glsl"
-#include "march_uniform.glsl"
-#include "march_template.glsl"
-#include "pixel.glsl"
+#include "marcher.glsl"
 
 // Row 0 of the framebuffer is the picture's top row of the tile.
 uniform ivec2 tile_origin;
@@ -23,49 +6,7 @@ uniform ivec2 tile_origin;
 layout(location = 0) out vec4 out_picture;  // R G B A
 layout(location = 1) out vec4 out_layers;   // depth [world], transmittance, steps, samples
 
-#if RESUMABLE
-// Rays that need more turns than a pass may take go on in the next one, from the state they left.
-uniform bool first_pass;
-layout(binding = 0) uniform isampler2D state_in[4];
-layout(location = 2) out ivec4 out_state[4];
-
-March load_march(March m, ivec2 at, float begin) {
-  ivec4 a = texelFetch(state_in[0], at, 0);
-  ivec4 b = texelFetch(state_in[1], at, 0);
-  ivec4 c = texelFetch(state_in[2], at, 0);
-  ivec4 d = texelFetch(state_in[3], at, 0);
-  m.t = intBitsToFloat(a.x);
-  m.front.value = intBitsToFloat(a.y);
-  m.optical_depth = intBitsToFloat(a.z);
-  m.lost = intBitsToFloat(a.w);
-  m.cell = b.xyz;
-  m.lattice = b.w;
-  m.radiance = intBitsToFloat(c.xyz);
-  m.half_depth = intBitsToFloat(c.w);
-  m.steps = d.x;
-  m.samples = d.y;
-  m.turns = d.z >> 1;
-  m.done = (d.z & 1) == 1;
-  m.transmittance = intBitsToFloat(d.w);
-  m.known = m.front.value > UNKNOWN && !own_luminance() && !has_emission();
-  m.front = with_value(m, m.front, m.front.value);
-  if (end_corrections) {
-    float before = min(step, m.t - begin);
-    m.step_error = before * before / 12.0;
-    m.known = false;  // its slopes are to be found again
-  }
-  return m;
-}
-
-void save_march(March m) {
-  out_state[0] = ivec4(floatBitsToInt(m.t), floatBitsToInt(m.front.value),
-                       floatBitsToInt(m.optical_depth), floatBitsToInt(m.lost));
-  out_state[1] = ivec4(m.cell, m.lattice);
-  out_state[2] = ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth));
-  out_state[3] = ivec4(m.steps, m.samples, m.turns * 2 + (m.done ? 1 : 0),
-                       floatBitsToInt(m.transmittance));
-}
-#endif
+#include "march_state.glsl"
 
 void main() {
   Pixel p = make_pixel(floor(gl_FragCoord.xy) + vec2(tile_origin));

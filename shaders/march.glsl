@@ -36,6 +36,7 @@ struct March {
   bool known;          // `front` is that of t; if not, a turn of length 0 finds it
   bool vacuum;         // what the turn looks at is an empty run
   int interval;        // of the transfer function, where pieces end at its knots
+  real phase;          // factor of all luminance along the ray
   real3 radiance;      // without `color`, unless there is emission; of maxima x is the value
   real optical_depth;
   real lost;           // what rounding left out of optical_depth (Kahan)
@@ -182,7 +183,7 @@ March composite(March m, Weights w, real3 L_front, real3 L_middle, real3 L_back,
   real through = mode == MODE_BACK_TO_FRONT ? real(1.0) : m.transmittance;
   if (vector_radiance()) {
     real3 C = L_front * w.front + L_middle * w.middle + L_back * w.back;
-    if (has_emission()) C = C * color + glow;
+    if (has_emission()) C = C * (color * m.phase) + glow;
     m.radiance = m.radiance * before + C * through;
   } else if (!constant_luminance()) {
     real C = L_front.x * w.front + L_middle.x * w.middle + L_back.x * w.back;

@@ -57,6 +57,8 @@ PARAMETER(real3, normal_x)            // columns of the inverse transposed trans
 PARAMETER(real3, normal_y)            // gradient over voxels into the world's [1 / unit of t]
 PARAMETER(real3, normal_z)
 PARAMETER(real3, light_direction)     // that light travels along; 0: from the camera
+PARAMETER(real3, phase_axis)          // along which the light travels whose scattering is seen
+PARAMETER(real, phase_g)              // mean cosine of that scattering
 PARAMETER(int, transfer_first)        // where `tables` has the transfer function, see transfer.glsl
 PARAMETER(int, transfer_knots)
 PARAMETER(int, transfer_bins_first)

@@ -39,8 +39,19 @@ Ray emission_ray(Pixel p) {
                   emission_domain_min, emission_domain_max, camera_time(p));
 }
 
+// Henyey and Greenstein's phase function over the isotropic one, of the angle between the light's
+// way in and its way out, which is against the ray.
+real phase_of(Pixel p) {
+  if (!anisotropic) return real(1.0);
+  real3 w = world_0 + world_u * p.u + world_v * p.v;
+  real cosine = -dot(phase_axis, w) * p.inverse_length;
+  real x = real(1.0) + phase_g * phase_g - real(2.0) * phase_g * cosine;
+  return (real(1.0) - phase_g * phase_g) / (x * sqrt(x));
+}
+
 March begin_march(Ray ray) {
   March m;
+  m.phase = real(1.0);
   m.t = ray.begin;
   m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(0.0)), real(0.0), real3(real(0.0)));
   m.step_error = real(0.0);
@@ -74,6 +85,7 @@ Ray march_ray_of(Pixel p) {
 
 // Marches on, up to max_turns turns.
 March march_on(March m, Pixel p, Ray ray) {
+  m.phase = phase_of(p);
   if (own_luminance()) m.luminance_ray = luminance_ray(p);
   if (has_emission()) m.emission_ray = emission_ray(p);
   if (mode == MODE_BACK_TO_FRONT) {
@@ -116,6 +128,6 @@ real4 picture(March m, Pixel p) {
   if (mode == MODE_XRAY) return real4(color * m.optical_depth, a);
   if (has_emission()) return real4(m.radiance, a);
   if (constant_luminance()) return real4(color * a, a);
-  if (vector_radiance()) return real4(color * m.radiance, a);
-  return real4(color * m.radiance.x, a);
+  if (vector_radiance()) return real4(color * m.phase * m.radiance, a);
+  return real4(color * (m.phase * m.radiance.x), a);
 }

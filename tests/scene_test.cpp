@@ -245,7 +245,7 @@ TEST(Json, RoundTripsEveryBit) {
     const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
     ASSERT_EQ(bits(*back.extinction), bits(*scene.extinction));
     for (int c = 0; c < 3; ++c) {
-      ASSERT_EQ(bits(back.luminance[c]), bits(scene.luminance[c]));
+      ASSERT_EQ(bits((*back.luminance)[c]), bits((*scene.luminance)[c]));
       ASSERT_EQ(bits((*back.camera_position)[c]), bits((*scene.camera_position)[c]));
     }
     ASSERT_EQ(bits(back.early_termination), bits(scene.early_termination));

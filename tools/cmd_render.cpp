@@ -13,6 +13,7 @@
 #include "progress_bar.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/light.h"
 #include "psivox/medium.h"
 #include "psivox/reference.h"
 #include "psivox/renderer.h"
@@ -64,6 +65,10 @@ void check_layers(RenderCall& call, const Scene& scene) {
                                                  "error"};
   call.layers = split_list(call.aov);
   const bool reference = scene.renderer == RendererKind::reference;
+  if (wants(call, "depth") && scene.mode == Mode::back_to_front)
+    usage(
+        "--aov depth is where a ray's transmittance falls below 1/2 from the camera on, which "
+        "--mode back-to-front does not follow; take --mode alpha");
   for (const std::string& layer : call.layers) {
     if (std::find(known.begin(), known.end(), layer) == known.end())
       usage("--aov " + in_quotes(layer) +
@@ -109,43 +114,78 @@ void print_devices() {
 }
 
 void print_notices(const View& view, bool chose_extinction) {
-  for (const Field* field : {view.medium.density.get(), view.medium.luminance.get()}) {
+  // Fields that were made of one grid repeat its notices.
+  std::vector<std::string> printed;
+  const Medium& medium = view.medium;
+  for (const auto& field : {medium.density, medium.luminance, medium.emission}) {
     if (!field) continue;
-    for (const std::string& notice : field->notices)
+    for (const std::string& notice : field->notices) {
+      if (std::find(printed.begin(), printed.end(), notice) != printed.end()) continue;
+      printed.push_back(notice);
       std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+    }
   }
   if (chose_extinction)
     std::fprintf(stderr, "psivox: extinction %s [1/world unit], chosen by auto\n",
                  parameter_text(view.scene, *find_parameter("extinction")).c_str());
 }
 
-Image march(const RenderCall& call, const View& view, const Progress& progress,
-            RenderReport& report) {
+/// The part of a whole that goes from `first` to `last`.
+Progress part_of(const Progress& whole, double first, double last) {
+  if (!whole) return {};
+  return [=](double fraction) { whole(first + fraction * (last - first)); };
+}
+
+/// Computes the view's light and adds it to the atlas.
+void add_light(View& view, MediumAtlas& atlas, const LightDepths& depths, const Progress& progress,
+               RenderReport& report) {
+  const Stopwatch lighting;
+  view = lit(std::move(view), depths, progress);
+  add_luminance(atlas, view);
+  report.light_ms = lighting.ms();
+}
+
+Image march(const RenderCall& call, View& view, const Progress& whole, RenderReport& report) {
   const Stopwatch building;
-  const MediumAtlas atlas = build_medium_atlas(view);
-  report.atlas = atlas.size();
+  MediumAtlas atlas = build_medium_atlas(view);
   report.atlas_ms = building.ms();
+  const bool light = view.medium.light.has_value();
+  const Progress progress = part_of(whole, light ? 0.5 : 0, 1);
+  const Progress light_progress = part_of(whole, 0, 0.5);
 
   const bool count =
       call.verbose || !call.stats.empty() || wants(call, "steps") || wants(call, "samples");
   const RenderOptions render{count, wants(call, "depth"), wants(call, "transmittance"), progress};
   RenderResult result;
   if (view.scene.renderer == RendererKind::march_double) {
+    if (light)
+      add_light(view, atlas, march_double_light_depths(view, atlas), light_progress, report);
     const Stopwatch marching;
     result = render_march_double(view, atlas, render);
     result.stats.march_ms = marching.ms();
   } else {
     GlRenderer renderer({view.scene.device});
+    if (light) {
+      renderer.upload(atlas);
+      add_light(view, atlas, renderer.light_depths(view), light_progress, report);
+    }
     renderer.upload(atlas, view.scene.filter);
     result = renderer.render(view, render);
   }
   report.stats = result.stats;
+  report.atlas = atlas.size();
   return std::move(result.image);
 }
 
-Image integrate(const RenderCall& call, const View& view, const Progress& progress,
+Image integrate(const RenderCall& call, View& view, const Progress& progress,
                 RenderReport& report) {
-  ReferenceResult result = render_reference(view, 1e-12, progress);
+  const bool light = view.medium.light.has_value();
+  if (light) {
+    const Stopwatch lighting;
+    view = lit(view, reference_light_depths(view), part_of(progress, 0, 0.5));
+    report.light_ms = lighting.ms();
+  }
+  ReferenceResult result = render_reference(view, 1e-12, part_of(progress, light ? 0.5 : 0, 1));
   report.stats.renderer = "reference, adaptive quadrature in double precision on the CPU";
   report.stats.rays = static_cast<std::uint64_t>(result.image.width) *
                       static_cast<std::uint64_t>(result.image.height) *
@@ -173,7 +213,7 @@ void composite(Image& image, const glm::dvec3& background) {
   }
 }
 
-void render(const RenderCall& call, const View& view, RenderReport& report) {
+void render(const RenderCall& call, View& view, RenderReport& report) {
   Image image;
   {
     ProgressBar bar(call.quiet);
@@ -213,9 +253,9 @@ void render_command(Arguments arguments) {
   report.input = scene.input;
   report.output = call.output;
   const Stopwatch reading;
-  const View view = make_view(scene, VdbFile(scene.input));
+  View view = make_view(scene, VdbFile(scene.input));
   report.read_ms = reading.ms();
-  if (!call.quiet) print_notices(view, !scene.extinction);
+  if (!call.quiet) print_notices(view, !scene.extinction && scene.attenuates());
   if (call.print_scene) std::cout << to_json(view.scene) << std::flush;
   if (call.output.empty()) return;
 

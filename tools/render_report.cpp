@@ -62,6 +62,7 @@ std::string RenderReport::json() const {
        {{"startup", startup_ms},
         {"read", read_ms},
         {"atlas", atlas_ms},
+        {"light", light_ms},
         {"gl_init", stats.gl_init_ms},
         {"shader", stats.shader_ms},
         {"upload", stats.upload_ms},
@@ -83,6 +84,7 @@ std::string RenderReport::table() const {
   std::string out = "renderer  " + stats.renderer + "\n";
   out += format("times     startup %.1f, read %.1f, atlas %.1f, GL init %.1f, shader %.1f, ",
                 startup_ms, read_ms, atlas_ms, stats.gl_init_ms, stats.shader_ms);
+  if (light_ms > 0) out += format("light %.1f, ", light_ms);
   out += format("upload %.1f, march %.1f, write %.1f; total %.1f ms\n", stats.upload_ms,
                 stats.march_ms, write_ms, total_ms);
   out += format("rays      %llu", static_cast<unsigned long long>(stats.rays));

@@ -30,8 +30,8 @@ struct RenderReport {
   RenderStats stats;
   std::uint64_t reference_cells = 0;  ///< cells that --renderer reference crossed
   double startup_ms = 0;              ///< until the command began: loading of libraries
-  double read_ms = 0, atlas_ms = 0, write_ms = 0, total_ms = 0;
-  AtlasSize atlas;  ///< density and luminance together
+  double read_ms = 0, atlas_ms = 0, light_ms = 0, write_ms = 0, total_ms = 0;
+  AtlasSize atlas;  ///< of all grids together
   std::uint64_t output_bytes = 0;
 
   std::string json() const;

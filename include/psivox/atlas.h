@@ -93,6 +93,12 @@ struct BrickAtlas {
 /// Sizes of the atlas that build_atlas would make.
 AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {});
 
+/// Origins of the blocks of 8^3 voxels, in the domain, that hold a corner of a cell that can be
+/// seen: where what is computed at voxels must be known, to be interpolated wherever there is
+/// something. In the order of their coordinates. The field is scalar. Throws Error(memory) beyond
+/// 2^24 blocks.
+std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options);
+
 /// Builds the atlas by walking leaves, in parallel; the result does not depend on the threads.
 /// Bricks include those of absent lower neighbours, which a leaf's tent reaches into.
 /// Throws Error(memory) over the limit, before allocating; Error(input) if a value does not fit

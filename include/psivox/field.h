@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +44,10 @@ struct Field {
   Box active_box;          ///< of active voxels and tiles
   glm::dmat4 world_from_index{1.0};
   std::uint64_t active_voxels = 0;
+  std::optional<glm::vec2> active_range;  ///< of active values, first channel; unset: not known
+  /// Above 0: a level set kept as distances. The value is half_width - signed distance [world
+  /// units]: 0 outside the narrow band, twice the half width deep inside.
+  double half_width = 0;
   std::vector<Leaf> leaves;             ///< in OpenVDB's tree order; origins distinct
   std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves
   std::shared_ptr<const void> storage;  ///< keeps Leaf::values alive

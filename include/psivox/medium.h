@@ -1,8 +1,8 @@
 #pragma once
 
-#include <functional>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 
 #include "psivox/camera.h"
 #include "psivox/field.h"
@@ -21,6 +21,14 @@ enum class LuminanceSource : int {
   transfer,  ///< L = color * colour of the value by the transfer function
 };
 
+/// Light that is scattered once.
+struct ScatteredLight {
+  glm::dvec3 direction{0};  ///< along which it travels, normalised [world]
+  glm::dvec3 radiance{0};   ///< colour times albedo
+  bool tinted = false;  ///< times what the luminance source gives: a transfer function's colours
+  bool operator==(const ScatteredLight&) const = default;
+};
+
 /// A scene's participating medium, resolved: grids read, `auto` replaced by numbers.
 struct Medium {
   std::shared_ptr<const Field> density;
@@ -32,7 +40,11 @@ struct Medium {
   std::shared_ptr<const TransferFunction> transfer;
   std::shared_ptr<const Field> emission;  ///< null: nothing radiates where tau is 0
   double emission_scale = 1;              ///< emission = scale * value [radiance/world unit]
-  double isovalue = 0;                    ///< under Mode::isosurface
+  double isovalue = 0;                    ///< under Mode::isosurface, of the density's own values
+  std::optional<ScatteredLight> light;    ///< not in the luminance yet, see light.h
+  glm::dvec3 phase_axis{
+      0};              ///< direction of the light where scattering depends on the ray's; else 0
+  double phase_g = 0;  ///< mean cosine of scattering about it
 };
 
 /// What a renderer needs: the medium, the camera and the scene whose optionals are all resolved, so
@@ -43,17 +55,31 @@ struct View {
   Camera camera;
 };
 
-/// Reads the grids that the scene uses and resolves what it leaves open.
-/// Throws Error(input), Error(usage).
+/// Factor of a lit medium's luminance for a ray of this direction, normalised: Henyey and
+/// Greenstein's phase function over the isotropic one. 1 where phase_axis is 0.
+double phase_factor(const Medium& medium, const glm::dvec3& ray_direction);
+
+/// The grids of a scene; null: it has none, or its mode does not look at it. One field may be two.
+struct MediumFields {
+  std::shared_ptr<const Field> density, luminance, temperature, emission;
+};
+
+/// Reads those grids that the picture depends on under the scene's mode. Throws Error(input).
+MediumFields read_fields(const Scene& scene, const VdbFile& file);
+
+/// Resolves what the scene leaves open; reads its transfer function.
+/// Throws Error(input), Error(usage), Error(memory).
+View make_view(const Scene& scene, const MediumFields& fields);
 View make_view(const Scene& scene, const VdbFile& file);
 
-/// The same from fields at hand (tests, other sources than .vdb); luminance may be null.
+/// From a density and a luminance at hand, which may be null.
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                std::shared_ptr<const Field> luminance);
 
 /// Extinction for which the mean ray through the grid's middle has optical depth 3: the mean over
 /// 17 x 17 rays along each index axis through the middle half of the domain, those that meet
 /// nothing left out; over the whole domain where the middle is empty. 1 for an all-zero field.
-double auto_extinction(const Field& field);
+/// With a transfer function the same of the voxels' attenuations.
+double auto_extinction(const Field& field, const TransferFunction* transfer = nullptr);
 
 }  // namespace psivox

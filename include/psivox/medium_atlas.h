@@ -22,7 +22,11 @@ struct MediumAtlas {
 AtlasOptions density_options(const View& view);
 
 /// Builds the atlases with the view's texel type and memory limit, which counts all of them. `base`
-/// gives what is not the view's to choose (tests). Throws as build_atlas does.
+/// gives what is not the view's to choose (tests). Of a view whose light is still to be computed
+/// the luminance is left out. Throws as build_atlas does.
 MediumAtlas build_medium_atlas(const View& view, const AtlasOptions& base = {});
+
+/// Adds the luminance of a view whose light has been computed since.
+void add_luminance(MediumAtlas& atlas, const View& view, const AtlasOptions& base = {});
 
 }  // namespace psivox

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "psivox/image.h"
+#include "psivox/light.h"
 #include "psivox/medium_atlas.h"
 #include "psivox/progress.h"
 
@@ -66,6 +67,10 @@ class GlRenderer {
   /// driver's limit on one texture (tests).
   void upload(const MediumAtlas& atlas, Filter filter = Filter::exact,
               std::uint64_t max_buffer_texels = 0);
+
+  /// Optical depths towards the light of a view whose density is uploaded, with exact filtering:
+  /// for lit() (light.h), before the next upload. Throws Error(graphics).
+  LightDepths light_depths(const View& view, int max_turns = 0);
 
   /// Draws the view's picture from the uploaded atlases, which must be its own. `max_turns` lowers
   /// the number of loop turns a pass may take (tests).

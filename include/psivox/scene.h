@@ -40,8 +40,8 @@ struct Scene {
   std::optional<glm::dvec2> range;  ///< of the colour map; unset: the data's active extremes
   Classification classification = Classification::post;
   bool split_knots = false;  ///< segments end where the value crosses a knot of the function
-  glm::dvec3 luminance{1, 1, 1};
-  std::string luminance_grid;  ///< empty: constant luminance
+  std::optional<glm::dvec3> luminance;  ///< unset: see resolved_luminance
+  std::string luminance_grid;           ///< empty: constant luminance
   double luminance_scale = 1;
   std::string temperature_grid;   ///< empty: none
   double temperature_scale = 1;   ///< [K per unit of its values]
@@ -92,6 +92,18 @@ struct Scene {
   Integrator resolved_integrator() const {
     return integrator.value_or(resolved_sampling() == Sampling::cells ? Integrator::psi_weighted
                                                                       : Integrator::psi_balanced);
+  }
+  bool has_function() const { return !transfer_function.empty() || colormap; }
+  /// Whether segments are composited: else the picture depends on the density's values alone, and
+  /// other grids and light are not looked at.
+  bool composites() const { return mode == Mode::alpha || mode == Mode::back_to_front; }
+  /// Whether optical depths matter, and with them the extinction.
+  bool attenuates() const { return composites() || mode == Mode::xray; }
+  bool lit() const { return light && composites(); }
+  /// 1; 0 where light is what the medium shines by, with no grid that glows of its own.
+  glm::dvec3 resolved_luminance() const {
+    const bool dark = lit() && luminance_grid.empty() && temperature_grid.empty();
+    return luminance.value_or(glm::dvec3(dark ? 0 : 1));
   }
   double resolved_step() const { return step.value_or(1.0); }
 };

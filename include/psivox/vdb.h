@@ -38,7 +38,8 @@ enum class GridRole {
 
 struct ReadOptions {
   GridRole role = GridRole::attenuation;
-  bool strict = false;  ///< bad values and non-linear transforms are errors
+  bool strict = false;     ///< bad values and non-linear transforms are errors
+  bool distances = false;  ///< a level set keeps its distances (Field::half_width), else it is fog
 };
 
 /// An open .vdb. Grids are read on demand; one that is broken does not keep the others from it.
@@ -66,10 +67,10 @@ class VdbFile {
   std::string default_grid() const;
 
   /// Reads one grid: int, bool and double become float; level sets become fog by OpenVDB's own
-  /// conversion; frustum transforms are resampled; NaN, Inf and negative values are counted and
-  /// replaced (0, or the largest finite value for +Inf). What was done stands in Field::notices.
-  /// A repeated name without its number is its first grid, with a notice; the empty name is the
-  /// first grid without a name. Field::name is the numbered name.
+  /// conversion, unless their distances are asked for; frustum transforms are resampled; NaN, Inf
+  /// and negative values are counted and replaced (0, or the largest finite value for +Inf). What
+  /// was done stands in Field::notices. A repeated name without its number is its first grid, with
+  /// a notice; the empty name is the first grid without a name. Field::name is the numbered name.
   /// Throws Error(input): no such grid (lists them), unsupported type, no active voxel,
   /// background other than 0, corrupt data.
   Field read(const std::string& grid, const ReadOptions& options = {}) const;

@@ -1,7 +1,11 @@
 #include "atlas/brick_source.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
+#include <string>
+
+#include "psivox/error.h"
 
 namespace psivox::atlas {
 namespace {
@@ -27,6 +31,14 @@ BrickSource::BrickSource(const Field& field) : field_(field), leaves_(field.leav
     if (map == wide_maps_.end()) map = wide_maps_.insert(map, {tile.width, BlockMap()});
     map->second.insert(floor_divide(tile.origin, tile.width), std::int32_t(i));
   }
+}
+
+void BrickSource::check_width(const Field& field) {
+  constexpr std::int64_t widest_box = (std::int64_t{1} << 24) - 16;  // [voxels], see BlockMap
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::int64_t(field.active_box.max[axis]) - field.active_box.min[axis] > widest_box)
+      throw Error(ExitCode::input, "grid '" + field.name + "' is more than " +
+                                       std::to_string(widest_box) + " voxels wide; resample it");
 }
 
 Block BrickSource::block(const glm::ivec3& at) const {

@@ -18,6 +18,9 @@ class BrickSource {
  public:
   explicit BrickSource(const Field& field);
 
+  /// Throws Error(input) where a field is wider than its maps of blocks can tell apart.
+  static void check_width(const Field& field);
+
   int channels() const { return field_.channels; }
 
   /// Block of voxels [8 at, 8 at + 8).

@@ -21,7 +21,6 @@ namespace {
 using atlas::BrickSource;
 
 constexpr float largest_half = 65504;
-constexpr std::int64_t widest_box = (std::int64_t{1} << 24) - 16;  ///< [voxels], see BlockMap
 
 /// What a candidate brick turned out to be.
 struct Candidate {
@@ -104,10 +103,7 @@ struct Plan {
 };
 
 Plan make_plan(const Field& field, const AtlasOptions& options) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (std::int64_t(field.active_box.max[axis]) - field.active_box.min[axis] > widest_box)
-      throw Error(ExitCode::input, "grid '" + field.name + "' is more than " +
-                                       std::to_string(widest_box) + " voxels wide; resample it");
+  BrickSource::check_width(field);
   Plan plan{BrickSource(field), {}, {}};
   const auto visible = [&](float min, float max) {
     return options.visible ? options.visible(min, max) : min != 0 || max != 0;

@@ -4,6 +4,7 @@
 
 #include "gl/atlas_textures.h"
 #include "gl/egl_context.h"
+#include "gl/light_pass.h"
 #include "gl/march_program.h"
 #include "gl/tables.h"
 #include "gl/tile_target.h"
@@ -19,23 +20,6 @@ using Clock = std::chrono::steady_clock;
 
 double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-/// Loop turns that one pass may take. Mesa 22.3's llvmpipe silently stops an invocation after
-/// 65,535 loop iterations, summed over all its loops: those of the segments inside a cell count.
-int turns_per_pass(const MarchSetup& setup) {
-  constexpr int driver_limit = 65535;
-  const MarchConstants& c = setup.constants;
-  const int pieces = c.uniform_sampling ? 1 : c.segments;
-  // points of a turn, each of which may descend into two other grids' tables and search the
-  // function
-  const int points = 2 * pieces + 2;
-  const int levels = c.density_levels + points * (c.luminance_levels + c.emission_levels);
-  const int searches = c.transfer ? (points + 8) * setup.search_steps : 0;
-  constexpr int bisections = 2 * 20;
-  const int terms = c.emission_channels ? 10 * pieces : 0;
-  const int roots = c.split_knots || c.mode == int(Mode::isosurface) ? bisections : 0;
-  return driver_limit / (1 + pieces + levels + searches + roots + terms) - 1;
 }
 
 /// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
@@ -128,6 +112,21 @@ void GlRenderer::upload(const MediumAtlas& atlas, Filter filter, std::uint64_t m
   impl.upload_ms = milliseconds_since(start);
 }
 
+LightDepths GlRenderer::light_depths(const View& view, int max_turns) {
+  Impl& impl = *impl_;
+  impl.context.make_current();
+  if (!impl.density || impl.filter != Filter::exact)
+    throw Error(ExitCode::failure, "light needs an upload for exact filtering");
+  const auto pass =
+      std::make_shared<const gl::LightPass>(view, *impl.atlas, *impl.density, max_turns);
+  return [&impl, pass](std::span<const glm::ivec3> origins) {
+    impl.context.make_current();
+    std::vector<double> depths = pass->depths(origins);
+    impl.context.check("lighting");
+    return depths;
+  };
+}
+
 RenderResult GlRenderer::render(const View& view, const RenderOptions& options, int max_turns) {
   Impl& impl = *impl_;
   impl.context.make_current();
@@ -137,7 +136,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   MarchSetup setup = make_march_setup(view, *impl.atlas);
   setup.constants.count_steps = options.count;
   setup.constants.find_depth = options.depth;
-  const int pass_turns = max_turns ? max_turns : turns_per_pass(setup);
+  const int pass_turns = max_turns ? max_turns : gl::turns_per_pass(setup);
   const gl::AtlasTextures* grids[] = {impl.density.get(), impl.luminance.get(),
                                       impl.emission.get()};
   gl::MarchVariant variant{setup.constants};

@@ -31,6 +31,23 @@ std::map<std::string, std::string> generated_files(const MarchVariant& variant) 
 
 }  // namespace
 
+/// Mesa 22.3's llvmpipe silently stops an invocation after
+/// 65,535 loop iterations, summed over all its loops: those of the segments inside a cell count.
+int turns_per_pass(const MarchSetup& setup) {
+  constexpr int driver_limit = 65535;
+  const MarchConstants& c = setup.constants;
+  const int pieces = c.uniform_sampling ? 1 : c.segments;
+  // points of a turn, each of which may descend into two other grids' tables and search the
+  // function
+  const int points = 2 * pieces + 2;
+  const int levels = c.density_levels + points * (c.luminance_levels + c.emission_levels);
+  const int searches = c.transfer ? (points + 8) * setup.search_steps : 0;
+  constexpr int bisections = 2 * 20;
+  const int terms = c.emission_channels ? 10 * pieces : 0;
+  const int roots = c.split_knots || c.mode == int(Mode::isosurface) ? bisections : 0;
+  return driver_limit / (1 + pieces + levels + searches + roots + terms) - 1;
+}
+
 std::string MarchVariant::prelude() const {
   std::ostringstream text;
   text << std::boolalpha << "// " << function_of(*this) << "\n";
@@ -43,8 +60,8 @@ std::string MarchVariant::prelude() const {
   return text.str();
 }
 
-MarchProgram::MarchProgram(const MarchVariant& variant)
-    : variant_(variant), program_("march.frag", variant.prelude(), generated_files(variant)) {
+MarchProgram::MarchProgram(const MarchVariant& variant, const std::string& shader)
+    : variant_(variant), program_(shader, variant.prelude(), generated_files(variant)) {
   program_.set("tables", tables_unit);
   const char* names[] = {"density", "luminance", "emission"};
   for (int grid = 0; grid < 3; ++grid) {

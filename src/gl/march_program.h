@@ -18,10 +18,13 @@ struct MarchVariant {
   std::string prelude() const;
 };
 
-/// march.frag for one variant.
+/// Loop turns that one pass may take.
+int turns_per_pass(const MarchSetup& setup);
+
+/// march.frag, or another shader over the same march, for one variant.
 class MarchProgram {
  public:
-  explicit MarchProgram(const MarchVariant& variant);
+  explicit MarchProgram(const MarchVariant& variant, const std::string& shader = "march.frag");
 
   /// Texture units: 0 to 3 are the resumed state, then the tables, then grid after grid.
   static constexpr int tables_unit = 4;

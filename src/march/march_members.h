@@ -70,6 +70,7 @@ Mixture integrate_transfer(real front, real back, real length) {
 #include "march_uniform.glsl"
 #include "march_template.glsl"
 #include "pixel.glsl"
+#include "light.glsl"
 // clang-format on
 
 void configure(const MarchSetup& setup) {
@@ -86,6 +87,11 @@ March march_ray(real2 pixel) {
   const Pixel p = make_pixel(pixel);
   const Ray ray = march_ray_of(p);
   return march_on(begin_march(ray), p, ray);
+}
+
+real light_depth(int3 voxel) {
+  const Ray ray = light_ray(voxel);
+  return march_cells(begin_march(ray), ray).optical_depth;
 }
 
 #undef precise

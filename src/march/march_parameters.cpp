@@ -133,8 +133,7 @@ void place_preintegration(const View& view, double unit, MarchSetup& setup) {
   const bool uniform = setup.constants.uniform_sampling && !setup.constants.template_sampling;
   const double length =
       uniform ? p.step : longest_segment(*view.medium.density, view.scene.segments, unit);
-  setup.preintegration =
-      preintegrated_table(*view.medium.transfer, p.extinction, length, uniform);
+  setup.preintegration = preintegrated_table(*view.medium.transfer, p.extinction, length, uniform);
   const PreintegratedTable& table = *setup.preintegration;
   p.preintegration_first = int(setup.tables.size());
   p.preintegration_size = table.size();
@@ -149,6 +148,7 @@ void place_preintegration(const View& view, double unit, MarchSetup& setup) {
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
   const Scene& scene = view.scene;
   const Medium& medium = view.medium;
+  if (medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
   const double unit = finest_voxel(*medium.density);
   MarchSetup setup;
   setup.tables.assign(1, glm::vec4(0));
@@ -157,11 +157,12 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
 
   const RayBundle bundle = make_ray_bundle(view.camera, *medium.density, *medium.density);
   PLACE_GRID(density, bundle, atlas.density)
-  if (atlas.luminance) {
+  setup.origin = bundle.origin;
+  if (atlas.luminance && medium.luminance) {
     const RayBundle own = make_ray_bundle(view.camera, *medium.luminance, *medium.density);
     PLACE_GRID(luminance, own, *atlas.luminance)
   }
-  if (atlas.emission) {
+  if (atlas.emission && medium.emission) {
     const RayBundle own = make_ray_bundle(view.camera, *medium.emission, *medium.density);
     PLACE_GRID(emission, own, *atlas.emission)
     c.emission_channels = atlas.emission->channels;
@@ -190,6 +191,9 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
   p.normal_y = normal[1] * unit;
   p.normal_z = normal[2] * unit;
   if (scene.light) p.light_direction = glm::normalize(scene.light->direction);
+  p.phase_axis = medium.phase_axis;
+  p.phase_g = medium.phase_g;
+  c.anisotropic = medium.phase_g != 0;
 
   const IntegratorInfo& rule = info(scene.resolved_integrator());
   c.integrator = rule.id;

@@ -38,6 +38,7 @@ struct MarchSetup {
   std::vector<glm::vec4> tables;  ///< what fetch_table reads, never empty
   int search_steps = 0;           ///< most loop turns of one look-up in them
   std::shared_ptr<const PreintegratedTable> preintegration;  ///< of that integrator, else null
+  glm::ivec3 origin{0};  ///< voxel that the density's coordinates are relative to
 };
 
 /// Setup for a view and the atlases of its medium. max_turns is left at what a ray can need at

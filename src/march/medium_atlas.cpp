@@ -82,23 +82,51 @@ AtlasOptions density_options(const View& view) {
   return options;
 }
 
-MediumAtlas build_medium_atlas(const View& view, const AtlasOptions& base) {
-  const Medium& medium = view.medium;
-  std::uint64_t left = view.scene.memory_limit;
-  const auto build = [&](const Field& field, AtlasOptions options) {
-    options.texel = view.scene.texel;
-    options.memory_limit = left;
-    options.top_entries = base.top_entries;
+namespace {
+
+/// Builds atlases one after another within the view's memory limit.
+class Builder {
+ public:
+  Builder(const View& view, const AtlasOptions& base)
+      : view_(view), base_(base), left_(view.scene.memory_limit) {}
+
+  BrickAtlas build(const Field& field, AtlasOptions options) {
+    options.texel = view_.scene.texel;
+    options.memory_limit = left_;
+    options.top_entries = base_.top_entries;
     BrickAtlas atlas = build_atlas(field, options);
+    use(atlas);
+    return atlas;
+  }
+
+  void use(const BrickAtlas& atlas) {
     // 1 rather than 0, which would be no limit
     const std::uint64_t used = 2 * atlas.size.bytes();
-    if (left) left = left > used ? left - used : 1;
-    return atlas;
-  };
-  MediumAtlas result{build(*medium.density, density_options(view)), {}, {}};
-  if (medium.luminance) result.luminance = build(*medium.luminance, {});
-  if (medium.emission) result.emission = build(*medium.emission, {});
+    if (left_) left_ = left_ > used ? left_ - used : 1;
+  }
+
+ private:
+  const View& view_;
+  const AtlasOptions& base_;
+  std::uint64_t left_;
+};
+
+}  // namespace
+
+MediumAtlas build_medium_atlas(const View& view, const AtlasOptions& base) {
+  const Medium& medium = view.medium;
+  Builder builder(view, base);
+  MediumAtlas result{builder.build(*medium.density, density_options(view)), {}, {}};
+  if (medium.luminance && !medium.light) result.luminance = builder.build(*medium.luminance, {});
+  if (medium.emission) result.emission = builder.build(*medium.emission, {});
   return result;
+}
+
+void add_luminance(MediumAtlas& atlas, const View& view, const AtlasOptions& base) {
+  Builder builder(view, base);
+  builder.use(atlas.density);
+  if (atlas.emission) builder.use(*atlas.emission);
+  atlas.luminance = builder.build(*view.medium.luminance, {});
 }
 
 }  // namespace psivox

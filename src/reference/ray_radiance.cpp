@@ -59,6 +59,8 @@ RayMedium::RayMedium(const Medium& m)
     L_max *= density.max_magnitude();
   else if (medium.source == LuminanceSource::transfer)
     L_max *= max_color(*medium.transfer);
+  const double g = std::abs(medium.phase_g);
+  L_max *= (1 + g) / ((1 - g) * (1 - g));  // the phase's greatest
   behind_max = L_max;
   if (emission)
     behind_max +=
@@ -110,10 +112,11 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
   const double rounding =
       sum.rounding(extent(*medium.density) + (medium_->luminance ? extent(*medium.luminance) : 0));
 
+  const glm::dvec3 color = medium_->color * phase_factor(medium, ray.direction);
   RayRadiance result;
-  result.radiance = medium_->color * sum.radiance;
+  result.radiance = color * sum.radiance;
   result.optical_depth = sum.optical_depth;
-  result.error = max_component(glm::abs(medium_->color)) * (sum.error + rounding) +
+  result.error = max_component(glm::abs(color)) * (sum.error + rounding) +
                  (stopped ? sum.T * medium_->behind_max : 0);
   result.cells = sum.cells;
   return result;

@@ -39,6 +39,7 @@ double face_error(const Medium& medium, const IndexRay& ray) {
 
 struct RayIntegrator::Stretches {
   std::optional<GridWalk> density, luminance, emission;
+  glm::dvec3 color{1};  ///< what luminance is multiplied by along this ray
 };
 
 /// Luminance of another grid and emission are read along [a,b], then cut with the density's parts.
@@ -56,7 +57,7 @@ void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum&
     if (at.luminance)
       whole.L[i] =
           scaled(at.luminance->along(a, b, medium_->luminance->field().channels == 3 ? c : 0),
-                 medium.color[c]);
+                 at.color[c]);
     if (glows)
       whole.glow[i] = scaled(at.emission->along(a, b, medium.emission->channels == 3 ? c : 0),
                              medium.emission_scale * (b - a));
@@ -64,8 +65,8 @@ void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum&
   const Cubic value = at.density->along(a, b);
   for (int c = 0; c < 3; ++c) {
     Cubic& L = whole.L[static_cast<std::size_t>(c)];
-    if (medium.source == LuminanceSource::density) L = scaled(value, medium.color[c]);
-    if (medium.source == LuminanceSource::constant) L = constant_cubic(medium.color[c]);
+    if (medium.source == LuminanceSource::density) L = scaled(value, at.color[c]);
+    if (medium.source == LuminanceSource::constant) L = constant_cubic(at.color[c]);
   }
   if (glows) {
     const IndexRay& ray = at.emission->ray();
@@ -90,9 +91,9 @@ void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum&
     if (medium.source == LuminanceSource::transfer) {
       for (int c = 0; c < 3; ++c) {
         const auto i = static_cast<std::size_t>(c);
-        piece.L[i] = scaled(p.color[i], medium.color[c]);
+        piece.L[i] = scaled(p.color[i], at.color[c]);
       }
-      piece.L_error = p.color_error * max_component(glm::abs(medium.color));
+      piece.L_error = p.color_error * max_component(glm::abs(at.color));
     }
     const double x = medium.extinction * (b - a) * u;
     piece.x = scaled(p.attenuation, x);
@@ -106,6 +107,7 @@ RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0,
   assert(medium.source != LuminanceSource::transfer || medium.transfer);
   const double t_middle = nearest_to_middle(*medium.density, ray);
   Stretches at;
+  at.color = medium.color * phase_factor(medium, ray.direction);
   at.density.emplace(medium_->density, density_cache_,
                      make_index_ray(*medium.density, ray, t_middle, t0, t1));
   double begin = infinity, end = -infinity;

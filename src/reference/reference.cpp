@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "psivox/error.h"
 #include "ray_modes.h"
 
 namespace psivox {
@@ -50,6 +51,7 @@ bool has_depth(Mode mode) {
 }  // namespace
 
 ReferenceResult render_reference(const View& view, double tolerance, const Progress& progress) {
+  if (view.medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
   const auto start = std::chrono::steady_clock::now();
   const int width = view.scene.resolution.x, height = view.scene.resolution.y;
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);

@@ -12,14 +12,26 @@ namespace {
 constexpr double auto_depth = 3;
 constexpr int rays_per_side = 17;
 
+/// Attenuation of a value, without the extinction.
+struct Attenuation {
+  const TransferFunction* transfer;
+  double operator()(float value) const {
+    const double v = static_cast<double>(value);
+    return transfer ? transfer->at(v).attenuation : v;
+  }
+};
+
 /// Lines along one index axis through voxel centres, on a lattice over the two other axes. There
 /// trilinear interpolation is linear between values, so a line's integral is a sum: each value
 /// times the voxel's length, half of it at the domain's two ends.
 class LineBundle {
  public:
   /// Lattice points in voxels along the axes that follow `axis` cyclically.
-  LineBundle(const Field& field, int axis, std::vector<int> across_1, std::vector<int> across_2)
-      : axis_(axis),
+  LineBundle(const Field& field, const Attenuation& attenuation, int axis,
+             std::vector<int> across_1, std::vector<int> across_2)
+      : attenuation_(attenuation),
+        vacuum_(attenuation(0)),
+        axis_(axis),
         b_((axis + 1) % 3),
         c_((axis + 2) % 3),
         domain_(field.domain()),
@@ -33,7 +45,9 @@ class LineBundle {
 
   /// Adds the integrals of the lines that meet something.
   void collect(double& sum, int& count) const {
-    for (const double line : sums_) {
+    const double vacuum = vacuum_ * (domain_.max[axis_] - domain_.min[axis_]);
+    for (const double found : sums_) {
+      const double line = found + vacuum;
       if (line == 0) continue;
       sum += line * length_;
       ++count;
@@ -73,7 +87,8 @@ class LineBundle {
         voxel[axis_] = a;
         voxel[b_] = b;
         voxel[c_] = c;
-        return static_cast<double>(leaf.values[((voxel.x * 8 + voxel.y) * 8 + voxel.z) * channels]);
+        return attenuation_(leaf.values[((voxel.x * 8 + voxel.y) * 8 + voxel.z) * channels]) -
+               vacuum_;
       });
     });
   }
@@ -81,9 +96,11 @@ class LineBundle {
   void add(const Tile& tile) {
     const double voxels = clipped_sum(tile.origin[axis_], tile.width, [](int) { return 1.0; });
     for_lines_through(tile.origin, tile.width,
-                      [&](int, int) { return voxels * static_cast<double>(tile.value.x); });
+                      [&](int, int) { return voxels * (attenuation_(tile.value.x) - vacuum_); });
   }
 
+  const Attenuation& attenuation_;
+  double vacuum_;  ///< attenuation of 0, which is wherever nothing is stored
   int axis_, b_, c_;
   Box domain_;
   std::vector<int> across_1_, across_2_;
@@ -101,18 +118,19 @@ std::vector<int> lattice(int min, int max, double part) {
   return places;
 }
 
-/// A voxel of the largest value; of no consequence where all are 0.
-glm::ivec3 densest_voxel(const Field& field) {
+/// A voxel of the largest attenuation; of no consequence where all are 0.
+glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
   glm::ivec3 place = field.active_box.min;
-  float largest = 0;
+  double largest = 0;
   for (const Tile& tile : field.tiles) {
-    if (tile.value.x <= largest) continue;
-    largest = tile.value.x;
+    const double value = attenuation(tile.value.x);
+    if (value <= largest) continue;
+    largest = value;
     place = glm::clamp(tile.origin + tile.width / 2, field.active_box.min, field.active_box.max);
   }
   for (const Leaf& leaf : field.leaves) {
     for (int i = 0; i < 512; ++i) {
-      const float value = leaf.values[i * field.channels];
+      const double value = attenuation(leaf.values[i * field.channels]);
       if (value <= largest) continue;
       largest = value;
       place = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
@@ -123,29 +141,33 @@ glm::ivec3 densest_voxel(const Field& field) {
 
 /// Mean integral over the lines that meet something; 0 where none does.
 template <typename Places>
-double mean_integral(const Field& field, Places places) {
+double mean_integral(const Field& field, const Attenuation& attenuation, Places places) {
   double sum = 0;
   int count = 0;
   for (int axis = 0; axis < 3; ++axis)
-    LineBundle(field, axis, places((axis + 1) % 3), places((axis + 2) % 3)).collect(sum, count);
+    LineBundle(field, attenuation, axis, places((axis + 1) % 3), places((axis + 2) % 3))
+        .collect(sum, count);
   return count ? sum / count : 0;
 }
 
 }  // namespace
 
-double auto_extinction(const Field& field) {
+double auto_extinction(const Field& field, const TransferFunction* transfer) {
+  const Attenuation attenuation{transfer};
   if (field.active_box.empty()) return 1;
   const Box domain = field.domain();
   double mean = 0;
   for (const double part : {0.5, 1.0}) {
     if (mean == 0)
-      mean = mean_integral(
-          field, [&](int axis) { return lattice(domain.min[axis], domain.max[axis], part); });
+      mean = mean_integral(field, attenuation, [&](int axis) {
+        return lattice(domain.min[axis], domain.max[axis], part);
+      });
   }
   if (mean == 0) {
     // So sparse that every ray of the lattices missed it.
-    const glm::ivec3 voxel = densest_voxel(field);
-    mean = mean_integral(field, [&](int axis) { return std::vector<int>{voxel[axis]}; });
+    const glm::ivec3 voxel = densest_voxel(field, attenuation);
+    mean =
+        mean_integral(field, attenuation, [&](int axis) { return std::vector<int>{voxel[axis]}; });
   }
   return mean > 0 ? auto_depth / mean : 1;
 }

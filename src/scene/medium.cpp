@@ -1,65 +1,126 @@
 #include "psivox/medium.h"
 
+#include <cmath>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "scene/classify_voxels.h"
+#include "scene/density_function.h"
+#include "scene/isovalue.h"
+#include "scene/luminance_sources.h"
 
 namespace psivox {
+namespace {
+
+void check_density(const Field& density) {
+  if (density.channels != 1)
+    throw Error(ExitCode::input, "grid " + in_quotes(density.name) + " has vectors (" +
+                                     density.value_type +
+                                     "); a density is scalar: choose another with --grid");
+}
+
+/// The fields that the scene's mode looks at, values where its centering puts them.
+MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
+  MediumFields used{fields.density, nullptr, nullptr, nullptr};
+  if (scene.composites()) used = fields;
+  if (scene.centering == Centering::node) return used;
+  const std::shared_ptr<const Field> density = used.density;
+  const auto shifted = [](const std::shared_ptr<const Field>& field) {
+    Field copy = *field;
+    copy.world_from_index = glm::translate(copy.world_from_index, glm::dvec3(0.5));
+    return std::make_shared<const Field>(std::move(copy));
+  };
+  used.density = shifted(density);
+  for (auto* field : {&used.luminance, &used.temperature, &used.emission})
+    if (*field) *field = *field == density ? used.density : shifted(*field);
+  return used;
+}
+
+/// What the density's values mean: a surface, attenuations, or a function's.
+void set_density(const Scene& scene, const std::shared_ptr<const Field>& density,
+                 const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
+  medium.density = density;
+  if (scene.mode == Mode::isosurface) {
+    medium.isovalue = field_isovalue(resolved_isovalue(scene, *density), *density);
+  } else if (function && scene.classification == Classification::pre) {
+    medium.density = std::make_shared<const Field>(attenuation_of_voxels(*density, *function));
+  } else {
+    medium.transfer = function;
+  }
+  medium.extinction = scene.extinction.value_or(1);
+  if (!scene.extinction && scene.attenuates())
+    medium.extinction = auto_extinction(*medium.density, medium.transfer.get());
+}
+
+Medium make_medium(const Scene& scene, const MediumFields& fields) {
+  Medium medium;
+  const auto function = density_function(scene, *fields.density);
+  set_density(scene, fields.density, function, medium);
+  set_luminance(scene, fields, function, medium);
+  if (scene.mode == Mode::isosurface && function && function->has_color())
+    medium.color *= function->at(resolved_isovalue(scene, *fields.density)).color;
+  if (fields.emission && scene.emission_scale > 0) {
+    medium.emission = fields.emission;
+    medium.emission_scale = scene.emission_scale;
+  }
+  return medium;
+}
+
+void resolve(Scene& scene, const MediumFields& fields, const Medium& medium, const Camera& camera) {
+  scene.grid = fields.density->name;
+  if (fields.luminance) scene.luminance_grid = fields.luminance->name;
+  if (fields.temperature) scene.temperature_grid = fields.temperature->name;
+  if (fields.emission) scene.emission_grid = fields.emission->name;
+  scene.range = resolved_range(scene, *fields.density);
+  if (scene.attenuates()) scene.extinction = medium.extinction;
+  if (scene.mode == Mode::isosurface) scene.isovalue = resolved_isovalue(scene, *fields.density);
+  scene.luminance = scene.resolved_luminance();
+  scene.integrator = scene.resolved_integrator();
+  scene.sampling = scene.resolved_sampling();
+  if (scene.sampling == Sampling::uniform) scene.step = scene.resolved_step();
+  scene.camera_position = camera.position;
+  scene.camera_target = camera.target;
+  scene.fov = horizontal_fov(scene);
+  if (camera.orthographic) scene.ortho_width = 2 * camera.half_width;
+}
+
+}  // namespace
 
 View make_view(const Scene& scene, const VdbFile& file) {
   validate(scene);
-  const std::string grid = scene.grid.empty() ? file.default_grid() : scene.grid;
-  const auto density =
-      std::make_shared<const Field>(file.read(grid, {GridRole::attenuation, scene.strict}));
-  if (scene.luminance_grid.empty()) return make_view(scene, density, nullptr);
-  if (scene.luminance_grid == grid) return make_view(scene, density, density);
-  const auto luminance = std::make_shared<const Field>(
-      file.read(scene.luminance_grid, {GridRole::luminance, scene.strict}));
-  // One grid may go by two names: `density` is also `density[0]`.
-  return make_view(scene, density, luminance->name == density->name ? density : luminance);
+  return make_view(scene, read_fields(scene, file));
 }
 
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                std::shared_ptr<const Field> luminance) {
-  validate(scene);
-  if (density->channels != 1)
-    throw Error(ExitCode::input, "grid " + in_quotes(density->name) + " has vectors (" +
-                                     density->value_type +
-                                     "); a density is scalar: choose another with --grid");
-  if (!luminance && !scene.luminance_grid.empty()) {
+  if (!luminance && !scene.luminance_grid.empty() && scene.composites()) {
     if (scene.luminance_grid != density->name)
       throw Error(ExitCode::usage, "--luminance-grid " + in_quotes(scene.luminance_grid) +
                                        ": no such field at hand");
     luminance = density;
   }
+  return make_view(scene, MediumFields{density, luminance, nullptr, nullptr});
+}
 
-  View view{scene, {}, {}};
-  Medium& medium = view.medium;
-  medium.density = density;
-  medium.extinction = scene.extinction ? *scene.extinction : auto_extinction(*density);
-  if (luminance == density)
-    medium.source = LuminanceSource::density;
-  else if (luminance)
-    medium.source = luminance->channels == 3 ? LuminanceSource::vector : LuminanceSource::scalar;
-  medium.color = scene.luminance;
-  if (medium.source != LuminanceSource::constant) medium.color *= scene.luminance_scale;
-  if (luminance != density) medium.luminance = luminance;
-
+View make_view(const Scene& scene, const MediumFields& all_fields) {
+  validate(scene);
+  check_density(*all_fields.density);
+  const MediumFields fields = used_fields(scene, all_fields);
+  View view{scene, make_medium(scene, fields), {}};
   glm::dvec3 box_min, box_max;
-  world_bounds(*density, box_min, box_max);
+  world_bounds(*fields.density, box_min, box_max);
   view.camera = make_camera(scene, box_min, box_max);
-
-  Scene& resolved = view.scene;
-  resolved.grid = density->name;
-  if (luminance) resolved.luminance_grid = luminance->name;
-  resolved.extinction = medium.extinction;
-  resolved.integrator = scene.resolved_integrator();
-  resolved.sampling = scene.resolved_sampling();
-  if (resolved.sampling == Sampling::uniform) resolved.step = scene.resolved_step();
-  resolved.camera_position = view.camera.position;
-  resolved.camera_target = view.camera.target;
-  resolved.fov = horizontal_fov(scene);
-  if (view.camera.orthographic) resolved.ortho_width = 2 * view.camera.half_width;
+  resolve(view.scene, fields, view.medium, view.camera);
   return view;
+}
+
+double phase_factor(const Medium& medium, const glm::dvec3& ray_direction) {
+  // Of the angle between the light's way in and its way out, which is against the ray.
+  const double g = medium.phase_g;
+  const double cosine = -glm::dot(medium.phase_axis, ray_direction);
+  return (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5);
 }
 
 }  // namespace psivox

@@ -13,8 +13,6 @@ bool contains(std::span<const Setting> settings, std::string_view name) {
   return false;
 }
 
-bool has_function(const Scene& scene) { return !scene.transfer_function.empty() || scene.colormap; }
-
 /// A source of luminance on the command line replaces the file's.
 void apply_luminance(Scene& scene, std::span<const Setting> settings) {
   const auto given = [&](const char* name) { return contains(settings, name); };
@@ -27,7 +25,7 @@ void apply_luminance(Scene& scene, std::span<const Setting> settings) {
   if ((map || temperature) && !given("luminance-grid")) scene.luminance_grid.clear();
   if ((map || grid) && !given("temperature-grid")) scene.temperature_grid.clear();
   if (!scene.colormap && !given("range")) scene.range.reset();
-  if (has_function(scene)) return;
+  if (scene.has_function()) return;
   if (!given("classification")) scene.classification = Classification::post;
   if (!given("split-knots")) scene.split_knots = false;
 }
@@ -43,6 +41,17 @@ void apply_sampling(Scene& scene, std::span<const Setting> settings) {
   if (perspective && !given("ortho-width")) scene.ortho_width.reset();
 }
 
+void validate_light(const Scene& scene) {
+  if (!scene.light) return;
+  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
+  if (scene.light->direction == glm::dvec3(0)) fail("--light 0,0,0 has no direction");
+  // The phase is one factor of all that a ray sees, so that there can be one luminance only.
+  if (scene.lit() && scene.phase_g != 0 && scene.resolved_luminance() != glm::dvec3(0))
+    fail(
+        "--phase-g other than 0 needs --light to be the only luminance; leave out --luminance, "
+        "--luminance-grid and --temperature-grid");
+}
+
 void validate_medium(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   if (!scene.transfer_function.empty() && scene.colormap)
@@ -51,7 +60,7 @@ void validate_medium(const Scene& scene) {
     fail("--range is the range of a colour map; give --colormap with it");
   if (scene.range && !(scene.range->x < scene.range->y))
     fail("--range MIN,MAX: MIN must be below MAX");
-  if (!has_function(scene)) {
+  if (!scene.has_function()) {
     if (scene.classification == Classification::pre)
       fail("--classification pre needs a function; give --transfer-function or --colormap");
     if (scene.split_knots)
@@ -63,8 +72,10 @@ void validate_medium(const Scene& scene) {
     fail("--colormap and --luminance-grid exclude each other; leave one of them out");
   if (scene.colormap && !scene.temperature_grid.empty())
     fail("--colormap and --temperature-grid exclude each other; leave one of them out");
-  if (scene.light && scene.light->direction == glm::dvec3(0))
-    fail("--light 0,0,0 has no direction");
+  if (scene.classification == Classification::pre && !scene.composites() &&
+      scene.mode != Mode::xray)
+    fail("--classification pre is for --mode alpha, back-to-front and xray");
+  validate_light(scene);
 }
 
 void validate_march(const Scene& scene) {
@@ -86,7 +97,7 @@ void validate_march(const Scene& scene) {
   if (scene.integrator && is_cell_rule(*scene.integrator) &&
       scene.resolved_sampling() != Sampling::cells)
     fail("--integrator cell-exact integrates cells; it goes with --sampling cells, without --step");
-  if (scene.integrator && is_transfer_rule(*scene.integrator) && !has_function(scene))
+  if (scene.integrator && is_transfer_rule(*scene.integrator) && !scene.has_function())
     throw Error(ExitCode::usage,
                 "--integrator " + parameter_text(scene, *find_parameter("integrator")) +
                     " integrates a transfer function; give --transfer-function or --colormap");

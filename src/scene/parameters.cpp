@@ -24,7 +24,8 @@ std::vector<Parameter> make_table() {
        "NaN, Inf, negative values and non-linear transforms are errors, not notices", input,
        &Scene::strict},
       {"centering", enum_metavar<Centering>(), "", "",
-       "values are at voxels and interpolated, or fill their voxel", input, &Scene::centering},
+       "value i is at index i, or at i + 1/2: the same picture, shifted by half a voxel", input,
+       &Scene::centering},
 
       {"extinction", "K", "1/world unit", "auto: the mean ray through the middle has depth 3",
        "attenuation = K * value, or K times the transfer function's", medium, &Scene::extinction,
@@ -43,8 +44,9 @@ std::vector<Parameter> make_table() {
        "split segments where the value crosses a knot of the transfer function; cell-exact always "
        "does",
        medium, &Scene::split_knots},
-      {"luminance", "R,G,B", "", "", "luminance of the medium", medium, &Scene::luminance,
-       at_least_0},
+      {"luminance", "R,G,B", "", "1,1,1; with --light alone 0,0,0",
+       "luminance of the medium, a factor of what a grid or a function gives", medium,
+       &Scene::luminance, at_least_0, "auto"},
       {"luminance-grid", "NAME", "", "none",
        "scalar or vec3 grid whose value multiplies the luminance", medium, &Scene::luminance_grid},
       {"luminance-scale", "S", "", "", "factor of the luminance grid's values", medium,

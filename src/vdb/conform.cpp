@@ -3,6 +3,7 @@
 #include <openvdb/tools/GridTransformer.h>
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/LevelSetUtil.h>
+#include <openvdb/tree/LeafManager.h>
 
 #include <algorithm>
 #include <cmath>
@@ -78,6 +79,30 @@ openvdb::GridBase::Ptr fog_from_level_set(const openvdb::GridBase::Ptr& grid) {
   openvdb::GridBase::Ptr fog = float_copy(grid);
   openvdb::tools::sdfToFogVolume(*openvdb::gridPtrCast<openvdb::FloatGrid>(fog));
   return fog;
+}
+
+openvdb::GridBase::Ptr distances_from_level_set(const openvdb::GridBase::Ptr& grid) {
+  openvdb::GridBase::Ptr result = float_copy(grid);
+  openvdb::FloatTree& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(result)->tree();
+  const float half_width = tree.background();
+  openvdb::tree::LeafManager<openvdb::FloatTree> leaves(tree);
+  leaves.foreach ([&](auto& leaf, std::size_t) {
+    for (openvdb::Index i = 0; i < leaf.SIZE; ++i) {
+      leaf.setValueOnly(i, half_width - leaf.getValue(i));
+      leaf.setActiveState(i, leaf.getValue(i) != 0.0f);
+    }
+  });
+  // Inactive tiles are the inside as well as the outside.
+  auto it = tree.beginValueAll();
+  it.setMaxDepth(openvdb::FloatTree::ValueAllIter::LEAF_DEPTH - 1);
+  for (; it; ++it) {
+    it.setValue(half_width - *it);
+    it.setActiveState(*it != 0.0f);
+  }
+  // Of the root alone: elsewhere the background is in tiles and voxels, which are converted.
+  tree.root().setBackground(0.0f, /*updateChildNodes=*/false);
+  result->setGridClass(openvdb::GRID_UNKNOWN);
+  return result;
 }
 
 openvdb::GridBase::Ptr resample_to_linear(const openvdb::GridBase::Ptr& grid, std::string& notice) {

@@ -11,6 +11,11 @@ namespace psivox::vdb {
 /// narrow band), by OpenVDB's own conversion. A float grid, which may be the given one changed.
 openvdb::GridBase::Ptr fog_from_level_set(const openvdb::GridBase::Ptr& grid);
 
+/// The level set as half width - distance: background 0, and active wherever it is not 0, that is
+/// in the outer band and everywhere inside. A float grid, which may be the given one changed; its
+/// class is unknown.
+openvdb::GridBase::Ptr distances_from_level_set(const openvdb::GridBase::Ptr& grid);
+
 /// The grid resampled into cubic voxels as small as the smallest of its own, with an affine
 /// transform: for frustum transforms. A float or vec3s grid.
 ///

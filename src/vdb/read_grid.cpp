@@ -3,10 +3,13 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <functional>
 #include <memory>
+#include <sstream>
 #include <type_traits>
 #include <utility>
 
+#include "active_range.h"
 #include "conform.h"
 #include "grid_check.h"
 #include "grid_types.h"
@@ -135,8 +138,17 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
   };
 
   if (is_level_set(*grid)) {
-    grid = fog_from_level_set(grid);
-    notice("level set converted to fog: 0 at its surface, 1 at the depth of its narrow band");
+    if (options.distances) {
+      field.half_width = summary.background[0];
+      grid = distances_from_level_set(grid);
+      std::ostringstream text;
+      text << "level set kept as distances, which it has within " << field.half_width
+           << " [world units] of its surface";
+      notice(text.str());
+    } else {
+      grid = fog_from_level_set(grid);
+      notice("level set converted to fog: 0 at its surface, 1 at the depth of its narrow band");
+    }
     summary = summarise(*grid);
     if (summary.active_voxels == 0) {
       throw Error(ExitCode::input, subject + "is a level set without an inside: nothing to render");
@@ -162,11 +174,13 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
   field.active_voxels = summary.active_voxels;
   field.world_from_index = world_from_index(grid->transform());
   std::vector<float*> leaves;
+  std::function<glm::vec2()> range;
   const openvdb::GridBase::Ptr base = std::move(grid);
   with_typed_grid(*base, [&](const auto& typed) {
     using GridT = std::decay_t<decltype(typed)>;
     field.tiles = extract_tiles(typed.tree());
     leaves = extract_leaves(openvdb::gridPtrCast<GridT>(base), field);
+    range = [&] { return active_range(typed, leaves, field.channels); };
   });
 
   const BadValues bad = sanitise(leaves, field.tiles, field.channels, options.role);
@@ -177,6 +191,7 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
     notice(bad.describe());
     std::erase_if(field.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0.0f); });
   }
+  if (options.role == GridRole::data) field.active_range = range();
   return field;
 }
 

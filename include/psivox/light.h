@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "psivox/medium_atlas.h"
+#include "psivox/progress.h"
+
+namespace psivox {
+
+/// Optical depths of the medium from the voxels of some blocks of 8^3 of its density to where the
+/// light comes in: 512 a block, z fastest. Exact for trilinear data, whatever the view's rule.
+using LightDepths = std::function<std::vector<double>(std::span<const glm::ivec3> origins)>;
+
+/// The view with its light scattered once: T_light = e^-depth is computed at every voxel of the
+/// blocks that hold a corner of a cell with attenuation, and becomes the luminance's grid there,
+///   L = luminance + radiance * T_light, or colour * (luminance + radiance * T_light)
+/// where a transfer function gives colours. A luminance of another grid is interpolated at the
+/// density's voxels. A view without light returns as it is.
+View lit(View view, const LightDepths& depths, const Progress& progress = {});
+
+/// Depths by the march in double over the density's atlas, and by the reference, which reads the
+/// field itself. The GPU's are GlRenderer::light_depths. View and atlas must outlive them.
+LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas);
+LightDepths reference_light_depths(const View& view);
+
+/// The view whose march gives those depths: orthographic, looking towards the light, cells only.
+View light_march(const View& view);
+
+}  // namespace psivox

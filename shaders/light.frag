@@ -1,0 +1,26 @@
+#include "marcher.glsl"
+#include "light.glsl"
+
+// One row is a block of 8^3 voxels, whose first one is entry blocks_first + row of `tables`.
+uniform int blocks_first;
+
+layout(location = 0) out vec4 out_picture;  // optical depth in x
+layout(location = 1) out vec4 out_layers;
+
+#include "march_state.glsl"
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  ivec3 first = ivec3(fetch_table(blocks_first + at.y).xyz);
+  Ray ray = light_ray(first + ivec3(at.x >> 6, (at.x >> 3) & 7, at.x & 7));
+  March m = begin_march(ray);
+#if RESUMABLE
+  if (!first_pass) m = load_march(m, at, ray.begin);
+#endif
+  m = march_cells(m, ray);
+#if RESUMABLE
+  save_march(m);
+#endif
+  out_picture = vec4(m.optical_depth, 0.0, 0.0, 0.0);
+  out_layers = vec4(0.0);
+}

@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <array>
+#include <glm/common.hpp>
+#include <string>
+
+#include "atlas/brick_source.h"
+#include "psivox/atlas.h"
+#include "psivox/error.h"
+
+namespace psivox {
+namespace {
+
+using atlas::BlockMap;
+using atlas::BrickSource;
+
+constexpr std::size_t most_blocks = std::size_t{1} << 24;  // 32 GiB of floats
+
+/// Blocks, each once, inside a box of them.
+class BlockList {
+ public:
+  BlockList(const Field& field) : name_(field.name), seen_(field.leaves.size()) {
+    const Box domain = field.domain();
+    first_ = domain.min >> 3;
+    last_ = domain.max >> 3;
+  }
+
+  void add(const glm::ivec3& block) {
+    if (block != glm::clamp(block, first_, last_)) return;
+    const auto next = std::int32_t(blocks_.size());
+    if (seen_.insert(block, next) != next) return;
+    blocks_.push_back(block);
+    if (blocks_.size() > most_blocks)
+      throw Error(ExitCode::memory, "grid '" + name_ + "' has something in more than " +
+                                        std::to_string(most_blocks) +
+                                        " blocks of 8^3 voxels, too many to light");
+  }
+
+  void add_box(const glm::ivec3& min, const glm::ivec3& max) {
+    const glm::ivec3 lo = glm::max(min, first_), hi = glm::min(max, last_);
+    for (int x = lo.x; x <= hi.x; ++x)
+      for (int y = lo.y; y <= hi.y; ++y)
+        for (int z = lo.z; z <= hi.z; ++z) add({x, y, z});
+  }
+  void add_domain() { add_box(first_, last_); }
+
+  /// Their first voxels, sorted.
+  std::vector<glm::ivec3> origins() const {
+    std::vector<glm::ivec3> result = blocks_;
+    std::sort(result.begin(), result.end(), [](const glm::ivec3& a, const glm::ivec3& b) {
+      return std::array{a.x, a.y, a.z} < std::array{b.x, b.y, b.z};
+    });
+    for (glm::ivec3& block : result) block *= brick_cells;
+    return result;
+  }
+
+ private:
+  std::string name_;
+  BlockMap seen_;
+  std::vector<glm::ivec3> blocks_;
+  glm::ivec3 first_, last_;
+};
+
+/// Least and greatest of a brick's values that are corners of the cells which reach into the block
+/// at `offset` (0 or 1 an axis): all cells, or the last layer of them.
+std::array<float, 2> range_towards(const float* values, const glm::ivec3& offset) {
+  std::array<float, 2> range{HUGE_VALF, -HUGE_VALF};
+  const glm::ivec3 from = 7 * offset;
+  for (int x = from.x; x < brick_values; ++x)
+    for (int y = from.y; y < brick_values; ++y)
+      for (int z = from.z; z < brick_values; ++z) {
+        const float value = values[(x * brick_values + y) * brick_values + z];
+        range = {std::min(range[0], value), std::max(range[1], value)};
+      }
+  return range;
+}
+
+}  // namespace
+
+std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options) {
+  BrickSource::check_width(field);
+  const auto visible = [&](float min, float max) {
+    return options.visible ? options.visible(min, max) : min != 0 || max != 0;
+  };
+  BlockList blocks(field);
+  if (visible(0, 0)) {
+    blocks.add_domain();
+    return blocks.origins();
+  }
+  const BrickSource source(field);
+  std::array<float, brick_texels> values;
+  for (const glm::ivec3& brick : source.candidates()) {
+    source.gather(source.neighbours(brick), values.data());
+    for (int i = 0; i < 8; ++i) {
+      const glm::ivec3 offset(i >> 2, i >> 1 & 1, i & 1);
+      const std::array<float, 2> range = range_towards(values.data(), offset);
+      if (visible(range[0], range[1])) blocks.add(brick + offset);
+    }
+  }
+  for (const BrickSource::ConstantBox& box : source.wide_tiles())
+    if (visible(box.value.x, box.value.x)) blocks.add_box(box.min, box.max + 1);
+  return blocks.origins();
+}
+
+}  // namespace psivox

@@ -1,0 +1,72 @@
+#include "gl/light_pass.h"
+
+#include <algorithm>
+
+#include "gl/tables.h"
+#include "psivox/light.h"
+
+namespace psivox::gl {
+namespace {
+
+MarchVariant variant_of(const MarchSetup& setup, const AtlasTextures& density, bool resumable) {
+  MarchVariant variant{setup.constants};
+  variant.buffers[0] = density.buffers();
+  variant.texels_per_buffer = density.texels_per_buffer();
+  variant.resumable = resumable;
+  return variant;
+}
+
+}  // namespace
+
+LightPass::LightPass(const View& view, const MediumAtlas& atlas, const AtlasTextures& density,
+                     int max_turns)
+    : LightPass(make_march_setup(light_march(view), atlas), density, max_turns) {}
+
+LightPass::LightPass(MarchSetup setup, const AtlasTextures& density, int max_turns)
+    : setup_(std::move(setup)),
+      density_(density),
+      resumable_(setup_.parameters.max_turns > (max_turns ? max_turns : turns_per_pass(setup_))),
+      march_(variant_of(setup_, density, resumable_), "light.frag"),
+      target_(side, resumable_) {
+  MarchParameters& p = setup_.parameters;
+  p.max_turns = std::min(p.max_turns, max_turns ? max_turns : turns_per_pass(setup_));
+  glCreateVertexArrays(1, &vertex_array_);
+  march_.configure(p);
+  march_.program().set("blocks_first", int(setup_.tables.size()));
+}
+
+LightPass::~LightPass() { glDeleteVertexArrays(1, &vertex_array_); }
+
+std::vector<double> LightPass::depths(std::span<const glm::ivec3> origins) const {
+  std::vector<double> result;
+  result.reserve(origins.size() * side);
+  density_.bind(march_.grid_unit(0));
+  glBindVertexArray(vertex_array_);
+  glUseProgram(march_.program().id());
+  for (std::size_t first = 0; first < origins.size(); first += side)
+    append(origins.subspan(first, std::min(origins.size() - first, std::size_t(side))), result);
+  return result;
+}
+
+void LightPass::append(std::span<const glm::ivec3> origins, std::vector<double>& depths) const {
+  std::vector<glm::vec4> entries = setup_.tables;
+  for (const glm::ivec3& origin : origins)
+    entries.emplace_back(glm::vec3(origin - setup_.origin), 0.f);
+  const Tables tables(entries);
+  tables.bind(MarchProgram::tables_unit);
+  const int rows = int(origins.size());
+  int passes = 0;
+  do {
+    target_.bind(passes & 1);
+    glViewport(0, 0, side, rows);
+    march_.program().set("first_pass", passes == 0);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    ++passes;
+  } while (resumable_ && !target_.all_done(side, rows, (passes - 1) & 1));
+  target_.bind((passes - 1) & 1);
+  std::vector<glm::vec4> picture;
+  target_.read_picture(side, rows, picture);
+  for (const glm::vec4& texel : picture) depths.push_back(double(texel.x));
+}
+
+}  // namespace psivox::gl

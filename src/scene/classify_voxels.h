@@ -1,0 +1,15 @@
+#pragma once
+
+#include "psivox/field.h"
+#include "psivox/transfer_function.h"
+
+namespace psivox {
+
+/// Classification before interpolation: the attenuation of each voxel's value as a scalar field.
+/// Where 0 has an attenuation the whole domain is filled with it. Throws Error(memory).
+Field attenuation_of_voxels(const Field& field, const TransferFunction& function);
+
+/// The colour of each voxel's value as a vec3 field, wherever there is attenuation.
+Field color_of_voxels(const Field& field, const TransferFunction& function);
+
+}  // namespace psivox

@@ -1,0 +1,38 @@
+#include "scene/density_function.h"
+
+#include <algorithm>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "scene/value_range.h"
+
+namespace psivox {
+
+std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& density) {
+  if (!scene.colormap) return std::nullopt;
+  if (scene.range) return scene.range;
+  const glm::dvec2 range = active_range(density);
+  if (range.x < range.y) return range;
+  if (range.x == 0) return glm::dvec2(0, 1);
+  return glm::dvec2(std::min(range.x, 0.0), std::max(range.x, 0.0));
+}
+
+std::shared_ptr<const TransferFunction> density_function(const Scene& scene, const Field& density) {
+  if (scene.colormap) {
+    const glm::dvec2 range = *resolved_range(scene, density);
+    const glm::dvec2 stored = stored_range(density);
+    return std::make_shared<const TransferFunction>(
+        colormap_function(*scene.colormap, range.x, range.y, stored.x, stored.y));
+  }
+  if (scene.transfer_function.empty()) return nullptr;
+  auto function =
+      std::make_shared<const TransferFunction>(read_transfer_function(scene.transfer_function));
+  if (function->has_color() && !(scene.luminance_grid.empty() && scene.temperature_grid.empty()))
+    throw Error(ExitCode::usage,
+                "--transfer-function " + in_quotes(scene.transfer_function) +
+                    " has colours, which are the luminance; leave them out of it, or leave out " +
+                    (scene.luminance_grid.empty() ? "--temperature-grid" : "--luminance-grid"));
+  return function;
+}
+
+}  // namespace psivox

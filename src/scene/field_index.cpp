@@ -1,0 +1,87 @@
+#include "scene/field_index.h"
+
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
+
+namespace psivox {
+namespace {
+
+/// The multiple of a power of two at or below each coordinate.
+glm::ivec3 origin_of(const glm::ivec3& voxel, int width) { return voxel & ~(width - 1); }
+
+}  // namespace
+
+std::size_t VoxelHash::operator()(const glm::ivec3& v) const {
+  std::uint64_t h = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    h = (h ^ static_cast<std::uint32_t>(v[axis])) * 0x9E3779B97F4A7C15ull;
+  return static_cast<std::size_t>(h ^ (h >> 32));
+}
+
+FieldIndex::FieldIndex(const Field& field) : field_(&field) {
+  leaves_.reserve(field.leaves.size());
+  const auto occupy = [&](const glm::ivec3& origin, int width) {
+    for (std::size_t level = 0; level < 2; ++level)
+      if (widths[level] > width) occupied_[level].insert(origin_of(origin, widths[level]));
+  };
+  for (const Leaf& leaf : field.leaves) {
+    leaves_.emplace(leaf.origin, leaf.values);
+    occupy(leaf.origin, 8);
+  }
+  for (const Tile& tile : field.tiles) {
+    for (std::size_t level = 0; level < widths.size(); ++level)
+      if (widths[level] == tile.width) tiles_[level].emplace(tile.origin, tile.value);
+    occupy(tile.origin, tile.width);
+  }
+}
+
+glm::dvec3 FieldIndex::at(const glm::ivec3& voxel) const {
+  const auto leaf = leaves_.find(origin_of(voxel, 8));
+  if (leaf != leaves_.end()) {
+    const glm::ivec3 local = voxel & 7;
+    const float* from = leaf->second + ((local.x * 8 + local.y) * 8 + local.z) * field_->channels;
+    glm::dvec3 value(0);
+    for (int c = 0; c < field_->channels; ++c) value[c] = static_cast<double>(from[c]);
+    return value;
+  }
+  for (std::size_t level = 0; level < widths.size(); ++level) {
+    const auto tile = tiles_[level].find(origin_of(voxel, widths[level]));
+    if (tile != tiles_[level].end()) return glm::dvec3(tile->second);
+  }
+  return glm::dvec3(0);
+}
+
+glm::dvec3 FieldIndex::at(const glm::dvec3& point) const {
+  const Box domain = field_->domain();
+  if (glm::any(glm::lessThan(point, glm::dvec3(domain.min))) ||
+      glm::any(glm::greaterThan(point, glm::dvec3(domain.max))))
+    return glm::dvec3(0);
+  const glm::dvec3 floor = glm::floor(point);
+  const glm::dvec3 u = point - floor;
+  glm::dvec3 sum(0);
+  for (int i = 0; i < 8; ++i) {
+    const glm::ivec3 corner(i >> 2, i >> 1 & 1, i & 1);
+    const glm::dvec3 weights = glm::mix(1.0 - u, u, glm::dvec3(corner));
+    const double weight = weights.x * weights.y * weights.z;
+    if (weight != 0) sum += weight * at(glm::ivec3(floor) + corner);
+  }
+  return sum;
+}
+
+bool FieldIndex::holds_any(int level, const glm::ivec3& origin) const {
+  if (is_one(level, origin)) return true;
+  return level < 2 && occupied_[static_cast<std::size_t>(level)].contains(origin);
+}
+
+bool FieldIndex::is_one(int level, const glm::ivec3& origin) const {
+  if (tiles_[static_cast<std::size_t>(level)].contains(origin)) return true;
+  return widths[static_cast<std::size_t>(level)] == 8 && leaves_.contains(origin);
+}
+
+bool FieldIndex::stores(const glm::ivec3& voxel) const {
+  for (std::size_t level = 0; level < widths.size(); ++level)
+    if (is_one(static_cast<int>(level), origin_of(voxel, widths[level]))) return true;
+  return false;
+}
+
+}  // namespace psivox

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "psivox/field.h"
+
+namespace psivox {
+
+/// Of voxels, for containers.
+struct VoxelHash {
+  std::size_t operator()(const glm::ivec3& v) const;
+};
+
+/// Where a field's leaves and tiles are. The field must outlive it.
+class FieldIndex {
+ public:
+  /// Widths of tiles, coarse to fine; the last is also a leaf's.
+  static constexpr std::array<int, 3> widths{4096, 128, 8};
+
+  explicit FieldIndex(const Field& field);
+
+  /// Value of a voxel; 0 where nothing is stored.
+  glm::dvec3 at(const glm::ivec3& voxel) const;
+
+  /// Trilinear interpolation at a point of index space; 0 outside the domain.
+  glm::dvec3 at(const glm::dvec3& point) const;
+
+  /// Whether a leaf or a tile lies in the cube of widths[level] from an origin on, which is a
+  /// multiple of that.
+  bool holds_any(int level, const glm::ivec3& origin) const;
+
+  /// Whether that cube is one tile or leaf.
+  bool is_one(int level, const glm::ivec3& origin) const;
+
+  /// Whether a voxel is in a leaf or a tile.
+  bool stores(const glm::ivec3& voxel) const;
+
+ private:
+  const Field* field_;
+  std::unordered_map<glm::ivec3, const float*, VoxelHash> leaves_;             ///< by origin
+  std::array<std::unordered_map<glm::ivec3, glm::vec3, VoxelHash>, 3> tiles_;  ///< by origin
+  std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;          ///< of the wider two
+};
+
+}  // namespace psivox

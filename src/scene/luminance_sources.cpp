@@ -1,0 +1,93 @@
+#include "scene/luminance_sources.h"
+
+#include <algorithm>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
+
+#include "psivox/black_body.h"
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "scene/classify_voxels.h"
+#include "scene/map_field.h"
+
+namespace psivox {
+namespace {
+
+std::shared_ptr<const Field> share(Field field) {
+  return std::make_shared<const Field>(std::move(field));
+}
+
+/// Luminance of black bodies [1 at 6500 K]. The value 0 is 0 K whatever the offset: it is also what
+/// missing voxels have.
+Field black_bodies(const Scene& scene, const Field& temperature) {
+  if (temperature.channels != 1)
+    throw Error(ExitCode::input, "grid " + in_quotes(temperature.name) + " has vectors (" +
+                                     temperature.value_type +
+                                     "); a temperature is scalar: choose another grid");
+  return map_field(temperature, 3, [&](const glm::vec3& value) {
+    if (value.x == 0) return glm::vec3(0);
+    return glm::vec3(black_body(scene.temperature_scale * static_cast<double>(value.x) +
+                                scene.temperature_offset));
+  });
+}
+
+bool has_negative_values(const Field& field) {
+  const auto negative = [](float v) { return v < 0; };
+  return std::any_of(field.leaves.begin(), field.leaves.end(),
+                     [&](const Leaf& leaf) {
+                       return std::any_of(leaf.values, leaf.values + 512 * field.channels,
+                                          negative);
+                     }) ||
+         std::any_of(field.tiles.begin(), field.tiles.end(),
+                     [&](const Tile& tile) { return glm::any(glm::lessThan(tile.value, {})); });
+}
+
+/// Negative light is no light; reading sees to it but where a density of data is the luminance too.
+std::shared_ptr<const Field> without_negative(std::shared_ptr<const Field> field) {
+  if (!has_negative_values(*field)) return field;
+  return share(map_field(*field, field->channels,
+                         [](const glm::vec3& value) { return glm::max(value, glm::vec3(0)); }));
+}
+
+void set_grid(const std::shared_ptr<const Field>& field, Medium& medium) {
+  if (field == medium.density) {
+    medium.source = LuminanceSource::density;
+    return;
+  }
+  medium.source = field->channels == 3 ? LuminanceSource::vector : LuminanceSource::scalar;
+  medium.luminance = field;
+}
+
+void set_function(const std::shared_ptr<const TransferFunction>& function,
+                  const MediumFields& fields, Medium& medium) {
+  if (medium.transfer) {
+    medium.source = LuminanceSource::transfer;
+    return;
+  }
+  medium.source = LuminanceSource::vector;
+  medium.luminance = share(color_of_voxels(*fields.density, *function));
+}
+
+}  // namespace
+
+void set_luminance(const Scene& scene, const MediumFields& fields,
+                   const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
+  medium.color = scene.resolved_luminance();
+  if (scene.mode == Mode::xray) return;
+  const bool tinted = function && function->has_color();
+  if (tinted) {
+    if (scene.composites() || medium.transfer) set_function(function, fields, medium);
+  } else if (fields.temperature) {
+    medium.source = LuminanceSource::vector;
+    medium.luminance = share(black_bodies(scene, *fields.temperature));
+  } else if (fields.luminance) {
+    set_grid(without_negative(fields.luminance), medium);
+    medium.color *= scene.luminance_scale;
+  }
+  if (scene.lit())
+    medium.light = ScatteredLight{glm::normalize(scene.light->direction),
+                                  scene.light->color * scene.albedo, tinted};
+}
+
+}  // namespace psivox

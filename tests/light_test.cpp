@@ -1,0 +1,341 @@
+// Light that is scattered once: its depths from voxels by three ways, against closed forms and each
+// other, and what pictures make of them.
+
+#include "psivox/light.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+#include "field_voxels.h"
+#include "march_cases.h"
+
+namespace psivox {
+namespace {
+
+Scene lit_scene(const glm::dvec3& direction, int side = 48) {
+  Scene scene = small_scene(side);
+  scene.light = DirectionalLight{direction, {1, 1, 1}};
+  return scene;
+}
+
+/// A function whose attenuation turns at several values, in a file of its own.
+std::string function_file() {
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("psivox_light_" + std::to_string(::getpid()) + ".json");
+  std::ofstream(path) << R"({"points": [
+    {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
+    {"value": 0.2, "attenuation": 1, "color": [1, 0.5, 0.25]},
+    {"value": 0.5, "attenuation": 0.3, "color": [0.5, 1, 0.5]},
+    {"value": 0.50001, "attenuation": 2, "color": [0, 1, 1]},
+    {"value": 1, "attenuation": 0.5, "color": [1, 0, 1]}]})";
+  return path.string();
+}
+
+View lit_in_double(const View& view) {
+  const MediumAtlas atlas = build_medium_atlas(view);
+  return lit(view, march_double_light_depths(view, atlas));
+}
+
+const glm::dvec3 directions[] = {{0, 0, -1}, {0, 1, 0}, {-0.3, -1, 0.2}, {1, 1, 1}, {0.6, 0, -0.8}};
+
+std::vector<double> gl_depths(const View& view, const std::vector<glm::ivec3>& origins,
+                              int max_turns = 0) {
+  GlRenderer& gl = *Gpu::renderer();
+  const MediumAtlas atlas = build_medium_atlas(view);
+  gl.upload(atlas);
+  return gl.light_depths(view, max_turns)(origins);
+}
+std::vector<double> double_depths(const View& view, const std::vector<glm::ivec3>& origins) {
+  const MediumAtlas atlas = build_medium_atlas(view);
+  return march_double_light_depths(view, atlas)(origins);
+}
+std::vector<glm::ivec3> blocks_of(const View& view) {
+  return visible_blocks(*view.medium.density, density_options(view));
+}
+
+/// Largest difference of the transmittances.
+double difference_of(const std::vector<double>& a, const std::vector<double>& b) {
+  EXPECT_EQ(a.size(), b.size());
+  double most = 0;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+    most = std::max(most, std::abs(std::exp(-a[i]) - std::exp(-b[i])));
+  return most;
+}
+
+TEST(LightDepths, OfASlabAreItsThickness) {
+  // 16 voxels of 1 along z, wide in x and y, voxels of 0.5: from z to the face at 15.5.
+  const double h = 0.5, K = 0.7;
+  Scene scene = lit_scene({0, 0, -1});
+  scene.extinction = K;
+  const Field slab = make_field(
+      {{-40, -40, 0}, {39, 39, 15}}, [](glm::ivec3) { return 1.f; }, glm::dmat4(glm::dmat3(h)));
+  for (const double tilt : {0.0, 0.5}) {
+    scene.light->direction = {-tilt, 0, -1};
+    const double length = h * std::sqrt(1 + tilt * tilt);  // of the ray, a voxel of z
+    const View view = view_of(scene, slab);
+    const std::vector<glm::ivec3> block = {{0, 0, 0}, {0, 0, 8}, {0, 0, 16}, {0, 0, -8}};
+    const std::vector<double> march = double_depths(view, block);
+    const std::vector<double> reference = reference_light_depths(view)(block);
+    for (std::size_t i = 0; i < march.size(); ++i) {
+      const int z = block[i / 512].z + static_cast<int>(i & 7);
+      if (z < -1) continue;  // outside the domain, where no light is computed
+      const double exact = K * length * (z > 15 ? 0 : z < 0 ? 16 : 15.5 - z);
+      // sums of a score of terms of this size in double
+      EXPECT_NEAR(march[i], exact, 1e-13) << z;
+      EXPECT_NEAR(reference[i], exact, 1e-13) << z;
+    }
+  }
+}
+
+TEST(LightDepths, MarchAndReferenceAgree) {
+  for (const glm::dvec3& direction : directions) {
+    const View view = view_of(lit_scene(direction), mixed());
+    const std::vector<glm::ivec3> origins = blocks_of(view);
+    // Both are exact; a ray along the faces of cells may take either side of them, which have one
+    // value there. Hundreds of roundings of depths up to 40.
+    EXPECT_LE(difference_of(double_depths(view, origins), reference_light_depths(view)(origins)),
+              1e-12)
+        << direction.x << ' ' << direction.y << ' ' << direction.z;
+  }
+}
+
+TEST(VisibleBlocks, HoldEveryCornerOfACellWithAttenuation) {
+  const Field field = mixed();
+  const std::vector<glm::ivec3> origins = visible_blocks(field, {});
+  const FieldVoxels at(field);
+  const auto listed = [&](const glm::ivec3& v) {
+    return std::find(origins.begin(), origins.end(), v & ~7) != origins.end();
+  };
+  const Box domain = field.domain();
+  int cells = 0;
+  for (int x = domain.min.x; x < domain.max.x; x += 1)
+    for (int y = domain.min.y; y < domain.max.y; y += 3)
+      for (int z = domain.min.z; z < domain.max.z; z += 3) {
+        bool any = false;
+        for (int i = 0; i < 8; ++i) any |= at({x + (i >> 2), y + (i >> 1 & 1), z + (i & 1)}).x != 0;
+        if (!any) continue;
+        ++cells;
+        for (int i = 0; i < 8; ++i)
+          ASSERT_TRUE(listed({x + (i >> 2), y + (i >> 1 & 1), z + (i & 1)}));
+      }
+  EXPECT_GT(cells, 1000);
+  for (std::size_t i = 1; i < origins.size(); ++i) EXPECT_NE(origins[i], origins[i - 1]);
+  // Nothing is nowhere; a function that sees 0 sees the domain.
+  EXPECT_TRUE(
+      visible_blocks(make_field({{0, 0, 0}, {7, 7, 7}}, [](auto) { return 0.f; }), {}).empty());
+  AtlasOptions all;
+  all.visible = [](float, float) { return true; };
+  EXPECT_EQ(
+      visible_blocks(make_field({{0, 0, 0}, {7, 7, 7}}, [](auto) { return 0.f; }), all).size(),
+      27u);
+}
+
+using LightGpu = GpuTest;
+
+TEST_F(LightGpu, DepthsAreThoseInDouble) {
+  Scene scene = lit_scene({0, 0, -1});
+  for (const bool function : {false, true}) {
+    if (function) scene.transfer_function = function_file();
+    for (const glm::dvec3& direction : directions) {
+      scene.light->direction = direction;
+      const View view = view_of(scene, mixed());
+      const std::vector<glm::ivec3> origins = blocks_of(view);
+      const std::vector<double> gpu = gl_depths(view, origins);
+      const double most = difference_of(gpu, double_depths(view, origins));
+      std::printf("  light %g,%g,%g%s: %.2e\n", direction.x, direction.y, direction.z,
+                  function ? ", function" : "", most);
+      // float32 positions over 64 voxels are good to 4e-6 voxels, of which a depth's error is the
+      // product with a change of attenuation of about 1 at each; they do not add up.
+      EXPECT_LE(most, 1e-6);
+    }
+  }
+}
+
+TEST_F(LightGpu, PassesDoNotChangeDepths) {
+  const View view = view_of(lit_scene({-0.3, -1, 0.2}), mixed());
+  const std::vector<glm::ivec3> origins = blocks_of(view);
+  EXPECT_EQ(gl_depths(view, origins), gl_depths(view, origins, 16));
+}
+
+TEST_F(LightGpu, PictureIsThatInDouble) {
+  Scene scene = lit_scene({-0.3, -1, 0.2}, 64);
+  scene.phase_g = 0.4;
+  const View view = view_of(scene, mixed());
+  GlRenderer& gl = *Gpu::renderer();
+  MediumAtlas atlas = build_medium_atlas(view);
+  EXPECT_FALSE(atlas.luminance);
+  gl.upload(atlas);
+  const View own = lit(view, gl.light_depths(view));
+  add_luminance(atlas, own);
+  const Image picture = render_gl(own, atlas).image;
+  const Comparison c = difference("lit", picture, double_picture(lit_in_double(view)));
+  expect_content(picture);
+  // float32 sums of a ray, as everywhere (march_test), and T_light's own 1e-6
+  EXPECT_LE(c.max, 2e-5);
+  EXPECT_LE(c.rms, 1e-6);
+}
+
+// --- pictures ------------------------------------------------------------------------------------
+
+/// The middle pixel of a slab 16 voxels thick, seen along -z, lit along `direction`.
+glm::dvec3 slab_picture(Scene scene, double K) {
+  scene.extinction = K;
+  scene.resolution = {9, 9};
+  const Field slab = make_field({{-40, -40, 0}, {39, 39, 15}}, [](glm::ivec3) { return 1.f; });
+  scene = looking(scene, {-0.5, -0.5, 60}, {-0.5, -0.5, 8}, 8.0);
+  const Image image = double_picture(lit_in_double(view_of(scene, slab)));
+  return {pixel(image, 4, 4, 0), pixel(image, 4, 4, 1), pixel(image, 4, 4, 2)};
+}
+
+TEST(Lit, SlabFromTheFrontHasAClosedForm) {
+  // I = integral of K e^{-Ks} e^{-Ks} ds = (1 - e^{-2D}) / 2, D = 16 K.
+  for (const double K : {0.02, 0.05}) {
+    Scene scene = lit_scene({0, 0, -1});
+    scene.light->color = {1, 2, 0};
+    scene.albedo = 0.5;
+    const glm::dvec3 I = slab_picture(scene, K);
+    const double exact = 0.5 * -std::expm1(-2 * 16 * K) / 2;
+    // e^{-Ks} is interpolated linearly between voxels: K^2/8 of it at most, and the ends' tents,
+    // where depth is quadratic, are of the same order
+    EXPECT_NEAR(I.x, exact, exact * K * K / 4);
+    EXPECT_NEAR(I.y, 2 * exact, 2 * exact * K * K / 4);
+    EXPECT_EQ(I.z, 0);
+  }
+}
+
+TEST(Lit, SlabFromBehindHasAClosedForm) {
+  // Each point is lit through D - Ks and seen through Ks: I = D e^{-D}.
+  const double K = 0.05, D = 16 * K;
+  const glm::dvec3 I = slab_picture(lit_scene({0, 0, 1}), K);
+  EXPECT_NEAR(I.x, D * std::exp(-D), D * std::exp(-D) * K * K / 4);
+}
+
+TEST(Lit, PhaseIsAFactorOfTheRay) {
+  Scene scene = lit_scene({0, 0, -1});
+  const glm::dvec3 isotropic = slab_picture(scene, 0.05);
+  // The camera looks along the light: it sees what is scattered backwards.
+  for (const double g : {0.5, -0.3}) {
+    scene.phase_g = g;
+    // pictures are float32
+    EXPECT_NEAR(slab_picture(scene, 0.05).x / isotropic.x, (1 - g * g) / std::pow(1 + g, 3), 1e-6);
+  }
+}
+
+TEST(Lit, WithoutLightOfItsOwnAMediumOfLuminanceOneIsItsOpacity) {
+  // The light adds nothing: the luminance that is left is 1 at every voxel that a cell with
+  // attenuation looks at, so that radiance and opacity are one number in every pixel.
+  for (const bool uniform : {false, true}) {
+    Scene scene = lit_scene({0.3, -1, 0.2}, 64);
+    scene.light->color = {0, 0, 0};
+    scene.luminance = glm::dvec3(1);
+    if (uniform) scene.step = 0.5;
+    const Image image = double_picture(lit_in_double(view_of(scene, mixed())));
+    expect_content(image);
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 64; ++x)
+        // roundings of float32 pictures of at most 1; under uniform steps the luminance of a first
+        // sample outside of all blocks is missing, up to a step's opacity
+        ASSERT_NEAR(pixel(image, x, y, 0), pixel(image, x, y, 3), uniform ? 2e-2 : 1e-6)
+            << x << ' ' << y;
+  }
+}
+
+TEST(Lit, LightAndLuminanceAdd) {
+  Scene dark = lit_scene({0.3, -1, 0.2}, 32);
+  const Field density = mixed();
+  const auto shared = share(density);
+  const Image light = double_picture(lit_in_double(view_of(dark, shared)));
+  Scene glowing = dark;
+  glowing.light.reset();
+  const Image glow = double_picture(view_of(glowing, shared, Glow::density));
+  const Image both = double_picture(lit_in_double(view_of(dark, shared, Glow::density)));
+  expect_content(light);
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x)
+      // the same segments and weights, sums rounded to float32 at voxels and in the pictures
+      ASSERT_NEAR(pixel(both, x, y, 0), pixel(light, x, y, 0) + pixel(glow, x, y, 0), 2e-6);
+}
+
+TEST(Lit, LuminanceOfAnotherGridIsTakenAtVoxels) {
+  // Linear over the world, so that its interpolation at the density's voxels loses nothing.
+  Scene scene = lit_scene({0.3, -1, 0.2}, 32);
+  scene.light->color = {0, 0, 0};
+  Field glow = make_field(
+      {{-40, -40, -40}, {40, 40, 40}},
+      [](glm::ivec3 v) { return 2 + 0.01f * static_cast<float>(v.x + 2 * v.y - v.z); },
+      glm::dmat4(glm::dmat3(1.7)));
+  glow.name = "glow";
+  const Image lit_image = double_picture(lit_in_double(view_of(scene, mixed(), glow)));
+  scene.light.reset();
+  const Image image = double_picture(view_of(scene, mixed(), glow));
+  expect_content(image);
+  // values of up to 5 as float32, at voxels and in the pictures
+  EXPECT_LE(compare_images(lit_image, image).max, 3e-6);
+}
+
+TEST(Lit, ColoursOfAFunctionTintTheLight) {
+  Scene scene = lit_scene({0, 0, -1}, 32);
+  scene.transfer_function = function_file();
+  scene.light->color = {1, 2, 3};
+  const View view = view_of(scene, mixed());
+  const View own = lit_in_double(view);
+  EXPECT_EQ(own.medium.source, LuminanceSource::vector);
+  EXPECT_EQ(own.medium.color, glm::dvec3(1, 2, 3));
+  const std::vector<glm::ivec3> origins = blocks_of(view);
+  const std::vector<double> depths = double_depths(view, origins);
+  const FieldVoxels at(*view.medium.density), light(*own.medium.luminance);
+  for (std::size_t i = 0; i < depths.size(); i += 37) {
+    const int n = static_cast<int>(i % 512);
+    const glm::ivec3 v = origins[i / 512] + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7);
+    const glm::dvec3 color = view.medium.transfer->at(at(v).x).color;
+    for (int c = 0; c < 3; ++c) ASSERT_EQ(light(v)[c], float(color[c] * std::exp(-depths[i])));
+  }
+}
+
+TEST(Lit, EmissionHasNoPhase) {
+  Scene scene = lit_scene({0, 0, -1}, 32);
+  scene.phase_g = 0.5;
+  const auto density = share(mixed());
+  Field fire = blobs();
+  fire.name = scene.emission_grid = "fire";
+  scene.emission_scale = 0.1;
+  const auto picture = [&](const Scene& of, bool emits) {
+    const View view =
+        make_view(of, MediumFields{density, nullptr, nullptr, emits ? share(fire) : nullptr});
+    return double_picture(of.light ? lit_in_double(view) : view);
+  };
+  const Image light = picture(scene, false);
+  const Image both = picture(scene, true);
+  Scene dark = scene;
+  dark.light.reset();
+  dark.luminance = glm::dvec3(0);
+  const Image emission = picture(dark, true);
+  expect_content(light);
+  double most = 0;
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x) {
+      most = std::max(most, static_cast<double>(pixel(emission, x, y, 0)));
+      // sums of two float32 pictures
+      ASSERT_NEAR(pixel(both, x, y, 0), pixel(light, x, y, 0) + pixel(emission, x, y, 0), 2e-6);
+    }
+  EXPECT_GT(most, 0.05);
+}
+
+TEST(Lit, IsNothingWithoutLight) {
+  const View view = view_of(small_scene(), blobs());
+  const View same = lit(view, [](auto) -> std::vector<double> { throw 1; });
+  EXPECT_EQ(same.medium.source, LuminanceSource::constant);
+  EXPECT_EQ(same.medium.luminance, nullptr);
+  // and nothing is drawn of a light that is not computed
+  const View pending = view_of(lit_scene({0, 0, 1}), blobs());
+  EXPECT_THROW(double_picture(pending), Error);
+  EXPECT_THROW(render_reference(pending), Error);
+}
+
+}  // namespace
+}  // namespace psivox

@@ -1,0 +1,359 @@
+// What a scene's medium radiates and where it comes from: functions of the value before and after
+// interpolation, temperatures, emission, centering, and what each mode looks at.
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "field_voxels.h"
+#include "make_field.h"
+#include "psivox/black_body.h"
+#include "psivox/error.h"
+#include "psivox/medium.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+std::shared_ptr<const Field> share(Field field, const char* name = "density") {
+  field.name = name;
+  return std::make_shared<const Field>(std::move(field));
+}
+
+float voxel(const Field& field, const glm::ivec3& at, int channel = 0) {
+  return FieldVoxels(field)(at)[channel];
+}
+
+/// Values from -1 to 3 over x in 8^3 voxels.
+Field ramp() {
+  return make_field({{0, 0, 0}, {7, 7, 7}},
+                    [](glm::ivec3 v) { return -1 + 4 * static_cast<float>(v.x) / 7; });
+}
+
+/// A transfer function's file, removed with it.
+class FunctionFile {
+ public:
+  explicit FunctionFile(const std::string& text)
+      : path_(std::filesystem::temp_directory_path() /
+              ("psivox_function_" + std::to_string(::getpid()) + ".json")) {
+    std::ofstream(path_) << text;
+  }
+  ~FunctionFile() { std::filesystem::remove(path_); }
+  std::string path() const { return path_.string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+const char* const coloured = R"({"points": [
+  {"value": 0, "attenuation": 0, "color": [0, 0, 0]},
+  {"value": 1, "attenuation": 2, "color": [1, 0.5, 0.25]},
+  {"value": 3, "attenuation": 1, "color": [0, 1, 4]}]})";
+const char* const plain = R"({"points": [
+  {"value": 0, "attenuation": 0}, {"value": 1, "attenuation": 2}, {"value": 3, "attenuation": 1}]})";
+const char* const foggy = R"({"points": [
+  {"value": 0, "attenuation": 0.5, "color": [1, 1, 1]},
+  {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})";
+
+template <typename Call>
+std::string message_of(ExitCode code, Call call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), code) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return "";
+}
+
+TEST(TransferSource, ColoursAreTheLuminance) {
+  const FunctionFile file(coloured);
+  Scene scene;
+  scene.transfer_function = file.path();
+  scene.luminance = glm::dvec3(1, 2, 3);
+  const View view = make_view(scene, share(ramp()), nullptr);
+  EXPECT_EQ(view.medium.source, LuminanceSource::transfer);
+  ASSERT_TRUE(view.medium.transfer);
+  EXPECT_EQ(view.medium.transfer->points().size(), 3u);
+  EXPECT_EQ(view.medium.color, glm::dvec3(1, 2, 3));
+  EXPECT_EQ(view.medium.luminance, nullptr);
+}
+
+TEST(TransferSource, WithoutColoursLuminanceComesFromElsewhere) {
+  const FunctionFile file(plain);
+  Scene scene;
+  scene.transfer_function = file.path();
+  const auto density = share(ramp());
+  EXPECT_EQ(make_view(scene, density, nullptr).medium.source, LuminanceSource::constant);
+  const View other = make_view(scene, density, share(ramp(), "heat"));
+  EXPECT_EQ(other.medium.source, LuminanceSource::scalar);
+  EXPECT_TRUE(other.medium.transfer);
+  // The density's own values, but negative light is none.
+  const View own = make_view(scene, density, density);
+  EXPECT_EQ(own.medium.source, LuminanceSource::scalar);
+  EXPECT_EQ(voxel(*own.medium.luminance, {0, 0, 0}), 0.0f);
+  EXPECT_EQ(voxel(*own.medium.luminance, {7, 3, 3}), 3.0f);
+}
+
+TEST(TransferSource, ColoursAndAGridAreTooMuch) {
+  const FunctionFile file(coloured);
+  Scene scene;
+  scene.transfer_function = file.path();
+  scene.luminance_grid = "density";
+  const std::string text =
+      message_of(ExitCode::usage, [&] { make_view(scene, share(ramp()), nullptr); });
+  EXPECT_NE(text.find("--luminance-grid"), std::string::npos) << text;
+}
+
+TEST(Colormap, TakesTheActiveRange) {
+  Scene scene;
+  scene.colormap = Colormap::gray;
+  const View view = make_view(scene, share(ramp()), nullptr);
+  EXPECT_EQ(view.scene.range, glm::dvec2(-1, 3));
+  EXPECT_EQ(view.medium.source, LuminanceSource::transfer);
+  EXPECT_EQ(view.medium.transfer->at(3).color, glm::dvec3(1));
+  EXPECT_EQ(view.medium.transfer->at(3).attenuation, 3);
+  EXPECT_EQ(view.medium.transfer->at(-1).attenuation, 0);
+  const Scene again = scene_from_json(to_json(view.scene));
+  EXPECT_EQ(to_json(make_view(again, share(ramp()), nullptr).scene), to_json(view.scene));
+
+  // One value only: from 0 to it.
+  const auto one = [](float value) {
+    return share(make_field({{0, 0, 0}, {7, 7, 7}}, [=](glm::ivec3) { return value; }));
+  };
+  EXPECT_EQ(make_view(scene, one(2), nullptr).scene.range, glm::dvec2(0, 2));
+  EXPECT_EQ(make_view(scene, one(-2), nullptr).scene.range, glm::dvec2(-2, 0));
+  EXPECT_EQ(make_view(scene, one(0), nullptr).scene.range, glm::dvec2(0, 1));
+}
+
+TEST(AutoExtinction, MeasuresWhatTheFunctionMakesOfValues) {
+  const FunctionFile file(plain);
+  Scene scene;
+  scene.transfer_function = file.path();
+  const auto slab = share(make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3) { return 0.5f; }));
+  // attenuation 1: every line has 16; sums of voxels, so exact to rounding
+  EXPECT_NEAR(*make_view(scene, slab, nullptr).scene.extinction, 3 / 16.0, 1e-12);
+  // 0 has 0.5: 17 voxels from end to end of the domain, and 0.5 + 0.5 * 0.5 / 3 in the slab's 16
+  const FunctionFile fog(foggy);
+  const double mean = 17 * 0.5 + 16 * 0.5 * 0.5 / 3;
+  EXPECT_NEAR(*make_view(scene, slab, nullptr).scene.extinction, 3 / mean, 1e-12);
+}
+
+TEST(PreClassification, MapsVoxels) {
+  const FunctionFile file(coloured);
+  Scene scene;
+  scene.transfer_function = file.path();
+  scene.classification = Classification::pre;
+  const Field field = ramp();
+  const View view = make_view(scene, share(field), nullptr);
+  EXPECT_EQ(view.medium.transfer, nullptr);
+  EXPECT_EQ(view.medium.source, LuminanceSource::vector);
+  const TransferFunction function = read_transfer_function(file.path());
+  for (int x = 0; x < 8; ++x) {
+    const double value = static_cast<double>(voxel(field, {x, 1, 2}));
+    EXPECT_EQ(voxel(*view.medium.density, {x, 1, 2}),
+              static_cast<float>(function.at(value).attenuation));
+    for (int c = 0; c < 3; ++c)
+      EXPECT_EQ(voxel(*view.medium.luminance, {x, 1, 2}, c),
+                static_cast<float>(function.at(value).color[c]));
+  }
+  EXPECT_EQ(voxel(*view.medium.density, {-1, 1, 2}), 0.0f);
+  EXPECT_EQ(view.medium.density->domain(), field.domain());
+}
+
+TEST(PreClassification, FillsTheDomainWhereNothingAttenuates) {
+  const FunctionFile file(foggy);
+  Scene scene;
+  scene.transfer_function = file.path();
+  scene.classification = Classification::pre;
+  // Two leaves far apart: blocks of three widths lie between.
+  Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 3.f; });
+  const Field other = make_field({{8800, 0, 0}, {8807, 7, 7}}, [](glm::ivec3) { return 3.f; });
+  field.active_box.max = other.active_box.max;
+  field.leaves.push_back(other.leaves[0]);
+  const View view = make_view(scene, share(field), nullptr);
+  for (const Field* mapped : {view.medium.density.get(), view.medium.luminance.get()}) {
+    const float nothing = mapped->channels == 1 ? 0.5f : 1.0f;
+    for (const int x : {-1, 8, 100, 127, 128, 4095, 4096, 8191, 8192, 8799, 8808})
+      EXPECT_EQ(voxel(*mapped, {x, 0, 0}), nothing) << x;
+    EXPECT_EQ(voxel(*mapped, {0, 0, 0}), 1.0f);
+    EXPECT_EQ(voxel(*mapped, {8807, 7, 7}), 1.0f);
+    // Disjoint: each voxel in one leaf or tile.
+    for (const int x : {0, 8, 4096, 8800}) {
+      int holders = 0;
+      for (const Leaf& leaf : mapped->leaves) holders += leaf.origin == glm::ivec3(x, 0, 0);
+      for (const Tile& tile : mapped->tiles)
+        holders += tile.origin.x <= x && x < tile.origin.x + tile.width && tile.origin.y <= 0 &&
+                   tile.origin.y + tile.width > 0 && tile.origin.z <= 0 &&
+                   tile.origin.z + tile.width > 0;
+      EXPECT_EQ(holders, 1) << x;
+    }
+  }
+}
+
+TEST(PreClassification, ColoursReachTheCornersOfCells) {
+  // 0 is white and has no attenuation: the voxels around the leaf are white too, and no more.
+  const FunctionFile file(R"({"points": [
+    {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
+    {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})");
+  Scene scene;
+  scene.transfer_function = file.path();
+  scene.classification = Classification::pre;
+  const View view = make_view(scene, share(ramp()), nullptr);
+  EXPECT_TRUE(view.medium.density->tiles.empty());
+  EXPECT_EQ(view.medium.luminance->tiles.size(), 26u);
+  EXPECT_EQ(voxel(*view.medium.luminance, {-1, 8, 3}, 1), 1.0f);
+}
+
+TEST(Temperature, IsABlackBodysAtVoxels) {
+  Scene scene;
+  scene.temperature_grid = "heat";
+  scene.temperature_scale = 1000;
+  scene.temperature_offset = 500;
+  const auto density = share(make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 1.f; }));
+  const Field heat =
+      make_field({{0, 0, 0}, {3, 3, 3}}, [](glm::ivec3 v) { return static_cast<float>(v.x); });
+  const View view = make_view(scene, MediumFields{density, nullptr, share(heat, "heat"), nullptr});
+  EXPECT_EQ(view.medium.source, LuminanceSource::vector);
+  const Field& light = *view.medium.luminance;
+  for (int x = 1; x < 4; ++x)
+    for (int c = 0; c < 3; ++c)
+      EXPECT_EQ(voxel(light, {x, 1, 1}, c), float(black_body(1000.0 * x + 500)[c]));
+  // 0 is 0 K, in the leaf and outside of it, not the offset.
+  EXPECT_EQ(voxel(light, {0, 1, 1}, 0), 0.0f);
+  EXPECT_EQ(voxel(light, {20, 1, 1}, 0), 0.0f);
+
+  const Field vectors =
+      make_vector_field({{0, 0, 0}, {3, 3, 3}}, [](glm::ivec3) { return glm::vec3(1); });
+  message_of(ExitCode::input, [&] {
+    make_view(scene, MediumFields{density, nullptr, share(vectors, "heat"), nullptr});
+  });
+}
+
+TEST(Modes, LookAtTheirTermsOnly) {
+  Scene scene;
+  scene.emission_grid = "fire";
+  scene.emission_scale = 4;
+  scene.luminance_grid = "heat";
+  scene.luminance = glm::dvec3(1, 2, 3);
+  scene.light = DirectionalLight{};
+  const auto density = share(ramp());
+  const MediumFields fields{density, share(ramp(), "heat"), nullptr, share(ramp(), "fire")};
+  const View alpha = make_view(scene, fields);
+  EXPECT_EQ(alpha.medium.emission, fields.emission);
+  EXPECT_EQ(alpha.medium.emission_scale, 4);
+  EXPECT_EQ(alpha.medium.source, LuminanceSource::scalar);
+  ASSERT_TRUE(alpha.medium.light);
+  EXPECT_EQ(alpha.medium.light->direction, glm::dvec3(0, -1, 0));
+  EXPECT_EQ(alpha.scene.emission_grid, "fire");
+  for (const Mode mode : {Mode::mip, Mode::lmip, Mode::isosurface, Mode::xray}) {
+    scene.mode = mode;
+    const View view = make_view(scene, fields);
+    EXPECT_EQ(view.medium.emission, nullptr);
+    EXPECT_EQ(view.medium.luminance, nullptr);
+    EXPECT_EQ(view.medium.source, LuminanceSource::constant);
+    EXPECT_EQ(view.medium.light, std::nullopt);
+    EXPECT_EQ(view.medium.color, glm::dvec3(1, 2, 3));
+    EXPECT_EQ(view.scene.extinction.has_value(), mode == Mode::xray);
+    // What it does not look at stays in the scene for the next mode.
+    EXPECT_EQ(view.scene.emission_grid, "fire");
+  }
+}
+
+TEST(Modes, IsovalueIsTheMiddleOrADistance) {
+  Scene scene;
+  scene.mode = Mode::isosurface;
+  View view = make_view(scene, share(ramp()), nullptr);
+  EXPECT_EQ(view.medium.isovalue, 1);  // the middle of -1 and 3
+  EXPECT_EQ(view.scene.isovalue, 1);
+  scene.isovalue = -0.5;
+  EXPECT_EQ(make_view(scene, share(ramp()), nullptr).medium.isovalue, -0.5);
+
+  Field level_set = ramp();
+  level_set.half_width = 1.5;
+  view = make_view(scene, share(level_set), nullptr);
+  EXPECT_EQ(view.scene.isovalue, -0.5);
+  EXPECT_EQ(view.medium.isovalue, 2);  // 0.5 inside
+  scene.isovalue.reset();
+  view = make_view(scene, share(level_set), nullptr);
+  EXPECT_EQ(view.scene.isovalue, 0);
+  EXPECT_EQ(view.medium.isovalue, 1.5);
+  scene.isovalue = 1.5;
+  message_of(ExitCode::usage, [&] { make_view(scene, share(level_set), nullptr); });
+
+  // A function's colour at the surface, which has one value.
+  const FunctionFile file(coloured);
+  scene.isovalue = 1;
+  scene.transfer_function = file.path();
+  view = make_view(scene, share(ramp()), nullptr);
+  EXPECT_EQ(view.medium.transfer, nullptr);
+  EXPECT_EQ(view.medium.source, LuminanceSource::constant);
+  EXPECT_EQ(view.medium.color, glm::dvec3(1, 0.5, 0.25));
+}
+
+TEST(Centering, CellShiftsEveryGridByHalfAVoxel) {
+  Scene scene;
+  scene.centering = Centering::cell;
+  scene.emission_grid = "fire";
+  Field fire = ramp();
+  fire.world_from_index = glm::dmat4(glm::dmat3(3));
+  const auto density = share(ramp());
+  const View view = make_view(scene, MediumFields{density, density, nullptr, share(fire, "fire")});
+  EXPECT_EQ(view.medium.density->world_from_index[3], glm::dvec4(0.5, 0.5, 0.5, 1));
+  EXPECT_EQ(view.medium.emission->world_from_index[3], glm::dvec4(1.5, 1.5, 1.5, 1));
+  EXPECT_EQ(view.medium.source, LuminanceSource::density);
+  scene.centering = Centering::node;
+  const View node = make_view(scene, MediumFields{density, density, nullptr, share(fire, "fire")});
+  EXPECT_EQ(*view.scene.camera_target - *node.scene.camera_target, glm::dvec3(0.5));
+}
+
+TEST(Light, AloneIsAllTheLuminance) {
+  Scene scene;
+  scene.light = DirectionalLight{{0, 0, -2}, {1, 2, 3}};
+  scene.albedo = 0.5;
+  const auto density = share(ramp());
+  View view = make_view(scene, density, nullptr);
+  EXPECT_EQ(view.scene.luminance, glm::dvec3(0));
+  EXPECT_EQ(view.medium.color, glm::dvec3(0));
+  ASSERT_TRUE(view.medium.light);
+  EXPECT_EQ(view.medium.light->direction, glm::dvec3(0, 0, -1));
+  EXPECT_EQ(view.medium.light->radiance, glm::dvec3(0.5, 1, 1.5));
+  // A grid glows all the same, and so does what is asked for.
+  EXPECT_EQ(make_view(scene, density, density).scene.luminance, glm::dvec3(1));
+  scene.luminance = glm::dvec3(2);
+  EXPECT_EQ(make_view(scene, density, nullptr).medium.color, glm::dvec3(2));
+  scene.phase_g = 0.5;
+  message_of(ExitCode::usage, [&] { make_view(scene, density, nullptr); });
+  scene.luminance.reset();
+  message_of(ExitCode::usage, [&] { make_view(scene, density, density); });
+  EXPECT_NO_THROW(make_view(scene, density, nullptr));
+}
+
+TEST(Light, PhaseIsHenyeyAndGreensteins) {
+  Medium medium;
+  EXPECT_EQ(phase_factor(medium, {0, 0, 1}), 1);
+  medium.phase_axis = {0, 0, 1};
+  medium.phase_g = 0.6;
+  // Towards the light's source it is seen forward-scattered: (1 - g^2) / (1 - g)^3.
+  EXPECT_NEAR(phase_factor(medium, {0, 0, -1}), 0.64 / 0.064, 1e-12);
+  EXPECT_NEAR(phase_factor(medium, {0, 0, 1}), 0.64 / 4.096, 1e-12);
+  // Its mean over all directions is 1. Midpoint rule over the cosine, error below 1e-5 at 2000
+  // points: (1/24) 2/n^2 times the second derivative's mean, below 100.
+  double sum = 0;
+  constexpr int n = 2000;
+  for (int i = 0; i < n; ++i) {
+    const double z = (2.0 * i + 1) / n - 1;
+    sum += phase_factor(medium, {std::sqrt(1 - z * z), 0, z}) / n;
+  }
+  EXPECT_NEAR(sum, 1, 1e-4);
+}
+
+}  // namespace
+}  // namespace psivox
