@@ -33,9 +33,9 @@ Classified classify_in(int k, real value) {
   real4 a = knot_head(k);
   real4 b = knot_head(k + 1);
   real u = clamp((value - a.x) / (b.x - a.x), real(0.0), real(1.0));
-  real3 color = knot_color(k);
-  if (luminance_source == SOURCE_TRANSFER) color = color + (knot_color(k + 1) - color) * u;
-  return Classified(a.y + (b.y - a.y) * u, color);
+  real3 at = knot_color(k);
+  if (luminance_source == SOURCE_TRANSFER) at = at + (knot_color(k + 1) - at) * u;
+  return Classified(a.y + (b.y - a.y) * u, at);
 }
 
 Classified classify(real value) { return classify_in(transfer_interval(value), value); }

@@ -30,43 +30,45 @@ const auto jumps = [] {
 TEST(X, Explore) {
   const Scene scene = looking(small_scene(24), {60, 70, 90}, {10, 12, 11});
   for (bool rough : {false, true})
-  for (auto tf : {peaks(), jumps()})
-    for (auto src : {LuminanceSource::constant, LuminanceSource::density, LuminanceSource::transfer}) {
-      View view = view_of(scene, rough ? mixed() : blobs(), src == LuminanceSource::density ? Glow::density : Glow::constant);
-      view.medium.transfer = tf;
-      view.medium.source = src;
-      Image ref = render_reference(view).image;
-      printf("source %d alpha %g\n", int(src), mean_alpha(ref));
-      auto both = [&](std::string name, View v) {
-        difference(name + " double", double_picture(v), ref);
-        difference(name + " gl", gl_picture(v), ref);
-      };
-      for (int n : {1, 2, 4})
-        for (bool split : {false, true}) {
-          View v = view;
+    for (auto tf : {peaks(), jumps()})
+      for (auto src :
+           {LuminanceSource::constant, LuminanceSource::density, LuminanceSource::transfer}) {
+        View view = view_of(scene, rough ? mixed() : blobs(),
+                            src == LuminanceSource::density ? Glow::density : Glow::constant);
+        view.medium.transfer = tf;
+        view.medium.source = src;
+        Image ref = render_reference(view).image;
+        printf("source %d alpha %g\n", int(src), mean_alpha(ref));
+        auto both = [&](std::string name, View v) {
+          difference(name + " double", double_picture(v), ref);
+          difference(name + " gl", gl_picture(v), ref);
+        };
+        for (int n : {1, 2, 4})
+          for (bool split : {false, true}) {
+            View v = view;
+            v.scene.segments = n;
+            v.scene.split_knots = split;
+            both("psi-weighted " + std::to_string(n) + (split ? " split" : ""), v);
+          }
+        View v = view;
+        v.scene.integrator = Integrator::cell_exact;
+        both("cell-exact", v);
+        for (int n : {1, 2}) {
+          v.scene.integrator = Integrator::preintegrated_fast;
           v.scene.segments = n;
-          v.scene.split_knots = split;
-          both("psi-weighted " + std::to_string(n) + (split ? " split" : ""), v);
+          both("preintegrated_fast " + std::to_string(n), v);
         }
-      View v = view;
-      v.scene.integrator = Integrator::cell_exact;
-      both("cell-exact", v);
-      for (int n : {1, 2}) {
-        v.scene.integrator = Integrator::preintegrated_fast;
-        v.scene.segments = n;
-        both("preintegrated_fast " + std::to_string(n), v);
+        for (double h : {1.0, 0.5}) {
+          v.scene.integrator = Integrator::psi_balanced;
+          v.scene.sampling = Sampling::uniform;
+          v.scene.step = h;
+          both("balanced uniform" + std::to_string(h), v);
+          v.scene.integrator = Integrator::preintegrated_fast;
+          both("preint uniform" + std::to_string(h), v);
+          v.scene.integrator = Integrator::midpoint;
+          both("midpoint uniform" + std::to_string(h), v);
+        }
       }
-      for (double h : {1.0, 0.5}) {
-        v.scene.integrator = Integrator::psi_balanced;
-        v.scene.sampling = Sampling::uniform;
-        v.scene.step = h;
-        both("balanced uniform" + std::to_string(h), v);
-        v.scene.integrator = Integrator::preintegrated_fast;
-        both("preint uniform" + std::to_string(h), v);
-        v.scene.integrator = Integrator::midpoint;
-        both("midpoint uniform" + std::to_string(h), v);
-      }
-    }
 }
 
 }  // namespace

@@ -132,7 +132,7 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
   EXPECT_EQ(refusal("resolution", "640"),
             "--resolution '640': expected WxH in whole numbers, each from 1 to 65536 [pixels]");
   EXPECT_EQ(refusal("luminance", "1,2"),
-            "--luminance '1,2': expected three numbers R,G,B, each at least 0");
+            "--luminance '1,2': expected auto or three numbers R,G,B, each at least 0");
   EXPECT_EQ(refusal("range", "1"), "--range '1': expected auto or two numbers MIN,MAX");
   EXPECT_EQ(refusal("light", "1,0,0,1"),
             "--light '1,0,0,1': expected none or three or six numbers X,Y,Z[,R,G,B], colours at "

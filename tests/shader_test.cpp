@@ -84,7 +84,7 @@ class Shaders : public GpuTest {
 
 TEST_F(Shaders, TheFolderReplacesTheEmbeddedOnes) {
   const Image copied = picture(view());
-  edit("march.frag", "out_picture = picture(m);", "out_picture = vec4(0.25, 0.5, 0.75, 1.0);");
+  edit("march.frag", "out_picture = picture(m, p);", "out_picture = vec4(0.25, 0.5, 0.75, 1.0);");
   const Image edited = picture(view());
   EXPECT_EQ(pixel(edited, 3, 4, 0), 0.25f);
   EXPECT_EQ(pixel(edited, 3, 4, 2), 0.75f);
@@ -108,7 +108,7 @@ TEST_F(Shaders, ErrorsNameFileAndLine) {
   const std::pair<const char*, const char*> places[] = {
       {"binding.glsl", "uint fetch_page(int grid, int i) {"},
       {"ray.glsl", "real3 position(Ray ray, real t) {"},
-      {"march.glsl", "March begin_march(Ray ray) {"},
+      {"pixel.glsl", "March begin_march(Ray ray) {"},
       {"math/decay.glsl", "Decay decay(real x) {\n  real y"},
       {"integrators/psi_weighted.glsl", "Weights psi_weighted(Segment s) {"},
       {"march.frag", "void main() {"}};
@@ -126,10 +126,10 @@ TEST_F(Shaders, ErrorsNameFileAndLine) {
 }
 
 TEST_F(Shaders, MissingIncludesNameWhoWantsThem) {
-  const int line = edit("march.frag", "#include \"ray.glsl\"", "#include \"rays.glsl\"");
+  const int line = edit("marcher.glsl", "#include \"ray.glsl\"", "#include \"rays.glsl\"");
   const std::string message = graphics_error(view());
   EXPECT_NE(message.find("rays.glsl"), std::string::npos) << message;
-  EXPECT_NE(message.find("march.frag:" + std::to_string(line)), std::string::npos) << message;
+  EXPECT_NE(message.find("marcher.glsl:" + std::to_string(line)), std::string::npos) << message;
 }
 
 TEST_F(Shaders, AFolderWithoutShadersIsSaidSo) {

@@ -66,10 +66,10 @@ struct AtlasOptions {
   std::uint64_t memory_limit = 0;
   /// Whether cells whose values lie in [min, max] can be seen; unset: those with a value other than
   /// 0. What cannot be seen is not stored.
-  std::function<bool(float min, float max)> visible;
+  std::function<bool(float min, float max)> visible{};
   /// Boxes of voxels that must be walked cell by cell though this grid may be empty there, because
   /// another one is not: constants of 0 then. The domain grows to hold them.
-  std::vector<Box> walked;
+  std::vector<Box> walked{};
   /// Largest dense top table before another level is put below it.
   std::uint64_t top_entries = std::uint64_t{1} << 22;
 };

@@ -28,7 +28,7 @@ struct RenderOptions {
   bool count = false;  ///< count segments and look-ups: layers `steps` and `samples`, and the stats
   bool depth = false;  ///< layer `depth`
   bool transmittance = false;  ///< layer `transmittance`
-  Progress progress;
+  Progress progress{};
 };
 
 struct RenderStats {

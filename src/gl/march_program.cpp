@@ -31,8 +31,6 @@ std::map<std::string, std::string> generated_files(const MarchVariant& variant) 
 
 }  // namespace
 
-/// Mesa 22.3's llvmpipe silently stops an invocation after
-/// 65,535 loop iterations, summed over all its loops: those of the segments inside a cell count.
 int turns_per_pass(const MarchSetup& setup) {
   constexpr int driver_limit = 65535;
   const MarchConstants& c = setup.constants;
