@@ -105,6 +105,11 @@ real third_difference(Corners c) {
   return (d.w - d.z) - (d.y - d.x);
 }
 
+real greatest_magnitude(Corners c) {
+  real4 m = max(abs(c.lo), abs(c.hi));
+  return max(max(m.x, m.y), max(m.z, m.w));
+}
+
 // Gradient of the trilinear polynomial over voxels.
 real3 trilinear_gradient(Corners c, real3 u) {
   real4 dx = c.hi - c.lo;

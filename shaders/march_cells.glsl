@@ -30,11 +30,13 @@ March march_cells(March m, Ray ray) {
     real f_half = f_run;
     real f_exit = f_run;
     real q_3 = real(0.0);
+    real noise = real(0.0);
     if (node.kind == NODE_BRICK) {
       if (hardware_filter) {  // filtered look-ups, no third difference
         f_half = sample_scalar(GRID_DENSITY, node, position(ray, t_half));
         f_exit = sample_scalar(GRID_DENSITY, node, position(ray, t_exit));
         if (transfer) f_front = sample_scalar(GRID_DENSITY, node, position(ray, m.t));
+        noise = real(8.0) * t_epsilon * max(abs(f_half), max(abs(f_front), abs(f_exit)));
       } else {
         Corners corners = fetch_corners(GRID_DENSITY, node, m.cell);
         real3 base = real3(m.cell);
@@ -43,6 +45,8 @@ March march_cells(March m, Ray ray) {
         if (!transfer) f_exit = max(f_exit, real(0.0));
         // where it comes from may have been skipped as of no attenuation, whatever its value
         if (transfer) f_front = trilinear(corners, position(ray, m.t) - base);
+        if (transfer && split_knots)
+          noise = real(8.0) * t_epsilon * greatest_magnitude(corners);
         if (!depth_only() || transfer) {
           real3 d = ray.direction * length;
           q_3 = third_difference(corners) * d.x * d.y * d.z;
@@ -61,7 +65,7 @@ March march_cells(March m, Ray ray) {
     Cubic attenuation = value;
     real t_end = t_exit;
     if (transfer && split_knots && !run) {
-      Piece piece = piece_between_knots(value);
+      Piece piece = piece_between_knots(value, noise);
       attenuation = Cubic(piece.a + piece.b * value.f_0, piece.b * value.q_1, piece.b * value.q_2,
                           piece.b * value.q_3);
       t_end = part_end(m.t, length, piece.part, t_exit);

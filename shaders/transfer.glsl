@@ -57,30 +57,24 @@ struct Piece {
   int interval;
 };
 
-Piece piece_between_knots(Cubic value) {
-  real turn = turning_points(value).first;
-  real end = polynomial(value, turn);
-  bool up = end > value.f_0;
+// `noise`: what rounding makes of the values. An interval holds as much beyond its knots, or a value
+// that stays on a knot would be cut again and again; one that is not wider is its own mean.
+Piece piece_between_knots(Cubic value, real noise) {
   int k = transfer_interval(value.f_0);
-  real lower = knot_value(k);
-  // a value on a knot that leaves it downwards belongs to the interval below
-  if (!up && value.f_0 <= lower && k > 0) {
-    k -= 1;
-    lower = knot_value(k);
-  }
   real4 head = knot_head(k);
   real4 next = knot_head(k + 1);
-  bool before = value.f_0 < head.x || (!up && value.f_0 <= head.x);
-  bool behind = value.f_0 > next.x || (up && value.f_0 >= next.x);
-  real slope = (next.y - head.y) / (next.x - head.x);
-  Piece piece = Piece(turn, head.y - slope * head.x, slope, k);
-  if (before) piece = Piece(turn, head.y, real(0.0), -1);
-  if (behind) piece = Piece(turn, next.y, real(0.0), transfer_knots - 1);
-  real none = real(3e38);
-  real target = up ? (before ? head.x : behind ? none : next.x)
-                   : (before ? -none : behind ? next.x : head.x);
-  if (up ? end > target : end < target) piece.part = bisect(value, target, real(0.0), turn);
-  return piece;
+  bool before = value.f_0 < head.x;
+  bool behind = value.f_0 > next.x;
+  real far = real(3e38);
+  real low = before ? -far : (behind ? next.x : head.x) - noise;
+  real high = behind ? far : (before ? head.x : next.x) + noise;
+  real part = first_exit(value, low, high);
+  if (before) return Piece(part, head.y, real(0.0), -1);
+  if (behind) return Piece(part, next.y, real(0.0), transfer_knots - 1);
+  real width = next.x - head.x;
+  real slope = (next.y - head.y) / width;
+  if (width <= noise) return Piece(part, real(0.5) * (head.y + next.y), real(0.0), k);
+  return Piece(part, head.y - slope * head.x, slope, k);
 }
 
 // What linear values from front to back, passed at a constant rate, hold on average.

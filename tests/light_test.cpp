@@ -58,13 +58,22 @@ std::vector<glm::ivec3> blocks_of(const View& view) {
   return visible_blocks(*view.medium.density, density_options(view));
 }
 
-/// Largest difference of the transmittances.
-double difference_of(const std::vector<double>& a, const std::vector<double>& b) {
+struct Difference {
+  double max = 0;
+  double rms = 0;
+};
+
+/// Of the transmittances.
+Difference difference_of(const std::vector<double>& a, const std::vector<double>& b) {
   EXPECT_EQ(a.size(), b.size());
-  double most = 0;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
-    most = std::max(most, std::abs(std::exp(-a[i]) - std::exp(-b[i])));
-  return most;
+  Difference d;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    const double off = std::abs(std::exp(-a[i]) - std::exp(-b[i]));
+    d.max = std::max(d.max, off);
+    d.rms += off * off;
+  }
+  d.rms = std::sqrt(d.rms / static_cast<double>(a.size()));
+  return d;
 }
 
 TEST(LightDepths, OfASlabAreItsThickness) {
@@ -98,8 +107,9 @@ TEST(LightDepths, MarchAndReferenceAgree) {
     const std::vector<glm::ivec3> origins = blocks_of(view);
     // Both are exact; a ray along the faces of cells may take either side of them, which have one
     // value there. Hundreds of roundings of depths up to 40.
-    EXPECT_LE(difference_of(double_depths(view, origins), reference_light_depths(view)(origins)),
-              1e-12)
+    EXPECT_LE(
+        difference_of(double_depths(view, origins), reference_light_depths(view)(origins)).max,
+        1e-12)
         << direction.x << ' ' << direction.y << ' ' << direction.z;
   }
 }
@@ -146,12 +156,15 @@ TEST_F(LightGpu, DepthsAreThoseInDouble) {
       const View view = view_of(scene, mixed());
       const std::vector<glm::ivec3> origins = blocks_of(view);
       const std::vector<double> gpu = gl_depths(view, origins);
-      const double most = difference_of(gpu, double_depths(view, origins));
-      std::printf("  light %g,%g,%g%s: %.2e\n", direction.x, direction.y, direction.z,
-                  function ? ", function" : "", most);
+      const Difference d = difference_of(gpu, double_depths(view, origins));
+      std::printf("  light %g,%g,%g%s: rms %.2e, max %.2e\n", direction.x, direction.y, direction.z,
+                  function ? ", function" : "", d.rms, d.max);
       // float32 positions over 64 voxels are good to 4e-6 voxels, of which a depth's error is the
-      // product with a change of attenuation of about 1 at each; they do not add up.
-      EXPECT_LE(most, 1e-6);
+      // product with a change of attenuation of about 1 at each; they do not add up. Where a value
+      // passes the function's jump, of 1.7, ever more slowly, the place of the jump is off by that
+      // over the value's slope: a tenth at the least of the few rays that graze it.
+      EXPECT_LE(d.rms, 1e-6);
+      EXPECT_LE(d.max, function ? 1e-4 : 4e-6);
     }
   }
 }

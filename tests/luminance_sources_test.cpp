@@ -302,9 +302,10 @@ TEST(Centering, CellShiftsEveryGridByHalfAVoxel) {
   Scene scene;
   scene.centering = Centering::cell;
   scene.emission_grid = "fire";
-  Field fire = ramp();
+  const Field ones = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 1.f; });
+  Field fire = ones;
   fire.world_from_index = glm::dmat4(glm::dmat3(3));
-  const auto density = share(ramp());
+  const auto density = share(ones);
   const View view = make_view(scene, MediumFields{density, density, nullptr, share(fire, "fire")});
   EXPECT_EQ(view.medium.density->world_from_index[3], glm::dvec4(0.5, 0.5, 0.5, 1));
   EXPECT_EQ(view.medium.emission->world_from_index[3], glm::dvec4(1.5, 1.5, 1.5, 1));

@@ -145,7 +145,8 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
   EXPECT_EQ(refusal("integrator", "psi-wieghted"),
             "--integrator 'psi-wieghted': expected auto or porter-duff or midpoint or average or "
             "linear-luminance or opacity-linear or psi-weighted or psi-balanced or psi-exact or "
-            "psi-fit or psi-table or linear-source or cell-exact; did you mean psi-weighted?");
+            "psi-fit or psi-table or linear-source or cell-exact or preintegrated or "
+            "preintegrated-fast; did you mean psi-weighted?");
   EXPECT_EQ(refusal("strict", "yes"), "--strict 'yes': expected true or false");
   EXPECT_EQ(refusal("setp", "1"), "unknown parameter 'setp'; did you mean step?");
   EXPECT_EQ(refusal("qqqqqq", "1"), "unknown parameter 'qqqqqq'");

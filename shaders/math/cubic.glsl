@@ -69,6 +69,21 @@ real first_crossing(Cubic c, real target) {
   return bisect(c, target, lo, hi);
 }
 
+// The first part of [0, 1] over which c stays between low and high, where it begins.
+real first_exit(Cubic c, real low, real high) {
+  Turns turn = turning_points(c);
+  real f_1 = polynomial(c, turn.first);
+  real f_2 = polynomial(c, turn.second);
+  real f_3 = polynomial(c, real(1.0));
+  bool in_1 = f_1 >= low && f_1 <= high;
+  bool in_2 = f_2 >= low && f_2 <= high;
+  real f = !in_1 ? f_1 : !in_2 ? f_2 : f_3;
+  if (f >= low && f <= high) return real(1.0);
+  real lo = !in_1 ? real(0.0) : !in_2 ? turn.first : turn.second;
+  real hi = !in_1 ? turn.first : !in_2 ? turn.second : real(1.0);
+  return bisect(c, f > high ? high : low, lo, hi);
+}
+
 // Integral of f from 0 to s.
 real antiderivative(Cubic c, real s) {
   return s * (c.f_0 + s * (c.q_1 / real(2.0) + s * (c.q_2 / real(3.0) + s * c.q_3 / real(4.0))));

@@ -48,7 +48,7 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
   const glm::dvec3 size = glm::dvec3(p.density_domain_max - p.density_domain_min);
   const double cells = size.x + size.y + size.z + 3;
   if (!setup.constants.uniform_sampling) {
-    // A cell is cut where the value turns and where it crosses a knot, at most thrice each.
+    // A cell is cut where the value crosses a knot, at most thrice each.
     const double pieces = setup.constants.split_knots ? 3 + 3.0 * p.transfer_knots : 1;
     // Opaque cells are crossed in parts of a depth of 0.75/4/60 at least (see shallow_part), until
     // the depth at which every ray has ended.

@@ -61,7 +61,8 @@ Field field_of_blocks(const Field& density, const std::vector<glm::ivec3>& origi
   field.name = "light";
   field.value_type = channels == 3 ? "vec3s" : "float";
   field.channels = channels;
-  field.active_box = density.active_box;
+  // One voxel more: on the faces of the density's domain there is light too.
+  field.active_box = {density.active_box.min - 1, density.active_box.max + 1};
   field.active_voxels = 512 * origins.size();
   field.world_from_index = density.world_from_index;
   for (std::size_t i = 0; i < origins.size(); ++i)

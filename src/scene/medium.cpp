@@ -68,11 +68,16 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
   return medium;
 }
 
-void resolve(Scene& scene, const MediumFields& fields, const Medium& medium, const Camera& camera) {
+/// The scene with the names of the grids that it has.
+Scene with_names(Scene scene, const MediumFields& fields) {
   scene.grid = fields.density->name;
   if (fields.luminance) scene.luminance_grid = fields.luminance->name;
   if (fields.temperature) scene.temperature_grid = fields.temperature->name;
   if (fields.emission) scene.emission_grid = fields.emission->name;
+  return scene;
+}
+
+void resolve(Scene& scene, const MediumFields& fields, const Medium& medium, const Camera& camera) {
   scene.range = resolved_range(scene, *fields.density);
   if (scene.attenuates()) scene.extinction = medium.extinction;
   if (scene.mode == Mode::isosurface) scene.isovalue = resolved_isovalue(scene, *fields.density);
@@ -104,10 +109,11 @@ View make_view(const Scene& scene, std::shared_ptr<const Field> density,
   return make_view(scene, MediumFields{density, luminance, nullptr, nullptr});
 }
 
-View make_view(const Scene& scene, const MediumFields& all_fields) {
-  validate(scene);
+View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   check_density(*all_fields.density);
-  const MediumFields fields = used_fields(scene, all_fields);
+  const MediumFields fields = used_fields(unnamed, all_fields);
+  const Scene scene = with_names(unnamed, fields);
+  validate(scene);
   View view{scene, make_medium(scene, fields), {}};
   glm::dvec3 box_min, box_max;
   world_bounds(*fields.density, box_min, box_max);
