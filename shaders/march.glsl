@@ -159,7 +159,7 @@ March deepen(March m, real depth, real length) {
   precise real lost = (sum - m.optical_depth) - y;
   m.optical_depth = sum;
   m.lost = lost;
-  if (sum > stop_depth) m.done = true;
+  if (ends_early && sum > stop_depth) m.done = true;
   return m;
 }
 
@@ -259,13 +259,14 @@ March composite_segment(March m, real value_middle, real value_back, real t_back
     w = Weights(own ? real(0.0) : real(0.5) * a, own ? a : real(0.0), own ? real(0.0) : real(0.5) * a,
                 mixture.depth);
     middle.L = mixture.L;
-  } else if (!depth_only()) {
+  } else if (!depth_only() && attenuates) {
     w = integrate_segment(Segment(extinction * near.attenuation, extinction * middle.attenuation,
                                   extinction * back.attenuation, length, depth));
   }
   real3 glow = real3(real(0.0));
   if (has_emission()) {
-    Weights e = glow_weights(w.depth);
+    Weights e = Weights(real(1.0 / 6.0), real(4.0 / 6.0), real(1.0 / 6.0), real(0.0));
+    if (attenuates) e = glow_weights(w.depth);
     glow = (near.glow * e.front + middle.glow * e.middle + back.glow * e.back) * length;
   }
   m = composite(m, w, near.L, middle.L, back.L, glow, length);

@@ -3,6 +3,8 @@
 CONSTANT(int, mode)               // Mode
 CONSTANT(int, luminance_source)   // LuminanceSource
 CONSTANT(int, emission_channels)  // of the emission grid, 0: there is none
+CONSTANT(bool, attenuates)        // the extinction is not 0
+CONSTANT(bool, ends_early)        // a ray may become opaque
 CONSTANT(bool, transfer)          // a transfer function classifies values; else tau ~ value
 CONSTANT(bool, beyond)            // the walk goes beyond the density, where 0 would be a medium
 CONSTANT(bool, split_knots)       // segments end where the value crosses its knots

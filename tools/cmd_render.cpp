@@ -12,6 +12,7 @@
 #include "commands.h"
 #include "progress_bar.h"
 #include "psivox/error.h"
+#include "psivox/explain.h"
 #include "psivox/image.h"
 #include "psivox/light.h"
 #include "psivox/medium.h"
@@ -29,7 +30,8 @@ struct RenderCall {
   SceneOptions scene;
   std::string output, aov, stats;
   std::vector<std::string> layers;  ///< of aov
-  bool half = false, print_scene = false, verbose = false, quiet = false, list_devices = false;
+  bool half = false, print_scene = false, explain = false, verbose = false, quiet = false,
+       list_devices = false;
 };
 
 bool wants(const RenderCall& call, const char* layer) {
@@ -50,6 +52,11 @@ bool parse(RenderCall& call, Arguments arguments) {
   line.add_flag("--print-scene", 0,
                 "print the complete scene as JSON; renders too only where -o is given",
                 call.print_scene);
+  line.add_flag(
+      "--explain", 0,
+      "print what the march computes, what it leaves out, and why; renders too only where "
+      "-o is given",
+      call.explain);
   line.add_value("--stats", 0, "FILE",
                  "write times per stage, counts and bytes as JSON; -: to the standard output",
                  call.stats);
@@ -85,7 +92,8 @@ void check(RenderCall& call, const Scene& scene) {
   if (call.verbose && call.quiet) usage("--verbose and --quiet exclude each other");
   check_layers(call, scene);
   if (call.output.empty()) {
-    if (!call.print_scene) usage("no output; give -o FILE.exr or -o FILE.png");
+    if (!call.print_scene && !call.explain) usage("no output; give -o FILE.exr or -o FILE.png");
+    if (call.explain && scene.input.empty()) usage("no input; give IN.vdb");
     return;
   }
   if (scene.input.empty()) usage("no input; give IN.vdb");
@@ -213,6 +221,11 @@ void composite(Image& image, const glm::dvec3& background) {
   }
 }
 
+void print_explanation(const View& view) {
+  for (const Choice& choice : explain(view, build_medium_atlas(view)))
+    std::printf("%-16s %s\n", choice.what.c_str(), choice.text.c_str());
+}
+
 void render(const RenderCall& call, View& view, RenderReport& report) {
   Image image;
   {
@@ -257,6 +270,7 @@ void render_command(Arguments arguments) {
   report.read_ms = reading.ms();
   if (!call.quiet) print_notices(view, !scene.extinction && scene.attenuates());
   if (call.print_scene) std::cout << to_json(view.scene) << std::flush;
+  if (call.explain) print_explanation(view);
   if (call.output.empty()) return;
 
   render(call, view, report);

@@ -99,11 +99,18 @@ struct Scene {
   bool composites() const { return mode == Mode::alpha || mode == Mode::back_to_front; }
   /// Whether optical depths matter, and with them the extinction.
   bool attenuates() const { return composites() || mode == Mode::xray; }
-  bool lit() const { return light && composites(); }
+  /// Whether the medium may attenuate what lies behind it, and with it shine.
+  bool has_extinction() const { return attenuates() && extinction != 0.0; }
+  bool lit() const { return light && composites() && has_extinction(); }
   /// 1; 0 where light is what the medium shines by, with no grid that glows of its own.
   glm::dvec3 resolved_luminance() const {
     const bool dark = lit() && luminance_grid.empty() && temperature_grid.empty();
     return luminance.value_or(glm::dvec3(dark ? 0 : 1));
+  }
+  /// Whether a grid or a function of luminance changes the picture.
+  bool shines() const {
+    return composites() && has_extinction() &&
+           (lit() || resolved_luminance() != glm::dvec3(0));
   }
   double resolved_step() const { return step.value_or(1.0); }
 };

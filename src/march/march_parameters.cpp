@@ -68,6 +68,30 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
   return cells + length / p.step + 2;
 }
 
+/// Largest value that an atlas holds, and 0.
+double largest_value(const BrickAtlas& atlas) {
+  double most = 0;
+  for (const BrickStats& brick : atlas.bricks) most = std::max(most, double(brick.max));
+  for (const float constant : atlas.constants) most = std::max(most, double(constant));
+  return most;
+}
+
+/// Bound on the optical depth of a ray through the density.
+double depth_bound(const Medium& medium, const BrickAtlas& atlas) {
+  const double value = largest_value(atlas);
+  // the largest attenuation may be of a value between
+  const double attenuation =
+      medium.transfer ? medium.transfer->max_attenuation(-std::numeric_limits<double>::max(), value)
+                      : value;
+  const glm::dmat3 m(medium.density->world_from_index);
+  const glm::dvec3 size(atlas.domain.max - atlas.domain.min);
+  double diagonal = 0;
+  for (const double y : {-1.0, 1.0})
+    for (const double z : {-1.0, 1.0})
+      diagonal = std::max(diagonal, glm::length(m * (size * glm::dvec3(1, y, z))));
+  return medium.extinction * attenuation * diagonal;
+}
+
 /// Where a grid's rays run, its domain and its page table, as PREFIX_... of the parameters.
 #define PLACE_GRID(prefix, bundle, atlas)                       \
   p.prefix##_anchor_0 = (bundle).anchor_0;                      \
@@ -180,6 +204,8 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
   p.stop_depth =
       scene.early_termination > 0 ? std::min(-std::log(scene.early_termination), 100.0) : 100.0;
   if (scene.mode == Mode::back_to_front || scene.mode == Mode::xray) p.stop_depth = 1e30;
+  c.ends_early = depth_bound(medium, atlas.density) > p.stop_depth;
+  c.attenuates = medium.extinction > 0;
   p.step = scene.resolved_step();
   p.opacity_unit = scene.opacity_unit;
   p.world_unit = unit;

@@ -64,7 +64,9 @@ AtlasOptions density_options(const View& view) {
   AtlasOptions options;
   const Medium& medium = view.medium;
   const Mode mode = view.scene.mode;
-  if (mode == Mode::isosurface) {
+  if (view.scene.attenuates() && medium.extinction == 0) {
+    options.visible = [](float, float) { return false; };
+  } else if (mode == Mode::isosurface) {
     const auto isovalue = float(medium.isovalue);
     options.visible = [isovalue](float min, float max) {
       return min <= isovalue && isovalue <= max;

@@ -1,0 +1,166 @@
+#include "psivox/explain.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "march/atlas_march.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+std::string parameter(const Scene& scene, const char* name) {
+  return parameter_text(scene, *find_parameter(name));
+}
+
+/// The view as if its light were in a grid already.
+View with_light(View view) {
+  if (!view.medium.light) return view;
+  view.medium.light.reset();
+  view.medium.source = LuminanceSource::vector;
+  return view;
+}
+
+/// What the shader of a view's march is compiled for.
+class Model {
+ public:
+  Model(const View& view, const MediumAtlas& atlas)
+      : view_(view),
+        scene_(view.scene),
+        medium_(view.medium),
+        setup_(make_march_setup(with_light(view), atlas)) {
+    march_.configure(setup_);
+  }
+
+  std::string grids() const {
+    std::string text = in_quotes(medium_.density->name) + " is the density";
+    if (medium_.luminance && !scene_.lit())
+      text += "; " + in_quotes(medium_.luminance->name) + " shines";
+    if (medium_.emission) text += "; " + in_quotes(medium_.emission->name) + " emits";
+    const auto unread = [&](const std::string& name, bool used) {
+      if (!name.empty() && !used)
+        text += "; " + in_quotes(name) + " is not read: nothing depends on it";
+    };
+    unread(scene_.luminance_grid, scene_.shines());
+    unread(scene_.temperature_grid, scene_.shines());
+    unread(scene_.emission_grid, bool(medium_.emission));
+    return text;
+  }
+
+  std::string attenuation() const {
+    if (!scene_.attenuates()) return "none: --mode " + mode() + " looks at values alone";
+    if (!constants().attenuates) return "none: the extinction is 0, so that no brick is stored";
+    const std::string K = number(medium_.extinction);
+    if (medium_.transfer)
+      return K + " times the transfer function of the value, " +
+             number(setup_.parameters.transfer_knots) + " knots" +
+             (constants().split_knots ? ", at which cells are cut" : "");
+    if (scene_.has_function()) return K + " times the voxels' function, interpolated";
+    return K + " times the value";
+  }
+
+  std::string luminance() const {
+    if (!scene_.composites()) return "none under --mode " + mode();
+    if (!constants().attenuates) return "none: what does not attenuate does not shine";
+    const std::string shadowed = " plus the light that reaches it";
+    switch (medium_.source) {
+      case LuminanceSource::constant:
+        if (medium_.light) return "the light that reaches each voxel, computed once";
+        return "constant: radiance is it times the opacity, and neither weights nor samples of it "
+               "are "
+               "computed";
+      case LuminanceSource::density:
+        return "the density's value, of the same sample" + (medium_.light ? shadowed : "");
+      case LuminanceSource::transfer:
+        return "the transfer function's colour, of the same sample" +
+               (medium_.light ? std::string(", lit") : "");
+      case LuminanceSource::scalar:
+      case LuminanceSource::vector:
+        break;
+    }
+    if (scene_.lit() && !medium_.light) return "the light that reaches each voxel, computed once";
+    return medium_.source == LuminanceSource::scalar
+               ? "a scalar grid: one more look-up a sample, one channel"
+               : "a colour grid: one more look-up a sample, three channels";
+  }
+
+  std::string integrator() const {
+    const IntegratorInfo& rule = info(constants().integrator);
+    const std::string name = parameter(scene_, "integrator");
+    if (!scene_.composites()) return "none under --mode " + mode();
+    if (!constants().attenuates) return "none: emission adds up, by Simpson's rule";
+    if (march_.depth_only())
+      return "none: the picture depends on the optical depth alone, which is exact for what is "
+             "interpolated (" +
+             name + " would give the same)";
+    return name + ": " + rule.help;
+  }
+
+  std::string sampling() const {
+    if (constants().template_sampling) return "the voxels of one ray template, as asked";
+    if (constants().uniform_sampling)
+      return "uniform, every " + number(setup_.parameters.step) + " voxels";
+    if (constants().cell_rule)
+      return "cells, each in one piece or as many as its optical depth asks";
+    if (march_.depth_only()) return "cells, each in one step";
+    return "cells, each in " + number(constants().segments) + " segments";
+  }
+
+  std::string corrections() const {
+    if (constants().end_corrections) return "on: rays begin inside the medium";
+    return "none: rays begin and end in vacuum, or the rule has none";
+  }
+
+  std::string early_end() const {
+    if (!scene_.composites()) return "none under --mode " + mode();
+    if (constants().ends_early)
+      return "at an optical depth of " + number(setup_.parameters.stop_depth) +
+             ", which rays may reach";
+    return "none: no ray is that deep, or every one must be followed";
+  }
+
+  std::string emission() const {
+    if (!medium_.emission) return "none";
+    return std::string(constants().attenuates
+                           ? "quadratic between samples, seen through attenuation"
+                           : "quadratic between samples") +
+           (constants().emission_channels == 3 ? ", three channels" : ", one channel");
+  }
+
+  std::string light() const {
+    if (!scene_.lit()) return "none";
+    return std::string("scattered once, from a ray a voxel to where it comes in") +
+           (scene_.phase_g != 0 ? "; the phase is one factor a ray" : "; isotropic");
+  }
+
+ private:
+  const MarchConstants& constants() const { return setup_.constants; }
+  std::string mode() const { return parameter(scene_, "mode"); }
+
+  const View& view_;
+  const Scene& scene_;
+  const Medium& medium_;
+  MarchSetup setup_;
+  mutable glsl::AtlasMarch march_;  ///< its functions are not const, as in GLSL
+};
+
+}  // namespace
+
+std::vector<Choice> explain(const View& view, const MediumAtlas& atlas) {
+  const Model model(view, atlas);
+  std::vector<Choice> choices = {
+      {"grids", model.grids()},           {"attenuation", model.attenuation()},
+      {"luminance", model.luminance()},   {"emission", model.emission()},
+      {"light", model.light()},           {"sampling", model.sampling()},
+      {"integrator", model.integrator()}, {"end corrections", model.corrections()},
+      {"early end", model.early_end()}};
+  return choices;
+}
+
+}  // namespace psivox
