@@ -41,7 +41,7 @@ struct AnalyticMarch {
     middle_rule = info(rule).samples_middle;
     exact_depth = info(rule).exact_depth;
     luminance_source = SOURCE_SCALAR;
-    uniform_sampling = hardware_filter = true;
+    uniform_sampling = hardware_filter = attenuates = ends_early = true;
     density_levels = luminance_levels = 3;
     density_table_min = luminance_table_min = int3(-half_width);
     density_table_size = luminance_table_size = int3(1);
