@@ -20,6 +20,5 @@ void main() {
   save_march(m);
 #endif
   out_picture = picture(m, p);
-  float depth = m.half_depth >= NEVER ? m.half_depth : (m.half_depth - camera_time(p)) * world_unit;
-  out_layers = vec4(depth, decay(m.optical_depth).e, float(m.steps), float(m.samples));
+  out_layers = vec4(depth_of(m, p), decay(m.optical_depth).e, float(m.steps), float(m.samples));
 }

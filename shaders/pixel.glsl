@@ -108,15 +108,25 @@ real shade(March m, Pixel p) {
   return real(0.2) + real(0.8) * max(diffuse, real(0.0));
 }
 
+// Whether a ray has met a maximum, and one that attenuates.
+bool sees_maximum(March m) {
+  if (!(m.radiance.x > UNKNOWN)) return false;
+  return (transfer ? classify(m.radiance.x).attenuation : m.radiance.x) > real(0.0);
+}
+
+// Distance from the camera of what the depth layer shows [world units]; NEVER where that is nothing.
+real depth_of(March m, Pixel p) {
+  if (m.half_depth >= NEVER || (finds_maximum() && !sees_maximum(m))) return NEVER;
+  return (m.half_depth - camera_time(p)) * world_unit;
+}
+
 // Premultiplied radiance and opacity.
 real4 picture(March m, Pixel p) {
   if (finds_maximum()) {
-    bool met = m.radiance.x > UNKNOWN;
-    Classified c = Classified(m.radiance.x, real3(real(1.0)));
-    if (transfer && met) c = classify(m.radiance.x);
-    real3 shown = luminance_source == SOURCE_TRANSFER ? c.color : real3(m.radiance.x);
-    bool seen = met && c.attenuation > real(0.0);
-    return real4(color * shown * real(seen ? 1.0 : 0.0), seen ? real(1.0) : real(0.0));
+    if (!sees_maximum(m)) return real4(real(0.0));
+    real3 shown = real3(m.radiance.x);
+    if (luminance_source == SOURCE_TRANSFER) shown = classify(m.radiance.x).color;
+    return real4(color * shown, real(1.0));
   }
   if (mode == MODE_ISOSURFACE) {
     if (m.half_depth >= NEVER) return real4(real(0.0));

@@ -32,34 +32,30 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
   Film film(view, options);
   std::atomic<int> rows_done = 0;
   const auto caller = std::this_thread::get_id();
-  tbb::parallel_for(tbb::blocked_range<int>(0, size.y, 4),
-                    [&](const tbb::blocked_range<int>& rows) {
-                      glsl::AtlasMarch march;
-                      march.grids[0] = &atlas.density;
-                      march.grids[1] = atlas.luminance ? &*atlas.luminance : nullptr;
-                      march.grids[2] = atlas.emission ? &*atlas.emission : nullptr;
-                      march.tables = setup.tables.data();
-                      march.configure(setup);
-                      for (int y = rows.begin(); y < rows.end(); ++y)
-                        for (int x = 0; x < size.x; ++x) {
-                          PixelSums sums;
-                          for (int i = 0; i < n; ++i) {
-                            march.sample_offset = pixel_sample(i, n);
-                            const auto m = march.march_ray({x, y});
-                            const double depth =
-                                m.half_depth >= march.NEVER
-                                    ? m.half_depth
-                                    : (m.half_depth - march.camera_time(march.make_pixel({x, y}))) *
-                                          march.world_unit;
-                            sums.add(march.picture(m, march.make_pixel({x, y})),
-                                     {depth, march.decay(m.optical_depth).e, m.steps, m.samples});
-                          }
-                          film.set(x, y, sums);
-                        }
-                      rows_done += int(rows.size());
-                      if (options.progress && std::this_thread::get_id() == caller)
-                        options.progress(double(rows_done) / size.y);
-                    });
+  tbb::parallel_for(
+      tbb::blocked_range<int>(0, size.y, 4), [&](const tbb::blocked_range<int>& rows) {
+        glsl::AtlasMarch march;
+        march.grids[0] = &atlas.density;
+        march.grids[1] = atlas.luminance ? &*atlas.luminance : nullptr;
+        march.grids[2] = atlas.emission ? &*atlas.emission : nullptr;
+        march.tables = setup.tables.data();
+        march.configure(setup);
+        for (int y = rows.begin(); y < rows.end(); ++y)
+          for (int x = 0; x < size.x; ++x) {
+            PixelSums sums;
+            for (int i = 0; i < n; ++i) {
+              march.sample_offset = pixel_sample(i, n);
+              const auto m = march.march_ray({x, y});
+              const auto p = march.make_pixel({x, y});
+              sums.add(march.picture(m, p),
+                       {march.depth_of(m, p), march.decay(m.optical_depth).e, m.steps, m.samples});
+            }
+            film.set(x, y, sums);
+          }
+        rows_done += int(rows.size());
+        if (options.progress && std::this_thread::get_id() == caller)
+          options.progress(double(rows_done) / size.y);
+      });
 
   RenderResult result;
   result.image = film.finish(result.stats);
