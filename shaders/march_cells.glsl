@@ -14,6 +14,33 @@ March hit_surface(March m, Ray ray, Node node, real t) {
   return m;
 }
 
+// Where another grid's cell, run or domain ends behind t: what a rule that integrates cubics stops at.
+// Faces nearer than this [unit of t] are met: two lattices that are the same differ by rounding.
+const real near_face = real(1e-4);
+
+real next_face(Ray ray, Node node, real t) {
+  t += near_face;
+  if (t < ray.begin) return ray.begin;
+  if (t >= ray.end) return NEVER;
+  int3 cell = int3(floor(position(ray, t)));
+  bool brick = node.kind == NODE_BRICK;
+  return leave(ray, brick ? cell : node.lo, brick ? cell + 1 : node.hi).t;
+}
+
+// The end of the part from m.t on in which the other grids are cubics too.
+real end_of_cubics(March m, real t_end) {
+  real t = NEVER;
+  if (own_luminance())
+    t = next_face(m.luminance_ray,
+                  seek_node(GRID_LUMINANCE, m.luminance_ray, m.luminance_node, luminance_domain_min,
+                            luminance_domain_max, m.t + near_face), m.t);
+  if (has_emission())
+    t = min(t, next_face(m.emission_ray,
+                         seek_node(GRID_EMISSION, m.emission_ray, m.emission_node,
+                                   emission_domain_min, emission_domain_max, m.t + near_face), m.t));
+  return t < t_end - near_face ? t : t_end;
+}
+
 March march_cells(March m, Ray ray) {
   Node node = no_node();
   for (int turn = 0; turn < max_turns && !m.done; ++turn) {
@@ -77,8 +104,14 @@ March march_cells(March m, Ray ray) {
       if (m.vacuum) attenuation.f_0 = real(0.0);
     }
     m.front = with_value(m, m.front, f_front);
-    if (cell_rule && !run)
-      t_end = min(t_end, part_end(m.t, length, shallow_part(attenuation, extinction * length), t_exit));
+    if (cell_rule && !run && !depth_only()) {
+      real x = extinction * length;
+      // between knots a value is monotone
+      real values = transfer ? abs(polynomial(value, min((t_end - m.t) / length, real(1.0))) - f_front)
+                             : greatest_coefficient(value);
+      real part = min(shallow_part(attenuation, x), smooth_part(value, attenuation, x, values));
+      t_end = end_of_cubics(m, min(t_end, part_end(m.t, length, part, t_exit)));
+    }
     if (t_end < t_exit) {
       real part = (t_end - m.t) / length;
       value = first_part(value, part);

@@ -23,6 +23,13 @@ March find_slopes(March m, Ray ray, Node node) {
 }
 
 March march_uniform(March m, Ray ray) {
+  // where the density's own medium begins and ends
+  real own_begin = ray.begin;
+  real own_end = ray.end;
+  if (beyond) {
+    own_begin = greatest(face_times(ray, far_faces(ray, density_field_max, density_field_min)));
+    own_end = least(face_times(ray, far_faces(ray, density_field_min, density_field_max)));
+  }
   Node node = no_node();
   real node_begin = m.t;
   real node_end = m.t;
@@ -32,6 +39,7 @@ March march_uniform(March m, Ray ray) {
     // the next lattice point behind t, which may lie on one
     if (step * real(m.lattice + 1) <= m.t) m.lattice += 1;
     real t_back = m.known ? min(step * real(m.lattice + 1), ray.end) : m.t;
+    if (beyond && m.t < own_end) t_back = min(t_back, m.t < own_begin ? max(own_begin, m.t) : own_end);
     // a constant run shorter than a step is still to be crossed
     bool pending = closed_form(node) && node.kind == NODE_CONSTANT && m.t < node_end;
     if (walk || (t_back > node_end && !pending)) {
@@ -50,7 +58,10 @@ March march_uniform(March m, Ray ray) {
       t_back = before ? node_begin : node_end;
       if (!before) m.front = with_value(m, m.front, f_back);
     }
-    if (beyond && beyond_density(int3(floor(position(ray, t_back))))) m.vacuum = true;
+    if (beyond) {
+      if (m.t < own_begin || t_back > own_end) m.vacuum = true;
+      m.front = with_value(m, m.front, m.front.value);
+    }
     if (t_back <= node_end) {
       if (node.kind == NODE_BRICK) {
         if (!middle_rule) f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_back));

@@ -101,12 +101,10 @@ TEST(MarchEmissionDouble, CellExactIsTheReference) {
       view.scene.integrator = Integrator::cell_exact;
       const Image reference = render_reference(view).image;
       expect_content(reference);
-      const double rms =
+      EXPECT_LE(
           difference(std::string(place.name) + name_of(source), double_picture(view), reference)
-              .rms;
-      if (!place.own_lattice) {
-        EXPECT_LE(rms, 2e-6) << place.name << name_of(source);
-      }
+              .rms,
+          2e-6);
     }
 }
 
@@ -152,11 +150,9 @@ TEST(MarchEmissionDouble, WhatAttenuatesAtZeroEndsWithItsDomain) {
     const Image reference = render_reference(view).image;
     expect_content(reference);
     view.scene.integrator = Integrator::cell_exact;
-    const double exact =
-        difference(std::string(place.name) + " cell-exact", double_picture(view), reference).rms;
-    if (!place.own_lattice) {
-      EXPECT_LE(exact, 2e-6) << place.name;
-    }
+    EXPECT_LE(
+        difference(std::string(place.name) + " cell-exact", double_picture(view), reference).rms,
+        2e-6);
     view.scene.integrator = Integrator::psi_balanced;
     view.scene.sampling = Sampling::uniform;
     double last = HUGE_VAL;
@@ -165,7 +161,8 @@ TEST(MarchEmissionDouble, WhatAttenuatesAtZeroEndsWithItsDomain) {
       const double rms = difference(std::string(place.name) + " step " + std::to_string(step),
                                     double_picture(view), reference)
                              .rms;
-      EXPECT_LE(rms, 0.6 * last) << place.name;
+      // second order, as the domain's faces are ends of steps
+      EXPECT_LE(rms, 0.4 * last) << place.name;
       last = rms;
     }
   }
@@ -181,8 +178,7 @@ TEST_F(MarchEmission, GpuIsTheMarchInDouble) {
   };
   for (const Way& way : {Way{Integrator::psi_weighted, false, LuminanceSource::density},
                          Way{Integrator::cell_exact, false, LuminanceSource::transfer},
-                         Way{Integrator::psi_balanced, true, LuminanceSource::scalar},
-                         Way{Integrator::midpoint, true, LuminanceSource::constant}})
+                         Way{Integrator::psi_balanced, true, LuminanceSource::scalar}})
     for (const Place& place : places())
       for (const double extinction : {0.0, 0.3}) {
         View view = emitting(place.emission, way.source, extinction);

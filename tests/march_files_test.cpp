@@ -97,6 +97,29 @@ TEST_F(MarchFiles, CellsAreTheReferenceWithoutEarlyTermination) {
   }
 }
 
+/// L from the grid, extinction auto, and where the file is dense or thin.
+TEST_F(MarchFiles, CellExactIsTheReferenceWithoutEarlyTermination) {
+  struct Case {
+    const char* name;
+    double denser;
+  };
+  for (const Case& c : {Case{"smoke", 1}, Case{"mri_t1", 1}, Case{"cloud_tiles", 1},
+                        Case{"cloud_tiles", 20}, Case{"cloud_tiles", 0.1}}) {
+    PSIVOX_NEED(c.name);
+    Scene scene = framed(64);
+    scene.early_termination = 0;
+    scene.integrator = Integrator::cell_exact;
+    View view = view_of(scene, field(c.name), Glow::density);
+    view.medium.extinction *= c.denser;
+    const MediumAtlas atlas = build_medium_atlas(view);
+    const Image reference = render_reference(view).image, gpu = render_gl(view, atlas).image;
+    expect_content(reference);
+    const std::string what = std::string(c.name) + ", extinction x" + std::to_string(c.denser);
+    EXPECT_LE(difference(what + ", double", render_double(view, atlas).image, reference).rms, 2e-6);
+    EXPECT_LE(difference(what + ", GPU", gpu, reference).rms, 2e-6);
+  }
+}
+
 TEST_F(MarchFiles, Furnace) {
   for (const char* name : every_file) {
     PSIVOX_NEED(name);

@@ -124,3 +124,15 @@ real shallow_part(Cubic c, real x) {
   real p_3 = sqrt(sqrt(quarter / max(c.q_3, none)));
   return min(min(min(p_0, p_1), min(p_2, p_3)), real(1.0));
 }
+
+// Three nodes are exact up to degree 5. L tau is of degree 6 where L follows the value's cubic, whose
+// changes it shows: off by x q_3 L_3 part^7 / 2800. Part of [0, 1], from 0 on, over which that is at
+// most rough_error for luminances that change by 1; `values`: how far the value changes in [0, 1].
+const real rough_error = real(1e-6);
+
+real smooth_part(Cubic value, Cubic attenuation, real x, real values) {
+  real error = x * abs(attenuation.q_3 * value.q_3) / real(2800.0);
+  real allowed = rough_error * values;
+  if (error <= allowed) return real(1.0);
+  return pow(allowed / error, real(1.0 / 6.0));
+}

@@ -46,13 +46,24 @@ bool begins_inside(const View& view) {
 double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit) {
   const MarchParameters& p = setup.parameters;
   const glm::dvec3 size = glm::dvec3(p.density_domain_max - p.density_domain_min);
-  const double cells = size.x + size.y + size.z + 3;
+  double cells = size.x + size.y + size.z + 3;
   if (!setup.constants.uniform_sampling) {
     // A cell is cut where the value crosses a knot, at most thrice each.
-    const double pieces = setup.constants.split_knots ? 3 + 3.0 * p.transfer_knots : 1;
+    double pieces = setup.constants.split_knots ? 3 + 3.0 * p.transfer_knots : 1;
+    if (!setup.constants.cell_rule) return pieces * cells;
+    // Cut where other grids' faces are, too.
+    const auto add = [&](const glm::ivec3& extent) { cells += extent.x + extent.y + extent.z + 3; };
+    if (setup.constants.luminance_source == int(LuminanceSource::scalar) ||
+        setup.constants.luminance_source == int(LuminanceSource::vector))
+      add(p.luminance_domain_max - p.luminance_domain_min);
+    if (setup.constants.emission_channels) add(p.emission_domain_max - p.emission_domain_min);
+    // What smooth_part leaves of a piece is at least (2.8e-3 / (27 * 16))^(1/6) = 0.136 of it: a
+    // cubic that is not negative and has the integral 0.75 has a q_3 of 27 at most, one between
+    // -1/2 and 1/2 one of 16.
+    pieces *= 8;
     // Opaque cells are crossed in parts of a depth of 0.75/4/60 at least (see shallow_part), until
     // the depth at which every ray has ended.
-    return pieces * cells + (setup.constants.cell_rule ? 320 * std::min(p.stop_depth, 1e7) : 0);
+    return pieces * cells + 320 * std::min(p.stop_depth, 1e7);
   }
   if (setup.constants.template_sampling) return p.template_entries + 2.0;
   // Longest ray: the domain's diagonal over the slowest that a unit of t advances.
