@@ -48,8 +48,8 @@ Classified classify_within(int k, real value) {
   return classify_in(clamp(k, 0, transfer_knots - 2), v);
 }
 
-// The first part of a cubic of values that stays between two knots, where the attenuation is
-// a + b value.
+// The first part of a cubic of values that is monotone and stays between two knots, where the
+// attenuation is a + b value.
 struct Piece {
   real part;
   real a;
@@ -58,7 +58,8 @@ struct Piece {
 };
 
 // `noise`: what rounding makes of the values. An interval holds as much beyond its knots, or a value
-// that stays on a knot would be cut again and again; one that is not wider is its own mean.
+// that stays on a knot, or hardly turns, would be cut again and again; one that is not wider is its own
+// mean.
 Piece piece_between_knots(Cubic value, real noise) {
   int k = transfer_interval(value.f_0);
   real4 head = knot_head(k);
@@ -68,7 +69,7 @@ Piece piece_between_knots(Cubic value, real noise) {
   real far = real(3e38);
   real low = before ? -far : (behind ? next.x : head.x) - noise;
   real high = behind ? far : (before ? head.x : next.x) + noise;
-  real part = first_exit(value, low, high);
+  real part = min(first_exit(value, low, high), first_turn(value, noise));
   if (before) return Piece(part, head.y, real(0.0), -1);
   if (behind) return Piece(part, next.y, real(0.0), transfer_knots - 1);
   real width = next.x - head.x;

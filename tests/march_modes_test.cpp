@@ -217,7 +217,9 @@ TEST_F(MarchModes, BackToFrontIsAlpha) {
     view.scene.mode = Mode::back_to_front;
     const Image back = double_picture(view);
     const std::string name = info(way.rule).name;
-    EXPECT_LE(difference(name, back, front).rms, 1e-7);
+    // float32 pictures; cell-exact cuts its cells from where the ray comes in, so that the two ways
+    // differ by what it allows a piece (rough_error)
+    EXPECT_LE(difference(name, back, front).rms, way.rule == Integrator::cell_exact ? 1e-6 : 1e-7);
     EXPECT_LE(difference(name + ", gpu", gl_picture(view), back).rms, 1e-6);
   }
 }

@@ -69,6 +69,14 @@ real first_crossing(Cubic c, real target) {
   return bisect(c, target, lo, hi);
 }
 
+// The first turn that c reaches by a change of more than `noise`; 1: there is none.
+real first_turn(Cubic c, real noise) {
+  Turns turn = turning_points(c);
+  if (abs(polynomial(c, turn.first) - c.f_0) > noise) return turn.first;
+  if (abs(polynomial(c, turn.second) - c.f_0) > noise) return turn.second;
+  return real(1.0);
+}
+
 // The first part of [0, 1] over which c stays between low and high, where it begins.
 real first_exit(Cubic c, real low, real high) {
   Turns turn = turning_points(c);

@@ -48,7 +48,7 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
   const glm::dvec3 size = glm::dvec3(p.density_domain_max - p.density_domain_min);
   double cells = size.x + size.y + size.z + 3;
   if (!setup.constants.uniform_sampling) {
-    // A cell is cut where the value crosses a knot, at most thrice each.
+    // A cell is cut where the value turns and where it crosses a knot, at most thrice each.
     double pieces = setup.constants.split_knots ? 3 + 3.0 * p.transfer_knots : 1;
     if (!setup.constants.cell_rule) return pieces * cells;
     // Cut where other grids' faces are, too.
