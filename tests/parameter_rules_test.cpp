@@ -80,6 +80,10 @@ TEST(Validate, RefusesOptionsWithoutTheirCounterpart) {
   EXPECT_EQ(error({{"isovalue", "1"}}),
             "--isovalue is for --mode isosurface; give both or neither");
   EXPECT_EQ(error({{"isovalue", "1"}, {"mode", "isosurface"}}), "no error");
+  EXPECT_EQ(error({{"mode", "isosurface"}, {"step", "1"}}),
+            "--mode isosurface finds its surface in cells; it goes with --sampling cells, without "
+            "--step");
+  EXPECT_EQ(error({{"mode", "isosurface"}, {"sampling", "cells"}}), "no error");
   EXPECT_EQ(error({{"lmip-threshold", "1"}, {"mode", "mip"}}),
             "--lmip-threshold is for --mode lmip; give both or neither");
   EXPECT_EQ(error({{"lmip-threshold", "1"}, {"mode", "lmip"}}), "no error");
@@ -127,6 +131,8 @@ TEST(ApplyOver, ReplacesTheSourceOfLuminanceAndTheMode) {
   surface.isovalue = 0.5;
   EXPECT_EQ(over(surface, {{"mode", "mip"}}).isovalue, std::nullopt);
   EXPECT_EQ(over(surface, {}).isovalue, 0.5);
+  EXPECT_NO_THROW(validate(over(with("step", "0.5"), {{"mode", "isosurface"}})));
+  EXPECT_THROW(validate(over(surface, {{"step", "0.5"}})), Error);
   Scene lmip = with("mode", "lmip");
   lmip.lmip_threshold = 0.5;
   EXPECT_EQ(over(lmip, {{"mode", "mip"}}).lmip_threshold, 0);

@@ -35,6 +35,10 @@ void apply_sampling(Scene& scene, std::span<const Setting> settings) {
   const bool perspective = scene.projection == Projection::perspective;
   if (scene.sampling == Sampling::template_ && perspective && !given("sampling"))
     scene.sampling.reset();
+  if (scene.mode == Mode::isosurface && given("mode") && !given("sampling") && !given("step")) {
+    scene.sampling.reset();
+    scene.step.reset();
+  }
   if (scene.sampling && scene.sampling != Sampling::uniform && !given("step")) scene.step.reset();
   if (scene.sampling != Sampling::template_ && !given("connectivity"))
     scene.connectivity = Scene{}.connectivity;
@@ -82,6 +86,10 @@ void validate_march(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   if (scene.isovalue && scene.mode != Mode::isosurface)
     fail("--isovalue is for --mode isosurface; give both or neither");
+  if (scene.mode == Mode::isosurface && scene.resolved_sampling() != Sampling::cells)
+    fail(
+        "--mode isosurface finds its surface in cells; it goes with --sampling cells, without "
+        "--step");
   if (scene.lmip_threshold != 0 && scene.mode != Mode::lmip)
     fail("--lmip-threshold is for --mode lmip; give both or neither");
   if (scene.step && scene.sampling == Sampling::cells)
