@@ -27,7 +27,8 @@ real next_face(Ray ray, Node node, real t) {
   return leave(ray, brick ? cell : node.lo, brick ? cell + 1 : node.hi).t;
 }
 
-// The end of the part from m.t on in which the other grids are cubics too.
+// The end of the part from m.t on in which the other grids are cubics too; ahead of m.t by more than
+// rounding, as part_end.
 real end_of_cubics(March m, real t_end) {
   real t = NEVER;
   if (own_luminance())
@@ -38,7 +39,8 @@ real end_of_cubics(March m, real t_end) {
     t = min(t, next_face(m.emission_ray,
                          seek_node(GRID_EMISSION, m.emission_ray, m.emission_node,
                                    emission_domain_min, emission_domain_max, m.t + near_face), m.t));
-  return t < t_end - near_face ? t : t_end;
+  if (t >= t_end - near_face) return t_end;
+  return min(t_end, max(t, m.t + abs(m.t) * t_epsilon + t_epsilon));
 }
 
 March march_cells(March m, Ray ray) {
@@ -106,9 +108,10 @@ March march_cells(March m, Ray ray) {
     m.front = with_value(m, m.front, f_front);
     if (cell_rule && !run && !depth_only()) {
       real x = extinction * length;
+      real values = greatest_coefficient(value);
       // between knots a value is monotone
-      real values = transfer ? abs(polynomial(value, min((t_end - m.t) / length, real(1.0))) - f_front)
-                             : greatest_coefficient(value);
+      if (transfer && length > real(0.0))
+        values = abs(polynomial(value, (t_end - m.t) / length) - f_front);
       real part = min(shallow_part(attenuation, x), smooth_part(value, attenuation, x, values));
       t_end = end_of_cubics(m, min(t_end, part_end(m.t, length, part, t_exit)));
     }
