@@ -176,8 +176,8 @@ TEST_F(MarchEmission, GpuIsTheMarchInDouble) {
     bool uniform;
     LuminanceSource source;
   };
-  for (const Way& way : {Way{Integrator::psi_weighted, false, LuminanceSource::density},
-                         Way{Integrator::cell_exact, false, LuminanceSource::transfer},
+  for (const Way& way : {Way{Integrator::psi_weighted, false, LuminanceSource::constant},
+                         Way{Integrator::cell_exact, false, LuminanceSource::density},
                          Way{Integrator::psi_balanced, true, LuminanceSource::scalar}})
     for (const Place& place : places())
       for (const double extinction : {0.0, 0.3}) {

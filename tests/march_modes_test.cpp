@@ -203,8 +203,9 @@ TEST_F(MarchModes, BackToFrontIsAlpha) {
   };
   const Way ways[] = {{Integrator::psi_weighted, false, false},
                       {Integrator::psi_balanced, true, false},
-                      {Integrator::cell_exact, false, true},
-                      {Integrator::preintegrated, true, true}};
+                      {Integrator::midpoint, true, true},
+                      {Integrator::preintegrated, false, true},
+                      {Integrator::cell_exact, false, true}};
   for (const Way& way : ways) {
     View view = view_of(perspective(), mixed(), Glow::density);
     view.medium.extinction = 0.3;
@@ -217,9 +218,10 @@ TEST_F(MarchModes, BackToFrontIsAlpha) {
     view.scene.mode = Mode::back_to_front;
     const Image back = double_picture(view);
     const std::string name = info(way.rule).name;
-    // float32 pictures; cell-exact cuts its cells from where the ray comes in, so that the two ways
-    // differ by what it allows a piece (rough_error)
-    EXPECT_LE(difference(name, back, front).rms, way.rule == Integrator::cell_exact ? 1e-6 : 1e-7);
+    // cell-exact cuts rough pieces from the end where it begins: two quadratures, each allowed 1e-6
+    EXPECT_LE(difference(name, back, front).rms, is_cell_rule(way.rule) ? 1e-6 : 1e-7);
+    // one program a kind of rule: building them is most of the time that this takes
+    if (way.rule == Integrator::midpoint || way.rule == Integrator::preintegrated) continue;
     EXPECT_LE(difference(name + ", gpu", gl_picture(view), back).rms, 1e-6);
   }
 }
