@@ -139,7 +139,7 @@ TEST(VisibleBlocks, HoldEveryCornerOfACellWithAttenuation) {
   EXPECT_TRUE(
       visible_blocks(make_field({{0, 0, 0}, {7, 7, 7}}, [](auto) { return 0.f; }), {}).empty());
   AtlasOptions all;
-  all.visible = [](float, float) { return true; };
+  all.visible = [](const ValueRange&, const ValueRange&) { return true; };
   EXPECT_EQ(
       visible_blocks(make_field({{0, 0, 0}, {7, 7, 7}}, [](auto) { return 0.f; }), all).size(),
       27u);

@@ -263,7 +263,7 @@ TEST_F(MarchLimits, AnEmptyFieldIsAnEmptyPicture) {
 TEST_F(MarchLimits, MoreTexturesThanTheDeviceHasIsALimitByName) {
   // A column of 400 bricks, one a buffer; its table of 404 entries fits one.
   const Field column = make_field({{0, 0, 0}, {7, 7, 799}}, [](glm::ivec3 v) { return noise(v); });
-  MediumAtlas atlas{build_atlas(column), {}, {}};
+  MediumAtlas atlas{build_atlas(column), {}, {}, {}};
   ASSERT_GE(atlas.density.bricks.size(), 400u);
   try {
     Gpu::renderer()->upload(atlas, Filter::exact, 729);

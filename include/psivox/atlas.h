@@ -60,13 +60,22 @@ struct AtlasSize {
   std::uint64_t bytes() const { return page_bytes + constant_bytes + texel_bytes; }
 };
 
+/// Least and greatest of some values.
+struct ValueRange {
+  float min = 0;
+  float max = 0;
+};
+
 struct AtlasOptions {
   TexelType texel = TexelType::float32;
   /// Largest host + GPU bytes, that is twice AtlasSize::bytes(); 0: no limit.
   std::uint64_t memory_limit = 0;
-  /// Whether cells whose values lie in [min, max] can be seen; unset: those with a value other than
-  /// 0. What cannot be seen is not stored.
-  std::function<bool(float min, float max)> visible{};
+  /// Whether cells of such values can be seen, of the field's and of `companion`'s; unset: those
+  /// with a value other than 0. What cannot be seen is not stored.
+  std::function<bool(const ValueRange& own, const ValueRange& companions)> visible{};
+  /// A scalar field of the same transform and domain that decides on visibility too; null: its
+  /// values are 0, as they must be wherever the field has no leaf and no tile 8 voxels wide.
+  std::shared_ptr<const Field> companion{};
   /// Boxes of voxels that must be walked cell by cell though this grid may be empty there, because
   /// another one is not: constants of 0 then. The domain grows to hold them.
   std::vector<Box> walked{};

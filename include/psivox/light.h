@@ -11,7 +11,8 @@
 namespace psivox {
 
 /// Optical depths of the medium from the voxels of some blocks of 8^3 of its density to where the
-/// light comes in: 512 a block, z fastest. Exact for trilinear data, whatever the view's rule.
+/// light comes in: 512 a block, z fastest. Exact for trilinear data, whatever the view's rule;
+/// where the transfer function has a gradient, of the view's segments but with the reference.
 using LightDepths = std::function<std::vector<double>(std::span<const glm::ivec3> origins)>;
 
 /// The view with its light scattered once: T_light = e^-depth is computed at every voxel of the

@@ -38,6 +38,9 @@ struct Medium {
   std::shared_ptr<const Field> luminance;  ///< for scalar and vector sources, else null
   /// tau = extinction * attenuation of the value by this function; null: of the value itself.
   std::shared_ptr<const TransferFunction> transfer;
+  /// Where `transfer` has a gradient: the magnitudes of the density's [value/world unit], of its
+  /// domain and transform. Else null.
+  std::shared_ptr<const Field> gradient;
   std::shared_ptr<const Field> emission;  ///< null: nothing radiates where tau is 0
   double emission_scale = 1;              ///< emission = scale * value [radiance/world unit]
   double isovalue = 0;                    ///< under Mode::isosurface, of the density's own values
@@ -79,7 +82,7 @@ View make_view(const Scene& scene, std::shared_ptr<const Field> density,
 /// Extinction for which the mean ray through the grid's middle has optical depth 3: the mean over
 /// 17 x 17 rays along each index axis through the middle half of the domain, those that meet
 /// nothing left out; over the whole domain where the middle is empty. 1 for an all-zero field.
-/// With a transfer function the same of the voxels' attenuations.
+/// With a transfer function, which has no gradient, the same of the voxels' attenuations.
 double auto_extinction(const Field& field, const TransferFunction* transfer = nullptr);
 
 }  // namespace psivox

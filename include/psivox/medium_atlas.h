@@ -12,6 +12,7 @@ struct MediumAtlas {
   BrickAtlas density;
   std::optional<BrickAtlas> luminance;  ///< where the luminance has a grid of its own
   std::optional<BrickAtlas> emission;
+  std::optional<BrickAtlas> gradient;  ///< where the transfer function has one
 
   /// Sum over the grids.
   AtlasSize size() const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <string>
 #include <string_view>
@@ -18,13 +19,40 @@ struct TransferPoint {
   bool operator==(const TransferPoint&) const = default;
 };
 
-/// Attenuation and colour of a value: linear between points, constant outside.
+/// A surface of a value f as a shell that is equally thick wherever the field is linear across it,
+/// however steep it is. M. Levoy, Display of Surfaces from Volume Data, 1988, eq. 3: at a point of
+/// value v and gradient magnitude g it adds the attenuation
+///   attenuation * max(0, 1 - |v - f| / (thickness g));    where g = 0: all of it at v = f, else 0.
+struct Isosurface {
+  double value = 0;
+  double thickness = 1;    ///< to either side [world units]
+  double attenuation = 0;  ///< at the surface; multiplied by the scene's extinction
+  bool operator==(const Isosurface&) const = default;
+};
+
+/// What makes the attenuation a function of the gradient's magnitude too (G. Kindlmann and J.
+/// Durkin, Semi-Automatic Generation of Transfer Functions, 1998).
+struct GradientPart {
+  /// Of the table's columns [value/world unit]; empty: the points' attenuations are of all.
+  std::vector<double> gradients{};
+  /// Of point k at gradient j at k * gradients.size() + j: bilinear in value and gradient, constant
+  /// beyond the first and the last gradient.
+  std::vector<double> attenuation{};
+  std::vector<Isosurface> isosurfaces{};  ///< what they add to the table's
+  bool operator==(const GradientPart&) const = default;
+};
+
+/// Attenuation and colour of a value: linear between points, constant outside. With a GradientPart
+/// the attenuation is of value and gradient; the colour is the value's.
 class TransferFunction {
  public:
   /// Values not descending, at least one point; two of equal value are a jump, made one float32
   /// step wide. Attenuation and colours not negative, all finite and within float32; values are
-  /// stored rounded to float32. Throws Error(input).
-  explicit TransferFunction(std::vector<TransferPoint> points, bool has_color = true);
+  /// stored rounded to float32. Gradients ascend and are not negative, thicknesses above 0; with a
+  /// table the points' own attenuations are replaced by their greatest of any gradient. Throws
+  /// Error(input).
+  explicit TransferFunction(std::vector<TransferPoint> points, bool has_color = true,
+                            GradientPart gradient_part = {});
 
   /// Strictly ascending.
   const std::vector<TransferPoint>& points() const { return points_; }
@@ -32,7 +60,19 @@ class TransferFunction {
   /// Whether the points give the luminance too; where they do not, it comes from elsewhere.
   bool has_color() const { return has_color_; }
 
+  /// With a table the attenuation is no less than at any gradient; without isosurfaces'.
   TransferPoint at(double value) const;
+
+  /// Whether the attenuation depends on the gradient.
+  bool has_gradient() const { return !part_.gradients.empty() || !part_.isosurfaces.empty(); }
+  const GradientPart& gradient_part() const { return part_; }
+
+  /// At a gradient magnitude [value/world unit], which only matters where has_gradient().
+  double attenuation(double value, double gradient) const;
+
+  /// No less than attenuation() over the values and the gradients from min to max (which may be
+  /// infinite); 0 only where that is 0.
+  double max_attenuation(const glm::dvec2& values, const glm::dvec2& gradients) const;
 
   /// Index k of the interval [point k, point k + 1) that holds the value: -1 before the first
   /// point, points().size() - 1 from the last one on.
@@ -50,14 +90,20 @@ class TransferFunction {
   bool operator==(const TransferFunction&) const = default;
 
  private:
+  void place_gradient_part();
+  double table(double value, double gradient) const;
+
   std::vector<TransferPoint> points_;
   std::vector<double> integrals_;  ///< attenuation_integral of the points
   bool has_color_;
+  GradientPart part_;
 };
 
 /// {"points": [{"value": v, "attenuation": t, "color": [r, g, b]}, ...]}, `color` in all points or
-/// in none; or a colour map that ParaView exported. Throws Error(input); `source` names the file in
-/// its message.
+/// in none. Optional: "gradients": [g, ...], where an attenuation may be an array of as many; and
+/// "isosurfaces": [{"value": v, "thickness": r, "attenuation": t}, ...], without or beside points.
+/// Or a colour map that ParaView exported. Throws Error(input); `source` names the file in its
+/// message.
 TransferFunction transfer_function_from_json(std::string_view text, std::string_view source);
 
 /// Every number returns from transfer_function_from_json as the same bits.

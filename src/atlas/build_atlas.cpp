@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <glm/common.hpp>
 #include <glm/gtc/packing.hpp>
-#include <glm/vec2.hpp>
+#include <optional>
 #include <string>
 
 #include "atlas/brick_source.h"
@@ -30,10 +30,11 @@ struct Candidate {
 };
 
 /// Smallest and largest first channel of the blocks' parts that a brick holds.
-glm::vec2 value_range(const BrickSource::Neighbours& from, int channels) {
-  glm::vec2 range(from.blocks[0].values ? from.blocks[0].values[0] : from.blocks[0].constant.x);
+ValueRange value_range(const BrickSource::Neighbours& from, int channels) {
+  const float first = from.blocks[0].values ? from.blocks[0].values[0] : from.blocks[0].constant.x;
+  ValueRange range{first, first};
   const auto see = [&](float value) {
-    range = {std::min(range.x, value), std::max(range.y, value)};
+    range = {std::min(range.min, value), std::max(range.max, value)};
   };
   for (int i = 0; i < 8; ++i) {
     const atlas::Block& block = from.blocks[i];
@@ -85,11 +86,13 @@ void find_kind(const BrickSource& source, Candidate& candidate) {
 }
 
 /// The kind under a rule of what can be seen. Constants of 0 may be.
-void find_visible_kind(const BrickSource& source, const AtlasOptions& options,
-                       Candidate& candidate) {
+void find_visible_kind(const BrickSource& source, const BrickSource* companion,
+                       const AtlasOptions& options, Candidate& candidate) {
   find_kind(source, candidate);
-  const glm::vec2 range = value_range(source.neighbours(candidate.brick), source.channels());
-  if (!options.visible(range.x, range.y))
+  const ValueRange own = value_range(source.neighbours(candidate.brick), source.channels());
+  const ValueRange companions =
+      companion ? value_range(companion->neighbours(candidate.brick), 1) : ValueRange{};
+  if (!options.visible(own, companions))
     candidate.kind = EntryKind::empty;
   else if (candidate.kind == EntryKind::empty)
     candidate.kind = EntryKind::constant;
@@ -105,18 +108,22 @@ struct Plan {
 Plan make_plan(const Field& field, const AtlasOptions& options) {
   BrickSource::check_width(field);
   Plan plan{BrickSource(field), {}, {}};
-  const auto visible = [&](float min, float max) {
-    return options.visible ? options.visible(min, max) : min != 0 || max != 0;
+  // of bricks of one value, where the companion's are 0
+  const auto visible = [&](float value) {
+    return options.visible ? options.visible({value, value}, {}) : value != 0;
   };
+  std::optional<BrickSource> companion;
+  if (options.companion) companion.emplace(*options.companion);
   // What is walked for another grid's sake must not pass for the 0 around it.
-  const bool keep_all = visible(0, 0) && !options.walked.empty();
+  const bool keep_all = visible(0) && !options.walked.empty();
   std::vector<Candidate> candidates;
   for (const glm::ivec3& brick : plan.source.candidates()) candidates.push_back({brick});
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, candidates.size(), 256),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i != range.end(); ++i) {
                         if (options.visible && !keep_all)
-                          find_visible_kind(plan.source, options, candidates[i]);
+                          find_visible_kind(plan.source, companion ? &*companion : nullptr, options,
+                                            candidates[i]);
                         else
                           find_kind(plan.source, candidates[i]);
                       }
@@ -140,7 +147,7 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
     return make_entry(EntryKind::constant, index);
   };
   // What no leaf or tile reaches is 0.
-  if (visible(0, 0))
+  if (visible(0))
     pages.set_box(first, last, add_constant(glm::vec3(0)));
   else if (!options.walked.empty()) {
     const std::uint32_t zero = add_constant(glm::vec3(0));
@@ -148,16 +155,16 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
   }
   constexpr std::uint32_t nothing = make_entry(EntryKind::empty, 1);
   for (const BrickSource::ConstantBox& box : plan.source.wide_tiles()) {
-    if (keep_all || visible(box.value.x, box.value.x))
+    if (keep_all || visible(box.value.x))
       pages.set_box(box.min, box.max, add_constant(box.value));
-    else if (visible(0, 0))
+    else if (visible(0))
       pages.set_box(box.min, box.max, nothing);
   }
   for (const Candidate& candidate : candidates) {
     const glm::ivec3& b = candidate.brick;
     if (glm::any(glm::lessThan(b, first)) || glm::any(glm::greaterThan(b, last))) continue;
     if (candidate.kind == EntryKind::empty) {
-      if (visible(0, 0) && !keep_all) pages.set_brick(b, nothing);
+      if (visible(0) && !keep_all) pages.set_brick(b, nothing);
     } else if (candidate.kind == EntryKind::constant) {
       pages.set_brick(b, add_constant(candidate.value));
     } else {

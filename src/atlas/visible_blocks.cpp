@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <glm/common.hpp>
+#include <optional>
 #include <string>
 
 #include "atlas/brick_source.h"
@@ -62,14 +63,14 @@ class BlockList {
 
 /// Least and greatest of a brick's values that are corners of the cells which reach into the block
 /// at `offset` (0 or 1 an axis): all cells, or the last layer of them.
-std::array<float, 2> range_towards(const float* values, const glm::ivec3& offset) {
-  std::array<float, 2> range{HUGE_VALF, -HUGE_VALF};
+ValueRange range_towards(const float* values, const glm::ivec3& offset) {
+  ValueRange range{HUGE_VALF, -HUGE_VALF};
   const glm::ivec3 from = 7 * offset;
   for (int x = from.x; x < brick_values; ++x)
     for (int y = from.y; y < brick_values; ++y)
       for (int z = from.z; z < brick_values; ++z) {
         const float value = values[(x * brick_values + y) * brick_values + z];
-        range = {std::min(range[0], value), std::max(range[1], value)};
+        range = {std::min(range.min, value), std::max(range.max, value)};
       }
   return range;
 }
@@ -78,26 +79,30 @@ std::array<float, 2> range_towards(const float* values, const glm::ivec3& offset
 
 std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options) {
   BrickSource::check_width(field);
-  const auto visible = [&](float min, float max) {
-    return options.visible ? options.visible(min, max) : min != 0 || max != 0;
+  const auto visible = [&](const ValueRange& own, const ValueRange& companions) {
+    return options.visible ? options.visible(own, companions) : own.min != 0 || own.max != 0;
   };
   BlockList blocks(field);
-  if (visible(0, 0)) {
+  if (visible({}, {})) {
     blocks.add_domain();
     return blocks.origins();
   }
   const BrickSource source(field);
+  std::optional<BrickSource> companion;
+  if (options.companion) companion.emplace(*options.companion);
   std::array<float, brick_texels> values;
+  std::array<float, brick_texels> others{};
   for (const glm::ivec3& brick : source.candidates()) {
     source.gather(source.neighbours(brick), values.data());
+    if (companion) companion->gather(companion->neighbours(brick), others.data());
     for (int i = 0; i < 8; ++i) {
       const glm::ivec3 offset(i >> 2, i >> 1 & 1, i & 1);
-      const std::array<float, 2> range = range_towards(values.data(), offset);
-      if (visible(range[0], range[1])) blocks.add(brick + offset);
+      if (visible(range_towards(values.data(), offset), range_towards(others.data(), offset)))
+        blocks.add(brick + offset);
     }
   }
   for (const BrickSource::ConstantBox& box : source.wide_tiles())
-    if (visible(box.value.x, box.value.x)) blocks.add_box(box.min, box.max + 1);
+    if (visible({box.value.x, box.value.x}, {})) blocks.add_box(box.min, box.max + 1);
   return blocks.origins();
 }
 

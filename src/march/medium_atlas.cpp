@@ -57,6 +57,7 @@ AtlasSize MediumAtlas::size() const {
   AtlasSize sum = density.size;
   if (luminance) sum += luminance->size;
   if (emission) sum += emission->size;
+  if (gradient) sum += gradient->size;
   return sum;
 }
 
@@ -68,16 +69,20 @@ AtlasOptions density_options(const View& view) {
     options.visible = [](float, float) { return false; };
   } else if (mode == Mode::isosurface) {
     const auto isovalue = float(medium.isovalue);
-    options.visible = [isovalue](float min, float max) {
-      return min <= isovalue && isovalue <= max;
+    options.visible = [isovalue](const ValueRange& own, const ValueRange&) {
+      return own.min <= isovalue && isovalue <= own.max;
     };
   } else if (medium.transfer && mode != Mode::mip && mode != Mode::lmip) {
     // A uniform step reaches from brick to brick, so that a rule which applies the function between
     // its ends needs every value.
     const bool every_value = is_transfer_rule(view.scene.resolved_integrator()) &&
                              view.scene.resolved_sampling() != Sampling::cells;
-    options.visible = [transfer = medium.transfer, every_value](float min, float max) {
-      return (every_value && (min != 0 || max != 0)) || transfer->max_attenuation(min, max) > 0;
+    options.companion = medium.gradient;
+    options.visible = [transfer = medium.transfer, every_value](const ValueRange& own,
+                                                                const ValueRange& gradients) {
+      return (every_value && (own.min != 0 || own.max != 0)) ||
+             transfer->max_attenuation(glm::dvec2(own.min, own.max),
+                                       glm::dvec2(gradients.min, gradients.max)) > 0;
     };
   }
   if (medium.emission) options.walked = where_values_are(*medium.emission, *medium.density);
@@ -118,9 +123,10 @@ class Builder {
 MediumAtlas build_medium_atlas(const View& view, const AtlasOptions& base) {
   const Medium& medium = view.medium;
   Builder builder(view, base);
-  MediumAtlas result{builder.build(*medium.density, density_options(view)), {}, {}};
+  MediumAtlas result{builder.build(*medium.density, density_options(view)), {}, {}, {}};
   if (medium.luminance && !medium.light) result.luminance = builder.build(*medium.luminance, {});
   if (medium.emission) result.emission = builder.build(*medium.emission, {});
+  if (medium.gradient) result.gradient = builder.build(*medium.gradient, {});
   return result;
 }
 
@@ -128,6 +134,7 @@ void add_luminance(MediumAtlas& atlas, const View& view, const AtlasOptions& bas
   Builder builder(view, base);
   builder.use(atlas.density);
   if (atlas.emission) builder.use(*atlas.emission);
+  if (atlas.gradient) builder.use(*atlas.gradient);
   atlas.luminance = builder.build(*view.medium.luminance, {});
 }
 

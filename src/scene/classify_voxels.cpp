@@ -1,6 +1,13 @@
 #include "scene/classify_voxels.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <memory>
+
+#include "scene/field_index.h"
 #include "scene/fill_domain.h"
+#include "scene/gradient_field.h"
 #include "scene/map_field.h"
 
 namespace psivox {
@@ -14,6 +21,45 @@ Field attenuation_of_voxels(const Field& field, const TransferFunction& function
   Field whole = field;
   fill_domain(whole);
   return map_field(whole, 1, map);
+}
+
+Field attenuation_of_voxels(const Field& field, const Field& gradient,
+                            const TransferFunction& function) {
+  Field whole = field;
+  if (function.attenuation(0, 0) > 0) fill_domain(whole);
+  whole = told_by_blocks(whole, gradient, true);
+  const FieldIndex values(whole), gradients(gradient);
+
+  // A leaf wherever values or gradients vary; what is left are tiles without gradients.
+  Field result = whole;
+  result.active_range.reset();
+  result.tiles.clear();
+  for (const Tile& tile : whole.tiles) {
+    if (tile.width == 8 && gradients.stores(tile.origin)) {
+      result.leaves.push_back({tile.origin, nullptr});
+      continue;
+    }
+    const double v = static_cast<double>(tile.value.x);
+    const auto attenuation = static_cast<float>(function.attenuation(v, 0));
+    if (attenuation != 0)
+      result.tiles.push_back({tile.origin, tile.width, glm::vec3(attenuation, 0, 0)});
+  }
+  const auto to = std::make_shared_for_overwrite<float[]>(result.leaves.size() * 512);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.leaves.size(), 16),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t n = range.begin(); n != range.end(); ++n) {
+                        Leaf& leaf = result.leaves[n];
+                        const FieldIndex::Block v = values.block(leaf.origin);
+                        const FieldIndex::Block g = gradients.block(leaf.origin);
+                        float* attenuation = to.get() + n * 512;
+                        leaf.values = attenuation;
+                        for (int i = 0; i < 512; ++i)
+                          attenuation[i] = static_cast<float>(function.attenuation(
+                              static_cast<double>(v.value(i)), static_cast<double>(g.value(i))));
+                      }
+                    });
+  result.storage = to;
+  return result;
 }
 
 Field color_of_voxels(const Field& field, const TransferFunction& function) {

@@ -9,6 +9,10 @@ namespace psivox {
 /// Where 0 has an attenuation the whole domain is filled with it. Throws Error(memory).
 Field attenuation_of_voxels(const Field& field, const TransferFunction& function);
 
+/// The same of each voxel's value and gradient. `gradient`: gradient_of_voxels(field).
+Field attenuation_of_voxels(const Field& field, const Field& gradient,
+                            const TransferFunction& function);
+
 /// The colour of each voxel's value as a vec3 field, wherever there is attenuation.
 Field color_of_voxels(const Field& field, const TransferFunction& function);
 

@@ -17,6 +17,27 @@ std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& densit
   return glm::dvec2(std::min(range.x, 0.0), std::max(range.x, 0.0));
 }
 
+namespace {
+
+/// What cannot be had of a function of the gradient.
+void check_gradient_rules(const Scene& scene) {
+  const auto fail = [&](const std::string& what, const std::string& instead) {
+    throw Error(ExitCode::usage, "--transfer-function " + in_quotes(scene.transfer_function) +
+                                     " has gradients: " + what + "; " + instead);
+  };
+  if (scene.mode == Mode::mip || scene.mode == Mode::lmip)
+    fail("a greatest value has none", "take --mode alpha, back-to-front, xray or isosurface");
+  const bool voxels = scene.classification == Classification::pre;
+  const Integrator rule = scene.resolved_integrator();
+  if (is_transfer_rule(rule) || (is_cell_rule(rule) && !voxels))
+    fail("--integrator " + std::string(info(rule).name) + " integrates a function of one variable",
+         "take psi-weighted or another rule of segments");
+  if (scene.split_knots && !voxels)
+    fail("--split-knots finds knots of values alone", "leave it out and raise --segments");
+}
+
+}  // namespace
+
 std::shared_ptr<const TransferFunction> density_function(const Scene& scene, const Field& density) {
   if (scene.colormap) {
     const glm::dvec2 range = *resolved_range(scene, density);
@@ -32,6 +53,7 @@ std::shared_ptr<const TransferFunction> density_function(const Scene& scene, con
                 "--transfer-function " + in_quotes(scene.transfer_function) +
                     " has colours, which are the luminance; leave them out of it, or leave out " +
                     (scene.luminance_grid.empty() ? "--temperature-grid" : "--luminance-grid"));
+  if (function->has_gradient()) check_gradient_rules(scene);
   return function;
 }
 

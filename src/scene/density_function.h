@@ -16,7 +16,8 @@ namespace psivox {
 std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& density);
 
 /// The scene's transfer function or colour map over the density's values; null where it has none.
-/// Throws Error(input), Error(usage) where both the function and a grid would give the luminance.
+/// Throws Error(input), Error(usage) where both the function and a grid would give the luminance,
+/// or where the scene asks of a function of the gradient what only one of the value alone can do.
 std::shared_ptr<const TransferFunction> density_function(const Scene& scene, const Field& density);
 
 }  // namespace psivox

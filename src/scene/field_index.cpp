@@ -35,6 +35,16 @@ FieldIndex::FieldIndex(const Field& field) : field_(&field) {
   }
 }
 
+FieldIndex::Block FieldIndex::block(const glm::ivec3& origin) const {
+  const auto leaf = leaves_.find(origin);
+  if (leaf != leaves_.end()) return {leaf->second, field_->channels, 0};
+  for (std::size_t level = 0; level < widths.size(); ++level) {
+    const auto tile = tiles_[level].find(origin_of(origin, widths[level]));
+    if (tile != tiles_[level].end()) return {nullptr, 1, tile->second.x};
+  }
+  return {};
+}
+
 glm::dvec3 FieldIndex::at(const glm::ivec3& voxel) const {
   const auto leaf = leaves_.find(origin_of(voxel, 8));
   if (leaf != leaves_.end()) {

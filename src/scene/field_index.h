@@ -24,6 +24,17 @@ class FieldIndex {
 
   explicit FieldIndex(const Field& field);
 
+  /// 8^3 voxels: a leaf's values, or one value. First channels.
+  struct Block {
+    const float* values = nullptr;  ///< null: `constant` everywhere
+    int channels = 1;
+    float constant = 0;
+    float value(int i) const { return values ? values[i * channels] : constant; }
+  };
+
+  /// The block from an origin on, which is a multiple of 8; 0 where nothing is stored.
+  Block block(const glm::ivec3& origin) const;
+
   /// Value of a voxel; 0 where nothing is stored.
   glm::dvec3 at(const glm::ivec3& voxel) const;
 

@@ -126,8 +126,9 @@ View light_march(const View& view) {
   scene.sampling = Sampling::cells;
   scene.step.reset();
   scene.integrator = Integrator::psi_weighted;
-  scene.segments = 1;
-  scene.split_knots = true;  // between knots the attenuation is a cubic, whose depth is exact
+  // between knots of values the attenuation is a cubic, whose depth is exact
+  scene.split_knots = !view.medium.gradient;
+  if (scene.split_knots) scene.segments = 1;
   scene.early_termination = 0;
   scene.filter = Filter::exact;
   scene.pixel_samples = 1;

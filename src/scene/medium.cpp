@@ -3,11 +3,13 @@
 #include <cmath>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "scene/classify_voxels.h"
 #include "scene/density_function.h"
+#include "scene/gradient_field.h"
 #include "scene/isovalue.h"
 #include "scene/luminance_sources.h"
 
@@ -38,12 +40,38 @@ MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
   return used;
 }
 
+/// A function of the gradient: of voxels, or of what is interpolated between them. The automatic
+/// extinction is that of voxels either way.
+void set_gradient_function(const Scene& scene, const std::shared_ptr<const Field>& density,
+                           const std::shared_ptr<const TransferFunction>& function,
+                           Medium& medium) {
+  auto gradient = std::make_shared<const Field>(gradient_of_voxels(*density));
+  const bool voxels = scene.classification == Classification::pre;
+  medium.extinction = scene.extinction.value_or(1);
+  if (voxels || !scene.extinction) {
+    auto attenuation =
+        std::make_shared<const Field>(attenuation_of_voxels(*density, *gradient, *function));
+    if (!scene.extinction) medium.extinction = auto_extinction(*attenuation);
+    if (voxels) medium.density = attenuation;
+  }
+  if (voxels) return;
+  constexpr double any = std::numeric_limits<double>::infinity();
+  const bool zeros = function->max_attenuation(glm::dvec2(0), glm::dvec2(0, any)) > 0;
+  medium.density = density;
+  if (zeros || !density->tiles.empty())
+    medium.density = std::make_shared<const Field>(told_by_blocks(*density, *gradient, zeros));
+  medium.transfer = function;
+  medium.gradient = gradient;
+}
+
 /// What the density's values mean: a surface, attenuations, or a function's.
 void set_density(const Scene& scene, const std::shared_ptr<const Field>& density,
                  const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
   medium.density = density;
   if (scene.mode == Mode::isosurface) {
     medium.isovalue = field_isovalue(resolved_isovalue(scene, *density), *density);
+  } else if (function && function->has_gradient()) {
+    return set_gradient_function(scene, density, function, medium);
   } else if (function && scene.classification == Classification::pre) {
     medium.density = std::make_shared<const Field>(attenuation_of_voxels(*density, *function));
   } else {

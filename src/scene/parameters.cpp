@@ -31,8 +31,9 @@ std::vector<Parameter> make_table() {
        "attenuation = K * value, or K times the transfer function's", medium, &Scene::extinction,
        at_least_0, "auto"},
       {"transfer-function", "FILE", "", "none",
-       "JSON: attenuation and colour of the value, linear between points; ParaView's too", medium,
-       &Scene::transfer_function},
+       "JSON: attenuation and colour of the value (and gradient), linear between points; "
+       "ParaView's too",
+       medium, &Scene::transfer_function},
       {"colormap", enum_metavar<Colormap>(), "", "none", "luminance of the value", medium,
        &Scene::colormap, any, "none"},
       {"range", "MIN,MAX", "", "the least and the greatest active value",

@@ -51,8 +51,10 @@ TransferPoint between(const TransferPoint& a, const TransferPoint& b, double val
 
 }  // namespace
 
-TransferFunction::TransferFunction(std::vector<TransferPoint> points, bool has_color)
-    : points_(std::move(points)), has_color_(has_color) {
+TransferFunction::TransferFunction(std::vector<TransferPoint> points, bool has_color,
+                                   GradientPart gradient_part)
+    : points_(std::move(points)), has_color_(has_color), part_(std::move(gradient_part)) {
+  place_gradient_part();
   check(points_);
   // Two values that round to one float32 are a jump as well: the later one moves up.
   for (std::size_t i = 0; i < points_.size(); ++i) {

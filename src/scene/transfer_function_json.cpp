@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
@@ -33,15 +34,27 @@ double number(const json& value, const std::string& where) {
   return value.get<double>();
 }
 
-TransferPoint read_point(const json& object, const std::string& where) {
+double required_number(const json& object, const char* key, const std::string& where) {
+  if (!object.contains(key)) fail(where + ": has no " + key);
+  return number(object[key], where + ": " + key);
+}
+
+/// A point; its attenuations at all gradients, one or as many, are appended to the table.
+TransferPoint read_point(const json& object, const std::string& where, GradientPart& part) {
   if (!object.is_object()) fail(where + ": expected an object of value, attenuation and color");
   check_keys(object, {"value", "attenuation", "color"}, where);
-  for (const char* key : {"value", "attenuation"}) {
-    if (!object.contains(key)) fail(where + ": has no " + key);
-  }
   TransferPoint point;
-  point.value = number(object["value"], where + ": value");
-  point.attenuation = number(object["attenuation"], where + ": attenuation");
+  point.value = required_number(object, "value", where);
+  if (!object.contains("attenuation") || !object["attenuation"].is_array()) {
+    point.attenuation = required_number(object, "attenuation", where);
+    part.attenuation.insert(part.attenuation.end(), part.gradients.size(), point.attenuation);
+  } else {
+    const json& row = object["attenuation"];
+    if (row.size() != part.gradients.size())
+      fail(where + ": attenuation: has " + std::to_string(row.size()) + " numbers for " +
+           std::to_string(part.gradients.size()) + " gradients");
+    for (const json& item : row) part.attenuation.push_back(number(item, where + ": attenuation"));
+  }
   if (!object.contains("color")) return point;
   const json& color = object["color"];
   if (!color.is_array() || color.size() != 3) fail(where + ": color: expected [r, g, b]");
@@ -50,21 +63,47 @@ TransferPoint read_point(const json& object, const std::string& where) {
   return point;
 }
 
+const json& array_of(const json& object, const char* key) {
+  if (!object[key].is_array()) fail(std::string(key) + ": expected an array");
+  return object[key];
+}
+
+GradientPart read_gradient_part(const json& object) {
+  GradientPart part;
+  if (object.contains("gradients")) {
+    for (const json& item : array_of(object, "gradients"))
+      part.gradients.push_back(number(item, "gradients"));
+    if (part.gradients.empty()) fail("gradients: expected at least one");
+  }
+  if (!object.contains("isosurfaces")) return part;
+  for (const json& item : array_of(object, "isosurfaces")) {
+    const std::string where =
+        "isosurface " + std::to_string(part.isosurfaces.size() + 1) + " of the transfer function";
+    if (!item.is_object()) fail(where + ": expected an object of value, thickness and attenuation");
+    check_keys(item, {"value", "thickness", "attenuation"}, where);
+    part.isosurfaces.push_back({required_number(item, "value", where),
+                                required_number(item, "thickness", where),
+                                required_number(item, "attenuation", where)});
+  }
+  return part;
+}
+
 TransferFunction read_points(const json& object) {
-  check_keys(object, {"points"}, "the transfer function");
+  check_keys(object, {"points", "gradients", "isosurfaces"}, "the transfer function");
+  GradientPart part = read_gradient_part(object);
+  if (!object.contains("points") && !part.isosurfaces.empty() && part.gradients.empty())
+    return TransferFunction({TransferPoint{}}, false, std::move(part));
   if (!object.contains("points")) fail("the transfer function has no points");
-  const json& list = object["points"];
-  if (!list.is_array()) fail("points: expected an array");
   std::vector<TransferPoint> points;
   std::size_t colors = 0;
-  for (const json& item : list) {
+  for (const json& item : array_of(object, "points")) {
     points.push_back(read_point(
-        item, "point " + std::to_string(points.size() + 1) + " of the transfer function"));
+        item, "point " + std::to_string(points.size() + 1) + " of the transfer function", part));
     if (item.contains("color")) ++colors;
   }
   if (colors != 0 && colors != points.size())
     fail("some points of the transfer function have a color and some have none; give it to all");
-  return TransferFunction(std::move(points), colors != 0);
+  return TransferFunction(std::move(points), colors != 0, std::move(part));
 }
 
 TransferFunction read(std::string_view text) {
@@ -95,18 +134,49 @@ TransferFunction transfer_function_from_json(std::string_view text, std::string_
   }
 }
 
-std::string to_json(const TransferFunction& function) {
+namespace {
+
+std::string array_text(std::span<const double> numbers) {
   std::string out;
-  for (const TransferPoint& p : function.points()) {
-    out += out.empty() ? "{\"points\": [\n" : ",\n";
-    out += "  {\"value\": " + number_text(static_cast<float>(p.value)) +
-           ", \"attenuation\": " + number_text(p.attenuation);
-    if (function.has_color())
-      out += ", \"color\": [" + number_text(p.color.r) + ", " + number_text(p.color.g) + ", " +
-             number_text(p.color.b) + "]";
-    out += "}";
+  for (const double x : numbers) out += (out.empty() ? "[" : ", ") + number_text(x);
+  return out + "]";
+}
+
+/// A number that is a float32, with no more digits than tell it from its neighbours.
+std::string float_text(double number) { return number_text(static_cast<float>(number)); }
+
+}  // namespace
+
+std::string to_json(const TransferFunction& function) {
+  const GradientPart& part = function.gradient_part();
+  std::string out = "{";
+  if (!part.gradients.empty()) {
+    std::string list;
+    for (const double g : part.gradients) list += (list.empty() ? "" : ", ") + float_text(g);
+    out += "\"gradients\": [" + list + "],\n ";
   }
-  return out + "\n]}\n";
+  if (!part.isosurfaces.empty()) {
+    std::string list;
+    for (const Isosurface& s : part.isosurfaces)
+      list += (list.empty() ? "\n" : ",\n") + ("  {\"value\": " + float_text(s.value)) +
+              ", \"thickness\": " + number_text(s.thickness) +
+              ", \"attenuation\": " + number_text(s.attenuation) + "}";
+    out += "\"isosurfaces\": [" + list + "\n],\n ";
+  }
+  std::string list;
+  const std::size_t columns = part.gradients.size();
+  for (std::size_t k = 0; k < function.points().size(); ++k) {
+    const TransferPoint& p = function.points()[k];
+    list += (list.empty() ? "\n" : ",\n") + ("  {\"value\": " + float_text(p.value)) +
+            ", \"attenuation\": " +
+            (columns == 0 ? number_text(p.attenuation)
+                          : array_text(std::span(part.attenuation).subspan(k * columns, columns)));
+    if (function.has_color())
+      list += ", \"color\": [" + number_text(p.color.r) + ", " + number_text(p.color.g) + ", " +
+              number_text(p.color.b) + "]";
+    list += "}";
+  }
+  return out + "\"points\": [" + list + "\n]}\n";
 }
 
 TransferFunction read_transfer_function(const std::filesystem::path& path) {

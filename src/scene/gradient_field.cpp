@@ -1,0 +1,151 @@
+#include "scene/gradient_field.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
+#include <memory>
+#include <unordered_set>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "scene/field_index.h"
+
+namespace psivox {
+namespace {
+
+constexpr std::size_t most_blocks = std::size_t{1} << 24;
+
+void check_count(const Field& field, std::size_t blocks) {
+  if (blocks > most_blocks)
+    throw Error(ExitCode::memory, "grid " + in_quotes(field.name) + " has gradients in more than " +
+                                      std::to_string(most_blocks) +
+                                      " blocks of 8^3 voxels; a coarser grid has fewer");
+}
+
+/// Origins of blocks in which neighbouring voxels may differ: leaves, tiles' outermost ones, and
+/// those behind a face of either, in the order of their coordinates.
+std::vector<glm::ivec3> candidate_blocks(const Field& field) {
+  const Box domain = field.domain();
+  const glm::ivec3 first = domain.min & ~7, last = domain.max & ~7;
+  std::unordered_set<glm::ivec3, VoxelHash> blocks;
+  blocks.reserve(field.leaves.size() * 3 / 2);
+  const auto add = [&](const glm::ivec3& origin) {
+    if (origin != glm::clamp(origin, first, last)) return;
+    blocks.insert(origin);
+    check_count(field, blocks.size());
+  };
+  // both sides of the faces of a cube
+  const auto add_faces = [&](const glm::ivec3& origin, int width) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int at : {-8, 0, width - 8, width})
+        for (int u = 0; u < width; u += 8)
+          for (int v = 0; v < width; v += 8) {
+            glm::ivec3 block = origin;
+            block[axis] += at;
+            block[(axis + 1) % 3] += u;
+            block[(axis + 2) % 3] += v;
+            add(block);
+          }
+  };
+  for (const Leaf& leaf : field.leaves) add_faces(leaf.origin, 8);
+  for (const Tile& tile : field.tiles) add_faces(tile.origin, tile.width);
+  std::vector<glm::ivec3> sorted(blocks.begin(), blocks.end());
+  std::sort(sorted.begin(), sorted.end(), [](const glm::ivec3& a, const glm::ivec3& b) {
+    return std::array{a.x, a.y, a.z} < std::array{b.x, b.y, b.z};
+  });
+  return sorted;
+}
+
+/// 512 magnitudes of a block; whether one is not 0.
+bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm::ivec3& origin,
+                   float* to) {
+  using Block = FieldIndex::Block;
+  const Block own = index.block(origin);
+  std::array<Block, 6> around;
+  for (int axis = 0; axis < 3; ++axis)
+    for (int side = 0; side < 2; ++side) {
+      glm::ivec3 there = origin;
+      there[axis] += side ? 8 : -8;
+      around[static_cast<std::size_t>(2 * axis + side)] = index.block(there);
+    }
+  bool any = false;
+  for (int i = 0; i < 512; ++i) {
+    const glm::ivec3 local(i >> 6, (i >> 3) & 7, i & 7);
+    glm::dvec3 difference;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
+      const auto below = static_cast<std::size_t>(2 * axis);
+      const float low =
+          local[axis] > 0 ? own.value(i - stride) : around[below].value(i + 7 * stride);
+      const float high =
+          local[axis] < 7 ? own.value(i + stride) : around[below + 1].value(i - 7 * stride);
+      difference[axis] = static_cast<double>(high) - static_cast<double>(low);
+    }
+    to[i] = static_cast<float>(0.5 * glm::length(normal * difference));
+    any = any || to[i] != 0;
+  }
+  return any;
+}
+
+/// Adds the parts of a tile that `told_by_blocks` makes of it.
+void split(const FieldIndex& gradient, const Tile& tile, int level, std::vector<Tile>& parts) {
+  if (tile.width == 8 || !gradient.holds_any(level, tile.origin)) {
+    parts.push_back(tile);
+    return;
+  }
+  const int width = FieldIndex::widths[static_cast<std::size_t>(level) + 1];
+  for (int x = 0; x < tile.width; x += width)
+    for (int y = 0; y < tile.width; y += width)
+      for (int z = 0; z < tile.width; z += width)
+        split(gradient, {tile.origin + glm::ivec3(x, y, z), width, tile.value}, level + 1, parts);
+}
+
+}  // namespace
+
+Field gradient_of_voxels(const Field& field) {
+  Field result;
+  result.name = "gradient of " + field.name;
+  result.value_type = "float";
+  result.active_box = field.active_box;
+  result.world_from_index = field.world_from_index;
+  const FieldIndex index(field);
+  const glm::dmat3 normal = glm::transpose(glm::inverse(glm::dmat3(field.world_from_index)));
+  const std::vector<glm::ivec3> blocks = candidate_blocks(field);
+  const auto values = std::make_shared_for_overwrite<float[]>(blocks.size() * 512);
+  std::vector<char> any(blocks.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 64),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t n = range.begin(); n != range.end(); ++n)
+                        any[n] = compute_block(index, normal, blocks[n], values.get() + n * 512);
+                    });
+  for (std::size_t n = 0; n < blocks.size(); ++n)
+    if (any[n]) result.leaves.push_back({blocks[n], values.get() + n * 512});
+  result.active_voxels = 512 * result.leaves.size();
+  result.storage = values;
+  return result;
+}
+
+Field told_by_blocks(const Field& field, const Field& gradient, bool with_zeros) {
+  Field result = field;
+  const FieldIndex index(field), gradients(gradient);
+  result.tiles.clear();
+  for (const Tile& tile : field.tiles) {
+    int level = 0;
+    while (FieldIndex::widths[static_cast<std::size_t>(level)] != tile.width) ++level;
+    split(gradients, tile, level, result.tiles);
+    check_count(field, result.tiles.size());
+  }
+  for (const Leaf& leaf : gradient.leaves)
+    if (with_zeros && !index.stores(leaf.origin))
+      result.tiles.push_back({leaf.origin, 8, glm::vec3(0)});
+  return result;
+}
+
+}  // namespace psivox
