@@ -4,6 +4,7 @@
 const int GRID_DENSITY = 0;
 const int GRID_LUMINANCE = 1;
 const int GRID_EMISSION = 2;
+const int GRID_GRADIENT = 3;
 
 const int SOURCE_CONSTANT = 0;  // LuminanceSource
 const int SOURCE_DENSITY = 1;
@@ -34,15 +35,18 @@ bool inside(Node node, int3 cell) {
 
 int3 table_min(int grid) {
   return grid == GRID_DENSITY ? density_table_min
-       : grid == GRID_LUMINANCE ? luminance_table_min : emission_table_min;
+       : grid == GRID_LUMINANCE ? luminance_table_min
+       : grid == GRID_EMISSION ? emission_table_min : gradient_table_min;
 }
 int3 table_size(int grid) {
   return grid == GRID_DENSITY ? density_table_size
-       : grid == GRID_LUMINANCE ? luminance_table_size : emission_table_size;
+       : grid == GRID_LUMINANCE ? luminance_table_size
+       : grid == GRID_EMISSION ? emission_table_size : gradient_table_size;
 }
 int table_levels(int grid) {
   return grid == GRID_DENSITY ? density_levels
-       : grid == GRID_LUMINANCE ? luminance_levels : emission_levels;
+       : grid == GRID_LUMINANCE ? luminance_levels
+       : grid == GRID_EMISSION ? emission_levels : gradient_levels;
 }
 
 // The node that covers a cell of the domain.

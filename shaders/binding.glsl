@@ -27,18 +27,24 @@ uniform usamplerBuffer emission_pages;
 uniform samplerBuffer emission_constants;
 uniform samplerBuffer emission_texels[EMISSION_BUFFERS];
 uniform sampler3D emission_bricks;
+uniform usamplerBuffer gradient_pages;
+uniform samplerBuffer gradient_constants;
+uniform samplerBuffer gradient_texels[GRADIENT_BUFFERS];
+uniform sampler3D gradient_bricks;
 
 vec4 fetch_table(int i) { return texelFetch(tables, i); }
 
 uint fetch_page(int grid, int i) {
   return grid == 0 ? texelFetch(density_pages, i).x
-       : grid == 1 ? texelFetch(luminance_pages, i).x : texelFetch(emission_pages, i).x;
+       : grid == 1 ? texelFetch(luminance_pages, i).x
+       : grid == 2 ? texelFetch(emission_pages, i).x : texelFetch(gradient_pages, i).x;
 }
 
 vec3 fetch_constant3(int grid, int i) {
   return grid == 0 ? texelFetch(density_constants, i).xyz
        : grid == 1 ? texelFetch(luminance_constants, i).xyz
-                   : texelFetch(emission_constants, i).xyz;
+       : grid == 2 ? texelFetch(emission_constants, i).xyz
+                   : texelFetch(gradient_constants, i).xyz;
 }
 
 float fetch_constant(int grid, int i) { return fetch_constant3(grid, i).x; }
@@ -68,9 +74,18 @@ vec4 emission_texel(int i) {
   return texelFetch(emission_texels[EMISSION_BUFFERS - 1], k);
 }
 
+vec4 gradient_texel(int i) {
+  int b = GRADIENT_BUFFERS == 1 ? 0 : i / TEXELS_PER_BUFFER;
+  int k = i - b * TEXELS_PER_BUFFER;
+  for (int j = 0; j < GRADIENT_BUFFERS - 1; ++j)
+    if (j == b) return texelFetch(gradient_texels[j], k);
+  return texelFetch(gradient_texels[GRADIENT_BUFFERS - 1], k);
+}
+
 vec3 fetch_texel3(int grid, int i) {
   return grid == 0 ? density_texel(i).xyz
-       : grid == 1 ? luminance_texel(i).xyz : emission_texel(i).xyz;
+       : grid == 1 ? luminance_texel(i).xyz
+       : grid == 2 ? emission_texel(i).xyz : gradient_texel(i).xyz;
 }
 float fetch_texel(int grid, int i) { return fetch_texel3(grid, i).x; }
 
@@ -84,7 +99,8 @@ vec4 filtered(sampler3D bricks, int slot, vec3 local) {
 vec3 filtered_texel3(int grid, int slot, vec3 local) {
   return grid == 0 ? filtered(density_bricks, slot, local).xyz
        : grid == 1 ? filtered(luminance_bricks, slot, local).xyz
-                   : filtered(emission_bricks, slot, local).xyz;
+       : grid == 2 ? filtered(emission_bricks, slot, local).xyz
+                   : filtered(gradient_bricks, slot, local).xyz;
 }
 float filtered_texel(int grid, int slot, vec3 local) {
   return filtered_texel3(grid, slot, local).x;

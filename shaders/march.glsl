@@ -20,7 +20,7 @@ const real LN2 = real(0.6931471805599453);
 // The medium at a point of the ray.
 struct Point {
   real value;        // of the density grid
-  real attenuation;  // of that value, without `extinction`
+  real attenuation;  // of it, without `extinction`
   real3 L;           // luminance, without `color`; only x where it is scalar
   real3 glow;        // emission [radiance / unit of t]
   real slope;        // of the attenuation along the ray [1 / unit of t]; these two only with
@@ -51,6 +51,7 @@ struct March {
   Node luminance_node;
   Ray emission_ray;    // the same of an emission grid
   Node emission_node;
+  Node gradient_node;  // the same of the gradient's, whose ray is the density's
 };
 
 bool constant_luminance() { return luminance_source == SOURCE_CONSTANT; }
@@ -71,7 +72,7 @@ bool depth_only() {
 
 // Runs that need no samples: empty ones, and constant ones where all else is constant along them.
 bool closed_form(Node node) {
-  return node.kind == NODE_EMPTY || (constant_runs && node.kind == NODE_CONSTANT
+  return node.kind == NODE_EMPTY || (constant_runs && node.kind == NODE_CONSTANT && !with_gradient
                                      && !own_luminance() && !has_emission());
 }
 
@@ -85,12 +86,25 @@ real node_value(Node node) {
                                                      : real(0.0);
 }
 
-// Node of another grid's at t.
-Node seek_node(int grid, Ray ray, Node node, int3 domain_min, int3 domain_max, real t) {
-  int3 cell = int3(floor(position(ray, t)));
+// Node of another grid's that covers a cell.
+Node seek_cell(int grid, int3 cell, Node node, int3 domain_min, int3 domain_max) {
   if (inside(node, cell)) return node;
   if (inside(Node(0, 0, domain_min, domain_max), cell)) return find_node(grid, cell);
   return Node(NODE_EMPTY, 1, cell, cell + 1);
+}
+
+// The same at t.
+Node seek_node(int grid, Ray ray, Node node, int3 domain_min, int3 domain_max, real t) {
+  return seek_cell(grid, int3(floor(position(ray, t))), node, domain_min, domain_max);
+}
+
+// Moves the gradient's node to a cell of the density's.
+March seek_gradient(March m, int3 cell) {
+  if (!with_gradient) return m;
+  m.gradient_node = seek_cell(GRID_GRADIENT, cell, m.gradient_node, density_field_min,
+                              density_field_max);
+  if (count_steps && m.gradient_node.kind == NODE_BRICK) m.samples += 1;
+  return m;
 }
 
 // Moves the nodes of separate grids to t; point_at(t) follows.
@@ -117,19 +131,20 @@ real3 sample_grid(int grid, int channels, Node node, Ray ray, real t) {
 
 // A piece between two knots has their function at its ends too: a jump's side that it lies on.
 bool keeps_interval() { return split_knots && !uniform_sampling; }
-Classified classify_at(March m, real value) {
-  if (keeps_interval()) return classify_within(m.interval, value);
-  return classify(value);
+Classified classify_at(March m, Sample s) {
+  if (keeps_interval()) return classify_within(m.interval, s.value);
+  return classify(s);
 }
 
-real attenuation_of(March m, real value) {
-  return transfer ? classify_at(m, value).attenuation : value;
+real attenuation_of(March m, Sample s) {
+  return transfer ? classify_at(m, s).attenuation : s.value;
 }
 
 // The same point with another value of the density grid.
-Point with_value(March m, Point p, real value) {
+Point with_value(March m, Point p, Sample s) {
+  real value = s.value;
   Classified c = Classified(value, real3(real(1.0)));
-  if (transfer) c = classify_at(m, value);
+  if (transfer) c = classify_at(m, s);
   p.value = value;
   p.attenuation = m.vacuum ? real(0.0) : c.attenuation;
   if (luminance_source == SOURCE_DENSITY) p.L = real3(value, value, value);
@@ -137,17 +152,17 @@ Point with_value(March m, Point p, real value) {
   return p;
 }
 
-// The medium at t, where the density grid has `value`; other grids' nodes are there already.
-Point point_at(March m, real t, real value) {
+// The medium at t, where the density grid has `s`; other grids' nodes are there already.
+Point point_at(March m, real t, Sample s) {
   real3 none = real3(real(0.0));
-  Point p = Point(value, value, real3(real(1.0)), none, real(0.0), none);
+  Point p = Point(s.value, s.value, real3(real(1.0)), none, real(0.0), none);
   if (own_luminance())
     p.L = sample_grid(GRID_LUMINANCE, luminance_source == SOURCE_VECTOR ? 3 : 1, m.luminance_node,
                       m.luminance_ray, t);
   if (has_emission())
     p.glow = sample_grid(GRID_EMISSION, emission_channels, m.emission_node, m.emission_ray, t)
            * emission_scale;
-  return with_value(m, p, value);
+  return with_value(m, p, s);
 }
 
 // Adds optical depth, compensated: 1e5 thin steps keep their sum.
@@ -218,22 +233,22 @@ March correct_step(March m, real kappa, real x) {
 // Under cells its optical depth is Simpson's, which is exact for a cubic attenuation; under uniform
 // it is that of a linear one.
 // `constant_run`: it is exact.
-March composite_segment(March m, real value_middle, real value_back, real t_back, real length,
+March composite_segment(March m, Sample sample_middle, Sample sample_back, real t_back, real length,
                         bool constant_run) {
   real t_middle = t_back - real(0.5) * length;
   Point front = m.front;
   Point middle = m.front;
   real3 none = real3(real(0.0));
-  Point back = Point(value_back, real(0.0), none, none, real(0.0), none);
+  Point back = Point(sample_back.value, real(0.0), none, none, real(0.0), none);
   if (middle_rule || has_emission()) {
     m = seek(m, t_middle);
-    middle = point_at(m, t_middle, value_middle);
+    middle = point_at(m, t_middle, sample_middle);
   } else if (!uniform_sampling) {
-    middle.attenuation = m.vacuum ? real(0.0) : attenuation_of(m, value_middle);
+    middle.attenuation = m.vacuum ? real(0.0) : attenuation_of(m, sample_middle);
   }
   if (!middle_rule || has_emission()) {
     m = seek(m, t_back);
-    back = point_at(m, t_back, value_back);
+    back = point_at(m, t_back, sample_back);
   }
   real mean = uniform_sampling
                   ? real(0.5) * (front.attenuation + back.attenuation)
@@ -284,11 +299,11 @@ March composite_cell(March m, Cubic value, Cubic attenuation, real t_back, real 
   real t_2 = m.t + real(0.5) * length;
   real t_3 = m.t + s_3 * length;
   m = seek(m, t_1);
-  Point p_1 = point_at(m, t_1, polynomial(value, s_1));
+  Point p_1 = point_at(m, t_1, Sample(polynomial(value, s_1), real(0.0)));
   m = seek(m, t_2);
-  Point p_2 = point_at(m, t_2, polynomial(value, real(0.5)));
+  Point p_2 = point_at(m, t_2, Sample(polynomial(value, real(0.5)), real(0.0)));
   m = seek(m, t_3);
-  Point p_3 = point_at(m, t_3, polynomial(value, s_3));
+  Point p_3 = point_at(m, t_3, Sample(polynomial(value, s_3), real(0.0)));
   Cubic tau = attenuation;
   if (reversed_ray) tau = reversed(attenuation);
   real x = extinction * length;

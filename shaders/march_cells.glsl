@@ -43,6 +43,30 @@ real end_of_cubics(March m, real t_end) {
   return min(t_end, max(t, m.t + abs(m.t) * t_epsilon + t_epsilon));
 }
 
+// The gradient's magnitude along the cell, from m.t on; its node is there already.
+Cubic gradient_along(March m, Ray ray, real length) {
+  Node node = m.gradient_node;
+  if (!with_gradient || m.vacuum || node.kind == NODE_EMPTY)
+    return Cubic(real(0.0), real(0.0), real(0.0), real(0.0));
+  real3 front = position(ray, m.t);
+  real3 half_way = position(ray, m.t + real(0.5) * length);
+  real3 back = position(ray, m.t + length);
+  if (hardware_filter)
+    return make_cubic(sample_scalar(GRID_GRADIENT, node, front),
+                      sample_scalar(GRID_GRADIENT, node, half_way),
+                      sample_scalar(GRID_GRADIENT, node, back), real(0.0));
+  Corners corners = fetch_corners(GRID_GRADIENT, node, m.cell);
+  real3 base = real3(m.cell);
+  real3 d = ray.direction * length;
+  return make_cubic(trilinear(corners, front - base), trilinear(corners, half_way - base),
+                    trilinear(corners, back - base),
+                    third_difference(corners) * d.x * d.y * d.z);
+}
+
+Sample sample_cubics(Cubic value, Cubic slope, real s) {
+  return Sample(polynomial(value, s), max(polynomial(slope, s), real(0.0)));
+}
+
 March march_cells(March m, Ray ray) {
   Node node = no_node();
   for (int turn = 0; turn < max_turns && !m.done; ++turn) {
@@ -55,7 +79,8 @@ March march_cells(March m, Ray ray) {
     if (!run && !m.known) t_exit = m.t;
     real length = t_exit - m.t;
     real t_half = m.t + real(0.5) * length;
-    real f_front = run ? f_run : m.front.value;
+    // a constant's neighbour may have been skipped as of no attenuation, whatever its value
+    real f_front = node.kind == NODE_BRICK ? m.front.value : f_run;
     real f_half = f_run;
     real f_exit = f_run;
     real q_3 = real(0.0);
@@ -91,6 +116,8 @@ March march_cells(March m, Ray ray) {
     }
 
     Cubic value = make_cubic(f_front, f_half, f_exit, q_3);
+    if (!m.vacuum) m = seek_gradient(m, m.cell);
+    Cubic slope = gradient_along(m, ray, length);
     Cubic attenuation = value;
     real t_end = t_exit;
     if (transfer && split_knots && !run) {
@@ -102,10 +129,10 @@ March march_cells(March m, Ray ray) {
       if (m.vacuum) attenuation = Cubic(real(0.0), real(0.0), real(0.0), real(0.0));
     } else if (transfer) {
       if (keeps_interval()) m.interval = transfer_interval(f_run);
-      attenuation = Cubic(attenuation_of(m, f_run), real(0.0), real(0.0), real(0.0));
+      attenuation = Cubic(attenuation_of(m, Sample(f_run, real(0.0))), real(0.0), real(0.0), real(0.0));
       if (m.vacuum) attenuation.f_0 = real(0.0);
     }
-    m.front = with_value(m, m.front, f_front);
+    m.front = with_value(m, m.front, Sample(f_front, max(slope.f_0, real(0.0))));
     if (cell_rule && !run && !depth_only()) {
       real x = extinction * length;
       real values = greatest_coefficient(value);
@@ -133,20 +160,21 @@ March march_cells(March m, Ray ray) {
     } else if (cell_rule && !depth_only()) {
       m = composite_cell(m, value, attenuation, t_end, length);
     } else if (depth_only() && !transfer) {
-      m = composite_segment(m, f_half, f_exit, t_end, length, run);
+      m = composite_segment(m, Sample(f_half, real(0.0)), Sample(f_exit, real(0.0)), t_end, length, run);
     } else {
       real part = length / real(segments);
       real t_start = m.t;
       for (int i = 1; i <= segments; ++i) {
         real s = real(i) / real(segments);
-        real f_middle = polynomial(value, s - real(0.5) / real(segments));
-        real f_back = i == segments ? f_exit : polynomial(value, s);
+        Sample middle = sample_cubics(value, slope, s - real(0.5) / real(segments));
+        Sample back = sample_cubics(value, slope, s);
+        if (i == segments) back.value = f_exit;
         if (!transfer) {
-          f_middle = max(f_middle, real(0.0));
-          f_back = max(f_back, real(0.0));
+          middle.value = max(middle.value, real(0.0));
+          back.value = max(back.value, real(0.0));
         }
         real t_back = i == segments ? t_end : t_start + s * length;
-        m = composite_segment(m, f_middle, f_back, t_back, part, run);
+        m = composite_segment(m, middle, back, t_back, part, run);
       }
     }
     if (m.t >= t_exit) m.cell = far.cell;

@@ -6,12 +6,14 @@ CONSTANT(int, emission_channels)  // of the emission grid, 0: there is none
 CONSTANT(bool, attenuates)        // the extinction is not 0
 CONSTANT(bool, ends_early)        // a ray may become opaque
 CONSTANT(bool, transfer)          // a transfer function classifies values; else tau ~ value
+CONSTANT(bool, with_gradient)     // of the gradient's magnitude too, a grid of its own
 CONSTANT(bool, beyond)            // the walk goes beyond the density, where 0 would be a medium
 CONSTANT(bool, split_knots)       // segments end where the value crosses its knots
 CONSTANT(int, segments)           // linear segments a cell
 CONSTANT(int, density_levels)     // of the page tables
 CONSTANT(int, luminance_levels)
 CONSTANT(int, emission_levels)
+CONSTANT(int, gradient_levels)
 CONSTANT(bool, constant_runs)     // the density atlas has constant entries
 CONSTANT(bool, uniform_sampling)  // between samples, not cells
 CONSTANT(bool, template_sampling) // the samples are the voxels of a template

@@ -36,6 +36,8 @@ PARAMETER(int3, emission_domain_min)
 PARAMETER(int3, emission_domain_max)
 PARAMETER(int3, emission_table_min)
 PARAMETER(int3, emission_table_size)
+PARAMETER(int3, gradient_table_min)   // its voxels are the density's
+PARAMETER(int3, gradient_table_size)
 PARAMETER(real3, world_0)             // world direction, not normalised
 PARAMETER(real3, world_u)
 PARAMETER(real3, world_v)
@@ -65,6 +67,10 @@ PARAMETER(int, transfer_bins_first)
 PARAMETER(int, transfer_bins)
 PARAMETER(real, transfer_min)
 PARAMETER(real, transfer_bin_scale)
+PARAMETER(int, gradient_first)        // where `tables` has the function's gradient part, see
+PARAMETER(int, gradient_columns)      // src/march/transfer_table.h
+PARAMETER(int, isosurfaces_first)
+PARAMETER(int, isosurfaces)
 PARAMETER(int, template_first)        // where `tables` has the ray template
 PARAMETER(int, template_entries)
 PARAMETER(int, template_axis)         // of the base plane

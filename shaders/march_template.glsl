@@ -7,11 +7,12 @@
 real component(real3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 // Value of a voxel in a node that covers it.
-real voxel_value(Node node, int3 voxel) {
-  if (node.kind != NODE_BRICK) return node_value(node);
-  if (hardware_filter) return sample_scalar(GRID_DENSITY, node, real3(voxel));
+real voxel_value(int grid, Node node, int3 voxel) {
+  if (node.kind == NODE_EMPTY) return real(0.0);
+  if (node.kind == NODE_CONSTANT) return fetch_constant(grid, node.payload);
+  if (hardware_filter) return sample_scalar(grid, node, real3(voxel));
   int3 local = voxel - node.lo;
-  return fetch_texel(GRID_DENSITY, node.payload * 729 + (local.x * 9 + local.y) * 9 + local.z);
+  return fetch_texel(grid, node.payload * 729 + (local.x * 9 + local.y) * 9 + local.z);
 }
 
 March march_template(March m, Ray ray) {
@@ -39,18 +40,21 @@ March march_template(March m, Ray ray) {
     if (outside) node = Node(NODE_EMPTY, 1, voxel, voxel + 1);
     else if (!inside(node, voxel)) node = find_node(GRID_DENSITY, voxel);
     m.vacuum = node.kind == NODE_EMPTY;
-    real value = voxel_value(node, voxel);
+    real value = voxel_value(GRID_DENSITY, node, voxel);
+    m = seek_gradient(m, voxel);
+    Sample s = Sample(value, real(0.0));
+    if (with_gradient) s.gradient = voxel_value(GRID_GRADIENT, m.gradient_node, voxel);
     if (count_steps && node.kind == NODE_BRICK) m.samples += 1;
     if (!m.known) {
       m.t = t;
-      m.front = with_value(m, m.front, value);
+      m.front = with_value(m, m.front, s);
     }
     if (finds_maximum()) {
       m = see_value(m, value, t);
       m.t = t;
       m.front.value = value;
     } else {
-      m = composite_segment(m, value, value, t, t - m.t, false);
+      m = composite_segment(m, s, s, t, t - m.t, false);
     }
     m.lattice = k;
     m.known = t >= ray.begin;

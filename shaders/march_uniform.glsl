@@ -11,6 +11,18 @@ real sample_middle(Ray ray, Node node, real node_begin, real t_middle) {
   return sample_scalar(GRID_DENSITY, node, position(ray, t_middle));
 }
 
+// Moves the gradient's node to t; the domain's ends are in its last cells.
+March seek_gradient_at(March m, Ray ray, real t) {
+  if (!with_gradient) return m;
+  return seek_gradient(m, cell_at(ray, t, density_field_min, density_field_max));
+}
+
+// The gradient's magnitude at t.
+real sample_gradient(March m, Ray ray, real t) {
+  if (!with_gradient || m.gradient_node.kind == NODE_EMPTY) return real(0.0);
+  return sample_scalar(GRID_GRADIENT, m.gradient_node, position(ray, t));
+}
+
 // Slopes along the ray at m.t, which lies in `node`, of what its point holds.
 March find_slopes(March m, Ray ray, Node node) {
   m.front.slope = slope_scalar(GRID_DENSITY, node, ray, m.t);
@@ -56,7 +68,7 @@ March march_uniform(March m, Ray ray) {
     if (run) {  // the step before it ends at its face
       bool before = m.t < node_begin;
       t_back = before ? node_begin : node_end;
-      if (!before) m.front = with_value(m, m.front, f_back);
+      if (!before) m.front = with_value(m, m.front, Sample(f_back, real(0.0)));
     }
     if (beyond) {
       if (m.t < own_begin || t_back > own_end) m.vacuum = true;
@@ -67,21 +79,27 @@ March march_uniform(March m, Ray ray) {
         if (!middle_rule) f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_back));
         if (count_steps) m.samples += 1;
       }
-      if (!m.known && !run) {
-        if (m.front.value > UNKNOWN) f_back = m.front.value;
-        m.front = with_value(m, m.front, f_back);
-      }
       real length = t_back - m.t;
-      real f_middle = f_back;
-      if ((middle_rule || has_emission()) && !(run && m.t >= node_begin))
-        f_middle = sample_middle(ray, node, node_begin, m.t + real(0.5) * length);
+      Sample middle = Sample(f_back, real(0.0));
+      if ((middle_rule || has_emission()) && !(run && m.t >= node_begin)) {
+        real t_middle = m.t + real(0.5) * length;
+        middle.value = sample_middle(ray, node, node_begin, t_middle);
+        m = seek_gradient_at(m, ray, t_middle);
+        middle.gradient = sample_gradient(m, ray, t_middle);
+      }
+      m = seek_gradient_at(m, ray, t_back);
+      Sample back = Sample(f_back, sample_gradient(m, ray, t_back));
+      if (!m.known && !run) {
+        if (m.front.value > UNKNOWN) back.value = m.front.value;
+        m.front = with_value(m, m.front, back);
+      }
       if (finds_maximum()) {
         m = see_value(m, m.front.value, m.t);
-        m = see_value(m, f_back, t_back);
+        m = see_value(m, back.value, t_back);
         m.t = t_back;
-        m.front.value = f_back;
+        m.front.value = back.value;
       } else {
-        m = composite_segment(m, f_middle, f_back, t_back, length, run && m.t >= node_begin);
+        m = composite_segment(m, middle, back, t_back, length, run && m.t >= node_begin);
         if (end_corrections) m = find_slopes(m, ray, node);
       }
       m.known = true;

@@ -73,6 +73,7 @@ March begin_march(Ray ray) {
   m.luminance_ray = ray;
   m.emission_node = no_node();
   m.emission_ray = ray;
+  m.gradient_node = no_node();
   return m;
 }
 

@@ -1,5 +1,13 @@
 // The transfer function: what a value of the density grid means. Piecewise linear between knots and
 // constant outside; how `tables` holds it is documented in src/march/transfer_table.h.
+// What it is asked of: a value, and the gradient's magnitude [value/world unit], which is 0 and not
+// looked at unless
+// `with_gradient`.
+struct Sample {
+  real value;
+  real gradient;
+};
+
 struct Classified {
   real attenuation;  // factor of the extinction
   real3 color;       // factor of the luminance
@@ -38,6 +46,43 @@ Classified classify_in(int k, real value) {
   return Classified(a.y + (b.y - a.y) * u, at);
 }
 
+// The column of the table of gradients: the last j with gradient j <= g, kept inside.
+int gradient_column(real g) {
+  int lo = 0;
+  int hi = gradient_columns - 1;
+  while (lo < hi) {
+    int middle = (lo + hi + 1) >> 1;
+    if (real(fetch_table(gradient_first + middle).x) <= g) lo = middle;
+    else hi = middle - 1;
+  }
+  return lo;
+}
+
+// Bilinear in interval k of the values, and what isosurfaces add: Levoy 1988, eq. 3.
+real gradient_attenuation(int k, Sample s) {
+  int j = gradient_column(s.gradient);
+  real4 ends = fetch_table(gradient_first + j);
+  real4 a = fetch_table(gradient_first + gradient_columns * (k + 1) + j);
+  real lo = knot_value(k);
+  real u = clamp((s.value - lo) / (knot_value(k + 1) - lo), real(0.0), real(1.0));
+  real w = clamp((s.gradient - ends.x) / (ends.y - ends.x), real(0.0), real(1.0));
+  real sum = mix(mix(a.x, a.y, w), mix(a.z, a.w, w), u);
+  for (int i = 0; i < isosurfaces; ++i) {
+    real4 surface = fetch_table(isosurfaces_first + i);
+    real d = abs(s.value - surface.x);
+    real reach = surface.y * s.gradient;
+    real share = d < reach ? real(1.0) - d / reach : d > real(0.0) ? real(0.0) : real(1.0);
+    sum += surface.z * share;
+  }
+  return sum;
+}
+
+Classified classify(Sample s) {
+  int k = transfer_interval(s.value);
+  Classified c = classify_in(k, s.value);
+  if (with_gradient) c.attenuation = gradient_attenuation(k, s);
+  return c;
+}
 Classified classify(real value) { return classify_in(transfer_interval(value), value); }
 
 // Of a piece in interval k, -1 before all knots and transfer_knots - 1 behind them, whose ends may lie

@@ -39,7 +39,7 @@ struct GlRenderer::Impl {
   double upload_ms = 0;
   const MediumAtlas* atlas = nullptr;
   Filter filter = Filter::exact;  ///< that the textures are made for
-  std::unique_ptr<gl::AtlasTextures> density, luminance, emission;
+  std::unique_ptr<gl::AtlasTextures> density, luminance, emission, gradient;
   std::map<std::string, std::unique_ptr<gl::MarchProgram>> programs;
   GLuint vertex_array = 0;
 
@@ -99,6 +99,7 @@ void GlRenderer::upload(const MediumAtlas& atlas, Filter filter, std::uint64_t m
   copy(impl.density, &atlas.density);
   copy(impl.luminance, atlas.luminance ? &*atlas.luminance : nullptr);
   copy(impl.emission, atlas.emission ? &*atlas.emission : nullptr);
+  copy(impl.gradient, atlas.gradient ? &*atlas.gradient : nullptr);
   impl.context.check("copying the atlas");
   GLint units = 0;
   glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
@@ -117,8 +118,8 @@ LightDepths GlRenderer::light_depths(const View& view, int max_turns) {
   impl.context.make_current();
   if (!impl.density || impl.filter != Filter::exact)
     throw Error(ExitCode::failure, "light needs an upload for exact filtering");
-  const auto pass =
-      std::make_shared<const gl::LightPass>(view, *impl.atlas, *impl.density, max_turns);
+  const auto pass = std::make_shared<const gl::LightPass>(view, *impl.atlas, *impl.density,
+                                                          impl.gradient.get(), max_turns);
   return [&impl, pass](std::span<const glm::ivec3> origins) {
     impl.context.make_current();
     std::vector<double> depths = pass->depths(origins);
@@ -137,10 +138,10 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   setup.constants.count_steps = options.count;
   setup.constants.find_depth = options.depth;
   const int pass_turns = max_turns ? max_turns : gl::turns_per_pass(setup);
-  const gl::AtlasTextures* grids[] = {impl.density.get(), impl.luminance.get(),
-                                      impl.emission.get()};
+  const gl::AtlasTextures* grids[] = {impl.density.get(), impl.luminance.get(), impl.emission.get(),
+                                      impl.gradient.get()};
   gl::MarchVariant variant{setup.constants};
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 4; ++i) {
     if (!grids[i]) continue;
     variant.buffers[i] = grids[i]->buffers();
     // of grids with several buffers it is the device's limit
@@ -160,7 +161,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   march.configure(setup.parameters);
   const gl::Tables tables(setup.tables);
   tables.bind(gl::MarchProgram::tables_unit);
-  for (int i = 0; i < 3; ++i)
+  for (int i = 0; i < 4; ++i)
     if (grids[i]) grids[i]->bind(march.grid_unit(i));
 
   int side = variant.resumable ? 64 : 256;

@@ -8,10 +8,16 @@
 namespace psivox::gl {
 namespace {
 
-MarchVariant variant_of(const MarchSetup& setup, const AtlasTextures& density, bool resumable) {
+MarchVariant variant_of(const MarchSetup& setup, const AtlasTextures& density,
+                        const AtlasTextures* gradient, bool resumable) {
   MarchVariant variant{setup.constants};
   variant.buffers[0] = density.buffers();
   variant.texels_per_buffer = density.texels_per_buffer();
+  if (gradient) {
+    variant.buffers[3] = gradient->buffers();
+    // of the one with several buffers it is the device's limit
+    variant.texels_per_buffer = std::max(variant.texels_per_buffer, gradient->texels_per_buffer());
+  }
   variant.resumable = resumable;
   return variant;
 }
@@ -19,14 +25,16 @@ MarchVariant variant_of(const MarchSetup& setup, const AtlasTextures& density, b
 }  // namespace
 
 LightPass::LightPass(const View& view, const MediumAtlas& atlas, const AtlasTextures& density,
-                     int max_turns)
-    : LightPass(make_march_setup(light_march(view), atlas), density, max_turns) {}
+                     const AtlasTextures* gradient, int max_turns)
+    : LightPass(make_march_setup(light_march(view), atlas), density, gradient, max_turns) {}
 
-LightPass::LightPass(MarchSetup setup, const AtlasTextures& density, int max_turns)
+LightPass::LightPass(MarchSetup setup, const AtlasTextures& density, const AtlasTextures* gradient,
+                     int max_turns)
     : setup_(std::move(setup)),
       density_(density),
+      gradient_(gradient),
       resumable_(setup_.parameters.max_turns > (max_turns ? max_turns : turns_per_pass(setup_))),
-      march_(variant_of(setup_, density, resumable_), "light.frag"),
+      march_(variant_of(setup_, density, gradient, resumable_), "light.frag"),
       target_(side, resumable_) {
   MarchParameters& p = setup_.parameters;
   p.max_turns = std::min(p.max_turns, max_turns ? max_turns : turns_per_pass(setup_));
@@ -41,6 +49,7 @@ std::vector<double> LightPass::depths(std::span<const glm::ivec3> origins) const
   std::vector<double> result;
   result.reserve(origins.size() * side);
   density_.bind(march_.grid_unit(0));
+  if (gradient_) gradient_->bind(march_.grid_unit(3));
   glBindVertexArray(vertex_array_);
   glUseProgram(march_.program().id());
   for (std::size_t first = 0; first < origins.size(); first += side)

@@ -15,8 +15,9 @@ namespace psivox::gl {
 class LightPass {
  public:
   /// The textures must stay until the last use. `max_turns` lowers the turns of a pass (tests).
+  /// `gradient`: null where the transfer function has none.
   LightPass(const View& view, const MediumAtlas& atlas, const AtlasTextures& density,
-            int max_turns);
+            const AtlasTextures* gradient, int max_turns);
   ~LightPass();
   LightPass(const LightPass&) = delete;
   LightPass& operator=(const LightPass&) = delete;
@@ -27,11 +28,13 @@ class LightPass {
  private:
   static constexpr int side = 512;  ///< of the target: the voxels of a block, and blocks at a time
 
-  LightPass(MarchSetup setup, const AtlasTextures& density, int max_turns);
+  LightPass(MarchSetup setup, const AtlasTextures& density, const AtlasTextures* gradient,
+            int max_turns);
   void append(std::span<const glm::ivec3> origins, std::vector<double>& depths) const;
 
   MarchSetup setup_;
   const AtlasTextures& density_;
+  const AtlasTextures* gradient_;
   bool resumable_;
   MarchProgram march_;
   TileTarget target_;

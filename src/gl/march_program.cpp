@@ -38,7 +38,8 @@ int turns_per_pass(const MarchSetup& setup) {
   // points of a turn, each of which may descend into two other grids' tables and search the
   // function
   const int points = 2 * pieces + 2;
-  const int levels = c.density_levels + points * (c.luminance_levels + c.emission_levels);
+  const int levels = c.density_levels + points * (c.luminance_levels + c.emission_levels) +
+                     points * c.gradient_levels;
   const int searches = c.transfer ? (points + 8) * setup.search_steps : 0;
   constexpr int bisections = 2 * 20;
   const int terms = c.emission_channels ? 10 * pieces : 0;
@@ -53,16 +54,17 @@ std::string MarchVariant::prelude() const {
 #include "march_constants.glsl"
 #undef CONSTANT
   text << "#define DENSITY_BUFFERS " << buffers[0] << "\n#define LUMINANCE_BUFFERS " << buffers[1]
-       << "\n#define EMISSION_BUFFERS " << buffers[2] << "\n#define TEXELS_PER_BUFFER "
-       << texels_per_buffer << "\n#define RESUMABLE " << int(resumable) << "\n";
+       << "\n#define EMISSION_BUFFERS " << buffers[2] << "\n#define GRADIENT_BUFFERS " << buffers[3]
+       << "\n#define TEXELS_PER_BUFFER " << texels_per_buffer << "\n#define RESUMABLE "
+       << int(resumable) << "\n";
   return text.str();
 }
 
 MarchProgram::MarchProgram(const MarchVariant& variant, const std::string& shader)
     : variant_(variant), program_(shader, variant.prelude(), generated_files(variant)) {
   program_.set("tables", tables_unit);
-  const char* names[] = {"density", "luminance", "emission"};
-  for (int grid = 0; grid < 3; ++grid) {
+  const char* names[] = {"density", "luminance", "emission", "gradient"};
+  for (int grid = 0; grid < 4; ++grid) {
     const std::string name = names[grid];
     const int unit = grid_unit(grid);
     program_.set((name + "_pages").c_str(), unit);

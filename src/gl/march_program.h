@@ -10,7 +10,7 @@ namespace psivox::gl {
 /// What a march shader is compiled for: the march's constants and how its textures are stored.
 struct MarchVariant {
   MarchConstants constants;
-  std::array<int, 3> buffers{1, 1, 1};  ///< of density, luminance and emission
+  std::array<int, 4> buffers{1, 1, 1, 1};  ///< of density, luminance, emission, gradient
   int texels_per_buffer = brick_texels;
   bool resumable = false;  ///< rays may need several passes: state is read and written
 

@@ -7,7 +7,7 @@ namespace psivox::glsl {
 
 /// The march in double over brick atlases.
 struct AtlasMarch {
-  const BrickAtlas* grids[3] = {};  ///< density, luminance, emission
+  const BrickAtlas* grids[4] = {};  ///< density, luminance, emission, gradient
   const glm::vec4* tables = nullptr;
 
   uint fetch_page(int grid, int i) const { return grids[grid]->pages.entries[std::size_t(i)]; }

@@ -16,6 +16,7 @@ LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas
                       [&](const tbb::blocked_range<std::size_t>& blocks) {
                         glsl::AtlasMarch march;
                         march.grids[0] = &atlas.density;
+                        march.grids[3] = atlas.gradient ? &*atlas.gradient : nullptr;
                         march.tables = setup->tables.data();
                         march.configure(*setup);
                         for (std::size_t b = blocks.begin(); b != blocks.end(); ++b)

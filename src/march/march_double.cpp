@@ -38,6 +38,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
         march.grids[0] = &atlas.density;
         march.grids[1] = atlas.luminance ? &*atlas.luminance : nullptr;
         march.grids[2] = atlas.emission ? &*atlas.emission : nullptr;
+        march.grids[3] = atlas.gradient ? &*atlas.gradient : nullptr;
         march.tables = setup.tables.data();
         march.configure(setup);
         for (int y = rows.begin(); y < rows.end(); ++y)

@@ -131,6 +131,23 @@ void place_transfer(const TransferFunction& function, MarchSetup& setup) {
   setup.search_steps = table.search_steps;
 }
 
+/// The gradient's grid, and the function's gradient part, appended to the tables.
+void place_gradient(const TransferFunction& function, const BrickAtlas& atlas,
+                    const glm::ivec3& origin, MarchSetup& setup) {
+  MarchParameters& p = setup.parameters;
+  setup.constants.with_gradient = true;
+  setup.constants.gradient_levels = atlas.pages.levels;
+  p.gradient_table_min = atlas.pages.min - origin;
+  p.gradient_table_size = atlas.pages.top_size;
+  const GradientEntries part = make_gradient_entries(function);
+  p.gradient_first = int(setup.tables.size());
+  p.gradient_columns = part.columns;
+  p.isosurfaces = part.isosurfaces;
+  p.isosurfaces_first = p.gradient_first + int(part.entries.size()) - part.isosurfaces;
+  setup.tables.insert(setup.tables.end(), part.entries.begin(), part.entries.end());
+  setup.search_steps += part.search_steps + part.isosurfaces;
+}
+
 /// The ray template, appended to the tables. Its voxels are the density's.
 void place_template(const View& view, MarchSetup& setup) {
   const Medium& medium = view.medium;
@@ -259,10 +276,14 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
     c.split_knots = scene.split_knots || c.cell_rule;
     place_transfer(*medium.transfer, setup);
     if (rule.id == Integrator::preintegrated) place_preintegration(view, unit, setup);
+    if (medium.gradient && atlas.gradient)
+      place_gradient(*medium.transfer, *atlas.gradient, bundle.origin, setup);
     const Box own = medium.density->domain();
     p.density_field_min = own.min - bundle.origin;
     p.density_field_max = own.max - bundle.origin;
-    c.beyond = medium.emission && medium.transfer->at(0).attenuation > 0;
+    constexpr double any = std::numeric_limits<double>::infinity();
+    c.beyond =
+        medium.emission && medium.transfer->max_attenuation(glm::dvec2(0), glm::dvec2(0, any)) > 0;
   }
   c.hardware_filter = scene.filter == Filter::hardware;
   c.orthographic = view.camera.orthographic;

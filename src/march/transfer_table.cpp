@@ -6,6 +6,33 @@
 
 namespace psivox {
 
+GradientEntries make_gradient_entries(const TransferFunction& function) {
+  const GradientPart& part = function.gradient_part();
+  const std::vector<TransferPoint>& points = function.points();
+  std::vector<double> gradients = part.gradients;
+  while (gradients.size() < 2) gradients.push_back(gradients.empty() ? 0 : gradients[0] + 1);
+  GradientEntries result;
+  result.columns = int(gradients.size()) - 1;
+  result.isosurfaces = int(part.isosurfaces.size());
+  result.search_steps = std::bit_width(unsigned(result.columns - 1));
+  const auto columns = std::size_t(result.columns);
+  for (std::size_t j = 0; j < columns; ++j)
+    result.entries.emplace_back(gradients[j], gradients[j + 1], 0, 0);
+  // of what is missing the last there is
+  const std::size_t stored = part.gradients.size();
+  const auto at = [&](std::size_t k, std::size_t j) {
+    k = std::min(k, points.size() - 1);
+    return stored == 0 ? points[k].attenuation
+                       : part.attenuation[k * stored + std::min(j, stored - 1)];
+  };
+  for (std::size_t k = 0; k < std::max<std::size_t>(points.size() - 1, 1); ++k)
+    for (std::size_t j = 0; j < columns; ++j)
+      result.entries.emplace_back(at(k, j), at(k, j + 1), at(k + 1, j), at(k + 1, j + 1));
+  for (const Isosurface& surface : part.isosurfaces)
+    result.entries.emplace_back(surface.value, surface.thickness, surface.attenuation, 0);
+  return result;
+}
+
 TransferTable make_transfer_table(const TransferFunction& function) {
   std::vector<TransferPoint> points = function.points();
   if (points.size() == 1) {  // an interval to be in

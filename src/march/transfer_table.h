@@ -22,6 +22,19 @@ struct TransferTable {
   double bin_scale = 0;  ///< bins per unit of value
 };
 
+/// Its gradient part: an entry (gradient, next gradient, 0, 0) for each interval of gradients, then
+/// for each interval k of values and j of gradients the attenuations at (k, j), (k, j + 1),
+/// (k + 1, j), (k + 1, j + 1), j minor; then (value, thickness, attenuation, 0) an isosurface. At
+/// least one interval of each.
+struct GradientEntries {
+  std::vector<glm::vec4> entries;
+  int columns = 1;  ///< intervals of gradients
+  int isosurfaces = 0;
+  int search_steps = 0;  ///< most that the bisection of the gradients takes
+};
+
+GradientEntries make_gradient_entries(const TransferFunction& function);
+
 TransferTable make_transfer_table(const TransferFunction& function);
 
 }  // namespace psivox
