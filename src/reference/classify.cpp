@@ -58,8 +58,10 @@ std::vector<double> knot_crossings(const TransferFunction& function, const Cubic
   return cuts;
 }
 
-ClassifiedPart classified(const TransferFunction& function, const Cubic& value, double begin,
-                          double end) {
+}  // namespace
+
+ClassifiedPart classify_part(const TransferFunction& function, const Cubic& value, double begin,
+                             double end) {
   ClassifiedPart result;
   result.begin = begin;
   result.end = end;
@@ -75,8 +77,6 @@ ClassifiedPart classified(const TransferFunction& function, const Cubic& value, 
   }
   return result;
 }
-
-}  // namespace
 
 void classify(const TransferFunction* function, const Cubic& value,
               std::vector<ClassifiedPart>& parts) {
@@ -99,11 +99,11 @@ void classify(const TransferFunction* function, const Cubic& value,
   if (function->interval(*low) != function->interval(*high)) {
     for (const double end : knot_crossings(*function, value)) {
       if (!(begin < end)) continue;
-      parts.push_back(classified(*function, value, begin, end));
+      parts.push_back(classify_part(*function, value, begin, end));
       begin = end;
     }
   }
-  if (begin < 1) parts.push_back(classified(*function, value, begin, 1));
+  if (begin < 1) parts.push_back(classify_part(*function, value, begin, 1));
 }
 
 }  // namespace psivox

@@ -14,7 +14,7 @@ struct ClassifiedPart {
   double begin = 0, end = 1;  ///< u
   Cubic attenuation{};
   std::array<Cubic, 3> color{};
-  double attenuation_error = 0;  ///< bounds of what rounding of the value makes of both
+  double attenuation_error = 0;  ///< bounds of what rounding of the value makes of both, and fits
   double color_error = 0;
 };
 
@@ -22,5 +22,14 @@ struct ClassifiedPart {
 /// attenuation: one part.
 void classify(const TransferFunction* function, const Cubic& value,
               std::vector<ClassifiedPart>& parts);
+
+/// The same of a function with a gradient, whose magnitude is another cubic: parts to which cubics
+/// fit, their error in `attenuation_error`.
+void classify(const TransferFunction& function, const Cubic& value, const Cubic& gradient,
+              std::vector<ClassifiedPart>& parts);
+
+/// One part, between two knots of the values: by the points alone.
+ClassifiedPart classify_part(const TransferFunction& function, const Cubic& value, double begin,
+                             double end);
 
 }  // namespace psivox

@@ -29,6 +29,11 @@ std::optional<FieldLookup> emission_lookup(const Medium& medium) {
   return FieldLookup(*medium.emission);
 }
 
+std::optional<FieldLookup> gradient_lookup(const Medium& medium) {
+  if (!medium.gradient) return std::nullopt;
+  return FieldLookup(*medium.gradient);
+}
+
 /// No way through a field's domain is longer [world units].
 double longest_way(const Field& field) {
   const glm::dvec3 size = glm::dvec3(field.domain().max) - glm::dvec3(field.domain().min);
@@ -51,6 +56,7 @@ RayMedium::RayMedium(const Medium& m)
       density(*medium.density),
       luminance(luminance_lookup(medium)),
       emission(emission_lookup(medium)),
+      gradient(gradient_lookup(medium)),
       color(m.color) {
   L_max = max_component(glm::abs(color));
   if (luminance)
@@ -79,6 +85,7 @@ RayIntegrator::RayIntegrator(const RayMedium& medium, double tolerance)
     accuracy_.tolerance /= std::max(max_component(glm::abs(medium.color)), 1e-300);
   if (medium.luminance) luminance_cache_.emplace(*medium.luminance);
   if (medium.emission) emission_cache_.emplace(*medium.emission);
+  if (medium.gradient) gradient_cache_.emplace(*medium.gradient);
 }
 
 RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {

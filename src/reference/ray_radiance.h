@@ -44,8 +44,9 @@ struct RayMedium {
   FieldLookup density;
   std::optional<FieldLookup> luminance;  ///< where another grid than density gives L
   std::optional<FieldLookup> emission;
-  glm::dvec3 color;   ///< what a grid's value is multiplied by, or L itself
-  double L_max;       ///< bound on |L| anywhere
+  std::optional<FieldLookup> gradient;  ///< where the transfer function has one
+  glm::dvec3 color;                     ///< what a grid's value is multiplied by, or L itself
+  double L_max;                         ///< bound on |L| anywhere
   double behind_max;  ///< bound on the radiance of anything behind a point of a ray
 };
 
@@ -78,6 +79,7 @@ class RayIntegrator {
   RayRadiance radiance_by_stretches(const WorldRay& ray, double t0, double t1);
   RayDepth depth_by_stretches(const WorldRay& ray, double t0, double t1);
   void add_stretch(const Stretches& at, double a, double b, RaySum& sum);
+  void classify_stretch(const Stretches& at, double a, double b);
 
   const RayMedium* medium_;
   bool by_stretches_;
@@ -85,6 +87,7 @@ class RayIntegrator {
   BlockCache density_cache_;
   std::optional<BlockCache> luminance_cache_;
   std::optional<BlockCache> emission_cache_;
+  std::optional<BlockCache> gradient_cache_;
   std::vector<ClassifiedPart> parts_;
 };
 

@@ -20,17 +20,21 @@ void move_on(std::optional<GridWalk>& walk, double s, double& end) {
   end = std::min(end, walk->end());
 }
 
-double largest_attenuation(const Medium& medium, const GridWalk& density) {
+double largest_attenuation(const Medium& medium, const GridWalk& density,
+                           const std::optional<GridWalk>& gradient) {
   if (!density.in_domain()) return 0;
   if (!medium.transfer) return std::max(density.high(), 0.0);
-  return medium.transfer->max_attenuation(density.low(), density.high());
+  const glm::dvec2 gradients =
+      gradient ? glm::dvec2(gradient->low(), gradient->high()) : glm::dvec2();
+  return medium.transfer->max_attenuation(glm::dvec2(density.low(), density.high()), gradients);
 }
 
 /// What the rounded place of the domain's faces makes of the optical depth where there is medium
 /// next to them.
 double face_error(const Medium& medium, const IndexRay& ray) {
   if (!medium.transfer || !ray.hits()) return 0;
-  const double tau = medium.extinction * medium.transfer->at(0).attenuation;
+  const double tau =
+      medium.extinction * medium.transfer->max_attenuation(glm::dvec2(0), glm::dvec2(0, infinity));
   const double slowest = max_component(glm::abs(ray.D));
   return 4 * epsilon * tau * extent(*medium.density) / std::max(slowest, 1e-300);
 }
@@ -38,15 +42,25 @@ double face_error(const Medium& medium, const IndexRay& ray) {
 }  // namespace
 
 struct RayIntegrator::Stretches {
-  std::optional<GridWalk> density, luminance, emission;
+  std::optional<GridWalk> density, luminance, emission, gradient;
   glm::dvec3 color{1};  ///< what luminance is multiplied by along this ray
 };
+
+/// Parts of the density's values from a to b, in parts_.
+void RayIntegrator::classify_stretch(const Stretches& at, double a, double b) {
+  const TransferFunction* function = medium_->medium.transfer.get();
+  const Cubic value = at.density->along(a, b);
+  if (at.gradient)
+    classify(*function, value, at.gradient->along(a, b), parts_);
+  else
+    classify(function, value, parts_);
+}
 
 /// Luminance of another grid and emission are read along [a,b], then cut with the density's parts.
 void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum& sum) {
   const Medium& medium = medium_->medium;
   const bool glows = at.emission && at.emission->in_cell() && !at.emission->all_zero();
-  const bool attenuates = largest_attenuation(medium, *at.density) > 0;
+  const bool attenuates = largest_attenuation(medium, *at.density, at.gradient) > 0;
   if (!glows && !attenuates) return;
 
   Piece whole;
@@ -77,7 +91,7 @@ void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum&
     return;
   }
 
-  classify(medium.transfer.get(), value, parts_);
+  classify_stretch(at, a, b);
   for (const ClassifiedPart& p : parts_) {
     const double u = p.end - p.begin;
     Piece piece = whole;
@@ -117,6 +131,8 @@ RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0,
     end = std::max(end, r.s_end);
   };
   span(at.density->ray());
+  if (medium_->gradient)
+    at.gradient.emplace(*medium_->gradient, *gradient_cache_, at.density->ray());
   if (medium_->luminance)
     at.luminance.emplace(*medium_->luminance, *luminance_cache_,
                          make_index_ray(*medium.luminance, ray, t_middle, t0, t1));
@@ -135,6 +151,7 @@ RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0,
     move_on(at.density, s, to);
     move_on(at.luminance, s, to);
     move_on(at.emission, s, to);
+    move_on(at.gradient, s, to);
     if (at.density->in_cell() && !at.density->all_zero() && at.density->begin() > counted) {
       counted = at.density->begin();
       ++sum.cells;
@@ -155,25 +172,36 @@ RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0,
 RayDepth RayIntegrator::depth_by_stretches(const WorldRay& ray, double t0, double t1) {
   const Medium& medium = medium_->medium;
   const double t_middle = nearest_to_middle(*medium.density, ray);
-  GridWalk density(medium_->density, density_cache_,
-                   make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  Stretches at;
+  at.density.emplace(medium_->density, density_cache_,
+                     make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  if (medium_->gradient)
+    at.gradient.emplace(*medium_->gradient, *gradient_cache_, at.density->ray());
   RayDepth result;
-  double sum = 0, error = 0;
+  double sum = 0, error = 0, counted = -infinity;
   std::uint64_t terms = 0;
-  for (density.next(); density.begin() < density.ray().s_end; density.next()) {
-    result.cells += density.in_cell() && !density.all_zero();
-    if (!(largest_attenuation(medium, density) > 0)) continue;
-    const double length = density.end() - density.begin();
-    classify(medium.transfer.get(), density.along(density.begin(), density.end()), parts_);
+  const IndexRay& index_ray = at.density->ray();
+  for (double s = index_ray.s_begin; s < index_ray.s_end;) {
+    double to = index_ray.s_end;
+    move_on(at.density, s, to);
+    move_on(at.gradient, s, to);
+    const double from = s;
+    s = to;
+    if (at.density->begin() > counted) {
+      counted = at.density->begin();
+      result.cells += at.density->in_cell() && !at.density->all_zero();
+    }
+    if (!(largest_attenuation(medium, *at.density, at.gradient) > 0)) continue;
+    classify_stretch(at, from, to);
     for (const ClassifiedPart& p : parts_) {
-      sum += mean(p.attenuation) * (p.end - p.begin) * length;
-      error += p.attenuation_error * (p.end - p.begin) * length;
+      sum += mean(p.attenuation) * (p.end - p.begin) * (to - from);
+      error += p.attenuation_error * (p.end - p.begin) * (to - from);
       ++terms;
     }
   }
   result.depth = medium.extinction * sum;
   result.error =
-      medium.extinction * error + face_error(medium, density.ray()) +
+      medium.extinction * error + face_error(medium, index_ray) +
       (16 + static_cast<double>(terms) + extent(*medium.density)) * epsilon * result.depth;
   return result;
 }
