@@ -80,6 +80,12 @@ t 2 "MIN must be below MAX" render "$S" -o a.exr --colormap hot --range 1,0 $R
 t 2 "two numbers MIN,MAX" render "$S" -o a.exr --colormap hot --range 1 $R
 t 2 "needs a function" render "$S" -o a.exr --classification pre $R
 t 2 "needs a function" render "$S" -o a.exr --split-knots $R
+f=$assets/shells.json
+t 0 - render "$S" -o a.exr --transfer-function "$f" $R
+t 0 - render "$S" -o a.exr --transfer-function "$f" --classification pre --integrator cell-exact $R
+for wrong in "--mode mip" "--integrator preintegrated" "--integrator cell-exact" --split-knots; do
+  t 2 "has gradients" render "$S" -o a.exr --transfer-function "$f" $wrong $R
+done
 t 2 "three or six numbers" render "$S" -o a.exr --light 1,0,0,1 $R
 t 2 "no direction" render "$S" -o a.exr --light 0,0,0 $R
 t 2 "from 0 to 1" render "$S" -o a.exr --albedo 2 $R

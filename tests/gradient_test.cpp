@@ -1,0 +1,417 @@
+// Transfer functions of value and gradient: their numbers and their file, the gradient of voxels,
+// what is refused, and the reference.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+#include <random>
+#include <string>
+
+#include "field_voxels.h"
+#include "gradient_cases.h"
+#include "psivox/error.h"
+#include "reference_cases.h"
+#include "scene/classify_voxels.h"
+#include "scene/gradient_field.h"
+
+namespace psivox {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The message of the error of that code that `action` throws, or what went wrong instead.
+template <typename Action>
+std::string error_of(ExitCode code, Action action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), code);
+    const std::string message = error.what();
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    return message;
+  }
+  return "no error";
+}
+
+// --- functions -----------------------------------------------------------------------------------
+
+TEST(GradientPart, IsBilinearBetweenKnotsAndConstantBeyond) {
+  const TransferFunction f({{1, 7, {}}, {3, 0, {}}}, false,
+                           {.gradients = {2, 4}, .attenuation = {1, 2, 3, 5}});
+  EXPECT_EQ(f.attenuation(1, 2), 1);
+  EXPECT_EQ(f.attenuation(1, 4), 2);
+  EXPECT_EQ(f.attenuation(3, 2), 3);
+  EXPECT_EQ(f.attenuation(2, 3), (1 + 2 + 3 + 5) / 4.0);
+  EXPECT_EQ(f.attenuation(1.5, 2.5), 0.75 * (0.75 * 1 + 0.25 * 2) + 0.25 * (0.75 * 3 + 0.25 * 5));
+  EXPECT_EQ(f.attenuation(0, 0), 1);
+  EXPECT_EQ(f.attenuation(9, 9), 5);
+  EXPECT_EQ(f.at(1).attenuation, 2);  // the row's greatest
+  EXPECT_EQ(f.at(3).attenuation, 5);
+  EXPECT_TRUE(f.has_gradient());
+  EXPECT_FALSE(TransferFunction({{1, 7, {}}}).has_gradient());
+}
+
+TEST(GradientPart, AddsShellsThatAreAsWideAsTheGradientIsSteep) {
+  const TransferFunction f({TransferPoint{}}, false, {.isosurfaces = {{2, 0.5, 8}, {3, 1, 1}}});
+  EXPECT_EQ(f.attenuation(2, 1), 8);
+  EXPECT_EQ(f.attenuation(2.25, 1), 4 + 0.25);
+  EXPECT_EQ(f.attenuation(1.75, 1), 4);
+  EXPECT_EQ(f.attenuation(1.5, 1), 0);
+  EXPECT_EQ(f.attenuation(1.5, 2), 4 + 0.25);
+  EXPECT_EQ(f.attenuation(2, 0), 8);
+  EXPECT_EQ(f.attenuation(std::nextafter(2.0, 3), 0), 0);
+}
+
+TEST(GradientPart, MaximaHoldAndZeroIsOfNothing) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> u(0, 1);
+  int empty = 0;
+  for (int round = 0; round < 300; ++round) {
+    const TransferFunction f = random_gradient_function(random);
+    glm::dvec2 v(3 * u(random) - 1, 3 * u(random) - 1), g(u(random), u(random));
+    if (v.x > v.y) std::swap(v.x, v.y);
+    if (g.x > g.y) std::swap(g.x, g.y);
+    if (round % 3 == 0) v.y = v.x, g.y = g.x;  // a point
+    if (round % 7 == 0) g.y = infinity;
+    const double most = f.max_attenuation(v, g);
+    double reached = 0;
+    for (int i = 0; i <= 40; ++i)
+      for (int j = 0; j <= 40; ++j) {
+        const double x = std::lerp(v.x, v.y, i / 40.0);
+        const double y = std::isinf(g.y) ? g.x + 3.0 * j / 40 : std::lerp(g.x, g.y, j / 40.0);
+        reached = std::max(reached, f.attenuation(x, y));
+      }
+    // rounding of a sum of four numbers below 3
+    EXPECT_LE(reached, most + 1e-14);
+    if (g.y == g.x && v.y == v.x) {
+      EXPECT_NEAR(reached, most, 1e-14);
+    }
+    empty += most == 0;
+  }
+  EXPECT_GT(empty, 10);
+}
+
+TEST(GradientPart, ReturnsFromItsFileBitForBit) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 200; ++i) {
+    const TransferFunction f = random_gradient_function(random, i % 4);
+    EXPECT_EQ(transfer_function_from_json(to_json(f), "a.json"), f) << to_json(f);
+  }
+  const TransferFunction f = transfer_function_from_json(
+      R"({"gradients": [0, 0.5], "points": [{"value": 0, "attenuation": 1},
+          {"value": 1, "attenuation": [2, 3]}]})",
+      "a.json");
+  EXPECT_EQ(f.gradient_part().attenuation, (std::vector<double>{1, 1, 2, 3}));
+  const TransferFunction alone = transfer_function_from_json(
+      R"({"isosurfaces": [{"value": 0.5, "thickness": 2, "attenuation": 3}]})", "a.json");
+  EXPECT_FALSE(alone.has_color());
+  EXPECT_EQ(alone.attenuation(0.5, 0.1), 3);
+  EXPECT_EQ(alone.attenuation(0, 0), 0);
+}
+
+TEST(GradientPart, RefusesInOneLine) {
+  const auto error = [](const std::string& text) {
+    return error_of(ExitCode::input, [&] { transfer_function_from_json(text, "a.json"); });
+  };
+  const auto table = [&](const std::string& gradients, const std::string& row) {
+    return error("{\"gradients\": " + gradients +
+                 ", \"points\": [{\"value\": 0, \"attenuation\": " + row + "}]}");
+  };
+  EXPECT_EQ(table("[0, 1]", "[1, 2]"), "no error");
+  EXPECT_EQ(table("[]", "[]"), "a.json: gradients: expected at least one");
+  EXPECT_EQ(table("3", "[1]"), "a.json: gradients: expected an array");
+  EXPECT_EQ(table("[1, 1]", "[1, 2]"), "a.json: gradients must ascend, but 1 follows 1");
+  EXPECT_EQ(table("[-1, 1]", "[1, 2]"), "a.json: gradient -1 is negative");
+  EXPECT_EQ(table("[0, 1]", "[1, 2, 3]"),
+            "a.json: point 1 of the transfer function: attenuation: has 3 numbers for 2 gradients");
+  EXPECT_EQ(table("[0, 1]", "[1, -2]"), "a.json: attenuation -2 is negative");
+  EXPECT_EQ(error(R"({"points": [{"value": 0, "attenuation": [1]}]})"),
+            "a.json: point 1 of the transfer function: attenuation: has 1 numbers for 0 gradients");
+  EXPECT_EQ(error(R"({"gradient": [0], "points": []})"),
+            "a.json: the transfer function: unknown key 'gradient'; did you mean gradients?");
+  const auto surface = [&](const std::string& text) {
+    return error("{\"isosurfaces\": [" + text + "]}");
+  };
+  EXPECT_EQ(surface(R"({"value": 1, "thickness": 1, "attenuation": 1})"), "no error");
+  EXPECT_EQ(surface(R"({"value": 1, "thickness": 0, "attenuation": 1})"),
+            "a.json: thickness of an isosurface is 0; nothing of it would be seen");
+  EXPECT_EQ(surface(R"({"value": 1, "thickness": -1, "attenuation": 1})"),
+            "a.json: thickness of an isosurface -1 is negative");
+  EXPECT_EQ(surface(R"({"value": 1, "attenuation": 1})"),
+            "a.json: isosurface 1 of the transfer function: has no thickness");
+  EXPECT_EQ(surface(R"({"value": 1, "thicknes": 1, "attenuation": 1})"),
+            "a.json: isosurface 1 of the transfer function: unknown key 'thicknes'; did you mean "
+            "thickness?");
+  EXPECT_EQ(surface("4"),
+            "a.json: isosurface 1 of the transfer function: expected an object of "
+            "value, thickness and attenuation");
+  EXPECT_NE(surface(R"({"value": 1e99, "thickness": 1, "attenuation": 1})"), "no error");
+}
+
+TEST(GradientPart, RefusesWhatNeedsAFunctionOfOneVariable) {
+  const auto error = [](auto set) {
+    Scene scene;
+    set(scene);
+    return error_of(ExitCode::usage, [&] { view_by(scene, table, ball()); });
+  };
+  EXPECT_EQ(error([](Scene&) {}), "no error");
+  const std::string mip = error([](Scene& s) { s.mode = Mode::mip; });
+  EXPECT_NE(mip.find("has gradients: a greatest value has none; take --mode alpha"),
+            std::string::npos)
+      << mip;
+  EXPECT_NE(error([](Scene& s) { s.mode = Mode::lmip; }), "no error");
+  EXPECT_NE(error([](Scene& s) { s.split_knots = true; }).find("leave it out"), std::string::npos);
+  for (const Integrator rule :
+       {Integrator::cell_exact, Integrator::preintegrated, Integrator::preintegrated_fast})
+    EXPECT_NE(error([=](Scene& s) { s.integrator = rule; }).find("take psi-weighted"),
+              std::string::npos);
+  EXPECT_EQ(error([](Scene& s) { s.mode = Mode::isosurface; }), "no error");
+  EXPECT_EQ(error([](Scene& s) { s.mode = Mode::xray; }), "no error");
+  EXPECT_EQ(error([](Scene& s) {
+              s.classification = Classification::pre;
+              s.integrator = Integrator::cell_exact;
+            }),
+            "no error");
+}
+
+// --- voxels --------------------------------------------------------------------------------------
+
+TEST(GradientOfVoxels, IsExactOfLinearFieldsInAnyTransform) {
+  const glm::dvec3 slope(0.7, -0.4, 1.1);  // [value/world unit]
+  for (const glm::dmat4& m : {glm::dmat4(1), sheared}) {
+    const Field field = make_field(
+        {{-3, 2, 5}, {12, 14, 20}},
+        [&](glm::ivec3 v) { return float(glm::dot(slope, glm::dvec3(m * glm::dvec4(v, 1)))); }, m);
+    const Field of_voxels = gradient_of_voxels(field);
+    const FieldVoxels gradient(of_voxels);
+    const glm::dmat3 normal = glm::transpose(glm::inverse(glm::dmat3(m)));
+    double size = 0;
+    for (int axis = 0; axis < 3; ++axis) size += glm::dot(normal[axis], normal[axis]);
+    // Values below 64 are right to 2^-19 each, and so is half a difference; then one float32.
+    const double off = std::sqrt(size) * std::sqrt(3.0) * 0x1p-19 + 0x1p-23;
+    for (int x = -2; x <= 11; ++x)
+      for (int y = 3; y <= 13; ++y)
+        for (int z = 6; z <= 19; ++z)
+          ASSERT_NEAR(double(gradient({x, y, z}).x), glm::length(slope), off);
+  }
+}
+
+TEST(GradientOfVoxels, IsOneOfADistance) {
+  const glm::dvec3 center(15.3, 16.1, 14.8);
+  const Field field = make_field({{0, 0, 0}, {31, 31, 31}}, [&](glm::ivec3 v) {
+    return float(glm::distance(glm::dvec3(v), center));
+  });
+  const Field of_voxels = gradient_of_voxels(field);
+  const FieldVoxels gradient(of_voxels);
+  for (int x = 1; x < 31; ++x)
+    for (int y = 1; y < 31; ++y)
+      for (int z = 1; z < 31; ++z) {
+        const double r = glm::distance(glm::dvec3(x, y, z), center);
+        if (r < 4) continue;
+        // A central difference is off by a sixth of the third derivative of the distance, which is
+        // at most 1.155/r^2 along any axis (3 c (1 - c^2) of a cosine c); 2e-6: float32 values.
+        ASSERT_NEAR(double(gradient({x, y, z}).x), 1,
+                    std::sqrt(3.0) * 1.155 / 6 / ((r - 1) * (r - 1)) + 2e-6);
+      }
+}
+
+/// A wide tile beside leaves, a narrow one, and the same all in leaves.
+Field tiled(bool leaves_only) {
+  const auto value = [](glm::ivec3 v) {
+    if (v.x >= 128 || v.y >= 128 || v.z >= 128) return noise(v);
+    return v.x < 0 ? 0.5f : 0.7f;
+  };
+  const Box box{{-8, 96, 96}, {135, 135, 135}};
+  Field field = make_field(box, value);
+  if (leaves_only) return field;
+  std::erase_if(field.leaves, [](const Leaf& leaf) {
+    return leaf.origin.x < 128 && leaf.origin.y < 128 && leaf.origin.z < 128;
+  });
+  field.tiles.push_back({{0, 0, 0}, 128, glm::vec3(0.7f)});
+  for (int y = 96; y < 128; y += 8)
+    for (int z = 96; z < 128; z += 8) field.tiles.push_back({{-8, y, z}, 8, glm::vec3(0.5f)});
+  return field;
+}
+
+TEST(GradientOfVoxels, IsThatOfDifferencesWithTilesToo) {
+  const Field field = tiled(false);
+  const Field field_gradient = gradient_of_voxels(field);
+  const FieldVoxels values(field), gradient(field_gradient);
+  const Box box = field.domain();
+  int some = 0;
+  for (int x = box.min.x; x <= box.max.x; ++x)
+    for (int y = box.min.y; y <= box.max.y; ++y)
+      for (int z = box.min.z; z <= box.max.z; z += 3) {
+        const glm::ivec3 v(x, y, z);
+        glm::dvec3 d;
+        for (int axis = 0; axis < 3; ++axis) {
+          glm::ivec3 unit(0);
+          unit[axis] = 1;
+          d[axis] = (double(values(v + unit).x) - double(values(v - unit).x)) / 2;
+        }
+        ASSERT_EQ(gradient(v).x, float(glm::length(d))) << x << " " << y << " " << z;
+        some += gradient(v).x > 0;
+      }
+  EXPECT_GT(some, 1000);
+  for (const Leaf& leaf : field_gradient.leaves)
+    EXPECT_TRUE(std::any_of(leaf.values, leaf.values + 512, [](float g) { return g > 0; }));
+}
+
+TEST(AttenuationOfVoxels, IsTheFunctionOfEachVoxel) {
+  const Field field = tiled(false);
+  const Field gradient = gradient_of_voxels(field);
+  const TransferFunction sees_zero({{0, 0, {}}, {0.5, 0, {}}, {1, 0, {}}}, false,
+                                   {.gradients = {0, 0.3},
+                                    .attenuation = {0, 1, 0.2, 0, 0, 2},
+                                    .isosurfaces = {{0.69f, 1, 0.5}}});
+  const TransferFunction fills({{0, 0.25, {}}, {1, 1, {}}}, false, {.isosurfaces = {{0.6, 1, 1}}});
+  for (const TransferFunction& f : {sees_zero, fills}) {
+    const Field result = attenuation_of_voxels(field, gradient, f);
+    const FieldVoxels v(field), g(gradient), t(result);
+    const Box box = field.domain();
+    for (int x = box.min.x; x <= box.max.x; ++x)
+      for (int y = box.min.y; y <= box.max.y; y += 3)
+        for (int z = box.min.z; z <= box.max.z; ++z) {
+          const glm::ivec3 at(x, y, z);
+          ASSERT_EQ(t(at).x, float(f.attenuation(double(v(at).x), double(g(at).x))));
+        }
+  }
+}
+
+// --- the reference -------------------------------------------------------------------------------
+
+/// A ray by very many samples of the interpolated grids, as many in each cell.
+RayRadiance sampled(const Medium& medium, const WorldRay& ray, double length, int samples) {
+  const PlainField value(*medium.density), gradient(*medium.gradient);
+  std::vector<double> faces{0, length};
+  value.add_faces(ray, 0, length, faces);
+  std::sort(faces.begin(), faces.end());
+  RayRadiance sum;
+  for (std::size_t n = 0; n + 1 < faces.size(); ++n) {
+    const double h = (faces[n + 1] - faces[n]) / samples;
+    for (int i = 0; i < samples; ++i) {
+      const glm::dvec3 at = ray.origin + ray.direction * (faces[n] + (i + 0.5) * h);
+      if (!value.in_domain(at)) break;
+      const double v = value.value(at).x;
+      const double x =
+          medium.extinction * h * medium.transfer->attenuation(v, gradient.value(at).x);
+      sum.radiance += std::exp(-sum.optical_depth) * -std::expm1(-x) * medium.color *
+                      medium.transfer->at(v).color;
+      sum.optical_depth += x;
+    }
+  }
+  return sum;
+}
+
+TEST(GradientReference, AgreesWithSamples) {
+  const Field field = make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared);
+  const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
+  std::mt19937_64 random(9);
+  for (int i = 0; i < 4; ++i) {
+    Medium medium = make_medium(field, 1.5, LuminanceSource::transfer);
+    medium.color = {1, 0.5, 2};
+    medium.gradient = std::make_shared<const Field>(gradient_of_voxels(field));
+    medium.transfer = std::make_shared<const TransferFunction>(random_gradient_function(random, i));
+    for (const WorldRay& ray : rays_through(a, b, 3)) {
+      const RayRadiance r = ray_radiance(medium, ray);
+      // Cells are 1 long at most here, h = 1/2000 of it. The rule of the middle is off by h^2/24 of
+      // a slope's change, 1e-8 times slopes of 100 (a shell 0.05 wide in value, passed at 5 a
+      // cell), in some 40 cells; at the jump, of attenuations up to 1, by h/2 of it, some 10 times.
+      const RayRadiance s = sampled(medium, ray, 40, 2000);
+      const double off = i == 3 ? 1.5 * 10 * 0.5 / 2000 : 4e-5;
+      EXPECT_GT(s.optical_depth, 0.05);
+      EXPECT_NEAR(r.optical_depth, s.optical_depth, off);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(r.radiance[c], s.radiance[c], off);
+      const RayMedium ready(medium);
+      const RayDepth whole = RayIntegrator(ready, 1e-12).whole_depth(ray);
+      EXPECT_NEAR(whole.depth, r.optical_depth, whole.error + r.error);
+      // fits to 1e-11 of the attenuation along optical depths of some 10
+      EXPECT_LT(r.error, 1e-8);
+      EXPECT_LT(whole.error, 1e-8);
+    }
+  }
+}
+
+TEST(GradientReference, EqualColumnsAreTheFunctionOfTheValue) {
+  const Field field = make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared);
+  Medium plain = make_medium(field, 1.5, LuminanceSource::transfer);
+  const std::vector<TransferPoint> points{
+      {0.05, 0, {1, 0, 0}}, {0.2, 1.5, {0.2, 1, 0}}, {0.5, 0.1, {1, 1, 1}}, {0.5, 2, {0, 0.5, 1}}};
+  plain.transfer = std::make_shared<const TransferFunction>(points);
+  Medium medium = plain;
+  medium.gradient = std::make_shared<const Field>(gradient_of_voxels(field));
+  medium.transfer = std::make_shared<const TransferFunction>(
+      points, true,
+      GradientPart{.gradients = {0.1, 0.3}, .attenuation = {0, 0, 1.5, 1.5, 0.1, 0.1, 2, 2}});
+  const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
+  for (const WorldRay& ray : rays_through(a, b, 40)) {
+    const RayRadiance r = ray_radiance(medium, ray), s = ray_radiance(plain, ray);
+    EXPECT_NEAR(r.optical_depth, s.optical_depth, r.error + s.error);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(r.radiance[c], s.radiance[c], r.error + s.error);
+  }
+}
+
+// Levoy's purpose: shells of one thickness whatever the slope. v = f + s (r - R) around a point,
+// the slope s between 0.5 and 1.5 with the direction.
+TEST(IsosurfaceShell, IsEquallyThickWhateverTheSlope) {
+  const double R = 20, thickness = 2, K = 0.7;
+  const glm::dvec3 center(31.7, 32.2, 31.4);
+  const auto slope = [](const glm::dvec3& d) { return 1 + 0.5 * d.x; };
+  const Field field = make_field({{0, 0, 0}, {63, 63, 63}}, [&](glm::ivec3 voxel) {
+    const glm::dvec3 p = glm::dvec3(voxel) - center;
+    const double r = glm::length(p);
+    return float(40 + slope(p / r) * (r - R));
+  });
+  Medium medium = make_medium(field, K, LuminanceSource::constant);
+  medium.gradient = std::make_shared<const Field>(gradient_of_voxels(field));
+  medium.transfer = std::make_shared<const TransferFunction>(
+      std::vector<TransferPoint>(1), false, GradientPart{.isosurfaces = {{40, thickness, 1}}});
+  const RayMedium ready(medium);
+  RayIntegrator integrator(ready, 1e-12);
+  double least = infinity, most = 0, least_depth = infinity, most_depth = 0;
+  double least_slope = infinity, most_slope = 0;
+  for (const WorldRay& out : rays_through(center - 1.0, center + 1.0, 200)) {
+    const WorldRay ray{center, out.direction};
+    const double s = slope(ray.direction);
+    least_slope = std::min(least_slope, s);
+    most_slope = std::max(most_slope, s);
+    // where the depth begins to grow and where it no longer does
+    const auto depth = [&](double r) {
+      return integrator.optical_depth(ray, R - 2 * thickness, r);
+    };
+    const double whole = depth(R + 2 * thickness);
+    const auto reach = [&](double part) {
+      double lo = R - 2 * thickness, hi = R + 2 * thickness;
+      for (int i = 0; i < 40; ++i) {
+        const double middle = 0.5 * (lo + hi);
+        (depth(middle) < part * whole ? lo : hi) = middle;
+      }
+      return hi;
+    };
+    // of a tent 1e-6 of the depth lies in the outer sqrt(1e-6 / 2) of its width
+    const double width = (reach(1 - 1e-6) - reach(1e-6)) / (1 - 2 * std::sqrt(0.5e-6));
+    least = std::min(least, width);
+    most = std::max(most, width);
+    least_depth = std::min(least_depth, whole);
+    most_depth = std::max(most_depth, whole);
+  }
+  std::printf("  slopes %.2f to %.2f, width %.4f to %.4f of %g, depth %.4f to %.4f of %g\n",
+              least_slope, most_slope, least, most, 2 * thickness, least_depth, most_depth,
+              K * thickness);
+  EXPECT_GT(most_slope / least_slope, 2.5);
+  // Across the shell v bends by s/r times two in the faces' directions, of which trilinear
+  // interpolation makes at most 2/8 s/(R - 2) voxels of distance [0.014], on either side; the
+  // slope's own change over the sphere, 0.5/R, adds a (0.5 thickness/R)^2/2 [0.001] to the
+  // gradient's magnitude, the differences 0.2/(R - 3)^2 [0.001].
+  const double off = 2 * (0.014 + thickness * (0.001 + 0.001)) * 1.5;
+  EXPECT_NEAR(least, 2 * thickness, off);
+  EXPECT_NEAR(most, 2 * thickness, off);
+  EXPECT_NEAR(least_depth, K * thickness, K * off / 2);
+  EXPECT_NEAR(most_depth, K * thickness, K * off / 2);
+}
+
+}  // namespace
+}  // namespace psivox
