@@ -1,6 +1,7 @@
 #include "scene/fill_domain.h"
 
 #include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 #include <unordered_set>
 
 #include "psivox/error.h"
@@ -38,7 +39,12 @@ class Filler {
  private:
   void fill_cube(int level, int width, const glm::ivec3& origin) {
     if (index_.is_one(level, origin)) return;
-    if (index_.holds_any(level, origin)) {
+    // The widest that stick out of the domain are mostly outside of a small one, and atlases look
+    // at all of a tile's surface.
+    const glm::ivec3 last = origin + (width - 1);
+    const bool sticks_out = level == 0 && (glm::any(glm::lessThan(origin, domain_.min)) ||
+                                           glm::any(glm::greaterThan(last, domain_.max)));
+    if (sticks_out || index_.holds_any(level, origin)) {
       fill(level + 1, glm::max(origin, domain_.min), glm::min(origin + (width - 1), domain_.max));
       return;
     }

@@ -95,7 +95,12 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
 }
 
 /// Adds the parts of a tile that `told_by_blocks` makes of it.
-void split(const FieldIndex& gradient, const Tile& tile, int level, std::vector<Tile>& parts) {
+void split(const FieldIndex& gradient, const Box& domain, const Tile& tile, int level,
+           std::vector<Tile>& parts) {
+  const glm::ivec3 last = tile.origin + (tile.width - 1);
+  if (glm::any(glm::greaterThan(tile.origin, domain.max)) ||
+      glm::any(glm::lessThan(last, domain.min)))
+    return;
   if (tile.width == 8 || !gradient.holds_any(level, tile.origin)) {
     parts.push_back(tile);
     return;
@@ -104,7 +109,8 @@ void split(const FieldIndex& gradient, const Tile& tile, int level, std::vector<
   for (int x = 0; x < tile.width; x += width)
     for (int y = 0; y < tile.width; y += width)
       for (int z = 0; z < tile.width; z += width)
-        split(gradient, {tile.origin + glm::ivec3(x, y, z), width, tile.value}, level + 1, parts);
+        split(gradient, domain, {tile.origin + glm::ivec3(x, y, z), width, tile.value}, level + 1,
+              parts);
 }
 
 }  // namespace
@@ -139,7 +145,7 @@ Field told_by_blocks(const Field& field, const Field& gradient, bool with_zeros)
   for (const Tile& tile : field.tiles) {
     int level = 0;
     while (FieldIndex::widths[static_cast<std::size_t>(level)] != tile.width) ++level;
-    split(gradients, tile, level, result.tiles);
+    split(gradients, field.domain(), tile, level, result.tiles);
     check_count(field, result.tiles.size());
   }
   for (const Leaf& leaf : gradient.leaves)
