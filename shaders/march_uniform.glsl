@@ -72,7 +72,8 @@ March march_uniform(March m, Ray ray) {
     }
     if (beyond) {
       if (m.t < own_begin || t_back > own_end) m.vacuum = true;
-      m.front = with_value(m, m.front, m.front.value);
+      m = seek_gradient_at(m, ray, m.t);
+      m.front = with_value(m, m.front, Sample(m.front.value, sample_gradient(m, ray, m.t)));
     }
     if (t_back <= node_end) {
       if (node.kind == NODE_BRICK) {

@@ -80,7 +80,7 @@ t 2 "MIN must be below MAX" render "$S" -o a.exr --colormap hot --range 1,0 $R
 t 2 "two numbers MIN,MAX" render "$S" -o a.exr --colormap hot --range 1 $R
 t 2 "needs a function" render "$S" -o a.exr --classification pre $R
 t 2 "needs a function" render "$S" -o a.exr --split-knots $R
-f=$assets/shells.json
+f=$assets/isosurfaces.json
 t 0 - render "$S" -o a.exr --transfer-function "$f" $R
 t 0 - render "$S" -o a.exr --transfer-function "$f" --classification pre --integrator cell-exact $R
 for wrong in "--mode mip" "--integrator preintegrated" "--integrator cell-exact" --split-knots; do

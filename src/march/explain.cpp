@@ -59,6 +59,7 @@ class Model {
     const std::string K = number(medium_.extinction);
     if (medium_.transfer)
       return K + " times the transfer function of the value, " +
+             (constants().with_gradient ? "with the gradient's magnitude at voxels, " : "") +
              number(setup_.parameters.transfer_knots) + " knots" +
              (constants().split_knots ? ", at which cells are cut" : "");
     if (scene_.has_function()) return K + " times the voxels' function, interpolated";

@@ -66,7 +66,7 @@ AtlasOptions density_options(const View& view) {
   const Medium& medium = view.medium;
   const Mode mode = view.scene.mode;
   if (view.scene.attenuates() && medium.extinction == 0) {
-    options.visible = [](float, float) { return false; };
+    options.visible = [](const ValueRange&, const ValueRange&) { return false; };
   } else if (mode == Mode::isosurface) {
     const auto isovalue = float(medium.isovalue);
     options.visible = [isovalue](const ValueRange& own, const ValueRange&) {
