@@ -35,14 +35,15 @@ only_in() {
 only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tests/vdb_'
 only_in '^OpenImageIO/' '^src/image/' '^tests/image_cases\.h$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/'
-only_in '^nlohmann/' '^src/scene/' '^tools/'
+only_in '^nlohmann/' '^src/scene/' '^src/study/' '^tools/'
 only_in '^CLI/' '^tools/'
 only_in '^(GLFW/|imgui)' '^tools/'
 only_in '^gtest/' '^tests/'
 
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
 declare -A sees=(
-  [atlas]="" [gl]="march" [image]="" [march]="" [reference]="" [scene]="" [vdb]=""
+  [atlas]="" [files]="" [gl]="march" [image]="" [march]="" [reference]="" [scene]=""
+  [study]="march" [vdb]=""
 )
 components=$(printf '%s|' "${!sees[@]}")
 components=${components%|}

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "shader_math.h"
+#include "march/shader_math.h"
 
 // What the tests of formulas share: values to test them at, definitions in long double, errors.
 

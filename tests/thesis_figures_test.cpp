@@ -12,7 +12,7 @@
 #include "figure.h"
 #include "psi_quadrature.h"
 #include "psivox/colormap.h"
-#include "shader_math.h"
+#include "march/shader_math.h"
 
 namespace psivox {
 namespace {

@@ -10,6 +10,7 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "notices.h"
 #include "progress_bar.h"
 #include "psivox/error.h"
 #include "psivox/explain.h"
@@ -18,10 +19,10 @@
 #include "psivox/medium.h"
 #include "psivox/reference.h"
 #include "psivox/renderer.h"
+#include "psivox/text_file.h"
 #include "psivox/vdb.h"
 #include "render_report.h"
 #include "scene_options.h"
-#include "text_file.h"
 
 namespace psivox {
 namespace {
@@ -119,23 +120,6 @@ void print_devices() {
     else
       std::cout << "unusable: " << device.problem << '\n';
   }
-}
-
-void print_notices(const View& view, bool chose_extinction) {
-  // Fields that were made of one grid repeat its notices.
-  std::vector<std::string> printed;
-  const Medium& medium = view.medium;
-  for (const auto& field : {medium.density, medium.luminance, medium.emission}) {
-    if (!field) continue;
-    for (const std::string& notice : field->notices) {
-      if (std::find(printed.begin(), printed.end(), notice) != printed.end()) continue;
-      printed.push_back(notice);
-      std::fprintf(stderr, "psivox: %s\n", notice.c_str());
-    }
-  }
-  if (chose_extinction)
-    std::fprintf(stderr, "psivox: extinction %s [1/world unit], chosen by auto\n",
-                 parameter_text(view.scene, *find_parameter("extinction")).c_str());
 }
 
 /// The part of a whole that goes from `first` to `last`.

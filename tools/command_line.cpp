@@ -80,8 +80,10 @@ void CommandLine::add_positional(const std::string& metavar, const std::string& 
   ++positionals_;
 }
 
-void CommandLine::add_parameters(std::vector<Setting>& settings) {
+void CommandLine::add_parameters(std::vector<Setting>& settings,
+                                 std::span<const std::string> without) {
   for (const Parameter& p : parameters()) {
+    if (std::find(without.begin(), without.end(), p.name) != without.end()) continue;
     const std::function<void(const std::string&)> take = [&settings, &p](const std::string& text) {
       settings.push_back({p.name, text});
     };

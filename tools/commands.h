@@ -12,5 +12,6 @@ using Arguments = std::span<const std::string>;
 void render_command(Arguments arguments);
 void info_command(Arguments arguments);
 void compare_command(Arguments arguments);
+void study_command(Arguments arguments);
 
 }  // namespace psivox

@@ -14,6 +14,20 @@ constexpr int bar_width = 40;
 constexpr double patience_terminal_s = 0.3;
 constexpr double patience_log_s = 2;
 
+/// ", 3:05 left", once enough is done to tell.
+std::string time_left(double fraction, double passed_s) {
+  if (fraction < 0.02 || passed_s < 2) return "";
+  const double left_s = passed_s * (1 - fraction) / fraction;
+  const int seconds = static_cast<int>(std::min(left_s, 359999.0) + 0.5);
+  char text[40];
+  if (seconds >= 3600)
+    std::snprintf(text, sizeof text, ", %d:%02d:%02d left", seconds / 3600, seconds / 60 % 60,
+                  seconds % 60);
+  else
+    std::snprintf(text, sizeof text, ", %d:%02d left", seconds / 60, seconds % 60);
+  return text;
+}
+
 }  // namespace
 
 ProgressBar::ProgressBar(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -33,15 +47,16 @@ void ProgressBar::show(double fraction) {
   const int mark = static_cast<int>(fraction * (terminal_ ? 100 : 10));
   if (mark <= shown_ || passed.count() < (terminal_ ? patience_terminal_s : patience_log_s)) return;
   shown_ = mark;
+  const std::string left = time_left(fraction, passed.count());
   if (!terminal_) {
-    std::fprintf(stderr, "psivox: %d %%\n", 10 * mark);
+    std::fprintf(stderr, "psivox: %d %%%s\n", 10 * mark, left.c_str());
     return;
   }
   drawn_ = true;
   const int filled = static_cast<int>(fraction * bar_width);
   const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
                           std::string(static_cast<std::size_t>(bar_width - filled), '.');
-  std::fprintf(stderr, "\r[%s] %3d %%", bar.c_str(), mark);
+  std::fprintf(stderr, "\r[%s] %3d %%%s\033[K", bar.c_str(), mark, left.c_str());
   std::fflush(stderr);
 }
 

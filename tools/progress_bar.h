@@ -6,7 +6,8 @@
 
 namespace psivox {
 
-/// Progress on stderr: a bar on a terminal, elsewhere a line every tenth of work that takes long.
+/// Progress on stderr with the time left: a bar on a terminal, elsewhere a line every tenth of work
+/// that takes long.
 class ProgressBar {
  public:
   explicit ProgressBar(bool quiet);

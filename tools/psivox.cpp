@@ -27,6 +27,7 @@ constexpr Command commands[] = {
     {"render", render_command, "render a .vdb to an EXR or PNG file, headless"},
     {"info", info_command, "list a .vdb's grids"},
     {"compare", compare_command, "print the difference of two pictures"},
+    {"study", study_command, "measure error and time of many ways to render a .vdb"},
 };
 
 void print_help() {

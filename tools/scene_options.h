@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,10 +12,12 @@ namespace psivox {
 /// The scene as a command line gives it: a file's, and over it the options.
 class SceneOptions {
  public:
-  void add_to(CommandLine& line);
+  /// All options but those of the parameters named.
+  void add_to(CommandLine& line, std::span<const std::string> without = {});
 
   /// Validated, not yet resolved. Throws Error(usage), Error(input).
-  Scene scene() const;
+  /// `base` is what a file does not replace.
+  Scene scene(Scene base = {}) const;
 
  private:
   std::string file_;

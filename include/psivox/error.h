@@ -8,13 +8,14 @@ namespace psivox {
 /// What the program exits with; an Error carries one.
 enum class ExitCode : int {
   ok = 0,
-  failure = 1,       ///< anything not named below
-  usage = 2,         ///< unknown or malformed option
-  input = 3,         ///< missing, corrupt or unsupported grid or file
-  graphics = 4,      ///< no EGL device, shader, device limit, lost context
-  output = 5,        ///< the result cannot be written
-  memory = 6,        ///< over --memory-limit
-  verification = 7,  ///< a comparison or a check failed
+  failure = 1,        ///< anything not named below
+  usage = 2,          ///< unknown or malformed option
+  input = 3,          ///< missing, corrupt or unsupported grid or file
+  graphics = 4,       ///< no EGL device, shader, device limit, lost context
+  output = 5,         ///< the result cannot be written
+  memory = 6,         ///< over --memory-limit
+  verification = 7,   ///< a comparison or a check failed
+  interrupted = 130,  ///< Ctrl-C, as shells report it
 };
 
 /// The one exception type: one line that says what, in which file or grid, and what to do.

@@ -38,6 +38,9 @@ struct RenderStats {
   std::uint64_t steps = 0;    ///< segments, likewise
   int passes = 0;             ///< most passes that a tile needed
   double gl_init_ms = 0, shader_ms = 0, upload_ms = 0, march_ms = 0;
+  /// Of march_ms: what the GPU took for the draws by its own timer (0 where it has none), and the
+  /// processor time of the whole process, which other processes disturb least.
+  double gpu_ms = 0, cpu_ms = 0;
 };
 
 struct RenderResult {

@@ -1,3 +1,5 @@
+#include <time.h>
+
 #include <algorithm>
 #include <chrono>
 #include <map>
@@ -8,6 +10,7 @@
 #include "gl/march_program.h"
 #include "gl/tables.h"
 #include "gl/tile_target.h"
+#include "gl/timer.h"
 #include "march/film.h"
 #include "march/march_parameters.h"
 #include "psivox/error.h"
@@ -20,6 +23,13 @@ using Clock = std::chrono::steady_clock;
 
 double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+/// Processor time of all threads of the process.
+double processor_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
 /// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
@@ -175,6 +185,8 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   stats.shader_ms = milliseconds_since(start);
 
   start = Clock::now();
+  const double processor_start_ms = processor_ms();
+  gl::Timer timer(stats.renderer);
   const glm::ivec2 size = view.scene.resolution;
   const int samples = view.scene.pixel_samples;
   const bool want_layers = options.count || options.depth || options.transmittance;
@@ -198,7 +210,9 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
           const int set = passes & 1;
           target->bind(set);
           march.program().set("first_pass", passes == 0);
+          timer.begin();
           impl.draw(march, width, height);
+          timer.end();
           ++passes;
         } while (variant.resumable && !target->all_done(width, height, (passes - 1) & 1));
         stats.passes = std::max(stats.passes, passes);
@@ -227,6 +241,8 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
     }
   }
   stats.march_ms = milliseconds_since(start);
+  stats.gpu_ms = timer.sum_ms();
+  stats.cpu_ms = processor_ms() - processor_start_ms;
   result.image = film.finish(stats);
   return result;
 }

@@ -12,8 +12,8 @@
 
 namespace psivox {
 
-/// Built once a test program.
-inline const std::vector<glm::vec4>& psi_table_of_tests() {
+/// Built once a process.
+inline const std::vector<glm::vec4>& shared_psi_table() {
   static const std::vector<glm::vec4> table = make_psi_table();
   return table;
 }
@@ -35,7 +35,7 @@ struct Math {
   using real4 = glm::vec4;
   real opacity_unit = 1;
   int psi_table_first = 0;
-  real4 fetch_table(int i) const { return real4(psi_table_of_tests()[std::size_t(i)]); }
+  real4 fetch_table(int i) const { return real4(shared_psi_table()[std::size_t(i)]); }
   float power_of_two(int n) const { return std::ldexp(1.0f, n); }
 
 #define precise
@@ -64,7 +64,7 @@ struct Math {
   using real = double;
   real opacity_unit = 1;
   int psi_table_first = 0;
-  real4 fetch_table(int i) const { return real4(psi_table_of_tests()[std::size_t(i)]); }
+  real4 fetch_table(int i) const { return real4(shared_psi_table()[std::size_t(i)]); }
 
 #define precise
 #define REAL_BITS 64

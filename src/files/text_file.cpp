@@ -1,4 +1,4 @@
-#include "text_file.h"
+#include "psivox/text_file.h"
 
 #include <unistd.h>
 
@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <iterator>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
@@ -31,6 +33,18 @@ bool is_special(const fs::path& path) {
 }
 
 }  // namespace
+
+std::string read_text(const std::string& path, const std::string& what) {
+  const auto refuse = [&](const char* why) {
+    throw Error(ExitCode::input, "cannot read " + what + " " + in_quotes(path) + ": " + why);
+  };
+  if (fs::is_directory(path)) refuse(std::strerror(EISDIR));
+  std::ifstream in(path, std::ios::binary);
+  if (!in) refuse(std::strerror(errno));
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (in.bad()) refuse(std::strerror(errno));
+  return text;
+}
 
 void check_text_writable(const std::string& path) {
   if (path == "-") return;

@@ -1,0 +1,85 @@
+#include "study/html.h"
+
+#include <unistd.h>
+
+#include "psivox/image.h"
+#include "psivox/text_file.h"
+#include "study/difference_picture.h"
+#include "study/drawing.h"
+
+namespace psivox {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* style = R"(
+body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 1100px; padding: 0 1em; color: #222 }
+h1, h2 { font-weight: 600 }
+table { border-collapse: collapse; font-size: 13px; margin: 1em 0 }
+td, th { border-bottom: 1px solid #ddd; padding: 3px 9px; text-align: right; white-space: nowrap }
+td:first-child, th:first-child { text-align: left }
+.wide { overflow-x: auto }
+.gallery { display: flex; flex-wrap: wrap; gap: 12px }
+figure { margin: 0; font-size: 12px; max-width: 300px }
+figure img { display: block; max-width: 100%; background: #888 }
+svg { max-width: 100%; height: auto }
+)";
+
+std::string base64(const std::string& bytes) {
+  static constexpr char digits[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  const auto byte = [&](std::size_t i) {
+    return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u;
+  };
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const unsigned three = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
+    out += digits[three >> 18];
+    out += digits[three >> 12 & 63];
+    out += i + 1 < bytes.size() ? digits[three >> 6 & 63] : '=';
+    out += i + 2 < bytes.size() ? digits[three & 63] : '=';
+  }
+  return out;
+}
+
+/// The file's bytes, or those of a smaller picture.
+std::string png_bytes(const fs::path& png, int width) {
+  const Image image = read_image(png);
+  if (image.width <= width) return read_text(png.string(), "picture");
+  const fs::path small = png.parent_path() / (".small-" + std::to_string(getpid()) + ".png");
+  write_image(shrunk(image, width), small);
+  const std::string bytes = read_text(small.string(), "picture");
+  fs::remove(small);
+  return bytes;
+}
+
+}  // namespace
+
+std::string html_page(const std::string& title, const std::string& body) {
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
+         "name=\"viewport\" content=\"width=device-width\">\n<title>" +
+         escaped(title) + "</title>\n<style>" + style + "</style>\n</head>\n<body>\n<h1>" +
+         escaped(title) + "</h1>\n" + body + "</body>\n</html>\n";
+}
+
+std::string html_table(const std::vector<std::vector<std::string>>& rows) {
+  std::string out = "<div class=\"wide\"><table>\n";
+  for (const auto& row : rows) {
+    const char* cell = &row == &rows.front() ? "th" : "td";
+    out += "<tr>";
+    for (const std::string& text : row)
+      out += std::string("<") + cell + ">" + text + "</" + cell + ">";
+    out += "</tr>\n";
+  }
+  return out + "</table></div>\n";
+}
+
+std::string html_figure(const fs::path& png, const std::string& caption, int width) {
+  std::string out = "<figure>";
+  if (fs::exists(png))
+    out += "<img alt=\"\" src=\"data:image/png;base64," + base64(png_bytes(png, width)) + "\">";
+  return out + "<figcaption>" + caption + "</figcaption></figure>\n";
+}
+
+}  // namespace psivox

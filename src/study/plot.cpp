@@ -1,0 +1,161 @@
+#include "study/plot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "study/number_format.h"
+
+namespace psivox {
+namespace {
+
+constexpr int page_width = 900, page_height = 560;
+constexpr double left = 80, right = 690, top = 40, bottom = 500;  ///< of the axes' box
+constexpr Ink black{20, 20, 20}, grey{225, 225, 225}, dark_grey{185, 185, 185}, red{200, 0, 0};
+
+bool has_place(const std::pair<double, double>& point) {
+  return point.first > 0 && point.second > 0 && std::isfinite(point.first) &&
+         std::isfinite(point.second);
+}
+
+/// A logarithmic axis from value `first` at `from` to `last` at `to` of the page.
+struct Axis {
+  double first, last, from, to;
+
+  double at(double value) const {
+    return from + (to - from) * std::log10(value / first) / std::log10(last / first);
+  }
+
+  struct Tick {
+    double value;
+    bool labelled;
+  };
+  /// Decades; with few of them, what lies between too.
+  std::vector<Tick> ticks() const {
+    const double decades = std::log10(last / first);
+    const int stride = std::max(1, int(std::ceil(decades / 10)));
+    std::vector<Tick> out;
+    for (int power = int(std::floor(std::log10(first))); power <= int(std::ceil(std::log10(last)));
+         ++power)
+      for (int digit = 1; digit < 10; ++digit) {
+        const double value = digit * std::pow(10.0, power);
+        if (value < first * (1 - 1e-9) || value > last * (1 + 1e-9)) continue;
+        const bool between =
+            decades < 1 || (decades < 2.5 && (digit == 2 || digit == 3 || digit == 5));
+        const bool labelled = digit == 1 ? power % stride == 0 : between;
+        out.push_back({value, labelled});
+      }
+    return out;
+  }
+};
+
+/// Around the values, with a margin.
+Axis make_axis(double least, double greatest, double from, double to) {
+  if (!(least <= greatest)) least = 0.1, greatest = 10;  // nothing to show
+  const double margin = std::max(0.05 * std::log10(greatest / least), 0.1);
+  return {least * std::pow(10, -margin), greatest * std::pow(10, margin), from, to};
+}
+
+/// 2, 0.5, 1e-3.
+std::string tick_label(double value) {
+  std::string text = two_digits(value);
+  if (value >= 0.01 && value < 10000) return all_digits(std::stod(text));
+  const std::size_t zero = text.find(".0");
+  return zero == std::string::npos ? text : text.erase(zero, 2);
+}
+
+class Page {
+ public:
+  explicit Page(const Plot& plot) : plot_(plot) {
+    double x[2] = {HUGE_VAL, -HUGE_VAL}, y[2] = {HUGE_VAL, -HUGE_VAL};
+    for (const Series& series : plot.series)
+      for (const auto& point : series.points) {
+        if (!has_place(point)) continue;
+        x[0] = std::min(x[0], point.first), x[1] = std::max(x[1], point.first);
+        y[0] = std::min(y[0], point.second), y[1] = std::max(y[1], point.second);
+      }
+    x_ = make_axis(x[0], x[1], left, right);
+    y_ = make_axis(y[0], y[1], bottom, top);
+    drawing_.width = page_width;
+    drawing_.height = page_height;
+  }
+
+  Drawing drawn() {
+    axes();
+    for (const Series& series : plot_.series) curve(series);
+    front();
+    legend();
+    return std::move(drawing_);
+  }
+
+ private:
+  void line(double x1, double y1, double x2, double y2, double width, Ink ink, double dash = 0) {
+    drawing_.items.push_back(Drawing::Line{x1, y1, x2, y2, width, ink, dash});
+  }
+  void text(double x, double y, const std::string& words, Drawing::Anchor anchor,
+            bool upwards = false) {
+    drawing_.items.push_back(Drawing::Text{x, y, words, anchor, upwards, black});
+  }
+
+  void axes() {
+    using enum Drawing::Anchor;
+    for (const auto& [value, labelled] : x_.ticks()) {
+      const double x = x_.at(value);
+      line(x, top, x, bottom, 1, labelled ? dark_grey : grey);
+      if (labelled) text(x, bottom + 16, tick_label(value), middle);
+    }
+    for (const auto& [value, labelled] : y_.ticks()) {
+      const double y = y_.at(value);
+      line(left, y, right, y, 1, labelled ? dark_grey : grey);
+      if (labelled) text(left - 6, y + 4, tick_label(value), end);
+    }
+    line(left, bottom, right, bottom, 1.5, black);
+    line(left, top, left, bottom, 1.5, black);
+    text((left + right) / 2, top - 14, plot_.title, middle);
+    text((left + right) / 2, bottom + 38, plot_.x_label, middle);
+    text(22, (top + bottom) / 2, plot_.y_label, middle, true);
+  }
+
+  void curve(const Series& series) {
+    std::vector<std::pair<double, double>> places;
+    for (const auto& point : series.points)
+      if (has_place(point)) places.emplace_back(x_.at(point.first), y_.at(point.second));
+    for (std::size_t i = 1; i < places.size(); ++i)
+      line(places[i - 1].first, places[i - 1].second, places[i].first, places[i].second, 1.4,
+           series.ink, series.dashed ? 4 : 0);
+    for (const auto& [x, y] : places)
+      drawing_.items.push_back(Drawing::Mark{x, y, 3.5, series.shape, series.ink});
+  }
+
+  void front() {
+    for (std::size_t i = 0; i < plot_.front.size(); ++i) {
+      if (!has_place(plot_.front[i])) continue;
+      const double x = x_.at(plot_.front[i].first), y = y_.at(plot_.front[i].second);
+      drawing_.items.push_back(Drawing::Mark{x, y, 7, Drawing::Shape::ring, red});
+      if (i + 1 == plot_.front.size() || !has_place(plot_.front[i + 1])) continue;
+      const double next_x = x_.at(plot_.front[i + 1].first);
+      line(x, y, next_x, y, 1, red, 3);
+      line(next_x, y, next_x, y_.at(plot_.front[i + 1].second), 1, red, 3);
+    }
+  }
+
+  void legend() {
+    double y = top + 6;
+    for (const LegendEntry& entry : plot_.legend) {
+      if (entry.joined) line(right + 16, y, right + 44, y, 1.4, entry.ink, entry.dashed ? 4 : 0);
+      drawing_.items.push_back(Drawing::Mark{
+          right + 30, y, entry.shape == Drawing::Shape::ring ? 6.0 : 3.5, entry.shape, entry.ink});
+      text(right + 52, y + 4, entry.text, Drawing::Anchor::start);
+      y += 19;
+    }
+  }
+
+  const Plot& plot_;
+  Axis x_{}, y_{};
+  Drawing drawing_;
+};
+
+}  // namespace
+
+Drawing draw(const Plot& plot) { return Page(plot).drawn(); }
+
+}  // namespace psivox

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+
+#include "psivox/study.h"
+
+namespace psivox {
+
+/// The folders of a study's pictures, in its own; each has one `file_name(variant)`.png a point.
+inline constexpr const char* pictures_folder = "pictures";
+inline constexpr const char* differences_folder = "differences";
+
+/// Writes results.md, the plots and index.html of what `results` has so far. The pictures are in
+/// the folder already.
+void write_report(const StudyResults& results, const std::filesystem::path& folder);
+
+}  // namespace psivox

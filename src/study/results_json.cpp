@@ -1,0 +1,161 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/study.h"
+
+namespace psivox {
+namespace {
+
+using json = nlohmann::ordered_json;
+constexpr int format_version = 1;
+
+json json_of(const Variant& v) {
+  const Scene scene = scene_of(v, {});
+  const auto text = [&](const char* name) { return parameter_text(scene, *find_parameter(name)); };
+  return {{"integrator", text("integrator")}, {"sampling", text("sampling")},
+          {"segments", v.segments},           {"step", v.step},
+          {"filter", text("filter")},         {"texel", text("texel")}};
+}
+
+Variant variant_from(const json& j) {
+  Scene scene;
+  for (const char* name : {"integrator", "sampling", "filter", "texel"})
+    set_parameter(scene, name, j.at(name).get<std::string>());
+  return {*scene.integrator,          *scene.sampling, j.at("segments").get<int>(),
+          j.at("step").get<double>(), scene.filter,    scene.texel};
+}
+
+json json_of(const Deviation& d) {
+  return {{"rms", d.rms}, {"max", d.max},   {"max_x", d.max_x},          {"max_y", d.max_y},
+          {"p99", d.p99}, {"mean", d.mean}, {"not_finite", d.not_finite}};
+}
+
+Deviation deviation_from(const json& j) {
+  return {j.at("rms").get<double>(),
+          j.at("max").get<double>(),
+          j.at("max_x").get<int>(),
+          j.at("max_y").get<int>(),
+          j.at("p99").get<double>(),
+          j.at("mean").get<double>(),
+          j.at("not_finite").get<std::uint64_t>()};
+}
+
+json json_of(const PictureError& e) {
+  return {{"rms", e.rms()}, {"radiance", json_of(e.radiance)}, {"alpha", json_of(e.alpha)}};
+}
+json json_of(const std::optional<PictureError>& e) { return e ? json_of(*e) : json(nullptr); }
+
+PictureError error_from(const json& j) {
+  return {deviation_from(j.at("radiance")), deviation_from(j.at("alpha"))};
+}
+
+std::optional<PictureError> optional_error_from(const json& j) {
+  return j.is_null() ? std::nullopt : std::optional(error_from(j));
+}
+
+json json_of(const StudyPoint& p) {
+  json j = json_of(p.variant);
+  j["error"] = json_of(p.error);
+  j["step_error"] = json_of(p.step_error);
+  j["arithmetic_error"] = json_of(p.arithmetic);
+  j["samples_per_ray"] = p.samples_per_ray;
+  j["steps_per_ray"] = p.steps_per_ray;
+  j["atlas_bytes"] = p.atlas_bytes;
+  j["difference_scale"] = p.difference_scale;
+  j["times_ms"] = json::array();
+  for (const TimeSample& t : p.times)
+    j["times_ms"].push_back({{"wall", t.wall_ms}, {"gpu", t.gpu_ms}, {"cpu", t.cpu_ms}});
+  return j;
+}
+
+StudyPoint point_from(const json& j) {
+  StudyPoint p;
+  p.variant = variant_from(j);
+  p.error = error_from(j.at("error"));
+  p.step_error = optional_error_from(j.at("step_error"));
+  p.arithmetic = optional_error_from(j.at("arithmetic_error"));
+  p.samples_per_ray = j.at("samples_per_ray").get<double>();
+  p.steps_per_ray = j.at("steps_per_ray").get<double>();
+  p.atlas_bytes = j.at("atlas_bytes").get<std::uint64_t>();
+  p.difference_scale = j.at("difference_scale").get<double>();
+  for (const json& t : j.at("times_ms"))
+    p.times.push_back(
+        {t.at("wall").get<double>(), t.at("gpu").get<double>(), t.at("cpu").get<double>()});
+  return p;
+}
+
+/// A scene's text without the file's name: the same file may be named in another way.
+json scene_without_input(const std::string& text) {
+  json scene = json::parse(text);
+  scene.erase("input");
+  return scene;
+}
+
+}  // namespace
+
+std::string results_json(const StudyResults& r) {
+  json out = {
+      {"psivox_study", format_version},
+      {"version", r.version},
+      {"git", r.git},
+      {"machine", {{"processor", r.processor}, {"threads", r.threads}, {"system", r.system}}},
+      {"renderer", r.renderer},
+      {"input", {{"file", r.input}, {"fnv1a", r.input_hash}}},
+      {"scene", json::parse(r.scene)},
+      {"reference", {{"error_bound", r.reference_bound}}},
+      {"repeats", r.repeats}};
+  out["skipped"] = json::array();
+  for (const SkippedVariant& s : r.skipped) {
+    out["skipped"].push_back(json_of(s.variant));
+    out["skipped"].back()["reason"] = s.reason;
+  }
+  out["points"] = json::array();
+  for (const StudyPoint& point : r.points) out["points"].push_back(json_of(point));
+  return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+StudyResults results_from_json(std::string_view text, std::string_view source) {
+  try {
+    const json j = json::parse(text);
+    if (j.at("psivox_study").get<int>() != format_version)
+      throw Error(ExitCode::input, std::string(source) + ": results of another version of psivox");
+    StudyResults r;
+    r.version = j.at("version").get<std::string>();
+    r.git = j.at("git").get<std::string>();
+    r.processor = j.at("machine").at("processor").get<std::string>();
+    r.threads = j.at("machine").at("threads").get<int>();
+    r.system = j.at("machine").at("system").get<std::string>();
+    r.renderer = j.at("renderer").get<std::string>();
+    r.input = j.at("input").at("file").get<std::string>();
+    r.input_hash = j.at("input").at("fnv1a").get<std::string>();
+    r.scene = j.at("scene").dump();
+    r.reference_bound = j.at("reference").at("error_bound").get<double>();
+    r.repeats = j.at("repeats").get<int>();
+    for (const json& s : j.at("skipped"))
+      r.skipped.push_back({variant_from(s), s.at("reason").get<std::string>()});
+    for (const json& p : j.at("points")) r.points.push_back(point_from(p));
+    return r;
+  } catch (const json::exception& error) {
+    throw Error(ExitCode::input,
+                std::string(source) + ": not the results of a study: " + error.what());
+  }
+}
+
+std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
+                            const StudyPlan& plan) {
+  if (begun.version != next.version || begun.git != next.git)
+    return "was made by psivox " + begun.version + " " + begun.git;
+  if (begun.renderer != next.renderer) return "was made with " + begun.renderer;
+  if (begun.input_hash != next.input_hash) return "is of another file, " + in_quotes(begun.input);
+  const json a = scene_without_input(begun.scene), b = scene_without_input(next.scene);
+  for (const auto& [name, value] : b.items())
+    if (!a.contains(name) || a.at(name) != value) return "has another --" + name;
+  for (const StudyPoint& point : begun.points)
+    if (std::find(plan.variants.begin(), plan.variants.end(), point.variant) == plan.variants.end())
+      return "has " + variant_name(point.variant) + ", which these options have not";
+  return "";
+}
+
+}  // namespace psivox

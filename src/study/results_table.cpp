@@ -1,0 +1,129 @@
+// A study's numbers as CSV and as Markdown.
+
+#include <algorithm>
+
+#include "psivox/parameters.h"
+#include "psivox/study.h"
+#include "study/number_format.h"
+
+namespace psivox {
+namespace {
+
+/// A line of CSV in the making. No name that a study prints has a comma or a quote in it.
+class Line {
+ public:
+  Line& operator<<(const std::string& text) {
+    text_ += (text_.empty() ? "" : ",") + text;
+    return *this;
+  }
+  Line& operator<<(double value) { return *this << all_digits(value); }
+  std::string str() const { return text_ + "\n"; }
+
+ private:
+  std::string text_;
+};
+
+void add_header(Line& line, const std::string& prefix) {
+  for (const char* channels : {"radiance", "alpha"})
+    for (const char* number : {"rms", "max", "max_x", "max_y", "p99", "mean", "not_finite"})
+      line << prefix + channels + "_" + number;
+}
+
+void add(Line& line, const PictureError& error) {
+  for (const Deviation* d : {&error.radiance, &error.alpha})
+    line << d->rms << d->max << d->max_x << d->max_y << d->p99 << d->mean << double(d->not_finite);
+}
+
+void add_short(Line& line, const std::optional<PictureError>& error) {
+  for (const Deviation PictureError::*part : {&PictureError::radiance, &PictureError::alpha})
+    for (const double Deviation::*number : {&Deviation::rms, &Deviation::max})
+      line << (error ? all_digits((*error).*part.*number) : std::string());
+}
+
+/// In the order of their first appearance.
+template <typename Name>
+std::vector<std::string> names(const StudyResults& results, Name name) {
+  std::vector<std::string> out;
+  for (const StudyPoint& point : results.points)
+    if (std::find(out.begin(), out.end(), name(point.variant)) == out.end())
+      out.push_back(name(point.variant));
+  return out;
+}
+
+const StudyPoint* find(const StudyResults& results, const std::string& rule,
+                       const std::string& sampling) {
+  for (const StudyPoint& point : results.points)
+    if (rule_name(point.variant) == rule && sampling_name(point.variant) == sampling) return &point;
+  return nullptr;
+}
+
+std::string cell(const StudyPoint* point, const StudyPoint* baseline) {
+  if (!point) return "–";
+  std::string text = two_digits(point->error.rms());
+  const double own = cpu_ms(*point).median;
+  const double whole = baseline ? cpu_ms(*baseline).median : 0;
+  if (own > 0 && whole > 0) text += " (" + decimals(own / whole, 2) + ")";
+  return text;
+}
+
+}  // namespace
+
+std::string results_csv(const StudyResults& results) {
+  Line header;
+  for (const char* name : {"integrator", "sampling", "segments", "step", "filter", "texel", "rms"})
+    header << std::string(name);
+  add_header(header, "");
+  for (const char* error : {"step_error_", "arithmetic_error_"})
+    for (const char* channels : {"radiance", "alpha"})
+      for (const char* number : {"rms", "max"})
+        header << std::string(error) + channels + "_" + number;
+  header << "samples_per_ray"
+         << "steps_per_ray"
+         << "atlas_bytes"
+         << "repeats";
+  for (const char* clock : {"gpu", "wall", "cpu"})
+    for (const char* number : {"median", "min", "max"})
+      header << std::string(clock) + "_ms_" + number;
+  std::string out = header.str();
+  for (const StudyPoint& point : results.points) {
+    const Scene scene = scene_of(point.variant, {});
+    const auto text = [&](const char* name) {
+      return parameter_text(scene, *find_parameter(name));
+    };
+    Line line;
+    line << text("integrator") << text("sampling") << double(point.variant.segments)
+         << point.variant.step << text("filter") << text("texel") << point.error.rms();
+    add(line, point.error);
+    add_short(line, point.step_error);
+    add_short(line, point.arithmetic);
+    line << point.samples_per_ray << point.steps_per_ray << double(point.atlas_bytes)
+         << double(point.times.size());
+    for (const Spread& spread : {gpu_ms(point), wall_ms(point), cpu_ms(point)})
+      line << spread.median << spread.min << spread.max;
+    out += line.str();
+  }
+  return out;
+}
+
+std::string results_markdown(const StudyResults& results) {
+  const std::vector<std::string> columns = names(results, sampling_name);
+  std::string out =
+      "RMS over R G B A against the reference; in parentheses the processor time of the march over "
+      "that of `porter-duff` in the same column.\n\n| rule |";
+  for (const std::string& column : columns) out += " " + column + " |";
+  out += "\n|---|";
+  for (std::size_t i = 0; i < columns.size(); ++i) out += "---|";
+  for (const std::string& rule : names(results, rule_name)) {
+    out += "\n| `" + rule + "` |";
+    for (const std::string& column : columns)
+      out += " " + cell(find(results, rule, column), find(results, "porter-duff", column)) + " |";
+  }
+  out += "\n";
+  if (results.skipped.empty()) return out;
+  out += "\nLeft out:\n\n";
+  for (const auto& [variants, reason] : skipped_lines(results.skipped))
+    out += "- " + variants + ": " + reason + "\n";
+  return out;
+}
+
+}  // namespace psivox

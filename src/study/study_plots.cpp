@@ -1,0 +1,118 @@
+#include "study/study_plots.h"
+
+#include <algorithm>
+#include <functional>
+#include <iterator>
+
+namespace psivox {
+namespace {
+
+constexpr Ink inks[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 39, 40},
+                        {148, 103, 189}, {140, 86, 75},  {227, 119, 194}, {127, 127, 127},
+                        {188, 189, 34},  {23, 190, 207}, {0, 0, 0},       {0, 90, 160},
+                        {120, 200, 120}, {170, 110, 40}};
+
+Ink ink_of(Integrator rule) { return inks[static_cast<std::size_t>(rule) % std::size(inks)]; }
+
+Drawing::Shape shape_of(Sampling sampling) {
+  return sampling == Sampling::cells     ? Drawing::Shape::square
+         : sampling == Sampling::uniform ? Drawing::Shape::disc
+                                         : Drawing::Shape::diamond;
+}
+
+/// Variants that differ in their step or segments alone.
+bool same_curve(const Variant& a, const Variant& b) {
+  return a.integrator == b.integrator && a.sampling == b.sampling && a.filter == b.filter &&
+         a.texel == b.texel;
+}
+
+/// Errors nearer than that are drawn as one.
+constexpr double front_margin = 0.01;
+
+using Abscissa = std::function<double(const StudyPoint&)>;
+
+Plot plot_of(const StudyResults& results, const std::string& title, const std::string& x_label,
+             const Abscissa& x) {
+  Plot plot;
+  plot.title = title;
+  plot.x_label = x_label;
+  plot.y_label = "RMS over R G B A against the reference";
+  std::vector<const StudyPoint*> points;
+  for (const StudyPoint& point : results.points)
+    if (x(point) > 0) points.push_back(&point);
+  // From coarse to fine, which is how a curve joins them.
+  std::stable_sort(points.begin(), points.end(), [](const StudyPoint* a, const StudyPoint* b) {
+    return std::pair(-a->variant.step, a->variant.segments) <
+           std::pair(-b->variant.step, b->variant.segments);
+  });
+  std::vector<const StudyPoint*> first;  // of each curve
+  for (const StudyPoint* of_all : points) {
+    const StudyPoint& point = *of_all;
+    const auto same = [&](const StudyPoint* p) { return same_curve(p->variant, point.variant); };
+    const auto curve = std::find_if(first.begin(), first.end(), same) - first.begin();
+    if (curve == std::ptrdiff_t(first.size())) {
+      first.push_back(&point);
+      const Variant& v = point.variant;
+      plot.series.push_back(
+          {{}, ink_of(v.integrator), shape_of(v.sampling), v.sampling == Sampling::cells});
+    }
+    plot.series[std::size_t(curve)].points.emplace_back(x(point), point.error.rms());
+  }
+
+  std::vector<Integrator> rules;
+  for (const StudyPoint* point : first) {
+    const Integrator rule = point->variant.integrator;
+    if (std::find(rules.begin(), rules.end(), rule) != rules.end()) continue;
+    rules.push_back(rule);
+    plot.legend.push_back({rule_name(point->variant), ink_of(rule)});
+  }
+  constexpr Ink ink{60, 60, 60};
+  const std::pair<Sampling, const char*> samplings[] = {{Sampling::uniform, "uniform"},
+                                                        {Sampling::cells, "cells"},
+                                                        {Sampling::template_, "template"}};
+  for (const auto& [sampling, name] : samplings) {
+    const auto has = [&](const StudyPoint* p) { return p->variant.sampling == sampling; };
+    if (std::any_of(first.begin(), first.end(), has))
+      plot.legend.push_back({name, ink, shape_of(sampling), true, sampling == Sampling::cells});
+  }
+  return plot;
+}
+
+void mark_front(Plot& plot, const StudyResults& results, const Abscissa& x) {
+  std::vector<Cost> costs;
+  for (const StudyPoint& point : results.points)
+    if (x(point) > 0) costs.push_back({x(point), point.error.rms()});
+  for (const std::size_t i : pareto_front(costs, front_margin))
+    plot.front.emplace_back(costs[i].time, costs[i].error);
+  if (!plot.front.empty())
+    plot.legend.push_back({"Pareto front", {200, 0, 0}, Drawing::Shape::ring});
+}
+
+}  // namespace
+
+std::vector<NamedPlot> plots_of(const StudyResults& results) {
+  std::vector<NamedPlot> plots;
+  const auto add = [&](const char* name, const char* title, const char* x_label, const Abscissa& x,
+                       bool front) {
+    const auto has = [&](const StudyPoint& p) { return x(p) > 0; };
+    if (std::none_of(results.points.begin(), results.points.end(), has)) return;
+    Plot plot = plot_of(results, title, x_label, x);
+    if (front) mark_front(plot, results, x);
+    plots.push_back({name, std::move(plot)});
+  };
+  add(
+      "error-step", "Error by step", "uniform step [voxels]",
+      [](const StudyPoint& p) { return p.variant.step; }, false);
+  add(
+      "error-samples", "Error by look-ups", "field look-ups a ray",
+      [](const StudyPoint& p) { return p.samples_per_ray; }, true);
+  add(
+      "error-time", "Error by the GPU's time", "time of the draws by the GPU's timer [ms], median",
+      [](const StudyPoint& p) { return gpu_ms(p).median; }, true);
+  add(
+      "error-cpu", "Error by processor time", "processor time of the march [ms], median",
+      [](const StudyPoint& p) { return cpu_ms(p).median; }, true);
+  return plots;
+}
+
+}  // namespace psivox

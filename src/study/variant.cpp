@@ -1,0 +1,209 @@
+// Which combinations a study renders, and their names.
+
+#include <algorithm>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/study.h"
+
+namespace psivox {
+namespace {
+
+std::vector<std::string> split(std::string_view text, char separator) {
+  std::vector<std::string> items;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(separator), text.size());
+    items.emplace_back(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return items;
+}
+
+/// One of the sweep's lists: its name, the scene's parameter that reads and writes its items, and
+/// how the two exchange them.
+struct List {
+  const char* name;
+  const char* parameter;
+  void (*clear)(Sweep&);
+  void (*take)(Sweep&, const Scene&);
+};
+
+template <typename T>
+void add(std::vector<T>& items, const T& item) {
+  if (std::find(items.begin(), items.end(), item) == items.end()) items.push_back(item);
+}
+
+const List lists[] = {
+    {"integrators", "integrator", [](Sweep& s) { s.integrators.clear(); },
+     [](Sweep& s, const Scene& scene) { add(s.integrators, *scene.integrator); }},
+    {"samplings", "sampling", [](Sweep& s) { s.samplings.clear(); },
+     [](Sweep& s, const Scene& scene) { add(s.samplings, *scene.sampling); }},
+    {"segments", "segments", [](Sweep& s) { s.segments.clear(); },
+     [](Sweep& s, const Scene& scene) { add(s.segments, scene.segments); }},
+    {"steps", "step", [](Sweep& s) { s.steps.clear(); },
+     [](Sweep& s, const Scene& scene) { add(s.steps, *scene.step); }},
+    {"filters", "filter", [](Sweep& s) { s.filters.clear(); },
+     [](Sweep& s, const Scene& scene) { add(s.filters, scene.filter); }},
+    {"texels", "texel", [](Sweep& s) { s.texels.clear(); },
+     [](Sweep& s, const Scene& scene) { add(s.texels, scene.texel); }},
+};
+
+std::string text_of(const char* parameter, const Scene& scene) {
+  return parameter_text(scene, *find_parameter(parameter));
+}
+
+/// Why the scene has no such variant, or empty.
+std::string refusal(const Variant& variant, const Scene& base) {
+  try {
+    validate(scene_of(variant, base));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+Sweep::Sweep() {
+  for (const IntegratorInfo& row : psivox::integrators) integrators.push_back(row.id);
+}
+
+const std::vector<std::string>& sweep_lists() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const List& list : lists) all.emplace_back(list.name);
+    return all;
+  }();
+  return names;
+}
+
+const std::vector<std::string>& swept_parameters() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all{"renderer"};
+    for (const List& list : lists) all.emplace_back(list.parameter);
+    return all;
+  }();
+  return names;
+}
+
+void set_sweep(Sweep& sweep, std::string_view list, std::string_view text) {
+  const auto found = std::find_if(std::begin(lists), std::end(lists),
+                                  [&](const List& l) { return l.name == list; });
+  if (found == std::end(lists)) {
+    const std::string near = nearest_name(list, sweep_lists());
+    throw Error(ExitCode::usage, "a study has no list " + in_quotes(list) +
+                                     (near.empty() ? "" : "; did you mean " + near + "?"));
+  }
+  const std::vector<std::string> names = split(find_parameter(found->parameter)->metavar, '|');
+  const std::vector<std::string> items =
+      text == "all" && names.size() > 1 ? names : split(text, ',');
+  if (items.empty())
+    throw Error(ExitCode::usage, "--" + std::string(list) + " is empty; give values with commas");
+  found->clear(sweep);
+  for (const std::string& item : items) {
+    Scene scene;
+    set_parameter(scene, found->parameter, item);
+    found->take(sweep, scene);
+  }
+}
+
+Scene scene_of(const Variant& variant, const Scene& base) {
+  Scene scene = without_sweep(base);
+  scene.integrator = variant.integrator;
+  scene.sampling = variant.sampling;
+  if (variant.sampling == Sampling::cells && variant.segments) scene.segments = variant.segments;
+  if (variant.sampling == Sampling::uniform) scene.step = variant.step;
+  scene.filter = variant.filter;
+  scene.texel = variant.texel;
+  return scene;
+}
+
+Scene without_sweep(const Scene& scene) {
+  Scene out = scene;
+  const Scene defaults;
+  out.integrator.reset();
+  out.sampling.reset();
+  out.segments = defaults.segments;
+  out.step.reset();
+  out.filter = defaults.filter;
+  out.texel = defaults.texel;
+  out.renderer = defaults.renderer;
+  return out;
+}
+
+std::string rule_name(const Variant& variant) {
+  return text_of("integrator", scene_of(variant, {}));
+}
+
+std::string sampling_name(const Variant& variant) {
+  const Scene scene = scene_of(variant, {});
+  std::string name = variant.sampling == Sampling::uniform ? "step " + text_of("step", scene)
+                                                           : text_of("sampling", scene);
+  if (variant.segments) name += " " + text_of("segments", scene);
+  if (variant.filter != Filter::exact) name += " " + text_of("filter", scene);
+  if (variant.texel != TexelType::float32) name += " " + text_of("texel", scene);
+  return name;
+}
+
+std::string variant_name(const Variant& variant) {
+  return rule_name(variant) + " " + sampling_name(variant);
+}
+
+std::string file_name(const Variant& variant) {
+  std::string name = variant_name(variant);
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
+std::vector<std::pair<std::string, std::string>> skipped_lines(
+    const std::vector<SkippedVariant>& skipped) {
+  std::vector<std::pair<std::string, std::string>> lines;
+  for (const SkippedVariant& s : skipped) {
+    const std::string rule = rule_name(s.variant) + ": ", sampling = sampling_name(s.variant);
+    const auto same = [&](const auto& line) {
+      return line.first.starts_with(rule) && line.second == s.reason;
+    };
+    const auto line = std::find_if(lines.begin(), lines.end(), same);
+    if (line == lines.end())
+      lines.emplace_back(rule + sampling, s.reason);
+    else
+      line->first += ", " + sampling;
+  }
+  return lines;
+}
+
+StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
+  StudyPlan plan;
+  const auto consider = [&](const Variant& variant) {
+    const auto same = [&](const Variant& other) { return other == variant; };
+    if (std::any_of(plan.variants.begin(), plan.variants.end(), same)) return;
+    const auto skipped_same = [&](const SkippedVariant& other) { return other.variant == variant; };
+    if (std::any_of(plan.skipped.begin(), plan.skipped.end(), skipped_same)) return;
+    const std::string reason = refusal(variant, base);
+    if (reason.empty())
+      plan.variants.push_back(variant);
+    else
+      plan.skipped.push_back({variant, reason});
+  };
+  for (const TexelType texel : sweep.texels)
+    for (const Filter filter : sweep.filters)
+      for (const Sampling sampling : sweep.samplings)
+        for (const Integrator rule : sweep.integrators) {
+          Variant variant{rule, sampling, 0, 0, filter, texel};
+          if (sampling == Sampling::cells && !is_cell_rule(rule))
+            for (const int segments : sweep.segments) {
+              variant.segments = segments;
+              consider(variant);
+            }
+          else if (sampling == Sampling::uniform)
+            for (const double step : sweep.steps) {
+              variant.step = step;
+              consider(variant);
+            }
+          else  // one cell is one segment of such a rule; a template has a step of its own
+            consider(variant);
+        }
+  return plan;
+}
+
+}  // namespace psivox

@@ -1,0 +1,64 @@
+#include "study_file.h"
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/text_file.h"
+
+namespace psivox {
+namespace {
+
+using nlohmann::json;
+
+/// A list in the command line's syntax.
+std::string list_text(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array()) return value.dump();
+  std::string text;
+  for (const json& item : value)
+    text += (text.empty() ? "" : ",") + (item.is_string() ? item.get<std::string>() : item.dump());
+  return text;
+}
+
+}  // namespace
+
+int read_repeats(const std::string& text) {
+  int value = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end || value < 1 || value > 1000)
+    throw Error(ExitCode::usage,
+                "--repeats " + in_quotes(text) + ": expected a whole number from 1 to 1000");
+  return value;
+}
+
+StudyFile read_study_file(const std::string& path) {
+  const auto fail = [&](const std::string& what) {
+    throw Error(ExitCode::usage, path + ": " + what);
+  };
+  json object;
+  try {
+    object = json::parse(read_text(path, "study"));
+  } catch (const json::exception& error) {
+    fail("not a study in JSON: " + std::string(error.what()));
+  }
+  if (!object.is_object()) fail("not a study: expected a JSON object");
+  StudyFile file;
+  for (const auto& [name, value] : object.items()) {
+    try {
+      if (name == "scene")
+        file.scene = scene_from_json(value.dump(), "scene");
+      else if (name == "repeats")
+        file.repeats = read_repeats(value.dump());
+      else
+        set_sweep(file.sweep, name, list_text(value));
+    } catch (const Error& error) {
+      fail(error.what());
+    }
+  }
+  return file;
+}
+
+}  // namespace psivox
