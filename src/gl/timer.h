@@ -10,7 +10,8 @@ namespace psivox::gl {
 /// Sum of the times that the GPU takes for stretches of commands, by GL_TIME_ELAPSED.
 class Timer {
  public:
-  /// llvmpipe draws once it must: unless it is waited for, its timer sees the commands stored.
+  /// llvmpipe stores commands, the timer's among them, and runs them tile by tile: the timer's must
+  /// not be stored together with the draws.
   explicit Timer(const std::string& renderer)
       : waits_(renderer.find("llvmpipe") != std::string::npos) {
     GLint bits = 0;
@@ -23,9 +24,9 @@ class Timer {
 
   void begin() {
     if (!works_) return;
-    if (waits_) glFinish();
     glCreateQueries(GL_TIME_ELAPSED, 1, &queries_.emplace_back());
     glBeginQuery(GL_TIME_ELAPSED, queries_.back());
+    if (waits_) glFinish();
   }
   void end() const {
     if (!works_) return;

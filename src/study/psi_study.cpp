@@ -1,10 +1,229 @@
+// Errors of the rules themselves: one segment whose attenuation is linear between its ends.
+
+#include <algorithm>
+#include <cmath>
+
+#include "march/rule_weights.h"
+#include "psivox/colormap.h"
 #include "psivox/error.h"
+#include "psivox/parameters.h"
 #include "psivox/study.h"
+#include "psivox/text_file.h"
+#include "study/html.h"
+#include "study/number_format.h"
 
 namespace psivox {
+namespace {
 
-void run_psi_study(const std::filesystem::path&, const Progress&) {
-  throw Error(ExitCode::failure, "not yet");
+namespace fs = std::filesystem;
+
+/// Of a segment whose luminance is linear too, or taken in the middle, where that is linear's mean.
+struct Outcome {
+  double psi = 1, zeta = 1;    ///< C = L_f (1 - psi) + L_b (psi - zeta)
+  double front = 0, back = 0;  ///< 1 - psi and psi - zeta, with their own precision
+
+  explicit Outcome(const RuleWeights& w)
+      : psi(1 - w.front - w.middle / 2),
+        zeta(std::exp(-w.depth)),
+        front(w.front + w.middle / 2),
+        back(w.back + w.middle / 2) {}
+};
+
+struct SegmentError {
+  double psi = 0, zeta = 0;
+  double color = 0;  ///< of the radiance, the largest in magnitude for luminances of 0 to 1
+};
+
+SegmentError difference(const Outcome& a, const Outcome& b) {
+  SegmentError e{a.psi - b.psi, a.zeta - b.zeta, 0};
+  const double front = a.front - b.front, back = a.back - b.back;
+  for (const double color : {front, back, front + back})
+    if (std::abs(color) > std::abs(e.color)) e.color = color;
+  return e;
+}
+
+SegmentError rule_error(Integrator rule, double x_f, double x_b) {
+  return difference(Outcome(rule_weights_double(rule, x_f, x_b)),
+                    Outcome(rule_weights_double(Integrator::psi_exact, x_f, x_b)));
+}
+
+/// The ends are those that float can hold, so that their rounding does not count.
+SegmentError float_error(Integrator rule, double x_f, double x_b) {
+  x_f = static_cast<double>(static_cast<float>(x_f));
+  x_b = static_cast<double>(static_cast<float>(x_b));
+  return difference(Outcome(rule_weights_float(rule, x_f, x_b)),
+                    Outcome(rule_weights_double(rule, x_f, x_b)));
+}
+
+/// Ends of segments over a square: u from 0 to 1 to an optical length.
+struct Domain {
+  const char* name;
+  const char* caption;
+  double (*length)(double u);
+};
+
+constexpr Domain domains[] = {
+    {"opacities", "end opacities 0 to 1",
+     [](double u) { return -std::log1p(-std::min(u, 1 - 1e-12)); }},
+    {"lengths", "optical lengths 1e-4 to 1e4, logarithmic",
+     [](double u) { return std::pow(10, 8 * u - 4); }},
+};
+
+struct Measure {
+  const char* name;
+  SegmentError (*error)(Integrator, double, double);
+};
+constexpr Measure measures[] = {{"rule", rule_error}, {"float32", float_error}};
+
+struct Quantity {
+  const char* name;
+  double SegmentError::*member;
+};
+constexpr Quantity quantities[] = {
+    {"psi", &SegmentError::psi}, {"zeta", &SegmentError::zeta}, {"color", &SegmentError::color}};
+
+constexpr int cells = 200;  // a side of a domain; a cell is a pixel
+
+/// The errors over a domain, the front end to the right, the back end upwards.
+struct Surface {
+  std::vector<SegmentError> errors;
+
+  Surface(Integrator rule, const Domain& domain, const Measure& measure) {
+    for (int y = 0; y < cells; ++y)
+      for (int x = 0; x < cells; ++x)
+        errors.push_back(measure.error(rule, domain.length((x + 0.5) / cells),
+                                       domain.length((cells - y - 0.5) / cells)));
+  }
+
+  double rms(double SegmentError::*member) const {
+    double sum = 0;
+    for (const SegmentError& e : errors) sum += e.*member * (e.*member);
+    return std::sqrt(sum / double(errors.size()));
+  }
+  double max(double SegmentError::*member) const {
+    double most = 0;
+    for (const SegmentError& e : errors) most = std::max(most, std::abs(e.*member));
+    return most;
+  }
+
+  /// Blue below, red above 0, full colour at `scale`.
+  Image picture(double SegmentError::*member, double scale) const {
+    Image image;
+    image.width = image.height = cells;
+    image.layers.push_back({"", {"R", "G", "B", "A"}, {}});
+    for (const SegmentError& e : errors) {
+      const double u = scale > 0 ? 0.5 + 0.5 * e.*member / scale : 0.5;
+      const glm::dvec3 color = colormap_color(Colormap::coolwarm, u);
+      for (int c = 0; c < 3; ++c) image.layers[0].values.push_back(float(color[c]));
+      image.layers[0].values.push_back(1);
+    }
+    return image;
+  }
+};
+
+std::string name_of(Integrator rule) {
+  Scene scene;
+  scene.integrator = rule;
+  return parameter_text(scene, *find_parameter("integrator"));
+}
+
+std::vector<Integrator> segment_rules() {
+  std::vector<Integrator> rules;
+  for (const IntegratorInfo& row : integrators)
+    if (is_segment_rule(row.id)) rules.push_back(row.id);
+  return rules;
+}
+
+/// Tables and pictures of one domain and measure.
+class Section {
+ public:
+  Section(const Domain& domain, const Measure& measure, const fs::path& folder)
+      : domain_(domain), measure_(measure), folder_(folder) {}
+
+  void add(Integrator rule) {
+    const Surface surface(rule, domain_, measure_);
+    const std::string name = name_of(rule);
+    csv += name + "," + domain_.name + "," + measure_.name;
+    std::vector<std::string> row = {name};
+    for (const Quantity& quantity : quantities) {
+      const double rms = surface.rms(quantity.member), max = surface.max(quantity.member);
+      csv += "," + all_digits(rms) + "," + all_digits(max);
+      row.push_back(two_digits(rms) + " (" + two_digits(max) + ")");
+      const std::string file =
+          std::string(domain_.name) + "_" + measure_.name + "_" + name + "_" + quantity.name;
+      const fs::path png = folder_ / "pictures" / (file + ".png");
+      write_image(surface.picture(quantity.member, max), png);
+      figures += html_figure(png, name + ", " + quantity.name + ": ±" + two_digits(max), cells);
+    }
+    csv += "\n";
+    rows.push_back(std::move(row));
+  }
+
+  std::string title() const {
+    return std::string(&measure_ == &measures[0] ? "The rules against psi-exact, in double"
+                                                 : "Float32 against double, rule by rule") +
+           ": " + domain_.caption;
+  }
+  std::string markdown() const {
+    std::string out = "**" + title() + "**\n\n";
+    for (const auto& row : rows) {
+      for (const std::string& cell : row) out += "| " + cell + " ";
+      out += "|\n";
+      if (&row == &rows.front()) out += "|---|---|---|---|\n";
+    }
+    return out + "\n";
+  }
+  std::string html() const {
+    return "<h2>" + title() + "</h2>\n" + html_table(rows) + "<div class=\"gallery\">\n" + figures +
+           "</div>\n";
+  }
+
+  std::string csv;
+
+ private:
+  const Domain& domain_;
+  const Measure& measure_;
+  fs::path folder_;
+  std::string figures;
+  std::vector<std::vector<std::string>> rows = {
+      {"rule", "ΔΨ, RMS (max)", "Δζ, RMS (max)", "Δ colour, RMS (max)"}};
+};
+
+}  // namespace
+
+void run_psi_study(const fs::path& folder, const Progress& progress) {
+  check_study_folder(folder, false);
+  std::error_code failure;
+  fs::create_directories(folder / "pictures", failure);
+  if (failure)
+    throw Error(ExitCode::output, "cannot make " + in_quotes((folder / "pictures").string()) +
+                                      ": " + failure.message());
+  std::string csv = "integrator,ends,error,psi_rms,psi_max,zeta_rms,zeta_max,color_rms,color_max\n";
+  std::string markdown, body =
+                            "<p>One segment of length 1, its attenuation linear between its ends. "
+                            "Ψ and ζ as in C = L_f (1 "
+                            "- Ψ) + L_b (Ψ - ζ); the colour's error is the largest for luminances "
+                            "from 0 to 1. In the "
+                            "pictures the front end goes to the right and the back end upwards; "
+                            "blue is below and red "
+                            "above 0, full colour the number beside them.</p>\n";
+  const std::vector<Integrator> rules = segment_rules();
+  double done = 0;
+  for (const Measure& measure : measures)
+    for (const Domain& domain : domains) {
+      Section section(domain, measure, folder);
+      for (const Integrator rule : rules) {
+        section.add(rule);
+        done += 1;
+        if (progress) progress(done / (4 * double(rules.size())));
+      }
+      csv += section.csv;
+      markdown += section.markdown();
+      body += section.html();
+    }
+  write_text((folder / "psi.csv").string(), csv);
+  write_text((folder / "psi.md").string(), markdown);
+  write_text((folder / "index.html").string(), html_page("psivox study --psi", body));
 }
 
 }  // namespace psivox
