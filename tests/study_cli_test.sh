@@ -1,0 +1,118 @@
+#!/usr/bin/env bash
+# psivox study as its users call it: study_cli_test.sh PSIVOX ASSETS. Without an EGL device it skips
+# (exit 77).
+set -u
+program=$1 assets=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+if ! "$program" render --list-devices | grep -q "4\.[5-9]"; then
+  echo "no EGL device: skipped"
+  exit 77
+fi
+
+failed=0
+fail() {
+  echo "FAILED: $1"
+  failed=$((failed + 1))
+}
+# run EXPECTED PART ARGUMENTS...: exit code and a part of what is printed
+run() {
+  local expected=$1 part=$2 output code
+  shift 2
+  output=$("$program" study "$@" 2>&1 </dev/null)
+  code=$?
+  [ $code -eq "$expected" ] && grep -qF -- "$part" <<<"$output" ||
+    fail "study $*: exit $code, expected $expected with \"$part\"; printed: $(tail -n 2 <<<"$output")"
+}
+# A study's CSV without its times, the last 9 columns.
+numbers() { sed -E 's/(,[^,]*){9}$//' "$1/results.csv"; }
+rows() { tail -n +2 "$1/results.csv" 2>/dev/null | wc -l; }
+
+sweep=("$assets/blobs.vdb" --resolution 32x24 --luminance-grid density -q --repeats 2
+  --integrators porter-duff,psi-exact,cell-exact --segments 1 --steps 1,0.5)
+
+# --- a whole study -----------------------------------------------------------------------------
+run 0 "" "${sweep[@]}" -o whole
+[ "$(rows whole)" = 7 ] || fail "whole: $(rows whole) rows, expected 7"
+for file in results.csv results.json results.md index.html reference.exr reference.png \
+  error-step.svg error-step.png error-samples.svg error-samples.png error-cpu.svg error-cpu.png \
+  pictures/psi-exact_step_0.5.png differences/cell-exact_cells.png; do
+  [ -s "whole/$file" ] || fail "no $file"
+done
+grep -q '^- cell-exact: step 1, step 0.5: ' whole/results.md || fail "no reason for what is left out"
+# 1 + 2 * 7 pictures, 4 plots; nothing from elsewhere
+[ "$(grep -o 'data:image/png;base64' whole/index.html | wc -l)" = 15 ] || fail "index.html lacks pictures"
+[ "$(grep -o '<svg' whole/index.html | wc -l)" -ge 3 ] || fail "index.html lacks plots"
+grep -oE '(src|href|url\()[="]*[^"]{5}' whole/index.html | grep -v 'src="data:' && fail "index.html asks for files"
+
+# --- resuming ----------------------------------------------------------------------------------
+run 2 "--resume" "${sweep[@]}" -o whole
+run 2 "another --extinction" "${sweep[@]}" -o whole --resume --extinction 1
+run 2 "porter-duff step 0.5" "${sweep[@]}" -o whole --resume --steps 1
+before=$(md5sum whole/results.csv)
+run 0 "" "${sweep[@]}" -o whole --resume
+[ "$before" = "$(md5sum whole/results.csv)" ] || fail "resuming a finished study changed it"
+
+# Killed where it happens to be, then resumed: the same but for the times.
+for points in 0 3 7; do
+  "$program" study "${sweep[@]}" -o "killed$points" &
+  pid=$!
+  for _ in $(seq 600); do
+    [ -s "killed$points/results.csv" ] && [ "$(rows "killed$points")" -ge $points ] && break
+    sleep 0.05
+  done
+  kill -9 $pid
+  wait $pid 2>/dev/null
+  run 0 "" "${sweep[@]}" -o "killed$points" --resume
+  diff <(numbers whole) <(numbers "killed$points") >/dev/null ||
+    fail "killed after $points points and resumed: another CSV"
+done
+
+# Ctrl-C: whole files, a report of what there is, exit code 130. (A shell's background jobs ignore
+# SIGINT unless job control is on.)
+set -m
+"$program" study "${sweep[@]}" -o stopped 2>stopped.txt &
+pid=$!
+for _ in $(seq 600); do
+  [ "$(rows stopped)" -ge 2 ] && break
+  sleep 0.05
+done
+kill -INT $pid
+wait $pid
+code=$?
+set +m
+[ $code -eq 130 ] || fail "interrupted: exit $code"
+grep -q -- "--resume" stopped.txt || fail "interrupted: no word of --resume"
+[ -s stopped/index.html ] || fail "interrupted: no report"
+if compgen -G 'stopped/.*' | grep -vE '/\.{1,2}$'; then fail "interrupted: half-written files"; fi
+run 0 "" "${sweep[@]}" -o stopped --resume
+diff <(numbers whole) <(numbers stopped) >/dev/null || fail "interrupted and resumed: another CSV"
+
+# --- a study file, and what is refused ---------------------------------------------------------
+cat >study.json <<EOF
+{"integrators": ["midpoint"], "samplings": "uniform", "steps": [1], "repeats": 1,
+ "scene": {"resolution": [16, 16]}}
+EOF
+run 0 "" "$assets/blobs.vdb" --study study.json -o file -q --no-split --texels all --filters all
+[ "$(rows file)" = 4 ] || fail "study file: $(rows file) rows, expected 4"
+echo '{"stpes": [1]}' >bad.json
+run 2 "did you mean steps?" "$assets/blobs.vdb" --study bad.json -o bad
+run 2 "did you mean --integrators?" "$assets/blobs.vdb" --integrator midpoint -o bad
+run 2 "did you mean psi-exact?" "$assets/blobs.vdb" --integrators psi-exatc -o bad
+run 2 "parallel rays" "$assets/blobs.vdb" --samplings template -o bad -q
+run 2 "-o DIR" "$assets/blobs.vdb"
+run 2 "IN.vdb" -o bad
+run 2 "from 1 to 1000" "$assets/blobs.vdb" -o bad --repeats 0
+run 3 "no such file" nope.vdb -o bad
+run 5 "cannot make" "$assets/blobs.vdb" -o study.json/sub
+
+# --- the rules alone ---------------------------------------------------------------------------
+run 0 "" --psi -o psi -q
+# 11 rules, end opacities and lengths, against the exact rule and float against double
+[ "$(wc -l <psi/psi.csv)" = 45 ] || fail "psi.csv has $(wc -l <psi/psi.csv) lines, expected 45"
+[ "$(grep -o 'data:image/png;base64' psi/index.html | wc -l)" = 132 ] || fail "psi/index.html lacks pictures"
+grep -q '^psi-exact,opacities,rule,0,0,0,0,0,0$' psi/psi.csv || fail "psi-exact is not psi-exact"
+
+[ $failed -eq 0 ] && echo "all passed"
+exit $((failed > 0))

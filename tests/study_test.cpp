@@ -1,0 +1,311 @@
+// The study's arithmetic, its plan, its files: what needs no GPU. tests/study_cli_test.sh runs it.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/study.h"
+#include "study/drawing.h"
+#include "study/plot.h"
+
+namespace psivox {
+namespace {
+
+Image picture(int width, int height, float value) {
+  Image image;
+  image.width = width;
+  image.height = height;
+  image.layers.push_back(
+      {"", {"R", "G", "B", "A"}, std::vector<float>(std::size_t(width * height) * 4, value)});
+  return image;
+}
+
+TEST(Percentile, IsAValueThatTheFractionDoesNotExceed) {
+  std::vector<double> hundred;
+  for (int i = 100; i >= 1; --i) hundred.push_back(i);
+  EXPECT_EQ(percentile(hundred, 0.99), 99);
+  EXPECT_EQ(percentile(hundred, 0.991), 100);
+  EXPECT_EQ(percentile(hundred, 1), 100);
+  EXPECT_EQ(percentile(hundred, 0), 1);
+  EXPECT_EQ(percentile({7}, 0.99), 7);
+  EXPECT_EQ(percentile({}, 0.99), 0);
+}
+
+TEST(Spread, MedianOfOddAndEven) {
+  const Spread odd = spread_of({5, 1, 3});
+  EXPECT_EQ(odd.median, 3);
+  EXPECT_EQ(odd.min, 1);
+  EXPECT_EQ(odd.max, 5);
+  EXPECT_EQ(spread_of({4, 1, 3, 2}).median, 2.5);
+  EXPECT_EQ(spread_of({}).median, 0);
+}
+
+TEST(PictureError, CountsRadianceAndAlphaApart) {
+  Image a = picture(4, 3, 0.5f);
+  const Image b = picture(4, 3, 0.5f);
+  a.rgba()[4 * 6 + 1] += 0.25f;  // G of pixel (2, 1)
+  a.rgba()[4 * 9 + 3] -= 0.5f;   // A of pixel (1, 2)
+  const PictureError e = picture_error(a, b);
+  EXPECT_EQ(e.radiance.max, 0.25);
+  EXPECT_EQ(e.radiance.max_x, 2);
+  EXPECT_EQ(e.radiance.max_y, 1);
+  EXPECT_NEAR(e.radiance.mean, 0.25 / 36, 1e-16);
+  EXPECT_NEAR(e.radiance.rms, 0.25 / 6, 1e-16);
+  EXPECT_EQ(e.radiance.p99, 0.25);  // of 36 values the 36th
+  EXPECT_EQ(e.alpha.max, 0.5);
+  EXPECT_EQ(e.alpha.max_x, 1);
+  EXPECT_EQ(e.alpha.max_y, 2);
+  EXPECT_NEAR(e.alpha.mean, -0.5 / 12, 1e-16);
+  EXPECT_NEAR(e.rms(), compare_images(a, b).rms, 1e-16);
+}
+
+TEST(PictureError, LeavesOutWhatIsNotFinite) {
+  Image a = picture(2, 2, 1);
+  a.rgba()[0] = std::numeric_limits<float>::quiet_NaN();
+  a.rgba()[7] = std::numeric_limits<float>::infinity();
+  const PictureError e = picture_error(a, picture(2, 2, 0));
+  EXPECT_EQ(e.radiance.not_finite, 1u);
+  EXPECT_EQ(e.alpha.not_finite, 1u);
+  EXPECT_EQ(e.radiance.rms, 1);
+  EXPECT_EQ(e.alpha.rms, 1);
+  EXPECT_THROW(picture_error(a, picture(2, 3, 0)), Error);
+}
+
+TEST(ParetoFront, KeepsWhatNothingBeats) {
+  //                                0        1        2        3        4        5
+  const std::vector<Cost> costs = {{3, 1}, {1, 5}, {2, 5}, {2, 2}, {5, 0.5}, {4, 3}};
+  EXPECT_EQ(pareto_front(costs), (std::vector<std::size_t>{1, 3, 0, 4}));
+  EXPECT_EQ(pareto_front(costs, 0.55), (std::vector<std::size_t>{1, 3, 4}));
+  EXPECT_TRUE(pareto_front({}).empty());
+}
+
+Sweep small_sweep() {
+  Sweep sweep;
+  set_sweep(sweep, "integrators", "porter-duff,psi-exact,cell-exact,preintegrated");
+  set_sweep(sweep, "segments", "1,2");
+  set_sweep(sweep, "steps", "1,0.5");
+  return sweep;
+}
+
+TEST(Sweep, ListsAreReadAsParametersAre) {
+  Sweep sweep = small_sweep();
+  EXPECT_EQ(sweep.steps, (std::vector<double>{1, 0.5}));
+  set_sweep(sweep, "steps", "2,2,2");
+  EXPECT_EQ(sweep.steps, std::vector<double>{2});
+  set_sweep(sweep, "integrators", "all");
+  EXPECT_EQ(sweep.integrators.size(), std::size(integrators));
+  EXPECT_EQ(Sweep().integrators, sweep.integrators);
+  for (const auto& [list, text] : {std::pair{"steps", "1,x"},
+                                   {"steps", "0"},
+                                   {"steps", "all"},
+                                   {"steps", ""},
+                                   {"segments", "65"},
+                                   {"integrators", "psi"},
+                                   {"step", "1"},
+                                   {"filters", "exact,soft"}})
+    EXPECT_THROW(set_sweep(sweep, list, text), Error) << list << ' ' << text;
+}
+
+TEST(Plan, SkipsWhatTheSceneRefusesAndSaysWhy) {
+  const StudyPlan plan = plan_study(small_sweep(), Scene{});
+  std::vector<std::string> names;
+  for (const Variant& v : plan.variants) names.push_back(variant_name(v));
+  EXPECT_EQ(names, (std::vector<std::string>{
+                       "porter-duff cells 1", "porter-duff cells 2", "psi-exact cells 1",
+                       "psi-exact cells 2", "cell-exact cells", "porter-duff step 1",
+                       "porter-duff step 0.5", "psi-exact step 1", "psi-exact step 0.5"}));
+  const auto lines = skipped_lines(plan.skipped);
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[0].first, "preintegrated: cells 1, cells 2, step 1, step 0.5");
+  EXPECT_NE(lines[0].second.find("--transfer-function"), std::string::npos);
+  EXPECT_EQ(lines[1].first, "cell-exact: step 1, step 0.5");
+}
+
+TEST(Plan, TemplatesNeedParallelRays) {
+  Sweep sweep = small_sweep();
+  set_sweep(sweep, "samplings", "template");
+  set_sweep(sweep, "integrators", "psi-exact");
+  const StudyPlan refused = plan_study(sweep, Scene{});
+  EXPECT_TRUE(refused.variants.empty());
+  ASSERT_EQ(refused.skipped.size(), 1u);
+  EXPECT_NE(refused.skipped[0].reason.find("orthographic"), std::string::npos);
+  Scene parallel;
+  parallel.projection = Projection::orthographic;
+  EXPECT_EQ(plan_study(sweep, parallel).variants.size(), 1u);
+}
+
+TEST(Plan, VariantsAreScenesOfTheirOwn) {
+  Scene base;
+  base.step = 3;  // of a file: what a sweep sets does not stay
+  base.integrator = Integrator::average;
+  base.extinction = 2;
+  for (const Variant& variant : plan_study(small_sweep(), base).variants) {
+    const Scene scene = scene_of(variant, base);
+    EXPECT_NO_THROW(validate(scene));
+    EXPECT_EQ(scene.extinction, 2);
+    EXPECT_EQ(scene.resolved_integrator(), variant.integrator);
+    EXPECT_EQ(scene.step.has_value(), variant.sampling == Sampling::uniform);
+  }
+}
+
+StudyResults some_results() {
+  StudyResults r;
+  r.version = "1";
+  r.git = "abc";
+  r.processor = "a processor, \"quoted\"";
+  r.system = "system";
+  r.threads = 2;
+  r.renderer = "GL";
+  r.input = "a.vdb";
+  r.input_hash = "0123";
+  r.scene = to_json(Scene{});
+  r.reference_bound = 1e-13;
+  r.repeats = 2;
+  const StudyPlan plan = plan_study(small_sweep(), Scene{});
+  r.skipped = plan.skipped;
+  double x = 0.1;
+  for (const Variant& variant : plan.variants) {
+    StudyPoint p;
+    p.variant = variant;
+    p.error.radiance = {x, 2 * x, 3, 4, x / 3, -x / 7, 0};
+    p.error.alpha = {x / 9, x, 5, 6, x / 2, x / 11, 1};
+    if (variant.sampling == Sampling::cells) p.step_error = p.arithmetic = p.error;
+    p.samples_per_ray = 10 / x;
+    p.steps_per_ray = 7 / x;
+    p.atlas_bytes = 12345678901;
+    p.difference_scale = x;
+    p.times = {{x, 2 * x, 3 * x}, {1.1 * x, 2.2 * x, 3.3 * x}};
+    r.points.push_back(p);
+    x *= 0.7;
+  }
+  return r;
+}
+
+TEST(Results, JsonRoundTrip) {
+  const StudyResults r = some_results();
+  const StudyResults back = results_from_json(results_json(r), "test");
+  EXPECT_EQ(back.points, r.points);
+  EXPECT_EQ(results_json(back), results_json(r));
+  EXPECT_EQ(results_csv(back), results_csv(r));
+  for (const char* text : {"", "{}", "[]", R"({"psivox_study": 2})"})
+    EXPECT_THROW(results_from_json(text, "test"), Error) << text;
+}
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+  if (line.ends_with(',')) cells.emplace_back();
+  return cells;
+}
+
+TEST(Results, CsvHasEveryNumberWithAllItsDigits) {
+  const StudyResults r = some_results();
+  std::istringstream lines(results_csv(r));
+  std::string line;
+  std::getline(lines, line);
+  const std::vector<std::string> header = split(line);
+  const auto column = [&](const std::string& name) {
+    const auto at = std::find(header.begin(), header.end(), name);
+    EXPECT_NE(at, header.end()) << name;
+    return std::size_t(at - header.begin());
+  };
+  for (const StudyPoint& point : r.points) {
+    ASSERT_TRUE(std::getline(lines, line));
+    const std::vector<std::string> cells = split(line);
+    ASSERT_EQ(cells.size(), header.size());
+    const auto number = [&](const char* name) { return std::stod(cells[column(name)]); };
+    EXPECT_EQ(cells[column("integrator")], rule_name(point.variant));
+    EXPECT_EQ(number("step"), point.variant.step);
+    EXPECT_EQ(number("rms"), point.error.rms());
+    EXPECT_EQ(number("radiance_p99"), point.error.radiance.p99);
+    EXPECT_EQ(number("alpha_mean"), point.error.alpha.mean);
+    EXPECT_EQ(number("alpha_max_y"), 6);
+    EXPECT_EQ(number("samples_per_ray"), point.samples_per_ray);
+    EXPECT_EQ(number("cpu_ms_median"), cpu_ms(point).median);
+    EXPECT_EQ(number("gpu_ms_max"), gpu_ms(point).max);
+    EXPECT_EQ(cells[column("step_error_radiance_rms")].empty(), !point.step_error);
+  }
+  EXPECT_FALSE(std::getline(lines, line));
+}
+
+TEST(Results, MarkdownRelatesTimesToPorterDuff) {
+  const StudyResults r = some_results();
+  const std::string text = results_markdown(r);
+  // psi-exact's times are 0.7^2 of porter-duff's, which is two points before it
+  EXPECT_NE(text.find("| `porter-duff` | 8.7e-2 (1.00) |"), std::string::npos) << text;
+  EXPECT_NE(text.find("(0.49)"), std::string::npos) << text;
+  EXPECT_NE(text.find("- cell-exact: step 1, step 0.5: --integrator"), std::string::npos) << text;
+}
+
+TEST(Resume, OnlyTheSameStudyGoesOn) {
+  const StudyResults begun = some_results();
+  const StudyPlan plan = plan_study(small_sweep(), Scene{});
+  StudyResults next = begun;
+  next.points.clear();
+  next.input = "elsewhere/a.vdb";  // the same bytes under another name
+  EXPECT_EQ(resume_obstacle(begun, next, plan), "");
+
+  StudyPlan more = plan;
+  more.variants.push_back({Integrator::average, Sampling::uniform, 0, 0.125});
+  EXPECT_EQ(resume_obstacle(begun, next, more), "");
+  StudyPlan less = plan;
+  less.variants.erase(less.variants.begin());
+  EXPECT_NE(resume_obstacle(begun, next, less).find("porter-duff cells 1"), std::string::npos);
+
+  const auto obstacle = [&](auto change) {
+    StudyResults other = next;
+    change(other);
+    return resume_obstacle(begun, other, plan);
+  };
+  EXPECT_NE(obstacle([](StudyResults& s) { s.input_hash = "4567"; }), "");
+  EXPECT_NE(obstacle([](StudyResults& s) { s.renderer = "another GL"; }), "");
+  EXPECT_NE(obstacle([](StudyResults& s) { s.git = "def"; }), "");
+  const std::string scene = obstacle([](StudyResults& s) {
+    Scene changed;
+    changed.resolution = {64, 64};
+    s.scene = to_json(changed);
+  });
+  EXPECT_NE(scene.find("--resolution"), std::string::npos) << scene;
+}
+
+TEST(Plot, PointsLieWhereTheirLogarithmsSay) {
+  // Three decades of x evenly: the marks are evenly apart. What is not above 0 is left out.
+  Plot plot;
+  plot.series.push_back({{{1, 1e-3}, {10, 1e-4}, {100, 1e-5}, {0, 1}, {1, 0}}, Ink{9, 9, 9}});
+  std::vector<Drawing::Mark> marks;
+  for (const auto& item : draw(plot).items)
+    if (const auto* mark = std::get_if<Drawing::Mark>(&item)) marks.push_back(*mark);
+  ASSERT_EQ(marks.size(), 3u);
+  EXPECT_NEAR(marks[1].x - marks[0].x, marks[2].x - marks[1].x, 1e-9);
+  EXPECT_NEAR(marks[1].y - marks[0].y, marks[2].y - marks[1].y, 1e-9);
+  EXPECT_GT(marks[1].x, marks[0].x);
+  EXPECT_GT(marks[1].y, marks[0].y);  // downwards: smaller
+}
+
+TEST(Plot, PixelsAreWhereTheDrawingSays) {
+  Drawing drawing;
+  drawing.width = 40;
+  drawing.height = 20;
+  drawing.items = {Drawing::Line{5, 10, 35, 10, 2, {255, 0, 0}},
+                   Drawing::Mark{20, 5, 3, Drawing::Shape::square, {0, 0, 255}}};
+  const Image image = picture_of(drawing, 2);
+  ASSERT_EQ(image.width, 80);
+  const auto pixel = [&](int x, int y) { return &image.rgba()[std::size_t(y * 80 + x) * 4]; };
+  EXPECT_EQ(pixel(30, 20)[0], 1);
+  EXPECT_EQ(pixel(30, 20)[1], 0);
+  EXPECT_EQ(pixel(40, 10)[2], 1);
+  EXPECT_EQ(pixel(40, 10)[0], 0);
+  EXPECT_EQ(pixel(2, 2)[1], 1);
+  const std::string svg = svg_of(drawing);
+  EXPECT_NE(svg.find("#ff0000"), std::string::npos);
+  EXPECT_NE(svg.find("</svg>"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace psivox
