@@ -161,6 +161,17 @@ std::string results_csv(const StudyResults& results);
 /// same column)", and the list of what was left out.
 std::string results_markdown(const StudyResults& results);
 
+/// What a rule under a sampling takes to bring the RMS down to `rms`: between the points of a
+/// refinement, straight in the logarithms; unset where none gets there.
+struct Need {
+  Variant variant;  ///< the refinement: step and segments are 0
+  double rms = 0;
+  std::optional<double> samples_per_ray, cpu_ms;
+  bool at_most = false;  ///< the coarsest point is good enough: it takes that or less
+};
+/// For RMS of 1e-2, 1e-3, 1e-4 and 1e-5, refinements in the order of their first points.
+std::vector<Need> needs_of(const StudyResults& results);
+
 /// Why a study that was begun cannot go on as `next`, empty where it can: another scene, input,
 /// version or driver, or points that the new one has not.
 std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,

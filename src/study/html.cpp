@@ -17,7 +17,8 @@ body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 1100px; padding: 
 h1, h2 { font-weight: 600 }
 table { border-collapse: collapse; font-size: 13px; margin: 1em 0 }
 td, th { border-bottom: 1px solid #ddd; padding: 3px 9px; text-align: right; white-space: nowrap }
-td:first-child, th:first-child { text-align: left }
+td:first-child, th:first-child, .words td, .words th { text-align: left }
+.words td { white-space: normal }
 .wide { overflow-x: auto }
 .gallery { display: flex; flex-wrap: wrap; gap: 12px }
 figure { margin: 0; font-size: 12px; max-width: 300px }
@@ -63,8 +64,9 @@ std::string html_page(const std::string& title, const std::string& body) {
          escaped(title) + "</h1>\n" + body + "</body>\n</html>\n";
 }
 
-std::string html_table(const std::vector<std::vector<std::string>>& rows) {
-  std::string out = "<div class=\"wide\"><table>\n";
+std::string html_table(const std::vector<std::vector<std::string>>& rows, Cells cells) {
+  std::string out = std::string("<div class=\"wide\"><table") +
+                    (cells == Cells::words ? " class=\"words\"" : "") + ">\n";
   for (const auto& row : rows) {
     const char* cell = &row == &rows.front() ? "th" : "td";
     out += "<tr>";

@@ -5,6 +5,7 @@
 #include "psivox/text_file.h"
 #include "study/html.h"
 #include "study/number_format.h"
+#include "study/results_table.h"
 #include "study/study_plots.h"
 
 namespace psivox {
@@ -15,7 +16,7 @@ constexpr int thumbnail_width = 256;
 
 std::string head(const StudyResults& r) {
   const std::string version = r.version + (r.git.empty() ? "" : " (" + r.git + ")");
-  return html_table({{"What", ""},
+  return html_table({{"study", ""},
                      {"file", escaped(r.input) + ", FNV-1a " + r.input_hash},
                      {"psivox", escaped(version)},
                      {"GL", escaped(r.renderer)},
@@ -24,7 +25,8 @@ std::string head(const StudyResults& r) {
                      {"reference", "adaptive quadrature in double; its error is at most " +
                                        two_digits(r.reference_bound) + " at any pixel"},
                      {"points", std::to_string(r.points.size()) + ", each timed " +
-                                    std::to_string(r.repeats) + " times"}});
+                                    std::to_string(r.repeats) + " times"}},
+                    Cells::words);
 }
 
 std::string spread_text(const Spread& s) {
@@ -109,6 +111,11 @@ void write_report(const StudyResults& results, const fs::path& folder) {
   }
   body += "<h2>Rules by samplings</h2>\n" + rms_table(results);
   body +=
+      "<h2>What an error takes</h2>\n<p>Field look-ups a ray and processor time of the march for "
+      "an "
+      "RMS, between measured points straight in the logarithms; –: no point gets there.</p>\n" +
+      html_table(needs_table(results));
+  body +=
       "<h2>All numbers</h2>\n<p>Times are medians, with the least and the greatest. Step error: "
       "march in double less reference; arithmetic error: GPU less march in double.</p>\n" +
       points_table(results);
@@ -116,7 +123,7 @@ void write_report(const StudyResults& results, const fs::path& folder) {
     std::vector<std::vector<std::string>> rows = {{"left out", "why"}};
     for (const auto& [variants, reason] : skipped_lines(results.skipped))
       rows.push_back({variants, escaped(reason)});
-    body += "<h2>Left out</h2>\n" + html_table(rows);
+    body += "<h2>Left out</h2>\n" + html_table(rows, Cells::words);
   }
   body += "<h2>Pictures</h2>\n" + gallery(results, folder);
   body += "<h2>Scene</h2>\n<pre>" + escaped(results.scene) + "</pre>\n";

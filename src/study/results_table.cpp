@@ -5,6 +5,7 @@
 #include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "study/number_format.h"
+#include "study/results_table.h"
 
 namespace psivox {
 namespace {
@@ -66,7 +67,27 @@ std::string cell(const StudyPoint* point, const StudyPoint* baseline) {
   return text;
 }
 
+/// "34.1, 12 ms", with a sign before what is an upper limit.
+std::string need_text(const Need& need) {
+  if (!need.samples_per_ray) return "–";
+  std::string text = (need.at_most ? "≤ " : "") + decimals(*need.samples_per_ray, 1);
+  if (*need.cpu_ms > 0) text += ", " + decimals(*need.cpu_ms, 1) + " ms";
+  return text;
+}
+
 }  // namespace
+
+TextTable needs_table(const StudyResults& results) {
+  TextTable rows = {{"rule"}};
+  const std::vector<Need> needs = needs_of(results);
+  for (const Need& need : needs) {
+    const std::string name = variant_name(need.variant);
+    if (rows.size() == 1 || rows.back()[0] != name) rows.push_back({name});
+    rows.back().push_back(need_text(need));
+    if (rows.size() == 2) rows[0].push_back("RMS " + all_digits(need.rms));
+  }
+  return rows;
+}
 
 std::string results_csv(const StudyResults& results) {
   Line header;
@@ -118,7 +139,18 @@ std::string results_markdown(const StudyResults& results) {
     for (const std::string& column : columns)
       out += " " + cell(find(results, rule, column), find(results, "porter-duff", column)) + " |";
   }
-  out += "\n";
+  out +=
+      "\n\nField look-ups a ray and processor time that an RMS takes, between points straight in "
+      "the "
+      "logarithms; –: no point gets there.\n\n";
+  const TextTable needs = needs_table(results);
+  for (const auto& row : needs) {
+    for (const std::string& text : row) out += "| " + text + " ";
+    out += "|\n";
+    if (&row != &needs.front()) continue;
+    for (std::size_t i = 0; i < row.size(); ++i) out += "|---";
+    out += "|\n";
+  }
   if (results.skipped.empty()) return out;
   out += "\nLeft out:\n\n";
   for (const auto& [variants, reason] : skipped_lines(results.skipped))

@@ -1,0 +1,73 @@
+// What a rule takes for a given error.
+
+#include <algorithm>
+#include <cmath>
+
+#include "psivox/study.h"
+
+namespace psivox {
+namespace {
+
+Variant refinement(Variant variant) {
+  variant.segments = 0;
+  variant.step = 0;
+  return variant;
+}
+
+/// The value at `rms` on the line between two points, in logarithms; a's error is above it.
+double between(double rms, double a_error, double b_error, double a, double b) {
+  if (a <= 0 || b <= 0 || b_error <= 0) return b;
+  const double u = std::log(rms / a_error) / std::log(b_error / a_error);
+  return a * std::pow(b / a, u);
+}
+
+/// `points` from coarse to fine. Steps and segments vary finely enough for the error to fall
+/// between points as it does along a line; one point alone is what it is.
+Need need_of(const std::vector<const StudyPoint*>& points, double rms) {
+  Need need{refinement(points.front()->variant), rms, {}, {}, false};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double error = points[i]->error.rms();
+    if (error > rms) continue;
+    const StudyPoint& fine = *points[i];
+    need.at_most = i == 0;
+    if (i == 0) {
+      need.samples_per_ray = fine.samples_per_ray;
+      need.cpu_ms = cpu_ms(fine).median;
+      return need;
+    }
+    const StudyPoint& coarse = *points[i - 1];
+    need.samples_per_ray =
+        between(rms, coarse.error.rms(), error, coarse.samples_per_ray, fine.samples_per_ray);
+    need.cpu_ms =
+        between(rms, coarse.error.rms(), error, cpu_ms(coarse).median, cpu_ms(fine).median);
+    return need;
+  }
+  return need;
+}
+
+}  // namespace
+
+std::vector<Need> needs_of(const StudyResults& results) {
+  std::vector<std::vector<const StudyPoint*>> curves;
+  for (const StudyPoint& point : results.points) {
+    const auto same = [&](const auto& curve) {
+      return refinement(curve.front()->variant) == refinement(point.variant);
+    };
+    const auto curve = std::find_if(curves.begin(), curves.end(), same);
+    if (curve == curves.end())
+      curves.push_back({&point});
+    else
+      curve->push_back(&point);
+  }
+  std::vector<Need> needs;
+  for (auto& curve : curves) {
+    std::stable_sort(curve.begin(), curve.end(), [](const StudyPoint* a, const StudyPoint* b) {
+      return a->variant.step != b->variant.step ? a->variant.step > b->variant.step
+                                                : a->variant.segments < b->variant.segments;
+    });
+    for (const double rms : {1e-2, 1e-3, 1e-4, 1e-5}) needs.push_back(need_of(curve, rms));
+  }
+  return needs;
+}
+
+}  // namespace psivox
