@@ -107,6 +107,21 @@ run 2 "from 1 to 1000" "$assets/blobs.vdb" -o bad --repeats 0
 run 3 "no such file" nope.vdb -o bad
 run 5 "cannot make" "$assets/blobs.vdb" -o study.json/sub
 
+# --- a rule that is broken on the GPU ------------------------------------------------------------
+# Its weights swapped: the march in double, compiled in, still has the true ones.
+cp -r "$assets/../shaders" broken_shaders
+rule=broken_shaders/integrators/psi_exact.glsl
+sed -i 's/return Weights(\(.*\), real(0.0), \(.*\), s.depth)/return Weights(\2, real(0.0), \1, s.depth)/' $rule
+cmp -s $rule "$assets/../shaders/integrators/psi_exact.glsl" && fail "psi_exact.glsl is not broken"
+PSIVOX_SHADER_DIR=$PWD/broken_shaders run 0 "" "${sweep[@]}" --integrators psi-exact --samplings cells -o broken
+# step_error_radiance_rms and arithmetic_error_radiance_rms
+errors() { sed -n 2p "$1/results.csv" | cut -d, -f22,26; }
+run 0 "" "${sweep[@]}" --integrators psi-exact --samplings cells -o sound
+awk -F, -v broken="$(errors broken)" -v sound="$(errors sound)" 'BEGIN {
+  split(broken, b); split(sound, s)
+  exit !(b[1] == s[1] && s[2] > 0 && s[2] < 1e-6 && b[2] > 1000 * s[2]) }' ||
+  fail "a broken rule's errors are $(errors broken), a sound one's $(errors sound)"
+
 # --- the rules alone ---------------------------------------------------------------------------
 run 0 "" --psi -o psi -q
 # 11 rules, end opacities and lengths, against the exact rule and float against double
