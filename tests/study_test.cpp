@@ -258,6 +258,7 @@ TEST(Needs, LieBetweenPointsInLogarithms) {
   add(1.5, 1e-4, 100);
   const std::vector<Need> needs = needs_of(r);
   ASSERT_EQ(needs.size(), 4u);
+  EXPECT_EQ(variant_name(needs[0].variant), "psi-exact uniform");
   EXPECT_TRUE(needs[0].at_most);
   EXPECT_EQ(needs[0].samples_per_ray, 10);
   // from 5e-3 at 10 to 1e-4 at 100: ln(5) / ln(50) of the way to 1e-3

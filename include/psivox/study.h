@@ -49,8 +49,8 @@ struct Variant {
   bool operator==(const Variant&) const = default;
 };
 
-/// "psi-exact", and "cells 2", "step 0.5" or "template", then what is not the default of filter and
-/// texel: a row and a column of a table.
+/// "psi-exact", and "cells 2", "step 0.5" or "template" ("cells" and "uniform" of those of any),
+/// then what is not the default of filter and texel: a row and a column of a table.
 std::string rule_name(const Variant& variant);
 std::string sampling_name(const Variant& variant);
 /// Both, and the same as a file's name without extension.

@@ -1,6 +1,7 @@
 // A study's numbers as CSV and as Markdown.
 
 #include <algorithm>
+#include <cmath>
 
 #include "psivox/parameters.h"
 #include "psivox/study.h"
@@ -84,7 +85,7 @@ TextTable needs_table(const StudyResults& results) {
     const std::string name = variant_name(need.variant);
     if (rows.size() == 1 || rows.back()[0] != name) rows.push_back({name});
     rows.back().push_back(need_text(need));
-    if (rows.size() == 2) rows[0].push_back("RMS " + all_digits(need.rms));
+    if (rows.size() == 2) rows[0].push_back("RMS 1e" + decimals(std::log10(need.rms), 0));
   }
   return rows;
 }

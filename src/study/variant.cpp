@@ -112,7 +112,7 @@ Scene scene_of(const Variant& variant, const Scene& base) {
   scene.integrator = variant.integrator;
   scene.sampling = variant.sampling;
   if (variant.sampling == Sampling::cells && variant.segments) scene.segments = variant.segments;
-  if (variant.sampling == Sampling::uniform) scene.step = variant.step;
+  if (variant.step > 0) scene.step = variant.step;
   scene.filter = variant.filter;
   scene.texel = variant.texel;
   return scene;
@@ -137,8 +137,8 @@ std::string rule_name(const Variant& variant) {
 
 std::string sampling_name(const Variant& variant) {
   const Scene scene = scene_of(variant, {});
-  std::string name = variant.sampling == Sampling::uniform ? "step " + text_of("step", scene)
-                                                           : text_of("sampling", scene);
+  std::string name =
+      variant.step > 0 ? "step " + text_of("step", scene) : text_of("sampling", scene);
   if (variant.segments) name += " " + text_of("segments", scene);
   if (variant.filter != Filter::exact) name += " " + text_of("filter", scene);
   if (variant.texel != TexelType::float32) name += " " + text_of("texel", scene);
