@@ -10,9 +10,9 @@
 #include <string>
 
 #include "figure.h"
+#include "march/shader_math.h"
 #include "psi_quadrature.h"
 #include "psivox/colormap.h"
-#include "march/shader_math.h"
 
 namespace psivox {
 namespace {

@@ -38,7 +38,12 @@ SegmentError difference(const Outcome& a, const Outcome& b) {
   SegmentError e{a.psi - b.psi, a.zeta - b.zeta, 0};
   const double front = a.front - b.front, back = a.back - b.back;
   for (const double color : {front, back, front + back})
-    if (std::abs(color) > std::abs(e.color)) e.color = color;
+    e.color = std::max(e.color, std::abs(color));
+  // Where zeta is right, the ends' errors are each other's opposite: rounding must not choose.
+  const bool at_front = std::abs(front) >= 0.999 * e.color;
+  e.color = std::copysign(e.color, at_front                            ? front
+                                   : std::abs(back) >= 0.999 * e.color ? back
+                                                                       : front + back);
   return e;
 }
 
