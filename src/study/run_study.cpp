@@ -333,6 +333,7 @@ StudyResults run_study(View view, const StudyOptions& options) {
                                            "; --resume goes on with it");
   }
   run.report();
+  if (options.progress) options.progress(1);
   return run.results();
 }
 
