@@ -1,5 +1,6 @@
 #include "gl/march_program.h"
 
+#include <algorithm>
 #include <sstream>
 
 namespace psivox::gl {
@@ -53,10 +54,12 @@ std::string MarchVariant::prelude() const {
 #define CONSTANT(type, name) text << "const " #type " " #name " = " << constants.name << ";\n";
 #include "march_constants.glsl"
 #undef CONSTANT
+  // Only grids of several buffers read it: else one program serves atlases of any size.
+  const bool several = *std::max_element(std::begin(buffers), std::end(buffers)) > 1;
   text << "#define DENSITY_BUFFERS " << buffers[0] << "\n#define LUMINANCE_BUFFERS " << buffers[1]
        << "\n#define EMISSION_BUFFERS " << buffers[2] << "\n#define GRADIENT_BUFFERS " << buffers[3]
-       << "\n#define TEXELS_PER_BUFFER " << texels_per_buffer << "\n#define RESUMABLE "
-       << int(resumable) << "\n";
+       << "\n#define TEXELS_PER_BUFFER " << (several ? texels_per_buffer : brick_texels)
+       << "\n#define RESUMABLE " << int(resumable) << "\n";
   return text.str();
 }
 
