@@ -11,9 +11,9 @@
 #include <string>
 
 #include "field_voxels.h"
-#include "make_field.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
+#include "verify/make_field.h"
 
 namespace psivox {
 namespace {

@@ -9,9 +9,9 @@
 #include <set>
 #include <vector>
 
-#include "make_field.h"
 #include "psivox/camera.h"
 #include "psivox/error.h"
+#include "verify/make_field.h"
 
 namespace psivox {
 namespace {

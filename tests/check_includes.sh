@@ -43,7 +43,7 @@ only_in '^gtest/' '^tests/'
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
 declare -A sees=(
   [atlas]="" [files]="" [gl]="march" [image]="" [march]="" [reference]="" [scene]=""
-  [study]="march" [vdb]=""
+  [study]="march" [vdb]="" [verify]=""
 )
 components=$(printf '%s|' "${!sees[@]}")
 components=${components%|}

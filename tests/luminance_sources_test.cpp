@@ -12,11 +12,11 @@
 #include <string>
 
 #include "field_voxels.h"
-#include "make_field.h"
 #include "psivox/black_body.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
+#include "verify/make_field.h"
 
 namespace psivox {
 namespace {

@@ -67,14 +67,8 @@ TEST_F(MarchInvariance, QuarterTurns) {
 }
 
 TEST_F(MarchInvariance, TilesAreTheirVoxels) {
-  Field tiles, voxels;
-  const auto value = [](glm::ivec3 v) { return v.x < 16 && v.y >= 8 ? 0.5f : noise(v); };
-  voxels = make_field({{0, 0, 0}, {39, 31, 23}}, value);
-  tiles = make_field({{0, 0, 0}, {39, 31, 23}}, value);
-  std::erase_if(tiles.leaves, [](const Leaf& l) { return l.origin.x < 16 && l.origin.y >= 8; });
-  for (int x = 0; x < 16; x += 8)
-    for (int y = 8; y < 32; y += 8)
-      for (int z = 0; z < 24; z += 8) tiles.tiles.push_back({{x, y, z}, 8, {0.5f, 0, 0}});
+  const Field voxels = noise_beside_constant(), tiles = with_tiles(voxels);
+  ASSERT_FALSE(tiles.tiles.empty());
   for (const auto& step : samplings)
     expect_same(name_of(step), gl_picture(view_of(oblique(step), voxels, Glow::density)),
                 gl_picture(view_of(oblique(step), tiles, Glow::density)), 0);

@@ -7,10 +7,10 @@
 #include <memory>
 #include <vector>
 
-#include "make_field.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
+#include "verify/make_field.h"
 
 namespace psivox {
 namespace {

@@ -5,10 +5,10 @@
 #include <glm/common.hpp>
 
 #include "field_voxels.h"
-#include "make_field.h"
 #include "march/atlas_march.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
+#include "verify/make_field.h"
 
 namespace psivox {
 namespace {

@@ -3,29 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <glm/geometric.hpp>
-#include <glm/gtc/matrix_transform.hpp>
 #include <memory>
 #include <random>
 #include <utility>
 #include <vector>
 
-#include "make_field.h"
 #include "psivox/medium.h"
 #include "ray_quadrature.h"
 #include "reference/ray_radiance.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
-
-/// Values in [0, 1), uncorrelated from voxel to voxel; about a quarter are 0.
-inline float noise(const glm::ivec3& v) {
-  auto mixed = [](int i, std::uint32_t factor) { return static_cast<std::uint32_t>(i) * factor; };
-  std::uint32_t h = mixed(v.x, 73856093u) ^ mixed(v.y, 19349663u) ^ mixed(v.z, 83492791u);
-  h = (h ^ (h >> 13)) * 0x5bd1e995u;
-  h ^= h >> 15;
-  return std::max(0.0f, static_cast<float>(h & 0xffffu) / 65536.0f * 1.33f - 0.33f);
-}
 
 inline float one(const glm::ivec3&) { return 1; }
 
@@ -116,14 +105,5 @@ inline std::vector<WorldRay> rays_through(const glm::dvec3& a, const glm::dvec3&
   }
   return rays;
 }
-
-/// Rotated, anisotropic and sheared.
-inline const glm::dmat4 sheared = [] {
-  glm::dmat4 m = glm::rotate(glm::dmat4(1), 0.7, glm::dvec3(1, -2, 0.5));
-  m = glm::scale(m, glm::dvec3(0.3, 0.5, 1.1));
-  m[2] += 0.4 * m[0] - 0.2 * m[1];
-  m[3] = {2, -3, 5, 1};
-  return m;
-}();
 
 }  // namespace psivox

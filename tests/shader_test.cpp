@@ -6,53 +6,19 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "gl/embedded_shaders.h"
 #include "gl/shader_source.h"
 #include "march_cases.h"
+#include "shader_copy.h"
 
 namespace psivox {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::string contents(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// A copy of shaders/ that PSIVOX_SHADER_DIR points at during the test.
-class Shaders : public GpuTest {
+/// Pictures by the shaders of a folder.
+class Shaders : public ShaderTest {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / (std::string("psivox_shaders_") + test->name());
-    fs::remove_all(folder_);
-    fs::copy(PSIVOX_SHADERS, folder_, fs::copy_options::recursive);
-    setenv("PSIVOX_SHADER_DIR", folder_.c_str(), 1);
-    GpuTest::SetUp();
-  }
-  void TearDown() override {
-    unsetenv("PSIVOX_SHADER_DIR");
-    fs::remove_all(folder_);
-  }
-
-  /// Replaces `from`, which must be there, in a file of the copy; returns the line it stands on.
-  int edit(const std::string& name, const std::string& from, const std::string& to) {
-    std::string text = contents(folder_ / name);
-    const std::size_t at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << name << " has no '" << from << "'";
-    if (at == std::string::npos) return 0;
-    const auto line = 1 + std::count(text.begin(), text.begin() + std::ptrdiff_t(at), '\n');
-    text.replace(at, from.size(), to);
-    fs::permissions(folder_ / name, fs::perms::owner_write, fs::perm_options::add);
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return int(line);
-  }
-
   /// A renderer of its own, so that no program is at hand already.
   static Image picture(const View& view) {
     const MediumAtlas atlases = build_medium_atlas(view);
@@ -78,8 +44,6 @@ class Shaders : public GpuTest {
     scene.extinction = 0.12;
     return view_of(scene, mixed(), glow);
   }
-
-  fs::path folder_;
 };
 
 TEST_F(Shaders, TheFolderReplacesTheEmbeddedOnes) {

@@ -81,9 +81,9 @@ void CommandLine::add_positional(const std::string& metavar, const std::string& 
 }
 
 void CommandLine::add_parameters(std::vector<Setting>& settings,
-                                 std::span<const std::string> without) {
+                                 const std::function<bool(std::string_view name)>& wanted) {
   for (const Parameter& p : parameters()) {
-    if (std::find(without.begin(), without.end(), p.name) != without.end()) continue;
+    if (wanted && !wanted(p.name)) continue;
     const std::function<void(const std::string&)> take = [&settings, &p](const std::string& text) {
       settings.push_back({p.name, text});
     };

@@ -2,6 +2,7 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -23,8 +24,9 @@ class CommandLine {
                  const std::string& help, std::string& value);
   void add_flag(const std::string& name, char short_name, const std::string& help, bool& value);
   void add_positional(const std::string& metavar, const std::string& help, std::string& value);
-  /// Every parameter of the scene but those named; what was given is appended to `settings`.
-  void add_parameters(std::vector<Setting>& settings, std::span<const std::string> without = {});
+  /// Parameters of the scene, every one or those wanted; what was given is appended to `settings`.
+  void add_parameters(std::vector<Setting>& settings,
+                      const std::function<bool(std::string_view name)>& wanted = {});
 
   /// False if the help was asked for and printed. Throws Error(usage).
   bool parse(std::span<const std::string> arguments);

@@ -13,5 +13,6 @@ void render_command(Arguments arguments);
 void info_command(Arguments arguments);
 void compare_command(Arguments arguments);
 void study_command(Arguments arguments);
+void verify_command(Arguments arguments);
 
 }  // namespace psivox

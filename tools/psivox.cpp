@@ -28,6 +28,7 @@ constexpr Command commands[] = {
     {"info", info_command, "list a .vdb's grids"},
     {"compare", compare_command, "print the difference of two pictures"},
     {"study", study_command, "measure error and time of many ways to render a .vdb"},
+    {"verify", verify_command, "draw what is known through this machine's GL driver, and compare"},
 };
 
 void print_help() {

@@ -1,5 +1,6 @@
 #include "scene_options.h"
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 
@@ -30,7 +31,9 @@ void SceneOptions::add_to(CommandLine& line, std::span<const std::string> withou
                  "parameters from a .json, or from the metadata of an .exr or .png that psivox "
                  "wrote; the command line wins",
                  file_);
-  line.add_parameters(settings_, without);
+  line.add_parameters(settings_, [&](std::string_view name) {
+    return std::find(without.begin(), without.end(), name) == without.end();
+  });
 }
 
 Scene SceneOptions::scene(Scene scene) const {

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/matrix.hpp>
+
+#include "verify/case.h"
+#include "verify/made_fields.h"
+#include "verify/made_views.h"
+
+// One medium given in several ways: one picture.
+
+namespace psivox {
+namespace {
+
+/// A ball that is flat inside, so that it has bricks of one value, and a smaller one beside it, in
+/// a box of 40 x 36 x 38 voxels.
+double balls_at(const glm::dvec3& p) {
+  const auto ball = [&](const glm::dvec3& c, double r) {
+    return std::max(0.0, 1 - glm::dot(p - c, p - c) / (r * r));
+  };
+  return std::min(1.0, 2 * ball({18, 17, 17}, 18)) + 0.8 * ball({31, 8, 29}, 7);
+}
+Field balls(const glm::ivec3& at = {0, 0, 0}, const glm::dmat4& m = glm::dmat4(1)) {
+  return make_field(
+      {at, at + glm::ivec3(39, 35, 37)},
+      [at](glm::ivec3 v) { return float(balls_at(glm::dvec3(v - at))); }, m);
+}
+
+// Rays are placed to 64 * 2^-24 voxels (coordinates up to 32 voxels from the middle, two
+// roundings). The balls rise and fall by 1 and by 0.8 along a ray, by 0.23 a voxel at most, and K =
+// 0.1. R <= 1.8, the largest L, moves by twice that of the depth, and by that of L.
+constexpr double change_per_voxel = 2 * 1.8 * 0.1 * 2 * (1 + 0.8) + 0.23;
+constexpr double place_bound = 64 * 0x1p-24 * change_per_voxel;
+constexpr char place_reason[] = "rays placed to 64 * 2^-24 voxels, 1.5 of radiance a voxel";
+
+Scene oblique(std::optional<double> step) {
+  Scene scene = looking(small_scene(32), {95, 60, 70}, {20, 18, 19}, 60.0);
+  scene.extinction = 0.1;
+  scene.step = step;
+  return scene;
+}
+
+struct Other {
+  Scene scene;
+  Field field;
+};
+
+/// The balls' picture against those of others.
+Measured same_as_balls(const Painter& painter,
+                       const std::function<Other(std::optional<double>)>& f) {
+  Measured found;
+  for (const std::optional<double> step : {std::optional<double>(), std::optional(0.9)}) {
+    const Image expected = painter.picture(view_of(oblique(step), balls(), Glow::density));
+    const Other other = f(step);
+    const Image image = painter.picture(view_of(other.scene, other.field, Glow::density));
+    // three axes, two pictures
+    found.add({picture_difference(expected, image), 3 * 2 * change_per_voxel});
+  }
+  return found;
+}
+
+Measured shifted(const Painter& painter) {
+  const glm::ivec3 shift(3, -5, 7);
+  return same_as_balls(painter, [&](std::optional<double> step) {
+    return Other{oblique(step), balls(shift, glm::translate(glm::dmat4(1), -glm::dvec3(shift)))};
+  });
+}
+
+Measured turned(const Painter& painter) {
+  // x' = -y, y' = x, turned back by the transform
+  const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(90.0), glm::dvec3(0, 0, 1));
+  return same_as_balls(painter, [&](std::optional<double> step) {
+    return Other{oblique(step),
+                 make_field(
+                     {{-35, 0, 0}, {0, 39, 37}},
+                     [](glm::ivec3 v) { return float(balls_at(glm::dvec3(v.y, -v.x, v.z))); },
+                     glm::inverse(turn))};
+  });
+}
+
+Measured moved_and_scaled(const Painter& painter) {
+  constexpr double scale = 1e4;
+  const glm::dmat4 m =
+      glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(1e6, -1e6, 1e6)), glm::dvec3(scale));
+  return same_as_balls(painter, [&](std::optional<double> step) {
+    Scene scene = oblique(step);
+    for (auto* p : {&scene.camera_position, &scene.camera_target})
+      *p = glm::dvec3(m * glm::dvec4(**p, 1));
+    *scene.extinction /= scale;
+    *scene.ortho_width *= scale;
+    return Other{scene, balls({0, 0, 0}, m)};
+  });
+}
+
+Measured tiles(const Painter& painter) {
+  return same_as_balls(painter, [&](std::optional<double> step) {
+    return Other{oblique(step), with_tiles(balls())};
+  });
+}
+
+}  // namespace
+
+std::vector<Case> invariance_cases() {
+  return {
+      {"shifted against the bricks", place_reason, place_bound, shifted},
+      {"quarter turn", place_reason, place_bound, turned},
+      {"balls 1e4 as large, 1e6 away", place_reason, place_bound, moved_and_scaled},
+      {"tiles as voxels", place_reason, place_bound, tiles},
+  };
+}
+
+}  // namespace psivox

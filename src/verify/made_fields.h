@@ -1,0 +1,85 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "verify/make_field.h"
+
+// Fields of no simple closed form, for what must hold of any field: verify's and the tests'.
+
+namespace psivox {
+
+/// Values in [0, 1), uncorrelated from voxel to voxel; about a quarter are 0.
+inline float noise(const glm::ivec3& v) {
+  auto mixed = [](int i, std::uint32_t factor) { return static_cast<std::uint32_t>(i) * factor; };
+  std::uint32_t h = mixed(v.x, 73856093u) ^ mixed(v.y, 19349663u) ^ mixed(v.z, 83492791u);
+  h = (h ^ (h >> 13)) * 0x5bd1e995u;
+  h ^= h >> 15;
+  return std::max(0.0f, static_cast<float>(h & 0xffffu) / 65536.0f * 1.33f - 0.33f);
+}
+
+/// Smooth blobs in a box of 40 x 36 x 32 voxels that starts at `at`, 0 around them.
+inline float blobs_at(const glm::dvec3& p) {
+  const auto blob = [&](const glm::dvec3& c, double r) {
+    const glm::dvec3 d = (p - c) / r;
+    return std::max(0.0, 1 - glm::dot(d, d));
+  };
+  return float(blob({12, 11, 12}, 9) + 0.7 * blob({26, 20, 18}, 10) + 2 * blob({20, 30, 8}, 4));
+}
+inline Field blobs(const glm::ivec3& at = {0, 0, 0}, const glm::dmat4& m = glm::dmat4(1)) {
+  return make_field(
+      {at, at + glm::ivec3(39, 35, 31)},
+      [at](glm::ivec3 v) { return blobs_at(glm::dvec3(v - at)); }, m);
+}
+
+/// Blobs and rough noise in one, with constant bricks and empty ones.
+inline Field mixed(const glm::dmat4& m = glm::dmat4(1)) {
+  return make_field(
+      {{-20, -12, -8}, {43, 35, 31}},
+      [](glm::ivec3 v) {
+        if (v.x < -2 && v.y >= 8) return 0.6f;
+        if (v.x > 30) return v.y < 0 ? 0.0f : noise(v);
+        return blobs_at(glm::dvec3(v));
+      },
+      m);
+}
+
+/// 1 all over the domain of `mixed`, from leaves whose bricks are all textured: voxels of twelve.
+inline Field ones_around_mixed() {
+  const glm::dmat4 m =
+      glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(-28, -20, -20)), glm::dvec3(12));
+  return make_field(
+      {{0, 0, 0}, {7, 6, 6}}, [](glm::ivec3) { return 1.0f; }, m);
+}
+
+/// Noise beside a region of one value.
+inline Field noise_beside_constant() {
+  return make_field({{0, 0, 0}, {39, 31, 23}},
+                    [](glm::ivec3 v) { return v.x < 16 && v.y >= 8 ? 0.5f : noise(v); });
+}
+
+/// The same field with tiles in the place of leaves of one value.
+inline Field with_tiles(Field field) {
+  std::erase_if(field.leaves, [&](const Leaf& leaf) {
+    const float value = leaf.values[0];
+    if (value == 0 ||
+        std::any_of(leaf.values, leaf.values + 512, [&](float other) { return other != value; }))
+      return false;
+    field.tiles.push_back({leaf.origin, 8, {value, 0, 0}});
+    return true;
+  });
+  return field;
+}
+
+/// Rotated, anisotropic and sheared.
+inline const glm::dmat4 sheared = [] {
+  glm::dmat4 m = glm::rotate(glm::dmat4(1), 0.7, glm::dvec3(1, -2, 0.5));
+  m = glm::scale(m, glm::dvec3(0.3, 0.5, 1.1));
+  m[2] += 0.4 * m[0] - 0.2 * m[1];
+  m[3] = {2, -3, 5, 1};
+  return m;
+}();
+
+}  // namespace psivox

@@ -1,0 +1,176 @@
+#include <algorithm>
+#include <cmath>
+
+#include "verify/case.h"
+#include "verify/made_fields.h"
+#include "verify/made_views.h"
+
+// Luminance that varies, and the identity that holds wherever it does not: R = L A.
+
+namespace psivox {
+namespace {
+
+constexpr double sum_bound = 16 * 0x1p-24;
+constexpr char sum_reason[] = "256 segments' sums: 16 roundings of 2^-24";
+
+Measured furnace(const Painter& painter, std::optional<double> step, bool grid) {
+  const auto density = share(mixed());
+  const auto luminance = grid ? share(ones_around_mixed()) : nullptr;
+  Measured found;
+  for (const glm::dvec3& from : {glm::dvec3(90, 60, 75), {12.3, 9.1, 10.7}}) {
+    Scene scene = looking(small_scene(24), from, {11, 12, 8});
+    scene.extinction = 0.15;
+    scene.step = step;
+    const Image image = painter.picture(make_view(scene, density, luminance));
+    Image alpha = image;
+    for (std::size_t i = 0; i < alpha.rgba().size(); ++i) alpha.rgba()[i] = image.rgba()[i | 3];
+    found.add({picture_difference(image, alpha), 0});  // interpolated ones are 1
+  }
+  return found;
+}
+
+/// L = (x - 2)/4 from x = 2 on in a homogeneous medium so thick that nothing is seen of its back: R
+/// = e^{-d}/(4 tau) times the cosine, d the depth in front of x = 2. The rule is exact for it.
+Measured linear_luminance(const Painter& painter) {
+  constexpr double tau = 0.5;
+  const auto density =
+      share(Plate{profile(64, [](int) { return 1; }), {0, 0, 0}, glm::dmat4(1), 20}.field());
+  const auto L = share(make_field({{0, -24, -24}, {66, 24, 24}}, [](glm::ivec3 v) {
+    return std::max(0.0f, 0.25f * float(v.x - 2));
+  }));
+  Scene scene = looking(small_scene(24), {-20, 2, 3}, {4, 0, 0});
+  scene.extinction = tau;
+  scene.fov = 25;
+  const View view = make_view(scene, density, L);
+  const Image image = painter.picture(view);
+  Measured found;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const double cosine = pixel_ray(view, x, y).direction.x;
+      const double exact = 0.25 * cosine / tau * std::exp(-tau * 2.5 / cosine);
+      found.error = larger(found.error, std::abs(pixel(image, x, y, 0) - exact));
+    }
+  // L by a quarter, and the depth of the ramp up to 1, of L below 1 where it is seen
+  found.sensitivity = 0.25 + 2 * tau;
+  return found;
+}
+
+/// Two slabs with vacuum between, in which L changes: R = L_1 A_1 + L_2 (1 - A_1) A_2.
+Measured two_layers(const Painter& painter) {
+  constexpr double K = 0.04, L[] = {2, 0.5};
+  constexpr int thick = 20, gap = 8, count = 2 * thick + gap;
+  const auto in_gap = [](int x) { return x >= thick && x < thick + gap; };
+  const Plate all{profile(count, [&](int x) { return in_gap(x) ? 0.0 : x < thick ? 1.0 : 0.75; })};
+  const double middle = thick + 0.5 * gap - 0.5;
+  const double parts[] = {all.across(-1, middle), all.across(middle, count)};
+  const auto luminance = share(make_field({{-8, -40, -40}, {count + 8, 40, 40}}, [&](glm::ivec3 v) {
+    return float(v.x < middle ? L[0] : L[1]);
+  }));
+  const auto density = share(all.field());
+  Measured found;
+  for (const int first : {0, 1}) {
+    const double side = first == 0 ? -1 : 1;
+    Scene scene = looking(small_scene(24), glm::dvec3(middle + side * 60, 3, 2), {middle, 0, 0});
+    scene.extinction = K;
+    scene.fov = 20;
+    const View view = make_view(scene, density, luminance);
+    const Image image = painter.picture(view);
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        const WorldRay ray = pixel_ray(view, x, y);
+        const double cosine = std::abs(all.slope(ray));
+        const double near = parts[first] * K / cosine, far = parts[1 - first] * K / cosine;
+        const double exact =
+            L[first] * -std::expm1(-near) - L[1 - first] * std::exp(-near) * std::expm1(-far);
+        found.add(
+            {std::abs(pixel(image, x, y, 0) - exact) / L[0], 2 * K * all.variation() / cosine});
+      }
+  }
+  return found;
+}
+
+/// L = value on a ramp, seen along x: every pixel is the rule's sum over its segments, whose
+/// formula is computed as it is printed.
+Measured printed_rule(const Painter& painter, std::optional<double> step,
+                      SegmentSum (*rule)(double, double)) {
+  constexpr int count = 33;  // odd: the lattice lies on voxels
+  constexpr double K = 0.6;
+  const Plate ramp{profile(count, [](int x) { return 0.125 * std::min(x, 14); })};
+  Scene scene = looking(small_scene(8), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
+  scene.extinction = K;
+  scene.step = step;
+  const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
+  const double exact = rule_across(ramp, K, step ? int(1 / *step) : scene.segments, rule);
+  Measured found;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      found.error = larger(found.error, std::abs(pixel(image, x, y, 0) - exact));
+  // of L by a step of the ramp, of the depth twice, by L up to 1.75
+  found.sensitivity = 0.125 + 2 * 1.75 * K * ramp.variation();
+  return found;
+}
+
+/// A plate that rises towards a back that is not seen, with L = value: linear attenuation times
+/// linear luminance, which psi-exact integrates exactly. What is off: the radiance relative to the
+/// exact one, or A from 1.
+struct Rise {
+  double K, slope;
+  int width;  ///< [voxels], then a plateau
+};
+Measured rising(const Painter& painter, const Rise& rise, int channel) {
+  const Plate plate{
+      profile(rise.width + 24, [&](int x) { return rise.slope * std::min(x + 1, rise.width); })};
+  Scene scene = looking(small_scene(16), {-20, 2, 3}, {4, 0, 0});
+  scene.extinction = rise.K;
+  scene.fov = 25;
+  scene.integrator = Integrator::psi_exact;
+  const View view = view_of(scene, plate.field(), Glow::density);
+  const Image image = painter.picture(view);
+  Measured found;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const double exact =
+          channel == 3 ? 1 : rising_glow(rise.K, rise.slope * plate.slope(pixel_ray(view, x, y)));
+      // a value off by a step of the rise, of those that are seen, twice; nothing moves A
+      const double sensitivity = channel == 3 ? 0 : 2 * rise.slope / exact;
+      found.add({std::abs(pixel(image, x, y, channel) / exact - 1), sensitivity});
+    }
+  return found;
+}
+
+/// Rays are placed to 64 * 2^-24 of a voxel; the light comes from values about (slope/K)^(1/2),
+/// that is from a depth of (slope K)^(-1/2) voxels.
+Case rising_case(const std::string& name, const Rise& rise, bool hardware = true) {
+  return {name, "relative: rays placed to 64 * 2^-24 voxels of the (slope K)^-1/2 that glow",
+          sum_bound + 64 * 0x1p-24 * std::sqrt(rise.slope * rise.K),
+          [=](const Painter& p) { return rising(p, rise, 0); }, hardware};
+}
+
+}  // namespace
+
+std::vector<Case> radiance_cases() {
+  const auto furnace_case = [](const std::string& name, std::optional<double> step, bool grid) {
+    return Case{"furnace, " + name, "R = A; " + std::string(sum_reason), sum_bound,
+                [=](const Painter& p) { return furnace(p, step, grid); }};
+  };
+  return {
+      furnace_case("cells", {}, false),
+      furnace_case("cells, grid of 1", {}, true),
+      furnace_case("uniform, grid of 1", 0.73, true),
+      {"linear luminance, psi-weighted", sum_reason, sum_bound, linear_luminance},
+      {"two layers", sum_reason, sum_bound, two_layers},
+      {"ramp that glows, psi-weighted", sum_reason, sum_bound,
+       [](const Painter& p) { return printed_rule(p, {}, weighted_opacity); }},
+      {"ramp that glows, psi-balanced", sum_reason, sum_bound,
+       [](const Painter& p) { return printed_rule(p, 0.5, balanced); }},
+      rising_case("ramp that glows, psi-exact", {0.5, 0.125, 32}),
+      rising_case("opaque end that glows, K 1e2", {1e2, 1, 1}),
+      rising_case("opaque end that glows, K 1e6", {1e6, 1, 1}, false),
+      {"opaque end, A", "nothing comes through: 1 to 16 roundings", sum_bound,
+       [](const Painter& p) {
+         return rising(p, {1e6, 1, 1}, 3);
+       }},
+  };
+}
+
+}  // namespace psivox

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "march_cases.h"
+
+namespace psivox {
+
+namespace fs = std::filesystem;
+
+inline std::string contents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// With a copy of shaders/ that PSIVOX_SHADER_DIR points at during the test.
+class ShaderTest : public GpuTest {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) /
+              (std::string("psivox_shaders_") + test->test_suite_name() + "_" + test->name());
+    fs::remove_all(folder_);
+    fs::copy(PSIVOX_SHADERS, folder_, fs::copy_options::recursive);
+    setenv("PSIVOX_SHADER_DIR", folder_.c_str(), 1);
+    GpuTest::SetUp();
+  }
+  void TearDown() override {
+    unsetenv("PSIVOX_SHADER_DIR");
+    fs::remove_all(folder_);
+  }
+
+  /// Replaces `from`, which must be there, in a file of the copy; returns the line it stands on.
+  int edit(const std::string& name, const std::string& from, const std::string& to) {
+    std::string text = contents(folder_ / name);
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << name << " has no '" << from << "'";
+    if (at == std::string::npos) return 0;
+    const auto line = 1 + std::count(text.begin(), text.begin() + std::ptrdiff_t(at), '\n');
+    text.replace(at, from.size(), to);
+    fs::permissions(folder_ / name, fs::perms::owner_write, fs::perm_options::add);
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return int(line);
+  }
+
+  fs::path folder_;
+};
+
+}  // namespace psivox

@@ -1,0 +1,108 @@
+// psivox verify: whether this machine's GL driver draws what is known.
+
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "command_line.h"
+#include "commands.h"
+#include "psivox/error.h"
+#include "psivox/verify.h"
+
+namespace psivox {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1e", value);
+  return text;
+}
+
+std::string padded(const std::string& text, std::size_t width) {
+  return text + std::string(width > text.size() ? width - text.size() : 0, ' ') + ' ';
+}
+
+constexpr std::size_t name_width = 30, number_width = 8;
+
+void print(const VerifyCase& c) {
+  std::cout << padded(c.name, name_width) << padded(number(c.error), number_width)
+            << padded(number(c.bound), number_width) << (c.passed() ? "pass  " : "FAIL  ")
+            << c.reason << std::endl;
+}
+
+std::string summary(const VerifyReport& report, double seconds) {
+  char time[32];
+  std::snprintf(time, sizeof time, " (%.1f s)", seconds);
+  const std::string all = std::to_string(report.cases.size()) + " cases";
+  const std::size_t failed = report.failed();
+  return (failed ? std::to_string(failed) + " of " + all + " failed" : all + ", all passed") + time;
+}
+
+void print_json(const VerifyReport& report, Filter filter, double seconds) {
+  json cases = json::array();
+  for (const VerifyCase& c : report.cases)
+    cases.push_back({{"name", c.name},
+                     {"error", c.error},
+                     {"bound", c.bound},
+                     {"reason", c.reason},
+                     {"passed", c.passed()}});
+  const json out = {{"version", PSIVOX_VERSION},
+                    {"renderer", report.renderer},
+                    {"filter", filter == Filter::hardware ? "hardware" : "exact"},
+                    {"note", verify_note(filter)},
+                    {"cases", cases},
+                    {"left_out", report.left_out},
+                    {"failed", report.failed()},
+                    {"passed", report.failed() == 0},
+                    {"seconds", seconds}};
+  std::cout << out.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
+}
+
+}  // namespace
+
+void verify_command(Arguments arguments) {
+  bool as_json = false;
+  std::vector<Setting> settings;
+  CommandLine line("verify",
+                   "Draws fields whose pictures are known through this machine's GL driver, and "
+                   "compares. Exits with 7 where an error is above its bound.");
+  line.add_flag("--json", 0, "print JSON", as_json);
+  line.add_parameters(settings, [](std::string_view name) {
+    return name == "filter" || name == "device";
+  });
+  if (!line.parse(arguments)) return;
+  Scene scene;
+  apply_over(scene, settings);
+
+  if (!as_json)
+    std::cout << verify_note(scene.filter) << '\n'
+              << padded("case", name_width) << padded("error", number_width)
+              << padded("bound", number_width) << "      reason for the bound" << std::endl;
+  const auto start = std::chrono::steady_clock::now();
+  VerifyOptions options{.filter = scene.filter, .device = scene.device};
+  if (!as_json) options.progress = print;
+  const VerifyReport report = verify(options);
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  if (as_json) {
+    print_json(report, scene.filter, seconds);
+  } else {
+    for (const std::string& name : report.left_out)
+      std::cout << padded(name, name_width) << "left out: the filter's bound would say nothing\n";
+    std::cout << summary(report, seconds) << "; " << report.renderer << '\n';
+  }
+  if (report.failed() == 0) return;
+  std::string names;
+  for (const VerifyCase& c : report.cases)
+    if (!c.passed()) names += (names.empty() ? "" : "; ") + c.name;
+  throw Error(ExitCode::verification,
+              std::to_string(report.failed()) + " cases are beyond their bounds: " + names);
+}
+
+}  // namespace psivox
