@@ -109,6 +109,17 @@ t 0 - render "$S" -o d.exr --luminance 2,1,1 $R
 t 7 - compare a.exr d.exr --max-rms 1e-9
 t 3 - compare a.exr nope.exr
 t 2 - compare a.exr b.exr --max-rsm 1
+t 0 "all passed" verify
+t 0 "wider" verify --filter hardware
+t 0 '"passed": true' verify --json
+t 2 "exact or hardware" verify --filter exakt
+t 4 "--list-devices" verify --device 99
+t 2 "unexpected argument" verify a.exr
+# A shader with a wrong number is a failed verification.
+cp -r "$assets/../shaders" broken && chmod -R u+w broken
+sed -i 's/real(0.27) : real(0.73)/real(0.73) : real(0.27)/' broken/integrators/psi_weighted.glsl
+PSIVOX_SHADER_DIR=$work/broken t 7 "beyond their bounds: ramp that glows, psi-weighted" verify
+PSIVOX_SHADER_DIR=$work/broken t 7 '"passed": false' verify --json
 echo '{"stpe": 1}' >bad.json
 t 2 step render --scene bad.json -o a.exr
 t 2 - rendr

@@ -25,9 +25,10 @@ Field balls(const glm::ivec3& at = {0, 0, 0}, const glm::dmat4& m = glm::dmat4(1
       [at](glm::ivec3 v) { return float(balls_at(glm::dvec3(v - at))); }, m);
 }
 
-// Rays are placed to 64 * 2^-24 voxels (coordinates up to 32 voxels from the middle, two
-// roundings). The balls rise and fall by 1 and by 0.8 along a ray, by 0.23 a voxel at most, and K =
-// 0.1. R <= 1.8, the largest L, moves by twice that of the depth, and by that of L.
+// Rays are placed to 64 * 2^-24 voxels: coordinates of at most 32 from the middle are rounded by 16
+// * 2^-24, twice, in two pictures. The balls rise and fall by 1 and by 0.8 along a ray, by 0.23 a
+// voxel at most, and K = 0.1. R <= 1.8, the largest L, moves by twice that of the depth, and by
+// that of L.
 constexpr double change_per_voxel = 2 * 1.8 * 0.1 * 2 * (1 + 0.8) + 0.23;
 constexpr double place_bound = 64 * 0x1p-24 * change_per_voxel;
 constexpr char place_reason[] = "rays placed to 64 * 2^-24 voxels, 1.5 of radiance a voxel";

@@ -131,15 +131,16 @@ Measured rising(const Painter& painter, const Rise& rise, int channel) {
     for (int x = 0; x < image.width; ++x) {
       const double exact =
           channel == 3 ? 1 : rising_glow(rise.K, rise.slope * plate.slope(pixel_ray(view, x, y)));
-      // a value off by a step of the rise, of those that are seen, twice; nothing moves A
-      const double sensitivity = channel == 3 ? 0 : 2 * rise.slope / exact;
+      // Values off by d: in R = int v K v T the two factors lose d each, T 2 d. Nothing moves A.
+      const double sensitivity = channel == 3 ? 0 : 4 * rise.slope / exact;
       found.add({std::abs(pixel(image, x, y, channel) / exact - 1), sensitivity});
     }
   return found;
 }
 
-/// Rays are placed to 64 * 2^-24 of a voxel; the light comes from values about (slope/K)^(1/2),
-/// that is from a depth of (slope K)^(-1/2) voxels.
+/// Rays are placed to 64 * 2^-24 of a voxel: four roundings of coordinates below 32, 16 * 2^-24
+/// each. The light comes from values about (slope/K)^(1/2), from a depth of (slope K)^(-1/2)
+/// voxels.
 Case rising_case(const std::string& name, const Rise& rise, bool hardware = true) {
   return {name, "relative: rays placed to 64 * 2^-24 voxels of the (slope K)^-1/2 that glow",
           sum_bound + 64 * 0x1p-24 * std::sqrt(rise.slope * rise.K),
