@@ -9,9 +9,9 @@
 #include <random>
 #include <string>
 
-#include "make_field.h"
 #include "psivox/medium.h"
 #include "psivox/transfer_function.h"
+#include "verify/make_field.h"
 
 // What the tests of functions of value and gradient share.
 

@@ -71,9 +71,8 @@ void verify_command(Arguments arguments) {
   CommandLine line(
       "verify", "Draws what is known through this machine's GL driver; exits with 7 if it is off.");
   line.add_flag("--json", 0, "print JSON", as_json);
-  line.add_parameters(settings, [](std::string_view name) {
-    return name == "filter" || name == "device";
-  });
+  line.add_parameters(settings,
+                      [](std::string_view name) { return name == "filter" || name == "device"; });
   if (!line.parse(arguments)) return;
   Scene scene;
   apply_over(scene, settings);

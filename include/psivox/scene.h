@@ -109,8 +109,7 @@ struct Scene {
   }
   /// Whether a grid or a function of luminance changes the picture.
   bool shines() const {
-    return composites() && has_extinction() &&
-           (lit() || resolved_luminance() != glm::dvec3(0));
+    return composites() && has_extinction() && (lit() || resolved_luminance() != glm::dvec3(0));
   }
   double resolved_step() const { return step.value_or(1.0); }
 };

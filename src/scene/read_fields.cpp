@@ -28,8 +28,10 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file) {
     auto field = read(file, name, {GridRole::luminance, scene.strict});
     return field->name == fields.density->name && !data ? fields.density : field;
   };
-  if (scene.shines() && !scene.luminance_grid.empty()) fields.luminance = luminance(scene.luminance_grid);
-  if (scene.emission_scale > 0 && !scene.emission_grid.empty()) fields.emission = luminance(scene.emission_grid);
+  if (scene.shines() && !scene.luminance_grid.empty())
+    fields.luminance = luminance(scene.luminance_grid);
+  if (scene.emission_scale > 0 && !scene.emission_grid.empty())
+    fields.emission = luminance(scene.emission_grid);
   if (scene.shines() && !scene.temperature_grid.empty())
     fields.temperature = read(file, scene.temperature_grid, {GridRole::data, scene.strict});
   return fields;
