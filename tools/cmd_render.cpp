@@ -39,8 +39,6 @@ bool wants(const RenderCall& call, const char* layer) {
   return std::find(call.layers.begin(), call.layers.end(), layer) != call.layers.end();
 }
 
-[[noreturn]] void usage(const std::string& message) { throw Error(ExitCode::usage, message); }
-
 bool parse(RenderCall& call, Arguments arguments) {
   CommandLine line("render", "Renders a .vdb to an EXR or PNG file, headless.");
   line.add_value("--output", 'o', "FILE", ".exr: linear, premultiplied; .png: sRGB, 8 bits",

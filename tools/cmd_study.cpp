@@ -25,8 +25,6 @@ struct StudyCall {
   bool psi = false, no_split = false, resume = false, quiet = false;
 };
 
-[[noreturn]] void usage(const std::string& message) { throw Error(ExitCode::usage, message); }
-
 bool parse(StudyCall& call, Arguments arguments) {
   CommandLine line("study",
                    "Renders a .vdb in many ways and measures error and time of each: tables, "

@@ -17,7 +17,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-std::string number(double value) {
+std::string short_number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.1e", value);
   return text;
@@ -29,9 +29,9 @@ std::string padded(const std::string& text, std::size_t width) {
 
 constexpr std::size_t name_width = 30, number_width = 8;
 
-void print(const VerifyCase& c) {
-  std::cout << padded(c.name, name_width) << padded(number(c.error), number_width)
-            << padded(number(c.bound), number_width) << (c.passed() ? "pass  " : "FAIL  ")
+void print_case(const VerifyCase& c) {
+  std::cout << padded(c.name, name_width) << padded(short_number(c.error), number_width)
+            << padded(short_number(c.bound), number_width) << (c.passed() ? "pass  " : "FAIL  ")
             << c.reason << std::endl;
 }
 
@@ -83,7 +83,7 @@ void verify_command(Arguments arguments) {
               << padded("bound", number_width) << "      reason for the bound" << std::endl;
   const auto start = std::chrono::steady_clock::now();
   VerifyOptions options{.filter = scene.filter, .device = scene.device};
-  if (!as_json) options.progress = print;
+  if (!as_json) options.progress = print_case;
   const VerifyReport report = verify(options);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

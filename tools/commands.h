@@ -3,11 +3,17 @@
 #include <span>
 #include <string>
 
+#include "psivox/error.h"
+
 namespace psivox {
 
 /// Arguments after the command's name. Errors leave as Error; psivox.cpp turns them into a message
 /// and an exit code.
 using Arguments = std::span<const std::string>;
+
+[[noreturn]] inline void usage(const std::string& message) {
+  throw Error(ExitCode::usage, message);
+}
 
 void render_command(Arguments arguments);
 void info_command(Arguments arguments);

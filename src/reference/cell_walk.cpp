@@ -1,16 +1,14 @@
 #include "cell_walk.h"
+#include "limits.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-#include <limits>
 
 namespace psivox {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // The way into the grid subtracts numbers of the size of the world's origin and multiplies by the
 // inverse of the transform; wider arithmetic keeps the double result right to its last bits.

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "classify.h"
+#include "limits.h"
 
 namespace psivox {
 namespace {
 
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 /// Of the greatest attenuation in the stretch, to which cubics are fitted.
 constexpr double fit_tolerance = 1e-11;
 /// Parts of a stretch that are not halved further; what a fit may be off there is an attenuation's

@@ -1,12 +1,11 @@
 #include "grid_walk.h"
+#include "limits.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace psivox {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t cells_level = FieldLookup::widths.size();
 
 }  // namespace

@@ -1,13 +1,11 @@
 #include "piece.h"
+#include "limits.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace psivox {
 namespace {
-
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 // Six-point Gauss-Legendre on [0,1]: exact to degree 11.
 constexpr std::array<double, 6> node{0.033765242898423989, 0.16939530676686776,

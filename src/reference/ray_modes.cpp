@@ -8,13 +8,11 @@
 #include <glm/matrix.hpp>
 
 #include "grid_walk.h"
+#include "limits.h"
 #include "ray_sum.h"
 
 namespace psivox {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 /// A ray through the density grid, from its first stretch inside the domain to its last.
 class DensityWalk {

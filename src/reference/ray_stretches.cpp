@@ -5,14 +5,12 @@
 #include <glm/geometric.hpp>
 
 #include "grid_walk.h"
+#include "limits.h"
 #include "ray_radiance.h"
 #include "ray_sum.h"
 
 namespace psivox {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 void move_on(std::optional<GridWalk>& walk, double s, double& end) {
   if (!walk) return;

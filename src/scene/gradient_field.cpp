@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t most_blocks = std::size_t{1} << 24;
 
-void check_count(const Field& field, std::size_t blocks) {
+void check_blocks(const Field& field, std::size_t blocks) {
   if (blocks > most_blocks)
     throw Error(ExitCode::memory, "grid " + in_quotes(field.name) + " has gradients in more than " +
                                       std::to_string(most_blocks) +
@@ -39,7 +39,7 @@ std::vector<glm::ivec3> candidate_blocks(const Field& field) {
   const auto add = [&](const glm::ivec3& origin) {
     if (origin != glm::clamp(origin, first, last)) return;
     blocks.insert(origin);
-    check_count(field, blocks.size());
+    check_blocks(field, blocks.size());
   };
   // both sides of the faces of a cube
   const auto add_faces = [&](const glm::ivec3& origin, int width) {
@@ -146,7 +146,7 @@ Field told_by_blocks(const Field& field, const Field& gradient, bool with_zeros)
     int level = 0;
     while (FieldIndex::widths[static_cast<std::size_t>(level)] != tile.width) ++level;
     split(gradients, field.domain(), tile, level, result.tiles);
-    check_count(field, result.tiles.size());
+    check_blocks(field, result.tiles.size());
   }
   for (const Leaf& leaf : gradient.leaves)
     if (with_zeros && !index.stores(leaf.origin))

@@ -19,8 +19,6 @@
 namespace psivox::vdb {
 namespace {
 
-constexpr std::size_t kLeafVoxels = 512;
-
 template <typename ValueT>
 constexpr bool is_vec = openvdb::VecTraits<ValueT>::IsVec;
 

@@ -14,7 +14,6 @@
 namespace psivox::vdb {
 namespace {
 
-constexpr std::size_t kLeafVoxels = 512;
 constexpr std::size_t kGrain = 64;  // leaves a task: 128 KiB or more
 constexpr float kMaxFloat = std::numeric_limits<float>::max();
 

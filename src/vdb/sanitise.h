@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -8,6 +9,8 @@
 #include "psivox/vdb.h"
 
 namespace psivox::vdb {
+
+inline constexpr std::size_t kLeafVoxels = 512;
 
 /// How many stored values were replaced. A tile counts like one voxel, a vector's components each.
 struct BadValues {
