@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -18,7 +19,7 @@ constexpr double patience_log_s = 2;
 std::string time_left(double fraction, double passed_s) {
   if (fraction < 0.02 || passed_s < 2) return "";
   const double left_s = passed_s * (1 - fraction) / fraction;
-  const int seconds = static_cast<int>(std::min(left_s, 359999.0) + 0.5);
+  const auto seconds = static_cast<int>(std::lround(std::min(left_s, 359999.0)));
   char text[40];
   if (seconds >= 3600)
     std::snprintf(text, sizeof text, ", %d:%02d:%02d left", seconds / 3600, seconds / 60 % 60,

@@ -73,7 +73,8 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
     for (int side = 0; side < 2; ++side) {
       glm::ivec3 there = origin;
       there[axis] += side ? 8 : -8;
-      around[static_cast<std::size_t>(2 * axis + side)] = index.block(there);
+      around[2 * static_cast<std::size_t>(axis) + static_cast<std::size_t>(side)] =
+          index.block(there);
     }
   bool any = false;
   for (int i = 0; i < 512; ++i) {
@@ -81,7 +82,7 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
     glm::dvec3 difference;
     for (int axis = 0; axis < 3; ++axis) {
       const int stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
-      const auto below = static_cast<std::size_t>(2 * axis);
+      const std::size_t below = 2 * static_cast<std::size_t>(axis);
       const float low =
           local[axis] > 0 ? own.value(i - stride) : around[below].value(i + 7 * stride);
       const float high =
