@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "march/atlas_march.h"
+#include "march/preintegration.h"
 #include "psivox/parameters.h"
 
 namespace psivox {
@@ -100,7 +101,7 @@ class Model {
       return "none: the picture depends on the optical depth alone, which is exact for what is "
              "interpolated (" +
              name + " would give the same)";
-    return name + ": " + rule.help;
+    return name + ": " + rule.help + table();
   }
 
   std::string sampling() const {
@@ -141,6 +142,15 @@ class Model {
   }
 
  private:
+  /// Size and error of the table of `preintegrated`.
+  std::string table() const {
+    if (!setup_.preintegration) return "";
+    const PreintegratedTable& made = *setup_.preintegration;
+    return "; " + std::to_string(made.size()) + " x " + std::to_string(made.size()) + " values, " +
+           std::to_string(made.layers()) + " lengths, off by " + number(made.error_bound()) +
+           " of a segment's radiance at most";
+  }
+
   const MarchConstants& constants() const { return setup_.constants; }
   std::string mode() const { return parameter(scene_, "mode"); }
 
