@@ -11,23 +11,10 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "usage_error.h"
 
 namespace psivox {
 namespace {
-
-/// The message of the usage error that `action` throws, or what went wrong instead.
-template <typename Action>
-std::string usage_error(Action action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::usage);
-    const std::string message = error.what();
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    return message;
-  }
-  return "no error";
-}
 
 std::string refusal(const char* name, const char* text) {
   Scene scene;
