@@ -42,7 +42,7 @@ only_in '^gtest/' '^tests/'
 
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
 declare -A sees=(
-  [atlas]="" [files]="" [gl]="march" [image]="" [march]="" [reference]="" [scene]=""
+  [atlas]="" [control]="" [files]="" [gl]="march" [image]="" [march]="" [reference]="" [scene]=""
   [study]="march" [vdb]="" [verify]=""
 )
 components=$(printf '%s|' "${!sees[@]}")
