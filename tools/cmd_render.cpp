@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <future>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -159,7 +161,18 @@ void add_error(Image& image, const Image& exact, RenderReport& report) {
   image.layers.push_back(error_layer(image, exact));
 }
 
-Image march(const RenderCall& call, View& view, const Progress& whole, RenderReport& report) {
+/// Made while the file is read. Throws, on get(), what GlRenderer's constructor does.
+using FutureRenderer = std::future<std::unique_ptr<GlRenderer>>;
+
+FutureRenderer open_renderer(const Scene& scene) {
+  if (scene.renderer != RendererKind::gl) return {};
+  return std::async(std::launch::async, [device = scene.device] {
+    return std::make_unique<GlRenderer>(ContextOptions{device});
+  });
+}
+
+Image march(const RenderCall& call, View& view, FutureRenderer opened, const Progress& whole,
+            RenderReport& report) {
   const Stopwatch building;
   MediumAtlas atlas = build_medium_atlas(view);
   report.atlas_ms = building.ms();
@@ -185,17 +198,17 @@ Image march(const RenderCall& call, View& view, const Progress& whole, RenderRep
     if (wants(call, "error"))
       add_error(result.image, render_march_double(exact_view(marched), atlas).image, report);
   } else {
-    GlRenderer renderer({view.scene.device});
+    const std::unique_ptr<GlRenderer> renderer = opened.get();
     if (light) {
-      renderer.upload(atlas);
-      add_light(view, atlas, renderer.light_depths(view), light_progress, report);
+      renderer->upload(atlas);
+      add_light(view, atlas, renderer->light_depths(view), light_progress, report);
     }
-    renderer.upload(atlas, view.scene.filter);
-    marched = choose_march(view, atlas, budget, &renderer, call.quiet, report);
-    result = renderer.render(marched, render);
+    renderer->upload(atlas, view.scene.filter);
+    marched = choose_march(view, atlas, budget, renderer.get(), call.quiet, report);
+    result = renderer->render(marched, render);
     if (wants(call, "error")) {
-      if (view.scene.filter != Filter::exact) renderer.upload(atlas);
-      add_error(result.image, renderer.render(exact_view(marched)).image, report);
+      if (view.scene.filter != Filter::exact) renderer->upload(atlas);
+      add_error(result.image, renderer->render(exact_view(marched)).image, report);
     }
   }
   report.stats = result.stats;
@@ -264,13 +277,13 @@ void print_check(const RenderCall& call, const View& view, const Image& image,
                 report.plan->chosen.max, trial_text(report.plan->chosen).c_str());
 }
 
-void render(const RenderCall& call, View& view, RenderReport& report) {
+void render(const RenderCall& call, View& view, FutureRenderer opened, RenderReport& report) {
   Image image;
   {
     ProgressBar bar(call.quiet);
     image = view.scene.renderer == RendererKind::reference
                 ? integrate(call, view, bar.progress(), report)
-                : march(call, view, bar.progress(), report);
+                : march(call, view, std::move(opened), bar.progress(), report);
   }
   if (!call.check_error.empty()) print_check(call, view, image, report);
   // Counting makes layers that nobody may have asked for.
@@ -305,6 +318,8 @@ void render_command(Arguments arguments) {
 
   report.input = scene.input;
   report.output = call.output;
+  FutureRenderer opened;
+  if (!call.output.empty()) opened = open_renderer(scene);
   const Stopwatch reading;
   View view = make_view(scene, VdbFile(scene.input));
   report.read_ms = reading.ms();
@@ -313,7 +328,7 @@ void render_command(Arguments arguments) {
   if (call.explain) print_explanation(view);
   if (call.output.empty()) return;
 
-  render(call, view, report);
+  render(call, view, std::move(opened), report);
   std::error_code not_a_file;
   const std::uintmax_t written = std::filesystem::file_size(call.output, not_a_file);
   report.output_bytes = not_a_file ? 0 : written;
