@@ -127,8 +127,12 @@ std::string raw_block(const std::vector<Channel>& channels, int width, int first
     for (const Channel& channel : channels) {
       const float* from = channel.values + std::size_t(y) * std::size_t(width) * channel.stride;
       for (int x = 0; x < width; ++x, from += channel.stride, to += channel.bytes()) {
-        const std::uint16_t half = channel.half ? imath_float_to_half(*from) : std::uint16_t{0};
-        std::memcpy(to, channel.half ? static_cast<const void*>(&half) : from, channel.bytes());
+        if (channel.half) {
+          const std::uint16_t half = imath_float_to_half(*from);
+          std::memcpy(to, &half, sizeof half);
+        } else {
+          std::memcpy(to, from, sizeof *from);
+        }
       }
     }
   return raw;
@@ -137,16 +141,20 @@ std::string raw_block(const std::vector<Channel>& channels, int width, int first
 /// As OpenEXR zips: even bytes before odd ones, each as its difference from the one before; stored
 /// as they were if that is not shorter.
 std::string zipped(std::string raw) {
-  std::string parted(raw.size(), '\0');
-  const std::size_t evens = (raw.size() + 1) / 2;
-  for (std::size_t i = 0; i < raw.size(); ++i) parted[(i & 1 ? evens : 0) + i / 2] = raw[i];
-  for (std::size_t i = parted.size() - 1; i > 0; --i)
-    parted[i] = static_cast<char>(parted[i] - parted[i - 1] + 128);
-  std::string zip(compressBound(parted.size()), '\0');
+  std::string parted(raw.size(), '\0'), changes(raw.size(), '\0');
+  const std::size_t half = raw.size() / 2;  // values have 2 or 4 bytes
+  for (std::size_t i = 0; i < half; ++i) {
+    parted[i] = raw[2 * i];
+    parted[half + i] = raw[2 * i + 1];
+  }
+  changes[0] = parted[0];
+  for (std::size_t i = 1; i < raw.size(); ++i)
+    changes[i] = static_cast<char>(parted[i] - parted[i - 1] + 128);
+  std::string zip(compressBound(changes.size()), '\0');
   uLongf size = zip.size();
   const int status =
       compress2(reinterpret_cast<Bytef*>(zip.data()), &size,
-                reinterpret_cast<const Bytef*>(parted.data()), parted.size(), zip_level);
+                reinterpret_cast<const Bytef*>(changes.data()), changes.size(), zip_level);
   if (status == Z_MEM_ERROR) throw std::bad_alloc();
   if (status != Z_OK || size >= raw.size()) return raw;
   zip.resize(size);
