@@ -92,6 +92,7 @@ std::string RenderReport::json() const {
         {"shader", stats.shader_ms},
         {"upload", stats.upload_ms},
         {"march", stats.march_ms},
+        {"march_cpu", stats.cpu_ms},
         {"write", write_ms},
         {"total", total_ms}}},
       {"counts", counts},
