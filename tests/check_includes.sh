@@ -32,7 +32,7 @@ only_in() {
     [ $allowed = 1 ] || complain "$place" "<$header> belongs in $*"
   done < <(includes "${folders[@]}")
 }
-only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tests/vdb_'
+only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_march\.cpp$' '^tests/vdb_'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/'
 only_in '^nlohmann/' '^src/scene/' '^src/study/' '^tools/'
