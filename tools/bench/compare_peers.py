@@ -146,7 +146,7 @@ class Bench:
             words = [f"{key}={scene[key]}" for key in ("extinction", "from", "to", "position",
                                                        "target", "fov")]
             done = run([self.nanovdb, self.file(scene), picture, f"step={step}",
-                        f"size={self.options.size}", f"termination={TERMINATION}", *words])
+                        f"size={self.options.size}", f"termination={TERMINATION}", "repeat=1", *words])
             if not done:
                 return None
             times = json.loads(done[0])

@@ -2,7 +2,7 @@
 // library's trilinear sampler, homogeneous segments at midpoints of one lattice a ray, TBB. Built
 // and run by compare_peers.py; it uses psivox only to write its picture.
 //
-//   nanovdb_march FILE.vdb OUT.exr step=1 size=512 repeat=2 extinction=20 from=r,g,b to=r,g,b
+//   nanovdb_march FILE.vdb OUT.exr step=1 size=512 repeat=1 extinction=20 from=r,g,b to=r,g,b
 //                 position=x,y,z target=x,y,z fov=35 [termination=1e-6]
 //
 // Luminance is from + (to - from) * density, extinction is that of density 1 [1/world unit], the
@@ -52,7 +52,7 @@ class Options {
 
  private:
   std::map<std::string, std::string> values_{{"step", "1"},     {"size", "512"},
-                                             {"repeat", "2"},   {"termination", "1e-6"},
+                                             {"repeat", "1"},   {"termination", "1e-6"},
                                              {"from", "1,1,1"}, {"to", "1,1,1"}};
 };
 
@@ -61,10 +61,10 @@ nanovdb::GridHandle<> load(const char* file) {
   openvdb::io::File input(file);
   input.open();
   const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(input.readGrid("density"));
-  // Leaves are what the march stops at: tiles become leaves, and so do the neighbours that a cell
-  // of a leaf reaches into.
-  grid->tree().voxelizeActiveTiles();
+  // Leaves are what the march stops at: the neighbours that a cell of a leaf reaches into become
+  // leaves, and tiles do, after the dilation, which makes tiles of constant leaves.
   openvdb::tools::dilateActiveValues(grid->tree(), 1, openvdb::tools::NN_FACE_EDGE_VERTEX);
+  grid->tree().voxelizeActiveTiles();
   return nanovdb::openToNanoVDB(*grid);
 }
 
