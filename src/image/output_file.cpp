@@ -75,18 +75,25 @@ void OutputFile::remember_failure() {
   if (failure_ == 0) failure_ = errno != 0 ? errno : EIO;
 }
 
-void OutputFile::seek(std::int64_t offset) {
-  if (fseeko(file_, offset, SEEK_SET) != 0) remember_failure();
+bool OutputFile::seek(std::int64_t offset) {
+  if (fseeko(file_, offset, SEEK_SET) == 0) return true;
+  remember_failure();
+  return false;
 }
 
-void OutputFile::write(std::string_view bytes) {
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) remember_failure();
+std::size_t OutputFile::write(std::string_view bytes) {
+  const std::size_t written = std::fwrite(bytes.data(), 1, bytes.size(), file_);
+  if (written != bytes.size()) remember_failure();
+  return written;
 }
 
-void OutputFile::commit() {
+void OutputFile::commit(bool library_succeeded, const std::string& library_says) {
   if (std::fclose(file_) != 0) remember_failure();
   file_ = nullptr;
   if (failure_ != 0) throw write_error(named_, std::strerror(failure_));
+  if (!library_succeeded) {
+    throw write_error(named_, library_says.empty() ? "OpenImageIO gave no reason" : library_says);
+  }
   std::error_code failure;
   fs::rename(hidden_, target_, failure);
   if (failure) throw write_error(named_, failure.message());

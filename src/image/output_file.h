@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace psivox::image_io {
@@ -10,7 +11,9 @@ namespace psivox::image_io {
 /// A file that appears under its name whole or not at all.
 ///
 /// It is written under a hidden name in the target's directory, so that the rename stays on one
-/// file system and is atomic. A failed call is remembered and told by commit().
+/// file system and is atomic. Encoders write through it rather than to a name: some lose errors of
+/// the last bytes (OpenEXR writes its offset table in a destructor that swallows exceptions),
+/// whereas every failed call is remembered here and told by commit().
 class OutputFile {
  public:
   /// Creates the hidden file. Throws Error(output) if the target could not be written.
@@ -22,12 +25,15 @@ class OutputFile {
 
   /// Where the next bytes go.
   std::int64_t tell() const { return ftello(file_); }
-  void seek(std::int64_t offset);
-  void write(std::string_view bytes);
+  /// False where it cannot be.
+  bool seek(std::int64_t offset);
+  /// Bytes that were written.
+  std::size_t write(std::string_view bytes);
 
   /// Gives the file its name, replacing another. Throws Error(output) if that, or any call before,
-  /// failed.
-  void commit();
+  /// failed, or who encoded the picture did; `library_says` is added where the system gave no
+  /// reason.
+  void commit(bool library_succeeded, const std::string& library_says);
 
  private:
   void remember_failure();

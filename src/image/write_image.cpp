@@ -35,6 +35,12 @@ void check_layers(const Image& image, const std::filesystem::path& path) {
 
 }  // namespace
 
+std::string image_io::exr_channel_name(const Layer& layer, std::size_t channel) {
+  if (layer.name.empty()) return layer.channels[channel];
+  if (layer.channels.size() == 1) return layer.name;
+  return layer.name + "." + layer.channels[channel];
+}
+
 void write_image(const Image& image, const std::filesystem::path& path,
                  const WriteOptions& options) {
   const image_io::Format format = image_io::format_from_extension(path);

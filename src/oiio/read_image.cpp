@@ -12,10 +12,11 @@
 #include "channels.h"
 #include "image/error_text.h"
 #include "image/format.h"
-#include "image/picture_reader.h"
+#include "image/picture_files.h"
 #include "image/srgb.h"
 #include "png_chunks.h"
 #include "psivox/image.h"
+#include "write.h"
 
 namespace psivox {
 namespace {
@@ -172,9 +173,10 @@ std::string library_version() {
          std::to_string(version % 100);
 }
 
-constexpr image_io::PictureReader table = {read_picture, read_attribute, library_version};
+constexpr image_io::PictureFiles table = {read_picture, read_attribute, oiio::write_exr,
+                                          oiio::write_png, library_version};
 
 }  // namespace
 }  // namespace psivox
 
-extern "C" const psivox::image_io::PictureReader* psivox_picture_reader() { return &psivox::table; }
+extern "C" const psivox::image_io::PictureFiles* psivox_picture_files() { return &psivox::table; }
