@@ -43,7 +43,7 @@ only_in '^gtest/' '^tests/'
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
 declare -A sees=(
   [atlas]="" [control]="" [files]="" [gl]="march" [image]="" [march]="" [oiio]="image" [reference]="" [scene]=""
-  [study]="march" [vdb]="" [verify]=""
+  [study]="march verify" [vdb]="" [verify]=""
 )
 components=$(printf '%s|' "${!sees[@]}")
 components=${components%|}

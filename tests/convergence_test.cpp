@@ -5,65 +5,33 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "analytic_march.h"
+#include "march/formula_march.h"
 #include "psivox/integrators.h"
+#include "study/fitted_order.h"
+#include "study/smooth_ray.h"
 
 namespace psivox {
 namespace {
-
-/// tau = K exp(-s^2), L = 1 + 0.6 sin(1.3 s + 0.4), s = x / scale.
-struct Bump {
-  double K;
-  double scale = 8;  ///< x of s = 1, so that a step of one is 1/8
-  double tau(double x) const { return K / scale * std::exp(-x * x / (scale * scale)); }
-  double L(double x) const { return 1 + 0.6 * std::sin(1.3 * x / scale + 0.4); }
-  /// Optical depth from a to b: an error function.
-  double depth(double a, double b) const {
-    return K * std::sqrt(std::numbers::pi) / 2 * (std::erf(b / scale) - std::erf(a / scale));
-  }
-};
-
-/// int L tau T dx over [a, b], five-point Gauss in panels of 1/8 of x: terms left out are below
-/// 1e-16 of it (the tenth derivative of a Gaussian of width 8 over a panel of 1/8).
-double exact_radiance(const Bump& field, double a, double b) {
-  constexpr std::array<double, 5> x{-0.906179845938664, -0.538469310105683, 0, 0.538469310105683,
-                                    0.906179845938664};
-  constexpr std::array<double, 5> w{0.236926885056189, 0.478628670499366, 0.568888888888889,
-                                    0.478628670499366, 0.236926885056189};
-  const int panels = int(std::ceil((b - a) * 8));
-  const double h = (b - a) / panels;
-  double sum = 0;
-  for (int i = 0; i < panels; ++i)
-    for (std::size_t n = 0; n < 5; ++n) {
-      const double t = a + h * (i + 0.5 + 0.5 * x[n]);
-      sum += 0.5 * h * w[n] * field.L(t) * field.tau(t) * std::exp(-field.depth(a, t));
-    }
-  return sum;
-}
 
 struct Errors {
   double radiance = 0, transmittance = 0;  ///< RMS over phases
 };
 
 /// RMS over the phases of the lattice, from `first` to `last`.
-Errors errors(Integrator rule, const Bump& field, double first, double last, double h,
+Errors errors(Integrator rule, const SmoothRay& field, double first, double last, double h,
               int phases = 16, bool corrected = false) {
-  glsl::AnalyticMarch march;
-  march.extinction = 1;
-  march.end_corrections = corrected;
-  march.fields[0] = [&](double x) { return field.tau(x); };
-  march.fields[1] = [&](double x) { return field.L(x); };
-  const double radiance = exact_radiance(field, first, last);
+  const FormulaRay ray{[&](double x) { return field.tau(x); }, [&](double x) { return field.L(x); },
+                       first, last};
+  const double radiance = field.radiance(first, last);
   const double transmittance = std::exp(-field.depth(first, last));
   Errors sum;
   for (int i = 0; i < phases; ++i) {
-    const auto m = march.along_x(rule, first, last, h, h * (i + 0.37) / phases);
-    const double dr = m.radiance.x - radiance;
+    const FormulaSum m = march_formula(rule, ray, {h, h * (i + 0.37) / phases, corrected});
+    const double dr = m.radiance - radiance;
     const double dt = std::exp(-m.optical_depth) - transmittance;
     sum.radiance += dr * dr / phases;
     sum.transmittance += dt * dt / phases;
@@ -71,24 +39,14 @@ Errors errors(Integrator rule, const Bump& field, double first, double last, dou
   return {std::sqrt(sum.radiance), std::sqrt(sum.transmittance)};
 }
 
-/// Slope of log error over log step, least squares.
-double fitted_order(const std::vector<double>& steps, const std::vector<double>& error) {
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const double u = std::log(steps[i]), v = std::log(error[i]);
-    n += 1, x += u, y += v, xx += u * u, xy += u * v;
-  }
-  return (n * xy - x * y) / (n * xx - x * x);
-}
-
-double order(Integrator rule, const Bump& field, double first, double last,
+double order(Integrator rule, const SmoothRay& field, double first, double last,
              const std::vector<double>& steps, bool corrected = false) {
-  std::vector<double> radiance;
+  std::vector<LengthError> radiance;
   for (const double h : steps)
-    radiance.push_back(errors(rule, field, first, last, h, 16, corrected).radiance);
-  const double result = fitted_order(steps, radiance);
+    radiance.emplace_back(h, errors(rule, field, first, last, h, 16, corrected).radiance);
+  const double result = fitted_order(radiance);
   std::printf("  %-16s K %-4g [%g, %g]: errors %.2e to %.2e, order %.3f\n", info(rule).name,
-              field.K, first, last, radiance.front(), radiance.back(), result);
+              field.K, first, last, radiance.front().second, radiance.back().second, result);
   testing::Test::RecordProperty(std::string(info(rule).name) + "_K" + std::to_string(field.K),
                                 std::to_string(result));
   return result;
@@ -100,7 +58,7 @@ const std::vector<double> fine{1.0 / 8, 1.0 / 16, 1.0 / 32, 1.0 / 64, 1.0 / 128}
 
 class Convergence : public testing::TestWithParam<double> {
  protected:
-  Bump field{GetParam()};
+  SmoothRay field{GetParam()};
 };
 INSTANTIATE_TEST_SUITE_P(K, Convergence, testing::Values(0.3, 3.0, 30.0));
 
@@ -181,15 +139,12 @@ TEST_P(Convergence, IntoTheBoxFace) {
 }
 
 TEST_P(Convergence, ConstantLuminanceIsFurnaceExact) {
-  glsl::AnalyticMarch march;
-  march.extinction = 1;
-  march.fields[0] = [&](double x) { return field.tau(x); };
-  march.fields[1] = [](double) { return 1.0; };
+  const FormulaRay ray{[&](double x) { return field.tau(x); }, [](double) { return 1.0; }, -5, 60};
   for (const IntegratorInfo& rule : integrators) {
     if (!is_segment_rule(rule.id)) continue;
     for (const double h : {0.1, 1.0, 7.3, 100.0}) {
-      const auto m = march.along_x(rule.id, -5, 60, h, 0.3 * h);
-      EXPECT_NEAR(m.radiance.x, -std::expm1(-m.optical_depth), 1e-13) << rule.name << ' ' << h;
+      const FormulaSum m = march_formula(rule.id, ray, {h, 0.3 * h});
+      EXPECT_NEAR(m.radiance, -std::expm1(-m.optical_depth), 1e-13) << rule.name << ' ' << h;
     }
   }
 }
@@ -209,7 +164,7 @@ TEST(ConvergenceTable, OfAnotherProgram) {
   constexpr std::array<double, 3> extinctions{0.3, 3, 30};
   for (const Row& row : table)
     for (std::size_t i = 0; i < 3; ++i) {
-      const double seen = errors(row.rule, Bump{extinctions[i]}, -far, far, 1, 64).radiance;
+      const double seen = errors(row.rule, SmoothRay{extinctions[i]}, -far, far, 1, 64).radiance;
       std::printf("  %-16s K %-4g %.3e (page: %.1e)\n", info(row.rule).name, extinctions[i], seen,
                   row.error[i]);
       EXPECT_NEAR(seen / row.error[i], 1, 0.05) << info(row.rule).name << ' ' << extinctions[i];

@@ -115,7 +115,7 @@ sed -i 's/return Weights(\(.*\), real(0.0), \(.*\), s.depth)/return Weights(\2, 
 cmp -s $rule "$assets/../shaders/integrators/psi_exact.glsl" && fail "psi_exact.glsl is not broken"
 PSIVOX_SHADER_DIR=$PWD/broken_shaders run 0 "" "${sweep[@]}" --integrators psi-exact --samplings cells -o broken
 # step_error_radiance_rms and arithmetic_error_radiance_rms
-errors() { sed -n 2p "$1/results.csv" | cut -d, -f22,26; }
+errors() { sed -n 2p "$1/results.csv" | cut -d, -f23,27; }
 run 0 "" "${sweep[@]}" --integrators psi-exact --samplings cells -o sound
 awk -F, -v broken="$(errors broken)" -v sound="$(errors sound)" 'BEGIN {
   split(broken, b); split(sound, s)
@@ -128,6 +128,34 @@ run 0 "" --psi -o psi -q
 [ "$(wc -l <psi/psi.csv)" = 45 ] || fail "psi.csv has $(wc -l <psi/psi.csv) lines, expected 45"
 [ "$(grep -o 'data:image/png;base64' psi/index.html | wc -l)" = 132 ] || fail "psi/index.html lacks pictures"
 grep -q '^psi-exact,opacities,rule,0,0,0,0,0,0$' psi/psi.csv || fail "psi-exact is not psi-exact"
+
+# --- their orders, several studies side by side, resolutions --------------------------------------
+run 0 "" --orders -o orders -q
+for file in orders.csv orders.json orders.md index.html order-step.svg order-step-inside.png \
+  order-voxel.png order-pixel.png; do
+  [ -s "orders/$file" ] || fail "no orders/$file"
+done
+[ "$(grep -o '<svg' orders/index.html | wc -l)" = 5 ] || fail "orders/index.html lacks plots"
+grep -q '^| step | from inside | psi-balanced, end corrections | 3 | 4 | \(3\.9\|4\.0\)' orders/orders.md ||
+  fail "psi-balanced is not of fourth order: $(grep corrections orders/orders.md)"
+run 2 "two studies" --orders --psi -o both
+
+run 0 "" "${sweep[@]}" -o sizes --resolutions 24x24,48x16 --integrators psi-exact --segments 1,2
+for file in reference_24x24.exr reference_48x16.png pictures/psi-exact_cells_2_24x24.png; do
+  [ -s "sizes/$file" ] || fail "no sizes/$file"
+done
+[ "$(cut -d, -f7 sizes/results.csv | sort | uniq -c | tr -s ' \n' ' ')" = " 4 24x24 4 48x16 1 resolution " ] ||
+  fail "sizes: $(cut -d, -f7 sizes/results.csv | sort | uniq -c)"
+# an error of the size of step 1's: the pictures were compared with those of their own size
+awk -F, 'NR > 1 && !($8 < 1e-2) { exit 1 }' sizes/results.csv || fail "sizes: errors of another size's reference"
+
+run 0 "" --summary whole,killed3/ -o summary
+[ "$(wc -l <summary/needs.csv)" = 41 ] || fail "needs.csv has $(wc -l <summary/needs.csv) lines, expected 41"
+grep -q '^| rule, sampling | whole | killed3 |' summary/needs.md || fail "needs.md lacks its studies"
+for file in needs-samples.svg needs-cpu.png index.html; do
+  [ -s "summary/$file" ] || fail "no summary/$file"
+done
+run 3 "nowhere" --summary whole,nowhere -o summary2
 
 [ $failed -eq 0 ] && echo "all passed"
 exit $((failed > 0))

@@ -11,6 +11,7 @@
 #include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "study/drawing.h"
+#include "study/orders.h"
 #include "study/plot.h"
 
 namespace psivox {
@@ -139,6 +140,22 @@ TEST(Plan, TemplatesNeedParallelRays) {
   EXPECT_EQ(plan_study(sweep, parallel).variants.size(), 1u);
 }
 
+TEST(Plan, ResolutionsAreADimensionOfTheirOwn) {
+  Sweep sweep = small_sweep();
+  set_sweep(sweep, "integrators", "psi-exact");
+  set_sweep(sweep, "samplings", "uniform");
+  set_sweep(sweep, "resolutions", "64x48,32x24");
+  Scene base;
+  base.resolution = {640, 480};
+  const StudyPlan plan = plan_study(sweep, base);
+  ASSERT_EQ(plan.variants.size(), 4u);
+  EXPECT_EQ(variant_name(plan.variants[0]), "psi-exact step 1 64x48");
+  EXPECT_EQ(scene_of(plan.variants[1], base).resolution, glm::ivec2(32, 24));
+  EXPECT_EQ(without_sweep(base).resolution, base.resolution);
+  const auto& swept = swept_parameters();  // --resolution stays an option
+  EXPECT_EQ(std::find(swept.begin(), swept.end(), "resolution"), swept.end());
+}
+
 TEST(Plan, VariantsAreScenesOfTheirOwn) {
   Scene base;
   base.step = 3;  // of a file: what a sweep sets does not stay
@@ -166,7 +183,9 @@ StudyResults some_results() {
   r.scene = to_json(Scene{});
   r.reference_bound = 1e-13;
   r.repeats = 2;
-  const StudyPlan plan = plan_study(small_sweep(), Scene{});
+  StudyPlan plan = plan_study(small_sweep(), Scene{});
+  plan.variants.push_back({Integrator::psi_exact, Sampling::uniform, 0, 1});
+  plan.variants.back().resolution = {32, 24};
   r.skipped = plan.skipped;
   double x = 0.1;
   for (const Variant& variant : plan.variants) {
@@ -222,6 +241,7 @@ TEST(Results, CsvHasEveryNumberWithAllItsDigits) {
     const auto number = [&](const char* name) { return std::stod(cells[column(name)]); };
     EXPECT_EQ(cells[column("integrator")], rule_name(point.variant));
     EXPECT_EQ(number("step"), point.variant.step);
+    EXPECT_EQ(cells[column("resolution")], point.variant.resolution.x ? "32x24" : "1280x720");
     EXPECT_EQ(number("rms"), point.error.rms());
     EXPECT_EQ(number("radiance_p99"), point.error.radiance.p99);
     EXPECT_EQ(number("alpha_mean"), point.error.alpha.mean);
@@ -273,7 +293,11 @@ TEST(Needs, LieBetweenPointsInLogarithms) {
 
 TEST(Resume, OnlyTheSameStudyGoesOn) {
   const StudyResults begun = some_results();
-  const StudyPlan plan = plan_study(small_sweep(), Scene{});
+  Sweep sweep = small_sweep();
+  StudyPlan plan = plan_study(sweep, Scene{});
+  set_sweep(sweep, "resolutions", "32x24");
+  for (const Variant& variant : plan_study(sweep, Scene{}).variants)
+    plan.variants.push_back(variant);
   StudyResults next = begun;
   next.points.clear();
   next.input = "elsewhere/a.vdb";  // the same bytes under another name
@@ -300,6 +324,34 @@ TEST(Resume, OnlyTheSameStudyGoesOn) {
     s.scene = to_json(changed);
   });
   EXPECT_NE(scene.find("--resolution"), std::string::npos) << scene;
+}
+
+// Four halvings: what is left of higher orders is 10 % of an order or less, where the lengths are
+// as fine as here.
+TEST(Orders, AreThoseExpected) {
+  std::vector<OrderRow> rows = step_orders();
+  EXPECT_EQ(rows.size(), 2u * 3 * 11 + 3);
+  for (const auto& more : {voxel_orders(), pixel_orders()})
+    rows.insert(rows.end(), more.begin(), more.end());
+  for (const OrderRow& row : rows) {
+    std::printf("  %-30s %-17s K %-4g expected %s%g, observed %.3f, errors %.2e to %.2e\n",
+                row.way.c_str(), row.rays.c_str(), row.K, row.about ? "about " : "", row.expected,
+                row.observed(), row.fitted().front().second, row.fitted().back().second);
+    ASSERT_EQ(row.fitted().size(), 4u) << row.way;
+    // what an approximate Psi adds is bounded in convergence_test
+    EXPECT_NEAR(row.observed(), row.expected, row.about ? 0.5 : 0.1)
+        << row.way << ' ' << row.rays << ' ' << row.K;
+  }
+}
+
+TEST(Orders, AreFittedToTheFinestAboveRounding) {
+  std::vector<LengthError> errors;
+  for (double h = 1; h > 1.0 / 100; h /= 2) errors.emplace_back(h, 3 * h * h * h);
+  EXPECT_NEAR(fitted_order(errors), 3, 1e-12);
+  const auto fitted = finest_four(errors, 1e-4);
+  ASSERT_EQ(fitted.size(), 4u);
+  EXPECT_EQ(fitted.back().first, 1.0 / 16);  // 3/32^3 is 9e-5
+  EXPECT_EQ(finest_four(errors, 0.1).size(), 2u);
 }
 
 TEST(Plot, PointsLieWhereTheirLogarithmsSay) {

@@ -21,8 +21,8 @@ namespace {
 struct StudyCall {
   SceneOptions scene;
   std::map<std::string, std::string> lists;  ///< of the sweep, as given
-  std::string output, file, repeats;
-  bool psi = false, no_split = false, resume = false, quiet = false;
+  std::string output, file, repeats, summary;
+  bool psi = false, orders = false, no_split = false, resume = false, quiet = false;
 };
 
 bool parse(StudyCall& call, Arguments arguments) {
@@ -37,7 +37,8 @@ bool parse(StudyCall& call, Arguments arguments) {
       {"segments", {"LIST", "linear segments a cell, under cells (default: 1,2,4)"}},
       {"steps", {"LIST", "uniform steps [voxels] (default: 4,2,1,0.5,0.25)"}},
       {"filters", {"LIST", "of exact, hardware, or all (default: exact)"}},
-      {"texels", {"LIST", "of float32, float16, or all (default: float32)"}}};
+      {"texels", {"LIST", "of float32, float16, or all (default: float32)"}},
+      {"resolutions", {"LIST", "of WxH [pixels] (default: --resolution's)"}}};
   for (const std::string& name : sweep_lists())
     line.add_value("--" + name, 0, help.at(name).first, help.at(name).second, call.lists[name]);
   line.add_value("--repeats", 0, "N", "times that each is timed; the median counts (default: 3)",
@@ -51,6 +52,12 @@ bool parse(StudyCall& call, Arguments arguments) {
                 call.no_split);
   line.add_flag("--resume", 0, "go on with the study that DIR holds", call.resume);
   line.add_flag("--psi", 0, "study the rules themselves, without a volume", call.psi);
+  line.add_flag("--orders", 0,
+                "fit orders of convergence in step, voxel and pixel, without a volume",
+                call.orders);
+  line.add_value("--summary", 0, "DIR,...",
+                 "what each rule needs for an error in finished studies, side by side",
+                 call.summary);
   line.add_flag("--quiet", 'q', "print errors only", call.quiet);
   call.scene.add_to(line, swept_parameters());
   return line.parse(arguments);
@@ -85,9 +92,15 @@ void study_command(Arguments arguments) {
   StudyCall call;
   if (!parse(call, arguments)) return;
   if (call.output.empty()) usage("no output; give a folder with -o DIR");
-  if (call.psi) {
+  if (call.psi || call.orders) {
+    if (call.psi && call.orders) usage("--psi and --orders are two studies; give one of them");
     ProgressBar bar(call.quiet);
-    return run_psi_study(call.output, bar.progress());
+    return (call.psi ? run_psi_study : run_order_study)(call.output, bar.progress());
+  }
+  if (!call.summary.empty()) {
+    std::vector<std::filesystem::path> folders;
+    for (const std::string& folder : split_list(call.summary)) folders.emplace_back(folder);
+    return run_summary(folders, call.output);
   }
   const StudyFile file = call.file.empty() ? StudyFile{} : read_study_file(call.file);
   StudyOptions options = options_of(call, file);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <glm/vec2.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -25,6 +26,7 @@ struct Sweep {
   std::vector<double> steps{4, 2, 1, 0.5, 0.25};  ///< under uniform [voxels of the finest axis]
   std::vector<Filter> filters{Filter::exact};
   std::vector<TexelType> texels{TexelType::float32};
+  std::vector<glm::ivec2> resolutions{};  ///< [pixels]; empty: the scene's own
 
   Sweep();  ///< with every integrator
 };
@@ -32,7 +34,7 @@ struct Sweep {
 /// The lists' names on the command line, without dashes.
 const std::vector<std::string>& sweep_lists();
 
-/// The scene's parameters that a sweep sets, and that a study's scene therefore does not.
+/// The scene's parameters that every sweep sets, and that a study's scene therefore does not.
 const std::vector<std::string>& swept_parameters();
 
 /// Replaces one list: items with commas, or `all` of the named ones. Throws Error(usage).
@@ -46,18 +48,19 @@ struct Variant {
   double step = 0;   ///< under uniform
   Filter filter = Filter::exact;
   TexelType texel = TexelType::float32;
+  glm::ivec2 resolution{0};  ///< [pixels]; 0: the scene's own
   bool operator==(const Variant&) const = default;
 };
 
 /// "psi-exact", and "cells 2", "step 0.5" or "template" ("cells" and "uniform" of those of any),
-/// then what is not the default of filter and texel: a row and a column of a table.
+/// then what is not the default of filter, texel and resolution: a row and a column of a table.
 std::string rule_name(const Variant& variant);
 std::string sampling_name(const Variant& variant);
 /// Both, and the same as a file's name without extension.
 std::string variant_name(const Variant& variant);
 std::string file_name(const Variant& variant);
 
-/// The scene that renders it; and the scene without anything that a sweep sets.
+/// The scene that renders it; and the scene without anything that every sweep sets.
 Scene scene_of(const Variant& variant, const Scene& base);
 Scene without_sweep(const Scene& scene);
 
@@ -169,8 +172,9 @@ struct Need {
   std::optional<double> samples_per_ray, cpu_ms;
   bool at_most = false;  ///< the coarsest point is good enough: it takes that or less
 };
-/// For RMS of 1e-2, 1e-3, 1e-4 and 1e-5, refinements in the order of their first points.
-std::vector<Need> needs_of(const StudyResults& results);
+/// For each RMS, refinements in the order of their first points.
+std::vector<Need> needs_of(const StudyResults& results,
+                           const std::vector<double>& rms_wanted = {1e-2, 1e-3, 1e-4, 1e-5});
 
 /// Why a study that was begun cannot go on as `next`, empty where it can: another scene, input,
 /// version or driver, or points that the new one has not.
@@ -204,9 +208,19 @@ void check_study_folder(const std::filesystem::path& folder, bool resume);
 /// what there is has been written; else as rendering does.
 StudyResults run_study(View view, const StudyOptions& options);
 
+/// What each rule and sampling needs for an RMS in several finished studies, their folders given,
+/// side by side: needs.csv, needs.md, plots and index.html in `out`. Throws Error(input).
+void run_summary(const std::vector<std::filesystem::path>& folders,
+                 const std::filesystem::path& out);
+
 /// The rules alone, without a volume: errors of Psi, zeta and the colour over the ends of a segment
 /// of linear attenuation, in double against the exact rule and in float against double. Writes
 /// psi.csv, psi.md, pictures and index.html.
 void run_psi_study(const std::filesystem::path& folder, const Progress& progress = {});
+
+/// Orders of convergence in step, voxel and pixel, without a volume: the march in double over media
+/// that are formulas, one length at a time, beside the orders expected. Writes orders.csv,
+/// orders.json, orders.md, plots and index.html.
+void run_order_study(const std::filesystem::path& folder, const Progress& progress = {});
 
 }  // namespace psivox

@@ -47,7 +47,7 @@ Need need_of(const std::vector<const StudyPoint*>& points, double rms) {
 
 }  // namespace
 
-std::vector<Need> needs_of(const StudyResults& results) {
+std::vector<Need> needs_of(const StudyResults& results, const std::vector<double>& rms_wanted) {
   std::vector<std::vector<const StudyPoint*>> curves;
   for (const StudyPoint& point : results.points) {
     const auto same = [&](const auto& curve) {
@@ -65,7 +65,7 @@ std::vector<Need> needs_of(const StudyResults& results) {
       return a->variant.step != b->variant.step ? a->variant.step > b->variant.step
                                                 : a->variant.segments < b->variant.segments;
     });
-    for (const double rms : {1e-2, 1e-3, 1e-4, 1e-5}) needs.push_back(need_of(curve, rms));
+    for (const double rms : rms_wanted) needs.push_back(need_of(curve, rms));
   }
   return needs;
 }

@@ -8,7 +8,8 @@
 namespace psivox {
 namespace {
 
-constexpr int page_width = 900, page_height = 560;
+constexpr int least_width = 900, page_height = 560;
+constexpr double letter_width = 6.5;                              ///< of the legend, about
 constexpr double left = 80, right = 690, top = 40, bottom = 500;  ///< of the axes' box
 constexpr Ink black{20, 20, 20}, grey{225, 225, 225}, dark_grey{185, 185, 185}, red{200, 0, 0};
 
@@ -75,7 +76,9 @@ class Page {
       }
     x_ = make_axis(x[0], x[1], left, right);
     y_ = make_axis(y[0], y[1], bottom, top);
-    drawing_.width = page_width;
+    std::size_t letters = 0;
+    for (const LegendEntry& entry : plot.legend) letters = std::max(letters, entry.text.size());
+    drawing_.width = std::max(least_width, int(right + 60 + letter_width * double(letters)));
     drawing_.height = page_height;
   }
 

@@ -5,12 +5,12 @@
 
 #include "march/rule_weights.h"
 #include "psivox/colormap.h"
-#include "psivox/error.h"
-#include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "psivox/text_file.h"
+#include "study/folder.h"
 #include "study/html.h"
 #include "study/number_format.h"
+#include "study/text_table.h"
 
 namespace psivox {
 namespace {
@@ -126,12 +126,6 @@ struct Surface {
   }
 };
 
-std::string name_of(Integrator rule) {
-  Scene scene;
-  scene.integrator = rule;
-  return parameter_text(scene, *find_parameter("integrator"));
-}
-
 std::vector<Integrator> segment_rules() {
   std::vector<Integrator> rules;
   for (const IntegratorInfo& row : integrators)
@@ -147,7 +141,7 @@ class Section {
 
   void add(Integrator rule) {
     const Surface surface(rule, domain_, measure_);
-    const std::string name = name_of(rule);
+    const std::string name = rule_name({.integrator = rule});
     csv += name + "," + domain_.name + "," + measure_.name;
     std::vector<std::string> row = {name};
     for (const Quantity& quantity : quantities) {
@@ -169,15 +163,7 @@ class Section {
                                                  : "Float32 against double, rule by rule") +
            ": " + domain_.caption;
   }
-  std::string markdown() const {
-    std::string out = "**" + title() + "**\n\n";
-    for (const auto& row : rows) {
-      for (const std::string& cell : row) out += "| " + cell + " ";
-      out += "|\n";
-      if (&row == &rows.front()) out += "|---|---|---|---|\n";
-    }
-    return out + "\n";
-  }
+  std::string markdown() const { return "**" + title() + "**\n\n" + markdown_table(rows) + "\n"; }
   std::string html() const {
     return "<h2>" + title() + "</h2>\n" + html_table(rows) + "<div class=\"gallery\">\n" + figures +
            "</div>\n";
@@ -190,19 +176,14 @@ class Section {
   const Measure& measure_;
   fs::path folder_;
   std::string figures;
-  std::vector<std::vector<std::string>> rows = {
-      {"rule", "ΔΨ, RMS (max)", "Δζ, RMS (max)", "Δ colour, RMS (max)"}};
+  TextTable rows = {{"rule", "ΔΨ, RMS (max)", "Δζ, RMS (max)", "Δ colour, RMS (max)"}};
 };
 
 }  // namespace
 
 void run_psi_study(const fs::path& folder, const Progress& progress) {
   check_study_folder(folder, false);
-  std::error_code failure;
-  fs::create_directories(folder / "pictures", failure);
-  if (failure)
-    throw Error(ExitCode::output, "cannot make " + in_quotes((folder / "pictures").string()) +
-                                      ": " + failure.message());
+  make_folder(folder / "pictures");
   std::string csv = "integrator,ends,error,psi_rms,psi_max,zeta_rms,zeta_max,color_rms,color_max\n";
   std::string markdown, body =
                             "<p>One segment of length 1, its attenuation linear between its ends. "

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "psivox/parameters.h"
 #include "psivox/text_file.h"
 #include "study/html.h"
 #include "study/number_format.h"
@@ -93,22 +94,34 @@ std::string gallery(const StudyResults& results, const fs::path& folder) {
   return out + "</div>\n";
 }
 
+/// One a resolution.
+std::string references(const StudyResults& results, const fs::path& folder) {
+  std::vector<std::string> names;
+  std::string out;
+  for (const StudyPoint& p : results.points) {
+    const std::string name = reference_name(p.variant);
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    names.push_back(name);
+    out += html_figure(folder / (name + ".png"), "the reference", 2 * thumbnail_width);
+  }
+  return out;
+}
+
 }  // namespace
+
+std::string reference_name(const Variant& variant) {
+  if (variant.resolution.x == 0) return "reference";
+  return "reference_" + parameter_text(scene_of(variant, {}), *find_parameter("resolution"));
+}
 
 void write_report(const StudyResults& results, const fs::path& folder) {
   write_text((folder / "results.md").string(), results_markdown(results));
   std::string body = head(results);
-  body += html_figure(folder / "reference.png", "the reference", 2 * thumbnail_width);
+  body += references(results, folder);
   body +=
       "<h2>Plots</h2>\n<p>Error is the RMS over R G B A of the GPU's picture less the "
       "reference, in linear radiance.</p>\n";
-  for (const NamedPlot& named : plots_of(results)) {
-    const Drawing drawing = draw(named.plot);
-    const std::string svg = svg_of(drawing);
-    write_text((folder / (named.name + ".svg")).string(), svg);
-    write_image(picture_of(drawing), folder / (named.name + ".png"));
-    body += svg;
-  }
+  for (const NamedPlot& named : plots_of(results)) body += write_plot(named, folder);
   body += "<h2>Rules by samplings</h2>\n" + rms_table(results);
   body +=
       "<h2>What an error takes</h2>\n<p>Field look-ups a ray and processor time of the march for "

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "psivox/study.h"
 
@@ -9,6 +10,9 @@ namespace psivox {
 /// The folders of a study's pictures, in its own; each has one `file_name(variant)`.png a point.
 inline constexpr const char* pictures_folder = "pictures";
 inline constexpr const char* differences_folder = "differences";
+
+/// The reference's picture that a variant is compared with, without extension: one a resolution.
+std::string reference_name(const Variant& variant);
 
 /// Writes results.md, the plots and index.html of what `results` has so far. The pictures are in
 /// the folder already.

@@ -14,17 +14,29 @@ constexpr int format_version = 1;
 json json_of(const Variant& v) {
   const Scene scene = scene_of(v, {});
   const auto text = [&](const char* name) { return parameter_text(scene, *find_parameter(name)); };
-  return {{"integrator", text("integrator")}, {"sampling", text("sampling")},
-          {"segments", v.segments},           {"step", v.step},
-          {"filter", text("filter")},         {"texel", text("texel")}};
+  json j = {{"integrator", text("integrator")}, {"sampling", text("sampling")},
+            {"segments", v.segments},           {"step", v.step},
+            {"filter", text("filter")},         {"texel", text("texel")}};
+  if (v.resolution.x > 0) j["resolution"] = text("resolution");
+  return j;
 }
 
 Variant variant_from(const json& j) {
   Scene scene;
   for (const char* name : {"integrator", "sampling", "filter", "texel"})
     set_parameter(scene, name, j.at(name).get<std::string>());
-  return {*scene.integrator,          *scene.sampling, j.at("segments").get<int>(),
-          j.at("step").get<double>(), scene.filter,    scene.texel};
+  Variant v{*scene.integrator,
+            *scene.sampling,
+            j.at("segments").get<int>(),
+            j.at("step").get<double>(),
+            scene.filter,
+            scene.texel,
+            {}};
+  if (j.contains("resolution")) {
+    set_parameter(scene, "resolution", j.at("resolution").get<std::string>());
+    v.resolution = scene.resolution;
+  }
+  return v;
 }
 
 json json_of(const Deviation& d) {

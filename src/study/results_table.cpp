@@ -5,38 +5,25 @@
 
 #include "psivox/parameters.h"
 #include "psivox/study.h"
+#include "study/csv_line.h"
 #include "study/number_format.h"
 #include "study/results_table.h"
 
 namespace psivox {
 namespace {
 
-/// A line of CSV in the making. No name that a study prints has a comma or a quote in it.
-class Line {
- public:
-  Line& operator<<(const std::string& text) {
-    text_ += (text_.empty() ? "" : ",") + text;
-    return *this;
-  }
-  Line& operator<<(double value) { return *this << all_digits(value); }
-  std::string str() const { return text_ + "\n"; }
-
- private:
-  std::string text_;
-};
-
-void add_header(Line& line, const std::string& prefix) {
+void add_header(CsvLine& line, const std::string& prefix) {
   for (const char* channels : {"radiance", "alpha"})
     for (const char* number : {"rms", "max", "max_x", "max_y", "p99", "mean", "not_finite"})
       line << prefix + channels + "_" + number;
 }
 
-void add(Line& line, const PictureError& error) {
+void add(CsvLine& line, const PictureError& error) {
   for (const Deviation* d : {&error.radiance, &error.alpha})
     line << d->rms << d->max << d->max_x << d->max_y << d->p99 << d->mean << double(d->not_finite);
 }
 
-void add_short(Line& line, const std::optional<PictureError>& error) {
+void add_short(CsvLine& line, const std::optional<PictureError>& error) {
   for (const Deviation PictureError::*part : {&PictureError::radiance, &PictureError::alpha})
     for (const double Deviation::*number : {&Deviation::rms, &Deviation::max})
       line << (error ? all_digits((*error).*part.*number) : std::string());
@@ -91,8 +78,9 @@ TextTable needs_table(const StudyResults& results) {
 }
 
 std::string results_csv(const StudyResults& results) {
-  Line header;
-  for (const char* name : {"integrator", "sampling", "segments", "step", "filter", "texel", "rms"})
+  CsvLine header;
+  for (const char* name :
+       {"integrator", "sampling", "segments", "step", "filter", "texel", "resolution", "rms"})
     header << std::string(name);
   add_header(header, "");
   for (const char* error : {"step_error_", "arithmetic_error_"})
@@ -107,14 +95,16 @@ std::string results_csv(const StudyResults& results) {
     for (const char* number : {"median", "min", "max"})
       header << std::string(clock) + "_ms_" + number;
   std::string out = header.str();
+  const Scene base = scene_from_json(results.scene, "the study's scene");
   for (const StudyPoint& point : results.points) {
-    const Scene scene = scene_of(point.variant, {});
+    const Scene scene = scene_of(point.variant, base);
     const auto text = [&](const char* name) {
       return parameter_text(scene, *find_parameter(name));
     };
-    Line line;
+    CsvLine line;
     line << text("integrator") << text("sampling") << double(point.variant.segments)
-         << point.variant.step << text("filter") << text("texel") << point.error.rms();
+         << point.variant.step << text("filter") << text("texel") << text("resolution")
+         << point.error.rms();
     add(line, point.error);
     add_short(line, point.step_error);
     add_short(line, point.arithmetic);
@@ -144,14 +134,7 @@ std::string results_markdown(const StudyResults& results) {
       "\n\nField look-ups a ray and processor time that an RMS takes, between points straight in "
       "the "
       "logarithms; –: no point gets there.\n\n";
-  const TextTable needs = needs_table(results);
-  for (const auto& row : needs) {
-    for (const std::string& text : row) out += "| " + text + " ";
-    out += "|\n";
-    if (&row != &needs.front()) continue;
-    for (std::size_t i = 0; i < row.size(); ++i) out += "|---";
-    out += "|\n";
-  }
+  out += markdown_table(needs_table(results));
   if (results.skipped.empty()) return out;
   out += "\nLeft out:\n\n";
   for (const auto& [variants, reason] : skipped_lines(results.skipped))

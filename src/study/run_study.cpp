@@ -12,6 +12,7 @@
 #include "psivox/study.h"
 #include "psivox/text_file.h"
 #include "study/difference_picture.h"
+#include "study/folder.h"
 #include "study/machine.h"
 #include "study/report.h"
 
@@ -21,22 +22,17 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* results_name = "results.json";
-constexpr const char* reference_name = "reference.exr";
 
 // Work for the progress bar, in units of one render of a cheap variant on the GPU.
-double render_work(const Variant& v) {
-  return 0.3 + (v.sampling == Sampling::uniform ? 0.5 / v.step : 1 + 0.2 * v.segments);
-}
 constexpr double compile_work = 10;  // two programs, one of which counts
 constexpr double reference_work = 10;
 constexpr double double_work = 10;  // the march in double over that on the GPU
 
-void make_folder(const fs::path& folder) {
-  std::error_code failure;
-  fs::create_directories(folder, failure);
-  if (failure || !fs::is_directory(folder))
-    throw Error(ExitCode::output, "cannot make the folder " + in_quotes(folder.string()) +
-                                      (failure ? ": " + failure.message() : ""));
+/// The view in another size of picture.
+View resized(View view, const glm::ivec2& resolution) {
+  view.scene.resolution = resolution;
+  view.camera.half_height = view.camera.half_width / (double(resolution.x) / resolution.y);
+  return view;
 }
 
 class StudyRun {
@@ -52,7 +48,8 @@ class StudyRun {
   void light();
   void build_atlases();
   void resume();
-  void make_reference();
+  void make_references();
+  Image make_reference(const Variant& variant);
   void measure(std::size_t i);
   void time(std::size_t i);
 
@@ -75,6 +72,11 @@ class StudyRun {
     done_ += work;
     if (options_.progress) options_.progress(done_ / all_work_);
   }
+  double render_work(const Variant& v) const {
+    const glm::dvec2 own(scene_of(v, view_.scene).resolution), all(view_.scene.resolution);
+    const double work = v.sampling == Sampling::uniform ? 0.5 / v.step : 1 + 0.2 * v.segments;
+    return 0.3 + work * own.x * own.y / (all.x * all.y);
+  }
   double measure_work(std::size_t i) const;
   void add_up_work();
   void save() const;
@@ -88,7 +90,7 @@ class StudyRun {
   std::vector<std::optional<StudyPoint>> points_;  ///< one for each variant of the plan
   std::map<TexelType, MediumAtlas> atlases_;
   std::optional<std::pair<TexelType, Filter>> uploaded_;
-  Image reference_;
+  std::map<std::string, Image> references_;  ///< by reference_name(variant)
   double done_ = 0, all_work_ = 1;
 };
 
@@ -162,28 +164,37 @@ void StudyRun::resume() {
 
 /// Read where an earlier run of the study left it, else rendered. The bound is of the layer as it
 /// is kept, so that both ways give the same.
-void StudyRun::make_reference() {
-  const fs::path path = options_.folder / reference_name;
-  if (options_.resume && fs::exists(path) &&
-      read_metadata(path, "psivox:scene") == to_json(unlit_.scene)) {
-    reference_ = read_image(path);
-  } else {
-    const View view =
-        unlit_.medium.light ? lit(unlit_, reference_light_depths(unlit_), stopper()) : unlit_;
-    reference_ = render_reference(view, 1e-12, stopper()).image;
-    reference_.metadata["psivox:scene"] = to_json(unlit_.scene);
-    write_image(reference_, path);
+Image StudyRun::make_reference(const Variant& variant) {
+  const fs::path path = options_.folder / (reference_name(variant) + ".exr");
+  View view = resized(unlit_, scene_of(variant, unlit_.scene).resolution);
+  const std::string scene = to_json(view.scene);
+  if (options_.resume && fs::exists(path) && read_metadata(path, "psivox:scene") == scene)
+    return read_image(path);
+  if (view.medium.light) view = lit(std::move(view), reference_light_depths(unlit_), stopper());
+  Image image = render_reference(view, 1e-12, stopper()).image;
+  image.metadata["psivox:scene"] = scene;
+  write_image(image, path);
+  return image;
+}
+
+/// One for each resolution.
+void StudyRun::make_references() {
+  for (const Variant& variant : plan_.variants) {
+    const std::string name = reference_name(variant);
+    if (references_.contains(name)) continue;
+    const Image& image = references_[name] = make_reference(variant);
+    write_image(image, options_.folder / (name + ".png"));
+    for (const Layer& layer : image.layers)
+      if (layer.name == "error")
+        for (const float bound : layer.values)
+          base_.reference_bound = std::max(base_.reference_bound, double(bound));
   }
-  write_image(reference_, options_.folder / "reference.png");
-  for (const Layer& layer : reference_.layers)
-    if (layer.name == "error")
-      base_.reference_bound = *std::max_element(layer.values.begin(), layer.values.end());
 }
 
 View StudyRun::view_of(const Variant& variant) const {
   View view = view_;
   view.scene = scene_of(variant, view_.scene);
-  return view;
+  return resized(view, view.scene.resolution);
 }
 
 void StudyRun::upload(const Variant& variant) {
@@ -207,7 +218,7 @@ PictureError StudyRun::split(const Variant& variant, const Image& gpu, PictureEr
   options.progress = stopper();
   const Image exact =
       render_march_double(view_of(variant), atlases_.at(variant.texel), options).image;
-  step_error = picture_error(exact, reference_);
+  step_error = picture_error(exact, references_.at(reference_name(variant)));
   return picture_error(gpu, exact);
 }
 
@@ -220,7 +231,8 @@ void StudyRun::measure(std::size_t i) {
 
   const RenderResult drawn = render(variant, false);
   const RenderStats counts = render(variant, true).stats;
-  point.error = picture_error(drawn.image, reference_);
+  const Image& reference = references_.at(reference_name(variant));
+  point.error = picture_error(drawn.image, reference);
   const double rays = static_cast<double>(counts.rays);
   point.samples_per_ray = static_cast<double>(counts.samples) / rays;
   point.steps_per_ray = static_cast<double>(counts.steps) / rays;
@@ -234,7 +246,7 @@ void StudyRun::measure(std::size_t i) {
   }
   const std::string file = file_name(variant) + ".png";
   write_image(drawn.image, options_.folder / pictures_folder / file);
-  write_image(difference_picture(drawn.image, reference_, point.difference_scale),
+  write_image(difference_picture(drawn.image, reference, point.difference_scale),
               options_.folder / differences_folder / file);
   points_[i] = std::move(point);
 }
@@ -291,7 +303,7 @@ void StudyRun::run() {
     make_folder(options_.folder / folder);
   add_up_work();
   if (!fs::exists(options_.folder / results_name)) save();
-  make_reference();
+  make_references();
   did(reference_work);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (measured(i)) continue;

@@ -4,6 +4,8 @@
 #include <functional>
 #include <iterator>
 
+#include "psivox/text_file.h"
+
 namespace psivox {
 namespace {
 
@@ -11,8 +13,6 @@ constexpr Ink inks[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 
                         {148, 103, 189}, {140, 86, 75},  {227, 119, 194}, {127, 127, 127},
                         {188, 189, 34},  {23, 190, 207}, {0, 0, 0},       {0, 90, 160},
                         {120, 200, 120}, {170, 110, 40}};
-
-Ink ink_of(Integrator rule) { return inks[static_cast<std::size_t>(rule) % std::size(inks)]; }
 
 Drawing::Shape shape_of(Sampling sampling) {
   return sampling == Sampling::cells     ? Drawing::Shape::square
@@ -23,7 +23,7 @@ Drawing::Shape shape_of(Sampling sampling) {
 /// Variants that differ in their step or segments alone.
 bool same_curve(const Variant& a, const Variant& b) {
   return a.integrator == b.integrator && a.sampling == b.sampling && a.filter == b.filter &&
-         a.texel == b.texel;
+         a.texel == b.texel && a.resolution == b.resolution;
 }
 
 /// Errors nearer than that are drawn as one.
@@ -33,10 +33,6 @@ using Abscissa = std::function<double(const StudyPoint&)>;
 
 Plot plot_of(const StudyResults& results, const std::string& title, const std::string& x_label,
              const Abscissa& x) {
-  Plot plot;
-  plot.title = title;
-  plot.x_label = x_label;
-  plot.y_label = "RMS over R G B A against the reference";
   std::vector<const StudyPoint*> points;
   for (const StudyPoint& point : results.points)
     if (x(point) > 0) points.push_back(&point);
@@ -45,36 +41,17 @@ Plot plot_of(const StudyResults& results, const std::string& title, const std::s
     return std::pair(-a->variant.step, a->variant.segments) <
            std::pair(-b->variant.step, b->variant.segments);
   });
-  std::vector<const StudyPoint*> first;  // of each curve
-  for (const StudyPoint* of_all : points) {
-    const StudyPoint& point = *of_all;
-    const auto same = [&](const StudyPoint* p) { return same_curve(p->variant, point.variant); };
-    const auto curve = std::find_if(first.begin(), first.end(), same) - first.begin();
-    if (curve == std::ptrdiff_t(first.size())) {
-      first.push_back(&point);
-      const Variant& v = point.variant;
-      plot.series.push_back(
-          {{}, ink_of(v.integrator), shape_of(v.sampling), v.sampling == Sampling::cells});
-    }
-    plot.series[std::size_t(curve)].points.emplace_back(x(point), point.error.rms());
+  std::vector<PlotCurve> curves;
+  for (const StudyPoint* point : points) {
+    const auto same = [&](const PlotCurve& c) { return same_curve(c.variant, point->variant); };
+    auto curve = std::find_if(curves.begin(), curves.end(), same);
+    if (curve == curves.end()) curve = curves.insert(curve, {point->variant, {}});
+    curve->points.emplace_back(x(*point), point->error.rms());
   }
-
-  std::vector<Integrator> rules;
-  for (const StudyPoint* point : first) {
-    const Integrator rule = point->variant.integrator;
-    if (std::find(rules.begin(), rules.end(), rule) != rules.end()) continue;
-    rules.push_back(rule);
-    plot.legend.push_back({rule_name(point->variant), ink_of(rule)});
-  }
-  constexpr Ink ink{60, 60, 60};
-  const std::pair<Sampling, const char*> samplings[] = {{Sampling::uniform, "uniform"},
-                                                        {Sampling::cells, "cells"},
-                                                        {Sampling::template_, "template"}};
-  for (const auto& [sampling, name] : samplings) {
-    const auto has = [&](const StudyPoint* p) { return p->variant.sampling == sampling; };
-    if (std::any_of(first.begin(), first.end(), has))
-      plot.legend.push_back({name, ink, shape_of(sampling), true, sampling == Sampling::cells});
-  }
+  Plot plot = plot_of_curves(curves);
+  plot.title = title;
+  plot.x_label = x_label;
+  plot.y_label = "RMS over R G B A against the reference";
   return plot;
 }
 
@@ -89,6 +66,42 @@ void mark_front(Plot& plot, const StudyResults& results, const Abscissa& x) {
 }
 
 }  // namespace
+
+Ink ink_of(Integrator rule) { return inks[static_cast<std::size_t>(rule) % std::size(inks)]; }
+
+std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder) {
+  const Drawing drawing = draw(named.plot);
+  std::string svg = svg_of(drawing);
+  write_text((folder / (named.name + ".svg")).string(), svg);
+  write_image(picture_of(drawing), folder / (named.name + ".png"));
+  return svg;
+}
+
+Plot plot_of_curves(const std::vector<PlotCurve>& curves) {
+  Plot plot;
+  for (const PlotCurve& curve : curves) {
+    const Variant& v = curve.variant;
+    plot.series.push_back(
+        {curve.points, ink_of(v.integrator), shape_of(v.sampling), v.sampling == Sampling::cells});
+  }
+  std::vector<Integrator> rules;
+  for (const PlotCurve& curve : curves) {
+    const Integrator rule = curve.variant.integrator;
+    if (std::find(rules.begin(), rules.end(), rule) != rules.end()) continue;
+    rules.push_back(rule);
+    plot.legend.push_back({rule_name(curve.variant), ink_of(rule)});
+  }
+  constexpr Ink ink{60, 60, 60};
+  const std::pair<Sampling, const char*> samplings[] = {{Sampling::uniform, "uniform"},
+                                                        {Sampling::cells, "cells"},
+                                                        {Sampling::template_, "template"}};
+  for (const auto& [sampling, name] : samplings) {
+    const auto has = [&](const PlotCurve& c) { return c.variant.sampling == sampling; };
+    if (std::any_of(curves.begin(), curves.end(), has))
+      plot.legend.push_back({name, ink, shape_of(sampling), true, sampling == Sampling::cells});
+  }
+  return plot;
+}
 
 std::vector<NamedPlot> plots_of(const StudyResults& results) {
   std::vector<NamedPlot> plots;

@@ -20,12 +20,13 @@ std::vector<std::string> split(std::string_view text, char separator) {
 }
 
 /// One of the sweep's lists: its name, the scene's parameter that reads and writes its items, and
-/// how the two exchange them.
+/// how the two exchange them. `optional`: where the list is empty the scene's own counts.
 struct List {
   const char* name;
   const char* parameter;
   void (*clear)(Sweep&);
   void (*take)(Sweep&, const Scene&);
+  bool optional = false;
 };
 
 template <typename T>
@@ -46,6 +47,8 @@ const List lists[] = {
      [](Sweep& s, const Scene& scene) { add(s.filters, scene.filter); }},
     {"texels", "texel", [](Sweep& s) { s.texels.clear(); },
      [](Sweep& s, const Scene& scene) { add(s.texels, scene.texel); }},
+    {"resolutions", "resolution", [](Sweep& s) { s.resolutions.clear(); },
+     [](Sweep& s, const Scene& scene) { add(s.resolutions, scene.resolution); }, true},
 };
 
 std::string text_of(const char* parameter, const Scene& scene) {
@@ -80,7 +83,8 @@ const std::vector<std::string>& sweep_lists() {
 const std::vector<std::string>& swept_parameters() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> all{"renderer", "tolerance"};
-    for (const List& list : lists) all.emplace_back(list.parameter);
+    for (const List& list : lists)
+      if (!list.optional) all.emplace_back(list.parameter);
     return all;
   }();
   return names;
@@ -115,6 +119,7 @@ Scene scene_of(const Variant& variant, const Scene& base) {
   if (variant.step > 0) scene.step = variant.step;
   scene.filter = variant.filter;
   scene.texel = variant.texel;
+  if (variant.resolution.x > 0) scene.resolution = variant.resolution;
   return scene;
 }
 
@@ -142,6 +147,7 @@ std::string sampling_name(const Variant& variant) {
   if (variant.segments) name += " " + text_of("segments", scene);
   if (variant.filter != Filter::exact) name += " " + text_of("filter", scene);
   if (variant.texel != TexelType::float32) name += " " + text_of("texel", scene);
+  if (variant.resolution.x > 0) name += " " + text_of("resolution", scene);
   return name;
 }
 
@@ -174,7 +180,7 @@ std::vector<std::pair<std::string, std::string>> skipped_lines(
 
 StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
   StudyPlan plan;
-  const auto consider = [&](const Variant& variant) {
+  const auto consider_one = [&](const Variant& variant) {
     const auto same = [&](const Variant& other) { return other == variant; };
     if (std::any_of(plan.variants.begin(), plan.variants.end(), same)) return;
     const auto skipped_same = [&](const SkippedVariant& other) { return other.variant == variant; };
@@ -185,11 +191,18 @@ StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
     else
       plan.skipped.push_back({variant, reason});
   };
+  const auto consider = [&](Variant variant) {
+    if (sweep.resolutions.empty()) return consider_one(variant);
+    for (const glm::ivec2& resolution : sweep.resolutions) {
+      variant.resolution = resolution;
+      consider_one(variant);
+    }
+  };
   for (const TexelType texel : sweep.texels)
     for (const Filter filter : sweep.filters)
       for (const Sampling sampling : sweep.samplings)
         for (const Integrator rule : sweep.integrators) {
-          Variant variant{rule, sampling, 0, 0, filter, texel};
+          Variant variant{rule, sampling, 0, 0, filter, texel, {}};
           if (sampling == Sampling::cells && !is_cell_rule(rule))
             for (const int segments : sweep.segments) {
               variant.segments = segments;

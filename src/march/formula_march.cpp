@@ -1,21 +1,17 @@
-#pragma once
-
-#include <functional>
-#include <vector>
+#include "march/formula_march.h"
 
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
 #include "march/psi_table.h"
 
-namespace psivox::glsl {
+namespace psivox {
+namespace glsl {
 
-/// The march in double along one ray over fields that are formulas, no voxels: functions of t
-/// alone. The page table is one brick over the whole domain, whose "hardware" filter is the
-/// formula.
-struct AnalyticMarch {
-  std::function<double(double)> fields[2];  ///< value and luminance at x
+/// The page table is one brick over the whole domain, whose "hardware" filter is the formula.
+struct FormulaMarch {
+  const FormulaRay* formulas = nullptr;
 
-  static constexpr int half_width = 256;  ///< [cells] of the one brick: t within -256 to 256
+  static constexpr int half_width = 256;  ///< [cells] of the one brick
 
   real4 fetch_table(int i) const {
     static const std::vector<glm::vec4> table = make_psi_table();
@@ -27,17 +23,17 @@ struct AnalyticMarch {
   real fetch_texel(int, int) const { return 0; }
   real3 fetch_texel3(int, int) const { return real3(0); }
   real filtered_texel(int grid, int, real3 local) const {
-    return fields[grid](local.x - half_width);
+    const real x = local.x - half_width;
+    return grid == 0 ? formulas->tau(x) : formulas->luminance(x);
   }
   real3 filtered_texel3(int, int, real3) const { return real3(0); }
 
 #include "march/march_members.h"
 
-  /// A ray along x, t = x, from `first` (the camera, or the box) to `last` (the box's face).
-  /// Lattice points are at multiples of `h` from `phase` on. `unit`: opacity_linear's of length.
-  March along_x(Integrator rule, double first, double last, double h, double phase,
-                double unit = 1) {
+  March along_x(Integrator rule, const FormulaRay& ray_of_formulas, const Lattice& lattice) {
+    formulas = &ray_of_formulas;
     integrator = rule;
+    end_corrections = lattice.end_corrections;
     middle_rule = info(rule).samples_middle;
     exact_depth = info(rule).exact_depth;
     luminance_source = SOURCE_SCALAR;
@@ -47,19 +43,27 @@ struct AnalyticMarch {
     density_table_size = luminance_table_size = int3(1);
     density_domain_min = luminance_domain_min = int3(-half_width);
     density_domain_max = luminance_domain_max = int3(half_width);
-    density_anchor_0 = luminance_anchor_0 = real3(phase, 0.5, 0.5);
+    density_anchor_0 = luminance_anchor_0 = real3(lattice.phase, 0.5, 0.5);
     density_direction_0 = luminance_direction_0 = real3(1, 0, 0);
+    extinction = 1;
     stop_depth = 1e30;
-    step = h;
-    opacity_unit = unit;
+    step = lattice.step;
+    opacity_unit = 1;
     max_turns = 1 << 30;
     color = real3(1);
     const Pixel p(0, 0, 1);
     Ray ray = density_ray(p);
-    ray.begin = first - phase;
-    ray.end = last - phase;
+    ray.begin = ray_of_formulas.first - lattice.phase;
+    ray.end = ray_of_formulas.last - lattice.phase;
     return march_on(begin_march(ray), p, ray);
   }
 };
 
-}  // namespace psivox::glsl
+}  // namespace glsl
+
+FormulaSum march_formula(Integrator rule, const FormulaRay& ray, const Lattice& lattice) {
+  const auto m = glsl::FormulaMarch().along_x(rule, ray, lattice);
+  return {m.radiance.x, m.optical_depth};
+}
+
+}  // namespace psivox

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "study/number_format.h"
+
+namespace psivox {
+
+/// A line of CSV in the making. No name that a study prints has a comma or a quote in it.
+class CsvLine {
+ public:
+  CsvLine& operator<<(const std::string& text) {
+    text_ += (text_.empty() ? "" : ",") + text;
+    return *this;
+  }
+  CsvLine& operator<<(double value) { return *this << all_digits(value); }
+  std::string str() const { return text_ + "\n"; }
+
+ private:
+  std::string text_;
+};
+
+}  // namespace psivox

@@ -1,0 +1,191 @@
+// Observed orders of convergence as tables, plots and a page.
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "git_hash.h"
+#include "psivox/study.h"
+#include "psivox/text_file.h"
+#include "study/csv_line.h"
+#include "study/html.h"
+#include "study/orders.h"
+#include "study/study_plots.h"
+#include "study/text_table.h"
+
+namespace psivox {
+namespace {
+
+struct Refinement {
+  Refined refined;
+  const char* name;
+  const char* axis;
+  const char* measured;
+};
+constexpr Refinement refinements[] = {
+    {Refined::step, "step", "step [widths of the medium]",
+     "One ray without voxels through tau = K e^(-s^2), L = 1 + 0.6 sin(1.3 s + 0.4), a width being "
+     "s = 1: radiance less the exact integral, RMS over 8 phases of the lattice. From inside: the "
+     "ray begins at s = -0.6 and ends at s = 0.9."},
+    {Refined::voxel, "voxel", "voxel [widths of the medium]",
+     "The same medium around a point, tau = K e^(-p^2), at voxels, 24x24 rays: radiance less the "
+     "exact integral of the medium itself, RMS over the pixels. What is left is that values are "
+     "interpolated between voxels."},
+    {Refined::pixel, "pixel", "pixel [widths of the picture]",
+     "A medium that voxels hold exactly, so that pixels are exact: the picture between pixels, "
+     "taken from the nearest or bilinear, RMS over 4x4 points a pixel; and the mean of the pixels "
+     "less the mean of the exact picture."}};
+
+const Refinement& of(const OrderRow& row) { return refinements[int(row.refined)]; }
+
+std::string expected_text(const OrderRow& row) {
+  return (row.about ? "≈ " : "") + all_digits(row.expected);
+}
+
+TextTable order_table(const std::vector<OrderRow>& rows) {
+  TextTable table = {{"shrinks", "rays", "way", "K", "expected", "observed", "errors fitted"}};
+  for (const OrderRow& row : rows) {
+    const auto fitted = row.fitted();
+    table.push_back({of(row).name, row.rays, row.way, all_digits(row.K), expected_text(row),
+                     decimals(row.observed(), 2),
+                     two_digits(fitted.front().second) + " to " + two_digits(fitted.back().second) +
+                         " at " + two_digits(fitted.front().first) + " to " +
+                         two_digits(fitted.back().first)});
+  }
+  return table;
+}
+
+std::string order_csv(const std::vector<OrderRow>& rows) {
+  std::string out = "shrinks,rays,way,K,length,rms,fitted,expected,observed\n";
+  for (const OrderRow& row : rows) {
+    const auto fitted = row.fitted();
+    std::string way = row.way;
+    std::replace(way.begin(), way.end(), ',', ';');
+    for (const LengthError& error : row.errors) {
+      const bool in = std::find(fitted.begin(), fitted.end(), error) != fitted.end();
+      CsvLine line;
+      line << std::string(of(row).name) << row.rays << way << row.K << error.first << error.second
+           << double(in) << row.expected << row.observed();
+      out += line.str();
+    }
+  }
+  return out;
+}
+
+std::string order_json(const std::vector<OrderRow>& rows) {
+  nlohmann::ordered_json out = {
+      {"psivox_orders", 1}, {"version", PSIVOX_VERSION}, {"git", PSIVOX_GIT_HASH}};
+  for (const OrderRow& row : rows) {
+    nlohmann::ordered_json entry = {{"shrinks", of(row).name},
+                                    {"rays", row.rays},
+                                    {"way", row.way},
+                                    {"K", row.K},
+                                    {"expected", row.expected},
+                                    {"expected_about", row.about},
+                                    {"observed", row.observed()},
+                                    {"floor", row.floor}};
+    for (const LengthError& error : row.errors)
+      entry["errors"].push_back({{"length", error.first}, {"rms", error.second}});
+    out["orders"].push_back(std::move(entry));
+  }
+  return out.dump(1) + "\n";
+}
+
+/// Dashed lines of the orders expected, through the largest error of the rows that expect them.
+void add_guides(Plot& plot, const std::vector<const OrderRow*>& rows) {
+  constexpr Ink guide{150, 150, 150};
+  for (const double order : {1.0, 2.0, 4.0}) {
+    LengthError top{0, 0};
+    double finest = HUGE_VAL, least = HUGE_VAL;
+    for (const OrderRow* row : rows)
+      for (const LengthError& error : row->errors) {
+        finest = std::min(finest, error.first);
+        if (error.second > row->floor) least = std::min(least, error.second);
+        if (row->expected == order && error.second > top.second) top = error;
+      }
+    if (top.second == 0) continue;
+    const double shortest = std::max(finest, top.first * std::pow(least / top.second, 1 / order));
+    const double end = top.second * std::pow(shortest / top.first, order);
+    plot.series.push_back({{{top.first, 1.5 * top.second}, {shortest, 1.5 * end}},
+                           guide,
+                           Drawing::Shape::ring,
+                           true});
+    plot.legend.push_back({"order " + all_digits(order), guide, Drawing::Shape::ring, true, true});
+  }
+}
+
+NamedPlot order_plot(const std::string& name, const std::string& title,
+                     const std::vector<const OrderRow*>& rows) {
+  NamedPlot named{name, {}};
+  Plot& plot = named.plot;
+  plot.title = title;
+  plot.x_label = of(*rows.front()).axis;
+  plot.y_label = "RMS error of the radiance";
+  add_guides(plot, rows);
+  constexpr Drawing::Shape shapes[] = {Drawing::Shape::disc, Drawing::Shape::square,
+                                       Drawing::Shape::diamond};
+  std::size_t i = 0;
+  for (const OrderRow* row : rows) {
+    const bool steps = row->refined == Refined::step;
+    const bool corrected = steps && row->way.find(',') != std::string::npos;
+    // Rules have their own colours; where they do not differ, ways have.
+    const Ink ink = steps ? ink_of(row->rule) : ink_of(Integrator(i));
+    const Drawing::Shape shape = steps ? shapes[corrected ? 2 : 0] : shapes[i % 3];
+    plot.series.push_back({{}, ink, shape, corrected});
+    for (const LengthError& error : row->errors)
+      if (error.second > row->floor) plot.series.back().points.push_back(error);
+    plot.legend.push_back(
+        {row->way + ": " + decimals(row->observed(), 2), ink, shape, true, corrected});
+    ++i;
+  }
+  return named;
+}
+
+std::vector<NamedPlot> order_plots(const std::vector<OrderRow>& rows) {
+  std::vector<NamedPlot> plots;
+  for (const Refinement& refinement : refinements)
+    for (const char* rays : {"vacuum to vacuum", "from inside"}) {
+      std::vector<const OrderRow*> chosen;
+      for (const OrderRow& row : rows)
+        if (row.refined == refinement.refined && row.rays == rays &&
+            (row.refined != Refined::step || row.K == 3))
+          chosen.push_back(&row);
+      if (chosen.empty()) continue;
+      const std::string where = std::string(rays) == "from inside" ? "-inside" : "";
+      plots.push_back(order_plot("order-" + std::string(refinement.name) + where,
+                                 "Error by " + std::string(refinement.name) + ", rays " + rays +
+                                     ", K " + all_digits(chosen.front()->K) +
+                                     "; observed orders at the right",
+                                 chosen));
+    }
+  return plots;
+}
+
+}  // namespace
+
+void run_order_study(const std::filesystem::path& folder, const Progress& progress) {
+  check_study_folder(folder, false);
+  const auto part = [&](double from, double to) -> Progress {
+    if (!progress) return {};
+    return [=](double fraction) { progress(from + (to - from) * fraction); };
+  };
+  std::vector<OrderRow> rows = step_orders(part(0, 0.5));
+  for (OrderRow& row : voxel_orders(part(0.5, 0.95))) rows.push_back(std::move(row));
+  for (OrderRow& row : pixel_orders(part(0.95, 1))) rows.push_back(std::move(row));
+
+  write_text((folder / "orders.csv").string(), order_csv(rows));
+  write_text((folder / "orders.json").string(), order_json(rows));
+  write_text((folder / "orders.md").string(), markdown_table(order_table(rows)));
+  std::string body =
+      "<p>One length shrinks, the others stay. Orders are slopes of the logarithms by least "
+      "squares over the finest four lengths whose error is above rounding; ≈: the rule's own "
+      "approximation of Ψ, which does not fall with the step, adds to the error or takes from "
+      "it.</p>\n";
+  for (const Refinement& refinement : refinements)
+    body += "<p><b>" + std::string(refinement.name) + "</b>: " + refinement.measured + "</p>\n";
+  for (const NamedPlot& plot : order_plots(rows)) body += write_plot(plot, folder);
+  body += html_table(order_table(rows));
+  write_text((folder / "index.html").string(), html_page("psivox study --orders", body));
+}
+
+}  // namespace psivox

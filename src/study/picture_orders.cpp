@@ -1,0 +1,184 @@
+// Orders in the size of voxels and of pixels, from pictures of the march in double.
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "psivox/reference.h"
+#include "psivox/renderer.h"
+#include "psivox/study.h"
+#include "study/orders.h"
+#include "study/smooth_ray.h"
+#include "verify/made_views.h"
+#include "verify/make_field.h"
+
+namespace psivox {
+namespace {
+
+// Pictures are stored in float32, whose rounding is 6e-8 of 1, and values of voxels too.
+constexpr double picture_floor = 1e-6;
+
+// --- voxels --------------------------------------------------------------------------------------
+
+// tau = K e^{-p^2}, L = 1 + 0.6 sin(1.3 x + 0.4), p in world units: a SmoothRay on every ray.
+constexpr double bump_K = 3;
+
+/// On the ray s runs from the point nearest to the middle.
+double bump_radiance(const WorldRay& ray) {
+  const double nearest = -glm::dot(ray.origin, ray.direction);
+  const glm::dvec3 middle = ray.origin + nearest * ray.direction;
+  const SmoothRay on_ray{bump_K * std::exp(-glm::dot(middle, middle)), 1, 1.3 * ray.direction.x,
+                         0.4 + 1.3 * middle.x};
+  return on_ray.radiance(std::max(-nearest, -7.0), 7);
+}
+
+/// A function of the world at voxels `size` wide, as far as e^{-p^2} is above 1e-7.
+std::shared_ptr<const Field> bump_voxels(double size,
+                                         const std::function<double(const glm::dvec3&)>& f) {
+  const int reach = int(std::ceil(4 / size));
+  return share(make_field(
+      {glm::ivec3(-reach), glm::ivec3(reach)},
+      [&](glm::ivec3 v) { return float(f(size * glm::dvec3(v))); },
+      glm::scale(glm::dmat4(1), glm::dvec3(size))));
+}
+
+/// A way to draw the voxels' picture.
+struct VoxelWay {
+  const char* name;
+  Integrator rule;
+  bool uniform;    ///< by steps that stay the same, far finer than the finest voxels
+  bool reference;  ///< not by the march at all
+};
+constexpr double fine_step = 1.0 / 128;  // [world units]
+constexpr VoxelWay voxel_ways[] = {
+    {"cell-exact", Integrator::cell_exact, false, false},
+    {"psi-weighted, 2 segments a cell", Integrator::psi_weighted, false, false},
+    {"psi-balanced, step 1/128", Integrator::psi_balanced, true, false},
+    {"midpoint, step 1/128", Integrator::midpoint, true, false},
+    {"the reference", Integrator::cell_exact, false, true}};
+
+Image voxel_picture(View view, const VoxelWay& way, double voxel) {
+  if (way.reference) return render_reference(view).image;
+  view.scene.integrator = way.rule;
+  view.scene.sampling = way.uniform ? Sampling::uniform : Sampling::cells;
+  if (way.uniform) view.scene.step = fine_step / voxel;
+  return render_march_double(view, build_medium_atlas(view)).image;
+}
+
+double bump_rms(const View& view, const Image& image) {
+  double sum = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const double off = pixel(image, x, y, 0) - bump_radiance(pixel_ray(view, x, y));
+      sum += off * off;
+    }
+  return std::sqrt(sum / (image.width * image.height));
+}
+
+// --- pixels --------------------------------------------------------------------------------------
+
+/// Bilinear across the picture and the same along z, so that the voxels hold it exactly: eight of
+/// them and L = 1 give 1 - e^{-8 K v}.
+double sheet_value(double x, double y) { return 1 + 0.06 * x + 0.03 * y + 0.004 * x * y; }
+constexpr double sheet_K = 0.25, sheet_width = 16;  // [voxels] that the picture shows
+double sheet_radiance(double x, double y) { return -std::expm1(-8 * sheet_K * sheet_value(x, y)); }
+
+/// Of a picture of `side` pixels a side.
+struct SheetErrors {
+  double nearest = 0, bilinear = 0, mean = 0;
+};
+
+SheetErrors sheet_errors(int side) {
+  Scene scene = looking(small_scene(side), {0, 0, 40}, {0, 0, 0}, sheet_width);
+  scene.extinction = sheet_K;
+  const View view = view_of(scene, make_field({{-12, -12, 0}, {12, 12, 7}}, [](glm::ivec3 v) {
+                              return float(sheet_value(v.x, v.y));
+                            }));
+  const Image image = render_march_double(view, build_medium_atlas(view)).image;
+  const auto exact = [&](double x, double y) {
+    const WorldRay ray = camera_ray(view.camera, view.scene.resolution, x, y);
+    return sheet_radiance(ray.origin.x, ray.origin.y);
+  };
+  constexpr int parts = 4;  // points a pixel and axis
+  SheetErrors sum;
+  double pixels = 0;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      pixels += pixel(image, x, y, 0);
+      for (int i = 0; i < parts * parts; ++i) {
+        const double u = (i % parts + 0.5) / parts, v = (double(i / parts) + 0.5) / parts;
+        sum.nearest += std::pow(pixel(image, x, y, 0) - exact(x + u, y + v), 2);
+        if (x + 1 == side || y + 1 == side) continue;  // between the centres of four
+        const double above = std::lerp(double(pixel(image, x, y, 0)), pixel(image, x + 1, y, 0), u);
+        const double below =
+            std::lerp(double(pixel(image, x, y + 1, 0)), pixel(image, x + 1, y + 1, 0), u);
+        sum.bilinear += std::pow(std::lerp(above, below, v) - exact(x + 0.5 + u, y + 0.5 + v), 2);
+      }
+    }
+  const double half = sheet_width / 2;
+  const double mean = gauss_sum(-half, half, 16, [&](double y) {
+    return gauss_sum(-half, half, 16, [&](double x) { return sheet_radiance(x, y); });
+  });
+  const double points = parts * parts;
+  return {std::sqrt(sum.nearest / (points * side * side)),
+          std::sqrt(sum.bilinear / (points * (side - 1) * (side - 1))),
+          std::abs(pixels / (side * side) - mean / (sheet_width * sheet_width))};
+}
+
+}  // namespace
+
+std::vector<OrderRow> voxel_orders(const Progress& progress) {
+  const Scene outside = looking(small_scene(24), {6, 4, 5}, {0, 0, 0}, 3.0);
+  const Scene inside = looking(small_scene(24), {0.3, -0.2, 0.1}, {-1, 0.5, 0.3});
+  std::vector<OrderRow> rows;
+  for (const Scene* scene : {&outside, &inside})
+    for (const VoxelWay& way : voxel_ways) {
+      OrderRow row{Refined::voxel,
+                   scene == &outside ? "vacuum to vacuum" : "from inside",
+                   way.name,
+                   way.rule,
+                   bump_K,
+                   2,
+                   false,
+                   picture_floor,
+                   {}};
+      rows.push_back(row);
+    }
+  const int first = 1, last = 4;
+  for (int level = first; level <= last; ++level) {
+    const double voxel = 1.0 / (1 << level);
+    const auto density =
+        bump_voxels(voxel, [](const glm::dvec3& p) { return std::exp(-glm::dot(p, p)); });
+    const auto luminance =
+        bump_voxels(voxel, [](const glm::dvec3& p) { return 1 + 0.6 * std::sin(1.3 * p.x + 0.4); });
+    auto row = rows.begin();
+    for (const Scene* from : {&outside, &inside})
+      for (const VoxelWay& way : voxel_ways) {
+        Scene scene = *from;
+        scene.extinction = bump_K;
+        const View view = make_view(scene, density, luminance);
+        row->errors.emplace_back(voxel, bump_rms(view, voxel_picture(view, way, voxel)));
+        ++row;
+      }
+    if (progress) progress(double(level - first + 1) / (last - first + 1));
+  }
+  return rows;
+}
+
+std::vector<OrderRow> pixel_orders(const Progress& progress) {
+  const auto row = [](const char* way, double expected) {
+    return OrderRow{
+        Refined::pixel, "vacuum to vacuum", way, Integrator::psi_weighted, 8 * sheet_K, expected,
+        false,          picture_floor,      {}};
+  };
+  OrderRow nearest = row("the nearest pixel", 1), bilinear = row("bilinear between pixels", 2),
+           mean = row("mean of the picture", 2);
+  for (int side = 8; side <= 128; side *= 2) {
+    const SheetErrors errors = sheet_errors(side);
+    nearest.errors.emplace_back(1.0 / side, errors.nearest);
+    bilinear.errors.emplace_back(1.0 / side, errors.bilinear);
+    mean.errors.emplace_back(1.0 / side, errors.mean);
+    if (progress) progress(side / 128.0);
+  }
+  return {nearest, bilinear, mean};
+}
+
+}  // namespace psivox

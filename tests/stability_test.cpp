@@ -1,0 +1,273 @@
+// Where a formula as it is printed fails in float32, that it fails, and that ours does not:
+// docs/stability.md. Named tests of the other hard cases are with what they test.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <glm/gtc/packing.hpp>
+#include <limits>
+#include <string>
+
+#include "march/rule_weights.h"
+#include "march_cases.h"
+#include "psi_quadrature.h"
+#include "verify/case.h"
+
+namespace psivox {
+namespace {
+
+/// The rules that say what Psi is, of which w_f = 1 - Psi, w_b = Psi - zeta.
+constexpr Integrator psi_rules[] = {Integrator::linear_luminance, Integrator::psi_weighted,
+                                    Integrator::psi_balanced,     Integrator::psi_exact,
+                                    Integrator::psi_fit,          Integrator::psi_table};
+
+void print(const std::string& what, double naive, double ours) {
+  char text[64];
+  std::snprintf(text, sizeof text, "naive %.2g, ours %.2g", naive, ours);
+  testing::Test::RecordProperty(what, text);
+  std::printf("  %-44s %s\n", what.c_str(), text);
+}
+
+double off(double value, double exact) { return std::abs(value / exact - 1); }
+
+/// h(t) = (1 - e^{-t})/t as it is printed.
+float printed_h(float t) { return (1 - std::exp(-t)) / t; }
+
+/// 1 - Psi and Psi - zeta of equal ends, as printed.
+struct PrintedWeights {
+  float front, back;
+  explicit PrintedWeights(float x) : front(1 - printed_h(x)), back(printed_h(x) - std::exp(-x)) {}
+};
+
+// Optical lengths from 1e-12: both weights are x/2. Ours: the 1e-5 that each weight is promised to.
+TEST(Stability, ThinSegmentsKeepBothWeights) {
+  double naive = 0, ours = 0;
+  for (double x = 1e-12; x < 1e-3; x *= 10) {
+    const PrintedWeights printed(float{float(x)});
+    const LinearSegment exact = linear_segment(float(x), float(x));
+    naive = std::max(
+        {naive, off(printed.front, double(exact.front)), off(printed.back, double(exact.back))});
+    for (const Integrator rule : {Integrator::psi_weighted, Integrator::psi_exact}) {
+      const RuleWeights w = rule_weights_float(rule, x, x);
+      ours = std::max({ours, off(w.front, double(exact.front)), off(w.back, double(exact.back))});
+    }
+  }
+  print("thin segments, weights, relative", naive, ours);
+  EXPECT_GE(naive, 1);
+  EXPECT_LE(ours, 1e-5);
+}
+
+// 10^5 segments of 1e-6: L from 0 at the front to 1 at the back. The radiance is 10^5 terms, each
+// rounded: a random walk of 6e-8 of the sum, 2e-5, and at most 6e-3. Ours sums as the march does,
+// the transmittance from the optical depth.
+TEST(Stability, AHundredThousandThinSegments) {
+  constexpr int n = 100'000;
+  constexpr float x = 1e-6f;
+  float naive = 0, naive_T = 1, ours = 0;
+  double exact = 0;
+  const PrintedWeights printed(x);
+  const RuleWeights own = rule_weights_float(Integrator::psi_exact, double(x), double(x));
+  const LinearSegment segment = linear_segment(x, x);
+  for (int i = 0; i < n; ++i) {
+    const float front = float(i) / n, back = float(i + 1) / n;
+    naive += naive_T * (front * printed.front + back * printed.back);
+    naive_T *= std::exp(-x);
+    const double T = std::exp(-double(x) * i);
+    ours += float(T) * (front * float(own.front) + back * float(own.back));
+    exact += T * (double(front) * double(segment.front) + double(back) * double(segment.back));
+  }
+  print("1e5 thin segments, radiance, relative", off(naive, exact), off(ours, exact));
+  EXPECT_GE(off(naive, exact), 0.05);
+  EXPECT_LE(off(ours, exact), 2e-5);
+}
+
+// Weighted opacity (thesis eq. 65): -ln(1 - alpha_w) is infinite where the ends' opacities round to
+// 1, and nothing is left of the back end. Of equal ends the rule is exact.
+TEST(Stability, OpaqueEndsHaveAFiniteWeightedDepth) {
+  double naive = 0, ours = 0;
+  for (const float x : {10.0f, 20.0f, 50.0f, 87.0f}) {
+    const float alpha = 1 - std::exp(-x);
+    const float t = -std::log(1 - (0.27f * alpha + 0.73f * alpha));
+    EXPECT_EQ(std::isinf(t), x > 17);
+    const double exact = double(linear_segment(x, x).back);
+    naive = std::max(naive, off(printed_h(t) - std::exp(-x), exact));
+    ours = std::max(ours, off(rule_weights_float(Integrator::psi_weighted, x, x).back, exact));
+  }
+  print("opaque ends, w_b of psi-weighted, relative", naive, ours);
+  EXPECT_GE(naive, 0.99);
+  EXPECT_LE(ours, 1e-5);
+}
+
+/// Psi of linear attenuation by the closed form as printed, erf of the ends, in float; a guard of
+/// 1e-8 as VTK's.
+float printed_psi(float x_f, float x_b) {
+  if (std::abs(x_f - x_b) < 1e-8f) return printed_h(x_f);
+  const float a = (x_b - x_f) / 2;  // > 0
+  const float s = std::sqrt(a), p = x_f / (2 * s);
+  return std::sqrt(std::numbers::pi_v<float>) / (2 * s) * std::exp(p * p) *
+         (std::erf(p + s) - std::erf(p));
+}
+
+// Ends that differ by 1e-7 to 1e-6 of 1, more by as much as they are large.
+TEST(Stability, NearlyEqualEnds) {
+  double naive = 0, ours = 0;
+  for (const float x : {0.1f, 1.0f, 3.0f})
+    for (const float d : {1e-7f, 3e-7f, 1e-6f, 1e-5f, 1e-3f, 1e-2f}) {
+      const float back = x + d;
+      if (back == x) continue;
+      const LinearSegment exact = linear_segment(x, back);
+      naive = larger(naive, std::abs(printed_psi(x, back) - double(exact.psi)));
+      const RuleWeights w = rule_weights_float(Integrator::psi_exact, x, back);
+      ours = std::max(ours, std::abs(w.front - double(exact.front)));
+    }
+  print("nearly equal ends, Psi", naive, ours);
+  EXPECT_TRUE(!(naive < 1e-2));
+  EXPECT_LE(ours, 2.1e-6);
+}
+
+// A table over x/(1 + x), which rounds to 1 from 3e7 on: the entry behind the last.
+TEST(Stability, TablesEndWithTheirLastEntry) {
+  constexpr int entries = 128;
+  int outside = 0;
+  double ours = 0;
+  for (const float x : {1e4f, 3e7f, 1e9f, 1e20f}) {
+    outside += int(x / (1 + x) * entries) >= entries;
+    const RuleWeights w = rule_weights_float(Integrator::psi_table, x, x);
+    ours = std::max(ours, std::abs(w.front + w.back - 1));
+  }
+  print("huge lengths, table: entries outside; w_f + w_b - 1", outside, ours);
+  EXPECT_GE(outside, 3);
+  EXPECT_LE(ours, 2.4e-7);  // two roundings of 1
+}
+
+// D = 0: what divides by the length has no value; a segment of no length does nothing.
+TEST(Stability, NoLengthIsNothing) {
+  const float depth = 0, length = 0;
+  EXPECT_TRUE(std::isnan(depth / length));
+  EXPECT_TRUE(std::isnan(printed_h(0)));
+  for (const Integrator rule : psi_rules) {
+    const RuleWeights w = rule_weights_float(rule, 0, 0);
+    EXPECT_EQ(w.front, 0) << info(rule).name;
+    EXPECT_EQ(w.back, 0) << info(rule).name;
+    EXPECT_EQ(w.depth, 0) << info(rule).name;
+  }
+}
+
+// L = 0 at the front: what is seen is w_b alone. Behind opaque fronts it is next to nothing, so
+// only segments that let a tenth through are asked; rules that fit Psi are left to their tests.
+TEST(Stability, OneDarkEnd) {
+  double naive = 0, ours = 0;
+  for (double x = 1e-7; x < 2; x *= 10) {
+    const LinearSegment exact = linear_segment(float(x), float(x));
+    naive = std::max(naive, off(PrintedWeights(float{float(x)}).back, double(exact.back)));
+    for (const Integrator rule : {Integrator::psi_weighted, Integrator::psi_exact})
+      ours = std::max(ours, off(rule_weights_float(rule, x, x).back, double(exact.back)));
+  }
+  print("dark front, radiance, relative", naive, ours);
+  EXPECT_GE(naive, 0.1);
+  EXPECT_LE(ours, 1e-5);
+}
+
+// --- pictures ------------------------------------------------------------------------------------
+
+class StabilityGpu : public GpuTest {};
+
+/// Largest difference over the largest number of the exact picture.
+double relative_difference(const Image& image, const Image& exact) {
+  double worst = 0, scale = 0;
+  for (std::size_t i = 0; i < image.rgba().size(); ++i) {
+    if (i % 4 == 3) continue;
+    worst = larger(worst, std::abs(double(image.rgba()[i]) - double(exact.rgba()[i])));
+    scale = std::max(scale, double(exact.rgba()[i]));
+  }
+  return worst / scale;
+}
+
+Scene oblique_blobs() { return looking(small_scene(24), {95, 60, 70}, {20, 18, 16}, 40.0); }
+
+// L up to 1e6, tau to match: a picture of about 1. 24 cells of a radiance, each with the 20
+// roundings of 2^-24 of a segment, at random: 1e-5 of the largest at most.
+TEST_F(StabilityGpu, BrightAndThin) {
+  for (const double L : {1e6, 1e-6}) {
+    Scene scene = oblique_blobs();
+    scene.extinction = 0.1 / std::max(L, 1.0);
+    scene.luminance_scale = L;
+    const View view = view_of(scene, blobs(), Glow::density);
+    const double ours = relative_difference(gl_picture(view), render_reference(view).image);
+    Scene exact = scene;
+    exact.integrator = Integrator::cell_exact;
+    const View exact_view = view_of(exact, blobs(), Glow::density);
+    const double arithmetic =
+        relative_difference(gl_picture(exact_view), render_reference(exact_view).image);
+    // 1 - T of the whole ray in float, the radiance from it
+    const float thin = 1 - std::exp(-float(0.1 / std::max(L, 1.0)));
+    print("L " + std::to_string(L) + ", radiance, relative",
+          off(thin, -std::expm1(-0.1 / std::max(L, 1.0))), arithmetic);
+    EXPECT_LE(arithmetic, 1e-5) << L;
+    EXPECT_LE(ours, 1e-2) << L;  // with the step error of two segments a cell
+  }
+}
+
+// Emission with tau = 0: S/tau (1 - e^{-tau D}) has no value there. The integral of a slab's values
+// times the ray's length in voxels; 14 cells of 20 roundings.
+TEST_F(StabilityGpu, PureEmission) {
+  const float tau = 0, S = 2;
+  EXPECT_TRUE(std::isnan(S / tau * (1 - std::exp(-tau))));
+  const Plate slab{profile(12, [](int) { return 2; })};
+  Scene scene = looking(small_scene(16), {-40, 3, 2}, {6, 0, 0});
+  scene.fov = 20;
+  scene.extinction = 0;
+  scene.emission_scale = 0.05;
+  MediumFields fields;
+  fields.density = share(slab.field());
+  fields.emission = fields.density;
+  scene.emission_grid = "density";
+  const View view = make_view(scene, fields);
+  const Image image = gl_picture(view);
+  double ours = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      ours = std::max(ours, off(pixel(image, x, y, 0), 0.05 * slab.along(pixel_ray(view, x, y))));
+  print("pure emission, radiance, relative", std::nan(""), ours);
+  EXPECT_LE(ours, 1e-6);
+  EXPECT_EQ(mean_alpha(image), 0);
+}
+
+// Values at half's largest: a sum of two in half is Inf; corners are weighed in float32. 65504 and
+// 32752 are halves: both texel types hold the same values.
+TEST_F(StabilityGpu, HalvesNearTheirLargest) {
+  EXPECT_TRUE(std::isinf(glm::unpackHalf1x16(glm::packHalf1x16(65504.0f + 65504.0f))));
+  const auto field = share(make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3 v) {
+    return (v.x + v.y + v.z) % 2 ? 65504.0f : 32752.0f;
+  }));
+  Scene scene = looking(small_scene(16), {40, 30, 35}, {7.5, 7.5, 7.5}, 12.0);
+  scene.extinction = 1e-6;
+  scene.texel = TexelType::float16;
+  const View view = view_of(scene, field);
+  const Image image = gl_picture(view);
+  expect_content(image, 0.1);
+  const double ours = difference("half 65504", image, render_reference(view).image).max;
+  print("half near 65504, A", std::numeric_limits<double>::infinity(), ours);
+  EXPECT_LE(ours, 1e-6);
+}
+
+// Places a million units from the origin: float32 has 1/16 there.
+TEST_F(StabilityGpu, AnOriginAMillionAway) {
+  const glm::dvec3 far(1e6, -1e6, 1e6);
+  const double naive = std::abs(double(float(far.x + 0.03)) - far.x - 0.03);
+  const auto moved = glm::translate(glm::dmat4(1), far);
+  Scene scene = oblique_blobs();
+  scene.extinction = 0.1;
+  const Image expected = gl_picture(view_of(scene, blobs()));
+  *scene.camera_position += far;
+  *scene.camera_target += far;
+  const Image image = gl_picture(view_of(scene, blobs({0, 0, 0}, moved)));
+  const double ours = difference("origin 1e6 away", image, expected).max;
+  print("origin 1e6 away: place [voxels]; A", naive, ours);
+  EXPECT_GE(naive, 0.02);
+  EXPECT_LE(ours, 1e-6);
+}
+
+}  // namespace
+}  // namespace psivox
