@@ -10,7 +10,7 @@
 
 namespace psivox {
 
-/// Draws views with the filter that is verified.
+/// Draws views, lit where they have a light, with the filter that is verified.
 class Painter {
  public:
   Painter(GlRenderer& gl, Filter filter) : gl_(gl), filter_(filter) {}
@@ -59,6 +59,7 @@ double picture_difference(const Image& a, const Image& b);
 /// The cases, in the order in which they are run.
 std::vector<Case> opacity_cases();     ///< of the optical depth alone
 std::vector<Case> radiance_cases();    ///< of weights
+std::vector<Case> source_cases();      ///< of a transfer function, emission, light; a template
 std::vector<Case> invariance_cases();  ///< one picture of one medium given in several ways
 
 }  // namespace psivox

@@ -92,16 +92,18 @@ SegmentSum balanced(double front, double back) {
   return {1 - e_f + e_f * mean, e_f * (1 - e_b - mean), e_f * e_b};
 }
 
-double rule_across(const Plate& plate, double K, int parts, SegmentSum (*rule)(double, double)) {
+double rule_across(const Plate& plate, double K, int parts, SegmentSum (*rule)(double, double),
+                   const std::function<double(int x)>& L) {
   double radiance = 0, transparency = 1;
-  const auto value = [&](int i) {  // i segments behind -1
+  const std::function<double(int)> value = [&](int x) { return plate.value(x); };
+  const auto at = [&](const std::function<double(int)>& f, int i) {  // i segments behind -1
     const int x = i / parts - 1;
-    return std::lerp(plate.value(x), plate.value(x + 1), double(i % parts) / parts);
+    return std::lerp(f(x), f(x + 1), double(i % parts) / parts);
   };
+  const auto& glow = L ? L : value;
   for (int i = 0; i < (int(plate.values.size()) + 1) * parts; ++i) {
-    const double front = value(i), back = value(i + 1);
-    const SegmentSum s = rule(K * front / parts, K * back / parts);
-    radiance += transparency * (s.front * front + s.back * back);
+    const SegmentSum s = rule(K * at(value, i) / parts, K * at(value, i + 1) / parts);
+    radiance += transparency * (s.front * at(glow, i) + s.back * at(glow, i + 1));
     transparency *= s.transparency;
   }
   return radiance;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <vector>
@@ -61,8 +62,9 @@ SegmentSum weighted_opacity(double front, double back);
 /// The balanced weights of docs/method.md, as printed.
 SegmentSum balanced(double front, double back);
 
-/// Radiance of the plate of tau = K value and L = value by a rule, seen along x, by segments of
-/// 1/parts of a voxel from -1 on.
-double rule_across(const Plate& plate, double K, int parts, SegmentSum (*rule)(double, double));
+/// Radiance of the plate of tau = K value by a rule, seen along x, by segments of 1/parts of a
+/// voxel from -1 on. L: of voxels, linear in between; the value itself if not given.
+double rule_across(const Plate& plate, double K, int parts, SegmentSum (*rule)(double, double),
+                   const std::function<double(int x)>& L = {});
 
 }  // namespace psivox

@@ -16,7 +16,7 @@ VerifyReport verify(const VerifyOptions& options) {
   const Painter painter(gl, options.filter);
   VerifyReport report;
   report.renderer = gl.description();
-  for (const auto& group : {opacity_cases(), radiance_cases(), invariance_cases()})
+  for (const auto& group : {opacity_cases(), radiance_cases(), source_cases(), invariance_cases()})
     for (const Case& c : group) {
       if (options.filter == Filter::hardware && !c.hardware) {
         report.left_out.push_back(c.name);
