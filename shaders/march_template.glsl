@@ -56,8 +56,8 @@ March march_template(March m, Ray ray) {
     } else {
       m = composite_segment(m, s, s, t, t - m.t, false);
     }
-    m.lattice = k;
     m.known = t >= ray.begin;
+    m.lattice = m.known ? k : k + 1;  // in front of the domain: on to the next entry
     // over empty voxels at once, back to a few before their end
     int skip = min(int((leave(moved, node.lo, node.hi).t - t_0) / template_spacing) - 4,
                    template_entries - 2);
