@@ -84,7 +84,8 @@ double unit_of(const NamedStudy& study, const SummaryCost& cost) {
 }
 
 std::string amount_text(const Need& need, const SummaryCost& cost, double unit) {
-  if (!(need.*cost.amount) || unit <= 0) return "–";
+  // 0: a point that has not been timed
+  if (!(need.*cost.amount) || *(need.*cost.amount) <= 0 || unit <= 0) return "–";
   return (need.at_most ? "≤" : "") + decimals(*(need.*cost.amount) / unit, cost.decimals);
 }
 
