@@ -205,14 +205,7 @@ Image march(const RenderCall& call, View& view, FutureRenderer opened, const Pro
     }
     renderer->upload(atlas, view.scene.filter);
     marched = choose_march(view, atlas, budget, renderer.get(), call.quiet, report);
-    // beside the march, and not sooner: the driver loads libraries too, and one waits for the other
-    std::future<void> loading;
-    RenderOptions beside = render;
-    beside.progress = [&](double fraction) {
-      if (!loading.valid()) loading = std::async(std::launch::async, load_picture_files);
-      if (progress) progress(fraction);
-    };
-    result = renderer->render(marched, beside);
+    result = renderer->render(marched, render);
     if (wants(call, "error")) {
       if (view.scene.filter != Filter::exact) renderer->upload(atlas);
       add_error(result.image, renderer->render(exact_view(marched)).image, report);

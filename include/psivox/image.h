@@ -72,10 +72,6 @@ struct Comparison {
 /// Throws Error(input) if the sizes differ.
 Comparison compare_images(const Image& a, const Image& b);
 
-/// Loads OpenImageIO, which the first picture would do: it takes longer than a small picture, and
-/// may be done by a thread beside other work. What fails is told by the first picture.
-void load_picture_files() noexcept;
-
 /// OpenImageIO's version, as its library reports it.
 std::string openimageio_version();
 

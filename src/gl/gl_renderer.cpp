@@ -185,7 +185,6 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   impl.context.check("compiling the march's shader");
   stats.shader_ms = milliseconds_since(start);
 
-  if (options.progress) options.progress(0);
   start = Clock::now();
   const double processor_start_ms = processor_ms();
   gl::Timer timer(stats.renderer);

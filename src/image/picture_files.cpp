@@ -58,13 +58,6 @@ void write_png(const Image& image, OutputFile& file) { files().write_png(image, 
 
 }  // namespace image_io
 
-void load_picture_files() noexcept {
-  try {
-    files();
-  } catch (const Error&) {  // told by the first picture
-  }
-}
-
 std::string openimageio_version() { return files().version(); }
 
 }  // namespace psivox
