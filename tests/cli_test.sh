@@ -135,6 +135,14 @@ if compgen -G '.psivox*' >/dev/null || [ -e a.jpg ]; then
   failed=$((failed + 1))
 fi
 
+# The window, where there is no display, and what is refused before one is opened.
+DISPLAY="" WAYLAND_DISPLAY="" t 4 "psivox render" view "$S"
+t 2 "native or egl" view "$S" --context glx
+t 2 "at least 0" view "$S" --frame-budget fast
+t 2 "at least 2" view "$S" --benchmark-orbit 1
+t 2 "did you mean --watch?" view "$S" --wacht
+t 0 "--frame-budget" view --help
+
 # Where EGL finds no driver at all.
 output=$(__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null "$program" render "$S" -o n.exr $R 2>&1)
 code=$?
