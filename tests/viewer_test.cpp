@@ -242,9 +242,13 @@ TEST(Viewer, AnInputThatCannotBeReadIsTheProgramsError) {
 /// docs/preview.png, where PSIVOX_PHOTOGRAPHS names docs.
 TEST(Viewer, ThePictureOfTheGuide) {
   if (!std::getenv("PSIVOX_PHOTOGRAPHS")) GTEST_SKIP() << "PSIVOX_PHOTOGRAPHS is not set";
-  Scene scene = small(asset("blobs.vdb"));
+  const fs::path folder = fs::absolute(std::getenv("PSIVOX_PHOTOGRAPHS"));
+  const fs::path before = fs::current_path();
+  fs::current_path(fs::path(assets).parent_path());  // for the names in it
+  setenv("PSIVOX_PHOTOGRAPHS", folder.c_str(), 1);
+  Scene scene = small("assets/blobs.vdb");
   scene.resolution = {1280, 760};
-  scene.transfer_function = asset("shells.json");
+  scene.transfer_function = "assets/shells.json";
   scene.extinction = 6;
   scene.integrator = Integrator::cell_exact;
   scene.light = DirectionalLight{{0.4, -1, -0.7}, {1.5, 1.5, 1.5}};
@@ -258,6 +262,7 @@ TEST(Viewer, ThePictureOfTheGuide) {
   hands.frames(3);
   ASSERT_TRUE(hands.until_exact());
   hands.photograph("preview.png");
+  fs::current_path(before);
 }
 
 TEST(Viewer, ADoubleClickPutsThePivotOnWhatIsSeen) {
@@ -291,6 +296,38 @@ TEST(Viewer, TwoPicturesAreCompared) {
   ASSERT_TRUE(hands.until_exact());
   hands.photograph("difference.png");
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
+TEST(Viewer, ReadsChangedShadersAgain) {
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_view_shaders";
+  fs::remove_all(folder);
+  fs::copy(PSIVOX_SHADERS, folder, fs::copy_options::recursive);
+  setenv("PSIVOX_SHADER_DIR", folder.c_str(), 1);
+  const auto edit = [&](const std::string& from, const std::string& to) {
+    const std::string file = (folder / "march.frag").string();
+    std::string text = read_text(file, "shader");
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos);
+    write_text(file, text.replace(at, from.size(), to));
+  };
+  Hands hands(small(asset("slab.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  const auto first = [&] { return hands.viewer.exact_picture()->rgba()[0]; };
+  const float before = first();
+  EXPECT_NE(before, 0.25f);
+  edit("out_picture = picture(m, p);", "out_picture = vec4(0.25);");
+  hands.key(GLFW_KEY_R);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(first(), 0.25f);
+  edit("out_picture = vec4(0.25);", "out_picture = vec4(0.25;");
+  hands.key(GLFW_KEY_R);
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.problems() > 0; }));
+  EXPECT_NE(hands.viewer.last_error().find("march.frag:"), std::string::npos)
+      << hands.viewer.last_error();
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(first(), 0.25f);
+  unsetenv("PSIVOX_SHADER_DIR");
+  fs::remove_all(folder);
 }
 
 TEST(Viewer, ReadsAChangedFileAgain) {

@@ -167,7 +167,13 @@ void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
 void PictureMaker::bring_up(Volume& volume, Filter filter) {
   if (!renderer_) {
     stage("starting OpenGL", 0);
-    renderer_ = std::make_unique<GlRenderer>(ContextOptions{options_.device, options_.debug});
+    try {
+      renderer_ = std::make_unique<GlRenderer>(ContextOptions{options_.device, options_.debug});
+    } catch (const Error&) {
+      const std::lock_guard lock(mutex_);
+      news_.fatal = std::current_exception();
+      throw;
+    }
     uploaded_.reset();
     const std::lock_guard lock(mutex_);
     news_.renderer = renderer_->description();
@@ -261,15 +267,25 @@ void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
     renderer_->render(view, options);
     return;
   }
-  const bool reference = scene.renderer == RendererKind::reference;
-  View own = view;
-  if (wish.volume->view.scene.lit()) {
-    own.medium = make_view(scene, wish.volume->fields).medium;
-    if (reference) own = lit(own, reference_light_depths(own), options.progress);
-  }
-  const Image image = reference ? render_reference(own, 1e-12, options.progress).image
-                                : render_march_double(view, wish.volume->atlas, options).image;
+  const Image image = on_processor(*wish.volume, scene, options);
   add({0, 0}, scene.resolution, image.rgba().data());
+}
+
+/// As cmd_render.cpp does: their light is their own.
+Image PictureMaker::on_processor(const Volume& volume, const Scene& scene,
+                                 const RenderOptions& options) {
+  View view = view_of(volume, scene);
+  const bool light = volume.scene.lit();
+  if (light) view.medium = make_view(scene, volume.fields).medium;
+  if (scene.renderer == RendererKind::reference) {
+    if (light) view = lit(view, reference_light_depths(view), options.progress);
+    return render_reference(view, 1e-12, options.progress).image;
+  }
+  if (!light) return render_march_double(view, volume.atlas, options).image;
+  MediumAtlas atlas = build_medium_atlas(view);
+  view = lit(view, march_double_light_depths(view, atlas), options.progress);
+  add_luminance(atlas, view);
+  return render_march_double(view, atlas, options).image;
 }
 
 void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel) {

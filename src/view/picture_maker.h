@@ -2,7 +2,7 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <deque>
+#include <exception>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -47,7 +47,8 @@ struct PictureNews {
   double refine_ms = 0;
   std::optional<glm::dvec3> picked;  ///< point under the pointer; see pick()
   std::vector<std::string> errors;
-  std::string renderer;  ///< once known
+  std::exception_ptr fatal;  ///< why nothing can be drawn on this machine
+  std::string renderer;      ///< once known
 };
 
 /// Draws in a thread of its own, by the renderer of `psivox render` in a context of its own, so
@@ -84,6 +85,7 @@ class PictureMaker {
   void bring_up(Volume& volume, Filter filter);
   void draw_previews(const PictureWish& wish);
   void refine(const PictureWish& wish);
+  Image on_processor(const Volume& volume, const Scene& scene, const RenderOptions& options);
   void refine_side(const PictureWish& wish, std::size_t side);
   void find_picked(const PictureWish& wish, const glm::dvec2& pixel);
   void renew_renderer();

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 
 #include "psivox/parameters.h"
@@ -32,6 +34,12 @@ std::vector<TransferPoint> identity(const Histogram& histogram) {
   return {{histogram.min, std::max(histogram.min, 0.0), {0.1, 0.2, 0.9}},
           {middle, std::max(middle, 0.0), {1, 0.7, 0.2}},
           {histogram.max, std::max(histogram.max, 0.0), {1, 1, 1}}};
+}
+
+double three_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return std::strtod(text, nullptr);
 }
 
 /// Throws Error(usage) where the rest of the scene needs or refuses a function.
@@ -96,6 +104,22 @@ std::optional<glm::dvec2> TransferEditor::place_of(std::size_t point) const {
   return pixel_of(points_[point]);
 }
 
+void TransferEditor::draw_histogram(const Histogram& histogram) const {
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const double most = *std::max_element(histogram.counts.begin(), histogram.counts.end());
+  for (int x = 0; x < static_cast<int>(canvas_size_.x) && most > 0; ++x) {
+    const double value = low_ + (x + 0.5) / canvas_size_.x * (high_ - low_);
+    const double bin = 256 * (value - histogram.min) / (histogram.max - histogram.min);
+    if (bin < 0 || bin >= 256) continue;
+    // logarithmic, since a few values have nearly all voxels
+    const double part =
+        std::log1p(histogram.counts[static_cast<std::size_t>(bin)]) / std::log1p(most);
+    list.AddRectFilled(at({canvas_.x + x, canvas_.y + canvas_size_.y * (1 - 0.9 * part)}),
+                       at({canvas_.x + x + 1, canvas_.y + canvas_size_.y}),
+                       IM_COL32(70, 74, 84, 255));
+  }
+}
+
 bool TransferEditor::draw_canvas(const Histogram& histogram) {
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   const float width = std::max(ImGui::GetContentRegionAvail().x, 50.0f);
@@ -109,19 +133,7 @@ bool TransferEditor::draw_canvas(const Histogram& histogram) {
 
   ImDrawList& list = *ImGui::GetWindowDrawList();
   list.AddRectFilled(corner, {corner.x + width, corner.y + height}, IM_COL32(20, 20, 24, 255));
-  const double most = *std::max_element(histogram.counts.begin(), histogram.counts.end());
-  for (std::size_t i = 0; i < histogram.counts.size() && most > 0; ++i) {
-    const double bin = (histogram.max - histogram.min) / 256;
-    const double value = histogram.min + static_cast<double>(i) * bin;
-    const auto x = [&](double v) {
-      return canvas_.x + canvas_size_.x * (v - low_) / (high_ - low_);
-    };
-    // logarithmic, since a few values have nearly all voxels
-    const double part = std::log1p(histogram.counts[i]) / std::log1p(most);
-    list.AddRectFilled(at({x(value), canvas_.y + canvas_size_.y * (1 - 0.9 * part)}),
-                       at({x(value + bin) + 0.7, canvas_.y + canvas_size_.y}),
-                       IM_COL32(70, 74, 84, 255));
-  }
+  draw_histogram(histogram);
   list.PushClipRect(corner, {corner.x + width, corner.y + height}, true);
   for (std::size_t i = 0; i + 1 < points_.size(); ++i)
     list.AddLine(at(pixel_of(points_[i])), at(pixel_of(points_[i + 1])),
@@ -240,6 +252,8 @@ bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
   ImGui::End();
   if (action == Action::none) return false;
   if (action == Action::edit) {
+    // Under `auto` a change of all attenuations would be undone at once.
+    if (!scene.extinction) scene.extinction = three_digits(volume.extinction);
     write(scene);
     return true;
   }

@@ -33,6 +33,7 @@ class TransferEditor {
 
  private:
   void take(const Volume& volume, const Scene& scene);
+  void draw_histogram(const Histogram& histogram) const;
   bool draw_canvas(const Histogram& histogram);
   bool drag_points(bool hovered);
   bool draw_selected();

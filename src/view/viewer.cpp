@@ -64,7 +64,9 @@ Viewer::Viewer(const Scene& scene, const ViewerOptions& options)
   open_path_ = scene_.input;
 }
 
-Viewer::~Viewer() = default;
+Viewer::~Viewer() {
+  window_.hide();  // the threads may take a moment to end
+}
 
 Scene Viewer::scene() const {
   Scene scene = scene_;
@@ -273,6 +275,7 @@ void Viewer::take_pictures() {
   }
   if (news.picked) navigation_.set_pivot(*news.picked);
   if (!news.renderer.empty()) renderer_ = news.renderer;
+  if (news.fatal && !shown_) first_error_ = news.fatal;
   for (const std::string& message : news.errors) error(message);
 }
 
@@ -390,7 +393,7 @@ bool Viewer::frame(double wait_s) {
 
 void Viewer::run() {
   while (frame(0.5)) {
-    if (first_error_ && !volume_) std::rethrow_exception(first_error_);
+    if (first_error_) std::rethrow_exception(first_error_);
   }
 }
 

@@ -130,9 +130,9 @@ class Viewer {
   std::optional<std::string> awaited_key_;  ///< of the volume that is being loaded
   std::string refused_key_;                 ///< that could not be loaded
   std::shared_ptr<Volume> volume_;
-  bool camera_due_ = true;  ///< the next volume's own camera is to be taken
-  std::exception_ptr first_error_;
-  std::string posted_;  ///< text of the last wish
+  bool camera_due_ = true;          ///< the next volume's own camera is to be taken
+  std::exception_ptr first_error_;  ///< after which the window would never show anything
+  std::string posted_;              ///< text of the last wish
   std::uint64_t wished_ = 0, shown_ = 0, refined_ = 0;
   double refine_ms_ = 0, preview_ms_ = 0;
   Rung rung_;

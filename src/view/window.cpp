@@ -133,6 +133,8 @@ glm::ivec2 Window::size() const {
   return pixels;
 }
 
+void Window::hide() { glfwHideWindow(window_); }
+
 void Window::resize(const glm::ivec2& size) { glfwSetWindowSize(window_, size.x, size.y); }
 
 double Window::scale() const {

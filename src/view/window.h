@@ -37,6 +37,7 @@ class Window {
   static void wake();
 
   glm::ivec2 size() const;  ///< of the framebuffer [pixels]; 0 where it is minimised
+  void hide();
   void resize(const glm::ivec2& size);
   double scale() const;  ///< of text: 2 on a display of twice the usual density
   void set_title(const std::string& title);
