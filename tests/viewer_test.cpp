@@ -229,6 +229,41 @@ TEST(Viewer, PointsOfTheTransferFunctionAreDragged) {
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
 }
 
+TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
+  // updated while a point is dragged, and then as another process computes it
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {700, 420};
+  scene.transfer_function = asset("shells.json");
+  scene.integrator = Integrator::preintegrated;
+  scene.extinction = 6;
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.show_panel(true);
+  hands.frames(4);
+  const glm::dvec2 from = hands.viewer.transfer_editor().place_of(5).value();
+  hands.press(from);
+  for (int i = 1; i <= 5; ++i) {
+    const std::uint64_t before = hands.viewer.wished();
+    hands.move(from + glm::dvec2(3, 8) * double(i));
+    ASSERT_TRUE(hands.until([&] {
+      return hands.viewer.wished() > before && hands.viewer.shown() == hands.viewer.wished();
+    }));
+  }
+  hands.release(from + glm::dvec2(15, 40));
+  ASSERT_TRUE(hands.until_exact());
+  const fs::path file = fs::path(testing::TempDir()) / "psivox_preintegrated.exr";
+  const fs::path before = fs::current_path();
+  fs::current_path(testing::TempDir());  // the function is kept there
+  hands.viewer.save_picture(file.string());
+  ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
+  fs::current_path(before);
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), read_image(file));
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  fs::remove(fs::path(testing::TempDir()) / hands.viewer.scene().transfer_function);
+  fs::remove(file);
+}
+
 TEST(Viewer, AnInputThatCannotBeReadIsTheProgramsError) {
   Hands hands(small("nowhere.vdb"));
   try {

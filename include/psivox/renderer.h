@@ -85,6 +85,10 @@ class GlRenderer {
   /// for lit() (light.h), before the next upload. Throws Error(graphics).
   LightDepths light_depths(const View& view, int max_turns = 0);
 
+  /// What the next picture reads is computed anew if it was updated from that of another transfer
+  /// function, which differs by rounding.
+  void renew_tables();
+
   /// Draws the view's picture from the uploaded atlases, which must be its own. `max_turns` lowers
   /// the number of loop turns a pass may take (tests).
   RenderResult render(const View& view, const RenderOptions& options = {}, int max_turns = 0);

@@ -13,6 +13,7 @@
 #include "gl/timer.h"
 #include "march/film.h"
 #include "march/march_parameters.h"
+#include "march/preintegration.h"
 #include "psivox/error.h"
 #include "psivox/renderer.h"
 
@@ -137,6 +138,8 @@ LightDepths GlRenderer::light_depths(const View& view, int max_turns) {
     return depths;
   };
 }
+
+void GlRenderer::renew_tables() { forget_updated_table(); }
 
 RenderResult GlRenderer::render(const View& view, const RenderOptions& options, int max_turns) {
   Impl& impl = *impl_;

@@ -179,12 +179,34 @@ double PreintegratedTable::error_bound() const {
   return 2 * largest;
 }
 
+namespace {
+
+/// The process's last table.
+struct LastTable {
+  std::mutex mutex;
+  std::shared_ptr<PreintegratedTable> table;
+  bool updated = false;
+};
+
+LastTable& last_table() {
+  static LastTable last;
+  return last;
+}
+
+}  // namespace
+
+void forget_updated_table() {
+  LastTable& last = last_table();
+  const std::lock_guard lock(last.mutex);
+  if (last.updated) last.table.reset();
+}
+
 std::shared_ptr<const PreintegratedTable> preintegrated_table(const TransferFunction& function,
                                                               double extinction, double max_length,
                                                               bool constant_length) {
-  static std::mutex mutex;
-  static std::shared_ptr<PreintegratedTable> last;
-  const std::lock_guard lock(mutex);
+  LastTable& kept = last_table();
+  const std::lock_guard lock(kept.mutex);
+  std::shared_ptr<PreintegratedTable>& last = kept.table;
   const std::vector<TransferPoint>& points = function.points();
   const double depth =
       extinction * max_length * function.max_attenuation(points.front().value, points.back().value);
@@ -193,9 +215,10 @@ std::shared_ptr<const PreintegratedTable> preintegrated_table(const TransferFunc
       last->layers() != layers) {
     last = std::make_shared<PreintegratedTable>(function, extinction, max_length,
                                                 PreintegratedTable::Shape{0, layers});
+    kept.updated = false;
   } else if (!(last->function() == function)) {
     if (last.use_count() > 1) last = std::make_shared<PreintegratedTable>(*last);
-    last->update(function);
+    kept.updated = last->update(function);
   }
   return last;
 }

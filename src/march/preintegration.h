@@ -79,4 +79,8 @@ std::shared_ptr<const PreintegratedTable> preintegrated_table(const TransferFunc
                                                               double extinction, double max_length,
                                                               bool constant_length);
 
+/// Forgets that table if it was updated: the next one is built anew, bit by bit as in another
+/// process.
+void forget_updated_table();
+
 }  // namespace psivox

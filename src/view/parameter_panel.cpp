@@ -179,7 +179,7 @@ bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& ch
 bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse) {
   bool changed = false, open = false;
   std::string group;
-  ImGui::PushItemWidth(0.5f * ImGui::GetWindowWidth());
+  ImGui::PushItemWidth(0.45f * ImGui::GetWindowWidth());
   for (const Parameter& p : parameters()) {
     if (std::find(std::begin(left_out), std::end(left_out), p.name) != std::end(left_out)) continue;
     if (p.group != group) {
@@ -196,7 +196,7 @@ bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse
 bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse,
                      std::span<const char* const> names) {
   bool changed = false;
-  ImGui::PushItemWidth(0.5f * ImGui::GetWindowWidth());
+  ImGui::PushItemWidth(0.45f * ImGui::GetWindowWidth());
   for (const char* name : names)
     if (const Parameter* p = find_parameter(name))
       changed |= edit_parameter(scene, *p, choices, refuse);

@@ -228,6 +228,7 @@ void PictureMaker::refine(const PictureWish& wish) {
     const std::lock_guard lock(mutex_);
     news_.parts.clear();
   }
+  renderer_->renew_tables();
   for (std::size_t side = 0; side < wish.scenes.size(); ++side) refine_side(wish, side);
   {
     const std::lock_guard lock(mutex_);

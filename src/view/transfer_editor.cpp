@@ -106,11 +106,12 @@ std::optional<glm::dvec2> TransferEditor::place_of(std::size_t point) const {
 
 void TransferEditor::draw_histogram(const Histogram& histogram) const {
   ImDrawList& list = *ImGui::GetWindowDrawList();
+  const double bins = static_cast<double>(histogram.counts.size());
   const double most = *std::max_element(histogram.counts.begin(), histogram.counts.end());
   for (int x = 0; x < static_cast<int>(canvas_size_.x) && most > 0; ++x) {
     const double value = low_ + (x + 0.5) / canvas_size_.x * (high_ - low_);
-    const double bin = 256 * (value - histogram.min) / (histogram.max - histogram.min);
-    if (bin < 0 || bin >= 256) continue;
+    const double bin = bins * (value - histogram.min) / (histogram.max - histogram.min);
+    if (bin < 0 || bin >= bins) continue;
     // logarithmic, since a few values have nearly all voxels
     const double part =
         std::log1p(histogram.counts[static_cast<std::size_t>(bin)]) / std::log1p(most);
@@ -208,7 +209,7 @@ bool TransferEditor::drag_points(bool hovered) {
 
 bool TransferEditor::draw_selected() {
   if (selected_ < 0 || selected_ >= static_cast<int>(points_.size())) {
-    ImGui::TextDisabled("click: add a point; drag: move it; right click: remove it");
+    ImGui::TextWrapped("click: add a point; drag: move it; right click: remove it");
     return false;
   }
   TransferPoint& point = points_[static_cast<std::size_t>(selected_)];

@@ -56,9 +56,10 @@ void count(const Field& field, Histogram& histogram) {
   });
   histogram.min = low;
   histogram.max = high > low ? high : low + 1;
-  const double scale = 256 / (histogram.max - histogram.min);
+  const double bins = static_cast<double>(histogram.counts.size());
+  const double scale = bins / (histogram.max - histogram.min);
   each([&](double value, double weight) {
-    const auto bin = static_cast<std::size_t>(std::clamp((value - low) * scale, 0.0, 255.0));
+    const auto bin = static_cast<std::size_t>(std::clamp((value - low) * scale, 0.0, bins - 1));
     histogram.counts[bin] += weight;
   });
 }

@@ -15,7 +15,7 @@ namespace psivox::view {
 /// How often each value occurs among the density's leaves and tiles, without its zeros.
 struct Histogram {
   double min = 0, max = 1;
-  std::array<double, 256> counts{};
+  std::array<double, 128> counts{};
 };
 
 /// A scene's file, read and converted: all that a picture needs but the camera, the march and what
