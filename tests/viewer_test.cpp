@@ -333,6 +333,23 @@ TEST(Viewer, TwoPicturesAreCompared) {
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
 }
 
+TEST(Viewer, ShowsStepsAndDepthAsColours) {
+  Hands hands(small(asset("slab.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  for (const ShownLayer layer : {ShownLayer::steps, ShownLayer::depth}) {
+    hands.viewer.show(layer);
+    hands.frames(2);
+    ASSERT_TRUE(hands.until([&] { return hands.viewer.complete(); }));
+    hands.photograph(layer == ShownLayer::steps ? "steps.png" : "depth.png");
+    EXPECT_FALSE(hands.viewer.exact_picture());
+  }
+  hands.viewer.show(ShownLayer::picture);
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
 TEST(Viewer, ReadsChangedShadersAgain) {
   const fs::path folder = fs::path(testing::TempDir()) / "psivox_view_shaders";
   fs::remove_all(folder);

@@ -152,7 +152,6 @@ void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
   bring_up(*wish.volume, wish.scenes.front().filter);
   uploaded_ = wish.volume;
   draw_previews(wish);
-  if (!wish.exact) return;
   {
     std::unique_lock lock(mutex_);
     if (changed_.wait_for(lock, stop, rest, [&] { return wish_ || pick_ || reload_; })) {
@@ -204,6 +203,7 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
     View view = view_of(*wish.volume, scene);
     view.scene = preview_scene(scene, rung);
     RenderOptions options;
+    ask_for(wish.layer, view.scene, options);
     options.progress = [&](double) {
       // A newer wish is served sooner if this one ends, but something must be seen now and then.
       if (newest_ != wish.number && sum_ms > 8 * options_.budget_ms) throw Outdated();
@@ -212,9 +212,11 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
     RenderResult result = renderer_->render(view, options);
     const double ms = ms_since(start) - std::max(0.0, result.stats.shader_ms - 5);
     sum_ms += ms;
+    const glm::dvec2 range = show_layer(wish.layer, result.image);
     {
       const std::lock_guard lock(mutex_);
       std::erase_if(news_.previews, [&](const PreviewPicture& old) { return old.side == side; });
+      news_.layer_range = range;
       news_.previews.push_back({wish.number, side, std::move(result.image), rung, ms});
     }
     on_news_();
@@ -240,7 +242,7 @@ void PictureMaker::refine(const PictureWish& wish) {
 
 void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
   const Scene& scene = wish.scenes[side];
-  const View view = view_of(*wish.volume, scene);
+  View view = view_of(*wish.volume, scene);
   const auto add = [&](glm::ivec2 origin, glm::ivec2 size, const float* picture) {
     ExactPart part{wish.number, side, origin, size, {}};
     part.rgba.reserve(std::size_t(size.x) * std::size_t(size.y) * 4);
@@ -261,6 +263,15 @@ void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
           (static_cast<double>(side) + fraction) / static_cast<double>(wish.scenes.size()));
     on_news_();
   };
+  if (wish.layer != ShownLayer::picture) {
+    ask_for(wish.layer, view.scene, options);
+    Image image = renderer_->render(view, options).image;
+    const glm::dvec2 range = show_layer(wish.layer, image);
+    add({0, 0}, scene.resolution, image.rgba().data());
+    const std::lock_guard lock(mutex_);
+    news_.layer_range = range;
+    return;
+  }
   if (scene.renderer == RendererKind::gl) {
     options.tile = [&](const DoneTile& tile) {
       add({tile.x, tile.y}, {tile.width, tile.height}, tile.picture);

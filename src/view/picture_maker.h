@@ -10,6 +10,7 @@
 #include "psivox/image.h"
 #include "psivox/renderer.h"
 #include "view/pace.h"
+#include "view/shown_layer.h"
 #include "view/volume.h"
 
 namespace psivox::view {
@@ -19,7 +20,7 @@ struct PictureWish {
   std::uint64_t number = 0;
   std::shared_ptr<Volume> volume;
   std::vector<Scene> scenes;
-  bool exact = true;  ///< refine once nothing newer is wished
+  ShownLayer layer = ShownLayer::picture;
 };
 
 /// A picture while things move, smaller than the window.
@@ -45,7 +46,8 @@ struct PictureNews {
   std::vector<ExactPart> parts;          ///< of one wish
   std::optional<std::uint64_t> refined;  ///< the wish whose exact pictures are complete
   double refine_ms = 0;
-  std::optional<glm::dvec3> picked;  ///< point under the pointer; see pick()
+  std::optional<glm::dvec2> layer_range;  ///< values at the ends of a layer's colours
+  std::optional<glm::dvec3> picked;       ///< point under the pointer; see pick()
   std::vector<std::string> errors;
   std::exception_ptr fatal;  ///< why nothing can be drawn on this machine
   std::string renderer;      ///< once known

@@ -77,7 +77,9 @@ Scene Viewer::scene() const {
 }
 
 const Image* Viewer::exact_picture() const {
-  return refined_ && refined_ == wished_ ? display_.exact(refined_, 0) : nullptr;
+  return refined_ && refined_ == wished_ && layer_ == ShownLayer::picture
+             ? display_.exact(refined_, 0)
+             : nullptr;
 }
 
 void Viewer::photograph(const std::string& path) {
@@ -167,6 +169,7 @@ void Viewer::reload() {
 
 Scene Viewer::kept_scene() {
   Scene kept = scene();
+  if (!picture_size_.empty()) set_parameter(kept, "resolution", picture_size_);
   if (const auto name = editor_.keep(kept)) {
     scene_.transfer_function = *name;
     say("the transfer function is in " + *name);
@@ -273,6 +276,7 @@ void Viewer::take_pictures() {
     refine_ms_ = news.refine_ms;
     frames_due_ = std::max(frames_due_, 2);
   }
+  layer_range_ = news.layer_range.value_or(layer_range_);
   if (news.picked) navigation_.set_pivot(*news.picked);
   if (!news.renderer.empty()) renderer_ = news.renderer;
   if (news.fatal && !shown_) first_error_ = news.fatal;
@@ -331,7 +335,8 @@ void Viewer::update_wishes() {
   if (!volume_) return;
   std::vector<Scene> scenes{at_hand ? wanted : with_medium_of(*volume_, wanted)};
   if (other_) scenes.push_back(compared(scenes.front(), *other_));
-  std::string text = std::to_string(reinterpret_cast<std::uintptr_t>(volume_.get()));
+  std::string text = std::to_string(static_cast<int>(layer_)) + "/";
+  text += std::to_string(reinterpret_cast<std::uintptr_t>(volume_.get()));
   for (const Scene& scene : scenes) text += to_json(scene);
   if (text == posted_) return;
   posted_ = text;
@@ -341,7 +346,7 @@ void Viewer::update_wishes() {
     if (at_hand) error(e.what());
     return;
   }
-  maker_.wish({++wished_, volume_, std::move(scenes), true});
+  maker_.wish({++wished_, volume_, std::move(scenes), layer_});
   if (at_hand && sequence_.playing) {
     Scene after = wanted;
     after.input = *sequence_.file(sequence_.next());

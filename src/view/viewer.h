@@ -52,6 +52,8 @@ class Viewer {
   Scene scene() const;
   /// The exact picture of what is wished now, or null while it is not complete.
   const Image* exact_picture() const;
+  /// Whether what is wished is shown in full.
+  bool complete() const { return refined_ && refined_ == wished_; }
   /// Of the wish that the newest picture on the screen is of; and of the newest wish.
   std::uint64_t shown() const { return shown_; }
   std::uint64_t wished() const { return wished_; }
@@ -73,6 +75,7 @@ class Viewer {
   std::string copy_command_line();
   void save_scene(const std::string& path);
   bool saving() const { return save_.running(); }
+  void show(ShownLayer layer) { layer_ = layer; }
   /// Writes what the window shows to a .png.
   void photograph(const std::string& path);
   void show_panel(bool transfer_function) { show_transfer_ = transfer_function; }
@@ -136,6 +139,8 @@ class Viewer {
   std::uint64_t wished_ = 0, shown_ = 0, refined_ = 0;
   double refine_ms_ = 0, preview_ms_ = 0;
   Rung rung_;
+  ShownLayer layer_ = ShownLayer::picture;
+  glm::dvec2 layer_range_{0};
   std::optional<std::pair<glm::dvec3, glm::dvec3>> box_;  ///< of what is being loaded
   std::string renderer_, last_error_, message_;
   int problems_ = 0;
@@ -147,7 +152,7 @@ class Viewer {
   int frames_due_ = 3;  ///< that are drawn though nothing happens: the panels settle
   bool closed_ = false;
   bool show_panels_ = true, show_transfer_ = false, show_help_ = false;
-  std::string picture_path_ = "picture.exr", scene_path_ = "scene.json", open_path_;
+  std::string picture_size_, picture_path_ = "picture.exr", scene_path_ = "scene.json", open_path_;
 
   int dragging_ = -1;  ///< button over the picture, -1: none
   bool dragging_divider_ = false;

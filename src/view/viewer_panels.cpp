@@ -96,6 +96,7 @@ void Viewer::draw_output_section() {
   ImGui::InputText("##scene", &scene_path_);
   ImGui::SameLine();
   if (ImGui::Button("scene")) save_scene(scene_path_);
+  ImGui::InputTextWithHint("size", "the window's", &picture_size_);
   if (ImGui::Button("copy as command line")) copy_command_line();
 }
 
@@ -104,6 +105,9 @@ void Viewer::draw_display_section() {
   slide("exposure", look_.exposure, -10, 10, "%.2f");
   if (ImGui::IsItemHovered())
     ImGui::SetTooltip("powers of 2, on the screen only: saved pictures are linear radiance");
+  const char* layers[] = {"picture", "steps", "depth"};
+  int layer = static_cast<int>(layer_);
+  if (ImGui::Combo("show", &layer, layers, 3)) show(static_cast<ShownLayer>(layer));
   ImGui::Checkbox("transfer function (T)", &show_transfer_);
   const char* names[] = {"one picture", "two, with a divider", "signed difference"};
   int chosen = static_cast<int>(look_.comparison);
@@ -128,7 +132,9 @@ void Viewer::draw_status() {
   else if (scene_.input.empty())
     text = "drop a .vdb here, or open one in the panel";
   else if (refined_ == wished_ && refined_)
-    text = "exact: as psivox render draws it, after " + format_ms(refine_ms_);
+    text = (layer_ == ShownLayer::picture ? "exact: as psivox render draws it, after "
+                                          : "complete, after ") +
+           format_ms(refine_ms_);
   else if (const auto stage = maker_.progress())
     text = stage->first + " " + std::to_string(static_cast<int>(100 * stage->second)) + " %";
   else if (shown_) {
@@ -136,6 +142,13 @@ void Viewer::draw_status() {
     std::snprintf(rung, sizeof rung, "preview, 1/%g of the size, %s", rung_.divisor,
                   format_ms(preview_ms_).c_str());
     text = rung;
+  }
+  if (layer_ != ShownLayer::picture && shown_) {
+    char range[80];
+    std::snprintf(range, sizeof range, "; %s from %.4g (violet) to %.4g (yellow)",
+                  layer_ == ShownLayer::steps ? "segments of a ray" : "depth [world units]",
+                  layer_range_.x, layer_range_.y);
+    text += range;
   }
   if (save_.running()) text += "; saving " + save_.what();
   const ImGuiIO& io = ImGui::GetIO();
