@@ -185,11 +185,8 @@ TEST_P(Window_, ClosesWhileItLoads) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Contexts, Window_, ::testing::Bool(),
-                         [](const auto& context) { return context.param ? "egl" : "native"; });
-
-TEST(Viewer, ABadFileLeavesTheOldOne) {
-  Hands hands(small(asset("slab.vdb")));
+TEST_P(Window_, ABadFileLeavesTheOldOne) {
+  Hands hands(small(asset("slab.vdb")), GetParam());
   ASSERT_TRUE(hands.until_exact());
   hands.drop(asset("rotated.vdb"));
   ASSERT_TRUE(hands.until_exact());
@@ -203,10 +200,10 @@ TEST(Viewer, ABadFileLeavesTheOldOne) {
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
 }
 
-TEST(Viewer, PointsOfTheTransferFunctionAreDragged) {
+TEST_P(Window_, PointsOfTheTransferFunctionAreDragged) {
   Scene scene = small(asset("blobs.vdb"));
   scene.resolution = {900, 600};
-  Hands hands(scene);
+  Hands hands(scene, GetParam());
   ASSERT_TRUE(hands.until_exact());
   hands.viewer.show_panel(true);
   hands.frames(4);
@@ -228,6 +225,9 @@ TEST(Viewer, PointsOfTheTransferFunctionAreDragged) {
   EXPECT_EQ(editor.points(), 3u);
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
 }
+
+INSTANTIATE_TEST_SUITE_P(Contexts, Window_, ::testing::Bool(),
+                         [](const auto& context) { return context.param ? "egl" : "native"; });
 
 TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
   // updated while a point is dragged, and then as another process computes it

@@ -12,7 +12,8 @@ namespace {
 /// To a multiple of a power of ten of at most `unit`.
 double rounded_to(double value, double unit) {
   const double digits = std::pow(10.0, std::ceil(-std::log10(unit)));
-  return std::isfinite(digits) && digits > 0 ? std::round(value * digits) / digits : value;
+  // + 0: -0 is 0
+  return std::isfinite(digits) && digits > 0 ? std::round(value * digits) / digits + 0.0 : value;
 }
 
 glm::dvec3 rounded_to(const glm::dvec3& value, double unit) {

@@ -379,12 +379,14 @@ bool Viewer::frame(double wait_s) {
   if (flying_ != glm::dvec3(0) || sequence_.playing) wait = std::min(wait, 0.01);
   const std::vector<Event> events = window_.wait(wait);
   for (const Event& event : events) handle(event);
-  if (!events.empty()) frames_due_ = 3;
+  // A drag of the picture shows in the picture alone: the window's time is better spent on that.
+  if (!events.empty() && dragging_ < 0) frames_due_ = 3;
   const auto now = Clock::now();
   const double seconds = std::chrono::duration<double>(now - last_frame_).count();
   fly(now);
   watch_files();
   take_news();
+  if (first_error_) std::rethrow_exception(first_error_);
   step_sequence();
   update_wishes();
   // What refines, loads or is saved is shown now and then: drawing the window takes time from it.
@@ -397,9 +399,7 @@ bool Viewer::frame(double wait_s) {
 }
 
 void Viewer::run() {
-  while (frame(0.5)) {
-    if (first_error_) std::rethrow_exception(first_error_);
-  }
+  while (frame(0.5)) continue;
 }
 
 }  // namespace psivox::view

@@ -32,17 +32,17 @@ struct ViewerOptions {
 /// The preview: a window, what it shows, and the threads that make it.
 class Viewer {
  public:
-  /// Throws Error(graphics) where there is no display. An input that is missing or bad is not an
-  /// error before frame(): the window opens, and says so.
+  /// Throws Error(graphics) where there is no display.
   Viewer(const Scene& scene, const ViewerOptions& options);
   ~Viewer();
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
   /// Waits at most so long [s] for something to happen, and draws the window if something did.
-  /// False once it is closed.
+  /// False once it is closed. Throws what the first load throws, and Error(graphics) where nothing
+  /// can be drawn: a window that never shows anything is no use.
   bool frame(double wait_s);
-  /// Frames until it is closed. Throws what the first load throws where nothing was ever shown.
+  /// Frames until it is closed.
   void run();
 
   Window& window() { return window_; }

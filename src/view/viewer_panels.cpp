@@ -153,18 +153,20 @@ void Viewer::draw_status() {
   if (save_.running()) text += "; saving " + save_.what();
   const ImGuiIO& io = ImGui::GetIO();
   ImDrawList& list = *ImGui::GetForegroundDrawList();
-  const float line = ImGui::GetTextLineHeight();
-  const auto print = [&](float y, ImU32 colour, const std::string& what) {
+  float bottom = io.DisplaySize.y - 8;
+  const auto print = [&](ImU32 colour, const std::string& what) {
     const ImVec2 size = ImGui::CalcTextSize(what.c_str(), nullptr, false, io.DisplaySize.x - 20);
+    const float y = bottom - size.y;
+    bottom = y - 10;
     list.AddRectFilled({6, y - 3}, {14 + size.x, y + size.y + 3}, IM_COL32(0, 0, 0, 150), 3);
     list.AddText(nullptr, 0, {10, y}, colour, what.c_str(), nullptr, io.DisplaySize.x - 20);
   };
-  if (!text.empty()) print(io.DisplaySize.y - line - 8, IM_COL32(220, 220, 220, 255), text);
+  if (!text.empty()) print(IM_COL32(220, 220, 220, 255), text);
   if (Clock::now() - message_since_ > message_time) return;
   if (!last_error_.empty())
-    print(io.DisplaySize.y - 4 * line, IM_COL32(255, 120, 100, 255), last_error_);
+    print(IM_COL32(255, 120, 100, 255), last_error_);
   else if (!message_.empty())
-    print(io.DisplaySize.y - 4 * line, IM_COL32(150, 220, 150, 255), message_);
+    print(IM_COL32(150, 220, 150, 255), message_);
 }
 
 void Viewer::draw_help() {

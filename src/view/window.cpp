@@ -116,7 +116,7 @@ void Window::listen() {
 
 std::vector<Event> Window::wait(double seconds) {
   if (seconds > 0 && events_.empty())
-    glfwWaitEventsTimeout(seconds);
+    glfwWaitEventsTimeout(seconds);  // a posted one is there already
   else
     glfwPollEvents();
   return std::exchange(events_, {});
