@@ -39,6 +39,9 @@ struct RenderOptions {
   std::function<void(const DoneTile&)> tile{};  ///< GlRenderer's: called before `progress`
   /// Time that GlRenderer aims at for a tile, between which `progress` may throw to end the work.
   double tile_ms = 1000;
+  /// The table of a transfer function may be updated from that of another one instead of computed
+  /// anew: sooner there, but for rounding the same.
+  bool may_update_tables = false;
 };
 
 struct RenderStats {
@@ -84,10 +87,6 @@ class GlRenderer {
   /// Optical depths towards the light of a view whose density is uploaded, with exact filtering:
   /// for lit() (light.h), before the next upload. Throws Error(graphics).
   LightDepths light_depths(const View& view, int max_turns = 0);
-
-  /// What the next picture reads is computed anew if it was updated from that of another transfer
-  /// function, which differs by rounding.
-  void renew_tables();
 
   /// Draws the view's picture from the uploaded atlases, which must be its own. `max_turns` lowers
   /// the number of loop turns a pass may take (tests).

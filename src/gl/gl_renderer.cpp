@@ -13,7 +13,6 @@
 #include "gl/timer.h"
 #include "march/film.h"
 #include "march/march_parameters.h"
-#include "march/preintegration.h"
 #include "psivox/error.h"
 #include "psivox/renderer.h"
 
@@ -139,15 +138,13 @@ LightDepths GlRenderer::light_depths(const View& view, int max_turns) {
   };
 }
 
-void GlRenderer::renew_tables() { forget_updated_table(); }
-
 RenderResult GlRenderer::render(const View& view, const RenderOptions& options, int max_turns) {
   Impl& impl = *impl_;
   impl.context.make_current();
   if (!impl.density || impl.filter != view.scene.filter)
     throw Error(ExitCode::failure, "render needs an upload for the same filter");
 
-  MarchSetup setup = make_march_setup(view, *impl.atlas);
+  MarchSetup setup = make_march_setup(view, *impl.atlas, options.may_update_tables);
   setup.constants.count_steps = options.count;
   setup.constants.find_depth = options.depth;
   const int pass_turns = max_turns ? max_turns : gl::turns_per_pass(setup);

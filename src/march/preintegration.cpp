@@ -179,46 +179,28 @@ double PreintegratedTable::error_bound() const {
   return 2 * largest;
 }
 
-namespace {
-
-/// The process's last table.
-struct LastTable {
-  std::mutex mutex;
-  std::shared_ptr<PreintegratedTable> table;
-  bool updated = false;
-};
-
-LastTable& last_table() {
-  static LastTable last;
-  return last;
-}
-
-}  // namespace
-
-void forget_updated_table() {
-  LastTable& last = last_table();
-  const std::lock_guard lock(last.mutex);
-  if (last.updated) last.table.reset();
-}
-
 std::shared_ptr<const PreintegratedTable> preintegrated_table(const TransferFunction& function,
                                                               double extinction, double max_length,
-                                                              bool constant_length) {
-  LastTable& kept = last_table();
-  const std::lock_guard lock(kept.mutex);
-  std::shared_ptr<PreintegratedTable>& last = kept.table;
+                                                              bool constant_length,
+                                                              bool may_update) {
+  static std::mutex mutex;
+  static std::shared_ptr<PreintegratedTable> last;
+  static bool last_was_updated = false;
+  const std::lock_guard lock(mutex);
   const std::vector<TransferPoint>& points = function.points();
   const double depth =
       extinction * max_length * function.max_attenuation(points.front().value, points.back().value);
   const int layers = constant_length ? 1 : layers_for(depth);
-  if (!last || last->extinction() != extinction || last->max_length() != max_length ||
-      last->layers() != layers) {
+  const bool same_shape = last && last->extinction() == extinction &&
+                          last->max_length() == max_length && last->layers() == layers;
+  if (same_shape && last->function() == function && (may_update || !last_was_updated)) return last;
+  if (same_shape && may_update) {
+    if (last.use_count() > 1) last = std::make_shared<PreintegratedTable>(*last);
+    last_was_updated = last->update(function);
+  } else {
     last = std::make_shared<PreintegratedTable>(function, extinction, max_length,
                                                 PreintegratedTable::Shape{0, layers});
-    kept.updated = false;
-  } else if (!(last->function() == function)) {
-    if (last.use_count() > 1) last = std::make_shared<PreintegratedTable>(*last);
-    kept.updated = last->update(function);
+    last_was_updated = false;
   }
   return last;
 }

@@ -204,6 +204,7 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
     view.scene = preview_scene(scene, rung);
     RenderOptions options;
     ask_for(wish.layer, view.scene, options);
+    options.may_update_tables = true;
     options.progress = [&](double) {
       // A newer wish is served sooner if this one ends, but something must be seen now and then.
       if (newest_ != wish.number && sum_ms > 8 * options_.budget_ms) throw Outdated();
@@ -230,7 +231,6 @@ void PictureMaker::refine(const PictureWish& wish) {
     const std::lock_guard lock(mutex_);
     news_.parts.clear();
   }
-  renderer_->renew_tables();
   for (std::size_t side = 0; side < wish.scenes.size(); ++side) refine_side(wish, side);
   {
     const std::lock_guard lock(mutex_);

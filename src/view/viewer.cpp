@@ -148,9 +148,11 @@ void Viewer::compare(Comparison comparison, const std::optional<Scene>& other) {
   other_ = comparison == Comparison::none ? std::nullopt : other;
   if (comparison != Comparison::none && !other_) {
     other_ = scene_;
-    other_->step = 2 * scene_.resolved_step();
-    other_->sampling = Sampling::uniform;
-    other_->integrator.reset();
+    if (scene_.mode != Mode::isosurface) {
+      other_->step = 2 * scene_.resolved_step();
+      other_->sampling = Sampling::uniform;
+      other_->integrator.reset();
+    }
   }
   frames_due_ = 3;
 }
