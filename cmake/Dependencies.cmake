@@ -5,6 +5,7 @@ find_package(OpenImageIO REQUIRED)
 # Debian's target names OpenCV's headers, which its package does not depend on and nobody needs.
 set_target_properties(OpenImageIO::OpenImageIO PROPERTIES
   INTERFACE_INCLUDE_DIRECTORIES "${OpenImageIO_INCLUDE_DIR}")
+find_package(ZLIB REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(PkgConfig REQUIRED)

@@ -1,5 +1,5 @@
 # Flags and components. A component is a folder of src/ compiled on its own, with the packages it
-# may use: OpenVDB in vdb, OpenImageIO in image, GL in gl. tests/check_includes.sh enforces what
+# may use: OpenVDB in vdb, OpenImageIO in oiio, GL in gl. tests/check_includes.sh enforces what
 # include paths cannot.
 add_library(psivox_flags INTERFACE)
 target_compile_features(psivox_flags INTERFACE cxx_std_20)
@@ -26,4 +26,14 @@ function(psivox_component name)
   target_link_libraries(psivox_${name} PRIVATE psivox_flags glm::glm ${arg_USES})
   target_sources(psivox PRIVATE $<TARGET_OBJECTS:psivox_${name}>)
   target_link_libraries(psivox PRIVATE ${arg_USES})
+endfunction()
+
+# psivox_module(NAME SOURCES files... USES targets...): a component that libpsivox loads from its own
+# folder when it needs it; what runs the library depends on it.
+function(psivox_module name)
+  cmake_parse_arguments(arg "" "" "SOURCES;USES" ${ARGN})
+  add_library(psivox_${name} MODULE ${arg_SOURCES})
+  set_target_properties(psivox_${name} PROPERTIES INSTALL_RPATH "$ORIGIN")
+  target_include_directories(psivox_${name} PRIVATE "${PROJECT_SOURCE_DIR}/src")
+  target_link_libraries(psivox_${name} PRIVATE psivox psivox_flags ${arg_USES})
 endfunction()

@@ -32,7 +32,7 @@ struct March {
   real t;              // how far the ray is integrated
   Point front;         // the medium at t
   int3 cell;           // the next cell to look up in the density grid
-  int lattice;         // uniform: t lies in [lattice, lattice + 1) * step
+  int lattice;         // template: the voxel that t is at
   bool known;          // `front` is that of t; if not, a turn of length 0 finds it
   bool vacuum;         // what the turn looks at is an empty run
   int interval;        // of the transfer function, where pieces end at its knots

@@ -6,6 +6,7 @@ CONSTANT(int, emission_channels)  // of the emission grid, 0: there is none
 CONSTANT(bool, attenuates)        // the extinction is not 0
 CONSTANT(bool, ends_early)        // a ray may become opaque
 CONSTANT(bool, transfer)          // a transfer function classifies values; else tau ~ value
+CONSTANT(bool, transfer_search)   // several of its knots may lie in one bin of its table
 CONSTANT(bool, with_gradient)     // of the gradient's magnitude too, a grid of its own
 CONSTANT(bool, beyond)            // the walk goes beyond the density, where 0 would be a medium
 CONSTANT(bool, split_knots)       // segments end where the value crosses its knots
@@ -16,6 +17,7 @@ CONSTANT(int, emission_levels)
 CONSTANT(int, gradient_levels)
 CONSTANT(bool, constant_runs)     // the density atlas has constant entries
 CONSTANT(bool, uniform_sampling)  // between samples, not cells
+CONSTANT(bool, brick_steps)       // each brick has a step of its own
 CONSTANT(bool, template_sampling) // the samples are the voxels of a template
 CONSTANT(bool, middle_rule)       // the integrator reads middles, not ends
 CONSTANT(bool, exact_depth)       // the integrator takes the segment's depth, not its own

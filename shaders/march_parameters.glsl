@@ -48,6 +48,7 @@ PARAMETER(real, extinction)           // attenuation of value 1 [1 / unit of t]
 PARAMETER(real3, color)               // factor of the luminance
 PARAMETER(real, stop_depth)           // optical depth at which a ray ends
 PARAMETER(real, step)                 // of the uniform lattice [unit of t]
+PARAMETER(int, brick_steps_first)     // where `tables` has the bricks' parts of the step
 PARAMETER(real, opacity_unit)         // length of which opacity_linear's opacities are [unit of t]
 PARAMETER(int, psi_table_first)       // of psi_table's entries among the tables
 PARAMETER(real, world_unit)           // world length of one unit of t

@@ -1,6 +1,20 @@
 // Uniform: samples at the lattice's points k * step, the domain's ends and the ends of constant runs,
 // which are one segment each. Nodes are walked one by one, so that no constant run is missed however
-// long the step; empty ones are left at the last lattice point inside them.
+// long the step; empty ones are left at the last lattice point inside them. With `brick_steps` each
+// brick has a part of the step of its own.
+
+// Step of the lattice in a node.
+real node_step(Node node) {
+  if (!brick_steps || node.kind != NODE_BRICK) return step;
+  return step * fetch_table(brick_steps_first + node.payload).x;
+}
+
+// The first point of the lattice of step h behind t, which may lie on one.
+real next_point(real t, real h) {
+  real k = floor(t / h) + real(1.0);
+  real point = h * k;
+  return point > t ? point : h * (k + real(1.0));
+}
 
 // The rule's middle sample: usually in the node that the walk has reached, else looked up.
 real sample_middle(Ray ray, Node node, real node_begin, real t_middle) {
@@ -45,12 +59,12 @@ March march_uniform(March m, Ray ray) {
   Node node = no_node();
   real node_begin = m.t;
   real node_end = m.t;
+  real h = step;     // of the node
+  real finest = step;  // of the nodes since t
   bool walk = true;
   m.cell = cell_at(ray, m.t, density_domain_min, density_domain_max);
   for (int turn = 0; turn < max_turns && !m.done; ++turn) {
-    // the next lattice point behind t, which may lie on one
-    if (step * real(m.lattice + 1) <= m.t) m.lattice += 1;
-    real t_back = m.known ? min(step * real(m.lattice + 1), ray.end) : m.t;
+    real t_back = m.known ? min(next_point(m.t, finest), ray.end) : m.t;
     if (beyond && m.t < own_end) t_back = min(t_back, m.t < own_begin ? max(own_begin, m.t) : own_end);
     // a constant run shorter than a step is still to be crossed
     bool pending = closed_form(node) && node.kind == NODE_CONSTANT && m.t < node_end;
@@ -61,7 +75,10 @@ March march_uniform(March m, Ray ray) {
       node_end = max(node_begin, min(far.t, ray.end));
       m.cell = far.cell;
       walk = false;
+      h = node_step(node);
+      finest = min(finest, h);
     }
+    if (brick_steps && m.known) t_back = min(t_back, next_point(max(m.t, node_begin), finest));
     m.vacuum = node.kind == NODE_EMPTY;
     bool run = closed_form(node) && node.kind == NODE_CONSTANT;
     real f_back = node_value(node);
@@ -104,9 +121,10 @@ March march_uniform(March m, Ray ray) {
         if (end_corrections) m = find_slopes(m, ray, node);
       }
       m.known = true;
+      finest = h;
       if (closed_form(node) && !(run && t_back < node_end)) {
-        m.lattice = int(floor(node_end / step));
-        real t_last = node_end >= ray.end ? ray.end : step * real(m.lattice);
+        // the lattice of what comes next may be finer: its own begins at the face
+        real t_last = node_end >= ray.end || brick_steps ? node_end : step * floor(node_end / step);
         if (t_last > m.t) {
           m.t = t_last;
           m.known = !own_luminance();

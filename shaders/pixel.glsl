@@ -56,7 +56,7 @@ March begin_march(Ray ray) {
   m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(0.0)), real(0.0), real3(real(0.0)));
   m.step_error = real(0.0);
   m.cell = cell_at(ray, ray.begin, density_domain_min, density_domain_max);
-  m.lattice = uniform_sampling && !template_sampling ? int(floor(ray.begin / step)) : 0;
+  m.lattice = 0;
   m.known = false;
   m.vacuum = false;
   m.interval = 0;

@@ -13,14 +13,37 @@ struct Classified {
   real3 color;       // factor of the luminance
 };
 
-// One knot: entry 0 of three.
-const int knot_entries = 3;
+const int knot_entries = 4;  // a knot
 
 real4 knot_head(int k) { return fetch_table(transfer_first + knot_entries * k); }
 real knot_value(int k) { return knot_head(k).x; }
-real3 knot_color(int k) { return real3(fetch_table(transfer_first + knot_entries * k + 1)); }
-// Integral of attenuation times colour from the first knot to this one.
-real3 knot_color_integral(int k) { return real3(fetch_table(transfer_first + knot_entries * k + 2)); }
+real4 knot_color_entry(int k) { return fetch_table(transfer_first + knot_entries * k + 1); }
+real3 knot_color(int k) { return real3(knot_color_entry(k)); }
+// Integrals from the first knot to this one: of the attenuation, and of it times the colour.
+real knot_integral(int k) { return knot_color_entry(k).w; }
+real3 knot_color_integral(int k) { return real3(fetch_table(transfer_first + knot_entries * k + 3)); }
+
+// From knot k to the next one: `change` and `color_change` are rounded to float32 in the table.
+struct Interval {
+  real value;
+  real attenuation;
+  real width;
+  real change;
+};
+#if REAL_BITS == 64
+Interval interval_of(int k) {
+  real4 a = knot_head(k);
+  real4 b = knot_head(k + 1);
+  return Interval(a.x, a.y, b.x - a.x, b.y - a.y);
+}
+real3 color_change(int k) { return knot_color(k + 1) - knot_color(k); }
+#else
+Interval interval_of(int k) {
+  real4 a = knot_head(k);
+  return Interval(a.x, a.y, a.z, a.w);
+}
+real3 color_change(int k) { return real3(fetch_table(transfer_first + knot_entries * k + 2)); }
+#endif
 
 // The last k with knot k <= value, kept such that k + 1 is a knot too.
 int transfer_interval(real value) {
@@ -29,6 +52,7 @@ int transfer_interval(real value) {
   real4 range = fetch_table(transfer_bins_first + bin);
   int lo = int(range.x);
   int hi = int(range.y);
+  if (!transfer_search) return value >= range.z ? hi : lo;
   while (lo < hi) {
     int middle = (lo + hi + 1) >> 1;
     if (knot_value(middle) <= value) lo = middle;
@@ -38,12 +62,11 @@ int transfer_interval(real value) {
 }
 
 Classified classify_in(int k, real value) {
-  real4 a = knot_head(k);
-  real4 b = knot_head(k + 1);
-  real u = clamp((value - a.x) / (b.x - a.x), real(0.0), real(1.0));
+  Interval a = interval_of(k);
+  real u = clamp((value - a.value) / a.width, real(0.0), real(1.0));
   real3 at = knot_color(k);
-  if (luminance_source == SOURCE_TRANSFER) at = at + (knot_color(k + 1) - at) * u;
-  return Classified(a.y + (b.y - a.y) * u, at);
+  if (luminance_source == SOURCE_TRANSFER) at = at + color_change(k) * u;
+  return Classified(a.attenuation + a.change * u, at);
 }
 
 // The column of the table of gradients: the last j with gradient j <= g, kept inside.
@@ -164,7 +187,7 @@ Average transfer_average(real front, real back) {
   } else {
     Average head = interval_integral(i, a, knot_value(i + 1));
     Average tail = interval_integral(k, knot_value(k), b);
-    sum.attenuation = head.attenuation + tail.attenuation + (knot_head(k).z - knot_head(i + 1).z);
+    sum.attenuation = head.attenuation + tail.attenuation + (knot_integral(k) - knot_integral(i + 1));
     sum.source = head.source + tail.source + (knot_color_integral(k) - knot_color_integral(i + 1));
   }
   Classified c = classify_in(0, first);

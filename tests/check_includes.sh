@@ -32,8 +32,8 @@ only_in() {
     [ $allowed = 1 ] || complain "$place" "<$header> belongs in $*"
   done < <(includes "${folders[@]}")
 }
-only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tests/vdb_'
-only_in '^OpenImageIO/' '^src/image/' '^tests/image_cases\.h$'
+only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_march\.cpp$' '^tests/vdb_'
+only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.'
 only_in '^nlohmann/' '^src/scene/' '^src/study/' '^tools/'
 only_in '^CLI/' '^tools/'
@@ -42,7 +42,7 @@ only_in '^gtest/' '^tests/'
 
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
 declare -A sees=(
-  [atlas]="" [files]="" [gl]="march" [image]="" [march]="" [reference]="" [scene]=""
+  [atlas]="" [control]="" [files]="" [gl]="march" [image]="" [march]="" [oiio]="image" [reference]="" [scene]=""
   [study]="march" [vdb]="" [verify]="" [view]="gl"
 )
 components=$(printf '%s|' "${!sees[@]}")

@@ -47,7 +47,9 @@ t 2 - render "$S" -o a.png --aov depth $R
 t 2 - render "$S" -o a.exr --aov dpeth $R
 t 0 - render "$S" -o a.exr --aov error,transmittance --renderer reference $R
 t 0 - render "$S" -o a.exr --aov depth,transmittance,steps,samples $R
-for renderer in gl march-double reference; do t 0 - render "$S" -o $renderer.exr --renderer $renderer $R; done
+for renderer in gl march-double reference; do
+  t 0 - render "$S" -o $renderer.exr --renderer $renderer --sampling cells $R
+done
 t 0 rms compare gl.exr reference.exr --max-rms 1e-5
 t 0 rms compare gl.exr march-double.exr --max-rms 1e-6 --max-abs 2e-5
 for integrator in porter-duff midpoint average linear-luminance opacity-linear psi-weighted psi-balanced \
@@ -55,6 +57,28 @@ for integrator in porter-duff midpoint average linear-luminance opacity-linear p
   t 0 - render "$S" -o a.exr --integrator $integrator --luminance-grid temperature $R
 done
 t 2 "cells" render "$S" -o a.exr --integrator cell-exact --step 1 $R
+# asked for an error: the default, too
+t 0 '"tolerance": 0.001' render "$S" -o loose.exr --stats - $R
+t 0 rms compare loose.exr reference.exr --max-rms 1e-3
+t 0 '"tolerance":0.001' render "$S" -o a.exr --print-scene $R
+t 0 rms compare loose.exr a.exr --max-abs 1e-30
+t 0 - render --scene loose.exr -o a.exr -q
+t 0 rms compare loose.exr a.exr --max-abs 1e-30
+t 0 '"tolerance":"none"' render "$S" --print-scene --step 1
+t 0 '"tolerance":"none"' render --scene loose.exr --print-scene --step 1
+t 0 '"way": "cells cell-exact"' render "$S" -o tight.exr --tolerance 2e-6 --stats - --luminance-grid color $R
+t 0 "above --tolerance" render "$S" -o a.exr --tolerance 1e-12 --resolution 32x32
+t 0 "estimate  RMS" render "$S" -o a.exr --tolerance 1e-2 --check-error 200 $R
+t 0 "200 pixels" render "$S" -o a.exr --step 4 --check-error 200 --resolution 20x10 -q
+t 0 '"layer_rms"' render "$S" -o a.exr --tolerance 1e-2 --aov error --stats - $R
+t 0 '"way"' render "$S" -o a.exr --time-budget 1000 --stats - $R
+t 0 "no march is expected" render "$S" -o a.exr --time-budget 1e-6 --resolution 32x32
+t 2 "itself" render "$S" -o a.exr --tolerance 1e-3 --step 1 $R
+t 2 "itself" render "$S" -o a.exr --tolerance 1e-3 --integrator midpoint $R
+t 2 "--filter exact" render "$S" -o a.exr --tolerance 1e-3 --filter hardware $R
+t 2 - render "$S" -o a.exr --tolerance 0 $R
+t 2 - render "$S" -o a.exr --check-error 0 $R
+t 2 "goes without" render "$S" -o a.exr --time-budget 10 --step 1 $R
 t 2 "did you mean psi-weighted?" render "$S" -o a.exr --integrator psi-wieghted $R
 for filter in exact hardware; do
   for texel in float32 float16; do
@@ -142,6 +166,13 @@ t 2 "at least 0" view "$S" --frame-budget fast
 t 2 "at least 2" view "$S" --benchmark-orbit 1
 t 2 "did you mean --watch?" view "$S" --wacht
 t 0 "--frame-budget" view --help
+
+# Without the module that reads pictures: they are still written, and reading is one line of error.
+mkdir alone
+cp -L "$(ldd "$program" | awk '/libpsivox/ { print $3 }')" alone/libpsivox.so.0
+LD_LIBRARY_PATH=alone t 0 - render "$S" -o a.png $R
+LD_LIBRARY_PATH=alone t 1 "psivox: cannot load the reader of pictures: alone/libpsivox_oiio.so" compare a.exr a.exr
+LD_LIBRARY_PATH=alone t 1 "psivox: cannot load the reader of pictures: alone/libpsivox_oiio.so" --version
 
 # Where EGL finds no driver at all.
 output=$(__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null "$program" render "$S" -o n.exr $R 2>&1)

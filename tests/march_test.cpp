@@ -115,7 +115,7 @@ TEST_P(MarchSource, EarlyTerminationStopsAlike) {
   const MediumAtlas atlases = build_medium_atlas(view);
   const Comparison c = difference(name() + " terminated", render_gl(view, atlases).image,
                                   render_double(view, atlases).image);
-  EXPECT_LE(c.max, 2 * Scene{}.early_termination);
+  EXPECT_LE(c.max, 2 * Scene{}.resolved_early_termination());
   EXPECT_LE(c.rms, 5e-6);
 }
 

@@ -39,8 +39,7 @@ TEST(Parameters, EveryRowHasAUniqueNameADefaultAndHelp) {
 
 TEST(Parameters, DefaultsComeFromTheScene) {
   EXPECT_EQ(find_parameter("segments")->default_text, "2");
-  EXPECT_EQ(std::stod(find_parameter("early-termination")->default_text),
-            Scene{}.early_termination);
+  EXPECT_EQ(find_parameter("opacity-unit")->default_text, "1");
   EXPECT_EQ(find_parameter("resolution")->default_text, "1280x720");
   EXPECT_EQ(find_parameter("aperture")->default_text, "41.2136");
   EXPECT_EQ(find_parameter("renderer")->default_text, "gl");
@@ -112,8 +111,9 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
   EXPECT_EQ(refusal("step", "abc"),
             "--step 'abc': expected auto or a number above 0 [voxels of the finest axis]");
   EXPECT_EQ(refusal("segments", "65"), "--segments '65': expected a whole number from 1 to 64");
-  EXPECT_EQ(refusal("early-termination", "1"),
-            "--early-termination '1': expected a number at least 0 and below 1 [transmittance]");
+  EXPECT_EQ(
+      refusal("early-termination", "1"),
+      "--early-termination '1': expected auto or a number at least 0 and below 1 [transmittance]");
   EXPECT_EQ(refusal("fov", "180"),
             "--fov '180': expected auto or a number above 0 and below 180 [degrees]");
   EXPECT_EQ(refusal("resolution", "640"),
@@ -236,7 +236,7 @@ TEST(Json, RoundTripsEveryBit) {
       ASSERT_EQ(bits((*back.luminance)[c]), bits((*scene.luminance)[c]));
       ASSERT_EQ(bits((*back.camera_position)[c]), bits((*scene.camera_position)[c]));
     }
-    ASSERT_EQ(bits(back.early_termination), bits(scene.early_termination));
+    ASSERT_EQ(bits(*back.early_termination), bits(*scene.early_termination));
     ASSERT_EQ(bits(*back.step), bits(*scene.step));
     ASSERT_EQ(back.range, scene.range);
     ASSERT_EQ(back.light, scene.light);

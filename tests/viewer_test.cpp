@@ -10,11 +10,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <future>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
+#include "view/command_text.h"
 
 namespace psivox::view {
 namespace {
@@ -34,22 +34,15 @@ void render_by_program(const std::vector<std::string>& arguments) {
 }
 
 /// What `psivox render` makes of a scene, without a background.
-Image rendered(const Scene& scene) {
-  // In another thread: no two contexts may be current in one.
-  return std::async(std::launch::async,
-                    [&] {
-                      View view = make_view(scene, VdbFile(scene.input));
-                      MediumAtlas atlas = build_medium_atlas(view);
-                      GlRenderer renderer({.debug = true});
-                      if (view.medium.light) {
-                        renderer.upload(atlas);
-                        view = lit(std::move(view), renderer.light_depths(view));
-                        add_luminance(atlas, view);
-                      }
-                      renderer.upload(atlas, view.scene.filter);
-                      return renderer.render(view).image;
-                    })
-      .get();
+Image rendered(Scene scene) {
+  scene.background.reset();
+  const fs::path file = fs::path(testing::TempDir()) / "psivox_rendered.exr";
+  std::vector<std::string> arguments = render_arguments(scene, file.string());
+  arguments.insert(arguments.begin(), "--quiet");
+  render_by_program(arguments);
+  Image image = read_image(file);
+  fs::remove(file);
+  return image;
 }
 
 Scene small(const std::string& input) {

@@ -3,16 +3,20 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <future>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "command_line.h"
 #include "commands.h"
+#include "march_choice.h"
 #include "notices.h"
 #include "progress_bar.h"
 #include "psivox/error.h"
+#include "psivox/error_control.h"
 #include "psivox/explain.h"
 #include "psivox/image.h"
 #include "psivox/light.h"
@@ -27,9 +31,11 @@
 namespace psivox {
 namespace {
 
+/// Where nothing else says how to march.
+
 struct RenderCall {
   SceneOptions scene;
-  std::string output, aov, stats;
+  std::string output, aov, stats, check_error, time_budget;
   std::vector<std::string> layers;  ///< of aov
   bool half = false, print_scene = false, explain = false, verbose = false, quiet = false,
        list_devices = false;
@@ -44,9 +50,7 @@ bool parse(RenderCall& call, Arguments arguments) {
   line.add_value("--output", 'o', "FILE", ".exr: linear, premultiplied; .png: sRGB, 8 bits",
                  call.output);
   line.add_value("--aov", 0, "LIST",
-                 "more layers of the .exr: depth, transmittance, steps, samples; error with "
-                 "--renderer reference",
-                 call.aov);
+                 "more layers of the .exr: depth, transmittance, steps, samples, error", call.aov);
   line.add_flag("--half", 0, "write the .exr as 16-bit floats", call.half);
   line.add_flag("--print-scene", 0,
                 "print the complete scene as JSON; renders too only where -o is given",
@@ -56,6 +60,14 @@ bool parse(RenderCall& call, Arguments arguments) {
       "print what the march computes, what it leaves out, and why; renders too only where "
       "-o is given",
       call.explain);
+  line.add_value(
+      "--check-error", 0, "N",
+      "compare N pixels, spread over the picture, with the reference and print the error",
+      call.check_error);
+  line.add_value("--time-budget", 0, "MS",
+                 "march as accurately as can be within that time on this machine; in place of "
+                 "--tolerance",
+                 call.time_budget);
   line.add_value("--stats", 0, "FILE",
                  "write times per stage, counts and bytes as JSON; -: to the standard output",
                  call.stats);
@@ -80,7 +92,7 @@ void check_layers(RenderCall& call, const Scene& scene) {
       usage("--aov " + in_quotes(layer) +
             ": expected a list of depth, transmittance, steps, samples, error" +
             suggestion(layer, known));
-    if (layer == "error" ? !reference : reference && layer != "transmittance")
+    if (reference && layer != "transmittance" && layer != "error")
       usage("--aov " + layer + " is not available with --renderer " +
             parameter_text(scene, *find_parameter("renderer")));
   }
@@ -88,6 +100,14 @@ void check_layers(RenderCall& call, const Scene& scene) {
 
 /// All that can be refused before any work.
 void check(RenderCall& call, const Scene& scene) {
+  for (const auto& [option, text] :
+       {std::pair("--check-error", call.check_error), std::pair("--time-budget", call.time_budget)})
+    if (!text.empty() && read_limit(option, text) == 0)
+      usage(std::string(option) + " 0 is nothing");
+  if (!call.time_budget.empty() && !scene.leaves_way_open())
+    usage(
+        "--time-budget chooses how to march; it goes without --tolerance, --sampling, --step, "
+        "--segments, --integrator, --split-knots, --filter, --texel and --renderer reference");
   if (call.verbose && call.quiet) usage("--verbose and --quiet exclude each other");
   check_layers(call, scene);
   if (call.output.empty()) {
@@ -135,7 +155,23 @@ void add_light(View& view, MediumAtlas& atlas, const LightDepths& depths, const 
   report.light_ms = lighting.ms();
 }
 
-Image march(const RenderCall& call, View& view, const Progress& whole, RenderReport& report) {
+void add_error(Image& image, const Image& exact, RenderReport& report) {
+  report.difference = compare_images(image, exact);
+  image.layers.push_back(error_layer(image, exact));
+}
+
+/// Made while the file is read. Throws, on get(), what GlRenderer's constructor does.
+using FutureRenderer = std::future<std::unique_ptr<GlRenderer>>;
+
+FutureRenderer open_renderer(const Scene& scene) {
+  if (scene.renderer != RendererKind::gl) return {};
+  return std::async(std::launch::async, [device = scene.device] {
+    return std::make_unique<GlRenderer>(ContextOptions{device});
+  });
+}
+
+Image march(const RenderCall& call, View& view, FutureRenderer opened, const Progress& whole,
+            RenderReport& report) {
   const Stopwatch building;
   MediumAtlas atlas = build_medium_atlas(view);
   report.atlas_ms = building.ms();
@@ -146,21 +182,33 @@ Image march(const RenderCall& call, View& view, const Progress& whole, RenderRep
   const bool count =
       call.verbose || !call.stats.empty() || wants(call, "steps") || wants(call, "samples");
   const RenderOptions render{count, wants(call, "depth"), wants(call, "transmittance"), progress};
+  const std::optional<double> budget =
+      call.time_budget.empty() ? std::nullopt
+                               : std::optional(read_limit("--time-budget", call.time_budget));
   RenderResult result;
+  View marched;
   if (view.scene.renderer == RendererKind::march_double) {
     if (light)
       add_light(view, atlas, march_double_light_depths(view, atlas), light_progress, report);
+    marched = choose_march(view, atlas, budget, nullptr, call.quiet, report);
     const Stopwatch marching;
-    result = render_march_double(view, atlas, render);
+    result = render_march_double(marched, atlas, render);
     result.stats.march_ms = marching.ms();
+    if (wants(call, "error"))
+      add_error(result.image, render_march_double(exact_view(marched), atlas).image, report);
   } else {
-    GlRenderer renderer({view.scene.device});
+    const std::unique_ptr<GlRenderer> renderer = opened.get();
     if (light) {
-      renderer.upload(atlas);
-      add_light(view, atlas, renderer.light_depths(view), light_progress, report);
+      renderer->upload(atlas);
+      add_light(view, atlas, renderer->light_depths(view), light_progress, report);
     }
-    renderer.upload(atlas, view.scene.filter);
-    result = renderer.render(view, render);
+    renderer->upload(atlas, view.scene.filter);
+    marched = choose_march(view, atlas, budget, renderer.get(), call.quiet, report);
+    result = renderer->render(marched, render);
+    if (wants(call, "error")) {
+      if (view.scene.filter != Filter::exact) renderer->upload(atlas);
+      add_error(result.image, renderer->render(exact_view(marched)).image, report);
+    }
   }
   report.stats = result.stats;
   report.atlas = atlas.size();
@@ -204,18 +252,39 @@ void composite(Image& image, const glm::dvec3& background) {
 }
 
 void print_explanation(const View& view) {
-  for (const Choice& choice : explain(view, build_medium_atlas(view)))
+  const MediumAtlas atlas = build_medium_atlas(view);
+  // the light that the choice waits for is a picture's work
+  const bool plan = view.scene.tolerance && !view.medium.light;
+  const View marched = plan ? plan_march(view, atlas).view : view;
+  if (view.scene.tolerance && !plan)
+    std::printf("%-16s %s\n", "tolerance", "sampling and rule are chosen when the light is known");
+  for (const Choice& choice : explain(marched, atlas))
     std::printf("%-16s %s\n", choice.what.c_str(), choice.text.c_str());
 }
 
-void render(const RenderCall& call, View& view, RenderReport& report) {
+/// Compares with the reference, on the standard output.
+void print_check(const RenderCall& call, const View& view, const Image& image,
+                 RenderReport& report) {
+  const double wanted = read_limit("--check-error", call.check_error);
+  ProgressBar bar(call.quiet);
+  report.checked = check_error(view, image, int(std::clamp(wanted, 1.0, 1e8)), bar.progress());
+  std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
+              report.checked->rms, report.checked->max, report.checked->max_x,
+              report.checked->max_y, report.checked->pixels);
+  if (report.plan)
+    std::printf("estimate  RMS %.2e, max %.2e: %s\n", report.plan->chosen.rms,
+                report.plan->chosen.max, trial_text(report.plan->chosen).c_str());
+}
+
+void render(const RenderCall& call, View& view, FutureRenderer opened, RenderReport& report) {
   Image image;
   {
     ProgressBar bar(call.quiet);
     image = view.scene.renderer == RendererKind::reference
                 ? integrate(call, view, bar.progress(), report)
-                : march(call, view, bar.progress(), report);
+                : march(call, view, std::move(opened), bar.progress(), report);
   }
+  if (!call.check_error.empty()) print_check(call, view, image, report);
   // Counting makes layers that nobody may have asked for.
   std::erase_if(image.layers, [&](const Layer& layer) {
     return !layer.name.empty() && !wants(call, layer.name.c_str());
@@ -238,8 +307,9 @@ void render_command(Arguments arguments) {
   RenderCall call;
   if (!parse(call, arguments)) return;
   if (call.list_devices) return print_devices();
-  const Scene scene = call.scene.scene();
+  Scene scene = call.scene.scene();
   check(call, scene);
+  if (call.time_budget.empty() && scene.leaves_way_open()) scene.tolerance = default_tolerance;
   if (scene.input.empty()) {  // only --print-scene comes here
     std::cout << to_json(scene);
     return;
@@ -247,6 +317,8 @@ void render_command(Arguments arguments) {
 
   report.input = scene.input;
   report.output = call.output;
+  FutureRenderer opened;
+  if (!call.output.empty()) opened = open_renderer(scene);
   const Stopwatch reading;
   View view = make_view(scene, VdbFile(scene.input));
   report.read_ms = reading.ms();
@@ -255,7 +327,7 @@ void render_command(Arguments arguments) {
   if (call.explain) print_explanation(view);
   if (call.output.empty()) return;
 
-  render(call, view, report);
+  render(call, view, std::move(opened), report);
   std::error_code not_a_file;
   const std::uintmax_t written = std::filesystem::file_size(call.output, not_a_file);
   report.output_bytes = not_a_file ? 0 : written;

@@ -56,8 +56,9 @@ std::string gl_renderer() {
 }
 
 void print_version() {
+  const std::string openimageio = openimageio_version();  // may throw
   std::cout << "psivox " PSIVOX_VERSION "\nOpenVDB " << openvdb_version() << "\nOpenImageIO "
-            << openimageio_version() << "\nGL " << gl_renderer() << '\n';
+            << openimageio << "\nGL " << gl_renderer() << '\n';
 }
 
 /// `who` becomes what an error of usage is said in the name of.

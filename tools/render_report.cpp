@@ -53,6 +53,30 @@ std::string RenderReport::json() const {
                  {"cells", reference_cells},
                  {"samples_per_ray", per_ray(stats.samples, stats)},
                  {"passes", stats.passes}};
+  json error = json::object();
+  if (tolerance) error["tolerance"] = *tolerance;
+  if (plan) {
+    error["way"] = trial_text(plan->chosen);
+    error["reached"] = plan->reached;
+    error["estimated_rms"] = plan->chosen.rms;
+    error["estimated_max"] = plan->chosen.max;
+    error["pilot_rays"] = plan->rays;
+    for (const Trial& trial : plan->trials)
+      error["trials"].push_back({{"way", trial_text(trial)},
+                                 {"rms", trial.rms},
+                                 {"max", trial.max},
+                                 {"samples_per_ray", trial.samples},
+                                 {"cost", trial.cost}});
+  }
+  if (difference) {
+    error["layer_rms"] = difference->rms;
+    error["layer_max"] = difference->max;
+  }
+  if (checked) {
+    error["checked_pixels"] = checked->pixels;
+    error["checked_rms"] = checked->rms;
+    error["checked_max"] = checked->max;
+  }
   const json report = {
       {"version", PSIVOX_VERSION},
       {"renderer", stats.renderer},
@@ -63,13 +87,16 @@ std::string RenderReport::json() const {
         {"read", read_ms},
         {"atlas", atlas_ms},
         {"light", light_ms},
+        {"plan", plan_ms},
         {"gl_init", stats.gl_init_ms},
         {"shader", stats.shader_ms},
         {"upload", stats.upload_ms},
         {"march", stats.march_ms},
+        {"march_cpu", stats.cpu_ms},
         {"write", write_ms},
         {"total", total_ms}}},
       {"counts", counts},
+      {"error", error},
       {"bytes",
        {{"atlas", atlas.bytes()},
         {"atlas_texels", atlas.texel_bytes},
@@ -85,8 +112,14 @@ std::string RenderReport::table() const {
   out += format("times     startup %.1f, read %.1f, atlas %.1f, GL init %.1f, shader %.1f, ",
                 startup_ms, read_ms, atlas_ms, stats.gl_init_ms, stats.shader_ms);
   if (light_ms > 0) out += format("light %.1f, ", light_ms);
+  if (plan_ms > 0) out += format("plan %.1f, ", plan_ms);
   out += format("upload %.1f, march %.1f, write %.1f; total %.1f ms\n", stats.upload_ms,
                 stats.march_ms, write_ms, total_ms);
+  if (plan)
+    out += format("march     %s; estimated error RMS %.1e, max %.1e (%d rays)\n",
+                  trial_text(plan->chosen).c_str(), plan->chosen.rms, plan->chosen.max, plan->rays);
+  if (difference)
+    out += format("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
   out += format("rays      %llu", static_cast<unsigned long long>(stats.rays));
   if (reference_cells)
     out += format(", %.1f cells each\n", per_ray(reference_cells, stats));

@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <string>
 
+#include <optional>
+
 #include "psivox/atlas.h"
+#include "psivox/error_control.h"
 #include "psivox/renderer.h"
 
 namespace psivox {
@@ -31,7 +34,12 @@ struct RenderReport {
   std::uint64_t reference_cells = 0;  ///< cells that --renderer reference crossed
   double startup_ms = 0;              ///< until the command began: loading of libraries
   double read_ms = 0, atlas_ms = 0, light_ms = 0, write_ms = 0, total_ms = 0;
-  AtlasSize atlas;  ///< of all grids together
+  double plan_ms = 0;                    ///< of the choice of a way to march
+  std::optional<double> tolerance;       ///< that was asked
+  std::optional<MarchPlan> plan;         ///< where the way was chosen
+  std::optional<Comparison> difference;  ///< from the exact picture, of layer `error`
+  std::optional<CheckedError> checked;   ///< by --check-error
+  AtlasSize atlas;                       ///< of all grids together
   std::uint64_t output_bytes = 0;
 
   std::string json() const;

@@ -99,6 +99,11 @@ struct BrickAtlas {
   std::size_t texel_count() const { return bricks.size() * brick_texels * std::size_t(channels); }
 };
 
+/// Of each textured brick, in slot order, the largest |v[i-1] - 2 v[i] + v[i+1]| along the three
+/// axes about every voxel of it, those on its faces too, beyond which lies the next brick. Of the
+/// first channel; texels are float32.
+std::vector<float> brick_kinks(const BrickAtlas& atlas);
+
 /// Sizes of the atlas that build_atlas would make.
 AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {});
 

@@ -3,6 +3,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "psivox/camera.h"
 #include "psivox/field.h"
@@ -56,6 +57,9 @@ struct View {
   Scene scene;
   Medium medium;
   Camera camera;
+  /// Under uniform sampling: of each textured brick of the density's atlas the part of the step
+  /// that is taken in it, above 0 and at most 1. Null: 1.
+  std::shared_ptr<const std::vector<float>> brick_steps{};
 };
 
 /// Factor of a lit medium's luminance for a ray of this direction, normalised: Henyey and

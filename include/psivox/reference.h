@@ -1,5 +1,10 @@
 #pragma once
 
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+#include <span>
+#include <vector>
+
 #include "psivox/image.h"
 #include "psivox/medium.h"
 #include "psivox/progress.h"
@@ -22,5 +27,9 @@ struct ReferenceResult {
 /// termination above `tolerance`. It reads Field, not the atlas.
 ReferenceResult render_reference(const View& view, double tolerance = 1e-12,
                                  const Progress& progress = {});
+
+/// R G B A of some of the view's pixels, in double.
+std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::ivec2> pixels,
+                                         double tolerance = 1e-12, const Progress& progress = {});
 
 }  // namespace psivox

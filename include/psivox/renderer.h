@@ -66,7 +66,8 @@ struct ContextOptions {
   bool debug = false;  ///< KHR_debug: a message of high or medium severity becomes Error(graphics)
 };
 
-/// The march on the GPU: one GL context, the atlases of one view, and its shader.
+/// The march on the GPU: one GL context, the atlases of one view, and its shader. It may be made on
+/// one thread, which takes as long as reading a small file, and then be used on another.
 class GlRenderer {
  public:
   /// Throws Error(graphics): no EGL device, no 4.5 core context.

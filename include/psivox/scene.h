@@ -57,14 +57,18 @@ struct Scene {
   std::optional<double> isovalue;  ///< unset: the middle of the values, 0 of a level set
   double lmip_threshold = 0;
 
-  std::optional<Integrator> integrator;    ///< psi_weighted under cells, psi_balanced under uniform
-  std::optional<Sampling> sampling;        ///< cells, or uniform where step is set
-  int segments = 2;                        ///< linear segments a cell
-  std::optional<double> step;              ///< [voxels of the finest index axis], 1
-  bool end_corrections = true;             ///< of psi-balanced, where a ray's samples begin and end
-  int connectivity = 26;                   ///< of a ray template's voxels: 6, 18 or 26
-  double opacity_unit = 1;                 ///< [voxels of the finest index axis], opacity_linear's
-  double early_termination = 1.0 / 16384;  ///< transmittance at which a ray ends; 0: never
+  std::optional<Integrator> integrator;  ///< psi_weighted under cells, psi_balanced under uniform
+  std::optional<Sampling> sampling;      ///< cells, or uniform where step is set
+  int segments = 2;                      ///< linear segments a cell
+  std::optional<double> step;            ///< [voxels of the finest index axis], 1
+  bool end_corrections = true;           ///< of psi-balanced, where a ray's samples begin and end
+  int connectivity = 26;                 ///< of a ray template's voxels: 6, 18 or 26
+  double opacity_unit = 1;               ///< [voxels of the finest index axis], opacity_linear's
+  /// RMS error over R G B A that sampling, step and the rule are chosen for (error_control.h).
+  std::optional<double> tolerance;
+  /// Transmittance at which a ray ends; 0: never. Unset: 1/16384, under a tolerance a quarter of
+  /// it.
+  std::optional<double> early_termination;
   Filter filter = Filter::exact;
   TexelType texel = TexelType::float32;
   RendererKind renderer = RendererKind::gl;
@@ -93,6 +97,12 @@ struct Scene {
     return integrator.value_or(resolved_sampling() == Sampling::cells ? Integrator::psi_weighted
                                                                       : Integrator::psi_balanced);
   }
+  /// Whether nothing says how the march is to be done, so that a tolerance may.
+  bool leaves_way_open() const {
+    return !tolerance && !sampling && !step && !integrator && segments == 2 && !split_knots &&
+           filter == Filter::exact && texel == TexelType::float32 &&
+           renderer != RendererKind::reference;
+  }
   bool has_function() const { return !transfer_function.empty() || colormap; }
   /// Whether segments are composited: else the picture depends on the density's values alone, and
   /// other grids and light are not looked at.
@@ -112,6 +122,9 @@ struct Scene {
     return composites() && has_extinction() && (lit() || resolved_luminance() != glm::dvec3(0));
   }
   double resolved_step() const { return step.value_or(1.0); }
+  double resolved_early_termination() const {
+    return early_termination.value_or(tolerance ? *tolerance / 4 : 1.0 / 16384);
+  }
 };
 
 }  // namespace psivox

@@ -45,10 +45,12 @@ Turns turning_points(Cubic c) {
   return Turns(min(u, v), max(u, v));
 }
 
-// Where c - target changes its sign between lo and hi, over which c is monotone: bisected to 2^-20.
-real bisect(Cubic c, real target, real lo, real hi) {
+// Where c - target changes its sign between lo and hi, over which c is monotone: bisected to 2^-20
+// where that is wanted; a group of lanes of which none does leaves at once.
+real bisect(Cubic c, real target, real lo, real hi, bool wanted) {
   bool below = polynomial(c, lo) < target;
-  for (int i = 0; i < 20; ++i) {
+  int steps = wanted ? 20 : 0;
+  for (int i = 0; i < steps; ++i) {
     real middle = real(0.5) * (lo + hi);
     if ((polynomial(c, middle) < target) == below) lo = middle;
     else hi = middle;
@@ -63,10 +65,11 @@ real first_crossing(Cubic c, real target) {
   bool f_1 = polynomial(c, turn.first) < target;
   bool f_2 = polynomial(c, turn.second) < target;
   bool f_3 = polynomial(c, real(1.0)) < target;
-  if (f_0 == f_1 && f_1 == f_2 && f_2 == f_3) return real(2.0);
+  bool crossed = f_0 != f_1 || f_1 != f_2 || f_2 != f_3;
   real lo = f_0 != f_1 ? real(0.0) : f_1 != f_2 ? turn.first : turn.second;
   real hi = f_0 != f_1 ? turn.first : f_1 != f_2 ? turn.second : real(1.0);
-  return bisect(c, target, lo, hi);
+  real s = bisect(c, target, lo, hi, crossed);
+  return crossed ? s : real(2.0);
 }
 
 // The first turn that c reaches by a change of more than `noise`; 1: there is none.
@@ -86,10 +89,11 @@ real first_exit(Cubic c, real low, real high) {
   bool in_1 = f_1 >= low && f_1 <= high;
   bool in_2 = f_2 >= low && f_2 <= high;
   real f = !in_1 ? f_1 : !in_2 ? f_2 : f_3;
-  if (f >= low && f <= high) return real(1.0);
+  bool left = f < low || f > high;
   real lo = !in_1 ? real(0.0) : !in_2 ? turn.first : turn.second;
   real hi = !in_1 ? turn.first : !in_2 ? turn.second : real(1.0);
-  return bisect(c, f > high ? high : low, lo, hi);
+  real s = bisect(c, f > high ? high : low, lo, hi, left);
+  return left ? s : real(1.0);
 }
 
 // Integral of f from 0 to s.

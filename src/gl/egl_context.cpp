@@ -143,7 +143,7 @@ bool EglContext::open(EGLDisplay display, bool debug, std::string& problem) {
 
 void EglContext::close() {
   if (display_ == EGL_NO_DISPLAY) return;
-  eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  release();
   if (surface_ != EGL_NO_SURFACE) eglDestroySurface(display_, surface_);
   if (context_ != EGL_NO_CONTEXT) eglDestroyContext(display_, context_);
   // The display stays initialised: other contexts of the process may share it.
@@ -165,8 +165,13 @@ EglContext::EglContext(const ContextOptions& options) {
 EglContext::~EglContext() { close(); }
 
 void EglContext::make_current() const {
-  if (!eglMakeCurrent(display_, surface_, surface_, context_))
+  // The API is a thread's: eglMakeCurrent lets go of what is current for it.
+  if (!eglBindAPI(EGL_OPENGL_API) || !eglMakeCurrent(display_, surface_, surface_, context_))
     throw Error(ExitCode::graphics, "the OpenGL context was lost");
+}
+
+void EglContext::release() const {
+  eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
 }
 
 std::string EglContext::renderer() const {

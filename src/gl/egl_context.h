@@ -9,7 +9,7 @@
 
 namespace psivox::gl {
 
-/// A 4.5 core context without a window, current on the thread that made it.
+/// A 4.5 core context without a window, current on the thread that made it until release().
 class EglContext {
  public:
   /// Tries `options.device`, or every device in turn, hardware before software; then the
@@ -19,7 +19,10 @@ class EglContext {
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
 
+  /// Makes it current on the calling thread; it must not be current on another.
   void make_current() const;
+  /// Makes no context current on the calling thread, so that another may take this one.
+  void release() const;
   std::string renderer() const;
   std::string version() const;
 

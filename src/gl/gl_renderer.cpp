@@ -85,6 +85,7 @@ void GlRenderer::Impl::draw(const gl::MarchProgram& march, int width, int height
 GlRenderer::GlRenderer(const ContextOptions& options) {
   const auto start = Clock::now();
   impl_ = std::make_unique<Impl>(options);
+  impl_->context.release();
   impl_->init_ms = milliseconds_since(start);
 }
 

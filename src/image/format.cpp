@@ -48,6 +48,4 @@ Format format_from_contents(const std::filesystem::path& path) {
   throw read_error(path, "it is neither an EXR nor a PNG file");
 }
 
-const char* oiio_name(Format format) { return format == Format::exr ? "openexr" : "png"; }
-
 }  // namespace psivox::image_io

@@ -16,7 +16,4 @@ Format format_from_extension(const std::filesystem::path& path);
 /// Throws Error(input).
 Format format_from_contents(const std::filesystem::path& path);
 
-/// OpenImageIO's name of the format.
-const char* oiio_name(Format format);
-
 }  // namespace psivox::image_io

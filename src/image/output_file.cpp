@@ -35,8 +35,7 @@ void check_target(const fs::path& named, const fs::path& target) {
 
 }  // namespace
 
-OutputFile::OutputFile(const fs::path& target)
-    : IOProxy(target.string(), IOProxy::Write), named_(target), target_(target) {
+OutputFile::OutputFile(const fs::path& target) : named_(target), target_(target) {
   std::error_code ignored;
   if (fs::is_symlink(target, ignored)) {
     const fs::path followed = fs::canonical(target, ignored);
@@ -76,27 +75,18 @@ void OutputFile::remember_failure() {
   if (failure_ == 0) failure_ = errno != 0 ? errno : EIO;
 }
 
-std::int64_t OutputFile::tell() { return ftello(file_); }
-
-bool OutputFile::seek(std::int64_t offset) {
-  if (fseeko(file_, offset, SEEK_SET) == 0) return true;
-  remember_failure();
-  return false;
+void OutputFile::seek(std::int64_t offset) {
+  if (fseeko(file_, offset, SEEK_SET) != 0) remember_failure();
 }
 
-std::size_t OutputFile::write(const void* bytes, std::size_t size) {
-  const std::size_t written = std::fwrite(bytes, 1, size, file_);
-  if (written != size) remember_failure();
-  return written;
+void OutputFile::write(std::string_view bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) remember_failure();
 }
 
-void OutputFile::commit(bool library_succeeded, const std::string& library_says) {
+void OutputFile::commit() {
   if (std::fclose(file_) != 0) remember_failure();
   file_ = nullptr;
   if (failure_ != 0) throw write_error(named_, std::strerror(failure_));
-  if (!library_succeeded) {
-    throw write_error(named_, library_says.empty() ? "OpenImageIO gave no reason" : library_says);
-  }
   std::error_code failure;
   fs::rename(hidden_, target_, failure);
   if (failure) throw write_error(named_, failure.message());

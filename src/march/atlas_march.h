@@ -1,5 +1,7 @@
 #pragma once
 
+#include <glm/gtc/packing.hpp>
+
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
 
@@ -29,7 +31,10 @@ struct AtlasMarch {
 #include "march/march_members.h"
 
  private:
-  real value(int grid, std::size_t i) const;
+  real value(int grid, std::size_t i) const {
+    const BrickAtlas& atlas = *grids[grid];
+    return atlas.texels32 ? atlas.texels32[i] : glm::unpackHalf1x16(atlas.texels16[i]);
+  }
 };
 
 }  // namespace psivox::glsl

@@ -3,21 +3,12 @@
 
 #include <atomic>
 #include <chrono>
-#include <glm/gtc/packing.hpp>
 #include <thread>
 
 #include "march/atlas_march.h"
 #include "march/film.h"
 
 namespace psivox {
-namespace glsl {
-
-real AtlasMarch::value(int grid, std::size_t i) const {
-  const BrickAtlas& atlas = *grids[grid];
-  return atlas.texels32 ? atlas.texels32[i] : glm::unpackHalf1x16(atlas.texels16[i]);
-}
-
-}  // namespace glsl
 
 RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
                                  const RenderOptions& options) {

@@ -43,7 +43,8 @@ bool begins_inside(const View& view) {
 }
 
 /// More turns than any ray can take.
-double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit) {
+double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit,
+                  double finest_step) {
   const MarchParameters& p = setup.parameters;
   const glm::dvec3 size = glm::dvec3(p.density_domain_max - p.density_domain_min);
   double cells = size.x + size.y + size.z + 3;
@@ -76,7 +77,7 @@ double turn_bound(const MarchSetup& setup, const RayBundle& bundle, double unit)
     }
   // The direction varies inside the picture; a factor 2 covers what its nine points miss.
   const double length = 2 * glm::length(size) / (slowest * unit);
-  return cells + length / p.step + 2;
+  return cells + length / finest_step + 2;
 }
 
 /// Largest value that an atlas holds, and 0.
@@ -123,12 +124,13 @@ void place_transfer(const TransferFunction& function, MarchSetup& setup) {
   MarchParameters& p = setup.parameters;
   p.transfer_first = int(setup.tables.size());
   p.transfer_knots = table.knots;
-  p.transfer_bins_first = p.transfer_first + 3 * table.knots;
+  p.transfer_bins_first = p.transfer_first + 4 * table.knots;
   p.transfer_bins = table.bins;
   p.transfer_min = table.min;
   p.transfer_bin_scale = table.bin_scale;
   setup.tables.insert(setup.tables.end(), table.entries.begin(), table.entries.end());
   setup.search_steps = table.search_steps;
+  setup.constants.transfer_search = table.search_steps > 0;
 }
 
 /// The gradient's grid, and the function's gradient part, appended to the tables.
@@ -167,6 +169,16 @@ void place_template(const View& view, MarchSetup& setup) {
   p.template_axis = made.axis;
   p.template_spacing = made.spacing;
   setup.tables.insert(setup.tables.end(), made.entries.begin(), made.entries.end());
+}
+
+/// The bricks' parts of the step, appended to the tables.
+void place_brick_steps(const View& view, const BrickAtlas& density, MarchSetup& setup) {
+  const std::vector<float>& parts = *view.brick_steps;
+  if (parts.size() != density.bricks.size())
+    throw Error(ExitCode::failure, "a view's brick_steps are not of its atlas");
+  setup.constants.brick_steps = true;
+  setup.parameters.brick_steps_first = int(setup.tables.size());
+  for (const float part : parts) setup.tables.emplace_back(part, 0, 0, 0);
 }
 
 /// Longest segment of a cell's [unit of t].
@@ -230,8 +242,8 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas, bool may
   p.extinction = medium.extinction * unit;
   p.color = medium.color;
   // Beyond a depth of 100 nothing is left that a float32 holds, also where rays never end early.
-  p.stop_depth =
-      scene.early_termination > 0 ? std::min(-std::log(scene.early_termination), 100.0) : 100.0;
+  const double least_transmittance = scene.resolved_early_termination();
+  p.stop_depth = least_transmittance > 0 ? std::min(-std::log(least_transmittance), 100.0) : 100.0;
   if (scene.mode == Mode::back_to_front || scene.mode == Mode::xray) p.stop_depth = 1e30;
   c.ends_early = depth_bound(medium, atlas.density) > p.stop_depth;
   c.attenuates = medium.extinction > 0;
@@ -287,11 +299,16 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas, bool may
     c.beyond =
         medium.emission && medium.transfer->max_attenuation(glm::dvec2(0), glm::dvec2(0, any)) > 0;
   }
+  if (view.brick_steps && c.uniform_sampling && !c.template_sampling)
+    place_brick_steps(view, atlas.density, setup);
   c.hardware_filter = scene.filter == Filter::hardware;
   c.orthographic = view.camera.orthographic;
 
-  p.max_turns =
-      int(std::min(turn_bound(setup, bundle, unit), double(std::numeric_limits<int>::max())));
+  double finest = p.step;
+  if (c.brick_steps)
+    finest *= *std::min_element(view.brick_steps->begin(), view.brick_steps->end());
+  p.max_turns = int(
+      std::min(turn_bound(setup, bundle, unit, finest), double(std::numeric_limits<int>::max())));
   return setup;
 }
 

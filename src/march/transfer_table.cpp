@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 namespace psivox {
 
@@ -45,11 +46,12 @@ TransferTable make_transfer_table(const TransferFunction& function) {
   glm::dvec3 color_integral{0};
   for (std::size_t k = 0; k < points.size(); ++k) {
     const TransferPoint& p = points[k];
-    table.entries.emplace_back(p.value, p.attenuation, integral, 0);
-    table.entries.emplace_back(p.color, 0);
+    const TransferPoint& q = points[std::min(k + 1, points.size() - 1)];
+    const glm::vec4 head(p.value, p.attenuation, 0, 0), next(q.value, q.attenuation, 0, 0);
+    table.entries.emplace_back(head.x, head.y, next.x - head.x, next.y - head.y);
+    table.entries.emplace_back(p.color, integral);
+    table.entries.emplace_back(glm::vec3(q.color) - glm::vec3(p.color), 0);
     table.entries.emplace_back(color_integral, 0);
-    if (k + 1 == points.size()) break;
-    const TransferPoint& q = points[k + 1];
     const double d = q.value - p.value;
     integral += 0.5 * d * (p.attenuation + q.attenuation);
     color_integral += (p.color * (2 * p.attenuation + q.attenuation) +
@@ -57,26 +59,34 @@ TransferTable make_transfer_table(const TransferFunction& function) {
                       (d / 6);
   }
 
-  // Twice as many bins as knots: one step of bisection where knots are evenly spread.
-  table.bins = std::min(2 * table.knots, 1 << 14);
   table.min = points.front().value;
   const double range = points.back().value - points.front().value;
-  table.bin_scale = table.bins / range;
   const auto interval = [&](double value) {
     const auto next =
         std::upper_bound(points.begin(), points.end(), value,
                          [](double v, const TransferPoint& p) { return v < p.value; });
     return std::clamp(int(next - points.begin()) - 1, 0, table.knots - 2);
   };
-  int widest = 1;
-  for (int bin = 0; bin < table.bins; ++bin) {
+  // So many bins that none holds two knots, within reason: then nothing is searched.
+  constexpr int most_bins = 1 << 14;
+  const auto ends = [&](int bin) {
     // A float32 value may land one bin off by rounding.
-    const int lo = interval(table.min + range * (bin - 0.25) / table.bins);
-    const int hi = interval(table.min + range * (bin + 1.25) / table.bins);
-    table.entries.emplace_back(float(lo), float(hi), 0, 0);
-    widest = std::max(widest, hi - lo + 1);
+    return std::pair(interval(table.min + range * (bin - 0.25) / table.bins),
+                     interval(table.min + range * (bin + 1.25) / table.bins));
+  };
+  int widest = 0;
+  for (table.bins = std::min(2 * table.knots, most_bins);; table.bins *= 2) {
+    widest = 1;
+    for (int bin = 0; bin < table.bins; ++bin)
+      widest = std::max(widest, ends(bin).second - ends(bin).first + 1);
+    if (widest <= 2 || 2 * table.bins > most_bins) break;
   }
-  table.search_steps = std::bit_width(unsigned(widest - 1));
+  table.bin_scale = table.bins / range;
+  for (int bin = 0; bin < table.bins; ++bin) {
+    const auto [lo, hi] = ends(bin);
+    table.entries.emplace_back(float(lo), float(hi), float(points[std::size_t(hi)].value), 0);
+  }
+  table.search_steps = widest <= 2 ? 0 : std::bit_width(unsigned(widest - 1));
   return table;
 }
 

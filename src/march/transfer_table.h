@@ -7,12 +7,13 @@
 
 namespace psivox {
 
-/// A transfer function as shaders/transfer.glsl reads it: three entries a knot,
-///   (value, attenuation, integral of the attenuation from the first knot, 0)
-///   (colour, 0)
+/// A transfer function as shaders/transfer.glsl reads it: four entries a knot,
+///   (value, attenuation, and what is to be added to either for the next knot's)
+///   (colour, integral of the attenuation from the first knot)
+///   (what is to be added to the colour for the next knot's, 0)
 ///   (integral of attenuation times colour from the first knot, 0)
-/// then `bins` entries whose x and y are the first and the last interval that a value of that bin
-/// may lie in.
+/// then `bins` entries: the first and the last interval that a value of that bin may lie in, and
+/// the value at which the last one begins.
 struct TransferTable {
   std::vector<glm::vec4> entries;
   int knots = 0;  ///< at least 2

@@ -116,4 +116,23 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
   return result;
 }
 
+std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::ivec2> pixels,
+                                         double tolerance, const Progress& progress) {
+  if (view.medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
+  const RayMedium medium(view.medium);
+  tbb::enumerable_thread_specific<RayModes> modes(
+      [&] { return RayModes(view, medium, tolerance); });
+  std::vector<glm::dvec4> result(pixels.size());
+  std::atomic<std::size_t> done = 0;
+  const std::thread::id caller = std::this_thread::get_id();
+  tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
+    const RayPicture p = integrate_pixel(view, modes.local(), pixels[i].x, pixels[i].y);
+    result[i] = glm::dvec4(p.radiance, p.opacity);
+    ++done;
+    if (progress && std::this_thread::get_id() == caller)
+      progress(double(done) / double(pixels.size()));
+  });
+  return result;
+}
+
 }  // namespace psivox

@@ -110,9 +110,12 @@ void resolve(Scene& scene, const MediumFields& fields, const Medium& medium, con
   if (scene.attenuates()) scene.extinction = medium.extinction;
   if (scene.mode == Mode::isosurface) scene.isovalue = resolved_isovalue(scene, *fields.density);
   scene.luminance = scene.resolved_luminance();
-  scene.integrator = scene.resolved_integrator();
-  scene.sampling = scene.resolved_sampling();
-  if (scene.sampling == Sampling::uniform) scene.step = scene.resolved_step();
+  if (!scene.tolerance) {  // which leaves them to plan_march
+    scene.integrator = scene.resolved_integrator();
+    scene.sampling = scene.resolved_sampling();
+    if (scene.sampling == Sampling::uniform) scene.step = scene.resolved_step();
+    scene.early_termination = scene.resolved_early_termination();
+  }
   scene.camera_position = camera.position;
   scene.camera_target = camera.target;
   scene.fov = horizontal_fov(scene);

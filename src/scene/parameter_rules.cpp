@@ -43,6 +43,14 @@ void apply_sampling(Scene& scene, std::span<const Setting> settings) {
   if (scene.sampling != Sampling::template_ && !given("connectivity"))
     scene.connectivity = Scene{}.connectivity;
   if (perspective && !given("ortho-width")) scene.ortho_width.reset();
+  const bool way = given("sampling") || given("step") || given("segments") || given("integrator");
+  if (way && !given("tolerance")) scene.tolerance.reset();
+  if (given("tolerance") && scene.tolerance) {  // over a file's
+    if (!given("sampling")) scene.sampling.reset();
+    if (!given("step")) scene.step.reset();
+    if (!given("segments")) scene.segments = Scene{}.segments;
+    if (!given("integrator")) scene.integrator.reset();
+  }
 }
 
 void validate_light(const Scene& scene) {
@@ -82,6 +90,22 @@ void validate_medium(const Scene& scene) {
   validate_light(scene);
 }
 
+void validate_tolerance(const Scene& scene) {
+  const auto exclude = [](bool given, const char* option) {
+    if (given)
+      throw Error(ExitCode::usage,
+                  std::string("--tolerance chooses ") + option + " itself; leave one of them out");
+  };
+  exclude(scene.step.has_value(), "--step");
+  exclude(scene.sampling.has_value(), "--sampling");
+  exclude(scene.integrator.has_value(), "--integrator");
+  exclude(scene.segments != Scene{}.segments, "--segments");
+  if (scene.filter != Filter::exact || scene.texel != TexelType::float32)
+    throw Error(ExitCode::usage,
+                "--tolerance needs --filter exact and --texel float32: it does not see what others "
+                "round");
+}
+
 void validate_march(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   if (scene.isovalue && scene.mode != Mode::isosurface)
@@ -96,6 +120,7 @@ void validate_march(const Scene& scene) {
     fail("--step is for --sampling uniform, not cells; leave one of them out");
   if (scene.step && scene.sampling == Sampling::template_)
     fail("--step is for --sampling uniform, not template; leave one of them out");
+  if (scene.tolerance) validate_tolerance(scene);
   if (scene.sampling == Sampling::template_ && scene.projection != Projection::orthographic)
     fail("--sampling template needs parallel rays; give --projection orthographic with it");
   if (scene.connectivity != 6 && scene.connectivity != 18 && scene.connectivity != 26)

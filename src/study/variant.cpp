@@ -79,7 +79,7 @@ const std::vector<std::string>& sweep_lists() {
 
 const std::vector<std::string>& swept_parameters() {
   static const std::vector<std::string> names = [] {
-    std::vector<std::string> all{"renderer"};
+    std::vector<std::string> all{"renderer", "tolerance"};
     for (const List& list : lists) all.emplace_back(list.parameter);
     return all;
   }();

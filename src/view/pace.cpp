@@ -53,6 +53,7 @@ Scene preview_scene(const Scene& scene, const Rung& rung) {
   preview.resolution = {part(scene.resolution.x), part(scene.resolution.y)};
   preview.pixel_samples = 1;
   preview.end_corrections = false;
+  preview.tolerance.reset();
   preview.renderer = RendererKind::gl;
   if (scene.mode == Mode::isosurface || is_transfer_rule(scene.resolved_integrator()))
     return preview;

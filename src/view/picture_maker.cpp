@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "psivox/error.h"
+#include "psivox/error_control.h"
 #include "psivox/light.h"
 #include "psivox/reference.h"
 
@@ -243,6 +244,7 @@ void PictureMaker::refine(const PictureWish& wish) {
 void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
   const Scene& scene = wish.scenes[side];
   View view = view_of(*wish.volume, scene);
+  if (scene.renderer == RendererKind::gl) view = planned(view, wish.volume->atlas);
   const auto add = [&](glm::ivec2 origin, glm::ivec2 size, const float* picture) {
     ExactPart part{wish.number, side, origin, size, {}};
     part.rgba.reserve(std::size_t(size.x) * std::size_t(size.y) * 4);
@@ -283,6 +285,16 @@ void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
   add({0, 0}, scene.resolution, image.rgba().data());
 }
 
+/// The view as cmd_render.cpp has it marched.
+View PictureMaker::planned(View view, const MediumAtlas& atlas) {
+  if (view.scene.leaves_way_open()) view.scene.tolerance = default_tolerance;
+  if (!view.scene.tolerance) return view;
+  MarchPlan plan = plan_march(view, atlas);
+  const std::lock_guard lock(mutex_);
+  news_.estimated_rms = plan.chosen.rms;
+  return std::move(plan.view);
+}
+
 /// As cmd_render.cpp does: their light is their own.
 Image PictureMaker::on_processor(const Volume& volume, const Scene& scene,
                                  const RenderOptions& options) {
@@ -293,11 +305,11 @@ Image PictureMaker::on_processor(const Volume& volume, const Scene& scene,
     if (light) view = lit(view, reference_light_depths(view), options.progress);
     return render_reference(view, 1e-12, options.progress).image;
   }
-  if (!light) return render_march_double(view, volume.atlas, options).image;
+  if (!light) return render_march_double(planned(view, volume.atlas), volume.atlas, options).image;
   MediumAtlas atlas = build_medium_atlas(view);
   view = lit(view, march_double_light_depths(view, atlas), options.progress);
   add_luminance(atlas, view);
-  return render_march_double(view, atlas, options).image;
+  return render_march_double(planned(view, atlas), atlas, options).image;
 }
 
 void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel) {

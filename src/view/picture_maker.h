@@ -46,6 +46,7 @@ struct PictureNews {
   std::vector<ExactPart> parts;          ///< of one wish
   std::optional<std::uint64_t> refined;  ///< the wish whose exact pictures are complete
   double refine_ms = 0;
+  std::optional<double> estimated_rms;  ///< of the left exact picture, where its march was planned
   std::optional<glm::dvec2> layer_range;  ///< values at the ends of a layer's colours
   std::optional<glm::dvec3> picked;       ///< point under the pointer; see pick()
   std::vector<std::string> errors;
@@ -87,6 +88,7 @@ class PictureMaker {
   void bring_up(Volume& volume, Filter filter);
   void draw_previews(const PictureWish& wish);
   void refine(const PictureWish& wish);
+  View planned(View view, const MediumAtlas& atlas);
   Image on_processor(const Volume& volume, const Scene& scene, const RenderOptions& options);
   void refine_side(const PictureWish& wish, std::size_t side);
   void find_picked(const PictureWish& wish, const glm::dvec2& pixel);

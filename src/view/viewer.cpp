@@ -148,6 +148,7 @@ void Viewer::compare(Comparison comparison, const std::optional<Scene>& other) {
   other_ = comparison == Comparison::none ? std::nullopt : other;
   if (comparison != Comparison::none && !other_) {
     other_ = scene_;
+    other_->tolerance.reset();
     if (scene_.mode != Mode::isosurface) {
       other_->step = 2 * scene_.resolved_step();
       other_->sampling = Sampling::uniform;
@@ -273,6 +274,7 @@ void Viewer::take_pictures() {
     if (part.number != wished_) continue;
     display_.add_part(part, scene().resolution);
   }
+  if (news.estimated_rms) estimated_rms_ = news.estimated_rms;
   if (news.refined) {
     refined_ = *news.refined;
     refine_ms_ = news.refine_ms;
@@ -348,6 +350,7 @@ void Viewer::update_wishes() {
     if (at_hand) error(e.what());
     return;
   }
+  estimated_rms_.reset();
   maker_.wish({++wished_, volume_, std::move(scenes), layer_});
   if (at_hand && sequence_.playing) {
     Scene after = wanted;

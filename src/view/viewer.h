@@ -137,6 +137,7 @@ class Viewer {
   std::exception_ptr first_error_;  ///< after which the window would never show anything
   std::string posted_;              ///< text of the last wish
   std::uint64_t wished_ = 0, shown_ = 0, refined_ = 0;
+  std::optional<double> estimated_rms_;
   double refine_ms_ = 0, preview_ms_ = 0;
   Rung rung_;
   ShownLayer layer_ = ShownLayer::picture;

@@ -25,6 +25,12 @@ bool slide(const char* label, double& value, double least, double most, const ch
   return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &least, &most, format);
 }
 
+std::string digits_of(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", value);
+  return text;
+}
+
 std::string format_ms(double ms) {
   char text[32];
   std::snprintf(text, sizeof text, ms < 1000 ? "%.0f ms" : "%.1f s", ms < 1000 ? ms : ms / 1000);
@@ -134,7 +140,8 @@ void Viewer::draw_status() {
   else if (refined_ == wished_ && refined_)
     text = (layer_ == ShownLayer::picture ? "exact: as psivox render draws it, after "
                                           : "complete, after ") +
-           format_ms(refine_ms_);
+           format_ms(refine_ms_) +
+           (estimated_rms_ ? ", error about " + digits_of(*estimated_rms_) : "");
   else if (const auto stage = maker_.progress())
     text = stage->first + " " + std::to_string(static_cast<int>(100 * stage->second)) + " %";
   else if (shown_) {

@@ -12,10 +12,10 @@ namespace psivox::view {
 namespace {
 
 /// Parameters of the march that neither grids nor atlases depend on.
-constexpr const char* march_only[] = {"lmip-threshold", "integrator",   "sampling",
-                                      "segments",       "step",         "end-corrections",
-                                      "connectivity",   "opacity-unit", "early-termination",
-                                      "filter",         "renderer",     "device"};
+constexpr const char* march_only[] = {
+    "lmip-threshold",  "integrator",   "sampling",     "segments",          "step",
+    "end-corrections", "connectivity", "opacity-unit", "early-termination", "filter",
+    "renderer",        "device",       "tolerance"};
 
 bool belongs_to_volume(const Parameter& p) {
   if (p.group == "Camera" || p.group == "Picture") return false;

@@ -2,9 +2,7 @@
 // a scene drawn in turn, medians; conversion rate and size of the atlas. Without files: the fog
 // alone. Ratios mean something on any machine, milliseconds on a quiet one only.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -14,28 +12,15 @@
 #include "fog.h"
 #include "psivox/error.h"
 #include "psivox/renderer.h"
+#include "timing.h"
 
 namespace {
 
 using namespace psivox;
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
-/// Processor time of all threads of this process [ms]: on a software renderer it is the work done,
-/// whatever else the machine is doing.
-double processor_ms() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return double(t.tv_sec) * 1e3 + double(t.tv_nsec) * 1e-6;
-}
+using bench::Clock;
+using bench::median;
+using bench::milliseconds_since;
+using bench::processor_ms;
 
 /// One way to draw the scene.
 struct Variant {

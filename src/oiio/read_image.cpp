@@ -6,14 +6,16 @@
 #include <memory>
 #include <new>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "channels.h"
-#include "error_text.h"
-#include "format.h"
+#include "image/error_text.h"
+#include "image/format.h"
+#include "image/picture_reader.h"
+#include "image/srgb.h"
 #include "png_chunks.h"
 #include "psivox/image.h"
-#include "srgb.h"
 
 namespace psivox {
 namespace {
@@ -24,7 +26,7 @@ using Input = OIIO::ImageInput::unique_ptr;
 
 Input open_image(const std::filesystem::path& path, Format format) {
   if (format == Format::png) image_io::check_png_chunks(path);
-  Input input = OIIO::ImageInput::create(image_io::oiio_name(format));
+  Input input = OIIO::ImageInput::create(format == Format::exr ? "openexr" : "png");
   if (!input) throw read_error(path, OIIO::geterror());
   // A PNG's colours come as they are stored; they are decoded before they are multiplied by alpha.
   OIIO::ImageSpec wish;
@@ -147,9 +149,7 @@ Image read_pixels(OIIO::ImageInput& input, const std::filesystem::path& path, Fo
   return image;
 }
 
-}  // namespace
-
-Image read_image(const std::filesystem::path& path) {
+Image read_picture(const std::filesystem::path& path) {
   const Format format = image_io::format_from_contents(path);
   const Input input = open_image(path, format);
   try {
@@ -159,10 +159,22 @@ Image read_image(const std::filesystem::path& path) {
   }
 }
 
-std::string read_metadata(const std::filesystem::path& path, const std::string& key) {
+std::string read_attribute(const std::filesystem::path& path, const std::string& key) {
   const Input input = open_image(path, image_io::format_from_contents(path));
   const OIIO::ParamValue* attribute = input->spec().find_attribute(key, OIIO::TypeUnknown, true);
   return attribute != nullptr ? attribute->get_string() : std::string();
 }
 
+std::string library_version() {
+  // major * 10000 + minor * 100 + patch, of the library that runs, not of the header.
+  const int version = OIIO::openimageio_version();
+  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
+         std::to_string(version % 100);
+}
+
+constexpr image_io::PictureReader table = {read_picture, read_attribute, library_version};
+
+}  // namespace
 }  // namespace psivox
+
+extern "C" const psivox::image_io::PictureReader* psivox_picture_reader() { return &psivox::table; }

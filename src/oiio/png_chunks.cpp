@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "error_text.h"
+#include "image/error_text.h"
 
 namespace psivox::image_io {
 namespace {

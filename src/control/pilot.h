@@ -1,0 +1,34 @@
+#pragma once
+
+#include "psivox/error_control.h"
+
+namespace psivox {
+
+/// A small picture of a view, marched in double precision, on which ways to march it are tried.
+class Pilot {
+ public:
+  /// `exact`: the view, set to the way that is taken for the truth.
+  Pilot(const View& exact, const MediumAtlas& atlas);
+
+  int rays() const;
+  /// Field look-ups of a ray of the truth.
+  double exact_samples() const { return exact_samples_; }
+  /// Whether some ray is more opaque than that.
+  bool has_opacity(double opacity) const;
+
+  /// Sets the errors and look-ups of a way; `view` is set to it.
+  void run(Trial& way, const View& view) const;
+
+ private:
+  Image march(const View& view, double& samples) const;
+
+  const MediumAtlas& atlas_;
+  glm::ivec2 size_;
+  double exact_samples_ = 0;
+  Image truth_;
+};
+
+/// What the arithmetic of float32 adds to a picture's RMS error (docs/method.md).
+inline constexpr double arithmetic_error = 4e-7;
+
+}  // namespace psivox

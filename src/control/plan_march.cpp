@@ -1,0 +1,256 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "control/pilot.h"
+#include "control/step_bounds.h"
+#include "psivox/error_control.h"
+
+namespace psivox {
+namespace {
+
+/// Part of the tolerance that the pilot's RMS may take: its rays are a sample of the picture's.
+constexpr double safety = 0.8;
+
+/// Most that a pixel of the pilot may be off, and by the bound of each brick one that no ray of the
+/// pilot meets, in tolerances.
+constexpr double worst_pixel = 8;
+constexpr double worst_brick = 64;
+
+/// Widest and narrowest lattice that are tried [voxels].
+constexpr double widest_step = 16, narrowest_step = 1.0 / 64;
+
+/// The truth's rays end at this part of the transmittance at which the picture's do.
+constexpr double truth_termination = 1.0 / 64;
+
+bool depth_alone(const View& view) {
+  return view.medium.source == LuminanceSource::constant && !view.medium.transfer &&
+         !view.medium.emission;
+}
+
+/// Time of a look-up over that of psi-balanced between uniform samples, the rest of a turn
+/// included: measured on llvmpipe by psivox_bench_tolerance (docs/performance.md).
+double look_up_cost(const Trial& way, const View& view) {
+  if (way.sampling == Sampling::uniform)
+    return way.integrator == Integrator::midpoint && !depth_alone(view) ? 0.75 : 1;
+  const double cell = view.medium.transfer || view.medium.emission ? 1.8
+                      : depth_alone(view)                          ? 1.15
+                                                                   : 1.6;
+  return cell * std::max(1.0, way.segments / 2.0);
+}
+
+Trial exact_way(const View& view) {
+  Trial way;
+  if (view.medium.gradient) {  // along a cell the attenuation is no cubic then
+    way.integrator = Integrator::psi_exact;
+    way.segments = 32;
+  } else if (!view.scene.composites()) {
+    way.integrator = Integrator::psi_weighted;
+  }
+  return way;
+}
+
+Trial lattice(double step) {
+  Trial way;
+  way.sampling = Sampling::uniform;
+  way.integrator = Integrator::psi_balanced;
+  way.step = step;
+  return way;
+}
+
+/// What time budgets are counted in.
+Trial budget_way() { return lattice(4); }
+
+View set_way(View view, const Trial& way) {
+  Scene& scene = view.scene;
+  scene.tolerance.reset();
+  scene.sampling = way.sampling;
+  scene.integrator = way.integrator;
+  scene.segments = way.segments;
+  scene.step.reset();
+  if (way.sampling == Sampling::uniform) scene.step = way.step;
+  view.brick_steps.reset();
+  return view;
+}
+
+View truth_of(View view, double early_termination) {
+  view = set_way(std::move(view), exact_way(view));
+  view.scene.early_termination = early_termination;
+  return view;
+}
+
+class Planner {
+ public:
+  Planner(const View& view, const MediumAtlas& atlas, double tolerance)
+      : view_(view),
+        atlas_(atlas),
+        tolerance_(tolerance),
+        pilot_(truth_of(view, truth_termination * view.scene.resolved_early_termination()), atlas) {
+    view_.scene.early_termination = view.scene.resolved_early_termination();
+  }
+
+  MarchPlan plan() {
+    plan_.rays = pilot_.rays();
+    Trial best = exact_trial();
+    for (const int segments : {1, 2, 4, 8, 16}) {
+      if (!view_.medium.gradient) break;
+      Trial way;
+      way.integrator = Integrator::psi_weighted;
+      way.segments = segments;
+      consider(run(way), best);
+    }
+    if (!view_.medium.emission) search_lattice(best);
+    return choose(best, best.accepted);
+  }
+
+  MarchPlan within(double part) {
+    plan_.rays = pilot_.rays();
+    const double budget = part * run(budget_way()).cost;
+    std::optional<Trial> best;
+    const auto consider_time = [&](const Trial& trial) {
+      if (trial.cost <= budget ? !best || best->cost > budget || trial.rms < best->rms
+                               : !best || trial.cost < best->cost)
+        best = trial;
+      return trial.cost <= budget;
+    };
+    const bool exact = consider_time(exact_trial());
+    for (double step = widest_step; !exact && step >= narrowest_step; step /= 2)
+      if (!consider_time(run(lattice(step)))) break;
+    return choose(*best, best->cost <= budget);
+  }
+
+ private:
+  MarchPlan choose(const Trial& way, bool reached) {
+    plan_.reached = reached;
+    plan_.chosen = way;
+    plan_.view = way_view(way);
+    return std::move(plan_);
+  }
+
+  double target() const { return safety * tolerance_; }
+
+  View way_view(const Trial& way) {
+    View view = set_way(view_, way);
+    if (way.sampling != Sampling::uniform || tolerance_ <= 0) return view;
+    if (!bounds_) bounds_.emplace(view_, atlas_);
+    std::vector<float> parts = bounds_->parts(way.step, worst_brick * tolerance_);
+    if (std::any_of(parts.begin(), parts.end(), [](float part) { return part < 1; }))
+      view.brick_steps = std::make_shared<const std::vector<float>>(std::move(parts));
+    return view;
+  }
+
+  const Trial& finish(Trial way) {
+    way.cost = look_up_cost(way, view_) * way.samples;
+    way.accepted = way.rms <= target() && way.max <= worst_pixel * tolerance_;
+    plan_.trials.push_back(way);
+    return plan_.trials.back();
+  }
+
+  Trial run(Trial way) {
+    pilot_.run(way, way_view(way));
+    return finish(way);
+  }
+
+  /// The truth is the picture, unless rays end early.
+  Trial exact_trial() {
+    Trial way = exact_way(view_);
+    if (pilot_.has_opacity(1 - *view_.scene.early_termination)) return run(way);
+    way.rms = arithmetic_error;
+    way.samples = pilot_.exact_samples();
+    return finish(way);
+  }
+
+  static void consider(const Trial& trial, Trial& best) {
+    if (trial.accepted && (!best.accepted || trial.cost < best.cost)) best = trial;
+  }
+
+  /// The widest lattice that is accurate enough, where one is cheaper than `best`: halves the step
+  /// until the error is small, then goes back as far as that allows.
+  void search_lattice(Trial& best) {
+    std::optional<Trial> coarse;
+    for (double step = widest_step; step >= narrowest_step; step /= 2) {
+      const Trial fine = run(lattice(step));
+      if (fine.accepted) {
+        consider(fine, best);
+        if (coarse) refine(*coarse, fine, best);
+        break;
+      }
+      if (fine.cost > best.cost) return;  // which is exact, or good enough
+      coarse = fine;
+    }
+    if (best.sampling != Sampling::uniform || depth_alone(view_)) return;
+    Trial way = best;
+    way.integrator = Integrator::midpoint;
+    consider(run(way), best);
+  }
+
+  void refine(Trial coarse, Trial fine, Trial& best) {
+    for (int i = 0; i < 3 && coarse.step > 1.12 * fine.step; ++i) {
+      const double slope = std::log(coarse.rms / fine.rms) / std::log(coarse.step / fine.step);
+      double ratio = slope > 0.5 ? std::pow(target() / fine.rms, 1 / slope) : 1;
+      ratio = std::clamp(ratio, 1.1, 0.95 * coarse.step / fine.step);
+      const Trial between = run(lattice(fine.step * ratio));
+      consider(between, best);
+      (between.accepted ? fine : coarse) = between;
+    }
+  }
+
+  View view_;
+  const MediumAtlas& atlas_;
+  double tolerance_;
+  Pilot pilot_;
+  std::optional<StepBounds> bounds_;
+  MarchPlan plan_;
+};
+
+}  // namespace
+
+View exact_view(const View& view) {
+  View exact = truth_of(view, 0);
+  exact.scene.filter = Filter::exact;
+  return exact;
+}
+
+namespace {
+
+/// Maxima and surfaces have no step: cells find them.
+MarchPlan only_plan(const View& view) {
+  MarchPlan plan;
+  plan.chosen = exact_way(view);
+  plan.chosen.rms = arithmetic_error;
+  plan.view = set_way(view, plan.chosen);
+  return plan;
+}
+
+bool has_step(const Scene& scene) { return scene.composites() || scene.mode == Mode::xray; }
+
+}  // namespace
+
+MarchPlan plan_march(const View& view, const MediumAtlas& atlas) {
+  if (!has_step(view.scene)) return only_plan(view);
+  return Planner(view, atlas, *view.scene.tolerance).plan();
+}
+
+MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget) {
+  if (!has_step(view.scene)) return only_plan(view);
+  return Planner(view, atlas, 0).within(budget);
+}
+
+View budget_unit(const View& view) { return set_way(view, budget_way()); }
+
+std::string trial_text(const Trial& trial) {
+  std::string rule = info(trial.integrator).name;
+  std::replace(rule.begin(), rule.end(), '_', '-');
+  char text[96];
+  if (trial.sampling == Sampling::uniform)
+    std::snprintf(text, sizeof text, "uniform %s, step %.3g", rule.c_str(), trial.step);
+  else if (is_cell_rule(trial.integrator))
+    std::snprintf(text, sizeof text, "cells %s", rule.c_str());
+  else
+    std::snprintf(text, sizeof text, "cells %s, segments %d", rule.c_str(), trial.segments);
+  return text;
+}
+
+}  // namespace psivox

@@ -1,0 +1,122 @@
+#include "control/step_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace psivox {
+namespace {
+
+/// Smallest part of a step: finer than that cells are cheaper.
+constexpr double least_part = 1.0 / 4096;
+
+/// Kinks that one ray may meet in a brick with errors of one sign, over the 8 of h^2/8 that a
+/// trapezoid misses at one kink: from the pictures of psivox_bench_tolerance, whose greatest error
+/// it exceeds.
+constexpr double kinks_share = 4.0 / 8;
+
+double finest_voxel_of(const Field& field) {
+  const glm::dmat4& m = field.world_from_index;
+  return std::min({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
+                   glm::length(glm::dvec3(m[2]))});
+}
+
+/// How the attenuation follows a brick's values.
+struct FunctionBend {
+  double slope = 1;  ///< greatest
+  double turn = 0;   ///< sum of the changes of slope inside
+  double range = 0;  ///< greatest less least attenuation
+};
+
+FunctionBend bend_of(const TransferFunction& function, double min, double max) {
+  const std::vector<TransferPoint>& points = function.points();
+  FunctionBend bend{0, 0, 0};
+  double least = function.at(min).attenuation, most = least, before = 0;
+  const auto see = [&](double value) {
+    least = std::min(least, value);
+    most = std::max(most, value);
+  };
+  see(function.at(max).attenuation);
+  const int last = int(points.size()) - 1;
+  const int from = function.interval(min), to = function.interval(max);
+  for (int k = from; k <= to; ++k) {
+    double slope = 0;
+    if (k >= 0 && k < last)
+      slope = (points[std::size_t(k + 1)].attenuation - points[std::size_t(k)].attenuation) /
+              (points[std::size_t(k + 1)].value - points[std::size_t(k)].value);
+    bend.slope = std::max(bend.slope, std::abs(slope));
+    if (k > from) {
+      bend.turn += std::abs(slope - before);
+      see(points[std::size_t(k)].attenuation);
+    }
+    before = slope;
+  }
+  bend.range = most - least;
+  return bend;
+}
+
+/// The most that light can be at a point of the medium.
+double peak_luminance(const View& view, const MediumAtlas& atlas, double greatest_value) {
+  const Medium& medium = view.medium;
+  double peak = std::max({medium.color.x, medium.color.y, medium.color.z});
+  const auto greatest = [](const BrickAtlas& grid) {
+    double most = 0;
+    if (grid.channels == 1)
+      for (const BrickStats& brick : grid.bricks) most = std::max(most, double(brick.max));
+    else
+      for (std::size_t i = 0; i < grid.texel_count(); ++i)
+        most = std::max(most, double(grid.texels32[i]));
+    for (const float constant : grid.constants) most = std::max(most, double(constant));
+    return most;
+  };
+  if (medium.source == LuminanceSource::density) peak *= greatest_value;
+  if (atlas.luminance) peak *= greatest(*atlas.luminance);
+  if (medium.source == LuminanceSource::transfer) {
+    const glm::dvec3 color = medium.transfer->max_color(-1e38, greatest_value);
+    peak *= std::max({color.x, color.y, color.z});
+  }
+  return peak;
+}
+
+}  // namespace
+
+StepBounds::StepBounds(const View& view, const MediumAtlas& atlas)
+    : bounds_(atlas.density.bricks.size()) {
+  const Medium& medium = view.medium;
+  const std::vector<BrickStats>& bricks = atlas.density.bricks;
+  const std::vector<float> kinks = brick_kinks(atlas.density);
+  double greatest = 0;
+  for (const BrickStats& brick : bricks) greatest = std::max(greatest, double(brick.max));
+  const double unit = finest_voxel_of(*medium.density);
+  // what a unit of optical depth that is missed does to alpha, and to radiance
+  const double effect = std::max(1.0, peak_luminance(view, atlas, greatest));
+  const double scale = medium.extinction * unit * effect;
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    const double range = double(bricks[i].max) - double(bricks[i].min);
+    Bound& bound = bounds_[i];
+    if (!medium.transfer) {
+      bound = {scale * range / 2, scale * kinks_share * double(kinks[i])};
+      continue;
+    }
+    FunctionBend bend = bend_of(*medium.transfer, bricks[i].min, bricks[i].max);
+    if (medium.gradient) {
+      bend.range = medium.transfer->max_attenuation({bricks[i].min, bricks[i].max}, {0.0, 1e38});
+      bend.turn = 1e38;
+    }
+    bound = {scale * bend.range / 2,
+             scale * kinks_share * (bend.slope * double(kinks[i]) + bend.turn * range)};
+  }
+}
+
+std::vector<float> StepBounds::parts(double step, double error) const {
+  std::vector<float> result(bounds_.size(), 1.0f);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const Bound& bound = bounds_[i];
+    const double allowed = std::max(bound.first > 0 ? error / bound.first : 1e30,
+                                    bound.second > 0 ? std::sqrt(error / bound.second) : 1e30);
+    result[i] = float(std::clamp(allowed / step, least_part, 1.0));
+  }
+  return result;
+}
+
+}  // namespace psivox

@@ -1,0 +1,51 @@
+#include "picture_reader.h"
+
+#include <dlfcn.h>
+
+#include "error_text.h"
+#include "psivox/error.h"
+
+namespace psivox {
+namespace {
+
+/// The module lies beside the library that this function is in.
+std::filesystem::path module_path() {
+  Dl_info self{};
+  if (dladdr(reinterpret_cast<const void*>(&read_image), &self) == 0 || !self.dli_fname)
+    return PSIVOX_OIIO_MODULE;
+  return std::filesystem::path(self.dli_fname).parent_path() / PSIVOX_OIIO_MODULE;
+}
+
+const image_io::PictureReader* load_reader() {
+  const std::filesystem::path path = module_path();
+  const auto fail = [&]() -> Error {
+    const char* why = dlerror();
+    return {ExitCode::failure,
+            image_io::one_line("cannot load the reader of pictures: " +
+                               std::string(why ? why : "'" + path.string() + "' has no reader"))};
+  };
+  // Never closed: OpenImageIO has threads.
+  void* module = dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);
+  if (!module) throw fail();
+  const auto get =
+      reinterpret_cast<image_io::GetPictureReader>(dlsym(module, image_io::picture_reader_symbol));
+  if (!get) throw fail();
+  return get();
+}
+
+const image_io::PictureReader& reader() {
+  static const image_io::PictureReader* const loaded = load_reader();
+  return *loaded;
+}
+
+}  // namespace
+
+Image read_image(const std::filesystem::path& path) { return reader().read_image(path); }
+
+std::string read_metadata(const std::filesystem::path& path, const std::string& key) {
+  return reader().read_metadata(path, key);
+}
+
+std::string openimageio_version() { return reader().version(); }
+
+}  // namespace psivox

@@ -1,0 +1,166 @@
+#include "psivox/error_control.h"
+
+#include <gtest/gtest.h>
+
+#include "march_cases.h"
+#include "verify/make_field.h"
+
+namespace psivox {
+namespace {
+
+View with_tolerance(View view, double tolerance) {
+  view.scene.tolerance = tolerance;
+  view.scene.sampling.reset();
+  view.scene.integrator.reset();
+  view.scene.step.reset();
+  view.scene.early_termination.reset();
+  return view;
+}
+
+/// A made field as the test wants it: noise is rough, soft spheres are smooth.
+View blobs(bool own_luminance, glm::ivec2 resolution = {96, 96}) {
+  Scene scene;
+  scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";
+  scene.extinction = 4;
+  scene.resolution = resolution;
+  if (own_luminance) scene.luminance_grid = "color";
+  return make_view(scene, VdbFile(scene.input));
+}
+
+/// A picture of a plan against the double reference.
+Comparison achieved(const MarchPlan& plan, const MediumAtlas& atlas) {
+  const Image truth = render_reference(plan.view).image;
+  return compare_images(render_march_double(plan.view, atlas).image, truth);
+}
+
+TEST(PlanMarch, TheErrorIsWhatWasAskedFor) {
+  for (const bool own_luminance : {false, true})
+    for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5}) {
+      const View view = with_tolerance(blobs(own_luminance), tolerance);
+      const MediumAtlas atlas = build_medium_atlas(view);
+      const MarchPlan plan = plan_march(view, atlas);
+      EXPECT_TRUE(plan.reached);
+      const Comparison error = achieved(plan, atlas);
+      EXPECT_LE(error.rms, tolerance) << trial_text(plan.chosen);
+      EXPECT_LE(error.max, 30 * tolerance) << trial_text(plan.chosen);
+      // the estimate is of 400 of 9216 pixels whose errors differ: half of it or twice it would be
+      // many standard deviations off; below 1e-6 it is a bound on rounding, no estimate
+      if (plan.chosen.rms < 1e-6) continue;
+      EXPECT_LE(plan.chosen.rms, 2 * error.rms);
+      EXPECT_GE(plan.chosen.rms, error.rms / 2);
+    }
+}
+
+TEST(PlanMarch, TheSameViewHasTheSamePlan) {
+  const View view = with_tolerance(blobs(true), 1e-3);
+  const MediumAtlas atlas = build_medium_atlas(view);
+  const MarchPlan a = plan_march(view, atlas), b = plan_march(view, atlas);
+  EXPECT_EQ(trial_text(a.chosen), trial_text(b.chosen));
+  EXPECT_EQ(a.chosen.step, b.chosen.step);
+  EXPECT_EQ(a.chosen.rms, b.chosen.rms);
+}
+
+TEST(PlanMarch, TighterTolerancesTakeMoreLookUps) {
+  double before = 0;
+  for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4}) {
+    const View view = with_tolerance(blobs(false), tolerance);
+    const MarchPlan plan = plan_march(view, build_medium_atlas(view));
+    EXPECT_GE(plan.chosen.cost, before) << tolerance;
+    before = plan.chosen.cost;
+  }
+}
+
+TEST(PlanMarch, WhatCannotBeReachedIsMarchedExactly) {
+  const View view = with_tolerance(blobs(false), 1e-12);
+  const MarchPlan plan = plan_march(view, build_medium_atlas(view));
+  EXPECT_FALSE(plan.reached);
+  EXPECT_EQ(plan.view.scene.sampling, Sampling::cells);
+  EXPECT_EQ(plan.view.scene.integrator, Integrator::cell_exact);
+}
+
+/// A smooth fog with one opaque voxel, which takes less than a pixel.
+View fog_with_a_grain() {
+  const auto value = [](const glm::ivec3& at) {
+    const glm::dvec3 d = glm::dvec3(at) - 40.0;
+    const double fog = 0.02 * std::exp(-glm::dot(d, d) / 400);
+    return at == glm::ivec3(41, 43, 44) ? 2000.0f : float(fog < 1e-5 ? 0 : fog);
+  };
+  return view_of(small_scene(48), make_field({glm::ivec3(0), glm::ivec3(79)}, value));
+}
+
+TEST(PlanMarch, AFeatureThatNoPilotRayMeetsIsNotLost) {
+  const View view = with_tolerance(fog_with_a_grain(), 1e-2);
+  const MediumAtlas atlas = build_medium_atlas(view);
+  const MarchPlan plan = plan_march(view, atlas);
+  const Comparison error = achieved(plan, atlas);
+  EXPECT_LE(error.max, 0.3) << trial_text(plan.chosen);
+  // without bounds a lattice as wide as the fog allows loses it
+  View blind = plan.view;
+  blind.brick_steps.reset();
+  ASSERT_EQ(plan.view.scene.sampling, Sampling::uniform);
+  ASSERT_TRUE(plan.view.brick_steps);
+  const Comparison lost =
+      compare_images(render_march_double(blind, atlas).image, render_reference(plan.view).image);
+  EXPECT_GE(lost.max, 0.4);
+}
+
+TEST(PlanWithin, MoreTimeLessError) {
+  const View view = blobs(true);
+  const MediumAtlas atlas = build_medium_atlas(view);
+  double before = 1e30;
+  for (const double budget : {0.5, 1.0, 4.0, 1000.0}) {
+    const MarchPlan plan = plan_within(view, atlas, budget);
+    EXPECT_LE(plan.chosen.rms, before);
+    before = plan.chosen.rms;
+  }
+  EXPECT_EQ(plan_within(view, atlas, 1000).view.scene.sampling, Sampling::cells);
+  EXPECT_FALSE(plan_within(view, atlas, 1e-6).reached);
+}
+
+TEST(ErrorLayer, ItsRmsIsThePictures) {
+  const View view = with_tolerance(blobs(true, {40, 30}), 1e-2);
+  const MediumAtlas atlas = build_medium_atlas(view);
+  const Image coarse = render_march_double(plan_march(view, atlas).view, atlas).image;
+  const Image exact = render_march_double(exact_view(view), atlas).image;
+  const Layer layer = error_layer(coarse, exact);
+  ASSERT_EQ(layer.values.size(), 1200u);
+  double squares = 0;
+  for (const float v : layer.values) squares += double(v) * double(v);
+  const Comparison c = compare_images(coarse, exact);
+  EXPECT_GT(c.rms, 0);
+  EXPECT_NEAR(std::sqrt(squares / 1200), c.rms, 1e-6 * c.rms);  // float32 of 1200 sums
+}
+
+TEST(CheckError, EveryPixelGivesThePicturesError) {
+  View view = blobs(true, {24, 18});
+  view.scene.step = 2;
+  view.scene.sampling = Sampling::uniform;
+  view.scene.integrator = Integrator::psi_balanced;
+  const Image picture = render_march_double(view, build_medium_atlas(view)).image;
+  const Comparison all = compare_images(picture, render_reference(view).image);
+  const CheckedError every = check_error(view, picture, 24 * 18);
+  EXPECT_EQ(every.pixels, 24 * 18);
+  EXPECT_NEAR(every.rms, all.rms, 1e-6);  // the reference's picture is rounded to float32
+  EXPECT_NEAR(every.max, all.max, 1e-6);
+  EXPECT_EQ(every.max_x, all.max_x);
+  EXPECT_EQ(every.max_y, all.max_y);
+  const CheckedError few = check_error(view, picture, 100);
+  EXPECT_GE(few.pixels, 60);
+  EXPECT_LE(few.pixels, 100);
+  EXPECT_LE(few.max, all.max + 1e-6);
+}
+
+TEST(BrickKinks, OfFacesToo) {
+  // a ramp that begins on a brick's face: inside each brick it is linear
+  const auto value = [](const glm::ivec3& at) { return at.x < 8 ? 0.0f : float(at.x - 8); };
+  const BrickAtlas atlas = build_atlas(make_field({glm::ivec3(0), glm::ivec3(23)}, value));
+  const std::vector<float> kinks = brick_kinks(atlas);
+  ASSERT_EQ(kinks.size(), atlas.bricks.size());
+  for (std::size_t i = 0; i < kinks.size(); ++i) {
+    EXPECT_GE(kinks[i], atlas.bricks[i].second_difference);
+    EXPECT_GE(kinks[i], 1) << "brick " << i;  // every brick has a face of the ramp or of the box
+  }
+}
+
+}  // namespace
+}  // namespace psivox

@@ -1,0 +1,177 @@
+// scaling: how the march's time grows with pixels, voxels, the active fraction and the optical
+// depth, and memory with active voxels. Every point of a curve is drawn in turn, in rounds;
+// medians. Look-ups are counted in a draw of its own.
+#include <cstdint>
+#include <cstdio>
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "fetch_rate.h"
+#include "fog.h"
+#include "psivox/error.h"
+#include "psivox/renderer.h"
+#include "timing.h"
+
+namespace {
+
+using namespace psivox;
+using bench::median;
+
+constexpr int rounds = 5;
+
+/// White noise in a part of the 8^3 blocks of a cube of n^3 voxels, chosen by lot.
+Field make_blocks(int n, double fraction) {
+  const auto storage =
+      std::make_shared<std::vector<float>>(std::size_t(n) * std::size_t(n) * std::size_t(n));
+  std::uint32_t state = 1;
+  const auto random = [&] {
+    state = state * 1664525u + 1013904223u;
+    return double(state >> 8) * 0x1p-24;
+  };
+  Field field;
+  field.name = "density";
+  field.value_type = "float";
+  field.active_box = {glm::ivec3(0), glm::ivec3(n - 1)};
+  for (std::size_t b = 0; b < storage->size() / 512; ++b) {
+    if (random() >= fraction) continue;
+    float* values = storage->data() + b * 512;
+    for (int i = 0; i < 512; ++i) values[i] = float(random());
+    const int blocks = n / 8, at = int(b);
+    field.leaves.push_back(
+        {glm::ivec3(at / (blocks * blocks), at / blocks % blocks, at % blocks) * 8, values});
+    field.active_voxels += 512;
+  }
+  field.storage = storage;
+  return field;
+}
+
+/// One point of a curve, drawn by two rules.
+struct Point {
+  std::string name;
+  View view;
+  MediumAtlas atlas;
+  std::unique_ptr<GlRenderer> renderer = std::make_unique<GlRenderer>();
+  double lookups = 0;
+  std::vector<double> times, work;
+
+  Point(std::string label, const std::shared_ptr<const Field>& field, bool cells, int side,
+        double extinction)
+      : name(std::move(label)),
+        view(make_view(scene(cells, side, extinction), field, field)),
+        atlas(build_medium_atlas(view)) {
+    renderer->upload(atlas);
+    lookups = double(renderer->render(view, {.count = true}).stats.samples);
+    renderer->render(view);  // compiles
+  }
+
+  static Scene scene(bool cells, int side, double extinction) {
+    Scene s;
+    s.resolution = {side, side};
+    s.extinction = extinction;
+    s.luminance_grid = "density";
+    if (!cells) s.step = 1;
+    return s;
+  }
+
+  void draw() {
+    const RenderStats stats = renderer->render(view).stats;
+    times.push_back(stats.march_ms);
+    work.push_back(bench::is_software(stats.renderer) ? stats.cpu_ms : stats.gpu_ms);
+  }
+};
+
+class Curve {
+ public:
+  Curve(std::string title, double limit) : title_(std::move(title)), limit_(limit) {}
+
+  void add(const std::string& name, const std::shared_ptr<const Field>& field, int side,
+           double extinction) {
+    for (const bool cells : {false, true})
+      points_.emplace_back(name + (cells ? ", cells" : ", uniform 1"), field, cells, side,
+                           extinction);
+  }
+
+  /// The rate's part of the limit is what the march's time leaves to other things than fetching.
+  void print() {
+    for (int i = 0; i < rounds; ++i)
+      for (Point& point : points_) point.draw();
+    std::printf("\n%s\n%-34s %9s %9s %12s %12s %10s %10s\n", title_.c_str(), "", "ms", "work ms",
+                "look-ups", "M look-ups/s", "of limit", "ns/pixel");
+    for (const Point& p : points_) {
+      const double work = median(p.work), rate = 1e3 * p.lookups / work;
+      const glm::ivec2 size = p.view.scene.resolution;
+      std::printf("%-34s %9.2f %9.2f %12.0f %12.1f %9.0f%% %10.1f\n", p.name.c_str(),
+                  median(p.times), work, p.lookups, 1e-6 * rate, 100 * rate / limit_,
+                  1e6 * work / (double(size.x) * double(size.y)));
+    }
+    std::fflush(stdout);
+  }
+
+ private:
+  std::string title_;
+  double limit_;
+  std::deque<Point> points_;  // stay in place: renderers point into them
+};
+
+using SharedField = std::shared_ptr<const Field>;
+
+SharedField shared(Field field) { return std::make_shared<const Field>(std::move(field)); }
+
+void print_memory(const char* name, const Field& field) {
+  const AtlasSize size = build_atlas(field).size;
+  std::printf("%-34s %12llu active voxels %10.2f MiB %8.2f bytes a voxel\n", name,
+              static_cast<unsigned long long>(field.active_voxels),
+              double(size.bytes()) / (1 << 20), double(size.bytes()) / double(field.active_voxels));
+}
+
+void run() {
+  constexpr double fog_extinction = 20;  // the peers' scene A
+  constexpr int side = 512;
+  const SharedField fog = shared(bench::make_fog(256));
+  const double limit = bench::fetch_rate(build_atlas(*fog));
+  std::printf("%s\nfetching alone: %.1f M look-ups/s of work\n", GlRenderer().description().c_str(),
+              1e-6 * limit);
+
+  Curve pixels("time against pixels: fog 256^3", limit);
+  for (const int n : {128, 256, 512, 1024})
+    pixels.add(std::to_string(n) + "x" + std::to_string(n), fog, n, fog_extinction);
+  pixels.print();
+
+  Curve voxels("time against voxels: fog, 512x512", limit);
+  for (const int n : {64, 128, 256})
+    voxels.add(std::to_string(n) + "^3", shared(bench::make_fog(n)), side, fog_extinction);
+  voxels.print();
+
+  // Depth 3 through the full cube of mean 1/2, whatever part of it is there.
+  Curve fractions("time against active fraction: noise in blocks of 128^3, 512x512", limit);
+  for (const double part : {0.01, 0.03, 0.1, 0.3, 1.0})
+    fractions.add(std::to_string(int(100 * part)) + " %", shared(make_blocks(128, part)), side,
+                  3 / (128 * 0.5));
+  fractions.print();
+
+  Curve depths("time against optical depth: fog 256^3, 512x512", limit);
+  for (const double extinction : {0.2, 2.0, 20.0, 200.0, 2000.0})
+    depths.add("extinction " + std::to_string(int(extinction * 10) / 10.0).substr(0, 6), fog, side,
+               extinction);
+  depths.print();
+
+  std::printf("\nmemory against active voxels\n");
+  for (const int n : {64, 128, 256})
+    print_memory(("fog " + std::to_string(n) + "^3").c_str(), bench::make_fog(n));
+  for (const double part : {0.01, 0.03, 0.1, 0.3, 1.0})
+    print_memory(("blocks, " + std::to_string(int(100 * part)) + " %").c_str(),
+                 make_blocks(128, part));
+}
+
+}  // namespace
+
+int main() {
+  try {
+    run();
+    return 0;
+  } catch (const psivox::Error& error) {
+    std::fprintf(stderr, "scaling: %s\n", error.what());
+    return int(error.code());
+  }
+}
