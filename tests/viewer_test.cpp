@@ -249,8 +249,8 @@ TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
   fs::current_path(testing::TempDir());  // the function is kept there
   hands.viewer.save_picture(file.string());
   ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
-  fs::current_path(before);
   ASSERT_TRUE(hands.until_exact());
+  fs::current_path(before);
   expect_same(*hands.viewer.exact_picture(), read_image(file));
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
   fs::remove(fs::path(testing::TempDir()) / hands.viewer.scene().transfer_function);
