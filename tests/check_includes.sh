@@ -34,16 +34,16 @@ only_in() {
 }
 only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_march\.cpp$' '^tests/vdb_'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
-only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/'
+only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.'
 only_in '^nlohmann/' '^src/scene/' '^src/study/' '^tools/'
 only_in '^CLI/' '^tools/'
-only_in '^(GLFW/|imgui)' '^tools/'
+only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/viewer_test\.cpp$'
 only_in '^gtest/' '^tests/'
 
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
 declare -A sees=(
   [atlas]="" [control]="" [files]="" [gl]="march" [image]="" [march]="" [oiio]="image" [reference]="" [scene]=""
-  [study]="march verify" [vdb]="" [verify]=""
+  [study]="march verify" [vdb]="" [verify]="" [view]="gl"
 )
 components=$(printf '%s|' "${!sees[@]}")
 components=${components%|}

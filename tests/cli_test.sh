@@ -159,6 +159,14 @@ if compgen -G '.psivox*' >/dev/null || [ -e a.jpg ]; then
   failed=$((failed + 1))
 fi
 
+# The window, where there is no display, and what is refused before one is opened.
+DISPLAY="" WAYLAND_DISPLAY="" t 4 "psivox render" view "$S"
+t 2 "native or egl" view "$S" --context glx
+t 2 "at least 0" view "$S" --frame-budget fast
+t 2 "at least 2" view "$S" --benchmark-orbit 1
+t 2 "did you mean --watch?" view "$S" --wacht
+t 0 "--frame-budget" view --help
+
 # Without the module that reads and writes pictures there is one line of error.
 mkdir alone
 cp -L "$(ldd "$program" | awk '/libpsivox/ { print $3 }')" alone/libpsivox.so.0

@@ -225,15 +225,19 @@ TEST(Preintegration, UpdateIsTheFullBuild) {
 
 TEST(Preintegration, TablesAreKeptAndUpdated) {
   const TransferFunction a = random_function(64);
-  const auto table = preintegrated_table(a, 2, 0.5, true);
-  EXPECT_EQ(preintegrated_table(a, 2, 0.5, true), table);
+  const auto table = preintegrated_table(a, 2, 0.5, true, true);
+  EXPECT_EQ(preintegrated_table(a, 2, 0.5, true, true), table);
   std::vector<TransferPoint> points = a.points();
   points[30].attenuation = 0;
-  const auto updated = preintegrated_table(TransferFunction(points), 2, 0.5, true);
+  const auto updated = preintegrated_table(TransferFunction(points), 2, 0.5, true, true);
   EXPECT_NE(updated, table);  // which its holder still reads
   EXPECT_EQ(table->function(), a);
   EXPECT_EQ(updated->function(), TransferFunction(points));
-  EXPECT_EQ(preintegrated_table(a, 3, 0.5, true)->extinction(), 3);
+  // where no update is allowed, an updated one will not do
+  const auto anew = preintegrated_table(TransferFunction(points), 2, 0.5, true, false);
+  EXPECT_NE(anew, updated);
+  EXPECT_EQ(preintegrated_table(TransferFunction(points), 2, 0.5, true, false), anew);
+  EXPECT_EQ(preintegrated_table(a, 3, 0.5, true, false)->extinction(), 3);
   EXPECT_LE(table->entries().size() * sizeof(glm::vec4), std::size_t(64) << 20);
 }
 

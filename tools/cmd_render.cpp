@@ -32,7 +32,6 @@ namespace psivox {
 namespace {
 
 /// Where nothing else says how to march.
-constexpr double default_tolerance = 1e-3;
 
 struct RenderCall {
   SceneOptions scene;

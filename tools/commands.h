@@ -20,5 +20,6 @@ void info_command(Arguments arguments);
 void compare_command(Arguments arguments);
 void study_command(Arguments arguments);
 void verify_command(Arguments arguments);
+void view_command(Arguments arguments);
 
 }  // namespace psivox

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what psivox needs to build, run and pass its tests on Debian 12. Does nothing, quickly,
-# where all of it is installed. --ci adds the checkers that .ci/run uses.
+# where all of it is installed. --ci adds the checkers that .ci/run uses, and a display for the tests.
 set -euo pipefail
 
 packages=(
@@ -13,12 +13,14 @@ packages=(
   libopenimageio-dev openimageio-tools
   libglm-dev
   libepoxy-dev libegl-dev
-  libglfw3-dev
+  libglfw3-dev libimgui-dev
   libcli11-dev nlohmann-json3-dev
   # tests
   libgtest-dev
   # EGL, and Mesa's software renderer for machines without a GPU
   libegl1 libgl1-mesa-dri
+  # GL of a window (GLFW opens these libraries when it runs)
+  libgl1 libglx-mesa0
 )
 
 fail() {
@@ -28,10 +30,12 @@ fail() {
 
 case "${1-}" in
   "") ;;
-  --ci) packages+=(clang-format clang-tidy) ;;
+  --ci) packages+=(clang-format clang-tidy
+    # a display for the window's tests, which are skipped without
+    xvfb xauth) ;;
   -h | --help)
     printf 'Usage: tools/install-deps.sh [--ci]\nInstalls with apt-get: %s\n' "${packages[*]}"
-    printf '%s\n' '--ci adds clang-format and clang-tidy.'
+    printf '%s\n' '--ci adds clang-format, clang-tidy and Xvfb.'
     exit 0
     ;;
   *) fail "unknown argument '$1'; the only one is --ci" ;;

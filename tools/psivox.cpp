@@ -25,6 +25,7 @@ struct Command {
 
 constexpr Command commands[] = {
     {"render", render_command, "render a .vdb to an EXR or PNG file, headless"},
+    {"view", view_command, "show a .vdb in a window"},
     {"info", info_command, "list a .vdb's grids"},
     {"compare", compare_command, "print the difference of two pictures"},
     {"study", study_command, "measure error and time of many ways to render a .vdb"},

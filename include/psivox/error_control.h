@@ -9,6 +9,9 @@
 
 namespace psivox {
 
+/// What a render takes where nothing says how to march.
+inline constexpr double default_tolerance = 1e-3;
+
 /// A way to march that a pilot tried. Errors are of radiance and alpha, over R G B A.
 struct Trial {
   Sampling sampling = Sampling::cells;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,11 +25,23 @@ struct DeviceInfo {
 /// Never throws for a machine without EGL: the list is empty then.
 std::vector<DeviceInfo> list_devices();
 
+/// A part of a picture that is done, from the top left pixel.
+struct DoneTile {
+  int x = 0, y = 0, width = 0, height = 0;
+  const float* picture = nullptr;  ///< R G B A of the whole picture, row-major, done so far
+};
+
 struct RenderOptions {
   bool count = false;  ///< count segments and look-ups: layers `steps` and `samples`, and the stats
   bool depth = false;  ///< layer `depth`
   bool transmittance = false;  ///< layer `transmittance`
   Progress progress{};
+  std::function<void(const DoneTile&)> tile{};  ///< GlRenderer's: called before `progress`
+  /// Time that GlRenderer aims at for a tile, between which `progress` may throw to end the work.
+  double tile_ms = 1000;
+  /// The table of a transfer function may be updated from that of another one instead of computed
+  /// anew: sooner there, but for rounding the same.
+  bool may_update_tables = false;
 };
 
 struct RenderStats {

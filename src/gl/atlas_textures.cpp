@@ -1,6 +1,9 @@
 #include "gl/atlas_textures.h"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstring>
 #include <limits>
 #include <string>
 
@@ -54,8 +57,10 @@ GLuint AtlasTextures::buffer_texture(GLenum format, const void* data, std::size_
   glCreateBuffers(1, &buffer);
   storage_.push_back(buffer);
   // An empty store is not allowed; 16 bytes are a texel of any format.
-  glNamedBufferStorage(buffer, GLsizeiptr(std::max<std::size_t>(bytes, 16)), bytes ? data : nullptr,
-                       0);
+  std::array<std::byte, 16> padded{};
+  if (bytes > 0 && bytes < padded.size()) std::memcpy(padded.data(), data, bytes);
+  if (bytes < padded.size()) data = padded.data();
+  glNamedBufferStorage(buffer, GLsizeiptr(std::max(bytes, padded.size())), data, 0);
   glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
   glTextureBuffer(texture, format, buffer);
   return texture;

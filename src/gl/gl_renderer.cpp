@@ -34,10 +34,10 @@ double processor_ms() {
 
 /// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
 /// draws wait for each other.
-int next_side(int side, double tile_ms) {
+int next_side(int side, double tile_ms, double wanted_ms) {
   constexpr int smallest = 16, largest = 1024;
-  if (tile_ms > 2000) return std::max(side / 2, smallest);
-  if (tile_ms < 400) return std::min(side * 2, largest);
+  if (tile_ms > 2 * wanted_ms) return std::max(side / 2, smallest);
+  if (tile_ms < 0.4 * wanted_ms) return std::min(side * 2, largest);
   return side;
 }
 
@@ -145,7 +145,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   if (!impl.density || impl.filter != view.scene.filter)
     throw Error(ExitCode::failure, "render needs an upload for the same filter");
 
-  MarchSetup setup = make_march_setup(view, *impl.atlas);
+  MarchSetup setup = make_march_setup(view, *impl.atlas, options.may_update_tables);
   setup.constants.count_steps = options.count;
   setup.constants.find_depth = options.depth;
   const int pass_turns = max_turns ? max_turns : gl::turns_per_pass(setup);
@@ -175,7 +175,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   for (int i = 0; i < 4; ++i)
     if (grids[i]) grids[i]->bind(march.grid_unit(i));
 
-  int side = variant.resumable ? 64 : 256;
+  int side = variant.resumable || options.tile_ms < 100 ? 64 : 256;
   auto target = std::make_unique<gl::TileTarget>(side, variant.resumable);
   // Drivers compile at the first draw: one pixel, so that the march's time is the march's.
   target->bind(0);
@@ -231,11 +231,12 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
         film.set(x + k % width, y + k / width, sums[std::size_t(k)]);
       slowest_ms = std::max(slowest_ms, milliseconds_since(tile_start));
       pixels_done += sums.size();
+      if (options.tile) options.tile({x, y, width, height, film.picture()});
       if (options.progress)
         options.progress(double(pixels_done) / (double(size.x) * double(size.y)));
     }
     y += height;
-    const int next = next_side(side, slowest_ms);
+    const int next = next_side(side, slowest_ms, options.tile_ms);
     if (next != side && y < size.y) {
       side = next;
       target = std::make_unique<gl::TileTarget>(side, variant.resumable);

@@ -29,6 +29,9 @@ class Film {
   /// most samples have one, else +Inf.
   void set(int x, int y, const PixelSums& sums);
 
+  /// R G B A as set so far, row-major.
+  const float* picture() const { return picture_; }
+
   /// The picture; adds its counts to `stats`.
   Image finish(RenderStats& stats);
 

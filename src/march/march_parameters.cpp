@@ -192,12 +192,13 @@ double longest_segment(const Field& field, int segments, double unit) {
 }
 
 /// The table of `preintegrated`, appended to the tables.
-void place_preintegration(const View& view, double unit, MarchSetup& setup) {
+void place_preintegration(const View& view, double unit, bool may_update, MarchSetup& setup) {
   MarchParameters& p = setup.parameters;
   const bool uniform = setup.constants.uniform_sampling && !setup.constants.template_sampling;
   const double length =
       uniform ? p.step : longest_segment(*view.medium.density, view.scene.segments, unit);
-  setup.preintegration = preintegrated_table(*view.medium.transfer, p.extinction, length, uniform);
+  setup.preintegration =
+      preintegrated_table(*view.medium.transfer, p.extinction, length, uniform, may_update);
   const PreintegratedTable& table = *setup.preintegration;
   p.preintegration_first = int(setup.tables.size());
   p.preintegration_size = table.size();
@@ -209,7 +210,7 @@ void place_preintegration(const View& view, double unit, MarchSetup& setup) {
 
 }  // namespace
 
-MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
+MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas, bool may_update_tables) {
   const Scene& scene = view.scene;
   const Medium& medium = view.medium;
   if (medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
@@ -287,7 +288,8 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas) {
     c.transfer = true;
     c.split_knots = scene.split_knots || c.cell_rule;
     place_transfer(*medium.transfer, setup);
-    if (rule.id == Integrator::preintegrated) place_preintegration(view, unit, setup);
+    if (rule.id == Integrator::preintegrated)
+      place_preintegration(view, unit, may_update_tables, setup);
     if (medium.gradient && atlas.gradient)
       place_gradient(*medium.transfer, *atlas.gradient, bundle.origin, setup);
     const Box own = medium.density->domain();

@@ -181,21 +181,26 @@ double PreintegratedTable::error_bound() const {
 
 std::shared_ptr<const PreintegratedTable> preintegrated_table(const TransferFunction& function,
                                                               double extinction, double max_length,
-                                                              bool constant_length) {
+                                                              bool constant_length,
+                                                              bool may_update) {
   static std::mutex mutex;
   static std::shared_ptr<PreintegratedTable> last;
+  static bool last_was_updated = false;
   const std::lock_guard lock(mutex);
   const std::vector<TransferPoint>& points = function.points();
   const double depth =
       extinction * max_length * function.max_attenuation(points.front().value, points.back().value);
   const int layers = constant_length ? 1 : layers_for(depth);
-  if (!last || last->extinction() != extinction || last->max_length() != max_length ||
-      last->layers() != layers) {
+  const bool same_shape = last && last->extinction() == extinction &&
+                          last->max_length() == max_length && last->layers() == layers;
+  if (same_shape && last->function() == function && (may_update || !last_was_updated)) return last;
+  if (same_shape && may_update) {
+    if (last.use_count() > 1) last = std::make_shared<PreintegratedTable>(*last);
+    last_was_updated = last->update(function);
+  } else {
     last = std::make_shared<PreintegratedTable>(function, extinction, max_length,
                                                 PreintegratedTable::Shape{0, layers});
-  } else if (!(last->function() == function)) {
-    if (last.use_count() > 1) last = std::make_shared<PreintegratedTable>(*last);
-    last->update(function);
+    last_was_updated = false;
   }
   return last;
 }

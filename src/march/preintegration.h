@@ -73,10 +73,12 @@ class PreintegratedTable {
   std::vector<glm::vec4> entries_;
 };
 
-/// The table of a medium: the process's last one is kept, and updated where only its function
-/// differs. `constant_length`: most segments have max_length.
+/// The table of a medium: the process's last one is kept. `constant_length`: most segments have
+/// max_length. `may_update`: where only the function differs, the last one is updated instead of
+/// building one anew, which is the same in every process.
 std::shared_ptr<const PreintegratedTable> preintegrated_table(const TransferFunction& function,
                                                               double extinction, double max_length,
-                                                              bool constant_length);
+                                                              bool constant_length,
+                                                              bool may_update);
 
 }  // namespace psivox

@@ -1,0 +1,38 @@
+#include "view/command_text.h"
+
+#include "psivox/parameters.h"
+
+namespace psivox::view {
+namespace {
+
+std::string quoted(const std::string& word) {
+  constexpr const char* plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./,:=+@%";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+}  // namespace
+
+std::vector<std::string> render_arguments(const Scene& scene, const std::string& output) {
+  const Scene defaults;
+  std::vector<std::string> arguments = {"--output=" + output};
+  for (const Parameter& p : parameters()) {
+    const std::string text = parameter_text(scene, p);
+    if (p.positional || text == parameter_text(defaults, p)) continue;
+    arguments.push_back("--" + p.name + "=" + text);
+  }
+  // after --, since a file's name may begin with a dash
+  arguments.insert(arguments.end(), {"--", scene.input});
+  return arguments;
+}
+
+std::string render_command_line(const Scene& scene, const std::string& output) {
+  std::string line = "psivox render";
+  for (const std::string& word : render_arguments(scene, output)) line += " " + quoted(word);
+  return line;
+}
+
+}  // namespace psivox::view

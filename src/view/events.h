@@ -1,0 +1,21 @@
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <string>
+#include <vector>
+
+namespace psivox::view {
+
+/// What a hand does to the window, or a test in its place. Codes are GLFW's; places and sizes are
+/// pixels of the framebuffer, from the top left.
+struct Event {
+  enum class Kind { move, button, wheel, key, text, drop, close };
+  Kind kind = Kind::move;
+  glm::dvec2 place{0};  ///< of the pointer; of a wheel: its notches
+  int code = 0;         ///< button, key or character
+  bool down = false;
+  int modifiers = 0;
+  std::vector<std::string> files{};  ///< dropped
+};
+
+}  // namespace psivox::view

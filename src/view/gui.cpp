@@ -1,0 +1,127 @@
+#include "view/gui.h"
+
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace psivox::view {
+namespace {
+
+constexpr int key_map[][2] = {{ImGuiKey_Tab, GLFW_KEY_TAB},
+                              {ImGuiKey_LeftArrow, GLFW_KEY_LEFT},
+                              {ImGuiKey_RightArrow, GLFW_KEY_RIGHT},
+                              {ImGuiKey_UpArrow, GLFW_KEY_UP},
+                              {ImGuiKey_DownArrow, GLFW_KEY_DOWN},
+                              {ImGuiKey_PageUp, GLFW_KEY_PAGE_UP},
+                              {ImGuiKey_PageDown, GLFW_KEY_PAGE_DOWN},
+                              {ImGuiKey_Home, GLFW_KEY_HOME},
+                              {ImGuiKey_End, GLFW_KEY_END},
+                              {ImGuiKey_Delete, GLFW_KEY_DELETE},
+                              {ImGuiKey_Backspace, GLFW_KEY_BACKSPACE},
+                              {ImGuiKey_Space, GLFW_KEY_SPACE},
+                              {ImGuiKey_Enter, GLFW_KEY_ENTER},
+                              {ImGuiKey_Escape, GLFW_KEY_ESCAPE},
+                              {ImGuiKey_KeyPadEnter, GLFW_KEY_KP_ENTER},
+                              {ImGuiKey_A, GLFW_KEY_A},
+                              {ImGuiKey_C, GLFW_KEY_C},
+                              {ImGuiKey_V, GLFW_KEY_V},
+                              {ImGuiKey_X, GLFW_KEY_X},
+                              {ImGuiKey_Y, GLFW_KEY_Y},
+                              {ImGuiKey_Z, GLFW_KEY_Z}};
+
+std::string& clipboard_text() {
+  static std::string text;
+  return text;
+}
+
+}  // namespace
+
+Gui::Gui(Window& window) : scale_(window.scale()) {
+  ImGui::CreateContext();
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;
+  io.LogFilename = nullptr;
+  for (const auto& [key, code] : key_map) io.KeyMap[key] = code;
+  io.ClipboardUserData = &window;
+  io.GetClipboardTextFn = [](void* user) {
+    clipboard_text() = static_cast<Window*>(user)->clipboard();
+    return clipboard_text().c_str();
+  };
+  io.SetClipboardTextFn = [](void* user, const char* text) {
+    static_cast<Window*>(user)->set_clipboard(text);
+  };
+  ImFontConfig font;
+  font.SizePixels = static_cast<float>(std::round(13 * scale_));
+  io.Fonts->AddFontDefault(&font);
+  ImGui::StyleColorsDark();
+  ImGuiStyle& style = ImGui::GetStyle();
+  style.WindowRounding = 4;
+  style.FrameRounding = 2;
+  style.Colors[ImGuiCol_WindowBg].w = 0.85f;
+  style.ScaleAllSizes(static_cast<float>(scale_));
+  ImGui_ImplOpenGL3_Init("#version 450 core");
+}
+
+Gui::~Gui() {
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui::DestroyContext();
+}
+
+void Gui::feed(const Event& event) {
+  ImGuiIO& io = ImGui::GetIO();
+  using Kind = Event::Kind;
+  switch (event.kind) {
+    case Kind::button:
+      if (event.code >= 0 && event.code < static_cast<int>(down_.size())) {
+        const auto button = static_cast<std::size_t>(event.code);
+        down_[button] = event.down;
+        pressed_[button] |= event.down;
+      }
+      [[fallthrough]];
+    case Kind::move:
+      io.MousePos = {static_cast<float>(event.place.x), static_cast<float>(event.place.y)};
+      break;
+    case Kind::wheel:
+      io.MouseWheelH += static_cast<float>(event.place.x);
+      io.MouseWheel += static_cast<float>(event.place.y);
+      break;
+    case Kind::key:
+      if (event.code >= 0 && event.code < IM_ARRAYSIZE(io.KeysDown))
+        io.KeysDown[event.code] = event.down;
+      io.KeyShift = event.modifiers & GLFW_MOD_SHIFT;
+      io.KeyCtrl = event.modifiers & GLFW_MOD_CONTROL;
+      io.KeyAlt = event.modifiers & GLFW_MOD_ALT;
+      break;
+    case Kind::text:
+      io.AddInputCharacter(static_cast<unsigned>(event.code));
+      break;
+    case Kind::drop:
+    case Kind::close:
+      break;
+  }
+}
+
+void Gui::begin_frame(const glm::ivec2& size, double seconds) {
+  ImGuiIO& io = ImGui::GetIO();
+  io.DisplaySize = {static_cast<float>(size.x), static_cast<float>(size.y)};
+  io.DeltaTime = static_cast<float>(std::max(seconds, 1e-4));
+  // A click that came and went since the last frame is seen for one.
+  for (std::size_t i = 0; i < down_.size(); ++i) io.MouseDown[i] = down_[i] || pressed_[i];
+  pressed_.fill(false);
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui::NewFrame();
+}
+
+void Gui::end_frame() {
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+bool Gui::takes_pointer() const { return ImGui::GetIO().WantCaptureMouse; }
+bool Gui::takes_keys() const { return ImGui::GetIO().WantTextInput; }
+
+}  // namespace psivox::view

@@ -1,0 +1,178 @@
+#include "view/navigation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+
+namespace psivox::view {
+namespace {
+
+/// To a multiple of a power of ten of at most `unit`.
+double rounded_to(double value, double unit) {
+  const double digits = std::pow(10.0, std::ceil(-std::log10(unit)));
+  // + 0: -0 is 0
+  return std::isfinite(digits) && digits > 0 ? std::round(value * digits) / digits + 0.0 : value;
+}
+
+glm::dvec3 rounded_to(const glm::dvec3& value, double unit) {
+  return {rounded_to(value.x, unit), rounded_to(value.y, unit), rounded_to(value.z, unit)};
+}
+
+}  // namespace
+
+void Navigation::reset(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max) {
+  const Camera camera = make_camera(scene, box_min, box_max);
+  set_box(box_min, box_max);
+  viewport_ = scene.resolution;
+  position_ = camera.position;
+  right_ = camera.right;
+  up_ = camera.up;
+  forward_ = camera.forward;
+  pivot_ = camera.target;
+  scene_up_ = scene.camera_up;
+  tangent_ = std::tan(glm::radians(horizontal_fov(scene)) / 2);
+  orthographic_ = camera.orthographic;
+  half_width_ = camera.half_width;
+  moved_ = false;
+}
+
+void Navigation::set_box(const glm::dvec3& box_min, const glm::dvec3& box_max) {
+  box_min_ = box_min;
+  box_max_ = box_max;
+}
+
+double Navigation::pivot_depth() const {
+  const double size = glm::length(box_max_ - box_min_);
+  return std::max(glm::dot(pivot_ - position_, forward_), 1e-4 * size);
+}
+
+double Navigation::half_width_at_pivot() const {
+  return orthographic_ ? half_width_ : tangent_ * pivot_depth();
+}
+
+void Navigation::apply(Scene& scene) const {
+  scene.projection = orthographic_ ? Projection::orthographic : Projection::perspective;
+  if (!moved_) return;
+  const double distance = pivot_depth();
+  const double unit = 1e-6 * distance;
+  scene.camera_position = rounded_to(position_, unit);
+  scene.camera_target = rounded_to(position_ + distance * forward_, unit);
+  // Near the poles the axis no longer says which way is up.
+  const bool pole = std::abs(glm::dot(forward_, glm::normalize(scene_up_))) > 0.999;
+  scene.camera_up = pole ? rounded_to(up_, 1e-6) : scene_up_;
+  scene.ortho_width.reset();
+  if (orthographic_) scene.ortho_width = rounded_to(2 * half_width_, 1e-6 * half_width_);
+}
+
+void Navigation::turn(const glm::dvec3& about, double angle) {
+  const glm::dmat3 rotation(glm::rotate(glm::dmat4(1), angle, about));
+  position_ = pivot_ + rotation * (position_ - pivot_);
+  forward_ = glm::normalize(rotation * forward_);
+  right_ = rotation * right_;
+  right_ = glm::normalize(right_ - glm::dot(right_, forward_) * forward_);
+  up_ = glm::cross(right_, forward_);
+  moved_ = true;
+}
+
+void Navigation::orbit(const glm::dvec2& pixels) {
+  const glm::dvec3 axis = glm::normalize(scene_up_);
+  const double per_pixel = glm::radians(180.0) / std::max(viewport_.y, 1);
+  turn(axis, -pixels.x * per_pixel);
+  const double elevation = std::asin(std::clamp(glm::dot(forward_, axis), -1.0, 1.0));
+  const double limit = glm::radians(90.0);
+  const double wanted = std::clamp(elevation - pixels.y * per_pixel, -limit, limit);
+  turn(right_, wanted - elevation);
+}
+
+void Navigation::pan(const glm::dvec2& pixels) {
+  const double per_pixel = 2 * half_width_at_pivot() / std::max(viewport_.x, 1);
+  const glm::dvec3 shift = per_pixel * (pixels.y * up_ - pixels.x * right_);
+  position_ += shift;
+  pivot_ += shift;
+  moved_ = true;
+}
+
+void Navigation::dolly(double notches) {
+  const double factor = std::pow(0.9, notches);
+  if (orthographic_)
+    half_width_ *= factor;
+  else
+    position_ += pivot_depth() * (1 - factor) * forward_;
+  moved_ = true;
+}
+
+void Navigation::fly(const glm::dvec3& speed, double seconds) {
+  const double scale = 0.5 * glm::length(box_max_ - box_min_) * seconds;
+  const glm::dvec3 shift = scale * (speed.x * right_ + speed.y * up_ + speed.z * forward_);
+  position_ += shift;
+  pivot_ += shift;
+  moved_ = true;
+}
+
+void Navigation::frame_all() {
+  constexpr double margin = 0.05;  // as make_camera leaves
+  const double aspect = static_cast<double>(viewport_.x) / std::max(viewport_.y, 1);
+  pivot_ = 0.5 * (box_min_ + box_max_);
+  double distance = 0, half = 0;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner{i & 1 ? box_max_.x : box_min_.x, i & 2 ? box_max_.y : box_min_.y,
+                            i & 4 ? box_max_.z : box_min_.z};
+    const glm::dvec3 q = corner - pivot_;
+    const double wide =
+        std::max(std::abs(glm::dot(q, right_)), std::abs(glm::dot(q, up_)) * aspect) / (1 - margin);
+    half = std::max(half, wide);
+    distance = std::max(distance, wide / tangent_ - glm::dot(q, forward_));
+  }
+  half_width_ = half;
+  position_ = pivot_ - distance * forward_;
+  moved_ = true;
+}
+
+void Navigation::look(Axis axis, bool opposite) {
+  const glm::dvec3 y = glm::normalize(scene_up_);
+  // From the front is along -Z where +Y is up, along +Y where +Z is.
+  glm::dvec3 front =
+      std::abs(y.z) > 0.9 ? glm::dvec3(0, y.z > 0 ? 1 : -1, 0) : glm::dvec3(0, 0, -1);
+  front = glm::normalize(front - glm::dot(front, y) * y);
+  const double depth = pivot_depth();
+  const double sign = opposite ? -1 : 1;
+  if (axis == Axis::front) {
+    forward_ = sign * front;
+    up_ = y;
+  } else if (axis == Axis::right) {
+    forward_ = sign * -glm::cross(front, y);
+    up_ = y;
+  } else {
+    forward_ = -sign * y;
+    up_ = sign * front;
+  }
+  right_ = glm::cross(forward_, up_);
+  position_ = pivot_ - depth * forward_;
+  moved_ = true;
+}
+
+void Navigation::toggle_projection() {
+  const double depth = pivot_depth();
+  if (orthographic_)
+    position_ += (depth - half_width_ / tangent_) * forward_;
+  else
+    half_width_ = tangent_ * depth;
+  orthographic_ = !orthographic_;
+  moved_ = true;
+}
+
+bool Navigation::project(const glm::dvec3& point, glm::dvec2& pixel) const {
+  const glm::dvec3 q = point - position_;
+  const double depth = glm::dot(q, forward_);
+  const double size = glm::length(box_max_ - box_min_);
+  if (!orthographic_ && depth < 1e-6 * size) return false;
+  const double half = orthographic_ ? half_width_ : tangent_ * depth;
+  const double pixels = 0.5 * viewport_.x / half;
+  pixel = {0.5 * viewport_.x + glm::dot(q, right_) * pixels,
+           0.5 * viewport_.y - glm::dot(q, up_) * pixels};
+  return true;
+}
+
+}  // namespace psivox::view

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "psivox/camera.h"
+
+namespace psivox::view {
+
+/// Views along an axis, as Blender's 1, 3 and 7: from the front, from the right, from above.
+enum class Axis { front, right, top };
+
+/// The camera that a hand moves: a turntable around the scene's up direction, with a pivot that
+/// need not be in the middle of the picture. Knows nothing of GL or windows; pixels are the
+/// window's.
+class Navigation {
+ public:
+  /// The scene's own camera over a volume that fills a box. Throws what make_camera throws.
+  void reset(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max);
+  /// Another volume in view of the same camera.
+  void set_box(const glm::dvec3& box_min, const glm::dvec3& box_max);
+  void set_viewport(const glm::ivec2& pixels) { viewport_ = pixels; }
+
+  /// Writes the camera into the scene, once it has been moved; numbers are rounded to a millionth
+  /// of the distance, so that they stay short on a command line.
+  void apply(Scene& scene) const;
+  bool moved() const { return moved_; }
+  /// Keeps the camera as it is from now on, whatever volume comes.
+  void hold() { moved_ = true; }
+
+  void orbit(const glm::dvec2& pixels);  ///< right and down
+  void pan(const glm::dvec2& pixels);    ///< what is at the pivot's depth follows the pointer
+  void dolly(double notches);            ///< towards the pivot's depth; each a tenth of the way
+  /// Along right, up and forward; unit speed crosses the box in two seconds.
+  void fly(const glm::dvec3& speed, double seconds);
+  /// Keeps the direction; the whole box is in frame.
+  void frame_all();
+  /// Keeps the pivot and its distance; `opposite`: from the back, the left, below.
+  void look(Axis axis, bool opposite);
+  /// Between perspective and orthographic; what is at the pivot's depth keeps its size.
+  void toggle_projection();
+  /// What orbits turn around from now on; the picture stays.
+  void set_pivot(const glm::dvec3& point) { pivot_ = point; }
+  const glm::dvec3& pivot() const { return pivot_; }
+
+  /// Place of a world point in the window; false where it is behind the camera.
+  bool project(const glm::dvec3& point, glm::dvec2& pixel) const;
+
+ private:
+  double pivot_depth() const;
+  double half_width_at_pivot() const;
+  void turn(const glm::dvec3& about, double angle);
+
+  glm::dvec3 box_min_{-1}, box_max_{1};
+  glm::dvec3 position_{0, 0, 1}, right_{1, 0, 0}, up_{0, 1, 0}, forward_{0, 0, -1};
+  glm::dvec3 pivot_{0};
+  glm::dvec3 scene_up_{0, 1, 0};  ///< as the scene gives it: the turntable's axis
+  bool orthographic_ = false;
+  double tangent_ = 0.4;     ///< of half the horizontal field of view
+  double half_width_ = 0.4;  ///< of the orthographic picture [world units]
+  glm::ivec2 viewport_{1280, 720};
+  bool moved_ = false;
+};
+
+}  // namespace psivox::view

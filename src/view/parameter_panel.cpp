@@ -1,0 +1,207 @@
+#include "view/parameter_panel.h"
+
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+
+namespace psivox::view {
+namespace {
+
+/// Chosen by the window, at the start, or not by a hand at all.
+constexpr const char* left_out[] = {"input", "resolution", "device"};
+
+std::vector<std::string> words_of(const std::string& text, char separator) {
+  std::vector<std::string> words;
+  std::istringstream in(text);
+  for (std::string word; std::getline(in, word, separator);) words.push_back(word);
+  return words;
+}
+
+std::string help_of(const Parameter& p) {
+  std::string text = "--" + p.name + ": " + p.help;
+  if (!p.unit.empty()) text += " [" + p.unit + "]";
+  return text + "\ndefault: " + p.default_text;
+}
+
+bool choose(const char* label, std::string& text, const std::vector<std::string>& words) {
+  bool changed = false;
+  if (!ImGui::BeginCombo(label, text.c_str())) return false;
+  for (const std::string& word : words)
+    if (ImGui::Selectable(word.c_str(), word == text)) {
+      changed = word != text;
+      text = word;
+    }
+  ImGui::EndCombo();
+  return changed;
+}
+
+std::string digits(double value) {
+  std::ostringstream out;
+  out.precision(4);
+  out << value;
+  return out.str();
+}
+
+/// A number that is dragged by parts of itself.
+bool drag(const char* label, std::string& text, double value, const Range& range) {
+  const double size = std::max(std::abs(value), 1e-3);
+  const double low = range.min, high = range.max;
+  double now = value;
+  // ImGui takes bounds of doubles only within half their range
+  const double least = std::max(low, -1e30), most = std::min(high, 1e30);
+  if (!ImGui::DragScalar(label, ImGuiDataType_Double, &now, static_cast<float>(0.01 * size), &least,
+                         &most, "%.5g"))
+    return false;
+  if (range.min_open && now <= low) now = std::max(low + 1e-3 * size, 0.5 * (low + value));
+  if (range.max_open && now >= high) now = 0.5 * (high + value);
+  text = digits(now);
+  return true;
+}
+
+bool colour(const char* label, std::string& text, const glm::dvec3& value) {
+  float rgb[3] = {static_cast<float>(value.x), static_cast<float>(value.y),
+                  static_cast<float>(value.z)};
+  if (!ImGui::ColorEdit3(label, rgb, ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR))
+    return false;
+  text = digits(std::max(rgb[0], 0.0f)) + "," + digits(std::max(rgb[1], 0.0f)) + "," +
+         digits(std::max(rgb[2], 0.0f));
+  return true;
+}
+
+bool type_text(const char* label, std::string& text) {
+  return ImGui::InputText(label, &text, ImGuiInputTextFlags_EnterReturnsTrue);
+}
+
+/// A number that is left open: a button closes it.
+bool close_open(const Parameter& p, std::string& text, double start) {
+  const std::string button = p.unset + "##" + p.name;
+  const bool pressed = ImGui::Button(button.c_str(), {ImGui::CalcItemWidth(), 0});
+  ImGui::SameLine(0, ImGui::GetStyle().ItemInnerSpacing.x);
+  ImGui::TextUnformatted(p.name.c_str());
+  if (pressed) text = digits(start);
+  return pressed;
+}
+
+double start_of(const Parameter& p, const ParameterChoices& choices) {
+  if (p.name == "extinction") return choices.extinction;
+  return p.name == "fov" ? 44.8 : 1;
+}
+
+/// The widget for a value of type T, null where it is left open.
+template <typename T>
+bool edit_value(const Parameter& p, const T* value, const ParameterChoices& choices,
+                std::string& text) {
+  const char* label = p.name.c_str();
+  if constexpr (std::is_same_v<T, bool>) {
+    bool on = *value;
+    const bool done = ImGui::Checkbox(label, &on);
+    text = on ? "true" : "false";
+    return done;
+  } else if constexpr (std::is_enum_v<T>) {
+    std::vector<std::string> words = words_of(p.metavar, '|');
+    if (!p.unset.empty()) words.insert(words.begin(), p.unset);
+    return choose(label, text, words);
+  } else if constexpr (std::is_same_v<T, int>) {
+    int now = *value;
+    const bool done =
+        ImGui::DragInt(label, &now, 0.1f, static_cast<int>(p.range.min),
+                       static_cast<int>(p.range.max), "%d", ImGuiSliderFlags_AlwaysClamp);
+    text = std::to_string(now);
+    return done;
+  } else if constexpr (std::is_same_v<T, double>) {
+    return value ? drag(label, text, *value, p.range) : close_open(p, text, start_of(p, choices));
+  } else if constexpr (std::is_same_v<T, glm::dvec3>) {
+    if (value && p.metavar == "R,G,B") return colour(label, text, *value);
+    return type_text(label, text);
+  } else {
+    if (p.metavar != "NAME") return type_text(label, text);
+    std::vector<std::string> words(choices.grids.begin(), choices.grids.end());
+    words.insert(words.begin(), "");
+    return choose(label, text, words);
+  }
+}
+
+bool edit_text(const Parameter& p, const Scene& scene, const ParameterChoices& choices,
+               std::string& text) {
+  const auto held = [&](auto member) {
+    const auto& value = scene.*member;
+    if constexpr (requires { value.has_value(); })
+      return edit_value(p, value ? &*value : nullptr, choices, text);
+    else
+      return edit_value(p, &value, choices, text);
+  };
+  return std::visit(held, p.member);
+}
+
+bool set_text(Scene& scene, const Parameter& p, const std::string& text,
+              const std::function<void(const std::string&)>& refuse) {
+  try {
+    Scene next = scene;
+    const Setting setting{p.name, text};
+    apply_over(next, {&setting, 1});
+    validate(next);
+    scene = next;
+    return true;
+  } catch (const Error& error) {
+    refuse(error.what());
+    return false;
+  }
+}
+
+/// The widget of one parameter, and what takes it back to its default.
+bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& choices,
+                    const Refuse& refuse) {
+  static const Scene defaults;
+  const std::string current = parameter_text(scene, p);
+  std::string text = current;
+  bool done = edit_text(p, scene, choices, text);
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", help_of(p).c_str());
+  const std::string usual = parameter_text(defaults, p);
+  if (current != usual) {
+    ImGui::SameLine();
+    if (ImGui::SmallButton(("x##" + p.name).c_str())) {
+      text = usual;
+      done = true;
+    }
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("back to the default");
+  }
+  return done && text != current && set_text(scene, p, text, refuse);
+}
+
+}  // namespace
+
+bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse) {
+  bool changed = false, open = false;
+  std::string group;
+  ImGui::PushItemWidth(0.45f * ImGui::GetWindowWidth());
+  for (const Parameter& p : parameters()) {
+    if (std::find(std::begin(left_out), std::end(left_out), p.name) != std::end(left_out)) continue;
+    if (p.group != group) {
+      group = p.group;
+      const bool wide = group == "Medium" || group == "March";
+      open = ImGui::CollapsingHeader(group.c_str(), wide ? ImGuiTreeNodeFlags_DefaultOpen : 0);
+    }
+    if (open) changed |= edit_parameter(scene, p, choices, refuse);
+  }
+  ImGui::PopItemWidth();
+  return changed;
+}
+
+bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse,
+                     std::span<const char* const> names) {
+  bool changed = false;
+  ImGui::PushItemWidth(0.45f * ImGui::GetWindowWidth());
+  for (const char* name : names)
+    if (const Parameter* p = find_parameter(name))
+      changed |= edit_parameter(scene, *p, choices, refuse);
+  ImGui::PopItemWidth();
+  return changed;
+}
+
+}  // namespace psivox::view

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
+
+#include "gl/program.h"
+#include "view/picture_maker.h"
+
+namespace psivox::view {
+
+/// How two pictures are shown.
+enum class Comparison { none, wipe, difference };
+
+/// How radiance becomes what the screen shows; the scene knows nothing of it.
+struct DisplaySettings {
+  Comparison comparison = Comparison::none;
+  double divider = 0.5;  ///< part of the width
+  double exposure = 0;   ///< powers of 2
+  double gain = 10;      ///< of a difference
+  glm::dvec3 background{0};
+  bool operator==(const DisplaySettings&) const = default;
+};
+
+/// A texture that is drawn into, and from.
+struct Screen {
+  GLuint texture = 0, framebuffer = 0;
+  glm::ivec2 size{0};
+};
+
+/// The pictures on the GPU of the window's context, and how they are shown. Radiance is encoded
+/// once, in the picture's own resolution: on a software renderer the screen's pixels are dear.
+class PictureDisplay {
+ public:
+  /// Throws Error(graphics).
+  PictureDisplay();
+  ~PictureDisplay();
+  PictureDisplay(const PictureDisplay&) = delete;
+  PictureDisplay& operator=(const PictureDisplay&) = delete;
+
+  void set_preview(const PreviewPicture& picture);
+  /// Of a picture of that size, whose parts so far are kept if it is the same wish's.
+  void add_part(const ExactPart& part, const glm::ivec2& size);
+  /// The exact picture as far as it is there, if it is of that wish; alpha is -1 where it is not.
+  const Image* exact(std::uint64_t number, std::size_t side) const;
+
+  /// Fills the window.
+  void draw(const glm::ivec2& size, const DisplaySettings& settings);
+  /// Builds the shader anew from its folder. Throws Error(graphics), and keeps the old one.
+  void reload_shader();
+
+ private:
+  struct Side {
+    GLuint preview = 0, exact = 0;
+    glm::ivec2 preview_size{0}, exact_size{0};
+    std::uint64_t number = 0;  ///< of the wish that `exact` is of; 0: none
+    Image image;               ///< the same as exact
+    Screen encoded;            ///< the preview as the screen shows it
+  };
+  struct Part {
+    std::size_t side;
+    glm::ivec2 origin, size;
+  };
+  void begin_exact(Side& side, std::uint64_t number, const glm::ivec2& size);
+  void encode(GLuint picture, GLuint other, const Screen& to, const glm::ivec2& origin,
+              const glm::ivec2& size);
+  void encode_previews();
+  void show_previews(GLuint framebuffer, const glm::ivec2& size, bool flipped);
+  void encode_exact(const Part& part);
+
+  std::array<Side, 2> sides_;
+  Screen screen_;  ///< previews, and over them what is exact
+  std::unique_ptr<gl::Program> program_;
+  GLuint vertex_array_ = 0;
+  DisplaySettings settings_;
+  bool stale_ = true;          ///< screen_ has to be made anew
+  std::vector<Part> pending_;  ///< parts that screen_ lacks
+};
+
+}  // namespace psivox::view

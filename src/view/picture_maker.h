@@ -1,0 +1,120 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "psivox/image.h"
+#include "psivox/renderer.h"
+#include "view/pace.h"
+#include "view/shown_layer.h"
+#include "view/volume.h"
+
+namespace psivox::view {
+
+/// What the window wants to see: one scene, or two for a comparison, of one volume.
+struct PictureWish {
+  std::uint64_t number = 0;
+  std::shared_ptr<Volume> volume;
+  std::vector<Scene> scenes;
+  ShownLayer layer = ShownLayer::picture;
+};
+
+/// A picture while things move, smaller than the window.
+struct PreviewPicture {
+  std::uint64_t number = 0;  ///< of its wish
+  std::size_t side = 0;      ///< index of its scene
+  Image image;
+  Rung rung;
+  double ms = 0;
+};
+
+/// A part of the exact picture.
+struct ExactPart {
+  std::uint64_t number = 0;
+  std::size_t side = 0;
+  glm::ivec2 origin{0}, size{0};
+  std::vector<float> rgba;
+};
+
+/// What the thread has made since it was last asked.
+struct PictureNews {
+  std::vector<PreviewPicture> previews;  ///< the last of each side
+  std::vector<ExactPart> parts;          ///< of one wish
+  std::optional<std::uint64_t> refined;  ///< the wish whose exact pictures are complete
+  double refine_ms = 0;
+  std::optional<double> estimated_rms;  ///< of the left exact picture, where its march was planned
+  std::optional<glm::dvec2> layer_range;  ///< values at the ends of a layer's colours
+  std::optional<glm::dvec3> picked;       ///< point under the pointer; see pick()
+  std::vector<std::string> errors;
+  std::exception_ptr fatal;  ///< why nothing can be drawn on this machine
+  std::string renderer;      ///< once known
+};
+
+/// Draws in a thread of its own, by the renderer of `psivox render` in a context of its own, so
+/// that the window answers whatever the march, its compiler or an upload take, and so that the
+/// exact picture is that of the command. While wishes change it draws previews at its pace, and
+/// once none has come for a moment it refines.
+class PictureMaker {
+ public:
+  struct Options {
+    double budget_ms = 33;
+    int device = -1;
+    bool debug = false;  ///< KHR_debug: messages become errors
+  };
+
+  PictureMaker(const Options& options, std::function<void()> on_news);
+  ~PictureMaker();
+  PictureMaker(const PictureMaker&) = delete;
+  PictureMaker& operator=(const PictureMaker&) = delete;
+
+  /// Replaces the last wish.
+  void wish(PictureWish wish);
+  /// Where the ray through a pixel (its centre at +0.5) meets what hides what lies behind it.
+  void pick(const glm::dvec2& pixel);
+  /// Builds the shaders anew from their folder.
+  void reload_shaders();
+  PictureNews news();
+  /// Stage and part of what takes longer than a picture; nullopt: nothing does.
+  std::optional<std::pair<std::string, double>> progress() const;
+
+ private:
+  void run(const std::stop_token& stop);
+  void serve(const std::stop_token& stop);
+  void make(const PictureWish& wish, const std::stop_token& stop);
+  void bring_up(Volume& volume, Filter filter);
+  void draw_previews(const PictureWish& wish);
+  void refine(const PictureWish& wish);
+  View planned(View view, const MediumAtlas& atlas);
+  Image on_processor(const Volume& volume, const Scene& scene, const RenderOptions& options);
+  void refine_side(const PictureWish& wish, std::size_t side);
+  void find_picked(const PictureWish& wish, const glm::dvec2& pixel);
+  void renew_renderer();
+  void stage(const std::string& name, double fraction);
+  void check_current(std::uint64_t number) const;
+  void report(const std::string& error);
+
+  Options options_;
+  std::function<void()> on_news_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::optional<PictureWish> wish_;
+  std::optional<glm::dvec2> pick_;
+  bool reload_ = false;
+  std::atomic<std::uint64_t> newest_{0};
+  std::atomic<bool> interrupted_{false};  ///< a pick or a reload does not wait for a refinement
+  PictureNews news_;
+  std::optional<std::pair<std::string, double>> progress_;
+
+  // the thread's own
+  std::unique_ptr<GlRenderer> renderer_;
+  std::shared_ptr<Volume> uploaded_;
+  Filter uploaded_filter_ = Filter::exact;
+  Pace pace_;
+  std::jthread thread_;
+};
+
+}  // namespace psivox::view

@@ -1,0 +1,276 @@
+#include "view/transfer_editor.h"
+
+#include <imgui.h>
+#include <imgui_stdlib.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include "psivox/parameters.h"
+#include "psivox/text_file.h"
+
+namespace psivox::view {
+namespace {
+
+namespace fs = std::filesystem;
+
+ImU32 screen_colour(const glm::dvec3& linear) {
+  const auto encoded = [](double v) {
+    v = std::clamp(v, 0.0, 1.0);
+    return static_cast<float>(v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055);
+  };
+  return ImGui::GetColorU32(ImVec4(encoded(linear.x), encoded(linear.y), encoded(linear.z), 1));
+}
+
+ImVec2 at(const glm::dvec2& p) { return {static_cast<float>(p.x), static_cast<float>(p.y)}; }
+
+/// What a volume without a function shows: the value itself, and a colour to begin with.
+std::vector<TransferPoint> identity(const Histogram& histogram) {
+  const double middle = 0.5 * (histogram.min + histogram.max);
+  return {{histogram.min, std::max(histogram.min, 0.0), {0.1, 0.2, 0.9}},
+          {middle, std::max(middle, 0.0), {1, 0.7, 0.2}},
+          {histogram.max, std::max(histogram.max, 0.0), {1, 1, 1}}};
+}
+
+double three_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return std::strtod(text, nullptr);
+}
+
+/// Throws Error(usage) where the rest of the scene needs or refuses a function.
+void name_function(Scene& scene, const std::string& path) {
+  Scene next = scene;
+  const Setting setting{"transfer-function", path};
+  apply_over(next, {&setting, 1});
+  validate(next);
+  scene = next;
+}
+
+/// A file of that name that does not exist yet.
+std::string unused_name(const std::string& stem) {
+  for (int i = 1;; ++i) {
+    std::string name = stem + (i > 1 ? "-" + std::to_string(i) : "") + ".json";
+    if (!fs::exists(name)) return name;
+  }
+}
+
+}  // namespace
+
+TransferEditor::TransferEditor()
+    : own_file_(
+          (fs::temp_directory_path() / ("psivox-transfer-" + std::to_string(getpid()) + ".json"))
+              .string()) {}
+
+TransferEditor::~TransferEditor() {
+  std::error_code ignored;
+  fs::remove(own_file_, ignored);
+}
+
+void TransferEditor::take(const Volume& volume, const Scene& scene) {
+  if (dragging_ || taken_from_ == volume.key || volume.scene.transfer_function == own_file_) return;
+  taken_from_ = volume.key;
+  selected_ = -1;
+  const auto& function = volume.function;
+  points_ = function && !function->has_gradient() ? function->points() : identity(volume.histogram);
+  has_color_ = !function || function->has_color() || scene.luminance_grid.empty();
+  low_ = std::min(volume.histogram.min, points_.front().value);
+  high_ = std::max(volume.histogram.max, points_.back().value);
+  // A jump's point beyond the data, or a map's, need not be on the canvas.
+  top_ = 0;
+  for (const TransferPoint& p : points_) top_ = std::max(top_, p.attenuation);
+  top_ = top_ > 0 ? 1.15 * top_ : 1;
+}
+
+glm::dvec2 TransferEditor::pixel_of(const TransferPoint& point) const {
+  return canvas_ + canvas_size_ * glm::dvec2((point.value - low_) / (high_ - low_),
+                                             1 - point.attenuation / top_);
+}
+
+TransferPoint TransferEditor::point_at(const glm::dvec2& pixel) const {
+  const glm::dvec2 part = (pixel - canvas_) / canvas_size_;
+  TransferPoint point;
+  point.value = low_ + std::clamp(part.x, 0.0, 1.0) * (high_ - low_);
+  point.attenuation = std::clamp(1 - part.y, 0.0, 1.0) * top_;
+  return point;
+}
+
+std::optional<glm::dvec2> TransferEditor::place_of(std::size_t point) const {
+  if (point >= points_.size() || canvas_size_.x <= 0) return std::nullopt;
+  return pixel_of(points_[point]);
+}
+
+void TransferEditor::draw_histogram(const Histogram& histogram) const {
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const double bins = static_cast<double>(histogram.counts.size());
+  const double most = *std::max_element(histogram.counts.begin(), histogram.counts.end());
+  for (int x = 0; x < static_cast<int>(canvas_size_.x) && most > 0; ++x) {
+    const double value = low_ + (x + 0.5) / canvas_size_.x * (high_ - low_);
+    const double bin = bins * (value - histogram.min) / (histogram.max - histogram.min);
+    if (bin < 0 || bin >= bins) continue;
+    // logarithmic, since a few values have nearly all voxels
+    const double part =
+        std::log1p(histogram.counts[static_cast<std::size_t>(bin)]) / std::log1p(most);
+    list.AddRectFilled(at({canvas_.x + x, canvas_.y + canvas_size_.y * (1 - 0.9 * part)}),
+                       at({canvas_.x + x + 1, canvas_.y + canvas_size_.y}),
+                       IM_COL32(70, 74, 84, 255));
+  }
+}
+
+bool TransferEditor::draw_canvas(const Histogram& histogram) {
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  const float width = std::max(ImGui::GetContentRegionAvail().x, 50.0f);
+  const float height = 0.45f * width;
+  canvas_ = {corner.x, corner.y};
+  canvas_size_ = {width, height};
+  ImGui::InvisibleButton("canvas", {width, height},
+                         ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
+  const bool hovered = ImGui::IsItemHovered();
+  const bool changed = drag_points(hovered);
+
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  list.AddRectFilled(corner, {corner.x + width, corner.y + height}, IM_COL32(20, 20, 24, 255));
+  draw_histogram(histogram);
+  list.PushClipRect(corner, {corner.x + width, corner.y + height}, true);
+  for (std::size_t i = 0; i + 1 < points_.size(); ++i)
+    list.AddLine(at(pixel_of(points_[i])), at(pixel_of(points_[i + 1])),
+                 IM_COL32(230, 230, 230, 255), 1.5f);
+  list.AddLine(at({canvas_.x, pixel_of(points_.front()).y}), at(pixel_of(points_.front())),
+               IM_COL32(150, 150, 150, 255));
+  list.AddLine(at(pixel_of(points_.back())), at({canvas_.x + width, pixel_of(points_.back()).y}),
+               IM_COL32(150, 150, 150, 255));
+  list.PopClipRect();
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const bool chosen = static_cast<int>(i) == selected_;
+    list.AddCircleFilled(at(pixel_of(points_[i])), chosen ? 7.0f : 5.0f,
+                         screen_colour(has_color_ ? points_[i].color : glm::dvec3(0.8)));
+    list.AddCircle(at(pixel_of(points_[i])), chosen ? 7.0f : 5.0f, IM_COL32(255, 255, 255, 255));
+  }
+  return changed;
+}
+
+bool TransferEditor::drag_points(bool hovered) {
+  const ImGuiIO& io = ImGui::GetIO();
+  const glm::dvec2 mouse{io.MousePos.x, io.MousePos.y};
+  const auto nearest = [&] {
+    int found = -1;
+    double best = 10;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const glm::dvec2 d = pixel_of(points_[i]) - mouse;
+      if (std::hypot(d.x, d.y) < best) {
+        best = std::hypot(d.x, d.y);
+        found = static_cast<int>(i);
+      }
+    }
+    return found;
+  };
+  bool changed = false;
+  if (hovered && ImGui::IsMouseClicked(ImGuiMouseButton_Right)) {
+    const int hit = nearest();
+    if (hit >= 0 && points_.size() > 2) {
+      points_.erase(points_.begin() + hit);
+      selected_ = -1;
+      return true;
+    }
+  }
+  if (hovered && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
+    selected_ = nearest();
+    if (selected_ < 0) {
+      TransferPoint added = point_at(mouse);
+      const auto next =
+          std::upper_bound(points_.begin(), points_.end(), added.value,
+                           [](double v, const TransferPoint& p) { return v < p.value; });
+      added.color = next != points_.end() ? next->color : points_.back().color;
+      selected_ = static_cast<int>(points_.insert(next, added) - points_.begin());
+      changed = true;
+    }
+    dragging_ = true;
+  }
+  if (!dragging_) return changed;
+  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
+    dragging_ = false;
+    return changed;
+  }
+  if (selected_ >= 0 && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
+    const auto i = static_cast<std::size_t>(selected_);
+    TransferPoint moved = point_at(mouse);
+    moved.color = points_[i].color;
+    if (i > 0) moved.value = std::max(moved.value, points_[i - 1].value);
+    if (i + 1 < points_.size()) moved.value = std::min(moved.value, points_[i + 1].value);
+    points_[i] = moved;
+    changed = true;
+  }
+  return changed;
+}
+
+bool TransferEditor::draw_selected() {
+  if (selected_ < 0 || selected_ >= static_cast<int>(points_.size())) {
+    ImGui::TextWrapped("click: add a point; drag: move it; right click: remove it");
+    return false;
+  }
+  TransferPoint& point = points_[static_cast<std::size_t>(selected_)];
+  bool changed = false;
+  float rgb[3] = {static_cast<float>(point.color.x), static_cast<float>(point.color.y),
+                  static_cast<float>(point.color.z)};
+  if (has_color_ && ImGui::ColorEdit3("colour", rgb, ImGuiColorEditFlags_Float)) {
+    for (int c = 0; c < 3; ++c) point.color[c] = std::max(rgb[c], 0.0f);
+    changed = true;
+  }
+  double attenuation = point.attenuation;
+  const double least = 0, most = 1e30;
+  if (ImGui::DragScalar("attenuation", ImGuiDataType_Double, &attenuation,
+                        static_cast<float>(0.005 * top_), &least, &most, "%.5g")) {
+    point.attenuation = std::max(attenuation, 0.0);
+    top_ = std::max(top_, 1.15 * point.attenuation);
+    changed = true;
+  }
+  ImGui::Text("value %.5g", point.value);
+  return changed;
+}
+
+void TransferEditor::write(Scene& scene) {
+  write_text(own_file_, to_json(TransferFunction(points_, has_color_)));
+  name_function(scene, own_file_);
+}
+
+bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
+  take(volume, scene);
+  enum class Action { none, edit, load, save, clear } action = Action::none;
+  if (ImGui::Begin("Transfer function", &open)) {
+    const bool dragged = draw_canvas(volume.histogram);
+    if (draw_selected() || dragged) action = Action::edit;
+    ImGui::InputText("file", &path_);
+    if (ImGui::Button("load")) action = Action::load;
+    ImGui::SameLine();
+    if (ImGui::Button("save")) action = Action::save;
+    ImGui::SameLine();
+    if (!scene.transfer_function.empty() && ImGui::Button("none")) action = Action::clear;
+  }
+  ImGui::End();
+  if (action == Action::none) return false;
+  if (action == Action::edit) {
+    // Under `auto` a change of all attenuations would be undone at once.
+    if (!scene.extinction) scene.extinction = three_digits(volume.extinction);
+    write(scene);
+    return true;
+  }
+  if (action == Action::save) write_text(path_, to_json(TransferFunction(points_, has_color_)));
+  if (action == Action::load) points_ = read_transfer_function(path_).points();
+  name_function(scene, action == Action::clear ? "" : path_);
+  taken_from_.clear();
+  return true;
+}
+
+std::optional<std::string> TransferEditor::keep(Scene& scene) {
+  if (scene.transfer_function != own_file_) return std::nullopt;
+  const std::string name = unused_name("transfer");
+  write_text(name, to_json(TransferFunction(points_, has_color_)));
+  scene.transfer_function = name;
+  return name;
+}
+
+}  // namespace psivox::view

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "view/volume.h"
+
+namespace psivox::view {
+
+/// The transfer function over the histogram of the values. What a hand makes of it is a file of the
+/// viewer's own from then on, so that scene, command line and saved picture can name it.
+class TransferEditor {
+ public:
+  TransferEditor();
+  ~TransferEditor();
+  TransferEditor(const TransferEditor&) = delete;
+  TransferEditor& operator=(const TransferEditor&) = delete;
+
+  /// Draws the panel; `open` is its close button. True if the scene was changed: it names the
+  /// edited file then. Throws Error(input), Error(output) for files.
+  bool draw(Scene& scene, const Volume& volume, bool& open);
+
+  /// A scene that names the viewer's own file is given a copy of it beside the working directory's
+  /// files, which stays. Returns its name, or nothing where none was needed. Throws Error(output).
+  std::optional<std::string> keep(Scene& scene);
+
+  /// Pixels of the window that a point is drawn at, or nothing where none is (tests).
+  std::optional<glm::dvec2> place_of(std::size_t point) const;
+  std::size_t points() const { return points_.size(); }
+
+ private:
+  void take(const Volume& volume, const Scene& scene);
+  void draw_histogram(const Histogram& histogram) const;
+  bool draw_canvas(const Histogram& histogram);
+  bool drag_points(bool hovered);
+  bool draw_selected();
+  void write(Scene& scene);
+  glm::dvec2 pixel_of(const TransferPoint& point) const;
+  TransferPoint point_at(const glm::dvec2& pixel) const;
+
+  std::string own_file_;
+  std::vector<TransferPoint> points_;
+  bool has_color_ = true;
+  std::string taken_from_;  ///< key of the volume whose function it is
+  int selected_ = -1;
+  bool dragging_ = false;
+  double low_ = 0, high_ = 1, top_ = 1;  ///< of the canvas: values, and the largest attenuation
+  glm::dvec2 canvas_{0}, canvas_size_{0};
+  std::string path_ = "transfer.json";
+};
+
+}  // namespace psivox::view

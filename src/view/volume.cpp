@@ -1,0 +1,146 @@
+#include "view/volume.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <glm/ext/matrix_transform.hpp>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+
+namespace psivox::view {
+namespace {
+
+/// Parameters of the march that neither grids nor atlases depend on.
+constexpr const char* march_only[] = {
+    "lmip-threshold",  "integrator",   "sampling",     "segments",          "step",
+    "end-corrections", "connectivity", "opacity-unit", "early-termination", "filter",
+    "renderer",        "device",       "tolerance"};
+
+bool belongs_to_volume(const Parameter& p) {
+  if (p.group == "Camera" || p.group == "Picture") return false;
+  return std::find(std::begin(march_only), std::end(march_only), p.name) == std::end(march_only);
+}
+
+/// Changes when the file does.
+std::string stamp_of(const std::string& path) {
+  std::error_code missing;
+  const auto time = std::filesystem::last_write_time(path, missing);
+  if (missing) return "-";
+  return std::to_string(time.time_since_epoch().count());
+}
+
+std::string fields_key_of(const Scene& scene, int generation) {
+  std::string key = std::to_string(generation);
+  for (const char* name :
+       {"input", "grid", "strict", "luminance-grid", "temperature-grid", "emission-grid"})
+    key += "\n" + parameter_text(scene, *find_parameter(name));
+  for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
+                            scene.mode == Mode::isosurface, scene.emission_scale > 0})
+    key += choice ? "1" : "0";
+  return key;
+}
+
+void count(const Field& field, Histogram& histogram) {
+  const auto each = [&](const auto& take) {
+    for (const Leaf& leaf : field.leaves)
+      for (int i = 0; i < 512; ++i)
+        if (leaf.values[i] != 0) take(static_cast<double>(leaf.values[i]), 1.0);
+    for (const Tile& tile : field.tiles)
+      take(static_cast<double>(tile.value.x), std::pow(static_cast<double>(tile.width), 3.0));
+  };
+  double low = 0, high = 0;
+  each([&](double value, double) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  });
+  histogram.min = low;
+  histogram.max = high > low ? high : low + 1;
+  const double bins = static_cast<double>(histogram.counts.size());
+  const double scale = bins / (histogram.max - histogram.min);
+  each([&](double value, double weight) {
+    const auto bin = static_cast<std::size_t>(std::clamp((value - low) * scale, 0.0, bins - 1));
+    histogram.counts[bin] += weight;
+  });
+}
+
+/// Bounds of the domain as make_view sees it.
+void place_box(const Scene& scene, Volume& volume) {
+  Field domain;
+  domain.active_box = volume.fields.density->active_box;
+  domain.world_from_index = volume.fields.density->world_from_index;
+  if (scene.centering == Centering::cell)
+    domain.world_from_index = glm::translate(domain.world_from_index, glm::dvec3(0.5));
+  world_bounds(domain, volume.box_min, volume.box_max);
+}
+
+void collect_notices(Volume& volume) {
+  const MediumFields& fields = volume.fields;
+  for (const auto& field :
+       {fields.density, fields.luminance, fields.temperature, fields.emission}) {
+    if (!field) continue;
+    for (const std::string& notice : field->notices)
+      if (std::find(volume.notices.begin(), volume.notices.end(), notice) == volume.notices.end())
+        volume.notices.push_back(notice);
+  }
+}
+
+}  // namespace
+
+std::string volume_key(const Scene& scene, int generation) {
+  std::string key = std::to_string(generation);
+  for (const Parameter& p : parameters())
+    if (belongs_to_volume(p)) key += "\n" + parameter_text(scene, p);
+  if (!scene.transfer_function.empty()) key += "\n" + stamp_of(scene.transfer_function);
+  // A rule that applies the function to values across bricks needs more of them.
+  if (is_transfer_rule(scene.resolved_integrator()) && scene.resolved_sampling() != Sampling::cells)
+    key += "\nevery value";
+  return key;
+}
+
+std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
+                                       const std::shared_ptr<const Volume>& previous,
+                                       const StageProgress& progress, const BoxKnown& box_known) {
+  validate(scene);
+  auto volume = std::make_shared<Volume>();
+  volume->scene = scene;
+  volume->key = volume_key(scene, generation);
+  volume->fields_key = fields_key_of(scene, generation);
+  progress("reading", 0);
+  if (previous && previous->fields_key == volume->fields_key) {
+    volume->fields = previous->fields;
+    volume->grids = previous->grids;
+    volume->histogram = previous->histogram;
+  } else {
+    const VdbFile file(scene.input);
+    volume->grids = file.names();
+    volume->fields = read_fields(scene, file);
+    count(*volume->fields.density, volume->histogram);
+  }
+  collect_notices(*volume);
+  place_box(scene, *volume);
+  box_known(volume->box_min, volume->box_max);
+  progress("resolving", 0.5);
+  volume->view = make_view(scene, volume->fields);
+  volume->extinction = volume->view.medium.extinction;
+  volume->function = volume->view.medium.transfer;
+  progress("converting", 0.7);
+  volume->atlas = build_medium_atlas(volume->view);
+  progress("converting", 1);
+  return volume;
+}
+
+View view_of(const Volume& volume, const Scene& scene) {
+  return {scene, volume.view.medium, make_camera(scene, volume.box_min, volume.box_max)};
+}
+
+Scene with_medium_of(const Volume& volume, const Scene& scene) {
+  Scene mixed = volume.scene;
+  for (const Parameter& p : parameters()) {
+    if (belongs_to_volume(p)) continue;
+    std::visit([&](auto member) { mixed.*member = scene.*member; }, p.member);
+  }
+  return mixed;
+}
+
+}  // namespace psivox::view

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "psivox/medium.h"
+#include "psivox/medium_atlas.h"
+#include "psivox/vdb.h"
+
+namespace psivox::view {
+
+/// How often each value occurs among the density's leaves and tiles, without its zeros.
+struct Histogram {
+  double min = 0, max = 1;
+  std::array<double, 128> counts{};
+};
+
+/// A scene's file, read and converted: all that a picture needs but the camera, the march and what
+/// the GPU adds. `view` and `atlas` belong to the thread that draws, once it has the volume: it
+/// adds the light. The rest does not change.
+struct Volume {
+  Scene scene;  ///< as asked for
+  std::string key;
+  MediumFields fields;
+  std::string fields_key;
+  std::vector<std::string> grids;  ///< names of the file's, as --grid takes them
+  glm::dvec3 box_min{0}, box_max{0};
+  double extinction = 1;  ///< resolved
+  Histogram histogram;
+  std::shared_ptr<const TransferFunction> function;  ///< of the density; null: none
+  std::vector<std::string> notices;
+
+  View view;
+  MediumAtlas atlas;
+  bool light_added = false;
+};
+
+/// What of a scene a volume depends on; `generation` counts reloads of its files. Scenes of one key
+/// differ in camera, march and picture only.
+std::string volume_key(const Scene& scene, int generation);
+
+/// How far preparing is: what is done, and the part of the whole.
+using StageProgress = std::function<void(const std::string& stage, double fraction)>;
+
+/// Called with the domain's box [world units] before the conversion.
+using BoxKnown = std::function<void(const glm::dvec3& box_min, const glm::dvec3& box_max)>;
+
+/// Reads and converts. Takes the fields of `previous`, which may be null, where the scene reads the
+/// same. Throws Error(input), Error(usage), Error(memory), and what `progress` throws.
+std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
+                                       const std::shared_ptr<const Volume>& previous,
+                                       const StageProgress& progress, const BoxKnown& box_known);
+
+/// The volume's medium as a scene of the same key sees it. Throws Error(usage) for a camera that is
+/// none.
+View view_of(const Volume& volume, const Scene& scene);
+
+/// The scene with the volume's own medium: what can be drawn of it while another one is prepared.
+Scene with_medium_of(const Volume& volume, const Scene& scene);
+
+}  // namespace psivox::view

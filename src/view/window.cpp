@@ -1,0 +1,185 @@
+#include "view/window.h"
+
+#include <epoxy/gl.h>
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "psivox/error.h"
+
+namespace psivox::view {
+namespace {
+
+std::string& last_glfw_error() {
+  static std::string text;
+  return text;
+}
+
+Window& window_of(GLFWwindow* window) {
+  return *static_cast<Window*>(glfwGetWindowUserPointer(window));
+}
+
+constexpr const char* advice =
+    "; psivox render draws the same picture to a file and needs no display";
+
+void GLAPIENTRY on_gl_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei,
+                              const GLchar* text, const void* user) {
+  if (severity == GL_DEBUG_SEVERITY_NOTIFICATION || type == GL_DEBUG_TYPE_PERFORMANCE ||
+      type == GL_DEBUG_TYPE_OTHER)
+    return;
+  static_cast<std::vector<std::string>*>(const_cast<void*>(user))->emplace_back(text);
+}
+
+float linear_of(unsigned char code) {
+  const double v = code / 255.0;
+  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+}
+
+}  // namespace
+
+void Window::on_glfw_error(int, const char* text) { last_glfw_error() = text; }
+
+Window::Window(const WindowOptions& options) {
+  glfwSetErrorCallback(on_glfw_error);
+  if (!glfwInit())
+    throw Error(ExitCode::graphics, "no display for a window: " + last_glfw_error() + advice);
+  glfwWindowHint(GLFW_CONTEXT_CREATION_API,
+                 options.egl ? GLFW_EGL_CONTEXT_API : GLFW_NATIVE_CONTEXT_API);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_OPENGL_DEBUG_CONTEXT, options.debug);
+  glfwWindowHint(GLFW_VISIBLE, options.visible);
+  glfwWindowHint(GLFW_DEPTH_BITS, 0);
+  glfwWindowHint(GLFW_STENCIL_BITS, 0);
+  window_ = glfwCreateWindow(std::max(options.size.x, 1), std::max(options.size.y, 1),
+                             options.title.c_str(), nullptr, nullptr);
+  if (!window_) {
+    const std::string why = last_glfw_error();
+    glfwTerminate();
+    throw Error(ExitCode::graphics, "no window with OpenGL 4.5: " + why + advice);
+  }
+  glfwMakeContextCurrent(window_);
+  glfwSwapInterval(1);
+  glfwSetWindowUserPointer(window_, this);
+  if (options.debug) {
+    glEnable(GL_DEBUG_OUTPUT);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(on_gl_message, &problems_);
+  }
+  listen();
+}
+
+Window::~Window() {
+  glfwDestroyWindow(window_);
+  glfwTerminate();
+}
+
+glm::dvec2 Window::pixel(double x, double y) const {
+  int width = 0, height = 0;
+  glfwGetWindowSize(window_, &width, &height);
+  const glm::ivec2 pixels = size();
+  return {x * pixels.x / std::max(width, 1), y * pixels.y / std::max(height, 1)};
+}
+
+void Window::listen() {
+  using Kind = Event::Kind;
+  glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
+    Window& self = window_of(w);
+    self.events_.push_back({Kind::move, self.pixel(x, y)});
+  });
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int modifiers) {
+    Window& self = window_of(w);
+    double x = 0, y = 0;
+    glfwGetCursorPos(w, &x, &y);
+    self.events_.push_back(
+        {Kind::button, self.pixel(x, y), button, action == GLFW_PRESS, modifiers});
+  });
+  glfwSetScrollCallback(window_, [](GLFWwindow* w, double x, double y) {
+    window_of(w).events_.push_back({Kind::wheel, {x, y}});
+  });
+  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+    window_of(w).events_.push_back({Kind::key, {}, key, action != GLFW_RELEASE, modifiers});
+  });
+  glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned character) {
+    window_of(w).events_.push_back({Kind::text, {}, static_cast<int>(character)});
+  });
+  glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+    window_of(w).events_.push_back({Kind::drop, {}, 0, false, 0, {paths, paths + count}});
+  });
+  glfwSetWindowCloseCallback(window_,
+                             [](GLFWwindow* w) { window_of(w).events_.push_back({Kind::close}); });
+}
+
+std::vector<Event> Window::wait(double seconds) {
+  if (seconds > 0 && events_.empty())
+    glfwWaitEventsTimeout(seconds);  // a posted one is there already
+  else
+    glfwPollEvents();
+  return std::exchange(events_, {});
+}
+
+void Window::post(Event event) { events_.push_back(std::move(event)); }
+
+void Window::wake() { glfwPostEmptyEvent(); }
+
+glm::ivec2 Window::size() const {
+  if (glfwGetWindowAttrib(window_, GLFW_ICONIFIED)) return {0, 0};
+  glm::ivec2 pixels{0};
+  glfwGetFramebufferSize(window_, &pixels.x, &pixels.y);
+  return pixels;
+}
+
+void Window::hide() { glfwHideWindow(window_); }
+
+void Window::resize(const glm::ivec2& size) { glfwSetWindowSize(window_, size.x, size.y); }
+
+double Window::scale() const {
+  float x = 1, y = 1;
+  glfwGetWindowContentScale(window_, &x, &y);
+  return std::clamp(static_cast<double>(std::max(x, y)), 1.0, 4.0);
+}
+
+void Window::set_title(const std::string& title) { glfwSetWindowTitle(window_, title.c_str()); }
+
+void Window::set_clipboard(const std::string& text) {
+  glfwSetClipboardString(window_, text.c_str());
+}
+
+std::string Window::clipboard() const {
+  const char* text = glfwGetClipboardString(window_);
+  return text ? text : "";
+}
+
+void Window::swap() { glfwSwapBuffers(window_); }
+
+Image Window::grab() const {
+  const glm::ivec2 pixels = size();
+  Image image;
+  image.width = pixels.x;
+  image.height = pixels.y;
+  const auto width = static_cast<std::size_t>(pixels.x),
+             height = static_cast<std::size_t>(pixels.y);
+  std::vector<unsigned char> codes(width * height * 4);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+  glReadBuffer(GL_BACK);
+  glReadPixels(0, 0, pixels.x, pixels.y, GL_RGBA, GL_UNSIGNED_BYTE, codes.data());
+  Layer layer{"", {"R", "G", "B", "A"}, std::vector<float>(codes.size(), 1.0f)};
+  for (std::size_t y = 0; y < height; ++y)
+    for (std::size_t x = 0; x < 4 * width; ++x)
+      if (x % 4 != 3)
+        layer.values[y * 4 * width + x] = linear_of(codes[(height - 1 - y) * 4 * width + x]);
+  image.layers.push_back(std::move(layer));
+  return image;
+}
+
+std::vector<std::string> Window::problems() {
+  for (GLenum code = glGetError(); code != GL_NO_ERROR; code = glGetError())
+    problems_.push_back("glGetError " + std::to_string(code));
+  return std::exchange(problems_, {});
+}
+
+}  // namespace psivox::view

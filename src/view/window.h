@@ -1,0 +1,63 @@
+#pragma once
+
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "psivox/image.h"
+#include "view/events.h"
+
+struct GLFWwindow;
+
+namespace psivox::view {
+
+struct WindowOptions {
+  std::string title = "psivox";
+  glm::ivec2 size{1280, 720};
+  bool egl = false;    ///< context by EGL instead of the window system's own API
+  bool debug = false;  ///< KHR_debug, see Window::problems
+  bool visible = true;
+};
+
+/// A window with an OpenGL 4.5 core context, current on the thread that made it: that of main.
+class Window {
+ public:
+  /// Throws Error(graphics): no display, no context.
+  explicit Window(const WindowOptions& options);
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  /// Waits for something to happen, at most so long [s], and returns what did.
+  std::vector<Event> wait(double seconds);
+  /// An event as if from the hand.
+  void post(Event event);
+  /// Ends a wait; from any thread.
+  static void wake();
+
+  glm::ivec2 size() const;  ///< of the framebuffer [pixels]; 0 where it is minimised
+  void hide();
+  void resize(const glm::ivec2& size);
+  double scale() const;  ///< of text: 2 on a display of twice the usual density
+  void set_title(const std::string& title);
+  void set_clipboard(const std::string& text);
+  std::string clipboard() const;
+  void swap();
+
+  /// What the next swap() will show, sRGB decoded to linear.
+  Image grab() const;
+  /// Messages of KHR_debug and of glGetError since the last call.
+  std::vector<std::string> problems();
+
+ private:
+  static void on_glfw_error(int code, const char* text);
+  glm::dvec2 pixel(double x, double y) const;
+  void listen();
+
+  GLFWwindow* window_ = nullptr;
+  std::vector<Event> events_;
+  std::vector<std::string> problems_;
+};
+
+}  // namespace psivox::view

@@ -1,0 +1,222 @@
+// The camera that a hand moves, and the other parts of the viewer that need no window.
+
+#include "view/navigation.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+
+#include "psivox/parameters.h"
+#include "view/command_text.h"
+#include "view/pace.h"
+#include "view/sequence.h"
+
+namespace psivox::view {
+namespace {
+
+constexpr glm::dvec3 low{-1, -2, -3}, high{3, 2, 1};
+
+Navigation over_box(const Scene& scene = {}) {
+  Navigation navigation;
+  navigation.reset(scene, low, high);
+  return navigation;
+}
+
+Camera camera_of(const Navigation& navigation, Scene scene = {}) {
+  navigation.apply(scene);
+  return make_camera(scene, low, high);
+}
+
+double distance(const glm::dvec3& a, const glm::dvec3& b) { return glm::length(a - b); }
+
+glm::dvec2 place(const Navigation& navigation, const glm::dvec3& point) {
+  glm::dvec2 pixel{-1};
+  EXPECT_TRUE(navigation.project(point, pixel));
+  return pixel;
+}
+
+TEST(Navigation, ACameraThatIsNotMovedIsTheScenesOwn) {
+  Scene scene;
+  over_box().apply(scene);
+  EXPECT_EQ(to_json(scene), to_json(Scene{}));
+}
+
+TEST(Navigation, OrbitsKeepThePivotInItsPlace) {
+  Navigation navigation = over_box();
+  const glm::dvec3 pivot{2, 1, 0};
+  navigation.set_pivot(pivot);
+  const glm::dvec2 before = place(navigation, pivot);
+  const double away = distance(camera_of(navigation).position, pivot);
+  navigation.orbit({137, -61});
+  // numbers are rounded to a millionth of the distance
+  EXPECT_NEAR(distance(camera_of(navigation).position, pivot), away, 1e-4);
+  EXPECT_NEAR(place(navigation, pivot).x, before.x, 1e-6);
+  EXPECT_NEAR(place(navigation, pivot).y, before.y, 1e-6);
+}
+
+TEST(Navigation, ARoundTripEndsWhereItBegan) {
+  Navigation navigation = over_box();
+  navigation.orbit({1, 0});
+  const glm::dvec3 begin = camera_of(navigation).position;
+  for (int i = 0; i < 36; ++i) navigation.orbit({40, 0});  // 720 pixels are half a turn
+  EXPECT_NEAR(distance(camera_of(navigation).position, begin), 0, 1e-4);
+}
+
+TEST(Navigation, TheTurntableStopsAtThePoles) {
+  Navigation navigation = over_box();
+  navigation.orbit({0, 5000});
+  const Camera below = camera_of(navigation);
+  EXPECT_NEAR(below.forward.y, -1, 1e-6);
+  EXPECT_NEAR(below.right.x, 1, 1e-6);
+  navigation.orbit({360, 0});  // a quarter turn at the pole turns the picture
+  EXPECT_NEAR(std::abs(camera_of(navigation).right.z), 1, 1e-5);
+  navigation.orbit({0, -10});
+  EXPECT_GT(camera_of(navigation).up.y, 0);
+}
+
+TEST(Navigation, PanFollowsThePointerAtThePivotsDepth) {
+  for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+    Scene scene;
+    scene.projection = projection;
+    Navigation navigation = over_box(scene);
+    const glm::dvec3 point = navigation.pivot();
+    const glm::dvec2 before = place(navigation, point);
+    navigation.pan({30, -20});
+    EXPECT_NEAR(place(navigation, point).x, before.x + 30, 1e-6);
+    EXPECT_NEAR(place(navigation, point).y, before.y - 20, 1e-6);
+  }
+}
+
+TEST(Navigation, DollyGoesATenthOfTheWayAndNeverThrough) {
+  Navigation navigation = over_box();
+  const double before = distance(camera_of(navigation).position, navigation.pivot());
+  navigation.dolly(1);
+  EXPECT_NEAR(distance(camera_of(navigation).position, navigation.pivot()), 0.9 * before, 1e-4);
+  navigation.dolly(-1);
+  EXPECT_NEAR(distance(camera_of(navigation).position, navigation.pivot()), before, 1e-4);
+  navigation.dolly(1000);
+  const Camera close = camera_of(navigation);
+  EXPECT_GT(glm::dot(navigation.pivot() - close.position, close.forward), -1e-3);
+}
+
+TEST(Navigation, FrameAllShowsEveryCornerFromAnySide) {
+  for (const bool orthographic : {false, true}) {
+    Navigation navigation = over_box();
+    if (orthographic) navigation.toggle_projection();
+    navigation.orbit({321, 123});
+    navigation.dolly(17);
+    navigation.frame_all();
+    double reach = 0;
+    for (int i = 0; i < 8; ++i) {
+      const glm::dvec3 corner{i & 1 ? high.x : low.x, i & 2 ? high.y : low.y,
+                              i & 4 ? high.z : low.z};
+      const glm::dvec2 p = place(navigation, corner) / glm::dvec2(1280, 720) * 2.0 - 1.0;
+      reach = std::max({reach, std::abs(p.x), std::abs(p.y)});
+    }
+    EXPECT_NEAR(reach, 0.95, 1e-9);
+  }
+}
+
+TEST(Navigation, AxisViewsAreBlenders) {
+  Navigation navigation = over_box();
+  navigation.look(Axis::right, false);
+  EXPECT_NEAR(camera_of(navigation).forward.x, -1, 1e-9);
+  navigation.look(Axis::top, false);
+  EXPECT_NEAR(camera_of(navigation).forward.y, -1, 1e-9);
+  EXPECT_NEAR(camera_of(navigation).right.x, 1, 1e-9);
+  navigation.look(Axis::front, true);
+  EXPECT_NEAR(camera_of(navigation).forward.z, 1, 1e-9);
+  Scene scene;
+  scene.camera_up = {0, 0, 1};
+  Navigation upright = over_box(scene.camera_position ? scene : [&] {
+    scene.camera_position = glm::dvec3{1, -9, 1};
+    return scene;
+  }());
+  upright.look(Axis::front, false);
+  EXPECT_NEAR(camera_of(upright, scene).forward.y, 1, 1e-9);
+  EXPECT_NEAR(camera_of(upright, scene).right.x, 1, 1e-9);
+}
+
+TEST(Navigation, TheOtherProjectionKeepsTheSizeAtThePivot) {
+  Navigation navigation = over_box();
+  navigation.orbit({50, 30});
+  const Camera before = camera_of(navigation);
+  const glm::dvec3 aside = navigation.pivot() + before.right;
+  const glm::dvec2 pixel = place(navigation, aside);
+  navigation.toggle_projection();
+  EXPECT_TRUE(camera_of(navigation).orthographic);
+  EXPECT_NEAR(place(navigation, aside).x, pixel.x, 1e-4);  // the camera's numbers are rounded
+  navigation.toggle_projection();
+  EXPECT_NEAR(place(navigation, aside).x, pixel.x, 1e-4);  // the camera's numbers are rounded
+  EXPECT_NEAR(distance(camera_of(navigation).position, before.position), 0, 1e-4);
+}
+
+TEST(Pace, FindsARungWithinTheBudget) {
+  Pace pace(33);
+  const auto time_of = [](const Rung& rung) {
+    return 3 + 400 * (0.3 + 0.7 / rung.step) / (rung.divisor * rung.divisor);
+  };
+  for (int i = 0; i < 20; ++i) pace.took(pace.rung(), time_of(pace.rung()));
+  EXPECT_LE(time_of(pace.rung()), 33 * 1.05);
+  EXPECT_GE(time_of(pace.rung()), 33 * 0.5);
+  const Rung settled = pace.rung();
+  pace.took(settled, time_of(settled));
+  EXPECT_EQ(pace.rung(), settled);
+  for (int i = 0; i < 40; ++i) pace.took(pace.rung(), 2.5);
+  EXPECT_EQ(pace.rung(), (Rung{1, 1}));
+}
+
+TEST(Pace, PreviewsOfEverySceneAreValid) {
+  for (const char* line : {"mode isosurface", "sampling template", "integrator cell-exact",
+                           "step 0.25", "mode mip", "colormap viridis"}) {
+    Scene scene;
+    const std::string text = line;
+    const std::size_t space = text.find(' ');
+    if (text == "sampling template") scene.projection = Projection::orthographic;
+    set_parameter(scene, text.substr(0, space), text.substr(space + 1));
+    const Scene preview = preview_scene(scene, {4, 2});
+    EXPECT_NO_THROW(validate(preview)) << line;
+    EXPECT_EQ(preview.resolution, glm::ivec2(320, 180));
+  }
+}
+
+TEST(CommandText, IsWhatRenderReads) {
+  Scene scene;
+  scene.input = "it's a file.vdb";
+  scene.extinction = 0.1;
+  scene.camera_position = {-1.5, 2, 1e-7};
+  scene.split_knots = true;
+  scene.colormap = Colormap::turbo;
+  EXPECT_EQ(render_command_line(scene, "out.exr"),
+            "psivox render --output=out.exr --extinction=0.1 --colormap=turbo --split-knots=true "
+            "--camera-position=-1.5,2,1e-07 -- 'it'\\''s a file.vdb'");
+}
+
+TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_sequence";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  for (const char* name : {"v2_0001.vdb", "v2_0002.vdb", "v2_0004.vdb", "v3_0001.vdb", "other.vdb"})
+    std::ofstream(folder / name) << "";
+  Sequence sequence = Sequence::of((folder / "v2_0002.vdb").string());
+  EXPECT_EQ(sequence.first(), 1);
+  EXPECT_EQ(sequence.last(), 4);
+  EXPECT_EQ(sequence.current(), 2);
+  EXPECT_EQ(sequence.missing(), 1);
+  EXPECT_FALSE(sequence.go_to(3));
+  EXPECT_EQ(sequence.next(), 4);
+  EXPECT_TRUE(sequence.go_to(4));
+  EXPECT_EQ(sequence.next(), 1);
+  EXPECT_EQ(sequence.path(), (folder / "v2_0004.vdb").string());
+  for (const char* pattern : {"v2_####.vdb", "v2_%04d.vdb", "v2_$F4.vdb"})
+    EXPECT_EQ(Sequence::of((folder / pattern).string()).current(), 1) << pattern;
+  EXPECT_TRUE(Sequence::of((folder / "other.vdb").string()).empty());
+  EXPECT_TRUE(Sequence::of("nowhere/a1.vdb").empty());
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace psivox::view

@@ -1,0 +1,485 @@
+// The viewer in a real window, with events in the place of hands. `psivox view` needs a display:
+// with_display.sh gives one.
+
+#include "view/viewer.h"
+
+#include <gtest/gtest.h>
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/text_file.h"
+#include "view/command_text.h"
+
+namespace psivox::view {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = Event::Kind;
+
+constexpr const char* assets = PSIVOX_ASSETS;
+
+std::string asset(const char* name) { return std::string(assets) + "/" + name; }
+
+/// `psivox render` in a process of its own.
+void render_by_program(const std::vector<std::string>& arguments) {
+  std::string line = PSIVOX_PROGRAM " render";
+  for (const std::string& word : arguments) line += " '" + word + "'";
+  if (std::system(line.c_str()) != 0) throw Error(ExitCode::failure, "psivox render failed");
+}
+
+/// What `psivox render` makes of a scene, without a background.
+Image rendered(Scene scene) {
+  scene.background.reset();
+  const fs::path file = fs::path(testing::TempDir()) / "psivox_rendered.exr";
+  std::vector<std::string> arguments = render_arguments(scene, file.string());
+  arguments.insert(arguments.begin(), "--quiet");
+  render_by_program(arguments);
+  Image image = read_image(file);
+  fs::remove(file);
+  return image;
+}
+
+Scene small(const std::string& input) {
+  Scene scene;
+  scene.input = input;
+  scene.resolution = {480, 360};
+  return scene;
+}
+
+/// A viewer, and hands.
+class Hands {
+ public:
+  explicit Hands(const Scene& scene, bool egl = false, bool watch = false)
+      : viewer(scene, {.watch = watch,
+                       .egl = egl,
+                       .debug = true,
+                       .quiet = true,
+                       .render = render_by_program}) {}
+
+  void frames(int count) {
+    for (int i = 0; i < count; ++i) viewer.frame(0.01);
+  }
+  template <typename Condition>
+  ::testing::AssertionResult until(const Condition& condition) {
+    const auto start = std::chrono::steady_clock::now();
+    while (!condition()) {
+      viewer.frame(0.05);
+      if (std::chrono::steady_clock::now() - start > std::chrono::seconds(120))
+        return ::testing::AssertionFailure() << "waited in vain; " << viewer.last_error();
+    }
+    return ::testing::AssertionSuccess();
+  }
+  ::testing::AssertionResult until_exact() {
+    return until([&] { return !viewer.loading() && viewer.exact_picture(); });
+  }
+  void post(Event event) {
+    viewer.window().post(std::move(event));
+    frames(1);
+  }
+  void key(int code, int modifiers = 0) {
+    post({Kind::key, {}, code, true, modifiers});
+    post({Kind::key, {}, code, false, modifiers});
+  }
+  void move(const glm::dvec2& to) { post({Kind::move, to}); }
+  void press(const glm::dvec2& at, int button = GLFW_MOUSE_BUTTON_LEFT) {
+    move(at);
+    frames(2);  // what the pointer is over is known a frame later
+    post({Kind::button, at, button, true});
+  }
+  void release(const glm::dvec2& at, int button = GLFW_MOUSE_BUTTON_LEFT) {
+    post({Kind::button, at, button, false});
+  }
+  void drag(const glm::dvec2& from, const glm::dvec2& to, int button = GLFW_MOUSE_BUTTON_LEFT) {
+    press(from, button);
+    for (int i = 1; i <= 8; ++i) move(from + (to - from) * (i / 8.0));
+    release(to, button);
+  }
+  void drop(const std::string& path) { post({Kind::drop, {}, 0, false, 0, {path}}); }
+  /// For a look at it, where the environment names a folder.
+  void photograph(const char* name) {
+    const char* folder = std::getenv("PSIVOX_PHOTOGRAPHS");
+    if (!folder) return;
+    frames(4);
+    viewer.photograph((fs::path(folder) / name).string());
+  }
+
+  Viewer viewer;
+};
+
+void expect_same(const Image& a, const Image& b) {
+  ASSERT_EQ(a.width, b.width);
+  ASSERT_EQ(a.height, b.height);
+  const auto left = a.rgba(), right = b.rgba();
+  EXPECT_TRUE(std::equal(left.begin(), left.end(), right.begin(), right.end()));
+}
+
+/// By the window system's own contexts, and by EGL.
+class Window_ : public ::testing::TestWithParam<bool> {};
+
+TEST_P(Window_, RefinesToThePictureOfRender) {
+  Hands hands(small(asset("blobs.vdb")), GetParam());
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  hands.photograph(GetParam() ? "exact_egl.png" : "exact_native.png");
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
+TEST_P(Window_, ANoisyHandHarmsNothing) {
+  Hands hands(small(asset("blobs.vdb")), GetParam());
+  ASSERT_TRUE(hands.until_exact());
+  hands.key(GLFW_KEY_TAB);
+  const Scene before = hands.viewer.scene();
+  hands.drag({200, 200}, {290, 160});
+  hands.drag({200, 200}, {190, 160}, GLFW_MOUSE_BUTTON_MIDDLE);
+  hands.post({Kind::wheel, {0, 2}});
+  for (const int code : {GLFW_KEY_F, GLFW_KEY_1, GLFW_KEY_3, GLFW_KEY_7, GLFW_KEY_O, GLFW_KEY_T,
+                         GLFW_KEY_X, GLFW_KEY_X, GLFW_KEY_X, GLFW_KEY_H, GLFW_KEY_H, GLFW_KEY_T})
+    hands.key(code);
+  hands.key(GLFW_KEY_3, GLFW_MOD_SHIFT);
+  hands.post({Kind::key, {}, GLFW_KEY_W, true});
+  hands.frames(5);
+  hands.post({Kind::key, {}, GLFW_KEY_W, false});
+  hands.drag({250, 150}, {200, 190});
+  ASSERT_TRUE(hands.until_exact());
+  const Scene after = hands.viewer.scene();
+  EXPECT_NE(to_json(before), to_json(after));
+  EXPECT_EQ(after.projection, Projection::orthographic);
+  expect_same(*hands.viewer.exact_picture(), rendered(after));
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
+TEST_P(Window_, SurvivesOnePixelAndBack) {
+  Hands hands(small(asset("slab.vdb")), GetParam());
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.window().resize({1, 1});
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.window().size() == glm::ivec2(1, 1); }));
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.window().resize({300, 200});
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.window().size() == glm::ivec2(300, 200); }));
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.exact_picture()->width, 300);
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
+TEST_P(Window_, ClosesWhileItLoads) {
+  for (const int frames : {0, 1, 3, 10}) {
+    Hands hands(small(asset("blobs.vdb")), GetParam());
+    hands.frames(frames);
+    hands.viewer.window().post({Kind::close});
+    EXPECT_FALSE(hands.viewer.frame(0));
+  }
+}
+
+TEST_P(Window_, ABadFileLeavesTheOldOne) {
+  Hands hands(small(asset("slab.vdb")), GetParam());
+  ASSERT_TRUE(hands.until_exact());
+  hands.drop(asset("rotated.vdb"));
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.scene().input, asset("rotated.vdb"));
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  hands.drop(asset("shells.json"));
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.problems() == 1; }));
+  EXPECT_NE(hands.viewer.last_error().find("shells.json"), std::string::npos);
+  EXPECT_EQ(hands.viewer.scene().input, asset("rotated.vdb"));
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+}
+
+TEST_P(Window_, PointsOfTheTransferFunctionAreDragged) {
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {900, 600};
+  Hands hands(scene, GetParam());
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.show_panel(true);
+  hands.frames(4);
+  const TransferEditor& editor = hands.viewer.transfer_editor();
+  ASSERT_EQ(editor.points(), 3u);
+  const glm::dvec2 from = editor.place_of(1).value();
+  hands.drag(from, from + glm::dvec2(40, -30));
+  ASSERT_FALSE(hands.viewer.scene().transfer_function.empty());
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  hands.photograph("transfer.png");
+  // a click adds one, the right button takes it away
+  const glm::dvec2 between = 0.5 * (editor.place_of(1).value() + editor.place_of(2).value());
+  hands.press(between + glm::dvec2(0, 40));
+  hands.release(between + glm::dvec2(0, 40));
+  EXPECT_EQ(editor.points(), 4u);
+  hands.press(between + glm::dvec2(0, 40), GLFW_MOUSE_BUTTON_RIGHT);
+  hands.release(between + glm::dvec2(0, 40), GLFW_MOUSE_BUTTON_RIGHT);
+  EXPECT_EQ(editor.points(), 3u);
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
+INSTANTIATE_TEST_SUITE_P(Contexts, Window_, ::testing::Bool(),
+                         [](const auto& context) { return context.param ? "egl" : "native"; });
+
+TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
+  // updated while a point is dragged, and then as another process computes it
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {700, 420};
+  scene.transfer_function = asset("shells.json");
+  scene.integrator = Integrator::preintegrated;
+  scene.extinction = 6;
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.show_panel(true);
+  hands.frames(4);
+  const glm::dvec2 from = hands.viewer.transfer_editor().place_of(5).value();
+  hands.press(from);
+  for (int i = 1; i <= 5; ++i) {
+    const std::uint64_t before = hands.viewer.wished();
+    hands.move(from + glm::dvec2(3, 8) * double(i));
+    ASSERT_TRUE(hands.until([&] {
+      return hands.viewer.wished() > before && hands.viewer.shown() == hands.viewer.wished();
+    }));
+  }
+  hands.release(from + glm::dvec2(15, 40));
+  ASSERT_TRUE(hands.until_exact());
+  const fs::path file = fs::path(testing::TempDir()) / "psivox_preintegrated.exr";
+  const fs::path before = fs::current_path();
+  fs::current_path(testing::TempDir());  // the function is kept there
+  hands.viewer.save_picture(file.string());
+  ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
+  ASSERT_TRUE(hands.until_exact());
+  fs::current_path(before);
+  expect_same(*hands.viewer.exact_picture(), read_image(file));
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  fs::remove(fs::path(testing::TempDir()) / hands.viewer.scene().transfer_function);
+  fs::remove(file);
+}
+
+TEST(Viewer, AnInputThatCannotBeReadIsTheProgramsError) {
+  Hands hands(small("nowhere.vdb"));
+  try {
+    hands.viewer.run();
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::input);
+  }
+}
+
+/// docs/preview.png, where PSIVOX_PHOTOGRAPHS names docs.
+TEST(Viewer, ThePictureOfTheGuide) {
+  if (!std::getenv("PSIVOX_PHOTOGRAPHS")) GTEST_SKIP() << "PSIVOX_PHOTOGRAPHS is not set";
+  const fs::path folder = fs::absolute(std::getenv("PSIVOX_PHOTOGRAPHS"));
+  const fs::path before = fs::current_path();
+  fs::current_path(fs::path(assets).parent_path());  // for the names in it
+  setenv("PSIVOX_PHOTOGRAPHS", folder.c_str(), 1);
+  Scene scene = small("assets/blobs.vdb");
+  scene.resolution = {1280, 760};
+  scene.transfer_function = "assets/shells.json";
+  scene.extinction = 6;
+  scene.integrator = Integrator::cell_exact;
+  scene.light = DirectionalLight{{0.4, -1, -0.7}, {1.5, 1.5, 1.5}};
+  scene.luminance = glm::dvec3(0.4);
+  scene.background = glm::dvec3(0.004, 0.006, 0.016);
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.show_panel(true);
+  hands.viewer.navigation().orbit({-100, 60});
+  hands.viewer.navigation().pan({60, 60});
+  hands.frames(3);
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("preview.png");
+  fs::current_path(before);
+}
+
+TEST(Viewer, ADoubleClickPutsThePivotOnWhatIsSeen) {
+  Scene scene = small(asset("slab.vdb"));
+  scene.extinction = 1000;
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.key(GLFW_KEY_TAB);
+  const glm::dvec3 before = hands.viewer.navigation().pivot();
+  for (int i = 0; i < 2; ++i) {
+    hands.press({240, 180});
+    hands.release({240, 180});
+  }
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.navigation().pivot() != before; }));
+  const glm::dvec3 pivot = hands.viewer.navigation().pivot();
+  EXPECT_NEAR(pivot.x, before.x, 0.05);
+  EXPECT_GT(pivot.z, before.z);  // on the side of the camera
+}
+
+TEST(Viewer, TwoPicturesAreCompared) {
+  Hands hands(small(asset("blobs.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  Scene coarse = hands.viewer.scene();
+  coarse.step = 3;
+  hands.viewer.compare(Comparison::wipe, coarse);
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("wipe.png");
+  hands.viewer.compare(Comparison::difference, coarse);
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("difference.png");
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
+TEST(Viewer, ShowsStepsAndDepthAsColours) {
+  Hands hands(small(asset("slab.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  for (const ShownLayer layer : {ShownLayer::steps, ShownLayer::depth}) {
+    hands.viewer.show(layer);
+    hands.frames(2);
+    ASSERT_TRUE(hands.until([&] { return hands.viewer.complete(); }));
+    hands.photograph(layer == ShownLayer::steps ? "steps.png" : "depth.png");
+    EXPECT_FALSE(hands.viewer.exact_picture());
+  }
+  hands.viewer.show(ShownLayer::picture);
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
+TEST(Viewer, ReadsChangedShadersAgain) {
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_view_shaders";
+  fs::remove_all(folder);
+  fs::copy(PSIVOX_SHADERS, folder, fs::copy_options::recursive);
+  setenv("PSIVOX_SHADER_DIR", folder.c_str(), 1);
+  const auto edit = [&](const std::string& from, const std::string& to) {
+    const std::string file = (folder / "march.frag").string();
+    std::string text = read_text(file, "shader");
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos);
+    write_text(file, text.replace(at, from.size(), to));
+  };
+  Hands hands(small(asset("slab.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  const auto first = [&] { return hands.viewer.exact_picture()->rgba()[0]; };
+  const float before = first();
+  EXPECT_NE(before, 0.25f);
+  edit("out_picture = picture(m, p);", "out_picture = vec4(0.25);");
+  hands.key(GLFW_KEY_R);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(first(), 0.25f);
+  edit("out_picture = vec4(0.25);", "out_picture = vec4(0.25;");
+  hands.key(GLFW_KEY_R);
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.problems() > 0; }));
+  EXPECT_NE(hands.viewer.last_error().find("march.frag:"), std::string::npos)
+      << hands.viewer.last_error();
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(first(), 0.25f);
+  unsetenv("PSIVOX_SHADER_DIR");
+  fs::remove_all(folder);
+}
+
+TEST(Viewer, ReadsAChangedFileAgain) {
+  const fs::path file = fs::path(testing::TempDir()) / "psivox_watched.vdb";
+  fs::copy_file(asset("slab.vdb"), file, fs::copy_options::overwrite_existing);
+  Hands hands(small(file.string()), false, true);
+  ASSERT_TRUE(hands.until_exact());
+  const Volume* before = hands.viewer.volume();
+  hands.frames(80);
+  EXPECT_EQ(hands.viewer.volume(), before);
+  fs::copy_file(asset("tiles.vdb"), file, fs::copy_options::overwrite_existing);
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.volume() != before; }));
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  fs::remove(file);
+}
+
+TEST(Viewer, TheSavedPictureIsThatOfTheCopiedCommandLine) {
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_saved";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  Scene scene = small(asset("blobs.vdb"));
+  scene.light = DirectionalLight{{0.5, -1, -0.6}, {2, 2, 2}};
+  scene.background = glm::dvec3(0.1, 0.2, 0.3);
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.key(GLFW_KEY_TAB);
+  hands.drag({200, 200}, {263, 171});
+  ASSERT_TRUE(hands.until_exact());
+  const std::string saved = (folder / "saved.exr").string();
+  hands.viewer.save_picture(saved);
+  ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+
+  std::string line = hands.viewer.copy_command_line();
+  ASSERT_TRUE(line.starts_with("psivox "));
+  line = PSIVOX_PROGRAM + line.substr(6) + " 2> /dev/null";
+  ASSERT_EQ(std::system(("cd '" + folder.string() + "' && " + line).c_str()), 0) << line;
+  expect_same(read_image(saved), read_image(folder / "picture.exr"));
+
+  // and the window's, but for the background that is behind it
+  Scene alone = hands.viewer.scene();
+  expect_same(*hands.viewer.exact_picture(), rendered(alone));
+  hands.viewer.save_scene((folder / "scene.json").string());
+  const Scene read = scene_from_json(read_text((folder / "scene.json").string(), "scene"));
+  EXPECT_EQ(to_json(read), to_json(alone));
+  fs::remove_all(folder);
+}
+
+TEST(Viewer, FramesOfASequenceFollowEachOther) {
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_frames";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  const char* names[] = {"slab.vdb", "tiles.vdb", "ramp.vdb"};
+  const int numbers[] = {1, 2, 4};
+  for (int i = 0; i < 3; ++i)
+    fs::copy_file(asset(names[i]), folder / ("f_" + std::to_string(numbers[i]) + ".vdb"));
+  Hands hands(small((folder / "f_#.vdb").string()));
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_1.vdb").string());
+  hands.key(GLFW_KEY_LEFT);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_4.vdb").string());
+  hands.photograph("sequence.png");
+  hands.key(GLFW_KEY_SPACE);
+  ASSERT_TRUE(hands.until(
+      [&] { return hands.viewer.volume()->scene.input == (folder / "f_2.vdb").string(); }));
+  hands.key(GLFW_KEY_SPACE);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  fs::remove_all(folder);
+}
+
+/// Resident memory of this process [MiB].
+double resident_mib() {
+  std::ifstream file("/proc/self/statm");
+  double total = 0, resident = 0;
+  file >> total >> resident;
+  return resident * 4096 / (1 << 20);
+}
+
+TEST(Viewer, ManyFilesTakeTheMemoryOfOne) {
+  const char* count = std::getenv("PSIVOX_SWITCHES");
+  const int switches = count ? std::atoi(count) : 24;
+  const char* names[] = {"blobs.vdb", "slab.vdb", "rotated.vdb", "tiles.vdb", "single_voxel.vdb"};
+  Hands hands(small(asset("ramp.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  hands.key(GLFW_KEY_TAB);
+  double settled = 0, most = 0;
+  for (int i = 0; i < switches; ++i) {
+    hands.drop(asset(names[i % 5]));
+    ASSERT_TRUE(hands.until(
+        [&] { return !hands.viewer.loading() && hands.viewer.shown() == hands.viewer.wished(); }));
+    hands.drag({200, 200}, {210, 190});
+    if (i % 5 == 4) {
+      ASSERT_TRUE(hands.until_exact());
+    }
+    if (i == switches / 2) settled = resident_mib();
+    if (i > switches / 2) most = std::max(most, resident_mib());
+  }
+  std::printf("%d switches: %.1f MiB after half of them, %.1f at most since\n", switches, settled,
+              most);
+#ifndef __SANITIZE_ADDRESS__
+  EXPECT_LT(most, 1.05 * settled);
+#endif
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
+}  // namespace
+}  // namespace psivox::view
