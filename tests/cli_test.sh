@@ -60,12 +60,12 @@ t 2 "cells" render "$S" -o a.exr --integrator cell-exact --step 1 $R
 # asked for an error: the default, too
 t 0 '"tolerance": 0.001' render "$S" -o loose.exr --stats - $R
 t 0 rms compare loose.exr reference.exr --max-rms 1e-3
-t 0 '"tolerance":0.001' render "$S" -o a.exr --print-scene $R
+t 0 '"tolerance": 0.001' render "$S" -o a.exr --print-scene $R
 t 0 rms compare loose.exr a.exr --max-abs 1e-30
 t 0 - render --scene loose.exr -o a.exr -q
 t 0 rms compare loose.exr a.exr --max-abs 1e-30
-t 0 '"tolerance":"none"' render "$S" --print-scene --step 1
-t 0 '"tolerance":"none"' render --scene loose.exr --print-scene --step 1
+t 0 '"tolerance": "none"' render "$S" --print-scene --step 1
+t 0 '"tolerance": "none"' render --scene loose.exr --print-scene --step 1
 t 0 '"way": "cells cell-exact"' render "$S" -o tight.exr --tolerance 2e-6 --stats - --luminance-grid color $R
 t 0 "above --tolerance" render "$S" -o a.exr --tolerance 1e-12 --resolution 32x32
 t 0 "estimate  RMS" render "$S" -o a.exr --tolerance 1e-2 --check-error 200 $R

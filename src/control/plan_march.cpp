@@ -32,12 +32,14 @@ bool depth_alone(const View& view) {
 
 /// Time of a look-up over that of psi-balanced between uniform samples, the rest of a turn
 /// included: measured on llvmpipe by psivox_bench_tolerance (docs/performance.md).
-double look_up_cost(const Trial& way, const View& view) {
-  if (way.sampling == Sampling::uniform)
-    return way.integrator == Integrator::midpoint && !depth_alone(view) ? 0.75 : 1;
-  const double cell = view.medium.transfer || view.medium.emission ? 1.8
-                      : depth_alone(view)                          ? 1.15
-                                                                   : 1.6;
+double look_up_cost(const Trial& way, const View& marched) {
+  if (way.sampling == Sampling::uniform) {
+    const double rule = way.integrator == Integrator::midpoint && !depth_alone(marched) ? 0.85 : 1;
+    return marched.brick_steps ? 1.25 * rule : rule;
+  }
+  const double cell = marched.medium.transfer || marched.medium.emission ? 2
+                      : depth_alone(marched)                             ? 1.25
+                                                                         : 1.5;
   return cell * std::max(1.0, way.segments / 2.0);
 }
 
@@ -141,16 +143,17 @@ class Planner {
     return view;
   }
 
-  const Trial& finish(Trial way) {
-    way.cost = look_up_cost(way, view_) * way.samples;
+  const Trial& finish(Trial way, const View& marched) {
+    way.cost = look_up_cost(way, marched) * way.samples;
     way.accepted = way.rms <= target() && way.max <= worst_pixel * tolerance_;
     plan_.trials.push_back(way);
     return plan_.trials.back();
   }
 
   Trial run(Trial way) {
-    pilot_.run(way, way_view(way));
-    return finish(way);
+    const View marched = way_view(way);
+    pilot_.run(way, marched);
+    return finish(way, marched);
   }
 
   /// The truth is the picture, unless rays end early.
@@ -159,7 +162,7 @@ class Planner {
     if (pilot_.has_opacity(1 - *view_.scene.early_termination)) return run(way);
     way.rms = arithmetic_error;
     way.samples = pilot_.exact_samples();
-    return finish(way);
+    return finish(way, view_);
   }
 
   static void consider(const Trial& trial, Trial& best) {
@@ -187,7 +190,7 @@ class Planner {
   }
 
   void refine(Trial coarse, Trial fine, Trial& best) {
-    for (int i = 0; i < 3 && coarse.step > 1.12 * fine.step; ++i) {
+    for (int i = 0; i < 2 && coarse.step > 1.12 * fine.step; ++i) {
       const double slope = std::log(coarse.rms / fine.rms) / std::log(coarse.step / fine.step);
       double ratio = slope > 0.5 ? std::pow(target() / fine.rms, 1 / slope) : 1;
       ratio = std::clamp(ratio, 1.1, 0.95 * coarse.step / fine.step);

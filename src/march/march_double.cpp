@@ -9,6 +9,16 @@
 #include "march/film.h"
 
 namespace psivox {
+namespace {
+
+/// A ray of the march, which carries its state by value from function to function, as GLSL does:
+/// inlined, it is not copied.
+[[gnu::flatten]] glsl::AtlasMarch::March march_pixel(glsl::AtlasMarch& march,
+                                                     const glm::dvec2& pixel) {
+  return march.march_ray(pixel);
+}
+
+}  // namespace
 
 RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
                                  const RenderOptions& options) {
@@ -37,7 +47,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
             PixelSums sums;
             for (int i = 0; i < n; ++i) {
               march.sample_offset = pixel_sample(i, n);
-              const auto m = march.march_ray({x, y});
+              const auto m = march_pixel(march, {x, y});
               const auto p = march.make_pixel({x, y});
               sums.add(march.picture(m, p),
                        {march.depth_of(m, p), march.decay(m.optical_depth).e, m.steps, m.samples});
