@@ -8,13 +8,20 @@
 #include "march/atlas_march.h"
 #include "march/film.h"
 
+// Under AddressSanitizer it would take minutes to compile.
+#ifdef __SANITIZE_ADDRESS__
+#define PSIVOX_INLINED
+#else
+#define PSIVOX_INLINED [[gnu::flatten]]
+#endif
+
 namespace psivox {
 namespace {
 
 /// A ray of the march, which carries its state by value from function to function, as GLSL does:
 /// inlined, it is not copied.
-[[gnu::flatten]] glsl::AtlasMarch::March march_pixel(glsl::AtlasMarch& march,
-                                                     const glm::dvec2& pixel) {
+PSIVOX_INLINED glsl::AtlasMarch::March march_pixel(glsl::AtlasMarch& march,
+                                                   const glm::dvec2& pixel) {
   return march.march_ray(pixel);
 }
 
