@@ -37,7 +37,7 @@ only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.'
 only_in '^nlohmann/' '^src/scene/' '^src/study/' '^tools/'
 only_in '^CLI/' '^tools/'
-only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/viewer_test\.cpp$'
+only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/viewer_hands\.h$'
 only_in '^gtest/' '^tests/'
 
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------

@@ -53,6 +53,14 @@ double opacity_error(const View& view, const Image& image,
   return worst;
 }
 
+double radiance_error(const Image& image, double radiance) {
+  double worst = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      worst = larger(worst, std::abs(pixel(image, x, y, 0) - radiance));
+  return worst;
+}
+
 double picture_difference(const Image& a, const Image& b) {
   const double mean = mean_alpha(a);
   if (!(mean > 0.02 && mean < 0.999)) return std::numeric_limits<double>::infinity();

@@ -52,6 +52,9 @@ VerifyCase run_case(const Case& c, const Painter& painter);
 double opacity_error(const View& view, const Image& image,
                      const std::function<double(const WorldRay&)>& depth);
 
+/// Largest |R - radiance| over the pixels, for pictures of one radiance.
+double radiance_error(const Image& image, double radiance);
+
 /// Largest |a - b| of R G B A, over the largest number in `a` where that is above 1; +Inf where `a`
 /// shows nothing, or nothing but one opaque plane.
 double picture_difference(const Image& a, const Image& b);

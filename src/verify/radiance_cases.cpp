@@ -101,13 +101,8 @@ Measured printed_rule(const Painter& painter, std::optional<double> step,
   scene.step = step;
   const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
   const double exact = rule_across(ramp, K, step ? int(1 / *step) : scene.segments, rule);
-  Measured found;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x)
-      found.error = larger(found.error, std::abs(pixel(image, x, y, 0) - exact));
-  // of L by a step of the ramp, of the depth twice, by L up to 1.75
-  found.sensitivity = 0.125 + 2 * 1.75 * K * ramp.variation();
-  return found;
+  // sensitive to a step of the ramp in L, and twice to the depth, by L up to 1.75
+  return {radiance_error(image, exact), 0.125 + 2 * 1.75 * K * ramp.variation()};
 }
 
 /// A plate that rises towards a back that is not seen, with L = value: linear attenuation times

@@ -109,12 +109,7 @@ Measured template_ramp(const Painter& painter) {
   scene.integrator = Integrator::psi_weighted;
   const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
   const double exact = rule_across(ramp, K, 1, weighted_opacity);
-  Measured found;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x)
-      found.error = larger(found.error, std::abs(pixel(image, x, y, 0) - exact));
-  found.sensitivity = 0.125 + 2 * 1.75 * K * ramp.variation();
-  return found;
+  return {radiance_error(image, exact), 0.125 + 2 * 1.75 * K * ramp.variation()};
 }
 
 }  // namespace

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "psivox/error.h"
+#include "psivox/image.h"
+#include "view/command_text.h"
+#include "view/viewer.h"
+
+// A viewer in a test's hands, and the program whose pictures it must show.
+
+namespace psivox::view {
+
+namespace fs = std::filesystem;
+using Kind = Event::Kind;
+
+inline constexpr const char* assets = PSIVOX_ASSETS;
+
+inline std::string asset(const char* name) { return std::string(assets) + "/" + name; }
+
+/// `psivox render` in a process of its own.
+inline void render_by_program(const std::vector<std::string>& arguments) {
+  std::string line = PSIVOX_PROGRAM " render";
+  for (const std::string& word : arguments) line += " '" + word + "'";
+  if (std::system(line.c_str()) != 0) throw Error(ExitCode::failure, "psivox render failed");
+}
+
+/// What `psivox render` makes of a scene, without a background.
+inline Image rendered(Scene scene) {
+  scene.background.reset();
+  const fs::path file = fs::path(testing::TempDir()) / "psivox_rendered.exr";
+  std::vector<std::string> arguments = render_arguments(scene, file.string());
+  arguments.insert(arguments.begin(), "--quiet");
+  render_by_program(arguments);
+  Image image = read_image(file);
+  fs::remove(file);
+  return image;
+}
+
+inline Scene small(const std::string& input) {
+  Scene scene;
+  scene.input = input;
+  scene.resolution = {480, 360};
+  return scene;
+}
+
+/// A viewer, and hands.
+class Hands {
+ public:
+  explicit Hands(const Scene& scene, bool egl = false, bool watch = false)
+      : viewer(scene, {.watch = watch,
+                       .egl = egl,
+                       .debug = true,
+                       .quiet = true,
+                       .render = render_by_program}) {}
+
+  void frames(int count) {
+    for (int i = 0; i < count; ++i) viewer.frame(0.01);
+  }
+  template <typename Condition>
+  ::testing::AssertionResult until(const Condition& condition) {
+    const auto start = std::chrono::steady_clock::now();
+    while (!condition()) {
+      viewer.frame(0.05);
+      if (std::chrono::steady_clock::now() - start > std::chrono::seconds(120))
+        return ::testing::AssertionFailure() << "waited in vain; " << viewer.last_error();
+    }
+    return ::testing::AssertionSuccess();
+  }
+  ::testing::AssertionResult until_exact() {
+    return until([&] { return !viewer.loading() && viewer.exact_picture(); });
+  }
+  void post(Event event) {
+    viewer.window().post(std::move(event));
+    frames(1);
+  }
+  void key(int code, int modifiers = 0) {
+    post({Kind::key, {}, code, true, modifiers});
+    post({Kind::key, {}, code, false, modifiers});
+  }
+  void move(const glm::dvec2& to) { post({Kind::move, to}); }
+  void press(const glm::dvec2& at, int button = GLFW_MOUSE_BUTTON_LEFT) {
+    move(at);
+    frames(2);  // what the pointer is over is known a frame later
+    post({Kind::button, at, button, true});
+  }
+  void release(const glm::dvec2& at, int button = GLFW_MOUSE_BUTTON_LEFT) {
+    post({Kind::button, at, button, false});
+  }
+  void drag(const glm::dvec2& from, const glm::dvec2& to, int button = GLFW_MOUSE_BUTTON_LEFT) {
+    press(from, button);
+    for (int i = 1; i <= 8; ++i) move(from + (to - from) * (i / 8.0));
+    release(to, button);
+  }
+  void drop(const std::string& path) { post({Kind::drop, {}, 0, false, 0, {path}}); }
+  /// For a look at it, where the environment names a folder.
+  void photograph(const char* name) {
+    const char* folder = std::getenv("PSIVOX_PHOTOGRAPHS");
+    if (!folder) return;
+    frames(4);
+    viewer.photograph((fs::path(folder) / name).string());
+  }
+
+  Viewer viewer;
+};
+
+inline void expect_same(const Image& a, const Image& b) {
+  ASSERT_EQ(a.width, b.width);
+  ASSERT_EQ(a.height, b.height);
+  const auto left = a.rgba(), right = b.rgba();
+  EXPECT_TRUE(std::equal(left.begin(), left.end(), right.begin(), right.end()));
+}
+
+}  // namespace psivox::view
