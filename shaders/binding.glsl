@@ -7,6 +7,7 @@
 #define real4 vec4
 #define int3 ivec3
 
+#define DERIVED(type, name, expression) const type name = expression;
 #define PARAMETER(type, name) uniform type name;
 #include "march_parameters.glsl"
 
@@ -49,38 +50,37 @@ vec3 fetch_constant3(int grid, int i) {
 
 float fetch_constant(int grid, int i) { return fetch_constant3(grid, i).x; }
 
-// Texels fill one buffer after the other.
-vec4 density_texel(int i) {
-  int b = DENSITY_BUFFERS == 1 ? 0 : i / TEXELS_PER_BUFFER;
-  int k = i - b * TEXELS_PER_BUFFER;
-  for (int j = 0; j < DENSITY_BUFFERS - 1; ++j)
-    if (j == b) return texelFetch(density_texels[j], k);
-  return texelFetch(density_texels[DENSITY_BUFFERS - 1], k);
-}
-
-vec4 luminance_texel(int i) {
-  int b = LUMINANCE_BUFFERS == 1 ? 0 : i / TEXELS_PER_BUFFER;
-  int k = i - b * TEXELS_PER_BUFFER;
-  for (int j = 0; j < LUMINANCE_BUFFERS - 1; ++j)
-    if (j == b) return texelFetch(luminance_texels[j], k);
-  return texelFetch(luminance_texels[LUMINANCE_BUFFERS - 1], k);
-}
-
-vec4 emission_texel(int i) {
-  int b = EMISSION_BUFFERS == 1 ? 0 : i / TEXELS_PER_BUFFER;
-  int k = i - b * TEXELS_PER_BUFFER;
-  for (int j = 0; j < EMISSION_BUFFERS - 1; ++j)
-    if (j == b) return texelFetch(emission_texels[j], k);
-  return texelFetch(emission_texels[EMISSION_BUFFERS - 1], k);
-}
-
-vec4 gradient_texel(int i) {
-  int b = GRADIENT_BUFFERS == 1 ? 0 : i / TEXELS_PER_BUFFER;
-  int k = i - b * TEXELS_PER_BUFFER;
-  for (int j = 0; j < GRADIENT_BUFFERS - 1; ++j)
-    if (j == b) return texelFetch(gradient_texels[j], k);
-  return texelFetch(gradient_texels[GRADIENT_BUFFERS - 1], k);
-}
+// Texels fill one buffer after the other. One buffer has no loop over them: it would be inlined for
+// every texel of every grid before it is dropped, half the time to build a program.
+#define ONE_BUFFER(name, textures) vec4 name(int i) { return texelFetch(textures[0], i); }
+#define SEVERAL_BUFFERS(name, textures, buffers) \
+  vec4 name(int i) { \
+    int b = i / TEXELS_PER_BUFFER; \
+    int k = i - b * TEXELS_PER_BUFFER; \
+    for (int j = 0; j < buffers - 1; ++j) \
+      if (j == b) return texelFetch(textures[j], k); \
+    return texelFetch(textures[buffers - 1], k); \
+  }
+#if DENSITY_BUFFERS == 1
+ONE_BUFFER(density_texel, density_texels)
+#else
+SEVERAL_BUFFERS(density_texel, density_texels, DENSITY_BUFFERS)
+#endif
+#if LUMINANCE_BUFFERS == 1
+ONE_BUFFER(luminance_texel, luminance_texels)
+#else
+SEVERAL_BUFFERS(luminance_texel, luminance_texels, LUMINANCE_BUFFERS)
+#endif
+#if EMISSION_BUFFERS == 1
+ONE_BUFFER(emission_texel, emission_texels)
+#else
+SEVERAL_BUFFERS(emission_texel, emission_texels, EMISSION_BUFFERS)
+#endif
+#if GRADIENT_BUFFERS == 1
+ONE_BUFFER(gradient_texel, gradient_texels)
+#else
+SEVERAL_BUFFERS(gradient_texel, gradient_texels, GRADIENT_BUFFERS)
+#endif
 
 vec3 fetch_texel3(int grid, int i) {
   return grid == 0 ? density_texel(i).xyz

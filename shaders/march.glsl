@@ -54,26 +54,12 @@ struct March {
   Node gradient_node;  // the same of the gradient's, whose ray is the density's
 };
 
-bool constant_luminance() { return luminance_source == SOURCE_CONSTANT; }
-bool own_luminance() {
-  return luminance_source == SOURCE_SCALAR || luminance_source == SOURCE_VECTOR;
-}
-bool has_emission() { return emission_channels > 0; }
-bool vector_radiance() {
-  return luminance_source == SOURCE_VECTOR || luminance_source == SOURCE_TRANSFER || has_emission();
-}
-bool finds_maximum() { return mode == MODE_MIP || mode == MODE_LMIP; }
-
-// The picture depends on the optical depth alone, and that is the segment's own: no weights.
-bool depth_only() {
-  return constant_luminance() && exact_depth && !has_emission() && !transfer_rule
-         && !(transfer && cell_rule) && !finds_maximum() && mode != MODE_ISOSURFACE;
-}
+#include "march_derived.glsl"
 
 // Runs that need no samples: empty ones, and constant ones where all else is constant along them.
 bool closed_form(Node node) {
   return node.kind == NODE_EMPTY || (constant_runs && node.kind == NODE_CONSTANT && !with_gradient
-                                     && !own_luminance() && !has_emission());
+                                     && !own_luminance && !has_emission);
 }
 
 // Where the walk goes on for the sake of another grid: no medium, whatever 0 means.
@@ -109,12 +95,12 @@ March seek_gradient(March m, int3 cell) {
 
 // Moves the nodes of separate grids to t; point_at(t) follows.
 March seek(March m, real t) {
-  if (own_luminance()) {
+  if (own_luminance) {
     m.luminance_node = seek_node(GRID_LUMINANCE, m.luminance_ray, m.luminance_node,
                                  luminance_domain_min, luminance_domain_max, t);
     if (count_steps && m.luminance_node.kind == NODE_BRICK) m.samples += 1;
   }
-  if (has_emission()) {
+  if (has_emission) {
     m.emission_node = seek_node(GRID_EMISSION, m.emission_ray, m.emission_node,
                                 emission_domain_min, emission_domain_max, t);
     if (count_steps && m.emission_node.kind == NODE_BRICK) m.samples += 1;
@@ -129,10 +115,8 @@ real3 sample_grid(int grid, int channels, Node node, Ray ray, real t) {
   return real3(v, v, v);
 }
 
-// A piece between two knots has their function at its ends too: a jump's side that it lies on.
-bool keeps_interval() { return split_knots && !uniform_sampling; }
 Classified classify_at(March m, Sample s) {
-  if (keeps_interval()) return classify_within(m.interval, s.value);
+  if (keeps_interval) return classify_within(m.interval, s.value);
   return classify(s);
 }
 
@@ -156,10 +140,10 @@ Point with_value(March m, Point p, Sample s) {
 Point point_at(March m, real t, Sample s) {
   real3 none = real3(real(0.0));
   Point p = Point(s.value, s.value, real3(real(1.0)), none, real(0.0), none);
-  if (own_luminance())
+  if (own_luminance)
     p.L = sample_grid(GRID_LUMINANCE, luminance_source == SOURCE_VECTOR ? 3 : 1, m.luminance_node,
                       m.luminance_ray, t);
-  if (has_emission())
+  if (has_emission)
     p.glow = sample_grid(GRID_EMISSION, emission_channels, m.emission_node, m.emission_ray, t)
            * emission_scale;
   return with_value(m, p, s);
@@ -183,7 +167,7 @@ March deepen(March m, real depth, real length) {
 // steps.
 March end_turn(March m, Ray ray) {
   m.turns += 1;
-  if (!depth_only() && (m.turns & 15) == 0) m.transmittance = decay(m.optical_depth).e;
+  if (!depth_only && (m.turns & 15) == 0) m.transmittance = decay(m.optical_depth).e;
   if (m.t >= ray.end) m.done = true;
   return m;
 }
@@ -196,11 +180,11 @@ March composite(March m, Weights w, real3 L_front, real3 L_middle, real3 L_back,
   real opacity = w.front + w.middle + w.back;
   real before = mode == MODE_BACK_TO_FRONT ? real(1.0) - opacity : real(1.0);
   real through = mode == MODE_BACK_TO_FRONT ? real(1.0) : m.transmittance;
-  if (vector_radiance()) {
+  if (vector_radiance) {
     real3 C = L_front * w.front + L_middle * w.middle + L_back * w.back;
-    if (has_emission()) C = C * (color * m.phase) + glow;
+    if (has_emission) C = C * (color * m.phase) + glow;
     m.radiance = m.radiance * before + C * through;
-  } else if (!constant_luminance()) {
+  } else if (!constant_luminance) {
     real C = L_front.x * w.front + L_middle.x * w.middle + L_back.x * w.back;
     m.radiance.x = m.radiance.x * before + C * through;
   }
@@ -223,8 +207,8 @@ March correct_step(March m, real kappa, real x) {
   real opacity = y < real(0.0) ? -d.a / d.e : d.a;
   real3 C = m.front.L * opacity
           - m.front.L_slope * (fade * extinction * m.front.attenuation);
-  if (vector_radiance()) m.radiance = m.radiance + C * m.transmittance;
-  else if (!constant_luminance()) m.radiance.x += C.x * m.transmittance;
+  if (vector_radiance) m.radiance = m.radiance + C * m.transmittance;
+  else if (!constant_luminance) m.radiance.x += C.x * m.transmittance;
   m.transmittance -= m.transmittance * opacity;
   return deepen(m, y, real(0.0));
 }
@@ -240,13 +224,13 @@ March composite_segment(March m, Sample sample_middle, Sample sample_back, real 
   Point middle = m.front;
   real3 none = real3(real(0.0));
   Point back = Point(sample_back.value, real(0.0), none, none, real(0.0), none);
-  if (middle_rule || has_emission()) {
+  if (middle_rule || has_emission) {
     m = seek(m, t_middle);
     middle = point_at(m, t_middle, sample_middle);
   } else if (!uniform_sampling) {
     middle.attenuation = m.vacuum ? real(0.0) : attenuation_of(m, sample_middle);
   }
-  if (!middle_rule || has_emission()) {
+  if (!middle_rule || has_emission) {
     m = seek(m, t_back);
     back = point_at(m, t_back, sample_back);
   }
@@ -274,12 +258,12 @@ March composite_segment(March m, Sample sample_middle, Sample sample_back, real 
     w = Weights(own ? real(0.0) : real(0.5) * a, own ? a : real(0.0), own ? real(0.0) : real(0.5) * a,
                 mixture.depth);
     middle.L = mixture.L;
-  } else if (!depth_only() && attenuates) {
+  } else if (!depth_only && attenuates) {
     w = integrate_segment(Segment(extinction * near.attenuation, extinction * middle.attenuation,
                                   extinction * back.attenuation, length, depth));
   }
   real3 glow = real3(real(0.0));
-  if (has_emission()) {
+  if (has_emission) {
     Weights e = Weights(real(1.0 / 6.0), real(4.0 / 6.0), real(1.0 / 6.0), real(0.0));
     if (attenuates) e = glow_weights(w.depth);
     glow = (near.glow * e.front + middle.glow * e.middle + back.glow * e.back) * length;
@@ -309,7 +293,7 @@ March composite_cell(March m, Cubic value, Cubic attenuation, real t_back, real 
   real x = extinction * length;
   Weights w = integrate_cell(tau, x);
   real3 glow = real3(real(0.0));
-  if (has_emission())
+  if (has_emission)
     glow = (p_1.glow * (real(5.0) * decay(x * antiderivative(tau, cell_node_1)).e)
             + p_2.glow * (real(8.0) * decay(x * antiderivative(tau, real(0.5))).e)
             + p_3.glow * (real(5.0) * decay(x * antiderivative(tau, cell_node_3)).e))

@@ -31,11 +31,11 @@ real next_face(Ray ray, Node node, real t) {
 // rounding, as part_end.
 real end_of_cubics(March m, real t_end) {
   real t = NEVER;
-  if (own_luminance())
+  if (own_luminance)
     t = next_face(m.luminance_ray,
                   seek_node(GRID_LUMINANCE, m.luminance_ray, m.luminance_node, luminance_domain_min,
                             luminance_domain_max, m.t + near_face), m.t);
-  if (has_emission())
+  if (has_emission)
     t = min(t, next_face(m.emission_ray,
                          seek_node(GRID_EMISSION, m.emission_ray, m.emission_node,
                                    emission_domain_min, emission_domain_max, m.t + near_face), m.t));
@@ -101,7 +101,7 @@ March march_cells(March m, Ray ray) {
         if (transfer) f_front = trilinear(corners, position(ray, m.t) - base);
         if (transfer && split_knots)
           noise = real(8.0) * t_epsilon * greatest_magnitude(corners);
-        if (!depth_only() || transfer) {
+        if (!depth_only || transfer) {
           real3 d = ray.direction * length;
           q_3 = third_difference(corners) * d.x * d.y * d.z;
         }
@@ -128,12 +128,12 @@ March march_cells(March m, Ray ray) {
       m.interval = piece.interval;
       if (m.vacuum) attenuation = Cubic(real(0.0), real(0.0), real(0.0), real(0.0));
     } else if (transfer) {
-      if (keeps_interval()) m.interval = transfer_interval(f_run);
+      if (keeps_interval) m.interval = transfer_interval(f_run);
       attenuation = Cubic(attenuation_of(m, Sample(f_run, real(0.0))), real(0.0), real(0.0), real(0.0));
       if (m.vacuum) attenuation.f_0 = real(0.0);
     }
     m.front = with_value(m, m.front, Sample(f_front, max(slope.f_0, real(0.0))));
-    if (cell_rule && !run && !depth_only()) {
+    if (cell_rule && !run && !depth_only) {
       real x = extinction * length;
       real values = greatest_coefficient(value);
       // between knots a value is monotone
@@ -150,16 +150,16 @@ March march_cells(March m, Ray ray) {
       length = t_end - m.t;
     }
 
-    if (finds_maximum()) {
+    if (finds_maximum) {
       m = see_cell(m, value, t_end);
     } else if (mode == MODE_ISOSURFACE) {
       real s = first_crossing(value, isovalue);
       if (node.kind == NODE_BRICK && s <= real(1.0)) m = hit_surface(m, ray, node, m.t + s * length);
       m.t = t_end;
       m.front.value = f_exit;
-    } else if (cell_rule && !depth_only()) {
+    } else if (cell_rule && !depth_only) {
       m = composite_cell(m, value, attenuation, t_end, length);
-    } else if (depth_only() && !transfer) {
+    } else if (depth_only && !transfer) {
       m = composite_segment(m, Sample(f_half, real(0.0)), Sample(f_exit, real(0.0)), t_end, length, run);
     } else {
       real part = length / real(segments);

@@ -23,7 +23,7 @@ March load_march(March m, ivec2 at, float begin) {
   m.turns = d.z >> 1;
   m.done = (d.z & 1) == 1;
   m.transmittance = intBitsToFloat(d.w);
-  m.known = m.front.value > UNKNOWN && !own_luminance() && !has_emission() && !with_gradient;
+  m.known = m.front.value > UNKNOWN && !own_luminance && !has_emission && !with_gradient;
   m.front = with_value(m, m.front, Sample(m.front.value, real(0.0)));
   if (end_corrections) {
     float before = min(step, m.t - begin);

@@ -49,7 +49,7 @@ March march_template(March m, Ray ray) {
       m.t = t;
       m.front = with_value(m, m.front, s);
     }
-    if (finds_maximum()) {
+    if (finds_maximum) {
       m = see_value(m, value, t);
       m.t = t;
       m.front.value = value;

@@ -99,7 +99,7 @@ March march_uniform(March m, Ray ray) {
       }
       real length = t_back - m.t;
       Sample middle = Sample(f_back, real(0.0));
-      if ((middle_rule || has_emission()) && !(run && m.t >= node_begin)) {
+      if ((middle_rule || has_emission) && !(run && m.t >= node_begin)) {
         real t_middle = m.t + real(0.5) * length;
         middle.value = sample_middle(ray, node, node_begin, t_middle);
         m = seek_gradient_at(m, ray, t_middle);
@@ -111,7 +111,7 @@ March march_uniform(March m, Ray ray) {
         if (m.front.value > UNKNOWN) back.value = m.front.value;
         m.front = with_value(m, m.front, back);
       }
-      if (finds_maximum()) {
+      if (finds_maximum) {
         m = see_value(m, m.front.value, m.t);
         m = see_value(m, back.value, t_back);
         m.t = t_back;
@@ -127,7 +127,7 @@ March march_uniform(March m, Ray ray) {
         real t_last = node_end >= ray.end || brick_steps ? node_end : step * floor(node_end / step);
         if (t_last > m.t) {
           m.t = t_last;
-          m.known = !own_luminance();
+          m.known = !own_luminance;
         }
       }
     }

@@ -60,7 +60,7 @@ March begin_march(Ray ray) {
   m.known = false;
   m.vacuum = false;
   m.interval = 0;
-  m.radiance = real3(finds_maximum() ? UNKNOWN : real(0.0));
+  m.radiance = real3(finds_maximum ? UNKNOWN : real(0.0));
   m.optical_depth = real(0.0);
   m.lost = real(0.0);
   m.transmittance = real(1.0);
@@ -87,8 +87,8 @@ Ray march_ray_of(Pixel p) {
 // Marches on, up to max_turns turns.
 March march_on(March m, Pixel p, Ray ray) {
   m.phase = phase_of(p);
-  if (own_luminance()) m.luminance_ray = luminance_ray(p);
-  if (has_emission()) m.emission_ray = emission_ray(p);
+  if (own_luminance) m.luminance_ray = luminance_ray(p);
+  if (has_emission) m.emission_ray = emission_ray(p);
   if (mode == MODE_BACK_TO_FRONT) {
     m.luminance_ray = reversed(m.luminance_ray);
     m.emission_ray = reversed(m.emission_ray);
@@ -117,13 +117,13 @@ bool sees_maximum(March m) {
 
 // Distance from the camera of what the depth layer shows [world units]; NEVER where that is nothing.
 real depth_of(March m, Pixel p) {
-  if (m.half_depth >= NEVER || (finds_maximum() && !sees_maximum(m))) return NEVER;
+  if (m.half_depth >= NEVER || (finds_maximum && !sees_maximum(m))) return NEVER;
   return (m.half_depth - camera_time(p)) * world_unit;
 }
 
 // Premultiplied radiance and opacity.
 real4 picture(March m, Pixel p) {
-  if (finds_maximum()) {
+  if (finds_maximum) {
     if (!sees_maximum(m)) return real4(real(0.0));
     real3 shown = real3(m.radiance.x);
     if (luminance_source == SOURCE_TRANSFER) shown = classify(m.radiance.x).color;
@@ -137,8 +137,8 @@ real4 picture(March m, Pixel p) {
   }
   real a = decay(m.optical_depth).a;
   if (mode == MODE_XRAY) return real4(color * m.optical_depth, a);
-  if (has_emission()) return real4(m.radiance, a);
-  if (constant_luminance()) return real4(color * a, a);
-  if (vector_radiance()) return real4(color * m.phase * m.radiance, a);
+  if (has_emission) return real4(m.radiance, a);
+  if (constant_luminance) return real4(color * a, a);
+  if (vector_radiance) return real4(color * m.phase * m.radiance, a);
   return real4(color * (m.phase * m.radiance.x), a);
 }

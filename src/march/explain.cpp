@@ -97,7 +97,7 @@ class Model {
     const std::string name = parameter(scene_, "integrator");
     if (!scene_.composites()) return "none under --mode " + mode();
     if (!constants().attenuates) return "none: emission adds up, by Simpson's rule";
-    if (march_.depth_only())
+    if (march_.depth_only)
       return "none: the picture depends on the optical depth alone, which is exact for what is "
              "interpolated (" +
              name + " would give the same)";
@@ -110,7 +110,7 @@ class Model {
       return "uniform, every " + number(setup_.parameters.step) + " voxels";
     if (constants().cell_rule)
       return "cells, each in one piece or as many as its optical depth asks";
-    if (march_.depth_only()) return "cells, each in one step";
+    if (march_.depth_only) return "cells, each in one step";
     return "cells, each in " + number(constants().segments) + " segments";
   }
 

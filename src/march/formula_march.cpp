@@ -51,6 +51,7 @@ struct FormulaMarch {
     opacity_unit = 1;
     max_turns = 1 << 30;
     color = real3(1);
+    derive();
     const Pixel p(0, 0, 1);
     Ray ray = density_ray(p);
     ray.begin = ray_of_formulas.first - lattice.phase;

@@ -65,13 +65,22 @@ Mixture integrate_transfer(real front, real back, real length) {
 }
 
 // clang-format off
+#define DERIVED(type, name, expression) type name{};
 #include "march.glsl"
+#undef DERIVED
 #include "march_cells.glsl"
 #include "march_uniform.glsl"
 #include "march_template.glsl"
 #include "pixel.glsl"
 #include "light.glsl"
 // clang-format on
+
+/// Sets what follows from the constants.
+void derive() {
+#define DERIVED(type, name, expression) name = expression;
+#include "march_derived.glsl"
+#undef DERIVED
+}
 
 void configure(const MarchSetup& setup) {
 #define PARAMETER(type, name) name = setup.parameters.name;
@@ -81,6 +90,7 @@ void configure(const MarchSetup& setup) {
 #include "march_constants.glsl"
 #undef CONSTANT
   integrator = setup.constants.integrator;
+  derive();
 }
 
 March march_ray(real2 pixel) {

@@ -1,0 +1,18 @@
+// What follows from the constants a march is compiled for. They are constants too, not functions: a
+// driver drops a branch on a constant before it inlines what the branch calls, one on a function's
+// result after it, which made programs take 3 to 10 times as long to build. No include guard, as
+// march_constants.glsl. A line each: compilers miscount those behind a longer one.
+DERIVED(bool, constant_luminance, luminance_source == SOURCE_CONSTANT)
+DERIVED(bool, own_luminance, luminance_source == SOURCE_SCALAR || luminance_source == SOURCE_VECTOR)
+DERIVED(bool, has_emission, emission_channels > 0)
+DERIVED(bool, colored_luminance, luminance_source == SOURCE_VECTOR || luminance_source == SOURCE_TRANSFER)
+DERIVED(bool, vector_radiance, colored_luminance || has_emission)
+DERIVED(bool, finds_maximum, mode == MODE_MIP || mode == MODE_LMIP)
+
+// The picture depends on the optical depth alone, and that is the segment's own: no weights.
+DERIVED(bool, integrates, !finds_maximum && mode != MODE_ISOSURFACE)
+DERIVED(bool, own_depth, exact_depth && !transfer_rule && !(transfer && cell_rule))
+DERIVED(bool, depth_only, integrates && constant_luminance && !has_emission && own_depth)
+
+// A piece between two knots has their function at its ends too: a jump's side that it lies on.
+DERIVED(bool, keeps_interval, split_knots && !uniform_sampling)
