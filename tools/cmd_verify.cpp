@@ -1,6 +1,5 @@
 // psivox verify: whether this machine's GL driver draws what is known.
 
-#include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -10,6 +9,7 @@
 #include "command_line.h"
 #include "commands.h"
 #include "psivox/error.h"
+#include "psivox/stopwatch.h"
 #include "psivox/verify.h"
 
 namespace psivox {
@@ -81,12 +81,11 @@ void verify_command(Arguments arguments) {
     std::cout << verify_note(scene.filter) << '\n'
               << padded("case", name_width) << padded("error", number_width)
               << padded("bound", number_width) << "      reason for the bound" << std::endl;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   VerifyOptions options{.filter = scene.filter, .device = scene.device};
   if (!as_json) options.progress = print_case;
   const VerifyReport report = verify(options);
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = 1e-3 * watch.ms();
 
   if (as_json) {
     print_json(report, scene.filter, seconds);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <string>
 
@@ -9,20 +8,9 @@
 #include "psivox/atlas.h"
 #include "psivox/error_control.h"
 #include "psivox/renderer.h"
+#include "psivox/stopwatch.h"
 
 namespace psivox {
-
-/// Milliseconds since it was made.
-class Stopwatch {
- public:
-  double ms() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_)
-        .count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// Since the process was started, that is with the loading of its libraries [ms].
 double process_ms();

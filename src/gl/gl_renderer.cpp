@@ -1,7 +1,4 @@
-#include <time.h>
-
 #include <algorithm>
-#include <chrono>
 #include <map>
 
 #include "gl/atlas_textures.h"
@@ -15,22 +12,10 @@
 #include "march/march_parameters.h"
 #include "psivox/error.h"
 #include "psivox/renderer.h"
+#include "psivox/stopwatch.h"
 
 namespace psivox {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-/// Processor time of all threads of the process.
-double processor_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
 
 /// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
 /// draws wait for each other.
@@ -83,10 +68,10 @@ void GlRenderer::Impl::draw(const gl::MarchProgram& march, int width, int height
 }
 
 GlRenderer::GlRenderer(const ContextOptions& options) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   impl_ = std::make_unique<Impl>(options);
   impl_->context.release();
-  impl_->init_ms = milliseconds_since(start);
+  impl_->init_ms = watch.ms();
 }
 
 GlRenderer::~GlRenderer() = default;
@@ -97,7 +82,7 @@ std::string GlRenderer::description() const {
 }
 
 void GlRenderer::upload(const MediumAtlas& atlas, Filter filter, std::uint64_t max_buffer_texels) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   Impl& impl = *impl_;
   impl.context.make_current();
   int needed = gl::MarchProgram::first_grid_unit;
@@ -121,7 +106,7 @@ void GlRenderer::upload(const MediumAtlas& atlas, Filter filter, std::uint64_t m
   glFinish();
   impl.atlas = &atlas;
   impl.filter = filter;
-  impl.upload_ms = milliseconds_since(start);
+  impl.upload_ms = watch.ms();
 }
 
 LightDepths GlRenderer::light_depths(const View& view, int max_turns) {
@@ -167,7 +152,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   stats.gl_init_ms = impl.init_ms;
   stats.upload_ms = impl.upload_ms;
 
-  auto start = Clock::now();
+  const Stopwatch building;
   const gl::MarchProgram& march = impl.program(variant);
   march.configure(setup.parameters);
   const gl::Tables tables(setup.tables);
@@ -183,10 +168,9 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   impl.draw(march, 1, 1);
   glFinish();
   impl.context.check("compiling the march's shader");
-  stats.shader_ms = milliseconds_since(start);
+  stats.shader_ms = building.ms();
 
-  start = Clock::now();
-  const double processor_start_ms = processor_ms();
+  const Stopwatch marching;
   gl::Timer timer(stats.renderer);
   const glm::ivec2 size = view.scene.resolution;
   const int samples = view.scene.pixel_samples;
@@ -200,7 +184,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
     const int height = std::min(side, size.y - y);
     double slowest_ms = 0;
     for (int x = 0; x < size.x; x += side) {
-      const auto tile_start = Clock::now();
+      const Stopwatch drawing;
       const int width = std::min(side, size.x - x);
       sums.assign(std::size_t(width) * std::size_t(height), {});
       march.program().set("tile_origin", glm::ivec2(x, y));
@@ -229,7 +213,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
       impl.context.check("marching");
       for (int k = 0; k < width * height; ++k)
         film.set(x + k % width, y + k / width, sums[std::size_t(k)]);
-      slowest_ms = std::max(slowest_ms, milliseconds_since(tile_start));
+      slowest_ms = std::max(slowest_ms, drawing.ms());
       pixels_done += sums.size();
       if (options.tile) options.tile({x, y, width, height, film.picture()});
       if (options.progress)
@@ -242,9 +226,9 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
       target = std::make_unique<gl::TileTarget>(side, variant.resumable);
     }
   }
-  stats.march_ms = milliseconds_since(start);
+  stats.march_ms = marching.ms();
   stats.gpu_ms = timer.sum_ms();
-  stats.cpu_ms = processor_ms() - processor_start_ms;
+  stats.cpu_ms = marching.cpu_ms();
   result.image = film.finish(stats);
   return result;
 }

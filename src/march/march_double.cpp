@@ -2,11 +2,11 @@
 #include <tbb/parallel_for.h>
 
 #include <atomic>
-#include <chrono>
 #include <thread>
 
 #include "march/atlas_march.h"
 #include "march/film.h"
+#include "psivox/stopwatch.h"
 
 // Under AddressSanitizer it would take minutes to compile.
 #ifdef __SANITIZE_ADDRESS__
@@ -29,7 +29,7 @@ PSIVOX_INLINED glsl::AtlasMarch::March march_pixel(glsl::AtlasMarch& march,
 
 RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
                                  const RenderOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   MarchSetup setup = make_march_setup(view, atlas);
   setup.constants.hardware_filter = false;
   setup.constants.count_steps = options.count;
@@ -70,8 +70,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
   result.image = film.finish(result.stats);
   result.stats.renderer = "march in double precision";
   result.stats.passes = 1;
-  result.stats.march_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  result.stats.march_ms = watch.ms();
   return result;
 }
 

@@ -6,12 +6,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <thread>
 #include <vector>
 
 #include "psivox/error.h"
+#include "psivox/stopwatch.h"
 #include "ray_modes.h"
 
 namespace psivox {
@@ -52,7 +52,7 @@ bool has_depth(Mode mode) {
 
 ReferenceResult render_reference(const View& view, double tolerance, const Progress& progress) {
   if (view.medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const int width = view.scene.resolution.x, height = view.scene.resolution.y;
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
 
@@ -111,7 +111,7 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
     result.error_max = std::max(result.error_max, worker.error_max);
     result.cells += worker.cells;
   }
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  result.seconds = 1e-3 * watch.ms();
   if (progress) progress(1);
   return result;
 }

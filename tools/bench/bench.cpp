@@ -10,17 +10,15 @@
 
 #include "dense_renderer.h"
 #include "fog.h"
+#include "median.h"
 #include "psivox/error.h"
 #include "psivox/renderer.h"
-#include "timing.h"
+#include "psivox/stopwatch.h"
 
 namespace {
 
 using namespace psivox;
-using bench::Clock;
 using bench::median;
-using bench::milliseconds_since;
-using bench::processor_ms;
 
 /// One way to draw the scene.
 struct Variant {
@@ -37,9 +35,9 @@ void run_interleaved(std::vector<Variant>& variants) {
   for (Variant& v : variants) v.draw();  // compiles
   for (int i = 0; i < rounds; ++i)
     for (Variant& v : variants) {
-      const double before = processor_ms();
+      const Stopwatch watch;
       v.times.push_back(v.draw());
-      v.work.push_back(processor_ms() - before);
+      v.work.push_back(watch.cpu_ms());
     }
 }
 
@@ -47,9 +45,9 @@ void bench_conversion(const Field& field) {
   std::vector<double> times;
   AtlasSize single, half;
   for (int i = 0; i < rounds; ++i) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     single = build_atlas(field).size;
-    times.push_back(milliseconds_since(start));
+    times.push_back(watch.ms());
   }
   half = build_atlas(field, {.texel = TexelType::float16}).size;
   const double own = 4.0 * double(field.active_voxels);

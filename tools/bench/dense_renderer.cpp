@@ -1,11 +1,11 @@
 #include "dense_renderer.h"
 
-#include <chrono>
 #include <glm/common.hpp>
 
 #include "dense_shader.h"
 #include "march/march_parameters.h"
 #include "psivox/error.h"
+#include "psivox/stopwatch.h"
 
 namespace psivox::bench {
 
@@ -66,7 +66,7 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   program->set("volume", 0);
 
   const glm::ivec2 size = view.scene.resolution;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   target_.bind(0);
   glBindTextureUnit(0, volume_);
   glBindVertexArray(vertex_array_);
@@ -76,8 +76,7 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   std::vector<glm::vec4> picture;
   target_.read_picture(size.x, size.y, picture);
   context_.check("drawing the dense volume");
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-      .count();
+  return watch.ms();
 }
 
 }  // namespace psivox::bench

@@ -3,7 +3,8 @@
 #include "gl/egl_context.h"
 #include "gl/program.h"
 #include "gl/tile_target.h"
-#include "timing.h"
+#include "median.h"
+#include "psivox/stopwatch.h"
 
 namespace psivox::bench {
 namespace {
@@ -58,15 +59,14 @@ double fetch_rate(const BrickAtlas& atlas) {
 
   std::vector<double> times;
   for (int i = 0; i < 8; ++i) {
-    const auto start = Clock::now();
-    const double processor_start_ms = processor_ms();
+    const Stopwatch watch;
     target.bind(0);
     glBindTextureUnit(0, texture);
     glUseProgram(program.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
     glFinish();
     if (i == 0) continue;  // the first draw compiles
-    times.push_back(software ? processor_ms() - processor_start_ms : milliseconds_since(start));
+    times.push_back(software ? watch.cpu_ms() : watch.ms());
   }
   context.check("fetching texels");
   glDeleteVertexArrays(1, &vertex_array);

@@ -19,14 +19,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <map>
 #include <string>
 
 #include "psivox/image.h"
+#include "psivox/stopwatch.h"
 
 namespace {
 
@@ -145,12 +144,6 @@ void render(const Grid& grid, const Frame& frame, const Medium& medium, float* r
       });
 }
 
-double processor_ms() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return double(t.tv_sec) * 1e3 + double(t.tv_nsec) * 1e-6;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -169,12 +162,10 @@ int main(int argc, char** argv) try {
 
   double least_ms = 1e300, least_cpu_ms = 1e300;
   for (int i = 0; i < int(options.number("repeat")); ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    const double processor_start_ms = processor_ms();
+    const psivox::Stopwatch watch;
     render(grid, frame, medium, image.layers[0].values.data());
-    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
-    least_ms = std::min(least_ms, took.count());
-    least_cpu_ms = std::min(least_cpu_ms, processor_ms() - processor_start_ms);
+    least_ms = std::min(least_ms, watch.ms());
+    least_cpu_ms = std::min(least_cpu_ms, watch.cpu_ms());
   }
   std::printf("{\"march_ms\": %.3f, \"march_cpu_ms\": %.3f}\n", least_ms, least_cpu_ms);
   psivox::write_image(image, argv[2]);

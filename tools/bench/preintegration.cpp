@@ -4,35 +4,26 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <numeric>
 #include <random>
 #include <vector>
 
 #include "march/preintegration.h"
+#include "median.h"
+#include "psivox/stopwatch.h"
 
 namespace {
 
 using psivox::PreintegratedTable;
 using psivox::TransferFunction;
 using psivox::TransferPoint;
-
-double cpu_ms() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return double(t.tv_sec) * 1e3 + double(t.tv_nsec) * 1e-6;
-}
+using psivox::bench::median;
 
 template <typename Action>
 double timed(const Action& action) {
-  const double start = cpu_ms();
+  const psivox::Stopwatch watch;
   action();
-  return cpu_ms() - start;
-}
-
-double median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  return v[v.size() / 2];
+  return watch.cpu_ms();
 }
 
 /// Evenly spread points of random attenuation and colour.

@@ -9,9 +9,9 @@
 
 #include "fetch_rate.h"
 #include "fog.h"
+#include "median.h"
 #include "psivox/error.h"
 #include "psivox/renderer.h"
-#include "timing.h"
 
 namespace {
 

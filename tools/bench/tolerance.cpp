@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "median.h"
 #include "psivox/error.h"
 #include "psivox/error_control.h"
 #include "psivox/parameters.h"
@@ -21,6 +22,7 @@
 namespace {
 
 using namespace psivox;
+using bench::median;
 
 constexpr double tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5};
 constexpr int rounds = 3;
@@ -35,8 +37,6 @@ struct Drawn {
   double samples = 0;          ///< a ray
   std::vector<double> cpu_ms;  ///< of each round
 };
-
-double median(std::vector<double> values) { return spread_of(std::move(values)).median; }
 
 Drawn draw(GlRenderer& gl, const View& view) {
   RenderResult counted = gl.render(view, {.count = true});
