@@ -114,8 +114,12 @@ rule=broken_shaders/integrators/psi_exact.glsl
 sed -i 's/return Weights(\(.*\), real(0.0), \(.*\), s.depth)/return Weights(\2, real(0.0), \1, s.depth)/' $rule
 cmp -s $rule "$assets/../shaders/integrators/psi_exact.glsl" && fail "psi_exact.glsl is not broken"
 PSIVOX_SHADER_DIR=$PWD/broken_shaders run 0 "" "${sweep[@]}" --integrators psi-exact --samplings cells -o broken
-# step_error_radiance_rms and arithmetic_error_radiance_rms
-errors() { sed -n 2p "$1/results.csv" | cut -d, -f23,27; }
+# Columns of a study's CSV by their names, without the header.
+columns() {
+  awk -F, -v names="$2" 'NR == 1 { n = split(names, name, ","); for (i = 1; i <= NF; ++i) at[$i] = i }
+    NR > 1 { for (i = 1; i <= n; ++i) printf "%s%s", $at[name[i]], i < n ? "," : "\n" }' "$1/results.csv"
+}
+errors() { columns "$1" step_error_radiance_rms,arithmetic_error_radiance_rms; }
 run 0 "" "${sweep[@]}" --integrators psi-exact --samplings cells -o sound
 awk -F, -v broken="$(errors broken)" -v sound="$(errors sound)" 'BEGIN {
   split(broken, b); split(sound, s)
@@ -128,6 +132,17 @@ run 0 "" --psi -o psi -q
 [ "$(wc -l <psi/psi.csv)" = 45 ] || fail "psi.csv has $(wc -l <psi/psi.csv) lines, expected 45"
 [ "$(grep -o 'data:image/png;base64' psi/index.html | wc -l)" = 132 ] || fail "psi/index.html lacks pictures"
 grep -q '^psi-exact,opacities,rule,0,0,0,0,0,0$' psi/psi.csv || fail "psi-exact is not psi-exact"
+
+# --- tolerances ---------------------------------------------------------------------------------
+run 0 "" "${sweep[@]}" -o asked --integrators midpoint --segments 1 --steps 1 --tolerances 1e-2,1e-4
+[ "$(rows asked)" = 4 ] || fail "asked: $(rows asked) rows, expected 4"
+# what was chosen, and an error that is at most what was asked
+columns asked integrator,tolerance,rms | awk -F, '$2 > 0 { n += $1 != "" && $3 <= $2 } END { exit n != 2 }' ||
+  fail "tolerances were not kept: $(columns asked integrator,tolerance,rms)"
+grep -q '^| chosen by tolerance |' asked/results.md || fail "results.md has no curve of tolerances"
+before=$(md5sum asked/results.csv)
+run 0 "" "${sweep[@]}" -o asked --integrators midpoint --segments 1 --steps 1 --tolerances 1e-2,1e-4 --resume
+[ "$before" = "$(md5sum asked/results.csv)" ] || fail "resuming a study of tolerances changed it"
 
 # --- their orders, several studies side by side, resolutions --------------------------------------
 run 0 "" --orders -o orders -q

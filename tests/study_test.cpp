@@ -156,6 +156,28 @@ TEST(Plan, ResolutionsAreADimensionOfTheirOwn) {
   EXPECT_EQ(std::find(swept.begin(), swept.end(), "resolution"), swept.end());
 }
 
+TEST(Plan, TolerancesLeaveTheWayOpen) {
+  Sweep sweep = small_sweep();
+  set_sweep(sweep, "integrators", "psi-exact");
+  set_sweep(sweep, "samplings", "uniform");
+  set_sweep(sweep, "steps", "1");
+  set_sweep(sweep, "tolerances", "1e-2,1e-3");
+  Scene base;
+  base.early_termination = 1.0 / 16384;
+  const StudyPlan plan = plan_study(sweep, base);
+  ASSERT_EQ(plan.variants.size(), 3u);
+  EXPECT_EQ(variant_name(plan.variants[1]), "chosen for 0.01");
+  EXPECT_EQ(variant_name(refinement(plan.variants[1])), "chosen by tolerance");
+  EXPECT_EQ(refinement(plan.variants[1]), refinement(plan.variants[2]));
+  EXPECT_FALSE(refinement(plan.variants[0]) == refinement(plan.variants[1]));
+  EXPECT_TRUE(is_coarser(plan.variants[1], plan.variants[2]));
+  const Scene scene = scene_of(plan.variants[1], base);
+  EXPECT_EQ(scene.tolerance, 1e-2);
+  EXPECT_EQ(scene.resolved_early_termination(), 1e-2 / 4);
+  base.split_knots = true;  // which says how to march
+  EXPECT_TRUE(plan_study(sweep, base).variants.empty());
+}
+
 TEST(Plan, VariantsAreScenesOfTheirOwn) {
   Scene base;
   base.step = 3;  // of a file: what a sweep sets does not stay
@@ -186,6 +208,8 @@ StudyResults some_results() {
   StudyPlan plan = plan_study(small_sweep(), Scene{});
   plan.variants.push_back({Integrator::psi_exact, Sampling::uniform, 0, 1});
   plan.variants.back().resolution = {32, 24};
+  plan.variants.emplace_back();
+  plan.variants.back().tolerance = 1e-3;
   r.skipped = plan.skipped;
   double x = 0.1;
   for (const Variant& variant : plan.variants) {
@@ -194,6 +218,10 @@ StudyResults some_results() {
     p.error.radiance = {x, 2 * x, 3, 4, x / 3, -x / 7, 0};
     p.error.alpha = {x / 9, x, 5, 6, x / 2, x / 11, 1};
     if (variant.sampling == Sampling::cells) p.step_error = p.arithmetic = p.error;
+    if (variant.tolerance) {
+      p.chosen = {Integrator::midpoint, Sampling::uniform, 0, 9.5};
+      p.estimate = x / 2;
+    }
     p.samples_per_ray = 10 / x;
     p.steps_per_ray = 7 / x;
     p.atlas_bytes = 12345678901;
@@ -239,8 +267,11 @@ TEST(Results, CsvHasEveryNumberWithAllItsDigits) {
     const std::vector<std::string> cells = split(line);
     ASSERT_EQ(cells.size(), header.size());
     const auto number = [&](const char* name) { return std::stod(cells[column(name)]); };
-    EXPECT_EQ(cells[column("integrator")], rule_name(point.variant));
-    EXPECT_EQ(number("step"), point.variant.step);
+    const Variant marched = point.chosen.value_or(point.variant);
+    EXPECT_EQ(cells[column("integrator")], rule_name(marched));
+    EXPECT_EQ(number("step"), marched.step);
+    EXPECT_EQ(number("tolerance"), point.variant.tolerance.value_or(0));
+    EXPECT_EQ(number("estimate"), point.estimate);
     EXPECT_EQ(cells[column("resolution")], point.variant.resolution.x ? "32x24" : "1280x720");
     EXPECT_EQ(number("rms"), point.error.rms());
     EXPECT_EQ(number("radiance_p99"), point.error.radiance.p99);
@@ -298,6 +329,8 @@ TEST(Resume, OnlyTheSameStudyGoesOn) {
   set_sweep(sweep, "resolutions", "32x24");
   for (const Variant& variant : plan_study(sweep, Scene{}).variants)
     plan.variants.push_back(variant);
+  plan.variants.emplace_back();
+  plan.variants.back().tolerance = 1e-3;
   StudyResults next = begun;
   next.points.clear();
   next.input = "elsewhere/a.vdb";  // the same bytes under another name

@@ -38,6 +38,8 @@ bool parse(StudyCall& call, Arguments arguments) {
       {"steps", {"LIST", "uniform steps [voxels] (default: 4,2,1,0.5,0.25)"}},
       {"filters", {"LIST", "of exact, hardware, or all (default: exact)"}},
       {"texels", {"LIST", "of float32, float16, or all (default: float32)"}},
+      {"tolerances",
+       {"LIST", "errors to ask for: each marched as --tolerance chooses (default: none)"}},
       {"resolutions", {"LIST", "of WxH [pixels] (default: --resolution's)"}}};
   for (const std::string& name : sweep_lists())
     line.add_value("--" + name, 0, help.at(name).first, help.at(name).second, call.lists[name]);

@@ -26,6 +26,7 @@ struct Sweep {
   std::vector<double> steps{4, 2, 1, 0.5, 0.25};  ///< under uniform [voxels of the finest axis]
   std::vector<Filter> filters{Filter::exact};
   std::vector<TexelType> texels{TexelType::float32};
+  std::vector<double> tolerances{};       ///< RMS over R G B A; empty: none is asked for
   std::vector<glm::ivec2> resolutions{};  ///< [pixels]; empty: the scene's own
 
   Sweep();  ///< with every integrator
@@ -40,7 +41,8 @@ const std::vector<std::string>& swept_parameters();
 /// Replaces one list: items with commas, or `all` of the named ones. Throws Error(usage).
 void set_sweep(Sweep& sweep, std::string_view list, std::string_view text);
 
-/// One way to render. What its sampling does not read is 0.
+/// One way to render. What its sampling does not read is 0; under a tolerance, which chooses how to
+/// march, only the resolution is read.
 struct Variant {
   Integrator integrator = Integrator::psi_weighted;
   Sampling sampling = Sampling::cells;
@@ -48,12 +50,14 @@ struct Variant {
   double step = 0;   ///< under uniform
   Filter filter = Filter::exact;
   TexelType texel = TexelType::float32;
-  glm::ivec2 resolution{0};  ///< [pixels]; 0: the scene's own
+  glm::ivec2 resolution{0};           ///< [pixels]; 0: the scene's own
+  std::optional<double> tolerance{};  ///< 0: of any
   bool operator==(const Variant&) const = default;
 };
 
 /// "psi-exact", and "cells 2", "step 0.5" or "template" ("cells" and "uniform" of those of any),
 /// then what is not the default of filter, texel and resolution: a row and a column of a table.
+/// Under a tolerance "chosen", and "for 0.001" ("by tolerance" of those of any).
 std::string rule_name(const Variant& variant);
 std::string sampling_name(const Variant& variant);
 /// Both, and the same as a file's name without extension.
@@ -63,6 +67,11 @@ std::string file_name(const Variant& variant);
 /// The scene that renders it; and the scene without anything that every sweep sets.
 Scene scene_of(const Variant& variant, const Scene& base);
 Scene without_sweep(const Scene& scene);
+
+/// What a variant is a point of: the same of any step, segments or tolerance; and whether `a` comes
+/// before `b` from coarse to fine.
+Variant refinement(Variant variant);
+bool is_coarser(const Variant& a, const Variant& b);
 
 struct SkippedVariant {
   Variant variant;
@@ -115,6 +124,7 @@ struct Spread {
 Spread spread_of(std::vector<double> values);
 
 /// Wall time of the march, the GPU's own for its draws and the processor's for the whole process.
+/// Under a tolerance choosing the way is part of the first and the last.
 struct TimeSample {
   double wall_ms = 0, gpu_ms = 0, cpu_ms = 0;
   bool operator==(const TimeSample&) const = default;
@@ -123,6 +133,8 @@ struct TimeSample {
 /// What was measured of one variant.
 struct StudyPoint {
   Variant variant;
+  std::optional<Variant> chosen;           ///< under a tolerance: how it was marched
+  double estimate = 0;                     ///< under a tolerance: the RMS that was expected of it
   PictureError error;                      ///< GPU - reference
   std::optional<PictureError> step_error;  ///< march in double - reference
   std::optional<PictureError> arithmetic;  ///< GPU - march in double
@@ -167,7 +179,7 @@ std::string results_markdown(const StudyResults& results);
 /// What a rule under a sampling takes to bring the RMS down to `rms`: between the points of a
 /// refinement, straight in the logarithms; unset where none gets there.
 struct Need {
-  Variant variant;  ///< the refinement: step and segments are 0
+  Variant variant;  ///< the refinement: step, segments and tolerance are 0
   double rms = 0;
   std::optional<double> samples_per_ray, cpu_ms;
   bool at_most = false;  ///< the coarsest point is good enough: it takes that or less

@@ -8,12 +8,6 @@
 namespace psivox {
 namespace {
 
-Variant refinement(Variant variant) {
-  variant.segments = 0;
-  variant.step = 0;
-  return variant;
-}
-
 /// The value at `rms` on the line between two points, in logarithms; a's error is above it.
 double between(double rms, double a_error, double b_error, double a, double b) {
   if (a <= 0 || b <= 0 || b_error <= 0) return b;
@@ -62,8 +56,7 @@ std::vector<Need> needs_of(const StudyResults& results, const std::vector<double
   std::vector<Need> needs;
   for (auto& curve : curves) {
     std::stable_sort(curve.begin(), curve.end(), [](const StudyPoint* a, const StudyPoint* b) {
-      return a->variant.step != b->variant.step ? a->variant.step > b->variant.step
-                                                : a->variant.segments < b->variant.segments;
+      return is_coarser(a->variant, b->variant);
     });
     for (const double rms : rms_wanted) needs.push_back(need_of(curve, rms));
   }

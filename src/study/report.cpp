@@ -48,7 +48,8 @@ std::string points_table(const StudyResults& results) {
     return error ? two_digits(error->rms()) : "–";
   };
   for (const StudyPoint& p : results.points) {
-    std::vector<std::string> row = {variant_name(p.variant), two_digits(p.error.rms())};
+    const std::string chosen = p.chosen ? ": " + variant_name(*p.chosen) : "";
+    std::vector<std::string> row = {variant_name(p.variant) + chosen, two_digits(p.error.rms())};
     for (const Deviation* d : {&p.error.radiance, &p.error.alpha})
       row.insert(row.end(),
                  {two_digits(d->rms), max_text(*d), two_digits(d->p99), two_digits(d->mean)});

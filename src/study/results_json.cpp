@@ -14,24 +14,28 @@ constexpr int format_version = 1;
 json json_of(const Variant& v) {
   const Scene scene = scene_of(v, {});
   const auto text = [&](const char* name) { return parameter_text(scene, *find_parameter(name)); };
-  json j = {{"integrator", text("integrator")}, {"sampling", text("sampling")},
-            {"segments", v.segments},           {"step", v.step},
-            {"filter", text("filter")},         {"texel", text("texel")}};
+  json j;
+  if (v.tolerance)
+    j["tolerance"] = *v.tolerance;
+  else
+    j = {{"integrator", text("integrator")}, {"sampling", text("sampling")},
+         {"segments", v.segments},           {"step", v.step},
+         {"filter", text("filter")},         {"texel", text("texel")}};
   if (v.resolution.x > 0) j["resolution"] = text("resolution");
   return j;
 }
 
 Variant variant_from(const json& j) {
   Scene scene;
-  for (const char* name : {"integrator", "sampling", "filter", "texel"})
-    set_parameter(scene, name, j.at(name).get<std::string>());
-  Variant v{*scene.integrator,
-            *scene.sampling,
-            j.at("segments").get<int>(),
-            j.at("step").get<double>(),
-            scene.filter,
-            scene.texel,
-            {}};
+  Variant v;
+  if (j.contains("tolerance")) {
+    v.tolerance = j.at("tolerance").get<double>();
+  } else {
+    for (const char* name : {"integrator", "sampling", "filter", "texel"})
+      set_parameter(scene, name, j.at(name).get<std::string>());
+    v = {*scene.integrator,          *scene.sampling, j.at("segments").get<int>(),
+         j.at("step").get<double>(), scene.filter,    scene.texel};
+  }
   if (j.contains("resolution")) {
     set_parameter(scene, "resolution", j.at("resolution").get<std::string>());
     v.resolution = scene.resolution;
@@ -69,6 +73,10 @@ std::optional<PictureError> optional_error_from(const json& j) {
 
 json json_of(const StudyPoint& p) {
   json j = json_of(p.variant);
+  if (p.chosen) {
+    j["chosen"] = json_of(*p.chosen);
+    j["chosen"]["rms"] = p.estimate;
+  }
   j["error"] = json_of(p.error);
   j["step_error"] = json_of(p.step_error);
   j["arithmetic_error"] = json_of(p.arithmetic);
@@ -85,6 +93,10 @@ json json_of(const StudyPoint& p) {
 StudyPoint point_from(const json& j) {
   StudyPoint p;
   p.variant = variant_from(j);
+  if (j.contains("chosen")) {
+    p.chosen = variant_from(j.at("chosen"));
+    p.estimate = j.at("chosen").at("rms").get<double>();
+  }
   p.error = error_from(j.at("error"));
   p.step_error = optional_error_from(j.at("step_error"));
   p.arithmetic = optional_error_from(j.at("arithmetic_error"));

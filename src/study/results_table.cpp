@@ -79,8 +79,8 @@ TextTable needs_table(const StudyResults& results) {
 
 std::string results_csv(const StudyResults& results) {
   CsvLine header;
-  for (const char* name :
-       {"integrator", "sampling", "segments", "step", "filter", "texel", "resolution", "rms"})
+  for (const char* name : {"integrator", "sampling", "segments", "step", "filter", "texel",
+                           "resolution", "tolerance", "estimate", "rms"})
     header << std::string(name);
   add_header(header, "");
   for (const char* error : {"step_error_", "arithmetic_error_"})
@@ -97,14 +97,15 @@ std::string results_csv(const StudyResults& results) {
   std::string out = header.str();
   const Scene base = scene_from_json(results.scene, "the study's scene");
   for (const StudyPoint& point : results.points) {
-    const Scene scene = scene_of(point.variant, base);
+    const Variant marched = point.chosen.value_or(point.variant);
+    const Scene scene = scene_of(marched, base);
     const auto text = [&](const char* name) {
       return parameter_text(scene, *find_parameter(name));
     };
     CsvLine line;
-    line << text("integrator") << text("sampling") << double(point.variant.segments)
-         << point.variant.step << text("filter") << text("texel") << text("resolution")
-         << point.error.rms();
+    line << text("integrator") << text("sampling") << double(marched.segments) << marched.step
+         << text("filter") << text("texel") << text("resolution")
+         << point.variant.tolerance.value_or(0) << point.estimate << point.error.rms();
     add(line, point.error);
     add_short(line, point.step_error);
     add_short(line, point.arithmetic);

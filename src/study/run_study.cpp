@@ -5,10 +5,12 @@
 
 #include "git_hash.h"
 #include "psivox/error.h"
+#include "psivox/error_control.h"
 #include "psivox/light.h"
 #include "psivox/parameters.h"
 #include "psivox/reference.h"
 #include "psivox/renderer.h"
+#include "psivox/stopwatch.h"
 #include "psivox/study.h"
 #include "psivox/text_file.h"
 #include "study/difference_picture.h"
@@ -35,6 +37,17 @@ View resized(View view, const glm::ivec2& resolution) {
   return view;
 }
 
+/// The way that a plan chose, as a variant.
+Variant variant_of(const Trial& trial, const glm::ivec2& resolution) {
+  Variant variant{trial.integrator, trial.sampling};
+  if (trial.sampling == Sampling::uniform)
+    variant.step = trial.step;
+  else if (!is_cell_rule(trial.integrator))
+    variant.segments = trial.segments;
+  variant.resolution = resolution;
+  return variant;
+}
+
 class StudyRun {
  public:
   StudyRun(View view, const StudyOptions& options);
@@ -54,6 +67,8 @@ class StudyRun {
   void time(std::size_t i);
 
   View view_of(const Variant& variant) const;
+  MarchPlan plan_of(const Variant& variant) const;
+  View march_of(const Variant& variant);
   void upload(const Variant& variant);
   RenderResult render(const Variant& variant, bool count);
   PictureError split(const Variant& variant, const Image& gpu, PictureError& step_error);
@@ -74,7 +89,9 @@ class StudyRun {
   }
   double render_work(const Variant& v) const {
     const glm::dvec2 own(scene_of(v, view_.scene).resolution), all(view_.scene.resolution);
-    const double work = v.sampling == Sampling::uniform ? 0.5 / v.step : 1 + 0.2 * v.segments;
+    const double work = v.tolerance                       ? 3
+                        : v.sampling == Sampling::uniform ? 0.5 / v.step
+                                                          : 1 + 0.2 * v.segments;
     return 0.3 + work * own.x * own.y / (all.x * all.y);
   }
   double measure_work(std::size_t i) const;
@@ -91,6 +108,7 @@ class StudyRun {
   std::map<TexelType, MediumAtlas> atlases_;
   std::optional<std::pair<TexelType, Filter>> uploaded_;
   std::map<std::string, Image> references_;  ///< by reference_name(variant)
+  std::map<std::string, MarchPlan> plans_;   ///< under tolerances, by variant_name(variant)
   double done_ = 0, all_work_ = 1;
 };
 
@@ -197,6 +215,19 @@ View StudyRun::view_of(const Variant& variant) const {
   return resized(view, view.scene.resolution);
 }
 
+MarchPlan StudyRun::plan_of(const Variant& variant) const {
+  return plan_march(view_of(variant), atlases_.at(variant.texel));
+}
+
+/// The view as it is to be marched: under a tolerance as the plan says, which is always the same.
+View StudyRun::march_of(const Variant& variant) {
+  if (!variant.tolerance) return view_of(variant);
+  const std::string name = variant_name(variant);
+  const auto found = plans_.find(name);
+  return (found != plans_.end() ? found : plans_.emplace(name, plan_of(variant)).first)
+      ->second.view;
+}
+
 void StudyRun::upload(const Variant& variant) {
   const auto wanted = std::pair(variant.texel, variant.filter);
   if (uploaded_ == wanted) return;
@@ -210,14 +241,14 @@ RenderResult StudyRun::render(const Variant& variant, bool count) {
   RenderOptions options;
   options.count = count;
   options.progress = stopper();
-  return renderer_.render(view_of(variant), options);
+  return renderer_.render(march_of(variant), options);
 }
 
 PictureError StudyRun::split(const Variant& variant, const Image& gpu, PictureError& step_error) {
   RenderOptions options;
   options.progress = stopper();
   const Image exact =
-      render_march_double(view_of(variant), atlases_.at(variant.texel), options).image;
+      render_march_double(march_of(variant), atlases_.at(variant.texel), options).image;
   step_error = picture_error(exact, references_.at(reference_name(variant)));
   return picture_error(gpu, exact);
 }
@@ -232,6 +263,11 @@ void StudyRun::measure(std::size_t i) {
   const RenderResult drawn = render(variant, false);
   const RenderStats counts = render(variant, true).stats;
   const Image& reference = references_.at(reference_name(variant));
+  if (variant.tolerance) {
+    const Trial& chosen = plans_.at(variant_name(variant)).chosen;
+    point.chosen = variant_of(chosen, variant.resolution);
+    point.estimate = chosen.rms;
+  }
   point.error = picture_error(drawn.image, reference);
   const double rays = static_cast<double>(counts.rays);
   point.samples_per_ray = static_cast<double>(counts.samples) / rays;
@@ -252,15 +288,19 @@ void StudyRun::measure(std::size_t i) {
 }
 
 void StudyRun::time(std::size_t i) {
-  const RenderStats stats = render(plan_.variants[i], false).stats;
-  points_[i]->times.push_back({stats.march_ms, stats.gpu_ms, stats.cpu_ms});
+  const Variant& variant = plan_.variants[i];
+  const Stopwatch planning;
+  if (variant.tolerance) plans_[variant_name(variant)] = plan_of(variant);
+  const double plan_ms = planning.ms(), plan_cpu_ms = planning.cpu_ms();
+  const RenderStats stats = render(variant, false).stats;
+  points_[i]->times.push_back({plan_ms + stats.march_ms, stats.gpu_ms, plan_cpu_ms + stats.cpu_ms});
 }
 
 double StudyRun::measure_work(std::size_t i) const {
   const Variant& v = plan_.variants[i];
   const bool new_program = i == 0 || plan_.variants[i - 1].integrator != v.integrator ||
                            plan_.variants[i - 1].sampling != v.sampling ||
-                           plan_.variants[i - 1].filter != v.filter;
+                           plan_.variants[i - 1].filter != v.filter || v.tolerance;
   return render_work(v) * (2 + (options_.split ? double_work : 0)) +
          (new_program ? compile_work : 0);
 }

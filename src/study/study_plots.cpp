@@ -14,16 +14,23 @@ constexpr Ink inks[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 
                         {188, 189, 34},  {23, 190, 207}, {0, 0, 0},       {0, 90, 160},
                         {120, 200, 120}, {170, 110, 40}};
 
+constexpr Ink chosen_ink{230, 60, 140};
+Ink ink_of(const Variant& variant) {
+  return variant.tolerance ? chosen_ink : ink_of(variant.integrator);
+}
+
 Drawing::Shape shape_of(Sampling sampling) {
   return sampling == Sampling::cells     ? Drawing::Shape::square
          : sampling == Sampling::uniform ? Drawing::Shape::disc
                                          : Drawing::Shape::diamond;
 }
+Drawing::Shape shape_of(const Variant& variant) {
+  return variant.tolerance ? Drawing::Shape::ring : shape_of(variant.sampling);
+}
 
-/// Variants that differ in their step or segments alone.
-bool same_curve(const Variant& a, const Variant& b) {
-  return a.integrator == b.integrator && a.sampling == b.sampling && a.filter == b.filter &&
-         a.texel == b.texel && a.resolution == b.resolution;
+/// Cells' curves are dashed.
+bool is_dashed(const Variant& variant) {
+  return !variant.tolerance && variant.sampling == Sampling::cells;
 }
 
 /// Errors nearer than that are drawn as one.
@@ -38,12 +45,13 @@ Plot plot_of(const StudyResults& results, const std::string& title, const std::s
     if (x(point) > 0) points.push_back(&point);
   // From coarse to fine, which is how a curve joins them.
   std::stable_sort(points.begin(), points.end(), [](const StudyPoint* a, const StudyPoint* b) {
-    return std::pair(-a->variant.step, a->variant.segments) <
-           std::pair(-b->variant.step, b->variant.segments);
+    return is_coarser(a->variant, b->variant);
   });
   std::vector<PlotCurve> curves;
   for (const StudyPoint* point : points) {
-    const auto same = [&](const PlotCurve& c) { return same_curve(c.variant, point->variant); };
+    const auto same = [&](const PlotCurve& c) {
+      return refinement(c.variant) == refinement(point->variant);
+    };
     auto curve = std::find_if(curves.begin(), curves.end(), same);
     if (curve == curves.end()) curve = curves.insert(curve, {point->variant, {}});
     curve->points.emplace_back(x(*point), point->error.rms());
@@ -81,22 +89,23 @@ Plot plot_of_curves(const std::vector<PlotCurve>& curves) {
   Plot plot;
   for (const PlotCurve& curve : curves) {
     const Variant& v = curve.variant;
-    plot.series.push_back(
-        {curve.points, ink_of(v.integrator), shape_of(v.sampling), v.sampling == Sampling::cells});
+    plot.series.push_back({curve.points, ink_of(v), shape_of(v), is_dashed(v)});
   }
-  std::vector<Integrator> rules;
+  std::vector<std::string> rules;
   for (const PlotCurve& curve : curves) {
-    const Integrator rule = curve.variant.integrator;
+    const std::string rule = rule_name(curve.variant);
     if (std::find(rules.begin(), rules.end(), rule) != rules.end()) continue;
     rules.push_back(rule);
-    plot.legend.push_back({rule_name(curve.variant), ink_of(rule)});
+    plot.legend.push_back({rule, ink_of(curve.variant)});
   }
   constexpr Ink ink{60, 60, 60};
   const std::pair<Sampling, const char*> samplings[] = {{Sampling::uniform, "uniform"},
                                                         {Sampling::cells, "cells"},
                                                         {Sampling::template_, "template"}};
   for (const auto& [sampling, name] : samplings) {
-    const auto has = [&](const PlotCurve& c) { return c.variant.sampling == sampling; };
+    const auto has = [&](const PlotCurve& c) {
+      return !c.variant.tolerance && c.variant.sampling == sampling;
+    };
     if (std::any_of(curves.begin(), curves.end(), has))
       plot.legend.push_back({name, ink, shape_of(sampling), true, sampling == Sampling::cells});
   }

@@ -1,6 +1,7 @@
 // Which combinations a study renders, and their names.
 
 #include <algorithm>
+#include <tuple>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
@@ -47,6 +48,8 @@ const List lists[] = {
      [](Sweep& s, const Scene& scene) { add(s.filters, scene.filter); }},
     {"texels", "texel", [](Sweep& s) { s.texels.clear(); },
      [](Sweep& s, const Scene& scene) { add(s.texels, scene.texel); }},
+    {"tolerances", "tolerance", [](Sweep& s) { s.tolerances.clear(); },
+     [](Sweep& s, const Scene& scene) { add(s.tolerances, *scene.tolerance); }},
     {"resolutions", "resolution", [](Sweep& s) { s.resolutions.clear(); },
      [](Sweep& s, const Scene& scene) { add(s.resolutions, scene.resolution); }, true},
 };
@@ -82,7 +85,7 @@ const std::vector<std::string>& sweep_lists() {
 
 const std::vector<std::string>& swept_parameters() {
   static const std::vector<std::string> names = [] {
-    std::vector<std::string> all{"renderer", "tolerance"};
+    std::vector<std::string> all{"renderer"};
     for (const List& list : lists)
       if (!list.optional) all.emplace_back(list.parameter);
     return all;
@@ -113,13 +116,18 @@ void set_sweep(Sweep& sweep, std::string_view list, std::string_view text) {
 
 Scene scene_of(const Variant& variant, const Scene& base) {
   Scene scene = without_sweep(base);
+  if (variant.resolution.x > 0) scene.resolution = variant.resolution;
+  if (variant.tolerance) {
+    if (*variant.tolerance > 0) scene.tolerance = variant.tolerance;
+    scene.early_termination.reset();  // the tolerance's own
+    return scene;
+  }
   scene.integrator = variant.integrator;
   scene.sampling = variant.sampling;
   if (variant.sampling == Sampling::cells && variant.segments) scene.segments = variant.segments;
   if (variant.step > 0) scene.step = variant.step;
   scene.filter = variant.filter;
   scene.texel = variant.texel;
-  if (variant.resolution.x > 0) scene.resolution = variant.resolution;
   return scene;
 }
 
@@ -133,22 +141,38 @@ Scene without_sweep(const Scene& scene) {
   out.filter = defaults.filter;
   out.texel = defaults.texel;
   out.renderer = defaults.renderer;
+  out.tolerance.reset();
   return out;
 }
 
 std::string rule_name(const Variant& variant) {
+  if (variant.tolerance) return "chosen";
   return text_of("integrator", scene_of(variant, {}));
 }
 
 std::string sampling_name(const Variant& variant) {
   const Scene scene = scene_of(variant, {});
-  std::string name =
-      variant.step > 0 ? "step " + text_of("step", scene) : text_of("sampling", scene);
+  std::string name = scene.tolerance     ? "for " + text_of("tolerance", scene)
+                     : variant.tolerance ? "by tolerance"
+                     : variant.step > 0  ? "step " + text_of("step", scene)
+                                         : text_of("sampling", scene);
   if (variant.segments) name += " " + text_of("segments", scene);
   if (variant.filter != Filter::exact) name += " " + text_of("filter", scene);
   if (variant.texel != TexelType::float32) name += " " + text_of("texel", scene);
   if (variant.resolution.x > 0) name += " " + text_of("resolution", scene);
   return name;
+}
+
+Variant refinement(Variant variant) {
+  variant.segments = 0;
+  variant.step = 0;
+  if (variant.tolerance) variant.tolerance = 0;
+  return variant;
+}
+
+bool is_coarser(const Variant& a, const Variant& b) {
+  return std::tuple(-a.step, a.segments, -a.tolerance.value_or(0)) <
+         std::tuple(-b.step, b.segments, -b.tolerance.value_or(0));
 }
 
 std::string variant_name(const Variant& variant) {
@@ -202,7 +226,7 @@ StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
     for (const Filter filter : sweep.filters)
       for (const Sampling sampling : sweep.samplings)
         for (const Integrator rule : sweep.integrators) {
-          Variant variant{rule, sampling, 0, 0, filter, texel, {}};
+          Variant variant{rule, sampling, 0, 0, filter, texel};
           if (sampling == Sampling::cells && !is_cell_rule(rule))
             for (const int segments : sweep.segments) {
               variant.segments = segments;
@@ -216,6 +240,11 @@ StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
           else  // one cell is one segment of such a rule; a template has a step of its own
             consider(variant);
         }
+  for (const double tolerance : sweep.tolerances) {
+    Variant variant;
+    variant.tolerance = tolerance;
+    consider(variant);
+  }
   return plan;
 }
 
