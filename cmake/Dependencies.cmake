@@ -1,6 +1,8 @@
 find_package(Threads REQUIRED)
 find_package(TBB REQUIRED)
 find_package(glm REQUIRED)
+find_package(OpenEXR REQUIRED)
+find_package(PNG REQUIRED)
 find_package(OpenImageIO REQUIRED)
 # Debian's target names OpenCV's headers, which its package does not depend on and nobody needs.
 set_target_properties(OpenImageIO::OpenImageIO PROPERTIES

@@ -33,6 +33,7 @@ only_in() {
   done < <(includes "${folders[@]}")
 }
 only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_march\.cpp$' '^tests/vdb_'
+only_in '^(OpenEXR/|png\.h)' '^src/image/'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.'
 only_in '^nlohmann/' '^src/scene/' '^src/study/' '^tools/'

@@ -93,8 +93,7 @@ TEST_F(ImageTest, TwoWritesAreByteIdenticalThoughTimePasses) {
                 contents(file("b").replace_extension(extension)))
         << extension;
   }
-  // OpenImageIO writes the attribute in any case; psivox gives it no date.
-  EXPECT_EQ(exr_header(file("a.exr")).at("capDate"), "");
+  EXPECT_FALSE(exr_header(file("a.exr")).contains("capDate"));
 }
 
 TEST_F(ImageTest, PngHoldsTheEncodedColourDividedByAlphaOnce) {

@@ -10,7 +10,7 @@ packages=(
   # (libopenvdb-dev does not bring the Boost headers that its own include)
   libopenvdb-dev libboost-dev libimath-dev libtbb-dev
   # (OpenImageIO's CMake package refuses to load without the programs of openimageio-tools)
-  libopenimageio-dev openimageio-tools
+  libopenimageio-dev openimageio-tools libopenexr-dev libpng-dev
   libglm-dev
   libepoxy-dev libegl-dev
   libglfw3-dev libimgui-dev

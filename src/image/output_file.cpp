@@ -92,7 +92,7 @@ void OutputFile::commit(bool library_succeeded, const std::string& library_says)
   file_ = nullptr;
   if (failure_ != 0) throw write_error(named_, std::strerror(failure_));
   if (!library_succeeded) {
-    throw write_error(named_, library_says.empty() ? "OpenImageIO gave no reason" : library_says);
+    throw write_error(named_, library_says.empty() ? "the encoder gave no reason" : library_says);
   }
   std::error_code failure;
   fs::rename(hidden_, target_, failure);

@@ -2,7 +2,6 @@
 
 #include <dlfcn.h>
 
-#include "encode.h"
 #include "error_text.h"
 #include "psivox/error.h"
 
@@ -23,7 +22,7 @@ const image_io::PictureFiles* load_module() {
     const char* why = dlerror();
     return {
         ExitCode::failure,
-        image_io::one_line("cannot load what reads and writes pictures: " +
+        image_io::one_line("cannot load what reads pictures: " +
                            std::string(why ? why : "'" + path.string() + "' is no such module"))};
   };
   // Never closed: OpenImageIO has threads.
@@ -47,16 +46,6 @@ Image read_image(const std::filesystem::path& path) { return files().read_image(
 std::string read_metadata(const std::filesystem::path& path, const std::string& key) {
   return files().read_metadata(path, key);
 }
-
-namespace image_io {
-
-void write_exr(const Image& image, const WriteOptions& options, OutputFile& file) {
-  files().write_exr(image, options, file);
-}
-
-void write_png(const Image& image, OutputFile& file) { files().write_png(image, file); }
-
-}  // namespace image_io
 
 std::string openimageio_version() { return files().version(); }
 

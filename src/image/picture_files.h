@@ -3,20 +3,16 @@
 #include <filesystem>
 #include <string>
 
-#include "output_file.h"
 #include "psivox/image.h"
 
 namespace psivox::image_io {
 
 /// What the module psivox_oiio (src/oiio) offers. It stands in a module of its own because linking
-/// OpenImageIO with all that it depends on takes longer than a small picture: who needs it loads
-/// it, beside other work.
+/// OpenImageIO with all that it depends on takes longer than a small picture: who reads one loads
+/// it.
 struct PictureFiles {
   Image (*read_image)(const std::filesystem::path& path);
   std::string (*read_metadata)(const std::filesystem::path& path, const std::string& key);
-  /// See encode.h.
-  void (*write_exr)(const Image& image, const WriteOptions& options, OutputFile& file);
-  void (*write_png)(const Image& image, OutputFile& file);
   std::string (*version)();
 };
 

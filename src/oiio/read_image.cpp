@@ -16,7 +16,6 @@
 #include "image/srgb.h"
 #include "png_chunks.h"
 #include "psivox/image.h"
-#include "write.h"
 
 namespace psivox {
 namespace {
@@ -173,8 +172,7 @@ std::string library_version() {
          std::to_string(version % 100);
 }
 
-constexpr image_io::PictureFiles table = {read_picture, read_attribute, oiio::write_exr,
-                                          oiio::write_png, library_version};
+constexpr image_io::PictureFiles table = {read_picture, read_attribute, library_version};
 
 }  // namespace
 }  // namespace psivox

@@ -1,0 +1,91 @@
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfThreading.h>
+
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "encode.h"
+
+namespace psivox::image_io {
+namespace {
+
+/// An OutputFile as OpenEXR writes to it.
+class OutputStream final : public Imf::OStream {
+ public:
+  explicit OutputStream(OutputFile& file) : OStream("picture.exr"), file_(file) {}
+
+  void write(const char bytes[], int count) override {
+    const auto size = static_cast<std::size_t>(count);
+    if (file_.write({bytes, size}) != size) throw std::runtime_error("a write failed");
+  }
+  std::uint64_t tellp() override { return static_cast<std::uint64_t>(file_.tell()); }
+  void seekp(std::uint64_t position) override {
+    if (!file_.seek(static_cast<std::int64_t>(position))) throw std::runtime_error("a seek failed");
+  }
+
+ private:
+  OutputFile& file_;
+};
+
+Imf::Header header_of(const Image& image) {
+  Imf::Header header(image.width, image.height);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  for (const auto& [name, value] : image.metadata)
+    if (header.find(name) == header.end())  // what the format itself needs has its own type
+      header.insert(name, Imf::StringAttribute(value));
+  return header;
+}
+
+/// The part of a slice that is the same for every channel of a layer.
+template <typename Value>
+Imf::Slice slice(Imf::PixelType type, const std::vector<Value>& values, int width,
+                 std::size_t channels, std::size_t channel) {
+  const std::size_t stride = channels * sizeof(Value);
+  // read only, whatever its type says
+  auto* first = const_cast<char*>(reinterpret_cast<const char*>(values.data() + channel));
+  return {type, first, stride, stride * static_cast<std::size_t>(width)};
+}
+
+void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
+  Imf::Header header = header_of(image);
+  Imf::FrameBuffer pixels;
+  std::vector<half> halves;
+  for (const Layer& layer : image.layers) {
+    // Half's largest number is 65504 and its 11 bits miscount steps above 2048: layers stay float.
+    const bool is_half = options.half && &layer == &image.layers.front();
+    if (is_half) halves.assign(layer.values.begin(), layer.values.end());
+    const Imf::PixelType type = is_half ? Imf::HALF : Imf::FLOAT;
+    const std::size_t count = layer.channels.size();
+    for (std::size_t c = 0; c < count; ++c) {
+      const std::string name = exr_channel_name(layer, c);
+      header.channels().insert(name, Imf::Channel(type));
+      pixels.insert(name, is_half ? slice(type, halves, image.width, count, c)
+                                  : slice(type, layer.values, image.width, count, c));
+    }
+  }
+  OutputStream stream(file);
+  Imf::OutputFile output(stream, header);
+  output.setFrameBuffer(pixels);
+  output.writePixels(image.height);
+}
+
+}  // namespace
+
+void write_exr(const Image& image, const WriteOptions& options, OutputFile& file) {
+  Imf::setGlobalThreadCount(static_cast<int>(std::thread::hardware_concurrency()));
+  std::string says;
+  try {
+    encode(image, options, file);
+  } catch (const std::exception& error) {
+    says = error.what();
+  }
+  file.commit(says.empty(), says);
+}
+
+}  // namespace psivox::image_io
