@@ -1,8 +1,8 @@
 // bench_tolerance [-r SIDE] SCENE.json ...: pictures asked for by their error, on scenes
 // such as those of tools/bench/scenes. Of each scene and tolerance: what was chosen, the error that
-// was achieved, and look-ups and processor time against the best uniform rule, whose step is the
-// one that gives the tolerance, found between those that were drawn. Times are medians of rounds in
-// which all take turns.
+// was achieved, and look-ups and processor time against the best uniform rule and step that give
+// the tolerance, found by drawing them: halves of 8, then between the two that enclose the
+// tolerance. Times are medians of rounds in which all take turns.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -43,30 +43,8 @@ Drawn draw(GlRenderer& gl, const View& view) {
   return {std::move(counted.image), double(counted.stats.samples) / double(counted.stats.rays), {}};
 }
 
-/// Error, look-ups, time of one uniform rule over its steps.
-struct Curve {
-  std::string name;
-  std::vector<View> views;
-  std::vector<Drawn> drawn;
-  std::vector<double> rms;
-};
-
-/// A cost at an error, between the curve's points in the logarithms; unset: the curve does not get
-/// there. Where its coarsest is accurate enough, that one's.
-std::optional<double> cost_at(const Curve& curve, const std::vector<double>& cost, double error) {
-  std::optional<double> best;
-  const auto take = [&](double c) { best = best ? std::min(*best, c) : c; };
-  for (std::size_t i = 0; i < cost.size(); ++i) {
-    if (curve.rms[i] <= error) take(cost[i]);
-    if (i == 0) continue;
-    const double a = curve.rms[i - 1], b = curve.rms[i];
-    if (b <= error && error < a)
-      take(cost[i - 1] * std::pow(cost[i] / cost[i - 1], std::log(a / error) / std::log(a / b)));
-  }
-  return best;
-}
-
-double p999(const Image& a, const Image& b) {
+/// What 99.9 % of the pixels are within, by their worst channels.
+double tail_of(const Image& a, const Image& b) {
   std::vector<double> worst;
   for (std::size_t i = 0; i < a.rgba().size(); i += 4) {
     double most = 0;
@@ -75,6 +53,44 @@ double p999(const Image& a, const Image& b) {
     worst.push_back(most);
   }
   return percentile(std::move(worst), 0.999);
+}
+
+/// One uniform rule at one step.
+struct CurvePoint {
+  View view;
+  Drawn drawn;
+  double rms = 0, tail = 0;  ///< tail: of 99.9 % of the pixels
+  double step() const { return *view.scene.step; }
+};
+
+/// One uniform rule, from wide steps to narrow ones.
+struct Curve {
+  std::string name;
+  std::vector<CurvePoint> points;
+};
+
+/// The first point that gives the error.
+std::vector<CurvePoint>::iterator first_within(Curve& curve, double error) {
+  return std::find_if(curve.points.begin(), curve.points.end(),
+                      [&](const CurvePoint& p) { return p.rms <= error; });
+}
+
+/// What the rules take at least for an error and a tail: of the points that keep both, or more than
+/// that of the narrowest step where none does.
+struct Hindsight {
+  double cost = 0;
+  bool more = false;
+};
+template <typename Cost>
+Hindsight hindsight(const std::vector<Curve>& curves, double error, double tail, Cost cost) {
+  std::optional<double> best, narrowest;
+  const auto take = [](std::optional<double>& to, double c) { to = to ? std::min(*to, c) : c; };
+  for (const Curve& curve : curves) {
+    take(narrowest, cost(curve.points.back().drawn));
+    for (const CurvePoint& p : curve.points)
+      if (p.rms <= error && p.tail <= tail) take(best, cost(p.drawn));
+  }
+  return {best.value_or(*narrowest), !best};
 }
 
 void run(const Case& c, int side) {
@@ -97,16 +113,31 @@ void run(const Case& c, int side) {
   std::vector<Curve> curves;
   for (const Integrator rule :
        {Integrator::psi_balanced, Integrator::midpoint, Integrator::porter_duff}) {
-    Curve curve{info(rule).name, {}, {}, {}};
-    for (double step = 8; step > 0.1; step /= 2) {
-      curve.views.push_back(variant([&](Scene& s) {
+    const auto point = [&](double step) {
+      const View view = variant([&](Scene& s) {
         s.step = step;
         s.integrator = rule;
-      }));
-      curve.drawn.push_back(draw(gl, curve.views.back()));
-      curve.rms.push_back(compare_images(curve.drawn.back().image, truth).rms);
-      if (curve.rms.back() < 5e-6) break;
+      });
+      Drawn drawn = draw(gl, view);
+      const double rms = compare_images(drawn.image, truth).rms, tail = tail_of(drawn.image, truth);
+      return CurvePoint{view, std::move(drawn), rms, tail};
+    };
+    Curve curve{info(rule).name, {}};
+    for (double step = 8; step > 0.1; step /= 2) {
+      curve.points.push_back(point(step));
+      if (curve.points.back().rms < 5e-6) break;
     }
+    // The error need not grow with the step: the widest step is found by drawing.
+    for (const double tolerance : tolerances)
+      for (int i = 0; i < 3; ++i) {
+        const auto fine = first_within(curve, tolerance);
+        if (fine == curve.points.begin() || fine == curve.points.end()) break;
+        const auto coarse = fine - 1;
+        const double part = std::log(fine->rms / tolerance) / std::log(fine->rms / coarse->rms);
+        if (part < 0.05) break;
+        const double step = fine->step() * std::pow(coarse->step() / fine->step(), 0.97 * part);
+        curve.points.insert(fine, point(step));
+      }
     curves.push_back(std::move(curve));
   }
   struct Asked {
@@ -132,7 +163,7 @@ void run(const Case& c, int side) {
       drawn.cpu_ms.push_back(gl.render(view).stats.cpu_ms);
     };
     for (Curve& curve : curves)
-      for (std::size_t k = 0; k < curve.views.size(); ++k) time(curve.views[k], curve.drawn[k]);
+      for (CurvePoint& p : curve.points) time(p.view, p.drawn);
     for (Asked& a : asked) time(a.plan.view, a.drawn);
     time(exact, exact_drawn);
   }
@@ -140,34 +171,33 @@ void run(const Case& c, int side) {
               base.medium.extinction, exact_drawn.samples, median(exact_drawn.cpu_ms));
   for (const Curve& curve : curves) {
     std::printf("  %-14s", curve.name.c_str());
-    for (std::size_t k = 0; k < curve.rms.size(); ++k)
-      std::printf(" %.3g: %.1e/%.1f/%.0f", *curve.views[k].scene.step, curve.rms[k],
-                  curve.drawn[k].samples, median(curve.drawn[k].cpu_ms));
+    for (const CurvePoint& p : curve.points)
+      std::printf(" %.3g: %.1e/%.1f/%.0f", p.step(), p.rms, p.drawn.samples,
+                  median(p.drawn.cpu_ms));
     std::printf("\n");
   }
   for (const Asked& a : asked) {
     const Comparison error = compare_images(a.drawn.image, truth);
-    std::optional<double> look_ups, time;
-    for (const Curve& curve : curves) {
-      std::vector<double> samples, ms;
-      for (const Drawn& d : curve.drawn) {
-        samples.push_back(d.samples);
-        ms.push_back(median(d.cpu_ms));
-      }
-      if (const auto s = cost_at(curve, samples, a.tolerance))
-        look_ups = std::min(look_ups.value_or(*s), *s);
-      if (const auto t = cost_at(curve, ms, a.tolerance)) time = std::min(time.value_or(*t), *t);
-    }
-    const double ms = median(a.drawn.cpu_ms);
+    const auto ms_of = [](const Drawn& d) { return median(d.cpu_ms); };
+    const auto samples_of = [](const Drawn& d) { return d.samples; };
+    const double tail = tail_of(a.drawn.image, truth), ms = ms_of(a.drawn);
+    const double kept_tail = std::max(tail, 5 * a.tolerance);
+    const auto ratio = [](const Hindsight& h, double own) {
+      char text[32];
+      std::snprintf(text, sizeof text, "%s%.2f", h.more ? ">" : "", h.cost / own);
+      return std::string(text);
+    };
+    const auto ratios = [&](double most_tail) {
+      return ratio(hindsight(curves, a.tolerance, most_tail, samples_of), a.drawn.samples) + " " +
+             ratio(hindsight(curves, a.tolerance, most_tail, ms_of), ms);
+    };
     std::printf(
-        "  E %.0e  %-34s%s rms/E %.3f (est %.3f) p99.9/E %.1f max/E %.1f  look-ups %.1f ratio %.2f "
-        " "
-        "ms %.0f ratio %.2f plan %.0f ms (%d rays, %zu trials)\n",
+        "  E %.0e  %-34s%s rms/E %.3f (est %.3f) p99.9/E %.1f max/E %.1f  look-ups %.1f ms %.0f "
+        "hindsight over these %s, with this tail %s  plan %.0f ms (%d rays, %zu trials)\n",
         a.tolerance, trial_text(a.plan.chosen).c_str(), a.plan.view.brick_steps ? "*" : " ",
-        error.rms / a.tolerance, a.plan.chosen.rms / a.tolerance,
-        p999(a.drawn.image, truth) / a.tolerance, error.max / a.tolerance, a.drawn.samples,
-        look_ups ? *look_ups / a.drawn.samples : 99.0, ms, time ? *time / ms : 99.0, a.plan_ms,
-        a.plan.rays, a.plan.trials.size());
+        error.rms / a.tolerance, a.plan.chosen.rms / a.tolerance, tail / a.tolerance,
+        error.max / a.tolerance, a.drawn.samples, ms, ratios(1e30).c_str(),
+        ratios(kept_tail).c_str(), a.plan_ms, a.plan.rays, a.plan.trials.size());
   }
   std::fflush(stdout);
 }
