@@ -16,7 +16,7 @@ constexpr double safety = 0.8;
 
 /// Most that a pixel of the pilot may be off, and by the bound of each brick one that no ray of the
 /// pilot meets, in tolerances.
-constexpr double worst_pixel = 8;
+constexpr double worst_pixel = 4;
 constexpr double worst_brick = 64;
 
 /// Widest and narrowest lattice that are tried [voxels].

@@ -1,6 +1,6 @@
-// scaling: how the march's time grows with pixels, voxels, the active fraction and the optical
-// depth, and memory with active voxels. Every point of a curve is drawn in turn, in rounds;
-// medians. Look-ups are counted in a draw of its own.
+// scaling: how the march's time grows with pixels, voxels, the active fraction, the optical depth
+// and the tolerance, and memory with active voxels. Every point of a curve is drawn in turn, in
+// rounds; medians. Look-ups are counted in a draw of its own.
 #include <cstdint>
 #include <cstdio>
 #include <deque>
@@ -11,6 +11,7 @@
 #include "fog.h"
 #include "median.h"
 #include "psivox/error.h"
+#include "psivox/error_control.h"
 #include "psivox/renderer.h"
 
 namespace {
@@ -46,7 +47,11 @@ Field make_blocks(int n, double fraction) {
   return field;
 }
 
-/// One point of a curve, drawn by two rules.
+using SharedField = std::shared_ptr<const Field>;
+
+SharedField shared(Field field) { return std::make_shared<const Field>(std::move(field)); }
+
+/// One point of a curve: a field with itself as luminance, marched as the scene says.
 struct Point {
   std::string name;
   View view;
@@ -55,23 +60,18 @@ struct Point {
   double lookups = 0;
   std::vector<double> times, work;
 
-  Point(std::string label, const std::shared_ptr<const Field>& field, bool cells, int side,
-        double extinction)
+  Point(std::string label, const SharedField& field, const Scene& scene)
       : name(std::move(label)),
-        view(make_view(scene(cells, side, extinction), field, field)),
+        view(make_view(scene, field, field)),
         atlas(build_medium_atlas(view)) {
+    if (scene.tolerance) {
+      const MarchPlan plan = plan_march(view, atlas);
+      name += ", " + trial_text(plan.chosen);
+      view = plan.view;
+    }
     renderer->upload(atlas);
     lookups = double(renderer->render(view, {.count = true}).stats.samples);
     renderer->render(view);  // compiles
-  }
-
-  static Scene scene(bool cells, int side, double extinction) {
-    Scene s;
-    s.resolution = {side, side};
-    s.extinction = extinction;
-    s.luminance_grid = "density";
-    if (!cells) s.step = 1;
-    return s;
   }
 
   void draw() {
@@ -85,23 +85,31 @@ class Curve {
  public:
   Curve(std::string title, double limit) : title_(std::move(title)), limit_(limit) {}
 
-  void add(const std::string& name, const std::shared_ptr<const Field>& field, int side,
-           double extinction) {
-    for (const bool cells : {false, true})
-      points_.emplace_back(name + (cells ? ", cells" : ", uniform 1"), field, cells, side,
-                           extinction);
+  /// Two points: uniform steps and cells.
+  void add(const std::string& name, const SharedField& field, int side, double extinction) {
+    Scene scene = scene_of(side, extinction);
+    points_.emplace_back(name + ", cells", field, scene);
+    scene.step = 1;
+    points_.emplace_back(name + ", uniform 1", field, scene);
+  }
+  void add_tolerance(double tolerance, const SharedField& field, int side, double extinction) {
+    Scene scene = scene_of(side, extinction);
+    scene.tolerance = tolerance;
+    char text[32];
+    std::snprintf(text, sizeof text, "%.0e", tolerance);
+    points_.emplace_back(text, field, scene);
   }
 
   /// The rate's part of the limit is what the march's time leaves to other things than fetching.
   void print() {
     for (int i = 0; i < rounds; ++i)
       for (Point& point : points_) point.draw();
-    std::printf("\n%s\n%-34s %9s %9s %12s %12s %10s %10s\n", title_.c_str(), "", "ms", "work ms",
+    std::printf("\n%s\n%-40s %9s %9s %12s %12s %10s %10s\n", title_.c_str(), "", "ms", "work ms",
                 "look-ups", "M look-ups/s", "of limit", "ns/pixel");
     for (const Point& p : points_) {
       const double work = median(p.work), rate = 1e3 * p.lookups / work;
       const glm::ivec2 size = p.view.scene.resolution;
-      std::printf("%-34s %9.2f %9.2f %12.0f %12.1f %9.0f%% %10.1f\n", p.name.c_str(),
+      std::printf("%-40s %9.2f %9.2f %12.0f %12.1f %9.0f%% %10.1f\n", p.name.c_str(),
                   median(p.times), work, p.lookups, 1e-6 * rate, 100 * rate / limit_,
                   1e6 * work / (double(size.x) * double(size.y)));
     }
@@ -109,14 +117,18 @@ class Curve {
   }
 
  private:
+  static Scene scene_of(int side, double extinction) {
+    Scene scene;
+    scene.resolution = {side, side};
+    scene.extinction = extinction;
+    scene.luminance_grid = "density";
+    return scene;
+  }
+
   std::string title_;
   double limit_;
   std::deque<Point> points_;  // stay in place: renderers point into them
 };
-
-using SharedField = std::shared_ptr<const Field>;
-
-SharedField shared(Field field) { return std::make_shared<const Field>(std::move(field)); }
 
 void print_memory(const char* name, const Field& field) {
   const AtlasSize size = build_atlas(field).size;
@@ -155,6 +167,11 @@ void run() {
     depths.add("extinction " + std::to_string(int(extinction * 10) / 10.0).substr(0, 6), fog, side,
                extinction);
   depths.print();
+
+  Curve tolerances("time against tolerance: fog 256^3, 512x512", limit);
+  for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5})
+    tolerances.add_tolerance(tolerance, fog, side, fog_extinction);
+  tolerances.print();
 
   std::printf("\nmemory against active voxels\n");
   for (const int n : {64, 128, 256})
