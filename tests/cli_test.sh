@@ -167,12 +167,12 @@ t 2 "at least 2" view "$S" --benchmark-orbit 1
 t 2 "did you mean --watch?" view "$S" --wacht
 t 0 "--frame-budget" view --help
 
-# Without the module that reads and writes pictures there is one line of error.
+# The module that reads pictures is loaded when one is read, and without it there is one line of error.
 mkdir alone
 cp -L "$(ldd "$program" | awk '/libpsivox/ { print $3 }')" alone/libpsivox.so.0
-LD_LIBRARY_PATH=alone t 1 "cannot load what reads and writes pictures: alone/libpsivox_oiio.so" render "$S" -o a.png $R
-LD_LIBRARY_PATH=alone t 1 "psivox: cannot load what reads and writes pictures: alone/libpsivox_oiio.so" compare a.exr a.exr
-LD_LIBRARY_PATH=alone t 1 "psivox: cannot load what reads and writes pictures: alone/libpsivox_oiio.so" --version
+LD_LIBRARY_PATH=alone t 0 - render "$S" -o a.png $R
+LD_LIBRARY_PATH=alone t 1 "psivox: cannot load what reads pictures: alone/libpsivox_oiio.so" compare a.exr a.exr
+LD_LIBRARY_PATH=alone t 1 "psivox: cannot load what reads pictures: alone/libpsivox_oiio.so" --version
 
 # Where EGL finds no driver at all.
 output=$(__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null "$program" render "$S" -o n.exr $R 2>&1)
