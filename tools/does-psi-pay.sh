@@ -17,7 +17,8 @@ study() {
   [ -s "$out/$view-$name/index.html" ] && return
   "$psivox" study "$data/${name%%-*}.vdb" -o "$out/$view-$name" --resume -q --no-split "$@" \
     --integrators all --samplings all --segments 1,4,16 \
-    --steps 4,2,1,0.5,0.25,0.125,0.0625,0.03125 --early-termination 1e-6 \
+    --steps 4,2,1,0.5,0.25,0.125,0.0625,0.03125 --tolerances 1e-2,1e-3,1e-4,1e-5 \
+    --early-termination 1e-6 \
     --projection orthographic --resolution 128x128
 }
 both() { # NAME "CENTRE" WIDTH "INSIDE" WIDTH OPTIONS...: look along (-30, -17, -33)
