@@ -35,12 +35,13 @@ inline void render_by_program(const std::vector<std::string>& arguments) {
   if (std::system(line.c_str()) != 0) throw Error(ExitCode::failure, "psivox render failed");
 }
 
-/// What `psivox render` makes of a scene, without a background.
-inline Image rendered(Scene scene) {
+/// What `psivox render` makes of a scene, without a background; with layers, where they are named.
+inline Image rendered(Scene scene, const std::string& layers = "") {
   scene.background.reset();
   const fs::path file = fs::path(testing::TempDir()) / "psivox_rendered.exr";
   std::vector<std::string> arguments = render_arguments(scene, file.string());
   arguments.insert(arguments.begin(), "--quiet");
+  if (!layers.empty()) arguments.insert(arguments.begin(), "--aov=" + layers);
   render_by_program(arguments);
   Image image = read_image(file);
   fs::remove(file);

@@ -225,15 +225,25 @@ TEST(Viewer, TwoPicturesAreCompared) {
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
 }
 
-TEST(Viewer, ShowsStepsAndDepthAsColours) {
-  Hands hands(small(asset("slab.vdb")));
+TEST(Viewer, ShowsStepsDepthAndErrorOfRenderAsColours) {
+  Scene scene = small(asset("blobs.vdb"));
+  scene.step = 2;
+  scene.filter = Filter::hardware;  // the exact picture needs textures of its own
+  Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
-  for (const ShownLayer layer : {ShownLayer::steps, ShownLayer::depth}) {
+  hands.key(GLFW_KEY_TAB);
+  for (const ShownLayer layer : {ShownLayer::steps, ShownLayer::depth, ShownLayer::error}) {
+    const char* name = shown_layers[static_cast<std::size_t>(layer)];
+    SCOPED_TRACE(name);
     hands.viewer.show(layer);
     hands.frames(2);
-    ASSERT_TRUE(hands.until([&] { return hands.viewer.complete(); }));
-    hands.photograph(layer == ShownLayer::steps ? "steps.png" : "depth.png");
     EXPECT_FALSE(hands.viewer.exact_picture());
+    ASSERT_TRUE(hands.until([&] { return hands.viewer.complete_picture(); }));
+    hands.photograph((std::string(name) + ".png").c_str());
+    Image expected = rendered(hands.viewer.scene(), name);
+    const glm::dvec2 range = show_layer(layer, {&expected, 1});
+    EXPECT_LT(range.x, range.y);
+    expect_same(*hands.viewer.complete_picture(), expected);
   }
   hands.viewer.show(ShownLayer::picture);
   hands.frames(2);

@@ -46,7 +46,8 @@ struct PictureNews {
   std::vector<ExactPart> parts;          ///< of one wish
   std::optional<std::uint64_t> refined;  ///< the wish whose exact pictures are complete
   double refine_ms = 0;
-  std::optional<double> estimated_rms;  ///< of the left exact picture, where its march was planned
+  /// Of the left exact picture, where its march was planned or the error is what is shown.
+  std::optional<double> estimated_rms;
   std::optional<glm::dvec2> layer_range;  ///< values at the ends of a layer's colours
   std::optional<glm::dvec3> picked;       ///< point under the pointer; see pick()
   std::vector<std::string> errors;
@@ -87,15 +88,28 @@ class PictureMaker {
   void make(const PictureWish& wish, const std::stop_token& stop);
   void bring_up(Volume& volume, Filter filter);
   void draw_previews(const PictureWish& wish);
-  void refine(const PictureWish& wish);
-  View planned(View view, const MediumAtlas& atlas);
-  Image on_processor(const Volume& volume, const Scene& scene, const RenderOptions& options);
-  void refine_side(const PictureWish& wish, std::size_t side);
   void find_picked(const PictureWish& wish, const glm::dvec2& pixel);
   void renew_renderer();
   void stage(const std::string& name, double fraction);
   void check_current(std::uint64_t number) const;
   void report(const std::string& error);
+
+  // picture_maker_exact.cpp
+  void refine(const PictureWish& wish);
+  void refine_side(const PictureWish& wish, std::size_t side);
+  void refine_layers(PictureWish wish);
+  /// One side of a comparison, with the layer that is wished.
+  Image with_layer(const PictureWish& wish, std::size_t side, const RenderOptions& options);
+  Image on_processor(const PictureWish& wish, std::size_t side, const RenderOptions& options);
+  /// The view as `render` has it marched.
+  View planned(View view, const MediumAtlas& atlas, std::size_t side);
+  /// Options of work that is that part of the whole.
+  RenderOptions refining(const PictureWish& wish, double first, double last);
+  /// A tile of the exact picture, for the window.
+  void add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile);
+
+  /// Ends the making of a picture that nobody wants any more.
+  struct Outdated {};
 
   Options options_;
   std::function<void()> on_news_;

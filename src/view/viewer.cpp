@@ -76,10 +76,12 @@ Scene Viewer::scene() const {
   return scene;
 }
 
+const Image* Viewer::complete_picture() const {
+  return refined_ && refined_ == wished_ ? display_.exact(refined_, 0) : nullptr;
+}
+
 const Image* Viewer::exact_picture() const {
-  return refined_ && refined_ == wished_ && layer_ == ShownLayer::picture
-             ? display_.exact(refined_, 0)
-             : nullptr;
+  return layer_ == ShownLayer::picture ? complete_picture() : nullptr;
 }
 
 void Viewer::photograph(const std::string& path) {
@@ -155,6 +157,15 @@ void Viewer::compare(Comparison comparison, const std::optional<Scene>& other) {
       other_->integrator.reset();
     }
   }
+  frames_due_ = 3;
+}
+
+void Viewer::show(ShownLayer layer) {
+  if (layer == layer_) return;
+  layer_ = layer;
+  layer_range_ = {};
+  refined_ = 0;
+  posted_.clear();
   frames_due_ = 3;
 }
 
@@ -363,7 +374,9 @@ void Viewer::draw(double seconds) {
   const glm::ivec2 size = window_.size();
   if (size.x < 1 || size.y < 1) return;
   look_.background = scene_.background.value_or(no_background);
-  display_.draw(size, look_);
+  DisplaySettings look = look_;
+  if (layer_ != ShownLayer::picture) look.exposure = 0;  // colours mean values
+  display_.draw(size, look);
   gui_.begin_frame(size, seconds);
   try {
     draw_panels();

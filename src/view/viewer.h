@@ -52,8 +52,8 @@ class Viewer {
   Scene scene() const;
   /// The exact picture of what is wished now, or null while it is not complete.
   const Image* exact_picture() const;
-  /// Whether what is wished is shown in full.
-  bool complete() const { return refined_ && refined_ == wished_; }
+  /// What is wished, in full, where it is a layer its colours; null while it is not complete.
+  const Image* complete_picture() const;
   /// Of the wish that the newest picture on the screen is of; and of the newest wish.
   std::uint64_t shown() const { return shown_; }
   std::uint64_t wished() const { return wished_; }
@@ -75,7 +75,7 @@ class Viewer {
   std::string copy_command_line();
   void save_scene(const std::string& path);
   bool saving() const { return save_.running(); }
-  void show(ShownLayer layer) { layer_ = layer; }
+  void show(ShownLayer layer);
   /// Writes what the window shows to a .png.
   void photograph(const std::string& path);
   void show_panel(bool transfer_function) { show_transfer_ = transfer_function; }

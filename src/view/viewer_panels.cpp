@@ -111,9 +111,9 @@ void Viewer::draw_display_section() {
   slide("exposure", look_.exposure, -10, 10, "%.2f");
   if (ImGui::IsItemHovered())
     ImGui::SetTooltip("powers of 2, on the screen only: saved pictures are linear radiance");
-  const char* layers[] = {"picture", "steps", "depth"};
   int layer = static_cast<int>(layer_);
-  if (ImGui::Combo("show", &layer, layers, 3)) show(static_cast<ShownLayer>(layer));
+  if (ImGui::Combo("show", &layer, shown_layers, IM_ARRAYSIZE(shown_layers)))
+    show(static_cast<ShownLayer>(layer));
   ImGui::Checkbox("transfer function (T)", &show_transfer_);
   const char* names[] = {"one picture", "two, with a divider", "signed difference"};
   int chosen = static_cast<int>(look_.comparison);
@@ -150,12 +150,15 @@ void Viewer::draw_status() {
                   format_ms(preview_ms_).c_str());
     text = rung;
   }
-  if (layer_ != ShownLayer::picture && shown_) {
-    char range[80];
+  if (layer_ != ShownLayer::picture && layer_range_ != glm::dvec2(0)) {
+    static constexpr const char* what[] = {"", "segments of a ray", "depth [world units]",
+                                           "error of radiance and alpha"};
+    char range[100];
     std::snprintf(range, sizeof range, "; %s from %.4g (violet) to %.4g (yellow)",
-                  layer_ == ShownLayer::steps ? "segments of a ray" : "depth [world units]",
-                  layer_range_.x, layer_range_.y);
+                  what[static_cast<int>(layer_)], layer_range_.x, layer_range_.y);
     text += range;
+  } else if (layer_ == ShownLayer::error) {
+    text += "; the error is computed once the picture is at rest";
   }
   if (save_.running()) text += "; saving " + save_.what();
   const ImGuiIO& io = ImGui::GetIO();
