@@ -26,7 +26,7 @@ using Kind = Event::Kind;
 
 inline constexpr const char* assets = PSIVOX_ASSETS;
 
-inline std::string asset(const char* name) { return std::string(assets) + "/" + name; }
+inline std::string asset(const std::string& name) { return std::string(assets) + "/" + name; }
 
 /// `psivox render` in a process of its own.
 inline void render_by_program(const std::vector<std::string>& arguments) {
@@ -63,6 +63,7 @@ class Hands {
                        .egl = egl,
                        .debug = true,
                        .quiet = true,
+                       .count_objects = true,
                        .render = render_by_program}) {}
 
   void frames(int count) {

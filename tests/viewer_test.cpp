@@ -12,6 +12,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
+#include "view/benchmark.h"
 #include "view/command_text.h"
 #include "viewer_hands.h"
 
@@ -355,37 +356,20 @@ TEST(Viewer, FramesOfASequenceFollowEachOther) {
   fs::remove_all(folder);
 }
 
-/// Resident memory of this process [MiB].
-double resident_mib() {
-  std::ifstream file("/proc/self/statm");
-  double total = 0, resident = 0;
-  file >> total >> resident;
-  return resident * 4096 / (1 << 20);
-}
-
-TEST(Viewer, ManyFilesTakeTheMemoryOfOne) {
-  const char* count = std::getenv("PSIVOX_SWITCHES");
-  const int switches = count ? std::atoi(count) : 24;
-  const char* names[] = {"blobs.vdb", "slab.vdb", "rotated.vdb", "tiles.vdb", "single_voxel.vdb"};
-  Hands hands(small(asset("ramp.vdb")));
+TEST(Viewer, ManyFilesTakeTheMemoryAndTheObjectsOfOne) {
+  std::vector<std::string> files;
+  for (const char* name : {"blobs", "slab", "rotated", "tiles", "single_voxel", "ramp"})
+    files.push_back(asset(name) + ".vdb");
+  Hands hands(small(files.front()));
   ASSERT_TRUE(hands.until_exact());
   hands.key(GLFW_KEY_TAB);
-  double settled = 0, most = 0;
-  for (int i = 0; i < switches; ++i) {
-    hands.drop(asset(names[i % 5]));
-    ASSERT_TRUE(hands.until(
-        [&] { return !hands.viewer.loading() && hands.viewer.shown() == hands.viewer.wished(); }));
-    hands.drag({200, 200}, {210, 190});
-    if (i % 5 == 4) {
-      ASSERT_TRUE(hands.until_exact());
-    }
-    if (i == switches / 2) settled = resident_mib();
-    if (i > switches / 2) most = std::max(most, resident_mib());
-  }
-  std::printf("%d switches: %.1f MiB after half of them, %.1f at most since\n", switches, settled,
-              most);
-#ifndef __SANITIZE_ADDRESS__
-  EXPECT_LT(most, 1.05 * settled);
+  const SessionReport report = benchmark_session(hands.viewer, files, 42);
+  EXPECT_GT(report.settled.window.textures, 0);
+  EXPECT_GT(report.settled.pictures.textures, 0);
+  EXPECT_EQ(report.settled.window, report.end.window);
+  EXPECT_EQ(report.settled.pictures, report.end.pictures);
+#ifndef __SANITIZE_ADDRESS__  // which keeps what is freed
+  EXPECT_LT(report.end.resident_mib, 1.05 * report.settled.resident_mib);
 #endif
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
 }

@@ -78,9 +78,9 @@ void PictureMaker::reload_shaders() {
 
 PictureNews PictureMaker::news() {
   const std::lock_guard lock(mutex_);
-  std::string renderer = news_.renderer;
   PictureNews news = std::exchange(news_, {});
-  news_.renderer = std::move(renderer);
+  news_.renderer = news.renderer;
+  news_.objects = news.objects;
   return news;
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "gl/object_counts.h"
 #include "psivox/image.h"
 #include "psivox/renderer.h"
 #include "view/pace.h"
@@ -53,6 +54,7 @@ struct PictureNews {
   std::vector<std::string> errors;
   std::exception_ptr fatal;  ///< why nothing can be drawn on this machine
   std::string renderer;      ///< once known
+  gl::ObjectCounts objects;  ///< of its context with the exact picture, if they are counted
 };
 
 /// Draws in a thread of its own, by the renderer of `psivox render` in a context of its own, so
@@ -64,7 +66,8 @@ class PictureMaker {
   struct Options {
     double budget_ms = 33;
     int device = -1;
-    bool debug = false;  ///< KHR_debug: messages become errors
+    bool debug = false;          ///< KHR_debug: messages become errors
+    bool count_objects = false;  ///< OpenGL's, with each exact picture
   };
 
   PictureMaker(const Options& options, std::function<void()> on_news);

@@ -35,8 +35,11 @@ void PictureMaker::refine(const PictureWish& wish) {
   else
     refine_layers(wish);
   const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - start;
+  const gl::ObjectCounts objects =
+      options_.count_objects ? gl::count_objects() : gl::ObjectCounts();
   {
     const std::lock_guard lock(mutex_);
+    news_.objects = objects;
     news_.refined = wish.number;
     news_.refine_ms = taken.count();
   }

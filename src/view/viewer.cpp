@@ -55,7 +55,10 @@ Viewer::Viewer(const Scene& scene, const ViewerOptions& options)
       window_({.size = scene.resolution, .egl = options.egl, .debug = options.debug}),
       gui_(window_),
       loader_(Window::wake),
-      maker_({.budget_ms = options.frame_budget_ms, .device = scene.device, .debug = options.debug},
+      maker_({.budget_ms = options.frame_budget_ms,
+              .device = scene.device,
+              .debug = options.debug,
+              .count_objects = options.count_objects},
              Window::wake),
       scene_(scene) {
   if (scene_.input.empty()) return;
@@ -294,6 +297,7 @@ void Viewer::take_pictures() {
   layer_range_ = news.layer_range.value_or(layer_range_);
   if (news.picked) navigation_.set_pivot(*news.picked);
   if (!news.renderer.empty()) renderer_ = news.renderer;
+  picture_objects_ = news.objects;
   if (news.fatal && !shown_) first_error_ = news.fatal;
   for (const std::string& message : news.errors) error(message);
 }

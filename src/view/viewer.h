@@ -25,6 +25,7 @@ struct ViewerOptions {
   bool egl = false;    ///< the window's context by EGL
   bool debug = false;  ///< KHR_debug in every context
   bool quiet = false;
+  bool count_objects = false;  ///< for picture_objects()
   /// `psivox render` with these arguments; throws what it throws.
   std::function<void(const std::vector<std::string>&)> render;
 };
@@ -61,6 +62,9 @@ class Viewer {
   double refine_ms() const { return refine_ms_; }
   const Volume* volume() const { return volume_.get(); }
   const std::string& renderer() const { return renderer_; }
+  /// OpenGL objects of the context that draws, when the last exact picture was complete;
+  /// with ViewerOptions::count_objects.
+  const gl::ObjectCounts& picture_objects() const { return picture_objects_; }
   /// What went wrong last, as the window shows it.
   const std::string& last_error() const { return last_error_; }
   /// How much went wrong so far.
@@ -144,6 +148,7 @@ class Viewer {
   glm::dvec2 layer_range_{0};
   std::optional<std::pair<glm::dvec3, glm::dvec3>> box_;  ///< of what is being loaded
   std::string renderer_, last_error_, message_;
+  gl::ObjectCounts picture_objects_;
   int problems_ = 0;
   std::string photograph_;  ///< where the next frame is to be written
   Clock::time_point message_since_{};
