@@ -12,6 +12,7 @@
 #include "view/command_text.h"
 #include "view/pace.h"
 #include "view/sequence.h"
+#include "view/window.h"
 
 namespace psivox::view {
 namespace {
@@ -192,6 +193,12 @@ TEST(CommandText, IsWhatRenderReads) {
   EXPECT_EQ(render_command_line(scene, "out.exr"),
             "psivox render --output=out.exr --extinction=0.1 --colormap=turbo --split-knots=true "
             "--camera-position=-1.5,2,1e-07 -- 'it'\\''s a file.vdb'");
+}
+
+TEST(Window, PlacesAreThoseOfTheFramebuffer) {
+  EXPECT_EQ(framebuffer_place({300, 50.5}, {640, 360}, {1280, 720}), glm::dvec2(600, 101));
+  EXPECT_EQ(framebuffer_place({30, 20}, {640, 360}, {640, 360}), glm::dvec2(30, 20));
+  EXPECT_EQ(framebuffer_place({3, 2}, {0, 0}, {0, 0}), glm::dvec2(0, 0));  // minimised
 }
 
 TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {

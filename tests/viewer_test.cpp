@@ -157,6 +157,34 @@ TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
   fs::remove(file);
 }
 
+TEST(Viewer, PanelsFollowTheDisplaysScale) {
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {1200, 800};
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.show_panel(true);
+  const auto scale = [&](double factor) {
+    hands.post({Kind::scale, {factor, 0}});
+    hands.frames(4);
+  };
+  const TransferEditor& editor = hands.viewer.transfer_editor();
+  const auto width = [&] { return editor.place_of(2).value().x - editor.place_of(0).value().x; };
+  scale(1);
+  const double once = width();
+  const gl::ObjectCounts before = gl::count_objects();
+  scale(2);
+  EXPECT_NEAR(width(), 2 * once, 4);
+  hands.photograph("scale2.png");
+  const glm::dvec2 from = editor.place_of(1).value();
+  hands.drag(from + glm::dvec2(9, 0), from + glm::dvec2(9, 60));  // its disk is wider too
+  EXPECT_EQ(editor.points(), 3u);
+  EXPECT_GT(editor.place_of(1).value().y, from.y + 50);
+  scale(1);
+  EXPECT_NEAR(width(), once, 2);
+  EXPECT_EQ(before, gl::count_objects());
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
 TEST(Viewer, AnInputThatCannotBeReadIsTheProgramsError) {
   Hands hands(small("nowhere.vdb"));
   try {

@@ -53,17 +53,18 @@ void Viewer::draw_panels() {
   if (show_transfer_ && volume_) {
     const ImGuiIO& io = ImGui::GetIO();
     const double s = gui_.scale();
-    ImGui::SetNextWindowPos({io.DisplaySize.x - static_cast<float>(410 * s), 10},
-                            ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSize(scaled(400, 330, s), ImGuiCond_FirstUseEver);
+    const ImGuiCond when = gui_.places_panels() ? ImGuiCond_Always : ImGuiCond_FirstUseEver;
+    ImGui::SetNextWindowPos({io.DisplaySize.x - static_cast<float>(410 * s), 10}, when);
+    ImGui::SetNextWindowSize(scaled(400, 330, s), when);
     editor_.draw(scene_, *volume_, show_transfer_);
   }
 }
 
 void Viewer::draw_scene_panel() {
   const double s = gui_.scale();
-  ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize(scaled(330, 560, s), ImGuiCond_FirstUseEver);
+  const ImGuiCond when = gui_.places_panels() ? ImGuiCond_Always : ImGuiCond_FirstUseEver;
+  ImGui::SetNextWindowPos({10, 10}, when);
+  ImGui::SetNextWindowSize(scaled(330, 560, s), when);
   if (ImGui::Begin("Scene", &show_panels_)) {
     draw_file_section();
     draw_output_section();
@@ -163,13 +164,16 @@ void Viewer::draw_status() {
   if (save_.running()) text += "; saving " + save_.what();
   const ImGuiIO& io = ImGui::GetIO();
   ImDrawList& list = *ImGui::GetForegroundDrawList();
-  float bottom = io.DisplaySize.y - 8;
+  const auto s = static_cast<float>(gui_.scale());
+  const float wrap = io.DisplaySize.x - 20 * s;
+  float bottom = io.DisplaySize.y - 8 * s;
   const auto print = [&](ImU32 colour, const std::string& what) {
-    const ImVec2 size = ImGui::CalcTextSize(what.c_str(), nullptr, false, io.DisplaySize.x - 20);
+    const ImVec2 size = ImGui::CalcTextSize(what.c_str(), nullptr, false, wrap);
     const float y = bottom - size.y;
-    bottom = y - 10;
-    list.AddRectFilled({6, y - 3}, {14 + size.x, y + size.y + 3}, IM_COL32(0, 0, 0, 150), 3);
-    list.AddText(nullptr, 0, {10, y}, colour, what.c_str(), nullptr, io.DisplaySize.x - 20);
+    bottom = y - 10 * s;
+    list.AddRectFilled({6 * s, y - 3 * s}, {14 * s + size.x, y + size.y + 3 * s},
+                       IM_COL32(0, 0, 0, 150), 3 * s);
+    list.AddText(nullptr, 0, {10 * s, y}, colour, what.c_str(), nullptr, wrap);
   };
   if (!text.empty()) print(IM_COL32(220, 220, 220, 255), text);
   if (Clock::now() - message_since_ > message_time) return;
