@@ -12,6 +12,7 @@
 #include "view/command_text.h"
 #include "view/pace.h"
 #include "view/sequence.h"
+#include "view/volume.h"
 #include "view/window.h"
 
 namespace psivox::view {
@@ -199,6 +200,34 @@ TEST(Window, PlacesAreThoseOfTheFramebuffer) {
   EXPECT_EQ(framebuffer_place({300, 50.5}, {640, 360}, {1280, 720}), glm::dvec2(600, 101));
   EXPECT_EQ(framebuffer_place({30, 20}, {640, 360}, {640, 360}), glm::dvec2(30, 20));
   EXPECT_EQ(framebuffer_place({3, 2}, {0, 0}, {0, 0}), glm::dvec2(0, 0));  // minimised
+}
+
+TEST(Volume, TellsHowFarItIs) {
+  Scene scene;
+  scene.input = PSIVOX_ASSETS "/blobs.vdb";
+  std::vector<std::string> stages;
+  double last = 0;
+  int steps = 0;
+  const auto progress = [&](const std::string& stage, double fraction) {
+    if (stages.empty() || stages.back() != stage) stages.push_back(stage);
+    EXPECT_LE(fraction, 1);
+    if (fraction == 0) return;
+    EXPECT_GT(fraction, last);
+    last = fraction;
+    ++steps;
+  };
+  bool box = false;
+  prepare_volume(scene, 0, nullptr, progress, [&](const auto&, const auto&) { box = true; });
+  EXPECT_EQ(stages, (std::vector<std::string>{"reading", "preparing", "converting"}));
+  EXPECT_GE(steps, 2);
+  EXPECT_GT(last, 0.5);
+  EXPECT_TRUE(box);
+  // what a newer wish throws ends the reading
+  struct Ended {};
+  const auto end = [](const std::string&, double fraction) {
+    if (fraction > 0) throw Ended();
+  };
+  EXPECT_THROW(prepare_volume(scene, 0, nullptr, end, {}), Ended);
 }
 
 TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {

@@ -142,10 +142,12 @@ void PictureMaker::serve(const std::stop_token& stop) {
 }
 
 void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
-  if (wish.volume != uploaded_) pace_.forget();
-  bring_up(*wish.volume, wish.scenes.front().filter);
-  uploaded_ = wish.volume;
+  const bool another = wish.volume != uploaded_;
+  if (another) pace_.forget();
+  bring_up(wish.volume, wish.scenes.front().filter);
+  if (another) stage("compiling", 0);
   draw_previews(wish);
+  stage("", 0);
   {
     std::unique_lock lock(mutex_);
     if (changed_.wait_for(lock, stop, rest, [&] { return wish_ || pick_ || reload_; })) {
@@ -157,7 +159,8 @@ void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
   refine(wish);
 }
 
-void PictureMaker::bring_up(Volume& volume, Filter filter) {
+void PictureMaker::bring_up(const std::shared_ptr<Volume>& wished, Filter filter) {
+  Volume& volume = *wished;
   if (!renderer_) {
     stage("starting OpenGL", 0);
     try {
@@ -183,9 +186,11 @@ void PictureMaker::bring_up(Volume& volume, Filter filter) {
     volume.view = std::move(lighted);
   }
   volume.light_added = true;
-  if (uploaded_.get() == &volume && uploaded_filter_ == filter) return;
+  if (uploaded_ == wished && uploaded_filter_ == filter) return;
   uploaded_.reset();
+  stage("uploading", 0);
   renderer_->upload(volume.atlas, filter);
+  uploaded_ = wished;
   uploaded_filter_ = filter;
 }
 

@@ -82,14 +82,16 @@ class PictureMaker {
   /// Builds the shaders anew from their folder.
   void reload_shaders();
   PictureNews news();
-  /// Stage and part of what takes longer than a picture; nullopt: nothing does.
+  /// Stage of what takes longer than a picture, and how much of it is done, 0: not known; nullopt:
+  /// nothing does.
   std::optional<std::pair<std::string, double>> progress() const;
 
  private:
   void run(const std::stop_token& stop);
   void serve(const std::stop_token& stop);
   void make(const PictureWish& wish, const std::stop_token& stop);
-  void bring_up(Volume& volume, Filter filter);
+  /// Has the volume lighted and uploaded for that filter.
+  void bring_up(const std::shared_ptr<Volume>& wished, Filter filter);
   void draw_previews(const PictureWish& wish);
   void find_picked(const PictureWish& wish, const glm::dvec2& pixel);
   void renew_renderer();

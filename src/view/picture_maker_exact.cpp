@@ -112,11 +112,11 @@ Image PictureMaker::with_layer(const PictureWish& wish, std::size_t side,
   if (scene.renderer == RendererKind::march_double ||
       (scene.renderer == RendererKind::reference && error))
     return on_processor(wish, side, options);
-  bring_up(*wish.volume, scene.filter);
+  bring_up(wish.volume, scene.filter);
   const View marched = planned(view_of(*wish.volume, scene), wish.volume->atlas, side);
   Image image = renderer_->render(marched, options).image;
   if (!error) return image;
-  bring_up(*wish.volume, Filter::exact);
+  bring_up(wish.volume, Filter::exact);
   const Image exact = renderer_->render(exact_view(marched), options).image;
   image.layers.push_back(error_layer(image, exact));
   return image;
@@ -125,6 +125,7 @@ Image PictureMaker::with_layer(const PictureWish& wish, std::size_t side,
 View PictureMaker::planned(View view, const MediumAtlas& atlas, std::size_t side) {
   view.scene = with_default_tolerance(view.scene);
   if (!view.scene.tolerance) return view;
+  stage("choosing the march", 0);
   MarchPlan plan = plan_march(view, atlas);
   const std::lock_guard lock(mutex_);
   if (side == 0) news_.estimated_rms = plan.chosen.rms;

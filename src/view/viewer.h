@@ -114,6 +114,8 @@ class Viewer {
   void draw_file_section();
   void draw_output_section();
   void draw_display_section();
+  /// What the picture is, or what it waits for.
+  std::string status() const;
   void draw_status();
   void draw_help();
   void draw_box();

@@ -37,6 +37,10 @@ std::string format_ms(double ms) {
   return text;
 }
 
+std::string percent(double fraction) {
+  return fraction > 0 ? " " + std::to_string(static_cast<int>(100 * fraction)) + " %" : "";
+}
+
 }  // namespace
 
 void Viewer::draw_panels() {
@@ -132,25 +136,26 @@ void Viewer::draw_display_section() {
   ImGui::PopID();
 }
 
-void Viewer::draw_status() {
-  std::string text;
+std::string Viewer::status() const {
+  const std::string file = std::filesystem::path(scene_.input).filename().string();
   if (const auto loading = loader_.progress())
-    text = loading->first + " " + std::filesystem::path(scene_.input).filename().string();
-  else if (scene_.input.empty())
-    text = "drop a .vdb here, or open one in the panel";
-  else if (refined_ == wished_ && refined_)
-    text = (layer_ == ShownLayer::picture ? "exact: as psivox render draws it, after "
+    return loading->first + " " + file + percent(loading->second);
+  if (scene_.input.empty()) return "drop a .vdb here, or open one in the panel";
+  if (refined_ == wished_ && refined_)
+    return (layer_ == ShownLayer::picture ? "exact: as psivox render draws it, after "
                                           : "complete, after ") +
            format_ms(refine_ms_) +
            (estimated_rms_ ? ", error about " + digits_of(*estimated_rms_) : "");
-  else if (const auto stage = maker_.progress())
-    text = stage->first + " " + std::to_string(static_cast<int>(100 * stage->second)) + " %";
-  else if (shown_) {
-    char rung[64];
-    std::snprintf(rung, sizeof rung, "preview, 1/%g of the size, %s", rung_.divisor,
-                  format_ms(preview_ms_).c_str());
-    text = rung;
-  }
+  if (const auto stage = maker_.progress()) return stage->first + percent(stage->second);
+  if (!shown_) return "";
+  char rung[64];
+  std::snprintf(rung, sizeof rung, "preview, 1/%g of the size, %s", rung_.divisor,
+                format_ms(preview_ms_).c_str());
+  return rung;
+}
+
+void Viewer::draw_status() {
+  std::string text = status();
   if (layer_ != ShownLayer::picture && layer_range_ != glm::dvec2(0)) {
     static constexpr const char* what[] = {"", "segments of a ray", "depth [world units]",
                                            "error of radiance and alpha"};
