@@ -4,13 +4,18 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
 
 #include "psivox/parameters.h"
+#include "psivox/text_file.h"
 #include "view/command_text.h"
+#include "view/keys.h"
 #include "view/pace.h"
+#include "view/recent_files.h"
 #include "view/sequence.h"
 #include "view/volume.h"
 #include "view/window.h"
@@ -228,6 +233,29 @@ TEST(Volume, TellsHowFarItIs) {
     if (fraction > 0) throw Ended();
   };
   EXPECT_THROW(prepare_volume(scene, 0, nullptr, end, {}), Ended);
+}
+
+TEST(RecentFiles, AreTheLastTenOnceEach) {
+  namespace fs = std::filesystem;
+  const fs::path state = fs::path(testing::TempDir()) / "psivox_state";
+  fs::remove_all(state);
+  setenv("XDG_STATE_HOME", state.c_str(), 1);
+  EXPECT_TRUE(recent_files().empty());
+  for (int i = 0; i < 12; ++i) remember_file("/a/" + std::to_string(i) + ".vdb");
+  remember_file("/a/5.vdb");
+  const std::vector<std::string> files = recent_files();
+  EXPECT_EQ(files.size(), 10u);
+  EXPECT_EQ(files.at(0), "/a/5.vdb");
+  EXPECT_EQ(files.at(1), "/a/11.vdb");
+  EXPECT_EQ(std::count(files.begin(), files.end(), "/a/5.vdb"), 1);
+  unsetenv("XDG_STATE_HOME");
+  fs::remove_all(state);
+}
+
+TEST(Keys, AreAllInTheGuide) {
+  const std::string guide = read_text(PSIVOX_ASSETS "/../docs/preview.md", "guide");
+  for (const KeyHelp& row : key_help)
+    EXPECT_NE(guide.find(std::string("\n| ") + row.keys + " |"), std::string::npos) << row.keys;
 }
 
 TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {

@@ -90,6 +90,14 @@ class Hands {
     post({Kind::key, {}, code, true, modifiers});
     post({Kind::key, {}, code, false, modifiers});
   }
+  void type(const char* text) {
+    for (; *text; ++text) post({Kind::text, {}, *text});
+  }
+  void click(const glm::dvec2& at) {
+    press(at);
+    release(at);
+    frames(2);
+  }
   void move(const glm::dvec2& to) { post({Kind::move, to}); }
   void press(const glm::dvec2& at, int button = GLFW_MOUSE_BUTTON_LEFT) {
     move(at);

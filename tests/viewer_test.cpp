@@ -239,18 +239,24 @@ TEST(Viewer, ADoubleClickPutsThePivotOnWhatIsSeen) {
 }
 
 TEST(Viewer, TwoPicturesAreCompared) {
-  Hands hands(small(asset("blobs.vdb")));
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {240, 180};
+  Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
+  hands.key(GLFW_KEY_TAB);
   Scene coarse = hands.viewer.scene();
   coarse.step = 3;
-  hands.viewer.compare(Comparison::wipe, coarse);
-  hands.frames(2);
-  ASSERT_TRUE(hands.until_exact());
-  hands.photograph("wipe.png");
-  hands.viewer.compare(Comparison::difference, coarse);
-  hands.frames(2);
-  ASSERT_TRUE(hands.until_exact());
-  hands.photograph("difference.png");
+  Scene reference = hands.viewer.scene();
+  reference.renderer = RendererKind::reference;
+  for (const Scene& other : {coarse, reference})
+    for (const Comparison comparison : {Comparison::wipe, Comparison::difference}) {
+      hands.viewer.compare(comparison, other);
+      hands.frames(2);
+      ASSERT_TRUE(hands.until_exact());
+      hands.photograph(comparison == Comparison::wipe ? "wipe.png" : "difference.png");
+      expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+      expect_same(*hands.viewer.complete_picture(1), rendered(other));
+    }
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
 }
 
@@ -310,77 +316,6 @@ TEST(Viewer, ReadsChangedShadersAgain) {
   ASSERT_TRUE(hands.until_exact());
   EXPECT_EQ(first(), 0.25f);
   unsetenv("PSIVOX_SHADER_DIR");
-  fs::remove_all(folder);
-}
-
-TEST(Viewer, ReadsAChangedFileAgain) {
-  const fs::path file = fs::path(testing::TempDir()) / "psivox_watched.vdb";
-  fs::copy_file(asset("slab.vdb"), file, fs::copy_options::overwrite_existing);
-  Hands hands(small(file.string()), false, true);
-  ASSERT_TRUE(hands.until_exact());
-  const Volume* before = hands.viewer.volume();
-  hands.frames(80);
-  EXPECT_EQ(hands.viewer.volume(), before);
-  fs::copy_file(asset("tiles.vdb"), file, fs::copy_options::overwrite_existing);
-  ASSERT_TRUE(hands.until([&] { return hands.viewer.volume() != before; }));
-  ASSERT_TRUE(hands.until_exact());
-  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
-  fs::remove(file);
-}
-
-TEST(Viewer, TheSavedPictureIsThatOfTheCopiedCommandLine) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_saved";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  Scene scene = small(asset("blobs.vdb"));
-  scene.light = DirectionalLight{{0.5, -1, -0.6}, {2, 2, 2}};
-  scene.background = glm::dvec3(0.1, 0.2, 0.3);
-  Hands hands(scene);
-  ASSERT_TRUE(hands.until_exact());
-  hands.key(GLFW_KEY_TAB);
-  hands.drag({200, 200}, {263, 171});
-  ASSERT_TRUE(hands.until_exact());
-  const std::string saved = (folder / "saved.exr").string();
-  hands.viewer.save_picture(saved);
-  ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
-
-  std::string line = hands.viewer.copy_command_line();
-  ASSERT_TRUE(line.starts_with("psivox "));
-  line = PSIVOX_PROGRAM + line.substr(6) + " 2> /dev/null";
-  ASSERT_EQ(std::system(("cd '" + folder.string() + "' && " + line).c_str()), 0) << line;
-  expect_same(read_image(saved), read_image(folder / "picture.exr"));
-
-  // and the window's, but for the background that is behind it
-  Scene alone = hands.viewer.scene();
-  expect_same(*hands.viewer.exact_picture(), rendered(alone));
-  hands.viewer.save_scene((folder / "scene.json").string());
-  const Scene read = scene_from_json(read_text((folder / "scene.json").string(), "scene"));
-  EXPECT_EQ(to_json(read), to_json(alone));
-  fs::remove_all(folder);
-}
-
-TEST(Viewer, FramesOfASequenceFollowEachOther) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_frames";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  const char* names[] = {"slab.vdb", "tiles.vdb", "ramp.vdb"};
-  const int numbers[] = {1, 2, 4};
-  for (int i = 0; i < 3; ++i)
-    fs::copy_file(asset(names[i]), folder / ("f_" + std::to_string(numbers[i]) + ".vdb"));
-  Hands hands(small((folder / "f_#.vdb").string()));
-  ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_1.vdb").string());
-  hands.key(GLFW_KEY_LEFT);
-  ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_4.vdb").string());
-  hands.photograph("sequence.png");
-  hands.key(GLFW_KEY_SPACE);
-  ASSERT_TRUE(hands.until(
-      [&] { return hands.viewer.volume()->scene.input == (folder / "f_2.vdb").string(); }));
-  hands.key(GLFW_KEY_SPACE);
-  ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
   fs::remove_all(folder);
 }
 

@@ -79,8 +79,8 @@ Scene Viewer::scene() const {
   return scene;
 }
 
-const Image* Viewer::complete_picture() const {
-  return refined_ && refined_ == wished_ ? display_.exact(refined_, 0) : nullptr;
+const Image* Viewer::complete_picture(std::size_t side) const {
+  return refined_ && refined_ == wished_ ? display_.exact(refined_, side) : nullptr;
 }
 
 const Image* Viewer::exact_picture() const {
@@ -106,6 +106,14 @@ void Viewer::say(const std::string& message) {
   message_ = message;
   message_since_ = Clock::now();
   frames_due_ = 3;
+}
+
+void Viewer::attempt(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::exception& e) {
+    error(e.what());
+  }
 }
 
 void Viewer::set_scene(const Scene& scene) {
@@ -175,12 +183,10 @@ void Viewer::show(ShownLayer layer) {
 void Viewer::reload() {
   ++generation_;
   refused_key_.clear();
-  try {
+  attempt([&] {
     display_.reload_shader();
     maker_.reload_shaders();
-  } catch (const Error& e) {
-    error(e.what());
-  }
+  });
   frames_due_ = 3;
 }
 
@@ -382,11 +388,7 @@ void Viewer::draw(double seconds) {
   if (layer_ != ShownLayer::picture) look.exposure = 0;  // colours mean values
   display_.draw(size, look);
   gui_.begin_frame(size, seconds);
-  try {
-    draw_panels();
-  } catch (const std::exception& e) {
-    error(e.what());
-  }
+  draw_panels();
   gui_.end_frame();
   if (options_.debug)
     for (const std::string& problem : window_.problems()) error("OpenGL: " + problem);

@@ -51,10 +51,11 @@ class Viewer {
   const TransferEditor& transfer_editor() const { return editor_; }
   /// The scene that is wished, in the window's resolution.
   Scene scene() const;
-  /// The exact picture of what is wished now, or null while it is not complete.
+  /// The exact picture of what is wished now, or null while it is not complete. `side`: 1 is
+  /// the right one of a comparison.
   const Image* exact_picture() const;
   /// What is wished, in full, where it is a layer its colours; null while it is not complete.
-  const Image* complete_picture() const;
+  const Image* complete_picture(std::size_t side = 0) const;
   /// Of the wish that the newest picture on the screen is of; and of the newest wish.
   std::uint64_t shown() const { return shown_; }
   std::uint64_t wished() const { return wished_; }
@@ -95,6 +96,8 @@ class Viewer {
   void watch_files();
   void error(const std::string& message);
   void say(const std::string& message);
+  /// What goes wrong in it is said.
+  void attempt(const std::function<void()>& action);
   /// The scene, with its transfer function in a file that stays.
   Scene kept_scene();
   void take_loader_news();

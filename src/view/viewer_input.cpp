@@ -65,7 +65,7 @@ void Viewer::handle(const Event& event) {
     case Kind::refresh:  // every event has the window drawn
       break;
     case Kind::drop:
-      if (!event.files.empty()) open(event.files.front());
+      if (!event.files.empty()) attempt([&] { open(event.files.front()); });
       break;
     case Kind::close:
       closed_ = true;
@@ -152,10 +152,10 @@ void Viewer::handle_key(const Event& event) {
       reload();
       break;
     case GLFW_KEY_S:
-      if (control) save_picture(picture_path_);
+      if (control) attempt([&] { save_picture(picture_path_); });
       break;
     case GLFW_KEY_C:
-      if (control) copy_command_line();
+      if (control) attempt([&] { copy_command_line(); });
       break;
     case GLFW_KEY_T:
       show_transfer_ = !show_transfer_;

@@ -60,7 +60,7 @@ void Viewer::draw_panels() {
     const ImGuiCond when = gui_.places_panels() ? ImGuiCond_Always : ImGuiCond_FirstUseEver;
     ImGui::SetNextWindowPos({io.DisplaySize.x - static_cast<float>(410 * s), 10}, when);
     ImGui::SetNextWindowSize(scaled(400, 330, s), when);
-    editor_.draw(scene_, *volume_, show_transfer_);
+    attempt([&] { editor_.draw(scene_, *volume_, show_transfer_); });
   }
 }
 
@@ -103,12 +103,13 @@ void Viewer::draw_output_section() {
   if (!ImGui::CollapsingHeader("Save", ImGuiTreeNodeFlags_DefaultOpen)) return;
   ImGui::InputText("##picture", &picture_path_);
   ImGui::SameLine();
-  if (ImGui::Button(save_.running() ? "saving" : "picture")) save_picture(picture_path_);
+  if (ImGui::Button(save_.running() ? "saving" : "picture"))
+    attempt([&] { save_picture(picture_path_); });
   ImGui::InputText("##scene", &scene_path_);
   ImGui::SameLine();
-  if (ImGui::Button("scene")) save_scene(scene_path_);
+  if (ImGui::Button("scene")) attempt([&] { save_scene(scene_path_); });
   ImGui::InputTextWithHint("size", "the window's", &picture_size_);
-  if (ImGui::Button("copy as command line")) copy_command_line();
+  if (ImGui::Button("copy as command line")) attempt([&] { copy_command_line(); });
 }
 
 void Viewer::draw_display_section() {
