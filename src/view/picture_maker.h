@@ -37,6 +37,7 @@ struct PreviewPicture {
 struct ExactPart {
   std::uint64_t number = 0;
   std::size_t side = 0;
+  glm::ivec2 picture_size{0};
   glm::ivec2 origin{0}, size{0};
   std::vector<float> rgba;
 };

@@ -47,12 +47,12 @@ void PictureMaker::refine(const PictureWish& wish) {
 }
 
 void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile) {
-  const int width = wish.scenes[side].resolution.x;
-  ExactPart part{wish.number, side, {tile.x, tile.y}, {tile.width, tile.height}, {}};
+  const glm::ivec2 whole = wish.scenes[side].resolution;
+  ExactPart part{wish.number, side, whole, {tile.x, tile.y}, {tile.width, tile.height}, {}};
   part.rgba.reserve(std::size_t(tile.width) * std::size_t(tile.height) * 4);
   for (int y = tile.y; y < tile.y + tile.height; ++y) {
     const float* row =
-        tile.picture + 4 * (std::size_t(y) * std::size_t(width) + std::size_t(tile.x));
+        tile.picture + 4 * (std::size_t(y) * std::size_t(whole.x) + std::size_t(tile.x));
     part.rgba.insert(part.rgba.end(), row, row + 4 * std::size_t(tile.width));
   }
   const std::lock_guard lock(mutex_);

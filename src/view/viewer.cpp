@@ -292,7 +292,7 @@ void Viewer::take_pictures() {
   }
   for (const ExactPart& part : news.parts) {
     if (part.number != wished_) continue;
-    display_.add_part(part, scene().resolution);
+    display_.add_part(part);
   }
   if (news.estimated_rms) estimated_rms_ = news.estimated_rms;
   if (news.refined) {
