@@ -226,7 +226,9 @@ void Viewer::draw_timeline() {
   if (sequence_.empty()) return;
   const ImGuiIO& io = ImGui::GetIO();
   const float height = static_cast<float>(62 * gui_.scale());
-  ImGui::SetNextWindowPos({io.DisplaySize.x * 0.25f, io.DisplaySize.y - height - 10});
+  // above the status line
+  const float bottom = io.DisplaySize.y - static_cast<float>(34 * gui_.scale());
+  ImGui::SetNextWindowPos({io.DisplaySize.x * 0.25f, bottom - height});
   ImGui::SetNextWindowSize({io.DisplaySize.x * 0.5f, height});
   if (ImGui::Begin("Frames", nullptr, ImGuiWindowFlags_NoDecoration)) {
     if (ImGui::Button(sequence_.playing ? "pause" : "play")) sequence_.playing = !sequence_.playing;
