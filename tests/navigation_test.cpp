@@ -4,14 +4,21 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
 
 #include "psivox/parameters.h"
+#include "psivox/text_file.h"
 #include "view/command_text.h"
+#include "view/keys.h"
 #include "view/pace.h"
+#include "view/recent_files.h"
 #include "view/sequence.h"
+#include "view/volume.h"
+#include "view/window.h"
 
 namespace psivox::view {
 namespace {
@@ -192,6 +199,63 @@ TEST(CommandText, IsWhatRenderReads) {
   EXPECT_EQ(render_command_line(scene, "out.exr"),
             "psivox render --output=out.exr --extinction=0.1 --colormap=turbo --split-knots=true "
             "--camera-position=-1.5,2,1e-07 -- 'it'\\''s a file.vdb'");
+}
+
+TEST(Window, PlacesAreThoseOfTheFramebuffer) {
+  EXPECT_EQ(framebuffer_place({300, 50.5}, {640, 360}, {1280, 720}), glm::dvec2(600, 101));
+  EXPECT_EQ(framebuffer_place({30, 20}, {640, 360}, {640, 360}), glm::dvec2(30, 20));
+  EXPECT_EQ(framebuffer_place({3, 2}, {0, 0}, {0, 0}), glm::dvec2(0, 0));  // minimised
+}
+
+TEST(Volume, TellsHowFarItIs) {
+  Scene scene;
+  scene.input = PSIVOX_ASSETS "/blobs.vdb";
+  std::vector<std::string> stages;
+  double last = 0;
+  int steps = 0;
+  const auto progress = [&](const std::string& stage, double fraction) {
+    if (stages.empty() || stages.back() != stage) stages.push_back(stage);
+    EXPECT_LE(fraction, 1);
+    if (fraction == 0) return;
+    EXPECT_GT(fraction, last);
+    last = fraction;
+    ++steps;
+  };
+  bool box = false;
+  prepare_volume(scene, 0, nullptr, progress, [&](const auto&, const auto&) { box = true; });
+  EXPECT_EQ(stages, (std::vector<std::string>{"reading", "preparing", "converting"}));
+  EXPECT_GE(steps, 2);
+  EXPECT_GT(last, 0.5);
+  EXPECT_TRUE(box);
+  // what a newer wish throws ends the reading
+  struct Ended {};
+  const auto end = [](const std::string&, double fraction) {
+    if (fraction > 0) throw Ended();
+  };
+  EXPECT_THROW(prepare_volume(scene, 0, nullptr, end, {}), Ended);
+}
+
+TEST(RecentFiles, AreTheLastTenOnceEach) {
+  namespace fs = std::filesystem;
+  const fs::path state = fs::path(testing::TempDir()) / "psivox_state";
+  fs::remove_all(state);
+  setenv("XDG_STATE_HOME", state.c_str(), 1);
+  EXPECT_TRUE(recent_files().empty());
+  for (int i = 0; i < 12; ++i) remember_file("/a/" + std::to_string(i) + ".vdb");
+  remember_file("/a/5.vdb");
+  const std::vector<std::string> files = recent_files();
+  EXPECT_EQ(files.size(), 10u);
+  EXPECT_EQ(files.at(0), "/a/5.vdb");
+  EXPECT_EQ(files.at(1), "/a/11.vdb");
+  EXPECT_EQ(std::count(files.begin(), files.end(), "/a/5.vdb"), 1);
+  unsetenv("XDG_STATE_HOME");
+  fs::remove_all(state);
+}
+
+TEST(Keys, AreAllInTheGuide) {
+  const std::string guide = read_text(PSIVOX_ASSETS "/../docs/preview.md", "guide");
+  for (const KeyHelp& row : key_help)
+    EXPECT_NE(guide.find(std::string("\n| ") + row.keys + " |"), std::string::npos) << row.keys;
 }
 
 TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {

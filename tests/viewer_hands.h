@@ -26,7 +26,7 @@ using Kind = Event::Kind;
 
 inline constexpr const char* assets = PSIVOX_ASSETS;
 
-inline std::string asset(const char* name) { return std::string(assets) + "/" + name; }
+inline std::string asset(const std::string& name) { return std::string(assets) + "/" + name; }
 
 /// `psivox render` in a process of its own.
 inline void render_by_program(const std::vector<std::string>& arguments) {
@@ -35,12 +35,13 @@ inline void render_by_program(const std::vector<std::string>& arguments) {
   if (std::system(line.c_str()) != 0) throw Error(ExitCode::failure, "psivox render failed");
 }
 
-/// What `psivox render` makes of a scene, without a background.
-inline Image rendered(Scene scene) {
+/// What `psivox render` makes of a scene, without a background; with layers, where they are named.
+inline Image rendered(Scene scene, const std::string& layers = "") {
   scene.background.reset();
   const fs::path file = fs::path(testing::TempDir()) / "psivox_rendered.exr";
   std::vector<std::string> arguments = render_arguments(scene, file.string());
   arguments.insert(arguments.begin(), "--quiet");
+  if (!layers.empty()) arguments.insert(arguments.begin(), "--aov=" + layers);
   render_by_program(arguments);
   Image image = read_image(file);
   fs::remove(file);
@@ -62,6 +63,7 @@ class Hands {
                        .egl = egl,
                        .debug = true,
                        .quiet = true,
+                       .count_objects = true,
                        .render = render_by_program}) {}
 
   void frames(int count) {
@@ -87,6 +89,14 @@ class Hands {
   void key(int code, int modifiers = 0) {
     post({Kind::key, {}, code, true, modifiers});
     post({Kind::key, {}, code, false, modifiers});
+  }
+  void type(const char* text) {
+    for (; *text; ++text) post({Kind::text, {}, *text});
+  }
+  void click(const glm::dvec2& at) {
+    press(at);
+    release(at);
+    frames(2);
   }
   void move(const glm::dvec2& to) { post({Kind::move, to}); }
   void press(const glm::dvec2& at, int button = GLFW_MOUSE_BUTTON_LEFT) {

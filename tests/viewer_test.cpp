@@ -12,6 +12,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
+#include "view/benchmark.h"
 #include "view/command_text.h"
 #include "viewer_hands.h"
 
@@ -156,6 +157,34 @@ TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
   fs::remove(file);
 }
 
+TEST(Viewer, PanelsFollowTheDisplaysScale) {
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {1200, 800};
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.show_panel(true);
+  const auto scale = [&](double factor) {
+    hands.post({Kind::scale, {factor, 0}});
+    hands.frames(4);
+  };
+  const TransferEditor& editor = hands.viewer.transfer_editor();
+  const auto width = [&] { return editor.place_of(2).value().x - editor.place_of(0).value().x; };
+  scale(1);
+  const double once = width();
+  const gl::ObjectCounts before = gl::count_objects();
+  scale(2);
+  EXPECT_NEAR(width(), 2 * once, 4);
+  hands.photograph("scale2.png");
+  const glm::dvec2 from = editor.place_of(1).value();
+  hands.drag(from + glm::dvec2(9, 0), from + glm::dvec2(9, 60));  // its disk is wider too
+  EXPECT_EQ(editor.points(), 3u);
+  EXPECT_GT(editor.place_of(1).value().y, from.y + 50);
+  scale(1);
+  EXPECT_NEAR(width(), once, 2);
+  EXPECT_EQ(before, gl::count_objects());
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+}
+
 TEST(Viewer, AnInputThatCannotBeReadIsTheProgramsError) {
   Hands hands(small("nowhere.vdb"));
   try {
@@ -210,30 +239,46 @@ TEST(Viewer, ADoubleClickPutsThePivotOnWhatIsSeen) {
 }
 
 TEST(Viewer, TwoPicturesAreCompared) {
-  Hands hands(small(asset("blobs.vdb")));
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {240, 180};
+  Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
+  hands.key(GLFW_KEY_TAB);
   Scene coarse = hands.viewer.scene();
   coarse.step = 3;
-  hands.viewer.compare(Comparison::wipe, coarse);
-  hands.frames(2);
-  ASSERT_TRUE(hands.until_exact());
-  hands.photograph("wipe.png");
-  hands.viewer.compare(Comparison::difference, coarse);
-  hands.frames(2);
-  ASSERT_TRUE(hands.until_exact());
-  hands.photograph("difference.png");
+  Scene reference = hands.viewer.scene();
+  reference.renderer = RendererKind::reference;
+  for (const Scene& other : {coarse, reference})
+    for (const Comparison comparison : {Comparison::wipe, Comparison::difference}) {
+      hands.viewer.compare(comparison, other);
+      hands.frames(2);
+      ASSERT_TRUE(hands.until_exact());
+      hands.photograph(comparison == Comparison::wipe ? "wipe.png" : "difference.png");
+      expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+      expect_same(*hands.viewer.complete_picture(1), rendered(other));
+    }
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
 }
 
-TEST(Viewer, ShowsStepsAndDepthAsColours) {
-  Hands hands(small(asset("slab.vdb")));
+TEST(Viewer, ShowsStepsDepthAndErrorOfRenderAsColours) {
+  Scene scene = small(asset("blobs.vdb"));
+  scene.step = 2;
+  scene.filter = Filter::hardware;  // the exact picture needs textures of its own
+  Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
-  for (const ShownLayer layer : {ShownLayer::steps, ShownLayer::depth}) {
+  hands.key(GLFW_KEY_TAB);
+  for (const ShownLayer layer : {ShownLayer::steps, ShownLayer::depth, ShownLayer::error}) {
+    const char* name = shown_layers[static_cast<std::size_t>(layer)];
+    SCOPED_TRACE(name);
     hands.viewer.show(layer);
     hands.frames(2);
-    ASSERT_TRUE(hands.until([&] { return hands.viewer.complete(); }));
-    hands.photograph(layer == ShownLayer::steps ? "steps.png" : "depth.png");
     EXPECT_FALSE(hands.viewer.exact_picture());
+    ASSERT_TRUE(hands.until([&] { return hands.viewer.complete_picture(); }));
+    hands.photograph((std::string(name) + ".png").c_str());
+    Image expected = rendered(hands.viewer.scene(), name);
+    const glm::dvec2 range = show_layer(layer, {&expected, 1});
+    EXPECT_LT(range.x, range.y);
+    expect_same(*hands.viewer.complete_picture(), expected);
   }
   hands.viewer.show(ShownLayer::picture);
   hands.frames(2);
@@ -274,108 +319,20 @@ TEST(Viewer, ReadsChangedShadersAgain) {
   fs::remove_all(folder);
 }
 
-TEST(Viewer, ReadsAChangedFileAgain) {
-  const fs::path file = fs::path(testing::TempDir()) / "psivox_watched.vdb";
-  fs::copy_file(asset("slab.vdb"), file, fs::copy_options::overwrite_existing);
-  Hands hands(small(file.string()), false, true);
-  ASSERT_TRUE(hands.until_exact());
-  const Volume* before = hands.viewer.volume();
-  hands.frames(80);
-  EXPECT_EQ(hands.viewer.volume(), before);
-  fs::copy_file(asset("tiles.vdb"), file, fs::copy_options::overwrite_existing);
-  ASSERT_TRUE(hands.until([&] { return hands.viewer.volume() != before; }));
-  ASSERT_TRUE(hands.until_exact());
-  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
-  fs::remove(file);
-}
-
-TEST(Viewer, TheSavedPictureIsThatOfTheCopiedCommandLine) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_saved";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  Scene scene = small(asset("blobs.vdb"));
-  scene.light = DirectionalLight{{0.5, -1, -0.6}, {2, 2, 2}};
-  scene.background = glm::dvec3(0.1, 0.2, 0.3);
-  Hands hands(scene);
+TEST(Viewer, ManyFilesTakeTheMemoryAndTheObjectsOfOne) {
+  std::vector<std::string> files;
+  for (const char* name : {"blobs", "slab", "rotated", "tiles", "single_voxel", "ramp"})
+    files.push_back(asset(name) + ".vdb");
+  Hands hands(small(files.front()));
   ASSERT_TRUE(hands.until_exact());
   hands.key(GLFW_KEY_TAB);
-  hands.drag({200, 200}, {263, 171});
-  ASSERT_TRUE(hands.until_exact());
-  const std::string saved = (folder / "saved.exr").string();
-  hands.viewer.save_picture(saved);
-  ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
-
-  std::string line = hands.viewer.copy_command_line();
-  ASSERT_TRUE(line.starts_with("psivox "));
-  line = PSIVOX_PROGRAM + line.substr(6) + " 2> /dev/null";
-  ASSERT_EQ(std::system(("cd '" + folder.string() + "' && " + line).c_str()), 0) << line;
-  expect_same(read_image(saved), read_image(folder / "picture.exr"));
-
-  // and the window's, but for the background that is behind it
-  Scene alone = hands.viewer.scene();
-  expect_same(*hands.viewer.exact_picture(), rendered(alone));
-  hands.viewer.save_scene((folder / "scene.json").string());
-  const Scene read = scene_from_json(read_text((folder / "scene.json").string(), "scene"));
-  EXPECT_EQ(to_json(read), to_json(alone));
-  fs::remove_all(folder);
-}
-
-TEST(Viewer, FramesOfASequenceFollowEachOther) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_frames";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  const char* names[] = {"slab.vdb", "tiles.vdb", "ramp.vdb"};
-  const int numbers[] = {1, 2, 4};
-  for (int i = 0; i < 3; ++i)
-    fs::copy_file(asset(names[i]), folder / ("f_" + std::to_string(numbers[i]) + ".vdb"));
-  Hands hands(small((folder / "f_#.vdb").string()));
-  ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_1.vdb").string());
-  hands.key(GLFW_KEY_LEFT);
-  ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_4.vdb").string());
-  hands.photograph("sequence.png");
-  hands.key(GLFW_KEY_SPACE);
-  ASSERT_TRUE(hands.until(
-      [&] { return hands.viewer.volume()->scene.input == (folder / "f_2.vdb").string(); }));
-  hands.key(GLFW_KEY_SPACE);
-  ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
-  fs::remove_all(folder);
-}
-
-/// Resident memory of this process [MiB].
-double resident_mib() {
-  std::ifstream file("/proc/self/statm");
-  double total = 0, resident = 0;
-  file >> total >> resident;
-  return resident * 4096 / (1 << 20);
-}
-
-TEST(Viewer, ManyFilesTakeTheMemoryOfOne) {
-  const char* count = std::getenv("PSIVOX_SWITCHES");
-  const int switches = count ? std::atoi(count) : 24;
-  const char* names[] = {"blobs.vdb", "slab.vdb", "rotated.vdb", "tiles.vdb", "single_voxel.vdb"};
-  Hands hands(small(asset("ramp.vdb")));
-  ASSERT_TRUE(hands.until_exact());
-  hands.key(GLFW_KEY_TAB);
-  double settled = 0, most = 0;
-  for (int i = 0; i < switches; ++i) {
-    hands.drop(asset(names[i % 5]));
-    ASSERT_TRUE(hands.until(
-        [&] { return !hands.viewer.loading() && hands.viewer.shown() == hands.viewer.wished(); }));
-    hands.drag({200, 200}, {210, 190});
-    if (i % 5 == 4) {
-      ASSERT_TRUE(hands.until_exact());
-    }
-    if (i == switches / 2) settled = resident_mib();
-    if (i > switches / 2) most = std::max(most, resident_mib());
-  }
-  std::printf("%d switches: %.1f MiB after half of them, %.1f at most since\n", switches, settled,
-              most);
-#ifndef __SANITIZE_ADDRESS__
-  EXPECT_LT(most, 1.05 * settled);
+  const SessionReport report = benchmark_session(hands.viewer, files, 42);
+  EXPECT_GT(report.settled.window.textures, 0);
+  EXPECT_GT(report.settled.pictures.textures, 0);
+  EXPECT_EQ(report.settled.window, report.end.window);
+  EXPECT_EQ(report.settled.pictures, report.end.pictures);
+#ifndef __SANITIZE_ADDRESS__  // which keeps what is freed
+  EXPECT_LT(report.end.resident_mib, 1.05 * report.settled.resident_mib);
 #endif
   EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
 }

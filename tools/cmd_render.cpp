@@ -309,7 +309,7 @@ void render_command(Arguments arguments) {
   if (call.list_devices) return print_devices();
   Scene scene = call.scene.scene();
   check(call, scene);
-  if (call.time_budget.empty() && scene.leaves_way_open()) scene.tolerance = default_tolerance;
+  if (call.time_budget.empty()) scene = with_default_tolerance(scene);
   if (scene.input.empty()) {  // only --print-scene comes here
     std::cout << to_json(scene);
     return;

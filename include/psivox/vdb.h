@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "psivox/field.h"
+#include "psivox/progress.h"
 
 namespace psivox {
 
@@ -46,8 +47,11 @@ struct ReadOptions {
 /// Its const functions may be called from several threads.
 class VdbFile {
  public:
-  /// Throws Error(input) if the file is missing, is no .vdb, or ends before its first grid's name.
-  explicit VdbFile(const std::filesystem::path& path);
+  /// `progress` is told the part of each grid that has been read, now and then, and may end the
+  /// reading: what it throws comes out, unless it is a std::exception, which is taken for the
+  /// file's. Throws Error(input) if the file is missing, is no .vdb, or ends before its first
+  /// grid's name.
+  explicit VdbFile(const std::filesystem::path& path, Progress progress = {});
   ~VdbFile();
   VdbFile(const VdbFile&) = delete;
   VdbFile& operator=(const VdbFile&) = delete;

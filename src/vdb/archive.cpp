@@ -4,6 +4,7 @@
 #include <map>
 #include <new>
 #include <system_error>
+#include <utility>
 
 #include "grid_types.h"
 #include "psivox/error.h"
@@ -39,10 +40,10 @@ std::int64_t size_of(const std::filesystem::path& path) {
 
 }  // namespace
 
-Archive::Archive(const std::filesystem::path& path)
-    : path_(path.string()), size_(size_of(path)), stream_(path, std::ios::binary) {
+Archive::Archive(const std::filesystem::path& path, Progress progress)
+    : path_(path.string()), size_(size_of(path)), file_(path, std::move(progress)) {
   openvdb::initialize();
-  if (!stream_) throw Error(ExitCode::input, path_ + ": cannot be opened for reading");
+  if (!file_.is_open()) throw Error(ExitCode::input, path_ + ": cannot be opened for reading");
   stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
   try {
     readHeader(stream_);
@@ -119,6 +120,7 @@ void Archive::read_entry(GridEntry& entry) {
 void Archive::stream_grid(GridEntry& entry) {
   entry.streamed = openvdb::GridBase::createGrid(entry.descriptor.gridType());
   entry.streamed->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
+  file_.expect(size_);
   readGrid(entry.streamed, entry.descriptor, stream_);
 }
 
@@ -175,6 +177,7 @@ openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry) {
   openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
   grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
   entry.descriptor.seekToGrid(stream_);
+  file_.expect(entry.descriptor.getEndPos() - entry.descriptor.getGridPos());
   readGrid(grid, entry.descriptor, stream_);
   return grid;
 }

@@ -5,10 +5,12 @@
 #include <openvdb/openvdb.h>
 
 #include <filesystem>
-#include <fstream>
+#include <istream>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "counted_file.h"
 
 namespace psivox::vdb {
 
@@ -30,7 +32,8 @@ struct GridEntry {
 class Archive final : private openvdb::io::Archive {
  public:
   /// Throws Error(input) if the file is missing, no .vdb, or ends within its first directory entry.
-  explicit Archive(const std::filesystem::path& path);
+  /// `progress` is told the part of a grid that has been read.
+  explicit Archive(const std::filesystem::path& path, Progress progress = {});
 
   /// In file order.
   const std::vector<GridEntry>& entries() const { return entries_; }
@@ -55,7 +58,8 @@ class Archive final : private openvdb::io::Archive {
   std::string path_;
   std::int64_t size_ = 0;                      ///< of the file [bytes]
   openvdb::io::StreamMetadata::Ptr metadata_;  ///< the stream keeps a plain pointer to it
-  std::ifstream stream_;
+  CountedFile file_;
+  std::istream stream_{&file_};
   std::vector<GridEntry> entries_;
 };
 

@@ -1,6 +1,7 @@
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "archive.h"
 #include "grid_info.h"
@@ -15,14 +16,17 @@ namespace psivox {
 /// other's failures and may run in several threads.
 struct VdbFile::Impl {
   std::filesystem::path path;
+  Progress progress;
   std::vector<std::string> names;
   std::vector<int> channels;  ///< of each name; 0 if it cannot be read
   std::vector<std::string> base_names;
 };
 
-VdbFile::VdbFile(const std::filesystem::path& path) : impl_(std::make_unique<Impl>()) {
+VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
+    : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
-  const vdb::Archive archive(path);
+  impl_->progress = std::move(progress);
+  const vdb::Archive archive(path, impl_->progress);
   for (const vdb::GridEntry& entry : archive.entries()) {
     impl_->names.push_back(entry.name);
     impl_->channels.push_back(entry.problem.empty() ? vdb::channels_of(entry.descriptor.gridType())
@@ -68,7 +72,7 @@ std::string VdbFile::default_grid() const {
 }
 
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
-  vdb::Archive archive(impl_->path);
+  vdb::Archive archive(impl_->path, impl_->progress);
   const vdb::GridEntry& entry = archive.find(grid);
   Field field =
       vdb::field_from_grid(archive.read(entry), entry.name, archive.subject(entry.name), options);

@@ -1,7 +1,10 @@
 #include "view/benchmark.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
+#include <fstream>
 
 #include "psivox/error.h"
 
@@ -24,6 +27,33 @@ double until_exact(Viewer& viewer) {
   do next_frame(viewer, 0.1);
   while (!viewer.exact_picture());
   return elapsed_ms(start);
+}
+
+/// Of this process, as Linux counts it.
+double resident_mib() {
+  std::ifstream file("/proc/self/statm");
+  double total = 0, resident = 0;
+  file >> total >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+Footprint footprint(const Viewer& viewer) {
+  return {resident_mib(), gl::count_objects(), viewer.picture_objects()};
+}
+
+void orbit_a_little(Viewer& viewer) {
+  using Kind = Event::Kind;
+  glm::dvec2 pointer = glm::dvec2(viewer.window().size()) * glm::dvec2(0.7, 0.5);
+  viewer.window().post({Kind::move, pointer});
+  next_frame(viewer, 0);
+  viewer.window().post({Kind::button, pointer, 0, true});
+  for (int i = 0; i < 8; ++i) {
+    pointer += glm::dvec2(15, i % 2 ? 4 : -4);
+    viewer.window().post({Kind::move, pointer});
+    do next_frame(viewer, 0.05);
+    while (viewer.shown() != viewer.wished());
+  }
+  viewer.window().post({Kind::button, pointer, 0, false});
 }
 
 }  // namespace
@@ -64,6 +94,30 @@ OrbitTimes benchmark_orbit(Viewer& viewer, int pictures) {
   times.median_ms = intervals[intervals.size() / 2];
   times.p90_ms = intervals[intervals.size() * 9 / 10];
   return times;
+}
+
+SessionReport benchmark_session(Viewer& viewer, const std::vector<std::string>& files,
+                                int switches) {
+  const auto count = static_cast<int>(files.size());
+  const auto whole_turns = [&](int n) { return (n + count - 1) / count * count; };
+  SessionReport report;
+  report.switches = whole_turns(switches);
+  const int settled = std::max(whole_turns(switches / 4), 2 * count);
+  until_exact(viewer);
+  const auto start = BenchmarkClock::now();
+  for (int i = 1; i <= report.switches; ++i) {
+    viewer.window().post(
+        {Event::Kind::drop, {}, 0, false, 0, {files[static_cast<std::size_t>(i % count)]}});
+    do next_frame(viewer, 0.05);
+    while (viewer.loading() || viewer.shown() != viewer.wished());
+    orbit_a_little(viewer);
+    until_exact(viewer);
+    if (i == settled) report.settled = footprint(viewer);
+    if (i >= settled) report.most_mib = std::max(report.most_mib, resident_mib());
+  }
+  report.end = footprint(viewer);
+  report.seconds = 1e-3 * elapsed_ms(start);
+  return report;
 }
 
 }  // namespace psivox::view

@@ -9,10 +9,11 @@ namespace psivox::view {
 /// What a hand does to the window, or a test in its place. Codes are GLFW's; places and sizes are
 /// pixels of the framebuffer, from the top left.
 struct Event {
-  enum class Kind { move, button, wheel, key, text, drop, close };
+  enum class Kind { move, button, wheel, key, text, drop, close, scale, refresh };
   Kind kind = Kind::move;
-  glm::dvec2 place{0};  ///< of the pointer; of a wheel: its notches
-  int code = 0;         ///< button, key or character
+  glm::dvec2 place{
+      0};        ///< of the pointer; of a wheel: its notches; x of a scale: of text from now on
+  int code = 0;  ///< button, key or character
   bool down = false;
   int modifiers = 0;
   std::vector<std::string> files{};  ///< dropped

@@ -33,6 +33,8 @@ constexpr int key_map[][2] = {{ImGuiKey_Tab, GLFW_KEY_TAB},
                               {ImGuiKey_Y, GLFW_KEY_Y},
                               {ImGuiKey_Z, GLFW_KEY_Z}};
 
+constexpr const char* glsl_version = "#version 450 core";
+
 std::string& clipboard_text() {
   static std::string text;
   return text;
@@ -40,7 +42,7 @@ std::string& clipboard_text() {
 
 }  // namespace
 
-Gui::Gui(Window& window) : scale_(window.scale()) {
+Gui::Gui(Window& window) {
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;
@@ -54,16 +56,25 @@ Gui::Gui(Window& window) : scale_(window.scale()) {
   io.SetClipboardTextFn = [](void* user, const char* text) {
     static_cast<Window*>(user)->set_clipboard(text);
   };
+  set_scale(window.scale());
+  ImGui_ImplOpenGL3_Init(glsl_version);
+}
+
+void Gui::set_scale(double scale) {
+  scale_ = scale;
+  places_panels_ = true;
   ImFontConfig font;
-  font.SizePixels = static_cast<float>(std::round(13 * scale_));
-  io.Fonts->AddFontDefault(&font);
-  ImGui::StyleColorsDark();
+  font.SizePixels = static_cast<float>(std::round(13 * scale));
+  ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+  fonts.Clear();
+  fonts.AddFontDefault(&font);
   ImGuiStyle& style = ImGui::GetStyle();
+  style = ImGuiStyle();
+  ImGui::StyleColorsDark();
   style.WindowRounding = 4;
   style.FrameRounding = 2;
   style.Colors[ImGuiCol_WindowBg].w = 0.85f;
-  style.ScaleAllSizes(static_cast<float>(scale_));
-  ImGui_ImplOpenGL3_Init("#version 450 core");
+  style.ScaleAllSizes(static_cast<float>(scale));
 }
 
 Gui::~Gui() {
@@ -99,8 +110,15 @@ void Gui::feed(const Event& event) {
     case Kind::text:
       io.AddInputCharacter(static_cast<unsigned>(event.code));
       break;
+    case Kind::scale:
+      set_scale(event.place.x);
+      // anew, with the font's new texture
+      ImGui_ImplOpenGL3_Shutdown();
+      ImGui_ImplOpenGL3_Init(glsl_version);
+      break;
     case Kind::drop:
     case Kind::close:
+    case Kind::refresh:
       break;
   }
 }
@@ -119,6 +137,7 @@ void Gui::begin_frame(const glm::ivec2& size, double seconds) {
 void Gui::end_frame() {
   ImGui::Render();
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+  places_panels_ = false;
 }
 
 bool Gui::takes_pointer() const { return ImGui::GetIO().WantCaptureMouse; }

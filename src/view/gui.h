@@ -25,10 +25,15 @@ class Gui {
   bool takes_pointer() const;
   bool takes_keys() const;
   double scale() const { return scale_; }
+  /// Whether panels go to their places: once after another scale.
+  bool places_panels() const { return places_panels_; }
 
  private:
+  void set_scale(double scale);
+
   std::array<bool, 5> down_{}, pressed_{};
-  double scale_;
+  double scale_ = 1;
+  bool places_panels_ = true;
 };
 
 }  // namespace psivox::view

@@ -95,15 +95,15 @@ void PictureDisplay::begin_exact(Side& side, std::uint64_t number, const glm::iv
   stale_ = true;
 }
 
-void PictureDisplay::add_part(const ExactPart& part, const glm::ivec2& size) {
+void PictureDisplay::add_part(const ExactPart& part) {
   Side& side = sides_[part.side];
-  if (side.number != part.number) begin_exact(side, part.number, size);
+  if (side.number != part.number) begin_exact(side, part.number, part.picture_size);
   glTextureSubImage2D(side.exact, 0, part.origin.x, part.origin.y, part.size.x, part.size.y,
                       GL_RGBA, GL_FLOAT, part.rgba.data());
   const std::size_t row = 4 * std::size_t(part.size.x);
   for (int y = 0; y < part.size.y; ++y) {
-    const std::size_t at =
-        4 * (std::size_t(part.origin.y + y) * std::size_t(size.x) + std::size_t(part.origin.x));
+    const std::size_t at = 4 * (std::size_t(part.origin.y + y) * std::size_t(part.picture_size.x) +
+                                std::size_t(part.origin.x));
     std::copy_n(part.rgba.data() + std::size_t(y) * row, row,
                 side.image.layers[0].values.data() + at);
   }

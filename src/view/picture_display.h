@@ -42,8 +42,8 @@ class PictureDisplay {
   PictureDisplay& operator=(const PictureDisplay&) = delete;
 
   void set_preview(const PreviewPicture& picture);
-  /// Of a picture of that size, whose parts so far are kept if it is the same wish's.
-  void add_part(const ExactPart& part, const glm::ivec2& size);
+  /// Parts so far are kept if they are the same wish's.
+  void add_part(const ExactPart& part);
   /// The exact picture as far as it is there, if it is of that wish; alpha is -1 where it is not.
   const Image* exact(std::uint64_t number, std::size_t side) const;
 

@@ -6,9 +6,7 @@
 #include <utility>
 
 #include "psivox/error.h"
-#include "psivox/error_control.h"
 #include "psivox/light.h"
-#include "psivox/reference.h"
 
 namespace psivox::view {
 namespace {
@@ -19,13 +17,8 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Ends the making of a picture that nobody wants any more.
-struct Outdated {};
-
 /// Without a wish for this long, things are at rest.
 constexpr auto rest = std::chrono::milliseconds(120);
-/// Aimed at for a tile of the exact picture: how long a new wish may wait.
-constexpr double tile_ms = 25;
 
 /// The camera whose only pixel is that pixel of the picture.
 Camera through_pixel(const Camera& camera, const glm::ivec2& resolution, const glm::dvec2& pixel) {
@@ -85,9 +78,9 @@ void PictureMaker::reload_shaders() {
 
 PictureNews PictureMaker::news() {
   const std::lock_guard lock(mutex_);
-  std::string renderer = news_.renderer;
   PictureNews news = std::exchange(news_, {});
-  news_.renderer = std::move(renderer);
+  news_.renderer = news.renderer;
+  news_.objects = news.objects;
   return news;
 }
 
@@ -149,10 +142,12 @@ void PictureMaker::serve(const std::stop_token& stop) {
 }
 
 void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
-  if (wish.volume != uploaded_) pace_.forget();
-  bring_up(*wish.volume, wish.scenes.front().filter);
-  uploaded_ = wish.volume;
+  const bool another = wish.volume != uploaded_;
+  if (another) pace_.forget();
+  bring_up(wish.volume, wish.scenes.front().filter);
+  if (another) stage("compiling", 0);
   draw_previews(wish);
+  stage("", 0);
   {
     std::unique_lock lock(mutex_);
     if (changed_.wait_for(lock, stop, rest, [&] { return wish_ || pick_ || reload_; })) {
@@ -164,7 +159,8 @@ void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
   refine(wish);
 }
 
-void PictureMaker::bring_up(Volume& volume, Filter filter) {
+void PictureMaker::bring_up(const std::shared_ptr<Volume>& wished, Filter filter) {
+  Volume& volume = *wished;
   if (!renderer_) {
     stage("starting OpenGL", 0);
     try {
@@ -190,126 +186,39 @@ void PictureMaker::bring_up(Volume& volume, Filter filter) {
     volume.view = std::move(lighted);
   }
   volume.light_added = true;
-  if (uploaded_.get() == &volume && uploaded_filter_ == filter) return;
+  if (uploaded_ == wished && uploaded_filter_ == filter) return;
   uploaded_.reset();
+  stage("uploading", 0);
   renderer_->upload(volume.atlas, filter);
+  uploaded_ = wished;
   uploaded_filter_ = filter;
 }
 
 void PictureMaker::draw_previews(const PictureWish& wish) {
   const Rung rung = pace_.rung();
   double sum_ms = 0;
-  for (std::size_t side = 0; side < wish.scenes.size(); ++side) {
-    const Scene& scene = wish.scenes[side];
+  std::vector<Image> images;
+  for (const Scene& scene : wish.scenes) {
     View view = view_of(*wish.volume, scene);
     view.scene = preview_scene(scene, rung);
     RenderOptions options;
     ask_for(wish.layer, view.scene, options);
     options.may_update_tables = true;
-    options.progress = [&](double) {
-      // A newer wish is served sooner if this one ends, but something must be seen now and then.
-      if (newest_ != wish.number && sum_ms > 8 * options_.budget_ms) throw Outdated();
-    };
     const auto start = Clock::now();
     RenderResult result = renderer_->render(view, options);
-    const double ms = ms_since(start) - std::max(0.0, result.stats.shader_ms - 5);
-    sum_ms += ms;
-    const glm::dvec2 range = show_layer(wish.layer, result.image);
-    {
-      const std::lock_guard lock(mutex_);
-      std::erase_if(news_.previews, [&](const PreviewPicture& old) { return old.side == side; });
-      news_.layer_range = range;
-      news_.previews.push_back({wish.number, side, std::move(result.image), rung, ms});
-    }
-    on_news_();
+    sum_ms += ms_since(start) - std::max(0.0, result.stats.shader_ms - 5);
+    images.push_back(std::move(result.image));
   }
-  pace_.took(rung, sum_ms);
-}
-
-void PictureMaker::refine(const PictureWish& wish) {
-  const auto start = Clock::now();
+  const glm::dvec2 range = show_layer(wish.layer, images);
   {
-    const std::lock_guard lock(mutex_);
-    news_.parts.clear();
-  }
-  for (std::size_t side = 0; side < wish.scenes.size(); ++side) refine_side(wish, side);
-  {
-    const std::lock_guard lock(mutex_);
-    news_.refined = wish.number;
-    news_.refine_ms = ms_since(start);
-  }
-  on_news_();
-}
-
-void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
-  const Scene& scene = wish.scenes[side];
-  View view = view_of(*wish.volume, scene);
-  if (scene.renderer == RendererKind::gl) view = planned(view, wish.volume->atlas);
-  const auto add = [&](glm::ivec2 origin, glm::ivec2 size, const float* picture) {
-    ExactPart part{wish.number, side, origin, size, {}};
-    part.rgba.reserve(std::size_t(size.x) * std::size_t(size.y) * 4);
-    for (int y = origin.y; y < origin.y + size.y; ++y) {
-      const float* row =
-          picture + 4 * (std::size_t(y) * std::size_t(scene.resolution.x) + std::size_t(origin.x));
-      part.rgba.insert(part.rgba.end(), row, row + 4 * std::size_t(size.x));
-    }
-    const std::lock_guard lock(mutex_);
-    if (!news_.parts.empty() && news_.parts.front().number != wish.number) news_.parts.clear();
-    news_.parts.push_back(std::move(part));
-  };
-  RenderOptions options;
-  options.tile_ms = tile_ms;
-  options.progress = [&](double fraction) {
-    check_current(wish.number);
-    stage("refining",
-          (static_cast<double>(side) + fraction) / static_cast<double>(wish.scenes.size()));
-    on_news_();
-  };
-  if (wish.layer != ShownLayer::picture) {
-    ask_for(wish.layer, view.scene, options);
-    Image image = renderer_->render(view, options).image;
-    const glm::dvec2 range = show_layer(wish.layer, image);
-    add({0, 0}, scene.resolution, image.rgba().data());
     const std::lock_guard lock(mutex_);
     news_.layer_range = range;
-    return;
+    news_.previews.clear();
+    for (std::size_t side = 0; side < images.size(); ++side)
+      news_.previews.push_back({wish.number, side, std::move(images[side]), rung, sum_ms});
   }
-  if (scene.renderer == RendererKind::gl) {
-    options.tile = [&](const DoneTile& tile) {
-      add({tile.x, tile.y}, {tile.width, tile.height}, tile.picture);
-    };
-    renderer_->render(view, options);
-    return;
-  }
-  const Image image = on_processor(*wish.volume, scene, options);
-  add({0, 0}, scene.resolution, image.rgba().data());
-}
-
-/// The view as cmd_render.cpp has it marched.
-View PictureMaker::planned(View view, const MediumAtlas& atlas) {
-  if (view.scene.leaves_way_open()) view.scene.tolerance = default_tolerance;
-  if (!view.scene.tolerance) return view;
-  MarchPlan plan = plan_march(view, atlas);
-  const std::lock_guard lock(mutex_);
-  news_.estimated_rms = plan.chosen.rms;
-  return std::move(plan.view);
-}
-
-/// As cmd_render.cpp does: their light is their own.
-Image PictureMaker::on_processor(const Volume& volume, const Scene& scene,
-                                 const RenderOptions& options) {
-  View view = view_of(volume, scene);
-  const bool light = volume.scene.lit();
-  if (light) view.medium = make_view(scene, volume.fields).medium;
-  if (scene.renderer == RendererKind::reference) {
-    if (light) view = lit(view, reference_light_depths(view), options.progress);
-    return render_reference(view, 1e-12, options.progress).image;
-  }
-  if (!light) return render_march_double(planned(view, volume.atlas), volume.atlas, options).image;
-  MediumAtlas atlas = build_medium_atlas(view);
-  view = lit(view, march_double_light_depths(view, atlas), options.progress);
-  add_luminance(atlas, view);
-  return render_march_double(planned(view, atlas), atlas, options).image;
+  on_news_();
+  pace_.took(rung, sum_ms);
 }
 
 void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "gl/object_counts.h"
 #include "psivox/image.h"
 #include "psivox/renderer.h"
 #include "view/pace.h"
@@ -36,6 +37,7 @@ struct PreviewPicture {
 struct ExactPart {
   std::uint64_t number = 0;
   std::size_t side = 0;
+  glm::ivec2 picture_size{0};
   glm::ivec2 origin{0}, size{0};
   std::vector<float> rgba;
 };
@@ -46,12 +48,14 @@ struct PictureNews {
   std::vector<ExactPart> parts;          ///< of one wish
   std::optional<std::uint64_t> refined;  ///< the wish whose exact pictures are complete
   double refine_ms = 0;
-  std::optional<double> estimated_rms;  ///< of the left exact picture, where its march was planned
+  /// Of the left exact picture, where its march was planned or the error is what is shown.
+  std::optional<double> estimated_rms;
   std::optional<glm::dvec2> layer_range;  ///< values at the ends of a layer's colours
   std::optional<glm::dvec3> picked;       ///< point under the pointer; see pick()
   std::vector<std::string> errors;
   std::exception_ptr fatal;  ///< why nothing can be drawn on this machine
   std::string renderer;      ///< once known
+  gl::ObjectCounts objects;  ///< of its context with the exact picture, if they are counted
 };
 
 /// Draws in a thread of its own, by the renderer of `psivox render` in a context of its own, so
@@ -63,7 +67,8 @@ class PictureMaker {
   struct Options {
     double budget_ms = 33;
     int device = -1;
-    bool debug = false;  ///< KHR_debug: messages become errors
+    bool debug = false;          ///< KHR_debug: messages become errors
+    bool count_objects = false;  ///< OpenGL's, with each exact picture
   };
 
   PictureMaker(const Options& options, std::function<void()> on_news);
@@ -78,24 +83,39 @@ class PictureMaker {
   /// Builds the shaders anew from their folder.
   void reload_shaders();
   PictureNews news();
-  /// Stage and part of what takes longer than a picture; nullopt: nothing does.
+  /// Stage of what takes longer than a picture, and how much of it is done, 0: not known; nullopt:
+  /// nothing does.
   std::optional<std::pair<std::string, double>> progress() const;
 
  private:
   void run(const std::stop_token& stop);
   void serve(const std::stop_token& stop);
   void make(const PictureWish& wish, const std::stop_token& stop);
-  void bring_up(Volume& volume, Filter filter);
+  /// Has the volume lighted and uploaded for that filter.
+  void bring_up(const std::shared_ptr<Volume>& wished, Filter filter);
   void draw_previews(const PictureWish& wish);
-  void refine(const PictureWish& wish);
-  View planned(View view, const MediumAtlas& atlas);
-  Image on_processor(const Volume& volume, const Scene& scene, const RenderOptions& options);
-  void refine_side(const PictureWish& wish, std::size_t side);
   void find_picked(const PictureWish& wish, const glm::dvec2& pixel);
   void renew_renderer();
   void stage(const std::string& name, double fraction);
   void check_current(std::uint64_t number) const;
   void report(const std::string& error);
+
+  // picture_maker_exact.cpp
+  void refine(const PictureWish& wish);
+  void refine_side(const PictureWish& wish, std::size_t side);
+  void refine_layers(PictureWish wish);
+  /// One side of a comparison, with the layer that is wished.
+  Image with_layer(const PictureWish& wish, std::size_t side, const RenderOptions& options);
+  Image on_processor(const PictureWish& wish, std::size_t side, const RenderOptions& options);
+  /// The view as `render` has it marched.
+  View planned(View view, const MediumAtlas& atlas, std::size_t side);
+  /// Options of work that is that part of the whole.
+  RenderOptions refining(const PictureWish& wish, double first, double last);
+  /// A tile of the exact picture, for the window.
+  void add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile);
+
+  /// Ends the making of a picture that nobody wants any more.
+  struct Outdated {};
 
   Options options_;
   std::function<void()> on_news_;

@@ -1,19 +1,23 @@
 #pragma once
 
 #include <glm/vec2.hpp>
+#include <span>
 
 #include "psivox/renderer.h"
 
 namespace psivox::view {
 
 /// What of a render the window shows.
-enum class ShownLayer { picture, steps, depth };
+enum class ShownLayer { picture, steps, depth, error };
 
-/// The scene and the options under which a render has that layer.
+/// Their names, in that order: those of --aov.
+inline constexpr const char* shown_layers[] = {"picture", "steps", "depth", "error"};
+
+/// The scene and the options under which a render has that layer; `error` takes a second one.
 void ask_for(ShownLayer layer, Scene& scene, RenderOptions& options);
 
-/// Puts the layer into the picture's R G B A as colours of viridis, and returns the values at the
-/// two ends; A is 0 where there is no depth. Of the picture itself nothing is changed.
-glm::dvec2 show_layer(ShownLayer layer, Image& image);
+/// Puts the layer into the pictures' R G B A as colours of viridis, and returns the values at the
+/// two ends, the same for all; A is 0 where there is no depth. A picture without the layer stays.
+glm::dvec2 show_layer(ShownLayer layer, std::span<Image> images);
 
 }  // namespace psivox::view

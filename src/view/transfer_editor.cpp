@@ -146,9 +146,10 @@ bool TransferEditor::draw_canvas(const Histogram& histogram) {
   list.PopClipRect();
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const bool chosen = static_cast<int>(i) == selected_;
-    list.AddCircleFilled(at(pixel_of(points_[i])), chosen ? 7.0f : 5.0f,
+    const float radius = (chosen ? 0.55f : 0.4f) * ImGui::GetFontSize();
+    list.AddCircleFilled(at(pixel_of(points_[i])), radius,
                          screen_colour(has_color_ ? points_[i].color : glm::dvec3(0.8)));
-    list.AddCircle(at(pixel_of(points_[i])), chosen ? 7.0f : 5.0f, IM_COL32(255, 255, 255, 255));
+    list.AddCircle(at(pixel_of(points_[i])), radius, IM_COL32(255, 255, 255, 255));
   }
   return changed;
 }
@@ -158,7 +159,7 @@ bool TransferEditor::drag_points(bool hovered) {
   const glm::dvec2 mouse{io.MousePos.x, io.MousePos.y};
   const auto nearest = [&] {
     int found = -1;
-    double best = 10;
+    double best = 0.8 * ImGui::GetFontSize();
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const glm::dvec2 d = pixel_of(points_[i]) - mouse;
       if (std::hypot(d.x, d.y) < best) {

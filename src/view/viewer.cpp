@@ -55,7 +55,10 @@ Viewer::Viewer(const Scene& scene, const ViewerOptions& options)
       window_({.size = scene.resolution, .egl = options.egl, .debug = options.debug}),
       gui_(window_),
       loader_(Window::wake),
-      maker_({.budget_ms = options.frame_budget_ms, .device = scene.device, .debug = options.debug},
+      maker_({.budget_ms = options.frame_budget_ms,
+              .device = scene.device,
+              .debug = options.debug,
+              .count_objects = options.count_objects},
              Window::wake),
       scene_(scene) {
   if (scene_.input.empty()) return;
@@ -76,10 +79,12 @@ Scene Viewer::scene() const {
   return scene;
 }
 
+const Image* Viewer::complete_picture(std::size_t side) const {
+  return refined_ && refined_ == wished_ ? display_.exact(refined_, side) : nullptr;
+}
+
 const Image* Viewer::exact_picture() const {
-  return refined_ && refined_ == wished_ && layer_ == ShownLayer::picture
-             ? display_.exact(refined_, 0)
-             : nullptr;
+  return layer_ == ShownLayer::picture ? complete_picture() : nullptr;
 }
 
 void Viewer::photograph(const std::string& path) {
@@ -101,6 +106,14 @@ void Viewer::say(const std::string& message) {
   message_ = message;
   message_since_ = Clock::now();
   frames_due_ = 3;
+}
+
+void Viewer::attempt(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::exception& e) {
+    error(e.what());
+  }
 }
 
 void Viewer::set_scene(const Scene& scene) {
@@ -158,15 +171,22 @@ void Viewer::compare(Comparison comparison, const std::optional<Scene>& other) {
   frames_due_ = 3;
 }
 
+void Viewer::show(ShownLayer layer) {
+  if (layer == layer_) return;
+  layer_ = layer;
+  layer_range_ = {};
+  refined_ = 0;
+  posted_.clear();
+  frames_due_ = 3;
+}
+
 void Viewer::reload() {
   ++generation_;
   refused_key_.clear();
-  try {
+  attempt([&] {
     display_.reload_shader();
     maker_.reload_shaders();
-  } catch (const Error& e) {
-    error(e.what());
-  }
+  });
   frames_due_ = 3;
 }
 
@@ -272,7 +292,7 @@ void Viewer::take_pictures() {
   }
   for (const ExactPart& part : news.parts) {
     if (part.number != wished_) continue;
-    display_.add_part(part, scene().resolution);
+    display_.add_part(part);
   }
   if (news.estimated_rms) estimated_rms_ = news.estimated_rms;
   if (news.refined) {
@@ -283,6 +303,7 @@ void Viewer::take_pictures() {
   layer_range_ = news.layer_range.value_or(layer_range_);
   if (news.picked) navigation_.set_pivot(*news.picked);
   if (!news.renderer.empty()) renderer_ = news.renderer;
+  picture_objects_ = news.objects;
   if (news.fatal && !shown_) first_error_ = news.fatal;
   for (const std::string& message : news.errors) error(message);
 }
@@ -363,13 +384,11 @@ void Viewer::draw(double seconds) {
   const glm::ivec2 size = window_.size();
   if (size.x < 1 || size.y < 1) return;
   look_.background = scene_.background.value_or(no_background);
-  display_.draw(size, look_);
+  DisplaySettings look = look_;
+  if (layer_ != ShownLayer::picture) look.exposure = 0;  // colours mean values
+  display_.draw(size, look);
   gui_.begin_frame(size, seconds);
-  try {
-    draw_panels();
-  } catch (const std::exception& e) {
-    error(e.what());
-  }
+  draw_panels();
   gui_.end_frame();
   if (options_.debug)
     for (const std::string& problem : window_.problems()) error("OpenGL: " + problem);

@@ -25,6 +25,7 @@ struct ViewerOptions {
   bool egl = false;    ///< the window's context by EGL
   bool debug = false;  ///< KHR_debug in every context
   bool quiet = false;
+  bool count_objects = false;  ///< for picture_objects()
   /// `psivox render` with these arguments; throws what it throws.
   std::function<void(const std::vector<std::string>&)> render;
 };
@@ -50,10 +51,11 @@ class Viewer {
   const TransferEditor& transfer_editor() const { return editor_; }
   /// The scene that is wished, in the window's resolution.
   Scene scene() const;
-  /// The exact picture of what is wished now, or null while it is not complete.
+  /// The exact picture of what is wished now, or null while it is not complete. `side`: 1 is
+  /// the right one of a comparison.
   const Image* exact_picture() const;
-  /// Whether what is wished is shown in full.
-  bool complete() const { return refined_ && refined_ == wished_; }
+  /// What is wished, in full, where it is a layer its colours; null while it is not complete.
+  const Image* complete_picture(std::size_t side = 0) const;
   /// Of the wish that the newest picture on the screen is of; and of the newest wish.
   std::uint64_t shown() const { return shown_; }
   std::uint64_t wished() const { return wished_; }
@@ -61,6 +63,9 @@ class Viewer {
   double refine_ms() const { return refine_ms_; }
   const Volume* volume() const { return volume_.get(); }
   const std::string& renderer() const { return renderer_; }
+  /// OpenGL objects of the context that draws, when the last exact picture was complete;
+  /// with ViewerOptions::count_objects.
+  const gl::ObjectCounts& picture_objects() const { return picture_objects_; }
   /// What went wrong last, as the window shows it.
   const std::string& last_error() const { return last_error_; }
   /// How much went wrong so far.
@@ -75,7 +80,7 @@ class Viewer {
   std::string copy_command_line();
   void save_scene(const std::string& path);
   bool saving() const { return save_.running(); }
-  void show(ShownLayer layer) { layer_ = layer; }
+  void show(ShownLayer layer);
   /// Writes what the window shows to a .png.
   void photograph(const std::string& path);
   void show_panel(bool transfer_function) { show_transfer_ = transfer_function; }
@@ -91,6 +96,8 @@ class Viewer {
   void watch_files();
   void error(const std::string& message);
   void say(const std::string& message);
+  /// What goes wrong in it is said.
+  void attempt(const std::function<void()>& action);
   /// The scene, with its transfer function in a file that stays.
   Scene kept_scene();
   void take_loader_news();
@@ -110,6 +117,8 @@ class Viewer {
   void draw_file_section();
   void draw_output_section();
   void draw_display_section();
+  /// What the picture is, or what it waits for.
+  std::string status() const;
   void draw_status();
   void draw_help();
   void draw_box();
@@ -144,6 +153,7 @@ class Viewer {
   glm::dvec2 layer_range_{0};
   std::optional<std::pair<glm::dvec3, glm::dvec3>> box_;  ///< of what is being loaded
   std::string renderer_, last_error_, message_;
+  gl::ObjectCounts picture_objects_;
   int problems_ = 0;
   std::string photograph_;  ///< where the next frame is to be written
   Clock::time_point message_since_{};

@@ -13,7 +13,8 @@ namespace psivox::view {
 namespace {
 
 constexpr double double_click_s = 0.35;
-constexpr double divider_reach = 6;  // [pixels]
+// [pixels, where text has its usual size]
+constexpr double divider_reach = 6, double_click_reach = 4;
 
 /// Directions of flight by key, along right, up and forward.
 bool flight(int key, glm::dvec3& direction) {
@@ -60,9 +61,11 @@ void Viewer::handle(const Event& event) {
       handle_key(event);
       break;
     case Kind::text:
+    case Kind::scale:
+    case Kind::refresh:  // every event has the window drawn
       break;
     case Kind::drop:
-      if (!event.files.empty()) open(event.files.front());
+      if (!event.files.empty()) attempt([&] { open(event.files.front()); });
       break;
     case Kind::close:
       closed_ = true;
@@ -80,14 +83,15 @@ void Viewer::handle_button(const Event& event) {
   if (gui_.takes_pointer() || dragging_ >= 0) return;
   const double divider = look_.divider * window_.size().x;
   if (event.code == GLFW_MOUSE_BUTTON_LEFT && look_.comparison == Comparison::wipe &&
-      std::abs(event.place.x - divider) < divider_reach) {
+      std::abs(event.place.x - divider) < divider_reach * gui_.scale()) {
     dragging_divider_ = true;
     return;
   }
   dragging_ = event.code;
   if (event.code != GLFW_MOUSE_BUTTON_LEFT) return;
   const auto now = Clock::now();
-  const bool near = std::hypot(event.place.x - clicked_at_.x, event.place.y - clicked_at_.y) < 4;
+  const glm::dvec2 apart = event.place - clicked_at_;
+  const bool near = std::hypot(apart.x, apart.y) < double_click_reach * gui_.scale();
   if (near && now - clicked_ < std::chrono::duration<double>(double_click_s))
     maker_.pick(glm::floor(event.place) + 0.5);
   clicked_ = now;
@@ -104,7 +108,7 @@ void Viewer::handle_move(const Event& event) {
   } else if (dragging_ == GLFW_MOUSE_BUTTON_MIDDLE) {
     navigation_.pan(by);
   } else if (dragging_ == GLFW_MOUSE_BUTTON_RIGHT) {
-    navigation_.dolly(-0.05 * by.y);
+    navigation_.dolly(-0.05 * by.y / gui_.scale());
   }
 }
 
@@ -148,10 +152,10 @@ void Viewer::handle_key(const Event& event) {
       reload();
       break;
     case GLFW_KEY_S:
-      if (control) save_picture(picture_path_);
+      if (control) attempt([&] { save_picture(picture_path_); });
       break;
     case GLFW_KEY_C:
-      if (control) copy_command_line();
+      if (control) attempt([&] { copy_command_line(); });
       break;
     case GLFW_KEY_T:
       show_transfer_ = !show_transfer_;

@@ -37,6 +37,10 @@ std::string format_ms(double ms) {
   return text;
 }
 
+std::string percent(double fraction) {
+  return fraction > 0 ? " " + std::to_string(static_cast<int>(100 * fraction)) + " %" : "";
+}
+
 }  // namespace
 
 void Viewer::draw_panels() {
@@ -53,17 +57,18 @@ void Viewer::draw_panels() {
   if (show_transfer_ && volume_) {
     const ImGuiIO& io = ImGui::GetIO();
     const double s = gui_.scale();
-    ImGui::SetNextWindowPos({io.DisplaySize.x - static_cast<float>(410 * s), 10},
-                            ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSize(scaled(400, 330, s), ImGuiCond_FirstUseEver);
-    editor_.draw(scene_, *volume_, show_transfer_);
+    const ImGuiCond when = gui_.places_panels() ? ImGuiCond_Always : ImGuiCond_FirstUseEver;
+    ImGui::SetNextWindowPos({io.DisplaySize.x - static_cast<float>(410 * s), 10}, when);
+    ImGui::SetNextWindowSize(scaled(400, 330, s), when);
+    attempt([&] { editor_.draw(scene_, *volume_, show_transfer_); });
   }
 }
 
 void Viewer::draw_scene_panel() {
   const double s = gui_.scale();
-  ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
-  ImGui::SetNextWindowSize(scaled(330, 560, s), ImGuiCond_FirstUseEver);
+  const ImGuiCond when = gui_.places_panels() ? ImGuiCond_Always : ImGuiCond_FirstUseEver;
+  ImGui::SetNextWindowPos({10, 10}, when);
+  ImGui::SetNextWindowSize(scaled(330, 560, s), when);
   if (ImGui::Begin("Scene", &show_panels_)) {
     draw_file_section();
     draw_output_section();
@@ -98,12 +103,13 @@ void Viewer::draw_output_section() {
   if (!ImGui::CollapsingHeader("Save", ImGuiTreeNodeFlags_DefaultOpen)) return;
   ImGui::InputText("##picture", &picture_path_);
   ImGui::SameLine();
-  if (ImGui::Button(save_.running() ? "saving" : "picture")) save_picture(picture_path_);
+  if (ImGui::Button(save_.running() ? "saving" : "picture"))
+    attempt([&] { save_picture(picture_path_); });
   ImGui::InputText("##scene", &scene_path_);
   ImGui::SameLine();
-  if (ImGui::Button("scene")) save_scene(scene_path_);
+  if (ImGui::Button("scene")) attempt([&] { save_scene(scene_path_); });
   ImGui::InputTextWithHint("size", "the window's", &picture_size_);
-  if (ImGui::Button("copy as command line")) copy_command_line();
+  if (ImGui::Button("copy as command line")) attempt([&] { copy_command_line(); });
 }
 
 void Viewer::draw_display_section() {
@@ -111,9 +117,9 @@ void Viewer::draw_display_section() {
   slide("exposure", look_.exposure, -10, 10, "%.2f");
   if (ImGui::IsItemHovered())
     ImGui::SetTooltip("powers of 2, on the screen only: saved pictures are linear radiance");
-  const char* layers[] = {"picture", "steps", "depth"};
   int layer = static_cast<int>(layer_);
-  if (ImGui::Combo("show", &layer, layers, 3)) show(static_cast<ShownLayer>(layer));
+  if (ImGui::Combo("show", &layer, shown_layers, IM_ARRAYSIZE(shown_layers)))
+    show(static_cast<ShownLayer>(layer));
   ImGui::Checkbox("transfer function (T)", &show_transfer_);
   const char* names[] = {"one picture", "two, with a divider", "signed difference"};
   int chosen = static_cast<int>(look_.comparison);
@@ -131,42 +137,49 @@ void Viewer::draw_display_section() {
   ImGui::PopID();
 }
 
-void Viewer::draw_status() {
-  std::string text;
+std::string Viewer::status() const {
+  const std::string file = std::filesystem::path(scene_.input).filename().string();
   if (const auto loading = loader_.progress())
-    text = loading->first + " " + std::filesystem::path(scene_.input).filename().string();
-  else if (scene_.input.empty())
-    text = "drop a .vdb here, or open one in the panel";
-  else if (refined_ == wished_ && refined_)
-    text = (layer_ == ShownLayer::picture ? "exact: as psivox render draws it, after "
+    return loading->first + " " + file + percent(loading->second);
+  if (scene_.input.empty()) return "drop a .vdb here, or open one in the panel";
+  if (refined_ == wished_ && refined_)
+    return (layer_ == ShownLayer::picture ? "exact: as psivox render draws it, after "
                                           : "complete, after ") +
            format_ms(refine_ms_) +
            (estimated_rms_ ? ", error about " + digits_of(*estimated_rms_) : "");
-  else if (const auto stage = maker_.progress())
-    text = stage->first + " " + std::to_string(static_cast<int>(100 * stage->second)) + " %";
-  else if (shown_) {
-    char rung[64];
-    std::snprintf(rung, sizeof rung, "preview, 1/%g of the size, %s", rung_.divisor,
-                  format_ms(preview_ms_).c_str());
-    text = rung;
-  }
-  if (layer_ != ShownLayer::picture && shown_) {
-    char range[80];
+  if (const auto stage = maker_.progress()) return stage->first + percent(stage->second);
+  if (!shown_) return "";
+  char rung[64];
+  std::snprintf(rung, sizeof rung, "preview, 1/%g of the size, %s", rung_.divisor,
+                format_ms(preview_ms_).c_str());
+  return rung;
+}
+
+void Viewer::draw_status() {
+  std::string text = status();
+  if (layer_ != ShownLayer::picture && layer_range_ != glm::dvec2(0)) {
+    static constexpr const char* what[] = {"", "segments of a ray", "depth [world units]",
+                                           "error of radiance and alpha"};
+    char range[100];
     std::snprintf(range, sizeof range, "; %s from %.4g (violet) to %.4g (yellow)",
-                  layer_ == ShownLayer::steps ? "segments of a ray" : "depth [world units]",
-                  layer_range_.x, layer_range_.y);
+                  what[static_cast<int>(layer_)], layer_range_.x, layer_range_.y);
     text += range;
+  } else if (layer_ == ShownLayer::error) {
+    text += "; the error is computed once the picture is at rest";
   }
   if (save_.running()) text += "; saving " + save_.what();
   const ImGuiIO& io = ImGui::GetIO();
   ImDrawList& list = *ImGui::GetForegroundDrawList();
-  float bottom = io.DisplaySize.y - 8;
+  const auto s = static_cast<float>(gui_.scale());
+  const float wrap = io.DisplaySize.x - 20 * s;
+  float bottom = io.DisplaySize.y - 8 * s;
   const auto print = [&](ImU32 colour, const std::string& what) {
-    const ImVec2 size = ImGui::CalcTextSize(what.c_str(), nullptr, false, io.DisplaySize.x - 20);
+    const ImVec2 size = ImGui::CalcTextSize(what.c_str(), nullptr, false, wrap);
     const float y = bottom - size.y;
-    bottom = y - 10;
-    list.AddRectFilled({6, y - 3}, {14 + size.x, y + size.y + 3}, IM_COL32(0, 0, 0, 150), 3);
-    list.AddText(nullptr, 0, {10, y}, colour, what.c_str(), nullptr, io.DisplaySize.x - 20);
+    bottom = y - 10 * s;
+    list.AddRectFilled({6 * s, y - 3 * s}, {14 * s + size.x, y + size.y + 3 * s},
+                       IM_COL32(0, 0, 0, 150), 3 * s);
+    list.AddText(nullptr, 0, {10 * s, y}, colour, what.c_str(), nullptr, wrap);
   };
   if (!text.empty()) print(IM_COL32(220, 220, 220, 255), text);
   if (Clock::now() - message_since_ > message_time) return;
@@ -213,7 +226,9 @@ void Viewer::draw_timeline() {
   if (sequence_.empty()) return;
   const ImGuiIO& io = ImGui::GetIO();
   const float height = static_cast<float>(62 * gui_.scale());
-  ImGui::SetNextWindowPos({io.DisplaySize.x * 0.25f, io.DisplaySize.y - height - 10});
+  // above the status line
+  const float bottom = io.DisplaySize.y - static_cast<float>(34 * gui_.scale());
+  ImGui::SetNextWindowPos({io.DisplaySize.x * 0.25f, bottom - height});
   ImGui::SetNextWindowSize({io.DisplaySize.x * 0.5f, height});
   if (ImGui::Begin("Frames", nullptr, ImGuiWindowFlags_NoDecoration)) {
     if (ImGui::Button(sequence_.playing ? "pause" : "play")) sequence_.playing = !sequence_.playing;

@@ -112,7 +112,7 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
     volume->grids = previous->grids;
     volume->histogram = previous->histogram;
   } else {
-    const VdbFile file(scene.input);
+    const VdbFile file(scene.input, [&](double fraction) { progress("reading", fraction); });
     volume->grids = file.names();
     volume->fields = read_fields(scene, file);
     count(*volume->fields.density, volume->histogram);
@@ -120,13 +120,12 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
   collect_notices(*volume);
   place_box(scene, *volume);
   box_known(volume->box_min, volume->box_max);
-  progress("resolving", 0.5);
+  progress("preparing", 0);
   volume->view = make_view(scene, volume->fields);
   volume->extinction = volume->view.medium.extinction;
   volume->function = volume->view.medium.transfer;
-  progress("converting", 0.7);
+  progress("converting", 0);
   volume->atlas = build_medium_atlas(volume->view);
-  progress("converting", 1);
   return volume;
 }
 

@@ -42,7 +42,7 @@ struct Volume {
 /// differ in camera, march and picture only.
 std::string volume_key(const Scene& scene, int generation);
 
-/// How far preparing is: what is done, and the part of the whole.
+/// How far preparing is: what is being done, and how much of that is; 0: not known.
 using StageProgress = std::function<void(const std::string& stage, double fraction)>;
 
 /// Called with the domain's box [world units] before the conversion.

@@ -31,7 +31,7 @@ class VolumeLoader {
   void prefetch(const Scene& scene, int generation);
   /// What has happened since the last call.
   News news();
-  /// Stage and part of what is being prepared; nullopt: nothing is.
+  /// Of what is being prepared, see StageProgress; nullopt: nothing is.
   std::optional<std::pair<std::string, double>> progress() const;
 
  private:

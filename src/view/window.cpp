@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <utility>
 
 #include "psivox/error.h"
@@ -39,6 +40,11 @@ float linear_of(unsigned char code) {
 }
 
 }  // namespace
+
+glm::dvec2 framebuffer_place(const glm::dvec2& place, const glm::ivec2& window,
+                             const glm::ivec2& framebuffer) {
+  return place * glm::dvec2(framebuffer) / glm::dvec2(glm::max(window, glm::ivec2(1)));
+}
 
 void Window::on_glfw_error(int, const char* text) { last_glfw_error() = text; }
 
@@ -79,10 +85,9 @@ Window::~Window() {
 }
 
 glm::dvec2 Window::pixel(double x, double y) const {
-  int width = 0, height = 0;
-  glfwGetWindowSize(window_, &width, &height);
-  const glm::ivec2 pixels = size();
-  return {x * pixels.x / std::max(width, 1), y * pixels.y / std::max(height, 1)};
+  glm::ivec2 window{0};
+  glfwGetWindowSize(window_, &window.x, &window.y);
+  return framebuffer_place({x, y}, window, size());
 }
 
 void Window::listen() {
@@ -112,6 +117,12 @@ void Window::listen() {
   });
   glfwSetWindowCloseCallback(window_,
                              [](GLFWwindow* w) { window_of(w).events_.push_back({Kind::close}); });
+  glfwSetWindowContentScaleCallback(window_, [](GLFWwindow* w, float, float) {
+    Window& self = window_of(w);
+    self.events_.push_back({Kind::scale, {self.scale(), 0}});
+  });
+  glfwSetWindowRefreshCallback(
+      window_, [](GLFWwindow* w) { window_of(w).events_.push_back({Kind::refresh}); });
 }
 
 std::vector<Event> Window::wait(double seconds) {

@@ -20,6 +20,10 @@ struct WindowOptions {
   bool visible = true;
 };
 
+/// The pixel of a framebuffer at a place of its window, whose units are the window system's.
+glm::dvec2 framebuffer_place(const glm::dvec2& place, const glm::ivec2& window,
+                             const glm::ivec2& framebuffer);
+
 /// A window with an OpenGL 4.5 core context, current on the thread that made it: that of main.
 class Window {
  public:

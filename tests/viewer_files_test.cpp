@@ -1,0 +1,135 @@
+// Files and the viewer: what it saves is what `psivox render` makes, and what changes is read
+// again.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "psivox/parameters.h"
+#include "psivox/text_file.h"
+#include "viewer_hands.h"
+
+namespace psivox::view {
+namespace {
+
+TEST(ViewerFiles, ReadsAChangedFileAgain) {
+  const fs::path file = fs::path(testing::TempDir()) / "psivox_watched.vdb";
+  fs::copy_file(asset("slab.vdb"), file, fs::copy_options::overwrite_existing);
+  Hands hands(small(file.string()), false, true);
+  ASSERT_TRUE(hands.until_exact());
+  const Volume* before = hands.viewer.volume();
+  hands.frames(80);
+  EXPECT_EQ(hands.viewer.volume(), before);
+  fs::copy_file(asset("tiles.vdb"), file, fs::copy_options::overwrite_existing);
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.volume() != before; }));
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  fs::remove(file);
+}
+
+TEST(ViewerFiles, TheSavedPictureIsThatOfTheCopiedCommandLine) {
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_saved";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  Scene scene = small(asset("blobs.vdb"));
+  scene.light = DirectionalLight{{0.5, -1, -0.6}, {2, 2, 2}};
+  scene.background = glm::dvec3(0.1, 0.2, 0.3);
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.key(GLFW_KEY_TAB);
+  hands.drag({200, 200}, {263, 171});
+  ASSERT_TRUE(hands.until_exact());
+  const std::string saved = (folder / "saved.exr").string();
+  hands.viewer.save_picture(saved);
+  ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+
+  std::string line = hands.viewer.copy_command_line();
+  ASSERT_TRUE(line.starts_with("psivox "));
+  line = PSIVOX_PROGRAM + line.substr(6) + " 2> /dev/null";
+  ASSERT_EQ(std::system(("cd '" + folder.string() + "' && " + line).c_str()), 0) << line;
+  expect_same(read_image(saved), read_image(folder / "picture.exr"));
+
+  // and the window's, but for the background that is behind it
+  Scene alone = hands.viewer.scene();
+  expect_same(*hands.viewer.exact_picture(), rendered(alone));
+  hands.viewer.save_scene((folder / "scene.json").string());
+  const Scene read = scene_from_json(read_text((folder / "scene.json").string(), "scene"));
+  EXPECT_EQ(to_json(read), to_json(alone));
+  fs::remove_all(folder);
+}
+
+TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_saved_function";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  const fs::path before = fs::current_path();
+  fs::current_path(folder);  // where the function is kept
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {900, 600};
+  ASSERT_TRUE(scene.leaves_way_open());  // the tolerance that nobody names
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.show_panel(true);
+  hands.frames(4);
+  const glm::dvec2 from = hands.viewer.transfer_editor().place_of(1).value();
+  hands.drag(from, from + glm::dvec2(40, -30));
+  ASSERT_TRUE(hands.until_exact());
+  const Image shown = *hands.viewer.exact_picture();
+  hands.viewer.save_picture("saved.exr");
+  ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
+  std::string line = hands.viewer.copy_command_line();
+  EXPECT_NE(line.find("--transfer-function=transfer.json"), std::string::npos) << line;
+  line = PSIVOX_PROGRAM + line.substr(6) + " 2> /dev/null";
+  ASSERT_EQ(std::system(line.c_str()), 0) << line;
+  expect_same(read_image("saved.exr"), read_image("picture.exr"));
+  expect_same(shown, read_image("picture.exr"));
+  ASSERT_TRUE(hands.until_exact());  // of the kept function, which is the same
+  expect_same(*hands.viewer.exact_picture(), shown);
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  fs::current_path(before);
+  fs::remove_all(folder);
+}
+
+TEST(ViewerFiles, ASizeThatIsNoneIsSaidAndHarmsNothing) {
+  Hands hands(small(asset("slab.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  hands.click({120, 142});  // the field `size`
+  hands.type("abc");
+  hands.click({90, 166});  // `copy as command line`
+  EXPECT_EQ(hands.viewer.problems(), 1);
+  EXPECT_NE(hands.viewer.last_error().find("abc"), std::string::npos) << hands.viewer.last_error();
+  hands.key(GLFW_KEY_S, GLFW_MOD_CONTROL);
+  hands.key(GLFW_KEY_C, GLFW_MOD_CONTROL);
+  EXPECT_EQ(hands.viewer.problems(), 3);
+  EXPECT_FALSE(hands.viewer.saving());
+  ASSERT_TRUE(hands.until_exact());
+}
+
+TEST(ViewerFiles, FramesOfASequenceFollowEachOther) {
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_frames";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  const char* names[] = {"slab.vdb", "tiles.vdb", "ramp.vdb"};
+  const int numbers[] = {1, 2, 4};
+  for (int i = 0; i < 3; ++i)
+    fs::copy_file(asset(names[i]), folder / ("f_" + std::to_string(numbers[i]) + ".vdb"));
+  Hands hands(small((folder / "f_#.vdb").string()));
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_1.vdb").string());
+  hands.key(GLFW_KEY_LEFT);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_4.vdb").string());
+  hands.photograph("sequence.png");
+  hands.key(GLFW_KEY_SPACE);
+  ASSERT_TRUE(hands.until(
+      [&] { return hands.viewer.volume()->scene.input == (folder / "f_2.vdb").string(); }));
+  hands.key(GLFW_KEY_SPACE);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace psivox::view
