@@ -50,37 +50,24 @@ vec3 fetch_constant3(int grid, int i) {
 
 float fetch_constant(int grid, int i) { return fetch_constant3(grid, i).x; }
 
-// Texels fill one buffer after the other. One buffer has no loop over them: it would be inlined for
-// every texel of every grid before it is dropped, half the time to build a program.
-#define ONE_BUFFER(name, textures) vec4 name(int i) { return texelFetch(textures[0], i); }
-#define SEVERAL_BUFFERS(name, textures, buffers) \
+// Texels fill one buffer after the other. Where there is one, the loop over several is dropped at once: it
+// would be inlined for every texel of every grid, half the time to build a program.
+#define FETCH_TEXEL(name, textures, buffers) \
   vec4 name(int i) { \
-    int b = i / TEXELS_PER_BUFFER; \
-    int k = i - b * TEXELS_PER_BUFFER; \
-    for (int j = 0; j < buffers - 1; ++j) \
-      if (j == b) return texelFetch(textures[j], k); \
-    return texelFetch(textures[buffers - 1], k); \
+    if (buffers == 1) { \
+      return texelFetch(textures[0], i); \
+    } else { \
+      int b = i / TEXELS_PER_BUFFER; \
+      int k = i - b * TEXELS_PER_BUFFER; \
+      for (int j = 0; j < buffers - 1; ++j) \
+        if (j == b) return texelFetch(textures[j], k); \
+      return texelFetch(textures[buffers - 1], k); \
+    } \
   }
-#if DENSITY_BUFFERS == 1
-ONE_BUFFER(density_texel, density_texels)
-#else
-SEVERAL_BUFFERS(density_texel, density_texels, DENSITY_BUFFERS)
-#endif
-#if LUMINANCE_BUFFERS == 1
-ONE_BUFFER(luminance_texel, luminance_texels)
-#else
-SEVERAL_BUFFERS(luminance_texel, luminance_texels, LUMINANCE_BUFFERS)
-#endif
-#if EMISSION_BUFFERS == 1
-ONE_BUFFER(emission_texel, emission_texels)
-#else
-SEVERAL_BUFFERS(emission_texel, emission_texels, EMISSION_BUFFERS)
-#endif
-#if GRADIENT_BUFFERS == 1
-ONE_BUFFER(gradient_texel, gradient_texels)
-#else
-SEVERAL_BUFFERS(gradient_texel, gradient_texels, GRADIENT_BUFFERS)
-#endif
+FETCH_TEXEL(density_texel, density_texels, DENSITY_BUFFERS)
+FETCH_TEXEL(luminance_texel, luminance_texels, LUMINANCE_BUFFERS)
+FETCH_TEXEL(emission_texel, emission_texels, EMISSION_BUFFERS)
+FETCH_TEXEL(gradient_texel, gradient_texels, GRADIENT_BUFFERS)
 
 vec3 fetch_texel3(int grid, int i) {
   return grid == 0 ? density_texel(i).xyz
