@@ -6,6 +6,7 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
 
+#include <mutex>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -42,7 +43,7 @@ Imf::Header header_of(const Image& image) {
   return header;
 }
 
-/// The part of a slice that is the same for every channel of a layer.
+/// One channel of a layer's interleaved values.
 template <typename Value>
 Imf::Slice slice(Imf::PixelType type, const std::vector<Value>& values, int width,
                  std::size_t channels, std::size_t channel) {
@@ -78,7 +79,10 @@ void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
 }  // namespace
 
 void write_exr(const Image& image, const WriteOptions& options, OutputFile& file) {
-  Imf::setGlobalThreadCount(static_cast<int>(std::thread::hardware_concurrency()));
+  static std::once_flag threads;  // pictures may be written from several
+  std::call_once(threads, [] {
+    Imf::setGlobalThreadCount(static_cast<int>(std::thread::hardware_concurrency()));
+  });
   std::string says;
   try {
     encode(image, options, file);
