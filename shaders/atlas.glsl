@@ -1,6 +1,6 @@
 // Brick atlas: from a cell to the node of the page table that covers it, and its texels.
 // Edge functions, supplied by the language's binding: fetch_page(grid, i), fetch_constant(grid, i),
-// fetch_constant3, fetch_texel(grid, i), fetch_texel3, fetch_table(i), filtered_texel(grid, slot, local), filtered_texel3.
+// fetch_constant3, fetch_texel(grid, i), fetch_texel3, fetch_table(i), fetch_interval(i), filtered_texel(grid, slot, local), filtered_texel3.
 const int GRID_DENSITY = 0;
 const int GRID_LUMINANCE = 1;
 const int GRID_EMISSION = 2;

@@ -56,11 +56,12 @@ struct March {
 
 #include "march_derived.glsl"
 
-// Runs that need no samples: empty ones, and constant ones where all else is constant along them.
-bool closed_form(Node node) {
-  return node.kind == NODE_EMPTY || (constant_runs && node.kind == NODE_CONSTANT && !with_gradient
-                                     && !own_luminance && !has_emission);
+// Runs of one value that need no samples, where all else is constant along them too; and empty ones.
+bool constant_run(Node node) {
+  return constant_runs && node.kind == NODE_CONSTANT && !with_gradient && !own_luminance
+         && !has_emission;
 }
+bool closed_form(Node node) { return node.kind == NODE_EMPTY || constant_run(node); }
 
 // Where the walk goes on for the sake of another grid: no medium, whatever 0 means.
 bool beyond_density(int3 cell) {
@@ -162,12 +163,18 @@ March deepen(March m, real depth, real length) {
   return m;
 }
 
-// Ends a turn. Every 16 of them the transmittance is taken from the optical depth itself: between,
-// the product of T picks up as many roundings, and a long ray has no floor that grows with its
+// Loops are of so many turns, inside a loop that takes the transmittance from the optical depth itself:
+// between, the product of T picks up as many roundings, and a long ray has no floor that grows with its
 // steps.
+const int turns_of_product = 16;
+
+March refresh_transmittance(March m) {
+  if (!depth_only) m.transmittance = decay(m.optical_depth).e;
+  return m;
+}
+
 March end_turn(March m, Ray ray) {
   m.turns += 1;
-  if (!depth_only && (m.turns & 15) == 0) m.transmittance = decay(m.optical_depth).e;
   if (m.t >= ray.end) m.done = true;
   return m;
 }

@@ -6,6 +6,7 @@ CONSTANT(int, emission_channels)  // of the emission grid, 0: there is none
 CONSTANT(bool, attenuates)        // the extinction is not 0
 CONSTANT(bool, ends_early)        // a ray may become opaque
 CONSTANT(bool, transfer)          // a transfer function classifies values; else tau ~ value
+CONSTANT(bool, one_interval)      // which has two knots: nothing is searched
 CONSTANT(bool, transfer_search)   // several of its knots may lie in one bin of its table
 CONSTANT(bool, with_gradient)     // of the gradient's magnitude too, a grid of its own
 CONSTANT(bool, beyond)            // the walk goes beyond the density, where 0 would be a medium

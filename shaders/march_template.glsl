@@ -31,42 +31,45 @@ March march_template(March m, Ray ray) {
 
   // Entries are `template_spacing` apart on average, never as much as two of it off.
   if (!m.known) m.lattice = max(m.lattice, int((ray.begin - t_0) / template_spacing) - 4);
-  for (int turn = 0; turn < max_turns && !m.done; ++turn) {
-    int k = m.known ? m.lattice + 1 : m.lattice;
-    real4 entry = fetch_table(template_first + k);
-    int3 voxel = base + int3(real3(entry));
-    real t = t_0 + entry.w;
-    bool outside = !inside(domain, voxel);
-    if (outside) node = Node(NODE_EMPTY, 1, voxel, voxel + 1);
-    else if (!inside(node, voxel)) node = find_node(GRID_DENSITY, voxel);
-    m.vacuum = node.kind == NODE_EMPTY;
-    real value = voxel_value(GRID_DENSITY, node, voxel);
-    m = seek_gradient(m, voxel);
-    Sample s = Sample(value, real(0.0));
-    if (with_gradient) s.gradient = voxel_value(GRID_GRADIENT, m.gradient_node, voxel);
-    if (count_steps && node.kind == NODE_BRICK) m.samples += 1;
-    if (!m.known) {
-      m.t = t;
-      m.front = with_value(m, m.front, s);
+  for (int turn = 0; turn < max_turns && !m.done;) {
+    for (int n = 0; n < turns_of_product && turn < max_turns && !m.done; ++n, ++turn) {
+      int k = m.known ? m.lattice + 1 : m.lattice;
+      real4 entry = fetch_table(template_first + k);
+      int3 voxel = base + int3(real3(entry));
+      real t = t_0 + entry.w;
+      bool outside = !inside(domain, voxel);
+      if (outside) node = Node(NODE_EMPTY, 1, voxel, voxel + 1);
+      else if (!inside(node, voxel)) node = find_node(GRID_DENSITY, voxel);
+      m.vacuum = node.kind == NODE_EMPTY;
+      real value = voxel_value(GRID_DENSITY, node, voxel);
+      m = seek_gradient(m, voxel);
+      Sample s = Sample(value, real(0.0));
+      if (with_gradient) s.gradient = voxel_value(GRID_GRADIENT, m.gradient_node, voxel);
+      if (count_steps && node.kind == NODE_BRICK) m.samples += 1;
+      if (!m.known) {
+        m.t = t;
+        m.front = with_value(m, m.front, s);
+      }
+      if (finds_maximum) {
+        m = see_value(m, value, t);
+        m.t = t;
+        m.front.value = value;
+      } else {
+        m = composite_segment(m, s, s, t, t - m.t, false);
+      }
+      m.known = t >= ray.begin;
+      m.lattice = m.known ? k : k + 1;  // in front of the domain: on to the next entry
+      // over empty voxels at once, back to a few before their end
+      int skip = min(int((leave(moved, node.lo, node.hi).t - t_0) / template_spacing) - 4,
+                     template_entries - 2);
+      if (m.vacuum && !outside && skip > m.lattice) {
+        m.lattice = skip;
+        m.t = t_0 + fetch_table(template_first + skip).w;
+      }
+      m = end_turn(m, ray);
+      if (k >= template_entries - 2) m.done = true;
     }
-    if (finds_maximum) {
-      m = see_value(m, value, t);
-      m.t = t;
-      m.front.value = value;
-    } else {
-      m = composite_segment(m, s, s, t, t - m.t, false);
-    }
-    m.known = t >= ray.begin;
-    m.lattice = m.known ? k : k + 1;  // in front of the domain: on to the next entry
-    // over empty voxels at once, back to a few before their end
-    int skip = min(int((leave(moved, node.lo, node.hi).t - t_0) / template_spacing) - 4,
-                   template_entries - 2);
-    if (m.vacuum && !outside && skip > m.lattice) {
-      m.lattice = skip;
-      m.t = t_0 + fetch_table(template_first + skip).w;
-    }
-    m = end_turn(m, ray);
-    if (k >= template_entries - 2) m.done = true;
+    m = refresh_transmittance(m);
   }
   return m;
 }

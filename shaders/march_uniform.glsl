@@ -16,13 +16,9 @@ real next_point(real t, real h) {
   return point > t ? point : h * (k + real(1.0));
 }
 
-// The rule's middle sample: usually in the node that the walk has reached, else looked up.
-real sample_middle(Ray ray, Node node, real node_begin, real t_middle) {
-  if (t_middle < node_begin)
-    node = find_node(GRID_DENSITY,
-                     cell_at(ray, t_middle, density_domain_min, density_domain_max));
-  if (node.kind == NODE_EMPTY) return real(0.0);
-  return sample_scalar(GRID_DENSITY, node, position(ray, t_middle));
+// Where a segment's look-up is, and with it the node that the walk has to reach.
+real look_up_at(real t, real t_back) {
+  return walks_middles ? t + real(0.5) * (t_back - t) : t_back;
 }
 
 // Moves the gradient's node to t; the domain's ends are in its last cells.
@@ -62,76 +58,88 @@ March march_uniform(March m, Ray ray) {
   real h = step;     // of the node
   real finest = step;  // of the nodes since t
   bool walk = true;
+  if (walks_middles) m.known = true;  // no value at its front is asked for
   m.cell = cell_at(ray, m.t, density_domain_min, density_domain_max);
-  for (int turn = 0; turn < max_turns && !m.done; ++turn) {
-    real t_back = m.known ? min(next_point(m.t, finest), ray.end) : m.t;
-    if (beyond && m.t < own_end) t_back = min(t_back, m.t < own_begin ? max(own_begin, m.t) : own_end);
-    // a constant run shorter than a step is still to be crossed
-    bool pending = closed_form(node) && node.kind == NODE_CONSTANT && m.t < node_end;
-    if (walk || (t_back > node_end && !pending)) {
-      node = find_node(GRID_DENSITY, m.cell);
-      Crossing far = leave(ray, node.lo, node.hi);
-      node_begin = node_end;
-      node_end = max(node_begin, min(far.t, ray.end));
-      m.cell = far.cell;
-      walk = false;
-      h = node_step(node);
-      finest = min(finest, h);
-    }
-    if (brick_steps && m.known) t_back = min(t_back, next_point(max(m.t, node_begin), finest));
-    m.vacuum = node.kind == NODE_EMPTY;
-    bool run = closed_form(node) && node.kind == NODE_CONSTANT;
-    real f_back = node_value(node);
-    if (run) {  // the step before it ends at its face
-      bool before = m.t < node_begin;
-      t_back = before ? node_begin : node_end;
-      if (!before) m.front = with_value(m, m.front, Sample(f_back, real(0.0)));
-    }
-    if (beyond) {
-      if (m.t < own_begin || t_back > own_end) m.vacuum = true;
-      m = seek_gradient_at(m, ray, m.t);
-      m.front = with_value(m, m.front, Sample(m.front.value, sample_gradient(m, ray, m.t)));
-    }
-    if (t_back <= node_end) {
-      if (node.kind == NODE_BRICK) {
-        if (!middle_rule) f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_back));
-        if (count_steps) m.samples += 1;
+  for (int turn = 0; turn < max_turns && !m.done;) {
+    for (int n = 0; n < turns_of_product && turn < max_turns && !m.done; ++n, ++turn) {
+      real t_back = m.known ? min(next_point(m.t, finest), ray.end) : m.t;
+      if (beyond && m.t < own_end) t_back = min(t_back, m.t < own_begin ? max(own_begin, m.t) : own_end);
+      // a constant run shorter than a step is still to be crossed
+      bool pending = constant_run(node) && m.t < node_end;
+      if (walk || (look_up_at(m.t, t_back) > node_end && !pending)) {
+        node = find_node(GRID_DENSITY, m.cell);
+        Crossing far = leave(ray, node.lo, node.hi);
+        node_begin = node_end;
+        node_end = max(node_begin, min(far.t, ray.end));
+        m.cell = far.cell;
+        walk = false;
+        h = node_step(node);
+        finest = min(finest, h);
       }
-      real length = t_back - m.t;
-      Sample middle = Sample(f_back, real(0.0));
-      if ((middle_rule || has_emission) && !(run && m.t >= node_begin)) {
-        real t_middle = m.t + real(0.5) * length;
-        middle.value = sample_middle(ray, node, node_begin, t_middle);
-        m = seek_gradient_at(m, ray, t_middle);
-        middle.gradient = sample_gradient(m, ray, t_middle);
+      if (brick_steps && m.known) t_back = min(t_back, next_point(max(m.t, node_begin), finest));
+      m.vacuum = node.kind == NODE_EMPTY;
+      bool run = constant_run(node);
+      real f_back = node_value(node);
+      if (run) {  // the step before it ends at its face
+        bool before = m.t < node_begin;
+        t_back = before ? node_begin : node_end;
+        if (!before) m.front = with_value(m, m.front, Sample(f_back, real(0.0)));
       }
-      m = seek_gradient_at(m, ray, t_back);
-      Sample back = Sample(f_back, sample_gradient(m, ray, t_back));
-      if (!m.known && !run) {
-        if (m.front.value > UNKNOWN) back.value = m.front.value;
-        m.front = with_value(m, m.front, back);
+      bool outside = beyond && (m.t < own_begin || t_back > own_end);
+      if (beyond) {
+        m.vacuum = m.vacuum || outside;
+        m = seek_gradient_at(m, ray, m.t);
+        m.front = with_value(m, m.front, Sample(m.front.value, sample_gradient(m, ray, m.t)));
       }
-      if (finds_maximum) {
-        m = see_value(m, m.front.value, m.t);
-        m = see_value(m, back.value, t_back);
-        m.t = t_back;
-        m.front.value = back.value;
-      } else {
-        m = composite_segment(m, middle, back, t_back, length, run && m.t >= node_begin);
-        if (end_corrections) m = find_slopes(m, ray, node);
-      }
-      m.known = true;
-      finest = h;
-      if (closed_form(node) && !(run && t_back < node_end)) {
-        // the lattice of what comes next may be finer: its own begins at the face
-        real t_last = node_end >= ray.end || brick_steps ? node_end : step * floor(node_end / step);
-        if (t_last > m.t) {
-          m.t = t_last;
-          m.known = !own_luminance;
+      if (look_up_at(m.t, t_back) <= node_end) {
+        if (node.kind == NODE_BRICK) {
+          if (!middle_rule) f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_back));
+          if (count_steps) m.samples += 1;
+        }
+        real length = t_back - m.t;
+        Sample middle = Sample(f_back, real(0.0));
+        if ((middle_rule || has_emission) && !(run && m.t >= node_begin)) {
+          real t_middle = m.t + real(0.5) * length;
+          Node at = node;
+          if (!walks_middles && t_middle < node_begin)
+            at = find_node(GRID_DENSITY,
+                           cell_at(ray, t_middle, density_domain_min, density_domain_max));
+          middle.value = real(0.0);
+          if (at.kind != NODE_EMPTY)
+            middle.value = sample_scalar(GRID_DENSITY, at, position(ray, t_middle));
+          if (middle_rule) m.vacuum = at.kind == NODE_EMPTY || outside;
+          m = seek_gradient_at(m, ray, t_middle);
+          middle.gradient = sample_gradient(m, ray, t_middle);
+        }
+        m = seek_gradient_at(m, ray, t_back);
+        Sample back = Sample(f_back, sample_gradient(m, ray, t_back));
+        if (!m.known && !run) {
+          if (m.front.value > UNKNOWN) back.value = m.front.value;
+          m.front.value = back.value;  // all of it that a segment of length 0 is asked for
+        }
+        if (finds_maximum) {
+          m = see_value(m, m.front.value, m.t);
+          m = see_value(m, back.value, t_back);
+          m.t = t_back;
+          m.front.value = back.value;
+        } else {
+          m = composite_segment(m, middle, back, t_back, length, run && m.t >= node_begin);
+          if (end_corrections) m = find_slopes(m, ray, node);
+        }
+        m.known = true;
+        finest = h;
+        if (closed_form(node) && !(run && t_back < node_end)) {
+          // the lattice of what comes next may be finer: its own begins at the face
+          real t_last = node_end >= ray.end || brick_steps ? node_end : step * floor(node_end / step);
+          if (t_last > m.t) {
+            m.t = t_last;
+            m.known = !own_luminance;
+          }
         }
       }
+      m = end_turn(m, ray);
     }
-    m = end_turn(m, ray);
+    m = refresh_transmittance(m);
   }
   // the last step's own end; a ray that ended early has no more to correct
   if (end_corrections && m.t >= ray.end && m.turns > 0) {

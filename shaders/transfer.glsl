@@ -15,13 +15,20 @@ struct Classified {
 
 const int knot_entries = 4;  // a knot
 
-real4 knot_head(int k) { return fetch_table(transfer_first + knot_entries * k); }
+int knots() { return one_interval ? 2 : transfer_knots; }
+
+real4 knot_entry(int k, int part) {
+  int i = knot_entries * k + part;
+  if (one_interval) return fetch_interval(i);
+  return fetch_table(transfer_first + i);
+}
+real4 knot_head(int k) { return knot_entry(k, 0); }
 real knot_value(int k) { return knot_head(k).x; }
-real4 knot_color_entry(int k) { return fetch_table(transfer_first + knot_entries * k + 1); }
+real4 knot_color_entry(int k) { return knot_entry(k, 1); }
 real3 knot_color(int k) { return real3(knot_color_entry(k)); }
 // Integrals from the first knot to this one: of the attenuation, and of it times the colour.
 real knot_integral(int k) { return knot_color_entry(k).w; }
-real3 knot_color_integral(int k) { return real3(fetch_table(transfer_first + knot_entries * k + 3)); }
+real3 knot_color_integral(int k) { return real3(knot_entry(k, 3)); }
 
 // From knot k to the next one: `change` and `color_change` are rounded to float32 in the table.
 struct Interval {
@@ -42,11 +49,12 @@ Interval interval_of(int k) {
   real4 a = knot_head(k);
   return Interval(a.x, a.y, a.z, a.w);
 }
-real3 color_change(int k) { return real3(fetch_table(transfer_first + knot_entries * k + 2)); }
+real3 color_change(int k) { return real3(knot_entry(k, 2)); }
 #endif
 
 // The last k with knot k <= value, kept such that k + 1 is a knot too.
 int transfer_interval(real value) {
+  if (one_interval) return 0;
   real x = (value - transfer_min) * transfer_bin_scale;
   int bin = int(clamp(x, real(0.0), real(transfer_bins - 1)));
   real4 range = fetch_table(transfer_bins_first + bin);
@@ -108,12 +116,12 @@ Classified classify(Sample s) {
 }
 Classified classify(real value) { return classify_in(transfer_interval(value), value); }
 
-// Of a piece in interval k, -1 before all knots and transfer_knots - 1 behind them, whose ends may lie
+// Of a piece in interval k, -1 before all knots and knots() - 1 behind them, whose ends may lie
 // beyond it by rounding.
 Classified classify_within(int k, real value) {
   real far = real(3e38);
-  real v = k < 0 ? -far : k > transfer_knots - 2 ? far : value;
-  return classify_in(clamp(k, 0, transfer_knots - 2), v);
+  real v = k < 0 ? -far : k > knots() - 2 ? far : value;
+  return classify_in(one_interval ? 0 : clamp(k, 0, knots() - 2), v);
 }
 
 // The first part of a cubic of values that is monotone and stays between two knots, where the
@@ -139,7 +147,7 @@ Piece piece_between_knots(Cubic value, real noise) {
   real high = behind ? far : (before ? head.x : next.x) + noise;
   real part = min(first_exit(value, low, high), first_turn(value, noise));
   if (before) return Piece(part, head.y, real(0.0), -1);
-  if (behind) return Piece(part, next.y, real(0.0), transfer_knots - 1);
+  if (behind) return Piece(part, next.y, real(0.0), knots() - 1);
   real width = next.x - head.x;
   real slope = (next.y - head.y) / width;
   if (width <= noise) return Piece(part, real(0.5) * (head.y + next.y), real(0.0), k);
@@ -173,7 +181,7 @@ Average transfer_average(real front, real back) {
   int i = transfer_interval(lo);
   int k = transfer_interval(hi);
   real first = knot_value(0);
-  real last = knot_value(transfer_knots - 1);
+  real last = knot_value(knots() - 1);
   // nearly equal values: of one interval's linear functions the mean of the ends
   if ((i == k && lo >= first && hi <= last) || hi <= lo) return interval_mean(i, lo, hi);
   // outside the knots the function is constant
@@ -191,7 +199,7 @@ Average transfer_average(real front, real back) {
     sum.source = head.source + tail.source + (knot_color_integral(k) - knot_color_integral(i + 1));
   }
   Classified c = classify_in(0, first);
-  Classified d = classify_in(transfer_knots - 2, last);
+  Classified d = classify_in(knots() - 2, last);
   real length = hi - lo;
   sum.attenuation = (sum.attenuation + below * c.attenuation + above * d.attenuation) / length;
   sum.source = (sum.source + c.color * (below * c.attenuation)

@@ -52,7 +52,7 @@ real3 shading(real front, real back, real length, real attenuation) {
 // is in the table and the others have closed forms.
 Mixture preintegrated(real front, real back, real length) {
   real first = knot_value(0);
-  real last = knot_value(transfer_knots - 1);
+  real last = knot_value(knots() - 1);
   real f = clamp(front, first, last);
   real b = clamp(back, first, last);
   real range = abs(back - front);

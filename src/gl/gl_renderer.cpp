@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <span>
 
 #include "gl/atlas_textures.h"
 #include "gl/egl_context.h"
@@ -25,6 +27,58 @@ int next_side(int side, double tile_ms, double wanted_ms) {
   if (tile_ms < 0.4 * wanted_ms) return std::min(side * 2, largest);
   return side;
 }
+
+/// A part of the picture in the making: one of its pixels' samples.
+struct Exposure {
+  int x = 0, y = 0, width = 0, height = 0;
+  int sample = 0;
+  std::size_t pixels() const { return std::size_t(width) * std::size_t(height); }
+};
+
+/// Tiles on their way from the GPU to the film: read() while nothing is drawn, develop() beside.
+class Readback {
+ public:
+  Readback(Film& film, int samples) : film_(film), samples_(samples) {}
+
+  void read(const gl::TileTarget& target, const Exposure& tile) {
+    glm::vec4* pixels = film_.pixel(tile.x, tile.y);
+    int stride = film_.width();
+    if (samples_ > 1) {
+      picture_.resize(tile.pixels());
+      pixels = picture_.data();
+      stride = tile.width;
+    }
+    target.read_picture(tile.width, tile.height, pixels, stride);
+    if (!film_.has_layers()) return;
+    layers_.resize(tile.pixels());
+    target.read_layers(tile.width, tile.height, layers_.data(), tile.width);
+  }
+
+  void develop(const Exposure& tile) {
+    if (samples_ == 1) {
+      const std::span<const glm::vec4> layers = layers_;
+      for (int row = 0; film_.has_layers() && row < tile.height; ++row)
+        film_.set_layers(
+            tile.x, tile.y + row,
+            layers.subspan(std::size_t(row) * std::size_t(tile.width), std::size_t(tile.width)));
+      return;
+    }
+    if (tile.sample == 0) sums_.assign(tile.pixels(), {});
+    if (!film_.has_layers()) layers_.assign(tile.pixels(), glm::vec4(0));
+    std::size_t k = 0;
+    for (int y = tile.y; y < tile.y + tile.height; ++y)
+      for (int x = tile.x; x < tile.x + tile.width; ++x, ++k) {
+        sums_[k].add(glm::dvec4(picture_[k]), glm::dvec4(layers_[k]));
+        if (tile.sample + 1 == samples_) film_.set(x, y, sums_[k]);
+      }
+  }
+
+ private:
+  Film& film_;
+  int samples_;
+  std::vector<glm::vec4> picture_, layers_;
+  std::vector<PixelSums> sums_;  ///< of the tile, where a pixel has several samples
+};
 
 }  // namespace
 
@@ -154,14 +208,15 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
 
   const Stopwatch building;
   const gl::MarchProgram& march = impl.program(variant);
-  march.configure(setup.parameters);
+  march.configure(setup);
   const gl::Tables tables(setup.tables);
   tables.bind(gl::MarchProgram::tables_unit);
   for (int i = 0; i < 4; ++i)
     if (grids[i]) grids[i]->bind(march.grid_unit(i));
 
-  int side = variant.resumable || options.tile_ms < 100 ? 64 : 256;
-  auto target = std::make_unique<gl::TileTarget>(side, variant.resumable);
+  int side = variant.resumable || options.tile_ms < 100 ? 64 : 512;
+  const bool want_layers = options.count || options.depth || options.transmittance;
+  auto target = std::make_unique<gl::TileTarget>(side, variant.resumable, want_layers);
   // Drivers compile at the first draw: one pixel, so that the march's time is the march's.
   target->bind(0);
   march.program().set("first_pass", 1);
@@ -174,58 +229,55 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   gl::Timer timer(stats.renderer);
   const glm::ivec2 size = view.scene.resolution;
   const int samples = view.scene.pixel_samples;
-  const bool want_layers = options.count || options.depth || options.transmittance;
   Film film(view, options);
-  std::vector<PixelSums> sums;
-  std::vector<glm::vec4> picture, layers;
+  Readback readback(film, samples);
   std::uint64_t pixels_done = 0;
+  const auto finish = [&](const Exposure& tile) {
+    readback.develop(tile);
+    if (tile.sample + 1 < samples) return;
+    pixels_done += tile.pixels();
+    if (options.tile) options.tile({tile.x, tile.y, tile.width, tile.height, film.picture()});
+    if (options.progress) options.progress(double(pixels_done) / (double(size.x) * double(size.y)));
+  };
+  std::optional<Exposure> read;  // but not finished: that is done while the next one is drawn
   for (int y = 0; y < size.y;) {
     // A row of tiles keeps its height; the side follows the time between rows.
     const int height = std::min(side, size.y - y);
     double slowest_ms = 0;
     for (int x = 0; x < size.x; x += side) {
       const Stopwatch drawing;
-      const int width = std::min(side, size.x - x);
-      sums.assign(std::size_t(width) * std::size_t(height), {});
+      Exposure tile{x, y, std::min(side, size.x - x), height};
       march.program().set("tile_origin", glm::ivec2(x, y));
-      for (int i = 0; i < samples; ++i) {
-        march.program().set("sample_offset", pixel_sample(i, samples));
+      for (; tile.sample < samples; ++tile.sample) {
+        march.program().set("given.sample_offset", pixel_sample(tile.sample, samples));
         int passes = 0;
         do {
-          const int set = passes & 1;
-          target->bind(set);
+          if (passes > 0) timer.awaited();
+          target->bind(passes & 1);
           march.program().set("first_pass", passes == 0);
           timer.begin();
-          impl.draw(march, width, height);
-          timer.end();
+          impl.draw(march, tile.width, tile.height);
+          timer.submitted();
           ++passes;
-        } while (variant.resumable && !target->all_done(width, height, (passes - 1) & 1));
+        } while (variant.resumable && !target->all_done(tile.width, tile.height, (passes - 1) & 1));
         stats.passes = std::max(stats.passes, passes);
+        if (read) finish(*read);
+        timer.awaited();
         target->bind((passes - 1) & 1);
-        target->read_picture(width, height, picture);
-        if (want_layers)
-          target->read_layers(width, height, layers);
-        else
-          layers.assign(picture.size(), glm::vec4(0));
-        for (std::size_t k = 0; k < sums.size(); ++k)
-          sums[k].add(glm::dvec4(picture[k]), glm::dvec4(layers[k]));
+        readback.read(*target, tile);
+        read = tile;
+        impl.context.check("marching");
       }
-      impl.context.check("marching");
-      for (int k = 0; k < width * height; ++k)
-        film.set(x + k % width, y + k / width, sums[std::size_t(k)]);
       slowest_ms = std::max(slowest_ms, drawing.ms());
-      pixels_done += sums.size();
-      if (options.tile) options.tile({x, y, width, height, film.picture()});
-      if (options.progress)
-        options.progress(double(pixels_done) / (double(size.x) * double(size.y)));
     }
     y += height;
     const int next = next_side(side, slowest_ms, options.tile_ms);
     if (next != side && y < size.y) {
       side = next;
-      target = std::make_unique<gl::TileTarget>(side, variant.resumable);
+      target = std::make_unique<gl::TileTarget>(side, variant.resumable, want_layers);
     }
   }
+  if (read) finish(*read);
   stats.march_ms = marching.ms();
   stats.gpu_ms = timer.sum_ms();
   stats.cpu_ms = marching.cpu_ms();

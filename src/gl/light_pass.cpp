@@ -35,11 +35,11 @@ LightPass::LightPass(MarchSetup setup, const AtlasTextures& density, const Atlas
       gradient_(gradient),
       resumable_(setup_.parameters.max_turns > (max_turns ? max_turns : turns_per_pass(setup_))),
       march_(variant_of(setup_, density, gradient, resumable_), "light.frag"),
-      target_(side, resumable_) {
+      target_(side, resumable_, false) {
   MarchParameters& p = setup_.parameters;
   p.max_turns = std::min(p.max_turns, max_turns ? max_turns : turns_per_pass(setup_));
   glCreateVertexArrays(1, &vertex_array_);
-  march_.configure(p);
+  march_.configure(setup_);
   march_.program().set("blocks_first", int(setup_.tables.size()));
 }
 
@@ -73,8 +73,8 @@ void LightPass::append(std::span<const glm::ivec3> origins, std::vector<double>&
     ++passes;
   } while (resumable_ && !target_.all_done(side, rows, (passes - 1) & 1));
   target_.bind((passes - 1) & 1);
-  std::vector<glm::vec4> picture;
-  target_.read_picture(side, rows, picture);
+  std::vector<glm::vec4> picture(std::size_t(side) * std::size_t(rows));
+  target_.read_picture(side, rows, picture.data(), side);
   for (const glm::vec4& texel : picture) depths.push_back(double(texel.x));
 }
 

@@ -1,6 +1,7 @@
 #include "gl/march_program.h"
 
 #include <algorithm>
+#include <span>
 #include <sstream>
 
 namespace psivox::gl {
@@ -30,10 +31,18 @@ std::map<std::string, std::string> generated_files(const MarchVariant& variant) 
                 "(front, back, length)", "Mixture(0.0, vec3(0.0))")}};
 }
 
+/// What the driver asks for, see binding.glsl.
+std::string driver_prelude() {
+  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const bool llvmpipe = renderer && std::string(renderer).find("llvmpipe") != std::string::npos;
+  return std::string("#define HOLDS_UNIFORMS ") + (llvmpipe ? "1\n" : "0\n");
+}
+
 }  // namespace
 
 int turns_per_pass(const MarchSetup& setup) {
-  constexpr int driver_limit = 65535;
+  // of 65535; a seventeenth is for the loop around every 16 turns (march.glsl)
+  constexpr int driver_limit = 65535 / 17 * 16;
   const MarchConstants& c = setup.constants;
   const int pieces = c.uniform_sampling ? 1 : c.segments;
   // points of a turn, each of which may descend into two other grids' tables and search the
@@ -64,7 +73,8 @@ std::string MarchVariant::prelude() const {
 }
 
 MarchProgram::MarchProgram(const MarchVariant& variant, const std::string& shader)
-    : variant_(variant), program_(shader, variant.prelude(), generated_files(variant)) {
+    : variant_(variant),
+      program_(shader, variant.prelude() + driver_prelude(), generated_files(variant)) {
   program_.set("tables", tables_unit);
   const char* names[] = {"density", "luminance", "emission", "gradient"};
   for (int grid = 0; grid < 4; ++grid) {
@@ -84,10 +94,13 @@ int MarchProgram::grid_unit(int grid) const {
   return unit;
 }
 
-void MarchProgram::configure(const MarchParameters& parameters) const {
-#define PARAMETER(type, name) program_.set(#name, parameters.name);
+void MarchProgram::configure(const MarchSetup& setup) const {
+#define PARAMETER(type, name) program_.set("given." #name, setup.parameters.name);
 #include "march_parameters.glsl"
 #undef PARAMETER
+  if (setup.constants.one_interval)
+    program_.set("interval_entries",
+                 std::span(setup.tables).subspan(std::size_t(setup.parameters.transfer_first), 8));
 }
 
 }  // namespace psivox::gl

@@ -32,7 +32,7 @@ class MarchProgram {
   int grid_unit(int grid) const;
 
   /// Sets every parameter but sample_offset and tile_origin.
-  void configure(const MarchParameters& parameters) const;
+  void configure(const MarchSetup& setup) const;
 
   const Program& program() const { return program_; }
 

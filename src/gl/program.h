@@ -4,7 +4,9 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <map>
+#include <span>
 #include <string>
 
 namespace psivox::gl {
@@ -29,6 +31,8 @@ class Program {
   void set(const char* name, const glm::ivec3& value) const;
   void set(const char* name, const glm::dvec2& value) const;
   void set(const char* name, const glm::dvec3& value) const;
+  /// An array's, as many as there are.
+  void set(const char* name, std::span<const glm::vec4> values) const;
 
  private:
   GLint location(const char* name) const;

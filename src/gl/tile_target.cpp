@@ -1,6 +1,8 @@
 #include "gl/tile_target.h"
 
 #include <algorithm>
+#include <glm/vec4.hpp>
+#include <vector>
 
 namespace psivox::gl {
 namespace {
@@ -16,15 +18,19 @@ GLuint make_texture(GLenum format, int side) {
 
 }  // namespace
 
-TileTarget::TileTarget(int side, bool resumable) : side_(side), sets_(resumable ? 2 : 1) {
+TileTarget::TileTarget(int side, bool resumable, bool layers)
+    : side_(side), sets_(resumable ? 2 : 1) {
   picture_ = make_texture(GL_RGBA32F, side);
-  layers_ = make_texture(GL_RGBA32F, side);
+  if (layers) layers_ = make_texture(GL_RGBA32F, side);
   glCreateFramebuffers(sets_, framebuffers_);
   for (int set = 0; set < sets_; ++set) {
     glNamedFramebufferTexture(framebuffers_[set], GL_COLOR_ATTACHMENT0, picture_, 0);
-    glNamedFramebufferTexture(framebuffers_[set], GL_COLOR_ATTACHMENT1, layers_, 0);
     GLenum buffers[6];
     for (GLenum i = 0; i < 6; ++i) buffers[i] = GL_COLOR_ATTACHMENT0 + i;
+    if (layers)
+      glNamedFramebufferTexture(framebuffers_[set], GL_COLOR_ATTACHMENT1, layers_, 0);
+    else
+      buffers[1] = GL_NONE;
     for (GLuint i = 0; resumable && i < 4; ++i) {
       states_[set][i] = make_texture(GL_RGBA32I, side);
       glNamedFramebufferTexture(framebuffers_[set], GL_COLOR_ATTACHMENT2 + i, states_[set][i], 0);
@@ -46,16 +52,19 @@ void TileTarget::bind(int set) const {
     for (GLuint i = 0; i < 4; ++i) glBindTextureUnit(i, states_[1 - set][i]);
 }
 
-void TileTarget::read_picture(int width, int height, std::vector<glm::vec4>& values) const {
-  values.resize(std::size_t(width) * std::size_t(height));
-  glReadBuffer(GL_COLOR_ATTACHMENT0);
-  glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, values.data());
+void TileTarget::read_picture(int width, int height, glm::vec4* pixels, int stride) const {
+  read(GL_COLOR_ATTACHMENT0, width, height, pixels, stride);
 }
 
-void TileTarget::read_layers(int width, int height, std::vector<glm::vec4>& values) const {
-  values.resize(std::size_t(width) * std::size_t(height));
-  glReadBuffer(GL_COLOR_ATTACHMENT1);
-  glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, values.data());
+void TileTarget::read_layers(int width, int height, glm::vec4* pixels, int stride) const {
+  read(GL_COLOR_ATTACHMENT1, width, height, pixels, stride);
+}
+
+void TileTarget::read(GLenum attachment, int width, int height, glm::vec4* pixels, int stride) {
+  glReadBuffer(attachment);
+  glPixelStorei(GL_PACK_ROW_LENGTH, stride);
+  glReadPixels(0, 0, width, height, GL_RGBA, GL_FLOAT, pixels);
+  glPixelStorei(GL_PACK_ROW_LENGTH, 0);
 }
 
 bool TileTarget::all_done(int width, int height, int set) const {

@@ -3,15 +3,15 @@
 #include <epoxy/gl.h>
 
 #include <glm/vec4.hpp>
-#include <vector>
 
 namespace psivox::gl {
 
-/// Framebuffer of one tile: picture, layers and, for rays that take several passes, two sets of
-/// state textures that are read and written in turn.
+/// Framebuffer of one tile: picture, layers where they are wanted and, for rays that take several
+/// passes, two sets of state textures that are read and written in turn.
 class TileTarget {
  public:
-  TileTarget(int side, bool resumable);
+  /// `layers`: whether what the march writes beside the picture is kept.
+  TileTarget(int side, bool resumable, bool layers);
   ~TileTarget();
   TileTarget(const TileTarget&) = delete;
   TileTarget& operator=(const TileTarget&) = delete;
@@ -22,14 +22,17 @@ class TileTarget {
   /// textures.
   void bind(int set) const;
 
-  /// Rows of a width x height region, top row first. What was written by the last draw.
-  void read_picture(int width, int height, std::vector<glm::vec4>& values) const;
-  void read_layers(int width, int height, std::vector<glm::vec4>& values) const;
+  /// Rows of a width x height region, top row first, `stride` pixels from one to the next. What was
+  /// written by the last draw.
+  void read_picture(int width, int height, glm::vec4* pixels, int stride) const;
+  void read_layers(int width, int height, glm::vec4* pixels, int stride) const;
 
   /// True if every ray of the region has ended, by the state that the last draw wrote to `set`.
   bool all_done(int width, int height, int set) const;
 
  private:
+  static void read(GLenum attachment, int width, int height, glm::vec4* pixels, int stride);
+
   int side_;
   GLuint picture_ = 0, layers_ = 0;
   GLuint states_[2][4] = {};

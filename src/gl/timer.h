@@ -18,7 +18,10 @@ class Timer {
     glGetQueryiv(GL_TIME_ELAPSED, GL_QUERY_COUNTER_BITS, &bits);
     works_ = bits > 0;
   }
-  ~Timer() { glDeleteQueries(static_cast<GLsizei>(queries_.size()), queries_.data()); }
+  ~Timer() {
+    if (running_) glEndQuery(GL_TIME_ELAPSED);
+    glDeleteQueries(static_cast<GLsizei>(queries_.size()), queries_.data());
+  }
   Timer(const Timer&) = delete;
   Timer& operator=(const Timer&) = delete;
 
@@ -26,12 +29,19 @@ class Timer {
     if (!works_) return;
     glCreateQueries(GL_TIME_ELAPSED, 1, &queries_.emplace_back());
     glBeginQuery(GL_TIME_ELAPSED, queries_.back());
+    running_ = true;
     if (waits_) glFinish();
   }
-  void end() const {
-    if (!works_) return;
-    if (waits_) glFinish();
-    glEndQuery(GL_TIME_ELAPSED);
+  /// What is measured has been handed to the driver, which begins with it now.
+  void submitted() {
+    glFlush();
+    if (!waits_) end();
+  }
+  /// It is waited for next.
+  void awaited() {
+    if (!waits_) return;
+    glFinish();
+    end();
   }
 
   /// Waits for the commands; 0 where the driver has no such timer.
@@ -46,8 +56,14 @@ class Timer {
   }
 
  private:
+  void end() {
+    if (running_) glEndQuery(GL_TIME_ELAPSED);
+    running_ = false;
+  }
+
   bool waits_;
   bool works_ = false;
+  bool running_ = false;
   std::vector<GLuint> queries_;
 };
 

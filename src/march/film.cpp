@@ -35,9 +35,19 @@ float* Film::layer(const char* name, bool wanted) {
 }
 
 void Film::set(int x, int y, const PixelSums& sums) {
-  const std::size_t i = std::size_t(y) * std::size_t(image_.width) + std::size_t(x);
-  for (std::size_t c = 0; c < 4; ++c)
-    picture_[4 * i + c] = float(sums.picture[int(c)] / sums.samples);
+  *pixel(x, y) = glm::vec4(sums.picture / double(sums.samples));
+  set_layers(index(x, y), sums);
+}
+
+void Film::set_layers(int x, int y, std::span<const glm::vec4> layers) {
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    PixelSums sums;
+    sums.add(glm::dvec4(0), glm::dvec4(layers[k]));
+    set_layers(index(x, y) + k, sums);
+  }
+}
+
+void Film::set_layers(std::size_t i, const PixelSums& sums) {
   if (depth_)
     depth_[i] = 2 * sums.with_depth > sums.samples ? float(sums.layers.x / sums.with_depth)
                                                    : std::numeric_limits<float>::infinity();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <glm/vec4.hpp>
+#include <span>
 
 #include "psivox/renderer.h"
 
@@ -29,6 +30,14 @@ class Film {
   /// most samples have one, else +Inf.
   void set(int x, int y, const PixelSums& sums);
 
+  /// R G B A of a pixel: where each has one sample it may be written there, rows `width()` apart.
+  glm::vec4* pixel(int x, int y) { return reinterpret_cast<glm::vec4*>(picture_) + index(x, y); }
+  int width() const { return image_.width; }
+
+  /// The layers of a row of pixels that have one sample each, as march.frag writes them.
+  void set_layers(int x, int y, std::span<const glm::vec4> layers);
+  bool has_layers() const { return image_.layers.size() > 1; }
+
   /// R G B A as set so far, row-major.
   const float* picture() const { return picture_; }
 
@@ -37,6 +46,10 @@ class Film {
 
  private:
   float* layer(const char* name, bool wanted);
+  std::size_t index(int x, int y) const {
+    return std::size_t(y) * std::size_t(image_.width) + std::size_t(x);
+  }
+  void set_layers(std::size_t i, const PixelSums& sums);
 
   Image image_;
   float* picture_ = nullptr;

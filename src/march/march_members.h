@@ -11,6 +11,8 @@
 #undef PARAMETER
 Integrator integrator{};
 
+real4 fetch_interval(int i) const { return fetch_table(transfer_first + i); }
+
 // each file uses the ones before it
 // clang-format off
 #include "math/decay.glsl"

@@ -129,6 +129,7 @@ void place_transfer(const TransferFunction& function, MarchSetup& setup) {
   p.transfer_min = table.min;
   p.transfer_bin_scale = table.bin_scale;
   setup.tables.insert(setup.tables.end(), table.entries.begin(), table.entries.end());
+  setup.constants.one_interval = table.knots == 2;
   setup.search_steps = table.search_steps;
   setup.constants.transfer_search = table.search_steps > 0;
 }

@@ -9,7 +9,8 @@
 
 namespace psivox::bench {
 
-DenseRenderer::DenseRenderer(const Field& field, int side) : context_({}), target_(side, false) {
+DenseRenderer::DenseRenderer(const Field& field, int side)
+    : context_({}), target_(side, false, false) {
   const Box domain = field.domain();
   const glm::ivec3 size = domain.max - domain.min + 1;
   const auto index = [&](const glm::ivec3& at) {
@@ -73,8 +74,8 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   glUseProgram(program->id());
   glViewport(0, 0, size.x, size.y);
   glDrawArrays(GL_TRIANGLES, 0, 3);
-  std::vector<glm::vec4> picture;
-  target_.read_picture(size.x, size.y, picture);
+  std::vector<glm::vec4> picture(std::size_t(size.x) * std::size_t(size.y));
+  target_.read_picture(size.x, size.y, picture.data(), size.x);
   context_.check("drawing the dense volume");
   return watch.ms();
 }

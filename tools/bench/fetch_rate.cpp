@@ -42,7 +42,7 @@ bool is_software(const std::string& renderer) {
 double fetch_rate(const BrickAtlas& atlas) {
   const gl::EglContext context({});
   const bool software = is_software(context.renderer());
-  const gl::TileTarget target(side, false);
+  const gl::TileTarget target(side, false, false);
   const gl::Program program("fetch.frag", "#define LOOKUPS " + std::to_string(lookups) + "\n",
                             {{"fetch.frag", shader}});
   const std::size_t texels = atlas.bricks.size() * brick_texels;
