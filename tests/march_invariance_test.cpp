@@ -66,6 +66,31 @@ TEST_F(MarchInvariance, QuarterTurns) {
   }
 }
 
+TEST_F(MarchInvariance, EmptyBricksAreNextToNothing) {
+  // A block that ends at bricks' faces, in empty bricks and in ones that hold 1e-9: segments that
+  // end behind its face count in full. Rays leave through the upper faces, where the block's last
+  // cells are its bricks'.
+  const auto block = [](float elsewhere) {
+    return make_field({glm::ivec3(0), glm::ivec3(39)}, [=](glm::ivec3 v) {
+      const bool in = glm::all(glm::greaterThanEqual(v, glm::ivec3(8))) &&
+                      glm::all(glm::lessThan(v, glm::ivec3(24)));
+      // varied: constant runs have steps of their own
+      return (in ? 1.0f : elsewhere) * (1 + 0.1f * float((v.x + 2 * v.y + 3 * v.z) & 7));
+    });
+  };
+  for (const Integrator rule :
+       {Integrator::midpoint, Integrator::porter_duff, Integrator::psi_balanced})
+    for (const double step : {0.9, 5.0}) {
+      Scene scene = looking(oblique(step), {-60, -40, -50}, {16, 16, 16});
+      scene.integrator = rule;
+      const View empty = view_of(scene, block(0), Glow::density);
+      const View filled = view_of(scene, block(1e-9f), Glow::density);
+      const std::string what = std::string(info(rule).name) + ", step " + std::to_string(step);
+      expect_same(what, gl_picture(filled), gl_picture(empty));
+      expect_same(what + ", in double", double_picture(filled), double_picture(empty));
+    }
+}
+
 TEST_F(MarchInvariance, TilesAreTheirVoxels) {
   const Field voxels = noise_beside_constant(), tiles = with_tiles(voxels);
   ASSERT_FALSE(tiles.tiles.empty());

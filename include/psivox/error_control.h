@@ -22,11 +22,12 @@ inline Scene with_default_tolerance(Scene scene) {
 struct Trial {
   Sampling sampling = Sampling::cells;
   Integrator integrator = Integrator::cell_exact;
-  int segments = 1;    ///< under cells
-  double step = 1;     ///< under uniform [voxels of the finest axis]
-  double rms = 0;      ///< over the pilot's rays
-  double max = 0;      ///< of one of them
-  double samples = 0;  ///< field look-ups a ray
+  int segments = 1;        ///< under cells
+  double step = 1;         ///< under uniform [voxels of the finest axis]
+  double worst_brick = 0;  ///< likewise: what a brick may miss by its bound [tolerances]
+  double rms = 0;          ///< over the pilot's rays
+  double max = 0;          ///< of one of them
+  double samples = 0;      ///< field look-ups a ray
   double cost = 0;  ///< expected time of a ray [look-ups of psi-balanced between uniform samples]
   bool accepted = false;  ///< its error is small enough
 };

@@ -25,7 +25,7 @@ glm::ivec2 pilot_size(const glm::ivec2& picture) {
 
 Pilot::Pilot(const View& exact, const MediumAtlas& atlas)
     : atlas_(atlas), size_(pilot_size(exact.scene.resolution)) {
-  truth_ = march(exact, exact_samples_);
+  truth_ = march(exact, size_, exact_samples_);
 }
 
 int Pilot::rays() const { return size_.x * size_.y; }
@@ -37,10 +37,24 @@ bool Pilot::has_opacity(double opacity) const {
   return false;
 }
 
-Image Pilot::march(const View& view, double& samples) const {
+double Pilot::brightest() const {
+  const auto rgba = truth_.rgba();
+  double most = 0;
+  for (std::size_t i = 0; i < rgba.size(); ++i)
+    if (i % 4 != 3) most = std::max(most, double(rgba[i]));
+  return most;
+}
+
+double Pilot::rough_samples(const View& view) const {
+  double samples = 0;
+  march(view, glm::min(size_, glm::ivec2(5)), samples);
+  return samples;
+}
+
+Image Pilot::march(const View& view, const glm::ivec2& size, double& samples) const {
   View small = view;
   // the same aspect to a part of a pixel, and the same rays' directions within it
-  small.scene.resolution = size_;
+  small.scene.resolution = size;
   small.scene.pixel_samples = 1;
   RenderResult result = render_march_double(small, atlas_, {.count = true});
   samples = double(result.stats.samples) / double(result.stats.rays);
@@ -48,7 +62,7 @@ Image Pilot::march(const View& view, double& samples) const {
 }
 
 void Pilot::run(Trial& way, const View& view) const {
-  const Comparison c = compare_images(march(view, way.samples), truth_);
+  const Comparison c = compare_images(march(view, size_, way.samples), truth_);
   way.rms = std::hypot(c.rms, arithmetic_error);
   way.max = c.max;
 }

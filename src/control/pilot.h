@@ -16,11 +16,17 @@ class Pilot {
   /// Whether some ray is more opaque than that.
   bool has_opacity(double opacity) const;
 
+  /// Greatest radiance that a ray shows.
+  double brightest() const;
+
+  /// Field look-ups of a ray by a few rays alone; `view` is set to the way that they are marched.
+  double rough_samples(const View& view) const;
+
   /// Sets the errors and look-ups of a way; `view` is set to it.
   void run(Trial& way, const View& view) const;
 
  private:
-  Image march(const View& view, double& samples) const;
+  Image march(const View& view, const glm::ivec2& size, double& samples) const;
 
   const MediumAtlas& atlas_;
   glm::ivec2 size_;

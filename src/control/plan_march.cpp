@@ -6,6 +6,7 @@
 
 #include "control/pilot.h"
 #include "control/step_bounds.h"
+#include "march/end_corrections.h"
 #include "psivox/error_control.h"
 
 namespace psivox {
@@ -18,6 +19,15 @@ constexpr double safety = 0.8;
 /// pilot meets, in tolerances.
 constexpr double worst_pixel = 4;
 constexpr double worst_brick = 64;
+/// The same where the steps of bricks are made narrower than they must be, for a wider one
+/// elsewhere.
+constexpr double narrow_brick = 16;
+
+/// Of the greatest radiance that a ray of the pilot shows, what may be behind any brick.
+constexpr double brightness_share = 2;
+
+/// How much costlier than the best way a lattice must look by a few rays before it is not tried.
+constexpr double far_cost = 2;
 
 /// Widest and narrowest lattice that are tried [voxels].
 constexpr double widest_step = 16, narrowest_step = 1.0 / 64;
@@ -34,12 +44,20 @@ bool depth_alone(const View& view) {
 /// included: measured on llvmpipe by psivox_bench_tolerance (docs/performance.md).
 double look_up_cost(const Trial& way, const View& marched) {
   if (way.sampling == Sampling::uniform) {
-    const double rule = way.integrator == Integrator::midpoint && !depth_alone(marched) ? 0.85 : 1;
-    return marched.brick_steps ? 1.25 * rule : rule;
+    const double rule = depth_alone(marched)                        ? 1
+                        : way.integrator == Integrator::midpoint    ? 0.85
+                        : way.integrator == Integrator::porter_duff ? 0.8
+                                                                    : 1;
+    if (has_end_corrections(marched))
+      return 1.6;  // slopes are looked up too, whether they are needed or not
+    return marched.brick_steps ? 1.4 * rule : rule;
   }
-  const double cell = marched.medium.transfer || marched.medium.emission ? 2
-                      : depth_alone(marched)                             ? 1.25
-                                                                         : 1.5;
+  const TransferFunction* function = marched.medium.transfer ? &*marched.medium.transfer : nullptr;
+  // a function's knots cut cells in pieces
+  const double cell = function                  ? (function->points().size() > 2 ? 3.5 : 2.3)
+                      : marched.medium.emission ? 2
+                      : depth_alone(marched)    ? 1.15
+                                                : 1.5;
   return cell * std::max(1.0, way.segments / 2.0);
 }
 
@@ -54,8 +72,9 @@ Trial exact_way(const View& view) {
   return way;
 }
 
-Trial lattice(double step) {
+Trial lattice(double step, double brick) {
   Trial way;
+  way.worst_brick = brick;
   way.sampling = Sampling::uniform;
   way.integrator = Integrator::psi_balanced;
   way.step = step;
@@ -63,7 +82,7 @@ Trial lattice(double step) {
 }
 
 /// What time budgets are counted in.
-Trial budget_way() { return lattice(4); }
+Trial budget_way() { return lattice(4, worst_brick); }
 
 View set_way(View view, const Trial& way) {
   Scene& scene = view.scene;
@@ -103,7 +122,7 @@ class Planner {
       way.segments = segments;
       consider(run(way), best);
     }
-    if (!view_.medium.emission) search_lattice(best);
+    if (!view_.medium.emission) search_lattices(best);
     return choose(best, best.accepted);
   }
 
@@ -119,7 +138,7 @@ class Planner {
     };
     const bool exact = consider_time(exact_trial());
     for (double step = widest_step; !exact && step >= narrowest_step; step /= 2)
-      if (!consider_time(run(lattice(step)))) break;
+      if (!consider_time(run(lattice(step, worst_brick)))) break;
     return choose(*best, best->cost <= budget);
   }
 
@@ -133,11 +152,27 @@ class Planner {
 
   double target() const { return safety * tolerance_; }
 
+  std::vector<float> brick_parts(const Trial& way) {
+    if (!bounds_) bounds_.emplace(view_, atlas_, brightness_share * pilot_.brightest());
+    return bounds_->parts(way.step, way.worst_brick * tolerance_);
+  }
+
+  /// Whether a lattice takes far more than `best` for the steps that its bricks ask for: a few rays
+  /// tell, where the bricks' mean step is that small.
+  bool far_beyond(const Trial& way, const Trial& best) {
+    if (!best.accepted) return false;
+    const std::vector<float> parts = brick_parts(way);
+    double look_ups = 0;  // in a voxel of a ray, bricks taken as equally often met
+    for (const float part : parts) look_ups += 1 / (double(part) * way.step);
+    look_ups *= pilot_.exact_samples() / double(parts.size());
+    return look_ups > far_cost * best.cost &&
+           pilot_.rough_samples(way_view(way)) > far_cost * best.cost;
+  }
+
   View way_view(const Trial& way) {
     View view = set_way(view_, way);
     if (way.sampling != Sampling::uniform || tolerance_ <= 0) return view;
-    if (!bounds_) bounds_.emplace(view_, atlas_);
-    std::vector<float> parts = bounds_->parts(way.step, worst_brick * tolerance_);
+    std::vector<float> parts = brick_parts(way);
     if (std::any_of(parts.begin(), parts.end(), [](float part) { return part < 1; }))
       view.brick_steps = std::make_shared<const std::vector<float>>(std::move(parts));
     return view;
@@ -169,32 +204,49 @@ class Planner {
     if (trial.accepted && (!best.accepted || trial.cost < best.cost)) best = trial;
   }
 
-  /// The widest lattice that is accurate enough, where one is cheaper than `best`: halves the step
-  /// until the error is small, then goes back as far as that allows.
-  void search_lattice(Trial& best) {
+  /// Lattices: with bricks' steps as wide as they may be, then, where that takes small steps
+  /// everywhere, with a wider one whose bricks keep narrower ones. The rule of the cheapest is
+  /// replaced by a simpler one where that does as well.
+  void search_lattices(Trial& best) {
+    search_lattice(widest_step, 0, worst_brick, best);
+    if (best.sampling != Sampling::uniform) return;
+    search_lattice(std::min(widest_step, 8 * best.step), best.step, narrow_brick, best);
+    for (const Integrator rule : {Integrator::porter_duff, Integrator::midpoint}) {
+      // of first order where the step changes
+      if (rule == Integrator::porter_duff && way_view(best).brick_steps) continue;
+      Trial way = best;
+      way.integrator = rule;
+      if (look_up_cost(way, way_view(way)) >= look_up_cost(best, way_view(best))) continue;
+      consider(run(way), best);
+      if (best.integrator == rule) return;
+    }
+  }
+
+  /// The widest lattice from `first` on that is accurate enough, where one is cheaper than `best`
+  /// and wider than `last`: halves the step until the error is small, then goes back as far as that
+  /// allows.
+  void search_lattice(double first, double last, double brick, Trial& best) {
     std::optional<Trial> coarse;
-    for (double step = widest_step; step >= narrowest_step; step /= 2) {
-      const Trial fine = run(lattice(step));
+    for (double step = first; step >= std::max(1.1 * last, narrowest_step); step /= 2) {
+      if (far_beyond(lattice(step, brick), best)) return;
+      const Trial fine = run(lattice(step, brick));
       if (fine.accepted) {
         consider(fine, best);
         if (coarse) refine(*coarse, fine, best);
-        break;
+        return;
       }
       if (fine.cost > best.cost) return;  // which is exact, or good enough
       coarse = fine;
     }
-    if (best.sampling != Sampling::uniform || depth_alone(view_)) return;
-    Trial way = best;
-    way.integrator = Integrator::midpoint;
-    consider(run(way), best);
   }
 
   void refine(Trial coarse, Trial fine, Trial& best) {
-    for (int i = 0; i < 2 && coarse.step > 1.12 * fine.step; ++i) {
+    for (int i = 0; i < 3 && coarse.step > 1.12 * fine.step; ++i) {
       const double slope = std::log(coarse.rms / fine.rms) / std::log(coarse.step / fine.step);
       double ratio = slope > 0.5 ? std::pow(target() / fine.rms, 1 / slope) : 1;
+      if (coarse.rms <= target()) ratio = std::sqrt(coarse.step / fine.step);  // one ray is off
       ratio = std::clamp(ratio, 1.1, 0.95 * coarse.step / fine.step);
-      const Trial between = run(lattice(fine.step * ratio));
+      const Trial between = run(lattice(fine.step * ratio, fine.worst_brick));
       consider(between, best);
       (between.accepted ? fine : coarse) = between;
     }

@@ -55,56 +55,62 @@ FunctionBend bend_of(const TransferFunction& function, double min, double max) {
   return bend;
 }
 
-/// The most that light can be at a point of the medium.
-double peak_luminance(const View& view, const MediumAtlas& atlas, double greatest_value) {
-  const Medium& medium = view.medium;
-  double peak = std::max({medium.color.x, medium.color.y, medium.color.z});
-  const auto greatest = [](const BrickAtlas& grid) {
-    double most = 0;
-    if (grid.channels == 1)
-      for (const BrickStats& brick : grid.bricks) most = std::max(most, double(brick.max));
-    else
-      for (std::size_t i = 0; i < grid.texel_count(); ++i)
-        most = std::max(most, double(grid.texels32[i]));
-    for (const float constant : grid.constants) most = std::max(most, double(constant));
-    return most;
-  };
-  if (medium.source == LuminanceSource::density) peak *= greatest_value;
-  if (atlas.luminance) peak *= greatest(*atlas.luminance);
-  if (medium.source == LuminanceSource::transfer) {
-    const glm::dvec3 color = medium.transfer->max_color(-1e38, greatest_value);
-    peak *= std::max({color.x, color.y, color.z});
-  }
-  return peak;
+float greatest_of(const BrickAtlas& grid) {
+  float most = 0;
+  if (grid.channels == 1)
+    for (const BrickStats& brick : grid.bricks) most = std::max(most, brick.max);
+  else
+    for (std::size_t i = 0; i < grid.texel_count(); ++i) most = std::max(most, grid.texels32[i]);
+  for (const float constant : grid.constants) most = std::max(most, constant);
+  return most;
 }
+
+/// Most luminance of the medium where its density is between two values.
+class Peak {
+ public:
+  Peak(const View& view, const MediumAtlas& atlas) : medium_(view.medium) {
+    if (atlas.luminance) factor_ = double(greatest_of(*atlas.luminance));
+  }
+  double at(double min, double max) const {
+    double peak = std::max({medium_.color.x, medium_.color.y, medium_.color.z}) * factor_;
+    if (medium_.source == LuminanceSource::density) peak *= max;
+    if (medium_.source == LuminanceSource::transfer) {
+      const glm::dvec3 color = medium_.transfer->max_color(min, max);
+      peak *= std::max({color.x, color.y, color.z});
+    }
+    return peak;
+  }
+
+ private:
+  const Medium& medium_;
+  double factor_ = 1;
+};
 
 }  // namespace
 
-StepBounds::StepBounds(const View& view, const MediumAtlas& atlas)
+StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double brightest)
     : bounds_(atlas.density.bricks.size()) {
   const Medium& medium = view.medium;
   const std::vector<BrickStats>& bricks = atlas.density.bricks;
   const std::vector<float> kinks = brick_kinks(atlas.density);
-  double greatest = 0;
-  for (const BrickStats& brick : bricks) greatest = std::max(greatest, double(brick.max));
-  const double unit = finest_voxel_of(*medium.density);
-  // what a unit of optical depth that is missed does to alpha, and to radiance
-  const double effect = std::max(1.0, peak_luminance(view, atlas, greatest));
-  const double scale = medium.extinction * unit * effect;
+  const Peak peak(view, atlas);
+  const double scale = medium.extinction * finest_voxel_of(*medium.density);
   for (std::size_t i = 0; i < bricks.size(); ++i) {
-    const double range = double(bricks[i].max) - double(bricks[i].min);
+    const double min = bricks[i].min, max = bricks[i].max, range = max - min;
     Bound& bound = bounds_[i];
+    bound.effect = std::max({1.0, brightest, peak.at(min, max)});
     if (!medium.transfer) {
-      bound = {scale * range / 2, scale * kinks_share * double(kinks[i])};
+      bound.first = scale * range / 2;
+      bound.second = scale * kinks_share * double(kinks[i]);
       continue;
     }
-    FunctionBend bend = bend_of(*medium.transfer, bricks[i].min, bricks[i].max);
+    FunctionBend bend = bend_of(*medium.transfer, min, max);
     if (medium.gradient) {
-      bend.range = medium.transfer->max_attenuation({bricks[i].min, bricks[i].max}, {0.0, 1e38});
+      bend.range = medium.transfer->max_attenuation({min, max}, {0.0, 1e38});
       bend.turn = 1e38;
     }
-    bound = {scale * bend.range / 2,
-             scale * kinks_share * (bend.slope * double(kinks[i]) + bend.turn * range)};
+    bound.first = scale * bend.range / 2;
+    bound.second = scale * kinks_share * (bend.slope * double(kinks[i]) + bend.turn * range);
   }
 }
 
@@ -112,8 +118,11 @@ std::vector<float> StepBounds::parts(double step, double error) const {
   std::vector<float> result(bounds_.size(), 1.0f);
   for (std::size_t i = 0; i < result.size(); ++i) {
     const Bound& bound = bounds_[i];
-    const double allowed = std::max(bound.first > 0 ? error / bound.first : 1e30,
-                                    bound.second > 0 ? std::sqrt(error / bound.second) : 1e30);
+    // what misses a depth d is off by the part 1 - e^{-d} of what is there or behind it
+    const double share = error / bound.effect;
+    const double depth = share < 1 ? -std::log1p(-share) : 1e30;
+    const double allowed = std::max(bound.first > 0 ? depth / bound.first : 1e30,
+                                    bound.second > 0 ? std::sqrt(depth / bound.second) : 1e30);
     result[i] = float(std::clamp(allowed / step, least_part, 1.0));
   }
   return result;

@@ -6,6 +6,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "march/end_corrections.h"
 #include "march/preintegration.h"
 #include "march/psi_table.h"
 #include "march/ray_template.h"
@@ -211,6 +212,14 @@ void place_preintegration(const View& view, double unit, bool may_update, MarchS
 
 }  // namespace
 
+bool has_end_corrections(const View& view) {
+  const Scene& scene = view.scene;
+  // From vacuum to vacuum there is nothing to correct.
+  return scene.end_corrections && scene.resolved_sampling() == Sampling::uniform &&
+         !view.medium.transfer && !view.medium.emission && scene.mode == Mode::alpha &&
+         scene.resolved_integrator() == Integrator::psi_balanced && begins_inside(view);
+}
+
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas, bool may_update_tables) {
   const Scene& scene = view.scene;
   const Medium& medium = view.medium;
@@ -276,10 +285,7 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas, bool may
   c.uniform_sampling = scene.resolved_sampling() != Sampling::cells;
   c.template_sampling = scene.resolved_sampling() == Sampling::template_;
   if (c.template_sampling) place_template(view, setup);
-  // From vacuum to vacuum there is nothing to correct.
-  c.end_corrections = scene.end_corrections && c.uniform_sampling && !c.template_sampling &&
-                      !medium.transfer && !medium.emission && scene.mode == Mode::alpha &&
-                      rule.id == Integrator::psi_balanced && begins_inside(view);
+  c.end_corrections = has_end_corrections(view);
   c.middle_rule = rule.samples_middle;
   c.exact_depth = rule.exact_depth;
   c.cell_rule = rule.kind == IntegratorKind::cell;

@@ -123,7 +123,7 @@ void run(const Case& c, int side) {
       return CurvePoint{view, std::move(drawn), rms, tail};
     };
     Curve curve{info(rule).name, {}};
-    for (double step = 8; step > 0.1; step /= 2) {
+    for (double step = 8; step > 0.03; step /= 2) {
       curve.points.push_back(point(step));
       if (curve.points.back().rms < 5e-6) break;
     }
