@@ -6,7 +6,7 @@
 
 #include "control/pilot.h"
 #include "control/step_bounds.h"
-#include "march/end_corrections.h"
+#include "psivox/end_corrections.h"
 #include "psivox/error_control.h"
 
 namespace psivox {
@@ -54,7 +54,7 @@ double look_up_cost(const Trial& way, const View& marched) {
   }
   const TransferFunction* function = marched.medium.transfer ? &*marched.medium.transfer : nullptr;
   // a function's knots cut cells in pieces
-  const double cell = function                  ? (function->points().size() > 2 ? 3.5 : 2.3)
+  const double cell = function                  ? (function->points().size() > 2 ? 3.7 : 2.8)
                       : marched.medium.emission ? 2
                       : depth_alone(marched)    ? 1.15
                                                 : 1.5;

@@ -6,11 +6,11 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
-#include "march/end_corrections.h"
 #include "march/preintegration.h"
 #include "march/psi_table.h"
 #include "march/ray_template.h"
 #include "march/transfer_table.h"
+#include "psivox/end_corrections.h"
 #include "psivox/error.h"
 
 namespace psivox {

@@ -33,6 +33,7 @@ TIMES = {
     "process_cpu_ms": "whole process, processor time of all threads",
 }
 STEPS = [8, 4, 2, 1, 0.5, 0.25, 0.125]
+FINE_STEPS = [0.0625, 0.03125]  # of the peer alone: psivox has cells there
 
 SMOKE = {"file": "smoke.vdb", "position": "35,75,125", "target": "-8,40,0", "fov": "45"}
 CLOUD = {"file": "cloud_tiles.vdb", "position": "350,300,700", "target": "-11,71,-45", "fov": "40"}
@@ -163,7 +164,7 @@ class Bench:
         """(method, parameter, draw) of a scene."""
         result = []
         if self.nanovdb:
-            result += [("NanoVDB loop", step, self.nanovdb_method(step)) for step in STEPS]
+            result += [("NanoVDB loop", step, self.nanovdb_method(step)) for step in STEPS + FINE_STEPS]
         if self.vdb_render and name == "A":
             result += [("vdb_render", step, self.vdb_render_method(step))
                        for step in (4, 2, 1, 0.5, 0.25)]
