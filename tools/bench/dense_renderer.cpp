@@ -52,7 +52,8 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   const MarchSetup setup = make_march_setup(view, atlas);
   const std::string prelude =
       "#define DENSITY_BUFFERS 1\n#define LUMINANCE_BUFFERS 1\n#define EMISSION_BUFFERS 1\n#define "
-      "TEXELS_PER_BUFFER 1\n"
+      "GRADIENT_BUFFERS 1\n#define TEXELS_PER_BUFFER 1\n"
+      "#define HOLDS_UNIFORMS 1\n"  // the march has that too
       "#define HARDWARE_FILTER " +
       std::to_string(setup.constants.hardware_filter) + "\n#define LUMINANCE_DENSITY " +
       std::to_string(view.medium.source == LuminanceSource::density) + "\n";
@@ -60,7 +61,7 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   if (!program)
     program = std::make_unique<gl::Program>(
         "dense.frag", prelude, std::map<std::string, std::string>{{"dense.frag", dense_shader}});
-#define PARAMETER(type, name) program->set(#name, setup.parameters.name);
+#define PARAMETER(type, name) program->set("given." #name, setup.parameters.name);
 #include "march_parameters.glsl"
 #undef PARAMETER
   program->set("tile_origin", glm::ivec2(0));
