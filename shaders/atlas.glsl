@@ -160,16 +160,30 @@ const real slope_step = real(1e-4);
 const real slope_step = real(0.03125);
 #endif
 
-// Derivative of a grid's value along its ray [1 / unit of t] at a point of a node.
-real slope_scalar(int grid, Node node, Ray ray, real t) {
-  if (node.kind != NODE_BRICK) return real(0.0);
+// A grid's value and its derivative along its ray [1 / unit of t].
+struct Tangent {
+  real value;
+  real slope;
+};
+
+// At a point of a brick.
+Tangent tangent_scalar(int grid, Node node, Ray ray, real t) {
+  real3 p = position(ray, t);
   if (hardware_filter)
-    return (sample_scalar(grid, node, position(ray, t + slope_step))
-            - sample_scalar(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step);
-  real3 local = position(ray, t) - real3(node.lo);
+    return Tangent(sample_scalar(grid, node, p),
+                   (sample_scalar(grid, node, position(ray, t + slope_step))
+                    - sample_scalar(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step));
+  real3 local = p - real3(node.lo);
   int3 cell = local_cell(local);
   Corners corners = fetch_corners(grid, node, node.lo + cell);
-  return dot(trilinear_gradient(corners, local - real3(cell)), ray.direction);
+  real3 u = local - real3(cell);
+  return Tangent(trilinear(corners, u), dot(trilinear_gradient(corners, u), ray.direction));
+}
+
+// The derivative at a point of a node.
+real slope_scalar(int grid, Node node, Ray ray, real t) {
+  if (node.kind != NODE_BRICK) return real(0.0);
+  return tangent_scalar(grid, node, ray, t).slope;
 }
 
 // The same of a vector.

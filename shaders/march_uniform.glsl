@@ -33,9 +33,9 @@ real sample_gradient(March m, Ray ray, real t) {
   return sample_scalar(GRID_GRADIENT, m.gradient_node, position(ray, t));
 }
 
-// Slopes along the ray at m.t, which lies in `node`, of what its point holds.
-March find_slopes(March m, Ray ray, Node node) {
-  m.front.slope = slope_scalar(GRID_DENSITY, node, ray, m.t);
+// Slopes along the ray at m.t of what its point holds; `slope`: the density's.
+March find_slopes(March m, real slope) {
+  m.front.slope = slope;
   if (luminance_source == SOURCE_DENSITY) m.front.L_slope = real3(m.front.slope);
   if (luminance_source == SOURCE_SCALAR)
     m.front.L_slope = real3(slope_scalar(GRID_LUMINANCE, m.luminance_node, m.luminance_ray, m.t));
@@ -92,8 +92,15 @@ March march_uniform(March m, Ray ray) {
         m.front = with_value(m, m.front, Sample(m.front.value, sample_gradient(m, ray, m.t)));
       }
       if (look_up_at(m.t, t_back) <= node_end) {
+        real slope = real(0.0);
         if (node.kind == NODE_BRICK) {
-          if (!middle_rule) f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_back));
+          if (end_corrections) {
+            Tangent back = tangent_scalar(GRID_DENSITY, node, ray, t_back);
+            f_back = back.value;
+            slope = back.slope;
+          } else if (!middle_rule) {
+            f_back = sample_scalar(GRID_DENSITY, node, position(ray, t_back));
+          }
           if (count_steps) m.samples += 1;
         }
         real length = t_back - m.t;
@@ -124,7 +131,7 @@ March march_uniform(March m, Ray ray) {
           m.front.value = back.value;
         } else {
           m = composite_segment(m, middle, back, t_back, length, run && m.t >= node_begin);
-          if (end_corrections) m = find_slopes(m, ray, node);
+          if (end_corrections) m = find_slopes(m, slope);
         }
         m.known = true;
         finest = h;

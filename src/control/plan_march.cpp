@@ -44,12 +44,12 @@ bool depth_alone(const View& view) {
 /// included: measured on llvmpipe by psivox_bench_tolerance (docs/performance.md).
 double look_up_cost(const Trial& way, const View& marched) {
   if (way.sampling == Sampling::uniform) {
-    const double rule = depth_alone(marched)                        ? 1
+    // end corrections look slopes up too, whether they are needed or not
+    const double rule = has_end_corrections(marched)                ? 1.3
+                        : depth_alone(marched)                      ? 1
                         : way.integrator == Integrator::midpoint    ? 0.85
                         : way.integrator == Integrator::porter_duff ? 0.8
                                                                     : 1;
-    if (has_end_corrections(marched))
-      return 1.6;  // slopes are looked up too, whether they are needed or not
     return marched.brick_steps ? 1.4 * rule : rule;
   }
   const TransferFunction* function = marched.medium.transfer ? &*marched.medium.transfer : nullptr;
