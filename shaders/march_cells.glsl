@@ -137,9 +137,9 @@ March march_cells(March m, Ray ray) {
       if (cell_rule && !run && !depth_only) {
         real x = extinction * length;
         real values = greatest_coefficient(value);
-        // between knots a value is monotone
+        // between knots a value is monotone, but for rounding: it may end where it began
         if (transfer && length > real(0.0))
-          values = abs(polynomial(value, (t_end - m.t) / length) - f_front);
+          values = max(abs(polynomial(value, (t_end - m.t) / length) - f_front), noise);
         real part = min(shallow_part(attenuation, x), smooth_part(value, attenuation, x, values));
         t_end = end_of_cubics(m, min(t_end, part_end(m.t, length, part, t_exit)));
       }
