@@ -3,10 +3,21 @@
 // long the step; empty ones are left at the last lattice point inside them. With `brick_steps` each
 // brick has a part of the step of its own.
 
-// Step of the lattice in a node.
-real node_step(Node node) {
+// A lower bound of e^{d/2}: what a brick may miss grows by e^d behind an optical depth d, and with its
+// square at most the step that misses it.
+real wider_behind(real d) {
+  real x = real(1.0) + d / real(16.0);
+  x *= x;
+  x *= x;
+  return x * x;
+}
+
+// Step of the lattice in a node that begins behind the ray's optical depth.
+real node_step(Node node, March m) {
   if (!brick_steps || node.kind != NODE_BRICK) return step;
-  return step * fetch_table(brick_steps_first + node.payload).x;
+  real part = fetch_table(brick_steps_first + node.payload).x;
+  if (mode == MODE_ALPHA) part = min(part * wider_behind(m.optical_depth), real(1.0));
+  return step * part;
 }
 
 // The first point of the lattice of step h behind t, which may lie on one.
@@ -73,7 +84,7 @@ March march_uniform(March m, Ray ray) {
         node_end = max(node_begin, min(far.t, ray.end));
         m.cell = far.cell;
         walk = false;
-        h = node_step(node);
+        h = node_step(node, m);
         finest = min(finest, h);
       }
       if (brick_steps && m.known) t_back = min(t_back, next_point(max(m.t, node_begin), finest));

@@ -1,6 +1,7 @@
 // psivox render IN.vdb -o OUT.exr: the main job.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <future>
@@ -155,9 +156,11 @@ void add_light(View& view, MediumAtlas& atlas, const LightDepths& depths, const 
   report.light_ms = lighting.ms();
 }
 
-void add_error(Image& image, const Image& exact, RenderReport& report) {
+/// `common`: RMS by which both pictures are off alike.
+void add_error(Image& image, const Image& exact, double common, RenderReport& report) {
   report.difference = compare_images(image, exact);
-  image.layers.push_back(error_layer(image, exact));
+  report.difference->rms = std::hypot(report.difference->rms, common);
+  image.layers.push_back(error_layer(image, exact, common));
 }
 
 /// Made while the file is read. Throws, on get(), what GlRenderer's constructor does.
@@ -195,7 +198,7 @@ Image march(const RenderCall& call, View& view, FutureRenderer opened, const Pro
     result = render_march_double(marched, atlas, render);
     result.stats.march_ms = marching.ms();
     if (wants(call, "error"))
-      add_error(result.image, render_march_double(exact_view(marched), atlas).image, report);
+      add_error(result.image, render_march_double(exact_view(marched), atlas).image, 0, report);
   } else {
     const std::unique_ptr<GlRenderer> renderer = opened.get();
     if (light) {
@@ -205,9 +208,13 @@ Image march(const RenderCall& call, View& view, FutureRenderer opened, const Pro
     renderer->upload(atlas, view.scene.filter);
     marched = choose_march(view, atlas, budget, renderer.get(), call.quiet, report);
     result = renderer->render(marched, render);
+    if (report.plan) confirm_plan(*renderer, render, call.quiet, report);
     if (wants(call, "error")) {
       if (view.scene.filter != Filter::exact) renderer->upload(atlas);
-      add_error(result.image, renderer->render(exact_view(marched)).image, report);
+      const View exact = exact_view(marched);
+      const Image picture = renderer->render(exact).image;
+      add_error(result.image, picture,
+                device_error(exact, atlas, renderer->render(pilot_view(exact)).image), report);
     }
   }
   report.stats = result.stats;

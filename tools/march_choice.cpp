@@ -43,4 +43,16 @@ View choose_march(const View& view, const MediumAtlas& atlas, std::optional<doub
   return report.plan->view;
 }
 
+void confirm_plan(GlRenderer& gpu, RenderOptions options, bool quiet, RenderReport& report) {
+  options.progress = {};
+  const double expected = report.plan->chosen.rms;
+  confirm(*report.plan, gpu.render(pilot_view(report.plan->view), options).image);
+  const double rms = report.plan->chosen.rms;
+  if (report.tolerance && expected <= *report.tolerance && !(rms <= *report.tolerance) && !quiet)
+    std::fprintf(stderr,
+                 "psivox: the error is %.2g, above --tolerance %.2g, by the device's arithmetic "
+                 "and filter\n",
+                 rms, *report.tolerance);
+}
+
 }  // namespace psivox

@@ -38,8 +38,12 @@ struct MarchPlan {
   Trial chosen;               ///< rms and max are the estimate of the picture's error
   std::vector<Trial> trials;  ///< all that were tried
   int rays = 0;               ///< of the pilot; 0: nothing had to be tried
+  Image truth;                ///< the pilot's rays, exactly in double; empty: there are none
   bool reached = true;        ///< whether the estimate is within the tolerance
 };
+
+/// The view of the pilot's rays: some hundreds of the picture's, spread over it.
+View pilot_view(const View& view);
 
 /// Finds the cheapest way to march `view` whose RMS error over R G B A is at most its scene's
 /// tolerance: marches a few hundred of the picture's rays in double precision, exactly in cells and
@@ -48,6 +52,15 @@ struct MarchPlan {
 /// them or not. The result depends on the view alone, not on the machine or its threads. Light must
 /// have been computed.
 MarchPlan plan_march(const View& view, const MediumAtlas& atlas);
+
+/// Takes for the estimate what the device itself makes of the pilot's rays: `drawn` is
+/// pilot_view(plan.view) as it draws it, so that the error of its arithmetic and its filter is in
+/// it. Nothing changes where there was no pilot.
+void confirm(MarchPlan& plan, const Image& drawn);
+
+/// RMS by which a device's arithmetic is off on a view that is marched exactly: `drawn` is its
+/// pilot_view as the device draws it.
+double device_error(const View& exact, const MediumAtlas& atlas, const Image& drawn);
 
 /// A way whose time the budget of plan_within is counted in.
 View budget_unit(const View& view);
@@ -60,8 +73,8 @@ MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget)
 View exact_view(const View& view);
 
 /// Layer `error`: of each pixel the root-mean-square difference over R G B A between a picture and
-/// a better one, so that the layer's RMS is the picture's.
-Layer error_layer(const Image& picture, const Image& better);
+/// a better one, and what both are off alike: the layer's RMS is the picture's.
+Layer error_layer(const Image& picture, const Image& better, double common = 0);
 
 /// Errors of some pixels of a picture.
 struct CheckedError {

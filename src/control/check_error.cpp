@@ -31,7 +31,7 @@ std::vector<glm::ivec2> stratified_pixels(const glm::ivec2& size, int count) {
 
 }  // namespace
 
-Layer error_layer(const Image& picture, const Image& better) {
+Layer error_layer(const Image& picture, const Image& better, double common) {
   if (picture.width != better.width || picture.height != better.height)
     throw Error(ExitCode::failure, "pictures of different sizes have no error layer");
   Layer layer{"error", {"error"}, {}};
@@ -43,7 +43,7 @@ Layer error_layer(const Image& picture, const Image& better) {
       const double d = double(a[i + c]) - double(b[i + c]);
       squares += d * d;
     }
-    layer.values.push_back(float(std::sqrt(squares / 4)));
+    layer.values.push_back(float(std::hypot(std::sqrt(squares / 4), common)));
   }
   return layer;
 }

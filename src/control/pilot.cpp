@@ -21,14 +21,28 @@ glm::ivec2 pilot_size(const glm::ivec2& picture) {
   return glm::min(picture, glm::ivec2(int(width), int(rays / width)));
 }
 
-}  // namespace
-
-Pilot::Pilot(const View& exact, const MediumAtlas& atlas)
-    : atlas_(atlas), size_(pilot_size(exact.scene.resolution)) {
-  truth_ = march(exact, size_, exact_samples_);
+View sized(View view, const glm::ivec2& size) {
+  // the same aspect to a part of a pixel, and the same rays' directions within it
+  view.scene.resolution = size;
+  view.scene.pixel_samples = 1;
+  return view;
 }
 
-int Pilot::rays() const { return size_.x * size_.y; }
+Image march(const View& view, const MediumAtlas& atlas, double& samples) {
+  RenderResult result = render_march_double(view, atlas, {.count = true});
+  samples = double(result.stats.samples) / double(result.stats.rays);
+  return std::move(result.image);
+}
+
+}  // namespace
+
+View pilot_view(const View& view) { return sized(view, pilot_size(view.scene.resolution)); }
+
+Pilot::Pilot(const View& exact, const MediumAtlas& atlas) : atlas_(atlas) {
+  truth_ = march(pilot_view(exact), atlas_, exact_samples_);
+}
+
+int Pilot::rays() const { return truth_.width * truth_.height; }
 
 bool Pilot::has_opacity(double opacity) const {
   const auto rgba = truth_.rgba();
@@ -47,22 +61,13 @@ double Pilot::brightest() const {
 
 double Pilot::rough_samples(const View& view) const {
   double samples = 0;
-  march(view, glm::min(size_, glm::ivec2(5)), samples);
+  march(sized(view, glm::min(glm::ivec2(truth_.width, truth_.height), glm::ivec2(5))), atlas_,
+        samples);
   return samples;
 }
 
-Image Pilot::march(const View& view, const glm::ivec2& size, double& samples) const {
-  View small = view;
-  // the same aspect to a part of a pixel, and the same rays' directions within it
-  small.scene.resolution = size;
-  small.scene.pixel_samples = 1;
-  RenderResult result = render_march_double(small, atlas_, {.count = true});
-  samples = double(result.stats.samples) / double(result.stats.rays);
-  return std::move(result.image);
-}
-
 void Pilot::run(Trial& way, const View& view) const {
-  const Comparison c = compare_images(march(view, size_, way.samples), truth_);
+  const Comparison c = compare_images(march(pilot_view(view), atlas_, way.samples), truth_);
   way.rms = std::hypot(c.rms, arithmetic_error);
   way.max = c.max;
 }

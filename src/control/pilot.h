@@ -11,6 +11,8 @@ class Pilot {
   Pilot(const View& exact, const MediumAtlas& atlas);
 
   int rays() const;
+  /// Its picture, marched exactly.
+  const Image& truth() const { return truth_; }
   /// Field look-ups of a ray of the truth.
   double exact_samples() const { return exact_samples_; }
   /// Whether some ray is more opaque than that.
@@ -26,10 +28,7 @@ class Pilot {
   void run(Trial& way, const View& view) const;
 
  private:
-  Image march(const View& view, const glm::ivec2& size, double& samples) const;
-
   const MediumAtlas& atlas_;
-  glm::ivec2 size_;
   double exact_samples_ = 0;
   Image truth_;
 };

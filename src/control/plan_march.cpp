@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -8,6 +9,7 @@
 #include "control/step_bounds.h"
 #include "psivox/end_corrections.h"
 #include "psivox/error_control.h"
+#include "psivox/renderer.h"
 
 namespace psivox {
 namespace {
@@ -52,12 +54,11 @@ double look_up_cost(const Trial& way, const View& marched) {
                                                                     : 1;
     return marched.brick_steps ? 1.4 * rule : rule;
   }
-  const TransferFunction* function = marched.medium.transfer ? &*marched.medium.transfer : nullptr;
   // a function's knots cut cells in pieces
-  const double cell = function                  ? (function->points().size() > 2 ? 3.7 : 2.8)
+  const double cell = marched.medium.transfer   ? 2.5
                       : marched.medium.emission ? 2
                       : depth_alone(marched)    ? 1.15
-                                                : 1.5;
+                                                : 1.75;
   return cell * std::max(1.0, way.segments / 2.0);
 }
 
@@ -147,6 +148,7 @@ class Planner {
     plan_.reached = reached;
     plan_.chosen = way;
     plan_.view = way_view(way);
+    plan_.truth = pilot_.truth();
     return std::move(plan_);
   }
 
@@ -205,49 +207,71 @@ class Planner {
   }
 
   /// Lattices: with bricks' steps as wide as they may be, then, where that takes small steps
-  /// everywhere, with a wider one whose bricks keep narrower ones. The rule of the cheapest is
-  /// replaced by a simpler one where that does as well.
+  /// everywhere, with a wider one whose bricks keep narrower ones. They are found by psi-balanced;
+  /// the cheapest is tried with simpler rules too, which may be ahead of `best` where it is not.
   void search_lattices(Trial& best) {
-    search_lattice(widest_step, 0, worst_brick, best);
-    if (best.sampling != Sampling::uniform) return;
-    search_lattice(std::min(widest_step, 8 * best.step), best.step, narrow_brick, best);
+    std::optional<Trial> found;
+    search_lattice(widest_step, 0, worst_brick, best, found);
+    if (!found) return;
+    search_lattice(std::min(widest_step, 8 * found->step), found->step, narrow_brick, best, found);
+    consider(*found, best);
     for (const Integrator rule : {Integrator::porter_duff, Integrator::midpoint}) {
       // of first order where the step changes
-      if (rule == Integrator::porter_duff && way_view(best).brick_steps) continue;
-      Trial way = best;
+      if (rule == Integrator::porter_duff && way_view(*found).brick_steps) continue;
+      Trial way = *found;
       way.integrator = rule;
-      if (look_up_cost(way, way_view(way)) >= look_up_cost(best, way_view(best))) continue;
+      if (look_up_cost(way, way_view(way)) * way.samples >= best.cost) continue;
       consider(run(way), best);
       if (best.integrator == rule) return;
     }
   }
 
-  /// The widest lattice from `first` on that is accurate enough, where one is cheaper than `best`
-  /// and wider than `last`: halves the step until the error is small, then goes back as far as that
-  /// allows.
-  void search_lattice(double first, double last, double brick, Trial& best) {
+  /// Least that a lattice may cost by any rule.
+  double least_cost(const Trial& way) {
+    const View marched = way_view(way);
+    double least = way.cost;
+    for (const Integrator rule : {Integrator::porter_duff, Integrator::midpoint}) {
+      Trial other = way;
+      other.integrator = rule;
+      View ruled = marched;
+      ruled.scene.integrator = rule;
+      least = std::min(least, look_up_cost(other, ruled) * way.samples);
+    }
+    return least;
+  }
+
+  /// The widest lattice from `first` on that is accurate enough, where one may be cheaper than
+  /// `best` and is wider than `last`: halves the step until the error is small, then goes back as
+  /// far as that allows. The cheapest becomes `found`.
+  void search_lattice(double first, double last, double brick, const Trial& best,
+                      std::optional<Trial>& found) {
+    const auto see = [&](const Trial& trial) {
+      if (trial.accepted && (!found || trial.cost < found->cost)) found = trial;
+    };
     std::optional<Trial> coarse;
     for (double step = first; step >= std::max(1.1 * last, narrowest_step); step /= 2) {
       if (far_beyond(lattice(step, brick), best)) return;
       const Trial fine = run(lattice(step, brick));
+      see(fine);
       if (fine.accepted) {
-        consider(fine, best);
-        if (coarse) refine(*coarse, fine, best);
+        if (coarse) refine(*coarse, fine, see);
         return;
       }
-      if (fine.cost > best.cost) return;  // which is exact, or good enough
+      const double bound = found ? found->cost : best.cost;  // exact, or good enough
+      if ((found ? fine.cost : least_cost(fine)) > bound) return;
       coarse = fine;
     }
   }
 
-  void refine(Trial coarse, Trial fine, Trial& best) {
+  template <typename See>
+  void refine(Trial coarse, Trial fine, const See& see) {
     for (int i = 0; i < 3 && coarse.step > 1.12 * fine.step; ++i) {
       const double slope = std::log(coarse.rms / fine.rms) / std::log(coarse.step / fine.step);
       double ratio = slope > 0.5 ? std::pow(target() / fine.rms, 1 / slope) : 1;
       if (coarse.rms <= target()) ratio = std::sqrt(coarse.step / fine.step);  // one ray is off
       ratio = std::clamp(ratio, 1.1, 0.95 * coarse.step / fine.step);
       const Trial between = run(lattice(fine.step * ratio, fine.worst_brick));
-      consider(between, best);
+      see(between);
       (between.accepted ? fine : coarse) = between;
     }
   }
@@ -291,6 +315,18 @@ MarchPlan plan_march(const View& view, const MediumAtlas& atlas) {
 MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget) {
   if (!has_step(view.scene)) return only_plan(view);
   return Planner(view, atlas, 0).within(budget);
+}
+
+void confirm(MarchPlan& plan, const Image& drawn) {
+  if (plan.truth.width == 0) return;
+  const Comparison c = compare_images(drawn, plan.truth);
+  const double broken = std::numeric_limits<double>::infinity();
+  plan.chosen.rms = c.not_finite ? broken : c.rms;
+  plan.chosen.max = c.not_finite ? broken : c.max;
+}
+
+double device_error(const View& exact, const MediumAtlas& atlas, const Image& drawn) {
+  return compare_images(drawn, render_march_double(pilot_view(exact), atlas).image).rms;
 }
 
 View budget_unit(const View& view) { return set_way(view, budget_way()); }

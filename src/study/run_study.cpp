@@ -264,7 +264,9 @@ void StudyRun::measure(std::size_t i) {
   const RenderStats counts = render(variant, true).stats;
   const Image& reference = references_.at(reference_name(variant));
   if (variant.tolerance) {
-    const Trial& chosen = plans_.at(variant_name(variant)).chosen;
+    MarchPlan& plan = plans_.at(variant_name(variant));
+    confirm(plan, renderer_.render(pilot_view(plan.view)).image);
+    const Trial& chosen = plan.chosen;
     point.chosen = variant_of(chosen, variant.resolution);
     point.estimate = chosen.rms;
   }

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "gl/object_counts.h"
+#include "psivox/error_control.h"
 #include "psivox/image.h"
 #include "psivox/renderer.h"
 #include "view/pace.h"
@@ -107,8 +108,11 @@ class PictureMaker {
   /// One side of a comparison, with the layer that is wished.
   Image with_layer(const PictureWish& wish, std::size_t side, const RenderOptions& options);
   Image on_processor(const PictureWish& wish, std::size_t side, const RenderOptions& options);
-  /// The view as `render` has it marched.
-  View planned(View view, const MediumAtlas& atlas, std::size_t side);
+  /// The view as `render` has it marched; without a tolerance it is the plan's only content.
+  MarchPlan planned(View view, const MediumAtlas& atlas);
+  /// Draws the plan's picture, and says of the left one what its error is.
+  Image draw(MarchPlan plan, std::size_t side, const RenderOptions& options);
+  void estimated(const MarchPlan& plan, std::size_t side);
   /// Options of work that is that part of the whole.
   RenderOptions refining(const PictureWish& wish, double first, double last);
   /// A tile of the exact picture, for the window.

@@ -82,7 +82,7 @@ void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
   }
   options.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
   const View view = view_of(*wish.volume, scene);
-  renderer_->render(planned(view, wish.volume->atlas, side), options);
+  draw(planned(view, wish.volume->atlas), side, options);
 }
 
 void PictureMaker::refine_layers(PictureWish wish) {
@@ -113,23 +113,40 @@ Image PictureMaker::with_layer(const PictureWish& wish, std::size_t side,
       (scene.renderer == RendererKind::reference && error))
     return on_processor(wish, side, options);
   bring_up(wish.volume, scene.filter);
-  const View marched = planned(view_of(*wish.volume, scene), wish.volume->atlas, side);
-  Image image = renderer_->render(marched, options).image;
+  const MarchPlan plan = planned(view_of(*wish.volume, scene), wish.volume->atlas);
+  Image image = draw(plan, side, options);
   if (!error) return image;
   bring_up(wish.volume, Filter::exact);
-  const Image exact = renderer_->render(exact_view(marched), options).image;
-  image.layers.push_back(error_layer(image, exact));
+  const View exact = exact_view(plan.view);
+  const Image better = renderer_->render(exact, options).image;
+  const double common =
+      device_error(exact, wish.volume->atlas, renderer_->render(pilot_view(exact)).image);
+  image.layers.push_back(error_layer(image, better, common));
   return image;
 }
 
-View PictureMaker::planned(View view, const MediumAtlas& atlas, std::size_t side) {
+MarchPlan PictureMaker::planned(View view, const MediumAtlas& atlas) {
   view.scene = with_default_tolerance(view.scene);
-  if (!view.scene.tolerance) return view;
+  if (!view.scene.tolerance) {
+    MarchPlan given;
+    given.view = std::move(view);
+    return given;
+  }
   stage("choosing the march", 0);
-  MarchPlan plan = plan_march(view, atlas);
+  return plan_march(view, atlas);
+}
+
+Image PictureMaker::draw(MarchPlan plan, std::size_t side, const RenderOptions& options) {
+  Image image = renderer_->render(plan.view, options).image;
+  confirm(plan, renderer_->render(pilot_view(plan.view)).image);
+  estimated(plan, side);
+  return image;
+}
+
+void PictureMaker::estimated(const MarchPlan& plan, std::size_t side) {
+  if (side != 0 || plan.rays == 0) return;
   const std::lock_guard lock(mutex_);
-  if (side == 0) news_.estimated_rms = plan.chosen.rms;
-  return std::move(plan.view);
+  news_.estimated_rms = plan.chosen.rms;
 }
 
 Image PictureMaker::on_processor(const PictureWish& wish, std::size_t side,
@@ -150,11 +167,12 @@ Image PictureMaker::on_processor(const PictureWish& wish, std::size_t side,
     add_luminance(*own, view);
   }
   const MediumAtlas& atlas = own ? *own : wish.volume->atlas;
-  const View marched = planned(view, atlas, side);
-  Image image = render_march_double(marched, atlas, options).image;
+  const MarchPlan plan = planned(view, atlas);
+  Image image = render_march_double(plan.view, atlas, options).image;
+  estimated(plan, side);
   if (wish.layer == ShownLayer::error)
     image.layers.push_back(
-        error_layer(image, render_march_double(exact_view(marched), atlas, options).image));
+        error_layer(image, render_march_double(exact_view(plan.view), atlas, options).image));
   return image;
 }
 
