@@ -6,6 +6,8 @@
 #define real3 vec3
 #define real4 vec4
 #define int3 ivec3
+#define INOUT(type) inout type
+#define IN(type) type
 
 #define DERIVED(type, name, expression) const type name = expression;
 

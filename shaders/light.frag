@@ -15,9 +15,9 @@ void main() {
   Ray ray = light_ray(first + ivec3(at.x >> 6, (at.x >> 3) & 7, at.x & 7));
   March m = begin_march(ray);
 #if RESUMABLE
-  if (!first_pass) m = load_march(m, at, ray.begin);
+  if (!first_pass) load_march(m, at, ray.begin);
 #endif
-  m = march_cells(m, ray);
+  march_cells(m, ray);
 #if RESUMABLE
   save_march(m);
 #endif

@@ -13,9 +13,9 @@ void main() {
   Ray ray = march_ray_of(p);
   March m = begin_march(ray);
 #if RESUMABLE
-  if (!first_pass) m = load_march(m, ivec2(gl_FragCoord.xy), ray.begin);
+  if (!first_pass) load_march(m, ivec2(gl_FragCoord.xy), ray.begin);
 #endif
-  m = march_on(m, p, ray);
+  march_on(m, p, ray);
 #if RESUMABLE
   save_march(m);
 #endif

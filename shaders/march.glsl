@@ -86,16 +86,15 @@ Node seek_node(int grid, Ray ray, Node node, int3 domain_min, int3 domain_max, r
 }
 
 // Moves the gradient's node to a cell of the density's.
-March seek_gradient(March m, int3 cell) {
-  if (!with_gradient) return m;
+void seek_gradient(INOUT(March) m, int3 cell) {
+  if (!with_gradient) return;
   m.gradient_node = seek_cell(GRID_GRADIENT, cell, m.gradient_node, density_field_min,
                               density_field_max);
   if (count_steps && m.gradient_node.kind == NODE_BRICK) m.samples += 1;
-  return m;
 }
 
 // Moves the nodes of separate grids to t; point_at(t) follows.
-March seek(March m, real t) {
+void seek(INOUT(March) m, real t) {
   if (own_luminance) {
     m.luminance_node = seek_node(GRID_LUMINANCE, m.luminance_ray, m.luminance_node,
                                  luminance_domain_min, luminance_domain_max, t);
@@ -106,7 +105,6 @@ March seek(March m, real t) {
                                 emission_domain_min, emission_domain_max, t);
     if (count_steps && m.emission_node.kind == NODE_BRICK) m.samples += 1;
   }
-  return m;
 }
 
 real3 sample_grid(int grid, int channels, Node node, Ray ray, real t) {
@@ -116,17 +114,17 @@ real3 sample_grid(int grid, int channels, Node node, Ray ray, real t) {
   return real3(v, v, v);
 }
 
-Classified classify_at(March m, Sample s) {
+Classified classify_at(IN(March) m, Sample s) {
   if (keeps_interval) return classify_within(m.interval, s.value);
   return classify(s);
 }
 
-real attenuation_of(March m, Sample s) {
+real attenuation_of(IN(March) m, Sample s) {
   return transfer ? classify_at(m, s).attenuation : s.value;
 }
 
 // The same point with another value of the density grid.
-Point with_value(March m, Point p, Sample s) {
+Point with_value(IN(March) m, Point p, Sample s) {
   real value = s.value;
   Classified c = Classified(value, real3(real(1.0)));
   if (transfer) c = classify_at(m, s);
@@ -138,7 +136,7 @@ Point with_value(March m, Point p, Sample s) {
 }
 
 // The medium at t, where the density grid has `s`; other grids' nodes are there already.
-Point point_at(March m, real t, Sample s) {
+Point point_at(IN(March) m, real t, Sample s) {
   real3 none = real3(real(0.0));
   Point p = Point(s.value, s.value, real3(real(1.0)), none, real(0.0), none);
   if (own_luminance)
@@ -151,7 +149,7 @@ Point point_at(March m, real t, Sample s) {
 }
 
 // Adds optical depth, compensated: 1e5 thin steps keep their sum.
-March deepen(March m, real depth, real length) {
+void deepen(INOUT(March) m, real depth, real length) {
   if (find_depth && m.half_depth >= NEVER && m.optical_depth + depth > LN2)
     m.half_depth = m.t + length * ((LN2 - m.optical_depth) / depth);
   precise real y = depth - m.lost;
@@ -160,7 +158,6 @@ March deepen(March m, real depth, real length) {
   m.optical_depth = sum;
   m.lost = lost;
   if (ends_early && sum > stop_depth) m.done = true;
-  return m;
 }
 
 // Loops are of so many turns, inside a loop that takes the transmittance from the optical depth itself:
@@ -168,20 +165,18 @@ March deepen(March m, real depth, real length) {
 // steps.
 const int turns_of_product = 16;
 
-March refresh_transmittance(March m) {
+void refresh_transmittance(INOUT(March) m) {
   if (!depth_only) m.transmittance = decay(m.optical_depth).e;
-  return m;
 }
 
-March end_turn(March m, Ray ray) {
+void end_turn(INOUT(March) m, Ray ray) {
   m.turns += 1;
   if (m.t >= ray.end) m.done = true;
-  return m;
 }
 
 // Composites a segment that starts at m.t: I += T C, T *= zeta = 1 - the sum of the weights; back to
 // front I = C + zeta I. `glow`: what the segment emits by itself, as seen at its front.
-March composite(March m, Weights w, real3 L_front, real3 L_middle, real3 L_back, real3 glow,
+void composite(INOUT(March) m, Weights w, real3 L_front, real3 L_middle, real3 L_back, real3 glow,
                 real length) {
   if (count_steps && w.depth > real(0.0)) m.steps += 1;
   real opacity = w.front + w.middle + w.back;
@@ -196,9 +191,8 @@ March composite(March m, Weights w, real3 L_front, real3 L_middle, real3 L_back,
     m.radiance.x = m.radiance.x * before + C * through;
   }
   m.transmittance -= m.transmittance * opacity;
-  m = deepen(m, w.depth, length);
+  deepen(m, w.depth, length);
   m.t += length;
-  return m;
 }
 
 // Where a run of equal steps begins or ends, psi-balanced is of second order unless corrected: with
@@ -207,7 +201,7 @@ March composite(March m, Weights w, real3 L_front, real3 L_middle, real3 L_back,
 // `kappa` [(unit of t)^2]; `x`: optical depth of the segment whose correction it is. Where a step is
 // opaque the expansion says nothing, and its terms fade out as 1/(1 + x^2); no linear attenuation
 // has one of more than a sixth of x, and none may be more than a quarter.
-March correct_step(March m, real kappa, real x) {
+void correct_step(INOUT(March) m, real kappa, real x) {
   real fade = kappa / (real(1.0) + x * x);
   real y = clamp(-fade * extinction * m.front.slope, real(-0.25) * x, real(0.25) * x);
   Decay d = decay(abs(y));
@@ -217,14 +211,14 @@ March correct_step(March m, real kappa, real x) {
   if (vector_radiance) m.radiance = m.radiance + C * m.transmittance;
   else if (!constant_luminance) m.radiance.x += C.x * m.transmittance;
   m.transmittance -= m.transmittance * opacity;
-  return deepen(m, y, real(0.0));
+  deepen(m, y, real(0.0));
 }
 
 // One segment from m.t to t_back, of linear or sampled values; leaves the front of the next one.
 // Under cells its optical depth is Simpson's, which is exact for a cubic attenuation; under uniform
 // it is that of a linear one.
 // `constant_run`: it is exact.
-March composite_segment(March m, Sample sample_middle, Sample sample_back, real t_back, real length,
+void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back, real t_back, real length,
                         bool constant_run) {
   real t_middle = t_back - real(0.5) * length;
   Point front = m.front;
@@ -232,13 +226,13 @@ March composite_segment(March m, Sample sample_middle, Sample sample_back, real 
   real3 none = real3(real(0.0));
   Point back = Point(sample_back.value, real(0.0), none, none, real(0.0), none);
   if (middle_rule || has_emission) {
-    m = seek(m, t_middle);
+    seek(m, t_middle);
     middle = point_at(m, t_middle, sample_middle);
   } else if (!uniform_sampling) {
     middle.attenuation = m.vacuum ? real(0.0) : attenuation_of(m, sample_middle);
   }
   if (!middle_rule || has_emission) {
-    m = seek(m, t_back);
+    seek(m, t_back);
     back = point_at(m, t_back, sample_back);
   }
   real mean = uniform_sampling
@@ -248,7 +242,7 @@ March composite_segment(March m, Sample sample_middle, Sample sample_back, real 
   real depth = max(extinction * length * mean, real(0.0));
   if (end_corrections && length > real(0.0)) {
     real step_error = constant_run ? real(0.0) : length * length / real(12.0);
-    m = correct_step(m, m.step_error - step_error, depth);
+    correct_step(m, m.step_error - step_error, depth);
     m.step_error = step_error;
   }
   m.front = back;
@@ -275,25 +269,24 @@ March composite_segment(March m, Sample sample_middle, Sample sample_back, real 
     if (attenuates) e = glow_weights(w.depth);
     glow = (near.glow * e.front + middle.glow * e.middle + back.glow * e.back) * length;
   }
-  m = composite(m, w, near.L, middle.L, back.L, glow, length);
+  composite(m, w, near.L, middle.L, back.L, glow, length);
   m.t = t_back;
-  return m;
 }
 
 // A piece of a cell from m.t to t_back by a rule that integrates its cubic from three nodes;
 // `attenuation` is the cubic of tau / extinction, `value` that of the density grid.
-March composite_cell(March m, Cubic value, Cubic attenuation, real t_back, real length) {
+void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back, real length) {
   bool reversed_ray = mode == MODE_BACK_TO_FRONT;
   real s_1 = reversed_ray ? cell_node_3 : cell_node_1;  // the first node is the camera's
   real s_3 = reversed_ray ? cell_node_1 : cell_node_3;
   real t_1 = m.t + s_1 * length;
   real t_2 = m.t + real(0.5) * length;
   real t_3 = m.t + s_3 * length;
-  m = seek(m, t_1);
+  seek(m, t_1);
   Point p_1 = point_at(m, t_1, Sample(polynomial(value, s_1), real(0.0)));
-  m = seek(m, t_2);
+  seek(m, t_2);
   Point p_2 = point_at(m, t_2, Sample(polynomial(value, real(0.5)), real(0.0)));
-  m = seek(m, t_3);
+  seek(m, t_3);
   Point p_3 = point_at(m, t_3, Sample(polynomial(value, s_3), real(0.0)));
   Cubic tau = attenuation;
   if (reversed_ray) tau = reversed(attenuation);
@@ -305,10 +298,9 @@ March composite_cell(March m, Cubic value, Cubic attenuation, real t_back, real 
             + p_2.glow * (real(8.0) * decay(x * antiderivative(tau, real(0.5))).e)
             + p_3.glow * (real(5.0) * decay(x * antiderivative(tau, cell_node_3)).e))
            * (length / real(18.0));
-  m = composite(m, w, p_1.L, p_2.L, p_3.L, glow, length);
+  composite(m, w, p_1.L, p_2.L, p_3.L, glow, length);
   m.t = t_back;
   m.front.value = polynomial(value, real(1.0));
-  return m;
 }
 
 // A value on the way to a maximum. LMIP ends behind the first one that is at least the threshold;
@@ -318,26 +310,24 @@ const real least_fall = real(1e-12);
 #else
 const real least_fall = real(4e-6);
 #endif
-March see_value(March m, real value, real t) {
-  if (m.done) return m;
+void see_value(INOUT(March) m, real value, real t) {
+  if (m.done) return;
   real fallen = m.radiance.x - least_fall * abs(m.radiance.x);
   if (mode == MODE_LMIP && value < fallen && m.radiance.x >= lmip_threshold) m.done = true;
   else if (value > m.radiance.x) {
     m.radiance.x = value;
     m.half_depth = t;
   }
-  return m;
 }
 
 // The greatest value of a piece of a cell: at its ends or where its cubic turns.
-March see_cell(March m, Cubic value, real t_back) {
+void see_cell(INOUT(March) m, Cubic value, real t_back) {
   real length = t_back - m.t;
   Turns turn = turning_points(value);
-  m = see_value(m, value.f_0, m.t);
-  m = see_value(m, polynomial(value, turn.first), m.t + turn.first * length);
-  m = see_value(m, polynomial(value, turn.second), m.t + turn.second * length);
-  m = see_value(m, polynomial(value, real(1.0)), t_back);
+  see_value(m, value.f_0, m.t);
+  see_value(m, polynomial(value, turn.first), m.t + turn.first * length);
+  see_value(m, polynomial(value, turn.second), m.t + turn.second * length);
+  see_value(m, polynomial(value, real(1.0)), t_back);
   m.t = t_back;
   m.front.value = polynomial(value, real(1.0));
-  return m;
 }

@@ -2,7 +2,7 @@
 // trilinear data is a cubic in each cell, and Simpson's rule is exact for it.
 
 // Where a surface is hit: shaded by the field's gradient there, from the light or from the camera.
-March hit_surface(March m, Ray ray, Node node, real t) {
+void hit_surface(INOUT(March) m, Ray ray, Node node, real t) {
   real3 p = position(ray, t);
   real3 local = p - real3(m.cell);
   real3 g = trilinear_gradient(fetch_corners(GRID_DENSITY, node, m.cell), clamp(local, real(0.0), real(1.0)));
@@ -11,7 +11,6 @@ March hit_surface(March m, Ray ray, Node node, real t) {
   m.radiance = n * (size > real(0.0) ? real(1.0) / size : real(0.0));
   m.half_depth = t;
   m.done = true;
-  return m;
 }
 
 // Where another grid's cell, run or domain ends behind t: what a rule that integrates cubics stops at.
@@ -29,7 +28,7 @@ real next_face(Ray ray, Node node, real t) {
 
 // The end of the part from m.t on in which the other grids are cubics too; ahead of m.t by more than
 // rounding, as part_end.
-real end_of_cubics(March m, real t_end) {
+real end_of_cubics(IN(March) m, real t_end) {
   real t = NEVER;
   if (own_luminance)
     t = next_face(m.luminance_ray,
@@ -44,7 +43,7 @@ real end_of_cubics(March m, real t_end) {
 }
 
 // The gradient's magnitude along the cell, from m.t on; its node is there already.
-Cubic gradient_along(March m, Ray ray, real length) {
+Cubic gradient_along(IN(March) m, Ray ray, real length) {
   Node node = m.gradient_node;
   if (!with_gradient || m.vacuum || node.kind == NODE_EMPTY)
     return Cubic(real(0.0), real(0.0), real(0.0), real(0.0));
@@ -67,7 +66,7 @@ Sample sample_cubics(Cubic value, Cubic slope, real s) {
   return Sample(polynomial(value, s), max(polynomial(slope, s), real(0.0)));
 }
 
-March march_cells(March m, Ray ray) {
+void march_cells(INOUT(March) m, Ray ray) {
   Node node = no_node();
   for (int turn = 0; turn < max_turns && !m.done;) {
     for (int n = 0; n < turns_of_product && turn < max_turns && !m.done; ++n, ++turn) {
@@ -117,7 +116,7 @@ March march_cells(March m, Ray ray) {
       }
 
       Cubic value = make_cubic(f_front, f_half, f_exit, q_3);
-      if (!m.vacuum) m = seek_gradient(m, m.cell);
+      if (!m.vacuum) seek_gradient(m, m.cell);
       Cubic slope = gradient_along(m, ray, length);
       Cubic attenuation = value;
       real t_end = t_exit;
@@ -152,16 +151,16 @@ March march_cells(March m, Ray ray) {
       }
 
       if (finds_maximum) {
-        m = see_cell(m, value, t_end);
+        see_cell(m, value, t_end);
       } else if (mode == MODE_ISOSURFACE) {
         real s = first_crossing(value, isovalue);
-        if (node.kind == NODE_BRICK && s <= real(1.0)) m = hit_surface(m, ray, node, m.t + s * length);
+        if (node.kind == NODE_BRICK && s <= real(1.0)) hit_surface(m, ray, node, m.t + s * length);
         m.t = t_end;
         m.front.value = f_exit;
       } else if (cell_rule && !depth_only) {
-        m = composite_cell(m, value, attenuation, t_end, length);
+        composite_cell(m, value, attenuation, t_end, length);
       } else if (depth_only && !transfer) {
-        m = composite_segment(m, Sample(f_half, real(0.0)), Sample(f_exit, real(0.0)), t_end, length, run);
+        composite_segment(m, Sample(f_half, real(0.0)), Sample(f_exit, real(0.0)), t_end, length, run);
       } else {
         real part = length / real(segments);
         real t_start = m.t;
@@ -175,16 +174,15 @@ March march_cells(March m, Ray ray) {
             back.value = max(back.value, real(0.0));
           }
           real t_back = i == segments ? t_end : t_start + s * length;
-          m = composite_segment(m, middle, back, t_back, part, run);
+          composite_segment(m, middle, back, t_back, part, run);
         }
       }
       if (m.t >= t_exit) m.cell = far.cell;
       // bricks without the isovalue are empty too, whatever their values
       m.known = !(mode == MODE_ISOSURFACE && m.vacuum);
       if (!m.known) m.front.value = UNKNOWN;
-      m = end_turn(m, ray);
+      end_turn(m, ray);
     }
-    m = refresh_transmittance(m);
+    refresh_transmittance(m);
   }
-  return m;
 }

@@ -5,7 +5,7 @@ uniform bool first_pass;
 layout(binding = 0) uniform isampler2D state_in[4];
 layout(location = 2) out ivec4 out_state[4];
 
-March load_march(March m, ivec2 at, float begin) {
+void load_march(INOUT(March) m, ivec2 at, float begin) {
   ivec4 a = texelFetch(state_in[0], at, 0);
   ivec4 b = texelFetch(state_in[1], at, 0);
   ivec4 c = texelFetch(state_in[2], at, 0);
@@ -30,10 +30,9 @@ March load_march(March m, ivec2 at, float begin) {
     m.step_error = before * before / 12.0;
     m.known = false;  // its slopes are to be found again
   }
-  return m;
 }
 
-void save_march(March m) {
+void save_march(IN(March) m) {
   out_state[0] = ivec4(floatBitsToInt(m.t), floatBitsToInt(m.front.value),
                        floatBitsToInt(m.optical_depth), floatBitsToInt(m.lost));
   out_state[1] = ivec4(m.cell, m.lattice);

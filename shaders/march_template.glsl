@@ -15,7 +15,7 @@ real voxel_value(int grid, Node node, int3 voxel) {
   return fetch_texel(grid, node.payload * 729 + (local.x * 9 + local.y) * 9 + local.z);
 }
 
-March march_template(March m, Ray ray) {
+void march_template(INOUT(March) m, Ray ray) {
   Node node = no_node();
   Node domain = Node(0, 0, density_domain_min, density_domain_max);  // the last voxels are not active
   real t_0 = component(face_times(ray, far_faces(ray, density_domain_max, density_domain_min)),
@@ -42,7 +42,7 @@ March march_template(March m, Ray ray) {
       else if (!inside(node, voxel)) node = find_node(GRID_DENSITY, voxel);
       m.vacuum = node.kind == NODE_EMPTY;
       real value = voxel_value(GRID_DENSITY, node, voxel);
-      m = seek_gradient(m, voxel);
+      seek_gradient(m, voxel);
       Sample s = Sample(value, real(0.0));
       if (with_gradient) s.gradient = voxel_value(GRID_GRADIENT, m.gradient_node, voxel);
       if (count_steps && node.kind == NODE_BRICK) m.samples += 1;
@@ -51,11 +51,11 @@ March march_template(March m, Ray ray) {
         m.front = with_value(m, m.front, s);
       }
       if (finds_maximum) {
-        m = see_value(m, value, t);
+        see_value(m, value, t);
         m.t = t;
         m.front.value = value;
       } else {
-        m = composite_segment(m, s, s, t, t - m.t, false);
+        composite_segment(m, s, s, t, t - m.t, false);
       }
       m.known = t >= ray.begin;
       m.lattice = m.known ? k : k + 1;  // in front of the domain: on to the next entry
@@ -66,10 +66,9 @@ March march_template(March m, Ray ray) {
         m.lattice = skip;
         m.t = t_0 + fetch_table(template_first + skip).w;
       }
-      m = end_turn(m, ray);
+      end_turn(m, ray);
       if (k >= template_entries - 2) m.done = true;
     }
-    m = refresh_transmittance(m);
+    refresh_transmittance(m);
   }
-  return m;
 }

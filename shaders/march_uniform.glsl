@@ -33,29 +33,28 @@ real look_up_at(real t, real t_back) {
 }
 
 // Moves the gradient's node to t; the domain's ends are in its last cells.
-March seek_gradient_at(March m, Ray ray, real t) {
-  if (!with_gradient) return m;
-  return seek_gradient(m, cell_at(ray, t, density_field_min, density_field_max));
+void seek_gradient_at(INOUT(March) m, Ray ray, real t) {
+  if (!with_gradient) return;
+  seek_gradient(m, cell_at(ray, t, density_field_min, density_field_max));
 }
 
 // The gradient's magnitude at t.
-real sample_gradient(March m, Ray ray, real t) {
+real sample_gradient(IN(March) m, Ray ray, real t) {
   if (!with_gradient || m.gradient_node.kind == NODE_EMPTY) return real(0.0);
   return sample_scalar(GRID_GRADIENT, m.gradient_node, position(ray, t));
 }
 
 // Slopes along the ray at m.t of what its point holds; `slope`: the density's.
-March find_slopes(March m, real slope) {
+void find_slopes(INOUT(March) m, real slope) {
   m.front.slope = slope;
   if (luminance_source == SOURCE_DENSITY) m.front.L_slope = real3(m.front.slope);
   if (luminance_source == SOURCE_SCALAR)
     m.front.L_slope = real3(slope_scalar(GRID_LUMINANCE, m.luminance_node, m.luminance_ray, m.t));
   if (luminance_source == SOURCE_VECTOR)
     m.front.L_slope = slope_vector(GRID_LUMINANCE, m.luminance_node, m.luminance_ray, m.t);
-  return m;
 }
 
-March march_uniform(March m, Ray ray) {
+void march_uniform(INOUT(March) m, Ray ray) {
   // where the density's own medium begins and ends
   real own_begin = ray.begin;
   real own_end = ray.end;
@@ -99,7 +98,7 @@ March march_uniform(March m, Ray ray) {
       bool outside = beyond && (m.t < own_begin || t_back > own_end);
       if (beyond) {
         m.vacuum = m.vacuum || outside;
-        m = seek_gradient_at(m, ray, m.t);
+        seek_gradient_at(m, ray, m.t);
         m.front = with_value(m, m.front, Sample(m.front.value, sample_gradient(m, ray, m.t)));
       }
       if (look_up_at(m.t, t_back) <= node_end) {
@@ -126,23 +125,23 @@ March march_uniform(March m, Ray ray) {
           if (at.kind != NODE_EMPTY)
             middle.value = sample_scalar(GRID_DENSITY, at, position(ray, t_middle));
           if (middle_rule) m.vacuum = at.kind == NODE_EMPTY || outside;
-          m = seek_gradient_at(m, ray, t_middle);
+          seek_gradient_at(m, ray, t_middle);
           middle.gradient = sample_gradient(m, ray, t_middle);
         }
-        m = seek_gradient_at(m, ray, t_back);
+        seek_gradient_at(m, ray, t_back);
         Sample back = Sample(f_back, sample_gradient(m, ray, t_back));
         if (!m.known && !run) {
           if (m.front.value > UNKNOWN) back.value = m.front.value;
           m.front.value = back.value;  // all of it that a segment of length 0 is asked for
         }
         if (finds_maximum) {
-          m = see_value(m, m.front.value, m.t);
-          m = see_value(m, back.value, t_back);
+          see_value(m, m.front.value, m.t);
+          see_value(m, back.value, t_back);
           m.t = t_back;
           m.front.value = back.value;
         } else {
-          m = composite_segment(m, middle, back, t_back, length, run && m.t >= node_begin);
-          if (end_corrections) m = find_slopes(m, slope);
+          composite_segment(m, middle, back, t_back, length, run && m.t >= node_begin);
+          if (end_corrections) find_slopes(m, slope);
         }
         m.known = true;
         finest = h;
@@ -155,14 +154,13 @@ March march_uniform(March m, Ray ray) {
           }
         }
       }
-      m = end_turn(m, ray);
+      end_turn(m, ray);
     }
-    m = refresh_transmittance(m);
+    refresh_transmittance(m);
   }
   // the last step's own end; a ray that ended early has no more to correct
   if (end_corrections && m.t >= ray.end && m.turns > 0) {
     real length = sqrt(real(12.0) * m.step_error);
-    m = correct_step(m, m.step_error, extinction * m.front.attenuation * length);
+    correct_step(m, m.step_error, extinction * m.front.attenuation * length);
   }
-  return m;
 }

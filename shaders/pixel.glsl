@@ -85,7 +85,7 @@ Ray march_ray_of(Pixel p) {
 }
 
 // Marches on, up to max_turns turns.
-March march_on(March m, Pixel p, Ray ray) {
+void march_on(INOUT(March) m, Pixel p, Ray ray) {
   m.phase = phase_of(p);
   if (own_luminance) m.luminance_ray = luminance_ray(p);
   if (has_emission) m.emission_ray = emission_ray(p);
@@ -93,13 +93,13 @@ March march_on(March m, Pixel p, Ray ray) {
     m.luminance_ray = reversed(m.luminance_ray);
     m.emission_ray = reversed(m.emission_ray);
   }
-  if (template_sampling) return march_template(m, ray);
-  if (uniform_sampling) return march_uniform(m, ray);
-  return march_cells(m, ray);
+  if (template_sampling) march_template(m, ray);
+  else if (uniform_sampling) march_uniform(m, ray);
+  else march_cells(m, ray);
 }
 
 // A surface is lit by one light and a fifth of it from everywhere.
-real shade(March m, Pixel p) {
+real shade(IN(March) m, Pixel p) {
   real3 w = world_0 + world_u * p.u + world_v * p.v;
   real3 l = -w * p.inverse_length;
   if (dot(light_direction, light_direction) > real(0.0)) l = -light_direction;
@@ -110,19 +110,19 @@ real shade(March m, Pixel p) {
 }
 
 // Whether a ray has met a maximum, and one that attenuates.
-bool sees_maximum(March m) {
+bool sees_maximum(IN(March) m) {
   if (!(m.radiance.x > UNKNOWN)) return false;
   return (transfer ? classify(m.radiance.x).attenuation : m.radiance.x) > real(0.0);
 }
 
 // Distance from the camera of what the depth layer shows [world units]; NEVER where that is nothing.
-real depth_of(March m, Pixel p) {
+real depth_of(IN(March) m, Pixel p) {
   if (m.half_depth >= NEVER || (finds_maximum && !sees_maximum(m))) return NEVER;
   return (m.half_depth - camera_time(p)) * world_unit;
 }
 
 // Premultiplied radiance and opacity.
-real4 picture(March m, Pixel p) {
+real4 picture(IN(March) m, Pixel p) {
   if (finds_maximum) {
     if (!sees_maximum(m)) return real4(real(0.0));
     real3 shown = real3(m.radiance.x);

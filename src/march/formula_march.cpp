@@ -56,7 +56,9 @@ struct FormulaMarch {
     Ray ray = density_ray(p);
     ray.begin = ray_of_formulas.first - lattice.phase;
     ray.end = ray_of_formulas.last - lattice.phase;
-    return march_on(begin_march(ray), p, ray);
+    March m = begin_march(ray);
+    march_on(m, p, ray);
+    return m;
   }
 };
 

@@ -2,6 +2,8 @@
 // it the march in double: parameters and constants as members, the shader's functions as member
 // functions, from the same files that the GPU compiles.
 #define REAL_BITS 64
+#define INOUT(type) type&
+#define IN(type) const type&
 #define precise
 #define PARAMETER(type, name) type name{};
 #define CONSTANT(type, name) type name{};
@@ -98,13 +100,19 @@ void configure(const MarchSetup& setup) {
 March march_ray(real2 pixel) {
   const Pixel p = make_pixel(pixel);
   const Ray ray = march_ray_of(p);
-  return march_on(begin_march(ray), p, ray);
+  March m = begin_march(ray);
+  march_on(m, p, ray);
+  return m;
 }
 
 real light_depth(int3 voxel) {
   const Ray ray = light_ray(voxel);
-  return march_cells(begin_march(ray), ray).optical_depth;
+  March m = begin_march(ray);
+  march_cells(m, ray);
+  return m.optical_depth;
 }
 
 #undef precise
+#undef IN
+#undef INOUT
 #undef REAL_BITS
