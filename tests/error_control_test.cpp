@@ -117,6 +117,21 @@ TEST(PlanWithin, MoreTimeLessError) {
   EXPECT_FALSE(plan_within(view, atlas, 1e-6).reached);
 }
 
+TEST(Confirm, TheEstimateIsOfWhatTheDeviceDrew) {
+  const View view = with_tolerance(blobs(true), 1e-3);
+  MarchPlan plan = plan_march(view, build_medium_atlas(view));
+  Image drawn = plan.truth;
+  EXPECT_EQ(drawn.width * drawn.height, plan.rays);
+  EXPECT_EQ(pilot_view(plan.view).scene.resolution, glm::ivec2(drawn.width, drawn.height));
+  for (float& value : drawn.rgba()) value += 0.25f;  // a device that is far off
+  confirm(plan, drawn);
+  EXPECT_NEAR(plan.chosen.rms, 0.25, 1e-7);
+  EXPECT_NEAR(plan.chosen.max, 0.25, 1e-7);
+  drawn.rgba()[0] = NAN;
+  confirm(plan, drawn);
+  EXPECT_FALSE(plan.chosen.rms < 1e30);
+}
+
 TEST(ErrorLayer, ItsRmsIsThePictures) {
   const View view = with_tolerance(blobs(true, {40, 30}), 1e-2);
   const MediumAtlas atlas = build_medium_atlas(view);

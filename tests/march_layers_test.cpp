@@ -11,6 +11,7 @@
 
 #include "field_voxels.h"
 #include "march_cases.h"
+#include "psivox/error_control.h"
 #include "psivox/vdb.h"
 #include "reference/ray_radiance.h"
 
@@ -211,6 +212,24 @@ TEST_F(MarchLayers, StepsAreSegments) {
       EXPECT_LE(steps, 21.0f * float(segments));
     for (const float steps : layer(image, "steps").values)
       EXPECT_GE(steps, 15.0f * float(segments));
+  }
+}
+
+/// An exactly marched picture is off by the device's arithmetic alone, which the better picture of
+/// layer `error` shares: some hundred rays in double tell it.
+TEST_F(MarchLayers, TheErrorLayerHoldsTheDevicesArithmetic) {
+  for (const Glow glow : {Glow::constant, Glow::density}) {
+    View view = exact_view(view_of(oblique(96), mixed(), glow));
+    const MediumAtlas atlas = build_medium_atlas(view);
+    const Image picture = render_gl(view, atlas).image;
+    const double common = device_error(view, atlas, render_gl(pilot_view(view), atlas).image);
+    const Layer error = error_layer(picture, picture, common);
+    const double layer_rms = double(error.values.front());  // the same everywhere
+    const double rms = difference("arithmetic", picture, render_double(view, atlas).image).rms;
+    EXPECT_GT(rms, 1e-9);
+    // of 400 of 9216 pixels
+    EXPECT_LT(layer_rms, 2 * rms);
+    EXPECT_GT(layer_rms, rms / 2);
   }
 }
 
