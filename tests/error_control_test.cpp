@@ -43,7 +43,7 @@ TEST(PlanMarch, TheErrorIsWhatWasAskedFor) {
       const Comparison error = achieved(plan, atlas);
       EXPECT_LE(error.rms, tolerance) << trial_text(plan.chosen);
       EXPECT_LE(error.max, 30 * tolerance) << trial_text(plan.chosen);
-      // the estimate is of 400 of 9216 pixels whose errors differ: half of it or twice it would be
+      // the estimate is of 800 of 9216 pixels whose errors differ: half of it or twice it would be
       // many standard deviations off; below 1e-6 it is a bound on rounding, no estimate
       if (plan.chosen.rms < 1e-6) continue;
       EXPECT_LE(plan.chosen.rms, 2 * error.rms);

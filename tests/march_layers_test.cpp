@@ -227,7 +227,7 @@ TEST_F(MarchLayers, TheErrorLayerHoldsTheDevicesArithmetic) {
     const double layer_rms = double(error.values.front());  // the same everywhere
     const double rms = difference("arithmetic", picture, render_double(view, atlas).image).rms;
     EXPECT_GT(rms, 1e-9);
-    // of 400 of 9216 pixels
+    // of 800 of 9216 pixels
     EXPECT_LT(layer_rms, 2 * rms);
     EXPECT_GT(layer_rms, rms / 2);
   }

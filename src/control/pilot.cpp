@@ -10,9 +10,10 @@ namespace psivox {
 namespace {
 
 /// One in so many of the picture's rays is marched by the pilot, within bounds: a small part of the
-/// picture's work, and an RMS with a spread of a few per cent.
+/// picture's work, an RMS with a spread of a few per cent, and a greatest error that is about that
+/// which one pixel in a thousand exceeds.
 constexpr double rays_share = 512;
-constexpr double fewest_rays = 400, most_rays = 1600;
+constexpr double fewest_rays = 800, most_rays = 1600;
 
 glm::ivec2 pilot_size(const glm::ivec2& picture) {
   const glm::dvec2 size(picture);

@@ -155,6 +155,7 @@ void run(const Case& c, int side) {
     MarchPlan plan = plan_march(view, atlas);
     const double ms = 1e3 * double(std::clock() - before) / CLOCKS_PER_SEC;
     Drawn drawn = draw(gl, plan.view);
+    confirm(plan, gl.render(pilot_view(plan.view)).image);
     asked.push_back({tolerance, std::move(plan), ms, std::move(drawn)});
   }
   Drawn exact_drawn = draw(gl, exact);
