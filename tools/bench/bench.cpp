@@ -1,8 +1,10 @@
-// bench [FILE.vdb ...]: psivox against a dense-texture ray marcher in one process, every variant of
-// a scene drawn in turn, medians; conversion rate and size of the atlas. Without files: the fog
-// alone. Ratios mean something on any machine, milliseconds on a quiet one only.
+// bench [-s STEP] [FILE.vdb ...]: psivox against a dense-texture ray marcher in one process, both
+// of that step (1), every variant of a scene drawn in turn, medians; conversion rate and size of
+// the atlas. Without files: the fog alone. Ratios mean something on any machine, milliseconds on a
+// quiet one only.
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -60,7 +62,10 @@ void bench_conversion(const Field& field) {
       double(half.bytes()) / own);
 }
 
-void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_density) {
+void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_density,
+                 double step) {
+  char uniform_name[32];
+  std::snprintf(uniform_name, sizeof uniform_name, "uniform %g", step);
   Scene scene;
   scene.resolution = {side, side};
   if (luminance_from_density) scene.luminance_grid = field->name;
@@ -83,9 +88,9 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
     change(view.scene);
     return view;
   };
-  const auto uniform = [](Integrator rule, Filter filter) {
+  const auto uniform = [step](Integrator rule, Filter filter) {
     return [=](Scene& s) {
-      s.step = 1;
+      s.step = step;
       s.integrator = rule;
       s.filter = filter;
     };
@@ -100,16 +105,16 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
     variants.push_back({name, draw, {}, {}});
   };
   add_dense("dense porter-duff, exact", Filter::exact);
-  add("uniform 1 porter-duff, exact", exact,
+  add(std::string(uniform_name) + " porter-duff, exact", exact,
       view_of(uniform(Integrator::porter_duff, Filter::exact)));
-  add("uniform 1 psi-balanced, exact", exact,
+  add(std::string(uniform_name) + " psi-balanced, exact", exact,
       view_of(uniform(Integrator::psi_balanced, Filter::exact)));
-  add("uniform 1 psi-balanced, float16", exact_half,
+  add(std::string(uniform_name) + " psi-balanced, float16", exact_half,
       view_of(uniform(Integrator::psi_balanced, Filter::exact)));
   add("cells psi-weighted, exact", exact, view_of([](Scene&) {}));
   add("cells psi-weighted, float16", exact_half, view_of([](Scene&) {}));
   add_dense("dense porter-duff, hardware", Filter::hardware);
-  add("uniform 1 psi-balanced, hardware", hardware,
+  add(std::string(uniform_name) + " psi-balanced, hardware", hardware,
       view_of(uniform(Integrator::psi_balanced, Filter::hardware)));
   add("cells psi-weighted, hardware", hardware,
       view_of([](Scene& s) { s.filter = Filter::hardware; }));
@@ -133,7 +138,7 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
   }
 }
 
-void bench_scene(const std::string& name, Field field) {
+void bench_scene(const std::string& name, Field field, double step) {
   const auto shared = std::make_shared<const Field>(std::move(field));
   const glm::ivec3 size = shared->active_box.max - shared->active_box.min + 1;
   std::printf(
@@ -141,8 +146,8 @@ void bench_scene(const std::string& name, Field field) {
       static_cast<unsigned long long>(shared->active_voxels),
       100.0 * double(shared->active_voxels) / (double(size.x) * double(size.y) * double(size.z)));
   bench_conversion(*shared);
-  bench_march(shared, false);
-  bench_march(shared, true);
+  bench_march(shared, false, step);
+  bench_march(shared, true, step);
   std::fflush(stdout);
 }
 
@@ -150,11 +155,17 @@ void bench_scene(const std::string& name, Field field) {
 
 int main(int argc, char** argv) {
   try {
-    bench_scene("fog", bench::make_fog(256));
-    for (int i = 1; i < argc; ++i) {
+    double step = 1;
+    int first = 1;
+    if (argc > 2 && std::string(argv[1]) == "-s") {
+      step = std::atof(argv[2]);
+      first = 3;
+    }
+    bench_scene("fog", bench::make_fog(256), step);
+    for (int i = first; i < argc; ++i) {
       const VdbFile file(argv[i]);
       bench_scene(std::filesystem::path(argv[i]).filename().string(),
-                  file.read(file.default_grid()));
+                  file.read(file.default_grid()), step);
     }
     return 0;
   } catch (const Error& e) {
