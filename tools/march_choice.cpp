@@ -50,8 +50,7 @@ void confirm_plan(GlRenderer& gpu, RenderOptions options, bool quiet, RenderRepo
   const double rms = report.plan->chosen.rms;
   if (report.tolerance && expected <= *report.tolerance && !(rms <= *report.tolerance) && !quiet)
     std::fprintf(stderr,
-                 "psivox: the error is %.2g, above --tolerance %.2g, by the device's arithmetic "
-                 "and filter\n",
+                 "psivox: the error is %.2g, above --tolerance %.2g, by the device's arithmetic\n",
                  rms, *report.tolerance);
 }
 

@@ -54,8 +54,8 @@ View pilot_view(const View& view);
 MarchPlan plan_march(const View& view, const MediumAtlas& atlas);
 
 /// Takes for the estimate what the device itself makes of the pilot's rays: `drawn` is
-/// pilot_view(plan.view) as it draws it, so that the error of its arithmetic and its filter is in
-/// it. Nothing changes where there was no pilot.
+/// pilot_view(plan.view) as it draws it, so that the error of its arithmetic is in it.
+/// Nothing changes where there was no pilot.
 void confirm(MarchPlan& plan, const Image& drawn);
 
 /// RMS by which a device's arithmetic is off on a view that is marched exactly: `drawn` is its

@@ -22,6 +22,13 @@ double rms_of(const Layer& layer) {
   return std::sqrt(squares / double(layer.values.size()));
 }
 
+/// Options of a small picture by the program of those.
+RenderOptions of_one_program(RenderOptions options) {
+  options.tile = {};
+  options.progress = {};
+  return options;
+}
+
 }  // namespace
 
 void PictureMaker::refine(const PictureWish& wish) {
@@ -120,7 +127,8 @@ Image PictureMaker::with_layer(const PictureWish& wish, std::size_t side,
   const View exact = exact_view(plan.view);
   const Image better = renderer_->render(exact, options).image;
   const double common =
-      device_error(exact, wish.volume->atlas, renderer_->render(pilot_view(exact)).image);
+      device_error(exact, wish.volume->atlas,
+                   renderer_->render(pilot_view(exact), of_one_program(options)).image);
   image.layers.push_back(error_layer(image, better, common));
   return image;
 }
@@ -138,7 +146,7 @@ MarchPlan PictureMaker::planned(View view, const MediumAtlas& atlas) {
 
 Image PictureMaker::draw(MarchPlan plan, std::size_t side, const RenderOptions& options) {
   Image image = renderer_->render(plan.view, options).image;
-  confirm(plan, renderer_->render(pilot_view(plan.view)).image);
+  confirm(plan, renderer_->render(pilot_view(plan.view), of_one_program(options)).image);
   estimated(plan, side);
   return image;
 }
