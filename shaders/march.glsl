@@ -177,7 +177,7 @@ void end_turn(INOUT(March) m, Ray ray) {
 // Composites a segment that starts at m.t: I += T C, T *= zeta = 1 - the sum of the weights; back to
 // front I = C + zeta I. `glow`: what the segment emits by itself, as seen at its front.
 void composite(INOUT(March) m, Weights w, real3 L_front, real3 L_middle, real3 L_back, real3 glow,
-                real length) {
+               real length) {
   if (count_steps && w.depth > real(0.0)) m.steps += 1;
   real opacity = w.front + w.middle + w.back;
   real before = mode == MODE_BACK_TO_FRONT ? real(1.0) - opacity : real(1.0);
@@ -219,7 +219,7 @@ void correct_step(INOUT(March) m, real kappa, real x) {
 // it is that of a linear one.
 // `constant_run`: it is exact.
 void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back, real t_back, real length,
-                        bool constant_run) {
+                       bool constant_run) {
   real t_middle = t_back - real(0.5) * length;
   Point front = m.front;
   Point middle = m.front;

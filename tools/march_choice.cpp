@@ -44,11 +44,14 @@ View choose_march(const View& view, const MediumAtlas& atlas, std::optional<doub
 }
 
 void confirm_plan(GlRenderer& gpu, RenderOptions options, bool quiet, RenderReport& report) {
+  if (report.plan->rays() == 0) return;
   options.progress = {};
   const double expected = report.plan->chosen.rms;
   confirm(*report.plan, gpu.render(pilot_view(report.plan->view), options).image);
   const double rms = report.plan->chosen.rms;
-  if (report.tolerance && expected <= *report.tolerance && !(rms <= *report.tolerance) && !quiet)
+  if (!report.tolerance || rms <= *report.tolerance) return;
+  report.plan->reached = false;
+  if (expected <= *report.tolerance && !quiet)
     std::fprintf(stderr,
                  "psivox: the error is %.2g, above --tolerance %.2g, by the device's arithmetic\n",
                  rms, *report.tolerance);

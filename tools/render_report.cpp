@@ -60,7 +60,7 @@ std::string RenderReport::json() const {
     error["reached"] = plan->reached;
     error["estimated_rms"] = plan->chosen.rms;
     error["estimated_max"] = plan->chosen.max;
-    error["pilot_rays"] = plan->rays;
+    error["pilot_rays"] = plan->rays();
     for (const Trial& trial : plan->trials)
       error["trials"].push_back({{"way", trial_text(trial)},
                                  {"rms", trial.rms},
@@ -116,8 +116,9 @@ std::string RenderReport::table() const {
   out += format("upload %.1f, march %.1f, write %.1f; total %.1f ms\n", stats.upload_ms,
                 stats.march_ms, write_ms, total_ms);
   if (plan)
-    out += format("march     %s; estimated error RMS %.1e, max %.1e (%d rays)\n",
-                  trial_text(plan->chosen).c_str(), plan->chosen.rms, plan->chosen.max, plan->rays);
+    out +=
+        format("march     %s; estimated error RMS %.1e, max %.1e (%d rays)\n",
+               trial_text(plan->chosen).c_str(), plan->chosen.rms, plan->chosen.max, plan->rays());
   if (difference)
     out += format("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
   out += format("rays      %llu", static_cast<unsigned long long>(stats.rays));

@@ -37,9 +37,9 @@ struct MarchPlan {
   View view;                  ///< set to the way chosen; its scene has no tolerance
   Trial chosen;               ///< rms and max are the estimate of the picture's error
   std::vector<Trial> trials;  ///< all that were tried
-  int rays = 0;               ///< of the pilot; 0: nothing had to be tried
-  Image truth;                ///< the pilot's rays, exactly in double; empty: there are none
-  bool reached = true;        ///< whether the estimate is within the tolerance
+  Image truth;          ///< the pilot's rays, exactly in double; empty: nothing had to be tried
+  bool reached = true;  ///< whether the estimate is within the tolerance
+  int rays() const { return truth.width * truth.height; }  ///< of the pilot
 };
 
 /// The view of the pilot's rays: some hundreds of the picture's, spread over it.
@@ -55,7 +55,7 @@ MarchPlan plan_march(const View& view, const MediumAtlas& atlas);
 
 /// Takes for the estimate what the device itself makes of the pilot's rays: `drawn` is
 /// pilot_view(plan.view) as it draws it, so that the error of its arithmetic is in it.
-/// Nothing changes where there was no pilot.
+/// `plan` has a pilot.
 void confirm(MarchPlan& plan, const Image& drawn);
 
 /// RMS by which a device's arithmetic is off on a view that is marched exactly: `drawn` is its

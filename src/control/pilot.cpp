@@ -43,8 +43,6 @@ Pilot::Pilot(const View& exact, const MediumAtlas& atlas) : atlas_(atlas) {
   truth_ = march(pilot_view(exact), atlas_, exact_samples_);
 }
 
-int Pilot::rays() const { return truth_.width * truth_.height; }
-
 bool Pilot::has_opacity(double opacity) const {
   const auto rgba = truth_.rgba();
   for (std::size_t i = 3; i < rgba.size(); i += 4)

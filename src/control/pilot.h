@@ -10,7 +10,6 @@ class Pilot {
   /// `exact`: the view, set to the way that is taken for the truth.
   Pilot(const View& exact, const MediumAtlas& atlas);
 
-  int rays() const;
   /// Its picture, marched exactly.
   const Image& truth() const { return truth_; }
   /// Field look-ups of a ray of the truth.

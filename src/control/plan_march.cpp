@@ -114,7 +114,6 @@ class Planner {
   }
 
   MarchPlan plan() {
-    plan_.rays = pilot_.rays();
     Trial best = exact_trial();
     for (const int segments : {1, 2, 4, 8, 16}) {
       if (!view_.medium.gradient) break;
@@ -128,7 +127,6 @@ class Planner {
   }
 
   MarchPlan within(double part) {
-    plan_.rays = pilot_.rays();
     const double budget = part * run(budget_way()).cost;
     std::optional<Trial> best;
     const auto consider_time = [&](const Trial& trial) {
@@ -218,26 +216,26 @@ class Planner {
     for (const Integrator rule : {Integrator::porter_duff, Integrator::midpoint}) {
       // of first order where the step changes
       if (rule == Integrator::porter_duff && way_view(*found).brick_steps) continue;
+      if (cost_by(rule, *found, way_view(*found)) >= best.cost) continue;
       Trial way = *found;
       way.integrator = rule;
-      if (look_up_cost(way, way_view(way)) * way.samples >= best.cost) continue;
       consider(run(way), best);
       if (best.integrator == rule) return;
     }
   }
 
+  /// What a lattice costs by another rule; `marched`: its view.
+  static double cost_by(Integrator rule, Trial way, View marched) {
+    way.integrator = rule;
+    marched.scene.integrator = rule;
+    return look_up_cost(way, marched) * way.samples;
+  }
+
   /// Least that a lattice may cost by any rule.
   double least_cost(const Trial& way) {
     const View marched = way_view(way);
-    double least = way.cost;
-    for (const Integrator rule : {Integrator::porter_duff, Integrator::midpoint}) {
-      Trial other = way;
-      other.integrator = rule;
-      View ruled = marched;
-      ruled.scene.integrator = rule;
-      least = std::min(least, look_up_cost(other, ruled) * way.samples);
-    }
-    return least;
+    return std::min({way.cost, cost_by(Integrator::porter_duff, way, marched),
+                     cost_by(Integrator::midpoint, way, marched)});
   }
 
   /// The widest lattice from `first` on that is accurate enough, where one may be cheaper than
@@ -318,7 +316,6 @@ MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget)
 }
 
 void confirm(MarchPlan& plan, const Image& drawn) {
-  if (plan.truth.width == 0) return;
   const Comparison c = compare_images(drawn, plan.truth);
   const double broken = std::numeric_limits<double>::infinity();
   plan.chosen.rms = c.not_finite ? broken : c.rms;

@@ -265,7 +265,7 @@ void StudyRun::measure(std::size_t i) {
   const Image& reference = references_.at(reference_name(variant));
   if (variant.tolerance) {
     MarchPlan& plan = plans_.at(variant_name(variant));
-    confirm(plan, renderer_.render(pilot_view(plan.view)).image);
+    if (plan.rays() > 0) confirm(plan, renderer_.render(pilot_view(plan.view)).image);
     const Trial& chosen = plan.chosen;
     point.chosen = variant_of(chosen, variant.resolution);
     point.estimate = chosen.rms;

@@ -146,13 +146,14 @@ MarchPlan PictureMaker::planned(View view, const MediumAtlas& atlas) {
 
 Image PictureMaker::draw(MarchPlan plan, std::size_t side, const RenderOptions& options) {
   Image image = renderer_->render(plan.view, options).image;
-  confirm(plan, renderer_->render(pilot_view(plan.view), of_one_program(options)).image);
+  if (plan.rays() > 0)
+    confirm(plan, renderer_->render(pilot_view(plan.view), of_one_program(options)).image);
   estimated(plan, side);
   return image;
 }
 
 void PictureMaker::estimated(const MarchPlan& plan, std::size_t side) {
-  if (side != 0 || plan.rays == 0) return;
+  if (side != 0 || plan.rays() == 0) return;
   const std::lock_guard lock(mutex_);
   news_.estimated_rms = plan.chosen.rms;
 }

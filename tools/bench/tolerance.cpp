@@ -155,7 +155,7 @@ void run(const Case& c, int side) {
     MarchPlan plan = plan_march(view, atlas);
     const double ms = 1e3 * double(std::clock() - before) / CLOCKS_PER_SEC;
     Drawn drawn = draw(gl, plan.view);
-    confirm(plan, gl.render(pilot_view(plan.view)).image);
+    if (plan.rays() > 0) confirm(plan, gl.render(pilot_view(plan.view)).image);
     asked.push_back({tolerance, std::move(plan), ms, std::move(drawn)});
   }
   Drawn exact_drawn = draw(gl, exact);
@@ -198,7 +198,7 @@ void run(const Case& c, int side) {
         a.tolerance, trial_text(a.plan.chosen).c_str(), a.plan.view.brick_steps ? "*" : " ",
         error.rms / a.tolerance, a.plan.chosen.rms / a.tolerance, tail / a.tolerance,
         error.max / a.tolerance, a.drawn.samples, ms, ratios(1e30).c_str(),
-        ratios(kept_tail).c_str(), a.plan_ms, a.plan.rays, a.plan.trials.size());
+        ratios(kept_tail).c_str(), a.plan_ms, a.plan.rays(), a.plan.trials.size());
   }
   std::fflush(stdout);
 }
