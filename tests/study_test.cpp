@@ -11,8 +11,11 @@
 #include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "study/drawing.h"
+#include "study/needs.h"
 #include "study/orders.h"
+#include "study/pareto.h"
 #include "study/plot.h"
+#include "study/results_table.h"
 
 namespace psivox {
 namespace {

@@ -1,9 +1,9 @@
 // What a rule takes for a given error.
 
+#include "study/needs.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "psivox/study.h"
 
 namespace psivox {
 namespace {

@@ -4,7 +4,6 @@
 
 #include "psivox/reference.h"
 #include "psivox/renderer.h"
-#include "psivox/study.h"
 #include "study/orders.h"
 #include "study/smooth_ray.h"
 #include "verify/made_views.h"

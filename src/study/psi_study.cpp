@@ -11,6 +11,7 @@
 #include "study/html.h"
 #include "study/number_format.h"
 #include "study/text_table.h"
+#include "study/variant.h"
 
 namespace psivox {
 namespace {

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "psivox/study.h"
+#include "study/results.h"
 
 namespace psivox {
 

@@ -3,7 +3,7 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/study.h"
+#include "study/results.h"
 
 namespace psivox {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "psivox/parameters.h"
-#include "psivox/study.h"
 #include "study/csv_line.h"
+#include "study/needs.h"
 #include "study/number_format.h"
 #include "study/results_table.h"
 

@@ -17,6 +17,7 @@
 #include "study/folder.h"
 #include "study/machine.h"
 #include "study/report.h"
+#include "study/results_table.h"
 
 namespace psivox {
 namespace {
@@ -374,7 +375,7 @@ void check_study_folder(const fs::path& folder, bool resume) {
   make_folder(folder);
 }
 
-StudyResults run_study(View view, const StudyOptions& options) {
+void run_study(View view, const StudyOptions& options) {
   check_study_folder(options.folder, options.resume);
   StudyRun run(std::move(view), options);
   try {
@@ -388,7 +389,6 @@ StudyResults run_study(View view, const StudyOptions& options) {
   }
   run.report();
   if (options.progress) options.progress(1);
-  return run.results();
 }
 
 }  // namespace psivox

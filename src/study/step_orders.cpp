@@ -1,9 +1,9 @@
 #include <cmath>
 
 #include "march/formula_march.h"
-#include "psivox/study.h"
 #include "study/orders.h"
 #include "study/smooth_ray.h"
+#include "study/variant.h"
 
 namespace psivox {
 namespace {

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "psivox/text_file.h"
+#include "study/pareto.h"
 
 namespace psivox {
 namespace {

@@ -5,8 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "psivox/study.h"
 #include "study/plot.h"
+#include "study/results.h"
+#include "study/variant.h"
 
 namespace psivox {
 

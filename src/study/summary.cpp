@@ -5,9 +5,11 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/study.h"
 #include "psivox/text_file.h"
 #include "study/csv_line.h"
 #include "study/html.h"
+#include "study/needs.h"
 #include "study/results_table.h"
 #include "study/study_plots.h"
 

@@ -6,6 +6,8 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
+#include "study/study_plan.h"
+#include "study/variant.h"
 
 namespace psivox {
 namespace {

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "psivox/study.h"
+#include "psivox/statistics.h"
 
 namespace psivox::bench {
 

@@ -16,7 +16,7 @@
 #include "psivox/error_control.h"
 #include "psivox/parameters.h"
 #include "psivox/renderer.h"
-#include "psivox/study.h"
+#include "psivox/statistics.h"
 #include "psivox/text_file.h"
 
 namespace {

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "study/results.h"
+
+namespace psivox {
+
+/// The cost at which a rule under a sampling reaches `rms`, interpolated between measured points
+/// linearly in the logarithms; unset if no point reaches it.
+struct Need {
+  Variant variant;  ///< the refinement: step, segments and tolerance are 0
+  double rms = 0;
+  std::optional<double> samples_per_ray, cpu_ms;
+  bool at_most = false;  ///< the coarsest point already reaches it: the cost is an upper bound
+};
+
+/// Every refinement, in the order of first points, with every RMS.
+std::vector<Need> needs_of(const StudyResults& results,
+                           const std::vector<double>& rms_wanted = {1e-2, 1e-3, 1e-4, 1e-5});
+
+}  // namespace psivox

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+#include "psivox/image.h"
+
+namespace psivox {
+
+/// Difference of two pictures in some of their channels. Values that are NaN or Inf in either
+/// picture are counted and left out.
+struct Deviation {
+  double rms = 0;
+  double max = 0;  ///< largest absolute difference, and its pixel from the top left
+  int max_x = 0, max_y = 0;
+  double p99 = 0;   ///< 99 % of the absolute differences are at most this
+  double mean = 0;  ///< signed
+  std::uint64_t not_finite = 0;
+  bool operator==(const Deviation&) const = default;
+};
+
+struct PictureError {
+  Deviation radiance;  ///< over R, G and B together
+  Deviation alpha;
+  double rms() const;  ///< over R G B A
+  bool operator==(const PictureError&) const = default;
+};
+
+/// The error a - b. Throws Error(input) if the sizes differ.
+PictureError picture_error(const Image& a, const Image& b);
+
+}  // namespace psivox

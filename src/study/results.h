@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "psivox/statistics.h"
+#include "study/picture_error.h"
+#include "study/study_plan.h"
+#include "study/variant.h"
+
+namespace psivox {
+
+/// Wall time of the march, the GPU timer's time for the draws, and processor time of the process.
+/// Under a tolerance the wall and processor times include the choice.
+struct TimeSample {
+  double wall_ms = 0, gpu_ms = 0, cpu_ms = 0;
+  bool operator==(const TimeSample&) const = default;
+};
+
+/// What was measured of one variant.
+struct StudyPoint {
+  Variant variant;
+  std::optional<Variant> chosen;           ///< under a tolerance: how it was marched
+  double estimate = 0;                     ///< under a tolerance: the expected RMS
+  PictureError error;                      ///< GPU - reference
+  std::optional<PictureError> step_error;  ///< march in double - reference
+  std::optional<PictureError> arithmetic;  ///< GPU - march in double
+  double samples_per_ray = 0;              ///< field look-ups
+  double steps_per_ray = 0;                ///< segments
+  std::uint64_t atlas_bytes = 0;
+  double difference_scale = 0;  ///< radiance difference that has full colour in its picture
+  std::vector<TimeSample> times;
+  bool operator==(const StudyPoint&) const = default;
+};
+
+inline Spread spread(const StudyPoint& point, double TimeSample::*clock) {
+  std::vector<double> values;
+  for (const TimeSample& time : point.times) values.push_back(time.*clock);
+  return spread_of(std::move(values));
+}
+inline Spread wall_ms(const StudyPoint& point) { return spread(point, &TimeSample::wall_ms); }
+inline Spread gpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::gpu_ms); }
+inline Spread cpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::cpu_ms); }
+
+/// Everything that results.json holds.
+struct StudyResults {
+  std::string version, git;       ///< of psivox; the hash is empty if the build has none
+  std::string processor, system;  ///< the machine
+  int threads = 0;
+  std::string renderer;  ///< GL_RENDERER and GL_VERSION
+  std::string input;
+  std::string input_hash;      ///< FNV-1a of the file, 64 bits
+  std::string scene;           ///< resolved, as JSON, without_sweep
+  double reference_bound = 0;  ///< on the reference's radiance error at any pixel
+  int repeats = 0;
+  std::vector<SkippedVariant> skipped;
+  std::vector<StudyPoint> points;
+};
+
+std::string results_json(const StudyResults& results);
+/// Throws Error(input) that names `source`.
+StudyResults results_from_json(std::string_view text, std::string_view source);
+
+/// Why the study `begun` cannot go on as `next`: another scene, input, version or driver, or points
+/// that `plan` lacks. Empty if it can go on.
+std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
+                            const StudyPlan& plan);
+
+}  // namespace psivox

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <optional>
+#include <string>
+
+#include "psivox/scene.h"
+
+namespace psivox {
+
+/// One way to render. Members that its sampling does not read are 0. A tolerance chooses how to
+/// march; then only the resolution is read.
+struct Variant {
+  Integrator integrator = Integrator::psi_weighted;
+  Sampling sampling = Sampling::cells;
+  int segments = 0;  ///< under cells
+  double step = 0;   ///< under uniform
+  Filter filter = Filter::exact;
+  TexelType texel = TexelType::float32;
+  glm::ivec2 resolution{0};           ///< [pixels]; 0: the scene's
+  std::optional<double> tolerance{};  ///< 0 in a refinement()
+  bool operator==(const Variant&) const = default;
+};
+
+/// The row and the column of a variant in a table. The row is "psi-exact"; the column is "cells 2",
+/// "step 0.5" or "template", then every filter, texel and resolution that is not the default. Under
+/// a tolerance they are "chosen" and "for 0.001". A refinement() has "cells", "uniform" and "by
+/// tolerance" as its columns.
+std::string rule_name(const Variant& variant);
+std::string sampling_name(const Variant& variant);
+/// Both names; and both as a file name without extension.
+std::string variant_name(const Variant& variant);
+std::string file_name(const Variant& variant);
+
+/// The scene that renders the variant.
+Scene scene_of(const Variant& variant, const Scene& base);
+/// The scene with defaults for everything that a sweep sets.
+Scene without_sweep(const Scene& scene);
+
+/// The curve that a variant is a point of: the variant with step, segments and tolerance set to 0.
+Variant refinement(Variant variant);
+/// Whether `a` comes before `b` on their curve, which goes from coarse to fine.
+bool is_coarser(const Variant& a, const Variant& b);
+
+}  // namespace psivox
