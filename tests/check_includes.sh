@@ -43,8 +43,8 @@ only_in '^gtest/' '^tests/'
 
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
 declare -A sees=(
-  [atlas]="" [control]="" [files]="" [gl]="march" [image]="" [march]="" [oiio]="image" [reference]="" [scene]=""
-  [study]="march verify" [vdb]="" [verify]="" [view]="gl"
+  [atlas]="" [control]="" [gl]="march" [image]="" [march]="" [oiio]="image" [reference]="" [scene]=""
+  [study]="march verify" [text]="" [vdb]="" [verify]="" [view]="gl"
 )
 components=$(printf '%s|' "${!sees[@]}")
 components=${components%|}

@@ -305,17 +305,5 @@ TEST(Json, RefusesWithTheSourcesName) {
     EXPECT_NE(error(bad), "no error") << bad;
 }
 
-TEST(Suggestions, FindTheNearestName) {
-  std::vector<std::string> names;
-  for (const Parameter& p : parameters()) names.push_back(p.name);
-  EXPECT_EQ(nearest_name("setp", names), "step");
-  EXPECT_EQ(nearest_name("steps", names), "step");
-  EXPECT_EQ(nearest_name("resolutoin", names), "resolution");
-  EXPECT_EQ(nearest_name("LUMINANCE_GRID", names), "luminance-grid");
-  EXPECT_EQ(nearest_name("camera-pos", names), "camera-position");
-  EXPECT_EQ(nearest_name("xyzzy", names), "");
-  EXPECT_EQ(nearest_name("", names), "");
-}
-
 }  // namespace
 }  // namespace psivox

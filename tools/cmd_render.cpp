@@ -24,6 +24,7 @@
 #include "psivox/medium.h"
 #include "psivox/reference.h"
 #include "psivox/renderer.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "psivox/vdb.h"
 #include "render_report.h"
@@ -82,7 +83,7 @@ bool parse(RenderCall& call, Arguments arguments) {
 void check_layers(RenderCall& call, const Scene& scene) {
   static const std::vector<std::string> known = {"depth", "transmittance", "steps", "samples",
                                                  "error"};
-  call.layers = split_list(call.aov);
+  call.layers = split(call.aov);
   const bool reference = scene.renderer == RendererKind::reference;
   if (wants(call, "depth") && scene.mode == Mode::back_to_front)
     usage(

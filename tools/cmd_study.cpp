@@ -11,6 +11,7 @@
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/study.h"
+#include "psivox/text.h"
 #include "psivox/vdb.h"
 #include "scene_options.h"
 #include "study_file.h"
@@ -101,7 +102,7 @@ void study_command(Arguments arguments) {
   }
   if (!call.summary.empty()) {
     std::vector<std::filesystem::path> folders;
-    for (const std::string& folder : split_list(call.summary)) folders.emplace_back(folder);
+    for (const std::string& folder : split(call.summary)) folders.emplace_back(folder);
     return run_summary(folders, call.output);
   }
   const StudyFile file = call.file.empty() ? StudyFile{} : read_study_file(call.file);

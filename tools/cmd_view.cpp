@@ -1,6 +1,5 @@
 // psivox view IN.vdb: the preview window.
 
-#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -10,6 +9,7 @@
 #include "command_line.h"
 #include "commands.h"
 #include "psivox/error.h"
+#include "psivox/text.h"
 #include "scene_options.h"
 #ifdef PSIVOX_VIEWER
 #include "view/benchmark.h"
@@ -50,9 +50,7 @@ bool parse(ViewCall& call, Arguments arguments) {
 
 int read_count(const char* option, const std::string& text) {
   int count = 0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, count);
-  if (error != std::errc() || stop != end || count < 2)
+  if (!read_number(text, count) || count < 2)
     usage(std::string(option) + " " + in_quotes(text) + ": expected a whole number, at least 2");
   return count;
 }

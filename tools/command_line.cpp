@@ -2,12 +2,12 @@
 
 #include <CLI/Config.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <sstream>
 
 #include "psivox/error.h"
+#include "psivox/text.h"
 
 namespace psivox {
 namespace {
@@ -173,26 +173,9 @@ bool CommandLine::parse(std::span<const std::string> arguments) {
 
 double read_limit(const std::string& option, const std::string& text) {
   double value = 0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end || !std::isfinite(value) || value < 0)
+  if (!read_number(text, value) || !std::isfinite(value) || value < 0)
     fail(option + " " + in_quotes(text) + ": expected a number at least 0");
   return value;
-}
-
-std::vector<std::string> split_list(std::string_view text) {
-  std::vector<std::string> items;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find(','), text.size());
-    items.emplace_back(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return items;
-}
-
-std::string suggestion(std::string_view name, std::span<const std::string> candidates) {
-  const std::string nearest = nearest_name(name, candidates);
-  return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
 }  // namespace psivox

@@ -52,10 +52,4 @@ class CommandLine {
 /// A number >= 0 as the value of `option`. Throws Error(usage).
 double read_limit(const std::string& option, const std::string& text);
 
-/// The items of a list with commas; empty for an empty text.
-std::vector<std::string> split_list(std::string_view text);
-
-/// "; did you mean X?", or nothing where no candidate is near.
-std::string suggestion(std::string_view name, std::span<const std::string> candidates);
-
 }  // namespace psivox

@@ -12,6 +12,7 @@
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/renderer.h"
+#include "psivox/text.h"
 #include "psivox/vdb.h"
 
 namespace psivox {

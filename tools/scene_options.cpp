@@ -6,6 +6,7 @@
 
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 
 namespace psivox {

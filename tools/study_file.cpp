@@ -1,10 +1,10 @@
 #include "study_file.h"
 
-#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 
 namespace psivox {
@@ -26,9 +26,7 @@ std::string list_text(const json& value) {
 
 int read_repeats(const std::string& text) {
   int value = 0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || stop != end || value < 1 || value > 1000)
+  if (!read_number(text, value) || value < 1 || value > 1000)
     throw Error(ExitCode::usage,
                 "--repeats " + in_quotes(text) + ": expected a whole number from 1 to 1000");
   return value;

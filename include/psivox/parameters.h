@@ -82,11 +82,4 @@ std::string to_json(const Scene& scene);
 /// file in that message.
 Scene scene_from_json(std::string_view text, std::string_view source = "scene");
 
-/// The candidate with the fewest edits (letters inserted, dropped, changed, neighbours swapped), or
-/// empty where none is near enough to be what was meant. `psi_weighted` is psi-weighted.
-std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
-
-/// `text` in single quotes with control characters escaped, for a message of one line.
-std::string in_quotes(std::string_view text);
-
 }  // namespace psivox

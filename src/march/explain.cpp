@@ -6,6 +6,7 @@
 #include "march/atlas_march.h"
 #include "march/preintegration.h"
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -3,10 +3,10 @@
 #include <span>
 
 #include "psivox/error.h"
+#include "psivox/text.h"
 #include "psivox/transfer_function.h"
 #include "scene/color_space.h"
 #include "scene/colormap_tables.h"
-#include "scene/number_text.h"
 
 namespace psivox {
 namespace {

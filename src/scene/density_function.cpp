@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "psivox/error.h"
-#include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "scene/value_range.h"
 
 namespace psivox {

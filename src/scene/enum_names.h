@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "psivox/scene.h"
+#include "psivox/text.h"
 
 namespace psivox {
 
@@ -31,12 +32,6 @@ inline std::vector<std::string> enum_names(Integrator) {
     std::replace(names.back().begin(), names.back().end(), '_', '-');
   }
   return names;
-}
-
-inline std::string joined(const std::vector<std::string>& words, const char* between) {
-  std::string out;
-  for (const std::string& word : words) out += (out.empty() ? "" : between) + word;
-  return out;
 }
 
 template <typename E>

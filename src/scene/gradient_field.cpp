@@ -14,7 +14,7 @@
 #include <unordered_set>
 
 #include "psivox/error.h"
-#include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "scene/field_index.h"
 
 namespace psivox {

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "psivox/error.h"
+#include "psivox/text.h"
 #include "psivox/transfer_function.h"
-#include "scene/number_text.h"
 
 namespace psivox {
 namespace {

@@ -3,8 +3,7 @@
 #include <cmath>
 
 #include "psivox/error.h"
-#include "psivox/parameters.h"
-#include "scene/number_text.h"
+#include "psivox/text.h"
 #include "scene/value_range.h"
 
 namespace psivox {

@@ -7,7 +7,7 @@
 
 #include "psivox/black_body.h"
 #include "psivox/error.h"
-#include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "scene/classify_voxels.h"
 #include "scene/map_field.h"
 

@@ -7,6 +7,7 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "scene/classify_voxels.h"
 #include "scene/density_function.h"
 #include "scene/gradient_field.h"

@@ -1,11 +1,10 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "scene/enum_names.h"
-#include "scene/number_text.h"
 
 namespace psivox {
 namespace {
@@ -16,13 +15,6 @@ bool within(const Range& range, double value) {
   const bool above = range.min_open ? value > range.min : value >= range.min;
   const bool below = range.max_open ? value < range.max : value <= range.max;
   return above && below;
-}
-
-template <typename Number>
-bool read_number(std::string_view text, Number& value) {
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc() && stop == end;
 }
 
 bool read(std::string_view text, const Range&, std::string& value) {
@@ -168,10 +160,7 @@ requires std::is_enum_v<E> std::string kind_text(const Parameter&, E) {
 
 template <typename T>
 std::string near_text(std::string_view text, const T&) {
-  if constexpr (std::is_enum_v<T>) {
-    const std::string name = nearest_name(text, enum_names(T{}));
-    if (!name.empty()) return "; did you mean " + name + "?";
-  }
+  if constexpr (std::is_enum_v<T>) return suggestion(text, enum_names(T{}));
   return "";
 }
 
@@ -219,9 +208,7 @@ void set_parameter(Scene& scene, std::string_view name, std::string_view text) {
   if (!p) {
     std::vector<std::string> names;
     for (const Parameter& row : parameters()) names.push_back(row.name);
-    const std::string nearest = nearest_name(name, names);
-    throw Error(ExitCode::usage, "unknown parameter " + in_quotes(name) +
-                                     (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+    throw Error(ExitCode::usage, "unknown parameter " + in_quotes(name) + suggestion(name, names));
   }
   std::visit([&](auto member) { assign(*p, text, scene.*member); }, p->member);
 }

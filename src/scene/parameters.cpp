@@ -5,10 +5,9 @@
 namespace psivox {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr Range any{};
-constexpr Range at_least_0{0, infinity};
-constexpr Range above_0{0, infinity, true};
+constexpr Range at_least_0{.min = 0};
+constexpr Range above_0{.min = 0, .min_open = true};
 constexpr Range fraction{0, 1};
 constexpr Range forward{-1, 1, true, true};
 constexpr Range neighbours{6, 26};

@@ -7,9 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "psivox/error.h"
-#include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "scene/color_space.h"
-#include "scene/number_text.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,5 @@
 #include "psivox/transfer_function.h"
+#include "psivox/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +7,6 @@
 #include <limits>
 
 #include "psivox/error.h"
-#include "scene/number_text.h"
 
 namespace psivox {
 namespace {

@@ -7,9 +7,8 @@
 #include <span>
 
 #include "psivox/error.h"
-#include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "psivox/transfer_function.h"
-#include "scene/number_text.h"
 #include "scene/paraview_map.h"
 
 namespace psivox {
@@ -23,9 +22,7 @@ void check_keys(const json& object, const std::vector<std::string>& known,
                 const std::string& where) {
   for (const auto& [key, value] : object.items()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    const std::string nearest = nearest_name(key, known);
-    fail(where + ": unknown key " + in_quotes(key) +
-         (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+    fail(where + ": unknown key " + in_quotes(key) + suggestion(key, known));
   }
 }
 

@@ -13,7 +13,7 @@ class CsvLine {
     text_ += (text_.empty() ? "" : ",") + text;
     return *this;
   }
-  CsvLine& operator<<(double value) { return *this << all_digits(value); }
+  CsvLine& operator<<(double value) { return *this << number_text(value); }
   std::string str() const { return text_ + "\n"; }
 
  private:

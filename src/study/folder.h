@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "psivox/error.h"
-#include "psivox/parameters.h"
+#include "psivox/text.h"
 
 namespace psivox {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "psivox/error.h"
-#include "psivox/parameters.h"
+#include "psivox/text.h"
 
 namespace psivox {
 

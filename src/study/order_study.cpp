@@ -6,6 +6,7 @@
 
 #include "git_hash.h"
 #include "psivox/study.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/csv_line.h"
 #include "study/html.h"
@@ -39,14 +40,14 @@ constexpr Refinement refinements[] = {
 const Refinement& of(const OrderRow& row) { return refinements[int(row.refined)]; }
 
 std::string expected_text(const OrderRow& row) {
-  return (row.about ? "≈ " : "") + all_digits(row.expected);
+  return (row.about ? "≈ " : "") + number_text(row.expected);
 }
 
 TextTable order_table(const std::vector<OrderRow>& rows) {
   TextTable table = {{"shrinks", "rays", "way", "K", "expected", "observed", "errors fitted"}};
   for (const OrderRow& row : rows) {
     const auto fitted = row.fitted();
-    table.push_back({of(row).name, row.rays, row.way, all_digits(row.K), expected_text(row),
+    table.push_back({of(row).name, row.rays, row.way, number_text(row.K), expected_text(row),
                      decimals(row.observed(), 2),
                      two_digits(fitted.front().second) + " to " + two_digits(fitted.back().second) +
                          " at " + two_digits(fitted.front().first) + " to " +
@@ -110,7 +111,7 @@ void add_guides(Plot& plot, const std::vector<const OrderRow*>& rows) {
                            guide,
                            Drawing::Shape::ring,
                            true});
-    plot.legend.push_back({"order " + all_digits(order), guide, Drawing::Shape::ring, true, true});
+    plot.legend.push_back({"order " + number_text(order), guide, Drawing::Shape::ring, true, true});
   }
 }
 
@@ -154,7 +155,7 @@ std::vector<NamedPlot> order_plots(const std::vector<OrderRow>& rows) {
       const std::string where = std::string(rays) == "from inside" ? "-inside" : "";
       plots.push_back(order_plot("order-" + std::string(refinement.name) + where,
                                  "Error by " + std::string(refinement.name) + ", rays " + rays +
-                                     ", K " + all_digits(chosen.front()->K) +
+                                     ", K " + number_text(chosen.front()->K) +
                                      "; observed orders at the right",
                                  chosen));
     }

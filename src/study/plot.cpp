@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "psivox/text.h"
 #include "study/number_format.h"
 
 namespace psivox {
@@ -59,7 +60,7 @@ Axis make_axis(double least, double greatest, double from, double to) {
 /// 2, 0.5, 1e-3.
 std::string tick_label(double value) {
   std::string text = two_digits(value);
-  if (value >= 0.01 && value < 10000) return all_digits(std::stod(text));
+  if (value >= 0.01 && value < 10000) return number_text(std::stod(text));
   const std::size_t zero = text.find(".0");
   return zero == std::string::npos ? text : text.erase(zero, 2);
 }

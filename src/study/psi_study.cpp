@@ -6,6 +6,7 @@
 #include "march/rule_weights.h"
 #include "psivox/colormap.h"
 #include "psivox/study.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/folder.h"
 #include "study/html.h"
@@ -147,7 +148,7 @@ class Section {
     std::vector<std::string> row = {name};
     for (const Quantity& quantity : quantities) {
       const double rms = surface.rms(quantity.member), max = surface.max(quantity.member);
-      csv += "," + all_digits(rms) + "," + all_digits(max);
+      csv += "," + number_text(rms) + "," + number_text(max);
       row.push_back(two_digits(rms) + " (" + two_digits(max) + ")");
       const std::string file =
           std::string(domain_.name) + "_" + measure_.name + "_" + name + "_" + quantity.name;

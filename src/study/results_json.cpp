@@ -3,6 +3,7 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "study/results.h"
 
 namespace psivox {

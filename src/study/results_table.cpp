@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "study/csv_line.h"
 #include "study/needs.h"
 #include "study/number_format.h"
@@ -26,7 +27,7 @@ void add(CsvLine& line, const PictureError& error) {
 void add_short(CsvLine& line, const std::optional<PictureError>& error) {
   for (const Deviation PictureError::*part : {&PictureError::radiance, &PictureError::alpha})
     for (const double Deviation::*number : {&Deviation::rms, &Deviation::max})
-      line << (error ? all_digits((*error).*part.*number) : std::string());
+      line << (error ? number_text((*error).*part.*number) : std::string());
 }
 
 /// In the order of their first appearance.

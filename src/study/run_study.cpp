@@ -12,6 +12,7 @@
 #include "psivox/renderer.h"
 #include "psivox/stopwatch.h"
 #include "psivox/study.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/difference_picture.h"
 #include "study/folder.h"

@@ -6,6 +6,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/csv_line.h"
 #include "study/html.h"
@@ -138,9 +139,9 @@ std::string summary_csv(const std::vector<NamedStudy>& studies) {
   for (const NamedStudy& study : studies)
     for (const Need& need : needs_of(study.results, {std::begin(table_rms), std::end(table_rms)})) {
       const auto text = [](const std::optional<double>& n) {
-        return n ? all_digits(*n) : std::string();
+        return n ? number_text(*n) : std::string();
       };
-      out += study.name + "," + variant_name(need.variant) + "," + all_digits(need.rms) + "," +
+      out += study.name + "," + variant_name(need.variant) + "," + number_text(need.rms) + "," +
              text(need.samples_per_ray) + "," + text(need.cpu_ms) + "," +
              (need.at_most ? "1" : "0") + "\n";
     }

@@ -6,21 +6,12 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
+#include "psivox/text.h"
 #include "study/study_plan.h"
 #include "study/variant.h"
 
 namespace psivox {
 namespace {
-
-std::vector<std::string> split(std::string_view text, char separator) {
-  std::vector<std::string> items;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find(separator), text.size());
-    items.emplace_back(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return items;
-}
 
 /// One of the sweep's lists: its name, the scene's parameter that reads and writes its items, and
 /// how the two exchange them. `optional`: where the list is empty the scene's own counts.
@@ -99,13 +90,11 @@ void set_sweep(Sweep& sweep, std::string_view list, std::string_view text) {
   const auto found = std::find_if(std::begin(lists), std::end(lists),
                                   [&](const List& l) { return l.name == list; });
   if (found == std::end(lists)) {
-    const std::string near = nearest_name(list, sweep_lists());
-    throw Error(ExitCode::usage, "a study has no list " + in_quotes(list) +
-                                     (near.empty() ? "" : "; did you mean " + near + "?"));
+    throw Error(ExitCode::usage,
+                "a study has no list " + in_quotes(list) + suggestion(list, sweep_lists()));
   }
   const std::vector<std::string> names = split(find_parameter(found->parameter)->metavar, '|');
-  const std::vector<std::string> items =
-      text == "all" && names.size() > 1 ? names : split(text, ',');
+  const std::vector<std::string> items = text == "all" && names.size() > 1 ? names : split(text);
   if (items.empty())
     throw Error(ExitCode::usage, "--" + std::string(list) + " is empty; give values with commas");
   found->clear(sweep);

@@ -1,4 +1,5 @@
 #include "psivox/text_file.h"
+#include "psivox/text.h"
 
 #include <unistd.h>
 
@@ -11,7 +12,6 @@
 #include <iterator>
 
 #include "psivox/error.h"
-#include "psivox/parameters.h"
 
 namespace psivox {
 namespace {

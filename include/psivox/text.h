@@ -1,0 +1,45 @@
+#pragma once
+
+#include <charconv>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace psivox {
+
+/// `text` in single quotes, with control characters escaped, for a message of one line.
+std::string in_quotes(std::string_view text);
+
+/// The items between separators; none of an empty text.
+std::vector<std::string> split(std::string_view text, char separator = ',');
+
+std::string joined(std::span<const std::string> items, std::string_view between = ",");
+
+/// The candidate that is fewest edits away (a letter inserted, dropped or changed, two neighbours
+/// swapped), or empty if none is near enough to be what was meant. `psi_weighted` finds
+/// psi-weighted.
+std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
+
+/// "; did you mean X?", or empty if no candidate is near.
+std::string suggestion(std::string_view name, std::span<const std::string> candidates);
+
+/// As printf.
+[[gnu::format(printf, 1, 2)]] std::string formatted(const char* pattern, ...);
+
+/// The shortest digits that read back as the same number of that type.
+template <typename Number>
+std::string number_text(Number value) {
+  char buffer[40];
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
+}
+
+/// Whether the whole text is a number of that type, which `value` then has.
+template <typename Number>
+bool read_number(std::string_view text, Number& value) {
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && stop == end;
+}
+
+}  // namespace psivox

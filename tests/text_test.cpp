@@ -1,0 +1,59 @@
+#include "psivox/text.h"
+
+#include <gtest/gtest.h>
+
+namespace psivox {
+namespace {
+
+using Items = std::vector<std::string>;
+
+TEST(Text, QuotesShowWhatAMessageOfOneLineCannotHold) {
+  EXPECT_EQ(in_quotes("a b.vdb"), "'a b.vdb'");
+  EXPECT_EQ(in_quotes("a\nb\x7f"), "'a\\x0ab\\x7f'");
+  EXPECT_EQ(in_quotes("\xc3\xa4"), "'\xc3\xa4'");  // UTF-8 stays
+}
+
+TEST(Text, SplitAndJoinedAreInverse) {
+  EXPECT_EQ(split(""), Items{});
+  EXPECT_EQ(split("a"), Items{"a"});
+  EXPECT_EQ(split("a,,b"), (Items{"a", "", "b"}));
+  EXPECT_EQ(split("1|2,3", '|'), (Items{"1", "2,3"}));
+  EXPECT_EQ(joined(Items{}), "");
+  EXPECT_EQ(joined(Items{"", "a", ""}), ",a,");
+  EXPECT_EQ(joined(split("x|y|z", '|'), " or "), "x or y or z");
+}
+
+TEST(Text, TheNearestNameIsTheOneMeant) {
+  const Items names = {"step",           "sampling",      "segments",  "camera-position",
+                       "luminance-grid", "emission-grid", "resolution"};
+  EXPECT_EQ(nearest_name("setp", names), "step");
+  EXPECT_EQ(nearest_name("steps", names), "step");
+  EXPECT_EQ(nearest_name("resolutoin", names), "resolution");
+  EXPECT_EQ(nearest_name("LUMINANCE_GRID", names), "luminance-grid");
+  EXPECT_EQ(nearest_name("camera-pos", names), "camera-position");
+  EXPECT_EQ(nearest_name("xyzzy", names), "");
+  EXPECT_EQ(nearest_name("", names), "");
+  EXPECT_EQ(suggestion("setp", names), "; did you mean step?");
+  EXPECT_EQ(suggestion("xyzzy", names), "");
+}
+
+TEST(Text, NumbersReadBackAsTheSameBits) {
+  for (const double value : {0.1, -1e-300, 1.0 / 3, 1e22, 0.0}) {
+    double back = 1;
+    EXPECT_TRUE(read_number(number_text(value), back));
+    EXPECT_EQ(back, value);
+  }
+  EXPECT_EQ(number_text(0.1f), "0.1");
+  int whole = 0;
+  for (const char* text : {"", "1.5", "1 ", " 1", "x", "99999999999"})
+    EXPECT_FALSE(read_number(text, whole)) << text;
+}
+
+TEST(Text, FormattedIsAsLongAsItMustBe) {
+  EXPECT_EQ(formatted("%.1e|%s", 0.25, std::string(2000, 'x').c_str()),
+            "2.5e-01|" + std::string(2000, 'x'));
+  EXPECT_EQ(formatted("%%"), "%");
+}
+
+}  // namespace
+}  // namespace psivox
