@@ -63,7 +63,8 @@ TEST_F(GradientMarch, PassesGoOnWhereTheyWere) {
     const View view = view_by(scene, shells, mixed());
     const MediumAtlas atlas = build_medium_atlas(view);
     const RenderResult one = render_gl(view, atlas),
-                       many = render_gl(view, atlas, {.render = {}, .max_turns = 16});
+                       many =
+                           render_gl(view, atlas, {.render = {}, .limits = {.turns_per_pass = 16}});
     EXPECT_GT(many.stats.passes, 1);
     expect_same("passes", many.image, one.image);
   }
@@ -177,7 +178,7 @@ TEST_F(GradientMarch, EqualColumnsAreTheFunctionOfTheValue) {
 
 TEST(GradientCost, IsNoneWithoutAGradient) {
   const auto prelude = [](const View& view) {
-    return gl::MarchVariant{make_march_setup(view, build_medium_atlas(view)).constants}.prelude();
+    return gl::ProgramKey{make_march_setup(view, build_medium_atlas(view)).constants}.prelude();
   };
   const View plain = view_by(scene_of(), TransferFunction(peaks), blobs());
   const View view = view_by(scene_of(), by_equal_columns(), blobs());

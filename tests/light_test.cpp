@@ -44,11 +44,12 @@ View lit_in_double(const View& view) {
 const glm::dvec3 directions[] = {{0, 0, -1}, {0, 1, 0}, {-0.3, -1, 0.2}, {1, 1, 1}, {0.6, 0, -0.8}};
 
 std::vector<double> gl_depths(const View& view, const std::vector<glm::ivec3>& origins,
-                              int max_turns = 0) {
+                              const gl::TestLimits& limits = {}) {
   GlRenderer& gl = *Gpu::renderer();
   const MediumAtlas atlas = build_medium_atlas(view);
+  const Limited limited(limits);
   gl.upload(atlas);
-  return gl.light_depths(view, max_turns)(origins);
+  return gl.light_depths(view)(origins);
 }
 std::vector<double> double_depths(const View& view, const std::vector<glm::ivec3>& origins) {
   const MediumAtlas atlas = build_medium_atlas(view);
@@ -172,7 +173,7 @@ TEST_F(LightGpu, DepthsAreThoseInDouble) {
 TEST_F(LightGpu, PassesDoNotChangeDepths) {
   const View view = view_of(lit_scene({-0.3, -1, 0.2}), mixed());
   const std::vector<glm::ivec3> origins = blocks_of(view);
-  EXPECT_EQ(gl_depths(view, origins), gl_depths(view, origins, 16));
+  EXPECT_EQ(gl_depths(view, origins), gl_depths(view, origins, {.turns_per_pass = 16}));
 }
 
 TEST_F(LightGpu, PictureIsThatInDouble) {

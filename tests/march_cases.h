@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 
+#include "gl/test_limits.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/medium_atlas.h"
@@ -64,15 +65,21 @@ class GpuTest : public testing::Test {
 
 struct GlOptions {
   RenderOptions render;
-  int max_turns = 0;
-  std::uint64_t max_buffer_texels = 0;
+  gl::TestLimits limits{};
+};
+
+/// Lowers the renderers' limits for its life.
+struct Limited {
+  explicit Limited(const gl::TestLimits& limits) { gl::test_limits = limits; }
+  ~Limited() { gl::test_limits = {}; }
 };
 
 inline RenderResult render_gl(const View& view, const MediumAtlas& atlas,
                               const GlOptions& options = {}) {
   GlRenderer& gl = *Gpu::renderer();
-  gl.upload(atlas, view.scene.filter, options.max_buffer_texels);
-  return gl.render(view, options.render, options.max_turns);
+  const Limited limited(options.limits);
+  gl.upload(atlas, view.scene.filter);
+  return gl.render(view, options.render);
 }
 inline Image gl_picture(const View& view) {
   return render_gl(view, build_medium_atlas(view)).image;

@@ -76,7 +76,8 @@ TEST_F(MarchLimits, PassesOfSevenTurnsAreOnePass) {
     // A pass may look its first values up again: compared without counts.
     const RenderOptions options{.depth = true, .transmittance = true, .progress = {}};
     const RenderResult one = render_gl(view, atlases, {.render = options});
-    const RenderResult many = render_gl(view, atlases, {.render = options, .max_turns = 7});
+    const RenderResult many =
+        render_gl(view, atlases, {.render = options, .limits = {.turns_per_pass = 7}});
     EXPECT_EQ(one.stats.passes, 1);
     EXPECT_GT(many.stats.passes, 2) << name;
     expect_content(one.image);
@@ -91,7 +92,8 @@ TEST_F(MarchLimits, CountsSurvivePasses) {
     const View view = view_of(scene, mixed(), Glow::density);
     const MediumAtlas atlases = build_medium_atlas(view);
     const RenderResult one = render_gl(view, atlases, {.render = all_layers});
-    const RenderResult many = render_gl(view, atlases, {.render = all_layers, .max_turns = 7});
+    const RenderResult many =
+        render_gl(view, atlases, {.render = all_layers, .limits = {.turns_per_pass = 7}});
     EXPECT_EQ(one.stats.steps, many.stats.steps);
     EXPECT_GT(one.stats.steps, 0u);
     expect_continued(step > 0 ? "uniform" : "cells", view, one.image, many.image);
@@ -157,8 +159,9 @@ TEST_F(MarchLimits, ManyTexelBuffersAreOne) {
     const std::uint64_t limit = (bricks / 8 + 1) * 729 + 300;
     ASSERT_GT(bricks, 80u);
     ASSERT_LE(atlases.density.pages.entries.size(), limit);
-    expect_identical(name, render_gl(view, atlases).image,
-                     render_gl(view, atlases, {.render = {}, .max_buffer_texels = limit}).image);
+    expect_identical(
+        name, render_gl(view, atlases).image,
+        render_gl(view, atlases, {.render = {}, .limits = {.buffer_texels = limit}}).image);
   }
 }
 
@@ -169,8 +172,20 @@ TEST_F(MarchLimits, ManyHalfBuffersAreOne) {
   const View view = make_view(base, density, colour);
   const MediumAtlas atlases = build_medium_atlas(view);
   const std::uint64_t limit = (atlases.density.bricks.size() / 6 + 1) * 729;
-  expect_identical("halves", render_gl(view, atlases).image,
-                   render_gl(view, atlases, {.render = {}, .max_buffer_texels = limit}).image);
+  expect_identical(
+      "halves", render_gl(view, atlases).image,
+      render_gl(view, atlases, {.render = {}, .limits = {.buffer_texels = limit}}).image);
+}
+
+/// The view's atlases with at most `top` entries in the top page tables.
+MediumAtlas deep_atlas(const View& view, std::uint64_t top) {
+  MediumAtlas atlas;
+  AtlasOptions options = density_options(view);
+  options.top_entries = top;
+  atlas.density = build_atlas(*view.medium.density, options);
+  if (view.medium.luminance)
+    atlas.luminance = build_atlas(*view.medium.luminance, {.top_entries = top});
+  return atlas;
 }
 
 TEST_F(MarchLimits, DeepPageTablesAreFlatOnes) {
@@ -178,7 +193,7 @@ TEST_F(MarchLimits, DeepPageTablesAreFlatOnes) {
     const MediumAtlas flat = build_medium_atlas(view);
     const Image expected = render_gl(view, flat).image;
     for (const std::uint64_t top : {20u, 1u}) {
-      const MediumAtlas deep = build_medium_atlas(view, {.top_entries = top});
+      const MediumAtlas deep = deep_atlas(view, top);
       EXPECT_EQ(deep.density.pages.levels, top == 1 ? 3 : 2);
       const Image image = render_gl(view, deep).image;
       const Comparison c = difference(name + " levels " + std::to_string(deep.density.pages.levels),
@@ -227,7 +242,8 @@ TEST_F(MarchLimits, TilesHaveNoSeams) {
     const MediumAtlas atlases = build_medium_atlas(view);
     const RenderOptions options{.depth = true, .transmittance = true, .progress = {}};
     const RenderResult large = render_gl(view, atlases, {.render = options});
-    const RenderResult small = render_gl(view, atlases, {.render = options, .max_turns = 60});
+    const RenderResult small =
+        render_gl(view, atlases, {.render = options, .limits = {.turns_per_pass = 60}});
     expect_content(large.image);
     expect_continued("tiles of 256 and 64", view, large.image, small.image);
     const Comparison c = difference("march in double, no tiles", large.image, double_picture(view));
@@ -265,8 +281,9 @@ TEST_F(MarchLimits, MoreTexturesThanTheDeviceHasIsALimitByName) {
   const Field column = make_field({{0, 0, 0}, {7, 7, 799}}, [](glm::ivec3 v) { return noise(v); });
   MediumAtlas atlas{build_atlas(column), {}, {}, {}};
   ASSERT_GE(atlas.density.bricks.size(), 400u);
+  const Limited limited({.buffer_texels = 729});
   try {
-    Gpu::renderer()->upload(atlas, Filter::exact, 729);
+    Gpu::renderer()->upload(atlas);
     ADD_FAILURE() << "no Error";
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ExitCode::graphics);

@@ -22,12 +22,11 @@ struct MediumAtlas {
 /// function, and where an emission grid needs walking though the density is empty there.
 AtlasOptions density_options(const View& view);
 
-/// Builds the atlases with the view's texel type and memory limit, which counts all of them. `base`
-/// gives what is not the view's to choose (tests). Of a view whose light is still to be computed
-/// the luminance is left out. Throws as build_atlas does.
-MediumAtlas build_medium_atlas(const View& view, const AtlasOptions& base = {});
+/// Builds the atlases with the view's texel type and memory limit, which counts all of them. Of a
+/// view whose light is still to be computed the luminance is left out. Throws as build_atlas does.
+MediumAtlas build_medium_atlas(const View& view);
 
 /// Adds the luminance of a view whose light has been computed since.
-void add_luminance(MediumAtlas& atlas, const View& view, const AtlasOptions& base = {});
+void add_luminance(MediumAtlas& atlas, const View& view);
 
 }  // namespace psivox

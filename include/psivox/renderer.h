@@ -80,18 +80,15 @@ class GlRenderer {
   std::string description() const;
 
   /// Copies the atlases, which must stay until the last render, to the GPU. With Filter::hardware a
-  /// later render must ask for that filter too, and vice versa. `max_buffer_texels` lowers the
-  /// driver's limit on one texture (tests).
-  void upload(const MediumAtlas& atlas, Filter filter = Filter::exact,
-              std::uint64_t max_buffer_texels = 0);
+  /// later render must ask for that filter too, and vice versa.
+  void upload(const MediumAtlas& atlas, Filter filter = Filter::exact);
 
   /// Optical depths towards the light of a view whose density is uploaded, with exact filtering:
   /// for lit() (light.h), before the next upload. Throws Error(graphics).
-  LightDepths light_depths(const View& view, int max_turns = 0);
+  LightDepths light_depths(const View& view);
 
-  /// Draws the view's picture from the uploaded atlases, which must be its own. `max_turns` lowers
-  /// the number of loop turns a pass may take (tests).
-  RenderResult render(const View& view, const RenderOptions& options = {}, int max_turns = 0);
+  /// Draws the view's picture from the uploaded atlases, which must be its own.
+  RenderResult render(const View& view, const RenderOptions& options = {});
 
  private:
   struct Impl;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "gl/test_limits.h"
 #include "psivox/error.h"
 
 namespace psivox::gl {
@@ -27,12 +28,11 @@ GLenum buffer_format(const BrickAtlas& atlas) {
 
 }  // namespace
 
-AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter,
-                             std::uint64_t max_buffer_texels) {
+AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter) {
   GLint limit = 0;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
   max_texels_ = std::uint64_t(limit);
-  if (max_buffer_texels) max_texels_ = std::min(max_texels_, max_buffer_texels);
+  if (test_limits.buffer_texels) max_texels_ = std::min(max_texels_, test_limits.buffer_texels);
 
   const std::size_t entries = atlas.pages.entries.size();
   if (entries > max_texels_)

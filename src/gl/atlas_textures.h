@@ -13,10 +13,9 @@ namespace psivox::gl {
 /// Needs a current context for its whole life.
 class AtlasTextures {
  public:
-  /// `max_buffer_texels` lowers GL_MAX_TEXTURE_BUFFER_SIZE where it is not 0.
   /// Throws Error(graphics) where the device's limits are too small, Error(memory) where its memory
   /// is.
-  AtlasTextures(const BrickAtlas& atlas, Filter filter, std::uint64_t max_buffer_texels);
+  AtlasTextures(const BrickAtlas& atlas, Filter filter);
   ~AtlasTextures();
   AtlasTextures(const AtlasTextures&) = delete;
   AtlasTextures& operator=(const AtlasTextures&) = delete;

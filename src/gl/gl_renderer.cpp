@@ -100,15 +100,15 @@ struct GlRenderer::Impl {
     glDeleteVertexArrays(1, &vertex_array);
   }
 
-  const gl::MarchProgram& program(const gl::MarchVariant& variant);
+  const gl::MarchProgram& program(const gl::ProgramKey& key);
   void draw(const gl::MarchProgram& program, int width, int height) const;
 };
 
-/// The program for a variant, built once a process.
-const gl::MarchProgram& GlRenderer::Impl::program(const gl::MarchVariant& variant) {
-  auto& slot = programs[variant.prelude()];
+/// The program for a key, built once a process.
+const gl::MarchProgram& GlRenderer::Impl::program(const gl::ProgramKey& key) {
+  auto& slot = programs[key.prelude()];
   if (!slot) {
-    slot = std::make_unique<gl::MarchProgram>(variant);
+    slot = std::make_unique<gl::MarchProgram>(key);
     context.check("building the march's shader");
   }
   return *slot;
@@ -135,7 +135,7 @@ std::string GlRenderer::description() const {
   return impl_->context.renderer() + ", " + impl_->context.version();
 }
 
-void GlRenderer::upload(const MediumAtlas& atlas, Filter filter, std::uint64_t max_buffer_texels) {
+void GlRenderer::upload(const MediumAtlas& atlas, Filter filter) {
   const Stopwatch watch;
   Impl& impl = *impl_;
   impl.context.make_current();
@@ -143,7 +143,7 @@ void GlRenderer::upload(const MediumAtlas& atlas, Filter filter, std::uint64_t m
   const auto copy = [&](std::unique_ptr<gl::AtlasTextures>& textures, const BrickAtlas* grid) {
     textures.reset();
     if (!grid) return;
-    textures = std::make_unique<gl::AtlasTextures>(*grid, filter, max_buffer_texels);
+    textures = std::make_unique<gl::AtlasTextures>(*grid, filter);
     needed += textures->units();
   };
   copy(impl.density, &atlas.density);
@@ -163,13 +163,13 @@ void GlRenderer::upload(const MediumAtlas& atlas, Filter filter, std::uint64_t m
   impl.upload_ms = watch.ms();
 }
 
-LightDepths GlRenderer::light_depths(const View& view, int max_turns) {
+LightDepths GlRenderer::light_depths(const View& view) {
   Impl& impl = *impl_;
   impl.context.make_current();
   if (!impl.density || impl.filter != Filter::exact)
     throw Error(ExitCode::failure, "light needs an upload for exact filtering");
-  const auto pass = std::make_shared<const gl::LightPass>(view, *impl.atlas, *impl.density,
-                                                          impl.gradient.get(), max_turns);
+  const auto pass =
+      std::make_shared<const gl::LightPass>(view, *impl.atlas, *impl.density, impl.gradient.get());
   return [&impl, pass](std::span<const glm::ivec3> origins) {
     impl.context.make_current();
     std::vector<double> depths = pass->depths(origins);
@@ -178,7 +178,7 @@ LightDepths GlRenderer::light_depths(const View& view, int max_turns) {
   };
 }
 
-RenderResult GlRenderer::render(const View& view, const RenderOptions& options, int max_turns) {
+RenderResult GlRenderer::render(const View& view, const RenderOptions& options) {
   Impl& impl = *impl_;
   impl.context.make_current();
   if (!impl.density || impl.filter != view.scene.filter)
@@ -187,17 +187,17 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   MarchSetup setup = make_march_setup(view, *impl.atlas, options.may_update_tables);
   setup.constants.count_steps = options.count;
   setup.constants.find_depth = options.depth;
-  const int pass_turns = max_turns ? max_turns : gl::turns_per_pass(setup);
+  const int pass_turns = gl::turns_per_pass(setup);
   const gl::AtlasTextures* grids[] = {impl.density.get(), impl.luminance.get(), impl.emission.get(),
                                       impl.gradient.get()};
-  gl::MarchVariant variant{setup.constants};
+  gl::ProgramKey key{setup.constants};
   for (int i = 0; i < 4; ++i) {
     if (!grids[i]) continue;
-    variant.buffers[i] = grids[i]->buffers();
+    key.buffers[i] = grids[i]->buffers();
     // of grids with several buffers it is the device's limit
-    variant.texels_per_buffer = std::max(variant.texels_per_buffer, grids[i]->texels_per_buffer());
+    key.texels_per_buffer = std::max(key.texels_per_buffer, grids[i]->texels_per_buffer());
   }
-  variant.resumable = setup.parameters.max_turns > pass_turns;
+  key.resumable = setup.parameters.max_turns > pass_turns;
   setup.parameters.max_turns = std::min(setup.parameters.max_turns, pass_turns);
 
   RenderResult result;
@@ -207,16 +207,16 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
   stats.upload_ms = impl.upload_ms;
 
   const Stopwatch building;
-  const gl::MarchProgram& march = impl.program(variant);
+  const gl::MarchProgram& march = impl.program(key);
   march.configure(setup);
   const gl::Tables tables(setup.tables);
   tables.bind(gl::MarchProgram::tables_unit);
   for (int i = 0; i < 4; ++i)
     if (grids[i]) grids[i]->bind(march.grid_unit(i));
 
-  int side = variant.resumable || options.tile_ms < 100 ? 64 : 512;
+  int side = key.resumable || options.tile_ms < 100 ? 64 : 512;
   const bool want_layers = options.count || options.depth || options.transmittance;
-  auto target = std::make_unique<gl::TileTarget>(side, variant.resumable, want_layers);
+  auto target = std::make_unique<gl::TileTarget>(side, key.resumable, want_layers);
   // Drivers compile at the first draw: one pixel, so that the march's time is the march's.
   target->bind(0);
   march.program().set("first_pass", 1);
@@ -259,7 +259,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
           impl.draw(march, tile.width, tile.height);
           timer.submitted();
           ++passes;
-        } while (variant.resumable && !target->all_done(tile.width, tile.height, (passes - 1) & 1));
+        } while (key.resumable && !target->all_done(tile.width, tile.height, (passes - 1) & 1));
         stats.passes = std::max(stats.passes, passes);
         if (read) finish(*read);
         timer.awaited();
@@ -274,7 +274,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options, 
     const int next = next_side(side, slowest_ms, options.tile_ms);
     if (next != side && y < size.y) {
       side = next;
-      target = std::make_unique<gl::TileTarget>(side, variant.resumable, want_layers);
+      target = std::make_unique<gl::TileTarget>(side, key.resumable, want_layers);
     }
   }
   if (read) finish(*read);

@@ -8,36 +8,35 @@
 namespace psivox::gl {
 namespace {
 
-MarchVariant variant_of(const MarchSetup& setup, const AtlasTextures& density,
-                        const AtlasTextures* gradient, bool resumable) {
-  MarchVariant variant{setup.constants};
-  variant.buffers[0] = density.buffers();
-  variant.texels_per_buffer = density.texels_per_buffer();
+ProgramKey key_of(const MarchSetup& setup, const AtlasTextures& density,
+                  const AtlasTextures* gradient, bool resumable) {
+  ProgramKey key{setup.constants};
+  key.buffers[0] = density.buffers();
+  key.texels_per_buffer = density.texels_per_buffer();
   if (gradient) {
-    variant.buffers[3] = gradient->buffers();
+    key.buffers[3] = gradient->buffers();
     // of the one with several buffers it is the device's limit
-    variant.texels_per_buffer = std::max(variant.texels_per_buffer, gradient->texels_per_buffer());
+    key.texels_per_buffer = std::max(key.texels_per_buffer, gradient->texels_per_buffer());
   }
-  variant.resumable = resumable;
-  return variant;
+  key.resumable = resumable;
+  return key;
 }
 
 }  // namespace
 
 LightPass::LightPass(const View& view, const MediumAtlas& atlas, const AtlasTextures& density,
-                     const AtlasTextures* gradient, int max_turns)
-    : LightPass(make_march_setup(light_march(view), atlas), density, gradient, max_turns) {}
+                     const AtlasTextures* gradient)
+    : LightPass(make_march_setup(light_march(view), atlas), density, gradient) {}
 
-LightPass::LightPass(MarchSetup setup, const AtlasTextures& density, const AtlasTextures* gradient,
-                     int max_turns)
+LightPass::LightPass(MarchSetup setup, const AtlasTextures& density, const AtlasTextures* gradient)
     : setup_(std::move(setup)),
       density_(density),
       gradient_(gradient),
-      resumable_(setup_.parameters.max_turns > (max_turns ? max_turns : turns_per_pass(setup_))),
-      march_(variant_of(setup_, density, gradient, resumable_), "light.frag"),
+      resumable_(setup_.parameters.max_turns > turns_per_pass(setup_)),
+      march_(key_of(setup_, density, gradient, resumable_), "light.frag"),
       target_(side, resumable_, false) {
   MarchParameters& p = setup_.parameters;
-  p.max_turns = std::min(p.max_turns, max_turns ? max_turns : turns_per_pass(setup_));
+  p.max_turns = std::min(p.max_turns, turns_per_pass(setup_));
   glCreateVertexArrays(1, &vertex_array_);
   march_.configure(setup_);
   march_.program().set("blocks_first", int(setup_.tables.size()));

@@ -14,10 +14,10 @@ namespace psivox::gl {
 /// context for its whole life.
 class LightPass {
  public:
-  /// The textures must stay until the last use. `max_turns` lowers the turns of a pass (tests).
-  /// `gradient`: null where the transfer function has none.
+  /// The textures must stay until the last use. `gradient`: null where the transfer function has
+  /// none.
   LightPass(const View& view, const MediumAtlas& atlas, const AtlasTextures& density,
-            const AtlasTextures* gradient, int max_turns);
+            const AtlasTextures* gradient);
   ~LightPass();
   LightPass(const LightPass&) = delete;
   LightPass& operator=(const LightPass&) = delete;
@@ -28,8 +28,7 @@ class LightPass {
  private:
   static constexpr int side = 512;  ///< of the target: the voxels of a block, and blocks at a time
 
-  LightPass(MarchSetup setup, const AtlasTextures& density, const AtlasTextures* gradient,
-            int max_turns);
+  LightPass(MarchSetup setup, const AtlasTextures& density, const AtlasTextures* gradient);
   void append(std::span<const glm::ivec3> origins, std::vector<double>& depths) const;
 
   MarchSetup setup_;

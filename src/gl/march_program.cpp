@@ -4,19 +4,19 @@
 #include <span>
 #include <sstream>
 
+#include "gl/test_limits.h"
+
 namespace psivox::gl {
 namespace {
 
-std::string function_of(const MarchVariant& variant) {
-  return info(variant.constants.integrator).name;
-}
+std::string function_of(const ProgramKey& key) { return info(key.constants.integrator).name; }
 
 /// The shader's one integrator: the march calls it by what it takes.
-std::map<std::string, std::string> generated_files(const MarchVariant& variant) {
-  const std::string function = function_of(variant);
+std::map<std::string, std::string> generated_files(const ProgramKey& key) {
+  const std::string function = function_of(key);
   const auto call = [&](IntegratorKind kind, const std::string& signature,
                         const std::string& arguments, const std::string& none) {
-    const bool own = info(variant.constants.integrator).kind == kind;
+    const bool own = info(key.constants.integrator).kind == kind;
     return signature + " { return " + (own ? function + arguments : none) + "; }\n";
   };
   const std::string weights = "Weights(0.0, 0.0, 0.0, 0.0)";
@@ -41,6 +41,7 @@ std::string driver_prelude() {
 }  // namespace
 
 int turns_per_pass(const MarchSetup& setup) {
+  if (test_limits.turns_per_pass) return test_limits.turns_per_pass;
   // of 65535; a seventeenth is for the loop around every 16 turns (march.glsl)
   constexpr int driver_limit = 65535 / 17 * 16;
   const MarchConstants& c = setup.constants;
@@ -57,7 +58,7 @@ int turns_per_pass(const MarchSetup& setup) {
   return driver_limit / (1 + pieces + levels + searches + roots + terms) - 1;
 }
 
-std::string MarchVariant::prelude() const {
+std::string ProgramKey::prelude() const {
   std::ostringstream text;
   text << std::boolalpha << "// " << function_of(*this) << "\n";
 #define CONSTANT(type, name) text << "const " #type " " #name " = " << constants.name << ";\n";
@@ -72,9 +73,8 @@ std::string MarchVariant::prelude() const {
   return text.str();
 }
 
-MarchProgram::MarchProgram(const MarchVariant& variant, const std::string& shader)
-    : variant_(variant),
-      program_(shader, variant.prelude() + driver_prelude(), generated_files(variant)) {
+MarchProgram::MarchProgram(const ProgramKey& key, const std::string& shader)
+    : key_(key), program_(shader, key.prelude() + driver_prelude(), generated_files(key)) {
   program_.set("tables", tables_unit);
   const char* names[] = {"density", "luminance", "emission", "gradient"};
   for (int grid = 0; grid < 4; ++grid) {
@@ -83,14 +83,14 @@ MarchProgram::MarchProgram(const MarchVariant& variant, const std::string& shade
     program_.set((name + "_pages").c_str(), unit);
     program_.set((name + "_constants").c_str(), unit + 1);
     program_.set((name + "_bricks").c_str(), unit + 2);
-    for (int i = 0; i < variant.buffers[std::size_t(grid)]; ++i)
+    for (int i = 0; i < key.buffers[std::size_t(grid)]; ++i)
       program_.set((name + "_texels[" + std::to_string(i) + "]").c_str(), unit + 3 + i);
   }
 }
 
 int MarchProgram::grid_unit(int grid) const {
   int unit = first_grid_unit;
-  for (int i = 0; i < grid; ++i) unit += 3 + variant_.buffers[std::size_t(i)];
+  for (int i = 0; i < grid; ++i) unit += 3 + key_.buffers[std::size_t(i)];
   return unit;
 }
 

@@ -8,23 +8,23 @@
 namespace psivox::gl {
 
 /// What a march shader is compiled for: the march's constants and how its textures are stored.
-struct MarchVariant {
+struct ProgramKey {
   MarchConstants constants;
   std::array<int, 4> buffers{1, 1, 1, 1};  ///< of density, luminance, emission, gradient
   int texels_per_buffer = brick_texels;
   bool resumable = false;  ///< rays may need several passes: state is read and written
 
-  /// The defines that stand before march.frag; equal for equal variants.
+  /// The text that stands before march.frag; equal for equal keys.
   std::string prelude() const;
 };
 
 /// Loop turns that one pass may take.
 int turns_per_pass(const MarchSetup& setup);
 
-/// march.frag, or another shader over the same march, for one variant.
+/// march.frag, or another shader over the same march, compiled for one key.
 class MarchProgram {
  public:
-  explicit MarchProgram(const MarchVariant& variant, const std::string& shader = "march.frag");
+  explicit MarchProgram(const ProgramKey& key, const std::string& shader = "march.frag");
 
   /// Texture units: 0 to 3 are the resumed state, then the tables, then grid after grid.
   static constexpr int tables_unit = 4;
@@ -37,7 +37,7 @@ class MarchProgram {
   const Program& program() const { return program_; }
 
  private:
-  MarchVariant variant_;
+  ProgramKey key_;
   Program program_;
 };
 

@@ -94,13 +94,11 @@ namespace {
 /// Builds atlases one after another within the view's memory limit.
 class Builder {
  public:
-  Builder(const View& view, const AtlasOptions& base)
-      : view_(view), base_(base), left_(view.scene.memory_limit) {}
+  explicit Builder(const View& view) : view_(view), left_(view.scene.memory_limit) {}
 
   BrickAtlas build(const Field& field, AtlasOptions options) {
     options.texel = view_.scene.texel;
     options.memory_limit = left_;
-    options.top_entries = base_.top_entries;
     BrickAtlas atlas = build_atlas(field, options);
     use(atlas);
     return atlas;
@@ -114,15 +112,14 @@ class Builder {
 
  private:
   const View& view_;
-  const AtlasOptions& base_;
   std::uint64_t left_;
 };
 
 }  // namespace
 
-MediumAtlas build_medium_atlas(const View& view, const AtlasOptions& base) {
+MediumAtlas build_medium_atlas(const View& view) {
   const Medium& medium = view.medium;
-  Builder builder(view, base);
+  Builder builder(view);
   MediumAtlas result{builder.build(*medium.density, density_options(view)), {}, {}, {}};
   if (medium.luminance && !medium.light) result.luminance = builder.build(*medium.luminance, {});
   if (medium.emission) result.emission = builder.build(*medium.emission, {});
@@ -130,8 +127,8 @@ MediumAtlas build_medium_atlas(const View& view, const AtlasOptions& base) {
   return result;
 }
 
-void add_luminance(MediumAtlas& atlas, const View& view, const AtlasOptions& base) {
-  Builder builder(view, base);
+void add_luminance(MediumAtlas& atlas, const View& view) {
+  Builder builder(view);
   builder.use(atlas.density);
   if (atlas.emission) builder.use(*atlas.emission);
   if (atlas.gradient) builder.use(*atlas.gradient);
