@@ -9,10 +9,10 @@ uniform vec3 background;
 
 layout(location = 0) out vec4 out_color;
 
-float encoded(float v) {
-  v = clamp(v, 0.0, 1.0);
-  return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1.0 / 2.4) - 0.055;
-}
+#define real float
+#include "math/colour.glsl"
+
+float encoded(float v) { return srgb_from_linear(clamp(v, 0.0, 1.0)); }
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);

@@ -43,8 +43,9 @@ only_in '^gtest/' '^tests/'
 
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
 declare -A sees=(
-  [atlas]="" [control]="" [gl]="march" [image]="" [march]="" [oiio]="image" [reference]="" [scene]=""
-  [study]="march verify" [text]="" [vdb]="" [verify]="" [view]="gl"
+  [atlas]="" [colour]="" [control]="" [gl]="march" [image]="colour" [march]="" [oiio]="colour image"
+  [reference]="" [scene]="colour" [study]="colour march verify" [text]="" [vdb]="" [verify]=""
+  [view]="colour gl"
 )
 components=$(printf '%s|' "${!sees[@]}")
 components=${components%|}
@@ -74,8 +75,8 @@ done < <(includes "${folders[@]}")
 while read -r place header; do
   [[ $header == *.glsl || $header == all_integrators.h ]] || continue
   case $place in
-    src/march/* | src/gl/* | tools/bench/* | tests/*) ;;
-    *) complain "$place" "shaders are for src/march, src/gl, tools/bench and tests" ;;
+    src/colour/* | src/march/* | src/gl/* | tools/bench/* | tests/*) ;;
+    *) complain "$place" "shaders are for src/colour, src/march, src/gl, tools/bench and tests" ;;
   esac
 done < <(includes "${folders[@]}")
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "colour/srgb.h"
 #include "encode.h"
-#include "srgb.h"
 
 namespace psivox::image_io {
 namespace {

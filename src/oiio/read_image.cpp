@@ -10,10 +10,10 @@
 #include <string_view>
 
 #include "channels.h"
+#include "colour/srgb.h"
 #include "image/error_text.h"
 #include "image/format.h"
 #include "image/picture_files.h"
-#include "image/srgb.h"
 #include "png_chunks.h"
 #include "psivox/image.h"
 
@@ -94,7 +94,7 @@ void linearise_and_premultiply(std::span<float> rgba, const OIIO::ImageSpec& spe
   for (std::size_t i = 0; i < rgba.size(); i += 4) {
     for (std::size_t c = 0; c < 3; ++c) {
       const float code = rgba[i + c];
-      const float linear = srgb ? image_io::linear_from_srgb(code) : std::pow(code, gamma);
+      const float linear = srgb ? linear_from_srgb(code) : std::pow(code, gamma);
       rgba[i + c] = linear * rgba[i + 3];
     }
   }

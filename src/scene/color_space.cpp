@@ -83,16 +83,13 @@ glm::dvec3 rgb_from_hsv(const glm::dvec3& hsv) {
 
 glm::dvec3 linear_from_srgb(const glm::dvec3& code) {
   glm::dvec3 light;
-  for (int c = 0; c < 3; ++c)
-    light[c] = code[c] <= 0.04045 ? code[c] / 12.92 : std::pow((code[c] + 0.055) / 1.055, 2.4);
+  for (int c = 0; c < 3; ++c) light[c] = linear_from_srgb(code[c]);
   return light;
 }
 
 glm::dvec3 srgb_from_linear(const glm::dvec3& light) {
   glm::dvec3 code;
-  for (int c = 0; c < 3; ++c)
-    code[c] =
-        light[c] <= 0.0031308 ? 12.92 * light[c] : 1.055 * std::pow(light[c], 1 / 2.4) - 0.055;
+  for (int c = 0; c < 3; ++c) code[c] = srgb_from_linear(light[c]);
   return code;
 }
 

@@ -6,9 +6,11 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "colour/srgb.h"
+
 namespace psivox {
 
-/// IEC 61966-2-1: Rec. 709 light of sRGB codes and back, both in [0, 1].
+/// Light of sRGB codes and back, channel by channel.
 glm::dvec3 linear_from_srgb(const glm::dvec3& code);
 glm::dvec3 srgb_from_linear(const glm::dvec3& light);
 

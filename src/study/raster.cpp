@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "colour/srgb.h"
 #include "study/drawing.h"
 #include "study/letters.h"
 
 namespace psivox {
 namespace {
 
-double linear(std::uint8_t code) {
-  const double v = code / 255.0;
-  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
+double linear(std::uint8_t code) { return linear_from_srgb(code / 255.0); }
 
 class Raster {
  public:

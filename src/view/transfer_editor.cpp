@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "colour/srgb.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
 
@@ -20,8 +21,7 @@ namespace fs = std::filesystem;
 
 ImU32 screen_colour(const glm::dvec3& linear) {
   const auto encoded = [](double v) {
-    v = std::clamp(v, 0.0, 1.0);
-    return static_cast<float>(v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055);
+    return static_cast<float>(srgb_from_linear(std::clamp(v, 0.0, 1.0)));
   };
   return ImGui::GetColorU32(ImVec4(encoded(linear.x), encoded(linear.y), encoded(linear.z), 1));
 }

@@ -5,10 +5,10 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
-#include <cmath>
 #include <glm/common.hpp>
 #include <utility>
 
+#include "colour/srgb.h"
 #include "psivox/error.h"
 
 namespace psivox::view {
@@ -34,10 +34,7 @@ void GLAPIENTRY on_gl_message(GLenum, GLenum type, GLuint, GLenum severity, GLsi
   static_cast<std::vector<std::string>*>(const_cast<void*>(user))->emplace_back(text);
 }
 
-float linear_of(unsigned char code) {
-  const double v = code / 255.0;
-  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-}
+float linear_of(unsigned char code) { return static_cast<float>(linear_from_srgb(code / 255.0)); }
 
 }  // namespace
 
