@@ -43,7 +43,14 @@ t 2 - render
 t 2 - render -o a.exr
 t 2 - render "$S" extra.vdb -o a.exr
 t 2 "use .exr or .png" render "$S" -o a.jpg
-t 2 - render "$S" -o a.png --aov depth $R
+t 2 "needs an .exr" render "$S" -o a.png --aov depth $R
+t 2 "needs an .exr" render "$S" -o a.png --half $R
+t 2 "needs a .png" render "$S" -o a.exr --bits 16 $R
+t 2 "expected 8 or 16" render "$S" -o a.png --bits 10 $R
+t 0 - render "$S" -o a.png --bits 16 $R
+t 0 - render "$S" -o b.exr $R
+# 16 bits: half a code at the sRGB curve's steepest, and alpha's
+t 0 rms compare a.png b.exr --max-abs 2.6e-5
 t 2 - render "$S" -o a.exr --aov dpeth $R
 t 0 - render "$S" -o a.exr --aov error,transmittance --renderer reference $R
 t 0 - render "$S" -o a.exr --aov depth,transmittance,steps,samples $R

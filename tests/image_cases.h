@@ -24,6 +24,7 @@
 #include <sstream>
 #include <thread>
 
+#include "colour/srgb.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 
@@ -61,6 +62,28 @@ inline Image noise(int width, int height, std::vector<std::string> extra_layers 
     image.layers.push_back({name, {name}, values});
   }
   return image;
+}
+
+/// 256 colours at 16 alphas, none brighter than its alpha.
+inline Image colours() {
+  std::vector<float> rgba;
+  for (int i = 0; i < 256; ++i) {
+    const float alpha = static_cast<float>(i % 16 + 1) / 16;
+    const float colour = static_cast<float>(i) / 255;
+    rgba.insert(rgba.end(), {colour * alpha, colour * colour * alpha, alpha, alpha});
+  }
+  return picture(16, 16, rgba);
+}
+
+/// How far sRGB codes of so many bits leave R G B A off: half a code times the steepest slope of
+/// the decoding, 2.4 / 1.055, for colour, and once more for alpha, of which colour is a multiple.
+inline double srgb_error(int bits) {
+  const double half_code = 0.5 / ((1 << bits) - 1);
+  return half_code * 2.4 / 1.055 + half_code;
+}
+
+inline double largest_difference(const Image& a, const Image& b) {
+  return compare_images(a, b).max;
 }
 
 inline std::vector<std::uint32_t> bits(const std::vector<float>& values) {

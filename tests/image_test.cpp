@@ -143,22 +143,39 @@ TEST_F(ImageTest, PngCutsGlowToAlphaAndReplacesWhatIsNoNumber) {
 }
 
 TEST_F(ImageTest, PngReadsBackLinearAndPremultiplied) {
-  std::vector<float> rgba;
-  for (int i = 0; i < 256; ++i) {
-    const float alpha = static_cast<float>(i % 16 + 1) / 16;
-    const float colour = static_cast<float>(i) / 255;
-    rgba.insert(rgba.end(), {colour * alpha, colour * colour * alpha, alpha, alpha});
+  for (const int bits : {8, 16}) {
+    SCOPED_TRACE(bits);
+    write_image(colours(), file("a.png"), {.bits = bits});
+    EXPECT_EQ(contents(file("a.png"))[24], bits);  // after the signature, IHDR's name and the size
+    const Image back = read_image(file("a.png"));
+    EXPECT_LE(largest_difference(back, colours()), srgb_error(bits));
+    // What came from a PNG becomes the same PNG.
+    write_image(back, file("b.png"), {.bits = bits});
+    EXPECT_TRUE(contents(file("b.png")) == contents(file("a.png")));
   }
-  write_image(picture(16, 16, rgba), file("a.png"));
-  const Image back = read_image(file("a.png"));
-  for (std::size_t i = 0; i < rgba.size(); ++i) {
-    // Half a code value: 1/510, times the steepest slope of the decoding, 2.4 / 1.055, for colour,
-    // and once more for alpha, of which colour is a multiple.
-    EXPECT_NEAR(back.rgba()[i], rgba[i], 2.4 / 1.055 / 510 + 1.0 / 510) << i;
+}
+
+TEST_F(ImageTest, OptionsThatAFormatDoesNotHaveAreUsageErrors) {
+  for (const auto& [name, options, part] :
+       {std::tuple("a.png", WriteOptions{.half = true}, "needs an .exr"),
+        {"a.exr", WriteOptions{.bits = 8}, "needs a .png"},
+        {"a.png", WriteOptions{.bits = 12}, "8 or 16"}}) {
+    const std::string text =
+        error_text(ExitCode::usage, [&] { check_writable(file(name), options); });
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+    EXPECT_NE(text.find(name), std::string::npos) << text;
+    error_text(ExitCode::usage, [&] { write_image(colours(), file(name), options); });
   }
-  // What came from a PNG becomes the same PNG.
-  write_image(back, file("b.png"));
-  EXPECT_EQ(png_bytes(file("b.png")), png_bytes(file("a.png")));
+  EXPECT_TRUE(files().empty());
+}
+
+TEST(Srgb, IsInvertedInEveryCode) {
+  for (int code = 0; code <= 65535; ++code) {
+    const double v = code / 65535.0;
+    // Rounding alone: a few units in the last place of numbers up to 1.
+    ASSERT_NEAR(srgb_from_linear(linear_from_srgb(v)), v, 1e-15) << code;
+    ASSERT_NEAR(srgb_from_linear(linear_from_srgb(float(v))), float(v), 1e-6f) << code;
+  }
 }
 
 TEST_F(ImageTest, PngLeavesOutExtraLayers) {

@@ -37,7 +37,7 @@ namespace {
 
 struct RenderCall {
   SceneOptions scene;
-  std::string output, aov, stats, check_error, time_budget;
+  std::string output, aov, bits, stats, check_error, time_budget;
   std::vector<std::string> layers;  ///< of aov
   bool half = false, print_scene = false, explain = false, verbose = false, quiet = false,
        list_devices = false;
@@ -54,6 +54,7 @@ bool parse(RenderCall& call, Arguments arguments) {
   line.add_value("--aov", 0, "LIST",
                  "more layers of the .exr: depth, transmittance, steps, samples, error", call.aov);
   line.add_flag("--half", 0, "write the .exr as 16-bit floats", call.half);
+  line.add_value("--bits", 0, "8|16", "bits of a channel of the .png; default 8", call.bits);
   line.add_flag("--print-scene", 0,
                 "print the complete scene as JSON; renders too only where -o is given",
                 call.print_scene);
@@ -100,6 +101,13 @@ void check_layers(RenderCall& call, const Scene& scene) {
   }
 }
 
+WriteOptions write_options(const RenderCall& call) {
+  if (call.bits.empty()) return {call.half};
+  if (call.bits != "8" && call.bits != "16")
+    usage("--bits " + in_quotes(call.bits) + ": expected 8 or 16");
+  return {call.half, std::stoi(call.bits)};
+}
+
 /// All that can be refused before any work.
 void check(RenderCall& call, const Scene& scene) {
   for (const auto& [option, text] :
@@ -118,11 +126,8 @@ void check(RenderCall& call, const Scene& scene) {
     return;
   }
   if (scene.input.empty()) usage("no input; give IN.vdb");
-  check_writable(call.output);
-  const std::string extension = std::filesystem::path(call.output).extension().string();
-  const bool png = extension.size() == 4 && (extension[1] | 32) == 'p';
-  if (png && (call.half || !call.layers.empty()))
-    usage(std::string(call.half ? "--half" : "--aov") + " needs an .exr as output, not a .png");
+  check_writable(call.output, write_options(call));
+  if (!call.layers.empty() && !holds_layers(call.output)) usage("--aov needs an .exr as output");
   if (!call.stats.empty()) check_text_writable(call.stats);
 }
 
@@ -303,7 +308,7 @@ void render(const RenderCall& call, View& view, FutureRenderer opened, RenderRep
   image.metadata["psivox:renderer"] = report.stats.renderer;
 
   const Stopwatch writing;
-  write_image(image, call.output, {call.half});
+  write_image(image, call.output, write_options(call));
   report.write_ms = writing.ms();
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,22 +30,28 @@ struct Image {
 
 struct WriteOptions {
   /// EXR's R G B A as 16-bit floats, of which 65504 is the largest: what rounds above it is Inf.
-  /// Other layers stay 32-bit floats, and PNG ignores it.
+  /// Other layers stay 32-bit floats.
   bool half = false;
+  /// Bits of a PNG's channels: 8 or 16. If not given, 8.
+  std::optional<int> bits = {};
 };
 
-/// Writes EXR (float, zip, every layer) or PNG (8-bit sRGB, un-premultiplied, layers[0] only) by
-/// the path's extension, beside its name and then renamed: nothing is half-written. Equal images
+/// Writes EXR (float, zip, every layer) or PNG (sRGB, un-premultiplied, layers[0] only) by the
+/// path's extension, beside its name and then renamed: nothing is half-written. Equal images
 /// give equal bytes. A layer's only channel has the layer's name in the file, others
 /// `layer.channel`.
 ///
 /// PNG keeps alpha: radiance above alpha (a glow without opacity) is cut to alpha, NaN is 0.
-/// Throws Error(usage) for another extension, Error(output) if the file cannot be written.
+/// Throws Error(usage) for another extension and for options that the format does not have,
+/// Error(output) if the file cannot be written.
 void write_image(const Image& image, const std::filesystem::path& path, const WriteOptions& = {});
 
-/// Throws what write_image would throw for this path, before any work is done. Creates a file in
-/// its directory for a moment, since permissions alone do not tell.
-void check_writable(const std::filesystem::path& path);
+/// Throws what write_image would throw for this path and these options, before any work is done.
+/// Creates a file in its directory for a moment, since permissions alone do not tell.
+void check_writable(const std::filesystem::path& path, const WriteOptions& = {});
+
+/// True for a path that write_image gives more layers than the picture: an .exr.
+bool holds_layers(const std::filesystem::path& path);
 
 /// Reads EXR or PNG (PNG: to linear, premultiplied) with its string metadata, by its contents, not
 /// its name. layers[0] comes from R G B A or from the grey Y, A = 1 if there is none; then every

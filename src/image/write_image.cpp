@@ -9,6 +9,18 @@
 namespace psivox {
 namespace {
 
+/// The format that `path` asks for. Throws Error(usage) if the options do not suit it.
+image_io::Format format_of(const std::filesystem::path& path, const WriteOptions& options) {
+  const image_io::Format format = image_io::format_from_extension(path);
+  const auto refuse = [&](const std::string& why) {
+    throw Error(ExitCode::usage, "cannot write '" + path.string() + "': " + why);
+  };
+  if (options.half && format != image_io::Format::exr) refuse("--half needs an .exr as output");
+  if (options.bits && format != image_io::Format::png) refuse("--bits needs a .png as output");
+  if (options.bits && *options.bits != 8 && *options.bits != 16) refuse("--bits is 8 or 16");
+  return format;
+}
+
 /// A wrong size would read past the values, and a name twice would lose a channel silently.
 void check_layers(const Image& image, const std::filesystem::path& path) {
   const auto fail = [&](const std::string& why) {
@@ -43,7 +55,7 @@ std::string image_io::exr_channel_name(const Layer& layer, std::size_t channel) 
 
 void write_image(const Image& image, const std::filesystem::path& path,
                  const WriteOptions& options) {
-  const image_io::Format format = image_io::format_from_extension(path);
+  const image_io::Format format = format_of(path, options);
   check_layers(image, path);
   image_io::OutputFile file(path);
   switch (format) {
@@ -51,15 +63,19 @@ void write_image(const Image& image, const std::filesystem::path& path,
       image_io::write_exr(image, options, file);
       break;
     case image_io::Format::png:
-      image_io::write_png(image, file);
+      image_io::write_png(image, options, file);
       break;
   }
 }
 
-void check_writable(const std::filesystem::path& path) {
-  image_io::format_from_extension(path);
+void check_writable(const std::filesystem::path& path, const WriteOptions& options) {
+  format_of(path, options);
   // Permissions alone do not tell (root, a read-only or full file system): a file is created.
   const image_io::OutputFile probe(path);
+}
+
+bool holds_layers(const std::filesystem::path& path) {
+  return image_io::format_from_extension(path) == image_io::Format::exr;
 }
 
 }  // namespace psivox

@@ -7,28 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "colour/srgb.h"
 #include "encode.h"
+#include "srgb_codes.h"
 
 namespace psivox::image_io {
 namespace {
-
-/// To [0, 1]; NaN to 0.
-float clamped(float value) { return value > 0 ? (value < 1 ? value : 1.0f) : 0.0f; }
-
-std::uint8_t quantised(float value) { return static_cast<std::uint8_t>(value * 255 + 0.5f); }
-
-std::vector<std::uint8_t> png_pixels(std::span<const float> rgba) {
-  std::vector<std::uint8_t> pixels(rgba.size());
-  for (std::size_t i = 0; i < rgba.size(); i += 4) {
-    const float alpha = clamped(rgba[i + 3]);
-    for (std::size_t c = 0; c < 3 && alpha > 0; ++c) {
-      pixels[i + c] = quantised(srgb_from_linear(clamped(rgba[i + c] / alpha)));
-    }
-    pixels[i + 3] = quantised(alpha);
-  }
-  return pixels;
-}
 
 /// Its texts point into the metadata.
 std::vector<png_text> texts_of(const std::map<std::string, std::string>& metadata) {
@@ -44,9 +27,21 @@ std::vector<png_text> texts_of(const std::map<std::string, std::string>& metadat
   return texts;
 }
 
+/// R G B A, most significant byte first.
+std::vector<std::uint8_t> bytes_of(std::span<const float> rgba, int bits) {
+  if (bits == 8) return srgb_codes<std::uint8_t>(rgba, 4);
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(2 * rgba.size());
+  for (const std::uint16_t code : srgb_codes<std::uint16_t>(rgba, 4)) {
+    bytes.push_back(static_cast<std::uint8_t>(code >> 8));
+    bytes.push_back(static_cast<std::uint8_t>(code & 255));
+  }
+  return bytes;
+}
+
 struct Picture {
-  int width, height;
-  std::vector<std::uint8_t> pixels;  ///< R G B A
+  int width, height, bits;
+  std::vector<std::uint8_t> pixels;
   std::vector<png_text> texts;
 };
 
@@ -54,13 +49,13 @@ struct Picture {
 bool encode(png_structp png, png_infop info, const Picture& picture) {
   if (setjmp(png_jmpbuf(png))) return false;
   png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width),
-               static_cast<png_uint_32>(picture.height), 8, PNG_COLOR_TYPE_RGB_ALPHA,
+               static_cast<png_uint_32>(picture.height), picture.bits, PNG_COLOR_TYPE_RGB_ALPHA,
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_text(png, info, picture.texts.data(), static_cast<int>(picture.texts.size()));
   png_write_info(png, info);
   const std::uint8_t* row = picture.pixels.data();
-  for (int y = 0; y < picture.height; ++y, row += 4 * static_cast<std::size_t>(picture.width))
+  for (int y = 0; y < picture.height; ++y, row += png_get_rowbytes(png, info))
     png_write_row(png, row);
   png_write_end(png, info);
   return true;
@@ -87,8 +82,9 @@ void ignore_warning(png_structp, png_const_charp) {}
 
 }  // namespace
 
-void write_png(const Image& image, OutputFile& file) {
-  const Picture picture{image.width, image.height, png_pixels(image.rgba()),
+void write_png(const Image& image, const WriteOptions& options, OutputFile& file) {
+  const int bits = options.bits.value_or(8);
+  const Picture picture{image.width, image.height, bits, bytes_of(image.rgba(), bits),
                         texts_of(image.metadata)};
   Sink sink{file, {}};
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &sink, fail, ignore_warning);

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "colour/srgb.h"
+
+namespace psivox::image_io {
+
+/// `value` cut to [0, 1]; 0 for NaN.
+inline float clamped(float value) { return value > 0 ? (value < 1 ? value : 1.0f) : 0.0f; }
+
+/// Premultiplied R G B A as sRGB codes that fill `Code`, an unsigned type. With four channels,
+/// colour is divided by alpha, cut to [0, 1], then encoded; alpha stays linear. With three, the
+/// picture stands over black.
+///
+/// Radiance above alpha (a glow without opacity) is cut to alpha, and lost where alpha is 0:
+/// raising alpha instead would save it over black, but make a glow hide what is behind it.
+template <typename Code>
+std::vector<Code> srgb_codes(std::span<const float> rgba, std::size_t channels) {
+  const auto quantised = [](float value) {
+    return static_cast<Code>(value * std::numeric_limits<Code>::max() + 0.5f);
+  };
+  std::vector<Code> codes(rgba.size() / 4 * channels);
+  for (std::size_t i = 0, to = 0; i < rgba.size(); i += 4, to += channels) {
+    const float alpha = channels == 4 ? clamped(rgba[i + 3]) : 1;
+    for (std::size_t c = 0; c < 3 && alpha > 0; ++c)
+      codes[to + c] = quantised(srgb_from_linear(clamped(rgba[i + c] / alpha)));
+    if (channels == 4) codes[to + 3] = quantised(alpha);
+  }
+  return codes;
+}
+
+}  // namespace psivox::image_io
