@@ -9,6 +9,8 @@ set_target_properties(OpenImageIO::OpenImageIO PROPERTIES
   INTERFACE_INCLUDE_DIRECTORIES "${OpenImageIO_INCLUDE_DIR}")
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
+# draws the plots of a study's page, which holds a copy of it
+find_file(PSIVOX_CHART_JS chart.min.js PATHS /usr/share/javascript PATH_SUFFIXES chart.js REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
 pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)

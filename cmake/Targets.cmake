@@ -37,3 +37,15 @@ function(psivox_module name)
   target_include_directories(psivox_${name} PRIVATE "${PROJECT_SOURCE_DIR}/src")
   target_link_libraries(psivox_${name} PRIVATE psivox psivox_flags ${arg_USES})
 endfunction()
+
+# psivox_embed(OUTPUT HEADER header TABLE function NAMES names... PATHS files...): writes OUTPUT to the
+# folder `generated`: the definition of a function that HEADER declares, a map from NAMES to texts.
+function(psivox_embed output)
+  cmake_parse_arguments(arg "" "HEADER;TABLE" "NAMES;PATHS" ${ARGN})
+  set(file "${PROJECT_BINARY_DIR}/generated/${output}")
+  set(script "${PROJECT_SOURCE_DIR}/cmake/EmbedTexts.cmake")
+  add_custom_command(OUTPUT "${file}"
+    COMMAND "${CMAKE_COMMAND}" "-DOUTPUT=${file}" "-DHEADER=${arg_HEADER}" "-DTABLE=${arg_TABLE}"
+            "-DNAMES=${arg_NAMES}" "-DPATHS=${arg_PATHS}" -P "${script}"
+    DEPENDS ${arg_PATHS} "${script}" VERBATIM)
+endfunction()

@@ -44,7 +44,7 @@ only_in '^gtest/' '^tests/'
 # --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
 declare -A sees=(
   [atlas]="" [colour]="" [control]="" [gl]="march" [image]="colour" [march]="" [oiio]="colour image"
-  [reference]="" [scene]="colour" [study]="colour march verify" [text]="" [vdb]="" [verify]=""
+  [reference]="" [scene]="colour" [study]="march verify" [text]="" [vdb]="" [verify]=""
   [view]="colour gl"
 )
 components=$(printf '%s|' "${!sees[@]}")

@@ -36,15 +36,16 @@ sweep=("$assets/blobs.vdb" --resolution 32x24 --luminance-grid density -q --repe
 run 0 "" "${sweep[@]}" -o whole
 [ "$(rows whole)" = 7 ] || fail "whole: $(rows whole) rows, expected 7"
 for file in results.csv results.json results.md index.html reference.exr reference.png \
-  error-step.svg error-step.png error-samples.svg error-samples.png error-cpu.svg error-cpu.png \
+  error-step.svg error-samples.svg error-cpu.svg \
   pictures/psi-exact_step_0.5.png differences/cell-exact_cells.png; do
   [ -s "whole/$file" ] || fail "no $file"
 done
 grep -q '^- cell-exact: step 1, step 0.5: ' whole/results.md || fail "no reason for what is left out"
 # 1 + 2 * 7 pictures, 4 plots; nothing from elsewhere
 [ "$(grep -o 'data:image/png;base64' whole/index.html | wc -l)" = 15 ] || fail "index.html lacks pictures"
-[ "$(grep -o '<svg' whole/index.html | wc -l)" -ge 3 ] || fail "index.html lacks plots"
-grep -oE '(src|href|url\()[="]*[^"]{5}' whole/index.html | grep -v 'src="data:' && fail "index.html asks for files"
+[ "$(grep -o '<section class="plot"' whole/index.html | wc -l)" -ge 3 ] || fail "index.html lacks plots"
+# Links lead to the plots' SVG files beside it.
+grep -oE ' (src|href)="[^"]{0,9}|url\(' whole/index.html | grep -vE '"data:|href="error-' && fail "index.html asks for files"
 
 # --- resuming ----------------------------------------------------------------------------------
 run 2 "--resume" "${sweep[@]}" -o whole
@@ -146,11 +147,11 @@ run 0 "" "${sweep[@]}" -o asked --integrators midpoint --segments 1 --steps 1 --
 
 # --- their orders, several studies side by side, resolutions --------------------------------------
 run 0 "" --orders -o orders -q
-for file in orders.csv orders.json orders.md index.html order-step.svg order-step-inside.png \
-  order-voxel.png order-pixel.png; do
+for file in orders.csv orders.json orders.md index.html order-step.svg order-step-inside.svg \
+  order-voxel.svg order-pixel.svg; do
   [ -s "orders/$file" ] || fail "no orders/$file"
 done
-[ "$(grep -o '<svg' orders/index.html | wc -l)" = 5 ] || fail "orders/index.html lacks plots"
+[ "$(grep -o '<section class="plot"' orders/index.html | wc -l)" = 5 ] || fail "orders/index.html lacks plots"
 grep -q '^| step | from inside | psi-balanced, end corrections | 3 | 4 | \(3\.9\|4\.0\)' orders/orders.md ||
   fail "psi-balanced is not of fourth order: $(grep corrections orders/orders.md)"
 run 2 "two studies" --orders --psi -o both
@@ -167,7 +168,7 @@ awk -F, 'NR > 1 && !($8 < 1e-2) { exit 1 }' sizes/results.csv || fail "sizes: er
 run 0 "" --summary whole,killed3/ -o summary
 [ "$(wc -l <summary/needs.csv)" = 41 ] || fail "needs.csv has $(wc -l <summary/needs.csv) lines, expected 41"
 grep -q '^| rule, sampling | whole | killed3 |' summary/needs.md || fail "needs.md lacks its studies"
-for file in needs-samples.svg needs-cpu.png index.html; do
+for file in needs-samples.svg needs-cpu.svg index.html; do
   [ -s "summary/$file" ] || fail "no summary/$file"
 done
 run 3 "nowhere" --summary whole,nowhere -o summary2

@@ -4,18 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
+#include "psivox/text_file.h"
 #include "study/drawing.h"
 #include "study/needs.h"
 #include "study/orders.h"
 #include "study/pareto.h"
-#include "study/plot.h"
+#include "study/plot_page.h"
 #include "study/results_table.h"
+#include "study/study_plots.h"
 
 namespace psivox {
 namespace {
@@ -404,23 +407,63 @@ TEST(Plot, PointsLieWhereTheirLogarithmsSay) {
   EXPECT_GT(marks[1].y, marks[0].y);  // downwards: smaller
 }
 
-TEST(Plot, PixelsAreWhereTheDrawingSays) {
+TEST(Plot, SvgHasTheDrawingsColoursAndText) {
   Drawing drawing;
   drawing.width = 40;
   drawing.height = 20;
   drawing.items = {Drawing::Line{5, 10, 35, 10, 2, {255, 0, 0}},
-                   Drawing::Mark{20, 5, 3, Drawing::Shape::square, {0, 0, 255}}};
-  const Image image = picture_of(drawing, 2);
-  ASSERT_EQ(image.width, 80);
-  const auto pixel = [&](int x, int y) { return &image.rgba()[std::size_t(y * 80 + x) * 4]; };
-  EXPECT_EQ(pixel(30, 20)[0], 1);
-  EXPECT_EQ(pixel(30, 20)[1], 0);
-  EXPECT_EQ(pixel(40, 10)[2], 1);
-  EXPECT_EQ(pixel(40, 10)[0], 0);
-  EXPECT_EQ(pixel(2, 2)[1], 1);
+                   Drawing::Mark{20, 5, 3, Drawing::Shape::square, {0, 0, 255}},
+                   Drawing::Text{1, 2, "a < b"}};
   const std::string svg = svg_of(drawing);
-  EXPECT_NE(svg.find("#ff0000"), std::string::npos);
-  EXPECT_NE(svg.find("</svg>"), std::string::npos);
+  for (const char* part : {"stroke=\"#ff0000\"", "fill=\"#0000ff\"", ">a &lt; b<", "</svg>"})
+    EXPECT_NE(svg.find(part), std::string::npos) << part;
+}
+
+TEST(Plot, PageHoldsItsData) {
+  NamedPlot named{"name", {}};
+  named.plot.title = "a < b";
+  named.plot.series.push_back({{{1, 0.5, "</script>"}, {2, 0.25, "b"}, {0, 1, "no place"}},
+                               Ink{31, 119, 180},
+                               Drawing::Shape::square,
+                               true,
+                               {"rule", "cells"}});
+  named.plot.legend.push_back({"rule", Ink{31, 119, 180}});
+  named.plot.front = {{2, 0.25, "b"}};
+  const std::filesystem::path folder = testing::TempDir();
+  const std::string html = write_plot(named, folder);
+  EXPECT_NE(html.find("<h3>a &lt; b</h3><a href=\"name.svg\">"), std::string::npos) << html;
+  EXPECT_NE(html.find(read_text((folder / "name.svg").string(), "plot")), std::string::npos);
+
+  const std::string open = "<script type=\"application/json\">", close = "</script>";
+  const std::size_t begin = html.find(open) + open.size();
+  const std::string text = html.substr(begin, html.find(close, begin) - begin);
+  EXPECT_NE(text.find("[[1.0,0.5,\"\\u003c/script>\"],[2.0,0.25,\"b\"]]"), std::string::npos)
+      << text;
+  for (const char* part : {R"("title":"a \u003c b")", R"("entries":["rule","cells"])",
+                           R"("color":"#1f77b4")", R"("shape":"square")", R"("dashed":true)",
+                           R"("entries":["Pareto front"])", R"("front":true)"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in " << text;
+}
+
+TEST(Plots, EveryPointNamesItsVariantAndItsEntriesOfTheLegend) {
+  const StudyResults results = some_results();
+  for (const NamedPlot& named : plots_of(results)) {
+    std::vector<std::string> legend;
+    for (const LegendEntry& entry : named.plot.legend) legend.push_back(entry.text);
+    for (const Series& series : named.plot.series) {
+      EXPECT_FALSE(series.entries.empty());
+      for (const std::string& entry : series.entries)
+        EXPECT_NE(std::find(legend.begin(), legend.end(), entry), legend.end()) << entry;
+      for (const PlotPoint& point : series.points)
+        EXPECT_TRUE(std::any_of(results.points.begin(), results.points.end(),
+                                [&](const StudyPoint& p) {
+                                  return variant_name(p.variant) == point.name &&
+                                         p.error.rms() == point.y &&
+                                         rule_name(p.variant) == series.entries.front();
+                                }))
+            << point.name;
+    }
+  }
 }
 
 }  // namespace

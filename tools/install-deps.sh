@@ -15,6 +15,8 @@ packages=(
   libepoxy-dev libegl-dev
   libglfw3-dev libimgui-dev
   libcli11-dev nlohmann-json3-dev
+  # the plots of a study's page
+  libjs-chart.js
   # tests
   libgtest-dev
   # EGL, and Mesa's software renderer for machines without a GPU
@@ -31,11 +33,11 @@ fail() {
 case "${1-}" in
   "") ;;
   --ci) packages+=(clang-format clang-tidy
-    # a display for the window's tests, which are skipped without
-    xvfb xauth) ;;
+    # a display for the window's tests, a browser for the page's; without, they are skipped
+    xvfb xauth chromium chromium-driver python3) ;;
   -h | --help)
     printf 'Usage: tools/install-deps.sh [--ci]\nInstalls with apt-get: %s\n' "${packages[*]}"
-    printf '%s\n' '--ci adds clang-format, clang-tidy and Xvfb.'
+    printf '%s\n' '--ci adds clang-format, clang-tidy, Xvfb and Chromium.'
     exit 0
     ;;
   *) fail "unknown argument '$1'; the only one is --ci" ;;

@@ -5,14 +5,14 @@
 #include <variant>
 #include <vector>
 
-#include "psivox/image.h"
-
 namespace psivox {
 
 /// An sRGB colour.
 struct Ink {
   std::uint8_t r = 0, g = 0, b = 0;
 };
+/// "#1f77b4", as HTML and SVG write it.
+std::string hex(Ink ink);
 
 /// Lines, marks and text on a white page; x to the right, y downwards, in units of a pixel.
 struct Drawing {
@@ -32,7 +32,7 @@ struct Drawing {
     double x, y;       ///< of the anchor on the base line
     std::string text;  ///< ASCII
     Anchor anchor = Anchor::start;
-    bool upwards = false;  ///< reads from below to above
+    bool upwards = false;  ///< reads from bottom to top
     Ink ink = {};
   };
 
@@ -40,11 +40,10 @@ struct Drawing {
   std::vector<std::variant<Line, Mark, Text>> items;  ///< later ones cover earlier ones
 };
 
-/// The same drawing as SVG, and as an opaque picture of `scale` pixels a unit.
+/// The drawing as SVG.
 std::string svg_of(const Drawing& drawing);
-Image picture_of(const Drawing& drawing, int scale = 2);
 
-/// `text` with &, < and > as HTML and SVG want them.
+/// `text` with &, < and > escaped for HTML and SVG.
 std::string escaped(const std::string& text);
 
 }  // namespace psivox

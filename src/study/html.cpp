@@ -6,25 +6,12 @@
 #include "psivox/text_file.h"
 #include "study/difference_picture.h"
 #include "study/drawing.h"
+#include "study/page_files.h"
 
 namespace psivox {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* style = R"(
-body { font: 15px/1.5 sans-serif; margin: 2em auto; max-width: 1100px; padding: 0 1em; color: #222 }
-h1, h2 { font-weight: 600 }
-table { border-collapse: collapse; font-size: 13px; margin: 1em 0 }
-td, th { border-bottom: 1px solid #ddd; padding: 3px 9px; text-align: right; white-space: nowrap }
-td:first-child, th:first-child, .words td, .words th { text-align: left }
-.words td { white-space: normal }
-.wide { overflow-x: auto }
-.gallery { display: flex; flex-wrap: wrap; gap: 12px }
-figure { margin: 0; font-size: 12px; max-width: 300px }
-figure img { display: block; max-width: 100%; background: #888 }
-svg { max-width: 100%; height: auto }
-)";
 
 std::string base64(const std::string& bytes) {
   static constexpr char digits[] =
@@ -58,10 +45,16 @@ std::string png_bytes(const fs::path& png, int width) {
 }  // namespace
 
 std::string html_page(const std::string& title, const std::string& body) {
+  const auto script = [](const char* file) {
+    return "<script>" + page_files().at(file) + "</script>\n";
+  };
+  const bool has_plots = body.find("class=\"plot\"") != std::string::npos;
+  const std::string scripts = has_plots ? script("chart.min.js") + script("plots.js") : "";
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
          "name=\"viewport\" content=\"width=device-width\">\n<title>" +
-         escaped(title) + "</title>\n<style>" + style + "</style>\n</head>\n<body>\n<h1>" +
-         escaped(title) + "</h1>\n" + body + "</body>\n</html>\n";
+         escaped(title) + "</title>\n<style>\n" + page_files().at("page.css") +
+         "</style>\n</head>\n<body>\n<h1>" + escaped(title) + "</h1>\n" + body + scripts +
+         "</body>\n</html>\n";
 }
 
 std::string html_table(const std::vector<std::vector<std::string>>& rows, Cells cells) {
@@ -77,8 +70,11 @@ std::string html_table(const std::vector<std::vector<std::string>>& rows, Cells 
   return out + "</table></div>\n";
 }
 
-std::string html_figure(const fs::path& png, const std::string& caption, int width) {
-  std::string out = "<figure>";
+std::string html_figure(const fs::path& png, const std::string& caption, int width,
+                        const std::string& variant) {
+  std::string out = "<figure";
+  if (!variant.empty()) out += " data-variant=\"" + escaped(variant) + "\"";
+  out += ">";
   if (fs::exists(png))
     out += "<img alt=\"\" src=\"data:image/png;base64," + base64(png_bytes(png, width)) + "\">";
   return out + "<figcaption>" + caption + "</figcaption></figure>\n";

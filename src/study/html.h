@@ -6,16 +6,19 @@
 
 namespace psivox {
 
-/// A whole page with its style; `title` is text, `body` HTML.
+/// A whole page with its style, and with the scripts of its plots if it has any. `title` is text,
+/// `body` is HTML.
 std::string html_page(const std::string& title, const std::string& body);
 
-/// The first row is the head; cells are HTML. Words, unlike numbers, stand at the left and wrap.
+/// The first row is the head; cells are HTML. Words are left-aligned and wrap; numbers are
+/// right-aligned.
 enum class Cells { numbers, words };
 std::string html_table(const std::vector<std::vector<std::string>>& rows,
                        Cells cells = Cells::numbers);
 
-/// A PNG inside the page, at most `width` pixels wide, with a line of HTML below; the line alone
-/// where there is no such file.
-std::string html_figure(const std::filesystem::path& png, const std::string& caption, int width);
+/// A PNG inside the page, at most `width` pixels wide, above a line of HTML. Without such a file it
+/// is the line alone. Plots show the figure beside the points that have the name `variant`.
+std::string html_figure(const std::filesystem::path& png, const std::string& caption, int width,
+                        const std::string& variant = "");
 
 }  // namespace psivox

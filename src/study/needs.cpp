@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "study/number_format.h"
+
 namespace psivox {
 namespace {
 
@@ -40,6 +42,8 @@ Need need_of(const std::vector<const StudyPoint*>& points, double rms) {
 }
 
 }  // namespace
+
+std::string power_text(double rms) { return "1e" + decimals(std::log10(rms), 0); }
 
 std::vector<Need> needs_of(const StudyResults& results, const std::vector<double>& rms_wanted) {
   std::vector<std::vector<const StudyPoint*>> curves;

@@ -1,11 +1,17 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "study/results.h"
 
 namespace psivox {
+
+/// The errors that tables ask for: RMS over R G B A, powers of ten.
+inline const std::vector<double> usual_rms = {1e-2, 1e-3, 1e-4, 1e-5};
+/// "1e-3", of a power of ten.
+std::string power_text(double rms);
 
 /// The cost at which a rule under a sampling reaches `rms`, interpolated between measured points
 /// linearly in the logarithms; unset if no point reaches it.
@@ -18,6 +24,6 @@ struct Need {
 
 /// Every refinement, in the order of first points, with every RMS.
 std::vector<Need> needs_of(const StudyResults& results,
-                           const std::vector<double>& rms_wanted = {1e-2, 1e-3, 1e-4, 1e-5});
+                           const std::vector<double>& rms_wanted = usual_rms);
 
 }  // namespace psivox

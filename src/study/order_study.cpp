@@ -25,16 +25,18 @@ struct Refinement {
 };
 constexpr Refinement refinements[] = {
     {Refined::step, "step", "step [widths of the medium]",
-     "One ray without voxels through tau = K e^(-s^2), L = 1 + 0.6 sin(1.3 s + 0.4), a width being "
-     "s = 1: radiance less the exact integral, RMS over 8 phases of the lattice. From inside: the "
-     "ray begins at s = -0.6 and ends at s = 0.9."},
+     "One ray passes through tau = K e^(-s^2), L = 1 + 0.6 sin(1.3 s + 0.4), without voxels; the "
+     "width of the medium is s = 1. The error is the radiance less the exact integral, RMS over 8 "
+     "phases of the lattice. A ray from inside begins at s = -0.6 and ends at s = 0.9."},
     {Refined::voxel, "voxel", "voxel [widths of the medium]",
-     "The same medium around a point, tau = K e^(-p^2), at voxels, 24x24 rays: radiance less the "
-     "exact integral of the medium itself, RMS over the pixels. What is left is that values are "
-     "interpolated between voxels."},
+     "Voxels sample the same medium around a point, tau = K e^(-p^2), and 24x24 rays cross it. The "
+     "error is the radiance less the exact integral of the medium itself, RMS over the pixels. "
+     "Only "
+     "the interpolation between voxels adds to it."},
     {Refined::pixel, "pixel", "pixel [widths of the picture]",
-     "A medium that voxels hold exactly, so that pixels are exact: the picture between pixels, "
-     "taken from the nearest or bilinear, RMS over 4x4 points a pixel; and the mean of the pixels "
+     "Voxels hold this medium exactly, so the pixels are exact. The error is that of the picture "
+     "between pixels, nearest or bilinear, RMS over 4x4 points per pixel; and the mean of the "
+     "pixels "
      "less the mean of the exact picture."}};
 
 const Refinement& of(const OrderRow& row) { return refinements[int(row.refined)]; }
@@ -92,7 +94,7 @@ std::string order_json(const std::vector<OrderRow>& rows) {
   return out.dump(1) + "\n";
 }
 
-/// Dashed lines of the orders expected, through the largest error of the rows that expect them.
+/// A dashed line for each expected order, above the largest error of the rows that expect it.
 void add_guides(Plot& plot, const std::vector<const OrderRow*>& rows) {
   constexpr Ink guide{150, 150, 150};
   for (const double order : {1.0, 2.0, 4.0}) {
@@ -107,11 +109,13 @@ void add_guides(Plot& plot, const std::vector<const OrderRow*>& rows) {
     if (top.second == 0) continue;
     const double shortest = std::max(finest, top.first * std::pow(least / top.second, 1 / order));
     const double end = top.second * std::pow(shortest / top.first, order);
+    const std::string text = "order " + number_text(order);
     plot.series.push_back({{{top.first, 1.5 * top.second}, {shortest, 1.5 * end}},
                            guide,
                            Drawing::Shape::ring,
-                           true});
-    plot.legend.push_back({"order " + number_text(order), guide, Drawing::Shape::ring, true, true});
+                           true,
+                           {text}});
+    plot.legend.push_back({text, guide, Drawing::Shape::ring, true, true});
   }
 }
 
@@ -129,14 +133,14 @@ NamedPlot order_plot(const std::string& name, const std::string& title,
   for (const OrderRow* row : rows) {
     const bool steps = row->refined == Refined::step;
     const bool corrected = steps && row->way.find(',') != std::string::npos;
-    // Rules have their own colours; where they do not differ, ways have.
+    // Colours tell rules apart, or ways if the rows share a rule.
     const Ink ink = steps ? ink_of(row->rule) : ink_of(Integrator(i));
     const Drawing::Shape shape = steps ? shapes[corrected ? 2 : 0] : shapes[i % 3];
-    plot.series.push_back({{}, ink, shape, corrected});
-    for (const LengthError& error : row->errors)
-      if (error.second > row->floor) plot.series.back().points.push_back(error);
-    plot.legend.push_back(
-        {row->way + ": " + decimals(row->observed(), 2), ink, shape, true, corrected});
+    const std::string text = row->way + ": " + decimals(row->observed(), 2);
+    plot.series.push_back({{}, ink, shape, corrected, {text}});
+    for (const auto& [length, rms] : row->errors)
+      if (rms > row->floor) plot.series.back().points.push_back({length, rms, row->way});
+    plot.legend.push_back({text, ink, shape, true, corrected});
     ++i;
   }
   return named;
@@ -156,7 +160,7 @@ std::vector<NamedPlot> order_plots(const std::vector<OrderRow>& rows) {
       plots.push_back(order_plot("order-" + std::string(refinement.name) + where,
                                  "Error by " + std::string(refinement.name) + ", rays " + rays +
                                      ", K " + number_text(chosen.front()->K) +
-                                     "; observed orders at the right",
+                                     "; the legend has the observed orders",
                                  chosen));
     }
   return plots;
@@ -178,10 +182,10 @@ void run_order_study(const std::filesystem::path& folder, const Progress& progre
   write_text((folder / "orders.json").string(), order_json(rows));
   write_text((folder / "orders.md").string(), markdown_table(order_table(rows)));
   std::string body =
-      "<p>One length shrinks, the others stay. Orders are slopes of the logarithms by least "
-      "squares over the finest four lengths whose error is above rounding; ≈: the rule's own "
-      "approximation of Ψ, which does not fall with the step, adds to the error or takes from "
-      "it.</p>\n";
+      "<p>One length shrinks at a time. An order is the slope of the error over the length in "
+      "logarithms, by least squares over the finest four lengths whose error is above rounding. ≈ "
+      "marks rules that approximate Ψ: the error of the approximation does not fall with the "
+      "step.</p>\n";
   for (const Refinement& refinement : refinements)
     body += "<p><b>" + std::string(refinement.name) + "</b>: " + refinement.measured + "</p>\n";
   for (const NamedPlot& plot : order_plots(rows)) body += write_plot(plot, folder);

@@ -14,11 +14,6 @@ constexpr double letter_width = 6.5;                              ///< of the le
 constexpr double left = 80, right = 690, top = 40, bottom = 500;  ///< of the axes' box
 constexpr Ink black{20, 20, 20}, grey{225, 225, 225}, dark_grey{185, 185, 185}, red{200, 0, 0};
 
-bool has_place(const std::pair<double, double>& point) {
-  return point.first > 0 && point.second > 0 && std::isfinite(point.first) &&
-         std::isfinite(point.second);
-}
-
 /// A logarithmic axis from value `first` at `from` to `last` at `to` of the page.
 struct Axis {
   double first, last, from, to;
@@ -70,10 +65,10 @@ class Page {
   explicit Page(const Plot& plot) : plot_(plot) {
     double x[2] = {HUGE_VAL, -HUGE_VAL}, y[2] = {HUGE_VAL, -HUGE_VAL};
     for (const Series& series : plot.series)
-      for (const auto& point : series.points) {
+      for (const PlotPoint& point : series.points) {
         if (!has_place(point)) continue;
-        x[0] = std::min(x[0], point.first), x[1] = std::max(x[1], point.first);
-        y[0] = std::min(y[0], point.second), y[1] = std::max(y[1], point.second);
+        x[0] = std::min(x[0], point.x), x[1] = std::max(x[1], point.x);
+        y[0] = std::min(y[0], point.y), y[1] = std::max(y[1], point.y);
       }
     x_ = make_axis(x[0], x[1], left, right);
     y_ = make_axis(y[0], y[1], bottom, top);
@@ -121,8 +116,8 @@ class Page {
 
   void curve(const Series& series) {
     std::vector<std::pair<double, double>> places;
-    for (const auto& point : series.points)
-      if (has_place(point)) places.emplace_back(x_.at(point.first), y_.at(point.second));
+    for (const PlotPoint& point : series.points)
+      if (has_place(point)) places.emplace_back(x_.at(point.x), y_.at(point.y));
     for (std::size_t i = 1; i < places.size(); ++i)
       line(places[i - 1].first, places[i - 1].second, places[i].first, places[i].second, 1.4,
            series.ink, series.dashed ? 4 : 0);
@@ -131,14 +126,14 @@ class Page {
   }
 
   void front() {
-    for (std::size_t i = 0; i < plot_.front.size(); ++i) {
-      if (!has_place(plot_.front[i])) continue;
-      const double x = x_.at(plot_.front[i].first), y = y_.at(plot_.front[i].second);
-      drawing_.items.push_back(Drawing::Mark{x, y, 7, Drawing::Shape::ring, red});
-      if (i + 1 == plot_.front.size() || !has_place(plot_.front[i + 1])) continue;
-      const double next_x = x_.at(plot_.front[i + 1].first);
-      line(x, y, next_x, y, 1, red, 3);
-      line(next_x, y, next_x, y_.at(plot_.front[i + 1].second), 1, red, 3);
+    const Series front = front_series(plot_);
+    for (std::size_t i = 0; i < front.points.size(); ++i) {
+      const double x = x_.at(front.points[i].x), y = y_.at(front.points[i].y);
+      drawing_.items.push_back(Drawing::Mark{x, y, 7, front.shape, front.ink});
+      if (i + 1 == front.points.size()) continue;
+      const double next_x = x_.at(front.points[i + 1].x);
+      line(x, y, next_x, y, 1, front.ink, 3);
+      line(next_x, y, next_x, y_.at(front.points[i + 1].y), 1, front.ink, 3);
     }
   }
 
@@ -159,6 +154,20 @@ class Page {
 };
 
 }  // namespace
+
+bool has_place(const PlotPoint& point) {
+  return point.x > 0 && point.y > 0 && std::isfinite(point.x) && std::isfinite(point.y);
+}
+
+LegendEntry front_entry() { return {"Pareto front", red, Drawing::Shape::ring}; }
+
+Series front_series(const Plot& plot) {
+  const LegendEntry entry = front_entry();
+  Series series{{}, entry.ink, entry.shape, true, {entry.text}};
+  for (const PlotPoint& point : plot.front)
+    if (has_place(point)) series.points.push_back(point);
+  return series;
+}
 
 Drawing draw(const Plot& plot) { return Page(plot).drawn(); }
 

@@ -5,6 +5,7 @@
 
 #include "march/rule_weights.h"
 #include "psivox/colormap.h"
+#include "psivox/image.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
@@ -19,7 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of a segment whose luminance is linear too, or taken in the middle, where that is linear's mean.
+/// What a rule makes of a segment whose luminance is linear too. A rule that reads the middle gets
+/// the mean of the ends there.
 struct Outcome {
   double psi = 1, zeta = 1;    ///< C = L_f (1 - psi) + L_b (psi - zeta)
   double front = 0, back = 0;  ///< 1 - psi and psi - zeta, with their own precision
@@ -33,7 +35,7 @@ struct Outcome {
 
 struct SegmentError {
   double psi = 0, zeta = 0;
-  double color = 0;  ///< of the radiance, the largest in magnitude for luminances of 0 to 1
+  double color = 0;  ///< the radiance error of largest magnitude for luminances from 0 to 1
 };
 
 SegmentError difference(const Outcome& a, const Outcome& b) {
@@ -41,7 +43,7 @@ SegmentError difference(const Outcome& a, const Outcome& b) {
   const double front = a.front - b.front, back = a.back - b.back;
   for (const double color : {front, back, front + back})
     e.color = std::max(e.color, std::abs(color));
-  // Where zeta is right, the ends' errors are each other's opposite: rounding must not choose.
+  // If zeta is right, the errors of the ends are opposite: rounding must not choose between them.
   const bool at_front = std::abs(front) >= 0.999 * e.color;
   e.color = std::copysign(e.color, at_front                            ? front
                                    : std::abs(back) >= 0.999 * e.color ? back
@@ -54,7 +56,7 @@ SegmentError rule_error(Integrator rule, double x_f, double x_b) {
                     Outcome(rule_weights_double(Integrator::psi_exact, x_f, x_b)));
 }
 
-/// The ends are those that float can hold, so that their rounding does not count.
+/// Rounds the ends to float first, so that their own rounding does not count.
 SegmentError float_error(Integrator rule, double x_f, double x_b) {
   x_f = static_cast<double>(static_cast<float>(x_f));
   x_b = static_cast<double>(static_cast<float>(x_b));
@@ -62,7 +64,7 @@ SegmentError float_error(Integrator rule, double x_f, double x_b) {
                     Outcome(rule_weights_double(rule, x_f, x_b)));
 }
 
-/// Ends of segments over a square: u from 0 to 1 to an optical length.
+/// A square of segments, by their ends: `length` maps u from 0 to 1 to an optical length.
 struct Domain {
   const char* name;
   const char* caption;
@@ -89,9 +91,9 @@ struct Quantity {
 constexpr Quantity quantities[] = {
     {"psi", &SegmentError::psi}, {"zeta", &SegmentError::zeta}, {"color", &SegmentError::color}};
 
-constexpr int cells = 200;  // a side of a domain; a cell is a pixel
+constexpr int cells = 200;  // along a side of a domain; a cell is a pixel
 
-/// The errors over a domain, the front end to the right, the back end upwards.
+/// The errors over a domain. The front end grows to the right, the back end upwards.
 struct Surface {
   std::vector<SegmentError> errors;
 
@@ -113,7 +115,7 @@ struct Surface {
     return most;
   }
 
-  /// Blue below, red above 0, full colour at `scale`.
+  /// Blue below 0, red above, full colour at `scale`.
   Image picture(double SegmentError::*member, double scale) const {
     Image image;
     image.width = image.height = cells;
@@ -187,14 +189,13 @@ void run_psi_study(const fs::path& folder, const Progress& progress) {
   check_study_folder(folder, false);
   make_folder(folder / "pictures");
   std::string csv = "integrator,ends,error,psi_rms,psi_max,zeta_rms,zeta_max,color_rms,color_max\n";
-  std::string markdown, body =
-                            "<p>One segment of length 1, its attenuation linear between its ends. "
-                            "Ψ and ζ as in C = L_f (1 "
-                            "- Ψ) + L_b (Ψ - ζ); the colour's error is the largest for luminances "
-                            "from 0 to 1. In the "
-                            "pictures the front end goes to the right and the back end upwards; "
-                            "blue is below and red "
-                            "above 0, full colour the number beside them.</p>\n";
+  std::string markdown;
+  std::string body =
+      "<p>The medium is one segment of length 1 whose attenuation is linear between its ends. Its "
+      "colour is C = L_f (1 - Ψ) + L_b (Ψ - ζ); the error of the colour is the largest for "
+      "luminances from 0 to 1. In the pictures the attenuation of the front end grows to the right "
+      "and that of the back end upwards. Blue is below 0 and red above; the caption has the error "
+      "at full colour.</p>\n";
   const std::vector<Integrator> rules = segment_rules();
   double done = 0;
   for (const Measure& measure : measures)

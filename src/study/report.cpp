@@ -1,10 +1,13 @@
 #include "study/report.h"
 
 #include <algorithm>
+#include <iterator>
+#include <map>
 
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
 #include "study/html.h"
+#include "study/needs.h"
 #include "study/number_format.h"
 #include "study/results_table.h"
 #include "study/study_plots.h"
@@ -39,58 +42,99 @@ std::string max_text(const Deviation& d) {
   return two_digits(d.max) + " at " + std::to_string(d.max_x) + "," + std::to_string(d.max_y);
 }
 
-std::string points_table(const StudyResults& results) {
-  std::vector<std::vector<std::string>> rows = {
-      {"variant", "RMS", "radiance RMS", "max, pixel", "99 %", "mean", "alpha RMS", "max, pixel",
-       "99 %", "mean", "step error RMS", "arithmetic RMS", "look-ups a ray", "segments a ray",
-       "GPU ms", "wall ms", "CPU ms", "atlas MiB"}};
+/// What the page says of a point: a row of its table, in the table's order.
+Facts facts_of(const StudyPoint& p) {
   const auto rms = [](const std::optional<PictureError>& error) {
     return error ? two_digits(error->rms()) : "–";
   };
+  Facts facts = {{"RMS", two_digits(p.error.rms())}};
+  for (const auto& [channels, d] :
+       {std::pair("radiance", &p.error.radiance), std::pair("alpha", &p.error.alpha)}) {
+    const std::string prefix = channels + std::string(" ");
+    facts.insert(facts.end(), {{prefix + "RMS", two_digits(d->rms)},
+                               {prefix + "max, pixel", max_text(*d)},
+                               {prefix + "99 %", two_digits(d->p99)},
+                               {prefix + "mean", two_digits(d->mean)}});
+  }
+  facts.insert(facts.end(), {{"step error RMS", rms(p.step_error)},
+                             {"arithmetic RMS", rms(p.arithmetic)},
+                             {"look-ups per ray", decimals(p.samples_per_ray, 1)},
+                             {"segments per ray", decimals(p.steps_per_ray, 1)},
+                             {"GPU ms", spread_text(gpu_ms(p))},
+                             {"wall ms", spread_text(wall_ms(p))},
+                             {"CPU ms", spread_text(cpu_ms(p))},
+                             {"atlas MiB", decimals(double(p.atlas_bytes) / (1 << 20), 2)}});
+  return facts;
+}
+
+std::string points_table(const StudyResults& results) {
+  TextTable rows = {{"variant"}};
   for (const StudyPoint& p : results.points) {
     const std::string chosen = p.chosen ? ": " + variant_name(*p.chosen) : "";
-    std::vector<std::string> row = {variant_name(p.variant) + chosen, two_digits(p.error.rms())};
-    for (const Deviation* d : {&p.error.radiance, &p.error.alpha})
-      row.insert(row.end(),
-                 {two_digits(d->rms), max_text(*d), two_digits(d->p99), two_digits(d->mean)});
-    row.insert(row.end(),
-               {rms(p.step_error), rms(p.arithmetic), decimals(p.samples_per_ray, 1),
-                decimals(p.steps_per_ray, 1), spread_text(gpu_ms(p)), spread_text(wall_ms(p)),
-                spread_text(cpu_ms(p)), decimals(double(p.atlas_bytes) / (1 << 20), 2)});
-    rows.push_back(std::move(row));
+    rows.push_back({variant_name(p.variant) + chosen});
+    for (const auto& [label, text] : facts_of(p)) {
+      if (rows.size() == 2) rows[0].push_back(label);
+      rows.back().push_back(text);
+    }
   }
   return html_table(rows);
 }
 
-/// Rules by samplings.
-std::string rms_table(const StudyResults& results) {
-  std::vector<std::vector<std::string>> rows = {{"RMS"}};
+/// The facts that fit beside a point of a plot.
+std::string plot_facts(const StudyResults& results) {
+  constexpr const char* brief[] = {
+      "RMS", "radiance max, pixel", "look-ups per ray", "CPU ms", "wall ms", "GPU ms"};
+  std::map<std::string, Facts> all;
   for (const StudyPoint& p : results.points) {
-    const auto place = [](std::vector<std::string>& in, const std::string& name) {
-      const auto at = std::find(in.begin(), in.end(), name) - in.begin();
-      if (at == std::ptrdiff_t(in.size())) in.push_back(name);
-      return std::size_t(at);
-    };
-    const std::size_t column = place(rows[0], sampling_name(p.variant));
-    const std::string rule = rule_name(p.variant);
-    auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r[0] == rule; });
-    if (row == rows.end()) row = rows.insert(row, {rule});
-    if (row->size() <= column) row->resize(column + 1);
-    (*row)[column] = two_digits(p.error.rms());
+    Facts& shown = all[variant_name(p.variant)];
+    if (p.chosen) shown.emplace_back("chosen", variant_name(*p.chosen));
+    for (const auto& fact : facts_of(p))
+      if (std::find(std::begin(brief), std::end(brief), fact.first) != std::end(brief))
+        shown.push_back(fact);
   }
-  for (auto& row : rows) row.resize(rows[0].size());
-  return html_table(rows);
+  return html_facts(all);
+}
+
+/// For each error the cheapest measured variant that stays below it.
+TextTable cheapest_table(const StudyResults& results) {
+  TextTable rows = {{"RMS at most", "fewest look-ups per ray", "least processor time"}};
+  const auto cheapest = [&](double rms, const auto& cost, const char* unit) -> std::string {
+    const StudyPoint* best = nullptr;
+    for (const StudyPoint& p : results.points)
+      if (p.error.rms() <= rms && cost(p) > 0 && (!best || cost(p) < cost(*best))) best = &p;
+    if (!best) return "–";
+    return variant_name(best->variant) + ": " + decimals(cost(*best), 1) + unit;
+  };
+  for (const double rms : usual_rms)
+    rows.push_back({power_text(rms),
+                    cheapest(
+                        rms, [](const StudyPoint& p) { return p.samples_per_ray; }, ""),
+                    cheapest(
+                        rms, [](const StudyPoint& p) { return cpu_ms(p).median; }, " ms")});
+  return rows;
+}
+
+std::string skipped_table(const StudyResults& results) {
+  if (results.skipped.empty()) return "";
+  TextTable rows = {{"skipped", "why"}};
+  for (const auto& [variants, reason] : skipped_lines(results.skipped))
+    rows.push_back({variants, escaped(reason)});
+  return "<h2>Skipped</h2>\n" + html_table(rows, Cells::words);
 }
 
 std::string gallery(const StudyResults& results, const fs::path& folder) {
   std::string out =
-      "<p>Of each: the picture, and its difference from the reference, blue below and red above "
-      "it; full colour is the number beside it.</p>\n<div class=\"gallery\">\n";
+      "<p>Every variant has its picture and the difference from the reference: blue where the "
+      "picture is darker, red where it is brighter. The caption has the difference at full "
+      "colour.</p>\n<div class=\"gallery\">\n";
   for (const StudyPoint& p : results.points) {
     const std::string name = variant_name(p.variant), file = file_name(p.variant) + ".png";
-    out += html_figure(folder / pictures_folder / file, name, thumbnail_width);
+    // Beside a point of a plot the name is above the pictures.
+    const std::string label = "<span class=\"name\">" + name + ": </span>";
+    out += html_figure(folder / pictures_folder / file, label + "picture", thumbnail_width, name);
     out += html_figure(folder / differences_folder / file,
-                       name + ": ±" + two_digits(p.difference_scale), thumbnail_width);
+                       label + "difference, ±" + two_digits(p.difference_scale), thumbnail_width,
+                       name);
   }
   return out + "</div>\n";
 }
@@ -117,28 +161,27 @@ std::string reference_name(const Variant& variant) {
 
 void write_report(const StudyResults& results, const fs::path& folder) {
   write_text((folder / "results.md").string(), results_markdown(results));
-  std::string body = head(results);
-  body += references(results, folder);
+  std::string body =
+      "<div class=\"gallery\">\n" + head(results) + references(results, folder) + "</div>\n";
   body +=
-      "<h2>Plots</h2>\n<p>Error is the RMS over R G B A of the GPU's picture less the "
-      "reference, in linear radiance.</p>\n";
+      "<h2>Cheapest ways to an error</h2>\n<p>Error is the RMS over R G B A of the GPU's picture "
+      "less the reference, in linear radiance. For each error the table names the measured variant "
+      "that stays below it with the fewest field look-ups per ray, and the one with the least "
+      "processor time.</p>\n" +
+      html_table(cheapest_table(results), Cells::words);
+  body += "<h2>Plots</h2>\n";
   for (const NamedPlot& named : plots_of(results)) body += write_plot(named, folder);
-  body += "<h2>Rules by samplings</h2>\n" + rms_table(results);
+  body += plot_facts(results);
+  body += "<h2>Rules by samplings</h2>\n<p>" + std::string(rules_note) + "</p>\n" +
+          html_table(rules_table(results));
+  body += "<h2>What an error takes</h2>\n<p>" + std::string(needs_note) + "</p>\n" +
+          html_table(needs_table(results));
   body +=
-      "<h2>What an error takes</h2>\n<p>Field look-ups a ray and processor time of the march for "
-      "an "
-      "RMS, between measured points straight in the logarithms; –: no point gets there.</p>\n" +
-      html_table(needs_table(results));
-  body +=
-      "<h2>All numbers</h2>\n<p>Times are medians, with the least and the greatest. Step error: "
-      "march in double less reference; arithmetic error: GPU less march in double.</p>\n" +
+      "<h2>All numbers</h2>\n<p>Times are medians, with the least and the greatest in parentheses. "
+      "The step error is the march in double less the reference; the arithmetic error is the GPU's "
+      "picture less the march in double.</p>\n" +
       points_table(results);
-  if (!results.skipped.empty()) {
-    std::vector<std::vector<std::string>> rows = {{"left out", "why"}};
-    for (const auto& [variants, reason] : skipped_lines(results.skipped))
-      rows.push_back({variants, escaped(reason)});
-    body += "<h2>Left out</h2>\n" + html_table(rows, Cells::words);
-  }
+  body += skipped_table(results);
   body += "<h2>Pictures</h2>\n" + gallery(results, folder);
   body += "<h2>Scene</h2>\n<pre>" + escaped(results.scene) + "</pre>\n";
   write_text((folder / "index.html").string(), html_page("psivox study", body));

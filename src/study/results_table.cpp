@@ -30,7 +30,7 @@ void add_short(CsvLine& line, const std::optional<PictureError>& error) {
       line << (error ? number_text((*error).*part.*number) : std::string());
 }
 
-/// In the order of their first appearance.
+/// Distinct names in the order of first appearance.
 template <typename Name>
 std::vector<std::string> names(const StudyResults& results, Name name) {
   std::vector<std::string> out;
@@ -56,7 +56,7 @@ std::string cell(const StudyPoint* point, const StudyPoint* baseline) {
   return text;
 }
 
-/// "34.1, 12 ms", with a sign before what is an upper limit.
+/// "34.1, 12 ms"; upper bounds have "≤" in front.
 std::string need_text(const Need& need) {
   if (!need.samples_per_ray) return "–";
   std::string text = (need.at_most ? "≤ " : "") + decimals(*need.samples_per_ray, 1);
@@ -73,7 +73,7 @@ TextTable needs_table(const StudyResults& results) {
     const std::string name = variant_name(need.variant);
     if (rows.size() == 1 || rows.back()[0] != name) rows.push_back({name});
     rows.back().push_back(need_text(need));
-    if (rows.size() == 2) rows[0].push_back("RMS 1e" + decimals(std::log10(need.rms), 0));
+    if (rows.size() == 2) rows[0].push_back("RMS " + power_text(need.rms));
   }
   return rows;
 }
@@ -119,26 +119,25 @@ std::string results_csv(const StudyResults& results) {
   return out;
 }
 
-std::string results_markdown(const StudyResults& results) {
-  const std::vector<std::string> columns = names(results, sampling_name);
-  std::string out =
-      "RMS over R G B A against the reference; in parentheses the processor time of the march over "
-      "that of `porter-duff` in the same column.\n\n| rule |";
-  for (const std::string& column : columns) out += " " + column + " |";
-  out += "\n|---|";
-  for (std::size_t i = 0; i < columns.size(); ++i) out += "---|";
+TextTable rules_table(const StudyResults& results) {
+  TextTable rows = {{"rule"}};
+  for (const std::string& column : names(results, sampling_name)) rows[0].push_back(column);
   for (const std::string& rule : names(results, rule_name)) {
-    out += "\n| `" + rule + "` |";
-    for (const std::string& column : columns)
-      out += " " + cell(find(results, rule, column), find(results, "porter-duff", column)) + " |";
+    rows.push_back({rule});
+    for (std::size_t i = 1; i < rows[0].size(); ++i)
+      rows.back().push_back(
+          cell(find(results, rule, rows[0][i]), find(results, "porter-duff", rows[0][i])));
   }
-  out +=
-      "\n\nField look-ups a ray and processor time that an RMS takes, between points straight in "
-      "the "
-      "logarithms; –: no point gets there.\n\n";
-  out += markdown_table(needs_table(results));
+  return rows;
+}
+
+std::string results_markdown(const StudyResults& results) {
+  TextTable rules = rules_table(results);
+  for (std::size_t i = 1; i < rules.size(); ++i) rules[i][0] = "`" + rules[i][0] + "`";
+  std::string out = std::string(rules_note) + "\n\n" + markdown_table(rules) + "\n" + needs_note +
+                    "\n\n" + markdown_table(needs_table(results));
   if (results.skipped.empty()) return out;
-  out += "\nLeft out:\n\n";
+  out += "\nSkipped:\n\n";
   for (const auto& [variants, reason] : skipped_lines(results.skipped))
     out += "- " + variants + ": " + reason + "\n";
   return out;

@@ -10,11 +10,21 @@ namespace psivox {
 /// A header and one line for each point; numbers have all their digits.
 std::string results_csv(const StudyResults& results);
 
-/// Markdown: a table of rules by samplings, whose cells are "RMS (processor time over that of
-/// porter-duff in the same column)", the table of needs, and the list of skipped variants.
-std::string results_markdown(const StudyResults& results);
+/// Rules by samplings.
+TextTable rules_table(const StudyResults& results);
+inline constexpr const char* rules_note =
+    "Each cell has the RMS over R G B A against the reference and, in parentheses, the processor "
+    "time of the march over that of porter-duff in the same column.";
 
 /// needs_of() for people: a row for each rule and sampling, a column for each RMS.
 TextTable needs_table(const StudyResults& results);
+inline constexpr const char* needs_note =
+    "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
+    "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
+    "already "
+    "reaches the RMS; –: no point reaches it.";
+
+/// Markdown: both tables, and the list of skipped variants.
+std::string results_markdown(const StudyResults& results);
 
 }  // namespace psivox

@@ -4,7 +4,6 @@
 #include <functional>
 #include <iterator>
 
-#include "psivox/text_file.h"
 #include "study/pareto.h"
 
 namespace psivox {
@@ -12,7 +11,7 @@ namespace {
 
 constexpr Ink inks[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 39, 40},
                         {148, 103, 189}, {140, 86, 75},  {227, 119, 194}, {127, 127, 127},
-                        {188, 189, 34},  {23, 190, 207}, {0, 0, 0},       {0, 90, 160},
+                        {188, 189, 34},  {23, 190, 207}, {0, 0, 0},       {110, 0, 60},
                         {120, 200, 120}, {170, 110, 40}};
 
 constexpr Ink chosen_ink{230, 60, 140};
@@ -29,12 +28,11 @@ Drawing::Shape shape_of(const Variant& variant) {
   return variant.tolerance ? Drawing::Shape::ring : shape_of(variant.sampling);
 }
 
-/// Cells' curves are dashed.
 bool is_dashed(const Variant& variant) {
   return !variant.tolerance && variant.sampling == Sampling::cells;
 }
 
-/// Errors nearer than that are drawn as one.
+/// Errors within this fraction count as equal on the Pareto front.
 constexpr double front_margin = 0.01;
 
 using Abscissa = std::function<double(const StudyPoint&)>;
@@ -44,7 +42,7 @@ Plot plot_of(const StudyResults& results, const std::string& title, const std::s
   std::vector<const StudyPoint*> points;
   for (const StudyPoint& point : results.points)
     if (x(point) > 0) points.push_back(&point);
-  // From coarse to fine, which is how a curve joins them.
+  // A curve joins its points from coarse to fine.
   std::stable_sort(points.begin(), points.end(), [](const StudyPoint* a, const StudyPoint* b) {
     return is_coarser(a->variant, b->variant);
   });
@@ -55,7 +53,7 @@ Plot plot_of(const StudyResults& results, const std::string& title, const std::s
     };
     auto curve = std::find_if(curves.begin(), curves.end(), same);
     if (curve == curves.end()) curve = curves.insert(curve, {point->variant, {}});
-    curve->points.emplace_back(x(*point), point->error.rms());
+    curve->points.push_back({x(*point), point->error.rms(), variant_name(point->variant)});
   }
   Plot plot = plot_of_curves(curves);
   plot.title = title;
@@ -65,51 +63,44 @@ Plot plot_of(const StudyResults& results, const std::string& title, const std::s
 }
 
 void mark_front(Plot& plot, const StudyResults& results, const Abscissa& x) {
+  std::vector<const StudyPoint*> points;
   std::vector<Cost> costs;
-  for (const StudyPoint& point : results.points)
-    if (x(point) > 0) costs.push_back({x(point), point.error.rms()});
+  for (const StudyPoint& point : results.points) {
+    if (!(x(point) > 0)) continue;
+    points.push_back(&point);
+    costs.push_back({x(point), point.error.rms()});
+  }
   for (const std::size_t i : pareto_front(costs, front_margin))
-    plot.front.emplace_back(costs[i].time, costs[i].error);
-  if (!plot.front.empty())
-    plot.legend.push_back({"Pareto front", {200, 0, 0}, Drawing::Shape::ring});
+    plot.front.push_back({costs[i].time, costs[i].error, variant_name(points[i]->variant)});
+  if (!plot.front.empty()) plot.legend.push_back(front_entry());
 }
 
 }  // namespace
 
 Ink ink_of(Integrator rule) { return inks[static_cast<std::size_t>(rule) % std::size(inks)]; }
 
-std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder) {
-  const Drawing drawing = draw(named.plot);
-  std::string svg = svg_of(drawing);
-  write_text((folder / (named.name + ".svg")).string(), svg);
-  write_image(picture_of(drawing), folder / (named.name + ".png"));
-  return svg;
-}
-
 Plot plot_of_curves(const std::vector<PlotCurve>& curves) {
-  Plot plot;
-  for (const PlotCurve& curve : curves) {
-    const Variant& v = curve.variant;
-    plot.series.push_back({curve.points, ink_of(v), shape_of(v), is_dashed(v)});
-  }
-  std::vector<std::string> rules;
-  for (const PlotCurve& curve : curves) {
-    const std::string rule = rule_name(curve.variant);
-    if (std::find(rules.begin(), rules.end(), rule) != rules.end()) continue;
-    rules.push_back(rule);
-    plot.legend.push_back({rule, ink_of(curve.variant)});
-  }
   constexpr Ink ink{60, 60, 60};
   const std::pair<Sampling, const char*> samplings[] = {{Sampling::uniform, "uniform"},
                                                         {Sampling::cells, "cells"},
                                                         {Sampling::template_, "template"}};
-  for (const auto& [sampling, name] : samplings) {
-    const auto has = [&](const PlotCurve& c) {
-      return !c.variant.tolerance && c.variant.sampling == sampling;
-    };
-    if (std::any_of(curves.begin(), curves.end(), has))
-      plot.legend.push_back({name, ink, shape_of(sampling), true, sampling == Sampling::cells});
+  Plot plot;
+  const auto add_entry = [&](const LegendEntry& entry) {
+    const auto same = [&](const LegendEntry& other) { return other.text == entry.text; };
+    if (std::none_of(plot.legend.begin(), plot.legend.end(), same)) plot.legend.push_back(entry);
+  };
+  for (const PlotCurve& curve : curves) {
+    const Variant& v = curve.variant;
+    add_entry({rule_name(v), ink_of(v)});
+    plot.series.push_back({curve.points, ink_of(v), shape_of(v), is_dashed(v), {rule_name(v)}});
   }
+  for (const auto& [sampling, name] : samplings)
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+      const Variant& v = curves[i].variant;
+      if (v.tolerance || v.sampling != sampling) continue;
+      add_entry({name, ink, shape_of(v), true, is_dashed(v)});
+      plot.series[i].entries.emplace_back(name);
+    }
   return plot;
 }
 
@@ -127,7 +118,7 @@ std::vector<NamedPlot> plots_of(const StudyResults& results) {
       "error-step", "Error by step", "uniform step [voxels]",
       [](const StudyPoint& p) { return p.variant.step; }, false);
   add(
-      "error-samples", "Error by look-ups", "field look-ups a ray",
+      "error-samples", "Error by look-ups", "field look-ups per ray",
       [](const StudyPoint& p) { return p.samples_per_ray; }, true);
   add(
       "error-time", "Error by the GPU's time", "time of the draws by the GPU's timer [ms], median",

@@ -1,4 +1,4 @@
-// What several studies need for an RMS, side by side.
+// Compares what several studies need for an RMS.
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,6 @@
 namespace psivox {
 namespace {
 
-constexpr double table_rms[] = {1e-2, 1e-3, 1e-4, 1e-5};
 /// Thirds of a decade, for the plots.
 std::vector<double> plot_rms() {
   std::vector<double> all;
@@ -41,7 +40,7 @@ std::vector<NamedStudy> read_studies(const std::vector<std::filesystem::path>& f
   return studies;
 }
 
-/// The refinements of all studies, in the order of their first appearance.
+/// The refinements of all studies, in the order of first appearance.
 std::vector<Variant> refinements_of(const std::vector<NamedStudy>& studies) {
   std::vector<Variant> all;
   for (const NamedStudy& study : studies)
@@ -50,7 +49,7 @@ std::vector<Variant> refinements_of(const std::vector<NamedStudy>& studies) {
   return all;
 }
 
-/// What a refinement needs in a study, in the order of `rms`; none where the study has it not.
+/// What a refinement needs in a study, in the order of `rms`; empty if the study lacks it.
 std::vector<Need> needs_in(const NamedStudy& study, const Variant& refinement,
                            const std::vector<double>& rms) {
   std::vector<Need> own;
@@ -69,14 +68,14 @@ struct SummaryCost {
   int decimals;
 };
 constexpr SummaryCost summary_costs[] = {
-    {"needs-samples", "Field look-ups a ray", "field look-ups a ray, geometric mean",
+    {"needs-samples", "Field look-ups per ray", "field look-ups per ray, geometric mean",
      &Need::samples_per_ray, 0},
     {"needs-cpu", "Processor time over that of midpoint, uniform, at RMS 1e-3",
      "processor time over that of midpoint, uniform, at RMS 1e-3, geometric mean", &Need::cpu_ms,
      2}};
 
-/// What a study's numbers are divided by: 1, or midpoint's time at 1e-3 so that pictures and
-/// machines of different speed can be compared.
+/// The divisor of a study's numbers: 1 for look-ups. For times it is midpoint's time at 1e-3, so
+/// that pictures and machines of different speed can be compared.
 double unit_of(const NamedStudy& study, const SummaryCost& cost) {
   if (cost.amount == &Need::samples_per_ray) return 1;
   for (const Need& need : needs_of(study.results, {1e-3}))
@@ -99,8 +98,7 @@ TextTable summary_table(const std::vector<NamedStudy>& studies, const SummaryCos
     rows.push_back({variant_name(refinement)});
     for (const NamedStudy& study : studies) {
       std::string text;
-      for (const Need& need :
-           needs_in(study, refinement, {std::begin(table_rms), std::end(table_rms)}))
+      for (const Need& need : needs_in(study, refinement, usual_rms))
         text += (text.empty() ? "" : " / ") + amount_text(need, cost, unit_of(study, cost));
       rows.back().push_back(text.empty() ? "–" : text);
     }
@@ -108,7 +106,7 @@ TextTable summary_table(const std::vector<NamedStudy>& studies, const SummaryCos
   return rows;
 }
 
-/// Geometric means over the studies, where all get there.
+/// Geometric means over the studies, at every RMS that all of them reach.
 NamedPlot summary_plot(const std::vector<NamedStudy>& studies, const SummaryCost& cost) {
   const std::vector<double> rms = plot_rms();
   std::vector<PlotCurve> curves;
@@ -124,11 +122,13 @@ NamedPlot summary_plot(const std::vector<NamedStudy>& studies, const SummaryCost
     }
     PlotCurve curve{refinement, {}};
     for (std::size_t i = 0; i < rms.size(); ++i)
-      if (std::isfinite(logs[i])) curve.points.emplace_back(std::exp(logs[i]), rms[i]);
+      if (std::isfinite(logs[i]))
+        curve.points.push_back({std::exp(logs[i]), rms[i], variant_name(refinement)});
     if (!curve.points.empty()) curves.push_back(std::move(curve));
   }
   NamedPlot named{cost.name, plot_of_curves(curves)};
-  named.plot.title = "What an RMS takes: mean of " + std::to_string(studies.size()) + " studies";
+  named.plot.title =
+      "What an RMS takes: geometric mean of " + std::to_string(studies.size()) + " studies";
   named.plot.x_label = cost.axis;
   named.plot.y_label = "RMS over R G B A against the reference";
   return named;
@@ -137,7 +137,7 @@ NamedPlot summary_plot(const std::vector<NamedStudy>& studies, const SummaryCost
 std::string summary_csv(const std::vector<NamedStudy>& studies) {
   std::string out = "study,variant,rms,samples_per_ray,cpu_ms,at_most\n";
   for (const NamedStudy& study : studies)
-    for (const Need& need : needs_of(study.results, {std::begin(table_rms), std::end(table_rms)})) {
+    for (const Need& need : needs_of(study.results, usual_rms)) {
       const auto text = [](const std::optional<double>& n) {
         return n ? number_text(*n) : std::string();
       };
@@ -155,8 +155,9 @@ void run_summary(const std::vector<std::filesystem::path>& folders,
   const std::vector<NamedStudy> studies = read_studies(folders);
   check_study_folder(out, false);
   const std::string note =
-      "For RMS 1e-2 / 1e-3 / 1e-4 / 1e-5, between measured points straight in the logarithms; ≤: "
-      "the coarsest point is good enough; –: no point gets there.";
+      "The numbers are for an RMS of 1e-2 / 1e-3 / 1e-4 / 1e-5, interpolated between measured "
+      "points linearly in the logarithms. ≤: the coarsest point already reaches the RMS; –: no "
+      "point reaches it.";
   std::string markdown = note + "\n", body = "<p>" + note + "</p>\n";
   for (const SummaryCost& cost : summary_costs) {
     const TextTable table = summary_table(studies, cost);

@@ -4,12 +4,6 @@
 namespace psivox {
 namespace {
 
-std::string hex(Ink ink) {
-  char text[8];
-  std::snprintf(text, sizeof text, "#%02x%02x%02x", ink.r, ink.g, ink.b);
-  return text;
-}
-
 std::string attribute(const char* name, double value) {
   return std::string(" ") + name + "=\"" + decimals(value, 2) + "\"";
 }
@@ -53,6 +47,8 @@ std::string element(const Drawing::Text& t) {
 }
 
 }  // namespace
+
+std::string hex(Ink ink) { return formatted("#%02x%02x%02x", ink.r, ink.g, ink.b); }
 
 std::string escaped(const std::string& text) {
   std::string out;

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+namespace psivox {
+
+/// Texts that a page holds, by file name: page.css and plots.js of src/study/page, and Chart.js as
+/// chart.min.js.
+const std::map<std::string, std::string>& page_files();
+
+}  // namespace psivox

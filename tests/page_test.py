@@ -1,0 +1,265 @@
+"""Opens a study's pages in headless Chromium and reads what a user sees: page_test.py FOLDER.
+
+FOLDER holds the pages study/ and summary/. The browser is driven over the WebDriver protocol.
+Screenshots stay in FOLDER.
+"""
+
+import base64
+import json
+import math
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import urllib.error
+import urllib.request
+
+CHROMIUM_ARGUMENTS = [
+    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--window-size=1280,1000", "--force-device-scale-factor=1",
+]
+SHIFT = "\ue008"
+
+
+class Browser:
+    """A session of chromedriver, ended by `with`."""
+
+    def __enter__(self):
+        self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        self.driver = subprocess.Popen(["chromedriver", "--port=0"], stdout=subprocess.PIPE, text=True)
+        for line in self.driver.stdout:
+            if found := re.search(r"started successfully on port (\d+)", line):
+                break
+        else:
+            sys.exit("chromedriver did not start")
+        self.base = f"http://127.0.0.1:{found[1]}/session"
+        options = {"args": [*CHROMIUM_ARGUMENTS, f"--user-data-dir={self.profile.name}"]}
+        capabilities = {"browserName": "chrome", "goog:chromeOptions": options,
+                        "goog:loggingPrefs": {"browser": "ALL"}}
+        self.base += "/" + self.call("", {"capabilities": {"alwaysMatch": capabilities}})["sessionId"]
+        return self
+
+    def __exit__(self, *_):
+        try:
+            self.call("", method="DELETE")
+        finally:
+            self.driver.terminate()
+            self.driver.wait()
+            self.profile.cleanup()
+
+    def call(self, path, body=None, method=None):
+        data = None if body is None else json.dumps(body).encode()
+        request = urllib.request.Request(self.base + path, data, method=method or ("POST" if data else "GET"))
+        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+        try:
+            with opener.open(request, timeout=120) as reply:
+                return json.load(reply)["value"]
+        except urllib.error.HTTPError as error:
+            sys.exit(f"{path}: {json.load(error)['value']['message']}")
+
+    def open(self, page):
+        self.call("/url", {"url": page.as_uri()})
+
+    def run(self, script, *arguments):
+        return self.call("/execute/sync", {"script": script, "args": list(arguments)})
+
+    def log(self):
+        """Errors of the page's scripts, and requests that failed."""
+        return [entry["message"] for entry in self.call("/se/log", {"type": "browser"})]
+
+    def pointer(self, *actions):
+        self.call("/actions", {"actions": [{
+            "type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"},
+            "actions": [a if isinstance(a, dict) else
+                        {"type": "pointerMove", "duration": 0, "x": round(a[0]), "y": round(a[1])}
+                        for a in actions]}]})
+
+    def drag(self, start, end):
+        self.pointer(start, {"type": "pointerDown", "button": 0}, end, {"type": "pointerUp", "button": 0})
+
+    def click(self, place, times=1):
+        self.pointer(place, *times * [{"type": "pointerDown", "button": 0}, {"type": "pointerUp", "button": 0}])
+
+    def keys(self, *actions):
+        self.call("/actions", {"actions": [{"type": "key", "id": "keys", "actions": [
+            {"type": kind, "value": key} for kind, key in actions]}]})
+
+    def wheel(self, place, distance):
+        """Turns the wheel; `distance` below 0 is away from the user."""
+        self.call("/actions", {"actions": [{"type": "wheel", "id": "wheel", "actions": [
+            {"type": "scroll", "x": round(place[0]), "y": round(place[1]), "deltaX": 0, "deltaY": distance}]}]})
+
+    def screenshot(self, path):
+        path.write_bytes(base64.b64decode(self.call("/screenshot")))
+
+
+failures = []
+
+
+def expect(condition, what):
+    if not condition:
+        failures.append(what)
+        print("FAILED:", what)
+
+
+class Plot:
+    """One plot of the open page, scrolled into view."""
+
+    def __init__(self, browser, name):
+        self.browser, self.name = browser, name
+        self.run("section.scrollIntoView({block: 'center'})")
+
+    def run(self, script, *arguments):
+        """Runs with `section`, `chart` (Chart.js's own object) and arguments[1], ..."""
+        return self.browser.run(
+            "const section = document.getElementById(arguments[0]);"
+            "const chart = Chart.getChart(section.querySelector('canvas'));" + script, self.name, *arguments)
+
+    def points(self):
+        """Visible points: their name, their curve's entries of the legend and their place in the window."""
+        return self.run("""
+          const box = chart.canvas.getBoundingClientRect();
+          return chart.getSortedVisibleDatasetMetas().flatMap(meta => meta.data.map((mark, i) => {
+            const dataset = chart.data.datasets[meta.index];
+            return {...dataset.data[i], entries: dataset.entries, at: [box.left + mark.x, box.top + mark.y]};
+          }))""")
+
+    def point(self, name, entry):
+        return next(p for p in self.points() if p["name"] == name and entry in p["entries"])
+
+    def loneliest(self):
+        """The point that is farthest from its nearest neighbour."""
+        points = [p for p in self.points() if p["name"]]
+        places = {tuple(p["at"]) for p in points}
+        return max(points, key=lambda p: min(
+            (math.dist(p["at"], place) for place in places if place != tuple(p["at"])), default=0))
+
+    def axes(self):
+        return self.run("return ['x', 'y'].map(axis => [chart.scales[axis].min, chart.scales[axis].max])")
+
+    def middle(self):
+        return self.run("""
+          const box = chart.canvas.getBoundingClientRect(), area = chart.chartArea;
+          return [box.left + (area.left + area.right) / 2, box.top + (area.top + area.bottom) / 2]""")
+
+    def legend(self, text):
+        """The middle of the legend's button."""
+        return self.run("""
+          const button = [...section.querySelectorAll('.legend button')].find(b => b.innerText.trim() === arguments[1]);
+          button.scrollIntoView({block: 'nearest'});
+          const box = button.getBoundingClientRect();
+          return [box.left + box.width / 2, box.top + box.height / 2]""", text)
+
+    def names(self):
+        return {p["name"] for p in self.points() if "Pareto front" not in p["entries"]}
+
+
+def tip(browser):
+    """The tooltip's text and the number of pictures in it that have loaded; None if it is hidden."""
+    return browser.run("""
+      const tip = document.querySelector('.tip');
+      return tip.hidden ? null : {
+        text: tip.innerText,
+        pictures: [...tip.querySelectorAll('img')].filter(i => i.naturalWidth > 0).length,
+        inside: tip.getBoundingClientRect().bottom <= innerHeight && tip.getBoundingClientRect().right <= innerWidth
+      }""")
+
+
+def test_hover(browser, plot, folder):
+    results = json.loads((folder / "study/results.json").read_text())
+    measured = next(p for p in results["points"] if p["integrator"] == "psi-exact" and p["step"] == 0.5)
+    plot.browser.pointer(plot.point("psi-exact step 0.5", "psi-exact")["at"])
+    shown = tip(browser)
+    browser.screenshot(folder / "hover.png")
+    expect(shown is not None, "no tooltip at a mark")
+    if shown is None:
+        return
+    expect(shown["text"].startswith("psi-exact step 0.5\n"), f"the tooltip does not name its variant: {shown['text']}")
+    for label, value in [("look-ups per ray", f"{measured['samples_per_ray']:.1f}"),
+                         ("RMS", re.sub(r"e-0*", "e-", f"{measured['error']['rms']:.1e}")),
+                         ("CPU ms", f"{measured['times_ms'][0]['cpu']:.1f}")]:
+        expect(re.search(rf"(?m)^{label}\s+{re.escape(value)}", shown["text"]),
+               f"the tooltip lacks {label} {value}: {shown['text']}")
+    expect(shown["pictures"] == 2, f"the tooltip shows {shown['pictures']} pictures, expected 2")
+    expect(shown["inside"], "the tooltip is cut off")
+    browser.pointer((5, 5))
+    expect(tip(browser) is None, "the tooltip stays when the pointer leaves")
+
+
+def test_legend(browser, plot):
+    everything = plot.names()
+    browser.click(plot.legend("psi-exact"))
+    rest = {name for name in everything if not name.startswith("psi-exact ")}
+    expect(rest and rest != everything, "the study has too few variants for this test")
+    expect(plot.names() == rest, f"psi-exact hidden: {plot.names()}")
+    browser.click(plot.legend("cells"))
+    expect(plot.names() == {n for n in rest if " step " in n}, f"cells hidden too: {plot.names()}")
+    browser.click(plot.legend("cells"))
+    browser.click(plot.legend("psi-exact"))
+    expect(plot.names() == everything, f"shown again: {plot.names()}")
+    browser.click(plot.legend("porter-duff"), times=2)
+    expect(plot.names() == {n for n in everything if n.startswith("porter-duff ")},
+           f"porter-duff alone: {plot.names()}")
+    plot.run("[...section.querySelectorAll('header button')].find(b => b.innerText === 'Show all').click()")
+    expect(plot.names() == everything, f"Show all: {plot.names()}")
+
+
+def test_zoom(browser, plot):
+    whole = plot.axes()
+    x, y = plot.middle()
+    browser.drag((x - 60, y - 40), (x + 60, y + 40))
+    zoomed = plot.axes()
+    expect(all(w[0] < z[0] < z[1] < w[1] for w, z in zip(whole, zoomed)), f"drag: {whole} became {zoomed}")
+
+    browser.keys(("keyDown", SHIFT))
+    browser.drag((x, y), (x + 50, y))
+    browser.keys(("keyUp", SHIFT))
+    moved = plot.axes()
+    expect(moved[0][0] < zoomed[0][0] and moved[0][1] < zoomed[0][1], f"Shift+drag: {zoomed} became {moved}")
+    # The axes are logarithmic: a shift keeps the ratio of the ends. Pixels of the drag are whole
+    # numbers, and so only rounding is left.
+    expect(abs(moved[0][1] / moved[0][0] / (zoomed[0][1] / zoomed[0][0]) - 1) < 1e-9, "Shift+drag changes the scale")
+
+    plot.run("[...section.querySelectorAll('header button')].find(b => b.innerText === 'Reset zoom').click()")
+    expect(plot.axes() == whole, f"Reset zoom: {plot.axes()}, not {whole}")
+
+    browser.wheel((x, y), -200)
+    expect(plot.axes() == whole, "the wheel alone zooms instead of scrolling the page")
+    x, y = plot.middle()
+    plot.run("""chart.canvas.dispatchEvent(new WheelEvent('wheel', {
+      deltaY: -200, ctrlKey: true, clientX: arguments[1], clientY: arguments[2], cancelable: true}))""", x, y)
+    expect(all(w[0] < z[0] < z[1] < w[1] for w, z in zip(whole, plot.axes())), f"Ctrl+wheel: {plot.axes()}")
+    browser.click((x, y), times=2)
+    expect(plot.axes() == whole, f"double click: {plot.axes()}, not {whole}")
+
+
+def main(folder):
+    with Browser() as browser:
+        page = folder / "study/index.html"
+        browser.open(page)
+        plots = browser.run("return [...document.querySelectorAll('.plot')].map(p => p.id)")
+        expect(plots[:2] == ["error-step", "error-samples"] and "error-cpu" in plots, f"plots: {plots}")
+        expect(browser.run("return document.querySelectorAll('.plot canvas').length") == len(plots),
+               "a plot has no chart")
+        plot = Plot(browser, "error-samples")
+        test_hover(browser, plot, folder)
+        test_legend(browser, plot)
+        test_zoom(browser, plot)
+
+        browser.open(folder / "summary/index.html")
+        plot = Plot(browser, "needs-samples")
+        expect("psi-exact uniform" in plot.names(), f"the summary's plot has {plot.names()}")
+        point = plot.loneliest()
+        browser.pointer(point["at"])
+        expect(point["name"] in (tip(browser) or {"text": ""})["text"], f"the summary's tooltip lacks {point['name']}")
+        requested = browser.run("return performance.getEntriesByType('resource').map(r => r.name)")
+        expect(all(name.startswith("data:") for name in requested), f"the page asks for {requested}")
+        expect(not browser.log(), f"the page complains: {browser.log()}")
+    print("all passed" if not failures else f"{len(failures)} failed")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(pathlib.Path(sys.argv[1]).resolve()))
