@@ -10,6 +10,7 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/statistics.h"
 #include "psivox/study.h"
 #include "psivox/text_file.h"
 #include "study/drawing.h"
@@ -50,6 +51,24 @@ TEST(Spread, MedianOfOddAndEven) {
   EXPECT_EQ(odd.max, 5);
   EXPECT_EQ(spread_of({4, 1, 3, 2}).median, 2.5);
   EXPECT_EQ(spread_of({}).median, 0);
+}
+
+TEST(ErrorSum, HasTheMeanTheRmsAndTheFirstLargestMagnitude) {
+  ErrorSum sum;
+  EXPECT_EQ(sum.rms(), 0);
+  EXPECT_EQ(sum.mean(), 0);
+  std::size_t at = 10;
+  for (const double value : {1.0, -5.0, 5.0, -1.0}) sum.add(value, at++);
+  EXPECT_EQ(sum.rms(), std::sqrt(13.0));
+  EXPECT_EQ(sum.mean(), 0);
+  EXPECT_EQ(sum.max, 5);
+  EXPECT_EQ(sum.max_at, 11u);
+  ErrorSum earlier;
+  earlier.add(-5, 3);
+  sum += earlier;
+  EXPECT_EQ(sum.max_at, 3u);
+  EXPECT_EQ(sum.mean(), -1);
+  EXPECT_EQ(sum.rms(), std::sqrt(77.0 / 5));
 }
 
 TEST(PictureError, CountsRadianceAndAlphaApart) {

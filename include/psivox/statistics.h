@@ -29,4 +29,35 @@ inline Spread spread_of(std::vector<double> values) {
   return {(values[(n - 1) / 2] + values[n / 2]) / 2, values.front(), values.back()};
 }
 
+/// Mean, RMS and largest magnitude of values that arrive one by one; all are 0 if there are none.
+struct ErrorSum {
+  double sum = 0, squares = 0;
+  std::size_t count = 0;
+  double max = 0;          ///< largest magnitude
+  std::size_t max_at = 0;  ///< the least `at` of the values that have it
+
+  void add(double value, std::size_t at) {
+    sum += value;
+    squares += value * value;
+    ++count;
+    take_max(std::abs(value), at);
+  }
+  ErrorSum& operator+=(const ErrorSum& other) {
+    sum += other.sum;
+    squares += other.squares;
+    count += other.count;
+    take_max(other.max, other.max_at);
+    return *this;
+  }
+  double mean() const { return count ? sum / double(count) : 0; }
+  double rms() const { return count ? std::sqrt(squares / double(count)) : 0; }
+
+ private:
+  void take_max(double magnitude, std::size_t at) {
+    if (magnitude < max || (magnitude == max && at >= max_at)) return;
+    max = magnitude;
+    max_at = at;
+  }
+};
+
 }  // namespace psivox

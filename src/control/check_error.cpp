@@ -5,6 +5,7 @@
 #include "psivox/error.h"
 #include "psivox/error_control.h"
 #include "psivox/reference.h"
+#include "psivox/statistics.h"
 
 namespace psivox {
 namespace {
@@ -53,20 +54,17 @@ CheckedError check_error(const View& view, const Image& picture, int pixels,
   const std::vector<glm::ivec2> places = stratified_pixels({picture.width, picture.height}, pixels);
   const std::vector<glm::dvec4> truth = reference_pixels(view, places, 1e-12, progress);
   CheckedError error{int(places.size())};
-  double squares = 0;
+  ErrorSum sum;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto at =
         std::size_t(places[i].y) * std::size_t(picture.width) + std::size_t(places[i].x);
-    for (int c = 0; c < 4; ++c) {
-      const double d = std::abs(double(picture.rgba()[4 * at + std::size_t(c)]) - truth[i][c]);
-      squares += d * d;
-      if (d <= error.max) continue;
-      error.max = d;
-      error.max_x = places[i].x;
-      error.max_y = places[i].y;
-    }
+    for (int c = 0; c < 4; ++c)
+      sum.add(double(picture.rgba()[4 * at + std::size_t(c)]) - truth[i][c], i);
   }
-  error.rms = std::sqrt(squares / double(4 * places.size()));
+  error.rms = sum.rms();
+  error.max = sum.max;
+  error.max_x = places[sum.max_at].x;
+  error.max_y = places[sum.max_at].y;
   return error;
 }
 

@@ -4,6 +4,7 @@
 
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/statistics.h"
 
 namespace psivox {
 namespace {
@@ -30,8 +31,7 @@ Comparison compare_images(const Image& a, const Image& b) {
   assert(a.rgba().size() == pixels * 4 && b.rgba().size() == pixels * 4);
 
   Comparison result;
-  std::array<double, 4> sum{};
-  std::array<double, 4> sum_of_squares{};
+  std::array<ErrorSum, 4> channels;
   for (std::size_t i = 0; i < pixels; ++i) {
     const float* pixel_a = a.rgba().data() + i * 4;
     const float* pixel_b = b.rgba().data() + i * 4;
@@ -41,25 +41,20 @@ Comparison compare_images(const Image& a, const Image& b) {
     }
     for (std::size_t c = 0; c < 4; ++c) {
       const double difference = static_cast<double>(pixel_a[c]) - static_cast<double>(pixel_b[c]);
-      sum[c] += difference;
-      sum_of_squares[c] += difference * difference;
-      if (std::abs(difference) > result.max) {
-        result.max = std::abs(difference);
-        result.max_x = static_cast<int>(i % width);
-        result.max_y = static_cast<int>(i / width);
-        result.max_channel = channel_names[c];
-      }
+      channels[c].add(difference, i * 4 + c);
     }
   }
-  if (pixels == result.not_finite) return result;
-  const auto compared = static_cast<double>(pixels - result.not_finite);
-  double total = 0;
+  ErrorSum all;
   for (std::size_t c = 0; c < 4; ++c) {
-    result.channel_rms[c] = std::sqrt(sum_of_squares[c] / compared);
-    result.channel_mean[c] = sum[c] / compared;
-    total += sum_of_squares[c];
+    all += channels[c];
+    result.channel_rms[c] = channels[c].rms();
+    result.channel_mean[c] = channels[c].mean();
   }
-  result.rms = std::sqrt(total / (4 * compared));
+  result.rms = all.rms();
+  result.max = all.max;
+  result.max_x = static_cast<int>(all.max_at / 4 % width);
+  result.max_y = static_cast<int>(all.max_at / 4 / width);
+  if (all.max > 0) result.max_channel = channel_names[all.max_at % 4];
   return result;
 }
 

@@ -10,33 +10,30 @@
 namespace psivox {
 namespace {
 
-/// Channels first to last - 1 of both pictures.
+/// The deviation of a - b in the channels from `first` to `last` - 1.
 Deviation deviation(const Image& a, const Image& b, std::size_t first, std::size_t last) {
-  Deviation d;
+  ErrorSum sum;
   std::vector<double> absolute;
-  double sum = 0, squares = 0;
-  const std::size_t pixels = a.rgba().size() / 4;
+  std::uint64_t not_finite = 0;
+  const std::size_t pixels = a.rgba().size() / 4, width = std::size_t(a.width);
   absolute.reserve(pixels * (last - first));
   for (std::size_t i = 0; i < pixels; ++i)
     for (std::size_t c = first; c < last; ++c) {
       const double value = double(a.rgba()[4 * i + c]) - double(b.rgba()[4 * i + c]);
       if (!std::isfinite(value)) {
-        ++d.not_finite;
+        ++not_finite;
         continue;
       }
-      sum += value;
-      squares += value * value;
+      sum.add(value, i);
       absolute.push_back(std::abs(value));
-      if (absolute.back() <= d.max) continue;
-      d.max = absolute.back();
-      d.max_x = int(i % std::size_t(a.width));
-      d.max_y = int(i / std::size_t(a.width));
     }
-  if (absolute.empty()) return d;
-  d.rms = std::sqrt(squares / double(absolute.size()));
-  d.mean = sum / double(absolute.size());
-  d.p99 = percentile(std::move(absolute), 0.99);
-  return d;
+  return {.rms = sum.rms(),
+          .max = sum.max,
+          .max_x = int(sum.max_at % width),
+          .max_y = int(sum.max_at / width),
+          .p99 = percentile(std::move(absolute), 0.99),
+          .mean = sum.mean(),
+          .not_finite = not_finite};
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "psivox/reference.h"
 #include "psivox/renderer.h"
+#include "psivox/statistics.h"
 #include "study/orders.h"
 #include "study/smooth_ray.h"
 #include "verify/made_views.h"
@@ -63,13 +64,11 @@ Image voxel_picture(View view, const VoxelWay& way, double voxel) {
 }
 
 double bump_rms(const View& view, const Image& image) {
-  double sum = 0;
+  ErrorSum sum;
   for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      const double off = pixel(image, x, y, 0) - bump_radiance(pixel_ray(view, x, y));
-      sum += off * off;
-    }
-  return std::sqrt(sum / (image.width * image.height));
+    for (int x = 0; x < image.width; ++x)
+      sum.add(pixel(image, x, y, 0) - bump_radiance(pixel_ray(view, x, y)), sum.count);
+  return sum.rms();
 }
 
 // --- pixels --------------------------------------------------------------------------------------

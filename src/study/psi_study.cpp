@@ -6,6 +6,7 @@
 #include "march/rule_weights.h"
 #include "psivox/colormap.h"
 #include "psivox/image.h"
+#include "psivox/statistics.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
@@ -104,15 +105,10 @@ struct Surface {
                                        domain.length((cells - y - 0.5) / cells)));
   }
 
-  double rms(double SegmentError::*member) const {
-    double sum = 0;
-    for (const SegmentError& e : errors) sum += e.*member * (e.*member);
-    return std::sqrt(sum / double(errors.size()));
-  }
-  double max(double SegmentError::*member) const {
-    double most = 0;
-    for (const SegmentError& e : errors) most = std::max(most, std::abs(e.*member));
-    return most;
+  ErrorSum sum(double SegmentError::*member) const {
+    ErrorSum sum;
+    for (const SegmentError& e : errors) sum.add(e.*member, sum.count);
+    return sum;
   }
 
   /// Blue below 0, red above, full colour at `scale`.
@@ -149,7 +145,8 @@ class Section {
     csv += name + "," + domain_.name + "," + measure_.name;
     std::vector<std::string> row = {name};
     for (const Quantity& quantity : quantities) {
-      const double rms = surface.rms(quantity.member), max = surface.max(quantity.member);
+      const ErrorSum sum = surface.sum(quantity.member);
+      const double rms = sum.rms(), max = sum.max;
       csv += "," + number_text(rms) + "," + number_text(max);
       row.push_back(two_digits(rms) + " (" + two_digits(max) + ")");
       const std::string file =

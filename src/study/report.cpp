@@ -131,10 +131,12 @@ std::string gallery(const StudyResults& results, const fs::path& folder) {
     const std::string name = variant_name(p.variant), file = file_name(p.variant) + ".png";
     // Beside a point of a plot the name is above the pictures.
     const std::string label = "<span class=\"name\">" + name + ": </span>";
+    out += "<div class=\"pair\">";
     out += html_figure(folder / pictures_folder / file, label + "picture", thumbnail_width, name);
     out += html_figure(folder / differences_folder / file,
                        label + "difference, ±" + two_digits(p.difference_scale), thumbnail_width,
                        name);
+    out += "</div>\n";
   }
   return out + "</div>\n";
 }

@@ -91,7 +91,7 @@ Plot plot_of_curves(const std::vector<PlotCurve>& curves) {
   };
   for (const PlotCurve& curve : curves) {
     const Variant& v = curve.variant;
-    add_entry({rule_name(v), ink_of(v)});
+    add_entry({rule_name(v), ink_of(v), v.tolerance ? shape_of(v) : Drawing::Shape::disc});
     plot.series.push_back({curve.points, ink_of(v), shape_of(v), is_dashed(v), {rule_name(v)}});
   }
   for (const auto& [sampling, name] : samplings)

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <utility>
 
 #include "psivox/error.h"
+#include "psivox/statistics.h"
 
 namespace psivox::view {
 namespace {
@@ -90,9 +92,8 @@ OrbitTimes benchmark_orbit(Viewer& viewer, int pictures) {
   times.refine_ms = until_exact(viewer);
 
   intervals.erase(intervals.begin(), intervals.begin() + settling);
-  std::sort(intervals.begin(), intervals.end());
-  times.median_ms = intervals[intervals.size() / 2];
-  times.p90_ms = intervals[intervals.size() * 9 / 10];
+  times.median_ms = spread_of(intervals).median;
+  times.p90_ms = percentile(std::move(intervals), 0.9);
   return times;
 }
 
