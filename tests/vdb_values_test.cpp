@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "psivox/vdb.h"
+#include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 
 namespace psivox {
@@ -24,9 +25,11 @@ using test::write_vdb;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+/// An empty grid of background 0.
 template <typename GridT>
 typename GridT::Ptr named(const std::string& name) {
-  auto grid = GridT::create();
+  openvdb::initialize();
+  auto grid = vdb::new_grid<GridT>();
   grid->setName(name);
   return grid;
 }
@@ -150,6 +153,51 @@ TEST(VdbValues, TilesOfEveryWidth) {
   EXPECT_EQ(sampler.voxel({7, -1, 7}, 0), 1.0);
   EXPECT_EQ(sampler.voxel({8, -1, 7}, 0), 0.0);
   EXPECT_EQ(field.active_box, (Box{{-128, 0, -4096}, {8191, 4095, 127}}));
+}
+
+/// A ball of radius 12 with a band of 3 voxels; what is deeper is a tile.
+template <typename GridT>
+typename GridT::Ptr level_set_ball(const std::string& name) {
+  using ValueT = typename GridT::ValueType;
+  auto grid = named<GridT>(name);
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  grid->tree().root().setBackground(ValueT(3), /*updateChildNodes=*/false);
+  for (const Coord& c : CoordBBox(Coord(-16), Coord(23))) {
+    // In eighths, so that a float holds it.
+    const double distance = std::round((c.asVec3d() - openvdb::Vec3d(4)).length() * 8 - 96) / 8;
+    const auto value = static_cast<ValueT>(std::clamp(distance, -3.0, 3.0));
+    if (std::abs(distance) < 3)
+      grid->tree().setValue(c, value);
+    else
+      grid->tree().setValueOff(c, value);
+  }
+  grid->tree().addTile(1, Coord(0), ValueT(-3), false);
+  return grid;
+}
+
+TEST(VdbValues, ALevelSetOfDoublesIsThatOfFloats) {
+  const VdbFile vdb(write_vdb(
+      {level_set_ball<FloatGrid>("floats"), level_set_ball<openvdb::DoubleGrid>("doubles")}));
+  for (const bool distances : {false, true}) {
+    const ReadOptions options{.role = GridRole::data, .distances = distances};
+    const Field a = vdb.read("floats", options), b = vdb.read("doubles", options);
+    EXPECT_EQ(b.value_type, "double");
+    EXPECT_EQ(a.half_width, b.half_width);
+    EXPECT_EQ(a.active_box, b.active_box);
+    EXPECT_EQ(a.active_voxels, b.active_voxels);
+    EXPECT_EQ(a.active_range, b.active_range);
+    EXPECT_EQ(a.world_from_index, b.world_from_index);
+    ASSERT_EQ(a.tiles.size(), 1u);
+    ASSERT_EQ(b.tiles.size(), 1u);
+    EXPECT_EQ(a.tiles[0].value.x, distances ? 6.0f : 1.0f);
+    EXPECT_EQ(b.tiles[0].value.x, a.tiles[0].value.x);
+    EXPECT_GT(a.leaves.size(), 8u);
+    ASSERT_EQ(a.leaves.size(), b.leaves.size());
+    for (std::size_t n = 0; n < a.leaves.size(); ++n) {
+      ASSERT_EQ(a.leaves[n].origin, b.leaves[n].origin);
+      for (int i = 0; i < 512; ++i) ASSERT_EQ(a.leaves[n].values[i], b.leaves[n].values[i]) << n;
+    }
+  }
 }
 
 TEST(VdbTransforms, AffineTransformsAreTheMatrixThatOpenVdbApplies) {
@@ -287,7 +335,7 @@ TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
 TEST(VdbFiles, GridsThatShareATreeAndFilesWithoutPositions) {
   auto a = named<FloatGrid>("a");
   a->tree().setValue(Coord(1, 2, 3), -4.0f);
-  const FloatGrid::Ptr b = a->copy();  // the same tree
+  const openvdb::GridBase::Ptr b = a->copyGrid();  // the same tree
   b->setName("b");
   const auto shared = write_vdb({a, b});
   EXPECT_EQ(FieldSampler(VdbFile(shared).read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
@@ -309,11 +357,11 @@ TEST(VdbFiles, WhatCannotBeRenderedIsRefused) {
   auto far = named<FloatGrid>("far");
   far->tree().setValue(Coord(0), 1.0f);
   far->tree().setValue(Coord(1 << 30, 0, 0), 1.0f);
-  auto background = openvdb::Int32Grid::create(-2);
-  background->setName("background");
+  auto background = named<openvdb::Int32Grid>("background");
+  background->tree().root().setBackground(-2, /*updateChildNodes=*/false);
   background->tree().setValue(Coord(0), 1);
-  auto hollow = FloatGrid::create(0.3f);
-  hollow->setName("hollow");
+  auto hollow = named<FloatGrid>("hollow");
+  hollow->tree().root().setBackground(0.3f, /*updateChildNodes=*/false);
   hollow->setGridClass(openvdb::GRID_LEVEL_SET);
   hollow->tree().setValue(Coord(0), 0.1f);
   const VdbFile vdb(write_vdb({mask, far, background, hollow}));

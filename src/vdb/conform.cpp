@@ -3,16 +3,19 @@
 #include <openvdb/tools/GridTransformer.h>
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/LevelSetUtil.h>
-#include <openvdb/tree/LeafManager.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
-#include <type_traits>
 
+#include "grid_check.h"
 #include "grid_types.h"
+#include "sanitise.h"
+#include "tree_nodes.h"
+#include "tree_parts.h"
 
 namespace psivox::vdb {
 namespace {
@@ -20,17 +23,47 @@ namespace {
 /// Upper bound of the resampled box: 256 MiB of floats if every voxel is active.
 constexpr double kMaxResampledVoxels = 67108864;  // 2^26
 
+template <typename GridT>
+openvdb::GridBase::Ptr grid_of(const TreeParts& parts, const openvdb::Vec3d& background) {
+  using TreeT = typename GridT::TreeType;
+  using ValueT = typename GridT::ValueType;
+  using LeafT = typename TreeT::LeafNodeType;
+  constexpr bool is_vec = openvdb::VecTraits<ValueT>::IsVec;
+  const auto value_of = [](const auto& v) {
+    if constexpr (is_vec)
+      return ValueT(static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]));
+    else
+      return static_cast<float>(v[0]);
+  };
+  const auto grid = new_grid<GridT>();
+  auto& root = grid->tree().root();
+  root.setBackground(value_of(background), /*updateChildNodes=*/false);
+  for (const TilePart& part : parts.tiles) {
+    const Tile& tile = part.tile;
+    const openvdb::Index level = tile.width == LeafT::DIM ? 1 : tile.width == 128 ? 2 : 3;
+    root.addTile(level, openvdb::Coord(tile.origin.x, tile.origin.y, tile.origin.z),
+                 value_of(tile.value), part.active);
+  }
+  for (std::size_t n = 0; n < parts.leaves.size(); ++n) {
+    auto* leaf = new LeafT(parts.origins[n]);
+    const auto* values = reinterpret_cast<const ValueT*>(parts.leaves[n]);
+    std::copy(values, values + kLeafVoxels, leaf->buffer().data());
+    leaf->setValueMask(*parts.active[n]);
+    root.addLeaf(leaf);
+  }
+  return grid;
+}
+
 /// A copy with float components; the same grid if it has them already.
 openvdb::GridBase::Ptr float_copy(const openvdb::GridBase::Ptr& grid) {
   if (grid->isType<openvdb::FloatGrid>() || grid->isType<openvdb::Vec3SGrid>()) return grid;
-  openvdb::GridBase::Ptr result;
-  with_typed_grid(*grid, [&](const auto& typed) {
-    using GridT = std::decay_t<decltype(typed)>;
-    using FloatT = std::conditional_t<openvdb::VecTraits<typename GridT::ValueType>::IsVec,
-                                      openvdb::Vec3SGrid, openvdb::FloatGrid>;
-    result = typename FloatT::Ptr(new FloatT(typed));
-  });
-  return result;
+  const TreeParts parts = parts_of(grid);
+  const openvdb::Vec3d background = summarise(*grid).background;
+  const auto copy = parts.channels == 3 ? grid_of<openvdb::Vec3SGrid>(parts, background)
+                                        : grid_of<openvdb::FloatGrid>(parts, background);
+  copy->insertMeta(*grid);
+  copy->setTransform(grid->transform().copy());
+  return copy;
 }
 
 struct Lattice {
@@ -85,20 +118,21 @@ openvdb::GridBase::Ptr distances_from_level_set(const openvdb::GridBase::Ptr& gr
   openvdb::GridBase::Ptr result = float_copy(grid);
   openvdb::FloatTree& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(result)->tree();
   const float half_width = tree.background();
-  openvdb::tree::LeafManager<openvdb::FloatTree> leaves(tree);
-  leaves.foreach ([&](auto& leaf, std::size_t) {
+  const TreeNodes<openvdb::FloatTree> nodes(tree);
+  tbb::parallel_for(std::size_t{0}, nodes.leaves.size(), [&](std::size_t n) {
+    auto& leaf = *nodes.leaves[n];
     for (openvdb::Index i = 0; i < leaf.SIZE; ++i) {
       leaf.setValueOnly(i, half_width - leaf.getValue(i));
       leaf.setActiveState(i, leaf.getValue(i) != 0.0f);
     }
   });
   // Inactive tiles are the inside as well as the outside.
-  auto it = tree.beginValueAll();
-  it.setMaxDepth(openvdb::FloatTree::ValueAllIter::LEAF_DEPTH - 1);
-  for (; it; ++it) {
-    it.setValue(half_width - *it);
-    it.setActiveState(*it != 0.0f);
-  }
+  nodes.for_each_with_tiles([&](auto& node, int) {
+    for (auto it = node.beginValueAll(); it; ++it) {
+      it.setValue(half_width - *it);
+      it.setValueOn(*it != 0.0f);
+    }
+  });
   // Of the root alone: elsewhere the background is in tiles and voxels, which are converted.
   tree.root().setBackground(0.0f, /*updateChildNodes=*/false);
   result->setGridClass(openvdb::GRID_UNKNOWN);

@@ -65,17 +65,18 @@ bool invertible(const openvdb::math::Transform& transform) {
 GridSummary summarise(const openvdb::GridBase& grid) {
   GridSummary summary;
   summary.channels = channels_of(grid.type());
-  with_typed_grid(grid, [&](const auto& typed) {
-    summary.active_voxels = typed.activeVoxelCount();
-    summary.leaves = typed.tree().leafCount();
-    summary.active_tiles = typed.tree().activeTileCount();
-    summary.background = to_vec3d(typed.background());
-    openvdb::CoordBBox box;
-    if (typed.tree().evalActiveVoxelBoundingBox(box)) {
-      summary.active_box = {{box.min().x(), box.min().y(), box.min().z()},
-                            {box.max().x(), box.max().y(), box.max().z()}};
-    }
-  });
+  if (summary.channels == 0) return summary;
+  const openvdb::TreeBase& tree = grid.constBaseTree();
+  summary.active_voxels = tree.activeVoxelCount();
+  summary.leaves = tree.leafCount();
+  summary.active_tiles = tree.activeTileCount();
+  with_typed_grid(
+      grid, [&](const auto& typed) { summary.background = to_vec3d(typed.tree().background()); });
+  openvdb::CoordBBox box;
+  if (tree.evalActiveVoxelBoundingBox(box)) {
+    summary.active_box = {{box.min().x(), box.min().y(), box.min().z()},
+                          {box.max().x(), box.max().y(), box.max().z()}};
+  }
   return summary;
 }
 

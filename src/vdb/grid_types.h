@@ -27,6 +27,13 @@ bool with_typed_grid(const openvdb::GridBase& grid, Op&& op) {
   return grid.apply<SupportedGrids>(op);
 }
 
+/// An empty grid of background 0. Made by OpenVDB's library: `GridT::create()` would compile the
+/// type's reading, writing and copying once more, for 10 s.
+template <typename GridT>
+typename GridT::Ptr new_grid() {
+  return openvdb::gridPtrCast<GridT>(openvdb::GridBase::createGrid(GridT::gridType()));
+}
+
 /// A level set in OpenVDB's sense that psivox can turn into fog: its class says so, and its values
 /// are floating-point scalars.
 bool is_level_set(const openvdb::GridBase& grid);

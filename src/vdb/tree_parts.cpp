@@ -1,0 +1,138 @@
+#include "tree_parts.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <type_traits>
+
+#include "grid_types.h"
+#include "sanitise.h"
+#include "tree_nodes.h"
+
+namespace psivox::vdb {
+namespace {
+
+template <typename ValueT>
+constexpr bool is_vec = openvdb::VecTraits<ValueT>::IsVec;
+
+/// Values that are floats in memory already: their leaves need no copy.
+template <typename ValueT>
+constexpr bool is_float = std::is_same_v<ValueT, float> || std::is_same_v<ValueT, openvdb::Vec3f>;
+
+template <typename ValueT>
+glm::vec3 to_vec3(const ValueT& value) {
+  if constexpr (is_vec<ValueT>) {
+    return {static_cast<float>(value[0]), static_cast<float>(value[1]),
+            static_cast<float>(value[2])};
+  } else {
+    return {static_cast<float>(value), 0.0f, 0.0f};
+  }
+}
+
+/// Copies a leaf's 512 values, as floats; vectors interleaved.
+template <typename LeafT>
+void convert_leaf(const LeafT& leaf, float* values) {
+  using ValueT = typename LeafT::ValueType;
+  if constexpr (std::is_same_v<ValueT, bool>) {
+    for (openvdb::Index i = 0; i < kLeafVoxels; ++i) values[i] = leaf.getValue(i) ? 1.0f : 0.0f;
+  } else if constexpr (is_vec<ValueT>) {
+    const ValueT* from = leaf.buffer().data();
+    for (std::size_t i = 0; i < kLeafVoxels; ++i) {
+      for (int c = 0; c < 3; ++c) *values++ = static_cast<float>(from[i][c]);
+    }
+  } else {
+    const ValueT* from = leaf.buffer().data();
+    for (std::size_t i = 0; i < kLeafVoxels; ++i) values[i] = static_cast<float>(from[i]);
+  }
+}
+
+/// Sets parts.leaves to where the values are.
+template <typename LeafT>
+void take_in_place(const std::vector<LeafT*>& nodes, TreeParts& parts) {
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    if constexpr (is_vec<typename LeafT::ValueType>)
+      parts.leaves[n] = nodes[n]->buffer().data()->asPointer();
+    else
+      parts.leaves[n] = nodes[n]->buffer().data();
+  }
+}
+
+/// Sets parts.leaves to floats of its own; convert(n, values) writes those of leaf n.
+void take_converted(const std::function<void(std::size_t, float*)>& convert, TreeParts& parts) {
+  const std::size_t length = kLeafVoxels * static_cast<std::size_t>(parts.channels);
+  const auto values = std::make_shared_for_overwrite<float[]>(parts.leaves.size() * length);
+  parts.storage = values;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, parts.leaves.size(), 64),
+                    [&](const auto& range) {
+                      for (std::size_t n = range.begin(); n != range.end(); ++n) {
+                        parts.leaves[n] = values.get() + n * length;
+                        convert(n, parts.leaves[n]);
+                      }
+                    });
+}
+
+template <typename GridT>
+void take_parts(GridT& grid, TreeParts& parts) {
+  using TreeT = typename GridT::TreeType;
+  using ValueT = typename GridT::ValueType;
+  const TreeNodes<TreeT> nodes(grid.tree());
+  const auto background = grid.background();
+  nodes.for_each_with_tiles([&](const auto& node, int width) {
+    for (auto it = node.cbeginValueAll(); it; ++it) {
+      const auto value = it.getValue();
+      if (it.isValueOn() || value != background)
+        parts.tiles.push_back({{to_ivec3(it.getCoord()), width, to_vec3(value)}, it.isValueOn()});
+    }
+  });
+  parts.origins.reserve(nodes.leaves.size());
+  parts.active.reserve(nodes.leaves.size());
+  for (const auto* leaf : nodes.leaves) {
+    parts.origins.push_back(leaf->origin());
+    parts.active.push_back(&leaf->getValueMask());
+  }
+  parts.channels = is_vec<ValueT> ? 3 : 1;
+  parts.leaves.resize(nodes.leaves.size());
+  if constexpr (is_float<ValueT>)
+    take_in_place(nodes.leaves, parts);
+  else
+    take_converted([&](std::size_t n, float* to) { convert_leaf(*nodes.leaves[n], to); }, parts);
+}
+
+}  // namespace
+
+TreeParts parts_of(const openvdb::GridBase::Ptr& grid) {
+  TreeParts parts;
+  parts.storage = grid;
+  grid->apply<SupportedGrids>([&](auto& typed) { take_parts(typed, parts); });
+  return parts;
+}
+
+glm::vec2 active_range(const TreeParts& parts) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const auto include = [](glm::vec2 range, float value) {
+    return glm::vec2(std::min(range.x, value), std::max(range.y, value));
+  };
+  const auto channels = static_cast<openvdb::Index>(parts.channels);
+  glm::vec2 range = tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, parts.leaves.size(), 64), glm::vec2(infinity, -infinity),
+      [&](const tbb::blocked_range<std::size_t>& part, glm::vec2 sub_range) {
+        for (std::size_t n = part.begin(); n != part.end(); ++n) {
+          for (auto on = parts.active[n]->beginOn(); on; ++on)
+            sub_range = include(sub_range, parts.leaves[n][on.pos() * channels]);
+        }
+        return sub_range;
+      },
+      [](glm::vec2 a, glm::vec2 b) { return glm::vec2(std::min(a.x, b.x), std::max(a.y, b.y)); });
+  for (const TilePart& part : parts.tiles) {
+    const float value = part.tile.value.x;
+    if (part.active && std::isfinite(value)) range = include(range, value);
+  }
+  return range;
+}
+
+}  // namespace psivox::vdb
