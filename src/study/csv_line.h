@@ -6,7 +6,7 @@
 
 namespace psivox {
 
-/// A line of CSV in the making. No name that a study prints has a comma or a quote in it.
+/// Builds a line of CSV. It quotes nothing: no name in a study has a comma or a quote.
 class CsvLine {
  public:
   CsvLine& operator<<(const std::string& text) {

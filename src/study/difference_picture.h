@@ -4,8 +4,8 @@
 
 namespace psivox {
 
-/// a - b in colours of the map coolwarm: of R, G and B the difference that is largest, blue below
-/// and red above 0, full colour from `scale` on. Opaque.
+/// The difference a - b of the channel of R, G and B in which it is largest, as an opaque picture:
+/// blue below 0, red above, full colour from `scale` on.
 Image difference_picture(const Image& a, const Image& b, double scale);
 
 /// The picture at most `width` pixels wide: means over blocks of pixels.

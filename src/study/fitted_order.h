@@ -7,10 +7,10 @@
 
 namespace psivox {
 
-/// A length that is refined, and the error at it.
+/// A length that is refined, and the error at that length.
 using LengthError = std::pair<double, double>;
 
-/// Slope of log error over log length, least squares.
+/// The slope of log error over log length, by least squares.
 inline double fitted_order(const std::vector<LengthError>& points) {
   double n = 0, x = 0, y = 0, xx = 0, xy = 0;
   for (const auto& [length, error] : points) {
@@ -20,7 +20,8 @@ inline double fitted_order(const std::vector<LengthError>& points) {
   return (n * xy - x * y) / (n * xx - x * x);
 }
 
-/// Those an order is fitted to: the finest four, coarse to fine, whose error is above `floor`.
+/// The points to fit an order to: the finest four whose error is above `floor`, from coarse to
+/// fine.
 inline std::vector<LengthError> finest_four(const std::vector<LengthError>& coarse_to_fine,
                                             double floor) {
   std::vector<LengthError> above;

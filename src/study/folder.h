@@ -7,7 +7,7 @@
 
 namespace psivox {
 
-/// With those above it. Throws Error(output).
+/// Makes the folder and its parents. Throws Error(output).
 inline void make_folder(const std::filesystem::path& folder) {
   std::error_code failure;
   std::filesystem::create_directories(folder, failure);

@@ -5,8 +5,8 @@
 #include "psivox/image.h"
 #include "psivox/text_file.h"
 #include "study/difference_picture.h"
-#include "study/drawing.h"
 #include "study/page_files.h"
+#include "study/svg.h"
 
 namespace psivox {
 namespace {
@@ -31,7 +31,7 @@ std::string base64(const std::string& bytes) {
   return out;
 }
 
-/// The file's bytes, or those of a smaller picture.
+/// The file's bytes if it is at most `width` pixels wide, else those of a smaller picture.
 std::string png_bytes(const fs::path& png, int width) {
   const Image image = read_image(png);
   if (image.width <= width) return read_text(png.string(), "picture");

@@ -5,7 +5,7 @@
 
 namespace psivox {
 
-/// The processor's name and the operating system's, as the machine gives them; "unknown" else.
+/// The names of the processor and the operating system; "unknown" if the machine does not say.
 std::string processor_name();
 std::string system_name();
 

@@ -1,4 +1,4 @@
-// What a rule takes for a given error.
+// The cost of a rule at a given error.
 
 #include "study/needs.h"
 
@@ -10,15 +10,15 @@
 namespace psivox {
 namespace {
 
-/// The value at `rms` on the line between two points, in logarithms; a's error is above it.
+/// The value at `rms` on the line between two points, in logarithms; `a_error` is above `rms`.
 double between(double rms, double a_error, double b_error, double a, double b) {
   if (a <= 0 || b <= 0 || b_error <= 0) return b;
   const double u = std::log(rms / a_error) / std::log(b_error / a_error);
   return a * std::pow(b / a, u);
 }
 
-/// `points` from coarse to fine. Steps and segments vary finely enough for the error to fall
-/// between points as it does along a line; one point alone is what it is.
+/// The need of a curve whose points go from coarse to fine. Steps and segments are close enough for
+/// the error to fall along a line between two points.
 Need need_of(const std::vector<const StudyPoint*>& points, double rms) {
   Need need{refinement(points.front()->variant), rms, {}, {}, false};
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -10,7 +10,7 @@ namespace psivox {
 
 /// The errors that tables ask for: RMS over R G B A, powers of ten.
 inline const std::vector<double> usual_rms = {1e-2, 1e-3, 1e-4, 1e-5};
-/// "1e-3", of a power of ten.
+/// A power of ten as "1e-3".
 std::string power_text(double rms);
 
 /// The cost at which a rule under a sampling reaches `rms`, interpolated between measured points

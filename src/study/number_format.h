@@ -6,7 +6,7 @@
 
 namespace psivox {
 
-/// Two significant digits as 1.3e-6, and 0 as 0.
+/// Two significant digits, such as 1.3e-6; 0 is "0".
 inline std::string two_digits(double value) {
   if (value == 0) return "0";
   const std::string out = formatted("%.1e", value);
@@ -16,7 +16,7 @@ inline std::string two_digits(double value) {
   return power ? out.substr(0, e + 1) + std::to_string(power) : out.substr(0, e);
 }
 
-/// With a fixed number of decimals.
+/// A number with `count` decimals.
 inline std::string decimals(double value, int count) { return formatted("%.*f", count, value); }
 
 }  // namespace psivox

@@ -110,12 +110,9 @@ void add_guides(Plot& plot, const std::vector<const OrderRow*>& rows) {
     const double shortest = std::max(finest, top.first * std::pow(least / top.second, 1 / order));
     const double end = top.second * std::pow(shortest / top.first, order);
     const std::string text = "order " + number_text(order);
-    plot.series.push_back({{{top.first, 1.5 * top.second}, {shortest, 1.5 * end}},
-                           guide,
-                           Drawing::Shape::ring,
-                           true,
-                           {text}});
-    plot.legend.push_back({text, guide, Drawing::Shape::ring, true, true});
+    plot.series.push_back(
+        {{{top.first, 1.5 * top.second}, {shortest, 1.5 * end}}, guide, Shape::ring, true, {text}});
+    plot.legend.push_back({text, guide, Shape::ring, true, true});
   }
 }
 
@@ -127,15 +124,14 @@ NamedPlot order_plot(const std::string& name, const std::string& title,
   plot.x_label = of(*rows.front()).axis;
   plot.y_label = "RMS error of the radiance";
   add_guides(plot, rows);
-  constexpr Drawing::Shape shapes[] = {Drawing::Shape::disc, Drawing::Shape::square,
-                                       Drawing::Shape::diamond};
+  constexpr Shape shapes[] = {Shape::disc, Shape::square, Shape::diamond};
   std::size_t i = 0;
   for (const OrderRow* row : rows) {
     const bool steps = row->refined == Refined::step;
     const bool corrected = steps && row->way.find(',') != std::string::npos;
     // Colours tell rules apart, or ways if the rows share a rule.
     const Ink ink = steps ? ink_of(row->rule) : ink_of(Integrator(i));
-    const Drawing::Shape shape = steps ? shapes[corrected ? 2 : 0] : shapes[i % 3];
+    const Shape shape = steps ? shapes[corrected ? 2 : 0] : shapes[i % 3];
     const std::string text = row->way + ": " + decimals(row->observed(), 2);
     plot.series.push_back({{}, ink, shape, corrected, {text}});
     for (const auto& [length, rms] : row->errors)

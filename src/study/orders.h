@@ -7,38 +7,39 @@
 #include "psivox/progress.h"
 #include "study/fitted_order.h"
 
-// Orders of convergence after Etiene et al. 2014: one length shrinks, the others stay, over media
-// that are formulas and have exact pictures.
+// Orders of convergence after Etiene et al. 2014: one length shrinks at a time, in media that are
+// formulas with exact pictures.
 
 namespace psivox {
 
-/// What shrinks.
+/// The length that shrinks.
 enum class Refined { step, voxel, pixel };
 
 struct OrderRow {
   Refined refined = Refined::step;
   std::string rays;  ///< where they begin and end
-  std::string way;   ///< the rule, and what else makes the picture
+  std::string way;   ///< the rule, and how else the picture is made
   Integrator rule = Integrator::psi_weighted;
-  double K = 0;         ///< extinction: optical depth over a width of the medium
-  double expected = 0;  ///< order
-  bool about = false;   ///< an error of the rule's own that does not fall with the length
-  double floor = 0;     ///< errors below it are rounding's
-  std::vector<LengthError> errors;  ///< RMS of radiance, lengths coarse to fine
+  double K = 0;                     ///< extinction: optical depth over a width of the medium
+  double expected = 0;              ///< expected order
+  bool about = false;               ///< the rule has an error that does not fall with the length
+  double floor = 0;                 ///< errors below it are rounding
+  std::vector<LengthError> errors;  ///< RMS of the radiance, from coarse to fine
 
   std::vector<LengthError> fitted() const { return finest_four(errors, floor); }
   double observed() const { return fitted_order(fitted()); }
 };
 
-/// Uniform steps on one ray without voxels, by every rule of segments: RMS over 8 phases of the
-/// lattice, lengths in widths of the medium.
+/// Orders in the uniform step, in widths of the medium, of every segment rule: one ray without
+/// voxels, RMS over 8 phases of the lattice.
 std::vector<OrderRow> step_orders(const Progress& progress = {});
 
-/// Voxels of the same medium in three dimensions, lengths in its widths: RMS over the picture
-/// against the medium itself.
+/// Orders in the size of voxels, in widths of the same medium in three dimensions: RMS over the
+/// picture against the medium itself.
 std::vector<OrderRow> voxel_orders(const Progress& progress = {});
 
-/// Pixels, lengths in widths of the picture: what is between them, and their mean.
+/// Orders in the size of pixels, in widths of the picture: of the picture between pixels and of the
+/// mean of the pixels.
 std::vector<OrderRow> pixel_orders(const Progress& progress = {});
 
 }  // namespace psivox

@@ -11,10 +11,10 @@ namespace {
 
 constexpr int least_width = 900, page_height = 560;
 constexpr double letter_width = 6.5;                              ///< of the legend, about
-constexpr double left = 80, right = 690, top = 40, bottom = 500;  ///< of the axes' box
+constexpr double left = 80, right = 690, top = 40, bottom = 500;  ///< the box of the axes
 constexpr Ink black{20, 20, 20}, grey{225, 225, 225}, dark_grey{185, 185, 185}, red{200, 0, 0};
 
-/// A logarithmic axis from value `first` at `from` to `last` at `to` of the page.
+/// A logarithmic axis: the values `first` and `last` are at `from` and `to` on the page.
 struct Axis {
   double first, last, from, to;
 
@@ -26,7 +26,7 @@ struct Axis {
     double value;
     bool labelled;
   };
-  /// Decades; with few of them, what lies between too.
+  /// Decades and their multiples. With few decades, multiples are labelled too.
   std::vector<Tick> ticks() const {
     const double decades = std::log10(last / first);
     const int stride = std::max(1, int(std::ceil(decades / 10)));
@@ -45,9 +45,9 @@ struct Axis {
   }
 };
 
-/// Around the values, with a margin.
+/// An axis with a margin around the values.
 Axis make_axis(double least, double greatest, double from, double to) {
-  if (!(least <= greatest)) least = 0.1, greatest = 10;  // nothing to show
+  if (!(least <= greatest)) least = 0.1, greatest = 10;  // no points
   const double margin = std::max(0.05 * std::log10(greatest / least), 0.1);
   return {least * std::pow(10, -margin), greatest * std::pow(10, margin), from, to};
 }
@@ -74,29 +74,30 @@ class Page {
     y_ = make_axis(y[0], y[1], bottom, top);
     std::size_t letters = 0;
     for (const LegendEntry& entry : plot.legend) letters = std::max(letters, entry.text.size());
-    drawing_.width = std::max(least_width, int(right + 60 + letter_width * double(letters)));
-    drawing_.height = page_height;
+    width_ = std::max(least_width, int(right + 60 + letter_width * double(letters)));
   }
 
-  Drawing drawn() {
+  std::string drawn() {
     axes();
     for (const Series& series : plot_.series) curve(series);
     front();
     legend();
-    return std::move(drawing_);
+    return svg_page(width_, page_height, elements_);
   }
 
  private:
   void line(double x1, double y1, double x2, double y2, double width, Ink ink, double dash = 0) {
-    drawing_.items.push_back(Drawing::Line{x1, y1, x2, y2, width, ink, dash});
+    elements_ += svg(SvgLine{x1, y1, x2, y2, width, ink, dash});
   }
-  void text(double x, double y, const std::string& words, Drawing::Anchor anchor,
-            bool upwards = false) {
-    drawing_.items.push_back(Drawing::Text{x, y, words, anchor, upwards, black});
+  void mark(double x, double y, double radius, Shape shape, Ink ink) {
+    elements_ += svg(SvgMark{x, y, radius, shape, ink});
+  }
+  void text(double x, double y, const std::string& words, Anchor anchor, bool upwards = false) {
+    elements_ += svg(SvgText{x, y, words, anchor, upwards});
   }
 
   void axes() {
-    using enum Drawing::Anchor;
+    using enum Anchor;
     for (const auto& [value, labelled] : x_.ticks()) {
       const double x = x_.at(value);
       line(x, top, x, bottom, 1, labelled ? dark_grey : grey);
@@ -121,15 +122,14 @@ class Page {
     for (std::size_t i = 1; i < places.size(); ++i)
       line(places[i - 1].first, places[i - 1].second, places[i].first, places[i].second, 1.4,
            series.ink, series.dashed ? 4 : 0);
-    for (const auto& [x, y] : places)
-      drawing_.items.push_back(Drawing::Mark{x, y, 3.5, series.shape, series.ink});
+    for (const auto& [x, y] : places) mark(x, y, 3.5, series.shape, series.ink);
   }
 
   void front() {
     const Series front = front_series(plot_);
     for (std::size_t i = 0; i < front.points.size(); ++i) {
       const double x = x_.at(front.points[i].x), y = y_.at(front.points[i].y);
-      drawing_.items.push_back(Drawing::Mark{x, y, 7, front.shape, front.ink});
+      mark(x, y, 7, front.shape, front.ink);
       if (i + 1 == front.points.size()) continue;
       const double next_x = x_.at(front.points[i + 1].x);
       line(x, y, next_x, y, 1, front.ink, 3);
@@ -141,16 +141,16 @@ class Page {
     double y = top + 6;
     for (const LegendEntry& entry : plot_.legend) {
       if (entry.joined) line(right + 16, y, right + 44, y, 1.4, entry.ink, entry.dashed ? 4 : 0);
-      drawing_.items.push_back(Drawing::Mark{
-          right + 30, y, entry.shape == Drawing::Shape::ring ? 6.0 : 3.5, entry.shape, entry.ink});
-      text(right + 52, y + 4, entry.text, Drawing::Anchor::start);
+      mark(right + 30, y, entry.shape == Shape::ring ? 6.0 : 3.5, entry.shape, entry.ink);
+      text(right + 52, y + 4, entry.text, Anchor::start);
       y += 19;
     }
   }
 
   const Plot& plot_;
   Axis x_{}, y_{};
-  Drawing drawing_;
+  int width_ = least_width;
+  std::string elements_;
 };
 
 }  // namespace
@@ -159,7 +159,7 @@ bool has_place(const PlotPoint& point) {
   return point.x > 0 && point.y > 0 && std::isfinite(point.x) && std::isfinite(point.y);
 }
 
-LegendEntry front_entry() { return {"Pareto front", red, Drawing::Shape::ring}; }
+LegendEntry front_entry() { return {"Pareto front", red, Shape::ring}; }
 
 Series front_series(const Plot& plot) {
   const LegendEntry entry = front_entry();
@@ -169,6 +169,6 @@ Series front_series(const Plot& plot) {
   return series;
 }
 
-Drawing draw(const Plot& plot) { return Page(plot).drawn(); }
+std::string svg_of(const Plot& plot) { return Page(plot).drawn(); }
 
 }  // namespace psivox

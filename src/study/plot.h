@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "study/drawing.h"
+#include "study/svg.h"
 
 namespace psivox {
 
@@ -19,16 +19,16 @@ bool has_place(const PlotPoint& point);
 struct Series {
   std::vector<PlotPoint> points;
   Ink ink;
-  Drawing::Shape shape = Drawing::Shape::disc;
+  Shape shape = Shape::disc;
   bool dashed = false;
-  std::vector<std::string> entries{};  ///< the legend's entries that describe it, by their texts
+  std::vector<std::string> entries{};  ///< the texts of the legend's entries for it
 };
 
-/// A line of the legend: a mark, with a line where `joined`.
+/// A line of the legend: a mark, and a line through it if `joined`.
 struct LegendEntry {
   std::string text;
   Ink ink;
-  Drawing::Shape shape = Drawing::Shape::disc;
+  Shape shape = Shape::disc;
   bool joined = false, dashed = false;
 };
 
@@ -40,10 +40,10 @@ struct Plot {
   std::vector<PlotPoint> front;  ///< the Pareto front: marked, and joined by steps
 };
 
-/// The Pareto front as rings with an entry of its own, which is front_entry().
+/// The front as a series of rings, and its entry in the legend.
 Series front_series(const Plot& plot);
 LegendEntry front_entry();
 
-Drawing draw(const Plot& plot);
+std::string svg_of(const Plot& plot);
 
 }  // namespace psivox

@@ -12,7 +12,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-const char* shape_name(Drawing::Shape shape) {
+const char* shape_name(Shape shape) {
   constexpr const char* names[] = {"disc", "square", "diamond", "ring"};
   return names[static_cast<int>(shape)];
 }
@@ -62,7 +62,7 @@ std::string html_json(const std::string& attributes, const json& data) {
 }  // namespace
 
 std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder) {
-  const std::string svg = svg_of(draw(named.plot)), file = named.name + ".svg";
+  const std::string svg = svg_of(named.plot), file = named.name + ".svg";
   write_text((folder / file).string(), svg);
   return "<section class=\"plot\" id=\"" + named.name + "\"><header><h3>" +
          escaped(named.plot.title) + "</h3><a href=\"" + file + "\">SVG</a></header>\n" + svg +

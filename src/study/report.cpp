@@ -42,7 +42,7 @@ std::string max_text(const Deviation& d) {
   return two_digits(d.max) + " at " + std::to_string(d.max_x) + "," + std::to_string(d.max_y);
 }
 
-/// What the page says of a point: a row of its table, in the table's order.
+/// A point's row of the table of all numbers.
 Facts facts_of(const StudyPoint& p) {
   const auto rms = [](const std::optional<PictureError>& error) {
     return error ? two_digits(error->rms()) : "–";
@@ -141,7 +141,7 @@ std::string gallery(const StudyResults& results, const fs::path& folder) {
   return out + "</div>\n";
 }
 
-/// One a resolution.
+/// One for each resolution.
 std::string references(const StudyResults& results, const fs::path& folder) {
   std::vector<std::string> names;
   std::string out;

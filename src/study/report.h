@@ -7,15 +7,16 @@
 
 namespace psivox {
 
-/// The folders of a study's pictures, in its own; each has one `file_name(variant)`.png a point.
+/// The folders of pictures in a study's folder. Each has a `file_name(variant)`.png for each point.
 inline constexpr const char* pictures_folder = "pictures";
 inline constexpr const char* differences_folder = "differences";
 
-/// The reference's picture that a variant is compared with, without extension: one a resolution.
+/// The file of the reference that a variant is compared with, without extension. There is one for
+/// each resolution.
 std::string reference_name(const Variant& variant);
 
-/// Writes results.md, the plots and index.html of what `results` has so far. The pictures are in
-/// the folder already.
+/// Writes results.md, the plots and index.html of the points that `results` has. The pictures must
+/// be in the folder.
 void write_report(const StudyResults& results, const std::filesystem::path& folder);
 
 }  // namespace psivox

@@ -111,7 +111,7 @@ StudyPoint point_from(const json& j) {
   return p;
 }
 
-/// A scene's text without the file's name: the same file may be named in another way.
+/// The scene without its file's name: the same file may have another name.
 json scene_without_input(const std::string& text) {
   json scene = json::parse(text);
   scene.erase("input");

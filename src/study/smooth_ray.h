@@ -12,7 +12,7 @@ inline constexpr std::array<double, 5> gauss_node{-0.906179845938664, -0.5384693
 inline constexpr std::array<double, 5> gauss_weight{
     0.236926885056189, 0.478628670499366, 0.568888888888889, 0.478628670499366, 0.236926885056189};
 
-/// int f over [a, b] in equal panels.
+/// The integral of f over [a, b] in equal panels.
 template <typename Function>
 double gauss_sum(double a, double b, int panels, Function f) {
   const double h = (b - a) / panels;
@@ -23,7 +23,7 @@ double gauss_sum(double a, double b, int panels, Function f) {
   return sum;
 }
 
-/// A made ray on which everything is smooth: tau = K/scale e^{-s^2}, L = 1 + 0.6 sin(wave s +
+/// A ray on which everything is smooth: tau = K/scale e^{-s^2}, L = 1 + 0.6 sin(wave s +
 /// phase), s = x/scale. Its optical depth is an error function.
 struct SmoothRay {
   double K;          ///< optical depth of the whole ray over sqrt(pi)
@@ -35,8 +35,8 @@ struct SmoothRay {
   double depth(double a, double b) const {
     return K * std::sqrt(std::numbers::pi) / 2 * (std::erf(b / scale) - std::erf(a / scale));
   }
-  /// int L tau T dx from a to b: in panels of s 1/64 the terms left out are below 1e-16 of it (the
-  /// tenth derivative of a Gaussian of width 1 over a panel).
+  /// The integral of L tau T dx from a to b. In panels of s = 1/64 the error of the quadrature is
+  /// below 1e-16 of it (the tenth derivative of a Gaussian of width 1 over a panel).
   double radiance(double a, double b) const {
     const int panels = int(std::ceil((b - a) / scale * 64));
     return gauss_sum(a, b, panels,

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "march/formula_march.h"
+#include "psivox/statistics.h"
 #include "study/orders.h"
 #include "study/smooth_ray.h"
 #include "study/variant.h"
@@ -8,7 +9,7 @@
 namespace psivox {
 namespace {
 
-/// Ends of a ray, x in units of which the medium is 8 wide.
+/// The ends of a ray. The medium is 8 units of x wide.
 struct RayEnds {
   const char* name;
   double first, last;
@@ -25,13 +26,12 @@ double phase_rms(Integrator rule, const SmoothRay& medium, const RayEnds& ends, 
   const FormulaRay ray{[&](double x) { return medium.tau(x); },
                        [&](double x) { return medium.L(x); }, ends.first, ends.last};
   const double exact = medium.radiance(ends.first, ends.last);
-  double sum = 0;
+  ErrorSum sum;
   for (int i = 0; i < phases; ++i) {
-    const double off =
-        march_formula(rule, ray, {h, h * (i + 0.37) / phases, corrected}).radiance - exact;
-    sum += off * off / phases;
+    const double phase = h * (i + 0.37) / phases;
+    sum.add(march_formula(rule, ray, {h, phase, corrected}).radiance - exact, sum.count);
   }
-  return std::sqrt(sum);
+  return sum.rms();
 }
 
 OrderRow step_row(Integrator rule, double K, const RayEnds& ends, bool corrected) {

@@ -19,13 +19,13 @@ Ink ink_of(const Variant& variant) {
   return variant.tolerance ? chosen_ink : ink_of(variant.integrator);
 }
 
-Drawing::Shape shape_of(Sampling sampling) {
-  return sampling == Sampling::cells     ? Drawing::Shape::square
-         : sampling == Sampling::uniform ? Drawing::Shape::disc
-                                         : Drawing::Shape::diamond;
+Shape shape_of(Sampling sampling) {
+  return sampling == Sampling::cells     ? Shape::square
+         : sampling == Sampling::uniform ? Shape::disc
+                                         : Shape::diamond;
 }
-Drawing::Shape shape_of(const Variant& variant) {
-  return variant.tolerance ? Drawing::Shape::ring : shape_of(variant.sampling);
+Shape shape_of(const Variant& variant) {
+  return variant.tolerance ? Shape::ring : shape_of(variant.sampling);
 }
 
 bool is_dashed(const Variant& variant) {
@@ -91,7 +91,7 @@ Plot plot_of_curves(const std::vector<PlotCurve>& curves) {
   };
   for (const PlotCurve& curve : curves) {
     const Variant& v = curve.variant;
-    add_entry({rule_name(v), ink_of(v), v.tolerance ? shape_of(v) : Drawing::Shape::disc});
+    add_entry({rule_name(v), ink_of(v), v.tolerance ? shape_of(v) : Shape::disc});
     plot.series.push_back({curve.points, ink_of(v), shape_of(v), is_dashed(v), {rule_name(v)}});
   }
   for (const auto& [sampling, name] : samplings)

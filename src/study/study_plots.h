@@ -8,7 +8,7 @@
 
 namespace psivox {
 
-/// Points of one rule and sampling, joined in their order.
+/// The points of one rule and sampling, joined in their order.
 struct PlotCurve {
   Variant variant;
   std::vector<PlotPoint> points;

@@ -86,7 +86,7 @@ double unit_of(const NamedStudy& study, const SummaryCost& cost) {
 }
 
 std::string amount_text(const Need& need, const SummaryCost& cost, double unit) {
-  // 0: a point that has not been timed
+  // A point that has not been timed has 0.
   if (!(need.*cost.amount) || *(need.*cost.amount) <= 0 || unit <= 0) return "–";
   return (need.at_most ? "≤" : "") + decimals(*(need.*cost.amount) / unit, cost.decimals);
 }

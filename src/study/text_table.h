@@ -5,10 +5,10 @@
 
 namespace psivox {
 
-/// Rows of cells, the first the head.
+/// Rows of cells; the first row is the head.
 using TextTable = std::vector<std::vector<std::string>>;
 
-/// The rows as a table of Markdown.
+/// The table in Markdown.
 inline std::string markdown_table(const TextTable& rows) {
   std::string out;
   for (const auto& row : rows) {

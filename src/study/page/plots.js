@@ -1,11 +1,13 @@
-// The interactive plots of a page. Each .plot holds an SVG and, as JSON, the same plot; the chart
-// that is drawn from the JSON takes the SVG's place. Chart.js draws; zoom and legend are below.
+// The interactive plots of a page. Each .plot holds an SVG and the same plot as JSON. A chart made
+// from the JSON replaces the SVG. Chart.js draws it; this file adds the legend, the zoom and the
+// tooltips.
 'use strict';
 
 (() => {
+  const clickRange = 5;  // [pixels]: a drag that stays within it is a click
   const shapes = {disc: 'circle', square: 'rect', diamond: 'rectRot', ring: 'circle'};
 
-  /** The numbers that a tooltip shows of a point: its name to rows of label and text. */
+  /** What a tooltip shows of a point: rows of label and text, by the point's name. */
   const facts = JSON.parse(document.getElementById('facts')?.textContent ?? '{}');
 
   /** A new element; `properties` are set on it, `children` are elements or text. */
@@ -24,7 +26,7 @@
     return rounded.toExponential().replace('e+', 'e');
   }
 
-  /** Grid lines at every digit of a decade, or at round steps if the axis is shorter. */
+  /** Grid lines at every digit of a decade, or at round steps if the axis is much shorter. */
   function logTicks(min, max) {
     const decades = Math.log10(max / min);
     const ticks = [];
@@ -91,7 +93,7 @@
     };
   }
 
-  /** All curves but those of the legend's entry `focus` pale; none without it. */
+  /** Pales all curves except those of the legend's entry `focus`; null pales none. */
   function paintFocus(chart, focus) {
     for (const dataset of chart.data.datasets) {
       const color = focus && !dataset.entries.includes(focus) ? dataset.color + '20' : dataset.color;
@@ -107,7 +109,7 @@
   let zooming = false;  // a drag shows no tooltips
   document.body.append(tip);
 
-  /** One point: its name, its numbers, and the pictures that the page shows of it. */
+  /** A point's name, its numbers and its pictures, which are copies of the page's. */
   function cardOf(item, plot) {
     const {x, y, name} = item.raw;
     const rows = facts[name] ?? [[plot.x, numberText(x)], [plot.y, numberText(y)]];
@@ -202,32 +204,46 @@
 
   // --- zoom --------------------------------------------------------------------------------------
 
-  /** Drag: zoom into a box. Shift and drag: move. Ctrl and wheel: zoom. Double click: reset. */
-  function addZoom(chart, frame, whole) {
-    const {canvas} = chart;
-    const setAxes = ranges => {
-      Object.assign(chart.options.scales.x, ranges.x);
-      Object.assign(chart.options.scales.y, ranges.y);
-      chart.update('none');
-    };
+  /** The axes of a chart in pixels of its canvas; `whole` has their first ranges. */
+  function axesOf(chart, whole) {
     const valuesAt = (axis, from, to) => {
       const values = [from, to].map(pixel => chart.scales[axis].getValueForPixel(pixel));
       return {min: Math.min(...values), max: Math.max(...values)};
     };
+    const set = ranges => {
+      Object.assign(chart.options.scales.x, ranges.x);
+      Object.assign(chart.options.scales.y, ranges.y);
+      chart.update('none');
+    };
+    return {
+      inside: ({x, y}) => ({
+        x: Math.min(Math.max(x, chart.chartArea.left), chart.chartArea.right),
+        y: Math.min(Math.max(y, chart.chartArea.top), chart.chartArea.bottom)
+      }),
+      /** The box between two corners fills the chart. A box along one axis zooms that axis alone. */
+      fill: (a, b) => set({x: Math.abs(b.x - a.x) > clickRange ? valuesAt('x', a.x, b.x) : {},
+                           y: Math.abs(b.y - a.y) > clickRange ? valuesAt('y', a.y, b.y) : {}}),
+      move: (dx, dy) => {
+        const {left, right, top, bottom} = chart.chartArea;
+        set({x: valuesAt('x', left - dx, right - dx), y: valuesAt('y', top - dy, bottom - dy)});
+      },
+      /** What is `scale` times as wide and high around the point fills the chart. */
+      scale: ({x, y}, scale) => {
+        const {left, right, top, bottom} = chart.chartArea;
+        set({x: valuesAt('x', x + (left - x) * scale, x + (right - x) * scale),
+             y: valuesAt('y', y + (top - y) * scale, y + (bottom - y) * scale)});
+      },
+      reset: () => set(whole)
+    };
+  }
+
+  /** Drag: zoom into a box. Shift and drag: move. Ctrl and wheel: zoom. Double click: reset. */
+  function addZoom(canvas, frame, axes) {
     const place = event => {
       const box = canvas.getBoundingClientRect();
       return {x: event.clientX - box.left, y: event.clientY - box.top};
     };
-    const inside = ({x, y}) => ({
-      x: Math.min(Math.max(x, chart.chartArea.left), chart.chartArea.right),
-      y: Math.min(Math.max(y, chart.chartArea.top), chart.chartArea.bottom)
-    });
-    const move = (dx, dy) => {
-      const {left, right, top, bottom} = chart.chartArea;
-      setAxes({x: valuesAt('x', left - dx, right - dx), y: valuesAt('y', top - dy, bottom - dy)});
-    };
-
-    let drag = null;  // where the drag began, or was last while moving; with the box or without
+    let drag = null;  // `at`: where it began, or where a move has come to; `box`: none for a move
     const end = () => {
       drag?.box?.remove();
       drag = null;
@@ -237,45 +253,36 @@
       if (event.button !== 0 || event.pointerType === 'touch') return;
       canvas.setPointerCapture(event.pointerId);
       zooming = tip.hidden = true;
-      drag = event.shiftKey ? {at: place(event)} : {at: inside(place(event))};
-      if (!event.shiftKey) frame.append(drag.box = element('div', {className: 'zoom-box', hidden: true}));
+      drag = {at: event.shiftKey ? place(event) : axes.inside(place(event))};
+      if (event.shiftKey) return;
+      drag.box = element('div', {className: 'zoom-box', hidden: true});
+      frame.append(drag.box);
     });
     canvas.addEventListener('pointermove', event => {
       if (!drag) return;
-      if (!drag.box) {
-        const to = place(event);
-        move(to.x - drag.at.x, to.y - drag.at.y);
+      const {at, box} = drag, to = box ? axes.inside(place(event)) : place(event);
+      if (!box) {
+        axes.move(to.x - at.x, to.y - at.y);
         drag.at = to;
         return;
       }
-      const {at, box} = drag, to = inside(place(event));
-      box.hidden = Math.hypot(to.x - at.x, to.y - at.y) < 5;  // [pixels]: still a click
-      box.style.left = `${Math.min(at.x, to.x)}px`;
-      box.style.top = `${Math.min(at.y, to.y)}px`;
-      box.style.width = `${Math.abs(to.x - at.x)}px`;
-      box.style.height = `${Math.abs(to.y - at.y)}px`;
+      box.hidden = Math.hypot(to.x - at.x, to.y - at.y) <= clickRange;
+      Object.assign(box.style, {
+        left: `${Math.min(at.x, to.x)}px`, width: `${Math.abs(to.x - at.x)}px`,
+        top: `${Math.min(at.y, to.y)}px`, height: `${Math.abs(to.y - at.y)}px`
+      });
     });
     canvas.addEventListener('pointerup', event => {
-      if (drag?.box && !drag.box.hidden) {
-        const {at} = drag, to = inside(place(event));
-        // A drag along one axis zooms that axis alone.
-        setAxes({x: Math.abs(to.x - at.x) > 5 ? valuesAt('x', at.x, to.x) : {},
-                 y: Math.abs(to.y - at.y) > 5 ? valuesAt('y', at.y, to.y) : {}});
-      }
+      if (drag?.box && !drag.box.hidden) axes.fill(drag.at, axes.inside(place(event)));
       end();
     });
     canvas.addEventListener('pointercancel', end);
     canvas.addEventListener('wheel', event => {
       if (!event.ctrlKey) return;
       event.preventDefault();
-      const scale = Math.exp(event.deltaY * 0.002), {x, y} = place(event);
-      const {left, right, top, bottom} = chart.chartArea;
-      setAxes({x: valuesAt('x', x + (left - x) * scale, x + (right - x) * scale),
-               y: valuesAt('y', y + (top - y) * scale, y + (bottom - y) * scale)});
+      axes.scale(place(event), Math.exp(event.deltaY * 0.002));
     }, {passive: false});
-    const reset = () => setAxes(whole);
-    canvas.addEventListener('dblclick', reset);
-    return reset;
+    canvas.addEventListener('dblclick', axes.reset);
   }
 
   // --- a plot ------------------------------------------------------------------------------------
@@ -310,10 +317,11 @@
       }
     });
     const legend = legendOf(chart, plot.legend);
-    const resetZoom = addZoom(chart, frame, whole);
+    const axes = axesOf(chart, whole);
+    addZoom(canvas, frame, axes);
     area.append(legend.box);
     section.querySelector('header').append(
-      element('button', {type: 'button', onclick: resetZoom}, 'Reset zoom'),
+      element('button', {type: 'button', onclick: axes.reset}, 'Reset zoom'),
       element('button', {type: 'button', onclick: legend.showAll}, 'Show all'));
   }
 
