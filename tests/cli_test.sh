@@ -85,7 +85,9 @@ t 2 "itself" render "$S" -o a.exr --tolerance 1e-3 --integrator midpoint $R
 t 2 "--filter exact" render "$S" -o a.exr --tolerance 1e-3 --filter hardware $R
 t 2 - render "$S" -o a.exr --tolerance 0 $R
 t 2 - render "$S" -o a.exr --check-error 0 $R
-t 2 "goes without" render "$S" -o a.exr --time-budget 10 --step 1 $R
+t 2 "chooses --step itself" render "$S" -o a.exr --time-budget 10 --step 1 $R
+t 2 "exclude each other" render "$S" -o a.exr --time-budget 10 --tolerance 1e-3 $R
+t 2 "does not march" render "$S" -o a.exr --time-budget 10 --renderer reference $R
 t 2 "did you mean psi-weighted?" render "$S" -o a.exr --integrator psi-wieghted $R
 for filter in exact hardware; do
   for texel in float32 float16; do

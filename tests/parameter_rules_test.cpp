@@ -85,6 +85,49 @@ TEST(Validate, RefusesOptionsWithoutTheirCounterpart) {
   EXPECT_NE(error({ray_template, flat, {"integrator", "cell-exact"}}), "no error");
 }
 
+TEST(Tolerance, ExcludesEveryParameterOfTheMethod) {
+  const std::vector<Setting> method = {
+      {"sampling", "uniform"}, {"integrator", "average"}, {"step", "2"},        {"segments", "3"},
+      {"split-knots", "true"}, {"filter", "hardware"},    {"texel", "float16"},
+  };
+  std::size_t excluded = 0;
+  for (const Parameter& p : parameters()) excluded += p.under_tolerance != UnderTolerance::free;
+  EXPECT_EQ(excluded, method.size());
+  for (const Setting& setting : method) {
+    Scene scene = with("colormap", "hot");  // which --split-knots needs
+    EXPECT_TRUE(leaves_method_open(scene));
+    EXPECT_EQ(with_default_tolerance(scene).tolerance, default_tolerance);
+    set_parameter(scene, setting.name, setting.text);
+    EXPECT_FALSE(leaves_method_open(scene)) << setting.name;
+    EXPECT_EQ(with_default_tolerance(scene).tolerance, std::nullopt);
+    EXPECT_NO_THROW(validate(scene)) << setting.name;
+    const Scene method_alone = scene;
+    scene.tolerance = 0.1;
+    EXPECT_NE(usage_error([&] { validate(scene); }).find("--" + setting.name), std::string::npos);
+    // The command line's replaces the file's.
+    scene = method_alone;
+    apply_over(scene, std::vector<Setting>{{"tolerance", "0.1"}});
+    EXPECT_TRUE(has_default(scene, *find_parameter(setting.name))) << setting.name;
+    EXPECT_NO_THROW(validate(scene)) << setting.name;
+    apply_over(scene, std::vector<Setting>{setting});
+    EXPECT_EQ(scene.tolerance, std::nullopt) << setting.name;
+    EXPECT_NO_THROW(validate(scene)) << setting.name;
+  }
+  Scene scene = with("tolerance", "0.1");
+  EXPECT_FALSE(leaves_method_open(scene));
+  EXPECT_EQ(with_default_tolerance(scene).tolerance, 0.1);
+  scene.filter = Filter::hardware;
+  EXPECT_EQ(usage_error([&] { check_method_unset(scene, "--time-budget"); }),
+            "--time-budget needs --filter exact: it does not estimate the error of --filter "
+            "hardware");
+  EXPECT_FALSE(leaves_method_open(with("renderer", "reference")));
+  EXPECT_TRUE(leaves_method_open(with("renderer", "march-double")));
+  // A default that is spelled out is no choice.
+  scene = with("tolerance", "0.1");
+  apply_over(scene, std::vector<Setting>{{"sampling", "auto"}, {"filter", "exact"}});
+  EXPECT_EQ(scene.tolerance, 0.1);
+}
+
 TEST(ApplyOver, ReplacesTheSourceOfLuminanceAndTheMode) {
   const auto over = [](Scene scene, std::vector<Setting> settings) {
     apply_over(scene, settings);

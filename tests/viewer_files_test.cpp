@@ -68,7 +68,7 @@ TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
   fs::current_path(folder);  // where the function is kept
   Scene scene = small(asset("blobs.vdb"));
   scene.resolution = {900, 600};
-  ASSERT_TRUE(scene.leaves_way_open());  // the tolerance that nobody names
+  ASSERT_TRUE(leaves_method_open(scene));  // the tolerance that nobody names
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
   hands.viewer.show_panel(true);

@@ -114,10 +114,12 @@ void check(RenderCall& call, const Scene& scene) {
        {std::pair("--check-error", call.check_error), std::pair("--time-budget", call.time_budget)})
     if (!text.empty() && read_limit(option, text) == 0)
       usage(std::string(option) + " 0 is nothing");
-  if (!call.time_budget.empty() && !scene.leaves_way_open())
-    usage(
-        "--time-budget chooses how to march; it goes without --tolerance, --sampling, --step, "
-        "--segments, --integrator, --split-knots, --filter, --texel and --renderer reference");
+  if (!call.time_budget.empty()) {
+    if (scene.tolerance) usage("--time-budget and --tolerance exclude each other");
+    if (scene.renderer == RendererKind::reference)
+      usage("--time-budget is for a march; --renderer reference does not march");
+    check_method_unset(scene, "--time-budget");
+  }
   if (call.verbose && call.quiet) usage("--verbose and --quiet exclude each other");
   check_layers(call, scene);
   if (call.output.empty()) {

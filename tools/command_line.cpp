@@ -94,7 +94,8 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
     }
     const bool optional = std::holds_alternative<bool Scene::*>(p.member);
     const Kind kind{"--" + p.name, optional ? "[=true|false]" : p.metavar, optional};
-    add(kind, 0, app_.add_option_function("--" + p.name, take, wrapped(full_help(p))), p.group);
+    add(kind, 0, app_.add_option_function("--" + p.name, take, wrapped(full_help(p))),
+        group_name(p.group));
   }
 }
 

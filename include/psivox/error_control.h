@@ -9,15 +9,6 @@
 
 namespace psivox {
 
-/// What a render takes where nothing says how to march.
-inline constexpr double default_tolerance = 1e-3;
-
-/// The scene as it is rendered: with the default tolerance where nothing says how to march.
-inline Scene with_default_tolerance(Scene scene) {
-  if (scene.leaves_way_open()) scene.tolerance = default_tolerance;
-  return scene;
-}
-
 /// A way to march that a pilot tried. Errors are of radiance and alpha, over R G B A.
 struct Trial {
   Sampling sampling = Sampling::cells;

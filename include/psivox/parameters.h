@@ -32,6 +32,20 @@ using SceneMember =
                  std::optional<Sampling> Scene::*, Filter Scene::*, TexelType Scene::*,
                  RendererKind Scene::*, Projection Scene::*>;
 
+/// The sections of --help and of the viewer's panel, in their order.
+enum class ParameterGroup { input, output, look, light, camera, accuracy, machine };
+
+/// "Accuracy".
+std::string group_name(ParameterGroup group);
+
+/// What `--tolerance E` makes of a parameter. This is the one definition of what a tolerance
+/// excludes and of what has to be left alone for `default_tolerance` to apply.
+enum class UnderTolerance {
+  free,      ///< it may have any value
+  chosen,    ///< part of the method: sampling, rule and step. The tolerance chooses it
+  unchanged  ///< it must have its default, for whose arithmetic alone the error is estimated
+};
+
 /// One row of the table of parameters: all that the command line, --help, JSON, image metadata and
 /// sliders need to know of it.
 struct Parameter {
@@ -40,11 +54,12 @@ struct Parameter {
   std::string unit;          ///< empty where it has none
   std::string default_text;  ///< the default as --help prints it
   std::string help;
-  std::string group;
   SceneMember member;
   Range range = {};
   std::string unset = {};   ///< of an optional: the word that means unset, `auto` or `none`
   bool positional = false;  ///< given by its place, not by --name
+  UnderTolerance under_tolerance = UnderTolerance::free;
+  ParameterGroup group = ParameterGroup::input;
 };
 
 /// The table, in the order in which --help prints it.
@@ -60,18 +75,34 @@ void set_parameter(Scene& scene, std::string_view name, std::string_view text);
 /// The value as set_parameter reads it, every digit that tells it from its neighbours.
 std::string parameter_text(const Scene& scene, const Parameter& parameter);
 
+bool has_default(const Scene& scene, const Parameter& parameter);
+void set_default(Scene& scene, const Parameter& parameter);
+
 /// What the command line gave for one parameter.
 struct Setting {
   std::string name;
   std::string text;
 };
 
-/// Lays the command line over a scene that came from a file: a given parameter also clears those of
-/// the file's that it contradicts (--sampling cells clears a step, --focal-length a fov).
+/// Lays the command line over a scene that came from a file: a given parameter also clears the
+/// file's that it contradicts (--sampling cells clears a step, --tolerance the whole method).
 void apply_over(Scene& scene, std::span<const Setting> settings);
 
 /// Rules across parameters. Throws Error(usage).
 void validate(const Scene& scene);
+
+/// The tolerance of a picture whose method is open.
+inline constexpr double default_tolerance = 1e-3;
+
+/// Whether nothing sets the method of the march: no tolerance, no parameter of the method, and not
+/// the reference integrator, which does not march.
+bool leaves_method_open(const Scene& scene);
+
+/// The scene with default_tolerance if it leaves the method open.
+Scene with_default_tolerance(Scene scene);
+
+/// Throws Error(usage) if a parameter of the method is set, which `chooser`, an option, chooses.
+void check_method_unset(const Scene& scene, std::string_view chooser);
 
 /// All parameters, by name, in the table's order. Numbers are numbers, vectors arrays, unset
 /// optionals their word. Every number returns from scene_from_json as the same bits.

@@ -27,9 +27,9 @@ struct DirectionalLight {
   bool operator==(const DirectionalLight&) const = default;
 };
 
-/// Everything that decides a picture, under the names of the command line, with their defaults.
-/// parameters.h lists the fields once more as a table for CLI, JSON and --help; nothing else does.
-/// An unset optional is a default that depends on the data or on another field.
+/// Everything that a picture depends on, under the names of the command line, with the defaults.
+/// The table of parameters.h lists the fields once more, for CLI, JSON and --help; nothing else
+/// does. The default of an optional that is unset depends on the data or on another field.
 struct Scene {
   std::string input;
   std::string grid;  ///< empty: `density`, else the only scalar grid
@@ -64,10 +64,8 @@ struct Scene {
   bool end_corrections = true;           ///< of psi-balanced, where a ray's samples begin and end
   int connectivity = 26;                 ///< of a ray template's voxels: 6, 18 or 26
   double opacity_unit = 1;               ///< [voxels of the finest index axis], opacity_linear's
-  /// RMS error over R G B A that sampling, step and the rule are chosen for (error_control.h).
-  std::optional<double> tolerance;
-  /// Transmittance at which a ray ends; 0: never. Unset: 1/16384, under a tolerance a quarter of
-  /// it.
+  std::optional<double> tolerance;       ///< RMS error over R G B A that the method is chosen for
+  /// Transmittance at which a ray ends; 0: never. Unset: 1/16384, or a quarter of the tolerance.
   std::optional<double> early_termination;
   Filter filter = Filter::exact;
   TexelType texel = TexelType::float32;
@@ -96,12 +94,6 @@ struct Scene {
   Integrator resolved_integrator() const {
     return integrator.value_or(resolved_sampling() == Sampling::cells ? Integrator::psi_weighted
                                                                       : Integrator::psi_balanced);
-  }
-  /// Whether nothing says how the march is to be done, so that a tolerance may.
-  bool leaves_way_open() const {
-    return !tolerance && !sampling && !step && !integrator && segments == 2 && !split_knots &&
-           filter == Filter::exact && texel == TexelType::float32 &&
-           renderer != RendererKind::reference;
   }
   bool has_function() const { return !transfer_function.empty() || colormap; }
   /// Whether segments are composited: else the picture depends on the density's values alone, and

@@ -1,5 +1,7 @@
 // What parameters demand of each other.
 
+#include <algorithm>
+
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 
@@ -43,13 +45,16 @@ void apply_sampling(Scene& scene, std::span<const Setting> settings) {
   if (scene.sampling != Sampling::template_ && !given("connectivity"))
     scene.connectivity = Scene{}.connectivity;
   if (perspective && !given("ortho-width")) scene.ortho_width.reset();
-  const bool way = given("sampling") || given("step") || given("segments") || given("integrator");
-  if (way && !given("tolerance")) scene.tolerance.reset();
-  if (given("tolerance") && scene.tolerance) {  // over a file's
-    if (!given("sampling")) scene.sampling.reset();
-    if (!given("step")) scene.step.reset();
-    if (!given("segments")) scene.segments = Scene{}.segments;
-    if (!given("integrator")) scene.integrator.reset();
+}
+
+/// A tolerance replaces the file's method, and a method the file's tolerance.
+void apply_tolerance(Scene& scene, std::span<const Setting> settings) {
+  const bool tolerance_given = contains(settings, "tolerance");
+  for (const Parameter& p : parameters()) {
+    if (p.under_tolerance == UnderTolerance::free) continue;
+    const bool given = contains(settings, p.name);
+    if (tolerance_given && scene.tolerance && !given) set_default(scene, p);
+    if (!tolerance_given && given && !has_default(scene, p)) scene.tolerance.reset();
   }
 }
 
@@ -90,22 +95,6 @@ void validate_medium(const Scene& scene) {
   validate_light(scene);
 }
 
-void validate_tolerance(const Scene& scene) {
-  const auto exclude = [](bool given, const char* option) {
-    if (given)
-      throw Error(ExitCode::usage,
-                  std::string("--tolerance chooses ") + option + " itself; leave one of them out");
-  };
-  exclude(scene.step.has_value(), "--step");
-  exclude(scene.sampling.has_value(), "--sampling");
-  exclude(scene.integrator.has_value(), "--integrator");
-  exclude(scene.segments != Scene{}.segments, "--segments");
-  if (scene.filter != Filter::exact || scene.texel != TexelType::float32)
-    throw Error(ExitCode::usage,
-                "--tolerance needs --filter exact and --texel float32: it does not see what others "
-                "round");
-}
-
 void validate_march(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   if (scene.isovalue && scene.mode != Mode::isosurface)
@@ -120,7 +109,7 @@ void validate_march(const Scene& scene) {
     fail("--step is for --sampling uniform, not cells; leave one of them out");
   if (scene.step && scene.sampling == Sampling::template_)
     fail("--step is for --sampling uniform, not template; leave one of them out");
-  if (scene.tolerance) validate_tolerance(scene);
+  if (scene.tolerance) check_method_unset(scene, "--tolerance");
   if (scene.sampling == Sampling::template_ && scene.projection != Projection::orthographic)
     fail("--sampling template needs parallel rays; give --projection orthographic with it");
   if (scene.connectivity != 6 && scene.connectivity != 18 && scene.connectivity != 26)
@@ -143,10 +132,35 @@ void apply_over(Scene& scene, std::span<const Setting> settings) {
   for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);
   apply_luminance(scene, settings);
   apply_sampling(scene, settings);
+  apply_tolerance(scene, settings);
   if (scene.mode != Mode::isosurface && !contains(settings, "isovalue")) scene.isovalue.reset();
   if (scene.mode != Mode::lmip && !contains(settings, "lmip-threshold")) scene.lmip_threshold = 0;
   const bool lens = contains(settings, "focal-length") || contains(settings, "aperture");
   if (lens && !contains(settings, "fov")) scene.fov.reset();
+}
+
+bool leaves_method_open(const Scene& scene) {
+  if (scene.tolerance || scene.renderer == RendererKind::reference) return false;
+  return std::ranges::all_of(parameters(), [&](const Parameter& p) {
+    return p.under_tolerance == UnderTolerance::free || has_default(scene, p);
+  });
+}
+
+Scene with_default_tolerance(Scene scene) {
+  if (leaves_method_open(scene)) scene.tolerance = default_tolerance;
+  return scene;
+}
+
+void check_method_unset(const Scene& scene, std::string_view chooser) {
+  for (const Parameter& p : parameters()) {
+    if (p.under_tolerance == UnderTolerance::free || has_default(scene, p)) continue;
+    const std::string option = "--" + p.name, who(chooser);
+    if (p.under_tolerance == UnderTolerance::chosen)
+      throw Error(ExitCode::usage, who + " chooses " + option + " itself; leave one of them out");
+    throw Error(ExitCode::usage, who + " needs " + option + " " + p.default_text +
+                                     ": it does not estimate the error of " + option + " " +
+                                     parameter_text(scene, p));
+  }
 }
 
 void validate(const Scene& scene) {

@@ -213,6 +213,16 @@ void set_parameter(Scene& scene, std::string_view name, std::string_view text) {
   std::visit([&](auto member) { assign(*p, text, scene.*member); }, p->member);
 }
 
+bool has_default(const Scene& scene, const Parameter& parameter) {
+  static const Scene defaults;
+  return std::visit([&](auto member) { return scene.*member == defaults.*member; },
+                    parameter.member);
+}
+
+void set_default(Scene& scene, const Parameter& parameter) {
+  std::visit([&](auto member) { scene.*member = Scene{}.*member; }, parameter.member);
+}
+
 std::string parameter_text(const Scene& scene, const Parameter& parameter) {
   return std::visit([&](auto member) { return text_of(parameter, scene.*member); },
                     parameter.member);

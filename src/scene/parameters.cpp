@@ -1,5 +1,6 @@
 #include "psivox/parameters.h"
 
+#include "psivox/text.h"
 #include "scene/enum_names.h"
 
 namespace psivox {
@@ -11,171 +12,191 @@ constexpr Range above_0{.min = 0, .min_open = true};
 constexpr Range fraction{0, 1};
 constexpr Range forward{-1, 1, true, true};
 constexpr Range neighbours{6, 26};
+constexpr Range below_1{.min = 0, .max = 1, .max_open = true};
+constexpr Range angle{0, 180, true, true};
+constexpr Range segment_count{1, 64};
+constexpr Range pixel_count{1, 65536};
+constexpr Range sample_count{1, 4096};
+constexpr Range device_index{-1, 1024};
 
-std::vector<Parameter> make_table() {
-  const std::string input = "Input", medium = "Medium", light = "Light", march = "March",
-                    camera = "Camera", picture = "Picture", machine = "Machine";
-  std::vector<Parameter> table = {
-      {"input", "IN.vdb", "", "", "volume to render", input, &Scene::input, any, "", true},
-      {"grid", "NAME", "", "`density`, else the only scalar grid",
-       "density grid; `density[1]` where names repeat", input, &Scene::grid},
-      {"strict", "", "", "",
-       "NaN, Inf, negative values and non-linear transforms are errors, not notices", input,
+Parameter chosen(Parameter p) {
+  p.under_tolerance = UnderTolerance::chosen;
+  return p;
+}
+
+Parameter unchanged(Parameter p) {
+  p.under_tolerance = UnderTolerance::unchanged;
+  return p;
+}
+
+using Rows = std::vector<Parameter>;
+
+Rows input_rows() {
+  return {
+      {"input", "IN.vdb", "", "", "volume to render", &Scene::input, any, "", true},
+      {"grid", "NAME", "", "density, or the only scalar grid",
+       "density grid; density[1] is the second of that name", &Scene::grid},
+      {"strict", "", "", "", "refuse NaN, Inf, negative values and non-linear transforms",
        &Scene::strict},
       {"centering", enum_metavar<Centering>(), "", "",
-       "value i is at index i, or at i + 1/2: the same picture, shifted by half a voxel", input,
-       &Scene::centering},
+       "place value i at index i (node) or i + 1/2 (cell)", &Scene::centering},
+  };
+}
 
-      {"extinction", "K", "1/world unit", "auto: the mean ray through the middle has depth 3",
-       "attenuation = K * value, or K times the transfer function's", medium, &Scene::extinction,
+Rows output_rows() {
+  return {
+      {"resolution", "WxH", "pixels", "", "size of the picture", &Scene::resolution, pixel_count},
+      {"background", "R,G,B", "", "none: premultiplied, with alpha", "colour behind the medium",
+       &Scene::background, at_least_0, "none"},
+      {"pixel-samples", "N", "", "", "rays per pixel, stratified; 1 is the pixel's centre",
+       &Scene::pixel_samples, sample_count},
+  };
+}
+
+Rows look_rows() {
+  return {
+      {"extinction", "K", "1/world unit", "auto: mean optical depth 3 through the grid's middle",
+       "scale of the attenuation: K * value, or K * transfer function", &Scene::extinction,
        at_least_0, "auto"},
       {"transfer-function", "FILE", "", "none",
-       "JSON: attenuation and colour of the value (and gradient), linear between points; "
-       "ParaView's too",
-       medium, &Scene::transfer_function},
-      {"colormap", enum_metavar<Colormap>(), "", "none", "luminance of the value", medium,
+       "JSON: attenuation and colour by value and gradient; ParaView's colour maps too",
+       &Scene::transfer_function},
+      {"colormap", enum_metavar<Colormap>(), "", "none", "built-in colour map of the luminance",
        &Scene::colormap, any, "none"},
-      {"range", "MIN,MAX", "", "the least and the greatest active value",
-       "values at the ends of the colour map", medium, &Scene::range, any, "auto"},
+      {"range", "MIN,MAX", "", "range of the active values", "values at the ends of --colormap",
+       &Scene::range, any, "auto"},
       {"classification", enum_metavar<Classification>(), "", "",
-       "the function of interpolated values, or interpolation of the voxels' functions", medium,
-       &Scene::classification},
-      {"split-knots", "", "", "",
-       "split segments where the value crosses a knot of the transfer function; cell-exact always "
-       "does",
-       medium, &Scene::split_knots},
-      {"luminance", "R,G,B", "", "1,1,1; with --light alone 0,0,0",
-       "luminance of the medium, a factor of what a grid or a function gives", medium,
-       &Scene::luminance, at_least_0, "auto"},
-      {"luminance-grid", "NAME", "", "none",
-       "scalar or vec3 grid whose value multiplies the luminance", medium, &Scene::luminance_grid},
-      {"luminance-scale", "S", "", "", "factor of the luminance grid's values", medium,
-       &Scene::luminance_scale, at_least_0},
+       "apply the function after (post) or before (pre) the interpolation", &Scene::classification},
+      {"luminance", "R,G,B", "", "1,1,1; 0,0,0 with --light alone",
+       "luminance of the medium; a grid or a function multiplies it", &Scene::luminance, at_least_0,
+       "auto"},
+      {"luminance-grid", "NAME", "", "none", "scalar or vec3 grid that multiplies the luminance",
+       &Scene::luminance_grid},
+      {"luminance-scale", "S", "", "", "factor of --luminance-grid", &Scene::luminance_scale,
+       at_least_0},
       {"temperature-grid", "NAME", "", "none",
-       "scalar grid: luminance of a black body of S * value + O, 1 at 6500 K", medium,
-       &Scene::temperature_grid},
-      {"temperature-scale", "S", "", "", "factor of the temperature grid's values", medium,
-       &Scene::temperature_scale, at_least_0},
-      {"temperature-offset", "O", "K", "", "added to the scaled temperature", medium,
+       "scalar grid of black-body temperatures; 6500 K has luminance 1", &Scene::temperature_grid},
+      {"temperature-scale", "S", "", "", "factor of --temperature-grid", &Scene::temperature_scale,
+       at_least_0},
+      {"temperature-offset", "O", "K", "", "temperature added after the factor",
        &Scene::temperature_offset},
       {"emission-grid", "NAME", "", "none",
-       "scalar or vec3 grid: light that the medium adds whatever its attenuation", medium,
+       "scalar or vec3 grid of emitted light; the extinction does not scale it",
        &Scene::emission_grid},
-      {"emission-scale", "S", "radiance/world unit", "", "factor of the emission grid's values",
-       medium, &Scene::emission_scale, at_least_0},
-
-      {"light", "X,Y,Z[,R,G,B]", "", "none",
-       "directional light that travels along X,Y,Z, scattered once; colour 1,1,1", light,
-       &Scene::light, at_least_0, "none"},
-      {"albedo", "A", "", "", "part of the light that is scattered, not absorbed", light,
-       &Scene::albedo, fraction},
-      {"phase-g", "G", "", "", "mean cosine of scattering: 0 isotropic, 1 forward", light,
-       &Scene::phase_g, forward},
-
-      {"mode", enum_metavar<Mode>(), "", "", "how a ray's samples become a pixel", march,
+      {"emission-scale", "S", "radiance/world unit", "", "factor of --emission-grid",
+       &Scene::emission_scale, at_least_0},
+      {"mode", enum_metavar<Mode>(), "", "", "how a pixel is made of the values along its ray",
        &Scene::mode},
-      {"isovalue", "V", "", "the middle of the values, 0 of a level set",
-       "value of the surface of --mode isosurface", march, &Scene::isovalue, any, "auto"},
-      {"lmip-threshold", "T", "", "", "--mode lmip takes the first local maximum above it", march,
+      {"isovalue", "V", "", "middle of the values; 0 for a level set",
+       "value of the surface, under --mode isosurface", &Scene::isovalue, any, "auto"},
+      {"lmip-threshold", "T", "", "", "--mode lmip shows the first local maximum above it",
        &Scene::lmip_threshold},
+  };
+}
 
-      {"integrator", enum_metavar<Integrator>(), "", "psi-weighted under cells, else psi-balanced",
-       "rule for one segment", march, &Scene::integrator, any, "auto"},
-      {"sampling", enum_metavar<Sampling>(), "", "cells, or uniform where --step is given",
-       "segments from voxel face to voxel face, of equal length, or a ray template's voxels "
-       "(orthographic only)",
-       march, &Scene::sampling, any, "auto"},
-      {"segments", "N", "", "", "linear segments a cell", march, &Scene::segments, {1, 64}},
-      {"step", "H", "voxels of the finest axis", "1", "uniform step; implies --sampling uniform",
-       march, &Scene::step, above_0, "auto"},
-      {"tolerance", "E", "radiance, opacity", "none",
-       "root-mean-square error over R G B A that the picture may have: chooses sampling, step and "
-       "integrator",
-       march, &Scene::tolerance, above_0, "none"},
-      {"end-corrections", "", "", "",
-       "under uniform psi-balanced: corrects where a ray begins or ends inside the medium", march,
-       &Scene::end_corrections},
-      {"connectivity", "6|18|26", "", "", "neighbours of a ray template's voxels", march,
-       &Scene::connectivity, neighbours},
-      {"opacity-unit", "U", "voxels of the finest axis", "",
-       "length of which opacity-linear's opacities are", march, &Scene::opacity_unit, above_0},
-      {"early-termination",
-       "T",
-       "transmittance",
-       "1/16384; a quarter of --tolerance",
-       "ends a ray below it; 0: never",
-       march,
-       &Scene::early_termination,
-       {0, 1, false, true},
-       "auto"},
-      {"filter", enum_metavar<Filter>(), "", "", "trilinear weights: in float32, or the GPU's own",
-       march, &Scene::filter},
-      {"texel", enum_metavar<TexelType>(), "", "", "type of the atlas's values", march,
-       &Scene::texel},
-      {"renderer", enum_metavar<RendererKind>(), "", "",
-       "GPU; adaptive quadrature on the CPU; the GPU's march in double on the CPU", march,
-       &Scene::renderer},
+Rows light_rows() {
+  return {
+      {"light", "X,Y,Z[,R,G,B]", "", "none",
+       "direction and colour of parallel light, scattered once; the colour is 1,1,1 if left out",
+       &Scene::light, at_least_0, "none"},
+      {"albedo", "A", "", "", "scattered part of the attenuated light", &Scene::albedo, fraction},
+      {"phase-g", "G", "", "", "mean cosine of the scattering angle: 0 isotropic, near 1 forward",
+       &Scene::phase_g, forward},
+  };
+}
 
-      {"camera-position", "X,Y,Z", "world units", "where the whole grid is in frame", "the eye",
-       camera, &Scene::camera_position, any, "auto"},
-      {"camera-target", "X,Y,Z", "world units", "the grid's centre, or along -Z", "looked at",
-       camera, &Scene::camera_target, any, "auto"},
-      {"camera-up", "X,Y,Z", "", "", "direction that is upwards in the picture", camera,
-       &Scene::camera_up},
-      {"fov",
-       "DEG",
-       "degrees",
-       "from --focal-length and --aperture, over which it wins",
-       "horizontal field of view",
-       camera,
-       &Scene::fov,
-       {0, 180, true, true},
-       "auto"},
-      {"focal-length", "F", "mm", "", "of the lens", camera, &Scene::focal_length, above_0},
-      {"aperture", "A", "mm", "", "width of the film", camera, &Scene::aperture, above_0},
-      {"projection", enum_metavar<Projection>(), "", "", "kind of camera", camera,
+Rows camera_rows() {
+  return {
+      {"camera-position", "X,Y,Z", "world units", "the whole grid in frame, seen along -Z",
+       "position of the eye", &Scene::camera_position, any, "auto"},
+      {"camera-target", "X,Y,Z", "world units", "centre of the grid",
+       "point in the picture's middle", &Scene::camera_target, any, "auto"},
+      {"camera-up", "X,Y,Z", "", "", "direction that is up in the picture", &Scene::camera_up},
+      {"fov", "DEG", "degrees", "from --focal-length and --aperture", "horizontal field of view",
+       &Scene::fov, angle, "auto"},
+      {"focal-length", "F", "mm", "", "focal length of the lens", &Scene::focal_length, above_0},
+      {"aperture", "A", "mm", "", "width of the film", &Scene::aperture, above_0},
+      {"projection", enum_metavar<Projection>(), "", "", "projection of the camera",
        &Scene::projection},
       {"ortho-width", "W", "world units", "the whole grid in frame",
-       "width of the orthographic image plane", camera, &Scene::ortho_width, above_0, "auto"},
-
-      {"resolution",
-       "WxH",
-       "pixels",
-       "",
-       "size of the picture",
-       picture,
-       &Scene::resolution,
-       {1, 65536}},
-      {"background", "R,G,B", "", "none: premultiplied, with alpha", "composited behind", picture,
-       &Scene::background, at_least_0, "none"},
-      {"pixel-samples",
-       "N",
-       "",
-       "",
-       "rays a pixel, stratified, averaged; 1: the centre",
-       picture,
-       &Scene::pixel_samples,
-       {1, 4096}},
-
-      {"device",
-       "N",
-       "",
-       "-1: the first that works",
-       "EGL device, as --list-devices numbers them",
-       machine,
-       &Scene::device,
-       {-1, 1024}},
-      {"memory-limit", "SIZE", "bytes", "0: none",
-       "for the atlas on host and GPU together; 512M, 1.5GiB", machine, &Scene::memory_limit},
+       "width of the picture, under --projection orthographic", &Scene::ortho_width, above_0,
+       "auto"},
   };
+}
+
+Rows accuracy_rows() {
+  return {
+      {"tolerance", "E", "radiance, opacity",
+       number_text(default_tolerance) + ", unless an option below sets the method",
+       "largest RMS error over R, G, B and A; psivox chooses the method for it", &Scene::tolerance,
+       above_0, "none"},
+      {"early-termination", "T", "transmittance", "1/16384, or --tolerance / 4",
+       "end a ray below this transmittance; 0: never", &Scene::early_termination, below_1, "auto"},
+      chosen({"sampling", enum_metavar<Sampling>(), "", "cells; uniform with --step",
+              "divide a ray at voxel faces, into equal steps, or by a template (orthographic)",
+              &Scene::sampling, any, "auto"}),
+      chosen({"integrator", enum_metavar<Integrator>(), "",
+              "psi-weighted under cells, else psi-balanced", "rule that integrates a segment",
+              &Scene::integrator, any, "auto"}),
+      chosen({"step", "H", "voxels of the finest axis", "1",
+              "length of a step; implies --sampling uniform", &Scene::step, above_0, "auto"}),
+      chosen({"segments", "N", "", "", "linear segments per cell, under --sampling cells",
+              &Scene::segments, segment_count}),
+      chosen({"split-knots", "", "", "",
+              "end segments at the knots of the transfer function; cell-exact always does",
+              &Scene::split_knots}),
+      {"end-corrections", "", "", "",
+       "correct psi-balanced for rays that begin or end inside the medium",
+       &Scene::end_corrections},
+      {"connectivity", "6|18|26", "", "", "neighbours of a voxel, under --sampling template",
+       &Scene::connectivity, neighbours},
+      {"opacity-unit", "U", "voxels of the finest axis", "",
+       "length that an opacity of opacity-linear refers to", &Scene::opacity_unit, above_0},
+      unchanged({"filter", enum_metavar<Filter>(), "", "",
+                 "interpolate in float32 (exact) or by the GPU's texture unit", &Scene::filter}),
+      unchanged(
+          {"texel", enum_metavar<TexelType>(), "", "", "type of the stored values", &Scene::texel}),
+      {"renderer", enum_metavar<RendererKind>(), "", "",
+       "GPU, reference integrator on the CPU, or the GPU's march in double on the CPU",
+       &Scene::renderer},
+  };
+}
+
+Rows machine_rows() {
+  return {
+      {"device", "N", "", "-1: the first that works", "EGL device, as --list-devices numbers them",
+       &Scene::device, device_index},
+      {"memory-limit", "SIZE", "bytes", "0: none",
+       "largest size of the grids on host and GPU together: 512M, 1.5GiB", &Scene::memory_limit},
+  };
+}
+
+std::vector<Parameter> make_table() {
+  using Group = ParameterGroup;
+  const std::pair<Group, Rows> groups[] = {
+      {Group::input, input_rows()},    {Group::output, output_rows()},
+      {Group::look, look_rows()},      {Group::light, light_rows()},
+      {Group::camera, camera_rows()},  {Group::accuracy, accuracy_rows()},
+      {Group::machine, machine_rows()}};
   const Scene defaults;
-  for (Parameter& row : table) {
-    if (row.default_text.empty()) row.default_text = parameter_text(defaults, row);
+  Rows table;
+  for (const auto& [group, rows] : groups) {
+    for (Parameter row : rows) {
+      row.group = group;
+      if (row.default_text.empty()) row.default_text = parameter_text(defaults, row);
+      table.push_back(std::move(row));
+    }
   }
   return table;
 }
 
 }  // namespace
+
+std::string group_name(ParameterGroup group) {
+  static constexpr const char* names[] = {"Input",  "Output",   "Look",   "Light",
+                                          "Camera", "Accuracy", "Machine"};
+  return names[static_cast<std::size_t>(group)];
+}
 
 const std::vector<Parameter>& parameters() {
   static const std::vector<Parameter> table = make_table();

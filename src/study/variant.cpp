@@ -124,15 +124,7 @@ Scene scene_of(const Variant& variant, const Scene& base) {
 
 Scene without_sweep(const Scene& scene) {
   Scene out = scene;
-  const Scene defaults;
-  out.integrator.reset();
-  out.sampling.reset();
-  out.segments = defaults.segments;
-  out.step.reset();
-  out.filter = defaults.filter;
-  out.texel = defaults.texel;
-  out.renderer = defaults.renderer;
-  out.tolerance.reset();
+  for (const std::string& name : swept_parameters()) set_default(out, *find_parameter(name));
   return out;
 }
 

@@ -17,12 +17,10 @@ std::string quoted(const std::string& word) {
 }  // namespace
 
 std::vector<std::string> render_arguments(const Scene& scene, const std::string& output) {
-  const Scene defaults;
   std::vector<std::string> arguments = {"--output=" + output};
   for (const Parameter& p : parameters()) {
-    const std::string text = parameter_text(scene, p);
-    if (p.positional || text == parameter_text(defaults, p)) continue;
-    arguments.push_back("--" + p.name + "=" + text);
+    if (p.positional || has_default(scene, p)) continue;
+    arguments.push_back("--" + p.name + "=" + parameter_text(scene, p));
   }
   // after --, since a file's name may begin with a dash
   arguments.insert(arguments.end(), {"--", scene.input});

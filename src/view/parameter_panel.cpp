@@ -157,16 +157,14 @@ bool set_text(Scene& scene, const Parameter& p, const std::string& text,
 /// The widget of one parameter, and what takes it back to its default.
 bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& choices,
                     const Refuse& refuse) {
-  static const Scene defaults;
   const std::string current = parameter_text(scene, p);
   std::string text = current;
   bool done = edit_text(p, scene, choices, text);
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", help_of(p).c_str());
-  const std::string usual = parameter_text(defaults, p);
-  if (current != usual) {
+  if (!has_default(scene, p)) {
     ImGui::SameLine();
     if (ImGui::SmallButton(("x##" + p.name).c_str())) {
-      text = usual;
+      text = parameter_text(Scene{}, p);
       done = true;
     }
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("back to the default");
@@ -178,14 +176,15 @@ bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& ch
 
 bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse) {
   bool changed = false, open = false;
-  std::string group;
+  std::optional<ParameterGroup> group;
   ImGui::PushItemWidth(0.45f * ImGui::GetWindowWidth());
   for (const Parameter& p : parameters()) {
     if (std::find(std::begin(left_out), std::end(left_out), p.name) != std::end(left_out)) continue;
     if (p.group != group) {
       group = p.group;
-      const bool wide = group == "Medium" || group == "March";
-      open = ImGui::CollapsingHeader(group.c_str(), wide ? ImGuiTreeNodeFlags_DefaultOpen : 0);
+      const bool unfolded = p.group == ParameterGroup::look || p.group == ParameterGroup::accuracy;
+      open = ImGui::CollapsingHeader(group_name(p.group).c_str(),
+                                     unfolded ? ImGuiTreeNodeFlags_DefaultOpen : 0);
     }
     if (open) changed |= edit_parameter(scene, p, choices, refuse);
   }

@@ -6,6 +6,7 @@
 
 #include "psivox/error_control.h"
 #include "psivox/light.h"
+#include "psivox/parameters.h"
 #include "psivox/reference.h"
 #include "view/picture_maker.h"
 

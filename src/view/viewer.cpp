@@ -37,12 +37,13 @@ std::string file_stamp(const std::string& path) {
 /// On the screen, where the picture has none.
 constexpr glm::dvec3 no_background{0.006};
 
-/// The right side of a comparison: the march of `other`, the rest of `scene`.
+/// The right side of a comparison: the method of `other` as far as it needs no other volume, the
+/// rest of `scene`.
 Scene compared(const Scene& scene, const Scene& other) {
   Scene result = scene;
   for (const Parameter& p : parameters()) {
-    const bool differs = p.group == "March" && p.name != "mode" && p.name != "isovalue" &&
-                         p.name != "lmip-threshold" && p.name != "texel" && p.name != "filter";
+    const bool differs = p.group == ParameterGroup::accuracy && p.name != "split-knots" &&
+                         p.under_tolerance != UnderTolerance::unchanged;
     if (differs) std::visit([&](auto member) { result.*member = other.*member; }, p.member);
   }
   return result;
@@ -122,7 +123,7 @@ void Viewer::set_scene(const Scene& scene) {
   const auto camera_of = [](const Scene& s) {
     std::string text;
     for (const Parameter& p : parameters())
-      if (p.group == "Camera") text += parameter_text(s, p) + "\n";
+      if (p.group == ParameterGroup::camera) text += parameter_text(s, p) + "\n";
     return text;
   };
   if (volume_ && camera_of(before) != camera_of(scene)) {

@@ -18,7 +18,7 @@ constexpr const char* march_only[] = {
     "renderer",        "device",       "tolerance"};
 
 bool belongs_to_volume(const Parameter& p) {
-  if (p.group == "Camera" || p.group == "Picture") return false;
+  if (p.group == ParameterGroup::camera || p.group == ParameterGroup::output) return false;
   return std::find(std::begin(march_only), std::end(march_only), p.name) == std::end(march_only);
 }
 
