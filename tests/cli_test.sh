@@ -36,7 +36,7 @@ t 0 - render --output=a.exr --camera-position -1,2,300 $R "$S"
 t 0 - render "$S" -o a.exr $R --camera-position=-.5,0,300 --camera-target -.5,0,1
 t 2 "did you mean --step?" render "$S" -o a.exr --setp 1
 t 2 "did you mean --step?" render "$S" -o a.exr --setp=1
-t 2 - render "$S" -o a.exr --step
+t 2 "--step needs a value" render "$S" -o a.exr --step
 t 2 - render "$S" -o a.exr --step -1
 t 2 - render "$S"
 t 2 - render
@@ -46,12 +46,14 @@ t 2 "use .exr or .png" render "$S" -o a.jpg
 t 2 "needs an .exr" render "$S" -o a.png --aov depth $R
 t 2 "needs an .exr" render "$S" -o a.png --half $R
 t 2 "needs a .png" render "$S" -o a.exr --bits 16 $R
-t 2 "expected 8 or 16" render "$S" -o a.png --bits 10 $R
+t 2 "{8,16}" render "$S" -o a.png --bits 10 $R
 t 0 - render "$S" -o a.png --bits 16 $R
 t 0 - render "$S" -o b.exr $R
 # 16 bits: half a code at the sRGB curve's steepest, and alpha's
 t 0 rms compare a.png b.exr --max-abs 2.6e-5
-t 2 - render "$S" -o a.exr --aov dpeth $R
+t 2 "dpeth not in {depth," render "$S" -o a.exr --aov dpeth $R
+t 0 - render -o a.exr --aov depth "$S" --aov steps,samples $R
+t 2 "excludes --quiet" render "$S" -o a.exr -q -v
 t 0 - render "$S" -o a.exr --aov error,transmittance --renderer reference $R
 t 0 - render "$S" -o a.exr --aov depth,transmittance,steps,samples $R
 for renderer in gl march-double reference; do
@@ -173,12 +175,17 @@ fi
 
 # The window, where there is no display, and what is refused before one is opened.
 DISPLAY="" WAYLAND_DISPLAY="" t 4 "psivox render" view "$S"
-t 2 "native or egl" view "$S" --context glx
+t 2 "{native,egl}" view "$S" --context glx
 t 2 "at least 0" view "$S" --frame-budget fast
-t 2 "at least 2" view "$S" --benchmark-orbit 1
+t 2 "--benchmark-orbit: expected a whole number at least 2" view "$S" --benchmark-orbit 1
 t 2 "no input" view --benchmark-session 10
 t 2 "did you mean --watch?" view "$S" --wacht
 t 0 "--frame-budget" view --help
+t 2 "expected a number at least 0, not 'nan'" view "$S" --frame-budget nan
+if "$program" view --help | grep -q benchmark; then
+  echo "FAILED: --help lists hidden options"
+  failed=$((failed + 1))
+fi
 
 # The module that reads pictures is loaded when one is read, and without it there is one line of error.
 mkdir alone

@@ -102,7 +102,7 @@ run 2 "did you mean steps?" "$assets/blobs.vdb" --study bad.json -o bad
 run 2 "did you mean --integrators?" "$assets/blobs.vdb" --integrator midpoint -o bad
 run 2 "did you mean psi-exact?" "$assets/blobs.vdb" --integrators psi-exatc -o bad
 run 2 "parallel rays" "$assets/blobs.vdb" --samplings template -o bad -q
-run 2 "-o DIR" "$assets/blobs.vdb"
+run 2 "--output is required" "$assets/blobs.vdb"
 run 2 "IN.vdb" -o bad
 run 2 "from 1 to 1000" "$assets/blobs.vdb" -o bad --repeats 0
 run 3 "no such file" nope.vdb -o bad
@@ -154,7 +154,7 @@ done
 [ "$(grep -o '<section class="plot"' orders/index.html | wc -l)" = 5 ] || fail "orders/index.html lacks plots"
 grep -q '^| step | from inside | psi-balanced, end corrections | 3 | 4 | \(3\.9\|4\.0\)' orders/orders.md ||
   fail "psi-balanced is not of fourth order: $(grep corrections orders/orders.md)"
-run 2 "two studies" --orders --psi -o both
+run 2 "excludes --orders" --orders --psi -o both
 
 run 0 "" "${sweep[@]}" -o sizes --resolutions 24x24,48x16 --integrators psi-exact --segments 1,2
 for file in reference_24x24.exr reference_48x16.png pictures/psi-exact_cells_2_24x24.png; do

@@ -1,7 +1,7 @@
 // psivox compare A B: how far two pictures are apart.
 
-#include <cstdio>
 #include <iostream>
+#include <optional>
 #include <string>
 
 #include "command_line.h"
@@ -12,11 +12,7 @@
 namespace psivox {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
+std::string number(double value) { return formatted("%.6g", value); }
 
 std::string per_channel(const std::array<double, 4>& values) {
   std::string out;
@@ -28,19 +24,19 @@ std::string per_channel(const std::array<double, 4>& values) {
 }  // namespace
 
 void compare_command(Arguments arguments) {
-  std::string a, b, max_rms, max_abs;
-  CommandLine line("compare",
-                   "Prints the difference of two pictures' R G B A, in linear radiance.");
-  line.add_positional("A", "an EXR or PNG file", a);
-  line.add_positional("B", "another one of the same size", b);
-  line.add_value("--max-rms", 0, "X",
-                 "exit with 7 where the RMS over pixels and channels is above X", max_rms);
-  line.add_value("--max-abs", 0, "X",
-                 "exit with 7 where the largest absolute difference is above X", max_abs);
-  if (!line.parse(arguments)) return;
-  if (a.empty() || b.empty()) throw Error(ExitCode::usage, "two pictures are needed: A B");
-  const double rms_limit = max_rms.empty() ? 0 : read_limit("--max-rms", max_rms);
-  const double abs_limit = max_abs.empty() ? 0 : read_limit("--max-abs", max_abs);
+  std::string a, b;
+  std::optional<double> max_rms, max_abs;
+  CommandLine line("compare", "Prints the difference of two pictures in linear radiance.");
+  line.add_option("A", a, "EXR or PNG file")->type_name("")->required();
+  line.add_option("B", b, "another of the same size")->type_name("")->required();
+  const CLI::Validator limit = number_in<double>({.min = 0});
+  line.add_option("--max-rms", max_rms, "exit with 7 if the RMS over pixels and channels exceeds X")
+      ->type_name("X")
+      ->check(limit);
+  line.add_option("--max-abs", max_abs, "exit with 7 if the largest absolute difference exceeds X")
+      ->type_name("X")
+      ->check(limit);
+  if (!line.read(arguments)) return;
 
   const Comparison difference = compare_images(read_image(a), read_image(b));
   std::cout << "rms   " << number(difference.rms) << "  (" << per_channel(difference.channel_rms)
@@ -56,13 +52,14 @@ void compare_command(Arguments arguments) {
   const auto demand = [](bool within, const std::string& what) {
     if (!within) throw Error(ExitCode::verification, what);
   };
-  if (max_rms.empty() && max_abs.empty()) return;
+  if (!max_rms && !max_abs) return;
   demand(difference.not_finite == 0,
          "the pictures have NaN or Inf in " + std::to_string(difference.not_finite) + " pixels");
-  demand(max_rms.empty() || difference.rms <= rms_limit,
-         "RMS " + number(difference.rms) + " is above --max-rms " + max_rms);
-  demand(max_abs.empty() || difference.max <= abs_limit,
-         "the largest difference " + number(difference.max) + " is above --max-abs " + max_abs);
+  demand(!max_rms || difference.rms <= *max_rms,
+         "RMS " + number(difference.rms) + " is above --max-rms " + number_text(*max_rms));
+  demand(!max_abs || difference.max <= *max_abs,
+         "the largest difference " + number(difference.max) + " is above --max-abs " +
+             number_text(*max_abs));
 }
 
 }  // namespace psivox

@@ -1,6 +1,5 @@
 // psivox info IN.vdb: what is in the file, and what its atlases would take.
 
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -75,9 +74,7 @@ json to_json(const Row& row) {
 }
 
 std::string mebibytes(std::uint64_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f MiB", static_cast<double>(bytes) / (1 << 20));
-  return text;
+  return formatted("%.2f MiB", static_cast<double>(bytes) / (1 << 20));
 }
 
 template <typename Vector>
@@ -117,11 +114,11 @@ void print(const Row& row) {
 void info_command(Arguments arguments) {
   std::string path;
   bool as_json = false;
-  CommandLine line("info", "Lists the grids of a .vdb: types, boxes, transforms, atlas sizes.");
-  line.add_positional("IN.vdb", "file to describe", path);
-  line.add_flag("--json", 0, "print JSON", as_json);
-  if (!line.parse(arguments)) return;
-  if (path.empty()) throw Error(ExitCode::usage, "no input; give IN.vdb");
+  CommandLine line("info",
+                   "Lists the grids of a .vdb: types, boxes, transforms, sizes on the GPU.");
+  line.add_option("IN.vdb", path, "file to describe")->type_name("")->required();
+  line.add_flag("--json", as_json, "print JSON");
+  if (!line.read(arguments)) return;
 
   const VdbFile file(path);
   const std::uint64_t bytes = std::filesystem::file_size(path);

@@ -33,94 +33,92 @@
 namespace psivox {
 namespace {
 
-/// Where nothing else says how to march.
+const std::vector<std::string> known_layers = {"depth", "transmittance", "steps", "samples",
+                                               "error"};
 
 struct RenderCall {
   SceneOptions scene;
-  std::string output, aov, bits, stats, check_error, time_budget;
-  std::vector<std::string> layers;  ///< of aov
-  bool half = false, print_scene = false, explain = false, verbose = false, quiet = false,
-       list_devices = false;
+  std::string output, stats;
+  std::vector<std::string> layers;    ///< that --aov names
+  std::optional<int> check_error;     ///< pixels
+  std::optional<double> time_budget;  ///< [ms]
+  WriteOptions format;
+  bool print_scene = false, explain = false, verbose = false, quiet = false, list_devices = false;
 };
 
 bool wants(const RenderCall& call, const char* layer) {
   return std::find(call.layers.begin(), call.layers.end(), layer) != call.layers.end();
 }
 
-bool parse(RenderCall& call, Arguments arguments) {
-  CommandLine line("render", "Renders a .vdb to an EXR or PNG file, headless.");
-  line.add_value("--output", 'o', "FILE", ".exr: linear, premultiplied; .png: sRGB, 8 bits",
-                 call.output);
-  line.add_value("--aov", 0, "LIST",
-                 "more layers of the .exr: depth, transmittance, steps, samples, error", call.aov);
-  line.add_flag("--half", 0, "write the .exr as 16-bit floats", call.half);
-  line.add_value("--bits", 0, "8|16", "bits of a channel of the .png; default 8", call.bits);
-  line.add_flag("--print-scene", 0,
-                "print the complete scene as JSON; renders too only where -o is given",
-                call.print_scene);
-  line.add_flag(
-      "--explain", 0,
-      "print what the march computes, what it leaves out, and why; renders too only where "
-      "-o is given",
-      call.explain);
-  line.add_value(
-      "--check-error", 0, "N",
-      "compare N pixels, spread over the picture, with the reference and print the error",
-      call.check_error);
-  line.add_value("--time-budget", 0, "MS",
-                 "march as accurately as can be within that time on this machine; in place of "
-                 "--tolerance",
-                 call.time_budget);
-  line.add_value("--stats", 0, "FILE",
-                 "write times per stage, counts and bytes as JSON; -: to the standard output",
-                 call.stats);
-  line.add_flag("--verbose", 'v', "print the same as a table", call.verbose);
-  line.add_flag("--quiet", 'q', "print errors only", call.quiet);
-  line.add_flag("--list-devices", 0, "print the EGL devices", call.list_devices);
-  call.scene.add_to(line);
-  return line.parse(arguments);
+void add_outputs(CommandLine& line, RenderCall& call) {
+  const std::string output = group_name(ParameterGroup::output);
+  line.add_option("-o,--output", call.output,
+                  "picture to write: .exr (linear, premultiplied) or .png (sRGB)")
+      ->type_name("FILE")
+      ->group(output);
+  line.add_list("--aov", call.layers, "extra layers of the .exr: " + joined(known_layers, ", "))
+      ->check(CLI::IsMember(known_layers).description(""))
+      ->group(output);
+  line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats")->group(output);
+  line.add_option("--bits", call.format.bits, "bits per channel of the .png")
+      ->type_name("8|16")
+      ->default_str("8")
+      ->check(CLI::IsMember({8, 16}).description(""))
+      ->group(output);
+  line.add_flag("--print-scene", call.print_scene,
+                "print the complete scene as JSON; render only if -o is given")
+      ->group(output);
+  line.add_flag("--explain", call.explain,
+                "print what the march computes and skips, and why; render only if -o is given")
+      ->group(output);
+  line.add_option("--stats", call.stats,
+                  "write times, counts and bytes as JSON; - is the standard output")
+      ->type_name("FILE")
+      ->group(output);
+  CLI::Option* verbose =
+      line.add_flag("-v,--verbose", call.verbose, "print times, counts and bytes")->group(output);
+  line.add_flag("-q,--quiet", call.quiet, "print errors only")->excludes(verbose)->group(output);
 }
 
-void check_layers(RenderCall& call, const Scene& scene) {
-  static const std::vector<std::string> known = {"depth", "transmittance", "steps", "samples",
-                                                 "error"};
-  call.layers = split(call.aov);
+bool parse(RenderCall& call, Arguments arguments) {
+  CommandLine line("render", "Renders a .vdb to an EXR or PNG file, without a window.");
+  add_outputs(line, call);
+  line.add_flag("--list-devices", call.list_devices, "print the EGL devices and exit");
+  call.scene.add_to(line);
+  line.add_option("--time-budget", call.time_budget,
+                  "choose the most accurate method expected to march in MS milliseconds here")
+      ->type_name("MS")
+      ->check(number_in<double>({.min = 0, .min_open = true}))
+      ->group(group_name(ParameterGroup::accuracy));
+  line.add_option("--check-error", call.check_error,
+                  "compare N pixels with the reference integrator and print the error")
+      ->type_name("N")
+      ->check(number_in<int>({.min = 1}))
+      ->group(group_name(ParameterGroup::accuracy));
+  return line.read(arguments);
+}
+
+void check_layers(const RenderCall& call, const Scene& scene) {
   const bool reference = scene.renderer == RendererKind::reference;
   if (wants(call, "depth") && scene.mode == Mode::back_to_front)
     usage(
         "--aov depth is where a ray's transmittance falls below 1/2 from the camera on, which "
         "--mode back-to-front does not follow; take --mode alpha");
   for (const std::string& layer : call.layers) {
-    if (std::find(known.begin(), known.end(), layer) == known.end())
-      usage("--aov " + in_quotes(layer) +
-            ": expected a list of depth, transmittance, steps, samples, error" +
-            suggestion(layer, known));
     if (reference && layer != "transmittance" && layer != "error")
       usage("--aov " + layer + " is not available with --renderer " +
             parameter_text(scene, *find_parameter("renderer")));
   }
 }
 
-WriteOptions write_options(const RenderCall& call) {
-  if (call.bits.empty()) return {call.half};
-  if (call.bits != "8" && call.bits != "16")
-    usage("--bits " + in_quotes(call.bits) + ": expected 8 or 16");
-  return {call.half, std::stoi(call.bits)};
-}
-
 /// All that can be refused before any work.
-void check(RenderCall& call, const Scene& scene) {
-  for (const auto& [option, text] :
-       {std::pair("--check-error", call.check_error), std::pair("--time-budget", call.time_budget)})
-    if (!text.empty() && read_limit(option, text) == 0)
-      usage(std::string(option) + " 0 is nothing");
-  if (!call.time_budget.empty()) {
+void check(const RenderCall& call, const Scene& scene) {
+  if (call.time_budget) {
     if (scene.tolerance) usage("--time-budget and --tolerance exclude each other");
     if (scene.renderer == RendererKind::reference)
       usage("--time-budget is for a march; --renderer reference does not march");
     check_method_unset(scene, "--time-budget");
   }
-  if (call.verbose && call.quiet) usage("--verbose and --quiet exclude each other");
   check_layers(call, scene);
   if (call.output.empty()) {
     if (!call.print_scene && !call.explain) usage("no output; give -o FILE.exr or -o FILE.png");
@@ -128,7 +126,7 @@ void check(RenderCall& call, const Scene& scene) {
     return;
   }
   if (scene.input.empty()) usage("no input; give IN.vdb");
-  check_writable(call.output, write_options(call));
+  check_writable(call.output, call.format);
   if (!call.layers.empty() && !holds_layers(call.output)) usage("--aov needs an .exr as output");
   if (!call.stats.empty()) check_text_writable(call.stats);
 }
@@ -193,15 +191,12 @@ Image march(const RenderCall& call, View& view, FutureRenderer opened, const Pro
   const bool count =
       call.verbose || !call.stats.empty() || wants(call, "steps") || wants(call, "samples");
   const RenderOptions render{count, wants(call, "depth"), wants(call, "transmittance"), progress};
-  const std::optional<double> budget =
-      call.time_budget.empty() ? std::nullopt
-                               : std::optional(read_limit("--time-budget", call.time_budget));
   RenderResult result;
   View marched;
   if (view.scene.renderer == RendererKind::march_double) {
     if (light)
       add_light(view, atlas, march_double_light_depths(view, atlas), light_progress, report);
-    marched = choose_march(view, atlas, budget, nullptr, call.quiet, report);
+    marched = choose_march(view, atlas, call.time_budget, nullptr, call.quiet, report);
     const Stopwatch marching;
     result = render_march_double(marched, atlas, render);
     result.stats.march_ms = marching.ms();
@@ -214,7 +209,7 @@ Image march(const RenderCall& call, View& view, FutureRenderer opened, const Pro
       add_light(view, atlas, renderer->light_depths(view), light_progress, report);
     }
     renderer->upload(atlas, view.scene.filter);
-    marched = choose_march(view, atlas, budget, renderer.get(), call.quiet, report);
+    marched = choose_march(view, atlas, call.time_budget, renderer.get(), call.quiet, report);
     result = renderer->render(marched, render);
     if (report.plan) confirm_plan(*renderer, render, call.quiet, report);
     if (wants(call, "error")) {
@@ -280,9 +275,8 @@ void print_explanation(const View& view) {
 /// Compares with the reference, on the standard output.
 void print_check(const RenderCall& call, const View& view, const Image& image,
                  RenderReport& report) {
-  const double wanted = read_limit("--check-error", call.check_error);
   ProgressBar bar(call.quiet);
-  report.checked = check_error(view, image, int(std::clamp(wanted, 1.0, 1e8)), bar.progress());
+  report.checked = check_error(view, image, std::min(*call.check_error, 100000000), bar.progress());
   std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
               report.checked->rms, report.checked->max, report.checked->max_x,
               report.checked->max_y, report.checked->pixels);
@@ -299,7 +293,7 @@ void render(const RenderCall& call, View& view, FutureRenderer opened, RenderRep
                 ? integrate(call, view, bar.progress(), report)
                 : march(call, view, std::move(opened), bar.progress(), report);
   }
-  if (!call.check_error.empty()) print_check(call, view, image, report);
+  if (call.check_error) print_check(call, view, image, report);
   // Counting makes layers that nobody may have asked for.
   std::erase_if(image.layers, [&](const Layer& layer) {
     return !layer.name.empty() && !wants(call, layer.name.c_str());
@@ -310,7 +304,7 @@ void render(const RenderCall& call, View& view, FutureRenderer opened, RenderRep
   image.metadata["psivox:renderer"] = report.stats.renderer;
 
   const Stopwatch writing;
-  write_image(image, call.output, write_options(call));
+  write_image(image, call.output, call.format);
   report.write_ms = writing.ms();
 }
 
@@ -324,7 +318,7 @@ void render_command(Arguments arguments) {
   if (call.list_devices) return print_devices();
   Scene scene = call.scene.scene();
   check(call, scene);
-  if (call.time_budget.empty()) scene = with_default_tolerance(scene);
+  if (!call.time_budget) scene = with_default_tolerance(scene);
   if (scene.input.empty()) {  // only --print-scene comes here
     std::cout << to_json(scene);
     return;

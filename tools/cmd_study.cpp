@@ -1,7 +1,8 @@
-// psivox study IN.vdb -o DIR: error and time of many ways to render one scene.
+// psivox study IN.vdb -o DIR: error and time of many methods for one scene.
 
 #include <csignal>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "command_line.h"
@@ -22,48 +23,56 @@ namespace {
 struct StudyCall {
   SceneOptions scene;
   std::map<std::string, std::string> lists;  ///< of the sweep, as given
-  std::string output, file, repeats, summary;
+  std::string output, file;
+  std::optional<int> repeats;
+  std::vector<std::string> summary;  ///< folders
   bool psi = false, orders = false, no_split = false, resume = false, quiet = false;
 };
 
+/// Of the sweep's lists: their help, and their default.
+const std::map<std::string, std::pair<const char*, const char*>> list_help = {
+    {"integrators", {"rules, or all", "all"}},
+    {"samplings", {"of cells, uniform, template, or all", "cells,uniform"}},
+    {"segments", {"linear segments per cell, under cells", "1,2,4"}},
+    {"steps", {"uniform steps [voxels]", "4,2,1,0.5,0.25"}},
+    {"filters", {"of exact, hardware, or all", "exact"}},
+    {"texels", {"of float32, float16, or all", "float32"}},
+    {"tolerances", {"tolerances, each with the method that it chooses", "none"}},
+    {"resolutions", {"of WxH [pixels]", "--resolution's"}}};
+
 bool parse(StudyCall& call, Arguments arguments) {
   CommandLine line("study",
-                   "Renders a .vdb in many ways and measures error and time of each: tables, "
-                   "plots and pictures in a folder, and a page that shows them.");
-  line.add_value("--output", 'o', "DIR", "folder for the results; made where it is missing",
-                 call.output);
-  const std::map<std::string, std::pair<const char*, const char*>> help = {
-      {"integrators", {"LIST", "rules, or all (default: all)"}},
-      {"samplings", {"LIST", "of cells, uniform, template, or all (default: cells,uniform)"}},
-      {"segments", {"LIST", "linear segments a cell, under cells (default: 1,2,4)"}},
-      {"steps", {"LIST", "uniform steps [voxels] (default: 4,2,1,0.5,0.25)"}},
-      {"filters", {"LIST", "of exact, hardware, or all (default: exact)"}},
-      {"texels", {"LIST", "of float32, float16, or all (default: float32)"}},
-      {"tolerances",
-       {"LIST", "errors to ask for: each marched as --tolerance chooses (default: none)"}},
-      {"resolutions", {"LIST", "of WxH [pixels] (default: --resolution's)"}}};
-  for (const std::string& name : sweep_lists())
-    line.add_value("--" + name, 0, help.at(name).first, help.at(name).second, call.lists[name]);
-  line.add_value("--repeats", 0, "N", "times that each is timed; the median counts (default: 3)",
-                 call.repeats);
-  line.add_value("--study", 0, "FILE",
-                 "the lists above, repeats and scene from a .json; the command line wins",
-                 call.file);
-  line.add_flag("--no-split", 0,
-                "leave out the march in double, and with it the step error and the arithmetic "
-                "error apart: most of a study's time",
-                call.no_split);
-  line.add_flag("--resume", 0, "go on with the study that DIR holds", call.resume);
-  line.add_flag("--psi", 0, "study the rules themselves, without a volume", call.psi);
-  line.add_flag("--orders", 0,
-                "fit orders of convergence in step, voxel and pixel, without a volume",
-                call.orders);
-  line.add_value("--summary", 0, "DIR,...",
-                 "what each rule needs for an error in finished studies, side by side",
-                 call.summary);
-  line.add_flag("--quiet", 'q', "print errors only", call.quiet);
+                   "Renders a .vdb by many methods and measures the error and time of each. Writes "
+                   "tables, plots, pictures and a page that shows them.");
+  line.add_option("-o,--output", call.output, "folder for the results; created if missing")
+      ->type_name("DIR")
+      ->required();
+  for (const std::string& name : sweep_lists()) {
+    const auto& [help, usual] = list_help.at(name);
+    line.add_option("--" + name, call.lists[name], help)->type_name("LIST")->default_str(usual);
+  }
+  line.add_option("--repeats", call.repeats, "timed runs of each method; the median counts")
+      ->type_name("N")
+      ->check(number_in<int>(repeats_range))
+      ->default_str(number_text(StudyOptions{}.repeats));
+  line.add_option("--study", call.file,
+                  "read the lists above, repeats and scene from a .json; the command line "
+                  "overrides them")
+      ->type_name("FILE");
+  line.add_flag("--no-split", call.no_split,
+                "do not split the error into step error and arithmetic error; saves most of the "
+                "time");
+  line.add_flag("--resume", call.resume, "continue the study in DIR");
+  CLI::Option* psi =
+      line.add_flag("--psi", call.psi, "study the rules themselves, without a volume");
+  line.add_flag("--orders", call.orders,
+                "fit the orders of convergence in step, voxel and pixel, without a volume")
+      ->excludes(psi);
+  line.add_list("--summary", call.summary, "compare finished studies, each named by its folder")
+      ->type_name("DIR,...");
+  line.add_flag("-q,--quiet", call.quiet, "print errors only");
   call.scene.add_to(line, swept_parameters());
-  return line.parse(arguments);
+  return line.read(arguments);
 }
 
 StudyOptions options_of(const StudyCall& call, const StudyFile& file) {
@@ -73,7 +82,7 @@ StudyOptions options_of(const StudyCall& call, const StudyFile& file) {
   for (const auto& [name, text] : call.lists)
     if (!text.empty()) set_sweep(options.sweep, name, text);
   if (file.repeats) options.repeats = file.repeats;
-  if (!call.repeats.empty()) options.repeats = read_repeats(call.repeats);
+  if (call.repeats) options.repeats = *call.repeats;
   options.split = !call.no_split;
   options.resume = call.resume;
   return options;
@@ -94,17 +103,12 @@ void stop_on_interrupt() {
 void study_command(Arguments arguments) {
   StudyCall call;
   if (!parse(call, arguments)) return;
-  if (call.output.empty()) usage("no output; give a folder with -o DIR");
   if (call.psi || call.orders) {
-    if (call.psi && call.orders) usage("--psi and --orders are two studies; give one of them");
     ProgressBar bar(call.quiet);
     return (call.psi ? run_psi_study : run_order_study)(call.output, bar.progress());
   }
-  if (!call.summary.empty()) {
-    std::vector<std::filesystem::path> folders;
-    for (const std::string& folder : split(call.summary)) folders.emplace_back(folder);
-    return run_summary(folders, call.output);
-  }
+  if (!call.summary.empty())
+    return run_summary({call.summary.begin(), call.summary.end()}, call.output);
   const StudyFile file = call.file.empty() ? StudyFile{} : read_study_file(call.file);
   StudyOptions options = options_of(call, file);
   const Scene scene = call.scene.scene(file.scene);

@@ -1,6 +1,5 @@
 // psivox verify: whether this machine's GL driver draws what is known.
 
-#include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -17,11 +16,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1e", value);
-  return text;
-}
+std::string short_number(double value) { return formatted("%.1e", value); }
 
 std::string padded(const std::string& text, std::size_t width) {
   return text + std::string(width > text.size() ? width - text.size() : 0, ' ') + ' ';
@@ -36,8 +31,7 @@ void print_case(const VerifyCase& c) {
 }
 
 std::string summary(const VerifyReport& report, double seconds) {
-  char time[32];
-  std::snprintf(time, sizeof time, " (%.1f s)", seconds);
+  const std::string time = formatted(" (%.1f s)", seconds);
   const std::string all = std::to_string(report.cases.size()) + " cases";
   const std::size_t failed = report.failed();
   return (failed ? std::to_string(failed) + " of " + all + " failed" : all + ", all passed") + time;
@@ -69,11 +63,13 @@ void verify_command(Arguments arguments) {
   bool as_json = false;
   std::vector<Setting> settings;
   CommandLine line(
-      "verify", "Draws what is known through this machine's GL driver; exits with 7 if it is off.");
-  line.add_flag("--json", 0, "print JSON", as_json);
+      "verify",
+      "Checks this machine's GL driver: draws cases whose results are known. Exits with "
+      "7 if one misses its bound.");
+  line.add_flag("--json", as_json, "print JSON");
   line.add_parameters(settings,
-                      [](std::string_view name) { return name == "filter" || name == "device"; });
-  if (!line.parse(arguments)) return;
+                      [](const Parameter& p) { return p.name == "filter" || p.name == "device"; });
+  if (!line.read(arguments)) return;
   Scene scene;
   apply_over(scene, settings);
 

@@ -21,38 +21,44 @@ namespace {
 
 struct ViewCall {
   SceneOptions scene;
-  std::string frame_budget = "33", orbit, session, context = "native";
+  double frame_budget_ms = 33;
+  int orbit = 0, session = 0;
+  std::string context = "native";
   bool watch = false, gl_debug = false, quiet = false;
 };
 
-bool parse(ViewCall& call, Arguments arguments) {
-  CommandLine line("view", "Shows a .vdb in a window.");
-  line.add_value("--frame-budget", 0, "MS",
-                 "time that a picture may take while something moves [ms] (default: 33)",
-                 call.frame_budget);
-  line.add_flag("--watch", 0, "read the file again when it changes", call.watch);
-  line.add_value("--benchmark-orbit", 0, "N",
-                 "orbit until N pictures were shown, print the times, and end", call.orbit);
-  line.add_value(
-      "--benchmark-session", 0, "N",
-      "open the files of the input's folder one after another, N times, and orbit around "
-      "each; print memory and OpenGL objects, and end",
-      call.session);
-  line.add_value("--context", 0, "native|egl",
-                 "the window's OpenGL context by the window system's own interface, or by EGL "
-                 "(default: native)",
-                 call.context);
-  line.add_flag("--gl-debug", 0, "messages of the OpenGL driver are errors", call.gl_debug);
-  line.add_flag("--quiet", 'q', "print errors only", call.quiet);
-  call.scene.add_to(line);
-  return line.parse(arguments);
+/// For measurements and tests of the window; docs/preview.md describes them.
+void add_benchmarks(CommandLine& line, ViewCall& call) {
+  const CLI::Validator count = number_in<int>({.min = 2});
+  line.add_option("--benchmark-orbit", call.orbit,
+                  "orbit until N pictures were shown, print the times, and end")
+      ->group(hidden_group)
+      ->check(count);
+  line.add_option("--benchmark-session", call.session,
+                  "open the files of the input's folder in turn, N times, and orbit around each; "
+                  "print memory and OpenGL objects, and end")
+      ->group(hidden_group)
+      ->check(count);
 }
 
-int read_count(const char* option, const std::string& text) {
-  int count = 0;
-  if (!read_number(text, count) || count < 2)
-    usage(std::string(option) + " " + in_quotes(text) + ": expected a whole number, at least 2");
-  return count;
+bool parse(ViewCall& call, Arguments arguments) {
+  CommandLine line("view", "Shows a .vdb in a window.");
+  line.add_option("--frame-budget", call.frame_budget_ms,
+                  "time for one picture while the camera moves [ms]")
+      ->type_name("MS")
+      ->check(number_in<double>({.min = 0}))
+      ->capture_default_str();
+  line.add_flag("--watch", call.watch, "read the file again when it changes");
+  line.add_option("--context", call.context,
+                  "create the window's OpenGL context by the window system or by EGL")
+      ->type_name("native|egl")
+      ->check(CLI::IsMember({"native", "egl"}).description(""))
+      ->capture_default_str();
+  line.add_flag("--gl-debug", call.gl_debug, "treat messages of the OpenGL driver as errors");
+  line.add_flag("-q,--quiet", call.quiet, "print errors only");
+  call.scene.add_to(line);
+  add_benchmarks(line, call);
+  return line.read(arguments);
 }
 
 #ifdef PSIVOX_VIEWER
@@ -101,27 +107,22 @@ void view_command(Arguments arguments) {
   ViewCall call;
   if (!parse(call, arguments)) return;
   const Scene scene = call.scene.scene();
-  const double budget_ms = read_limit("--frame-budget", call.frame_budget);
-  const int orbit = call.orbit.empty() ? 0 : read_count("--benchmark-orbit", call.orbit);
-  const int session = call.session.empty() ? 0 : read_count("--benchmark-session", call.session);
-  if (call.context != "native" && call.context != "egl")
-    usage("--context " + in_quotes(call.context) + ": expected native or egl");
-  if ((orbit || session) && scene.input.empty()) usage("no input to orbit around; give IN.vdb");
+  if ((call.orbit || call.session) && scene.input.empty())
+    usage("no input to orbit around; give IN.vdb");
 #ifdef PSIVOX_VIEWER
   view::ViewerOptions options;
-  options.frame_budget_ms = budget_ms;
+  options.frame_budget_ms = call.frame_budget_ms;
   options.watch = call.watch;
   options.egl = call.context == "egl";
   options.debug = call.gl_debug;
   options.quiet = call.quiet;
-  options.count_objects = session > 0;
+  options.count_objects = call.session > 0;
   options.render = [](const std::vector<std::string>& saved) { render_command(saved); };
   view::Viewer viewer(scene, options);
-  if (orbit) print_orbit(viewer, orbit);
-  if (session) print_session(viewer, scene.input, session);
-  if (!orbit && !session) viewer.run();
+  if (call.orbit) print_orbit(viewer, call.orbit);
+  if (call.session) print_session(viewer, scene.input, call.session);
+  if (!call.orbit && !call.session) viewer.run();
 #else
-  (void)budget_ms;
   throw Error(ExitCode::graphics,
               "this psivox was built without its window (PSIVOX_BUILD_VIEWER); psivox render draws "
               "the same picture to a file");

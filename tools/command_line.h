@@ -2,54 +2,55 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
+#include <cmath>
 #include <functional>
-#include <map>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 
 namespace psivox {
 
-/// The options of one command. CLI11 keeps them and prints the help; the arguments are brought into
-/// one form first, because whether `-1,2,3` is a value follows from the option before it.
-class CommandLine {
+/// The options of one command: CLI11's, and among them the scene's parameters, with psivox's errors
+/// and help. Of an option that is given twice the last value counts.
+class CommandLine : public CLI::App {
  public:
   CommandLine(const std::string& command, const std::string& summary);
 
-  /// `--name VALUE`, and `-s VALUE` where a short letter is given. The last one given wins.
-  void add_value(const std::string& name, char short_name, const std::string& metavar,
-                 const std::string& help, std::string& value);
-  void add_flag(const std::string& name, char short_name, const std::string& help, bool& value);
-  void add_positional(const std::string& metavar, const std::string& help, std::string& value);
-  /// Parameters of the scene, every one or those wanted; what was given is appended to `settings`.
+  /// `name` takes items with commas between them; the items of several uses follow each other.
+  CLI::Option* add_list(const std::string& name, std::vector<std::string>& items,
+                        const std::string& help);
+  /// The scene's parameters, all or those wanted; what is given is appended to `settings`.
   void add_parameters(std::vector<Setting>& settings,
-                      const std::function<bool(std::string_view name)>& wanted = {});
+                      const std::function<bool(const Parameter&)>& wanted = {});
 
   /// False if the help was asked for and printed. Throws Error(usage).
-  bool parse(std::span<const std::string> arguments);
+  bool read(std::span<const std::string> arguments);
 
  private:
-  struct Kind {
-    std::string name = {};   ///< --name
-    std::string value = {};  ///< metavar; empty for a flag
-    bool optional = false;   ///< --name alone means --name=true
-  };
-
-  CLI::Option* add(const Kind& kind, char short_name, CLI::Option* option,
-                   const std::string& group);
-  const Kind& kind_of(const std::string& option) const;
-  /// Options as pairs `--name`, `value`, then `--`, then the positional arguments.
-  std::vector<std::string> normalised(std::span<const std::string> arguments, bool& help) const;
-
-  CLI::App app_;
-  std::map<std::string, Kind> kinds_;  ///< by `--name` and `-s`
-  std::size_t positionals_ = 0;
+  /// Refuses what CLI11 has left over.
+  void check_remaining() const;
 };
 
-/// A number >= 0 as the value of `option`. Throws Error(usage).
-double read_limit(const std::string& option, const std::string& text);
+/// The group of options that --help does not list. CLI11's own, "", leaves their names out of its
+/// errors.
+inline constexpr const char* hidden_group = "Hidden";
+
+/// A check of an option's value: a finite number of that type in the range. CLI11's own Range
+/// accepts NaN and prints limits with 300 digits.
+template <typename Number>
+CLI::Validator number_in(const Range& range) {
+  const auto check = [range](const std::string& text) {
+    Number value{};
+    if (read_number(text, value) && std::isfinite(static_cast<double>(value)) &&
+        range.contains(static_cast<double>(value)))
+      return std::string();
+    return std::string("expected ") + (std::is_integral_v<Number> ? "a whole number" : "a number") +
+           range.text() + ", not " + in_quotes(text);
+  };
+  return {check, ""};
+}
 
 }  // namespace psivox

@@ -25,20 +25,21 @@ struct Command {
 };
 
 constexpr Command commands[] = {
-    {"render", render_command, "render a .vdb to an EXR or PNG file, headless"},
+    {"render", render_command, "render a .vdb to a picture file, without a window"},
     {"view", view_command, "show a .vdb in a window"},
-    {"info", info_command, "list a .vdb's grids"},
+    {"info", info_command, "list the grids of a .vdb"},
     {"compare", compare_command, "print the difference of two pictures"},
-    {"study", study_command, "measure error and time of many ways to render a .vdb"},
-    {"verify", verify_command, "draw what is known through this machine's GL driver, and compare"},
+    {"study", study_command, "measure the error and time of many methods"},
+    {"verify", verify_command, "check this machine's GL driver"},
 };
 
 void print_help() {
-  std::cout
-      << "psivox " PSIVOX_VERSION
-         ": volume renderer for OpenVDB\n\n"
-         "Usage: psivox COMMAND [OPTIONS]; psivox COMMAND --help lists a command's options\n\n"
-         "Commands:\n";
+  std::cout << "psivox " PSIVOX_VERSION
+               ": volume renderer for OpenVDB\n\n"
+               "Usage: psivox COMMAND [OPTIONS]\n"
+               "       psivox COMMAND --help\n"
+               "Example: psivox render smoke.vdb -o smoke.png\n\n"
+               "Commands:\n";
   for (const Command& command : commands) {
     const std::string name = command.name;
     std::cout << "  " << name << std::string(12 - name.size(), ' ') << command.summary << '\n';
@@ -62,7 +63,7 @@ void print_version() {
             << openimageio << "\nGL " << gl_renderer() << '\n';
 }
 
-/// `who` becomes what an error of usage is said in the name of.
+/// `who` becomes the name that a usage error starts with.
 void run(const std::vector<std::string>& arguments, std::string& who) {
   if (arguments.empty()) throw Error(ExitCode::usage, "no command given; psivox --help lists them");
   const std::string& name = arguments.front();

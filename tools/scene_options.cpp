@@ -28,12 +28,13 @@ std::string read_scene(const std::string& path) {
 }  // namespace
 
 void SceneOptions::add_to(CommandLine& line, std::span<const std::string> without) {
-  line.add_value("--scene", 0, "FILE",
-                 "parameters from a .json, or from the metadata of an .exr or .png that psivox "
-                 "wrote; the command line wins",
-                 file_);
-  line.add_parameters(settings_, [&](std::string_view name) {
-    return std::find(without.begin(), without.end(), name) == without.end();
+  line.add_option("--scene", file_,
+                  "read parameters from a .json, or from a picture that psivox wrote; the command "
+                  "line overrides them")
+      ->type_name("FILE")
+      ->group(group_name(ParameterGroup::input));
+  line.add_parameters(settings_, [&](const Parameter& p) {
+    return std::find(without.begin(), without.end(), p.name) == without.end();
   });
 }
 

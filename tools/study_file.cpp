@@ -22,15 +22,14 @@ std::string list_text(const json& value) {
   return text;
 }
 
-}  // namespace
-
-int read_repeats(const std::string& text) {
-  int value = 0;
-  if (!read_number(text, value) || value < 1 || value > 1000)
+int repeats_of(const json& value) {
+  if (!value.is_number_integer() || !repeats_range.contains(value.get<double>()))
     throw Error(ExitCode::usage,
-                "--repeats " + in_quotes(text) + ": expected a whole number from 1 to 1000");
-  return value;
+                "repeats " + value.dump() + ": expected a whole number" + repeats_range.text());
+  return value.get<int>();
 }
+
+}  // namespace
 
 StudyFile read_study_file(const std::string& path) {
   const auto fail = [&](const std::string& what) {
@@ -49,7 +48,7 @@ StudyFile read_study_file(const std::string& path) {
       if (name == "scene")
         file.scene = scene_from_json(value.dump(), "scene");
       else if (name == "repeats")
-        file.repeats = read_repeats(value.dump());
+        file.repeats = repeats_of(value);
       else
         set_sweep(file.sweep, name, list_text(value));
     } catch (const Error& error) {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "psivox/scene.h"
+#include "psivox/parameters.h"
 #include "psivox/study.h"
 
 namespace psivox {
@@ -14,8 +14,7 @@ struct StudyFile {
   int repeats = 0;  ///< 0: not given
 };
 
-/// The value of --repeats. Throws Error(usage).
-int read_repeats(const std::string& text);
+inline constexpr Range repeats_range{1, 1000};
 
 /// A JSON object: the sweep's lists by their names, as arrays or in the command line's syntax,
 /// `repeats`, and `scene`, an object as --scene reads it. Throws Error(input), Error(usage).

@@ -19,6 +19,9 @@ struct Range {
   double max = std::numeric_limits<double>::infinity();
   bool min_open = false;  ///< min itself is not allowed
   bool max_open = false;
+
+  bool contains(double value) const;
+  std::string text() const;  ///< " from 0 to 1", " above 0"; empty if it has no limits
 };
 
 /// Where in the Scene a parameter lives; the type decides how its text is read.

@@ -11,12 +11,6 @@ namespace {
 
 // ---- reading: `true` if the whole text is a value of that type within the range ----
 
-bool within(const Range& range, double value) {
-  const bool above = range.min_open ? value > range.min : value >= range.min;
-  const bool below = range.max_open ? value < range.max : value <= range.max;
-  return above && below;
-}
-
 bool read(std::string_view text, const Range&, std::string& value) {
   value = text;
   return true;
@@ -28,11 +22,11 @@ bool read(std::string_view text, const Range&, bool& value) {
 }
 
 bool read(std::string_view text, const Range& range, int& value) {
-  return read_number(text, value) && within(range, value);
+  return read_number(text, value) && range.contains(value);
 }
 
 bool read(std::string_view text, const Range& range, double& value) {
-  return read_number(text, value) && std::isfinite(value) && within(range, value);
+  return read_number(text, value) && std::isfinite(value) && range.contains(value);
 }
 
 /// `count` values between `separator`s.
@@ -126,32 +120,21 @@ requires std::is_enum_v<E> std::string text_of(E value) {
 
 // ---- saying what is expected ----
 
-std::string range_text(const Range& range) {
-  std::string out;
-  const bool lower = std::isfinite(range.min), upper = std::isfinite(range.max);
-  if (lower && upper && !range.min_open && !range.max_open)
-    return " from " + number_text(range.min) + " to " + number_text(range.max);
-  if (lower) out += (range.min_open ? " above " : " at least ") + number_text(range.min);
-  if (lower && upper) out += " and";
-  if (upper) out += (range.max_open ? " below " : " at most ") + number_text(range.max);
-  return out;
-}
-
 std::string kind_text(const Parameter&, const std::string&) { return "text"; }
 std::string kind_text(const Parameter&, bool) { return "true or false"; }
-std::string kind_text(const Parameter& p, int) { return "a whole number" + range_text(p.range); }
+std::string kind_text(const Parameter& p, int) { return "a whole number" + p.range.text(); }
 std::string kind_text(const Parameter&, std::uint64_t) { return "a size such as 512M or 1.5GiB"; }
-std::string kind_text(const Parameter& p, double) { return "a number" + range_text(p.range); }
+std::string kind_text(const Parameter& p, double) { return "a number" + p.range.text(); }
 std::string kind_text(const Parameter& p, const glm::dvec3&) {
-  const std::string range = range_text(p.range);
+  const std::string range = p.range.text();
   return "three numbers " + p.metavar + (range.empty() ? "" : ", each" + range);
 }
 std::string kind_text(const Parameter& p, const glm::dvec2&) { return "two numbers " + p.metavar; }
 std::string kind_text(const Parameter& p, const DirectionalLight&) {
-  return "three or six numbers " + p.metavar + ", colours" + range_text(p.range);
+  return "three or six numbers " + p.metavar + ", colours" + p.range.text();
 }
 std::string kind_text(const Parameter& p, const glm::ivec2&) {
-  return p.metavar + " in whole numbers, each" + range_text(p.range);
+  return p.metavar + " in whole numbers, each" + p.range.text();
 }
 template <typename E>
 requires std::is_enum_v<E> std::string kind_text(const Parameter&, E) {
@@ -202,6 +185,23 @@ std::string text_of(const Parameter& p, const std::optional<T>& value) {
 }
 
 }  // namespace
+
+bool Range::contains(double value) const {
+  const bool above = min_open ? value > min : value >= min;
+  const bool below = max_open ? value < max : value <= max;
+  return above && below;
+}
+
+std::string Range::text() const {
+  std::string out;
+  const bool lower = std::isfinite(min), upper = std::isfinite(max);
+  if (lower && upper && !min_open && !max_open)
+    return " from " + number_text(min) + " to " + number_text(max);
+  if (lower) out += (min_open ? " above " : " at least ") + number_text(min);
+  if (lower && upper) out += " and";
+  if (upper) out += (max_open ? " below " : " at most ") + number_text(max);
+  return out;
+}
 
 void set_parameter(Scene& scene, std::string_view name, std::string_view text) {
   const Parameter* p = find_parameter(name);
