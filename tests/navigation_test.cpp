@@ -197,8 +197,8 @@ TEST(CommandText, IsWhatRenderReads) {
   scene.split_knots = true;
   scene.colormap = Colormap::turbo;
   EXPECT_EQ(render_command_line(scene, "out.exr"),
-            "psivox render --output=out.exr --extinction=0.1 --colormap=turbo --split-knots=true "
-            "--camera-position=-1.5,2,1e-07 -- 'it'\\''s a file.vdb'");
+            "psivox render --output=out.exr --extinction=0.1 --colormap=turbo "
+            "--camera-position=-1.5,2,1e-07 --split-knots=true -- 'it'\\''s a file.vdb'");
 }
 
 TEST(Window, PlacesAreThoseOfTheFramebuffer) {

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/text_file.h"
 #include "usage_error.h"
 
 namespace psivox {
@@ -126,6 +129,19 @@ TEST(Tolerance, ExcludesEveryParameterOfTheMethod) {
   scene = with("tolerance", "0.1");
   apply_over(scene, std::vector<Setting>{{"sampling", "auto"}, {"filter", "exact"}});
   EXPECT_EQ(scene.tolerance, 0.1);
+}
+
+TEST(Tolerance, ExcludesWhatTheUserGuideSays) {
+  const std::string guide = read_text(PSIVOX_ASSETS "/../docs/user-guide.md", "guide");
+  std::istringstream section(guide.substr(guide.find("\n### Method\n")));
+  std::set<std::string> listed, excluded;
+  for (std::string line; std::getline(section, line);) {
+    if (line.starts_with("| `--")) listed.insert(line.substr(5, line.find_first_of(" `", 5) - 5));
+    if (!listed.empty() && line.empty()) break;  // the end of the table
+  }
+  for (const Parameter& p : parameters())
+    if (p.under_tolerance != UnderTolerance::free) excluded.insert(p.name);
+  EXPECT_EQ(listed, excluded);
 }
 
 TEST(ApplyOver, ReplacesTheSourceOfLuminanceAndTheMode) {
