@@ -43,7 +43,7 @@ TEST(ViewerFiles, TheSavedPictureIsThatOfTheCopiedCommandLine) {
   const std::string saved = (folder / "saved.exr").string();
   hands.viewer.save_picture(saved);
   ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 
   std::string line = hands.viewer.copy_command_line();
   ASSERT_TRUE(line.starts_with("psivox "));
@@ -71,7 +71,7 @@ TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
   ASSERT_TRUE(leaves_method_open(scene));  // the tolerance that nobody names
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
-  hands.viewer.show_panel(true);
+  hands.viewer.panels().transfer = true;
   hands.frames(4);
   const glm::dvec2 from = hands.viewer.transfer_editor().place_of(1).value();
   hands.drag(from, from + glm::dvec2(40, -30));
@@ -87,7 +87,7 @@ TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
   expect_same(shown, read_image("picture.exr"));
   ASSERT_TRUE(hands.until_exact());  // of the kept function, which is the same
   expect_same(*hands.viewer.exact_picture(), shown);
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
   fs::current_path(before);
   fs::remove_all(folder);
 }
@@ -98,11 +98,12 @@ TEST(ViewerFiles, ASizeThatIsNoneIsSaidAndHarmsNothing) {
   hands.click({120, 142});  // the field `size`
   hands.type("abc");
   hands.click({90, 166});  // `copy as command line`
-  EXPECT_EQ(hands.viewer.problems(), 1);
-  EXPECT_NE(hands.viewer.last_error().find("abc"), std::string::npos) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 1);
+  EXPECT_NE(hands.viewer.messages().last_error().find("abc"), std::string::npos)
+      << hands.viewer.messages().last_error();
   hands.key(GLFW_KEY_S, GLFW_MOD_CONTROL);
   hands.key(GLFW_KEY_C, GLFW_MOD_CONTROL);
-  EXPECT_EQ(hands.viewer.problems(), 3);
+  EXPECT_EQ(hands.viewer.messages().error_count(), 3);
   EXPECT_FALSE(hands.viewer.saving());
   ASSERT_TRUE(hands.until_exact());
 }
@@ -127,7 +128,7 @@ TEST(ViewerFiles, FramesOfASequenceFollowEachOther) {
       [&] { return hands.viewer.volume()->scene.input == (folder / "f_2.vdb").string(); }));
   hands.key(GLFW_KEY_SPACE);
   ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
   fs::remove_all(folder);
 }
 

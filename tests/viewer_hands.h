@@ -75,7 +75,8 @@ class Hands {
     while (!condition()) {
       viewer.frame(0.05);
       if (std::chrono::steady_clock::now() - start > std::chrono::seconds(120))
-        return ::testing::AssertionFailure() << "waited in vain; " << viewer.last_error();
+        return ::testing::AssertionFailure()
+               << "waited in vain; " << viewer.messages().last_error();
     }
     return ::testing::AssertionSuccess();
   }

@@ -27,7 +27,7 @@ TEST_P(Window_, RefinesToThePictureOfRender) {
   ASSERT_TRUE(hands.until_exact());
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
   hands.photograph(GetParam() ? "exact_egl.png" : "exact_native.png");
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
 TEST_P(Window_, ANoisyHandHarmsNothing) {
@@ -51,7 +51,7 @@ TEST_P(Window_, ANoisyHandHarmsNothing) {
   EXPECT_NE(to_json(before), to_json(after));
   EXPECT_EQ(after.projection, Projection::orthographic);
   expect_same(*hands.viewer.exact_picture(), rendered(after));
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
 TEST_P(Window_, SurvivesOnePixelAndBack) {
@@ -66,7 +66,7 @@ TEST_P(Window_, SurvivesOnePixelAndBack) {
   hands.frames(2);
   ASSERT_TRUE(hands.until_exact());
   EXPECT_EQ(hands.viewer.exact_picture()->width, 300);
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
 TEST_P(Window_, ClosesWhileItLoads) {
@@ -86,8 +86,8 @@ TEST_P(Window_, ABadFileLeavesTheOldOne) {
   EXPECT_EQ(hands.viewer.scene().input, asset("rotated.vdb"));
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
   hands.drop(asset("shells.json"));
-  ASSERT_TRUE(hands.until([&] { return hands.viewer.problems() == 1; }));
-  EXPECT_NE(hands.viewer.last_error().find("shells.json"), std::string::npos);
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.messages().error_count() == 1; }));
+  EXPECT_NE(hands.viewer.messages().last_error().find("shells.json"), std::string::npos);
   EXPECT_EQ(hands.viewer.scene().input, asset("rotated.vdb"));
   ASSERT_TRUE(hands.until_exact());
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
@@ -98,7 +98,7 @@ TEST_P(Window_, PointsOfTheTransferFunctionAreDragged) {
   scene.resolution = {900, 600};
   Hands hands(scene, GetParam());
   ASSERT_TRUE(hands.until_exact());
-  hands.viewer.show_panel(true);
+  hands.viewer.panels().transfer = true;
   hands.frames(4);
   const TransferEditor& editor = hands.viewer.transfer_editor();
   ASSERT_EQ(editor.points(), 3u);
@@ -116,7 +116,7 @@ TEST_P(Window_, PointsOfTheTransferFunctionAreDragged) {
   hands.press(between + glm::dvec2(0, 40), GLFW_MOUSE_BUTTON_RIGHT);
   hands.release(between + glm::dvec2(0, 40), GLFW_MOUSE_BUTTON_RIGHT);
   EXPECT_EQ(editor.points(), 3u);
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
 INSTANTIATE_TEST_SUITE_P(Contexts, Window_, ::testing::Bool(),
@@ -131,15 +131,16 @@ TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
   scene.extinction = 6;
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
-  hands.viewer.show_panel(true);
+  hands.viewer.panels().transfer = true;
   hands.frames(4);
   const glm::dvec2 from = hands.viewer.transfer_editor().place_of(5).value();
   hands.press(from);
   for (int i = 1; i <= 5; ++i) {
-    const std::uint64_t before = hands.viewer.wished();
+    const std::uint64_t before = hands.viewer.pictures().wished;
     hands.move(from + glm::dvec2(3, 8) * double(i));
     ASSERT_TRUE(hands.until([&] {
-      return hands.viewer.wished() > before && hands.viewer.shown() == hands.viewer.wished();
+      return hands.viewer.pictures().wished > before &&
+             hands.viewer.pictures().shown == hands.viewer.pictures().wished;
     }));
   }
   hands.release(from + glm::dvec2(15, 40));
@@ -152,7 +153,7 @@ TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
   ASSERT_TRUE(hands.until_exact());
   fs::current_path(before);
   expect_same(*hands.viewer.exact_picture(), read_image(file));
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
   fs::remove(fs::path(testing::TempDir()) / hands.viewer.scene().transfer_function);
   fs::remove(file);
 }
@@ -162,7 +163,7 @@ TEST(Viewer, PanelsFollowTheDisplaysScale) {
   scene.resolution = {1200, 800};
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
-  hands.viewer.show_panel(true);
+  hands.viewer.panels().transfer = true;
   const auto scale = [&](double factor) {
     hands.post({Kind::scale, {factor, 0}});
     hands.frames(4);
@@ -182,7 +183,7 @@ TEST(Viewer, PanelsFollowTheDisplaysScale) {
   scale(1);
   EXPECT_NEAR(width(), once, 2);
   EXPECT_EQ(before, gl::count_objects());
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
 TEST(Viewer, AnInputThatCannotBeReadIsTheProgramsError) {
@@ -212,7 +213,7 @@ TEST(Viewer, ThePictureOfTheGuide) {
   scene.background = glm::dvec3(0.004, 0.006, 0.016);
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
-  hands.viewer.show_panel(true);
+  hands.viewer.panels().transfer = true;
   hands.viewer.navigation().orbit({-100, 60});
   hands.viewer.navigation().pan({60, 60});
   hands.frames(3);
@@ -257,7 +258,7 @@ TEST(Viewer, TwoPicturesAreCompared) {
       expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
       expect_same(*hands.viewer.complete_picture(1), rendered(other));
     }
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
 TEST(Viewer, ShowsStepsDepthAndErrorOfRenderAsColours) {
@@ -284,7 +285,7 @@ TEST(Viewer, ShowsStepsDepthAndErrorOfRenderAsColours) {
   hands.frames(2);
   ASSERT_TRUE(hands.until_exact());
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
 TEST(Viewer, ReadsChangedShadersAgain) {
@@ -310,9 +311,9 @@ TEST(Viewer, ReadsChangedShadersAgain) {
   EXPECT_EQ(first(), 0.25f);
   edit("out_picture = vec4(0.25);", "out_picture = vec4(0.25;");
   hands.key(GLFW_KEY_R);
-  ASSERT_TRUE(hands.until([&] { return hands.viewer.problems() > 0; }));
-  EXPECT_NE(hands.viewer.last_error().find("march.frag:"), std::string::npos)
-      << hands.viewer.last_error();
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.messages().error_count() > 0; }));
+  EXPECT_NE(hands.viewer.messages().last_error().find("march.frag:"), std::string::npos)
+      << hands.viewer.messages().last_error();
   ASSERT_TRUE(hands.until_exact());
   EXPECT_EQ(first(), 0.25f);
   unsetenv("PSIVOX_SHADER_DIR");
@@ -334,7 +335,7 @@ TEST(Viewer, ManyFilesTakeTheMemoryAndTheObjectsOfOne) {
 #ifndef __SANITIZE_ADDRESS__  // which keeps what is freed
   EXPECT_LT(report.end.resident_mib, 1.05 * report.settled.resident_mib);
 #endif
-  EXPECT_EQ(hands.viewer.problems(), 0) << hands.viewer.last_error();
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ void print_orbit(view::Viewer& viewer, int pictures) {
       "refined   %.2f s after the last movement; first exact picture after %.2f s\n"
       "renderer  %s\n",
       pictures, size.x, size.y, times.median_ms, times.p90_ms, 1e-3 * times.refine_ms,
-      1e-3 * times.first_exact_ms, viewer.renderer().c_str());
+      1e-3 * times.first_exact_ms, viewer.pictures().renderer.c_str());
 }
 
 void print_objects(const char* when, const char* context, const gl::ObjectCounts& n) {
@@ -90,7 +90,7 @@ void print_session(view::Viewer& viewer, const std::string& input, int switches)
       files.push_back(entry.path().string());
   const view::SessionReport report = view::benchmark_session(viewer, files, switches);
   std::printf("session   %d switches among %d files in %.0f s; %d errors\n", report.switches,
-              static_cast<int>(files.size()), report.seconds, viewer.problems());
+              static_cast<int>(files.size()), report.seconds, viewer.messages().error_count());
   std::printf("memory    %.1f MiB when settled, %.1f at the end, %.1f at most\n",
               report.settled.resident_mib, report.end.resident_mib, report.most_mib);
   for (const auto& [when, state] :

@@ -40,7 +40,7 @@ double resident_mib() {
 }
 
 Footprint footprint(const Viewer& viewer) {
-  return {resident_mib(), gl::count_objects(), viewer.picture_objects()};
+  return {resident_mib(), gl::count_objects(), viewer.pictures().objects};
 }
 
 void orbit_a_little(Viewer& viewer) {
@@ -53,7 +53,7 @@ void orbit_a_little(Viewer& viewer) {
     pointer += glm::dvec2(15, i % 2 ? 4 : -4);
     viewer.window().post({Kind::move, pointer});
     do next_frame(viewer, 0.05);
-    while (viewer.shown() != viewer.wished());
+    while (viewer.pictures().shown != viewer.pictures().wished);
   }
   viewer.window().post({Kind::button, pointer, 0, false});
 }
@@ -82,9 +82,9 @@ OrbitTimes benchmark_orbit(Viewer& viewer, int pictures) {
       viewer.window().post({Kind::move, pointer});
       moved = BenchmarkClock::now();
     }
-    const std::uint64_t before = viewer.shown();
+    const std::uint64_t before = viewer.pictures().shown;
     next_frame(viewer, 0.005);
-    if (viewer.shown() == before) continue;
+    if (viewer.pictures().shown == before) continue;
     intervals.push_back(elapsed_ms(shown));
     shown = BenchmarkClock::now();
   }
@@ -110,7 +110,7 @@ SessionReport benchmark_session(Viewer& viewer, const std::vector<std::string>& 
     viewer.window().post(
         {Event::Kind::drop, {}, 0, false, 0, {files[static_cast<std::size_t>(i % count)]}});
     do next_frame(viewer, 0.05);
-    while (viewer.loading() || viewer.shown() != viewer.wished());
+    while (viewer.loading() || viewer.pictures().shown != viewer.pictures().wished);
     orbit_a_little(viewer);
     until_exact(viewer);
     if (i == settled) report.settled = footprint(viewer);

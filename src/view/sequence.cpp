@@ -1,5 +1,6 @@
 #include "view/sequence.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <regex>
 
@@ -66,6 +67,13 @@ bool Sequence::go_to(int frame) {
   if (frame == current_ || !files_.contains(frame)) return false;
   current_ = frame;
   return true;
+}
+
+void Sequence::play(std::chrono::steady_clock::time_point now) {
+  if (!playing || now - stepped_at_ < std::chrono::duration<double>(1 / std::max(rate, 0.1)))
+    return;
+  stepped_at_ = now;
+  go_to(next());
 }
 
 int Sequence::previous() const {

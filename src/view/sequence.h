@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <optional>
 #include <string>
@@ -31,12 +32,16 @@ class Sequence {
   /// The current frame's file.
   const std::string& path() const { return files_.at(current_); }
 
-  bool playing = false;
-  double rate = 12;  ///< frames a second
+  bool playing = false;  ///< only with more than one frame
+  double rate = 12;      ///< [frames/s]
+  void toggle_playing() { playing = !empty() && !playing; }
+  /// Goes on to the next frame if it plays and the time for it has come.
+  void play(std::chrono::steady_clock::time_point now);
 
  private:
   std::map<int, std::string> files_;
   int current_ = 0;
+  std::chrono::steady_clock::time_point stepped_at_{};
 };
 
 }  // namespace psivox::view

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "view/volume_loader.h"
+
+namespace psivox::view {
+
+/// The volume that the window shows, and the loading of the next one. A volume that cannot be
+/// loaded leaves the old one.
+class CurrentVolume {
+ public:
+  struct News {
+    bool box_known = false;    ///< of the first volume: box() has it
+    bool arrived = false;      ///< get() is a new volume
+    bool first = false;        ///< and the first one
+    std::exception_ptr error;  ///< the wish was refused
+  };
+
+  /// `on_news` is called from another thread.
+  explicit CurrentVolume(std::function<void()> on_news) : loader_(std::move(on_news)) {}
+
+  const std::shared_ptr<Volume>& get() const { return volume_; }
+  /// Has the scene's volume loaded if it is not there. True if it is.
+  bool wish(const Scene& scene);
+  /// Prepares a volume that will be wished next.
+  void prefetch(const Scene& scene) { loader_.prefetch(scene, generation_); }
+  /// Has the file read again by the next wish.
+  void reload();
+  /// A wish that was refused is tried again.
+  void retry() { refused_key_.clear(); }
+  /// What has happened since the last call.
+  News take_news();
+  /// The window cannot show the volume that arrived.
+  void refuse() { refused_key_ = volume_->key; }
+
+  bool loading() const { return awaited_key_.has_value(); }
+  /// Stage of the loading, and how much of it is done; 0: not known.
+  std::optional<std::pair<std::string, double>> progress() const { return loader_.progress(); }
+  /// Of the volume that is being loaded first [world units].
+  const std::optional<std::pair<glm::dvec3, glm::dvec3>>& box() const { return box_; }
+
+ private:
+  VolumeLoader loader_;
+  std::shared_ptr<Volume> volume_;
+  int generation_ = 0;                      ///< of reloads
+  std::optional<std::string> awaited_key_;  ///< of the volume that is being loaded
+  std::string refused_key_;                 ///< that could not be loaded
+  std::optional<std::pair<glm::dvec3, glm::dvec3>> box_;
+};
+
+}  // namespace psivox::view

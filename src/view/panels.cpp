@@ -1,0 +1,271 @@
+#include "view/panels.h"
+
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "psivox/parameters.h"
+#include "psivox/text.h"
+#include "view/keys.h"
+#include "view/parameter_panel.h"
+#include "view/recent_files.h"
+#include "view/viewer.h"
+
+namespace psivox::view {
+namespace {
+
+ImVec2 scaled(double x, double y, double scale) {
+  return {static_cast<float>(x * scale), static_cast<float>(y * scale)};
+}
+
+/// Where a panel is placed: always after a change of the display's scale, else by the user.
+ImGuiCond placing(const Viewer& viewer) {
+  return viewer.gui().places_panels() ? ImGuiCond_Always : ImGuiCond_FirstUseEver;
+}
+
+bool slide(const char* label, double& value, double least, double most, const char* format) {
+  return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &least, &most, format);
+}
+
+std::string format_ms(double ms) {
+  return ms < 1000 ? formatted("%.0f ms", ms) : formatted("%.1f s", ms / 1000);
+}
+
+std::string stage_text(const Stage& stage, const std::string& of = "") {
+  const auto& [name, fraction] = stage;
+  return name + of + (fraction > 0 ? formatted(" %.0f %%", std::floor(100 * fraction)) : "");
+}
+
+void draw_file_section(Viewer& viewer) {
+  if (!ImGui::CollapsingHeader("File")) return;
+  std::string& path = viewer.panels().open_path;
+  if (ImGui::InputText("open", &path, ImGuiInputTextFlags_EnterReturnsTrue)) viewer.open(path);
+  if (ImGui::BeginCombo("recent", "", ImGuiComboFlags_NoPreview)) {
+    for (const std::string& file : recent_files())
+      if (ImGui::Selectable(file.c_str())) viewer.open(file);
+    ImGui::EndCombo();
+  }
+  if (ImGui::Button("reload (R)")) viewer.reload();
+  ImGui::SameLine();
+  ImGui::Checkbox("when it changes", &viewer.options().watch);
+}
+
+void draw_output_section(Viewer& viewer) {
+  if (!ImGui::CollapsingHeader("Save", ImGuiTreeNodeFlags_DefaultOpen)) return;
+  Panels& panels = viewer.panels();
+  ImGui::InputText("##picture", &panels.picture_path);
+  ImGui::SameLine();
+  if (ImGui::Button(viewer.saving() ? "saving" : "picture"))
+    viewer.attempt([&] { viewer.save_picture(panels.picture_path); });
+  ImGui::InputText("##scene", &panels.scene_path);
+  ImGui::SameLine();
+  if (ImGui::Button("scene")) viewer.attempt([&] { viewer.save_scene(panels.scene_path); });
+  ImGui::InputTextWithHint("size", "the window's", &panels.picture_size);
+  if (ImGui::Button("copy as command line")) viewer.attempt([&] { viewer.copy_command_line(); });
+}
+
+/// What may differ on the right side of a comparison.
+void draw_right_side(Viewer& viewer) {
+  static constexpr const char* names[] = {"integrator", "sampling", "segments", "step", "renderer"};
+  Scene right = *viewer.other();
+  const auto refuse = [&](const std::string& why) { viewer.error(why); };
+  ImGui::PushID("right");
+  if (edit_parameters(right, {}, refuse, names)) viewer.compare(viewer.look().comparison, right);
+  ImGui::PopID();
+}
+
+void draw_display_section(Viewer& viewer) {
+  if (!ImGui::CollapsingHeader("Display", ImGuiTreeNodeFlags_DefaultOpen)) return;
+  DisplaySettings& look = viewer.look();
+  slide("exposure", look.exposure, -10, 10, "%.2f");
+  if (ImGui::IsItemHovered())
+    ImGui::SetTooltip("powers of 2, on the screen only: saved pictures are linear radiance");
+  int layer = static_cast<int>(viewer.layer());
+  if (ImGui::Combo("show", &layer, shown_layers, IM_ARRAYSIZE(shown_layers)))
+    viewer.show(static_cast<ShownLayer>(layer));
+  ImGui::Checkbox("transfer function (T)", &viewer.panels().transfer);
+  const char* names[] = {"one picture", "two, with a divider", "signed difference"};
+  int chosen = static_cast<int>(look.comparison);
+  if (ImGui::Combo("compare (X)", &chosen, names, 3))
+    viewer.compare(static_cast<Comparison>(chosen), viewer.other());
+  if (!viewer.other()) return;
+  if (look.comparison == Comparison::difference) slide("gain", look.gain, 1, 10000, "%.0f");
+  draw_right_side(viewer);
+}
+
+void draw_scene_panel(Viewer& viewer) {
+  ImGui::SetNextWindowPos({10, 10}, placing(viewer));
+  ImGui::SetNextWindowSize(scaled(330, 560, viewer.gui().scale()), placing(viewer));
+  if (ImGui::Begin("Scene", &viewer.panels().scene)) {
+    draw_file_section(viewer);
+    draw_output_section(viewer);
+    draw_display_section(viewer);
+    Scene edited = viewer.scene();
+    const std::vector<std::string> none;
+    const Volume* volume = viewer.volume();
+    const ParameterChoices choices{volume ? volume->grids : none, volume ? volume->extinction : 1};
+    if (edit_parameters(edited, choices, [&](const std::string& why) { viewer.error(why); }))
+      viewer.set_scene(edited);
+  }
+  ImGui::End();
+}
+
+void draw_transfer_panel(Viewer& viewer) {
+  const double s = viewer.gui().scale();
+  const float right = ImGui::GetIO().DisplaySize.x - static_cast<float>(410 * s);
+  ImGui::SetNextWindowPos({right, 10}, placing(viewer));
+  ImGui::SetNextWindowSize(scaled(400, 330, s), placing(viewer));
+  viewer.attempt([&] { viewer.edit_transfer_function(); });
+}
+
+/// What the picture is, or what it waits for.
+std::string picture_status(const Viewer& viewer) {
+  const std::string& input = viewer.input();
+  const PictureState& pictures = viewer.pictures();
+  if (const auto loading = viewer.loading_stage())
+    return stage_text(*loading, " " + std::filesystem::path(input).filename().string());
+  if (input.empty()) return "drop a .vdb here, or open one in the panel";
+  if (pictures.complete()) {
+    const bool picture = viewer.layer() == ShownLayer::picture;
+    std::string text = picture ? "exact: as psivox render draws it, after " : "complete, after ";
+    text += format_ms(pictures.refine_ms);
+    if (pictures.estimated_rms) text += formatted(", error about %.2g", *pictures.estimated_rms);
+    return text;
+  }
+  if (const auto stage = viewer.drawing_stage()) return stage_text(*stage);
+  if (!pictures.shown) return "";
+  return formatted("preview, 1/%g of the size, ", pictures.rung.divisor) +
+         format_ms(pictures.preview_ms);
+}
+
+std::string status(const Viewer& viewer) {
+  static constexpr const char* units[] = {"", "segments of a ray", "depth [world units]",
+                                          "error of radiance and alpha"};
+  std::string text = picture_status(viewer);
+  const glm::dvec2 range = viewer.pictures().layer_range;
+  if (viewer.layer() != ShownLayer::picture && range != glm::dvec2(0))
+    text += formatted("; %s from %.4g (violet) to %.4g (yellow)",
+                      units[static_cast<int>(viewer.layer())], range.x, range.y);
+  else if (viewer.layer() == ShownLayer::error)
+    text += "; the error is computed once the picture is at rest";
+  return viewer.saving() ? text + "; saving " + viewer.saved_path() : text;
+}
+
+/// The status and above it the newest message, at the bottom of the window.
+void draw_status(const Viewer& viewer) {
+  const ImGuiIO& io = ImGui::GetIO();
+  ImDrawList& list = *ImGui::GetForegroundDrawList();
+  const auto s = static_cast<float>(viewer.gui().scale());
+  const float wrap = io.DisplaySize.x - 20 * s;
+  float bottom = io.DisplaySize.y - 8 * s;
+  const auto print = [&](ImU32 colour, const std::string& what) {
+    if (what.empty()) return;
+    const ImVec2 size = ImGui::CalcTextSize(what.c_str(), nullptr, false, wrap);
+    const float y = bottom - size.y;
+    bottom = y - 10 * s;
+    list.AddRectFilled({6 * s, y - 3 * s}, {14 * s + size.x, y + size.y + 3 * s},
+                       IM_COL32(0, 0, 0, 150), 3 * s);
+    list.AddText(nullptr, 0, {10 * s, y}, colour, what.c_str(), nullptr, wrap);
+  };
+  const Messages& messages = viewer.messages();
+  print(IM_COL32(220, 220, 220, 255), status(viewer));
+  print(messages.is_error() ? IM_COL32(255, 120, 100, 255) : IM_COL32(150, 220, 150, 255),
+        messages.shown());
+}
+
+void draw_help(Viewer& viewer) {
+  const ImGuiIO& io = ImGui::GetIO();
+  ImGui::SetNextWindowPos({io.DisplaySize.x / 2, io.DisplaySize.y / 2}, ImGuiCond_Always,
+                          {0.5f, 0.5f});
+  if (ImGui::Begin("Keys", &viewer.panels().help,
+                   ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
+    for (const KeyHelp& row : key_help) {
+      ImGui::TextUnformatted(row.keys);
+      ImGui::SameLine(static_cast<float>(170 * viewer.gui().scale()));
+      ImGui::TextUnformatted(row.what);
+    }
+  }
+  ImGui::End();
+}
+
+/// The box of the volume that is being loaded, until something of it is there to be shown.
+void draw_box(Viewer& viewer) {
+  if (!viewer.box() || viewer.volume()) return;
+  const auto& [low, high] = *viewer.box();
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const auto corner = [&](int i) {
+    return glm::dvec3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
+  };
+  for (int i = 0; i < 8; ++i)
+    for (int axis = 1; axis < 8; axis *= 2) {
+      if (i & axis) continue;
+      glm::dvec2 a, b;
+      const Navigation& navigation = viewer.navigation();
+      if (!navigation.project(corner(i), a) || !navigation.project(corner(i | axis), b)) continue;
+      list.AddLine({static_cast<float>(a.x), static_cast<float>(a.y)},
+                   {static_cast<float>(b.x), static_cast<float>(b.y)},
+                   IM_COL32(200, 200, 200, 255));
+    }
+}
+
+void draw_divider(double divider) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const auto x = static_cast<float>(divider) * size.x;
+  ImGui::GetBackgroundDrawList()->AddLine({x, 0}, {x, size.y}, IM_COL32(255, 255, 255, 200));
+}
+
+/// Marks on the slider of the frames that have no file.
+void mark_missing(const Sequence& sequence, const ImVec2& corner, float width) {
+  const int count = sequence.last() - sequence.first();
+  if (count >= 5000) return;
+  for (int i = sequence.first(); i <= sequence.last(); ++i) {
+    if (sequence.file(i)) continue;
+    const float x = corner.x + width * static_cast<float>(i - sequence.first()) /
+                                   static_cast<float>(std::max(count, 1));
+    ImGui::GetWindowDrawList()->AddLine({x, corner.y - 3}, {x, corner.y + 3},
+                                        IM_COL32(255, 120, 80, 255), 2);
+  }
+}
+
+void draw_timeline(Sequence& sequence, double scale) {
+  const ImGuiIO& io = ImGui::GetIO();
+  const auto height = static_cast<float>(62 * scale);
+  // above the status line
+  const float bottom = io.DisplaySize.y - static_cast<float>(34 * scale);
+  ImGui::SetNextWindowPos({io.DisplaySize.x * 0.25f, bottom - height});
+  ImGui::SetNextWindowSize({io.DisplaySize.x * 0.5f, height});
+  if (ImGui::Begin("Frames", nullptr, ImGuiWindowFlags_NoDecoration)) {
+    if (ImGui::Button(sequence.playing ? "pause" : "play")) sequence.toggle_playing();
+    ImGui::SameLine();
+    ImGui::SetNextItemWidth(static_cast<float>(120 * scale));
+    slide("frames/s", sequence.rate, 1, 60, "%.0f");
+    if (sequence.missing()) {
+      ImGui::SameLine();
+      ImGui::TextColored({1, 0.6f, 0.4f, 1}, "%d missing", sequence.missing());
+    }
+    int frame = sequence.current();
+    ImGui::SetNextItemWidth(-1);
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    if (ImGui::SliderInt("##frame", &frame, sequence.first(), sequence.last()))
+      sequence.go_to(frame);
+    mark_missing(sequence, corner, ImGui::GetItemRectSize().x);
+  }
+  ImGui::End();
+}
+
+}  // namespace
+
+void draw_panels(Viewer& viewer) {
+  const Panels& panels = viewer.panels();
+  draw_box(viewer);
+  if (viewer.look().comparison == Comparison::wipe) draw_divider(viewer.look().divider);
+  if (panels.scene) draw_scene_panel(viewer);
+  if (!viewer.sequence().empty()) draw_timeline(viewer.sequence(), viewer.gui().scale());
+  draw_status(viewer);
+  if (panels.help) draw_help(viewer);
+  if (panels.transfer && viewer.volume()) draw_transfer_panel(viewer);
+}
+
+}  // namespace psivox::view

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <algorithm>
+
+#include "view/picture_maker.h"
+
+namespace psivox::view {
+
+/// How far the pictures are that the window wished for. Wishes are numbered from 1.
+struct PictureState {
+  std::uint64_t wished = 0;   ///< the newest wish
+  std::uint64_t shown = 0;    ///< that the newest picture on the screen is of
+  std::uint64_t refined = 0;  ///< whose exact pictures are complete
+  double refine_ms = 0, preview_ms = 0;
+  Rung rung;                            ///< of the last preview
+  std::optional<double> estimated_rms;  ///< of the exact picture
+  glm::dvec2 layer_range{0};            ///< values at the ends of a layer's colours
+  std::string renderer;
+  gl::ObjectCounts objects;  ///< of the context that draws, if they are counted
+
+  /// Whether the newest wish is fulfilled.
+  bool complete() const { return refined && refined == wished; }
+
+  void take(const PictureNews& news) {
+    for (const PreviewPicture& picture : news.previews) {
+      shown = std::max(shown, picture.number);
+      rung = picture.rung;
+      preview_ms = picture.ms;
+    }
+    if (news.estimated_rms) estimated_rms = news.estimated_rms;
+    if (news.refined) {
+      refined = *news.refined;
+      refine_ms = news.refine_ms;
+    }
+    layer_range = news.layer_range.value_or(layer_range);
+    if (!news.renderer.empty()) renderer = news.renderer;
+    objects = news.objects;
+  }
+};
+
+}  // namespace psivox::view

@@ -1,0 +1,133 @@
+// What keys, panels and drops have the viewer do.
+
+#include <algorithm>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/text_file.h"
+#include "view/command_text.h"
+#include "view/comparison.h"
+#include "view/viewer.h"
+
+namespace psivox::view {
+namespace {
+
+bool same_camera(const Scene& a, const Scene& b) {
+  return std::ranges::all_of(parameters(), [&](const Parameter& p) {
+    return p.group != ParameterGroup::camera || parameter_text(a, p) == parameter_text(b, p);
+  });
+}
+
+/// Without what belongs to the scene's file: names of grids, values and places.
+Scene for_another_file(Scene scene) {
+  for (std::string Scene::*grid :
+       {&Scene::grid, &Scene::luminance_grid, &Scene::temperature_grid, &Scene::emission_grid})
+    (scene.*grid).clear();
+  for (std::optional<glm::dvec3> Scene::*place : {&Scene::camera_position, &Scene::camera_target})
+    (scene.*place).reset();
+  scene.ortho_width.reset();
+  scene.extinction.reset();
+  scene.range.reset();
+  scene.isovalue.reset();
+  return scene;
+}
+
+}  // namespace
+
+void Viewer::open(const std::string& path) {
+  sequence_ = Sequence::of(path);
+  scene_ = for_another_file(scene_);
+  scene_.input = sequence_.path();
+  panels_.open_path = path;
+  camera_due_ = true;
+  volume_.retry();
+  redraw(3);
+}
+
+void Viewer::set_scene(const Scene& scene) {
+  const Scene before = scene_;
+  const bool moves_camera = !same_camera(this->scene(), scene);
+  scene_ = scene;
+  scene_.resolution = before.resolution;
+  redraw(3);
+  if (!volume() || !moves_camera) return;
+  try {
+    navigation_.reset(this->scene(), volume()->box_min, volume()->box_max);
+  } catch (const Error& e) {
+    scene_ = before;
+    error(e.what());
+  }
+}
+
+void Viewer::compare(Comparison comparison, const std::optional<Scene>& other) {
+  look_.comparison = comparison;
+  if (comparison == Comparison::none)
+    other_.reset();
+  else
+    other_ = other ? other : coarser(scene_);
+  redraw(3);
+}
+
+void Viewer::show(ShownLayer layer) {
+  if (layer == layer_) return;
+  layer_ = layer;
+  pictures_.layer_range = {};
+  pictures_.refined = 0;
+  posted_.clear();
+  redraw(3);
+}
+
+void Viewer::reload() {
+  volume_.reload();
+  attempt([&] {
+    display_.reload_shader();
+    maker_.reload_shaders();
+  });
+  redraw(3);
+}
+
+Scene Viewer::kept_scene() {
+  Scene kept = scene();
+  if (!panels_.picture_size.empty()) set_parameter(kept, "resolution", panels_.picture_size);
+  if (const auto name = editor_.keep(kept)) {
+    scene_.transfer_function = *name;
+    messages_.say("the transfer function is in " + *name);
+  }
+  return kept;
+}
+
+std::string Viewer::copy_command_line() {
+  const std::string line = render_command_line(kept_scene(), panels_.picture_path);
+  window_.set_clipboard(line);
+  messages_.say("copied: " + line);
+  return line;
+}
+
+void Viewer::save_scene(const std::string& path) {
+  write_text(path, to_json(kept_scene()));
+  messages_.say("saved " + path);
+}
+
+void Viewer::save_picture(const std::string& path) {
+  if (!options_.render || save_.running()) return;
+  std::vector<std::string> arguments = render_arguments(kept_scene(), path);
+  arguments.insert(arguments.begin(), "--quiet");
+  const auto task = [render = options_.render, arguments] {
+    try {
+      render(arguments);
+    } catch (...) {
+      return message_of(std::current_exception());
+    }
+    return std::string();
+  };
+  save_.start(path, task, Window::wake);
+}
+
+void Viewer::edit_transfer_function() { editor_.draw(scene_, *volume(), panels_.transfer); }
+
+void Viewer::photograph(const std::string& path) {
+  photograph_ = path;
+  draw(0.01);
+}
+
+}  // namespace psivox::view
