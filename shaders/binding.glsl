@@ -15,14 +15,9 @@
 // number. A sum with what it cannot know to be 0 is formed once, before the loop.
 #if HOLDS_UNIFORMS
 int nothing = int(gl_FragCoord.x) >> 30;
-int held(int v) { return v + nothing; }
-ivec3 held(ivec3 v) { return v + nothing; }
-float held(float v) { return v + float(nothing); }
-vec2 held(vec2 v) { return v + float(nothing); }
-vec3 held(vec3 v) { return v + float(nothing); }
-vec4 held(vec4 v) { return v + float(nothing); }
+#define HELD(type, uniform_value) (uniform_value + type(nothing))
 #else
-#define held(v) v
+#define HELD(type, uniform_value) uniform_value
 #endif
 
 struct Parameters {
@@ -31,7 +26,7 @@ struct Parameters {
 #undef PARAMETER
 };
 uniform Parameters given;
-#define PARAMETER(type, name) type name = held(given.name);
+#define PARAMETER(type, name) type name = HELD(type, given.name);
 #include "march_parameters.glsl"
 
 float power_of_two(int n) { return intBitsToFloat((n + 127) << 23); }
@@ -60,9 +55,9 @@ vec4 fetch_table(int i) { return texelFetch(tables, i); }
 
 // Of a transfer function of one interval: its two knots' entries.
 uniform vec4 interval_entries[8];
-vec4 only_interval[8] = vec4[8](held(interval_entries[0]), held(interval_entries[1]), held(interval_entries[2]),
-                           held(interval_entries[3]), held(interval_entries[4]), held(interval_entries[5]),
-                           held(interval_entries[6]), held(interval_entries[7]));
+#define HELD_ENTRY(i) HELD(vec4, interval_entries[i])
+vec4 only_interval[8] = vec4[8](HELD_ENTRY(0), HELD_ENTRY(1), HELD_ENTRY(2), HELD_ENTRY(3), HELD_ENTRY(4),
+                                HELD_ENTRY(5), HELD_ENTRY(6), HELD_ENTRY(7));
 vec4 fetch_interval(int i) { return only_interval[i]; }
 
 uint fetch_page(int grid, int i) {

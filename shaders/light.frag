@@ -7,7 +7,7 @@ uniform int blocks_first;
 layout(location = 0) out vec4 out_picture;  // optical depth in x
 layout(location = 1) out vec4 out_layers;
 
-#include "march_state.glsl"
+#include "passes.glsl"
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
@@ -17,7 +17,7 @@ void main() {
 #if RESUMABLE
   if (!first_pass) load_march(m, at, ray.begin);
 #endif
-  march_cells(m, ray);
+  march(m, ray);
 #if RESUMABLE
   save_march(m);
 #endif

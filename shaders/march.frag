@@ -1,4 +1,5 @@
 #include "marcher.glsl"
+#include "pixel.glsl"
 
 // Row 0 of the framebuffer is the picture's top row of the tile.
 uniform ivec2 tile_origin;
@@ -6,7 +7,7 @@ uniform ivec2 tile_origin;
 layout(location = 0) out vec4 out_picture;  // R G B A
 layout(location = 1) out vec4 out_layers;   // depth [world], transmittance, steps, samples
 
-#include "march_state.glsl"
+#include "passes.glsl"
 
 void main() {
   Pixel p = make_pixel(floor(gl_FragCoord.xy) + vec2(tile_origin));
@@ -15,7 +16,8 @@ void main() {
 #if RESUMABLE
   if (!first_pass) load_march(m, ivec2(gl_FragCoord.xy), ray.begin);
 #endif
-  march_on(m, p, ray);
+  aim(m, p);
+  march(m, ray);
 #if RESUMABLE
   save_march(m);
 #endif

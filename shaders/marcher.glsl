@@ -1,19 +1,7 @@
-// Everything that marches, for a program's main.
+// Everything that marches, for a program's main. integrator.glsl is written for each program: the file
+// of its rule and the functions that call it (src/gl/march_program.cpp).
 #include "binding.glsl"
-#include "math/decay.glsl"
-#include "math/psi.glsl"
-#include "math/mills.glsl"
-#include "math/dawson.glsl"
-#include "math/linear_psi.glsl"
-#include "math/segment.glsl"
-#include "math/cubic.glsl"
-#include "math/glow.glsl"
-#include "ray.glsl"
-#include "atlas.glsl"
-#include "transfer.glsl"
+#include "formulas.glsl"
+#include "medium.glsl"
 #include "integrator.glsl"
 #include "march.glsl"
-#include "march_cells.glsl"
-#include "march_uniform.glsl"
-#include "march_template.glsl"
-#include "pixel.glsl"

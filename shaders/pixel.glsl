@@ -1,4 +1,4 @@
-// A pixel: its rays in the grids, the march along them, the picture that it makes of them.
+// A pixel: its rays in the grids, and the picture that it makes of them.
 
 // Where the ray of a pixel runs in a grid, in that grid's voxels.
 struct Pixel {
@@ -49,34 +49,6 @@ real phase_of(Pixel p) {
   return (real(1.0) - phase_g * phase_g) / (x * sqrt(x));
 }
 
-March begin_march(Ray ray) {
-  March m;
-  m.phase = real(1.0);
-  m.t = ray.begin;
-  m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(0.0)), real(0.0), real3(real(0.0)));
-  m.step_error = real(0.0);
-  m.cell = cell_at(ray, ray.begin, density_domain_min, density_domain_max);
-  m.lattice = 0;
-  m.known = false;
-  m.vacuum = false;
-  m.interval = 0;
-  m.radiance = real3(finds_maximum ? UNKNOWN : real(0.0));
-  m.optical_depth = real(0.0);
-  m.lost = real(0.0);
-  m.transmittance = real(1.0);
-  m.half_depth = NEVER;
-  m.steps = 0;
-  m.samples = 0;
-  m.turns = 0;
-  m.done = !(ray.end > ray.begin);
-  m.luminance_node = no_node();
-  m.luminance_ray = ray;
-  m.emission_node = no_node();
-  m.emission_ray = ray;
-  m.gradient_node = no_node();
-  return m;
-}
-
 // The ray that is marched: from the camera, or back to front.
 Ray march_ray_of(Pixel p) {
   Ray ray = density_ray(p);
@@ -84,8 +56,8 @@ Ray march_ray_of(Pixel p) {
   return ray;
 }
 
-// Marches on, up to max_turns turns.
-void march_on(INOUT(March) m, Pixel p, Ray ray) {
+// The phase and the rays in the other grids, which no pass keeps.
+void aim(INOUT(March) m, Pixel p) {
   m.phase = phase_of(p);
   if (own_luminance) m.luminance_ray = luminance_ray(p);
   if (has_emission) m.emission_ray = emission_ray(p);
@@ -93,9 +65,6 @@ void march_on(INOUT(March) m, Pixel p, Ray ray) {
     m.luminance_ray = reversed(m.luminance_ray);
     m.emission_ray = reversed(m.emission_ray);
   }
-  if (template_sampling) march_template(m, ray);
-  else if (uniform_sampling) march_uniform(m, ray);
-  else march_cells(m, ray);
 }
 
 // A surface is lit by one light and a fifth of it from everywhere.

@@ -61,7 +61,7 @@ TEST_F(Shaders, EveryShaderIsEmbedded) {
     if (!entry.is_regular_file()) continue;
     const std::string name = fs::relative(entry.path(), PSIVOX_SHADERS).string();
     const auto found = gl::embedded_shaders().find(name);
-    ASSERT_NE(found, gl::embedded_shaders().end()) << name << " is not in PSIVOX_SHADERS";
+    ASSERT_NE(found, gl::embedded_shaders().end()) << name << " is not embedded";
     EXPECT_EQ(found->second, contents(entry.path())) << name;
   }
 }
@@ -72,7 +72,8 @@ TEST_F(Shaders, ErrorsNameFileAndLine) {
   const std::pair<const char*, const char*> places[] = {
       {"binding.glsl", "uint fetch_page(int grid, int i) {"},
       {"ray.glsl", "real3 position(Ray ray, real t) {"},
-      {"pixel.glsl", "March begin_march(Ray ray) {"},
+      {"ray_state.glsl", "March begin_march(Ray ray) {"},
+      {"pixel.glsl", "Pixel make_pixel(real2 pixel) {"},
       {"math/decay.glsl", "Decay decay(real x) {\n  real y"},
       {"integrators/psi_weighted.glsl", "Weights psi_weighted(Segment s) {"},
       {"march.frag", "void main() {"}};
@@ -90,10 +91,10 @@ TEST_F(Shaders, ErrorsNameFileAndLine) {
 }
 
 TEST_F(Shaders, MissingIncludesNameWhoWantsThem) {
-  const int line = edit("marcher.glsl", "#include \"ray.glsl\"", "#include \"rays.glsl\"");
+  const int line = edit("medium.glsl", "#include \"ray.glsl\"", "#include \"rays.glsl\"");
   const std::string message = graphics_error(view());
   EXPECT_NE(message.find("rays.glsl"), std::string::npos) << message;
-  EXPECT_NE(message.find("marcher.glsl:" + std::to_string(line)), std::string::npos) << message;
+  EXPECT_NE(message.find("medium.glsl:" + std::to_string(line)), std::string::npos) << message;
 }
 
 TEST_F(Shaders, AFolderWithoutShadersIsSaidSo) {

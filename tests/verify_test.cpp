@@ -117,13 +117,13 @@ TEST_F(BrokenShader, SwappedEnds) {
 
 TEST_F(BrokenShader, DepthOfTheMiddle) {
   // a homogeneous step of the cell's middle: right where the value is linear
-  edit("march.glsl", "front.attenuation + real(4.0) * middle.attenuation + back.attenuation",
+  edit("composite.glsl", "front.attenuation + real(4.0) * middle.attenuation + back.attenuation",
        "real(6.0) * middle.attenuation");
   EXPECT_EQ(failures(opacity_cases()), "single voxel's tent; ");
 }
 
 TEST_F(BrokenShader, DepthOfTheFront) {
-  edit("march.glsl", "front.attenuation + real(4.0) * middle.attenuation + back.attenuation",
+  edit("composite.glsl", "front.attenuation + real(4.0) * middle.attenuation + back.attenuation",
        "real(6.0) * front.attenuation");
   EXPECT_NE(failures(opacity_cases()).find("ramp; "), std::string::npos);
 }

@@ -14,6 +14,8 @@ std::string function_of(const ProgramKey& key) { return info(key.constants.integ
 /// The shader's one integrator: the march calls it by what it takes.
 std::map<std::string, std::string> generated_files(const ProgramKey& key) {
   const std::string function = function_of(key);
+  const std::string folder =
+      is_transfer_rule(key.constants.integrator) ? "integrators/transfer/" : "integrators/";
   const auto call = [&](IntegratorKind kind, const std::string& signature,
                         const std::string& arguments, const std::string& none) {
     const bool own = info(key.constants.integrator).kind == kind;
@@ -22,7 +24,7 @@ std::map<std::string, std::string> generated_files(const ProgramKey& key) {
   const std::string weights = "Weights(0.0, 0.0, 0.0, 0.0)";
   return {
       {"integrator.glsl",
-       "#include \"integrators/" + function + ".glsl\"\n" +
+       "#include \"" + folder + function + ".glsl\"\n" +
            call(IntegratorKind::segment, "Weights integrate_segment(Segment s)", "(s)", weights) +
            call(IntegratorKind::cell, "Weights integrate_cell(Cubic c, float x)", "(c, x)",
                 weights) +

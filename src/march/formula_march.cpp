@@ -57,7 +57,8 @@ struct FormulaMarch {
     ray.begin = ray_of_formulas.first - lattice.phase;
     ray.end = ray_of_formulas.last - lattice.phase;
     March m = begin_march(ray);
-    march_on(m, p, ray);
+    aim(m, p);
+    march(m, ray);
     return m;
   }
 };

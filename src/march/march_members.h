@@ -15,19 +15,9 @@ Integrator integrator{};
 
 real4 fetch_interval(int i) const { return fetch_table(transfer_first + i); }
 
-// each file uses the ones before it
 // clang-format off
-#include "math/decay.glsl"
-#include "math/psi.glsl"
-#include "math/mills.glsl"
-#include "math/dawson.glsl"
-#include "math/linear_psi.glsl"
-#include "math/segment.glsl"
-#include "math/cubic.glsl"
-#include "math/glow.glsl"
-#include "ray.glsl"
-#include "atlas.glsl"
-#include "transfer.glsl"
+#include "formulas.glsl"
+#include "medium.glsl"
 #include "all_integrators.h"
 #include "transfer_integrators.h"
 // clang-format on
@@ -68,13 +58,10 @@ Mixture integrate_transfer(real front, real back, real length) {
   }
 }
 
-// clang-format off
 #define DERIVED(type, name, expression) type name{};
 #include "march.glsl"
 #undef DERIVED
-#include "march_cells.glsl"
-#include "march_uniform.glsl"
-#include "march_template.glsl"
+// clang-format off
 #include "pixel.glsl"
 #include "light.glsl"
 // clang-format on
@@ -101,14 +88,15 @@ March march_ray(real2 pixel) {
   const Pixel p = make_pixel(pixel);
   const Ray ray = march_ray_of(p);
   March m = begin_march(ray);
-  march_on(m, p, ray);
+  aim(m, p);
+  march(m, ray);
   return m;
 }
 
 real light_depth(int3 voxel) {
   const Ray ray = light_ray(voxel);
   March m = begin_march(ray);
-  march_cells(m, ray);
+  march(m, ray);
   return m.optical_depth;
 }
 

@@ -15,7 +15,7 @@ namespace psivox {
 /// from front to back: C = L (1 - e^{-depth}), L = `preintegrated-fast`'s + shading(front, back,
 /// length). Engel, Kraus and Ertl 2001 tabulate C; depth and the first part of L have closed forms,
 /// so only what is left is in the table. It vanishes for thin segments, for values that do not
-/// change and for constant colour. shaders/integrators/preintegrated.glsl reads it.
+/// change and for constant colour. shaders/integrators/transfer/preintegrated.glsl reads it.
 ///
 /// Values are those from the first to the last knot, uniformly spread; lengths are the layers
 /// max_length (y / layers)^2, y = 1 ... layers, and 0, where nothing is to be added. Entry (layer

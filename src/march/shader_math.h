@@ -40,18 +40,9 @@ struct Math {
 
 #define precise
 #define REAL_BITS 32
-// each file uses the ones before it
-// clang-format off
-#include "math/decay.glsl"
-#include "math/psi.glsl"
-#include "math/mills.glsl"
-#include "math/dawson.glsl"
-#include "math/linear_psi.glsl"
-#include "math/segment.glsl"
-#include "math/cubic.glsl"
-#include "math/glow.glsl"
+#include "formulas.glsl"
+// uses the formulas
 #include "all_integrators.h"
-// clang-format on
 #undef REAL_BITS
 #undef precise
 };
@@ -68,18 +59,9 @@ struct Math {
 
 #define precise
 #define REAL_BITS 64
-// each file uses the ones before it
-// clang-format off
-#include "math/decay.glsl"
-#include "math/psi.glsl"
-#include "math/mills.glsl"
-#include "math/dawson.glsl"
-#include "math/linear_psi.glsl"
-#include "math/segment.glsl"
-#include "math/cubic.glsl"
-#include "math/glow.glsl"
+#include "formulas.glsl"
+// uses the formulas
 #include "all_integrators.h"
-// clang-format on
 #undef REAL_BITS
 #undef precise
 };

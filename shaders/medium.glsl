@@ -1,0 +1,4 @@
+// What rules may look up: rays in voxels, the atlas, the transfer function.
+#include "ray.glsl"
+#include "atlas.glsl"
+#include "transfer.glsl"

@@ -1,0 +1,232 @@
+// Cells: a turn crosses one cell, a piece of a cell, or a whole run of one value. Trilinear data along
+// a ray is a cubic in each cell, and Simpson's rule is exact for it.
+
+// The ray hits a surface at t: keeps the normal there, the field's gradient in the world.
+void hit_surface(INOUT(March) m, Ray ray, Node node, real t) {
+  real3 p = position(ray, t);
+  real3 local = p - real3(m.cell);
+  real3 g = trilinear_gradient(fetch_corners(GRID_DENSITY, node, m.cell), clamp(local, real(0.0), real(1.0)));
+  real3 n = normal_x * g.x + normal_y * g.y + normal_z * g.z;
+  real size = sqrt(dot(n, n));
+  m.radiance = n * (size > real(0.0) ? real(1.0) / size : real(0.0));
+  m.half_depth = t;
+  m.done = true;
+}
+
+// Faces nearer than this are taken as met [unit of t]: two lattices that are the same differ by rounding.
+const real near_face = real(1e-4);
+
+// The t at which the ray leaves the cell, run or domain of another grid.
+real next_face(Ray ray, Node node, real t) {
+  t += near_face;
+  if (t < ray.begin) return ray.begin;
+  if (t >= ray.end) return NEVER;
+  int3 cell = int3(floor(position(ray, t)));
+  bool brick = node.kind == NODE_BRICK;
+  return leave(ray, brick ? cell : node.lo, brick ? cell + 1 : node.hi).t;
+}
+
+// How far the other grids are cubics too, from m.t on: at most t_end, and ahead of m.t by more than
+// rounding (see part_end).
+real end_of_cubics(IN(March) m, real t_end) {
+  real t = NEVER;
+  if (own_luminance)
+    t = next_face(m.luminance_ray,
+                  seek_node(GRID_LUMINANCE, m.luminance_ray, m.luminance_node, luminance_domain_min,
+                            luminance_domain_max, m.t + near_face), m.t);
+  if (has_emission)
+    t = min(t, next_face(m.emission_ray,
+                         seek_node(GRID_EMISSION, m.emission_ray, m.emission_node,
+                                   emission_domain_min, emission_domain_max, m.t + near_face), m.t));
+  if (t >= t_end - near_face) return t_end;
+  return min(t_end, max(t, m.t + abs(m.t) * t_epsilon + t_epsilon));
+}
+
+// The gradient's magnitude along the cell, from m.t on. Follows seek_gradient.
+Cubic gradient_along(IN(March) m, Ray ray, real length) {
+  Node node = m.gradient_node;
+  if (!with_gradient || m.vacuum || node.kind == NODE_EMPTY)
+    return Cubic(real(0.0), real(0.0), real(0.0), real(0.0));
+  real3 front = position(ray, m.t);
+  real3 half_way = position(ray, m.t + real(0.5) * length);
+  real3 back = position(ray, m.t + length);
+  if (hardware_filter)
+    return make_cubic(sample_scalar(GRID_GRADIENT, node, front),
+                      sample_scalar(GRID_GRADIENT, node, half_way),
+                      sample_scalar(GRID_GRADIENT, node, back), real(0.0));
+  Corners corners = fetch_corners(GRID_GRADIENT, node, m.cell);
+  real3 base = real3(m.cell);
+  real3 d = ray.direction * length;
+  return make_cubic(trilinear(corners, front - base), trilinear(corners, half_way - base),
+                    trilinear(corners, back - base),
+                    third_difference(corners) * d.x * d.y * d.z);
+}
+
+Sample sample_cubics(Cubic value, Cubic slope, real s) {
+  return Sample(polynomial(value, s), max(polynomial(slope, s), real(0.0)));
+}
+
+// What a turn looks at: the ray from m.t to the far face of a cell or of a run.
+struct Stretch {
+  bool run;           // of one value, or empty: nothing is sampled
+  int3 next;          // the cell behind the far face
+  real t_exit;        // at the far face; m.t where the ray's first value is looked up, and nothing crossed
+  real t_end;         // end of the piece that the turn crosses, t_exit at most
+  real length;        // of the stretch, later of the piece
+  real f_run;         // value of the run, 0 of a brick
+  real f_front;       // values of the density at m.t, half way to t_exit, and there; later at t_end
+  real f_half;
+  real f_end;
+  real q_3;           // third-order coefficient of their cubic
+  real noise;         // rounding error of the values
+  Cubic value;        // of the density
+  Cubic slope;        // magnitude of the gradient
+  Cubic attenuation;  // tau / extinction
+};
+
+Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
+  if (!inside(node, m.cell)) node = find_node(GRID_DENSITY, m.cell);
+  m.vacuum = node.kind == NODE_EMPTY || beyond_density(m.cell);
+  Stretch s;
+  s.run = closed_form(node);
+  Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.hi : m.cell + 1);
+  s.next = far.cell;
+  s.t_exit = max(m.t, min(far.t, ray.end));
+  if (!s.run && !m.known) s.t_exit = m.t;
+  s.t_end = s.t_exit;
+  s.length = s.t_exit - m.t;
+  s.f_run = node_value(node);
+  // a constant's neighbour may have been skipped because it attenuates nothing, whatever its value
+  s.f_front = node.kind == NODE_BRICK ? m.front.value : s.f_run;
+  s.f_half = s.f_run;
+  s.f_end = s.f_run;
+  s.q_3 = real(0.0);
+  s.noise = real(0.0);
+  return s;
+}
+
+// The density along a cell of a brick.
+void sample_stretch(INOUT(Stretch) s, IN(March) m, Node node, Ray ray) {
+  real t_half = m.t + real(0.5) * s.length;
+  if (hardware_filter) {  // the driver's look-ups give no third difference
+    s.f_half = sample_scalar(GRID_DENSITY, node, position(ray, t_half));
+    s.f_end = sample_scalar(GRID_DENSITY, node, position(ray, s.t_exit));
+    if (transfer) s.f_front = sample_scalar(GRID_DENSITY, node, position(ray, m.t));
+    s.noise = real(8.0) * t_epsilon * max(abs(s.f_half), max(abs(s.f_front), abs(s.f_end)));
+    return;
+  }
+  Corners corners = fetch_corners(GRID_DENSITY, node, m.cell);
+  real3 base = real3(m.cell);
+  s.f_half = trilinear(corners, position(ray, t_half) - base);
+  s.f_end = trilinear(corners, position(ray, s.t_exit) - base);
+  if (!transfer) s.f_end = max(s.f_end, real(0.0));
+  // the cell before may have been skipped because it attenuates nothing, whatever its value
+  if (transfer) s.f_front = trilinear(corners, position(ray, m.t) - base);
+  if (transfer && split_knots) s.noise = real(8.0) * t_epsilon * greatest_magnitude(corners);
+  if (!depth_only || transfer) {
+    real3 d = ray.direction * s.length;
+    s.q_3 = third_difference(corners) * d.x * d.y * d.z;
+  }
+}
+
+// The ray's first value: it is looked up and nothing is crossed. A resumed ray has it already.
+void find_front(INOUT(Stretch) s, IN(March) m) {
+  if (m.front.value > UNKNOWN) s.f_end = m.front.value;
+  s.f_front = s.f_end;
+  s.f_half = s.f_end;
+  s.next = m.cell;
+}
+
+// The attenuation along the stretch. With split_knots it is a cubic up to the value's next knot, where
+// the piece ends; else only a run's is found here.
+void classify_stretch(INOUT(Stretch) s, INOUT(March) m) {
+  s.attenuation = s.value;
+  if (!transfer) return;
+  if (split_knots && !s.run) {
+    Piece piece = piece_between_knots(s.value, s.noise);
+    s.attenuation = Cubic(piece.a + piece.b * s.value.f_0, piece.b * s.value.q_1,
+                          piece.b * s.value.q_2, piece.b * s.value.q_3);
+    s.t_end = part_end(m.t, s.length, piece.part, s.t_exit);
+    m.interval = piece.interval;
+    if (m.vacuum) s.attenuation = Cubic(real(0.0), real(0.0), real(0.0), real(0.0));
+  } else {
+    if (keeps_interval) m.interval = transfer_interval(s.f_run);
+    real attenuation = attenuation_of(m, Sample(s.f_run, real(0.0)));
+    s.attenuation = Cubic(m.vacuum ? real(0.0) : attenuation, real(0.0), real(0.0), real(0.0));
+  }
+}
+
+// Ends the piece where a rule that integrates cubics would lose accuracy: where it becomes opaque, where
+// the cubic is too rough for its three nodes, where another grid's cubic ends.
+void limit_piece(INOUT(Stretch) s, IN(March) m) {
+  real x = extinction * s.length;
+  real values = greatest_coefficient(s.value);
+  // between knots a value is monotone, but for rounding: it may end where it began
+  if (transfer && s.length > real(0.0))
+    values = max(abs(polynomial(s.value, (s.t_end - m.t) / s.length) - s.f_front), s.noise);
+  real part = min(shallow_part(s.attenuation, x), smooth_part(s.value, s.attenuation, x, values));
+  s.t_end = end_of_cubics(m, min(s.t_end, part_end(m.t, s.length, part, s.t_exit)));
+}
+
+// Cuts the cubics to the piece.
+void cut_piece(INOUT(Stretch) s, IN(March) m) {
+  if (s.t_end >= s.t_exit) return;
+  real part = (s.t_end - m.t) / s.length;
+  s.value = first_part(s.value, part);
+  s.attenuation = first_part(s.attenuation, part);
+  s.f_end = polynomial(s.value, real(1.0));
+  s.length = s.t_end - m.t;
+}
+
+// The piece as linear segments of equal length.
+void composite_segments(INOUT(March) m, Stretch s) {
+  real part = s.length / real(segments);
+  real t_start = m.t;
+  for (int i = 1; i <= segments; ++i) {
+    real at = real(i) / real(segments);
+    Sample middle = sample_cubics(s.value, s.slope, at - real(0.5) / real(segments));
+    Sample back = sample_cubics(s.value, s.slope, at);
+    if (i == segments) back.value = s.f_end;
+    if (!transfer) {
+      middle.value = max(middle.value, real(0.0));
+      back.value = max(back.value, real(0.0));
+    }
+    real t_back = i == segments ? s.t_end : t_start + at * s.length;
+    composite_segment(m, middle, back, t_back, part, s.run);
+  }
+}
+
+void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
+  Stretch s = find_stretch(m, node, ray);
+  if (node.kind == NODE_BRICK) {
+    sample_stretch(s, m, node, ray);
+    if (count_steps) m.samples += 1;
+  }
+  if (!s.run && !m.known) find_front(s, m);
+  s.value = make_cubic(s.f_front, s.f_half, s.f_end, s.q_3);
+  if (!m.vacuum) seek_gradient(m, m.cell);
+  s.slope = gradient_along(m, ray, s.length);
+  classify_stretch(s, m);
+  m.front = with_value(m, m.front, Sample(s.f_front, max(s.slope.f_0, real(0.0))));
+  if (cell_rule && !s.run && !depth_only) limit_piece(s, m);
+  cut_piece(s, m);
+  if (finds_maximum) {
+    see_cell(m, s.value, s.t_end);
+  } else if (mode == MODE_ISOSURFACE) {
+    real at = first_crossing(s.value, isovalue);
+    if (node.kind == NODE_BRICK && at <= real(1.0)) hit_surface(m, ray, node, m.t + at * s.length);
+    m.t = s.t_end;
+    m.front.value = s.f_end;
+  } else if (cell_rule && !depth_only) {
+    composite_cell(m, s.value, s.attenuation, s.t_end, s.length);
+  } else if (depth_only && !transfer) {
+    composite_segment(m, Sample(s.f_half, real(0.0)), Sample(s.f_end, real(0.0)), s.t_end, s.length,
+                      s.run);
+  } else {
+    composite_segments(m, s);
+  }
+  if (m.t >= s.t_exit) m.cell = s.next;
+  // a brick without the isovalue is empty too, whatever its values
+  m.known = !(mode == MODE_ISOSURFACE && m.vacuum);
+  if (!m.known) m.front.value = UNKNOWN;
+}

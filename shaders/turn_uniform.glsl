@@ -1,0 +1,203 @@
+// Uniform: samples at the lattice's points k * step, at the domain's ends and at the ends of constant
+// runs, each of which is one segment. The walk visits every node, so that no step is too long to see a
+// constant run; it leaves an empty node at the last lattice point inside. With `brick_steps` each brick
+// has its own part of the step.
+
+// Behind an optical depth d a brick's error may be e^d times as large, so its step may be at least
+// e^{d/2} times as long. This takes a lower bound of e^{d/4}: with e^{d/2} one pixel in a thousand of a
+// dense cloud was off by more than five tolerances.
+real wider_behind(real d) {
+  real x = real(1.0) + d / real(16.0);
+  x *= x;
+  return x * x;
+}
+
+// Step of the lattice in a node that begins behind the ray's optical depth.
+real node_step(Node node, IN(March) m) {
+  if (!brick_steps || node.kind != NODE_BRICK) return step;
+  real part = fetch_table(brick_steps_first + node.payload).x;
+  if (mode == MODE_ALPHA) part = min(part * wider_behind(m.optical_depth), real(1.0));
+  return step * part;
+}
+
+// The first point of the lattice of step h behind t, which may lie on one.
+real next_point(real t, real h) {
+  real k = floor(t / h) + real(1.0);
+  real point = h * k;
+  return point > t ? point : h * (k + real(1.0));
+}
+
+// Where a segment's look-up is: the walk has to reach the node there.
+real look_up_at(real t, real t_back) {
+  return walks_middles ? t + real(0.5) * (t_back - t) : t_back;
+}
+
+// Moves the gradient's node to t; the domain's ends are in its last cells.
+void seek_gradient_at(INOUT(March) m, Ray ray, real t) {
+  if (!with_gradient) return;
+  seek_gradient(m, cell_at(ray, t, density_field_min, density_field_max));
+}
+
+// The gradient's magnitude at t.
+real sample_gradient(IN(March) m, Ray ray, real t) {
+  if (!with_gradient || m.gradient_node.kind == NODE_EMPTY) return real(0.0);
+  return sample_scalar(GRID_GRADIENT, m.gradient_node, position(ray, t));
+}
+
+// The slopes along the ray at m.t; `slope`: the density's.
+void find_slopes(INOUT(March) m, real slope) {
+  m.front.slope = slope;
+  if (luminance_source == SOURCE_DENSITY) m.front.L_slope = real3(m.front.slope);
+  if (luminance_source == SOURCE_SCALAR)
+    m.front.L_slope = real3(slope_scalar(GRID_LUMINANCE, m.luminance_node, m.luminance_ray, m.t));
+  if (luminance_source == SOURCE_VECTOR)
+    m.front.L_slope = slope_vector(GRID_LUMINANCE, m.luminance_node, m.luminance_ray, m.t);
+}
+
+// A walk in steps.
+struct StepWalk {
+  Node node;        // the walk has reached
+  real node_begin;  // the part of the ray inside it
+  real node_end;
+  real h;           // step of the lattice in it
+  real finest;      // least step of the nodes since m.t
+  bool onward;      // the next turn looks up the next node
+  real own_begin;   // the part of the ray inside the density's own box
+  real own_end;
+};
+
+StepWalk begin_steps(INOUT(March) m, Ray ray) {
+  if (walks_middles) m.known = true;  // no segment reads a value at its front
+  m.cell = cell_at(ray, m.t, density_domain_min, density_domain_max);
+  StepWalk w = StepWalk(no_node(), m.t, m.t, step, step, true, ray.begin, ray.end);
+  if (beyond) {
+    w.own_begin = greatest(face_times(ray, far_faces(ray, density_field_max, density_field_min)));
+    w.own_end = least(face_times(ray, far_faces(ray, density_field_min, density_field_max)));
+  }
+  return w;
+}
+
+// The walk goes on to the node of m.cell.
+void enter_node(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
+  w.node = find_node(GRID_DENSITY, m.cell);
+  Crossing far = leave(ray, w.node.lo, w.node.hi);
+  w.node_begin = w.node_end;
+  w.node_end = max(w.node_begin, min(far.t, ray.end));
+  m.cell = far.cell;
+  w.onward = false;
+  w.h = node_step(w.node, m);
+  w.finest = min(w.finest, w.h);
+}
+
+// The step of a turn, from m.t on.
+struct Step {
+  real t_back;
+  bool run;      // inside a constant run, which one segment crosses
+  bool outside;  // the density's own box
+};
+
+// The next sample: at a lattice point or an end of the density's own box. Looks up the node there.
+real next_sample(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
+  real t_back = m.known ? min(next_point(m.t, w.finest), ray.end) : m.t;
+  if (beyond && m.t < w.own_end)
+    t_back = min(t_back, m.t < w.own_begin ? max(w.own_begin, m.t) : w.own_end);
+  // a constant run shorter than a step is still to be crossed
+  bool pending = constant_run(w.node) && m.t < w.node_end;
+  if (w.onward || (look_up_at(m.t, t_back) > w.node_end && !pending)) enter_node(m, w, ray);
+  if (brick_steps && m.known) t_back = min(t_back, next_point(max(m.t, w.node_begin), w.finest));
+  return t_back;
+}
+
+Step find_step(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
+  Step s = Step(next_sample(m, w, ray), false, false);
+  m.vacuum = w.node.kind == NODE_EMPTY;
+  if (constant_run(w.node)) {  // the step before it ends at its face
+    s.run = m.t >= w.node_begin;
+    s.t_back = s.run ? w.node_end : w.node_begin;
+    if (s.run) m.front = with_value(m, m.front, Sample(node_value(w.node), real(0.0)));
+  }
+  if (beyond) {
+    s.outside = m.t < w.own_begin || s.t_back > w.own_end;
+    m.vacuum = m.vacuum || s.outside;
+    seek_gradient_at(m, ray, m.t);
+    m.front = with_value(m, m.front, Sample(m.front.value, sample_gradient(m, ray, m.t)));
+  }
+  return s;
+}
+
+// The density in the middle of a step, whose node may be one before the walk's.
+Sample sample_middle(INOUT(March) m, StepWalk w, Step s, Ray ray) {
+  real t = m.t + real(0.5) * (s.t_back - m.t);
+  Node node = w.node;
+  if (!walks_middles && t < w.node_begin)
+    node = find_node(GRID_DENSITY, cell_at(ray, t, density_domain_min, density_domain_max));
+  real value = real(0.0);
+  if (node.kind != NODE_EMPTY) value = sample_scalar(GRID_DENSITY, node, position(ray, t));
+  if (middle_rule) m.vacuum = node.kind == NODE_EMPTY || s.outside;
+  seek_gradient_at(m, ray, t);
+  return Sample(value, sample_gradient(m, ray, t));
+}
+
+// What the samples of a step give.
+struct Samples {
+  Sample middle;
+  Sample back;
+  real slope;  // of the density along the ray at the back
+};
+
+// Samples a step whose node is found.
+Samples sample_step(INOUT(March) m, StepWalk w, Step s, Ray ray) {
+  Tangent end = Tangent(node_value(w.node), real(0.0));
+  if (w.node.kind == NODE_BRICK) {
+    if (end_corrections) end = tangent_scalar(GRID_DENSITY, w.node, ray, s.t_back);
+    else if (!middle_rule)
+      end.value = sample_scalar(GRID_DENSITY, w.node, position(ray, s.t_back));
+    if (count_steps) m.samples += 1;
+  }
+  Sample middle = Sample(end.value, real(0.0));
+  if ((middle_rule || has_emission) && !s.run) middle = sample_middle(m, w, s, ray);
+  seek_gradient_at(m, ray, s.t_back);
+  Sample back = Sample(end.value, sample_gradient(m, ray, s.t_back));
+  if (!m.known && !constant_run(w.node)) {
+    if (m.front.value > UNKNOWN) back.value = m.front.value;
+    m.front.value = back.value;  // a segment of length 0 reads nothing else
+  }
+  return Samples(middle, back, end.slope);
+}
+
+// Goes to the end of an empty node, or of a run that is crossed: the next lattice may be finer, and
+// begins at its own face.
+void leave_run(INOUT(March) m, StepWalk w, Step s, Ray ray) {
+  if (!closed_form(w.node) || (constant_run(w.node) && s.t_back < w.node_end)) return;
+  bool to_the_end = w.node_end >= ray.end || brick_steps;
+  real t_last = to_the_end ? w.node_end : step * floor(w.node_end / step);
+  if (t_last > m.t) {
+    m.t = t_last;
+    m.known = !own_luminance;
+  }
+}
+
+void turn_uniform(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
+  Step s = find_step(m, w, ray);
+  if (look_up_at(m.t, s.t_back) > w.node_end) return;  // the next turn looks up the next node
+  Samples found = sample_step(m, w, s, ray);
+  if (finds_maximum) {
+    see_value(m, m.front.value, m.t);
+    see_value(m, found.back.value, s.t_back);
+    m.t = s.t_back;
+    m.front.value = found.back.value;
+  } else {
+    composite_segment(m, found.middle, found.back, s.t_back, s.t_back - m.t, s.run);
+    if (end_corrections) find_slopes(m, found.slope);
+  }
+  m.known = true;
+  w.finest = w.h;
+  leave_run(m, w, s, ray);
+}
+
+// The end of the last step; a ray that ended early has nothing left to correct.
+void end_steps(INOUT(March) m, Ray ray) {
+  if (!end_corrections || m.t < ray.end || m.turns == 0) return;
+  real length = sqrt(real(12.0) * m.step_error);
+  correct_step(m, m.step_error, extinction * m.front.attenuation * length);
+}
