@@ -75,12 +75,12 @@ t 0 - render --scene loose.exr -o a.exr -q
 t 0 rms compare loose.exr a.exr --max-abs 1e-30
 t 0 '"tolerance": "none"' render "$S" --print-scene --step 1
 t 0 '"tolerance": "none"' render --scene loose.exr --print-scene --step 1
-t 0 '"way": "cells cell-exact"' render "$S" -o tight.exr --tolerance 2e-6 --stats - --luminance-grid color $R
+t 0 '"method": "cells cell-exact"' render "$S" -o tight.exr --tolerance 2e-6 --stats - --luminance-grid color $R
 t 0 "above --tolerance" render "$S" -o a.exr --tolerance 1e-12 --resolution 32x32
 t 0 "estimate  RMS" render "$S" -o a.exr --tolerance 1e-2 --check-error 200 $R
 t 0 "200 pixels" render "$S" -o a.exr --step 4 --check-error 200 --resolution 20x10 -q
 t 0 '"layer_rms"' render "$S" -o a.exr --tolerance 1e-2 --aov error --stats - $R
-t 0 '"way"' render "$S" -o a.exr --time-budget 1000 --stats - $R
+t 0 '"method"' render "$S" -o a.exr --time-budget 1000 --stats - $R
 t 0 "no march is expected" render "$S" -o a.exr --time-budget 1e-6 --resolution 32x32
 t 2 "itself" render "$S" -o a.exr --tolerance 1e-3 --step 1 $R
 t 2 "itself" render "$S" -o a.exr --tolerance 1e-3 --integrator midpoint $R

@@ -1,4 +1,4 @@
-#include "psivox/error_control.h"
+#include "draw/plan.h"
 
 #include <gtest/gtest.h>
 
@@ -27,10 +27,15 @@ View blobs(bool own_luminance, glm::ivec2 resolution = {96, 96}) {
   return make_view(scene, VdbFile(scene.input));
 }
 
+Image planned(const MarchPlan& plan, const MediumAtlas& atlas) {
+  return render_march_double(plan.march->view, atlas, {.brick_steps = plan.march->brick_steps})
+      .image;
+}
+
 /// A picture of a plan against the double reference.
 Comparison achieved(const MarchPlan& plan, const MediumAtlas& atlas) {
-  const Image truth = render_reference(plan.view).image;
-  return compare_images(render_march_double(plan.view, atlas).image, truth);
+  const Image truth = render_reference(plan.march->view).image;
+  return compare_images(planned(plan, atlas), truth);
 }
 
 TEST(PlanMarch, TheErrorIsWhatWasAskedFor) {
@@ -41,8 +46,8 @@ TEST(PlanMarch, TheErrorIsWhatWasAskedFor) {
       const MarchPlan plan = plan_march(view, atlas);
       EXPECT_TRUE(plan.reached);
       const Comparison error = achieved(plan, atlas);
-      EXPECT_LE(error.rms, tolerance) << trial_text(plan.chosen);
-      EXPECT_LE(error.max, 30 * tolerance) << trial_text(plan.chosen);
+      EXPECT_LE(error.rms, tolerance) << method_text(plan.chosen.method);
+      EXPECT_LE(error.max, 30 * tolerance) << method_text(plan.chosen.method);
       // the estimate is of 800 of 9216 pixels whose errors differ: half of it or twice it would be
       // many standard deviations off; below 1e-6 it is a bound on rounding, no estimate
       if (plan.chosen.rms < 1e-6) continue;
@@ -55,8 +60,8 @@ TEST(PlanMarch, TheSameViewHasTheSamePlan) {
   const View view = with_tolerance(blobs(true), 1e-3);
   const MediumAtlas atlas = build_medium_atlas(view);
   const MarchPlan a = plan_march(view, atlas), b = plan_march(view, atlas);
-  EXPECT_EQ(trial_text(a.chosen), trial_text(b.chosen));
-  EXPECT_EQ(a.chosen.step, b.chosen.step);
+  EXPECT_EQ(method_text(a.chosen.method), method_text(b.chosen.method));
+  EXPECT_EQ(a.chosen.method.step, b.chosen.method.step);
   EXPECT_EQ(a.chosen.rms, b.chosen.rms);
 }
 
@@ -74,8 +79,8 @@ TEST(PlanMarch, WhatCannotBeReachedIsMarchedExactly) {
   const View view = with_tolerance(blobs(false), 1e-12);
   const MarchPlan plan = plan_march(view, build_medium_atlas(view));
   EXPECT_FALSE(plan.reached);
-  EXPECT_EQ(plan.view.scene.sampling, Sampling::cells);
-  EXPECT_EQ(plan.view.scene.integrator, Integrator::cell_exact);
+  EXPECT_EQ(plan.march->view.scene.sampling, Sampling::cells);
+  EXPECT_EQ(plan.march->view.scene.integrator, Integrator::cell_exact);
 }
 
 /// A smooth fog with one opaque voxel, which takes less than a pixel.
@@ -93,14 +98,14 @@ TEST(PlanMarch, AFeatureThatNoPilotRayMeetsIsNotLost) {
   const MediumAtlas atlas = build_medium_atlas(view);
   const MarchPlan plan = plan_march(view, atlas);
   const Comparison error = achieved(plan, atlas);
-  EXPECT_LE(error.max, 0.3) << trial_text(plan.chosen);
+  EXPECT_LE(error.max, 0.3) << method_text(plan.chosen.method);
   // without bounds a lattice as wide as the fog allows loses it
-  View blind = plan.view;
-  blind.brick_steps.reset();
-  ASSERT_EQ(plan.view.scene.sampling, Sampling::uniform);
-  ASSERT_TRUE(plan.view.brick_steps);
+  const View& marched = plan.march->view;
+  ASSERT_EQ(marched.scene.sampling, Sampling::uniform);
+  ASSERT_TRUE(plan.march->brick_steps);
+  EXPECT_TRUE(plan.by_brick);
   const Comparison lost =
-      compare_images(render_march_double(blind, atlas).image, render_reference(plan.view).image);
+      compare_images(render_march_double(marched, atlas).image, render_reference(marched).image);
   EXPECT_GE(lost.max, 0.4);
 }
 
@@ -113,15 +118,15 @@ TEST(PlanWithin, MoreTimeLessError) {
     EXPECT_LE(plan.chosen.rms, before);
     before = plan.chosen.rms;
   }
-  EXPECT_EQ(plan_within(view, atlas, 1000).view.scene.sampling, Sampling::cells);
+  EXPECT_EQ(plan_within(view, atlas, 1000).march->view.scene.sampling, Sampling::cells);
   EXPECT_FALSE(plan_within(view, atlas, 1e-6).reached);
 }
 
 TEST(Confirm, TheEstimateIsOfWhatTheDeviceDrew) {
   const View view = with_tolerance(blobs(true), 1e-3);
   MarchPlan plan = plan_march(view, build_medium_atlas(view));
-  Image drawn = plan.truth;
-  EXPECT_EQ(pilot_view(plan.view).scene.resolution, glm::ivec2(drawn.width, drawn.height));
+  Image drawn = plan.march->truth;
+  EXPECT_EQ(pilot_view(plan.march->view).scene.resolution, glm::ivec2(drawn.width, drawn.height));
   for (float& value : drawn.rgba()) value += 0.25f;  // a device that is far off
   confirm(plan, drawn);
   EXPECT_NEAR(plan.chosen.rms, 0.25, 1e-7);
@@ -134,7 +139,7 @@ TEST(Confirm, TheEstimateIsOfWhatTheDeviceDrew) {
 TEST(ErrorLayer, ItsRmsIsThePictures) {
   const View view = with_tolerance(blobs(true, {40, 30}), 1e-2);
   const MediumAtlas atlas = build_medium_atlas(view);
-  const Image coarse = render_march_double(plan_march(view, atlas).view, atlas).image;
+  const Image coarse = planned(plan_march(view, atlas), atlas);
   const Image exact = render_march_double(exact_view(view), atlas).image;
   const Layer layer = error_layer(coarse, exact);
   ASSERT_EQ(layer.values.size(), 1200u);
@@ -152,13 +157,13 @@ TEST(CheckError, EveryPixelGivesThePicturesError) {
   view.scene.integrator = Integrator::psi_balanced;
   const Image picture = render_march_double(view, build_medium_atlas(view)).image;
   const Comparison all = compare_images(picture, render_reference(view).image);
-  const CheckedError every = check_error(view, picture, 24 * 18);
+  const CheckedError every = check_pixels(view, picture, 24 * 18);
   EXPECT_EQ(every.pixels, 24 * 18);
   EXPECT_NEAR(every.rms, all.rms, 1e-6);  // the reference's picture is rounded to float32
   EXPECT_NEAR(every.max, all.max, 1e-6);
   EXPECT_EQ(every.max_x, all.max_x);
   EXPECT_EQ(every.max_y, all.max_y);
-  const CheckedError few = check_error(view, picture, 100);
+  const CheckedError few = check_pixels(view, picture, 100);
   EXPECT_GE(few.pixels, 60);
   EXPECT_LE(few.pixels, 100);
   EXPECT_LE(few.max, all.max + 1e-6);

@@ -5,9 +5,9 @@
 #include <span>
 #include "gl/march_program.h"
 #include "gradient_cases.h"
+#include "march/light.h"
 #include "march/march_parameters.h"
 #include "march_cases.h"
-#include "psivox/light.h"
 
 namespace psivox {
 namespace {

@@ -140,7 +140,7 @@ TYPED_TEST(ShaderMath, WeightsArePositiveAndSumToTheOpacity) {
   // Relative to 1 - zeta, which is stricter than "to rounding of 1": decay's error, and that of
   // the 3 to 5 roundings of the sum.
   const wide bound = 3 * Bounds<TypeParam>::decay;
-#define PSIVOX_ROW(name, middle, exact, help)                                         \
+#define PSIVOX_ROW(name, middle, exact, cost, help)                                   \
   {                                                                                   \
     const Worst worst = furnace(                                                      \
         this->math, [](TypeParam m, Segment s) -> Weights { return m.name(s); }, xs); \

@@ -1,7 +1,7 @@
 // Light that is scattered once: its depths from voxels by three ways, against closed forms and each
 // other, and what pictures make of them.
 
-#include "psivox/light.h"
+#include "march/light.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -157,7 +157,7 @@ void furnace_of(Integrator rule) {
   }
 }
 
-#define PSIVOX_ROW(name, middle, exact, help) \
+#define PSIVOX_ROW(name, middle, exact, cost, help) \
   TEST_F(Furnace, name) { furnace_of(Integrator::name); }
 PSIVOX_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW

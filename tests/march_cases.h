@@ -11,12 +11,13 @@
 #include <optional>
 #include <string>
 
+#include "gl/gl_renderer.h"
 #include "gl/test_limits.h"
+#include "march/march_double.h"
+#include "march/medium_atlas.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "psivox/medium_atlas.h"
-#include "psivox/reference.h"
-#include "psivox/renderer.h"
+#include "reference/reference.h"
 #include "reference_cases.h"
 #include "verify/made_fields.h"
 #include "verify/made_views.h"

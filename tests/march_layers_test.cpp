@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "draw/plan.h"
 #include "field_voxels.h"
 #include "march_cases.h"
-#include "psivox/error_control.h"
 #include "psivox/vdb.h"
 #include "reference/ray_radiance.h"
 

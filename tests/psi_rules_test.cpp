@@ -279,7 +279,7 @@ TYPED_TEST(PsiRules, RoundingBelowZeroIsVacuum) {
       for (const real v : {w.front, w.middle, w.back, w.depth})
         EXPECT_LE(std::abs(v), real(4e-15)) << rule;
     };
-#define PSIVOX_ROW(name, middle, exact, help) check(this->math.name(s), #name);
+#define PSIVOX_ROW(name, middle, exact, cost, help) check(this->math.name(s), #name);
     PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
   }
@@ -313,7 +313,7 @@ TYPED_TEST(PsiRules, HardCases) {
           EXPECT_LE(v, opacity * real(1 + 1e-6)) << rule << ' ' << f << ' ' << b;
         }
       };
-#define PSIVOX_ROW(name, middle, exact, help) check(this->math.name(s), #name);
+#define PSIVOX_ROW(name, middle, exact, cost, help) check(this->math.name(s), #name);
       PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
     }

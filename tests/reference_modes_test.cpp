@@ -5,8 +5,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "psivox/reference.h"
 #include "reference/ray_modes.h"
+#include "reference/reference.h"
 #include "reference_cases.h"
 
 namespace psivox {

@@ -1,4 +1,4 @@
-#include "psivox/reference.h"
+#include "reference/reference.h"
 
 #include <gtest/gtest.h>
 

@@ -212,8 +212,8 @@ TEST(Plan, VariantsAreScenesOfTheirOwn) {
     const Scene scene = scene_of(variant, base);
     EXPECT_NO_THROW(validate(scene));
     EXPECT_EQ(scene.extinction, 2);
-    EXPECT_EQ(scene.resolved_integrator(), variant.integrator);
-    EXPECT_EQ(scene.step.has_value(), variant.sampling == Sampling::uniform);
+    EXPECT_EQ(scene.resolved_integrator(), variant.method.integrator);
+    EXPECT_EQ(scene.step.has_value(), variant.method.sampling == Sampling::uniform);
   }
 }
 
@@ -242,7 +242,7 @@ StudyResults some_results() {
     p.variant = variant;
     p.error.radiance = {x, 2 * x, 3, 4, x / 3, -x / 7, 0};
     p.error.alpha = {x / 9, x, 5, 6, x / 2, x / 11, 1};
-    if (variant.sampling == Sampling::cells) p.step_error = p.arithmetic = p.error;
+    if (variant.method.sampling == Sampling::cells) p.step_error = p.arithmetic = p.error;
     if (variant.tolerance) {
       p.chosen = {Integrator::midpoint, Sampling::uniform, 0, 9.5};
       p.estimate = x / 2;
@@ -294,7 +294,7 @@ TEST(Results, CsvHasEveryNumberWithAllItsDigits) {
     const auto number = [&](const char* name) { return std::stod(cells[column(name)]); };
     const Variant marched = point.chosen.value_or(point.variant);
     EXPECT_EQ(cells[column("integrator")], rule_name(marched));
-    EXPECT_EQ(number("step"), marched.step);
+    EXPECT_EQ(number("step"), marched.method.step);
     EXPECT_EQ(number("tolerance"), point.variant.tolerance.value_or(0));
     EXPECT_EQ(number("estimate"), point.estimate);
     EXPECT_EQ(cells[column("resolution")], point.variant.resolution.x ? "32x24" : "1280x720");

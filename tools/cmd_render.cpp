@@ -13,17 +13,11 @@
 
 #include "command_line.h"
 #include "commands.h"
-#include "march_choice.h"
 #include "notices.h"
 #include "progress_bar.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/error_control.h"
-#include "psivox/explain.h"
 #include "psivox/image.h"
-#include "psivox/light.h"
-#include "psivox/medium.h"
-#include "psivox/reference.h"
-#include "psivox/renderer.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "psivox/vdb.h"
@@ -33,8 +27,19 @@
 namespace psivox {
 namespace {
 
-const std::vector<std::string> known_layers = {"depth", "transmittance", "steps", "samples",
-                                               "error"};
+/// --aov's names.
+constexpr std::pair<const char*, bool Layers::*> layer_names[] = {
+    {"depth", &Layers::depth},
+    {"transmittance", &Layers::transmittance},
+    {"steps", &Layers::steps},
+    {"samples", &Layers::samples},
+    {"error", &Layers::error}};
+
+std::vector<std::string> known_layers() {
+  std::vector<std::string> names;
+  for (const auto& [name, member] : layer_names) names.emplace_back(name);
+  return names;
+}
 
 struct RenderCall {
   SceneOptions scene;
@@ -56,8 +61,8 @@ void add_outputs(CommandLine& line, RenderCall& call) {
                   "picture to write: .exr (linear, premultiplied) or .png (sRGB)")
       ->type_name("FILE")
       ->group(output);
-  line.add_list("--aov", call.layers, "extra layers of the .exr: " + joined(known_layers, ", "))
-      ->check(CLI::IsMember(known_layers).description(""))
+  line.add_list("--aov", call.layers, "extra layers of the .exr: " + joined(known_layers(), ", "))
+      ->check(CLI::IsMember(known_layers()).description(""))
       ->group(output);
   line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats")->group(output);
   line.add_option("--bits", call.format.bits, "bits per channel of the .png")
@@ -147,106 +152,32 @@ void print_devices() {
   }
 }
 
-/// The part of a whole that goes from `first` to `last`.
-Progress part_of(const Progress& whole, double first, double last) {
-  if (!whole) return {};
-  return [=](double fraction) { whole(first + fraction * (last - first)); };
+/// Made while the file is read. Throws, on get(), what opening the marcher does.
+using FutureMarcher = std::future<std::shared_ptr<Marcher>>;
+
+/// A lit picture's light is half of the bar; what follows the march has none.
+StageProgress on_bar(const Progress& bar, bool lit) {
+  if (!bar) return {};
+  const double light_share = lit ? 0.5 : 0;
+  return [=](Stage stage, double fraction) {
+    if (stage == Stage::lighting) bar(fraction * light_share);
+    if (stage == Stage::marching) bar(light_share + fraction * (1 - light_share));
+  };
 }
 
-/// Computes the view's light and adds it to the atlas.
-void add_light(View& view, MediumAtlas& atlas, const LightDepths& depths, const Progress& progress,
-               RenderReport& report) {
-  const Stopwatch lighting;
-  view = lit(std::move(view), depths, progress);
-  add_luminance(atlas, view);
-  report.light_ms = lighting.ms();
+Wish wish_of(const RenderCall& call) {
+  Wish wish;
+  for (const auto& [name, member] : layer_names) wish.layers.*member = wants(call, name);
+  wish.count = call.verbose || !call.stats.empty();
+  wish.time_budget_ms = call.time_budget;
+  return wish;
 }
 
-/// `common`: RMS by which both pictures are off alike.
-void add_error(Image& image, const Image& exact, double common, RenderReport& report) {
-  report.difference = compare_images(image, exact);
-  report.difference->rms = std::hypot(report.difference->rms, common);
-  image.layers.push_back(error_layer(image, exact, common));
-}
-
-/// Made while the file is read. Throws, on get(), what GlRenderer's constructor does.
-using FutureRenderer = std::future<std::unique_ptr<GlRenderer>>;
-
-FutureRenderer open_renderer(const Scene& scene) {
-  if (scene.renderer != RendererKind::gl) return {};
-  return std::async(std::launch::async, [device = scene.device] {
-    return std::make_unique<GlRenderer>(ContextOptions{device});
-  });
-}
-
-Image march(const RenderCall& call, View& view, FutureRenderer opened, const Progress& whole,
-            RenderReport& report) {
-  const Stopwatch building;
-  MediumAtlas atlas = build_medium_atlas(view);
-  report.atlas_ms = building.ms();
-  const bool light = view.medium.light.has_value();
-  const Progress progress = part_of(whole, light ? 0.5 : 0, 1);
-  const Progress light_progress = part_of(whole, 0, 0.5);
-
-  const bool count =
-      call.verbose || !call.stats.empty() || wants(call, "steps") || wants(call, "samples");
-  const RenderOptions render{count, wants(call, "depth"), wants(call, "transmittance"), progress};
-  RenderResult result;
-  View marched;
-  if (view.scene.renderer == RendererKind::march_double) {
-    if (light)
-      add_light(view, atlas, march_double_light_depths(view, atlas), light_progress, report);
-    marched = choose_march(view, atlas, call.time_budget, nullptr, call.quiet, report);
-    const Stopwatch marching;
-    result = render_march_double(marched, atlas, render);
-    result.stats.march_ms = marching.ms();
-    if (wants(call, "error"))
-      add_error(result.image, render_march_double(exact_view(marched), atlas).image, 0, report);
-  } else {
-    const std::unique_ptr<GlRenderer> renderer = opened.get();
-    if (light) {
-      renderer->upload(atlas);
-      add_light(view, atlas, renderer->light_depths(view), light_progress, report);
-    }
-    renderer->upload(atlas, view.scene.filter);
-    marched = choose_march(view, atlas, call.time_budget, renderer.get(), call.quiet, report);
-    result = renderer->render(marched, render);
-    if (report.plan) confirm_plan(*renderer, render, call.quiet, report);
-    if (wants(call, "error")) {
-      if (view.scene.filter != Filter::exact) renderer->upload(atlas);
-      const View exact = exact_view(marched);
-      const Image picture = renderer->render(exact).image;
-      add_error(result.image, picture,
-                device_error(exact, atlas, renderer->render(pilot_view(exact)).image), report);
-    }
-  }
-  report.stats = result.stats;
-  report.atlas = atlas.size();
-  return std::move(result.image);
-}
-
-Image integrate(const RenderCall& call, View& view, const Progress& progress,
-                RenderReport& report) {
-  const bool light = view.medium.light.has_value();
-  if (light) {
-    const Stopwatch lighting;
-    view = lit(view, reference_light_depths(view), part_of(progress, 0, 0.5));
-    report.light_ms = lighting.ms();
-  }
-  ReferenceResult result = render_reference(view, 1e-12, part_of(progress, light ? 0.5 : 0, 1));
-  report.stats.renderer = "reference, adaptive quadrature in double precision on the CPU";
-  report.stats.rays = static_cast<std::uint64_t>(result.image.width) *
-                      static_cast<std::uint64_t>(result.image.height) *
-                      static_cast<std::uint64_t>(view.scene.pixel_samples);
-  report.stats.march_ms = 1e3 * result.seconds;
-  report.reference_cells = result.cells;
-  if (wants(call, "transmittance")) {
-    Layer layer{"transmittance", {"transmittance"}, {}};
-    const auto rgba = result.image.rgba();
-    for (std::size_t i = 3; i < rgba.size(); i += 4) layer.values.push_back(1 - rgba[i]);
-    result.image.layers.push_back(std::move(layer));
-  }
-  return std::move(result.image);
+Drawn draw(const RenderCall& call, Session& session, Marcher& marcher) {
+  ProgressBar bar(call.quiet);
+  Wish wish = wish_of(call);
+  wish.progress = on_bar(bar.progress(), session.view().medium.light.has_value());
+  return session.draw(marcher, wish);
 }
 
 void composite(Image& image, const glm::dvec3& background) {
@@ -261,51 +192,44 @@ void composite(Image& image, const glm::dvec3& background) {
   }
 }
 
-void print_explanation(const View& view) {
-  const MediumAtlas atlas = build_medium_atlas(view);
-  // the light that the choice waits for is a picture's work
-  const bool plan = view.scene.tolerance && !view.medium.light;
-  const View marched = plan ? plan_march(view, atlas).view : view;
-  if (view.scene.tolerance && !plan)
-    std::printf("%-16s %s\n", "tolerance", "sampling and rule are chosen when the light is known");
-  for (const Choice& choice : explain(marched, atlas))
-    std::printf("%-16s %s\n", choice.what.c_str(), choice.text.c_str());
+void print_explanation(Session& session) {
+  for (const Explanation& line : session.explain())
+    std::printf("%-16s %s\n", line.what.c_str(), line.text.c_str());
 }
 
 /// Compares with the reference, on the standard output.
-void print_check(const RenderCall& call, const View& view, const Image& image,
-                 RenderReport& report) {
+void print_check(const RenderCall& call, Session& session, RenderReport& report) {
   ProgressBar bar(call.quiet);
-  report.checked = check_error(view, image, std::min(*call.check_error, 100000000), bar.progress());
+  report.checked = session.check_error(report.drawn.image, std::min(*call.check_error, 100000000),
+                                       bar.progress());
   std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
               report.checked->rms, report.checked->max, report.checked->max_x,
               report.checked->max_y, report.checked->pixels);
-  if (report.plan)
-    std::printf("estimate  RMS %.2e, max %.2e: %s\n", report.plan->chosen.rms,
-                report.plan->chosen.max, trial_text(report.plan->chosen).c_str());
+  if (const auto& plan = report.drawn.plan)
+    std::printf("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms, plan->chosen.max,
+                method_text(plan->chosen.method).c_str());
 }
 
-void render(const RenderCall& call, View& view, FutureRenderer opened, RenderReport& report) {
-  Image image;
-  {
-    ProgressBar bar(call.quiet);
-    image = view.scene.renderer == RendererKind::reference
-                ? integrate(call, view, bar.progress(), report)
-                : march(call, view, std::move(opened), bar.progress(), report);
-  }
-  if (call.check_error) print_check(call, view, image, report);
-  // Counting makes layers that nobody may have asked for.
-  std::erase_if(image.layers, [&](const Layer& layer) {
-    return !layer.name.empty() && !wants(call, layer.name.c_str());
-  });
-  if (view.scene.background) composite(image, *view.scene.background);
-  image.metadata["psivox:scene"] = to_json(view.scene);
+void write(const RenderCall& call, const Scene& scene, RenderReport& report) {
+  Image& image = report.drawn.image;
+  if (scene.background) composite(image, *scene.background);
+  image.metadata["psivox:scene"] = to_json(scene);
   image.metadata["psivox:version"] = PSIVOX_VERSION;
-  image.metadata["psivox:renderer"] = report.stats.renderer;
-
+  image.metadata["psivox:renderer"] = report.drawn.stats.renderer;
   const Stopwatch writing;
   write_image(image, call.output, call.format);
   report.write_ms = writing.ms();
+  std::error_code not_a_file;
+  const std::uintmax_t written = std::filesystem::file_size(call.output, not_a_file);
+  report.output_bytes = not_a_file ? 0 : written;
+}
+
+void render(const RenderCall& call, Session& session, FutureMarcher opened, RenderReport& report) {
+  const std::shared_ptr<Marcher> marcher = opened.get();
+  report.drawn = draw(call, session, *marcher);
+  if (!call.quiet) print_notices(report.drawn.notices);
+  if (call.check_error) print_check(call, session, report);
+  write(call, session.view().scene, report);
 }
 
 }  // namespace
@@ -326,20 +250,18 @@ void render_command(Arguments arguments) {
 
   report.input = scene.input;
   report.output = call.output;
-  FutureRenderer opened;
-  if (!call.output.empty()) opened = open_renderer(scene);
+  FutureMarcher opened;
+  if (!call.output.empty())
+    opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
   const Stopwatch reading;
-  View view = make_view(scene, VdbFile(scene.input));
+  Session session(make_view(scene, VdbFile(scene.input)));
   report.read_ms = reading.ms();
-  if (!call.quiet) print_notices(view, !scene.extinction && scene.attenuates());
-  if (call.print_scene) std::cout << to_json(view.scene) << std::flush;
-  if (call.explain) print_explanation(view);
+  if (!call.quiet) print_notices(session.view(), !scene.extinction && scene.attenuates());
+  if (call.print_scene) std::cout << to_json(session.view().scene) << std::flush;
+  if (call.explain) print_explanation(session);
   if (call.output.empty()) return;
 
-  render(call, view, std::move(opened), report);
-  std::error_code not_a_file;
-  const std::uintmax_t written = std::filesystem::file_size(call.output, not_a_file);
-  report.output_bytes = not_a_file ? 0 : written;
+  render(call, session, std::move(opened), report);
   report.total_ms = process_ms();
   if (!call.stats.empty()) write_text(call.stats, report.json());
   if (call.verbose) std::fputs(report.table().c_str(), stderr);

@@ -18,12 +18,16 @@ void print_notices(const View& view, bool chose_extinction) {
     for (const std::string& notice : field->notices) {
       if (std::find(printed.begin(), printed.end(), notice) != printed.end()) continue;
       printed.push_back(notice);
-      std::fprintf(stderr, "psivox: %s\n", notice.c_str());
     }
   }
+  print_notices(printed);
   if (chose_extinction)
     std::fprintf(stderr, "psivox: extinction %s [1/world unit], chosen by auto\n",
                  parameter_text(view.scene, *find_parameter("extinction")).c_str());
+}
+
+void print_notices(std::span<const std::string> notices) {
+  for (const std::string& notice : notices) std::fprintf(stderr, "psivox: %s\n", notice.c_str());
 }
 
 }  // namespace psivox

@@ -9,9 +9,9 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "psivox/renderer.h"
 #include "psivox/text.h"
 #include "psivox/vdb.h"
 
@@ -51,7 +51,7 @@ void print_help() {
 /// What GlRenderer would draw with.
 std::string gl_renderer() {
   try {
-    return GlRenderer().description();
+    return description(*open_gpu());
   } catch (const Error& error) {
     return std::string("none (") + error.what() + ")";
   }

@@ -47,30 +47,34 @@ double process_ms() {
 
 std::string RenderReport::json() const {
   using json = nlohmann::ordered_json;
+  const RenderStats& stats = drawn.stats;
+  const PreparationTimes& times = drawn.times;
+  const AtlasSize& atlas = drawn.atlas;
+  const std::optional<MarchPlan>& plan = drawn.plan;
   json counts = {{"rays", stats.rays},
                  {"samples", stats.samples},
                  {"steps", stats.steps},
-                 {"cells", reference_cells},
+                 {"cells", stats.cells},
                  {"samples_per_ray", per_ray(stats.samples, stats)},
                  {"passes", stats.passes}};
   json error = json::object();
-  if (tolerance) error["tolerance"] = *tolerance;
+  if (drawn.scene.tolerance) error["tolerance"] = *drawn.scene.tolerance;
   if (plan) {
-    error["way"] = trial_text(plan->chosen);
+    error["method"] = method_text(plan->chosen.method);
     error["reached"] = plan->reached;
     error["estimated_rms"] = plan->chosen.rms;
     error["estimated_max"] = plan->chosen.max;
-    error["pilot_rays"] = plan->rays();
+    error["pilot_rays"] = plan->rays;
     for (const Trial& trial : plan->trials)
-      error["trials"].push_back({{"way", trial_text(trial)},
+      error["trials"].push_back({{"method", method_text(trial.method)},
                                  {"rms", trial.rms},
                                  {"max", trial.max},
                                  {"samples_per_ray", trial.samples},
                                  {"cost", trial.cost}});
   }
-  if (difference) {
-    error["layer_rms"] = difference->rms;
-    error["layer_max"] = difference->max;
+  if (drawn.difference) {
+    error["layer_rms"] = drawn.difference->rms;
+    error["layer_max"] = drawn.difference->max;
   }
   if (checked) {
     error["checked_pixels"] = checked->pixels;
@@ -85,9 +89,9 @@ std::string RenderReport::json() const {
       {"times_ms",
        {{"startup", startup_ms},
         {"read", read_ms},
-        {"atlas", atlas_ms},
-        {"light", light_ms},
-        {"plan", plan_ms},
+        {"atlas", times.atlas_ms},
+        {"light", times.light_ms},
+        {"plan", times.plan_ms},
         {"gl_init", stats.gl_init_ms},
         {"shader", stats.shader_ms},
         {"upload", stats.upload_ms},
@@ -108,22 +112,25 @@ std::string RenderReport::json() const {
 }
 
 std::string RenderReport::table() const {
+  const RenderStats& stats = drawn.stats;
+  const PreparationTimes& times = drawn.times;
+  const AtlasSize& atlas = drawn.atlas;
   std::string out = "renderer  " + stats.renderer + "\n";
   out += format("times     startup %.1f, read %.1f, atlas %.1f, GL init %.1f, shader %.1f, ",
-                startup_ms, read_ms, atlas_ms, stats.gl_init_ms, stats.shader_ms);
-  if (light_ms > 0) out += format("light %.1f, ", light_ms);
-  if (plan_ms > 0) out += format("plan %.1f, ", plan_ms);
+                startup_ms, read_ms, times.atlas_ms, stats.gl_init_ms, stats.shader_ms);
+  if (times.light_ms > 0) out += format("light %.1f, ", times.light_ms);
+  if (times.plan_ms > 0) out += format("plan %.1f, ", times.plan_ms);
   out += format("upload %.1f, march %.1f, write %.1f; total %.1f ms\n", stats.upload_ms,
                 stats.march_ms, write_ms, total_ms);
-  if (plan)
-    out +=
-        format("march     %s; estimated error RMS %.1e, max %.1e (%d rays)\n",
-               trial_text(plan->chosen).c_str(), plan->chosen.rms, plan->chosen.max, plan->rays());
-  if (difference)
+  if (const auto& plan = drawn.plan)
+    out += format("march     %s; estimated error RMS %.1e, max %.1e (%d rays)\n",
+                  method_text(plan->chosen.method).c_str(), plan->chosen.rms, plan->chosen.max,
+                  plan->rays);
+  if (const auto& difference = drawn.difference)
     out += format("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
   out += format("rays      %llu", static_cast<unsigned long long>(stats.rays));
-  if (reference_cells)
-    out += format(", %.1f cells each\n", per_ray(reference_cells, stats));
+  if (stats.cells)
+    out += format(", %.1f cells each\n", per_ray(stats.cells, stats));
   else
     out += format(", %.1f samples and %.1f steps each\n", per_ray(stats.samples, stats),
                   per_ray(stats.steps, stats));

@@ -1,31 +1,34 @@
 #pragma once
 
 /// The tables of integrators: one row each, the formula in shaders/integrators/<name>.glsl.
-/// X(name, samples_middle, exact_depth, help): samples_middle: the rule reads its segment's middle
-/// and not its ends; exact_depth: it takes the segment's optical depth as given (from the cell's
-/// cubic, or of linear attenuation), not from its own homogeneous model.
+/// X(name, samples_middle, exact_depth, lattice_cost, help)
+/// samples_middle: the rule reads its segment's middle and not its ends.
+/// exact_depth: it takes the segment's optical depth as given (from the cell's cubic, or of linear
+/// attenuation), not from its own homogeneous model.
+/// lattice_cost: time of a look-up between uniform samples over that of psi_balanced, measured on
+/// llvmpipe by psivox_bench_tolerance; 1 where it was not, since --tolerance does not choose it.
 // clang-format off
 /// Rules for one segment: Weights name(Segment).
 #define PSIVOX_SEGMENT_INTEGRATORS(X)                                                                     \
-  X(porter_duff,      false, false, "homogeneous step of the front sample (thesis eq. 14)")               \
-  X(midpoint,         true,  false, "homogeneous step of the middle sample: the honest baseline")         \
-  X(average,          false, true,  "mean luminance of the ends (thesis fig. 1.10a)")                     \
-  X(linear_luminance, false, true,  "linear luminance, attenuation its mean (thesis fig. 1.10b)")         \
-  X(opacity_linear,   false, false, "opacity linear per --opacity-unit, Moreland's fits (thesis eq. 64, 65)") \
-  X(psi_weighted,     false, true,  "Moreland's weighted opacity, 0.27 and 0.73 (thesis eq. 65)")         \
-  X(psi_balanced,     false, true,  "weights balanced against the lattice's bias: fourth order on smooth data") \
-  X(psi_exact,        false, true,  "linear luminance and attenuation, exactly: scaled erfc and Dawson")  \
-  X(psi_fit,          false, true,  "linear luminance and attenuation, Psi as a rational function: 1e-3")    \
-  X(psi_table,        false, true,  "linear luminance and attenuation, Psi from a table of 128 x 128 cells")  \
-  X(linear_source,    false, true,  "luminance times attenuation linear, attenuation linear, exactly")
+  X(porter_duff,      false, false, 0.8, "homogeneous step of the front sample (thesis eq. 14)")               \
+  X(midpoint,         true,  false, 0.85,"homogeneous step of the middle sample: the honest baseline")         \
+  X(average,          false, true, 1,   "mean luminance of the ends (thesis fig. 1.10a)")                     \
+  X(linear_luminance, false, true, 1,   "linear luminance, attenuation its mean (thesis fig. 1.10b)")         \
+  X(opacity_linear,   false, false, 1,   "opacity linear per --opacity-unit, Moreland's fits (thesis eq. 64, 65)") \
+  X(psi_weighted,     false, true, 1,   "Moreland's weighted opacity, 0.27 and 0.73 (thesis eq. 65)")         \
+  X(psi_balanced,     false, true, 1,   "weights balanced against the lattice's bias: fourth order on smooth data") \
+  X(psi_exact,        false, true, 1,   "linear luminance and attenuation, exactly: scaled erfc and Dawson")  \
+  X(psi_fit,          false, true, 1,   "linear luminance and attenuation, Psi as a rational function: 1e-3")    \
+  X(psi_table,        false, true, 1,   "linear luminance and attenuation, Psi from a table of 128 x 128 cells")  \
+  X(linear_source,    false, true, 1,   "luminance times attenuation linear, attenuation linear, exactly")
 /// Rules for the cubic of a cell, with --sampling cells only: Weights name(Cubic, real).
 #define PSIVOX_CELL_INTEGRATORS(X)                                                                        \
-  X(cell_exact,       false, true,   "Gauss-Legendre on the cell's cubic, its own optical depth; cells only")
+  X(cell_exact,       false, true, 1,   "Gauss-Legendre on the cell's cubic, its own optical depth; cells only")
 /// Rules that apply the transfer function themselves to values that are linear along the segment:
 /// Mixture name(real front, real back, real length).
 #define PSIVOX_TRANSFER_INTEGRATORS(X)                                                            \
-  X(preintegrated, false, true, "table of the transfer function between two values (Engel, Kraus, Ertl 2001)") \
-  X(preintegrated_fast, false, true, "integral functions of the transfer function, no shading inside a segment")
+  X(preintegrated, false, true, 1,   "table of the transfer function between two values (Engel, Kraus, Ertl 2001)") \
+  X(preintegrated_fast, false, true, 1,   "integral functions of the transfer function, no shading inside a segment")
 // clang-format on
 #define PSIVOX_INTEGRATORS(X)   \
   PSIVOX_SEGMENT_INTEGRATORS(X) \
@@ -35,7 +38,7 @@
 namespace psivox {
 
 enum class Integrator : int {
-#define PSIVOX_ROW(name, middle, exact, help) name,
+#define PSIVOX_ROW(name, ...) name,
   PSIVOX_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
 };
@@ -49,21 +52,22 @@ struct IntegratorInfo {
   const char* name;  ///< with underscores; the command line's has dashes
   bool samples_middle;
   bool exact_depth;
+  double lattice_cost;
   const char* help;
   IntegratorKind kind;
 };
 
 inline constexpr IntegratorInfo integrators[] = {
-#define PSIVOX_ROW(name, middle, exact, help) \
-  {Integrator::name, #name, middle, exact, help, IntegratorKind::segment},
+#define PSIVOX_ROW(name, middle, exact, cost, help) \
+  {Integrator::name, #name, middle, exact, cost, help, IntegratorKind::segment},
     PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
-#define PSIVOX_ROW(name, middle, exact, help) \
-  {Integrator::name, #name, middle, exact, help, IntegratorKind::cell},
+#define PSIVOX_ROW(name, middle, exact, cost, help) \
+  {Integrator::name, #name, middle, exact, cost, help, IntegratorKind::cell},
         PSIVOX_CELL_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
-#define PSIVOX_ROW(name, middle, exact, help) \
-  {Integrator::name, #name, middle, exact, help, IntegratorKind::transfer},
+#define PSIVOX_ROW(name, middle, exact, cost, help) \
+  {Integrator::name, #name, middle, exact, cost, help, IntegratorKind::transfer},
             PSIVOX_TRANSFER_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
 };

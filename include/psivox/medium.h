@@ -57,9 +57,7 @@ struct View {
   Scene scene;
   Medium medium;
   Camera camera;
-  /// Under uniform sampling: of each textured brick of the density's atlas the part of the step
-  /// that is taken in it, above 0 and at most 1. Null: 1.
-  std::shared_ptr<const std::vector<float>> brick_steps{};
+  glm::dvec3 box_min{0}, box_max{0};  ///< of the density's domain [world units]
 };
 
 /// Factor of a lit medium's luminance for a ray of this direction, normalised: Henyey and

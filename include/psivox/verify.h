@@ -24,7 +24,7 @@ struct VerifyOptions {
 };
 
 struct VerifyReport {
-  std::string renderer;  ///< GlRenderer::description
+  std::string renderer;  ///< GL_RENDERER and GL_VERSION
   std::vector<VerifyCase> cases;
   std::vector<std::string> left_out;  ///< names of cases of which the filter says nothing
   std::size_t failed() const;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "psivox/renderer.h"
+#include "psivox/draw.h"
 
 namespace psivox::gl {
 

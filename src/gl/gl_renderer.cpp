@@ -1,3 +1,5 @@
+#include "gl/gl_renderer.h"
+
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -13,7 +15,6 @@
 #include "march/film.h"
 #include "march/march_parameters.h"
 #include "psivox/error.h"
-#include "psivox/renderer.h"
 #include "psivox/stopwatch.h"
 
 namespace psivox {
@@ -184,9 +185,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options) 
   if (!impl.density || impl.filter != view.scene.filter)
     throw Error(ExitCode::failure, "render needs an upload for the same filter");
 
-  MarchSetup setup = make_march_setup(view, *impl.atlas, options.may_update_tables);
-  setup.constants.count_steps = options.count;
-  setup.constants.find_depth = options.depth;
+  MarchSetup setup = make_march_setup(view, *impl.atlas, options);
   const int pass_turns = gl::turns_per_pass(setup);
   const gl::AtlasTextures* grids[] = {impl.density.get(), impl.luminance.get(), impl.emission.get(),
                                       impl.gradient.get()};

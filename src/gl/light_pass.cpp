@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "gl/tables.h"
-#include "psivox/light.h"
+#include "march/light.h"
 
 namespace psivox::gl {
 namespace {

@@ -1,4 +1,4 @@
-#include "psivox/explain.h"
+#include "march/explain.h"
 
 #include <cmath>
 #include <cstdio>
@@ -164,15 +164,15 @@ class Model {
 
 }  // namespace
 
-std::vector<Choice> explain(const View& view, const MediumAtlas& atlas) {
+std::vector<Explanation> explain(const View& view, const MediumAtlas& atlas) {
   const Model model(view, atlas);
-  std::vector<Choice> choices = {
+  std::vector<Explanation> explanations = {
       {"grids", model.grids()},           {"attenuation", model.attenuation()},
       {"luminance", model.luminance()},   {"emission", model.emission()},
       {"light", model.light()},           {"sampling", model.sampling()},
       {"integrator", model.integrator()}, {"end corrections", model.corrections()},
       {"early end", model.early_end()}};
-  return choices;
+  return explanations;
 }
 
 }  // namespace psivox

@@ -3,7 +3,7 @@
 #include <glm/vec4.hpp>
 #include <span>
 
-#include "psivox/renderer.h"
+#include "march/marcher.h"
 
 namespace psivox {
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "march/atlas_march.h"
-#include "psivox/light.h"
+#include "march/light.h"
 
 namespace psivox {
 

@@ -29,10 +29,8 @@ PSIVOX_INLINED glsl::AtlasMarch::March march_pixel(glsl::AtlasMarch& march,
 RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
                                  const RenderOptions& options) {
   const Stopwatch watch;
-  MarchSetup setup = make_march_setup(view, atlas);
+  MarchSetup setup = make_march_setup(view, atlas, options);
   setup.constants.hardware_filter = false;
-  setup.constants.count_steps = options.count;
-  setup.constants.find_depth = options.depth;
   const glm::ivec2 size = view.scene.resolution;
   const int n = view.scene.pixel_samples;
 

@@ -24,8 +24,8 @@ real4 fetch_interval(int i) const { return fetch_table(transfer_first + i); }
 
 Weights integrate_segment(Segment s) {
   switch (integrator) {
-#define PSIVOX_ROW(name, middle, exact, help) \
-  case Integrator::name:                      \
+#define PSIVOX_ROW(name, middle, exact, cost, help) \
+  case Integrator::name:                            \
     return name(s);
     PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
@@ -36,8 +36,8 @@ Weights integrate_segment(Segment s) {
 
 Weights integrate_cell(Cubic c, real x) {
   switch (integrator) {
-#define PSIVOX_ROW(name, middle, exact, help) \
-  case Integrator::name:                      \
+#define PSIVOX_ROW(name, middle, exact, cost, help) \
+  case Integrator::name:                            \
     return name(c, x);
     PSIVOX_CELL_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
@@ -48,8 +48,8 @@ Weights integrate_cell(Cubic c, real x) {
 
 Mixture integrate_transfer(real front, real back, real length) {
   switch (integrator) {
-#define PSIVOX_ROW(name, middle, exact, help) \
-  case Integrator::name:                      \
+#define PSIVOX_ROW(name, middle, exact, cost, help) \
+  case Integrator::name:                            \
     return name(front, back, length);
     PSIVOX_TRANSFER_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW

@@ -6,11 +6,11 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "march/end_corrections.h"
 #include "march/preintegration.h"
 #include "march/psi_table.h"
 #include "march/ray_template.h"
 #include "march/transfer_table.h"
-#include "psivox/end_corrections.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -174,10 +174,10 @@ void place_template(const View& view, MarchSetup& setup) {
 }
 
 /// The bricks' parts of the step, appended to the tables.
-void place_brick_steps(const View& view, const BrickAtlas& density, MarchSetup& setup) {
-  const std::vector<float>& parts = *view.brick_steps;
+void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& density,
+                       MarchSetup& setup) {
   if (parts.size() != density.bricks.size())
-    throw Error(ExitCode::failure, "a view's brick_steps are not of its atlas");
+    throw Error(ExitCode::failure, "the bricks' steps are not of the view's atlas");
   setup.constants.brick_steps = true;
   setup.parameters.brick_steps_first = int(setup.tables.size());
   for (const float part : parts) setup.tables.emplace_back(part, 0, 0, 0);
@@ -220,7 +220,8 @@ bool has_end_corrections(const View& view) {
          scene.resolved_integrator() == Integrator::psi_balanced && begins_inside(view);
 }
 
-MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas, bool may_update_tables) {
+MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,
+                            const RenderOptions& options) {
   const Scene& scene = view.scene;
   const Medium& medium = view.medium;
   if (medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
@@ -296,7 +297,7 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas, bool may
     c.split_knots = scene.split_knots || c.cell_rule;
     place_transfer(*medium.transfer, setup);
     if (rule.id == Integrator::preintegrated)
-      place_preintegration(view, unit, may_update_tables, setup);
+      place_preintegration(view, unit, options.may_update_tables, setup);
     if (medium.gradient && atlas.gradient)
       place_gradient(*medium.transfer, *atlas.gradient, bundle.origin, setup);
     const Box own = medium.density->domain();
@@ -306,14 +307,16 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas, bool may
     c.beyond =
         medium.emission && medium.transfer->max_attenuation(glm::dvec2(0), glm::dvec2(0, any)) > 0;
   }
-  if (view.brick_steps && c.uniform_sampling && !c.template_sampling)
-    place_brick_steps(view, atlas.density, setup);
+  if (options.brick_steps && c.uniform_sampling && !c.template_sampling)
+    place_brick_steps(*options.brick_steps, atlas.density, setup);
+  c.count_steps = options.count;
+  c.find_depth = options.depth;
   c.hardware_filter = scene.filter == Filter::hardware;
   c.orthographic = view.camera.orthographic;
 
   double finest = p.step;
   if (c.brick_steps)
-    finest *= *std::min_element(view.brick_steps->begin(), view.brick_steps->end());
+    finest *= *std::min_element(options.brick_steps->begin(), options.brick_steps->end());
   p.max_turns = int(
       std::min(turn_bound(setup, bundle, unit, finest), double(std::numeric_limits<int>::max())));
   return setup;

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "psivox/medium_atlas.h"
+#include "march/marcher.h"
 
 namespace psivox {
 
@@ -42,8 +42,8 @@ struct MarchSetup {
 };
 
 /// Setup for a view and the atlases of its medium. max_turns is left at what a ray can need at
-/// most, a bound: cells and nodes crossed, or steps. `may_update_tables`: see RenderOptions.
+/// most, a bound: cells and nodes crossed, or steps.
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,
-                            bool may_update_tables = false);
+                            const RenderOptions& options = {});
 
 }  // namespace psivox

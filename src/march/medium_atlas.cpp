@@ -1,4 +1,4 @@
-#include "psivox/medium_atlas.h"
+#include "march/medium_atlas.h"
 
 #include <algorithm>
 #include <array>

@@ -14,8 +14,8 @@ RuleWeights weights(Integrator rule, double front, double back) {
   const typename Math::Segment segment{x_f, depth, x_b, 1, depth};
   const auto evaluate = [&]() -> typename Math::Weights {
     switch (rule) {
-#define PSIVOX_ROW(name, middle, exact, help) \
-  case Integrator::name:                      \
+#define PSIVOX_ROW(name, middle, exact, cost, help) \
+  case Integrator::name:                            \
     return math.name(segment);
       PSIVOX_SEGMENT_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW

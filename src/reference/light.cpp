@@ -1,4 +1,4 @@
-#include "psivox/light.h"
+#include "march/light.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>

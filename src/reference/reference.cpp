@@ -1,4 +1,4 @@
-#include "psivox/reference.h"
+#include "reference/reference.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>

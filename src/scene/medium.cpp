@@ -111,7 +111,7 @@ void resolve(Scene& scene, const MediumFields& fields, const Medium& medium, con
   if (scene.attenuates()) scene.extinction = medium.extinction;
   if (scene.mode == Mode::isosurface) scene.isovalue = resolved_isovalue(scene, *fields.density);
   scene.luminance = scene.resolved_luminance();
-  if (!scene.tolerance) {  // which leaves them to plan_march
+  if (!scene.tolerance) {  // which chooses them
     scene.integrator = scene.resolved_integrator();
     scene.sampling = scene.resolved_sampling();
     if (scene.sampling == Sampling::uniform) scene.step = scene.resolved_step();
@@ -147,9 +147,8 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   const Scene scene = with_names(unnamed, fields);
   validate(scene);
   View view{scene, make_medium(scene, fields), {}};
-  glm::dvec3 box_min, box_max;
-  world_bounds(*fields.density, box_min, box_max);
-  view.camera = make_camera(scene, box_min, box_max);
+  world_bounds(*fields.density, view.box_min, view.box_max);
+  view.camera = make_camera(scene, view.box_min, view.box_max);
   resolve(view.scene, fields, view.medium, view.camera);
   return view;
 }

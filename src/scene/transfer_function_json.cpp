@@ -16,29 +16,29 @@ namespace {
 
 using nlohmann::json;
 
-[[noreturn]] void fail(const std::string& what) { throw Error(ExitCode::input, what); }
+[[noreturn]] void fail_at(const std::string& what) { throw Error(ExitCode::input, what); }
 
 void check_keys(const json& object, const std::vector<std::string>& known,
                 const std::string& where) {
   for (const auto& [key, value] : object.items()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    fail(where + ": unknown key " + in_quotes(key) + suggestion(key, known));
+    fail_at(where + ": unknown key " + in_quotes(key) + suggestion(key, known));
   }
 }
 
 double number(const json& value, const std::string& where) {
-  if (!value.is_number()) fail(where + ": expected a number");
+  if (!value.is_number()) fail_at(where + ": expected a number");
   return value.get<double>();
 }
 
 double required_number(const json& object, const char* key, const std::string& where) {
-  if (!object.contains(key)) fail(where + ": has no " + key);
+  if (!object.contains(key)) fail_at(where + ": has no " + key);
   return number(object[key], where + ": " + key);
 }
 
 /// A point; its attenuations at all gradients, one or as many, are appended to the table.
 TransferPoint read_point(const json& object, const std::string& where, GradientPart& part) {
-  if (!object.is_object()) fail(where + ": expected an object of value, attenuation and color");
+  if (!object.is_object()) fail_at(where + ": expected an object of value, attenuation and color");
   check_keys(object, {"value", "attenuation", "color"}, where);
   TransferPoint point;
   point.value = required_number(object, "value", where);
@@ -48,20 +48,20 @@ TransferPoint read_point(const json& object, const std::string& where, GradientP
   } else {
     const json& row = object["attenuation"];
     if (row.size() != part.gradients.size())
-      fail(where + ": attenuation: has " + std::to_string(row.size()) + " numbers for " +
-           std::to_string(part.gradients.size()) + " gradients");
+      fail_at(where + ": attenuation: has " + std::to_string(row.size()) + " numbers for " +
+              std::to_string(part.gradients.size()) + " gradients");
     for (const json& item : row) part.attenuation.push_back(number(item, where + ": attenuation"));
   }
   if (!object.contains("color")) return point;
   const json& color = object["color"];
-  if (!color.is_array() || color.size() != 3) fail(where + ": color: expected [r, g, b]");
+  if (!color.is_array() || color.size() != 3) fail_at(where + ": color: expected [r, g, b]");
   for (std::size_t c = 0; c < 3; ++c)
     point.color[static_cast<int>(c)] = number(color[c], where + ": color");
   return point;
 }
 
 const json& array_of(const json& object, const char* key) {
-  if (!object[key].is_array()) fail(std::string(key) + ": expected an array");
+  if (!object[key].is_array()) fail_at(std::string(key) + ": expected an array");
   return object[key];
 }
 
@@ -70,13 +70,14 @@ GradientPart read_gradient_part(const json& object) {
   if (object.contains("gradients")) {
     for (const json& item : array_of(object, "gradients"))
       part.gradients.push_back(number(item, "gradients"));
-    if (part.gradients.empty()) fail("gradients: expected at least one");
+    if (part.gradients.empty()) fail_at("gradients: expected at least one");
   }
   if (!object.contains("isosurfaces")) return part;
   for (const json& item : array_of(object, "isosurfaces")) {
     const std::string where =
         "isosurface " + std::to_string(part.isosurfaces.size() + 1) + " of the transfer function";
-    if (!item.is_object()) fail(where + ": expected an object of value, thickness and attenuation");
+    if (!item.is_object())
+      fail_at(where + ": expected an object of value, thickness and attenuation");
     check_keys(item, {"value", "thickness", "attenuation"}, where);
     part.isosurfaces.push_back({required_number(item, "value", where),
                                 required_number(item, "thickness", where),
@@ -90,7 +91,7 @@ TransferFunction read_points(const json& object) {
   GradientPart part = read_gradient_part(object);
   if (!object.contains("points") && !part.isosurfaces.empty() && part.gradients.empty())
     return TransferFunction({TransferPoint{}}, false, std::move(part));
-  if (!object.contains("points")) fail("the transfer function has no points");
+  if (!object.contains("points")) fail_at("the transfer function has no points");
   std::vector<TransferPoint> points;
   std::size_t colors = 0;
   for (const json& item : array_of(object, "points")) {
@@ -99,7 +100,7 @@ TransferFunction read_points(const json& object) {
     if (item.contains("color")) ++colors;
   }
   if (colors != 0 && colors != points.size())
-    fail("some points of the transfer function have a color and some have none; give it to all");
+    fail_at("some points of the transfer function have a color and some have none; give it to all");
   return TransferFunction(std::move(points), colors != 0, std::move(part));
 }
 
@@ -108,14 +109,14 @@ TransferFunction read(std::string_view text) {
   try {
     document = json::parse(text);
   } catch (const json::exception& error) {
-    fail("not a transfer function in JSON: " + std::string(error.what()));
+    fail_at("not a transfer function in JSON: " + std::string(error.what()));
   }
   if (document.is_array()) {
     if (document.size() != 1)
-      fail("holds " + std::to_string(document.size()) + " colour maps; export one alone");
+      fail_at("holds " + std::to_string(document.size()) + " colour maps; export one alone");
     document = json(document[0]);
   }
-  if (!document.is_object()) fail("not a transfer function: expected a JSON object of points");
+  if (!document.is_object()) fail_at("not a transfer function: expected a JSON object of points");
   const bool paraview = document.contains("RGBPoints") || document.contains("ColorSpace") ||
                         document.contains("IndexedColors");
   return paraview ? transfer_function_from_paraview(document) : read_points(document);
@@ -178,7 +179,7 @@ std::string to_json(const TransferFunction& function) {
 
 TransferFunction read_transfer_function(const std::filesystem::path& path) {
   const auto cannot_read = [&](const char* why) {
-    fail("cannot read transfer function " + in_quotes(path.string()) + ": " + why);
+    fail_at("cannot read transfer function " + in_quotes(path.string()) + ": " + why);
   };
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) cannot_read(std::strerror(EISDIR));

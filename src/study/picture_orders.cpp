@@ -2,8 +2,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "psivox/reference.h"
-#include "psivox/renderer.h"
+#include "psivox/draw.h"
 #include "psivox/statistics.h"
 #include "study/orders.h"
 #include "study/smooth_ray.h"
@@ -40,27 +39,29 @@ std::shared_ptr<const Field> bump_voxels(double size,
       glm::scale(glm::dmat4(1), glm::dvec3(size))));
 }
 
-/// A way to draw the voxels' picture.
-struct VoxelWay {
+Image picture_by(Marcher& marcher, const View& view) { return Session(view).draw(marcher).image; }
+
+/// How the voxels' picture is drawn.
+struct VoxelMethod {
   const char* name;
   Integrator rule;
   bool uniform;    ///< by steps that stay the same, far finer than the finest voxels
   bool reference;  ///< not by the march at all
 };
 constexpr double fine_step = 1.0 / 128;  // [world units]
-constexpr VoxelWay voxel_ways[] = {
+constexpr VoxelMethod voxel_methods[] = {
     {"cell-exact", Integrator::cell_exact, false, false},
     {"psi-weighted, 2 segments a cell", Integrator::psi_weighted, false, false},
     {"psi-balanced, step 1/128", Integrator::psi_balanced, true, false},
     {"midpoint, step 1/128", Integrator::midpoint, true, false},
     {"the reference", Integrator::cell_exact, false, true}};
 
-Image voxel_picture(View view, const VoxelWay& way, double voxel) {
-  if (way.reference) return render_reference(view).image;
-  view.scene.integrator = way.rule;
-  view.scene.sampling = way.uniform ? Sampling::uniform : Sampling::cells;
-  if (way.uniform) view.scene.step = fine_step / voxel;
-  return render_march_double(view, build_medium_atlas(view)).image;
+Image voxel_picture(View view, const VoxelMethod& method, double voxel) {
+  if (method.reference) return picture_by(*open_reference(), view);
+  view.scene.integrator = method.rule;
+  view.scene.sampling = method.uniform ? Sampling::uniform : Sampling::cells;
+  if (method.uniform) view.scene.step = fine_step / voxel;
+  return picture_by(*open_double(), view);
 }
 
 double bump_rms(const View& view, const Image& image) {
@@ -90,7 +91,7 @@ SheetErrors sheet_errors(int side) {
   const View view = view_of(scene, make_field({{-12, -12, 0}, {12, 12, 7}}, [](glm::ivec3 v) {
                               return float(sheet_value(v.x, v.y));
                             }));
-  const Image image = render_march_double(view, build_medium_atlas(view)).image;
+  const Image image = picture_by(*open_double(), view);
   const auto exact = [&](double x, double y) {
     const WorldRay ray = camera_ray(view.camera, view.scene.resolution, x, y);
     return sheet_radiance(ray.origin.x, ray.origin.y);
@@ -128,11 +129,11 @@ std::vector<OrderRow> voxel_orders(const Progress& progress) {
   const Scene inside = looking(small_scene(24), {0.3, -0.2, 0.1}, {-1, 0.5, 0.3});
   std::vector<OrderRow> rows;
   for (const Scene* scene : {&outside, &inside})
-    for (const VoxelWay& way : voxel_ways) {
+    for (const VoxelMethod& method : voxel_methods) {
       OrderRow row{Refined::voxel,
                    scene == &outside ? "vacuum to vacuum" : "from inside",
-                   way.name,
-                   way.rule,
+                   method.name,
+                   method.rule,
                    bump_K,
                    2,
                    false,
@@ -149,11 +150,11 @@ std::vector<OrderRow> voxel_orders(const Progress& progress) {
         bump_voxels(voxel, [](const glm::dvec3& p) { return 1 + 0.6 * std::sin(1.3 * p.x + 0.4); });
     auto row = rows.begin();
     for (const Scene* from : {&outside, &inside})
-      for (const VoxelWay& way : voxel_ways) {
+      for (const VoxelMethod& method : voxel_methods) {
         Scene scene = *from;
         scene.extinction = bump_K;
         const View view = make_view(scene, density, luminance);
-        row->errors.emplace_back(voxel, bump_rms(view, voxel_picture(view, way, voxel)));
+        row->errors.emplace_back(voxel, bump_rms(view, voxel_picture(view, method, voxel)));
         ++row;
       }
     if (progress) progress(double(level - first + 1) / (last - first + 1));
@@ -162,10 +163,16 @@ std::vector<OrderRow> voxel_orders(const Progress& progress) {
 }
 
 std::vector<OrderRow> pixel_orders(const Progress& progress) {
-  const auto row = [](const char* way, double expected) {
-    return OrderRow{
-        Refined::pixel, "vacuum to vacuum", way, Integrator::psi_weighted, 8 * sheet_K, expected,
-        false,          picture_floor,      {}};
+  const auto row = [](const char* look_up, double expected) {
+    return OrderRow{Refined::pixel,
+                    "vacuum to vacuum",
+                    look_up,
+                    Integrator::psi_weighted,
+                    8 * sheet_K,
+                    expected,
+                    false,
+                    picture_floor,
+                    {}};
   };
   OrderRow nearest = row("the nearest pixel", 1), bilinear = row("bilinear between pixels", 2),
            mean = row("mean of the picture", 2);

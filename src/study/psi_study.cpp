@@ -141,7 +141,7 @@ class Section {
 
   void add(Integrator rule) {
     const Surface surface(rule, domain_, measure_);
-    const std::string name = rule_name({.integrator = rule});
+    const std::string name = rule_name({{.integrator = rule}});
     csv += name + "," + domain_.name + "," + measure_.name;
     std::vector<std::string> row = {name};
     for (const Quantity& quantity : quantities) {

@@ -20,7 +20,7 @@ json json_of(const Variant& v) {
     j["tolerance"] = *v.tolerance;
   else
     j = {{"integrator", text("integrator")}, {"sampling", text("sampling")},
-         {"segments", v.segments},           {"step", v.step},
+         {"segments", v.method.segments},    {"step", v.method.step},
          {"filter", text("filter")},         {"texel", text("texel")}};
   if (v.resolution.x > 0) j["resolution"] = text("resolution");
   return j;
@@ -34,8 +34,10 @@ Variant variant_from(const json& j) {
   } else {
     for (const char* name : {"integrator", "sampling", "filter", "texel"})
       set_parameter(scene, name, j.at(name).get<std::string>());
-    v = {*scene.integrator,          *scene.sampling, j.at("segments").get<int>(),
-         j.at("step").get<double>(), scene.filter,    scene.texel};
+    v.method = {*scene.integrator, *scene.sampling, j.at("segments").get<int>(),
+                j.at("step").get<double>()};
+    v.filter = scene.filter;
+    v.texel = scene.texel;
   }
   if (j.contains("resolution")) {
     set_parameter(scene, "resolution", j.at("resolution").get<std::string>());

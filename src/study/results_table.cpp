@@ -104,8 +104,8 @@ std::string results_csv(const StudyResults& results) {
       return parameter_text(scene, *find_parameter(name));
     };
     CsvLine line;
-    line << text("integrator") << text("sampling") << double(marched.segments) << marched.step
-         << text("filter") << text("texel") << text("resolution")
+    line << text("integrator") << text("sampling") << double(marched.method.segments)
+         << marched.method.step << text("filter") << text("texel") << text("resolution")
          << point.variant.tolerance.value_or(0) << point.estimate << point.error.rms();
     add(line, point.error);
     add_short(line, point.step_error);

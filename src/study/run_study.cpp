@@ -4,13 +4,9 @@
 #include <thread>
 
 #include "git_hash.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/error_control.h"
-#include "psivox/light.h"
 #include "psivox/parameters.h"
-#include "psivox/reference.h"
-#include "psivox/renderer.h"
-#include "psivox/stopwatch.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
@@ -32,20 +28,10 @@ constexpr double compile_work = 10;  // two programs, one of which counts
 constexpr double reference_work = 10;
 constexpr double double_work = 10;  // the march in double over that on the GPU
 
-/// The view in another size of picture.
-View resized(View view, const glm::ivec2& resolution) {
-  view.scene.resolution = resolution;
-  view.camera.half_height = view.camera.half_width / (double(resolution.x) / resolution.y);
-  return view;
-}
-
-/// The way that a plan chose, as a variant.
-Variant variant_of(const Trial& trial, const glm::ivec2& resolution) {
-  Variant variant{trial.integrator, trial.sampling};
-  if (trial.sampling == Sampling::uniform)
-    variant.step = trial.step;
-  else if (!is_cell_rule(trial.integrator))
-    variant.segments = trial.segments;
+/// The method that a plan chose, as a variant.
+Variant variant_of(const Trial& chosen, const glm::ivec2& resolution) {
+  Variant variant{chosen.method};
+  if (is_cell_rule(chosen.method.integrator)) variant.method.segments = 0;
   variant.resolution = resolution;
   return variant;
 }
@@ -60,25 +46,16 @@ class StudyRun {
   std::string state() const;
 
  private:
-  void light();
-  void build_atlases();
+  void check_texels();
   void resume();
   void make_references();
   Image make_reference(const Variant& variant);
   void measure(std::size_t i);
   void time(std::size_t i);
 
-  View view_of(const Variant& variant) const;
-  MarchPlan plan_of(const Variant& variant) const;
-  View march_of(const Variant& variant);
-  void upload(const Variant& variant);
-  RenderResult render(const Variant& variant, bool count);
-  PictureError split(const Variant& variant, const Image& gpu, PictureError& step_error);
+  Wish wish_of(const Variant& variant) const;
+  PictureError split(const Variant& variant, const Drawn& drawn, PictureError& step_error);
 
-  /// For the progress of long work: shows nothing, but stops it.
-  Progress stopper() const {
-    return [this](double) { stop_if_asked(); };
-  }
   void stop_if_asked() const {
     if (options_.stop && options_.stop()) throw Error(ExitCode::interrupted, "interrupted");
   }
@@ -90,10 +67,11 @@ class StudyRun {
     if (options_.progress) options_.progress(done_ / all_work_);
   }
   double render_work(const Variant& v) const {
-    const glm::dvec2 own(scene_of(v, view_.scene).resolution), all(view_.scene.resolution);
-    const double work = v.tolerance                       ? 3
-                        : v.sampling == Sampling::uniform ? 0.5 / v.step
-                                                          : 1 + 0.2 * v.segments;
+    const glm::dvec2 own(scene_of(v, scene_).resolution), all(scene_.resolution);
+    const Method& method = v.method;
+    const double work = v.tolerance                            ? 3
+                        : method.sampling == Sampling::uniform ? 0.5 / method.step
+                                                               : 1 + 0.2 * method.segments;
     return 0.3 + work * own.x * own.y / (all.x * all.y);
   }
   double measure_work(std::size_t i) const;
@@ -101,62 +79,72 @@ class StudyRun {
   void save() const;
 
   const StudyOptions& options_;
-  View view_;   ///< with its light computed
-  View unlit_;  ///< as it came, for the reference's own light
-  GlRenderer renderer_;
+  Scene scene_;        ///< without what the sweep sets
+  Session session_;    ///< drawn by the GPU, and with the GPU's light by the march in double
+  Session own_light_;  ///< drawn by the reference, with its own light
+  std::shared_ptr<Marcher> gpu_, double_, reference_;
   StudyPlan plan_;
   StudyResults base_;                              ///< without points
   std::vector<std::optional<StudyPoint>> points_;  ///< one for each variant of the plan
-  std::map<TexelType, MediumAtlas> atlases_;
-  std::optional<std::pair<TexelType, Filter>> uploaded_;
-  std::map<std::string, Image> references_;  ///< by reference_name(variant)
-  std::map<std::string, MarchPlan> plans_;   ///< under tolerances, by variant_name(variant)
+  std::map<std::string, Image> references_;        ///< by reference_name(variant)
   double done_ = 0, all_work_ = 1;
 };
 
+/// The view of the scene that all variants share.
+View shared_view(View view) {
+  view.scene = without_sweep(view.scene);
+  return view;
+}
+
 StudyRun::StudyRun(View view, const StudyOptions& options)
-    : options_(options), view_(std::move(view)), renderer_({view_.scene.device}) {
-  view_.scene = without_sweep(view_.scene);
-  unlit_ = view_;
-  plan_ = plan_study(options.sweep, view_.scene);
+    : options_(options),
+      scene_(without_sweep(view.scene)),
+      session_(shared_view(view)),
+      own_light_(shared_view(view)),
+      gpu_(open_gpu({.device = view.scene.device})),
+      double_(open_double()),
+      reference_(open_reference()) {
+  plan_ = plan_study(options.sweep, scene_);
   base_.version = PSIVOX_VERSION;
   base_.git = PSIVOX_GIT_HASH;
   base_.processor = processor_name();
   base_.system = system_name();
   base_.threads = static_cast<int>(std::thread::hardware_concurrency());
-  base_.renderer = renderer_.description();
-  base_.input = view_.scene.input;
-  base_.input_hash = file_hash(view_.scene.input);
-  base_.scene = to_json(view_.scene);
+  base_.renderer = description(*gpu_);
+  base_.input = scene_.input;
+  base_.input_hash = file_hash(scene_.input);
+  base_.scene = to_json(scene_);
   base_.repeats = options.repeats;
 }
 
-/// Once, from the GPU, for all variants: its own error counts as theirs in step and total error.
-void StudyRun::light() {
-  if (!view_.medium.light) return;
-  const MediumAtlas atlas = build_medium_atlas(view_);
-  renderer_.upload(atlas);
-  view_ = lit(std::move(view_), renderer_.light_depths(view_), stopper());
+/// The light is computed once, by the GPU: its error counts as the variants' in step and total
+/// error.
+Wish StudyRun::wish_of(const Variant& variant) const {
+  Wish wish;
+  wish.scene = scene_of(variant, scene_);
+  wish.progress = [this](Stage, double) { stop_if_asked(); };
+  return wish;
 }
 
-/// Of every texel type; a type that cannot hold the values takes its variants out of the plan.
-void StudyRun::build_atlases() {
+/// A texel type that cannot hold the values takes its variants out of the plan.
+void StudyRun::check_texels() {
   std::vector<Variant> kept;
-  std::map<TexelType, std::string> refused;
+  std::map<TexelType, std::string> found;  // why it is refused, or empty
   for (const Variant& variant : plan_.variants) {
     const TexelType texel = variant.texel;
-    if (!atlases_.contains(texel) && !refused.contains(texel)) {
+    if (!found.contains(texel)) {
+      found[texel] = "";
       try {
-        atlases_.emplace(texel, build_medium_atlas(view_of(variant)));
+        session_.prepare(*gpu_, wish_of(variant));
       } catch (const Error& error) {
         if (error.code() != ExitCode::input) throw;
-        refused[texel] = error.what();
+        found[texel] = error.what();
       }
     }
-    if (refused.contains(texel))
-      plan_.skipped.push_back({variant, refused[texel]});
-    else
+    if (found[texel].empty())
       kept.push_back(variant);
+    else
+      plan_.skipped.push_back({variant, found[texel]});
   }
   plan_.variants = std::move(kept);
   if (plan_.variants.empty())
@@ -186,12 +174,15 @@ void StudyRun::resume() {
 /// is kept, so that both ways give the same.
 Image StudyRun::make_reference(const Variant& variant) {
   const fs::path path = options_.folder / (reference_name(variant) + ".exr");
-  View view = resized(unlit_, scene_of(variant, unlit_.scene).resolution);
-  const std::string scene = to_json(view.scene);
+  Wish wish = wish_of(variant);
+  Scene own = scene_;
+  own.resolution = wish.scene->resolution;
+  wish.scene = own;
+  wish.layers.error = true;
+  const std::string scene = to_json(own);
   if (options_.resume && fs::exists(path) && read_metadata(path, "psivox:scene") == scene)
     return read_image(path);
-  if (view.medium.light) view = lit(std::move(view), reference_light_depths(unlit_), stopper());
-  Image image = render_reference(view, 1e-12, stopper()).image;
+  Image image = own_light_.draw(*reference_, wish).image;
   image.metadata["psivox:scene"] = scene;
   write_image(image, path);
   return image;
@@ -211,48 +202,13 @@ void StudyRun::make_references() {
   }
 }
 
-View StudyRun::view_of(const Variant& variant) const {
-  View view = view_;
-  view.scene = scene_of(variant, view_.scene);
-  return resized(view, view.scene.resolution);
-}
-
-MarchPlan StudyRun::plan_of(const Variant& variant) const {
-  return plan_march(view_of(variant), atlases_.at(variant.texel));
-}
-
-/// The view as it is to be marched: under a tolerance as the plan says, which is always the same.
-View StudyRun::march_of(const Variant& variant) {
-  if (!variant.tolerance) return view_of(variant);
-  const std::string name = variant_name(variant);
-  const auto found = plans_.find(name);
-  return (found != plans_.end() ? found : plans_.emplace(name, plan_of(variant)).first)
-      ->second.view;
-}
-
-void StudyRun::upload(const Variant& variant) {
-  const auto wanted = std::pair(variant.texel, variant.filter);
-  if (uploaded_ == wanted) return;
-  uploaded_.reset();
-  renderer_.upload(atlases_.at(variant.texel), variant.filter);
-  uploaded_ = wanted;
-}
-
-RenderResult StudyRun::render(const Variant& variant, bool count) {
-  upload(variant);
-  RenderOptions options;
-  options.count = count;
-  options.progress = stopper();
-  return renderer_.render(march_of(variant), options);
-}
-
-PictureError StudyRun::split(const Variant& variant, const Image& gpu, PictureError& step_error) {
-  RenderOptions options;
-  options.progress = stopper();
-  const Image exact =
-      render_march_double(march_of(variant), atlases_.at(variant.texel), options).image;
+/// Step and arithmetic error, by the same march in double.
+PictureError StudyRun::split(const Variant& variant, const Drawn& drawn, PictureError& step_error) {
+  Wish wish = wish_of(variant);
+  wish.plan = drawn.plan;
+  const Image exact = session_.draw(*double_, wish).image;
   step_error = picture_error(exact, references_.at(reference_name(variant)));
-  return picture_error(gpu, exact);
+  return picture_error(drawn.image, exact);
 }
 
 /// All but the times: what does not depend on when it is measured.
@@ -262,26 +218,27 @@ void StudyRun::measure(std::size_t i) {
   point.variant = variant;
   if (points_[i]) point.times = points_[i]->times;
 
-  const RenderResult drawn = render(variant, false);
-  const RenderStats counts = render(variant, true).stats;
+  Wish wish = wish_of(variant);
+  const Drawn drawn = session_.draw(*gpu_, wish);
+  wish.plan = drawn.plan;
+  wish.count = true;
+  wish.confirm = false;
+  const RenderStats counts = session_.draw(*gpu_, wish).stats;
   const Image& reference = references_.at(reference_name(variant));
-  if (variant.tolerance) {
-    MarchPlan& plan = plans_.at(variant_name(variant));
-    if (plan.rays() > 0) confirm(plan, renderer_.render(pilot_view(plan.view)).image);
-    const Trial& chosen = plan.chosen;
-    point.chosen = variant_of(chosen, variant.resolution);
-    point.estimate = chosen.rms;
+  if (drawn.plan) {
+    point.chosen = variant_of(drawn.plan->chosen, variant.resolution);
+    point.estimate = drawn.plan->chosen.rms;
   }
   point.error = picture_error(drawn.image, reference);
   const double rays = static_cast<double>(counts.rays);
   point.samples_per_ray = static_cast<double>(counts.samples) / rays;
   point.steps_per_ray = static_cast<double>(counts.steps) / rays;
-  point.atlas_bytes = atlases_.at(variant.texel).size().bytes();
+  point.atlas_bytes = drawn.atlas.bytes();
   const Deviation& radiance = point.error.radiance;
   point.difference_scale = radiance.p99 > 0 ? radiance.p99 : radiance.max;
   if (options_.split) {
     PictureError step_error;
-    point.arithmetic = split(variant, drawn.image, step_error);
+    point.arithmetic = split(variant, drawn, step_error);
     point.step_error = step_error;
   }
   const std::string file = file_name(variant) + ".png";
@@ -293,18 +250,21 @@ void StudyRun::measure(std::size_t i) {
 
 void StudyRun::time(std::size_t i) {
   const Variant& variant = plan_.variants[i];
-  const Stopwatch planning;
-  if (variant.tolerance) plans_[variant_name(variant)] = plan_of(variant);
-  const double plan_ms = planning.ms(), plan_cpu_ms = planning.cpu_ms();
-  const RenderStats stats = render(variant, false).stats;
-  points_[i]->times.push_back({plan_ms + stats.march_ms, stats.gpu_ms, plan_cpu_ms + stats.cpu_ms});
+  Wish wish = wish_of(variant);
+  wish.confirm = false;
+  const Drawn drawn = session_.draw(*gpu_, wish);
+  const RenderStats& stats = drawn.stats;
+  const PreparationTimes& before = drawn.times;
+  points_[i]->times.push_back(
+      {before.plan_ms + stats.march_ms, stats.gpu_ms, before.plan_cpu_ms + stats.cpu_ms});
 }
 
 double StudyRun::measure_work(std::size_t i) const {
   const Variant& v = plan_.variants[i];
-  const bool new_program = i == 0 || plan_.variants[i - 1].integrator != v.integrator ||
-                           plan_.variants[i - 1].sampling != v.sampling ||
-                           plan_.variants[i - 1].filter != v.filter || v.tolerance;
+  const Variant& last = plan_.variants[i > 0 ? i - 1 : 0];
+  const bool new_program = i == 0 || last.method.integrator != v.method.integrator ||
+                           last.method.sampling != v.method.sampling || last.filter != v.filter ||
+                           v.tolerance;
   return render_work(v) * (2 + (options_.split ? double_work : 0)) +
          (new_program ? compile_work : 0);
 }
@@ -340,8 +300,7 @@ std::string StudyRun::state() const {
 }
 
 void StudyRun::run() {
-  light();
-  build_atlases();
+  check_texels();
   resume();
   for (const char* folder : {pictures_folder, differences_folder})
     make_folder(options_.folder / folder);

@@ -39,7 +39,7 @@ OrderRow step_row(Integrator rule, double K, const RayEnds& ends, bool corrected
   row.refined = Refined::step;
   row.rays = ends.name;
   row.rule = rule;
-  row.way = rule_name({.integrator = rule}) + (corrected ? ", end corrections" : "");
+  row.way = rule_name({{.integrator = rule}}) + (corrected ? ", end corrections" : "");
   row.K = K;
   row.expected = rule == Integrator::psi_balanced ? (ends.inside && !corrected ? 2 : 4)
                  : rule == Integrator::porter_duff && ends.inside ? 1

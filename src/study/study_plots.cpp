@@ -16,7 +16,7 @@ constexpr Ink inks[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 
 
 constexpr Ink chosen_ink{230, 60, 140};
 Ink ink_of(const Variant& variant) {
-  return variant.tolerance ? chosen_ink : ink_of(variant.integrator);
+  return variant.tolerance ? chosen_ink : ink_of(variant.method.integrator);
 }
 
 Shape shape_of(Sampling sampling) {
@@ -25,11 +25,11 @@ Shape shape_of(Sampling sampling) {
                                          : Shape::diamond;
 }
 Shape shape_of(const Variant& variant) {
-  return variant.tolerance ? Shape::ring : shape_of(variant.sampling);
+  return variant.tolerance ? Shape::ring : shape_of(variant.method.sampling);
 }
 
 bool is_dashed(const Variant& variant) {
-  return !variant.tolerance && variant.sampling == Sampling::cells;
+  return !variant.tolerance && variant.method.sampling == Sampling::cells;
 }
 
 /// Errors within this fraction count as equal on the Pareto front.
@@ -97,7 +97,7 @@ Plot plot_of_curves(const std::vector<PlotCurve>& curves) {
   for (const auto& [sampling, name] : samplings)
     for (std::size_t i = 0; i < curves.size(); ++i) {
       const Variant& v = curves[i].variant;
-      if (v.tolerance || v.sampling != sampling) continue;
+      if (v.tolerance || v.method.sampling != sampling) continue;
       add_entry({name, ink, shape_of(v), true, is_dashed(v)});
       plot.series[i].entries.emplace_back(name);
     }
@@ -116,7 +116,7 @@ std::vector<NamedPlot> plots_of(const StudyResults& results) {
   };
   add(
       "error-step", "Error by step", "uniform step [voxels]",
-      [](const StudyPoint& p) { return p.variant.step; }, false);
+      [](const StudyPoint& p) { return p.variant.method.step; }, false);
   add(
       "error-samples", "Error by look-ups", "field look-ups per ray",
       [](const StudyPoint& p) { return p.samples_per_ray; }, true);

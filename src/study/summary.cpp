@@ -79,8 +79,8 @@ constexpr SummaryCost summary_costs[] = {
 double unit_of(const NamedStudy& study, const SummaryCost& cost) {
   if (cost.amount == &Need::samples_per_ray) return 1;
   for (const Need& need : needs_of(study.results, {1e-3}))
-    if (need.variant.integrator == Integrator::midpoint &&
-        need.variant.sampling == Sampling::uniform && need.cpu_ms)
+    if (need.variant.method.integrator == Integrator::midpoint &&
+        need.variant.method.sampling == Sampling::uniform && need.cpu_ms)
       return *need.cpu_ms;
   return 0;
 }

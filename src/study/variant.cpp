@@ -113,10 +113,7 @@ Scene scene_of(const Variant& variant, const Scene& base) {
     scene.early_termination.reset();  // the tolerance's own
     return scene;
   }
-  scene.integrator = variant.integrator;
-  scene.sampling = variant.sampling;
-  if (variant.sampling == Sampling::cells && variant.segments) scene.segments = variant.segments;
-  if (variant.step > 0) scene.step = variant.step;
+  scene = with_method(scene, variant.method);
   scene.filter = variant.filter;
   scene.texel = variant.texel;
   return scene;
@@ -135,11 +132,11 @@ std::string rule_name(const Variant& variant) {
 
 std::string sampling_name(const Variant& variant) {
   const Scene scene = scene_of(variant, {});
-  std::string name = scene.tolerance     ? "for " + text_of("tolerance", scene)
-                     : variant.tolerance ? "by tolerance"
-                     : variant.step > 0  ? "step " + text_of("step", scene)
-                                         : text_of("sampling", scene);
-  if (variant.segments) name += " " + text_of("segments", scene);
+  std::string name = scene.tolerance           ? "for " + text_of("tolerance", scene)
+                     : variant.tolerance       ? "by tolerance"
+                     : variant.method.step > 0 ? "step " + text_of("step", scene)
+                                               : text_of("sampling", scene);
+  if (variant.method.segments) name += " " + text_of("segments", scene);
   if (variant.filter != Filter::exact) name += " " + text_of("filter", scene);
   if (variant.texel != TexelType::float32) name += " " + text_of("texel", scene);
   if (variant.resolution.x > 0) name += " " + text_of("resolution", scene);
@@ -147,15 +144,15 @@ std::string sampling_name(const Variant& variant) {
 }
 
 Variant refinement(Variant variant) {
-  variant.segments = 0;
-  variant.step = 0;
+  variant.method.segments = 0;
+  variant.method.step = 0;
   if (variant.tolerance) variant.tolerance = 0;
   return variant;
 }
 
 bool is_coarser(const Variant& a, const Variant& b) {
-  return std::tuple(-a.step, a.segments, -a.tolerance.value_or(0)) <
-         std::tuple(-b.step, b.segments, -b.tolerance.value_or(0));
+  return std::tuple(-a.method.step, a.method.segments, -a.tolerance.value_or(0)) <
+         std::tuple(-b.method.step, b.method.segments, -b.tolerance.value_or(0));
 }
 
 std::string variant_name(const Variant& variant) {
@@ -209,15 +206,15 @@ StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
     for (const Filter filter : sweep.filters)
       for (const Sampling sampling : sweep.samplings)
         for (const Integrator rule : sweep.integrators) {
-          Variant variant{rule, sampling, 0, 0, filter, texel};
+          Variant variant{{rule, sampling}, filter, texel};
           if (sampling == Sampling::cells && !is_cell_rule(rule))
             for (const int segments : sweep.segments) {
-              variant.segments = segments;
+              variant.method.segments = segments;
               consider(variant);
             }
           else if (sampling == Sampling::uniform)
             for (const double step : sweep.steps) {
-              variant.step = step;
+              variant.method.step = step;
               consider(variant);
             }
           else  // one cell is one segment of such a rule; a template has a step of its own

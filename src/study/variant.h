@@ -4,17 +4,14 @@
 #include <optional>
 #include <string>
 
-#include "psivox/scene.h"
+#include "psivox/method.h"
 
 namespace psivox {
 
-/// One way to render. Members that its sampling does not read are 0. A tolerance chooses how to
-/// march; then only the resolution is read.
+/// A method and what else a study varies. A tolerance chooses the method; then only the resolution
+/// is read.
 struct Variant {
-  Integrator integrator = Integrator::psi_weighted;
-  Sampling sampling = Sampling::cells;
-  int segments = 0;  ///< under cells
-  double step = 0;   ///< under uniform
+  Method method;
   Filter filter = Filter::exact;
   TexelType texel = TexelType::float32;
   glm::ivec2 resolution{0};           ///< [pixels]; 0: the scene's

@@ -4,23 +4,13 @@
 #include <cmath>
 #include <limits>
 
-#include "psivox/light.h"
-#include "psivox/medium_atlas.h"
 #include "verify/made_views.h"
 
 namespace psivox {
 
 Image Painter::picture(View view) const {
-  if (view.medium.light) {
-    const MediumAtlas dark = build_medium_atlas(view);
-    gl_.upload(dark);
-    const LightDepths depths = gl_.light_depths(view);
-    view = lit(view, depths);
-  }
   view.scene.filter = filter_;
-  const MediumAtlas atlas = build_medium_atlas(view);
-  gl_.upload(atlas, filter_);
-  return gl_.render(view).image;
+  return Session(std::move(view)).draw(gpu_).image;
 }
 
 double larger(double a, double b) { return a >= b || std::isnan(a) ? a : b; }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "psivox/renderer.h"
+#include "psivox/draw.h"
 #include "psivox/verify.h"
 #include "verify/closed_forms.h"
 
@@ -13,12 +13,12 @@ namespace psivox {
 /// Draws views, lit where they have a light, with the filter that is verified.
 class Painter {
  public:
-  Painter(GlRenderer& gl, Filter filter) : gl_(gl), filter_(filter) {}
+  Painter(Marcher& gpu, Filter filter) : gpu_(gpu), filter_(filter) {}
   Filter filter() const { return filter_; }
   Image picture(View view) const;
 
  private:
-  GlRenderer& gl_;
+  Marcher& gpu_;
   Filter filter_;
 };
 

@@ -12,10 +12,10 @@ std::size_t VerifyReport::failed() const {
 }
 
 VerifyReport verify(const VerifyOptions& options) {
-  GlRenderer gl({.device = options.device});
-  const Painter painter(gl, options.filter);
+  const std::shared_ptr<Marcher> gpu = open_gpu({.device = options.device});
+  const Painter painter(*gpu, options.filter);
   VerifyReport report;
-  report.renderer = gl.description();
+  report.renderer = description(*gpu);
   for (const auto& group : {opacity_cases(), radiance_cases(), source_cases(), invariance_cases()})
     for (const Case& c : group) {
       if (options.filter == Filter::hardware && !c.hardware) {

@@ -2,11 +2,9 @@
 
 #include <chrono>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <utility>
 
 #include "psivox/error.h"
-#include "psivox/light.h"
 
 namespace psivox::view {
 namespace {
@@ -19,20 +17,6 @@ double ms_since(Clock::time_point start) {
 
 /// Without a wish for this long, things are at rest.
 constexpr auto rest = std::chrono::milliseconds(120);
-
-/// The camera whose only pixel is that pixel of the picture.
-Camera through_pixel(const Camera& camera, const glm::ivec2& resolution, const glm::dvec2& pixel) {
-  const WorldRay ray = camera_ray(camera, resolution, pixel.x, pixel.y);
-  Camera narrow = camera;
-  narrow.position = ray.origin;
-  narrow.forward = ray.direction;
-  narrow.target = ray.origin + ray.direction;
-  narrow.right = glm::normalize(glm::cross(ray.direction, camera.up));
-  narrow.up = glm::cross(narrow.right, ray.direction);
-  narrow.half_width = camera.half_width / resolution.x;
-  narrow.half_height = narrow.half_width;
-  return narrow;
-}
 
 }  // namespace
 
@@ -110,7 +94,7 @@ void PictureMaker::check_current(std::uint64_t number) const {
 void PictureMaker::run(const std::stop_token& stop) {
   serve(stop);
   // where its context is current
-  renderer_.reset();
+  gpu_.reset();
 }
 
 void PictureMaker::serve(const std::stop_token& stop) {
@@ -142,7 +126,7 @@ void PictureMaker::serve(const std::stop_token& stop) {
 }
 
 void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
-  const bool another = wish.volume != uploaded_;
+  const bool another = wish.volume != shown_;
   if (another) pace_.forget();
   bring_up(wish.volume, wish.scenes.front().filter);
   if (another) stage("compiling", 0);
@@ -160,38 +144,28 @@ void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
 }
 
 void PictureMaker::bring_up(const std::shared_ptr<Volume>& wished, Filter filter) {
-  Volume& volume = *wished;
-  if (!renderer_) {
+  if (!gpu_) {
     stage("starting OpenGL", 0);
     try {
-      renderer_ = std::make_unique<GlRenderer>(ContextOptions{options_.device, options_.debug});
+      gpu_ = open_gpu({options_.device, options_.debug});
     } catch (const Error&) {
       const std::lock_guard lock(mutex_);
       news_.fatal = std::current_exception();
       throw;
     }
-    uploaded_.reset();
     const std::lock_guard lock(mutex_);
-    news_.renderer = renderer_->description();
+    news_.renderer = description(*gpu_);
   }
-  if (!volume.light_added && volume.view.medium.light) {
-    uploaded_.reset();
-    renderer_->upload(volume.atlas);
-    const std::uint64_t number = newest_;
-    View lighted = lit(volume.view, renderer_->light_depths(volume.view), [&](double fraction) {
-      stage("lighting", fraction);
-      check_current(number);
-    });
-    add_luminance(volume.atlas, lighted);
-    volume.view = std::move(lighted);
-  }
-  volume.light_added = true;
-  if (uploaded_ == wished && uploaded_filter_ == filter) return;
-  uploaded_.reset();
-  stage("uploading", 0);
-  renderer_->upload(volume.atlas, filter);
-  uploaded_ = wished;
-  uploaded_filter_ = filter;
+  shown_.reset();
+  Wish wish;
+  wish.scene = wished->scene;
+  wish.scene->filter = filter;
+  wish.progress = [this, number = newest_.load()](psivox::Stage entered, double fraction) {
+    stage(stage_text(entered), fraction);
+    if (entered == psivox::Stage::lighting) check_current(number);
+  };
+  wished->session->prepare(*gpu_, wish);
+  shown_ = wished;
 }
 
 void PictureMaker::draw_previews(const PictureWish& wish) {
@@ -199,15 +173,17 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
   double sum_ms = 0;
   std::vector<Image> images;
   for (const Scene& scene : wish.scenes) {
-    View view = view_of(*wish.volume, scene);
-    view.scene = preview_scene(scene, rung);
-    RenderOptions options;
-    ask_for(wish.layer, view.scene, options);
-    options.may_update_tables = true;
+    Wish preview;
+    preview.scene = preview_scene(scene, rung);
+    preview.resolution = std::exchange(preview.scene->resolution, scene.resolution);
+    preview.scene->tolerance.reset();
+    if (!preview.scene->sampling) preview.scene->sampling = preview.scene->resolved_sampling();
+    if (wish.layer != ShownLayer::error) ask_for(wish.layer, preview);
+    preview.may_update_tables = true;
     const auto start = Clock::now();
-    RenderResult result = renderer_->render(view, options);
-    sum_ms += ms_since(start) - std::max(0.0, result.stats.shader_ms - 5);
-    images.push_back(std::move(result.image));
+    Drawn drawn = wish.volume->session->draw(*gpu_, preview);
+    sum_ms += ms_since(start) - std::max(0.0, drawn.stats.shader_ms - 5);
+    images.push_back(std::move(drawn.image));
   }
   const glm::dvec2 range = show_layer(wish.layer, images);
   {
@@ -222,36 +198,27 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
 }
 
 void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel) {
-  const Scene& scene = wish.scenes.front();
-  if (wish.volume != uploaded_) return;  // its light may be missing
-  View view = view_of(*wish.volume, scene);
-  const WorldRay ray = camera_ray(view.camera, scene.resolution, pixel.x, pixel.y);
-  view.camera = through_pixel(view.camera, scene.resolution, pixel);
-  view.scene.resolution = {1, 1};
-  view.scene.pixel_samples = 1;
-  if (scene.mode == Mode::back_to_front) view.scene.mode = Mode::alpha;
-  RenderOptions options;
-  options.depth = true;
-  const Image image = render_march_double(view, wish.volume->atlas, options).image;
-  const double depth = image.layers.back().values.front();
-  if (!std::isfinite(depth)) return;
+  if (wish.volume != shown_) return;  // its light may be missing
+  const auto point = wish.volume->session->pick(wish.scenes.front(), pixel);
+  if (!point) return;
   {
     const std::lock_guard lock(mutex_);
-    news_.picked = ray.origin + depth * ray.direction;
+    news_.picked = point;
   }
   on_news_();
 }
 
 void PictureMaker::renew_renderer() {
-  if (!renderer_ || !uploaded_) return;
+  if (!gpu_ || !shown_) return;
   // The new shaders must work before the old ones go.
-  auto renderer = std::make_unique<GlRenderer>(ContextOptions{options_.device, options_.debug});
-  renderer->upload(uploaded_->atlas, uploaded_filter_);
-  View view = uploaded_->view;
-  view.scene.filter = uploaded_filter_;
-  view.scene.resolution = {1, 1};
-  renderer->render(view);
-  renderer_ = std::move(renderer);
+  const std::shared_ptr<Marcher> gpu = open_gpu({options_.device, options_.debug});
+  Wish pixel;
+  pixel.scene = shown_->scene;
+  pixel.scene->tolerance.reset();
+  pixel.scene->sampling = pixel.scene->resolved_sampling();
+  pixel.resolution = glm::ivec2(1);
+  shown_->session->draw(*gpu, pixel);
+  gpu_ = gpu;
 }
 
 }  // namespace psivox::view

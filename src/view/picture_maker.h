@@ -8,9 +8,7 @@
 #include <thread>
 
 #include "gl/object_counts.h"
-#include "psivox/error_control.h"
-#include "psivox/image.h"
-#include "psivox/renderer.h"
+#include "psivox/draw.h"
 #include "view/pace.h"
 #include "view/shown_layer.h"
 #include "view/volume.h"
@@ -92,7 +90,7 @@ class PictureMaker {
   void run(const std::stop_token& stop);
   void serve(const std::stop_token& stop);
   void make(const PictureWish& wish, const std::stop_token& stop);
-  /// Has the volume lighted and uploaded for that filter.
+  /// Opens the GPU; has the volume lighted, and uploaded for that filter.
   void bring_up(const std::shared_ptr<Volume>& wished, Filter filter);
   void draw_previews(const PictureWish& wish);
   void find_picked(const PictureWish& wish, const glm::dvec2& pixel);
@@ -104,17 +102,10 @@ class PictureMaker {
   // picture_maker_exact.cpp
   void refine(const PictureWish& wish);
   void refine_side(const PictureWish& wish, std::size_t side);
-  void refine_layers(PictureWish wish);
-  /// One side of a comparison, with the layer that is wished.
-  Image with_layer(const PictureWish& wish, std::size_t side, const RenderOptions& options);
-  Image on_processor(const PictureWish& wish, std::size_t side, const RenderOptions& options);
-  /// The view as `render` has it marched; without a tolerance it is the plan's only content.
-  MarchPlan planned(View view, const MediumAtlas& atlas);
-  /// Draws the plan's picture, and says of the left one what its error is.
-  Image draw(MarchPlan plan, std::size_t side, const RenderOptions& options);
-  void estimated(const MarchPlan& plan, std::size_t side);
-  /// Options of work that is that part of the whole.
-  RenderOptions refining(const PictureWish& wish, double first, double last);
+  void refine_layers(const PictureWish& wish);
+  /// What Session is asked for one side of a comparison; its progress is told the window.
+  Wish exact_wish(const PictureWish& wish, std::size_t side);
+  Drawn draw(const PictureWish& wish, std::size_t side, const Wish& exact);
   /// A tile of the exact picture, for the window.
   void add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile);
 
@@ -134,9 +125,8 @@ class PictureMaker {
   std::optional<std::pair<std::string, double>> progress_;
 
   // the thread's own
-  std::unique_ptr<GlRenderer> renderer_;
-  std::shared_ptr<Volume> uploaded_;
-  Filter uploaded_filter_ = Filter::exact;
+  std::shared_ptr<Marcher> gpu_;
+  std::shared_ptr<Volume> shown_;  ///< which the GPU has drawn
   Pace pace_;
   std::jthread thread_;
 };

@@ -1,13 +1,9 @@
-// How PictureMaker makes what is shown at rest: what cmd_render.cpp would write.
+// How PictureMaker makes what is shown at rest: the picture that `psivox render` would write.
 
 #include <chrono>
 #include <cmath>
 #include <utility>
 
-#include "psivox/error_control.h"
-#include "psivox/light.h"
-#include "psivox/parameters.h"
-#include "psivox/reference.h"
 #include "view/picture_maker.h"
 
 namespace psivox::view {
@@ -16,18 +12,8 @@ namespace {
 /// Aimed at for a tile of the exact picture: how long a new wish may wait.
 constexpr double tile_ms = 25;
 
-/// Root mean square of a layer's values.
-double rms_of(const Layer& layer) {
-  double squares = 0;
-  for (const float value : layer.values) squares += double(value) * double(value);
-  return std::sqrt(squares / double(layer.values.size()));
-}
-
-/// Options of a small picture by the program of those.
-RenderOptions of_one_program(RenderOptions options) {
-  options.tile = {};
-  options.progress = {};
-  return options;
+DoneTile whole(const Image& image) {
+  return {0, 0, image.width, image.height, image.rgba().data()};
 }
 
 }  // namespace
@@ -55,12 +41,12 @@ void PictureMaker::refine(const PictureWish& wish) {
 }
 
 void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile) {
-  const glm::ivec2 whole = wish.scenes[side].resolution;
-  ExactPart part{wish.number, side, whole, {tile.x, tile.y}, {tile.width, tile.height}, {}};
+  const glm::ivec2 size = wish.scenes[side].resolution;
+  ExactPart part{wish.number, side, size, {tile.x, tile.y}, {tile.width, tile.height}, {}};
   part.rgba.reserve(std::size_t(tile.width) * std::size_t(tile.height) * 4);
   for (int y = tile.y; y < tile.y + tile.height; ++y) {
     const float* row =
-        tile.picture + 4 * (std::size_t(y) * std::size_t(whole.x) + std::size_t(tile.x));
+        tile.picture + 4 * (std::size_t(y) * std::size_t(size.x) + std::size_t(tile.x));
     part.rgba.insert(part.rgba.end(), row, row + 4 * std::size_t(tile.width));
   }
   const std::lock_guard lock(mutex_);
@@ -68,122 +54,69 @@ void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const Don
   news_.parts.push_back(std::move(part));
 }
 
-RenderOptions PictureMaker::refining(const PictureWish& wish, double first, double last) {
-  RenderOptions options;
-  options.tile_ms = tile_ms;
-  options.progress = [this, number = wish.number, first, last](double fraction) {
+Wish PictureMaker::exact_wish(const PictureWish& wish, std::size_t side) {
+  Wish exact;
+  exact.scene = wish.scenes[side];
+  exact.tile_ms = tile_ms;
+  const double share = 1 / double(wish.scenes.size()), first = double(side) * share;
+  exact.progress = [this, number = wish.number, first, share](psivox::Stage entered,
+                                                              double fraction) {
     check_current(number);
-    stage("refining", first + fraction * (last - first));
+    if (entered == psivox::Stage::marching)
+      stage("refining", first + fraction * share);
+    else
+      stage(stage_text(entered), fraction);
     on_news_();
   };
-  return options;
+  return exact;
 }
 
 void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
-  const Scene& scene = wish.scenes[side];
-  const double share = 1.0 / double(wish.scenes.size());
-  RenderOptions options = refining(wish, double(side) * share, double(side + 1) * share);
-  if (scene.renderer != RendererKind::gl) {
-    const Image image = on_processor(wish, side, options);
-    add_part(wish, side, {0, 0, image.width, image.height, image.rgba().data()});
-    return;
+  Wish exact = exact_wish(wish, side);
+  if (wish.scenes[side].renderer == RendererKind::gl) {
+    exact.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
+    draw(wish, side, exact);
+  } else {
+    add_part(wish, side, whole(draw(wish, side, exact).image));
   }
-  options.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
-  const View view = view_of(*wish.volume, scene);
-  draw(planned(view, wish.volume->atlas), side, options);
 }
 
-void PictureMaker::refine_layers(PictureWish wish) {
+void PictureMaker::refine_layers(const PictureWish& wish) {
   std::vector<Image> images;
-  const double share = 1.0 / double(wish.scenes.size());
   for (std::size_t side = 0; side < wish.scenes.size(); ++side) {
-    RenderOptions options = refining(wish, double(side) * share, double(side + 1) * share);
-    ask_for(wish.layer, wish.scenes[side], options);
-    images.push_back(with_layer(wish, side, options));
+    Wish exact = exact_wish(wish, side);
+    ask_for(wish.layer, exact);
+    // of the reference's layers there is `error` alone
+    if (exact.scene->renderer == RendererKind::reference && !exact.layers.error)
+      exact.scene->renderer = RendererKind::gl;
+    images.push_back(draw(wish, side, exact).image);
   }
-  std::optional<double> rms;
-  if (wish.layer == ShownLayer::error) rms = rms_of(images.front().layers.back());
   const glm::dvec2 range = show_layer(wish.layer, images);
   for (std::size_t side = 0; side < images.size(); ++side)
-    add_part(wish, side,
-             {0, 0, images[side].width, images[side].height, images[side].rgba().data()});
+    add_part(wish, side, whole(images[side]));
   const std::lock_guard lock(mutex_);
   news_.layer_range = range;
-  if (rms) news_.estimated_rms = rms;
 }
 
-Image PictureMaker::with_layer(const PictureWish& wish, std::size_t side,
-                               const RenderOptions& options) {
-  const Scene& scene = wish.scenes[side];
-  const bool error = wish.layer == ShownLayer::error;
-  // the reference has no other layer
-  if (scene.renderer == RendererKind::march_double ||
-      (scene.renderer == RendererKind::reference && error))
-    return on_processor(wish, side, options);
-  bring_up(wish.volume, scene.filter);
-  const MarchPlan plan = planned(view_of(*wish.volume, scene), wish.volume->atlas);
-  Image image = draw(plan, side, options);
-  if (!error) return image;
-  bring_up(wish.volume, Filter::exact);
-  const View exact = exact_view(plan.view);
-  const Image better = renderer_->render(exact, options).image;
-  const double common =
-      device_error(exact, wish.volume->atlas,
-                   renderer_->render(pilot_view(exact), of_one_program(options)).image);
-  image.layers.push_back(error_layer(image, better, common));
-  return image;
-}
-
-MarchPlan PictureMaker::planned(View view, const MediumAtlas& atlas) {
-  view.scene = with_default_tolerance(view.scene);
-  if (!view.scene.tolerance) {
-    MarchPlan given;
-    given.view = std::move(view);
-    return given;
+Drawn PictureMaker::draw(const PictureWish& wish, std::size_t side, const Wish& exact) {
+  Session* session = wish.volume->session.get();
+  std::shared_ptr<Marcher> marcher = gpu_;
+  std::optional<Session> own;
+  if (exact.scene->renderer != RendererKind::gl) {
+    marcher = open_marcher(*exact.scene);
+    // their light is their own, as the command's is
+    if (wish.volume->scene.lit())
+      session = &own.emplace(make_view(*exact.scene, wish.volume->fields));
   }
-  stage("choosing the march", 0);
-  return plan_march(view, atlas);
-}
-
-Image PictureMaker::draw(MarchPlan plan, std::size_t side, const RenderOptions& options) {
-  Image image = renderer_->render(plan.view, options).image;
-  if (plan.rays() > 0)
-    confirm(plan, renderer_->render(pilot_view(plan.view), of_one_program(options)).image);
-  estimated(plan, side);
-  return image;
-}
-
-void PictureMaker::estimated(const MarchPlan& plan, std::size_t side) {
-  if (side != 0 || plan.rays() == 0) return;
-  const std::lock_guard lock(mutex_);
-  news_.estimated_rms = plan.chosen.rms;
-}
-
-Image PictureMaker::on_processor(const PictureWish& wish, std::size_t side,
-                                 const RenderOptions& options) {
-  const Scene& scene = wish.scenes[side];
-  View view = view_of(*wish.volume, scene);
-  // their light is their own, as in cmd_render.cpp
-  const bool light = wish.volume->scene.lit();
-  if (light) view.medium = make_view(scene, wish.volume->fields).medium;
-  if (scene.renderer == RendererKind::reference) {
-    if (light) view = lit(view, reference_light_depths(view), options.progress);
-    return render_reference(view, 1e-12, options.progress).image;
+  Drawn drawn = session->draw(*marcher, exact);
+  std::optional<double> rms;
+  if (drawn.plan && drawn.plan->rays > 0) rms = drawn.plan->chosen.rms;
+  if (drawn.difference) rms = drawn.difference->rms;
+  if (side == 0 && rms) {
+    const std::lock_guard lock(mutex_);
+    news_.estimated_rms = rms;
   }
-  std::optional<MediumAtlas> own;
-  if (light) {
-    own = build_medium_atlas(view);
-    view = lit(view, march_double_light_depths(view, *own), options.progress);
-    add_luminance(*own, view);
-  }
-  const MediumAtlas& atlas = own ? *own : wish.volume->atlas;
-  const MarchPlan plan = planned(view, atlas);
-  Image image = render_march_double(plan.view, atlas, options).image;
-  estimated(plan, side);
-  if (wish.layer == ShownLayer::error)
-    image.layers.push_back(
-        error_layer(image, render_march_double(exact_view(plan.view), atlas, options).image));
-  return image;
+  return drawn;
 }
 
 }  // namespace psivox::view

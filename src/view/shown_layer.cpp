@@ -28,11 +28,12 @@ void paint(const std::vector<float>& values, const TransferFunction& map, std::s
 
 }  // namespace
 
-void ask_for(ShownLayer layer, Scene& scene, RenderOptions& options) {
-  options.count = layer == ShownLayer::steps;
-  options.depth = layer == ShownLayer::depth;
+void ask_for(ShownLayer layer, Wish& wish) {
+  wish.layers.steps = layer == ShownLayer::steps;
+  wish.layers.depth = layer == ShownLayer::depth;
+  wish.layers.error = layer == ShownLayer::error;
   // the same depths, which it does not follow
-  if (options.depth && scene.mode == Mode::back_to_front) scene.mode = Mode::alpha;
+  if (wish.layers.depth && wish.scene->mode == Mode::back_to_front) wish.scene->mode = Mode::alpha;
 }
 
 glm::dvec2 show_layer(ShownLayer layer, std::span<Image> images) {

@@ -3,7 +3,7 @@
 #include <glm/vec2.hpp>
 #include <span>
 
-#include "psivox/renderer.h"
+#include "psivox/draw.h"
 
 namespace psivox::view {
 
@@ -13,8 +13,8 @@ enum class ShownLayer { picture, steps, depth, error };
 /// Their names, in that order: those of --aov.
 inline constexpr const char* shown_layers[] = {"picture", "steps", "depth", "error"};
 
-/// The scene and the options under which a render has that layer; `error` takes a second one.
-void ask_for(ShownLayer layer, Scene& scene, RenderOptions& options);
+/// Asks for that layer of the wish's scene.
+void ask_for(ShownLayer layer, Wish& wish);
 
 /// Puts the layer into the pictures' R G B A as colours of viridis, and returns the values at the
 /// two ends, the same for all; A is 0 where there is no depth. A picture without the layer stays.

@@ -121,16 +121,12 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
   place_box(scene, *volume);
   box_known(volume->box_min, volume->box_max);
   progress("preparing", 0);
-  volume->view = make_view(scene, volume->fields);
-  volume->extinction = volume->view.medium.extinction;
-  volume->function = volume->view.medium.transfer;
+  volume->session = std::make_unique<Session>(make_view(scene, volume->fields));
+  volume->extinction = volume->session->view().medium.extinction;
+  volume->function = volume->session->view().medium.transfer;
   progress("converting", 0);
-  volume->atlas = build_medium_atlas(volume->view);
+  volume->session->convert();
   return volume;
-}
-
-View view_of(const Volume& volume, const Scene& scene) {
-  return {scene, volume.view.medium, make_camera(scene, volume.box_min, volume.box_max)};
 }
 
 Scene with_medium_of(const Volume& volume, const Scene& scene) {

@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "psivox/medium.h"
-#include "psivox/medium_atlas.h"
+#include "psivox/draw.h"
 #include "psivox/vdb.h"
 
 namespace psivox::view {
@@ -18,9 +17,8 @@ struct Histogram {
   std::array<double, 128> counts{};
 };
 
-/// A scene's file, read and converted: all that a picture needs but the camera, the march and what
-/// the GPU adds. `view` and `atlas` belong to the thread that draws, once it has the volume: it
-/// adds the light. The rest does not change.
+/// A scene's file, read and converted. The session belongs to the thread that draws, once it has
+/// the volume. The rest does not change.
 struct Volume {
   Scene scene;  ///< as asked for
   std::string key;
@@ -33,9 +31,7 @@ struct Volume {
   std::shared_ptr<const TransferFunction> function;  ///< of the density; null: none
   std::vector<std::string> notices;
 
-  View view;
-  MediumAtlas atlas;
-  bool light_added = false;
+  std::unique_ptr<Session> session;
 };
 
 /// What of a scene a volume depends on; `generation` counts reloads of its files. Scenes of one key
@@ -53,10 +49,6 @@ using BoxKnown = std::function<void(const glm::dvec3& box_min, const glm::dvec3&
 std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
                                        const std::shared_ptr<const Volume>& previous,
                                        const StageProgress& progress, const BoxKnown& box_known);
-
-/// The volume's medium as a scene of the same key sees it. Throws Error(usage) for a camera that is
-/// none.
-View view_of(const Volume& volume, const Scene& scene);
 
 /// The scene with the volume's own medium: what can be drawn of it while another one is prepared.
 Scene with_medium_of(const Volume& volume, const Scene& scene);

@@ -1,18 +1,10 @@
-// Renders a field of its own making through the installed library: no file, no GL.
-#include <psivox/atlas.h>
-#include <psivox/error.h>
-#include <psivox/field.h>
-#include <psivox/image.h>
-#include <psivox/medium.h>
-#include <psivox/reference.h>
-#include <psivox/renderer.h>
-#include <psivox/scene.h>
+// Draws two cameras of one medium through the installed library: no file, no GL.
+#include <psivox/draw.h>
 
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <exception>
-#include <memory>
 
 namespace {
 
@@ -30,6 +22,11 @@ std::shared_ptr<const psivox::Field> make_cube() {
   return field;
 }
 
+float middle_opacity(const psivox::Image& image) {
+  const int middle = image.height / 2 * image.width + image.width / 2;
+  return image.rgba()[std::size_t(4 * middle + 3)];
+}
+
 }  // namespace
 
 int main() try {
@@ -38,21 +35,25 @@ int main() try {
   scene.extinction = 0.25;
   scene.projection = psivox::Projection::orthographic;
   scene.early_termination = 0;
-  const psivox::View view = psivox::make_view(scene, make_cube(), nullptr);
 
-  const psivox::MediumAtlas atlas = psivox::build_medium_atlas(view);
-  const psivox::RenderResult march = psivox::render_march_double(view, atlas);
-  const psivox::ReferenceResult reference = psivox::render_reference(view);
-  const psivox::Comparison difference = psivox::compare_images(march.image, reference.image);
-
-  // Along the middle ray the field is 1 over 7 voxels and falls to 0 over one more at each end:
-  // optical depth 0.25 * 8.
-  const double opacity = march.image.rgba()[4 * (16 * 33 + 16) + 3];
-  const double expected = 1 - std::exp(-2.0);
-  std::printf("middle %.9f, expected %.9f; march - reference: RMS %.2g\n", opacity, expected,
-              difference.rms);
-  // Pictures are floats, which round 0.86 by 3e-8.
-  return std::abs(opacity - expected) < 1e-7 && difference.rms < 1e-7 ? 0 : 1;
+  psivox::Session session(psivox::make_view(scene, make_cube(), nullptr));
+  const auto marcher = psivox::open_double();
+  const auto reference = psivox::open_reference();
+  bool right = true;
+  for (const glm::dvec3& position : {glm::dvec3(3.5, 3.5, 30), glm::dvec3(30, 3.5, 3.5)}) {
+    scene.camera_position = position;
+    scene.camera_target = glm::dvec3(3.5);
+    const psivox::Wish wish{.scene = scene};
+    const psivox::Image image = session.draw(*marcher, wish).image;
+    const double rms = psivox::compare_images(image, session.draw(*reference, wish).image).rms;
+    // Along the middle ray the field is 1 over 7 voxels and falls to 0 over one more at each end:
+    // optical depth 0.25 * 8. Pictures are floats, which round 0.86 by 3e-8; the picture was asked
+    // for with the default tolerance of 1e-3.
+    const double error = std::abs(middle_opacity(image) - (1 - std::exp(-2.0)));
+    std::printf("middle ray off by %.1e, picture by RMS %.1e\n", error, rms);
+    right = right && error < 1e-3 && rms < 1e-3;
+  }
+  return right ? 0 : 1;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "consumer: %s\n", error.what());
   return 1;

@@ -12,9 +12,10 @@
 
 #include "dense_renderer.h"
 #include "fog.h"
+#include "march/medium_atlas.h"
 #include "median.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/renderer.h"
 #include "psivox/stopwatch.h"
 
 namespace {
@@ -22,7 +23,7 @@ namespace {
 using namespace psivox;
 using bench::median;
 
-/// One way to draw the scene.
+/// How the scene is drawn, and what that took.
 struct Variant {
   std::string name;
   std::function<double()> draw;  ///< milliseconds
@@ -70,14 +71,11 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
   scene.resolution = {side, side};
   if (luminance_from_density) scene.luminance_grid = field->name;
   const View base = make_view(scene, field, luminance_from_density ? field : nullptr);
-  View half_view = base;
-  half_view.scene.texel = TexelType::float16;
-  const MediumAtlas atlas = build_medium_atlas(base), half = build_medium_atlas(half_view);
+  const MediumAtlas atlas = build_medium_atlas(base);
   bench::DenseRenderer dense(*field, side);
-  GlRenderer exact, exact_half, hardware;
-  exact.upload(atlas);
-  exact_half.upload(half);
-  hardware.upload(atlas, Filter::hardware);
+  Session session(base);
+  // one each, so that none uploads anew in its turn
+  const auto exact = open_gpu(), exact_half = open_gpu(), hardware = open_gpu();
 
   std::vector<Variant> variants;
   const auto view_of = [&](auto change) {
@@ -95,8 +93,13 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
       s.filter = filter;
     };
   };
-  const auto add = [&](const std::string& name, GlRenderer& renderer, const View& view) {
-    const auto draw = [&renderer, view] { return renderer.render(view).stats.march_ms; };
+  const auto cells = [](Scene& s) { s.sampling = Sampling::cells; };
+  const auto add = [&](const std::string& name, Marcher& gpu, const View& view,
+                       TexelType texel = TexelType::float32) {
+    Wish wish;
+    wish.scene = view.scene;
+    wish.scene->texel = texel;
+    const auto draw = [&, wish] { return session.draw(gpu, wish).stats.march_ms; };
     variants.push_back({name, draw, {}, {}});
   };
   const auto add_dense = [&](const std::string& name, Filter filter) {
@@ -105,23 +108,25 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
     variants.push_back({name, draw, {}, {}});
   };
   add_dense("dense porter-duff, exact", Filter::exact);
-  add(std::string(uniform_name) + " porter-duff, exact", exact,
+  add(std::string(uniform_name) + " porter-duff, exact", *exact,
       view_of(uniform(Integrator::porter_duff, Filter::exact)));
-  add(std::string(uniform_name) + " psi-balanced, exact", exact,
+  add(std::string(uniform_name) + " psi-balanced, exact", *exact,
       view_of(uniform(Integrator::psi_balanced, Filter::exact)));
-  add(std::string(uniform_name) + " psi-balanced, float16", exact_half,
-      view_of(uniform(Integrator::psi_balanced, Filter::exact)));
-  add("cells psi-weighted, exact", exact, view_of([](Scene&) {}));
-  add("cells psi-weighted, float16", exact_half, view_of([](Scene&) {}));
+  add(std::string(uniform_name) + " psi-balanced, float16", *exact_half,
+      view_of(uniform(Integrator::psi_balanced, Filter::exact)), TexelType::float16);
+  add("cells psi-weighted, exact", *exact, view_of(cells));
+  add("cells psi-weighted, float16", *exact_half, view_of(cells), TexelType::float16);
   add_dense("dense porter-duff, hardware", Filter::hardware);
-  add(std::string(uniform_name) + " psi-balanced, hardware", hardware,
+  add(std::string(uniform_name) + " psi-balanced, hardware", *hardware,
       view_of(uniform(Integrator::psi_balanced, Filter::hardware)));
-  add("cells psi-weighted, hardware", hardware,
-      view_of([](Scene& s) { s.filter = Filter::hardware; }));
+  add("cells psi-weighted, hardware", *hardware, view_of([&](Scene& s) {
+        cells(s);
+        s.filter = Filter::hardware;
+      }));
 
   run_interleaved(variants);
   std::printf("  %dx%d, luminance %s, %s\n", side, side,
-              luminance_from_density ? "from the grid" : "constant", exact.description().c_str());
+              luminance_from_density ? "from the grid" : "constant", description(*exact).c_str());
   std::printf("    %-34s %9s %9s %16s %12s %16s\n", "variant", "ms", "spread", "dense / variant",
               "CPU ms", "dense / variant");
   double baseline = 0, baseline_work = 0;

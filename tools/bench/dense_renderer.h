@@ -6,7 +6,7 @@
 #include "gl/egl_context.h"
 #include "gl/program.h"
 #include "gl/tile_target.h"
-#include "psivox/medium.h"
+#include "march/medium_atlas.h"
 
 namespace psivox::bench {
 

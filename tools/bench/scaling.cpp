@@ -10,9 +10,8 @@
 #include "fetch_rate.h"
 #include "fog.h"
 #include "median.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/error_control.h"
-#include "psivox/renderer.h"
 
 namespace {
 
@@ -54,28 +53,29 @@ SharedField shared(Field field) { return std::make_shared<const Field>(std::move
 /// One point of a curve: a field with itself as luminance, marched as the scene says.
 struct Point {
   std::string name;
-  View view;
-  MediumAtlas atlas;
-  std::unique_ptr<GlRenderer> renderer = std::make_unique<GlRenderer>();
+  glm::ivec2 resolution;
+  Session session;
+  std::shared_ptr<Marcher> gpu = open_gpu();
+  Wish wish{.confirm = false};
   double lookups = 0;
   std::vector<double> times, work;
 
   Point(std::string label, const SharedField& field, const Scene& scene)
       : name(std::move(label)),
-        view(make_view(scene, field, field)),
-        atlas(build_medium_atlas(view)) {
+        resolution(scene.resolution),
+        session(make_view(scene, field, field)) {
     if (scene.tolerance) {
-      const MarchPlan plan = plan_march(view, atlas);
-      name += ", " + trial_text(plan.chosen);
-      view = plan.view;
+      wish.plan = session.plan(*gpu, wish);
+      name += ", " + method_text(wish.plan->chosen.method);
     }
-    renderer->upload(atlas);
-    lookups = double(renderer->render(view, {.count = true}).stats.samples);
-    renderer->render(view);  // compiles
+    Wish counted = wish;
+    counted.count = true;
+    lookups = double(session.draw(*gpu, counted).stats.samples);
+    session.draw(*gpu, wish);  // compiles
   }
 
   void draw() {
-    const RenderStats stats = renderer->render(view).stats;
+    const RenderStats stats = session.draw(*gpu, wish).stats;
     times.push_back(stats.march_ms);
     work.push_back(bench::is_software(stats.renderer) ? stats.cpu_ms : stats.gpu_ms);
   }
@@ -108,7 +108,7 @@ class Curve {
                 "look-ups", "M look-ups/s", "of limit", "ns/pixel");
     for (const Point& p : points_) {
       const double work = median(p.work), rate = 1e3 * p.lookups / work;
-      const glm::ivec2 size = p.view.scene.resolution;
+      const glm::ivec2 size = p.resolution;
       std::printf("%-40s %9.2f %9.2f %12.0f %12.1f %9.0f%% %10.1f\n", p.name.c_str(),
                   median(p.times), work, p.lookups, 1e-6 * rate, 100 * rate / limit_,
                   1e6 * work / (double(size.x) * double(size.y)));
@@ -127,7 +127,7 @@ class Curve {
 
   std::string title_;
   double limit_;
-  std::deque<Point> points_;  // stay in place: renderers point into them
+  std::deque<Point> points_;  // stay in place
 };
 
 void print_memory(const char* name, const Field& field) {
@@ -142,7 +142,7 @@ void run() {
   constexpr int side = 512;
   const SharedField fog = shared(bench::make_fog(256));
   const double limit = bench::fetch_rate(build_atlas(*fog));
-  std::printf("%s\nfetching alone: %.1f M look-ups/s of work\n", GlRenderer().description().c_str(),
+  std::printf("%s\nfetching alone: %.1f M look-ups/s of work\n", description(*open_gpu()).c_str(),
               1e-6 * limit);
 
   Curve pixels("time against pixels: fog 256^3", limit);

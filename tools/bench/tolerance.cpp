@@ -12,10 +12,9 @@
 #include <vector>
 
 #include "median.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/error_control.h"
 #include "psivox/parameters.h"
-#include "psivox/renderer.h"
 #include "psivox/statistics.h"
 #include "psivox/text_file.h"
 
@@ -32,15 +31,21 @@ struct Case {
   Scene scene;
 };
 
-struct Drawn {
+/// A picture by one method, and what it takes.
+struct Measured {
+  Wish wish;
   Image image;
   double samples = 0;          ///< a ray
   std::vector<double> cpu_ms;  ///< of each round
 };
 
-Drawn draw(GlRenderer& gl, const View& view) {
-  RenderResult counted = gl.render(view, {.count = true});
-  return {std::move(counted.image), double(counted.stats.samples) / double(counted.stats.rays), {}};
+Measured measure(Session& session, Marcher& gpu, Wish wish) {
+  wish.count = true;
+  Drawn counted = session.draw(gpu, wish);
+  wish.count = wish.confirm = false;
+  const RenderStats& stats = counted.stats;
+  return {
+      std::move(wish), std::move(counted.image), double(stats.samples) / double(stats.rays), {}};
 }
 
 /// What 99.9 % of the pixels are within, by their worst channels.
@@ -57,10 +62,9 @@ double tail_of(const Image& a, const Image& b) {
 
 /// One uniform rule at one step.
 struct CurvePoint {
-  View view;
-  Drawn drawn;
+  Measured drawn;
   double rms = 0, tail = 0;  ///< tail: of 99.9 % of the pixels
-  double step() const { return *view.scene.step; }
+  double step() const { return *drawn.wish.scene->step; }
 };
 
 /// One uniform rule, from wide steps to narrow ones.
@@ -93,38 +97,59 @@ Hindsight hindsight(const std::vector<Curve>& curves, double error, double tail,
   return {best.value_or(*narrowest), !best};
 }
 
-void run(const Case& c, int side) {
-  Scene scene = c.scene;
-  scene.resolution = {side, side};
-  const View base = make_view(scene, VdbFile(scene.input));
-  const MediumAtlas atlas = build_medium_atlas(base);
-  GlRenderer gl;
-  gl.upload(atlas);
-  const auto variant = [&](auto change) {
-    View view = base;
-    view.scene.sampling.reset();
-    view.scene.step.reset();
-    change(view.scene);
-    return view;
-  };
-  const View exact = exact_view(base);
-  const Image truth = render_march_double(exact, atlas).image;
+/// A picture that was asked for by its error.
+struct Asked {
+  double tolerance;
+  MarchPlan plan;
+  double plan_ms;
+  Measured drawn;
+};
 
-  std::vector<Curve> curves;
-  for (const Integrator rule :
-       {Integrator::psi_balanced, Integrator::midpoint, Integrator::porter_duff}) {
-    const auto point = [&](double step) {
-      const View view = variant([&](Scene& s) {
-        s.step = step;
-        s.integrator = rule;
-      });
-      Drawn drawn = draw(gl, view);
-      const double rms = compare_images(drawn.image, truth).rms, tail = tail_of(drawn.image, truth);
-      return CurvePoint{view, std::move(drawn), rms, tail};
+/// All pictures of one scene.
+class Scenario {
+ public:
+  Scenario(const Case& c, int side) : name_(c.name), scene_(c.scene) {
+    scene_.resolution = {side, side};
+    session_.emplace(make_view(scene_, VdbFile(scene_.input)));
+    scene_ = session_->view().scene;
+    scene_.sampling.reset();
+    scene_.step.reset();
+    truth_ = session_->draw(*open_double(), {.exact = true}).image;
+  }
+
+  void run() {
+    for (const Integrator rule :
+         {Integrator::psi_balanced, Integrator::midpoint, Integrator::porter_duff})
+      curves_.push_back(curve_of(rule));
+    for (const double tolerance : tolerances) asked_.push_back(ask(tolerance));
+    Measured exact = measure(*session_, *gpu_, {.exact = true});
+    const auto time = [&](Measured& drawn) {
+      drawn.cpu_ms.push_back(session_->draw(*gpu_, drawn.wish).stats.cpu_ms);
     };
+    for (int i = 0; i < rounds; ++i) {
+      for (Curve& curve : curves_)
+        for (CurvePoint& p : curve.points) time(p.drawn);
+      for (Asked& a : asked_) time(a.drawn);
+      time(exact);
+    }
+    print(exact);
+  }
+
+ private:
+  CurvePoint point(Integrator rule, double step) {
+    Wish wish;
+    wish.scene = scene_;
+    wish.scene->step = step;
+    wish.scene->integrator = rule;
+    Measured drawn = measure(*session_, *gpu_, wish);
+    const double rms = compare_images(drawn.image, truth_).rms, tail = tail_of(drawn.image, truth_);
+    return {std::move(drawn), rms, tail};
+  }
+
+  Curve curve_of(Integrator rule) {
     Curve curve{info(rule).name, {}};
     for (double step = 8; step > 0.03; step /= 2) {
-      curve.points.push_back(point(step));
+      curve.points.push_back(point(rule, step));
       if (curve.points.back().rms < 5e-6) break;
     }
     // The error need not grow with the step: the widest step is found by drawing.
@@ -136,52 +161,41 @@ void run(const Case& c, int side) {
         const double part = std::log(fine->rms / tolerance) / std::log(fine->rms / coarse->rms);
         if (part < 0.05) break;
         const double step = fine->step() * std::pow(coarse->step() / fine->step(), 0.97 * part);
-        curve.points.insert(fine, point(step));
+        curve.points.insert(fine, point(rule, step));
       }
-    curves.push_back(std::move(curve));
+    return curve;
   }
-  struct Asked {
-    double tolerance;
-    MarchPlan plan;
-    double plan_ms;
-    Drawn drawn;
-  };
-  std::vector<Asked> asked;
-  for (const double tolerance : tolerances) {
-    const std::clock_t before = std::clock();
-    View view = base;
-    view.scene.tolerance = tolerance;
-    view.scene.early_termination.reset();
-    MarchPlan plan = plan_march(view, atlas);
-    const double ms = 1e3 * double(std::clock() - before) / CLOCKS_PER_SEC;
-    Drawn drawn = draw(gl, plan.view);
-    if (plan.rays() > 0) confirm(plan, gl.render(pilot_view(plan.view)).image);
-    asked.push_back({tolerance, std::move(plan), ms, std::move(drawn)});
+
+  Asked ask(double tolerance) {
+    Wish wish;
+    wish.scene = scene_;
+    wish.scene->integrator.reset();
+    wish.scene->tolerance = tolerance;
+    wish.scene->early_termination.reset();
+    const Drawn drawn = session_->draw(*gpu_, wish);
+    wish.plan = drawn.plan;
+    return {tolerance, *drawn.plan, drawn.times.plan_cpu_ms, measure(*session_, *gpu_, wish)};
   }
-  Drawn exact_drawn = draw(gl, exact);
-  for (int i = 0; i < rounds; ++i) {
-    const auto time = [&](const View& view, Drawn& drawn) {
-      drawn.cpu_ms.push_back(gl.render(view).stats.cpu_ms);
-    };
-    for (Curve& curve : curves)
-      for (CurvePoint& p : curve.points) time(p.view, p.drawn);
-    for (Asked& a : asked) time(a.plan.view, a.drawn);
-    time(exact, exact_drawn);
+
+  void print(const Measured& exact) const {
+    std::printf("%s: extinction %.3g, cell-exact %.1f look-ups, %.0f ms\n", name_.c_str(),
+                session_->view().medium.extinction, exact.samples, median(exact.cpu_ms));
+    for (const Curve& curve : curves_) {
+      std::printf("  %-14s", curve.name.c_str());
+      for (const CurvePoint& p : curve.points)
+        std::printf(" %.3g: %.1e/%.1f/%.0f", p.step(), p.rms, p.drawn.samples,
+                    median(p.drawn.cpu_ms));
+      std::printf("\n");
+    }
+    for (const Asked& a : asked_) print(a);
+    std::fflush(stdout);
   }
-  std::printf("%s: extinction %.3g, cell-exact %.1f look-ups, %.0f ms\n", c.name.c_str(),
-              base.medium.extinction, exact_drawn.samples, median(exact_drawn.cpu_ms));
-  for (const Curve& curve : curves) {
-    std::printf("  %-14s", curve.name.c_str());
-    for (const CurvePoint& p : curve.points)
-      std::printf(" %.3g: %.1e/%.1f/%.0f", p.step(), p.rms, p.drawn.samples,
-                  median(p.drawn.cpu_ms));
-    std::printf("\n");
-  }
-  for (const Asked& a : asked) {
-    const Comparison error = compare_images(a.drawn.image, truth);
-    const auto ms_of = [](const Drawn& d) { return median(d.cpu_ms); };
-    const auto samples_of = [](const Drawn& d) { return d.samples; };
-    const double tail = tail_of(a.drawn.image, truth), ms = ms_of(a.drawn);
+
+  void print(const Asked& a) const {
+    const Comparison error = compare_images(a.drawn.image, truth_);
+    const auto ms_of = [](const Measured& d) { return median(d.cpu_ms); };
+    const auto samples_of = [](const Measured& d) { return d.samples; };
+    const double tail = tail_of(a.drawn.image, truth_), ms = ms_of(a.drawn);
     const double kept_tail = std::max(tail, 5 * a.tolerance);
     const auto ratio = [](const Hindsight& h, double own) {
       char text[32];
@@ -189,19 +203,26 @@ void run(const Case& c, int side) {
       return std::string(text);
     };
     const auto ratios = [&](double most_tail) {
-      return ratio(hindsight(curves, a.tolerance, most_tail, samples_of), a.drawn.samples) + " " +
-             ratio(hindsight(curves, a.tolerance, most_tail, ms_of), ms);
+      return ratio(hindsight(curves_, a.tolerance, most_tail, samples_of), a.drawn.samples) + " " +
+             ratio(hindsight(curves_, a.tolerance, most_tail, ms_of), ms);
     };
     std::printf(
         "  E %.0e  %-34s%s rms/E %.3f (est %.3f) p99.9/E %.1f max/E %.1f  look-ups %.1f ms %.0f "
         "hindsight over these %s, with this tail %s  plan %.0f ms (%d rays, %zu trials)\n",
-        a.tolerance, trial_text(a.plan.chosen).c_str(), a.plan.view.brick_steps ? "*" : " ",
+        a.tolerance, method_text(a.plan.chosen.method).c_str(), a.plan.by_brick ? "*" : " ",
         error.rms / a.tolerance, a.plan.chosen.rms / a.tolerance, tail / a.tolerance,
         error.max / a.tolerance, a.drawn.samples, ms, ratios(1e30).c_str(),
-        ratios(kept_tail).c_str(), a.plan_ms, a.plan.rays(), a.plan.trials.size());
+        ratios(kept_tail).c_str(), a.plan_ms, a.plan.rays, a.plan.trials.size());
   }
-  std::fflush(stdout);
-}
+
+  std::string name_;
+  Scene scene_;  ///< with no method
+  std::shared_ptr<Marcher> gpu_ = open_gpu();
+  std::optional<Session> session_;
+  Image truth_;
+  std::vector<Curve> curves_;
+  std::vector<Asked> asked_;
+};
 
 }  // namespace
 
@@ -213,9 +234,10 @@ int main(int argc, char** argv) {
         side = std::atoi(argv[++i]);
         continue;
       }
-      run({std::filesystem::path(argv[i]).stem().string(),
-           scene_from_json(read_text(argv[i], "scene"))},
-          side);
+      Scenario({std::filesystem::path(argv[i]).stem().string(),
+                scene_from_json(read_text(argv[i], "scene"))},
+               side)
+          .run();
     }
     return 0;
   } catch (const Error& e) {

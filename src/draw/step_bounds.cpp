@@ -1,4 +1,4 @@
-#include "control/step_bounds.h"
+#include "draw/step_bounds.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,16 +1,17 @@
-#include "control/pilot.h"
+#include "draw/pilot.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "psivox/renderer.h"
+#include "draw/plan.h"
+#include "march/march_double.h"
 
 namespace psivox {
 namespace {
 
-/// One in so many of the picture's rays is marched by the pilot, within bounds: a small part of the
-/// picture's work, an RMS with a spread of a few per cent, and a greatest error that is about that
+/// The pilot marches one in so many of the picture's rays, within bounds. That is a small part of
+/// the picture's work, its RMS spreads by a few per cent, and its greatest error is about that
 /// which one pixel in a thousand exceeds.
 constexpr double rays_share = 512;
 constexpr double fewest_rays = 800, most_rays = 1600;
@@ -29,8 +30,10 @@ View sized(View view, const glm::ivec2& size) {
   return view;
 }
 
-Image march(const View& view, const MediumAtlas& atlas, double& samples) {
-  RenderResult result = render_march_double(view, atlas, {.count = true});
+Image march(const MethodView& marched, const glm::ivec2& size, const MediumAtlas& atlas,
+            double& samples) {
+  RenderResult result = render_march_double(sized(marched.view, size), atlas,
+                                            {.count = true, .brick_steps = marched.brick_steps});
   samples = double(result.stats.samples) / double(result.stats.rays);
   return std::move(result.image);
 }
@@ -40,7 +43,7 @@ Image march(const View& view, const MediumAtlas& atlas, double& samples) {
 View pilot_view(const View& view) { return sized(view, pilot_size(view.scene.resolution)); }
 
 Pilot::Pilot(const View& exact, const MediumAtlas& atlas) : atlas_(atlas) {
-  truth_ = march(pilot_view(exact), atlas_, exact_samples_);
+  truth_ = march({exact, {}}, pilot_size(exact.scene.resolution), atlas_, exact_samples_);
 }
 
 bool Pilot::has_opacity(double opacity) const {
@@ -58,17 +61,17 @@ double Pilot::brightest() const {
   return most;
 }
 
-double Pilot::rough_samples(const View& view) const {
+double Pilot::rough_samples(const MethodView& marched) const {
   double samples = 0;
-  march(sized(view, glm::min(glm::ivec2(truth_.width, truth_.height), glm::ivec2(5))), atlas_,
-        samples);
+  march(marched, glm::min(glm::ivec2(truth_.width, truth_.height), glm::ivec2(5)), atlas_, samples);
   return samples;
 }
 
-void Pilot::run(Trial& way, const View& view) const {
-  const Comparison c = compare_images(march(pilot_view(view), atlas_, way.samples), truth_);
-  way.rms = std::hypot(c.rms, arithmetic_error);
-  way.max = c.max;
+void Pilot::run(Trial& trial, const MethodView& marched) const {
+  const Image image = march(marched, {truth_.width, truth_.height}, atlas_, trial.samples);
+  const Comparison c = compare_images(image, truth_);
+  trial.rms = std::hypot(c.rms, arithmetic_error);
+  trial.max = c.max;
 }
 
 }  // namespace psivox

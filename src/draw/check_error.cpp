@@ -2,10 +2,10 @@
 #include <cmath>
 #include <random>
 
+#include "draw/plan.h"
 #include "psivox/error.h"
-#include "psivox/error_control.h"
-#include "psivox/reference.h"
 #include "psivox/statistics.h"
+#include "reference/reference.h"
 
 namespace psivox {
 namespace {
@@ -49,8 +49,8 @@ Layer error_layer(const Image& picture, const Image& better, double common) {
   return layer;
 }
 
-CheckedError check_error(const View& view, const Image& picture, int pixels,
-                         const Progress& progress) {
+CheckedError check_pixels(const View& view, const Image& picture, int pixels,
+                          const Progress& progress) {
   const std::vector<glm::ivec2> places = stratified_pixels({picture.width, picture.height}, pixels);
   const std::vector<glm::dvec4> truth = reference_pixels(view, places, 1e-12, progress);
   CheckedError error{int(places.size())};

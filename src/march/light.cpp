@@ -1,4 +1,4 @@
-#include "psivox/light.h"
+#include "march/light.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "psivox/medium_atlas.h"
+#include "psivox/medium.h"
 #include "psivox/progress.h"
 
 namespace psivox {
@@ -21,11 +21,6 @@ using LightDepths = std::function<std::vector<double>(std::span<const glm::ivec3
 /// where a transfer function gives colours. A luminance of another grid is interpolated at the
 /// density's voxels. A view without light returns as it is.
 View lit(View view, const LightDepths& depths, const Progress& progress = {});
-
-/// Depths by the march in double over the density's atlas, and by the reference, which reads the
-/// field itself. The GPU's are GlRenderer::light_depths. View and atlas must outlive them.
-LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas);
-LightDepths reference_light_depths(const View& view);
 
 /// The view whose march gives those depths: orthographic, looking towards the light, cells only.
 View light_march(const View& view);

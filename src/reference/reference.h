@@ -1,10 +1,10 @@
 #pragma once
 
-#include <glm/vec2.hpp>
-#include <glm/vec4.hpp>
+#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "march/light.h"
 #include "psivox/image.h"
 #include "psivox/medium.h"
 #include "psivox/progress.h"
@@ -20,16 +20,19 @@ struct ReferenceResult {
   double seconds = 0;
 };
 
-/// The picture in double precision, by another algorithm than the march: between the faces of the
+/// The picture in double precision, by another algorithm than the march. Between the faces of the
 /// trilinear cells, and there between the knots of a transfer function, attenuation is a cubic,
-/// whose optical depth its Bernstein coefficients give exactly; the radiance is integrated by
-/// Gauss-Legendre panels, halved until two orders agree within `tolerance` of the ray. No early
-/// termination above `tolerance`. It reads Field, not the atlas.
+/// whose optical depth its Bernstein coefficients give exactly. The radiance is integrated by
+/// Gauss-Legendre panels, halved until two orders agree within `tolerance` of the ray. No ray ends
+/// early above `tolerance`. It reads Field, not the atlas.
 ReferenceResult render_reference(const View& view, double tolerance = 1e-12,
                                  const Progress& progress = {});
 
 /// R G B A of some of the view's pixels, in double.
 std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::ivec2> pixels,
                                          double tolerance = 1e-12, const Progress& progress = {});
+
+/// Optical depths towards the view's light, exact for trilinear data. The view must outlive them.
+LightDepths reference_light_depths(const View& view);
 
 }  // namespace psivox

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "psivox/medium_atlas.h"
+#include "march/medium_atlas.h"
 
 namespace psivox {
 

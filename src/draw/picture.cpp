@@ -1,0 +1,99 @@
+#include "draw/picture.h"
+
+#include <cmath>
+
+#include "march/march_double.h"
+#include "psivox/text.h"
+
+namespace psivox {
+namespace {
+
+bool wanted(const std::string& layer, const Layers& layers) {
+  return (layer == "depth" && layers.depth) || (layer == "transmittance" && layers.transmittance) ||
+         (layer == "steps" && layers.steps) || (layer == "samples" && layers.samples) ||
+         (layer == "error" && layers.error);
+}
+
+}  // namespace
+
+Picture::Picture(Marcher& marcher, const View& view, const Wish& wish,
+                 std::optional<MarchPlan> plan)
+    : marcher_(marcher), view_(view), wish_(wish), plan_(std::move(plan)) {
+  if (plan_) expected_rms_ = plan_->chosen.rms;
+}
+
+RenderOptions Picture::options() const {
+  RenderOptions options;
+  options.count = wish_.count || wish_.layers.steps || wish_.layers.samples;
+  options.depth = wish_.layers.depth;
+  options.transmittance = wish_.layers.transmittance;
+  options.tile = wish_.tile;
+  options.tile_ms = wish_.tile_ms;
+  options.may_update_tables = wish_.may_update_tables;
+  if (plan_) options.brick_steps = plan_->march->brick_steps;
+  if (wish_.progress)
+    options.progress = [this](double fraction) { wish_.progress(Stage::marching, fraction); };
+  return options;
+}
+
+RenderOptions Picture::pilot_options() const {
+  RenderOptions small = options();
+  small.tile = {};
+  small.progress = {};
+  return small;
+}
+
+void Picture::march() {
+  RenderResult result = marcher_.render(marched(), options());
+  drawn_.image = std::move(result.image);
+  drawn_.stats = std::move(result.stats);
+}
+
+void Picture::confirm_plan() {
+  if (!plan_) return;
+  const std::optional<double>& tolerance = view_.scene.tolerance;
+  if (wish_.confirm && marcher_.rounds() && plan_->rays > 0)
+    confirm(*plan_, marcher_.render(pilot_view(marched()), pilot_options()).image);
+  const double rms = plan_->chosen.rms;
+  if (wish_.time_budget_ms && !plan_->reached)
+    drawn_.notices.push_back(formatted(
+        "no march is expected to end within %.4g ms; marched as coarsely as is reasonable",
+        *wish_.time_budget_ms));
+  if (!tolerance || wish_.time_budget_ms) return;
+  if (!plan_->reached)
+    drawn_.notices.push_back(formatted(
+        "the error is estimated as %.2g, above --tolerance %.2g; marched as exactly as it can "
+        "be",
+        expected_rms_, *tolerance));
+  else if (rms > *tolerance)
+    drawn_.notices.push_back(formatted(
+        "the error is %.2g, above --tolerance %.2g, by the device's arithmetic", rms, *tolerance));
+  if (rms > *tolerance) plan_->reached = false;
+}
+
+void Picture::add_error(const MediumAtlas& atlas) {
+  if (wish_.progress) wish_.progress(Stage::checking, 0);
+  const View exact = exact_view(marched());
+  RenderOptions whole;
+  whole.tile_ms = wish_.tile_ms;
+  if (wish_.progress)
+    whole.progress = [this](double fraction) { wish_.progress(Stage::checking, fraction); };
+  const Image better = marcher_.render(exact, whole).image;
+  const double common =
+      marcher_.rounds() ? device_error(exact, atlas, marcher_.render(pilot_view(exact)).image) : 0;
+  drawn_.difference = compare_images(drawn_.image, better);
+  drawn_.difference->rms = std::hypot(drawn_.difference->rms, common);
+  drawn_.image.layers.push_back(error_layer(drawn_.image, better, common));
+}
+
+Drawn Picture::finish() {
+  // Counting makes layers that nobody may have asked for.
+  std::erase_if(drawn_.image.layers, [&](const Layer& layer) {
+    return !layer.name.empty() && !wanted(layer.name, wish_.layers);
+  });
+  drawn_.scene = view_.scene;
+  drawn_.plan = std::move(plan_);
+  return std::move(drawn_);
+}
+
+}  // namespace psivox

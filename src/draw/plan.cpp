@@ -1,0 +1,115 @@
+#include "draw/plan.h"
+
+#include <limits>
+
+#include "draw/lattice_search.h"
+#include "march/march_double.h"
+
+namespace psivox {
+namespace {
+
+/// What time budgets are counted in.
+Method budget_method() { return lattice(4); }
+
+/// Maxima and surfaces have no step: cells find them.
+bool has_step(const Scene& scene) { return scene.composites() || scene.mode == Mode::xray; }
+
+MarchPlan only_plan(const View& view) {
+  MarchPlan plan;
+  plan.chosen.method = exact_method(view);
+  plan.chosen.rms = arithmetic_error;
+  plan.march =
+      std::make_shared<PlannedMarch>(PlannedMarch{with_method(view, plan.chosen.method), {}, {}});
+  return plan;
+}
+
+MarchPlan plan_of(Trials& trials, const Trial& chosen, bool reached) {
+  MarchPlan plan{.chosen = chosen, .trials = trials.done(), .reached = reached};
+  MethodView marched = trials.marched(chosen);
+  const Image& truth = trials.pilot().truth();
+  plan.rays = truth.width * truth.height;
+  plan.by_brick = bool(marched.brick_steps);
+  plan.march = std::make_shared<PlannedMarch>(
+      PlannedMarch{std::move(marched.view), std::move(marched.brick_steps), truth});
+  return plan;
+}
+
+void consider(const Trial& trial, Trial& best) {
+  if (trial.accepted && (!best.accepted || trial.cost < best.cost)) best = trial;
+}
+
+/// Cells in linear segments, where the exact method is costly: along a function's gradient.
+void try_segments(Trials& trials, Trial& best) {
+  for (const int segments : {1, 2, 4, 8, 16})
+    consider(trials.run({.integrator = Integrator::psi_weighted, .segments = segments}), best);
+}
+
+/// The cheapest lattice, and the same by simpler rules, which may be ahead of `best` where it is
+/// not.
+void try_lattices(Trials& trials, Trial& best) {
+  LatticeSearch search(trials, best);
+  search.search();
+  if (!search.found()) return;
+  const Trial found = *search.found();
+  consider(found, best);
+  for (const Integrator rule : {Integrator::porter_duff, Integrator::midpoint}) {
+    // porter-duff is of first order where the step changes
+    if (rule == Integrator::porter_duff && trials.marched(found).brick_steps) continue;
+    if (trials.cost_by(rule, found) >= best.cost) continue;
+    Method method = found.method;
+    method.integrator = rule;
+    consider(trials.run(method, found.worst_brick), best);
+    if (best.method.integrator == rule) return;
+  }
+}
+
+}  // namespace
+
+View exact_view(const View& view) {
+  View exact = with_method(view, exact_method(view));
+  exact.scene.early_termination = 0;
+  exact.scene.filter = Filter::exact;
+  return exact;
+}
+
+View budget_unit(const View& view) { return with_method(view, budget_method()); }
+
+MarchPlan plan_march(const View& view, const MediumAtlas& atlas) {
+  if (!has_step(view.scene)) return only_plan(view);
+  Trials trials(view, atlas, *view.scene.tolerance);
+  Trial best = trials.run_exact();
+  if (view.medium.gradient) try_segments(trials, best);
+  if (!view.medium.emission) try_lattices(trials, best);
+  return plan_of(trials, best, best.accepted);
+}
+
+MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget) {
+  if (!has_step(view.scene)) return only_plan(view);
+  Trials trials(view, atlas, 0);
+  const double most = budget * trials.run(budget_method(), worst_brick).cost;
+  std::optional<Trial> best;
+  const auto consider_time = [&](const Trial& trial) {
+    const bool within = trial.cost <= most;
+    const bool better = within ? !best || best->cost > most || trial.rms < best->rms
+                               : !best || trial.cost < best->cost;
+    if (better) best = trial;
+    return within;
+  };
+  const bool exact = consider_time(trials.run_exact());
+  for (double step = widest_step; !exact && step >= narrowest_step; step /= 2)
+    if (!consider_time(trials.run(lattice(step), worst_brick))) break;
+  return plan_of(trials, *best, best->cost <= most);
+}
+
+void confirm(MarchPlan& plan, const Image& drawn) {
+  const Comparison c = compare_images(drawn, plan.march->truth);
+  const double broken = std::numeric_limits<double>::infinity();
+  plan.chosen.rms = c.not_finite ? broken : c.rms;
+  plan.chosen.max = c.not_finite ? broken : c.max;
+}
+
+double device_error(const View& exact, const MediumAtlas& atlas, const Image& drawn) {
+  return compare_images(drawn, render_march_double(pilot_view(exact), atlas).image).rms;
+}
+
+}  // namespace psivox

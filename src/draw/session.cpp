@@ -1,0 +1,227 @@
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "draw/pick.h"
+#include "draw/picture.h"
+#include "march/explain.h"
+#include "march/march_double.h"
+#include "psivox/parameters.h"
+#include "psivox/stopwatch.h"
+#include "psivox/vdb.h"
+
+namespace psivox {
+namespace {
+
+/// Numbers of uploads: each is one session's atlas of one texel type with one filter.
+std::uint64_t next_upload() {
+  static std::atomic<std::uint64_t> last = 0;
+  return ++last;
+}
+
+Progress of_stage(const StageProgress& progress, Stage stage) {
+  if (!progress) return {};
+  return [&progress, stage](double fraction) { progress(stage, fraction); };
+}
+
+void enter(const StageProgress& progress, Stage stage) {
+  if (progress) progress(stage, 0);
+}
+
+}  // namespace
+
+const char* stage_text(Stage stage) {
+  switch (stage) {
+    case Stage::converting:
+      return "converting";
+    case Stage::lighting:
+      return "lighting";
+    case Stage::uploading:
+      return "uploading";
+    case Stage::choosing:
+      return "choosing the march";
+    case Stage::marching:
+      return "marching";
+    case Stage::checking:
+      break;
+  }
+  return "checking";
+}
+
+struct Session::Impl {
+  explicit Impl(View given) : view(std::move(given)) {}
+
+  View viewed(const Wish& wish) const;
+  const MediumAtlas& atlas(TexelType texel, PreparationTimes& times);
+  void light(Marcher& marcher, const StageProgress& progress, PreparationTimes& times);
+  void upload(Marcher& marcher, const Scene& scene, PreparationTimes& times);
+  void prepare(Marcher& marcher, const Scene& scene, const StageProgress& progress,
+               PreparationTimes& times);
+  MarchPlan plan(Marcher& marcher, const View& marched, const Wish& wish, PreparationTimes& times);
+
+  View view;
+  std::map<TexelType, MediumAtlas> atlases;
+  std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads;  ///< their numbers
+};
+
+View Session::Impl::viewed(const Wish& wish) const {
+  View result = view;
+  if (wish.scene) {
+    result.scene = with_default_tolerance(*wish.scene);
+    result.camera = make_camera(*wish.scene, view.box_min, view.box_max);
+  }
+  if (wish.resolution) result.scene.resolution = *wish.resolution;
+  if (wish.exact) result = exact_view(result);
+  return result;
+}
+
+const MediumAtlas& Session::Impl::atlas(TexelType texel, PreparationTimes& times) {
+  const auto found = atlases.find(texel);
+  if (found != atlases.end()) return found->second;
+  const Stopwatch watch;
+  View converted = view;
+  converted.scene.texel = texel;
+  const MediumAtlas& built = atlases.emplace(texel, build_medium_atlas(converted)).first->second;
+  times.atlas_ms += watch.ms();
+  return built;
+}
+
+void Session::Impl::light(Marcher& marcher, const StageProgress& progress,
+                          PreparationTimes& times) {
+  if (!view.medium.light) return;
+  if (marcher.marches()) {
+    const MediumAtlas& dark = atlas(view.scene.texel, times);
+    marcher.holds = 0;
+    marcher.upload(dark, Filter::exact);
+  }
+  const Stopwatch watch;
+  View shining = lit(view, marcher.light_depths(view), of_stage(progress, Stage::lighting));
+  for (auto& [texel, dark] : atlases) {
+    shining.scene.texel = texel;
+    add_luminance(dark, shining);
+  }
+  shining.scene.texel = view.scene.texel;
+  view = std::move(shining);
+  uploads.clear();
+  times.light_ms += watch.ms();
+}
+
+void Session::Impl::upload(Marcher& marcher, const Scene& scene, PreparationTimes& times) {
+  const MediumAtlas& wanted = atlas(scene.texel, times);
+  std::uint64_t& number = uploads[{scene.texel, scene.filter}];
+  if (number != 0 && marcher.holds == number) return;
+  marcher.holds = 0;
+  marcher.upload(wanted, scene.filter);
+  marcher.holds = number = next_upload();
+}
+
+void Session::Impl::prepare(Marcher& marcher, const Scene& scene, const StageProgress& progress,
+                            PreparationTimes& times) {
+  light(marcher, progress, times);
+  if (!marcher.marches()) return;
+  enter(progress, Stage::uploading);
+  upload(marcher, scene, times);
+}
+
+/// Time of a ray [ms] by the method that budgets are counted in, from a small picture.
+static double unit_ms(Marcher& marcher, const View& view) {
+  View small = budget_unit(view);
+  small.scene.resolution = glm::max(view.scene.resolution / 4, glm::ivec2(1));
+  small.scene.pixel_samples = 1;
+  const RenderStats stats = marcher.render(small).stats;
+  return stats.march_ms / double(stats.rays);
+}
+
+MarchPlan Session::Impl::plan(Marcher& marcher, const View& marched, const Wish& wish,
+                              PreparationTimes& times) {
+  enter(wish.progress, Stage::choosing);
+  const Stopwatch watch;
+  const MediumAtlas& grids = atlas(marched.scene.texel, times);
+  MarchPlan result;
+  if (wish.time_budget_ms) {
+    const glm::dvec2 size(marched.scene.resolution);
+    const double rays = size.x * size.y * marched.scene.pixel_samples;
+    result = plan_within(marched, grids, *wish.time_budget_ms / (rays * unit_ms(marcher, marched)));
+  } else {
+    result = plan_march(marched, grids);
+  }
+  times.plan_ms += watch.ms();
+  times.plan_cpu_ms += watch.cpu_ms();
+  return result;
+}
+
+Session::Session(View view) : impl_(std::make_unique<Impl>(std::move(view))) {}
+Session::Session(const Scene& scene)
+    : Session(make_view(with_default_tolerance(scene), VdbFile(scene.input))) {}
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+Session::~Session() = default;
+
+const View& Session::view() const { return impl_->view; }
+
+void Session::convert() {
+  PreparationTimes times;
+  impl_->atlas(impl_->view.scene.texel, times);
+}
+
+void Session::prepare(Marcher& marcher, const Wish& wish) {
+  PreparationTimes times;
+  impl_->prepare(marcher, impl_->viewed(wish).scene, wish.progress, times);
+}
+
+MarchPlan Session::plan(Marcher& marcher, const Wish& wish) {
+  PreparationTimes times;
+  impl_->prepare(marcher, impl_->viewed(wish).scene, wish.progress, times);
+  return impl_->plan(marcher, impl_->viewed(wish), wish, times);
+}
+
+Drawn Session::draw(Marcher& marcher, const Wish& wish) {
+  PreparationTimes times;
+  impl_->prepare(marcher, impl_->viewed(wish).scene, wish.progress, times);
+  const View view = impl_->viewed(wish);
+  std::optional<MarchPlan> plan = wish.plan;
+  const bool chooses = view.scene.tolerance || wish.time_budget_ms;
+  if (!plan && chooses && marcher.marches()) plan = impl_->plan(marcher, view, wish, times);
+
+  Picture picture(marcher, view, wish, std::move(plan));
+  picture.march();
+  if (marcher.marches()) {
+    const MediumAtlas& grids = impl_->atlas(view.scene.texel, times);
+    picture.confirm_plan();
+    if (wish.layers.error) {
+      Scene exact = view.scene;
+      exact.filter = Filter::exact;
+      impl_->upload(marcher, exact, times);
+      picture.add_error(grids);
+    }
+  }
+  Drawn drawn = picture.finish();
+  drawn.times = times;
+  if (marcher.marches()) drawn.atlas = impl_->atlas(view.scene.texel, times).size();
+  return drawn;
+}
+
+std::vector<Explanation> Session::explain() {
+  PreparationTimes times;
+  const View view = impl_->viewed({});
+  const MediumAtlas& grids = impl_->atlas(view.scene.texel, times);
+  if (!view.scene.tolerance) return psivox::explain(view, grids);
+  if (!view.medium.light) return psivox::explain(plan_march(view, grids).march->view, grids);
+  std::vector<Explanation> lines = psivox::explain(view, grids);
+  lines.insert(lines.begin(),
+               {"tolerance", "sampling and rule are chosen when the light is known"});
+  return lines;
+}
+
+std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pixel) {
+  PreparationTimes times;
+  const View view = impl_->viewed({.scene = scene});
+  return pick_point(view, impl_->atlas(view.scene.texel, times), pixel);
+}
+
+CheckedError Session::check_error(const Image& picture, int pixels, const Progress& progress) {
+  return check_pixels(impl_->view, picture, pixels, progress);
+}
+
+}  // namespace psivox

@@ -1,0 +1,91 @@
+#include "draw/trials.h"
+
+#include <algorithm>
+
+#include "draw/plan.h"
+
+namespace psivox {
+namespace {
+
+/// Part of the tolerance that the pilot's RMS may take.
+constexpr double safety = 0.8;
+
+/// Most that a ray of the pilot may be off [tolerances].
+constexpr double worst_ray = 4;
+
+/// Greatest radiance that may be behind any brick, over the greatest that a ray of the pilot shows.
+constexpr double brightness_share = 2;
+
+/// How much costlier than the best method a lattice must look by a few rays before it is not tried.
+constexpr double far_cost = 2;
+
+/// The truth's rays end at this part of the transmittance at which the picture's do.
+constexpr double truth_termination = 1.0 / 64;
+
+View truth_of(View view) {
+  const double early_termination = truth_termination * view.scene.resolved_early_termination();
+  view = with_method(std::move(view), exact_method(view));
+  view.scene.early_termination = early_termination;
+  return view;
+}
+
+}  // namespace
+
+Trials::Trials(const View& view, const MediumAtlas& atlas, double tolerance)
+    : view_(view), atlas_(atlas), tolerance_(tolerance), pilot_(truth_of(view), atlas) {
+  view_.scene.early_termination = view.scene.resolved_early_termination();
+}
+
+double Trials::target() const { return safety * tolerance_; }
+
+Trial Trials::run(const Method& method, double brick) {
+  Trial trial{.method = method, .worst_brick = brick};
+  const MethodView by_method = marched(trial);
+  pilot_.run(trial, by_method);
+  return finish(trial, by_method);
+}
+
+Trial Trials::run_exact() {
+  const Method method = exact_method(view_);
+  if (pilot_.has_opacity(1 - *view_.scene.early_termination)) return run(method);
+  return finish({.method = method, .rms = arithmetic_error, .samples = pilot_.exact_samples()},
+                {view_, {}});
+}
+
+Trial Trials::finish(Trial trial, const MethodView& marched) {
+  trial.cost = look_up_cost(trial.method, marched) * trial.samples;
+  trial.accepted = trial.rms <= target() && trial.max <= worst_ray * tolerance_;
+  done_.push_back(trial);
+  return trial;
+}
+
+std::vector<float> Trials::brick_parts(const Trial& trial) {
+  if (!bounds_) bounds_.emplace(view_, atlas_, brightness_share * pilot_.brightest());
+  return bounds_->parts(trial.method.step, trial.worst_brick * tolerance_);
+}
+
+MethodView Trials::marched(const Trial& trial) {
+  MethodView result{with_method(view_, trial.method), {}};
+  if (trial.method.sampling != Sampling::uniform || tolerance_ <= 0) return result;
+  std::vector<float> parts = brick_parts(trial);
+  if (std::any_of(parts.begin(), parts.end(), [](float part) { return part < 1; }))
+    result.brick_steps = std::make_shared<const std::vector<float>>(std::move(parts));
+  return result;
+}
+
+double Trials::cost_by(Integrator rule, const Trial& trial) {
+  MethodView by_rule = marched(trial);
+  Method method = trial.method;
+  method.integrator = by_rule.view.scene.integrator.emplace(rule);
+  return look_up_cost(method, by_rule) * trial.samples;
+}
+
+bool Trials::costs_far_more(const Trial& lattice, double cost) {
+  const std::vector<float> parts = brick_parts(lattice);
+  double look_ups = 0;  // in a voxel of a ray, as if it met all bricks equally often
+  for (const float part : parts) look_ups += 1 / (double(part) * lattice.method.step);
+  look_ups *= pilot_.exact_samples() / double(parts.size());
+  return look_ups > far_cost * cost && pilot_.rough_samples(marched(lattice)) > far_cost * cost;
+}
+
+}  // namespace psivox

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "march/marcher.h"
+
+namespace psivox {
+
+/// The march on the GPU: one GL context, the atlas of one view, and the programs built so far. It
+/// may be made on one thread and used on another.
+class GlRenderer : public Marcher {
+ public:
+  /// Throws Error(graphics): no EGL device, no 4.5 core context.
+  explicit GlRenderer(const ContextOptions& options = {});
+  ~GlRenderer() override;
+
+  std::string description() const override;
+  bool rounds() const override { return true; }
+
+  /// Copies the atlas to the GPU. Throws Error(graphics).
+  void upload(const MediumAtlas& atlas, Filter filter = Filter::exact) override;
+  LightDepths light_depths(const View& view) override;
+  RenderResult render(const View& view, const RenderOptions& options = {}) override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace psivox

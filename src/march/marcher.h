@@ -1,0 +1,58 @@
+#pragma once
+
+#include "march/light.h"
+#include "march/medium_atlas.h"
+#include "psivox/draw.h"
+
+namespace psivox {
+
+/// Of each textured brick of the density's atlas the part of the uniform step that is taken in it,
+/// above 0 and at most 1. Null: 1.
+using BrickSteps = std::shared_ptr<const std::vector<float>>;
+
+struct RenderOptions {
+  bool count = false;  ///< count segments and look-ups: layers `steps` and `samples`, and the stats
+  bool depth = false;  ///< layer `depth`
+  bool transmittance = false;  ///< layer `transmittance`
+  Progress progress{};
+  std::function<void(const DoneTile&)> tile{};  ///< see Wish
+  double tile_ms = 1000;                        ///< see Wish
+  bool may_update_tables = false;               ///< see Wish
+  BrickSteps brick_steps{};
+};
+
+struct RenderResult {
+  Image image;
+  RenderStats stats;
+};
+
+/// What Session draws with (draw.h). It gives calls in this order: upload, then light_depths or
+/// render of a view of that atlas. Only tests call a marcher otherwise.
+class Marcher {
+ public:
+  Marcher() = default;
+  virtual ~Marcher() = default;
+  Marcher(const Marcher&) = delete;
+  Marcher& operator=(const Marcher&) = delete;
+
+  /// GL_RENDERER and GL_VERSION, or what else draws.
+  virtual std::string description() const = 0;
+  /// Whether it marches the atlas by the view's method; the reference reads the grids.
+  virtual bool marches() const { return true; }
+  /// Whether its arithmetic has an error to look for: it is float32.
+  virtual bool rounds() const { return false; }
+
+  /// Takes the atlas, which must stay until the last render. Later renders must ask for the same
+  /// filter.
+  virtual void upload(const MediumAtlas& atlas, Filter filter = Filter::exact) = 0;
+  /// Optical depths towards the light of a view whose density is uploaded, with exact filtering:
+  /// for lit() (light.h), before the next upload. View and atlas must outlive them.
+  virtual LightDepths light_depths(const View& view) = 0;
+  /// Draws the view's picture from the uploaded atlas, which must be its own.
+  virtual RenderResult render(const View& view, const RenderOptions& options = {}) = 0;
+
+  /// The upload that it holds: a number that its session gave.
+  std::uint64_t holds = 0;
+};
+
+}  // namespace psivox
