@@ -15,7 +15,7 @@ std::vector<glm::ivec2> stratified_pixels(const glm::ivec2& size, int count) {
   const double share = std::min(1.0, double(count) / (double(size.x) * double(size.y)));
   const glm::ivec2 cells = glm::max(glm::ivec2(1), glm::ivec2(glm::dvec2(size) * std::sqrt(share)));
   std::mt19937 random(1);
-  // not std::uniform_int_distribution, which differs from library to library
+  // std::uniform_int_distribution differs between standard libraries
   const auto pick = [&](int cell, int all, int extent) {
     const int first = int(std::int64_t(cell) * extent / all);
     const int last = int(std::int64_t(cell + 1) * extent / all);

@@ -18,8 +18,8 @@ Trial LatticeSearch::run(double step, double brick) {
   return trial;
 }
 
-/// Whether narrower lattices than this one, which is not accepted, may still be the cheapest: by a
-/// simpler rule perhaps.
+/// Whether a lattice narrower than this rejected one may still be the cheapest, perhaps by a
+/// simpler rule.
 bool LatticeSearch::may_win(const Trial& trial) {
   if (found_) return trial.cost <= found_->cost;
   return std::min({trial.cost, trials_.cost_by(Integrator::porter_duff, trial),
@@ -46,7 +46,8 @@ void LatticeSearch::widen(Trial coarse, Trial fine) {
     const double steps = coarse.method.step / fine.method.step;
     const double order = std::log(coarse.rms / fine.rms) / std::log(steps);
     double ratio = order > 0.5 ? std::pow(trials_.target() / fine.rms, 1 / order) : 1;
-    if (coarse.rms <= trials_.target()) ratio = std::sqrt(steps);  // one ray is off
+    if (coarse.rms <= trials_.target())
+      ratio = std::sqrt(steps);  // the RMS is small enough: one ray is off
     ratio = std::clamp(ratio, 1.1, 0.95 * steps);
     const Trial between = run(fine.method.step * ratio, fine.worst_brick);
     (between.accepted ? fine : coarse) = between;

@@ -8,7 +8,7 @@
 namespace psivox {
 namespace {
 
-/// The camera whose only pixel has that ray in its middle; as wide as a pixel of `camera`.
+/// The camera whose only pixel has this ray at its centre and the pixel width of `camera`.
 Camera along(const WorldRay& ray, const Camera& camera, const glm::ivec2& resolution) {
   Camera narrow = camera;
   narrow.position = ray.origin;

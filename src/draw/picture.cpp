@@ -87,7 +87,7 @@ void Picture::add_error(const MediumAtlas& atlas) {
 }
 
 Drawn Picture::finish() {
-  // Counting makes layers that nobody may have asked for.
+  // Counting adds layers; keep only those asked for.
   std::erase_if(drawn_.image.layers, [&](const Layer& layer) {
     return !layer.name.empty() && !wanted(layer.name, wish_.layers);
   });

@@ -10,9 +10,9 @@
 namespace psivox {
 namespace {
 
-/// The pilot marches one in so many of the picture's rays, within bounds. That is a small part of
-/// the picture's work, its RMS spreads by a few per cent, and its greatest error is about that
-/// which one pixel in a thousand exceeds.
+/// The pilot marches one of this many of the picture's rays, within bounds. That is a small part of
+/// the picture's work. Its RMS spreads by a few per cent, and its largest error is about the error
+/// that one pixel in a thousand exceeds.
 constexpr double rays_share = 512;
 constexpr double fewest_rays = 800, most_rays = 1600;
 
@@ -24,7 +24,7 @@ glm::ivec2 pilot_size(const glm::ivec2& picture) {
 }
 
 View sized(View view, const glm::ivec2& size) {
-  // the same aspect to a part of a pixel, and the same rays' directions within it
+  // keeps the aspect ratio to a fraction of a pixel, and the rays' positions in their pixels
   view.scene.resolution = size;
   view.scene.pixel_samples = 1;
   return view;

@@ -4,27 +4,27 @@
 
 namespace psivox {
 
-/// What the arithmetic of float32 adds to a picture's RMS error (docs/method.md).
+/// Contribution of float32 arithmetic to a picture's RMS error (docs/method.md).
 inline constexpr double arithmetic_error = 4e-7;
 
-/// A small picture of a view, marched in double precision, on which methods are tried.
+/// A small picture of a view, marched in double precision, for trying methods.
 class Pilot {
  public:
-  /// `exact`: the view by the method that is taken for the truth.
+  /// `exact`: the view by the method that counts as the truth.
   Pilot(const View& exact, const MediumAtlas& atlas);
 
-  /// Its picture, marched exactly.
+  /// The pilot's picture, marched exactly.
   const Image& truth() const { return truth_; }
-  /// Field look-ups of a ray of the truth.
+  /// Field look-ups per ray of the truth.
   double exact_samples() const { return exact_samples_; }
-  /// Whether some ray is more opaque than that.
+  /// Whether any ray is more opaque than `opacity`.
   bool has_opacity(double opacity) const;
-  /// Greatest radiance that a ray shows.
+  /// Largest radiance of a ray.
   double brightest() const;
 
-  /// Field look-ups of a ray, from a few rays alone.
+  /// Field look-ups per ray, estimated from a few rays.
   double rough_samples(const MethodView& marched) const;
-  /// Sets the errors and the look-ups of a trial, which is marched like that.
+  /// Sets the errors and the look-ups of a trial, which `marched` marches.
   void run(Trial& trial, const MethodView& marched) const;
 
  private:

@@ -8,7 +8,7 @@
 namespace psivox {
 namespace {
 
-/// What time budgets are counted in.
+/// Time budgets are counted in this method's time.
 Method budget_method() { return lattice(4); }
 
 /// Maxima and surfaces have no step: cells find them.
@@ -38,14 +38,14 @@ void consider(const Trial& trial, Trial& best) {
   if (trial.accepted && (!best.accepted || trial.cost < best.cost)) best = trial;
 }
 
-/// Cells in linear segments, where the exact method is costly: along a function's gradient.
+/// Linear segments in cells, for functions of the gradient, where the exact method is expensive.
 void try_segments(Trials& trials, Trial& best) {
   for (const int segments : {1, 2, 4, 8, 16})
     consider(trials.run({.integrator = Integrator::psi_weighted, .segments = segments}), best);
 }
 
-/// The cheapest lattice, and the same by simpler rules, which may be ahead of `best` where it is
-/// not.
+/// The cheapest lattice, and the same lattice by simpler rules, which may beat `best` even if it
+/// does not.
 void try_lattices(Trials& trials, Trial& best) {
   LatticeSearch search(trials, best);
   search.search();

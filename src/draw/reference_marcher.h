@@ -4,8 +4,8 @@
 
 namespace psivox {
 
-/// The reference as a marcher. Its layers are `error`, its own bound, `transmittance`, and `depth`
-/// of maxima and surfaces; it counts cells.
+/// The reference as a marcher. Its layers are `error` (its own bound), `transmittance`, and `depth`
+/// for maxima and surfaces; it counts cells.
 class ReferenceMarcher : public Marcher {
  public:
   std::string description() const override;

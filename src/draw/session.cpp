@@ -14,7 +14,7 @@
 namespace psivox {
 namespace {
 
-/// Numbers of uploads: each is one session's atlas of one texel type with one filter.
+/// Numbers the uploads: each is one session's atlas with one texel type and one filter.
 std::uint64_t next_upload() {
   static std::atomic<std::uint64_t> last = 0;
   return ++last;
@@ -124,7 +124,7 @@ void Session::Impl::prepare(Marcher& marcher, const Scene& scene, const StagePro
   upload(marcher, scene, times);
 }
 
-/// Time of a ray [ms] by the method that budgets are counted in, from a small picture.
+/// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
 static double unit_ms(Marcher& marcher, const View& view) {
   View small = budget_unit(view);
   small.scene.resolution = glm::max(view.scene.resolution / 4, glm::ivec2(1));

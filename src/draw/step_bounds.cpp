@@ -7,12 +7,12 @@
 namespace psivox {
 namespace {
 
-/// Smallest part of a step: finer than that cells are cheaper.
+/// Smallest fraction of a step; below that, cells are cheaper.
 constexpr double least_part = 1.0 / 4096;
 
-/// Kinks that one ray may meet in a brick with errors of one sign, over the 8 of h^2/8 that a
-/// trapezoid misses at one kink: from the pictures of psivox_bench_tolerance, whose greatest error
-/// it exceeds.
+/// Number of kinks that one ray may meet in a brick with errors of the same sign, divided by the 8
+/// of h^2/8, which is what a trapezoid misses at one kink. From the pictures of
+/// psivox_bench_tolerance: the bound exceeds their largest errors.
 constexpr double kinks_share = 4.0 / 8;
 
 double finest_voxel_of(const Field& field) {
@@ -21,11 +21,11 @@ double finest_voxel_of(const Field& field) {
                    glm::length(glm::dvec3(m[2]))});
 }
 
-/// How the attenuation follows a brick's values.
+/// How the attenuation varies over a brick's values.
 struct FunctionBend {
-  double slope = 1;  ///< greatest
-  double turn = 0;   ///< sum of the changes of slope inside
-  double range = 0;  ///< greatest less least attenuation
+  double slope = 1;  ///< largest
+  double turn = 0;   ///< sum of the changes of slope inside the range
+  double range = 0;  ///< largest minus smallest attenuation
 };
 
 FunctionBend bend_of(const TransferFunction& function, double min, double max) {
@@ -65,7 +65,7 @@ float greatest_of(const BrickAtlas& grid) {
   return most;
 }
 
-/// Most luminance of the medium where its density is between two values.
+/// Largest luminance of the medium for densities between two values.
 class Peak {
  public:
   Peak(const View& view, const MediumAtlas& atlas) : medium_(view.medium) {
@@ -118,7 +118,7 @@ std::vector<float> StepBounds::parts(double step, double error) const {
   std::vector<float> result(bounds_.size(), 1.0f);
   for (std::size_t i = 0; i < result.size(); ++i) {
     const Bound& bound = bounds_[i];
-    // what misses a depth d is off by the part 1 - e^{-d} of what is there or behind it
+    // missing a depth d loses the fraction 1 - e^{-d} of the light there and behind it
     const double share = error / bound.effect;
     const double depth = share < 1 ? -std::log1p(-share) : 1e30;
     const double allowed = std::max(bound.first > 0 ? depth / bound.first : 1e30,

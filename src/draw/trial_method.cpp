@@ -12,12 +12,12 @@ bool depth_alone(const Medium& medium) {
 }
 
 double cell_cost(const Medium& medium) {
-  if (medium.transfer) return 2.5;  // a function's knots cut cells in pieces
+  if (medium.transfer) return 2.5;  // the function's knots cut cells into pieces
   if (medium.emission) return 2;
   return depth_alone(medium) ? 1.15 : 1.75;
 }
 
-/// End corrections look slopes up too, whether they are needed or not.
+/// End corrections always look up slopes, needed or not.
 constexpr double corrections_cost = 1.3;
 constexpr double brick_steps_cost = 1.4;
 
@@ -35,7 +35,7 @@ View with_method(View view, const Method& method) {
 }
 
 Method exact_method(const View& view) {
-  // with a gradient the attenuation along a cell is no cubic
+  // with a gradient the attenuation along a cell is not a cubic
   if (view.medium.gradient) return {.integrator = Integrator::psi_exact, .segments = 32};
   if (!view.scene.composites()) return {.integrator = Integrator::psi_weighted, .segments = 1};
   return {.integrator = Integrator::cell_exact, .segments = 1};

@@ -4,24 +4,23 @@
 
 namespace psivox {
 
-/// The view by a method, with the steps that its bricks take under it.
+/// A view by a method, with the steps that the method takes in each brick.
 struct MethodView {
   View view;
   BrickSteps brick_steps;  ///< null: one step everywhere
 };
 
-/// The view by that method, its scene without a tolerance.
+/// The view by that method, without a tolerance.
 View with_method(View view, const Method& method);
 
-/// The method with the least error, whatever it takes.
+/// The method with the least error, whatever its cost.
 Method exact_method(const View& view);
 
-/// Uniform steps, as lattices are first tried.
+/// Uniform steps by psi-balanced, the rule with which lattices are first tried.
 Method lattice(double step);
 
-/// Time of one look-up of a method, with the rest of its turn of the loop, over that of
-/// psi-balanced between uniform samples: measured on llvmpipe by psivox_bench_tolerance
-/// (docs/performance.md).
+/// Time of one look-up of a method, with its share of the loop, relative to psi-balanced between
+/// uniform samples. Measured on llvmpipe by psivox_bench_tolerance (docs/performance.md).
 double look_up_cost(const Method& method, const MethodView& marched);
 
 }  // namespace psivox

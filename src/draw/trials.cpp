@@ -7,19 +7,19 @@
 namespace psivox {
 namespace {
 
-/// Part of the tolerance that the pilot's RMS may take.
+/// Fraction of the tolerance that the pilot's RMS may reach.
 constexpr double safety = 0.8;
 
-/// Most that a ray of the pilot may be off [tolerances].
+/// Largest error of a ray of the pilot [tolerances].
 constexpr double worst_ray = 4;
 
-/// Greatest radiance that may be behind any brick, over the greatest that a ray of the pilot shows.
+/// Largest radiance assumed behind any brick, relative to the brightest ray of the pilot.
 constexpr double brightness_share = 2;
 
-/// How much costlier than the best method a lattice must look by a few rays before it is not tried.
+/// A lattice is not tried if a few rays suggest that it costs this many times the best method.
 constexpr double far_cost = 2;
 
-/// The truth's rays end at this part of the transmittance at which the picture's do.
+/// The truth's rays end at this fraction of the transmittance at which the picture's rays end.
 constexpr double truth_termination = 1.0 / 64;
 
 View truth_of(View view) {
@@ -82,7 +82,7 @@ double Trials::cost_by(Integrator rule, const Trial& trial) {
 
 bool Trials::costs_far_more(const Trial& lattice, double cost) {
   const std::vector<float> parts = brick_parts(lattice);
-  double look_ups = 0;  // in a voxel of a ray, as if it met all bricks equally often
+  double look_ups = 0;  // per voxel of a ray, as if rays met all bricks equally often
   for (const float part : parts) look_ups += 1 / (double(part) * lattice.method.step);
   look_ups *= pilot_.exact_samples() / double(parts.size());
   return look_ups > far_cost * cost && pilot_.rough_samples(marched(lattice)) > far_cost * cost;

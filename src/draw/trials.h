@@ -7,11 +7,12 @@
 
 namespace psivox {
 
-/// What a brick may miss at most by its bound, where no ray of the pilot meets it [tolerances]; and
-/// the same where bricks keep narrower steps than they must, for a wider one elsewhere.
+/// How much a brick that no ray of the pilot meets may miss, by its bound [tolerances]. The second
+/// value is for bricks that keep narrower steps than they must, so that the step elsewhere can be
+/// wider.
 inline constexpr double worst_brick = 64, narrow_brick = 16;
 
-/// Methods tried on the pilot of one view, for one tolerance; 0: for none.
+/// Methods tried on the pilot of one view, for one tolerance; 0 if there is none.
 class Trials {
  public:
   Trials(const View& view, const MediumAtlas& atlas, double tolerance);
@@ -20,20 +21,20 @@ class Trials {
   const Pilot& pilot() const { return pilot_; }
   const std::vector<Trial>& done() const { return done_; }
 
-  /// RMS that a trial must reach: below the tolerance, since the pilot's rays are a sample.
+  /// RMS that a trial must reach. It is below the tolerance because the pilot's rays are a sample.
   double target() const;
 
-  /// The method on the pilot's rays.
+  /// Runs the method on the pilot's rays.
   Trial run(const Method& method, double brick = 0);
-  /// The exact method. It is the pilot's truth itself, unless rays end early.
+  /// Runs the exact method. Its picture is the pilot's truth, unless rays end early.
   Trial run_exact();
 
-  /// How a trial's method marches the view.
+  /// The view as a trial's method marches it.
   MethodView marched(const Trial& trial);
-  /// What the trial would cost by another rule with the same steps [look-ups of psi-balanced].
+  /// Cost of the trial's steps by another rule [look-ups of psi-balanced].
   double cost_by(Integrator rule, const Trial& trial);
-  /// Whether a lattice takes far more than `cost` for the steps that its bricks ask for: where the
-  /// bricks' mean step is that small, a few rays tell.
+  /// Whether a lattice costs far more than `cost` because its bricks ask for small steps. If the
+  /// bricks' mean step suggests it, a few rays decide.
   bool costs_far_more(const Trial& lattice, double cost);
 
  private:

@@ -31,7 +31,7 @@ std::string base64(const std::string& bytes) {
   return out;
 }
 
-/// The file's bytes if it is at most `width` pixels wide, else those of a smaller picture.
+/// The bytes of the file, or of a smaller picture if the file's is more than `width` pixels wide.
 std::string png_bytes(const fs::path& png, int width) {
   const Image image = read_image(png);
   if (image.width <= width) return read_text(png.string(), "picture");

@@ -10,14 +10,14 @@ namespace psivox {
 /// `body` is HTML.
 std::string html_page(const std::string& title, const std::string& body);
 
-/// The first row is the head; cells are HTML. Words are left-aligned and wrap; numbers are
+/// The first row is the head. Cells are HTML: words are left-aligned and wrap, numbers are
 /// right-aligned.
 enum class Cells { numbers, words };
 std::string html_table(const std::vector<std::vector<std::string>>& rows,
                        Cells cells = Cells::numbers);
 
-/// A PNG inside the page, at most `width` pixels wide, above a line of HTML. Without such a file it
-/// is the line alone. Plots show the figure beside the points that have the name `variant`.
+/// A PNG inside the page, at most `width` pixels wide, above a line of HTML; the line alone if
+/// there is no such file. Plots show the figure beside the points with the name `variant`.
 std::string html_figure(const std::filesystem::path& png, const std::string& caption, int width,
                         const std::string& variant = "");
 

@@ -13,8 +13,8 @@ inline const std::vector<double> usual_rms = {1e-2, 1e-3, 1e-4, 1e-5};
 /// A power of ten as "1e-3".
 std::string power_text(double rms);
 
-/// The cost at which a rule under a sampling reaches `rms`, interpolated between measured points
-/// linearly in the logarithms; unset if no point reaches it.
+/// The cost at which a rule under a sampling reaches `rms`. It is interpolated linearly between
+/// measured points, in logarithms of cost and error; unset if no point reaches it.
 struct Need {
   Variant variant;  ///< the refinement: step, segments and tolerance are 0
   double rms = 0;
@@ -22,7 +22,7 @@ struct Need {
   bool at_most = false;  ///< the coarsest point already reaches it: the cost is an upper bound
 };
 
-/// Every refinement, in the order of first points, with every RMS.
+/// One need for each refinement and RMS; refinements are in the order of their first points.
 std::vector<Need> needs_of(const StudyResults& results,
                            const std::vector<double>& rms_wanted = usual_rms);
 

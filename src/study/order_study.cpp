@@ -129,7 +129,7 @@ NamedPlot order_plot(const std::string& name, const std::string& title,
   for (const OrderRow* row : rows) {
     const bool steps = row->refined == Refined::step;
     const bool corrected = steps && row->way.find(',') != std::string::npos;
-    // Colours tell rules apart, or ways if the rows share a rule.
+    // Colours tell rules apart, or methods if the rows share a rule.
     const Ink ink = steps ? ink_of(row->rule) : ink_of(Integrator(i));
     const Shape shape = steps ? shapes[corrected ? 2 : 0] : shapes[i % 3];
     const std::string text = row->way + ": " + decimals(row->observed(), 2);

@@ -30,16 +30,16 @@ struct OrderRow {
   double observed() const { return fitted_order(fitted()); }
 };
 
-/// Orders in the uniform step, in widths of the medium, of every segment rule: one ray without
+/// Orders of every segment rule in the uniform step, in widths of the medium: one ray without
 /// voxels, RMS over 8 phases of the lattice.
 std::vector<OrderRow> step_orders(const Progress& progress = {});
 
-/// Orders in the size of voxels, in widths of the same medium in three dimensions: RMS over the
-/// picture against the medium itself.
+/// Orders in the size of voxels, in widths of the same medium in three dimensions. Errors are RMS
+/// over the picture, against the medium itself.
 std::vector<OrderRow> voxel_orders(const Progress& progress = {});
 
-/// Orders in the size of pixels, in widths of the picture: of the picture between pixels and of the
-/// mean of the pixels.
+/// Orders in the size of pixels, in widths of the picture: one for the picture interpolated between
+/// pixels, one for the mean of the pixels.
 std::vector<OrderRow> pixel_orders(const Progress& progress = {});
 
 }  // namespace psivox

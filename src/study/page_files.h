@@ -5,8 +5,8 @@
 
 namespace psivox {
 
-/// Texts that a page holds, by file name: page.css and plots.js of src/study/page, and Chart.js as
-/// chart.min.js.
+/// Texts that a page contains, by file name: page.css and plots.js from src/study/page, and
+/// Chart.js as chart.min.js.
 const std::map<std::string, std::string>& page_files();
 
 }  // namespace psivox

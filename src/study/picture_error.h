@@ -6,8 +6,8 @@
 
 namespace psivox {
 
-/// Difference of two pictures in some of their channels. Values that are NaN or Inf in either
-/// picture are counted and left out.
+/// Difference of two pictures in some of their channels. It counts values that are NaN or Inf in
+/// either picture and leaves them out.
 struct Deviation {
   double rms = 0;
   double max = 0;  ///< largest absolute difference, and its pixel from the top left

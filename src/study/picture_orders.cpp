@@ -12,15 +12,16 @@
 namespace psivox {
 namespace {
 
-// Pictures are stored in float32, whose rounding is 6e-8 of 1, and values of voxels too.
+// Pictures and voxels are stored in float32, whose rounding is 6e-8 of 1.
 constexpr double picture_floor = 1e-6;
 
 // --- voxels --------------------------------------------------------------------------------------
 
-// tau = K e^{-p^2}, L = 1 + 0.6 sin(1.3 x + 0.4), p in world units: a SmoothRay on every ray.
+// tau = K e^{-p^2} and L = 1 + 0.6 sin(1.3 x + 0.4), with p in world units: every ray is a
+// SmoothRay.
 constexpr double bump_K = 3;
 
-/// On the ray s runs from the point nearest to the middle.
+/// On the ray, s is the distance from the point nearest to the middle.
 double bump_radiance(const WorldRay& ray) {
   const double nearest = -glm::dot(ray.origin, ray.direction);
   const glm::dvec3 middle = ray.origin + nearest * ray.direction;
@@ -29,7 +30,7 @@ double bump_radiance(const WorldRay& ray) {
   return on_ray.radiance(std::max(-nearest, -7.0), 7);
 }
 
-/// A function of the world at voxels `size` wide, as far as e^{-p^2} is above 1e-7.
+/// Samples a function of the world at voxels of width `size`, as far out as e^{-p^2} is above 1e-7.
 std::shared_ptr<const Field> bump_voxels(double size,
                                          const std::function<double(const glm::dvec3&)>& f) {
   const int reach = int(std::ceil(4 / size));
@@ -45,8 +46,8 @@ Image picture_by(Marcher& marcher, const View& view) { return Session(view).draw
 struct VoxelMethod {
   const char* name;
   Integrator rule;
-  bool uniform;    ///< by steps that stay the same, far finer than the finest voxels
-  bool reference;  ///< not by the march at all
+  bool uniform;    ///< by constant steps, far finer than the finest voxels
+  bool reference;  ///< by the reference instead of the march
 };
 constexpr double fine_step = 1.0 / 128;  // [world units]
 constexpr VoxelMethod voxel_methods[] = {
@@ -74,13 +75,13 @@ double bump_rms(const View& view, const Image& image) {
 
 // --- pixels --------------------------------------------------------------------------------------
 
-/// Bilinear across the picture and the same along z, so that the voxels hold it exactly: eight of
-/// them and L = 1 give 1 - e^{-8 K v}.
+/// Bilinear across the picture and constant along z, so that voxels represent it exactly. Eight
+/// voxels with L = 1 give 1 - e^{-8 K v}.
 double sheet_value(double x, double y) { return 1 + 0.06 * x + 0.03 * y + 0.004 * x * y; }
 constexpr double sheet_K = 0.25, sheet_width = 16;  // [voxels] that the picture shows
 double sheet_radiance(double x, double y) { return -std::expm1(-8 * sheet_K * sheet_value(x, y)); }
 
-/// Of a picture of `side` pixels a side.
+/// Errors of the sheet's picture of `side` x `side` pixels.
 struct SheetErrors {
   double nearest = 0, bilinear = 0, mean = 0;
 };
@@ -96,7 +97,7 @@ SheetErrors sheet_errors(int side) {
     const WorldRay ray = camera_ray(view.camera, view.scene.resolution, x, y);
     return sheet_radiance(ray.origin.x, ray.origin.y);
   };
-  constexpr int parts = 4;  // points a pixel and axis
+  constexpr int parts = 4;  // sample points per pixel and axis
   SheetErrors sum;
   double pixels = 0;
   for (int y = 0; y < side; ++y)
@@ -105,7 +106,8 @@ SheetErrors sheet_errors(int side) {
       for (int i = 0; i < parts * parts; ++i) {
         const double u = (i % parts + 0.5) / parts, v = (double(i / parts) + 0.5) / parts;
         sum.nearest += std::pow(pixel(image, x, y, 0) - exact(x + u, y + v), 2);
-        if (x + 1 == side || y + 1 == side) continue;  // between the centres of four
+        if (x + 1 == side || y + 1 == side)
+          continue;  // the mean lies between the centres of four pixels
         const double above = std::lerp(double(pixel(image, x, y, 0)), pixel(image, x + 1, y, 0), u);
         const double below =
             std::lerp(double(pixel(image, x, y + 1, 0)), pixel(image, x + 1, y + 1, 0), u);

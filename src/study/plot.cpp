@@ -10,7 +10,7 @@ namespace psivox {
 namespace {
 
 constexpr int least_width = 900, page_height = 560;
-constexpr double letter_width = 6.5;                              ///< of the legend, about
+constexpr double letter_width = 6.5;  ///< approximate width of a letter of the legend
 constexpr double left = 80, right = 690, top = 40, bottom = 500;  ///< the box of the axes
 constexpr Ink black{20, 20, 20}, grey{225, 225, 225}, dark_grey{185, 185, 185}, red{200, 0, 0};
 

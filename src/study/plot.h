@@ -12,7 +12,7 @@ struct PlotPoint {
   std::string name{};  ///< shown by an interactive plot; may be empty
 };
 
-/// Whether a logarithmic plot can show it: both numbers are finite and above 0.
+/// Whether a logarithmic plot can show the point: both numbers must be finite and above 0.
 bool has_place(const PlotPoint& point);
 
 /// Points joined in their order.
@@ -21,7 +21,7 @@ struct Series {
   Ink ink;
   Shape shape = Shape::disc;
   bool dashed = false;
-  std::vector<std::string> entries{};  ///< the texts of the legend's entries for it
+  std::vector<std::string> entries{};  ///< its texts in the legend
 };
 
 /// A line of the legend: a mark, and a line through it if `joined`.
@@ -32,7 +32,7 @@ struct LegendEntry {
   bool joined = false, dashed = false;
 };
 
-/// A plot with two logarithmic axes. It leaves out points that have no place.
+/// A plot with two logarithmic axes. It leaves out points that these cannot show.
 struct Plot {
   std::string title, x_label, y_label;
   std::vector<Series> series;

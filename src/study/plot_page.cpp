@@ -51,7 +51,7 @@ json json_of(const Plot& plot) {
   return out;
 }
 
-/// JSON inside HTML. No `<` may stand in it: `</script>` would end it.
+/// JSON inside HTML. It must not contain `<`, because `</script>` would end it.
 std::string html_json(const std::string& attributes, const json& data) {
   std::string text;
   for (const char c : data.dump(-1, ' ', false, json::error_handler_t::replace))

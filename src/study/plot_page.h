@@ -22,7 +22,7 @@ std::string write_plot(const NamedPlot& named, const std::filesystem::path& fold
 /// Labels and texts that describe a point.
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
-/// HTML: what a page's charts show of a point, by its name. One for each page.
+/// HTML that a page's charts show for a point, found by the point's name. Once per page.
 std::string html_facts(const std::map<std::string, Facts>& facts);
 
 }  // namespace psivox

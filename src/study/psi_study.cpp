@@ -1,4 +1,4 @@
-// Errors of the rules themselves: one segment whose attenuation is linear between its ends.
+// Errors of the rules themselves, on one segment whose attenuation is linear between its ends.
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a rule makes of a segment whose luminance is linear too. A rule that reads the middle gets
+/// A rule's result for a segment whose luminance is linear too. A rule that reads the middle gets
 /// the mean of the ends there.
 struct Outcome {
   double psi = 1, zeta = 1;    ///< C = L_f (1 - psi) + L_b (psi - zeta)
@@ -36,7 +36,7 @@ struct Outcome {
 
 struct SegmentError {
   double psi = 0, zeta = 0;
-  double color = 0;  ///< the radiance error of largest magnitude for luminances from 0 to 1
+  double color = 0;  ///< the radiance error with the largest magnitude, over luminances from 0 to 1
 };
 
 SegmentError difference(const Outcome& a, const Outcome& b) {
@@ -44,7 +44,7 @@ SegmentError difference(const Outcome& a, const Outcome& b) {
   const double front = a.front - b.front, back = a.back - b.back;
   for (const double color : {front, back, front + back})
     e.color = std::max(e.color, std::abs(color));
-  // If zeta is right, the errors of the ends are opposite: rounding must not choose between them.
+  // If zeta is right, the errors of the ends are opposite. Rounding must not choose between them.
   const bool at_front = std::abs(front) >= 0.999 * e.color;
   e.color = std::copysign(e.color, at_front                            ? front
                                    : std::abs(back) >= 0.999 * e.color ? back
@@ -65,7 +65,7 @@ SegmentError float_error(Integrator rule, double x_f, double x_b) {
                     Outcome(rule_weights_double(rule, x_f, x_b)));
 }
 
-/// A square of segments, by their ends: `length` maps u from 0 to 1 to an optical length.
+/// A square of segments, indexed by their ends: `length` maps u from 0 to 1 to an optical length.
 struct Domain {
   const char* name;
   const char* caption;
@@ -92,7 +92,7 @@ struct Quantity {
 constexpr Quantity quantities[] = {
     {"psi", &SegmentError::psi}, {"zeta", &SegmentError::zeta}, {"color", &SegmentError::color}};
 
-constexpr int cells = 200;  // along a side of a domain; a cell is a pixel
+constexpr int cells = 200;  // per side of a domain; a cell is a pixel
 
 /// The errors over a domain. The front end grows to the right, the back end upwards.
 struct Surface {

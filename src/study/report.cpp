@@ -42,7 +42,7 @@ std::string max_text(const Deviation& d) {
   return two_digits(d.max) + " at " + std::to_string(d.max_x) + "," + std::to_string(d.max_y);
 }
 
-/// A point's row of the table of all numbers.
+/// A point's row in the table of all numbers.
 Facts facts_of(const StudyPoint& p) {
   const auto rms = [](const std::optional<PictureError>& error) {
     return error ? two_digits(error->rms()) : "–";
@@ -95,7 +95,7 @@ std::string plot_facts(const StudyResults& results) {
   return html_facts(all);
 }
 
-/// For each error the cheapest measured variant that stays below it.
+/// For each error, the cheapest measured variant that stays below it.
 TextTable cheapest_table(const StudyResults& results) {
   TextTable rows = {{"RMS at most", "fewest look-ups per ray", "least processor time"}};
   const auto cheapest = [&](double rms, const auto& cost, const char* unit) -> std::string {
@@ -129,7 +129,7 @@ std::string gallery(const StudyResults& results, const fs::path& folder) {
       "colour.</p>\n<div class=\"gallery\">\n";
   for (const StudyPoint& p : results.points) {
     const std::string name = variant_name(p.variant), file = file_name(p.variant) + ".png";
-    // Beside a point of a plot the name is above the pictures.
+    // Beside a point of a plot the name stands above the pictures.
     const std::string label = "<span class=\"name\">" + name + ": </span>";
     out += "<div class=\"pair\">";
     out += html_figure(folder / pictures_folder / file, label + "picture", thumbnail_width, name);
@@ -141,7 +141,7 @@ std::string gallery(const StudyResults& results, const fs::path& folder) {
   return out + "</div>\n";
 }
 
-/// One for each resolution.
+/// One reference for each resolution.
 std::string references(const StudyResults& results, const fs::path& folder) {
   std::vector<std::string> names;
   std::string out;

@@ -11,8 +11,8 @@ namespace psivox {
 inline constexpr const char* pictures_folder = "pictures";
 inline constexpr const char* differences_folder = "differences";
 
-/// The file of the reference that a variant is compared with, without extension. There is one for
-/// each resolution.
+/// File name, without extension, of the reference for a variant. There is one reference per
+/// resolution.
 std::string reference_name(const Variant& variant);
 
 /// Writes results.md, the plots and index.html of the points that `results` has. The pictures must

@@ -14,18 +14,18 @@
 
 namespace psivox {
 
-/// Wall time of the march, the GPU timer's time for the draws, and processor time of the process.
-/// Under a tolerance the wall and processor times include the choice.
+/// Times of the march: wall time, the GPU timer's time for the draws, and the process's CPU time.
+/// Under a tolerance, wall and CPU times include the choice of a method.
 struct TimeSample {
   double wall_ms = 0, gpu_ms = 0, cpu_ms = 0;
   bool operator==(const TimeSample&) const = default;
 };
 
-/// What was measured of one variant.
+/// The measurements of one variant.
 struct StudyPoint {
   Variant variant;
-  std::optional<Variant> chosen;           ///< under a tolerance: how it was marched
-  double estimate = 0;                     ///< under a tolerance: the expected RMS
+  std::optional<Variant> chosen;           ///< under a tolerance: the method that was used
+  double estimate = 0;                     ///< under a tolerance: the estimated RMS
   PictureError error;                      ///< GPU - reference
   std::optional<PictureError> step_error;  ///< march in double - reference
   std::optional<PictureError> arithmetic;  ///< GPU - march in double
@@ -46,7 +46,7 @@ inline Spread wall_ms(const StudyPoint& point) { return spread(point, &TimeSampl
 inline Spread gpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::gpu_ms); }
 inline Spread cpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::cpu_ms); }
 
-/// Everything that results.json holds.
+/// The contents of results.json.
 struct StudyResults {
   std::string version, git;       ///< of psivox; the hash is empty if the build has none
   std::string processor, system;  ///< the machine
@@ -55,7 +55,7 @@ struct StudyResults {
   std::string input;
   std::string input_hash;      ///< FNV-1a of the file, 64 bits
   std::string scene;           ///< resolved, as JSON, without_sweep
-  double reference_bound = 0;  ///< on the reference's radiance error at any pixel
+  double reference_bound = 0;  ///< bound on the reference's radiance error at any pixel
   int repeats = 0;
   std::vector<SkippedVariant> skipped;
   std::vector<StudyPoint> points;
@@ -65,8 +65,8 @@ std::string results_json(const StudyResults& results);
 /// Throws Error(input) that names `source`.
 StudyResults results_from_json(std::string_view text, std::string_view source);
 
-/// Why the study `begun` cannot go on as `next`: another scene, input, version or driver, or points
-/// that `plan` lacks. Empty if it can go on.
+/// Why the study `begun` cannot continue as `next`: another scene, input, version or driver, or
+/// points that `plan` lacks. Empty if it can.
 std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
                             const StudyPlan& plan);
 

@@ -113,7 +113,7 @@ StudyPoint point_from(const json& j) {
   return p;
 }
 
-/// The scene without its file's name: the same file may have another name.
+/// The scene without the name of its file, because the same file may have another name.
 json scene_without_input(const std::string& text) {
   json scene = json::parse(text);
   scene.erase("input");

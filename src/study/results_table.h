@@ -7,16 +7,16 @@
 
 namespace psivox {
 
-/// A header and one line for each point; numbers have all their digits.
+/// A header and one line per point, with all digits of each number.
 std::string results_csv(const StudyResults& results);
 
-/// Rules by samplings.
+/// A table with a row per rule and a column per sampling.
 TextTable rules_table(const StudyResults& results);
 inline constexpr const char* rules_note =
     "Each cell has the RMS over R G B A against the reference and, in parentheses, the processor "
     "time of the march over that of porter-duff in the same column.";
 
-/// needs_of() for people: a row for each rule and sampling, a column for each RMS.
+/// needs_of() as a readable table: a row for each rule and sampling, a column for each RMS.
 TextTable needs_table(const StudyResults& results);
 inline constexpr const char* needs_note =
     "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "

@@ -23,10 +23,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* results_name = "results.json";
 
-// Work for the progress bar, in units of one render of a cheap variant on the GPU.
+// Work for the progress bar; the unit is one GPU render of a cheap variant.
 constexpr double compile_work = 10;  // two programs, one of which counts
 constexpr double reference_work = 10;
-constexpr double double_work = 10;  // the march in double over that on the GPU
+constexpr double double_work = 10;  // the march in double, relative to the GPU
 
 /// The method that a plan chose, as a variant.
 Variant variant_of(const Trial& chosen, const glm::ivec2& resolution) {
@@ -79,9 +79,9 @@ class StudyRun {
   void save() const;
 
   const StudyOptions& options_;
-  Scene scene_;        ///< without what the sweep sets
-  Session session_;    ///< drawn by the GPU, and with the GPU's light by the march in double
-  Session own_light_;  ///< drawn by the reference, with its own light
+  Scene scene_;      ///< without the parameters that the sweep sets
+  Session session_;  ///< the GPU draws it; the march in double uses the light that the GPU computed
+  Session own_light_;  ///< the reference draws it, with its own light
   std::shared_ptr<Marcher> gpu_, double_, reference_;
   StudyPlan plan_;
   StudyResults base_;                              ///< without points
@@ -117,8 +117,8 @@ StudyRun::StudyRun(View view, const StudyOptions& options)
   base_.repeats = options.repeats;
 }
 
-/// The light is computed once, by the GPU: its error counts as the variants' in step and total
-/// error.
+/// The GPU computes the light once; the error of the light counts in each variant's step error and
+/// total error.
 Wish StudyRun::wish_of(const Variant& variant) const {
   Wish wish;
   wish.scene = scene_of(variant, scene_);
@@ -126,10 +126,10 @@ Wish StudyRun::wish_of(const Variant& variant) const {
   return wish;
 }
 
-/// A texel type that cannot hold the values takes its variants out of the plan.
+/// Removes from the plan the variants of a texel type that cannot hold the values.
 void StudyRun::check_texels() {
   std::vector<Variant> kept;
-  std::map<TexelType, std::string> found;  // why it is refused, or empty
+  std::map<TexelType, std::string> found;  // the reason to refuse it, or empty
   for (const Variant& variant : plan_.variants) {
     const TexelType texel = variant.texel;
     if (!found.contains(texel)) {
@@ -170,8 +170,8 @@ void StudyRun::resume() {
   }
 }
 
-/// Read where an earlier run of the study left it, else rendered. The bound is of the layer as it
-/// is kept, so that both ways give the same.
+/// Reads the reference that an earlier run of the study left, or renders it. The bound always comes
+/// from the layer as saved, so both cases give the same bound.
 Image StudyRun::make_reference(const Variant& variant) {
   const fs::path path = options_.folder / (reference_name(variant) + ".exr");
   Wish wish = wish_of(variant);
@@ -188,7 +188,7 @@ Image StudyRun::make_reference(const Variant& variant) {
   return image;
 }
 
-/// One for each resolution.
+/// One reference for each resolution.
 void StudyRun::make_references() {
   for (const Variant& variant : plan_.variants) {
     const std::string name = reference_name(variant);
@@ -202,7 +202,7 @@ void StudyRun::make_references() {
   }
 }
 
-/// Step and arithmetic error, by the same march in double.
+/// Step and arithmetic error, both from one march in double.
 PictureError StudyRun::split(const Variant& variant, const Drawn& drawn, PictureError& step_error) {
   Wish wish = wish_of(variant);
   wish.plan = drawn.plan;
@@ -211,7 +211,7 @@ PictureError StudyRun::split(const Variant& variant, const Drawn& drawn, Picture
   return picture_error(drawn.image, exact);
 }
 
-/// All but the times: what does not depend on when it is measured.
+/// Measures all but the times; these results do not depend on when they are measured.
 void StudyRun::measure(std::size_t i) {
   const Variant& variant = plan_.variants[i];
   StudyPoint point;
@@ -314,7 +314,7 @@ void StudyRun::run() {
     save();
     did(measure_work(i));
   }
-  // Round by round, so that a machine that slows down does so for all variants alike.
+  // Times are measured in rounds, so that a machine that slows down affects all variants alike.
   for (int round = 0; round < options_.repeats; ++round)
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (static_cast<int>(points_[i]->times.size()) > round) continue;

@@ -23,11 +23,11 @@ double gauss_sum(double a, double b, int panels, Function f) {
   return sum;
 }
 
-/// A ray on which everything is smooth: tau = K/scale e^{-s^2}, L = 1 + 0.6 sin(wave s +
-/// phase), s = x/scale. Its optical depth is an error function.
+/// A smooth ray: tau = K/scale e^{-s^2}, L = 1 + 0.6 sin(wave s + phase), s = x/scale. Its optical
+/// depth is an error function.
 struct SmoothRay {
   double K;          ///< optical depth of the whole ray over sqrt(pi)
-  double scale = 8;  ///< x of s = 1
+  double scale = 8;  ///< x where s = 1
   double wave = 1.3, phase = 0.4;
 
   double tau(double x) const { return K / scale * std::exp(-x * x / (scale * scale)); }
@@ -35,8 +35,8 @@ struct SmoothRay {
   double depth(double a, double b) const {
     return K * std::sqrt(std::numbers::pi) / 2 * (std::erf(b / scale) - std::erf(a / scale));
   }
-  /// The integral of L tau T dx from a to b. In panels of s = 1/64 the error of the quadrature is
-  /// below 1e-16 of it (the tenth derivative of a Gaussian of width 1 over a panel).
+  /// The integral of L tau T dx from a to b. With panels of s = 1/64 the quadrature's relative
+  /// error is below 1e-16 (the tenth derivative of a Gaussian of width 1 over a panel).
   double radiance(double a, double b) const {
     const int panels = int(std::ceil((b - a) / scale * 64));
     return gauss_sum(a, b, panels,

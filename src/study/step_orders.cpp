@@ -45,7 +45,7 @@ OrderRow step_row(Integrator rule, double K, const RayEnds& ends, bool corrected
                  : rule == Integrator::porter_duff && ends.inside ? 1
                                                                   : 2;
   row.about = rule == Integrator::psi_fit || rule == Integrator::psi_table;
-  row.floor = 1e-11;  // sums of up to 12,288 terms of 1, each rounded by 1e-16, or less
+  row.floor = 1e-11;  // sums of up to 12,288 terms, each at most 1 and rounded by 1e-16
   const SmoothRay medium{K};
   for (double h = 1; h >= 1.0 / 128; h /= 2)
     row.errors.emplace_back(h / medium.scale, phase_rms(rule, medium, ends, h, corrected));

@@ -14,7 +14,7 @@ struct SkippedVariant {
   std::string reason;
 };
 
-/// Variants and reason, one line for each rule and reason: "cell-exact: step 4, step 2".
+/// Variants and the reason, one line per rule and reason: "cell-exact: step 4, step 2".
 std::vector<std::pair<std::string, std::string>> skipped_lines(
     const std::vector<SkippedVariant>& skipped);
 
@@ -23,8 +23,8 @@ struct StudyPlan {
   std::vector<SkippedVariant> skipped;
 };
 
-/// The sweep's combinations without duplicates. Combinations that the scene refuses are skipped,
-/// with the reason.
+/// The combinations of the sweep without duplicates. It skips combinations that the scene refuses,
+/// and records the reason.
 StudyPlan plan_study(const Sweep& sweep, const Scene& base);
 
 }  // namespace psivox

@@ -20,7 +20,7 @@ Plot plot_of_curves(const std::vector<PlotCurve>& curves);
 /// The rule's colour in every plot.
 Ink ink_of(Integrator rule);
 
-/// Error by step, by look-ups, by the GPU's time if the driver has a timer, and by processor time.
+/// Plots of error by step, by look-ups, by GPU time if the driver has a timer, and by CPU time.
 std::vector<NamedPlot> plots_of(const StudyResults& results);
 
 }  // namespace psivox

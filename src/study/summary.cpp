@@ -1,4 +1,4 @@
-// Compares what several studies need for an RMS.
+// Compares what several studies need to reach an RMS.
 
 #include <algorithm>
 #include <cmath>
@@ -49,7 +49,7 @@ std::vector<Variant> refinements_of(const std::vector<NamedStudy>& studies) {
   return all;
 }
 
-/// What a refinement needs in a study, in the order of `rms`; empty if the study lacks it.
+/// What a refinement needs in a study, in the order of `rms`; empty if the study does not have it.
 std::vector<Need> needs_in(const NamedStudy& study, const Variant& refinement,
                            const std::vector<double>& rms) {
   std::vector<Need> own;
@@ -74,8 +74,8 @@ constexpr SummaryCost summary_costs[] = {
      "processor time over that of midpoint, uniform, at RMS 1e-3, geometric mean", &Need::cpu_ms,
      2}};
 
-/// The divisor of a study's numbers: 1 for look-ups. For times it is midpoint's time at 1e-3, so
-/// that pictures and machines of different speed can be compared.
+/// The divisor of a study's numbers, so that pictures and machines of different speed can be
+/// compared: 1 for look-ups, midpoint's time at 1e-3 for times.
 double unit_of(const NamedStudy& study, const SummaryCost& cost) {
   if (cost.amount == &Need::samples_per_ray) return 1;
   for (const Need& need : needs_of(study.results, {1e-3}))
@@ -86,7 +86,7 @@ double unit_of(const NamedStudy& study, const SummaryCost& cost) {
 }
 
 std::string amount_text(const Need& need, const SummaryCost& cost, double unit) {
-  // A point that has not been timed has 0.
+  // The time is 0 at a point that has not been timed.
   if (!(need.*cost.amount) || *(need.*cost.amount) <= 0 || unit <= 0) return "–";
   return (need.at_most ? "≤" : "") + decimals(*(need.*cost.amount) / unit, cost.decimals);
 }

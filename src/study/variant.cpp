@@ -1,4 +1,4 @@
-// Which combinations a study renders, and their names.
+// The combinations that a study renders, and their names.
 
 #include <algorithm>
 #include <tuple>
@@ -14,7 +14,7 @@ namespace psivox {
 namespace {
 
 /// One of the sweep's lists: its name, the scene's parameter that reads and writes its items, and
-/// how the two exchange them. `optional`: where the list is empty the scene's own counts.
+/// the conversions between the two. `optional`: if the list is empty, the scene's own value counts.
 struct List {
   const char* name;
   const char* parameter;
@@ -51,7 +51,7 @@ std::string text_of(const char* parameter, const Scene& scene) {
   return parameter_text(scene, *find_parameter(parameter));
 }
 
-/// Why the scene has no such variant, or empty.
+/// The reason why the scene refuses this variant, or empty.
 std::string refusal(const Variant& variant, const Scene& base) {
   try {
     validate(scene_of(variant, base));
@@ -110,7 +110,7 @@ Scene scene_of(const Variant& variant, const Scene& base) {
   if (variant.resolution.x > 0) scene.resolution = variant.resolution;
   if (variant.tolerance) {
     if (*variant.tolerance > 0) scene.tolerance = variant.tolerance;
-    scene.early_termination.reset();  // the tolerance's own
+    scene.early_termination.reset();  // the tolerance sets its own
     return scene;
   }
   scene = with_method(scene, variant.method);
@@ -217,7 +217,7 @@ StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
               variant.method.step = step;
               consider(variant);
             }
-          else  // one cell is one segment of such a rule; a template has a step of its own
+          else  // a cell is one segment of such a rule; a template sets its own step
             consider(variant);
         }
   for (const double tolerance : sweep.tolerances) {

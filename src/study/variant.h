@@ -8,8 +8,8 @@
 
 namespace psivox {
 
-/// A method and what else a study varies. A tolerance chooses the method; then only the resolution
-/// is read.
+/// A method, and the other parameters that a study varies. A tolerance chooses the method; then
+/// only the resolution is read.
 struct Variant {
   Method method;
   Filter filter = Filter::exact;
@@ -25,18 +25,18 @@ struct Variant {
 /// tolerance" as its columns.
 std::string rule_name(const Variant& variant);
 std::string sampling_name(const Variant& variant);
-/// Both names; and both as a file name without extension.
+/// Both names together; and both as a file name without extension.
 std::string variant_name(const Variant& variant);
 std::string file_name(const Variant& variant);
 
 /// The scene that renders the variant.
 Scene scene_of(const Variant& variant, const Scene& base);
-/// The scene with defaults for everything that a sweep sets.
+/// The scene with the defaults of all parameters that a sweep sets.
 Scene without_sweep(const Scene& scene);
 
 /// The curve that a variant is a point of: the variant with step, segments and tolerance set to 0.
 Variant refinement(Variant variant);
-/// Whether `a` comes before `b` on their curve, which goes from coarse to fine.
+/// Whether `a` comes before `b` on their curve, which runs from coarse to fine.
 bool is_coarser(const Variant& a, const Variant& b);
 
 }  // namespace psivox

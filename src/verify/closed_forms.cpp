@@ -96,7 +96,7 @@ double rule_across(const Plate& plate, double K, int parts, SegmentSum (*rule)(d
                    const std::function<double(int x)>& L) {
   double radiance = 0, transparency = 1;
   const std::function<double(int)> value = [&](int x) { return plate.value(x); };
-  const auto at = [&](const std::function<double(int)>& f, int i) {  // i segments behind -1
+  const auto at = [&](const std::function<double(int)>& f, int i) {  // i segments after -1
     const int x = i / parts - 1;
     return std::lerp(f(x), f(x + 1), double(i % parts) / parts);
   };

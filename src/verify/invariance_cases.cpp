@@ -6,13 +6,13 @@
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 
-// One medium given in several ways: one picture.
+// One medium, given in several ways, must give one picture.
 
 namespace psivox {
 namespace {
 
-/// A ball that is flat inside, so that it has bricks of one value, and a smaller one beside it, in
-/// a box of 40 x 36 x 38 voxels.
+/// Two balls in a box of 40 x 36 x 38 voxels. The larger is flat inside, so some bricks have a
+/// single value.
 double balls_at(const glm::dvec3& p) {
   const auto ball = [&](const glm::dvec3& c, double r) {
     return std::max(0.0, 1 - glm::dot(p - c, p - c) / (r * r));
@@ -26,9 +26,9 @@ Field balls(const glm::ivec3& at = {0, 0, 0}, const glm::dmat4& m = glm::dmat4(1
 }
 
 // Rays are placed to 64 * 2^-24 voxels: coordinates of at most 32 from the middle are rounded by 16
-// * 2^-24, twice, in two pictures. The balls rise and fall by 1 and by 0.8 along a ray, by 0.23 a
-// voxel at most, and K = 0.1. R <= 1.8, the largest L, moves by twice that of the depth, and by
-// that of L.
+// * 2^-24, twice, in two pictures. Along a ray the balls rise and fall by 1 and by 0.8, at most
+// 0.23 per voxel, and K = 0.1. R is at most 1.8, the largest L; it changes by twice the change of
+// the depth, plus the change of L.
 constexpr double change_per_voxel = 2 * 1.8 * 0.1 * 2 * (1 + 0.8) + 0.23;
 constexpr double place_bound = 64 * 0x1p-24 * change_per_voxel;
 constexpr char place_reason[] = "rays placed to 64 * 2^-24 voxels, 1.5 of radiance a voxel";
@@ -45,7 +45,7 @@ struct Other {
   Field field;
 };
 
-/// The balls' picture against those of others.
+/// Compares the balls' picture with pictures of other scenes.
 Measured same_as_balls(const Painter& painter,
                        const std::function<Other(std::optional<double>)>& f) {
   Measured found;
@@ -67,7 +67,7 @@ Measured shifted(const Painter& painter) {
 }
 
 Measured turned(const Painter& painter) {
-  // x' = -y, y' = x, turned back by the transform
+  // x' = -y, y' = x; the transform turns it back
   const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(90.0), glm::dvec3(0, 0, 1));
   return same_as_balls(painter, [&](std::optional<double> step) {
     return Other{oblique(step),

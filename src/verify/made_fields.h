@@ -7,7 +7,8 @@
 
 #include "verify/make_field.h"
 
-// Fields of no simple closed form, for what must hold of any field: verify's and the tests'.
+// Fields without a simple closed form, for properties that any field must have. verify and the
+// tests use them.
 
 namespace psivox {
 
@@ -34,7 +35,7 @@ inline Field blobs(const glm::ivec3& at = {0, 0, 0}, const glm::dmat4& m = glm::
       [at](glm::ivec3 v) { return blobs_at(glm::dvec3(v - at)); }, m);
 }
 
-/// Blobs and rough noise in one, with constant bricks and empty ones.
+/// Blobs and rough noise in one field, with constant and empty bricks.
 inline Field mixed(const glm::dmat4& m = glm::dmat4(1)) {
   return make_field(
       {{-20, -12, -8}, {43, 35, 31}},
@@ -46,7 +47,8 @@ inline Field mixed(const glm::dmat4& m = glm::dmat4(1)) {
       m);
 }
 
-/// 1 all over the domain of `mixed`, from leaves whose bricks are all textured: voxels of twelve.
+/// 1 over the whole domain of `mixed`, in voxels of width 12. All bricks of its leaves are
+/// textured.
 inline Field ones_around_mixed() {
   const glm::dmat4 m =
       glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(-28, -20, -20)), glm::dvec3(12));
@@ -60,7 +62,7 @@ inline Field noise_beside_constant() {
                     [](glm::ivec3 v) { return v.x < 16 && v.y >= 8 ? 0.5f : noise(v); });
 }
 
-/// The same field with tiles in the place of leaves of one value.
+/// The same field, with tiles in place of leaves of one value.
 inline Field with_tiles(Field field) {
   std::erase_if(field.leaves, [&](const Leaf& leaf) {
     const float value = leaf.values[0];

@@ -9,11 +9,11 @@
 #include "psivox/image.h"
 #include "psivox/medium.h"
 
-// Views of fields at hand, and their pictures' pixels: verify's and the tests'.
+// Views of in-memory fields, and the pixels of their pictures. verify and the tests use them.
 
 namespace psivox {
 
-/// A square picture of a few pixels, never terminated early.
+/// A square picture of a few pixels; rays never end early.
 inline Scene small_scene(int side = 48) {
   Scene scene;
   scene.resolution = {side, side};
@@ -39,7 +39,7 @@ inline View view_of(const Scene& scene, Field density, Field luminance) {
   return make_view(scene, share(std::move(density)), share(std::move(luminance)));
 }
 
-/// Looks at `target` from `position`, orthographic `width` world units wide if given.
+/// Looks at `target` from `position`; orthographic, `width` world units wide, if `width` is given.
 inline Scene looking(Scene scene, const glm::dvec3& position, const glm::dvec3& target,
                      std::optional<double> width = {}) {
   scene.camera_position = position;

@@ -13,8 +13,8 @@
 
 namespace psivox {
 
-/// A field of leaves that cover `active`, whose voxels have the values that `write(voxel, out)`
-/// puts into `channels` floats; the leaves' other voxels are 0.
+/// A field of leaves that cover `active`. `write(voxel, out)` writes the `channels` floats of each
+/// active voxel; the leaves' other voxels are 0.
 inline Field make_field_of(const Box& active, int channels,
                            const std::function<void(const glm::ivec3&, float*)>& write,
                            const glm::dmat4& world_from_index) {

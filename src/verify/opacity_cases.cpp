@@ -7,17 +7,19 @@
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 
-// Constant luminance: the picture follows from the optical depth alone, which cells know exactly.
+// Constant luminance: the picture depends on the optical depth alone, which cells integrate
+// exactly.
 
 namespace psivox {
 namespace {
 
-// A ray's depth d to 40 roundings of 2^-24 (a length, values, their sum) moves A = 1 - e^{-d} by 40
-// * 2^-24 * d e^{-d}, and d e^{-d} is at most 0.37.
+// A ray's depth d has up to 40 roundings of 2^-24 (a length, values, their sum). They change A = 1
+// - e^{-d} by 40 * 2^-24 * d e^{-d}, and d e^{-d} is at most 0.37.
 constexpr double depth_bound = 1e-6;
 constexpr char depth_reason[] = "a depth d to 40 roundings of 2^-24; d e^-d <= 0.37";
 
-/// The plate with optical depths of K times its values, from a place of its index space.
+/// Opacity errors of a plate with optical depth K times its values, seen from `from` towards `to`
+/// in its index space.
 Measured plate_opacity(const Painter& painter, const Plate& plate, double K, const glm::dvec3& from,
                        const glm::dvec3& to, double fov = 30) {
   const auto world = [&](const glm::dvec3& p) {
@@ -38,7 +40,7 @@ Measured plate_opacity(const Painter& painter, const Plate& plate, double K, con
   return found;
 }
 
-/// From both sides.
+/// Seen from both sides.
 Measured plate_opacities(const Painter& painter, const Plate& plate, double K) {
   const glm::dvec3 middle(0.5 * double(plate.values.size()), 0.3, -0.2);
   Measured found;
@@ -50,7 +52,8 @@ Measured plate_opacities(const Painter& painter, const Plate& plate, double K) {
 Plate slab() {
   return {profile(12, [](int) { return 2; })};
 }
-/// A rise and a plateau, which has bricks of one value as the slab: one program draws both.
+/// A rise and a plateau. The plateau has bricks of one value, like the slab, so one program draws
+/// both.
 Plate ramp() {
   return {profile(33, [](int x) { return 0.125 * std::min(x, 12); })};
 }
@@ -59,7 +62,7 @@ glm::dmat4 moved(const glm::dvec3& origin, double scale = 1) {
   return glm::scale(glm::translate(glm::dmat4(1), origin), glm::dvec3(scale));
 }
 
-/// A ramp somewhere else, of the same optical depth.
+/// A ramp elsewhere with the same optical depth.
 Measured placed_ramp(const Painter& painter, const glm::dmat4& m, double scale = 1,
                      const glm::ivec3& at = {0, 0, 0}) {
   Plate plate = ramp();
@@ -69,7 +72,7 @@ Measured placed_ramp(const Painter& painter, const glm::dmat4& m, double scale =
 }
 
 Measured thin_slab(const Painter& painter) {
-  // Depths of 3e-6: the error is of A over A.
+  // Depths are about 3e-6, so the error is relative to A.
   constexpr double K = 1e-7;
   Measured found = plate_opacities(painter, slab(), K);
   const double least = K * slab().across(-1, 12);
@@ -104,8 +107,8 @@ Measured tent(const Painter& painter) {
   return found;
 }
 
-/// Along x the trilinear data of a product of Gaussians is its sum over x times what is linear in y
-/// and in z.
+/// Along x, the trilinear interpolation of a product of Gaussians is its sum over x times a factor
+/// that is linear in y and in z.
 Measured gaussian(const Painter& painter) {
   constexpr double K = 0.3, width = 4;
   constexpr int radius = 16;
@@ -124,7 +127,7 @@ Measured gaussian(const Painter& painter) {
   const auto depth = [&](const WorldRay& ray) {
     return K * sum * linear(ray.origin.y) * linear(ray.origin.z);
   };
-  // 2 up and down along x; a slope of at most 0.86/width along y and z, over sum voxels
+  // 2 up and down along x; along y and z a slope of at most 0.86/width, over sum voxels
   return {opacity_error(view, painter.picture(view), depth), K * (2 + 2 * 0.86 / width * sum)};
 }
 

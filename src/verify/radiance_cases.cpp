@@ -5,7 +5,7 @@
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 
-// Luminance that varies, and the identity that holds wherever it does not: R = L A.
+// Varying luminance; where it is constant, R = L A.
 
 namespace psivox {
 namespace {
@@ -24,13 +24,14 @@ Measured furnace(const Painter& painter, std::optional<double> step, bool grid) 
     const Image image = painter.picture(make_view(scene, density, luminance));
     Image alpha = image;
     for (std::size_t i = 0; i < alpha.rgba().size(); ++i) alpha.rgba()[i] = image.rgba()[i | 3];
-    found.add({picture_difference(image, alpha), 0});  // interpolated ones are 1
+    found.add(
+        {picture_difference(image, alpha), 0});  // the sensitivity is 0: interpolating ones gives 1
   }
   return found;
 }
 
-/// L = (x - 2)/4 from x = 2 on in a homogeneous medium so thick that nothing is seen of its back: R
-/// = e^{-d}/(4 tau) times the cosine, d the depth in front of x = 2. The rule is exact for it.
+/// L = (x - 2)/4 from x = 2 on, in a homogeneous medium so thick that its back is invisible: R =
+/// e^{-d}/(4 tau) times the cosine, where d is the depth in front of x = 2. The rule is exact here.
 Measured linear_luminance(const Painter& painter) {
   constexpr double tau = 0.5;
   const auto density =
@@ -50,12 +51,12 @@ Measured linear_luminance(const Painter& painter) {
       const double exact = 0.25 * cosine / tau * std::exp(-tau * 2.5 / cosine);
       found.error = larger(found.error, std::abs(pixel(image, x, y, 0) - exact));
     }
-  // L by a quarter, and the depth of the ramp up to 1, of L below 1 where it is seen
+  // L changes by a quarter, and the ramp's depth by up to 1, times L below 1 where it is visible
   found.sensitivity = 0.25 + 2 * tau;
   return found;
 }
 
-/// Two slabs with vacuum between, in which L changes: R = L_1 A_1 + L_2 (1 - A_1) A_2.
+/// Two slabs with vacuum between them, where L changes: R = L_1 A_1 + L_2 (1 - A_1) A_2.
 Measured two_layers(const Painter& painter) {
   constexpr double K = 0.04, L[] = {2, 0.5};
   constexpr int thick = 20, gap = 8, count = 2 * thick + gap;
@@ -89,8 +90,8 @@ Measured two_layers(const Painter& painter) {
   return found;
 }
 
-/// L = value on a ramp, seen along x: every pixel is the rule's sum over its segments, whose
-/// formula is computed as it is printed.
+/// L = value on a ramp, seen along x. Every pixel is the rule's sum over its segments, computed by
+/// the printed formula.
 Measured printed_rule(const Painter& painter, std::optional<double> step,
                       SegmentSum (*rule)(double, double)) {
   constexpr int count = 33;  // odd: the lattice lies on voxels
@@ -101,16 +102,16 @@ Measured printed_rule(const Painter& painter, std::optional<double> step,
   scene.step = step;
   const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
   const double exact = rule_across(ramp, K, step ? int(1 / *step) : scene.segments, rule);
-  // sensitive to a step of the ramp in L, and twice to the depth, by L up to 1.75
+  // sensitive once to a step of the ramp in L and twice to the depth, with L up to 1.75
   return {radiance_error(image, exact), 0.125 + 2 * 1.75 * K * ramp.variation()};
 }
 
-/// A plate that rises towards a back that is not seen, with L = value: linear attenuation times
-/// linear luminance, which psi-exact integrates exactly. What is off: the radiance relative to the
-/// exact one, or A from 1.
+/// A plate that rises towards an invisible back, with L = value. Attenuation and luminance are
+/// linear, which psi-exact integrates exactly. The error is that of the radiance, relative to the
+/// exact one, or that of A against 1.
 struct Rise {
   double K, slope;
-  int width;  ///< [voxels], then a plateau
+  int width;  ///< [voxels], followed by a plateau
 };
 Measured rising(const Painter& painter, const Rise& rise, int channel) {
   const Plate plate{
@@ -126,16 +127,16 @@ Measured rising(const Painter& painter, const Rise& rise, int channel) {
     for (int x = 0; x < image.width; ++x) {
       const double exact =
           channel == 3 ? 1 : rising_glow(rise.K, rise.slope * plate.slope(pixel_ray(view, x, y)));
-      // Values off by d: in R = int v K v T the two factors lose d each, T 2 d. Nothing moves A.
+      // If values are off by d, then in R = int v K v T the two factors lose d each and T loses 2
+      // d. A does not change.
       const double sensitivity = channel == 3 ? 0 : 4 * rise.slope / exact;
       found.add({std::abs(pixel(image, x, y, channel) / exact - 1), sensitivity});
     }
   return found;
 }
 
-/// Rays are placed to 64 * 2^-24 of a voxel: four roundings of coordinates below 32, 16 * 2^-24
-/// each. The light comes from values about (slope/K)^(1/2), from a depth of (slope K)^(-1/2)
-/// voxels.
+/// Rays are placed to 64 * 2^-24 voxels: four roundings of coordinates below 32, 16 * 2^-24 each.
+/// The light comes from values of about (slope/K)^(1/2), at a depth of (slope K)^(-1/2) voxels.
 Case rising_case(const std::string& name, const Rise& rise, bool hardware = true) {
   return {name, "relative: rays placed to 64 * 2^-24 voxels of the (slope K)^-1/2 that glow",
           sum_bound + 64 * 0x1p-24 * std::sqrt(rise.slope * rise.K),

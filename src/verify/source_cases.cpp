@@ -4,29 +4,29 @@
 #include "verify/case.h"
 #include "verify/made_views.h"
 
-// What is not the value itself: a transfer function of it, emission, light; and ray templates.
+// Sources other than the value itself: transfer functions, emission and light; and ray templates.
 
 namespace psivox {
 namespace {
 
-// As elsewhere: 256 segments' sums, and a depth d to 40 roundings, which moves e^{-d} by 40 * 2^-24
-// * 0.37.
+// The bound covers sums of 256 segments, and a depth d with up to 40 roundings, which change e^{-d}
+// by 40 * 2^-24 * 0.37.
 constexpr double source_sum_bound = 16 * 0x1p-24;
 constexpr double source_depth_bound = 1e-6;
 
-/// Integral from 0 of the tent over values: 0 up to v = 2, 1 at 4, 0 from 6 on.
+/// Integral from 0 to v of the tent: 0 up to v = 2, 1 at 4, 0 from 6 on.
 double tent_integral(double v) {
   const double u = std::clamp((v - 4) / 2, -1.0, 1.0);
   return u < 0 ? (1 + u) * (1 + u) : 2 - (1 - u) * (1 - u);
 }
 
-/// A ramp whose value passes the tent's three knots within cells: along x the attenuation's
-/// integral is that of the tent over the slope. Segments end at the knots, so that each depth is
-/// exact.
+/// A ramp whose value passes the tent's three knots inside cells. Along x the integral of the
+/// attenuation is the tent's integral divided by the slope. Segments end at the knots, so each
+/// depth is exact.
 Measured transfer_tent(const Painter& painter) {
   constexpr double K = 0.25;
   const Plate ramp{profile(24, [](int x) { return 0.375 * (x + 1); })};
-  double area = 0;  // over x
+  double area = 0;  // integral over x
   for (int x = -1; x < 24; ++x) {
     const double a = ramp.value(x), b = ramp.value(x + 1);
     area += (tent_integral(b) - tent_integral(a)) / (b - a);
@@ -42,7 +42,7 @@ Measured transfer_tent(const Painter& painter) {
         std::vector<TransferPoint>{{2, 0, {}}, {4, 1, {}}, {6, 0, {}}}, false);
     const auto depth = [&](const WorldRay& ray) {
       const double cosine = std::abs(ramp.slope(ray));
-      // the tent's slope of 1/2 times what a weight changes of the value
+      // the tent's slope, 1/2, times the change of the value per error of a weight
       found.sensitivity = larger(found.sensitivity, K * 0.5 * ramp.variation() / cosine);
       return K * area / cosine;
     };
@@ -51,7 +51,7 @@ Measured transfer_tent(const Painter& painter) {
   return found;
 }
 
-/// A slab that radiates and does not attenuate: R is the integral of its values, A = 0.
+/// A slab that emits without attenuating: R is the integral of its values, and A = 0.
 Measured emitting_slab(const Painter& painter) {
   constexpr double scale = 0.05;
   const Plate slab{profile(12, [](int) { return 2; })};
@@ -74,8 +74,8 @@ Measured emitting_slab(const Painter& painter) {
   return found;
 }
 
-/// A ramp seen along the light: at voxels L = e^{-d}, d the depth in front, linear in between, and
-/// the picture is the default rule's sum by its printed formula.
+/// A ramp seen along the light. At voxels L = e^{-d}, where d is the depth in front, and L is
+/// linear in between. The picture is the default rule's sum by its printed formula.
 Measured lit_ramp(const Painter& painter) {
   constexpr double K = 0.12;
   const Plate ramp{profile(20, [](int x) { return 0.25 * std::min(x + 1, 8); })};
@@ -93,13 +93,13 @@ Measured lit_ramp(const Painter& painter) {
         const double color = scene.light->color[c];
         found.error = larger(found.error, std::abs(pixel(image, x, y, c) / color - exact));
       }
-  // L by a voxel's K v, the depth twice, of L below 1
+  // L changes by a voxel's K v, and the depth counts twice, times L below 1
   found.sensitivity = K * 2 + 2 * K * ramp.variation();
   return found;
 }
 
-/// A glowing ramp along x by a ray template: samples are voxels, and the rule's printed sum is over
-/// segments of one voxel.
+/// A glowing ramp along x, drawn by a ray template. Samples lie on voxels, and the rule's printed
+/// sum runs over segments of one voxel.
 Measured template_ramp(const Painter& painter) {
   constexpr double K = 0.6;
   const Plate ramp{profile(33, [](int x) { return 0.125 * std::min(x, 14); })};
