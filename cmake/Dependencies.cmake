@@ -4,18 +4,19 @@ find_package(glm REQUIRED)
 find_package(OpenEXR REQUIRED)
 find_package(PNG REQUIRED)
 find_package(OpenImageIO REQUIRED)
-# Debian's target names OpenCV's headers, which its package does not depend on and nobody needs.
+# Debian's target lists OpenCV's headers, which its package does not depend on and psivox does not
+# use.
 set_target_properties(OpenImageIO::OpenImageIO PROPERTIES
   INTERFACE_INCLUDE_DIRECTORIES "${OpenImageIO_INCLUDE_DIR}")
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
-# draws the plots of a study's page, which holds a copy of it
+# draws the plots of a study's page, which contains a copy of it
 find_file(PSIVOX_CHART_JS chart.min.js PATHS /usr/share/javascript PATH_SUFFIXES chart.js REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
 pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
 
-# Debian's OpenVDB has no package configuration file, and its find module wants more than is needed.
+# Debian's OpenVDB has no package configuration file, and its find module requires too much.
 find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h REQUIRED)
 find_library(OPENVDB_LIBRARY openvdb REQUIRED)
 find_package(Imath REQUIRED)

@@ -1,12 +1,12 @@
-# Flags and components. A component is a folder of src/ compiled on its own, with the packages it
-# may use: OpenVDB in vdb, OpenImageIO in oiio, GL in gl. tests/check_includes.sh enforces what
-# include paths cannot.
+# Flags and components. A component is a folder of src/, compiled separately with the packages it
+# may use: OpenVDB in vdb, OpenImageIO in oiio, GL in gl. tests/check_includes.sh enforces the rules
+# that include paths cannot.
 add_library(psivox_flags INTERFACE)
 target_compile_features(psivox_flags INTERFACE cxx_std_20)
 target_compile_options(psivox_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow
-  -Wno-restrict  # gcc 12 sees overlaps in std::string's operator+ that are not there (bug 105651)
-  # rounding is what a study measures: no contraction into fused multiply-adds, as no -ffast-math
+  -Wno-restrict  # gcc 12 reports overlaps in std::string's operator+ that do not exist (bug 105651)
+  # a study measures rounding: no contraction into fused multiply-adds, and no -ffast-math
   -ffp-contract=off)
 target_compile_definitions(psivox_flags INTERFACE
   PSIVOX_VERSION="${PROJECT_VERSION}")
@@ -28,8 +28,8 @@ function(psivox_component name)
   target_link_libraries(psivox PRIVATE ${arg_USES})
 endfunction()
 
-# psivox_module(NAME SOURCES files... USES targets...): a component that libpsivox loads from its own
-# folder when it needs it; what runs the library depends on it.
+# psivox_module(NAME SOURCES files... USES targets...): a component that libpsivox loads on demand
+# from its own folder. Anything that runs the library depends on it.
 function(psivox_module name)
   cmake_parse_arguments(arg "" "" "SOURCES;USES" ${ARGN})
   add_library(psivox_${name} MODULE ${arg_SOURCES})
@@ -38,8 +38,8 @@ function(psivox_module name)
   target_link_libraries(psivox_${name} PRIVATE psivox psivox_flags ${arg_USES})
 endfunction()
 
-# psivox_embed(OUTPUT HEADER header TABLE function NAMES names... PATHS files...): writes OUTPUT to the
-# folder `generated`: the definition of a function that HEADER declares, a map from NAMES to texts.
+# psivox_embed(OUTPUT HEADER header TABLE function NAMES names... PATHS files...): writes OUTPUT to
+# the folder `generated`. It defines a function declared in HEADER: a map from NAMES to texts.
 function(psivox_embed output)
   cmake_parse_arguments(arg "" "HEADER;TABLE" "NAMES;PATHS" ${ARGN})
   set(file "${PROJECT_BINARY_DIR}/generated/${output}")

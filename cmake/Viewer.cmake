@@ -1,9 +1,9 @@
-# The window is optional: GLFW and Dear ImGui, which Debian's package has as a static library with
-# its OpenGL backend inside, and without a CMake package.
+# The window is optional. It needs GLFW and Dear ImGui; Debian packages ImGui as a static library
+# that includes its OpenGL backend, without a CMake package.
 find_package(glfw3 3.3 QUIET)
 find_path(IMGUI_INCLUDE_DIR imgui.h PATH_SUFFIXES imgui)
 find_library(IMGUI_LIBRARY imgui)
-find_library(STB_LIBRARY stb)  # Debian's imgui has its fonts rasterised there
+find_library(STB_LIBRARY stb)  # Debian's imgui rasterises its fonts with it
 if(glfw3_FOUND AND IMGUI_INCLUDE_DIR AND IMGUI_LIBRARY AND STB_LIBRARY)
   set(PSIVOX_VIEWER_FOUND ON)
 else()

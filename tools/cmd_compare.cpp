@@ -1,4 +1,4 @@
-// psivox compare A B: how far two pictures are apart.
+// psivox compare A B: measures the difference of two pictures.
 
 #include <iostream>
 #include <optional>
@@ -48,7 +48,7 @@ void compare_command(Arguments arguments) {
   std::cout << '\n';
   if (difference.not_finite) std::cout << "NaN or Inf in " << difference.not_finite << " pixels\n";
 
-  // Negated, so that a NaN is beyond any limit.
+  // Negated, so that NaN exceeds every limit.
   const auto demand = [](bool within, const std::string& what) {
     if (!within) throw Error(ExitCode::verification, what);
   };

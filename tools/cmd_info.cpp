@@ -1,4 +1,4 @@
-// psivox info IN.vdb: what is in the file, and what its atlases would take.
+// psivox info IN.vdb: lists what the file contains and how much memory its atlases need.
 
 #include <filesystem>
 #include <iostream>
@@ -20,7 +20,7 @@ using json = nlohmann::ordered_json;
 
 struct Row {
   GridInfo grid;
-  std::optional<AtlasSize> float32, float16;  ///< where the grid can be rendered
+  std::optional<AtlasSize> float32, float16;  ///< set if the grid can be rendered
 };
 
 Row describe(const VdbFile& file, const GridInfo& grid) {

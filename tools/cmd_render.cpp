@@ -1,4 +1,4 @@
-// psivox render IN.vdb -o OUT.exr: the main job.
+// psivox render IN.vdb -o OUT.exr: draws a picture.
 
 #include <algorithm>
 #include <cmath>
@@ -44,7 +44,7 @@ std::vector<std::string> known_layers() {
 struct RenderCall {
   SceneOptions scene;
   std::string output, stats;
-  std::vector<std::string> layers;    ///< that --aov names
+  std::vector<std::string> layers;    ///< named by --aov
   std::optional<int> check_error;     ///< pixels
   std::optional<double> time_budget;  ///< [ms]
   WriteOptions format;
@@ -116,7 +116,7 @@ void check_layers(const RenderCall& call, const Scene& scene) {
   }
 }
 
-/// All that can be refused before any work.
+/// Makes every check that needs no work.
 void check(const RenderCall& call, const Scene& scene) {
   if (call.time_budget) {
     if (scene.tolerance) usage("--time-budget and --tolerance exclude each other");
@@ -152,10 +152,10 @@ void print_devices() {
   }
 }
 
-/// Made while the file is read. Throws, on get(), what opening the marcher does.
+/// Opens the marcher while the file is read. get() throws the marcher's error.
 using FutureMarcher = std::future<std::shared_ptr<Marcher>>;
 
-/// A lit picture's light is half of the bar; what follows the march has none.
+/// Computing the light takes half of the bar; stages after the march take none.
 StageProgress on_bar(const Progress& bar, bool lit) {
   if (!bar) return {};
   const double light_share = lit ? 0.5 : 0;
@@ -197,7 +197,7 @@ void print_explanation(Session& session) {
     std::printf("%-16s %s\n", line.what.c_str(), line.text.c_str());
 }
 
-/// Compares with the reference, on the standard output.
+/// Compares with the reference, and prints the result to standard output.
 void print_check(const RenderCall& call, Session& session, RenderReport& report) {
   ProgressBar bar(call.quiet);
   report.checked = session.check_error(report.drawn.image, std::min(*call.check_error, 100000000),
@@ -243,7 +243,7 @@ void render_command(Arguments arguments) {
   Scene scene = call.scene.scene();
   check(call, scene);
   if (!call.time_budget) scene = with_default_tolerance(scene);
-  if (scene.input.empty()) {  // only --print-scene comes here
+  if (scene.input.empty()) {  // only with --print-scene
     std::cout << to_json(scene);
     return;
   }

@@ -1,4 +1,4 @@
-// psivox study IN.vdb -o DIR: error and time of many methods for one scene.
+// psivox study IN.vdb -o DIR: measures error and time of many methods for one scene.
 
 #include <csignal>
 #include <map>
@@ -22,14 +22,14 @@ namespace {
 
 struct StudyCall {
   SceneOptions scene;
-  std::map<std::string, std::string> lists;  ///< of the sweep, as given
+  std::map<std::string, std::string> lists;  ///< the sweep's lists, as given
   std::string output, file;
   std::optional<int> repeats;
   std::vector<std::string> summary;  ///< folders
   bool psi = false, orders = false, no_split = false, resume = false, quiet = false;
 };
 
-/// Of the sweep's lists: their help, and their default.
+/// Help and default of each of the sweep's lists.
 const std::map<std::string, std::pair<const char*, const char*>> list_help = {
     {"integrators", {"rules, or all", "all"}},
     {"samplings", {"of cells, uniform, template, or all", "cells,uniform"}},

@@ -1,4 +1,4 @@
-// psivox verify: whether this machine's GL driver draws what is known.
+// psivox verify: checks that this machine's GL driver draws pictures with known results correctly.
 
 #include <iostream>
 #include <nlohmann/json.hpp>

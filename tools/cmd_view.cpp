@@ -27,7 +27,7 @@ struct ViewCall {
   bool watch = false, gl_debug = false, quiet = false;
 };
 
-/// For measurements and tests of the window; docs/preview.md describes them.
+/// For measurements and tests of the window; see docs/preview.md.
 void add_benchmarks(CommandLine& line, ViewCall& call) {
   const CLI::Validator count = number_in<int>({.min = 2});
   line.add_option("--benchmark-orbit", call.orbit,

@@ -11,11 +11,11 @@ namespace psivox {
 namespace {
 
 constexpr std::size_t option_width = 34, text_width = 66;
-constexpr std::size_t longest_metavar = 40;  ///< a longer list of words goes to the help's text
+constexpr std::size_t longest_metavar = 40;  ///< a longer list of words moves to the help text
 
 [[noreturn]] void fail(const std::string& message) { throw Error(ExitCode::usage, message); }
 
-/// With line breaks between words, which CLI11 indents but does not make.
+/// Breaks lines between words: CLI11 indents lines but does not break them.
 std::string wrapped(const std::string& text) {
   std::string out;
   std::size_t column = 0;
@@ -38,7 +38,7 @@ class HelpFormatter : public CLI::Formatter {
     column_width(option_width);
     label("Positionals", "Arguments");
   }
-  /// One empty line between groups, where CLI11 has two.
+  /// One empty line between groups; CLI11 prints two.
   std::string make_group(std::string group, bool positional,
                          std::vector<const CLI::Option*> options) const override {
     if (group == hidden_group) return "";
@@ -68,7 +68,7 @@ CommandLine::CommandLine(const std::string& command, const std::string& summary)
   formatter(std::make_shared<HelpFormatter>());
   set_help_flag("-h,--help", "print this help");
   option_defaults()->take_last();
-  allow_extras();  // check_remaining() has something to suggest
+  allow_extras();  // so that check_remaining() can suggest the right name
 }
 
 CLI::Option* CommandLine::add_list(const std::string& name, std::vector<std::string>& items,
@@ -120,7 +120,7 @@ bool CommandLine::read(std::span<const std::string> arguments) {
   } catch (const CLI::CallForHelp&) {
     std::cout << help();
     return false;
-  } catch (const CLI::ArgumentMismatch&) {  // thrown if the arguments end behind an option
+  } catch (const CLI::ArgumentMismatch&) {  // thrown if an option at the end has no value
     fail(arguments.back() + " needs a value");
   } catch (const CLI::ParseError& error) {
     fail(error.what());

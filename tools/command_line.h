@@ -13,32 +13,32 @@
 
 namespace psivox {
 
-/// The options of one command: CLI11's, and among them the scene's parameters, with psivox's errors
-/// and help. Of an option that is given twice the last value counts.
+/// The options of one command: CLI11's, including the scene's parameters, with psivox's errors and
+/// help. If an option is given twice, the last value counts.
 class CommandLine : public CLI::App {
  public:
   CommandLine(const std::string& command, const std::string& summary);
 
-  /// `name` takes items with commas between them; the items of several uses follow each other.
+  /// `name` takes items separated by commas; several uses append their items.
   CLI::Option* add_list(const std::string& name, std::vector<std::string>& items,
                         const std::string& help);
-  /// The scene's parameters, all or those wanted; what is given is appended to `settings`.
+  /// Adds the scene's parameters, all or those wanted. Given values are appended to `settings`.
   void add_parameters(std::vector<Setting>& settings,
                       const std::function<bool(const Parameter&)>& wanted = {});
 
-  /// False if the help was asked for and printed. Throws Error(usage).
+  /// Returns false if it printed the help that was asked for. Throws Error(usage).
   bool read(std::span<const std::string> arguments);
 
  private:
-  /// Refuses what CLI11 has left over.
+  /// Refuses arguments that CLI11 has left over.
   void check_remaining() const;
 };
 
-/// The group of options that --help does not list. CLI11's own, "", leaves their names out of its
+/// The group of options that --help does not list. CLI11's own, "", omits their names from its
 /// errors.
 inline constexpr const char* hidden_group = "Hidden";
 
-/// A check of an option's value: a finite number of that type in the range. CLI11's own Range
+/// Checks that an option's value is a finite number of that type in the range. CLI11's own Range
 /// accepts NaN and prints limits with 300 digits.
 template <typename Number>
 CLI::Validator number_in(const Range& range) {

@@ -7,7 +7,7 @@
 
 namespace psivox {
 
-/// Arguments after the command's name. Errors leave as Error; psivox.cpp turns them into a message
+/// `arguments` follow the command's name. Commands throw Error; psivox.cpp turns it into a message
 /// and an exit code.
 using Arguments = std::span<const std::string>;
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the studies of docs/does-psi-pay.md into DIR and sets them side by side there: DIR/outside
-# and DIR/inside hold the page's tables and plots. What is finished is kept: it can be run again.
+# Runs the studies of docs/does-psi-pay.md into DIR and compares them: DIR/outside and DIR/inside
+# receive the page's tables and plots. A second run keeps finished studies.
 #   tools/does-psi-pay.sh DIR [PSIVOX [FOLDER of .vdb files]]
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
@@ -8,8 +8,9 @@ out=${1:?give a folder for the studies}
 psivox=${2:-$here/build/release/bin/psivox}
 data=${3:-$here/../shared/data}
 
-# study NAME VIEW OPTIONS...: every rule under every sampling. Parallel rays, so that templates can be
-# drawn too; oblique, so that no lattice beats with the voxels'; rays that end at 1e-6 of the light.
+# study NAME VIEW OPTIONS...: every rule under every sampling. Rays are parallel, so that templates
+# can be drawn too; oblique, so that no lattice beats with the voxels'; and end at 1e-6 of the
+# light.
 study() {
   local name=$1 view=$2
   shift 2

@@ -1,5 +1,5 @@
-// Computes the numbers of shaders/math/mills.glsl, shaders/math/dawson.glsl and
-// shaders/integrators/psi_fit.glsl and prints them as they stand there, with the largest error of
+// Computes the constants of shaders/math/mills.glsl, shaders/math/dawson.glsl and
+// shaders/integrators/psi_fit.glsl, and prints them as they appear there, with the largest error of
 // each. Deterministic; long double throughout; takes a minute or two.
 
 #include <algorithm>
@@ -33,8 +33,8 @@ struct Mills {
   }
 };
 
-/// Dawson's integral F = e^{-x^2} int_0^x e^{t^2} dt and n = 2 x F - 1: a series of positive terms;
-/// from 12 on n's asymptotic one, whose least term is e^{-144}.
+/// Dawson's integral F = e^{-x^2} int_0^x e^{t^2} dt and n = 2 x F - 1, by a series of positive
+/// terms. From x = 12 on, n uses its asymptotic series, whose smallest term is e^{-144}.
 struct Dawson {
   real f = 0, n = 0;
   explicit Dawson(real x) {
@@ -51,7 +51,7 @@ struct Dawson {
   }
 };
 
-/// (Psi - zeta)/(1 - zeta): the back end's share of what a segment of linear attenuation shows.
+/// (Psi - zeta)/(1 - zeta): the back end's share of the light from a segment of linear attenuation.
 real share_of_back(real f, real b) {
   const real zeta = std::exp(-(f + b) / 2), opacity = -std::expm1(-(f + b) / 2);
   if (std::max(f, b) <= 4) {  // as in shaders/math/linear_psi.glsl; 4^70/70! = 1e-58
@@ -175,12 +175,12 @@ std::vector<Point> grid(real first, int per_decade) {
   return points;
 }
 
-/// s of psi_fit.glsl.
+/// The s of psi_fit.glsl.
 real root(const Vector& k, real f, real b) {
   return std::sqrt(1 + std::abs(k[0]) * b + std::abs(k[1]) * f + std::abs(k[2]) * f * f) - 1;
 }
 
-/// A's solution by Cholesky; empty where A is not positive definite.
+/// Solves with A by Cholesky; empty if A is not positive definite.
 Vector solve(std::vector<Vector> a, Vector y) {
   const std::size_t n = y.size();
   Vector scale(n);
@@ -207,7 +207,7 @@ Vector solve(std::vector<Vector> a, Vector y) {
   return y;
 }
 
-/// The terms of numerator and denominator at a point, the latter's times -share.
+/// The terms of numerator and denominator at a point; the denominator's are multiplied by -share.
 void fill_row(const Point& p, real s, Vector& row) {
   std::size_t n = 0;
   const auto power = [](real x, int k) {
@@ -218,7 +218,7 @@ void fill_row(const Point& p, real s, Vector& row) {
     row[n++] = -p.share * power(p.f, t.i) * power(p.b, t.j) * power(s, t.k);
 }
 
-/// numerator - share * denominator, and the denominator.
+/// The values of numerator - share * denominator and of the denominator.
 struct Value {
   real residual, denominator;
 };
@@ -249,9 +249,9 @@ real worst_error(const std::vector<Point>& points, const Vector& k, const Vector
   return worst;
 }
 
-/// Least |dPsi| for given k: linear least squares of numerator - share * denominator over the last
-/// denominator (Sanathanan and Koerner 1963), weights raised where the error is large (Lawson
-/// 1961).
+/// Minimises |dPsi| for given k, by linear least squares of numerator - share * denominator over
+/// the previous denominator (Sanathanan and Koerner 1963). Weights rise where the error is large
+/// (Lawson 1961).
 real fit(const std::vector<Point>& points, const Vector& k, int turns, Vector& best) {
   const std::size_t n = above.size() + below.size();
   Vector weight(points.size(), 1), denominator(points.size()), row(n);
@@ -296,7 +296,7 @@ real fit(const std::vector<Point>& points, const Vector& k, int turns, Vector& b
   return least;
 }
 
-/// Nelder and Mead's simplex search from x, whose parameters are first moved by 40 %.
+/// Nelder and Mead's simplex search from x. The first simplex moves each parameter by 40 %.
 Vector search(const std::function<real(const Vector&)>& f, const Vector& x, int turns) {
   struct Corner {
     Vector x;

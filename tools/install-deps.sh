@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
-# Installs what psivox needs to build, run and pass its tests on Debian 12. Does nothing, quickly,
-# where all of it is installed. --ci adds the checkers that .ci/run uses, and a display for the tests.
+# Installs everything that psivox needs to build, run and pass its tests on Debian 12. Returns
+# quickly if all is installed. --ci adds the checkers that .ci/run uses, and a display for the
+# tests.
 set -euo pipefail
 
 packages=(
   # build
   g++ cmake ninja-build ccache pkg-config
   # libraries: OpenVDB, images, maths, threads, GL without a window, the viewer's window
-  # (libopenvdb-dev does not bring the Boost headers that its own include)
+  # (libopenvdb-dev does not depend on the Boost headers that its own headers include)
   libopenvdb-dev libboost-dev libimath-dev libtbb-dev
-  # (OpenImageIO's CMake package refuses to load without the programs of openimageio-tools)
+  # (OpenImageIO's CMake package does not load without the programs of openimageio-tools)
   libopenimageio-dev openimageio-tools libopenexr-dev libpng-dev
   libglm-dev
   libepoxy-dev libegl-dev
@@ -21,7 +22,7 @@ packages=(
   libgtest-dev
   # EGL, and Mesa's software renderer for machines without a GPU
   libegl1 libgl1-mesa-dri
-  # GL of a window (GLFW opens these libraries when it runs)
+  # GL of a window (GLFW loads these libraries at run time)
   libgl1 libglx-mesa0
 )
 
@@ -33,7 +34,8 @@ fail() {
 case "${1-}" in
   "") ;;
   --ci) packages+=(clang-format clang-tidy
-    # a display for the window's tests, a browser for the page's; without, they are skipped
+    # a display for the window's tests, a browser for the page's; without them these tests are
+    # skipped
     xvfb xauth chromium chromium-driver python3) ;;
   -h | --help)
     printf 'Usage: tools/install-deps.sh [--ci]\nInstalls with apt-get: %s\n' "${packages[*]}"
@@ -62,7 +64,7 @@ if ((EUID != 0)); then
   command -v sudo >/dev/null ||
     fail "not root and no sudo; as root, run: apt-get install ${missing[*]}"
   as_root=(sudo)
-  [[ -t 0 ]] || as_root+=(-n)  # nobody to ask for a password
+  [[ -t 0 ]] || as_root+=(-n)  # no terminal, so nobody to type a password
 fi
 apt() {
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
@@ -70,7 +72,7 @@ apt() {
 }
 
 echo "install-deps.sh: installing ${missing[*]}"
-# A broken third-party source need not matter; what does is whether the packages can be had.
+# A broken third-party source may not matter; the installation below fails if packages are missing.
 apt update || echo "install-deps.sh: apt-get update failed; going on with the lists at hand" >&2
 apt install --yes --no-install-recommends "${missing[@]}" ||
   fail "apt-get could not install: ${missing[*]}"

@@ -1,4 +1,4 @@
-// make_assets DIR: writes the small .vdb files of assets/. The same bytes on every run.
+// make_assets DIR: writes the small .vdb files of assets/, with the same bytes on every run.
 
 #include <openvdb/openvdb.h>
 
@@ -20,11 +20,11 @@ using openvdb::Vec3d;
 using openvdb::Vec3SGrid;
 using openvdb::math::Transform;
 
-// All voxels have indices >= 0, so that each tree has one root node: a root's masks are most of a
-// small file.
+// All voxels have indices >= 0, so that each tree has one root node: a root's masks take up most of
+// a small file.
 
-/// Without a class: OpenVDB does not zip fog volumes. Made by OpenVDB's library: `GridT::create()`
-/// would compile the type's reading, writing and copying once more, for 10 s.
+/// The grid has no class, because OpenVDB does not zip fog volumes. OpenVDB's library makes it:
+/// `GridT::create()` would compile reading, writing and copying again, which takes 10 s.
 template <typename GridT>
 typename GridT::Ptr new_grid(const std::string& name, const Transform::Ptr& transform) {
   auto grid = openvdb::gridPtrCast<GridT>(openvdb::GridBase::createGrid(GridT::gridType()));
@@ -39,10 +39,10 @@ Transform::Ptr scale_and_move(double voxel_size, const Vec3d& origin) {
   return transform;
 }
 
-/// Values of 7 bits, which zip far better than a float's 24.
+/// Rounds to 7 bits, which zip far better than a float's 24.
 float quantised(double value) { return static_cast<float>(std::round(value * 128.0) / 128.0); }
 
-/// Uniform in [0, 1) from an integer point; the finaliser of MurmurHash3.
+/// Uniform in [0, 1), from an integer point; the finaliser of MurmurHash3.
 double hash(int x, int y, int z, std::uint32_t seed) {
   std::uint32_t h = seed + static_cast<std::uint32_t>(x) * 0x9e3779b1u +
                     static_cast<std::uint32_t>(y) * 0x85ebca77u +
@@ -94,7 +94,7 @@ double cluster(const Vec3d& p) {
   return std::clamp(sum * (0.45 + 1.1 * detail) - 0.06, 0.0, 1.0);
 }
 
-/// Sets every voxel of an n^3 cube to value(centre in [0,1]^3), where it is not 0.
+/// Sets every voxel of an n^3 cube to value(centre in [0,1]^3), unless that is 0.
 template <typename GridT, typename F>
 void fill_cube(GridT& grid, int n, F&& value) {
   auto accessor = grid.getAccessor();
@@ -105,8 +105,8 @@ void fill_cube(GridT& grid, int n, F&& value) {
   }
 }
 
-/// A slab of constant 1, 40x24x16 voxels, not aligned to leaves; `density` in leaves only,
-/// `density_tiles` the same values with tiles where they fit.
+/// A slab of constant 1, 40x24x16 voxels, not aligned to leaves. `density` has leaves only;
+/// `density_tiles` has the same values, with tiles where they fit.
 openvdb::GridCPtrVec slab() {
   const CoordBBox voxels(Coord(3, 5, 2), Coord(42, 28, 17));
   auto leaves = new_grid<FloatGrid>("density", Transform::createLinearTransform(0.05));
@@ -126,17 +126,18 @@ openvdb::GridCPtrVec ramp() {
   return {grid};
 }
 
-/// One voxel of 1 in the corner of a leaf: its tent reaches into seven leaves that are not there.
+/// One voxel of 1 in the corner of a leaf. Its tent reaches into seven leaves that do not exist.
 openvdb::GridCPtrVec single_voxel() {
   auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(1.0));
   grid->tree().setValue(Coord(0), 1.0f);
   return {grid};
 }
 
-/// A cloud-like cluster, its temperature [K] on a coarser lattice, its colour on a coarser yet.
+/// A cloud-like cluster; its temperature [K] is on a coarser lattice, its colour on a still coarser
+/// one.
 openvdb::GridCPtrVec blobs() {
   constexpr int n = 64, n_temperature = 20, n_color = 16;
-  constexpr double width = 3.0;  // of the cluster's cube [world units]
+  constexpr double width = 3.0;  // width of the cluster's cube [world units]
   const Vec3d corner(-1.5, -1.0, -1.5);
   // Voxel centres of a cube of n voxels are at (i + 1/2) / n of its width.
   const auto transform = [&](int voxels) {
@@ -156,7 +157,7 @@ openvdb::GridCPtrVec blobs() {
     return openvdb::Vec3s(quantised(0.2 + 0.8 * p[0]), quantised(0.3 + 0.5 * p[1]),
                           quantised(1.0 - 0.8 * p[0]));
   });
-  // Exact: none of these values needs more than the 11 bits of a half.
+  // Exact: each of these values fits in the 11 bits of a half.
   for (const auto& grid : {openvdb::GridBase::Ptr(density), openvdb::GridBase::Ptr(temperature),
                            openvdb::GridBase::Ptr(color)}) {
     grid->setSaveFloatAsHalf(true);
@@ -164,8 +165,8 @@ openvdb::GridCPtrVec blobs() {
   return {density, temperature, color};
 }
 
-/// Active tiles of 8^3 and 128^3 voxels with leaf voxels against their faces, and one inactive tile
-/// that stores a value all the same.
+/// Active tiles of 8^3 and 128^3 voxels, leaf voxels next to their faces, and an inactive tile that
+/// stores a nonzero value.
 openvdb::GridCPtrVec tiles() {
   auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(0.02));
   auto& tree = grid->tree();
@@ -199,7 +200,7 @@ openvdb::GridCPtrVec rotated() {
   return {grid};
 }
 
-/// OpenVDB gives each file a random identity, behind 8 bytes of magic number, three 4-byte versions
+/// OpenVDB gives each file a random identity, after 8 bytes of magic number, three 4-byte versions
 /// and one flag. Zeros instead make the bytes reproducible.
 void clear_identity(const std::filesystem::path& path) {
   const std::string identity = "00000000-0000-0000-0000-000000000000";

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Prints src/scene/colormap_tables.h from matplotlib's tables (Debian: python3-matplotlib).
 
-Of a table's 256 sRGB codes it keeps as few as leave all others within half an 8-bit step of linear
-radiance between those kept."""
+It keeps as few of a table's 256 sRGB codes as possible: linear radiance between those kept must
+reproduce all others within half an 8-bit step."""
 
 import matplotlib
 
@@ -19,7 +19,7 @@ def code(light):
 
 
 def fits(table, a, b):
-    """Whether linear radiance from entry a to entry b passes all between them."""
+    """Whether linear radiance from entry a to entry b reproduces all entries between them."""
     for i in range(a + 1, b):
         t = (i - a) / (b - a)
         for channel in range(3):

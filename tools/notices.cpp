@@ -10,7 +10,7 @@
 namespace psivox {
 
 void print_notices(const View& view, bool chose_extinction) {
-  // Fields that were made of one grid repeat its notices.
+  // Fields made from one grid repeat its notices.
   std::vector<std::string> printed;
   const Medium& medium = view.medium;
   for (const auto& field : {medium.density, medium.luminance, medium.emission}) {

@@ -7,10 +7,11 @@
 
 namespace psivox {
 
-/// On stderr: what was done to the grids as they were read and, if `auto` chose it, the extinction.
+/// Prints to stderr how the grids were changed as they were read, and the extinction if `auto`
+/// chose it.
 void print_notices(const View& view, bool chose_extinction);
 
-/// On stderr, a line each.
+/// Prints to stderr, one line each.
 void print_notices(std::span<const std::string> notices);
 
 }  // namespace psivox

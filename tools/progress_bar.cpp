@@ -11,11 +11,11 @@ namespace psivox {
 namespace {
 
 constexpr int bar_width = 40;
-// Shorter work needs no progress: a bar that flashes up, or a log with ten lines a frame.
+// Shorter work needs no progress: a bar would flash up, or a log would get ten lines a frame.
 constexpr double patience_terminal_s = 0.3;
 constexpr double patience_log_s = 2;
 
-/// ", 3:05 left", once enough is done to tell.
+/// ", 3:05 left", once enough work is done to estimate it.
 std::string time_left(double fraction, double passed_s) {
   if (fraction < 0.02 || passed_s < 2) return "";
   const double left_s = passed_s * (1 - fraction) / fraction;

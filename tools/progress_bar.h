@@ -6,8 +6,8 @@
 
 namespace psivox {
 
-/// Progress on stderr with the time left: a bar on a terminal, elsewhere a line every tenth of work
-/// that takes long.
+/// Shows progress on stderr with the time left: a bar on a terminal; elsewhere a line for every
+/// tenth, if the work takes long.
 class ProgressBar {
  public:
   explicit ProgressBar(bool quiet);
@@ -15,7 +15,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Empty where nothing is to be shown. The bar must outlive it.
+  /// Empty if there is nothing to show. The bar must outlive it.
   Progress progress();
 
  private:
@@ -24,7 +24,7 @@ class ProgressBar {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   bool quiet_;
   bool terminal_;
-  int shown_ = 0;  ///< percent, or tenths where it is no terminal
+  int shown_ = 0;  ///< percent, or tenths if stderr is not a terminal
   bool drawn_ = false;
 };
 

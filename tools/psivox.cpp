@@ -48,7 +48,7 @@ void print_help() {
                "  --help      print this\n";
 }
 
-/// What GlRenderer would draw with.
+/// The GL renderer that psivox would draw with.
 std::string gl_renderer() {
   try {
     return description(*open_gpu());
@@ -63,7 +63,7 @@ void print_version() {
             << openimageio << "\nGL " << gl_renderer() << '\n';
 }
 
-/// `who` becomes the name that a usage error starts with.
+/// Runs a command. `who` is set to the name that starts a usage error.
 void run(const std::vector<std::string>& arguments, std::string& who) {
   if (arguments.empty()) throw Error(ExitCode::usage, "no command given; psivox --help lists them");
   const std::string& name = arguments.front();

@@ -10,20 +10,20 @@
 
 namespace psivox {
 
-/// Since the process was started, that is with the loading of its libraries [ms].
+/// Time since the process started, which includes loading its libraries [ms].
 double process_ms();
 
-/// What one `psivox render` did: --stats and -v.
+/// What one `psivox render` did, for --stats and -v.
 struct RenderReport {
   std::string input, output;
   Drawn drawn;
   double startup_ms = 0;  ///< until the command began: loading of libraries
   double read_ms = 0, write_ms = 0, total_ms = 0;
-  std::optional<CheckedError> checked;  ///< by --check-error
+  std::optional<CheckedError> checked;  ///< from --check-error
   std::uint64_t output_bytes = 0;
 
   std::string json() const;
-  std::string table() const;  ///< lines for a person
+  std::string table() const;  ///< lines to be read by people
 };
 
 }  // namespace psivox

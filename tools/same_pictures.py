@@ -6,13 +6,13 @@
 
 OLD and NEW are psivox programs (build/release/bin/psivox), or folders in which an earlier
     tools/same_pictures.py --draw PROGRAM FOLDER
-left its pictures. --only TEXT takes the scenes whose command line contains TEXT; --keep FOLDER keeps
+left its pictures. --only TEXT selects scenes whose command line contains TEXT; --keep FOLDER keeps
 the pictures in FOLDER/old and FOLDER/new; --data FOLDER holds the real files (default: ../shared/data
 beside the repository); scenes whose file is missing are skipped, and the last line counts them.
 
-Every channel of every layer is compared, and nothing of the metadata. A change of a refactoring must
-leave all pictures the same on one machine; a change of formulas shows here which scenes it reaches.
-Exit code: 0 all the same, 1 some differ or were not drawn, 2 usage.
+It compares every channel of every layer, but no metadata. A refactoring must leave all pictures the
+same on one machine; after a change of formulas this lists the scenes that it affects.
+Exit code: 0 all are the same, 1 some differ or were not drawn, 2 usage.
 """
 
 import argparse
@@ -159,12 +159,12 @@ def file_of(line, data):
 
 
 def draw(program, line, data, output):
-    """None, or why there is no picture."""
+    """Draws a scene. Returns None, or why there is no picture."""
     words = shlex.split(line)[1:]
     size = [] if "--resolution" in words else ["--resolution", "96x64"]
     environment = dict(os.environ, LP_NUM_THREADS="1")
     library = pathlib.Path(program).resolve().parent.parent / "src"
-    if list(library.glob("libpsivox.*")):  # a build folder, wherever it was configured
+    if list(library.glob("libpsivox.*")):  # a build folder, whose library path may point elsewhere
         environment["LD_LIBRARY_PATH"] = str(library)
     command = [program, "render", file_of(line, data), "-q", *size, *words, "-o", output]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
@@ -172,7 +172,7 @@ def draw(program, line, data, output):
 
 
 def attributes(exr):
-    """Those of a single-part file's header, and where the header ends."""
+    """The attributes of a single-part file's header, and the offset of its end."""
     at, found = 8, {}
     while exr[at]:
         end = exr.index(0, at)
@@ -185,7 +185,7 @@ def attributes(exr):
 
 
 def pixels(path):
-    """What determines every channel's values: their names, types and the chunks' bytes."""
+    """The data that determines every channel's values: their names, types and the chunks' bytes."""
     exr = path.read_bytes()
     header, end = attributes(exr)
     x0, y0, x1, y1 = struct.unpack("<4i", header["dataWindow"])
@@ -194,7 +194,7 @@ def pixels(path):
     for at in struct.unpack_from(f"<{-(-(y1 - y0 + 1) // rows)}Q", exr, end):
         y, size = struct.unpack_from("<2i", exr, at)
         data = exr[at + 8:at + 8 + size]
-        try:  # a chunk that zlib does not shorten is stored as it is
+        try:  # a chunk that zlib would not shorten is stored uncompressed
             data = zlib.decompress(data)
         except zlib.error:
             pass
@@ -203,7 +203,7 @@ def pixels(path):
 
 
 def check(program, folder, line, data):
-    """The picture of a scene in a folder: drawn, or left there by an earlier run."""
+    """The picture of a scene in a folder, drawn now or by an earlier run."""
     path = folder / (hashlib.sha1(line.encode()).hexdigest()[:12] + ".exr")
     problem = draw(program, line, data, path) if program else None
     if problem is None and not path.exists():

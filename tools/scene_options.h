@@ -9,14 +9,14 @@
 
 namespace psivox {
 
-/// The scene as a command line gives it: a file's, and over it the options.
+/// The scene of a command line: the scene of a file, overridden by options.
 class SceneOptions {
  public:
-  /// All options but those of the parameters named.
+  /// Adds all options except those of the parameters in `without`.
   void add_to(CommandLine& line, std::span<const std::string> without = {});
 
-  /// Validated, not yet resolved. Throws Error(usage), Error(input).
-  /// `base` is what a file does not replace.
+  /// Returns the scene, validated but not resolved. `base` supplies what the file does not set.
+  /// Throws Error(usage), Error(input).
   Scene scene(Scene base = {}) const;
 
  private:

@@ -7,7 +7,7 @@
 
 namespace psivox {
 
-/// What `--study FILE` gives.
+/// The contents of the file that `--study FILE` names.
 struct StudyFile {
   Sweep sweep;
   Scene scene;
@@ -16,8 +16,8 @@ struct StudyFile {
 
 inline constexpr Range repeats_range{1, 1000};
 
-/// A JSON object: the sweep's lists by their names, as arrays or in the command line's syntax,
-/// `repeats`, and `scene`, an object as --scene reads it. Throws Error(input), Error(usage).
+/// Reads a JSON object: the sweep's lists by name, as arrays or in the command line's syntax;
+/// `repeats`; and `scene`, an object in the format of --scene. Throws Error(input), Error(usage).
 StudyFile read_study_file(const std::string& path);
 
 }  // namespace psivox

@@ -1,7 +1,7 @@
-// bench [-s STEP] [FILE.vdb ...]: psivox against a dense-texture ray marcher in one process, both
-// of that step (1), every variant of a scene drawn in turn, medians; conversion rate and size of
-// the atlas. Without files: the fog alone. Ratios mean something on any machine, milliseconds on a
-// quiet one only.
+// bench [-s STEP] [FILE.vdb ...]: compares psivox with a dense-texture ray marcher in one process,
+// both with the same step (default 1). The variants of a scene take turns; results are medians. It
+// also prints the conversion rate and the size of the atlas. Without files it draws only the fog.
+// Ratios mean something on any machine, milliseconds only on a quiet one.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -23,7 +23,7 @@ namespace {
 using namespace psivox;
 using bench::median;
 
-/// How the scene is drawn, and what that took.
+/// How to draw the scene, and the times it took.
 struct Variant {
   std::string name;
   std::function<double()> draw;  ///< milliseconds
@@ -74,7 +74,7 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
   const MediumAtlas atlas = build_medium_atlas(base);
   bench::DenseRenderer dense(*field, side);
   Session session(base);
-  // one each, so that none uploads anew in its turn
+  // one each, so that no variant uploads again in its turn
   const auto exact = open_gpu(), exact_half = open_gpu(), hardware = open_gpu();
 
   std::vector<Variant> variants;

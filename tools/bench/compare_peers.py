@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Time against error: psivox and what else is installed, one scene after another, interleaved.
+"""Measures time against error for psivox and the installed peers, scene by scene, interleaved.
 
     tools/bench/compare_peers.py [--scenes A,B,smoke] [--rounds 5] [--size 512]
 
 Builds the peers that it finds into build/peers, draws each scene by every method at several steps,
-in rounds, and measures every picture against `psivox render --renderer reference`. Prints, for each
-scene, the time at RMS 1e-2 to 1e-5, interpolated between the steps in logarithms; every number is in
-build/peers/peers.csv. Scenes A, B and vdb_render need ../shared/peers, others ../shared/data."""
+in rounds, and measures every picture against `psivox render --renderer reference`. For each scene
+it prints the time at RMS 1e-2 to 1e-5, interpolated between the steps in logarithms. All numbers
+are in build/peers/peers.csv. Scenes A, B and vdb_render need ../shared/peers, the others
+../shared/data."""
 
 import argparse
 import csv
@@ -25,7 +26,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 TARGETS = [1e-2, 1e-3, 1e-4, 1e-5]
-TERMINATION = "1e-6"  # of all: below what any of the errors needs
+TERMINATION = "1e-6"  # for all programs; smaller than any of the errors requires
 TIMES = {
     "march_ms": "march in process",
     "march_cpu_ms": "march in process, processor time of all threads",
@@ -33,7 +34,7 @@ TIMES = {
     "process_cpu_ms": "whole process, processor time of all threads",
 }
 STEPS = [8, 4, 2, 1, 0.5, 0.25, 0.125]
-FINE_STEPS = [0.0625, 0.03125]  # of the peer alone: psivox has cells there
+FINE_STEPS = [0.0625, 0.03125]  # for the peer only: psivox has cells there
 
 SMOKE = {"file": "smoke.vdb", "position": "35,75,125", "target": "-8,40,0", "fov": "45"}
 CLOUD = {"file": "cloud_tiles.vdb", "position": "350,300,700", "target": "-11,71,-45", "fov": "40"}
@@ -54,7 +55,7 @@ def say(text):
 
 
 def run(command):
-    """Output, milliseconds and processor milliseconds of a command; None where it fails."""
+    """Output, milliseconds and CPU milliseconds of a command; None if it fails."""
     start = time.perf_counter()
     process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE, text=True)
@@ -77,7 +78,7 @@ class Bench:
         self.vdb_render = None
 
     def build(self, source, *flags):
-        """The program of a source file, built if it is older; None, with a reason, if it cannot be."""
+        """The program of a source file, built if older; None, with a message, if that fails."""
         program = self.out / source.stem
         if not source.exists():
             say(f"skipped: {source.stem}: no {source}")
@@ -90,7 +91,7 @@ class Bench:
         return program if built else None
 
     def find_peers(self):
-        """Builds what is to be built and makes scenes A and B; says what is missing."""
+        """Builds the peers and makes scenes A and B; prints what is missing."""
         mkscene = self.build(self.options.peers / "mkscene.cpp")
         if mkscene and not (self.out / "scene.vdb").exists():
             run([mkscene, self.out / "scene"])
@@ -108,7 +109,7 @@ class Bench:
             self.vdb_render = script
         else:
             say(f"skipped: vdb_render: install libopenvdb-tools; it is called by {script}")
-        # No script of theirs is known here: what they cost is in the peers' README.
+        # No script drives these peers; the peers' README has their times.
         for name, found in (("VTK", importlib.util.find_spec("vtk")),
                             ("Blender's Cycles", shutil.which("blender"))):
             say(f"skipped: {name}: {'no script drives it' if found else 'not installed'}")
@@ -161,7 +162,7 @@ class Bench:
         return draw
 
     def methods(self, name):
-        """(method, parameter, draw) of a scene."""
+        """(method, parameter, draw) for a scene."""
         result = []
         if self.nanovdb:
             result += [("NanoVDB loop", step, self.nanovdb_method(step)) for step in STEPS + FINE_STEPS]
@@ -181,7 +182,7 @@ class Bench:
         return result
 
     def rms(self, picture, reference):
-        """Over R, G and B: programs differ in what they call alpha."""
+        """RMS over R, G and B only: programs define alpha differently."""
         done = run([self.psivox, "compare", picture, reference])
         channels = re.search(r"\(R (\S+)  G (\S+)  B (\S+)  A", done[0]).groups()
         return math.sqrt(sum(float(c) ** 2 for c in channels) / 3)
@@ -215,8 +216,8 @@ class Bench:
 
 
 def time_at(rows, target, what):
-    """Least time for an error of at most `target`: of the points, and of lines between neighbouring
-    steps where log time is linear in log error."""
+    """Least time for an error of at most `target`, over the points and over the lines between
+    neighbouring steps, on which log time is linear in log error."""
     points = [(row["rms"], row[what]) for row in rows if not math.isnan(row[what])]
     found = [t for rms, t in points if rms <= target]
     for (a, s), (b, t) in zip(points, points[1:]):

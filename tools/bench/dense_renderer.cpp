@@ -53,7 +53,7 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   const std::string prelude =
       "#define DENSITY_BUFFERS 1\n#define LUMINANCE_BUFFERS 1\n#define EMISSION_BUFFERS 1\n#define "
       "GRADIENT_BUFFERS 1\n#define TEXELS_PER_BUFFER 1\n"
-      "#define HOLDS_UNIFORMS 1\n"  // the march has that too
+      "#define HOLDS_UNIFORMS 1\n"  // the march defines it too
       "#define HARDWARE_FILTER " +
       std::to_string(setup.constants.hardware_filter) + "\n#define LUMINANCE_DENSITY " +
       std::to_string(view.medium.source == LuminanceSource::density) + "\n";

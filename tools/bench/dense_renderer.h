@@ -10,8 +10,8 @@
 
 namespace psivox::bench {
 
-/// The baseline that psivox is measured against: dense.frag over one dense 3D texture of the
-/// domain, float32, drawn as one tile.
+/// The baseline that psivox is measured against: dense.frag over one dense 3D texture of the domain
+/// in float32, drawn as one tile.
 class DenseRenderer {
  public:
   DenseRenderer(const Field& field, int side);
@@ -19,7 +19,8 @@ class DenseRenderer {
   DenseRenderer(const DenseRenderer&) = delete;
   DenseRenderer& operator=(const DenseRenderer&) = delete;
 
-  /// Draws the view and reads it back; milliseconds. Constant luminance or the density grid's.
+  /// Draws the view and reads it back; returns milliseconds. Luminance is constant or the density
+  /// grid.
   double render(const View& view, const MediumAtlas& atlas);
 
  private:

@@ -10,7 +10,7 @@ namespace psivox::bench {
 namespace {
 
 constexpr int side = 512;
-constexpr int lookups = 64;  ///< a pixel
+constexpr int lookups = 64;  ///< per pixel
 
 constexpr const char* shader = R"glsl(
 layout(location = 0) out vec4 out_picture;

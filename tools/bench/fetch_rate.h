@@ -6,12 +6,12 @@
 
 namespace psivox::bench {
 
-/// Look-ups a second of a shader that does nothing else: 8 fetches each from the atlas's texels, a
-/// cell's corners, neighbouring pixels in neighbouring cells. What a march cannot exceed. A
-/// software renderer's seconds are of processor time.
+/// Look-ups per second of a shader that does nothing else. A look-up is 8 fetches of a cell's
+/// corners from the atlas's texels; neighbouring pixels read neighbouring cells. No march can be
+/// faster. For a software renderer the seconds are CPU time.
 double fetch_rate(const BrickAtlas& atlas);
 
-/// Whether this renderer (GL_RENDERER) is Mesa's on the CPU, whose work is processor time.
+/// Whether this renderer (GL_RENDERER) is Mesa's on the CPU, whose work is measured in CPU time.
 bool is_software(const std::string& renderer);
 
 }  // namespace psivox::bench

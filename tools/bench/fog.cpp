@@ -80,7 +80,7 @@ Field make_fog(int n) {
   const int blocks = n / 8;
   struct Storage {
     std::vector<float> values;
-    std::vector<std::uint32_t> active;  // a block
+    std::vector<std::uint32_t> active;  // per block
   };
   auto storage = std::make_shared<Storage>();
   storage->values.resize(std::size_t(blocks * blocks * blocks) * 512);

@@ -4,9 +4,9 @@
 
 namespace psivox::bench {
 
-/// Procedural fog: seven soft spheres times value noise, values in [0,1], n^3 lattice around the
-/// origin with voxels of 2/n, about 20 % of it active (the scene that peers are measured on at
-/// n = 256).
+/// Procedural fog: seven soft spheres times value noise, with values in [0,1]. n^3 voxels of width
+/// 2/n around the origin, about 20 % of them active. At n = 256 it is the scene that peers are
+/// measured on.
 Field make_fog(int n);
 
 }  // namespace psivox::bench

@@ -1,12 +1,13 @@
-// A ray marcher as an expert writes it in an afternoon over NanoVDB: leaves found by the HDDA, the
-// library's trilinear sampler, homogeneous segments at midpoints of one lattice a ray, TBB. Built
-// and run by compare_peers.py; it uses psivox only to write its picture.
+// A ray marcher as an expert would write it over NanoVDB in an afternoon: the HDDA finds leaves,
+// the library's sampler interpolates trilinearly, homogeneous segments have their midpoints on one
+// lattice per ray, TBB runs rays in parallel. compare_peers.py builds and runs it. It uses psivox
+// only to write its picture.
 //
 //   nanovdb_march FILE.vdb OUT.exr step=1 size=512 repeat=1 extinction=20 from=r,g,b to=r,g,b
 //                 position=x,y,z target=x,y,z fov=35 [termination=1e-6]
 //
 // Luminance is from + (to - from) * density, extinction is that of density 1 [1/world unit], the
-// step is in voxels, the view is upright (+Y). Prints {"march_ms": .., "march_cpu_ms": ..}, the
+// step is in voxels, the view is upright (+Y). It prints {"march_ms": .., "march_cpu_ms": ..}, the
 // least of the repetitions.
 
 #include <nanovdb/util/HDDA.h>
@@ -60,8 +61,8 @@ nanovdb::GridHandle<> load(const char* file) {
   openvdb::io::File input(file);
   input.open();
   const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(input.readGrid("density"));
-  // Leaves are what the march stops at: the neighbours that a cell of a leaf reaches into become
-  // leaves, and tiles do, after the dilation, which makes tiles of constant leaves.
+  // The march stops at leaves. The dilation also makes leaves of neighbours that a leaf's cells
+  // reach into, and tiles of constant leaves; tiles then become leaves.
   openvdb::tools::dilateActiveValues(grid->tree(), 1, openvdb::tools::NN_FACE_EDGE_VERTEX);
   grid->tree().voxelizeActiveTiles();
   return nanovdb::openToNanoVDB(*grid);
@@ -69,7 +70,7 @@ nanovdb::GridHandle<> load(const char* file) {
 
 struct Frame {
   Vec position, right, up, forward;
-  double half;  ///< of the image plane, tan(fov / 2)
+  double half;  ///< half size of the image plane, tan(fov / 2)
   int size;
 
   explicit Frame(const Options& options)
@@ -87,8 +88,8 @@ struct Frame {
 };
 
 struct Medium {
-  nanovdb::Vec3f from, change;  ///< luminance at density 0, and what density 1 adds
-  float depth;                  ///< of a segment of density 1
+  nanovdb::Vec3f from, change;  ///< luminance at density 0, and its increase at density 1
+  float depth;                  ///< optical depth of a segment of density 1
   float step, termination;
 };
 

@@ -1,5 +1,5 @@
-// Times of the table of `preintegrated`, as the process's CPU time in ms: built whole, after a
-// change of one control point at a time, and its error bound.
+// Measures the table of `preintegrated`: the process's CPU time [ms] to build it and to update it
+// after a change of one control point, and its error bound.
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@ double timed(const Action& action) {
   return watch.cpu_ms();
 }
 
-/// Evenly spread points of random attenuation and colour.
+/// Evenly spaced points of random attenuation and colour.
 TransferFunction random_function(int count) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> u(0, 1);
@@ -64,7 +64,7 @@ void measure(int count, double extinction, int layers) {
       whole / *std::max_element(all.begin(), all.end()));
 }
 
-/// Four points, smooth; two tents a twentieth of the range wide; jumps.
+/// Three functions: four smooth points; two tents a twentieth of the range wide; jumps.
 void bounds() {
   const std::pair<const char*, TransferFunction> functions[] = {
       {"4 points",

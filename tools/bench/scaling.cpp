@@ -1,6 +1,6 @@
-// scaling: how the march's time grows with pixels, voxels, the active fraction, the optical depth
-// and the tolerance, and memory with active voxels. Every point of a curve is drawn in turn, in
-// rounds; medians. Look-ups are counted in a draw of its own.
+// scaling: measures how the march's time grows with pixels, voxels, the active fraction, the
+// optical depth and the tolerance, and how memory grows with active voxels. The points of a curve
+// take turns in rounds; results are medians. Look-ups are counted in a separate draw.
 #include <cstdint>
 #include <cstdio>
 #include <deque>
@@ -20,7 +20,7 @@ using bench::median;
 
 constexpr int rounds = 5;
 
-/// White noise in a part of the 8^3 blocks of a cube of n^3 voxels, chosen by lot.
+/// White noise in a random selection of the 8^3 blocks of a cube of n^3 voxels.
 Field make_blocks(int n, double fraction) {
   const auto storage =
       std::make_shared<std::vector<float>>(std::size_t(n) * std::size_t(n) * std::size_t(n));
@@ -50,7 +50,7 @@ using SharedField = std::shared_ptr<const Field>;
 
 SharedField shared(Field field) { return std::make_shared<const Field>(std::move(field)); }
 
-/// One point of a curve: a field with itself as luminance, marched as the scene says.
+/// One point of a curve: a field that is its own luminance, marched as the scene says.
 struct Point {
   std::string name;
   glm::ivec2 resolution;
@@ -85,7 +85,7 @@ class Curve {
  public:
   Curve(std::string title, double limit) : title_(std::move(title)), limit_(limit) {}
 
-  /// Two points: uniform steps and cells.
+  /// Adds two points: uniform steps and cells.
   void add(const std::string& name, const SharedField& field, int side, double extinction) {
     Scene scene = scene_of(side, extinction);
     points_.emplace_back(name + ", cells", field, scene);
@@ -100,7 +100,8 @@ class Curve {
     points_.emplace_back(text, field, scene);
   }
 
-  /// The rate's part of the limit is what the march's time leaves to other things than fetching.
+  /// Prints a table. "of limit" is the rate over the limit; the march spends the rest of its time
+  /// on work other than fetching.
   void print() {
     for (int i = 0; i < rounds; ++i)
       for (Point& point : points_) point.draw();
@@ -127,7 +128,7 @@ class Curve {
 
   std::string title_;
   double limit_;
-  std::deque<Point> points_;  // stay in place
+  std::deque<Point> points_;  // a deque, so that points stay in place
 };
 
 void print_memory(const char* name, const Field& field) {
@@ -155,7 +156,7 @@ void run() {
     voxels.add(std::to_string(n) + "^3", shared(bench::make_fog(n)), side, fog_extinction);
   voxels.print();
 
-  // Depth 3 through the full cube of mean 1/2, whatever part of it is there.
+  // A ray through the full cube, of mean 1/2, has depth 3, whatever fraction is active.
   Curve fractions("time against active fraction: noise in blocks of 128^3, 512x512", limit);
   for (const double part : {0.01, 0.03, 0.1, 0.3, 1.0})
     fractions.add(std::to_string(int(100 * part)) + " %", shared(make_blocks(128, part)), side,

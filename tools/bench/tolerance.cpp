@@ -1,8 +1,9 @@
-// bench_tolerance [-r SIDE] SCENE.json ...: pictures asked for by their error, on scenes
-// such as those of tools/bench/scenes. Of each scene and tolerance: what was chosen, the error that
-// was achieved, and look-ups and processor time against the best uniform rule and step that give
-// the tolerance, found by drawing them: halves of 8, then between the two that enclose the
-// tolerance. Times are medians of rounds in which all take turns.
+// bench_tolerance [-r SIDE] SCENE.json ...: measures pictures drawn to a tolerance, on scenes such
+// as those of tools/bench/scenes. For each scene and tolerance it prints the method chosen, the
+// error reached, and look-ups and CPU time relative to the best uniform rule and step that meets
+// the tolerance. That step is found by drawing: it halves 8 repeatedly, then searches between the
+// two steps that enclose the tolerance. Times are medians of rounds in which all pictures take
+// turns.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -31,12 +32,12 @@ struct Case {
   Scene scene;
 };
 
-/// A picture by one method, and what it takes.
+/// A picture by one method, and its cost.
 struct Measured {
   Wish wish;
   Image image;
-  double samples = 0;          ///< a ray
-  std::vector<double> cpu_ms;  ///< of each round
+  double samples = 0;          ///< per ray
+  std::vector<double> cpu_ms;  ///< one per round
 };
 
 Measured measure(Session& session, Marcher& gpu, Wish wish) {
@@ -48,7 +49,7 @@ Measured measure(Session& session, Marcher& gpu, Wish wish) {
       std::move(wish), std::move(counted.image), double(stats.samples) / double(stats.rays), {}};
 }
 
-/// What 99.9 % of the pixels are within, by their worst channels.
+/// The error that 99.9 % of the pixels stay within, by their worst channels.
 double tail_of(const Image& a, const Image& b) {
   std::vector<double> worst;
   for (std::size_t i = 0; i < a.rgba().size(); i += 4) {
@@ -63,7 +64,7 @@ double tail_of(const Image& a, const Image& b) {
 /// One uniform rule at one step.
 struct CurvePoint {
   Measured drawn;
-  double rms = 0, tail = 0;  ///< tail: of 99.9 % of the pixels
+  double rms = 0, tail = 0;  ///< tail: error that 99.9 % of the pixels stay within
   double step() const { return *drawn.wish.scene->step; }
 };
 
@@ -73,14 +74,14 @@ struct Curve {
   std::vector<CurvePoint> points;
 };
 
-/// The first point that gives the error.
+/// The first point within the error.
 std::vector<CurvePoint>::iterator first_within(Curve& curve, double error) {
   return std::find_if(curve.points.begin(), curve.points.end(),
                       [&](const CurvePoint& p) { return p.rms <= error; });
 }
 
-/// What the rules take at least for an error and a tail: of the points that keep both, or more than
-/// that of the narrowest step where none does.
+/// Least cost of the rules for an error and a tail, over the points that meet both. If none does,
+/// it is the cost of the narrowest step, and `more` is set.
 struct Hindsight {
   double cost = 0;
   bool more = false;
@@ -97,7 +98,7 @@ Hindsight hindsight(const std::vector<Curve>& curves, double error, double tail,
   return {best.value_or(*narrowest), !best};
 }
 
-/// A picture that was asked for by its error.
+/// A picture drawn to a tolerance.
 struct Asked {
   double tolerance;
   MarchPlan plan;
@@ -152,7 +153,7 @@ class Scenario {
       curve.points.push_back(point(rule, step));
       if (curve.points.back().rms < 5e-6) break;
     }
-    // The error need not grow with the step: the widest step is found by drawing.
+    // The error need not grow with the step, so the widest step is found by drawing.
     for (const double tolerance : tolerances)
       for (int i = 0; i < 3; ++i) {
         const auto fine = first_within(curve, tolerance);
@@ -216,7 +217,7 @@ class Scenario {
   }
 
   std::string name_;
-  Scene scene_;  ///< with no method
+  Scene scene_;  ///< without a method
   std::shared_ptr<Marcher> gpu_ = open_gpu();
   std::optional<Session> session_;
   Image truth_;
