@@ -18,8 +18,8 @@ inline constexpr int brick_cells = 8;
 inline constexpr int brick_values = 9;
 inline constexpr int brick_texels = brick_values * brick_values * brick_values;
 
-/// Entries of the page table: the kind in the two top bits, a payload in the rest. What each kind's
-/// payload means is documented in shaders/atlas.glsl, which reads them.
+/// Entries of the page table: the kind in the two top bits, a payload in the rest.
+/// shaders/atlas.glsl, which reads them, documents the payload of each kind.
 enum class EntryKind : std::uint32_t { empty = 0, constant = 1, brick = 2, child = 3 };
 
 inline constexpr std::uint32_t entry_payload_bits = 30;
@@ -33,7 +33,7 @@ constexpr std::uint32_t entry_payload(std::uint32_t entry) {
   return entry & ((1u << entry_payload_bits) - 1);
 }
 
-/// What a brick holds, for whoever chooses how to march it. Of the first channel.
+/// Statistics of a brick's first channel, used to choose how to march it.
 struct BrickStats {
   float min = 0;
   float max = 0;
@@ -56,7 +56,7 @@ struct AtlasSize {
   std::uint64_t page_bytes = 0;
   std::uint64_t constant_bytes = 0;
   std::uint64_t texel_bytes = 0;
-  /// What one copy takes, on the host or on the GPU.
+  /// Bytes of one copy, on the host or on the GPU.
   std::uint64_t bytes() const { return page_bytes + constant_bytes + texel_bytes; }
 };
 
@@ -70,14 +70,14 @@ struct AtlasOptions {
   TexelType texel = TexelType::float32;
   /// Largest host + GPU bytes, that is twice AtlasSize::bytes(); 0: no limit.
   std::uint64_t memory_limit = 0;
-  /// Whether cells of such values can be seen, of the field's and of `companion`'s; unset: those
-  /// with a value other than 0. What cannot be seen is not stored.
+  /// Whether a cell with these ranges of the field's and `companion`'s values is visible. The atlas
+  /// stores visible cells only. If unset, a cell is visible if it has a value other than 0.
   std::function<bool(const ValueRange& own, const ValueRange& companions)> visible{};
-  /// A scalar field of the same transform and domain that decides on visibility too; null: its
-  /// values are 0, as they must be wherever the field has no leaf and no tile 8 voxels wide.
+  /// A scalar field of the same transform and domain that also decides visibility. It must be 0
+  /// wherever the field has no leaf and no tile 8 voxels wide. Null means 0 everywhere.
   std::shared_ptr<const Field> companion{};
-  /// Boxes of voxels that must be walked cell by cell though this grid may be empty there, because
-  /// another one is not: constants of 0 then. The domain grows to hold them.
+  /// Boxes of voxels that the march must walk cell by cell because another grid is not empty there.
+  /// Where this grid is empty they become constants of 0. The domain grows to hold them.
   std::vector<Box> walked{};
   /// Largest dense top table before another level is put below it.
   std::uint64_t top_entries = std::uint64_t{1} << 22;
@@ -90,8 +90,8 @@ struct BrickAtlas {
   TexelType texel = TexelType::float32;
   Box domain;  ///< voxels; cells run from min to max - 1
   PageTable pages;
-  std::vector<float> constants;               ///< channels each
-  std::vector<BrickStats> bricks;             ///< one a textured brick, in slot order
+  std::vector<float> constants;               ///< `channels` floats each
+  std::vector<BrickStats> bricks;             ///< one per textured brick, in slot order
   std::unique_ptr<float[]> texels32;          ///< brick_texels * channels a slot, or null
   std::unique_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
   AtlasSize size;
@@ -99,22 +99,23 @@ struct BrickAtlas {
   std::size_t texel_count() const { return bricks.size() * brick_texels * std::size_t(channels); }
 };
 
-/// Of each textured brick, in slot order, the largest |v[i-1] - 2 v[i] + v[i+1]| along the three
-/// axes about every voxel of it, those on its faces too, beyond which lies the next brick. Of the
-/// first channel; texels are float32.
+/// The largest |v[i-1] - 2 v[i] + v[i+1]| of each textured brick's first channel, in slot order. It
+/// is taken along the three axes about every voxel, including those on the faces, whose neighbours
+/// lie in the next brick. The texels must be float32.
 std::vector<float> brick_kinks(const BrickAtlas& atlas);
 
 /// Sizes of the atlas that build_atlas would make.
 AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {});
 
-/// Origins of the blocks of 8^3 voxels, in the domain, that hold a corner of a cell that can be
-/// seen: where what is computed at voxels must be known, to be interpolated wherever there is
-/// something. In the order of their coordinates. The field is scalar. Throws Error(memory) beyond
-/// 2^24 blocks.
+/// Origins of the domain's blocks of 8^3 voxels that hold a corner of a visible cell, sorted by
+/// coordinates. A quantity computed at voxels must be known in these blocks to be interpolated
+/// wherever the medium is visible. The field must be scalar. Throws Error(memory) beyond 2^24
+/// blocks.
 std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options);
 
 /// Builds the atlas by walking leaves, in parallel; the result does not depend on the threads.
-/// Bricks include those of absent lower neighbours, which a leaf's tent reaches into.
+/// Bricks also cover absent lower neighbours, because the interpolation of a leaf's values reaches
+/// into them.
 /// Throws Error(memory) over the limit, before allocating; Error(input) if a value does not fit
 /// float16.
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});

@@ -26,9 +26,9 @@ struct WorldRay {
   glm::dvec3 direction;
 };
 
-/// The scene's camera for a volume that fills `world_box` (smallest and largest world corner of the
-/// domain): what is unset frames the whole box, looking along -Z. Throws Error(usage) where the
-/// position equals the target, the view is along `up`, or an extent is not positive.
+/// The scene's camera for a volume from `box_min` to `box_max` (world corners of the domain). Unset
+/// parameters frame the whole box, looking along -Z. Throws Error(usage) if the position equals the
+/// target, the view is along `up`, or an extent is not positive.
 Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max);
 
 /// Horizontal field of view [degrees]: the scene's fov, else that of its lens.
@@ -37,7 +37,7 @@ double horizontal_fov(const Scene& scene);
 /// World bounds of a field's domain.
 void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max);
 
-/// Place of sample i of n inside a pixel, in [0,1)^2 (a Hammersley set; (0.5, 0.5) for n = 1).
+/// Position of sample i of n inside a pixel, in [0,1)^2 (a Hammersley set; (0.5, 0.5) for n = 1).
 glm::dvec2 pixel_sample(int i, int n);
 
 /// Ray through pixel coordinates (x, y) from the top left; centres are at +0.5.
@@ -48,9 +48,10 @@ WorldRay camera_ray(const Camera& camera, const glm::ivec2& resolution, double x
 /// precision suffices: with w(u,v) = world direction, not normalised, and s = 1/|w|,
 ///   direction(u,v) = s * (direction_0 + u direction_u + v direction_v)   [voxels / world unit]
 ///   p(t) = anchor_0 + u anchor_u + v anchor_v + t * direction            [voxels, from `origin`]
-/// t counts world units from the anchor plane, which is perpendicular to the view through the
-/// middle of `centre`'s domain (through the camera where that lies behind it): numbers stay of the
-/// size of the grid however far the camera or the world's origin is. The camera is at
+/// t counts world units from the anchor plane, which is perpendicular to the view and passes
+/// through the middle of `centre`'s domain, or through the camera if that middle lies behind it.
+/// Numbers therefore stay of the size of the grid, however far away the camera or the world's
+/// origin is. The camera is at
 /// t = -distance * |w|, or -distance if orthographic.
 struct RayBundle {
   glm::dvec3 anchor_0, anchor_u, anchor_v;

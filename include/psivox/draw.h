@@ -13,8 +13,8 @@
 #include "psivox/method.h"
 #include "psivox/progress.h"
 
-// Where pictures are made. A Session holds one medium, a Marcher draws it, a Wish says what is
-// wanted:
+// Where pictures are made. A Session holds one medium, a Marcher draws it, and a Wish describes the
+// picture:
 //   Session session(scene);
 //   const auto gpu = open_gpu();
 //   write_image(session.draw(*gpu).image, "picture.exr");
@@ -32,7 +32,7 @@ struct DeviceInfo {
   bool software = false;
 };
 
-/// Never throws for a machine without EGL: the list is empty then.
+/// Returns an empty list on a machine without EGL; does not throw.
 std::vector<DeviceInfo> list_devices();
 
 struct ContextOptions {
@@ -41,8 +41,8 @@ struct ContextOptions {
 };
 
 /// Draws rays: on the GPU, in double precision on the CPU, or by the reference. A marcher keeps
-/// what it needs between pictures and sessions (a context, programs, textures). One thread may use
-/// it at a time, not always the same one.
+/// what it needs between pictures and sessions (a context, programs, textures). Any thread may use
+/// it, but only one at a time.
 class Marcher;
 
 /// The march on the GPU. Opening it takes as long as reading a small file, so it may be done on
@@ -60,7 +60,7 @@ std::shared_ptr<Marcher> open_reference();
 /// The marcher that the scene asks for (--renderer, --device).
 std::shared_ptr<Marcher> open_marcher(const Scene& scene);
 
-/// GL_RENDERER and GL_VERSION, or what else draws.
+/// GL_RENDERER and GL_VERSION, or the name of a CPU marcher.
 std::string description(const Marcher& marcher);
 
 // --- the method of the march ---------------------------------------------------------------------
@@ -69,10 +69,10 @@ std::string description(const Marcher& marcher);
 /// radiance and alpha, over R G B A.
 struct Trial {
   Method method;
-  double worst_brick = 0;  ///< under uniform: what a brick may miss by its bound [tolerances]
+  double worst_brick = 0;  ///< under uniform: largest error bound of a brick [tolerances]
   double rms = 0;          ///< over the pilot's rays
-  double max = 0;          ///< of one of them
-  double samples = 0;      ///< field look-ups a ray
+  double max = 0;          ///< of one ray
+  double samples = 0;      ///< field look-ups per ray
   double cost = 0;  ///< expected time of a ray [look-ups of psi-balanced between uniform samples]
   bool accepted = false;  ///< its error is small enough
 };
@@ -80,12 +80,12 @@ struct Trial {
 /// A plan's march and its pilot, which only a session reads.
 struct PlannedMarch;
 
-/// How a picture is marched so that its error, or its time, is what was asked for.
+/// How to march a picture within the wanted error or time.
 struct MarchPlan {
   Trial chosen;                 ///< rms and max estimate the picture's error
   std::vector<Trial> trials{};  ///< all that were tried
   bool reached = true;          ///< whether the estimate is within the tolerance
-  int rays = 0;                 ///< of the pilot; 0: nothing had to be tried
+  int rays = 0;                 ///< of the pilot; 0 if nothing had to be tried
   bool by_brick = false;        ///< some bricks have a smaller step than the rest
   std::shared_ptr<const PlannedMarch> march{};
 };
@@ -97,18 +97,18 @@ enum class Stage { converting, lighting, uploading, choosing, marching, checking
 /// "lighting".
 const char* stage_text(Stage stage);
 
-/// Called with the done fraction of a stage, 0 to 1; 0 alone where it is not known. It may throw to
-/// end the work: the session stays usable.
+/// Called with the finished fraction of a stage, 0 to 1; with 0 only, if the fraction is unknown.
+/// It may throw to end the work; the session stays usable.
 using StageProgress = std::function<void(Stage stage, double fraction)>;
 
-/// A part of a picture that is done, from the top left pixel.
+/// A finished part of a picture; x and y count from the top left pixel.
 struct DoneTile {
   int x = 0, y = 0, width = 0, height = 0;
   const float* picture = nullptr;  ///< R G B A of the whole picture, row-major, done so far
 };
 
-/// Layers beside the picture, under their names of --aov. The reference has `transmittance` and
-/// `error` (its own bound), and `depth` of maxima and surfaces.
+/// Layers beside the picture, named as in --aov. The reference gives `transmittance`, `error` (its
+/// own bound) and, for maxima and surfaces, `depth`.
 struct Layers {
   bool depth = false;  ///< where the transmittance falls below 1/2 [world units]
   bool transmittance = false;
@@ -118,59 +118,60 @@ struct Layers {
   bool any() const { return depth || transmittance || steps || samples || error; }
 };
 
-/// What a picture is to be. As it stands it is the session's own scene.
+/// A description of the wanted picture. The default is the session's own scene.
 struct Wish {
-  /// Its camera, method, tolerance, filter, texel type and picture are drawn; its medium must be
-  /// the session's. Where it leaves the method open, the default tolerance chooses. Unset: the
-  /// session's scene.
+  /// The scene to draw; unset: the session's. Its medium must be the session's; its camera, method,
+  /// tolerance, filter, texel type and picture may differ. If it leaves the method open, the
+  /// default tolerance chooses it.
   std::optional<Scene> scene{};
-  /// March as exactly as can be, whatever the scene's method: no error but the arithmetic's.
+  /// March as exactly as possible, whatever the scene's method; only arithmetic error remains.
   bool exact = false;
-  /// Time for the march [ms], in place of a tolerance: the most accurate method within it.
+  /// Time for the march [ms], in place of a tolerance. It chooses the most accurate method that
+  /// fits.
   std::optional<double> time_budget_ms{};
-  /// A plan made before, by Session::plan for the same scene.
+  /// A plan that Session::plan made for the same scene.
   std::optional<MarchPlan> plan{};
-  /// Pixels of the same frame, in place of the scene's (previews).
+  /// Resolution of the same frame, in place of the scene's (for previews).
   std::optional<glm::ivec2> resolution{};
   Layers layers{};
   bool count = false;   ///< count segments and look-ups in the stats
-  bool confirm = true;  ///< estimate the error from what the device makes of the pilot's rays
+  bool confirm = true;  ///< estimate the error from the pilot's rays as the device draws them
   StageProgress progress{};
-  std::function<void(const DoneTile&)> tile{};  ///< of the GPU's march: called before `progress`
-  double tile_ms = 1000;  ///< time that the GPU aims at for a tile, between which work can end
-  /// The table of a transfer function may be updated from that of another one instead of computed
-  /// anew: sooner, and but for rounding the same.
+  std::function<void(const DoneTile&)> tile{};  ///< the GPU's march calls it before `progress`
+  double tile_ms = 1000;  ///< the GPU's target for a tile; work can end between tiles
+  /// Whether the table of a transfer function may be updated from another function's instead of
+  /// computed anew. An update is faster and differs by rounding only.
   bool may_update_tables = false;
 };
 
-/// What a march took.
+/// The cost of a march.
 struct RenderStats {
-  std::string renderer;  ///< GL_RENDERER and GL_VERSION, or what else made the picture
+  std::string renderer;  ///< GL_RENDERER and GL_VERSION, or the name of a CPU marcher
   std::uint64_t rays = 0;
   std::uint64_t samples = 0;  ///< field look-ups, where they were counted
-  std::uint64_t steps = 0;    ///< segments, likewise
-  std::uint64_t cells = 0;    ///< of the reference: cells crossed with a corner that is not 0
+  std::uint64_t steps = 0;    ///< segments, where they were counted
+  std::uint64_t cells = 0;    ///< reference only: cells crossed with a corner that is not 0
   int passes = 0;             ///< most passes that a tile needed
   double gl_init_ms = 0, shader_ms = 0, upload_ms = 0, march_ms = 0;
-  /// Of march_ms: what the GPU took for the draws by its own timer (0 where it has none), and the
+  /// Within march_ms: the GPU's time for the draws by its own timer (0 if it has none), and the
   /// processor time of the whole process, which other processes disturb least.
   double gpu_ms = 0, cpu_ms = 0;
 };
 
-/// What was done before a picture's march [ms]; 0 for what an earlier picture had done.
+/// Times of the work before a picture's march [ms]; 0 for work that an earlier picture did.
 struct PreparationTimes {
   double atlas_ms = 0, light_ms = 0, plan_ms = 0, plan_cpu_ms = 0;
 };
 
 struct Drawn {
-  Image image;  ///< the picture, then the layers that were asked for
-  Scene scene;  ///< that it was drawn by, with a tolerance if that chose the method
-  std::optional<MarchPlan> plan;         ///< where the method was chosen
-  std::optional<Comparison> difference;  ///< with layer `error`: from the exact picture
+  Image image;                    ///< the picture, then the layers that were asked for
+  Scene scene;                    ///< the scene drawn, with a tolerance if that chose the method
+  std::optional<MarchPlan> plan;  ///< set if the method was chosen
+  std::optional<Comparison> difference;  ///< from the exact picture; set with layer `error`
   RenderStats stats;
   PreparationTimes times;
-  AtlasSize atlas;                   ///< of all grids together; nothing of the reference
-  std::vector<std::string> notices;  ///< one line each: what could not be had
+  AtlasSize atlas;                   ///< of all grids together; 0 for the reference
+  std::vector<std::string> notices;  ///< one line each: what was not possible
 };
 
 /// Errors of some pixels of a picture.
@@ -181,51 +182,52 @@ struct CheckedError {
   int max_x = 0, max_y = 0;
 };
 
-/// One line of what a march computes or leaves out, and why.
+/// One thing that a march computes or skips, and why.
 struct Explanation {
   std::string what;  ///< "luminance"
   std::string text;
 };
 
-/// A medium with all that its pictures have in common: atlases and light. It is computed when a
-/// picture first needs it and kept. Light is computed once, by the marcher that draws first; the
-/// others draw what it gave.
+/// A medium with everything that its pictures share: atlases and light. The session computes each
+/// when a picture first needs it, and keeps it. The marcher that draws first computes the light;
+/// the others use its result.
 class Session {
  public:
-  /// Reads the scene's grids. Where the scene leaves the method open, the default tolerance
-  /// chooses. Throws Error(input), Error(usage), Error(memory).
+  /// Reads the scene's grids. If the scene leaves the method open, the default tolerance chooses
+  /// it. Throws Error(input), Error(usage), Error(memory).
   explicit Session(const Scene& scene);
   explicit Session(View view);
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
   ~Session();
 
-  /// As it is drawn: with its light once that has been computed.
+  /// The view as drawn, with its light once that is computed.
   const View& view() const;
 
-  /// Converts the grids to bricks of the scene's texel type, if that is not done yet. Throws
-  /// Error(memory), and Error(input) where the type does not hold the values.
+  /// Converts the grids to bricks of the scene's texel type, unless that is done. Throws
+  /// Error(memory), and Error(input) if the values do not fit the type.
   void convert();
 
-  /// Does all that `draw` does before it marches and chooses: converts, lights, uploads.
+  /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
   void prepare(Marcher& marcher, const Wish& wish = {});
 
-  /// Chooses the method of the wish's scene, which has a tolerance, or for the wish's time.
+  /// Chooses the method for the tolerance of the wish's scene, or for the wish's time budget.
   MarchPlan plan(Marcher& marcher, const Wish& wish);
 
   /// Draws. Throws Error(graphics), Error(memory), and what the wish's progress throws.
   Drawn draw(Marcher& marcher, const Wish& wish = {});
 
-  /// What the march of the session's scene computes, what it leaves out because the picture does
-  /// not depend on it, and why. Computes no light: a method that depends on it is not chosen yet.
+  /// Lists what the march of the session's scene computes, what it skips because the picture does
+  /// not depend on it, and why. It computes no light, so a method that depends on the light stays
+  /// open.
   std::vector<Explanation> explain();
 
-  /// Compares about `pixels` of a picture's pixels, one at random in each cell of a grid over it,
-  /// with the reference. The same pixels every time. The picture is of the session's scene.
+  /// Compares about `pixels` pixels of a picture of the session's scene with the reference. It
+  /// takes one random pixel from each cell of a grid over the picture, the same ones every time.
   CheckedError check_error(const Image& picture, int pixels, const Progress& progress = {});
 
-  /// Where the ray through a point of the scene's picture [pixels; centres at +0.5] meets what
-  /// hides what lies behind it; unset: nowhere.
+  /// The point at which the ray through `pixel` of the scene's picture [pixels; centres at +0.5]
+  /// meets the part of the medium that hides the rest; unset: there is none.
   std::optional<glm::dvec3> pick(const Scene& scene, const glm::dvec2& pixel);
 
  private:

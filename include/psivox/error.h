@@ -5,7 +5,7 @@
 
 namespace psivox {
 
-/// What the program exits with; an Error carries one.
+/// Exit codes of the program; an Error carries one.
 enum class ExitCode : int {
   ok = 0,
   failure = 1,        ///< anything not named below
@@ -18,8 +18,8 @@ enum class ExitCode : int {
   interrupted = 130,  ///< Ctrl-C, as shells report it
 };
 
-/// The one exception type: one line that says what, in which file or grid, and what to do.
-/// Thrown where the name is known, caught once in main.
+/// The only exception type. Its message is one line: what failed, in which file or grid, and what
+/// to do. It is thrown where the name is known and caught once in main.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

@@ -32,11 +32,11 @@ struct Tile {
   glm::vec3 value;    ///< first `channels` components
 };
 
-/// One grid of a .vdb file, free of OpenVDB: what every later stage reads.
+/// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.
 ///
-/// Its value at a world point: index_from_world to index space, then trilinear interpolation of the
-/// values at integer coordinates. Where neither a leaf nor a tile is, the value is 0. The domain is
-/// the active box grown by one voxel on every side; outside it is vacuum.
+/// Its value at a world point is the trilinear interpolation, in index space, of the values at
+/// integer coordinates. Where there is neither a leaf nor a tile, the value is 0. The domain is the
+/// active box grown by one voxel on every side; outside it is vacuum.
 struct Field {
   std::string name;        ///< selectable name, `density` or `density[1]`
   std::string value_type;  ///< OpenVDB's: float, double, int32, int64, bool, vec3s, vec3d, vec3i
@@ -45,8 +45,8 @@ struct Field {
   glm::dmat4 world_from_index{1.0};
   std::uint64_t active_voxels = 0;
   std::optional<glm::vec2> active_range;  ///< of active values, first channel; unset: not known
-  /// Above 0: a level set kept as distances. The value is half_width - signed distance [world
-  /// units]: 0 outside the narrow band, twice the half width deep inside.
+  /// If above 0, the field is a level set kept as distances. The value is half_width - signed
+  /// distance [world units]: 0 outside the narrow band, twice the half width deep inside.
   double half_width = 0;
   std::vector<Leaf> leaves;             ///< in OpenVDB's tree order; origins distinct
   std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves

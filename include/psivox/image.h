@@ -29,34 +29,34 @@ struct Image {
 };
 
 struct WriteOptions {
-  /// EXR's R G B A as 16-bit floats, of which 65504 is the largest: what rounds above it is Inf.
-  /// Other layers stay 32-bit floats.
+  /// Writes an EXR's R G B A as 16-bit floats. The largest is 65504; values that round above it
+  /// become Inf. Other layers stay 32-bit floats.
   bool half = false;
   /// Bits of a PNG's channels: 8 or 16. If not given, 8.
   std::optional<int> bits = {};
 };
 
 /// Writes EXR (float, zip, every layer) or PNG (sRGB, un-premultiplied, layers[0] only) by the
-/// path's extension, beside its name and then renamed: nothing is half-written. Equal images
-/// give equal bytes. A layer's only channel has the layer's name in the file, others
-/// `layer.channel`.
+/// path's extension. It writes a file beside the path and renames it, so that none is half-written.
+/// Equal images give equal bytes. In the file, a layer's only channel has the layer's name; several
+/// are named `layer.channel`.
 ///
 /// PNG keeps alpha: radiance above alpha (a glow without opacity) is cut to alpha, NaN is 0.
 /// Throws Error(usage) for another extension and for options that the format does not have,
 /// Error(output) if the file cannot be written.
 void write_image(const Image& image, const std::filesystem::path& path, const WriteOptions& = {});
 
-/// Throws what write_image would throw for this path and these options, before any work is done.
-/// Creates a file in its directory for a moment, since permissions alone do not tell.
+/// Throws what write_image would throw for this path and these options, before any work is done. It
+/// briefly creates a file in the directory, because permissions alone do not tell.
 void check_writable(const std::filesystem::path& path, const WriteOptions& = {});
 
-/// True for a path that write_image gives more layers than the picture: an .exr.
+/// Whether write_image writes layers beside the picture to this path: true for .exr.
 bool holds_layers(const std::filesystem::path& path);
 
-/// Reads EXR or PNG (PNG: to linear, premultiplied) with its string metadata, by its contents, not
-/// its name. layers[0] comes from R G B A or from the grey Y, A = 1 if there is none; then every
-/// other channel. An EXR's display window is read, 0 where it holds no data, and its first part.
-/// NaN and Inf stay. Throws Error(input).
+/// Reads EXR or PNG with its string metadata. The file's contents decide the format, not its name.
+/// A PNG becomes linear and premultiplied. layers[0] comes from R G B A or from the grey Y, with A
+/// = 1 if there is no alpha; every other channel follows. Of an EXR it reads the first part and the
+/// display window, which is 0 where there is no data. NaN and Inf stay. Throws Error(input).
 Image read_image(const std::filesystem::path& path);
 
 /// One attribute of an image file, empty if absent; names are case-sensitive. Throws Error(input)

@@ -5,8 +5,9 @@
 /// samples_middle: the rule reads its segment's middle and not its ends.
 /// exact_depth: it takes the segment's optical depth as given (from the cell's cubic, or of linear
 /// attenuation), not from its own homogeneous model.
-/// lattice_cost: time of a look-up between uniform samples over that of psi_balanced, measured on
-/// llvmpipe by psivox_bench_tolerance; 1 where it was not, since --tolerance does not choose it.
+/// lattice_cost: time per look-up between uniform samples, relative to psi_balanced, measured on
+/// llvmpipe by psivox_bench_tolerance. It is 1 for unmeasured rules, which --tolerance does not
+/// choose.
 // clang-format off
 /// Rules for one segment: Weights name(Segment).
 #define PSIVOX_SEGMENT_INTEGRATORS(X)                                                                     \
@@ -43,7 +44,7 @@ enum class Integrator : int {
 #undef PSIVOX_ROW
 };
 
-/// What a rule is given: linear segments, a cell's cubic, or values that it classifies itself.
+/// The input of a rule: linear segments, a cell's cubic, or values that it classifies itself.
 enum class IntegratorKind { segment, cell, transfer };
 
 /// A row of the table. `name` is also that of the rule's GLSL function and file.

@@ -13,7 +13,7 @@
 
 namespace psivox {
 
-/// Where L comes from; decides what the march fetches and sums.
+/// The source of the luminance L. It decides what the march fetches and sums.
 enum class LuminanceSource : int {
   constant,  ///< L = color: no weights, no sum, only the optical depth
   density,   ///< L = color * scale * value of the density grid itself: no further fetch
@@ -24,9 +24,9 @@ enum class LuminanceSource : int {
 
 /// Light that is scattered once.
 struct ScatteredLight {
-  glm::dvec3 direction{0};  ///< along which it travels, normalised [world]
+  glm::dvec3 direction{0};  ///< direction of travel, normalised [world]
   glm::dvec3 radiance{0};   ///< colour times albedo
-  bool tinted = false;  ///< times what the luminance source gives: a transfer function's colours
+  bool tinted = false;      ///< times the source's luminance too: a transfer function's colours
   bool operator==(const ScatteredLight&) const = default;
 };
 
@@ -37,22 +37,21 @@ struct Medium {
   LuminanceSource source = LuminanceSource::constant;
   glm::dvec3 color{1};  ///< luminance * luminance_scale where a grid multiplies it
   std::shared_ptr<const Field> luminance;  ///< for scalar and vector sources, else null
-  /// tau = extinction * attenuation of the value by this function; null: of the value itself.
+  /// tau = extinction * this function's attenuation of the value; null: extinction * value.
   std::shared_ptr<const TransferFunction> transfer;
-  /// Where `transfer` has a gradient: the magnitudes of the density's [value/world unit], of its
-  /// domain and transform. Else null.
+  /// The density's gradient magnitudes [value/world unit], with its domain and transform, if
+  /// `transfer` has a gradient; else null.
   std::shared_ptr<const Field> gradient;
   std::shared_ptr<const Field> emission;  ///< null: nothing radiates where tau is 0
   double emission_scale = 1;              ///< emission = scale * value [radiance/world unit]
-  double isovalue = 0;                    ///< under Mode::isosurface, of the density's own values
+  double isovalue = 0;                    ///< under Mode::isosurface, in the density's own values
   std::optional<ScatteredLight> light;    ///< not in the luminance yet, see light.h
-  glm::dvec3 phase_axis{
-      0};              ///< direction of the light where scattering depends on the ray's; else 0
-  double phase_g = 0;  ///< mean cosine of scattering about it
+  glm::dvec3 phase_axis{0};  ///< direction of the light if scattering depends on the ray's; else 0
+  double phase_g = 0;        ///< mean cosine of scattering about it
 };
 
-/// What a renderer needs: the medium, the camera and the scene whose optionals are all resolved, so
-/// that rendering `scene` again gives the same picture.
+/// The medium, the camera, and the scene with all optionals resolved, so that rendering `scene`
+/// again gives the same picture.
 struct View {
   Scene scene;
   Medium medium;
@@ -60,31 +59,33 @@ struct View {
   glm::dvec3 box_min{0}, box_max{0};  ///< of the density's domain [world units]
 };
 
-/// Factor of a lit medium's luminance for a ray of this direction, normalised: Henyey and
-/// Greenstein's phase function over the isotropic one. 1 where phase_axis is 0.
+/// Factor of a lit medium's luminance along a ray of this normalised direction: Henyey and
+/// Greenstein's phase function over the isotropic one. It is 1 if phase_axis is 0.
 double phase_factor(const Medium& medium, const glm::dvec3& ray_direction);
 
-/// The grids of a scene; null: it has none, or its mode does not look at it. One field may be two.
+/// The grids of a scene. One is null if the scene has none or its mode does not use it. Two may be
+/// the same field.
 struct MediumFields {
   std::shared_ptr<const Field> density, luminance, temperature, emission;
 };
 
-/// Reads those grids that the picture depends on under the scene's mode. Throws Error(input).
+/// Reads the grids that the picture depends on under the scene's mode. Throws Error(input).
 MediumFields read_fields(const Scene& scene, const VdbFile& file);
 
-/// Resolves what the scene leaves open; reads its transfer function.
+/// Resolves the scene's unset optionals and reads its transfer function.
 /// Throws Error(input), Error(usage), Error(memory).
 View make_view(const Scene& scene, const MediumFields& fields);
 View make_view(const Scene& scene, const VdbFile& file);
 
-/// From a density and a luminance at hand, which may be null.
+/// Makes a view of fields in memory; `luminance` may be null.
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                std::shared_ptr<const Field> luminance);
 
-/// Extinction for which the mean ray through the grid's middle has optical depth 3: the mean over
-/// 17 x 17 rays along each index axis through the middle half of the domain, those that meet
-/// nothing left out; over the whole domain where the middle is empty. 1 for an all-zero field.
-/// With a transfer function, which has no gradient, the same of the voxels' attenuations.
+/// Extinction for which the mean ray through the grid's middle has optical depth 3. The mean is
+/// over 17 x 17 rays along each index axis through the middle half of the domain, or through the
+/// whole domain if the middle is empty; rays that meet nothing do not count. An all-zero field
+/// gives 1. With a transfer function, which must have no gradient, it uses the voxels'
+/// attenuations.
 double auto_extinction(const Field& field, const TransferFunction* transfer = nullptr);
 
 }  // namespace psivox

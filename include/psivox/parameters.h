@@ -13,7 +13,7 @@
 
 namespace psivox {
 
-/// The numbers that a parameter takes; of a vector, that each of its components takes.
+/// The range of a parameter's number, or of each component of its vector.
 struct Range {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
@@ -24,7 +24,7 @@ struct Range {
   std::string text() const;  ///< " from 0 to 1", " above 0"; empty if it has no limits
 };
 
-/// Where in the Scene a parameter lives; the type decides how its text is read.
+/// The member of Scene that holds a parameter. Its type decides how text is read.
 using SceneMember =
     std::variant<std::string Scene::*, bool Scene::*, int Scene::*, std::uint64_t Scene::*,
                  double Scene::*, std::optional<double> Scene::*, glm::dvec3 Scene::*,
@@ -41,16 +41,16 @@ enum class ParameterGroup { input, output, look, light, camera, accuracy, machin
 /// "Accuracy".
 std::string group_name(ParameterGroup group);
 
-/// What `--tolerance E` makes of a parameter. This is the one definition of what a tolerance
-/// excludes and of what has to be left alone for `default_tolerance` to apply.
+/// What `--tolerance E` demands of a parameter. This is the one definition of which parameters a
+/// tolerance excludes and which must be unset for `default_tolerance` to apply.
 enum class UnderTolerance {
   free,      ///< it may have any value
   chosen,    ///< part of the method: sampling, rule and step. The tolerance chooses it
-  unchanged  ///< it must have its default, for whose arithmetic alone the error is estimated
+  unchanged  ///< it must have its default; the error estimate holds for no other value
 };
 
 /// One row of the table of parameters: all that the command line, --help, JSON, image metadata and
-/// sliders need to know of it.
+/// sliders need to know about one.
 struct Parameter {
   std::string name;          ///< on the command line after --, and the key in JSON
   std::string metavar;       ///< H, X,Y,Z, or the names of an enumeration: cells|uniform
@@ -75,7 +75,7 @@ const Parameter* find_parameter(std::string_view name);
 /// Throws Error(usage) that names the option, the text and what is expected.
 void set_parameter(Scene& scene, std::string_view name, std::string_view text);
 
-/// The value as set_parameter reads it, every digit that tells it from its neighbours.
+/// The value as set_parameter reads it, with enough digits to give the same number.
 std::string parameter_text(const Scene& scene, const Parameter& parameter);
 
 bool has_default(const Scene& scene, const Parameter& parameter);
@@ -87,8 +87,8 @@ struct Setting {
   std::string text;
 };
 
-/// Lays the command line over a scene that came from a file: a given parameter also clears the
-/// file's that it contradicts (--sampling cells clears a step, --tolerance the whole method).
+/// Applies the command line to a scene from a file. A given parameter also clears the file's
+/// parameters that it contradicts (--sampling cells clears a step, --tolerance the whole method).
 void apply_over(Scene& scene, std::span<const Setting> settings);
 
 /// Rules across parameters. Throws Error(usage).
@@ -97,22 +97,23 @@ void validate(const Scene& scene);
 /// The tolerance of a picture whose method is open.
 inline constexpr double default_tolerance = 1e-3;
 
-/// Whether nothing sets the method of the march: no tolerance, no parameter of the method, and not
-/// the reference integrator, which does not march.
+/// Whether the scene is marched (the reference does not march) and sets neither a tolerance nor a
+/// parameter of the method.
 bool leaves_method_open(const Scene& scene);
 
 /// The scene with default_tolerance if it leaves the method open.
 Scene with_default_tolerance(Scene scene);
 
-/// Throws Error(usage) if a parameter of the method is set, which `chooser`, an option, chooses.
+/// Throws Error(usage) if a parameter of the method is set although `chooser`, an option, chooses
+/// the method.
 void check_method_unset(const Scene& scene, std::string_view chooser);
 
 /// All parameters, by name, in the table's order. Numbers are numbers, vectors arrays, unset
 /// optionals their word. Every number returns from scene_from_json as the same bits.
 std::string to_json(const Scene& scene);
 
-/// Parameters that the text leaves out have their defaults. Strings in the command line's syntax
-/// are taken too. Throws Error(usage): not JSON, an unknown name, a bad value; `source` names the
+/// Parameters missing from the text have their defaults. Values may be strings in the command
+/// line's syntax. Throws Error(usage): not JSON, an unknown name, a bad value; `source` names the
 /// file in that message.
 Scene scene_from_json(std::string_view text, std::string_view source = "scene");
 

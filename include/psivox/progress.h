@@ -4,7 +4,7 @@
 
 namespace psivox {
 
-/// Called by long work with the done fraction, 0 to 1, from one thread. Empty: nobody listens.
+/// Long work calls it with the finished fraction, 0 to 1, from one thread. It may be empty.
 using Progress = std::function<void(double fraction)>;
 
 }  // namespace psivox

@@ -22,8 +22,8 @@ enum class TexelType { float32, float16 };
 
 /// Light from infinitely far away.
 struct DirectionalLight {
-  glm::dvec3 direction{0, -1, 0};  ///< along which it travels, of any length but 0 [world]
-  glm::dvec3 color{1};             ///< radiance of unit albedo that is lit without loss
+  glm::dvec3 direction{0, -1, 0};  ///< direction of travel, of any length but 0 [world]
+  glm::dvec3 color{1};             ///< radiance of a medium of albedo 1, lit without loss
   bool operator==(const DirectionalLight&) const = default;
 };
 
@@ -54,17 +54,17 @@ struct Scene {
   double phase_g = 0;  ///< mean cosine of the scattering angle (Henyey and Greenstein)
 
   Mode mode = Mode::alpha;
-  std::optional<double> isovalue;  ///< unset: the middle of the values, 0 of a level set
+  std::optional<double> isovalue;  ///< unset: the middle of the values, 0 for a level set
   double lmip_threshold = 0;
 
   std::optional<Integrator> integrator;  ///< psi_weighted under cells, psi_balanced under uniform
   std::optional<Sampling> sampling;      ///< cells, or uniform where step is set
-  int segments = 2;                      ///< linear segments a cell
-  std::optional<double> step;            ///< [voxels of the finest index axis], 1
+  int segments = 2;                      ///< linear segments per cell
+  std::optional<double> step;            ///< [voxels of the finest index axis]; unset: 1
   bool end_corrections = true;           ///< of psi-balanced, where a ray's samples begin and end
   int connectivity = 26;                 ///< of a ray template's voxels: 6, 18 or 26
   double opacity_unit = 1;               ///< [voxels of the finest index axis], opacity_linear's
-  std::optional<double> tolerance;       ///< RMS error over R G B A that the method is chosen for
+  std::optional<double> tolerance;       ///< largest RMS error over R G B A; chooses the method
   /// Transmittance at which a ray ends; 0: never. Unset: 1/16384, or a quarter of the tolerance.
   std::optional<double> early_termination;
   Filter filter = Filter::exact;
@@ -96,15 +96,15 @@ struct Scene {
                                                                       : Integrator::psi_balanced);
   }
   bool has_function() const { return !transfer_function.empty() || colormap; }
-  /// Whether segments are composited: else the picture depends on the density's values alone, and
-  /// other grids and light are not looked at.
+  /// Whether segments are composited. If not, the picture depends on the density's values alone and
+  /// ignores other grids and light.
   bool composites() const { return mode == Mode::alpha || mode == Mode::back_to_front; }
   /// Whether optical depths matter, and with them the extinction.
   bool attenuates() const { return composites() || mode == Mode::xray; }
-  /// Whether the medium may attenuate what lies behind it, and with it shine.
+  /// Whether the medium can attenuate, and so shine.
   bool has_extinction() const { return attenuates() && extinction != 0.0; }
   bool lit() const { return light && composites() && has_extinction(); }
-  /// 1; 0 where light is what the medium shines by, with no grid that glows of its own.
+  /// If unset: 1, or 0 if a light shines on the medium and no grid gives it luminance of its own.
   glm::dvec3 resolved_luminance() const {
     const bool dark = lit() && luminance_grid.empty() && temperature_grid.empty();
     return luminance.value_or(glm::dvec3(dark ? 0 : 1));

@@ -10,11 +10,11 @@
 #include "psivox/medium.h"
 #include "psivox/progress.h"
 
-// A study renders one view in many ways and measures the error and the cost of each.
+// A study renders one view by many methods and measures the error and the cost of each.
 
 namespace psivox {
 
-/// What a study varies: all combinations of these lists.
+/// The lists that a study varies; it renders all combinations.
 struct Sweep {
   std::vector<Integrator> integrators;
   std::vector<Sampling> samplings{Sampling::cells, Sampling::uniform};

@@ -11,7 +11,7 @@ namespace psivox {
 /// `text` in single quotes, with control characters escaped, for a message of one line.
 std::string in_quotes(std::string_view text);
 
-/// The items between separators; none of an empty text.
+/// The items between separators; an empty text has none.
 std::vector<std::string> split(std::string_view text, char separator = ',');
 
 std::string joined(std::span<const std::string> items, std::string_view between = ",");
@@ -34,7 +34,7 @@ std::string number_text(Number value) {
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
 }
 
-/// Whether the whole text is a number of that type, which `value` then has.
+/// Whether the whole text is a number of that type; if so, sets `value`.
 template <typename Number>
 bool read_number(std::string_view text, Number& value) {
   const char* end = text.data() + text.size();

@@ -11,7 +11,7 @@
 
 namespace psivox {
 
-/// One knot: what a value of the density grid means.
+/// One knot: attenuation and colour of a value of the density grid.
 struct TransferPoint {
   double value = 0;
   double attenuation = 0;  ///< multiplied by the scene's extinction
@@ -19,9 +19,9 @@ struct TransferPoint {
   bool operator==(const TransferPoint&) const = default;
 };
 
-/// A surface of a value f as a shell that is equally thick wherever the field is linear across it,
-/// however steep it is. M. Levoy, Display of Surfaces from Volume Data, 1988, eq. 3: at a point of
-/// value v and gradient magnitude g it adds the attenuation
+/// The surface of a value f, drawn as a shell. Where the field is linear across the shell, its
+/// thickness does not depend on the steepness. M. Levoy, Display of Surfaces from Volume Data,
+/// 1988, eq. 3: at a point of value v and gradient magnitude g it adds the attenuation
 ///   attenuation * max(0, 1 - |v - f| / (thickness g));    where g = 0: all of it at v = f, else 0.
 struct Isosurface {
   double value = 0;
@@ -30,58 +30,59 @@ struct Isosurface {
   bool operator==(const Isosurface&) const = default;
 };
 
-/// What makes the attenuation a function of the gradient's magnitude too (G. Kindlmann and J.
-/// Durkin, Semi-Automatic Generation of Transfer Functions, 1998).
+/// Makes the attenuation a function of the gradient's magnitude too (G. Kindlmann and J. Durkin,
+/// Semi-Automatic Generation of Transfer Functions, 1998).
 struct GradientPart {
-  /// Of the table's columns [value/world unit]; empty: the points' attenuations are of all.
+  /// Gradients of the table's columns [value/world unit]. Empty: the points' attenuations hold for
+  /// every gradient.
   std::vector<double> gradients{};
-  /// Of point k at gradient j at k * gradients.size() + j: bilinear in value and gradient, constant
-  /// beyond the first and the last gradient.
+  /// Attenuation of point k at gradient j, at index k * gradients.size() + j. It is bilinear in
+  /// value and gradient, and constant beyond the first and the last gradient.
   std::vector<double> attenuation{};
-  std::vector<Isosurface> isosurfaces{};  ///< what they add to the table's
+  std::vector<Isosurface> isosurfaces{};  ///< their attenuation adds to the table's
   bool operator==(const GradientPart&) const = default;
 };
 
 /// Attenuation and colour of a value: linear between points, constant outside. With a GradientPart
-/// the attenuation is of value and gradient; the colour is the value's.
+/// the attenuation depends on value and gradient, the colour on the value alone.
 class TransferFunction {
  public:
-  /// Values not descending, at least one point; two of equal value are a jump, made one float32
-  /// step wide. Attenuation and colours not negative, all finite and within float32; values are
-  /// stored rounded to float32. Gradients ascend and are not negative, thicknesses above 0; with a
-  /// table the points' own attenuations are replaced by their greatest of any gradient. Throws
-  /// Error(input).
+  /// Needs at least one point; values must not descend. Two points of equal value are a jump, which
+  /// becomes one float32 step wide. Attenuations and colours must not be negative; all numbers must
+  /// be finite and within float32. Values are stored rounded to float32. Gradients must ascend and
+  /// not be negative; thicknesses must be above 0. With a table, each point's attenuation becomes
+  /// its greatest at any gradient. Throws Error(input).
   explicit TransferFunction(std::vector<TransferPoint> points, bool has_color = true,
                             GradientPart gradient_part = {});
 
   /// Strictly ascending.
   const std::vector<TransferPoint>& points() const { return points_; }
 
-  /// Whether the points give the luminance too; where they do not, it comes from elsewhere.
+  /// Whether the points give the luminance too; if not, it comes from elsewhere.
   bool has_color() const { return has_color_; }
 
-  /// With a table the attenuation is no less than at any gradient; without isosurfaces'.
+  /// With a table, the attenuation is no less than at any gradient. Isosurfaces are left out.
   TransferPoint at(double value) const;
 
   /// Whether the attenuation depends on the gradient.
   bool has_gradient() const { return !part_.gradients.empty() || !part_.isosurfaces.empty(); }
   const GradientPart& gradient_part() const { return part_; }
 
-  /// At a gradient magnitude [value/world unit], which only matters where has_gradient().
+  /// Attenuation at a gradient magnitude [value/world unit], which matters only if has_gradient().
   double attenuation(double value, double gradient) const;
 
-  /// No less than attenuation() over the values and the gradients from min to max (which may be
-  /// infinite); 0 only where that is 0.
+  /// Upper bound of attenuation() over ranges (min, max) of values and gradients; max may be
+  /// infinite. It is 0 only if attenuation() is.
   double max_attenuation(const glm::dvec2& values, const glm::dvec2& gradients) const;
 
   /// Index k of the interval [point k, point k + 1) that holds the value: -1 before the first
   /// point, points().size() - 1 from the last one on.
   int interval(double value) const;
 
-  /// Greatest attenuation over [min_value, max_value]: of both ends and the points between.
+  /// Greatest attenuation over [min_value, max_value]: at both ends or at a point between.
   double max_attenuation(double min_value, double max_value) const;
 
-  /// The same of each colour channel.
+  /// Greatest of each colour channel over [min_value, max_value].
   glm::dvec3 max_color(double min_value, double max_value) const;
 
   /// Antiderivative of the attenuation over the value, quadratic between points; 0 at the first.
@@ -100,10 +101,10 @@ class TransferFunction {
 };
 
 /// {"points": [{"value": v, "attenuation": t, "color": [r, g, b]}, ...]}, `color` in all points or
-/// in none. Optional: "gradients": [g, ...], where an attenuation may be an array of as many; and
-/// "isosurfaces": [{"value": v, "thickness": r, "attenuation": t}, ...], without or beside points.
-/// Or a colour map that ParaView exported. Throws Error(input); `source` names the file in its
-/// message.
+/// in none. Optional: "gradients": [g, ...], with which an attenuation may be an array of as many;
+/// and "isosurfaces": [{"value": v, "thickness": r, "attenuation": t}, ...], without or beside
+/// points. It also reads a colour map that ParaView exported. Throws Error(input); `source` names
+/// the file in its message.
 TransferFunction transfer_function_from_json(std::string_view text, std::string_view source);
 
 /// Every number returns from transfer_function_from_json as the same bits.
@@ -112,10 +113,10 @@ std::string to_json(const TransferFunction& function);
 /// Throws Error(input).
 TransferFunction read_transfer_function(const std::filesystem::path& path);
 
-/// The value itself as attenuation (0 where negative), and the map's colours over [range_min,
-/// range_max]. Has points at the map's knots and at the ends of the data, 0 included since vacuum
-/// has it, so that the attenuation is the value up to data_max. Throws Error(input) where range_min
-/// is not below range_max.
+/// The function whose attenuation is the value itself (0 if negative) and whose colours are the
+/// map's over [range_min, range_max]. It has points at the map's knots, at the ends of the data and
+/// at 0, the value of vacuum, so that the attenuation is the value up to data_max. Throws
+/// Error(input) if range_min is not below range_max.
 TransferFunction colormap_function(Colormap map, double range_min, double range_max,
                                    double data_min, double data_max);
 

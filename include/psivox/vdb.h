@@ -10,7 +10,7 @@
 
 namespace psivox {
 
-/// What a .vdb says of one of its grids. `problem` is empty where the grid can be rendered.
+/// Information about one grid of a .vdb. `problem` is empty if the grid can be rendered.
 struct GridInfo {
   std::string name;        ///< as --grid takes it: `density`, or `density[1]` where names repeat
   std::string type;        ///< OpenVDB's grid type, such as Tree_float_5_4_3
@@ -29,8 +29,8 @@ struct GridInfo {
   std::string problem;               ///< why this grid cannot be rendered, in one line
 };
 
-/// How a grid's values will be used; decides what a bad value is: NaN and +-Inf always, negative
-/// values unless they will be mapped first.
+/// How a grid's values are used. NaN and +-Inf are always bad values; negative values are bad
+/// unless they are mapped first.
 enum class GridRole {
   attenuation,
   luminance,  ///< radiance, or a factor of it: negative light is no light
@@ -43,40 +43,40 @@ struct ReadOptions {
   bool distances = false;  ///< a level set keeps its distances (Field::half_width), else it is fog
 };
 
-/// An open .vdb. Grids are read on demand; one that is broken does not keep the others from it.
+/// An open .vdb. Grids are read on demand; a broken grid does not keep the others from being read.
 /// Its const functions may be called from several threads.
 class VdbFile {
  public:
-  /// `progress` is told the part of each grid that has been read, now and then, and may end the
-  /// reading: what it throws comes out, unless it is a std::exception, which is taken for the
-  /// file's. Throws Error(input) if the file is missing, is no .vdb, or ends before its first
-  /// grid's name.
+  /// `progress` now and then receives the fraction of a grid that has been read. To end the reading
+  /// it may throw anything but a std::exception, which would count as the file's error. Throws
+  /// Error(input) if the file is missing, is no .vdb, or ends before its first grid's name.
   explicit VdbFile(const std::filesystem::path& path, Progress progress = {});
   ~VdbFile();
   VdbFile(const VdbFile&) = delete;
   VdbFile& operator=(const VdbFile&) = delete;
 
-  /// Names, in file order, as `read` takes them. Cheap: no voxel is read (but for files written to
-  /// a pipe, which have no directory). Grids without a name are `[0]`, `[1]`, ..., as OpenVDB
-  /// prints them; a repeated name is `density[0]`, `density[1]`, ... Grids that cannot be read are
-  /// listed too: info() says why.
+  /// Names in file order, as `read` takes them. Reads no voxel, except from files written to a
+  /// pipe, which have no directory. Grids without a name are `[0]`, `[1]`, ..., as OpenVDB prints
+  /// them; a repeated name is `density[0]`, `density[1]`, ... Grids that cannot be read are listed
+  /// too: info() says why.
   const std::vector<std::string>& names() const;
 
-  /// One row a grid; reads trees, so that counts and boxes are true. Never throws for a bad grid.
+  /// One row per grid. Reads the trees, so that counts and boxes are true. Never throws for a bad
+  /// grid.
   std::vector<GridInfo> info() const;
 
-  /// The grid that `--grid` unset means: the only one (if it cannot be rendered, `read` says why),
-  /// else `density` (the first, if repeated), else the only scalar grid of the file's directory.
-  /// Throws Error(input) that lists the grids where none of these is.
+  /// The grid to use if `--grid` is unset: the only one (if it cannot be rendered, `read` says
+  /// why), else `density` (the first, if repeated), else the only scalar grid of the file's
+  /// directory. Throws Error(input) that lists the grids if there is none of these.
   std::string default_grid() const;
 
   /// Reads one grid: int, bool and double become float; level sets become fog by OpenVDB's own
-  /// conversion, unless their distances are asked for; frustum transforms are resampled; NaN, Inf
-  /// and negative values are counted and replaced (0, or the largest finite value for +Inf). What
-  /// was done stands in Field::notices. A repeated name without its number is its first grid, with
-  /// a notice; the empty name is the first grid without a name. Field::name is the numbered name.
-  /// Throws Error(input): no such grid (lists them), unsupported type, no active voxel,
-  /// background other than 0, corrupt data.
+  /// conversion, unless the options ask for distances; frustum transforms are resampled; NaN, Inf
+  /// and negative values are counted and replaced (0, or the largest finite value for +Inf).
+  /// Field::notices tells what was done. A repeated name without its number means the first grid of
+  /// that name, with a notice; the empty name means the first grid without a name. Field::name is
+  /// the numbered name. Throws Error(input): no such grid (lists them), unsupported type, no active
+  /// voxel, background other than 0, corrupt data.
   Field read(const std::string& grid, const ReadOptions& options = {}) const;
 
  private:

@@ -8,7 +8,7 @@
 
 namespace psivox {
 
-/// What one case of verify found.
+/// The result of one case of verify.
 struct VerifyCase {
   std::string name;
   std::string reason;  ///< why the bound is what it is, in a few words
@@ -26,16 +26,15 @@ struct VerifyOptions {
 struct VerifyReport {
   std::string renderer;  ///< GL_RENDERER and GL_VERSION
   std::vector<VerifyCase> cases;
-  std::vector<std::string> left_out;  ///< names of cases of which the filter says nothing
+  std::vector<std::string> left_out;  ///< names of cases that do not apply to the filter
   std::size_t failed() const;
 };
 
-/// Draws fields made in memory, whose pictures are known, through this machine's GL driver, and
-/// compares: with closed forms in double, or one picture with another that has to be the same.
-/// Throws Error(graphics).
+/// Draws fields made in memory with this machine's GL driver. It compares their pictures with
+/// closed forms in double, or with another picture that must be the same. Throws Error(graphics).
 VerifyReport verify(const VerifyOptions& options = {});
 
-/// One line that says what bounds hold for a filter.
+/// One line about the bounds that hold for a filter.
 std::string verify_note(Filter filter);
 
 }  // namespace psivox
