@@ -51,8 +51,7 @@ WorldRay camera_ray(const Camera& camera, const glm::ivec2& resolution, double x
 /// t counts world units from the anchor plane, which is perpendicular to the view and passes
 /// through the middle of `centre`'s domain, or through the camera if that middle lies behind it.
 /// Numbers therefore stay of the size of the grid, however far away the camera or the world's
-/// origin is. The camera is at
-/// t = -distance * |w|, or -distance if orthographic.
+/// origin is. The camera is at t = -distance * |w|, or -distance if orthographic.
 struct RayBundle {
   glm::dvec3 anchor_0, anchor_u, anchor_v;
   glm::dvec3 direction_0, direction_u, direction_v;

@@ -7,9 +7,9 @@
 
 namespace psivox::atlas {
 
-/// Open-addressing map from a block's coordinates to a number, for blocks that are found millions
-/// of times and inserted once. Coordinates count modulo 2^21, so all must lie within 2^21 of each
-/// other (2^24 voxels: make_plan checks).
+/// Open-addressing map from a block's coordinates to a number, for blocks that are inserted once
+/// and found millions of times. Coordinates count modulo 2^21, so all must lie within 2^21 of each
+/// other (2^24 voxels; BrickSource::check_width checks it).
 class BlockMap {
  public:
   static constexpr std::int32_t none = -1;

@@ -11,7 +11,7 @@
 namespace psivox {
 namespace {
 
-/// Bricks of a page table: where each slot's is.
+/// Finds the bricks of a page table by slot, and slots by brick.
 class BrickPlaces {
  public:
   explicit BrickPlaces(const BrickAtlas& atlas)
@@ -43,8 +43,8 @@ class BrickPlaces {
   atlas::BlockMap slots_;
 };
 
-/// The largest kink on the face between two bricks, `before` that at the smaller coordinates. Where
-/// one of them is missing all its values are those of the face.
+/// The largest kink on the face between two bricks; `before` has the smaller coordinates. A missing
+/// brick continues the values of the face.
 float face_kink(const float* before, const float* behind, int axis, std::size_t channels) {
   constexpr std::size_t n = brick_values;
   const std::size_t strides[] = {n * n * channels, n * channels, channels};
@@ -71,7 +71,7 @@ std::vector<float> brick_kinks(const BrickAtlas& atlas) {
   const auto texels = [&](std::int32_t of) -> const float* {
     return of < 0 ? nullptr : atlas.texels32.get() + std::size_t(of) * brick_texels * channels;
   };
-  // of each brick's three lower faces, and of upper ones behind which there is no brick
+  // kinks of each brick's three lower faces
   std::vector<std::array<float, 3>> lower(atlas.bricks.size());
   std::vector<float> kinks(atlas.bricks.size());
   const auto neighbour = [&](std::size_t slot, int axis, int way) {

@@ -98,7 +98,7 @@ std::vector<glm::ivec3> BrickSource::candidates() const {
       add_lower(lo);
       continue;
     }
-    // the layer below the tile, and its own last one, whose apron lies beyond it
+    // the layer below the tile, and the tile's last layer, whose apron lies beyond the tile
     for (int x = -1; x < n; ++x)
       for (int y = -1; y < n; ++y) {
         const bool side = x == -1 || x == n - 1 || y == -1 || y == n - 1;

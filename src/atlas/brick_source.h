@@ -18,7 +18,7 @@ class BrickSource {
  public:
   explicit BrickSource(const Field& field);
 
-  /// Throws Error(input) where a field is wider than its maps of blocks can tell apart.
+  /// Throws Error(input) if a field is too wide for its maps of blocks.
   static void check_width(const Field& field);
 
   int channels() const { return field_.channels; }
@@ -35,8 +35,8 @@ class BrickSource {
   /// Copies a brick's values, z fastest, `channels` interleaved.
   void gather(const Neighbours& from, float* values) const;
 
-  /// Bricks that a leaf or a tile reaches into, each once; those inside a wide tile, whose values
-  /// are all the tile's, are left out (see wide_tiles).
+  /// Bricks that a leaf or a tile reaches into, each once, without those inside a wide tile, whose
+  /// values are all the tile's (see wide_tiles).
   std::vector<glm::ivec3> candidates() const;
 
   /// Boxes of bricks whose values are all one tile's.

@@ -22,7 +22,7 @@ using atlas::BrickSource;
 
 constexpr float largest_half = 65504;
 
-/// What a candidate brick turned out to be.
+/// A candidate brick and its kind.
 struct Candidate {
   glm::ivec3 brick;
   EntryKind kind = EntryKind::empty;
@@ -50,7 +50,7 @@ ValueRange value_range(const BrickSource::Neighbours& from, int channels) {
   return range;
 }
 
-/// A brick's kind, from its blocks alone: no copy of the values.
+/// Finds a brick's kind from its blocks, without copying the values.
 void find_kind(const BrickSource& source, Candidate& candidate) {
   const BrickSource::Neighbours from = source.neighbours(candidate.brick);
   const int channels = source.channels();
@@ -85,7 +85,7 @@ void find_kind(const BrickSource& source, Candidate& candidate) {
   candidate.kind = first == glm::vec3(0) ? EntryKind::empty : EntryKind::constant;
 }
 
-/// The kind under a rule of what can be seen. Constants of 0 may be.
+/// Finds a brick's kind by options.visible, under which constants of 0 may be visible.
 void find_visible_kind(const BrickSource& source, const BrickSource* companion,
                        const AtlasOptions& options, Candidate& candidate) {
   find_kind(source, candidate);
@@ -98,7 +98,7 @@ void find_visible_kind(const BrickSource& source, const BrickSource* companion,
     candidate.kind = EntryKind::constant;
 }
 
-/// Topology of an atlas: everything but the texels.
+/// Topology of an atlas: everything except the texels.
 struct Plan {
   BrickSource source;
   std::vector<glm::ivec3> textured;  ///< brick coordinates by slot
@@ -108,13 +108,13 @@ struct Plan {
 Plan make_plan(const Field& field, const AtlasOptions& options) {
   BrickSource::check_width(field);
   Plan plan{BrickSource(field), {}, {}};
-  // of bricks of one value, where the companion's are 0
+  // for bricks of one value where the companion is 0
   const auto visible = [&](float value) {
     return options.visible ? options.visible({value, value}, {}) : value != 0;
   };
   std::optional<BrickSource> companion;
   if (options.companion) companion.emplace(*options.companion);
-  // What is walked for another grid's sake must not pass for the 0 around it.
+  // Bricks walked for another grid must stay distinct from the 0 around them.
   const bool keep_all = visible(0) && !options.walked.empty();
   std::vector<Candidate> candidates;
   for (const glm::ivec3& brick : plan.source.candidates()) candidates.push_back({brick});
@@ -146,7 +146,7 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
     ++result.size.constant_bricks;
     return make_entry(EntryKind::constant, index);
   };
-  // What no leaf or tile reaches is 0.
+  // Bricks that no leaf or tile reaches are 0.
   if (visible(0))
     pages.set_box(first, last, add_constant(glm::vec3(0)));
   else if (!options.walked.empty()) {

@@ -33,7 +33,7 @@ PageTableBuilder::PageTableBuilder(const glm::ivec3& min_brick, const glm::ivec3
                         make_entry(EntryKind::empty, 1));
 }
 
-/// Index of the table below an entry; made, and filled with what the entry was, if there is none.
+/// Index of the table below an entry. If there is none, makes one and fills it with the entry.
 std::size_t PageTableBuilder::child(std::size_t index) {
   const std::uint32_t entry = table_.entries[index];
   if (entry_kind(entry) == EntryKind::child) return entry_payload(entry);

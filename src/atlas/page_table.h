@@ -9,7 +9,7 @@ namespace psivox::atlas {
 /// Fills a page table entry by entry, then finds the skip distances of the empty ones.
 class PageTableBuilder {
  public:
-  /// For bricks [min, max], with as many levels as keep the top table within top_entries.
+  /// Covers bricks [min, max], with enough levels to keep the top table within top_entries.
   PageTableBuilder(const glm::ivec3& min_brick, const glm::ivec3& max_brick,
                    std::uint64_t top_entries);
 
@@ -28,8 +28,8 @@ class PageTableBuilder {
   glm::ivec3 max_;  ///< last brick, from table_.min
 };
 
-/// Chebyshev distance of every empty entry to the nearest other one; what lies outside the table is
-/// `outside_empty` or not. Never more than fits the payload.
+/// Chebyshev distance of every empty entry to the nearest other one; `outside_empty` tells whether
+/// everything outside the table is empty. It never exceeds the payload.
 void set_skip_distances(std::uint32_t* entries, const glm::ivec3& size, bool outside_empty);
 
 }  // namespace psivox::atlas

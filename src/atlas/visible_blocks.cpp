@@ -16,7 +16,7 @@ using atlas::BrickSource;
 
 constexpr std::size_t most_blocks = std::size_t{1} << 24;  // 32 GiB of floats
 
-/// Blocks, each once, inside a box of them.
+/// Distinct blocks inside a field's domain.
 class BlockList {
  public:
   BlockList(const Field& field) : name_(field.name), seen_(field.leaves.size()) {
@@ -44,7 +44,7 @@ class BlockList {
   }
   void add_domain() { add_box(first_, last_); }
 
-  /// Their first voxels, sorted.
+  /// The blocks' first voxels, sorted.
   std::vector<glm::ivec3> origins() const {
     std::vector<glm::ivec3> result = blocks_;
     std::sort(result.begin(), result.end(), [](const glm::ivec3& a, const glm::ivec3& b) {
@@ -61,8 +61,8 @@ class BlockList {
   glm::ivec3 first_, last_;
 };
 
-/// Least and greatest of a brick's values that are corners of the cells which reach into the block
-/// at `offset` (0 or 1 an axis): all cells, or the last layer of them.
+/// Least and greatest corner value of those cells of a brick that reach into the block at `offset`
+/// (0 or 1 per axis): all cells, or the last layer.
 ValueRange range_towards(const float* values, const glm::ivec3& offset) {
   ValueRange range{HUGE_VALF, -HUGE_VALF};
   const glm::ivec3 from = 7 * offset;

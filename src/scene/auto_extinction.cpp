@@ -21,9 +21,9 @@ struct Attenuation {
   }
 };
 
-/// Lines along one index axis through voxel centres, on a lattice over the two other axes. There
-/// trilinear interpolation is linear between values, so a line's integral is a sum: each value
-/// times the voxel's length, half of it at the domain's two ends.
+/// Lines along one index axis through voxel centres, on a lattice over the two other axes. On such
+/// a line the interpolation is linear between values, so the integral is a sum of each value times
+/// the voxel's length, halved at the domain's two ends.
 class LineBundle {
  public:
   /// Lattice points in voxels along the axes that follow `axis` cyclically.
@@ -55,7 +55,7 @@ class LineBundle {
   }
 
  private:
-  /// Sum over the part of [first, first + width) inside the domain, ends counting half.
+  /// Sum over the part of [first, first + width) inside the domain; ends count half.
   template <typename Value>
   double clipped_sum(int first, int width, Value value) const {
     const int low = domain_.min[axis_], high = domain_.max[axis_];
@@ -100,7 +100,7 @@ class LineBundle {
   }
 
   const Attenuation& attenuation_;
-  double vacuum_;  ///< attenuation of 0, which is wherever nothing is stored
+  double vacuum_;  ///< attenuation of 0, the value where nothing is stored
   int axis_, b_, c_;
   Box domain_;
   std::vector<int> across_1_, across_2_;
@@ -118,7 +118,7 @@ std::vector<int> lattice(int min, int max, double part) {
   return places;
 }
 
-/// A voxel of the largest attenuation; of no consequence where all are 0.
+/// A voxel with the largest attenuation; any voxel if all are 0.
 glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
   glm::ivec3 place = field.active_box.min;
   double largest = 0;
@@ -139,7 +139,7 @@ glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
   return place;
 }
 
-/// Mean integral over the lines that meet something; 0 where none does.
+/// Mean integral over the lines that meet something; 0 if none does.
 template <typename Places>
 double mean_integral(const Field& field, const Attenuation& attenuation, Places places) {
   double sum = 0;
@@ -164,7 +164,7 @@ double auto_extinction(const Field& field, const TransferFunction* transfer) {
       });
   }
   if (mean == 0) {
-    // So sparse that every ray of the lattices missed it.
+    // The field is so sparse that all rays of the lattices missed it.
     const glm::ivec3 voxel = densest_voxel(field, attenuation);
     mean =
         mean_integral(field, attenuation, [&](int axis) { return std::vector<int>{voxel[axis]}; });

@@ -23,8 +23,8 @@ double lobe(double nm, double mean, double inverse_below, double inverse_above) 
 
 /// The CIE 1931 2 degree colour-matching functions: the multi-lobe fit of C. Wyman, P.-P. Sloan and
 /// P. Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2),
-/// 2013. Its lobes end too soon in the red, X's before Y's, which made cold bodies green; from 680
-/// nm on the CIE's functions are an exponential of constant chromaticity (x 0.7347, y 0.2653).
+/// 2013. Its lobes end too soon in the red, X's before Y's, which would make cold bodies green.
+/// From 680 nm on, an exponential of constant chromaticity (x 0.7347, y 0.2653) replaces the fit.
 glm::dvec3 color_matching(double nm) {
   if (nm > 680) return glm::dvec3(0.01136, 0.004102, 0) * std::exp(-0.0703 * (nm - 700));
   return {0.362 * lobe(nm, 442.0, 0.0624, 0.0374) + 1.056 * lobe(nm, 599.8, 0.0264, 0.0323) -
@@ -38,10 +38,10 @@ constexpr double rgb_from_xyz[9] = {3.2409699419,  -0.9692436363, 0.0556300797,
                                     -1.5373831776, 1.8759675015,  -0.2039769589,
                                     -0.4986107603, 0.0415550574,  1.0569715142};
 
-/// ln of XYZ times (e^{c2/(560 nm T)} - 1), over u = 1/T: Planck's law at one wavelength taken out,
-/// what remains is smooth down to u = 0 (Rayleigh-Jeans: finite there) and nearly linear in u.
-/// Linear interpolation is off by h^2/8 times the variance of c2/wavelength, 1.3e7 K^2 for X, which
-/// has two bands; h = 1/(200 K)/2048 makes it 1e-5.
+/// ln of XYZ times (e^{c2/(560 nm T)} - 1), over u = 1/T. The factor removes Planck's law at one
+/// wavelength; the rest is smooth down to u = 0 (finite there, by Rayleigh and Jeans) and nearly
+/// linear in u. Linear interpolation is off by h^2/8 times the variance of c2/wavelength, 1.3e7 K^2
+/// for X, which has two bands; h = 1/(200 K)/2048 makes it 1e-5.
 class XyzTable {
  public:
   XyzTable() {
@@ -63,7 +63,7 @@ class XyzTable {
   static constexpr int intervals = 2048;
   static constexpr double step = 1 / coldest / intervals;  ///< [1/K]
 
-  /// The midpoint rule, its steps of 2 nm in line with the change of formula at 680 nm.
+  /// The midpoint rule with steps of 2 nm, aligned with the change of formula at 680 nm.
   static glm::dvec3 integral(double u) {
     glm::dvec3 sum{0};
     for (int nm = 361; nm < 830; nm += 2) {

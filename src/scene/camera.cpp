@@ -25,8 +25,8 @@ std::array<glm::dvec3, 8> corners(const glm::dvec3& min, const glm::dvec3& max) 
   return out;
 }
 
-/// Throws where the view is along `up`. The default `up` is nobody's wish: then an axis across the
-/// view takes its place, the one that keeps +X on the right when looking up or down.
+/// Throws if the view is along a chosen `up`. If `up` is the default, an axis across the view
+/// replaces it: the one that keeps +X on the right when looking up or down.
 Frame make_frame(const glm::dvec3& forward, const glm::dvec3& up) {
   const glm::dvec3 unit_up = glm::normalize(up);
   glm::dvec3 right = glm::cross(forward, unit_up);
@@ -57,7 +57,7 @@ double framing_distance(const std::array<glm::dvec3, 8>& box, const glm::dvec3& 
   return distance;
 }
 
-/// Half width of an orthographic picture around the view through `aim` that holds all corners.
+/// Half width of an orthographic picture, centred on `aim`, that holds all corners.
 double framing_half_width(const std::array<glm::dvec3, 8>& box, const glm::dvec3& aim,
                           const Frame& frame, double aspect) {
   double half = 0;
@@ -69,7 +69,7 @@ double framing_half_width(const std::array<glm::dvec3, 8>& box, const glm::dvec3
   return half / (1 - frame_margin);
 }
 
-/// i's binary digits mirrored at the point: van der Corput's sequence, in [0, 1).
+/// Mirrors i's binary digits at the point: van der Corput's sequence, in [0, 1).
 double radical_inverse(unsigned i) {
   double value = 0;
   for (double digit = 0.5; i; i >>= 1, digit /= 2) value += (i & 1) * digit;
@@ -107,8 +107,8 @@ Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dve
     camera.position = camera.target - distance * frame.forward;
   }
 
-  // The frame comes from the two points even where they came from it: a scene printed with its
-  // resolved points gives the same camera to the last bit.
+  // The frame always comes from the two points, even if they came from a frame. So a scene printed
+  // with its resolved points gives the same camera to the last bit.
   const glm::dvec3 view = camera.target - camera.position;
   const double length = glm::length(view);
   if (!(length > 0))
@@ -145,8 +145,8 @@ void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max) 
 }
 
 glm::dvec2 pixel_sample(int i, int n) {
-  // The radical inverse's rank among the n, instead of itself: both coordinates then have one
-  // sample in each n-th of the pixel and the mean 1/2, for any n.
+  // Uses the rank of the radical inverse among the n, not the inverse itself. Then, for any n, both
+  // coordinates have one sample in each n-th of the pixel, and the mean 1/2.
   const double own = radical_inverse(static_cast<unsigned>(i));
   int rank = 0;
   for (int j = 0; j < n; ++j) rank += radical_inverse(static_cast<unsigned>(j)) < own;

@@ -30,7 +30,7 @@ Field attenuation_of_voxels(const Field& field, const Field& gradient,
   whole = told_by_blocks(whole, gradient, true);
   const FieldIndex values(whole), gradients(gradient);
 
-  // A leaf wherever values or gradients vary; what is left are tiles without gradients.
+  // Places where values or gradients vary become leaves; the rest are tiles without gradients.
   Field result = whole;
   result.active_range.reset();
   result.tiles.clear();

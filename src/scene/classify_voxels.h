@@ -5,11 +5,12 @@
 
 namespace psivox {
 
-/// Classification before interpolation: the attenuation of each voxel's value as a scalar field.
-/// Where 0 has an attenuation the whole domain is filled with it. Throws Error(memory).
+/// Classification before interpolation: the attenuation of each voxel's value as a scalar field. If
+/// 0 has an attenuation, it fills the whole domain. Throws Error(memory).
 Field attenuation_of_voxels(const Field& field, const TransferFunction& function);
 
-/// The same of each voxel's value and gradient. `gradient`: gradient_of_voxels(field).
+/// The attenuation of each voxel's value and gradient as a scalar field. `gradient`:
+/// gradient_of_voxels(field).
 Field attenuation_of_voxels(const Field& field, const Field& gradient,
                             const TransferFunction& function);
 

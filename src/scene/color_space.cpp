@@ -9,7 +9,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// D65 as VTK has it.
+/// D65 as in VTK.
 const glm::dvec3 white{0.9505, 1.000, 1.089};
 
 glm::dvec3 lab_from_srgb(const glm::dvec3& code) {
@@ -50,7 +50,7 @@ glm::dvec3 lab_from_msh(const Msh& m) {
          glm::dvec3(std::cos(m.s), std::sin(m.s) * std::cos(m.h), std::sin(m.s) * std::sin(m.h));
 }
 
-/// The hue to give an unsaturated colour of magnitude M beside a saturated one.
+/// The hue for an unsaturated colour of magnitude M next to a saturated one.
 double adjusted_hue(const Msh& saturated, double M) {
   if (saturated.M >= M - 0.1) return saturated.h;
   const double spin = saturated.s * std::sqrt(M * M - saturated.M * saturated.M) /

@@ -10,23 +10,23 @@
 
 namespace psivox {
 
-/// Light of sRGB codes and back, channel by channel.
+/// Converts sRGB codes to linear light and back, channel by channel.
 glm::dvec3 linear_from_srgb(const glm::dvec3& code);
 glm::dvec3 srgb_from_linear(const glm::dvec3& light);
 
-/// Colours between two sRGB codes, t in [0, 1], as VTK's vtkColorTransferFunction has them.
+/// Colours between two sRGB codes, t in [0, 1], as in VTK's vtkColorTransferFunction.
 glm::dvec3 mix_lab(const glm::dvec3& a, const glm::dvec3& b, double t);
 /// Moreland, "Diverging Color Maps for Scientific Visualization", 2009: Lab in polar form, white in
 /// the middle of two saturated colours of different hue.
 glm::dvec3 mix_diverging(const glm::dvec3& a, const glm::dvec3& b, double t);
-/// `shortest`: hues go the short way round the circle, through red where it is shorter.
+/// `shortest`: hues go round the circle on the shorter side, possibly through red.
 glm::dvec3 mix_hsv(const glm::dvec3& a, const glm::dvec3& b, double t, bool shortest);
 
-/// Half a step of 8 bits: how near a curve the straight lines between knots are.
+/// Half an 8-bit step: the largest distance of the straight lines between knots from the curve.
 inline constexpr double half_code = 0.5 / 255;
 
-/// Appends the ends of the parts of (a, b] in which `fits(part_begin, part_end)`: halves, at most
-/// 2^depth of them.
+/// Halves (a, b] until `fits(part_begin, part_end)`, into 2^depth parts at most, and appends the
+/// ends of the parts.
 template <typename Fits>
 void append_parts(double a, double b, const Fits& fits, int depth, std::vector<double>& ends) {
   const double middle = 0.5 * (a + b);
@@ -38,8 +38,8 @@ void append_parts(double a, double b, const Fits& fits, int depth, std::vector<d
   append_parts(middle, b, fits, depth - 1, ends);
 }
 
-/// Places in (first, last], ascending to `last`, between which straight lines of linear light are
-/// near the curve of codes that `curve(place)` gives.
+/// Positions in (first, last], ascending to `last`. Between them, straight lines of linear light
+/// are near the curve of codes `curve(place)`.
 template <typename Curve>
 std::vector<double> color_knots(const Curve& curve, double first, double last) {
   const auto fits = [&](double a, double b) {

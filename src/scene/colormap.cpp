@@ -24,7 +24,7 @@ Knots from_table(std::span<const ColormapKnot> table) {
   return knots;
 }
 
-/// Of sRGB codes over u; from each of `places`, ascending from 0 to 1, to the next they are smooth.
+/// A curve of sRGB codes over u, smooth between consecutive `places`, which ascend from 0 to 1.
 template <typename Curve>
 Knots from_curve(const Curve& curve, std::initializer_list<double> places) {
   Knots knots{{0, linear_from_srgb(curve(0))}};
@@ -41,7 +41,7 @@ glm::dvec3 coolwarm(double u) {
 
 glm::dvec3 gray(double u) { return glm::dvec3(u); }
 
-/// matplotlib's: red, then green, then blue rise to 1.
+/// matplotlib's map: red, then green, then blue rise to 1.
 constexpr double red_full = 0.365079, green_full = 0.746032;
 glm::dvec3 hot(double u) {
   const auto rise = [u](double from, double to) {

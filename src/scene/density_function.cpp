@@ -19,7 +19,7 @@ std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& densit
 
 namespace {
 
-/// What cannot be had of a function of the gradient.
+/// Throws if the scene has an option that does not work with a function of the gradient.
 void check_gradient_rules(const Scene& scene) {
   const auto fail = [&](const std::string& what, const std::string& instead) {
     throw Error(ExitCode::usage, "--transfer-function " + in_quotes(scene.transfer_function) +

@@ -11,13 +11,13 @@
 namespace psivox {
 
 /// Values at the ends of the scene's colour map: the given ones, else the density's least and
-/// greatest active value; where these are one value, that and 0 (of 0 alone: 0 and 1). Nothing
-/// where the scene has no colour map.
+/// greatest active values. If these are equal, the range is from that value to 0, or from 0 to 1 if
+/// it is 0. Unset if the scene has no colour map.
 std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& density);
 
-/// The scene's transfer function or colour map over the density's values; null where it has none.
-/// Throws Error(input), Error(usage) where both the function and a grid would give the luminance,
-/// or where the scene asks of a function of the gradient what only one of the value alone can do.
+/// The scene's transfer function or colour map over the density's values; null if it has none.
+/// Throws Error(input). Throws Error(usage) if both the function and a grid would give the
+/// luminance, or if an option of the scene does not work with a function of the gradient.
 std::shared_ptr<const TransferFunction> density_function(const Scene& scene, const Field& density);
 
 }  // namespace psivox

@@ -11,12 +11,12 @@
 
 namespace psivox {
 
-/// Of voxels, for containers.
+/// Hash of a voxel's coordinates, for containers.
 struct VoxelHash {
   std::size_t operator()(const glm::ivec3& v) const;
 };
 
-/// Where a field's leaves and tiles are. The field must outlive it.
+/// Finds a field's leaves and tiles by position. The field must outlive it.
 class FieldIndex {
  public:
   /// Widths of tiles, coarse to fine; the last is also a leaf's.
@@ -24,7 +24,7 @@ class FieldIndex {
 
   explicit FieldIndex(const Field& field);
 
-  /// 8^3 voxels: a leaf's values, or one value. First channels.
+  /// 8^3 voxels: the first channels of a leaf's values, or one value.
   struct Block {
     const float* values = nullptr;  ///< null: `constant` everywhere
     int channels = 1;
@@ -32,7 +32,7 @@ class FieldIndex {
     float value(int i) const { return values ? values[i * channels] : constant; }
   };
 
-  /// The block from an origin on, which is a multiple of 8; 0 where nothing is stored.
+  /// The block at `origin`, a multiple of 8; 0 where nothing is stored.
   Block block(const glm::ivec3& origin) const;
 
   /// Value of a voxel; 0 where nothing is stored.
@@ -41,11 +41,11 @@ class FieldIndex {
   /// Trilinear interpolation at a point of index space; 0 outside the domain.
   glm::dvec3 at(const glm::dvec3& point) const;
 
-  /// Whether a leaf or a tile lies in the cube of widths[level] from an origin on, which is a
-  /// multiple of that.
+  /// Whether a leaf or a tile lies in the cube of widths[level] at `origin`, a multiple of that
+  /// width.
   bool holds_any(int level, const glm::ivec3& origin) const;
 
-  /// Whether that cube is one tile or leaf.
+  /// Whether the cube of widths[level] at `origin` is one tile or leaf.
   bool is_one(int level, const glm::ivec3& origin) const;
 
   /// Whether a voxel is in a leaf or a tile.
@@ -55,7 +55,7 @@ class FieldIndex {
   const Field* field_;
   std::unordered_map<glm::ivec3, const float*, VoxelHash> leaves_;             ///< by origin
   std::array<std::unordered_map<glm::ivec3, glm::vec3, VoxelHash>, 3> tiles_;  ///< by origin
-  std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;          ///< of the wider two
+  std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;  ///< for the two wider ones
 };
 
 }  // namespace psivox

@@ -39,8 +39,8 @@ class Filler {
  private:
   void fill_cube(int level, int width, const glm::ivec3& origin) {
     if (index_.is_one(level, origin)) return;
-    // The widest that stick out of the domain are mostly outside of a small one, and atlases look
-    // at all of a tile's surface.
+    // Cubes of the greatest width that reach beyond a small domain lie mostly outside it, and an
+    // atlas visits all of a tile's surface. So they are split.
     const glm::ivec3 last = origin + (width - 1);
     const bool sticks_out = level == 0 && (glm::any(glm::lessThan(origin, domain_.min)) ||
                                            glm::any(glm::greaterThan(last, domain_.max)));
@@ -69,7 +69,7 @@ void fill_domain(Field& field) {
 void fill_surroundings(Field& field) {
   const FieldIndex index(field);
   std::unordered_set<glm::ivec3, VoxelHash> blocks;
-  // The shell of blocks around a cube.
+  // Adds the shell of blocks around a cube.
   const auto surround = [&](const glm::ivec3& origin, int width) {
     for (int x = -8; x <= width; x += 8)
       for (int y = -8; y <= width; y += 8) {

@@ -5,11 +5,12 @@
 namespace psivox {
 
 /// Adds tiles of value 0 wherever a field's domain has neither leaf nor tile, so that a function of
-/// the stored values is one of all values. Throws Error(memory) where that takes more than 2^22.
+/// the stored values applies to all values. Throws Error(memory) if that takes more than 2^22
+/// tiles.
 void fill_domain(Field& field);
 
-/// The same in the blocks of 8^3 voxels next to leaves and tiles only: those that trilinear
-/// interpolation mixes with what is stored.
+/// Adds tiles of value 0 only in the blocks of 8^3 voxels next to leaves and tiles, whose values
+/// trilinear interpolation mixes with stored ones.
 void fill_surroundings(Field& field);
 
 }  // namespace psivox

@@ -29,8 +29,8 @@ void check_blocks(const Field& field, std::size_t blocks) {
                                       " blocks of 8^3 voxels; a coarser grid has fewer");
 }
 
-/// Origins of blocks in which neighbouring voxels may differ: leaves, tiles' outermost ones, and
-/// those behind a face of either, in the order of their coordinates.
+/// Origins of blocks in which neighbouring voxels may differ, sorted by coordinates: leaves, the
+/// outermost blocks of tiles, and the blocks behind a face of either.
 std::vector<glm::ivec3> candidate_blocks(const Field& field) {
   const Box domain = field.domain();
   const glm::ivec3 first = domain.min & ~7, last = domain.max & ~7;
@@ -63,7 +63,7 @@ std::vector<glm::ivec3> candidate_blocks(const Field& field) {
   return sorted;
 }
 
-/// 512 magnitudes of a block; whether one is not 0.
+/// Computes the 512 magnitudes of a block. Returns whether one is not 0.
 bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm::ivec3& origin,
                    float* to) {
   using Block = FieldIndex::Block;
@@ -95,7 +95,7 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
   return any;
 }
 
-/// Adds the parts of a tile that `told_by_blocks` makes of it.
+/// Splits a tile as `told_by_blocks` does and appends the parts.
 void split(const FieldIndex& gradient, const Box& domain, const Tile& tile, int level,
            std::vector<Tile>& parts) {
   const glm::ivec3 last = tile.origin + (tile.width - 1);

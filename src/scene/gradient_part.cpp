@@ -1,4 +1,4 @@
-// What makes a transfer function one of value and gradient.
+// The part of a transfer function that depends on the gradient.
 
 #include <algorithm>
 #include <cmath>
@@ -19,8 +19,8 @@ void check(const std::string& what, double number, double min) {
   if (number < min) throw Error(ExitCode::input, what + " " + number_text(number) + " is negative");
 }
 
-/// Where a number lies among ascending ones: share `t` of the way between two; at an end where it
-/// lies beyond.
+/// Position of a number among ascending ones: fraction `t` between two of them, clamped to the
+/// ends.
 struct Place {
   std::size_t below = 0, above = 0;
   double t = 0;
@@ -33,7 +33,7 @@ Place place_among(const std::vector<double>& knots, double x) {
   return {next - 1, next, (x - knots[next - 1]) / (knots[next] - knots[next - 1])};
 }
 
-/// Share of an isosurface's attenuation at a distance [value] from its value.
+/// Fraction of an isosurface's attenuation at a distance [value] from its value.
 double share(const Isosurface& surface, double distance, double gradient) {
   const double reach = surface.thickness * gradient;
   if (distance < reach) return 1 - distance / reach;
@@ -42,8 +42,8 @@ double share(const Isosurface& surface, double distance, double gradient) {
 
 }  // namespace
 
-/// Checks the part, rounds to float32 what is compared with values of grids, and takes the points'
-/// attenuations from its table.
+/// Checks the part, rounds to float32 the numbers that are compared with values of grids, and takes
+/// the points' attenuations from the table.
 void TransferFunction::place_gradient_part() {
   std::vector<double>& gradients = part_.gradients;
   for (std::size_t j = 0; j < gradients.size(); ++j) {
@@ -95,7 +95,7 @@ double TransferFunction::attenuation(double value, double gradient) const {
 
 double TransferFunction::max_attenuation(const glm::dvec2& values,
                                          const glm::dvec2& gradients) const {
-  // A bilinear function is greatest in a corner of its rectangle.
+  // A bilinear function is greatest at a corner of its rectangle.
   double most = 0;
   const auto see_row = [&](double value) {
     most = std::max({most, table(value, gradients.x), table(value, gradients.y)});

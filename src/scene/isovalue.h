@@ -5,11 +5,13 @@
 
 namespace psivox {
 
-/// The scene's isovalue, or the middle of the active values, or 0 of a level set: in the grid's own
-/// values, of a level set distances. Throws Error(usage) where a level set stores no such distance.
+/// The scene's isovalue, else 0 for a level set, else the middle of the active values. It is in the
+/// grid's own values, which are distances in a level set. Throws Error(usage) if a level set does
+/// not store that distance.
 double resolved_isovalue(const Scene& scene, const Field& density);
 
-/// The same in the field's values, which of a level set are not distances (Field::half_width).
+/// Converts a resolved isovalue to the field's values, which in a level set are not distances
+/// (Field::half_width).
 double field_isovalue(double isovalue, const Field& density);
 
 }  // namespace psivox

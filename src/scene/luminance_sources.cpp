@@ -18,8 +18,8 @@ std::shared_ptr<const Field> share(Field field) {
   return std::make_shared<const Field>(std::move(field));
 }
 
-/// Luminance of black bodies [1 at 6500 K]. The value 0 is 0 K whatever the offset: it is also what
-/// missing voxels have.
+/// Luminance of black bodies [1 at 6500 K]. The value 0 means 0 K whatever the offset, because it
+/// is also the value of missing voxels.
 Field black_bodies(const Scene& scene, const Field& temperature) {
   if (temperature.channels != 1)
     throw Error(ExitCode::input, "grid " + in_quotes(temperature.name) + " has vectors (" +
@@ -43,7 +43,8 @@ bool has_negative_values(const Field& field) {
                      [&](const Tile& tile) { return glm::any(glm::lessThan(tile.value, {})); });
 }
 
-/// Negative light is no light; reading sees to it but where a density of data is the luminance too.
+/// Replaces negative luminance by 0. Reading does so too, except if the luminance is also the
+/// density and has the role of data.
 std::shared_ptr<const Field> without_negative(std::shared_ptr<const Field> field) {
   if (!has_negative_values(*field)) return field;
   return share(map_field(*field, field->channels,

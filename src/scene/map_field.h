@@ -7,11 +7,11 @@
 
 namespace psivox {
 
-/// What a stored value becomes; called from several threads.
+/// Maps a stored value; called from several threads.
 using VoxelMap = std::function<glm::vec3(const glm::vec3& value)>;
 
-/// The field with every stored value mapped, to `channels` components; what is not stored stays 0.
-/// A scalar's value is in the first component, here and there.
+/// The field with every stored value mapped, to `channels` components; values that are not stored
+/// stay 0. A scalar is in the first component, before and after.
 Field map_field(const Field& field, int channels, const VoxelMap& map);
 
 }  // namespace psivox

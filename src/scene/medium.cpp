@@ -24,7 +24,7 @@ void check_density(const Field& density) {
                                      "); a density is scalar: choose another with --grid");
 }
 
-/// The fields that the scene's mode looks at, values where its centering puts them.
+/// The fields that the scene's mode uses, with values placed by its centering.
 MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
   MediumFields used{fields.density, nullptr, nullptr, nullptr};
   if (scene.composites()) used = fields;
@@ -41,8 +41,8 @@ MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
   return used;
 }
 
-/// A function of the gradient: of voxels, or of what is interpolated between them. The automatic
-/// extinction is that of voxels either way.
+/// Applies a function of the gradient to voxels, or to values interpolated between them. The
+/// automatic extinction always comes from voxels.
 void set_gradient_function(const Scene& scene, const std::shared_ptr<const Field>& density,
                            const std::shared_ptr<const TransferFunction>& function,
                            Medium& medium) {
@@ -65,7 +65,7 @@ void set_gradient_function(const Scene& scene, const std::shared_ptr<const Field
   medium.gradient = gradient;
 }
 
-/// What the density's values mean: a surface, attenuations, or a function's.
+/// Sets the meaning of the density's values: a surface, attenuations, or arguments of a function.
 void set_density(const Scene& scene, const std::shared_ptr<const Field>& density,
                  const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
   medium.density = density;
@@ -111,7 +111,7 @@ void resolve(Scene& scene, const MediumFields& fields, const Medium& medium, con
   if (scene.attenuates()) scene.extinction = medium.extinction;
   if (scene.mode == Mode::isosurface) scene.isovalue = resolved_isovalue(scene, *fields.density);
   scene.luminance = scene.resolved_luminance();
-  if (!scene.tolerance) {  // which chooses them
+  if (!scene.tolerance) {  // else the tolerance chooses them
     scene.integrator = scene.resolved_integrator();
     scene.sampling = scene.resolved_sampling();
     if (scene.sampling == Sampling::uniform) scene.step = scene.resolved_step();
@@ -154,7 +154,8 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
 }
 
 double phase_factor(const Medium& medium, const glm::dvec3& ray_direction) {
-  // Of the angle between the light's way in and its way out, which is against the ray.
+  // The angle lies between the light's direction and its scattered direction, which is against the
+  // ray.
   const double g = medium.phase_g;
   const double cosine = -glm::dot(medium.phase_axis, ray_direction);
   return (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5);

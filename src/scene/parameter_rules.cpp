@@ -1,4 +1,4 @@
-// What parameters demand of each other.
+// Rules across parameters.
 
 #include <algorithm>
 
@@ -62,7 +62,7 @@ void validate_light(const Scene& scene) {
   if (!scene.light) return;
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   if (scene.light->direction == glm::dvec3(0)) fail("--light 0,0,0 has no direction");
-  // The phase is one factor of all that a ray sees, so that there can be one luminance only.
+  // The phase is one factor of a ray's whole radiance, so there can be only one luminance.
   if (scene.lit() && scene.phase_g != 0 && scene.resolved_luminance() != glm::dvec3(0))
     fail(
         "--phase-g other than 0 needs --light to be the only luminance; leave out --luminance, "

@@ -118,7 +118,7 @@ requires std::is_enum_v<E> std::string text_of(E value) {
   return enum_names(value)[static_cast<std::size_t>(value)];
 }
 
-// ---- saying what is expected ----
+// ---- the text of what is expected ----
 
 std::string kind_text(const Parameter&, const std::string&) { return "text"; }
 std::string kind_text(const Parameter&, bool) { return "true or false"; }

@@ -17,7 +17,7 @@ using nlohmann::json;
 
 [[noreturn]] void fail(const std::string& what) { throw Error(ExitCode::input, what); }
 
-/// The groups of four numbers of `key`, the first of each ascending. The others are in [0, 1].
+/// The groups of four numbers of `key`. The first numbers ascend; the others are in [0, 1].
 std::vector<std::array<double, 4>> read_groups(const json& object, const char* key) {
   const json& list = object[key];
   const std::string name = key;
@@ -45,7 +45,7 @@ bool is_set(const json& object, const char* key) {
   return value.is_boolean() ? value.get<bool>() : value.is_number() && value.get<double>() != 0;
 }
 
-// ---- points of the colour alone, two of one value where it jumps ----
+// ---- points of the colour alone, two of the same value at a jump ----
 
 using Mix = std::function<glm::dvec3(const glm::dvec3&, const glm::dvec3&, double)>;
 
@@ -109,7 +109,7 @@ double opacity_between(double a, double b, double t, double midpoint, double sha
   return std::clamp(value, std::min(a, b), std::max(a, b));
 }
 
-/// Appends what lies between two nodes.
+/// Appends the points between two nodes.
 void add_between(std::vector<TransferPoint>& points, const std::array<double, 4>& node,
                  const std::array<double, 4>& next) {
   const double value = node[0], opacity = node[1], sharpness = node[3];

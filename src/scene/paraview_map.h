@@ -7,7 +7,7 @@
 namespace psivox {
 
 /// A colour map as ParaView exports it: RGBPoints, ColorSpace, Points (opacity); the user guide
-/// says what becomes of them. Throws Error(input).
+/// describes the conversion. Throws Error(input).
 TransferFunction transfer_function_from_paraview(const nlohmann::json& object);
 
 }  // namespace psivox

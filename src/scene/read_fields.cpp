@@ -21,8 +21,8 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file) {
       read(file, grid, {data ? GridRole::data : GridRole::attenuation, scene.strict, surface});
   if (!scene.composites()) return fields;
 
-  // What is a density too is read once; its values are not negative then, unless a function maps
-  // them. One grid may go by two names: `density` is also `density[0]`.
+  // A grid that is also the density is read once, unless a function maps the density, whose values
+  // may then be negative. One grid may have two names: `density` is also `density[0]`.
   const auto luminance = [&](const std::string& name) {
     if (name == grid && !data) return fields.density;
     auto field = read(file, name, {GridRole::luminance, scene.strict});

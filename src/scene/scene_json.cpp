@@ -37,7 +37,7 @@ std::string dumped(const json& value) {
 
 bool is_text(const Parameter& p) { return std::holds_alternative<std::string Scene::*>(p.member); }
 
-/// The separator of a vector's text; 0 for a parameter that is none.
+/// The separator of a vector's text; 0 for a parameter that is not a vector.
 char separator(const Parameter& p) {
   const auto of_type = []<typename T>(T Scene::*) {
     if (std::is_same_v<T, glm::ivec2>) return 'x';
@@ -50,8 +50,8 @@ char separator(const Parameter& p) {
   return std::visit(of_type, p.member);
 }
 
-/// A JSON value in the command line's syntax, so that both are read by the same code. What has no
-/// such form stays JSON, which set_parameter refuses with its own message.
+/// A JSON value in the command line's syntax, so that the same code reads both. A value without
+/// such a form stays JSON, and set_parameter refuses it with its own message.
 std::string command_line_text(const Parameter& p, const json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_array() || !separator(p)) return dumped(value);

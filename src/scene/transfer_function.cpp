@@ -40,8 +40,8 @@ void check(const std::vector<TransferPoint>& points) {
   }
 }
 
-/// std::lerp is exact at both ends, monotonic, and exact between equals: no value is beyond the
-/// ends', whatever rounding does.
+/// std::lerp is exact at both ends, monotonic, and exact between equals: despite rounding, no value
+/// lies beyond those at the ends.
 TransferPoint between(const TransferPoint& a, const TransferPoint& b, double value) {
   const double t = (value - a.value) / (b.value - a.value);
   TransferPoint p{value, std::lerp(a.attenuation, b.attenuation, t), {}};
@@ -56,7 +56,7 @@ TransferFunction::TransferFunction(std::vector<TransferPoint> points, bool has_c
     : points_(std::move(points)), has_color_(has_color), part_(std::move(gradient_part)) {
   place_gradient_part();
   check(points_);
-  // Two values that round to one float32 are a jump as well: the later one moves up.
+  // Two values that round to one float32 are a jump as well; the later one moves up.
   for (std::size_t i = 0; i < points_.size(); ++i) {
     float value = static_cast<float>(points_[i].value) + 0.0f;  // not -0
     if (i > 0 && !(value > points_[i - 1].value))

@@ -36,7 +36,8 @@ double required_number(const json& object, const char* key, const std::string& w
   return number(object[key], where + ": " + key);
 }
 
-/// A point; its attenuations at all gradients, one or as many, are appended to the table.
+/// Reads a point and appends its attenuations at all gradients to the table; the point has one or
+/// as many as there are gradients.
 TransferPoint read_point(const json& object, const std::string& where, GradientPart& part) {
   if (!object.is_object()) fail_at(where + ": expected an object of value, attenuation and color");
   check_keys(object, {"value", "attenuation", "color"}, where);
@@ -140,7 +141,7 @@ std::string array_text(std::span<const double> numbers) {
   return out + "]";
 }
 
-/// A number that is a float32, with no more digits than tell it from its neighbours.
+/// A float32 number, with just enough digits to give the same float32.
 std::string float_text(double number) { return number_text(static_cast<float>(number)); }
 
 }  // namespace

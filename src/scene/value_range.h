@@ -6,11 +6,10 @@
 
 namespace psivox {
 
-/// Least and greatest of all that a scalar field has, the 0 where nothing is stored included.
+/// Least and greatest value of a scalar field, including the 0 where nothing is stored.
 glm::dvec2 stored_range(const Field& field);
 
-/// Least and greatest active value, as reading found them; of a field made otherwise those of the
-/// active box.
+/// Least and greatest active value, as found by reading; for other fields, those of the active box.
 glm::dvec2 active_range(const Field& field);
 
 }  // namespace psivox

@@ -18,7 +18,7 @@ std::string folded(std::string_view name) {
   return out;
 }
 
-/// Optimal string alignment distance: Levenshtein's, and a swap of neighbours counts one.
+/// Optimal string alignment distance: Levenshtein's, with a swap of neighbours as one edit.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before_last, last(b.size() + 1), row(b.size() + 1);
   std::iota(last.begin(), last.end(), std::size_t{0});
@@ -68,7 +68,7 @@ std::string joined(std::span<const std::string> items, std::string_view between)
 
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates) {
   const std::string wanted = folded(name);
-  // A beginning that is one name's only: --camera-pos.
+  // A prefix of only one name: --camera-pos.
   const auto begins = [&](const std::string& candidate) { return candidate.starts_with(wanted); };
   if (std::count_if(candidates.begin(), candidates.end(), begins) == 1 && !wanted.empty())
     return *std::find_if(candidates.begin(), candidates.end(), begins);

@@ -55,7 +55,7 @@ void check_text_writable(const std::string& path) {
 
 void write_text(const std::string& path, const std::string& text) {
   if (path == "-") {
-    std::cout << text;  // whether it got there is checked in main
+    std::cout << text;  // main checks whether it was written
     return;
   }
   const bool direct = is_special(path);

@@ -14,7 +14,7 @@ namespace {
 
 using openvdb::io::GridDescriptor;
 
-/// What an exception from OpenVDB or the stream means to a user, in one line.
+/// A message for the user, in one line, about an exception from OpenVDB or the stream.
 std::string explain(const std::exception& e) {
   if (dynamic_cast<const std::ios_base::failure*>(&e)) return "the file ends too early";
   if (dynamic_cast<const std::bad_alloc*>(&e)) return "it asks for more memory than there is";
@@ -47,7 +47,7 @@ Archive::Archive(const std::filesystem::path& path, Progress progress)
   stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
   try {
     readHeader(stream_);
-    // What OpenVDB's readers ask the stream for: format and library version, compression.
+    // OpenVDB's readers ask the stream for the format and library versions and the compression.
     metadata_.reset(new openvdb::io::StreamMetadata);
     metadata_->setSeekable(true);
     openvdb::io::setStreamMetadataPtr(stream_, metadata_, /*transfer=*/false);
@@ -69,7 +69,7 @@ void Archive::read_directory() {
     try {
       read_entry(entry);
     } catch (const std::exception& e) {
-      // What was listed before can still be read; without a type there is nothing to list.
+      // Grids listed before can still be read; without a type this one cannot be listed.
       if (entries_.empty() && entry.descriptor.gridType().empty()) throw;
       if (entry.descriptor.gridType().empty()) return;
       entry.problem = "cannot be read: " + explain(e);
@@ -91,7 +91,7 @@ void Archive::read_entry(GridEntry& entry) {
   try {
     descriptor.read(stream_);
   } catch (const openvdb::LookupError&) {
-    // An unregistered type: OpenVDB stops behind its name, where the three positions begin.
+    // The type is not registered. OpenVDB stops behind its name, where the three positions begin.
     std::int64_t positions[3];
     stream_.read(reinterpret_cast<char*>(positions), sizeof positions);
     descriptor.setGridPos(positions[0]);
@@ -105,7 +105,7 @@ void Archive::read_entry(GridEntry& entry) {
     stream_grid(entry);
     return;
   }
-  // Positions only grow; so the walk along the directory ends whatever the file says.
+  // Positions only grow, so the loop over the directory ends for any file.
   const std::int64_t here = stream_.tellg();
   if (descriptor.getGridPos() < here || descriptor.getEndPos() < descriptor.getGridPos()) {
     throw openvdb::IoError("its position in the file is impossible");
@@ -157,7 +157,7 @@ openvdb::GridBase::Ptr Archive::read(const GridEntry& entry) {
   try {
     openvdb::GridBase::Ptr grid = read_tree(entry);
     if (entry.descriptor.isInstance()) {
-      // Two grids of one tree: the file has it once, under the other's name.
+      // Two grids share a tree; the file has it once, under the other grid's name.
       for (const GridEntry& parent : entries_) {
         if (parent.descriptor.uniqueName() != entry.descriptor.instanceParentName()) continue;
         grid->setTree(read_tree(parent)->baseTreePtr());

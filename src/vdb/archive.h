@@ -18,34 +18,34 @@ namespace psivox::vdb {
 struct GridEntry {
   std::string name;                        ///< as --grid takes it
   openvdb::io::GridDescriptor descriptor;  ///< type, half, positions in the file
-  openvdb::GridBase::Ptr streamed;         ///< already read, where the file has no positions
+  openvdb::GridBase::Ptr streamed;         ///< already read, if the file has no positions
   std::string problem;                     ///< why it cannot be read; else empty
 };
 
 /// A .vdb open for reading, its directory read.
 ///
-/// openvdb::io::File would do, but for two things: it refuses a whole file for one grid of an
-/// unregistered type, and it never looks whether a read came to the end of the file, so that a
-/// truncated grid has uninitialised values. Here the stream throws, and positions are checked
-/// against the file's size first. Nothing is mapped or loaded later: a file that shrinks meanwhile
-/// cannot crash the program.
+/// It replaces openvdb::io::File for two reasons. That class refuses a whole file if one grid has
+/// an unregistered type, and it does not notice a read beyond the end of the file, so a truncated
+/// grid has uninitialised values. Here the stream throws, and positions are first checked against
+/// the file's size. Nothing is mapped or loaded later, so a file that shrinks meanwhile cannot
+/// crash the program.
 class Archive final : private openvdb::io::Archive {
  public:
-  /// Throws Error(input) if the file is missing, no .vdb, or ends within its first directory entry.
-  /// `progress` is told the part of a grid that has been read.
+  /// Throws Error(input) if the file is missing, is no .vdb, or ends within its first directory
+  /// entry. `progress` receives the fraction of a grid that has been read.
   explicit Archive(const std::filesystem::path& path, Progress progress = {});
 
   /// In file order.
   const std::vector<GridEntry>& entries() const { return entries_; }
 
-  /// The entry of a selectable name; of a repeated one without its number, the first.
+  /// The entry of a selectable name; a repeated name without its number means the first.
   /// Throws Error(input) that lists the names if there is none.
   const GridEntry& find(std::string_view name) const;
 
-  /// The entry's grid, which is the caller's to change. Throws Error(input).
+  /// The entry's grid, which the caller may change. Throws Error(input).
   openvdb::GridBase::Ptr read(const GridEntry& entry);
 
-  /// How messages begin: `FILE: grid 'NAME' `.
+  /// The beginning of messages: `FILE: grid 'NAME' `.
   std::string subject(std::string_view grid_name) const;
 
  private:

@@ -133,7 +133,7 @@ openvdb::GridBase::Ptr distances_from_level_set(const openvdb::GridBase::Ptr& gr
       it.setValueOn(*it != 0.0f);
     }
   });
-  // Of the root alone: elsewhere the background is in tiles and voxels, which are converted.
+  // Changes the root only; elsewhere the background is in tiles and voxels, which are converted.
   tree.root().setBackground(0.0f, /*updateChildNodes=*/false);
   result->setGridClass(openvdb::GRID_UNKNOWN);
   return result;
@@ -147,7 +147,7 @@ openvdb::GridBase::Ptr resample_to_linear(const openvdb::GridBase::Ptr& grid, st
 
   openvdb::GridBase::Ptr result = source->copyGridWithNewTree();
   result->setTransform(transform);
-  // Whatever the class says, the values are no distances (any more): no level set rebuild.
+  // Whatever the class says, the values are not distances (any more), so no level set is rebuilt.
   source->setGridClass(openvdb::GRID_UNKNOWN);
   const auto resample = [&](const auto& from) {
     using GridT = std::decay_t<decltype(from)>;

@@ -10,7 +10,7 @@
 
 namespace psivox::vdb {
 
-/// A file to read from, which tells how much of what is expected of it was read.
+/// A file to read from that reports the fraction read of an expected number of bytes.
 class CountedFile final : public std::filebuf {
  public:
   CountedFile(const std::filesystem::path& path, Progress progress)
@@ -18,7 +18,7 @@ class CountedFile final : public std::filebuf {
     open(path, std::ios::in | std::ios::binary);
   }
 
-  /// So many bytes are to be read from now on.
+  /// Sets the number of bytes expected from now on.
   void expect(std::int64_t bytes) {
     expected_ = std::max<std::int64_t>(bytes, 1);
     read_ = told_ = 0;

@@ -11,7 +11,7 @@
 namespace psivox::vdb {
 namespace {
 
-/// Coordinates below it keep differences, sums of two and a margin within an int.
+/// Coordinates below this limit keep differences, sums of two and a margin within an int.
 constexpr std::int64_t kMaxExtent = std::int64_t{1} << 30;
 
 template <typename ValueT>
@@ -82,7 +82,7 @@ GridSummary summarise(const openvdb::GridBase& grid) {
 
 std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary) {
   if (summary.channels == 0) return unsupported_type(grid.type());
-  // A level set's background is its half width; it becomes 0 with the conversion to fog.
+  // A level set's background is its half width; the conversion to fog makes it 0.
   if (!is_level_set(grid) && summary.background != openvdb::Vec3d(0.0)) {
     return background_problem(summary);
   }

@@ -9,9 +9,9 @@
 
 namespace psivox::vdb {
 
-/// What the checks and the info rows need to know of a tree.
+/// Facts about a tree for the checks and the info rows.
 struct GridSummary {
-  int channels = 0;                 ///< 0 if the type is not supported; then all else is unset
+  int channels = 0;                 ///< 0 if the type is not supported; then all others are unset
   std::uint64_t active_voxels = 0;  ///< active tiles count with all their voxels
   std::uint64_t leaves = 0;
   std::uint64_t active_tiles = 0;
@@ -22,7 +22,7 @@ struct GridSummary {
 GridSummary summarise(const openvdb::GridBase& grid);
 
 /// Why the grid cannot be rendered, as the rest of a sentence that begins with its name; empty if
-/// it can. The one definition of these rules, for reading and for `psivox info`.
+/// it can. Reading and `psivox info` both take these rules from here.
 std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary);
 
 /// The affine transform to world space in glm's convention (columns, acting on column vectors).

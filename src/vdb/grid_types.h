@@ -27,8 +27,8 @@ bool with_typed_grid(const openvdb::GridBase& grid, Op&& op) {
   return grid.apply<SupportedGrids>(op);
 }
 
-/// An empty grid of background 0. Made by OpenVDB's library: `GridT::create()` would compile the
-/// type's reading, writing and copying once more, for 10 s.
+/// An empty grid of background 0. OpenVDB's library makes it, because `GridT::create()` would
+/// compile the type's reading, writing and copying once more, which takes 10 s.
 template <typename GridT>
 typename GridT::Ptr new_grid() {
   return openvdb::gridPtrCast<GridT>(openvdb::GridBase::createGrid(GridT::gridType()));

@@ -20,7 +20,7 @@ GridSummary checked(const openvdb::GridBase& grid, const std::string& subject) {
   return summary;
 }
 
-/// The level set as fog or, where options ask for them, as distances; tells what was done.
+/// Converts a level set to fog or, if the options say so, to distances. Adds a notice.
 openvdb::GridBase::Ptr without_level_set(const openvdb::GridBase::Ptr& grid,
                                          const ReadOptions& options, Field& field,
                                          std::string& notice) {

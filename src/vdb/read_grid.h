@@ -9,7 +9,7 @@
 
 namespace psivox::vdb {
 
-/// The grid as a Field; takes the grid over and may change it.
+/// Converts a grid to a Field. Takes the grid over and may change it.
 ///
 /// `subject` begins error messages (`FILE: grid 'NAME' `), `name` becomes Field::name.
 /// Throws Error(input) by the rules of problem_of, and under options.strict.

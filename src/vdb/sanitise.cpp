@@ -14,14 +14,14 @@
 namespace psivox::vdb {
 namespace {
 
-constexpr std::size_t kGrain = 64;  // leaves a task: 128 KiB or more
+constexpr std::size_t kGrain = 64;  // leaves per task: 128 KiB or more
 constexpr float kMaxFloat = std::numeric_limits<float>::max();
 
-/// Smallest value that is left alone.
+/// Smallest value that stays.
 float smallest_good(GridRole role) { return role == GridRole::data ? -kMaxFloat : 0.0f; }
 
-/// True if a value of the 512 is NaN, infinite or below lo. No branch and a fixed length, so that
-/// it runs at the speed of memory: nearly every leaf of nearly every file ends here.
+/// True if a value of the 512 is NaN, infinite or below lo. It has no branch and a fixed length, so
+/// that it runs at the speed of memory; almost every leaf of almost every file needs nothing more.
 bool has_bad_value(const float* values, float lo) {
   int bad = 0;
   for (std::size_t i = 0; i < kLeafVoxels; ++i) {
@@ -31,7 +31,7 @@ bool has_bad_value(const float* values, float lo) {
   return bad != 0;
 }
 
-/// Counts one value and replaces it, but for +Inf, whose replacement is not known yet.
+/// Counts one bad value and replaces it, except +Inf, whose replacement is not known yet.
 void sanitise_value(float& value, float lo, BadValues& count) {
   if (value >= lo && value <= kMaxFloat) return;
   if (std::isnan(value)) {

@@ -12,7 +12,7 @@ namespace psivox::vdb {
 
 inline constexpr std::size_t kLeafVoxels = 512;
 
-/// How many stored values were replaced. A tile counts like one voxel, a vector's components each.
+/// Numbers of replaced values. A tile counts as one voxel; each component of a vector counts.
 struct BadValues {
   std::uint64_t nan = 0;
   std::uint64_t positive_infinite = 0;
@@ -22,7 +22,7 @@ struct BadValues {
 
   bool any() const { return nan + positive_infinite + negative_infinite + negative > 0; }
 
-  /// `12 NaN, 3 negative values taken as 0`; the part about +Inf only where there was one.
+  /// `12 NaN, 3 negative values taken as 0`; it mentions +Inf only if there was one.
   std::string describe() const;
 };
 

@@ -20,7 +20,7 @@ namespace {
 template <typename ValueT>
 constexpr bool is_vec = openvdb::VecTraits<ValueT>::IsVec;
 
-/// Values that are floats in memory already: their leaves need no copy.
+/// Types whose values are floats in memory; their leaves need no copy.
 template <typename ValueT>
 constexpr bool is_float = std::is_same_v<ValueT, float> || std::is_same_v<ValueT, openvdb::Vec3f>;
 
@@ -51,7 +51,7 @@ void convert_leaf(const LeafT& leaf, float* values) {
   }
 }
 
-/// Sets parts.leaves to where the values are.
+/// Points parts.leaves to the values in place.
 template <typename LeafT>
 void take_in_place(const std::vector<LeafT*>& nodes, TreeParts& parts) {
   for (std::size_t n = 0; n < nodes.size(); ++n) {
@@ -62,7 +62,7 @@ void take_in_place(const std::vector<LeafT*>& nodes, TreeParts& parts) {
   }
 }
 
-/// Sets parts.leaves to floats of its own; convert(n, values) writes those of leaf n.
+/// Points parts.leaves to new floats; convert(n, values) writes those of leaf n.
 void take_converted(const std::function<void(std::size_t, float*)>& convert, TreeParts& parts) {
   const std::size_t length = kLeafVoxels * static_cast<std::size_t>(parts.channels);
   const auto values = std::make_shared_for_overwrite<float[]>(parts.leaves.size() * length);

@@ -9,29 +9,29 @@
 
 namespace psivox::vdb {
 
-/// A value of a tree's node that stands for a cube of voxels.
+/// A value in a tree's node that fills a cube of voxels.
 struct TilePart {
   Tile tile;
   bool active;
 };
 
-/// A tree in terms that do not depend on its voxels' type: everything after this is compiled once.
+/// A tree without its voxels' type, so that all later code is compiled once.
 struct TreeParts {
   int channels = 1;
-  /// Of each leaf, in the tree's order: its 512 * channels values as floats, vectors interleaved.
+  /// The 512 * channels values of each leaf as floats, vectors interleaved, in the tree's order.
   std::vector<float*> leaves;
   std::vector<openvdb::Coord> origins;                    ///< of each leaf
-  std::vector<const openvdb::util::NodeMask<3>*> active;  ///< of each leaf, its active voxels
-  /// Those of the root first, then those 128 voxels wide, then those 8 voxels wide. Inactive tiles
-  /// that have the background's value are left out.
+  std::vector<const openvdb::util::NodeMask<3>*> active;  ///< active voxels of each leaf
+  /// Tiles of the root first, then those 128 voxels wide, then those 8 voxels wide, without
+  /// inactive tiles of the background's value.
   std::vector<TilePart> tiles;
   std::shared_ptr<const void> storage;  ///< keeps `leaves` alive
 };
 
 inline glm::ivec3 to_ivec3(const openvdb::Coord& c) { return {c.x(), c.y(), c.z()}; }
 
-/// The grid's leaves and tiles. Those of a float or vec3s grid are in place, others are converted.
-/// `active` points into the grid. The grid's type must be one of SupportedGrids.
+/// The grid's leaves and tiles. Values of a float or vec3s grid stay in place; others are
+/// converted. `active` points into the grid. The grid's type must be one of SupportedGrids.
 TreeParts parts_of(const openvdb::GridBase::Ptr& grid);
 
 /// Least and greatest of the first channel of active voxels and tiles; NaN and Inf in tiles do not

@@ -12,13 +12,13 @@
 
 namespace psivox {
 
-/// The directory only: each reading opens the file anew, so that readings are independent of each
-/// other's failures and may run in several threads.
+/// Holds the directory only. Each read opens the file anew, so that reads may run in several
+/// threads and a failed one does not affect the others.
 struct VdbFile::Impl {
   std::filesystem::path path;
   Progress progress;
   std::vector<std::string> names;
-  std::vector<int> channels;  ///< of each name; 0 if it cannot be read
+  std::vector<int> channels;  ///< by name; 0 if the grid cannot be read
   std::vector<std::string> base_names;
 };
 
