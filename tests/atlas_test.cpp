@@ -1,4 +1,4 @@
-// Bricks against the field that they were built from, value by value.
+// Compares bricks with the field that they were built from, value by value.
 
 #include "psivox/atlas.h"
 
@@ -18,7 +18,7 @@
 namespace psivox {
 namespace {
 
-/// All 8 corners of every cell of the domain, through the page table, against the field.
+/// Compares all 8 corners of every cell of the domain, through the page table, with the field.
 void expect_all_values(const Field& field, const BrickAtlas& atlas) {
   const FieldVoxels voxels(field);
   const Box domain = field.domain();
@@ -45,7 +45,7 @@ void expect_same(const AtlasSize& a, const AtlasSize& b) {
   EXPECT_EQ(a.texel_bytes, b.texel_bytes);
 }
 
-/// The message of the error that `action` throws, after a check of its code.
+/// The message of the error that `action` throws; checks its code.
 template <typename Action>
 std::string error_of(ExitCode code, Action action) {
   try {
@@ -79,13 +79,13 @@ TEST(Atlas, NoiseIsStoredValueByValueAtAnyPhase) {
 }
 
 TEST(Atlas, SingleVoxelReachesIntoEightBricks) {
-  // Voxel (0,0,0) is a corner of cells in 8 bricks, 7 of which no leaf exists for.
+  // Voxel (0,0,0) is a corner of cells in 8 bricks; 7 of these have no leaf.
   const Field corner = make_field({{0, 0, 0}, {0, 0, 0}}, [](glm::ivec3) { return 3.0f; });
   const BrickAtlas atlas = build_atlas(corner);
   EXPECT_EQ(atlas.size.textured_bricks, 8u);
   EXPECT_EQ(atlas.size.constant_bricks, 0u);
   expect_all_values(corner, atlas);
-  // One in the middle of a leaf touches its own brick alone; at the low x face, two.
+  // A voxel in the middle of a leaf touches its own brick alone; one at the low x face touches two.
   const Field middle = make_field({{4, 4, 4}, {4, 4, 4}}, [](glm::ivec3) { return 3.0f; });
   EXPECT_EQ(build_atlas(middle).size.textured_bricks, 1u);
   const Field face = make_field({{8, 4, 4}, {8, 4, 4}}, [](glm::ivec3) { return 3.0f; });
@@ -93,7 +93,7 @@ TEST(Atlas, SingleVoxelReachesIntoEightBricks) {
 }
 
 TEST(Atlas, SaturatedLeavesAreConstantsWithoutTexels) {
-  // 6^3 leaves of 0.75: a brick all of whose 9^3 values are 0.75 needs 2 leaves along each axis.
+  // 6^3 leaves of 0.75: a brick whose 9^3 values are all 0.75 needs 2 leaves along each axis.
   const Field field = make_field({{0, 0, 0}, {47, 47, 47}}, [](glm::ivec3) { return 0.75f; });
   const BrickAtlas atlas = build_atlas(field);
   EXPECT_EQ(atlas.size.constant_bricks, 5u * 5 * 5);
@@ -126,7 +126,7 @@ TEST(Atlas, NarrowTilesAndLeavesMeet) {
   field.tiles.push_back({{-16, 0, 0}, 8, {0.25f, 0, 0}});
   field.active_box = {{-16, 0, -8}, {39, 23, 15}};
   const BrickAtlas atlas = build_atlas(field);
-  EXPECT_EQ(atlas.size.constant_bricks, 2u * 2 * 2);  // of the block of 3^3 tiles
+  EXPECT_EQ(atlas.size.constant_bricks, 2u * 2 * 2);  // in the block of 3^3 tiles
   expect_all_values(field, atlas);
 }
 
@@ -161,7 +161,7 @@ TEST(Atlas, VectorsKeepTheirThreeChannels) {
   const BrickAtlas atlas = build_atlas(field);
   EXPECT_EQ(atlas.channels, 3);
   expect_all_values(field, atlas);
-  // Equal in the first channel alone is not constant.
+  // Equality in the first channel alone does not make a brick constant.
   const Field differs = make_vector_field(
       {{0, 0, 0}, {31, 31, 31}}, [](glm::ivec3 v) { return glm::vec3(1, v.x < 16 ? 1 : 2, 1); });
   expect_all_values(differs, build_atlas(differs));

@@ -1,4 +1,4 @@
-// The colour of a black body against Planck's law, integrated here.
+// The colour of a black body, compared with Planck's law integrated here.
 
 #include "psivox/black_body.h"
 
@@ -10,20 +10,21 @@
 namespace psivox {
 namespace {
 
-/// Of Rec. 709's RGB: the inverse of the matrix in use, from the same primaries.
+/// CIE Y of a colour in Rec. 709's RGB, by the inverse of the matrix in use, from the same
+/// primaries.
 double luminance(const glm::dvec3& rgb) {
   return 0.2126390059 * rgb.r + 0.7151686788 * rgb.g + 0.0721923154 * rgb.b;
 }
 
-/// CIE x, y of Rec. 709's RGB.
+/// CIE x, y of a colour in Rec. 709's RGB.
 glm::dvec3 chromaticity(const glm::dvec3& c) {
   const glm::dvec3 xyz{0.4123907993 * c.r + 0.3575843394 * c.g + 0.1804807884 * c.b, luminance(c),
                        0.0193308187 * c.r + 0.1191947798 * c.g + 0.9505321522 * c.b};
   return xyz / (xyz.x + xyz.y + xyz.z);
 }
 
-/// CIE Y, any unit: the fit of Wyman, Sloan and Shirley (2013), beyond 680 nm an exponential; steps
-/// of 0.25 nm.
+/// CIE Y in any unit, by the fit of Wyman, Sloan and Shirley (2013), which is exponential beyond
+/// 680 nm. Integrated in steps of 0.25 nm.
 double planck_luminance(double kelvin) {
   double sum = 0;
   for (double nm = 360.125; nm < 830; nm += 0.25) {
@@ -60,13 +61,13 @@ TEST(BlackBody, HasThePlanckianLocusChromaticity) {
 
 TEST(BlackBody, FollowsPlancksLaw) {
   const double white = planck_luminance(6500);
-  // 1e-5 of the table's interpolation, 1e-6 of its integration; only where no channel is clamped.
+  // 1e-5 for the table's interpolation, 1e-6 for its integration; only where no channel is clamped.
   for (const double kelvin :
        {2000.0, 2500.0, 3000.0, 3017.0, 5000.0, 6500.0, 9000.0, 15000.0, 40000.0})
     EXPECT_NEAR(luminance(black_body(kelvin)) * white / planck_luminance(kelvin), 1, 1.5e-5)
         << kelvin;
-  // Towards high temperatures Rayleigh and Jeans: proportional to T, less hc/(2 lambda k) = 12800
-  // K.
+  // At high temperatures the Rayleigh-Jeans law holds: proportional to T, less hc/(2 lambda k) =
+  // 12800 K.
   EXPECT_NEAR(luminance(black_body(2e7)) / luminance(black_body(1e7)), 2, 2e-3);
 }
 

@@ -1,4 +1,4 @@
-// The camera against the user guide's formulas, and the ray bundle against the camera.
+// Compares the camera with the user guide's formulas, and the ray bundle with the camera.
 
 #include <gtest/gtest.h>
 
@@ -217,7 +217,7 @@ TEST(RayBundle, IsTheCamerasRayInIndexSpace) {
         Scene scene;
         scene.resolution = {64, 48};
         scene.projection = projection;
-        // Inside and looking away from the middle: the anchor plane is the camera's own.
+        // Inside the box and looking away from its middle: the anchor plane is the camera's own.
         if (inside) {
           scene.camera_position = low + 0.7 * (high - low);
           scene.camera_target = low + glm::dvec3(0.9, 0.8, 1.0) * (high - low);
@@ -243,7 +243,7 @@ TEST(RayBundle, IsTheCamerasRayInIndexSpace) {
             const glm::dvec3 world = ray.origin + t * ray.direction;
             const glm::dvec3 expected(index_from_world * glm::dvec4(world, 1));
             const glm::dvec3 got = anchor + (camera_t + t) * direction + glm::dvec3(bundle.origin);
-            // The world's own coordinates carry 1e-16 of their size.
+            // World coordinates carry a rounding error of 1e-16 of their size.
             const double rounding =
                 1e-15 * glm::length(world) *
                 glm::length(index_from_world[0] + index_from_world[1] + index_from_world[2]);

@@ -1,4 +1,5 @@
-// The built-in colour maps against their published colours, and the functions made of them.
+// The built-in colour maps, compared with their published colours, and the functions made from
+// them.
 
 #include "psivox/colormap.h"
 
@@ -23,7 +24,7 @@ glm::dvec3 code(Colormap map, double u) { return 255.0 * srgb_from_linear(colorm
 TEST(Colormap, HasThePublishedColors) {
   struct Known {
     Colormap map;
-    int entry;  // of 256
+    int entry;  // index into 256 entries
     glm::dvec3 code;
   };
   // matplotlib's tables in 8 bits; coolwarm: Moreland 2009, ends and middle.
@@ -42,7 +43,7 @@ TEST(Colormap, HasThePublishedColors) {
            {Colormap::gray, 255, {255, 255, 255}},   {Colormap::hot, 0, {11, 0, 0}},
            {Colormap::hot, 128, {255, 92, 0}},       {Colormap::hot, 255, {255, 255, 255}}}) {
     const glm::dvec3 ours = code(known.map, known.entry / 255.0);
-    // Half a step of the published rounding and half a step of the knots'.
+    // Half a step for the published rounding and half a step for the knots'.
     for (int c = 0; c < 3; ++c)
       EXPECT_NEAR(ours[c], known.code[c], 1)
           << static_cast<int>(known.map) << " " << known.entry << " channel " << c;
@@ -57,7 +58,7 @@ TEST(Colormap, IsContinuousWithinTheGamutAndClamped) {
     for (int i = 1; i <= 4000; ++i) {
       const glm::dvec3 now = code(map, i / 4000.0);
       for (int c = 0; c < 3; ++c) {
-        // The steepest, turbo's blue at its dark end, rises by 8 codes from one of 256 to the next.
+        // The steepest map is turbo: its blue rises by 8 codes per entry at the dark end.
         ASSERT_NEAR(now[c], last[c], 10 * 255 / 4000.0) << static_cast<int>(map) << " " << i;
         ASSERT_GE(now[c], 0);
         ASSERT_LE(now[c], 255 + 1e-9);  // rounding of the encoding
@@ -74,9 +75,9 @@ TEST(ColormapFunction, AttenuatesByTheValueWithinTheData) {
     const TransferFunction f = colormap_function(map, 0.25, 2, -0.5, 3);
     EXPECT_TRUE(f.has_color());
     for (double v = -0.5; v <= 3; v += 0.01) {
-      // Points have float32 values, so the slope from one to the next is 1 to rounding in double.
+      // Points have float32 values, so the slope between neighbours is 1 within rounding.
       EXPECT_NEAR(f.at(v).attenuation, std::max(v, 0.0), 1e-12) << v;
-      // The knots moved by half a float32 step of 2, 1.2e-7, times a slope of 4 at most.
+      // The knots are moved by half a float32 step of 2, 1.2e-7, times a slope of at most 4.
       const glm::dvec3 expected = colormap_color(map, (v - 0.25) / 1.75);
       for (int c = 0; c < 3; ++c) EXPECT_NEAR(f.at(v).color[c], expected[c], 1e-6);
     }
@@ -93,7 +94,7 @@ TEST(ColormapFunction, LeavesVacuumEmptyAndOmitsKnotsBeyondTheData) {
   EXPECT_EQ(f.points().front().value, 0);
   EXPECT_EQ(f.points().back().value, 2.5);
   EXPECT_EQ(colormap_function(Colormap::hot, 0, 1, 0, 0).points().size(), 1u);
-  // A range below float32's resolution there: few distinct points, all in order.
+  // A range narrower than float32 resolves there gives few distinct points, all in order.
   EXPECT_GE(colormap_function(Colormap::hot, 1000, 1000.00005, 999, 1001).points().size(), 3u);
   EXPECT_THROW(colormap_function(Colormap::hot, 1, 1, 0, 1), Error);
 }

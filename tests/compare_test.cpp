@@ -35,7 +35,7 @@ TEST(CompareImages, CountsPixelsThatAreNotFiniteAndLeavesThemOut) {
   Image a = picture(4, 1, std::vector<float>(16, 1));
   Image b = a;
   a.rgba()[0] = nan;
-  a.rgba()[4] = b.rgba()[4] = inf;  // equal in both: still no number
+  a.rgba()[4] = b.rgba()[4] = inf;  // equal in both, but not a finite number
   b.rgba()[11] = -inf;
   b.rgba()[9] = 7;  // in a pixel that is left out
   b.rgba()[12] = 3;
@@ -52,7 +52,7 @@ TEST(CompareImages, CountsPixelsThatAreNotFiniteAndLeavesThemOut) {
 }
 
 TEST(CompareImages, KeepsSmallDifferencesOfLargeValues) {
-  // The squares overflow float, and the sum of a million of them would lose its last digits.
+  // The squares overflow float, and a float sum of a million of them would lose its last digits.
   const std::size_t pixels = 1 << 18;
   Image a = picture(512, 512, std::vector<float>(pixels * 4, 1e30f));
   Image b = picture(512, 512, std::vector<float>(pixels * 4, 0.0f));

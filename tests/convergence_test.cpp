@@ -1,5 +1,5 @@
-// Orders of convergence in the step: the march in double, over fields that are formulas. What
-// docs/method.md promises of each rule, and numbers computed by another program.
+// Orders of convergence in the step, by the march in double over fields that are formulas. Checks
+// what docs/method.md promises of each rule, and numbers computed by another program.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ struct Errors {
   double radiance = 0, transmittance = 0;  ///< RMS over phases
 };
 
-/// RMS over the phases of the lattice, from `first` to `last`.
+/// RMS over the phases of the lattice, for the segment from `first` to `last`.
 Errors errors(Integrator rule, const SmoothRay& field, double first, double last, double h,
               int phases = 16, bool corrected = false) {
   const FormulaRay ray{[&](double x) { return field.tau(x); }, [&](double x) { return field.L(x); },
@@ -53,7 +53,8 @@ double order(Integrator rule, const SmoothRay& field, double first, double last,
 }
 
 const std::vector<double> halving{1, 0.5, 0.25, 0.125, 0.0625};
-// Where a ray ends inside, terms of several signs and orders meet: coarser steps see them cross.
+// If a ray ends inside the medium, terms of several signs and orders meet: at coarse steps they can
+// cancel.
 const std::vector<double> fine{1.0 / 8, 1.0 / 16, 1.0 / 32, 1.0 / 64, 1.0 / 128};
 
 class Convergence : public testing::TestWithParam<double> {
@@ -64,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(K, Convergence, testing::Values(0.3, 3.0, 30.0));
 
 constexpr double far = 9 * 8;  // where exp(-s^2) is 7e-36: vacuum
 
-/// The rules of second order wherever a ray begins and ends.
+/// The rules with second order wherever a ray begins and ends.
 constexpr Integrator second_order[] = {Integrator::midpoint,         Integrator::average,
                                        Integrator::linear_luminance, Integrator::opacity_linear,
                                        Integrator::psi_weighted,     Integrator::psi_exact,
@@ -74,15 +75,15 @@ TEST_P(Convergence, FromVacuumToVacuum) {
   for (const Integrator rule : second_order)
     EXPECT_GE(order(rule, field, -far, far, halving), 1.9) << info(rule).name;
   EXPECT_GE(order(Integrator::porter_duff, field, -far, far, halving), 1.9);
-  // At K 30 a step of 1 is up to 3.75 optical depths: the asymptotic order starts at 1/2.
+  // At K 30 a step of 1 is up to 3.75 optical depths; asymptotic behaviour starts at 1/2.
   std::vector<double> steps = halving;
   if (GetParam() == 30) steps.erase(steps.begin());
   EXPECT_GE(order(Integrator::psi_balanced, field, -far, far, steps), 3.8);
 }
 
-// psi-fit and psi-table have no order of their own: their share of the back end is off by d at most
-// however short the step, where psi_rules_test measures d. That moves the picture by sum T (1 -
-// zeta) d |L_f - L_b| <= d max|L_f - L_b| <= d h 0.6 1.3/8.
+// psi-fit and psi-table have no order of their own. Their share of the back end is off by at most d
+// however short the step; psi_rules_test measures d. That changes the picture by sum T (1 - zeta) d
+// |L_f - L_b| <= d max|L_f - L_b| <= d h 0.6 1.3/8.
 TEST_P(Convergence, ApproximationsFollowPsiExact) {
   const double first = -0.6 * 8 + 0.0123, last = 0.9 * 8 - 0.0077;
   const std::pair<Integrator, double> rules[] = {{Integrator::psi_fit, 4.7e-3},
@@ -102,14 +103,14 @@ TEST_P(Convergence, PorterDuffIsMidpointFromVacuumToVacuum) {
   for (const double h : {2.0, 1.0, 0.5, 0.25}) {
     const double a = errors(Integrator::porter_duff, field, -far, far, h, 64).radiance;
     const double b = errors(Integrator::midpoint, field, -far, far, h, 64).radiance;
-    // The same sums over lattices that differ by half a step. What is left is that the first and
-    // last steps here are cut at the ray's ends, in vacuum.
+    // The same sums over lattices that differ by half a step. They differ only because the first
+    // and last steps here are cut at the ray's ends, in vacuum.
     EXPECT_NEAR(a / b, 1, 1e-3) << h;
   }
 }
 
 TEST_P(Convergence, FromInside) {
-  // The camera at s = -0.6, the box's face at s = 0.9, off every lattice.
+  // The camera at s = -0.6 and the box's face at s = 0.9, both off every lattice.
   const double first = -0.6 * 8 + 0.0123, last = 0.9 * 8 - 0.0077;
   for (const Integrator rule : second_order)
     EXPECT_GE(order(rule, field, first, last, fine), 1.9) << info(rule).name;
@@ -119,8 +120,8 @@ TEST_P(Convergence, FromInside) {
 
 TEST_P(Convergence, EndCorrectionsKeepTheOrderFromInside) {
   const double first = -0.6 * 8 + 0.0123, last = 0.9 * 8 - 0.0077;
-  // At K 30 a step of 1/4 is up to an optical depth: the asymptotic order starts at 1/8, and below
-  // 1/32 at K 0.3 the errors are of rounding's size.
+  // At K 30 a step of 1/4 is up to one optical depth: asymptotic behaviour starts at 1/8. At K 0.3
+  // the errors below 1/32 are no larger than rounding.
   std::vector<double> steps{0.25, 0.125, 0.0625, 0.03125};
   if (GetParam() == 30) steps = {0.125, 0.0625, 0.03125, 0.015625};
   EXPECT_GE(order(Integrator::psi_balanced, field, first, last, steps, true), 3.8);
@@ -128,12 +129,12 @@ TEST_P(Convergence, EndCorrectionsKeepTheOrderFromInside) {
 }
 
 TEST_P(Convergence, IntoTheBoxFace) {
-  // From vacuum to a cropped box's face in the middle of the medium.
+  // From vacuum to the face of a cropped box in the middle of the medium.
   const double last = 0.25 * 8 + 0.0123;
   for (const Integrator rule : second_order)
     EXPECT_GE(order(rule, field, -far, last, fine), 1.9) << info(rule).name;
   EXPECT_GE(order(Integrator::psi_balanced, field, -far, last, fine), 1.9);
-  // At K 30 nothing is seen of the face: vacuum to vacuum.
+  // At K 30 the face is invisible: this is vacuum to vacuum.
   const double expected = GetParam() == 30 ? 2.0 : 1.0;
   EXPECT_NEAR(order(Integrator::porter_duff, field, -far, last, fine), expected, 0.15);
 }
@@ -149,8 +150,8 @@ TEST_P(Convergence, ConstantLuminanceIsFurnaceExact) {
   }
 }
 
-/// Computed by another program, in float64: 144 steps over 18, RMS over the lattice's phases, to
-/// its two digits.
+/// Computed by another program in float64: 144 steps over 18, RMS over the lattice's phases. Given
+/// to its two digits.
 TEST(ConvergenceTable, OfAnotherProgram) {
   struct Row {
     Integrator rule;

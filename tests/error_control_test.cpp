@@ -17,7 +17,7 @@ View with_tolerance(View view, double tolerance) {
   return view;
 }
 
-/// A made field as the test wants it: noise is rough, soft spheres are smooth.
+/// A made field: noise is rough, soft spheres are smooth.
 View blobs(bool own_luminance, glm::ivec2 resolution = {96, 96}) {
   Scene scene;
   scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";
@@ -32,7 +32,7 @@ Image planned(const MarchPlan& plan, const MediumAtlas& atlas) {
       .image;
 }
 
-/// A picture of a plan against the double reference.
+/// Compares the picture of a plan with the double reference.
 Comparison achieved(const MarchPlan& plan, const MediumAtlas& atlas) {
   const Image truth = render_reference(plan.march->view).image;
   return compare_images(planned(plan, atlas), truth);
@@ -48,8 +48,8 @@ TEST(PlanMarch, TheErrorIsWhatWasAskedFor) {
       const Comparison error = achieved(plan, atlas);
       EXPECT_LE(error.rms, tolerance) << method_text(plan.chosen.method);
       EXPECT_LE(error.max, 30 * tolerance) << method_text(plan.chosen.method);
-      // the estimate is of 800 of 9216 pixels whose errors differ: half of it or twice it would be
-      // many standard deviations off; below 1e-6 it is a bound on rounding, no estimate
+      // The estimate uses 800 of 9216 pixels, whose errors differ; half of it or twice it would be
+      // many standard deviations off. Below 1e-6 it is a bound on rounding, not an estimate.
       if (plan.chosen.rms < 1e-6) continue;
       EXPECT_LE(plan.chosen.rms, 2 * error.rms);
       EXPECT_GE(plan.chosen.rms, error.rms / 2);
@@ -83,7 +83,7 @@ TEST(PlanMarch, WhatCannotBeReachedIsMarchedExactly) {
   EXPECT_EQ(plan.march->view.scene.integrator, Integrator::cell_exact);
 }
 
-/// A smooth fog with one opaque voxel, which takes less than a pixel.
+/// A smooth fog with one opaque voxel, which covers less than a pixel.
 View fog_with_a_grain() {
   const auto value = [](const glm::ivec3& at) {
     const glm::dvec3 d = glm::dvec3(at) - 40.0;
@@ -99,7 +99,7 @@ TEST(PlanMarch, AFeatureThatNoPilotRayMeetsIsNotLost) {
   const MarchPlan plan = plan_march(view, atlas);
   const Comparison error = achieved(plan, atlas);
   EXPECT_LE(error.max, 0.3) << method_text(plan.chosen.method);
-  // without bounds a lattice as wide as the fog allows loses it
+  // without the bounds, a lattice as wide as the fog allows would miss it
   const View& marched = plan.march->view;
   ASSERT_EQ(marched.scene.sampling, Sampling::uniform);
   ASSERT_TRUE(plan.march->brick_steps);
@@ -127,7 +127,7 @@ TEST(Confirm, TheEstimateIsOfWhatTheDeviceDrew) {
   MarchPlan plan = plan_march(view, build_medium_atlas(view));
   Image drawn = plan.march->truth;
   EXPECT_EQ(pilot_view(plan.march->view).scene.resolution, glm::ivec2(drawn.width, drawn.height));
-  for (float& value : drawn.rgba()) value += 0.25f;  // a device that is far off
+  for (float& value : drawn.rgba()) value += 0.25f;  // a device with large errors
   confirm(plan, drawn);
   EXPECT_NEAR(plan.chosen.rms, 0.25, 1e-7);
   EXPECT_NEAR(plan.chosen.max, 0.25, 1e-7);
@@ -147,7 +147,7 @@ TEST(ErrorLayer, ItsRmsIsThePictures) {
   for (const float v : layer.values) squares += double(v) * double(v);
   const Comparison c = compare_images(coarse, exact);
   EXPECT_GT(c.rms, 0);
-  EXPECT_NEAR(std::sqrt(squares / 1200), c.rms, 1e-6 * c.rms);  // float32 of 1200 sums
+  EXPECT_NEAR(std::sqrt(squares / 1200), c.rms, 1e-6 * c.rms);  // float32 rounding of 1200 sums
 }
 
 TEST(CheckError, EveryPixelGivesThePicturesError) {
@@ -170,7 +170,7 @@ TEST(CheckError, EveryPixelGivesThePicturesError) {
 }
 
 TEST(BrickKinks, OfFacesToo) {
-  // a ramp that begins on a brick's face: inside each brick it is linear
+  // a ramp that begins on a brick's face, so that it is linear inside each brick
   const auto value = [](const glm::ivec3& at) { return at.x < 8 ? 0.0f : float(at.x - 8); };
   const BrickAtlas atlas = build_atlas(make_field({glm::ivec3(0), glm::ivec3(23)}, value));
   const std::vector<float> kinks = brick_kinks(atlas);

@@ -1,4 +1,5 @@
-// Functions of value and gradient in pictures: the GPU, the march in double and the reference.
+// Pictures by functions of value and gradient: compares the GPU, the march in double and the
+// reference.
 
 #include <gtest/gtest.h>
 
@@ -14,8 +15,8 @@ namespace {
 
 Scene scene_of(int side = 24) { return looking(small_scene(side), {60, 70, 90}, {10, 12, 11}); }
 
-/// The GPU's arithmetic against double: RMS below 1e-6, what MATH asks of float32, and as much as
-/// the steepest function makes of a value's rounding at one pixel.
+/// Bound for the GPU's arithmetic against double: RMS below 1e-6, as MATH requires of float32, plus
+/// the effect of the steepest function on a value's rounding at one pixel.
 void expect_same(const std::string& what, const Image& gl, const Image& reference) {
   const Comparison c = difference(what, gl, reference);
   EXPECT_LT(c.rms, 1e-6) << what;
@@ -75,12 +76,12 @@ TEST_F(GradientMarch, HardwareFilteringIsNear) {
   const Image exact = gl_picture(view);
   view.scene.filter = Filter::hardware;
   const Comparison c = difference("hardware", gl_picture(view), exact);
-  // weights of 8 bits at worst: 1/256 of a voxel, over the table's steepest passage of 0.25 in
-  // value, four voxels here; and cubics that are quadratics
+  // weights of 8 bits in the worst case: 1/256 of a voxel, over the table's steepest passage of
+  // 0.25 in value, here four voxels; and cubics that are quadratics
   EXPECT_LT(c.rms, 5e-3);
 }
 
-/// Order of an error that falls from `coarse` to `fine` over so many halvings.
+/// Order of an error that falls from `coarse` to `fine` over `halvings` halvings.
 double order(double coarse, double fine, int halvings) {
   return std::log2(coarse / fine) / halvings;
 }
@@ -100,8 +101,8 @@ TEST(GradientConvergence, IsOfSecondOrderTowardsTheReference) {
         view.scene.segments = n;
         errors.push_back(error("segments ", n));
       }
-      // Kinks meet the segments' ends at all phases, so that the fit over four halvings, not each
-      // of them, has the order; a first-order error would fall to a sixteenth.
+      // Kinks meet the segments' ends at all phases, so the fit over four halvings has the order,
+      // but not each halving. A first-order error would fall to a sixteenth.
       EXPECT_GT(order(errors.front(), errors.back(), 4), 1.6);
       std::printf("  order by segments %.2f\n", order(errors.front(), errors.back(), 4));
       view.scene.sampling = Sampling::uniform;
@@ -119,7 +120,7 @@ TEST(GradientConvergence, IsOfSecondOrderTowardsTheReference) {
 TEST(GradientConvergence, HoldsInAnyTransformAndMode) {
   const glm::dvec3 middle(sheared * glm::dvec4(19, 17, 15, 1));
   Scene scene = looking(small_scene(16), middle + glm::dvec3(30, 25, 40), middle);
-  // gradients of the blobs are some 0.1/0.5 here, thicknesses 0.6
+  // here the gradients of the blobs are about 0.1/0.5, thicknesses 0.6
   const TransferFunction thin({{0, 0, {1, 0.2, 0}}, {1, 0, {0, 0.5, 1}}}, true,
                               {.isosurfaces = {{0.3, 0.6, 1}, {0.7, 0.5, 2}}});
   for (const Mode mode : {Mode::alpha, Mode::back_to_front, Mode::xray}) {
@@ -135,7 +136,7 @@ TEST(GradientConvergence, HoldsInAnyTransformAndMode) {
   }
 }
 
-// --- next to functions of the value alone --------------------------------------------------------
+// --- compared with functions of the value alone --------------------------------------------------
 
 const std::vector<TransferPoint> peaks{{0.1, 0, {1, 0.2, 0}},
                                        {0.3, 0.6, {0.2, 1, 0}},
@@ -158,15 +159,15 @@ TEST_F(GradientMarch, EqualColumnsAreTheFunctionOfTheValue) {
     View view = view_by(scene, by_equal_columns(), mixed());
     ASSERT_TRUE(view.medium.gradient);
     expect_content(double_picture(plain));
-    // Under uniform a run of one value is one closed step without a gradient, and many with it:
-    // only the places of the others' samples are the same there.
+    // Under uniform sampling a run of one value is one closed step without a gradient, and many
+    // with it. The two share only the places of the other samples.
     if (!step) {
       expect_same("double", double_picture(view), double_picture(plain));
       expect_same("gl", gl_picture(view), gl_picture(plain));
     }
     const double off =
         difference("reference", render_reference(view).image, render_reference(plain).image).max;
-    EXPECT_LT(off, 1e-7);  // float32 of both
+    EXPECT_LT(off, 1e-7);  // both are float32
     if (step) {
       const View smooth = view_by(scene, TransferFunction(peaks), blobs());
       const View same = view_by(scene, by_equal_columns(), blobs());
@@ -193,7 +194,7 @@ TEST(GradientCost, IsNoneWithoutAGradient) {
   EXPECT_LT(make_march_setup(plain, without).tables.size(),
             make_march_setup(view, with).tables.size());
   EXPECT_EQ(make_march_setup(plain, without).parameters.gradient_columns, 0);
-  // look-ups: of the gradient's bricks too
+  // look-ups include the gradient's bricks
   RenderOptions count;
   count.count = true;
   EXPECT_GT(render_double(view, with, count).stats.samples,
@@ -203,8 +204,8 @@ TEST(GradientCost, IsNoneWithoutAGradient) {
 // --- what is skipped -----------------------------------------------------------------------------
 
 TEST(GradientSkipping, LeavesOutBricksOfOtherValuesAndFlatOnes) {
-  // One small steep blob passes 0.9. The flat half is steepest in its corners, where it falls to 0
-  // over two voxels: 0.26 a voxel, so that a shell 2 voxels thick reaches from 0.9 down to 0.38.
+  // One small steep blob exceeds 0.9. The flat half is steepest in its corners, where it falls to 0
+  // over two voxels: 0.26 per voxel, so a shell 2 voxels thick reaches from 0.9 down to 0.38.
   const Field field = make_field({{0, 0, 0}, {71, 71, 71}}, [](glm::ivec3 v) {
     return v.x >= 40 ? 0.299f : blobs_at(glm::dvec3(v));
   });
@@ -215,13 +216,13 @@ TEST(GradientSkipping, LeavesOutBricksOfOtherValuesAndFlatOnes) {
   EXPECT_EQ(shown.constant_bricks, 0u);
   EXPECT_LT(2 * shown.textured_bricks, all.textured_bricks);
   EXPECT_GT(shown.textured_bricks, 3u);
-  // Its own value is seen though nothing changes there.
+  // Its own value is visible, although nothing changes there.
   const TransferFunction flat({TransferPoint{}}, false, {.isosurfaces = {{0.299f, 1, 1}}});
   EXPECT_GT(build_medium_atlas(view_by(scene_of(), flat, field)).density.size.constant_bricks,
             100u);
 }
 
-/// A box of values beside what is not stored, whose gradients reach a voxel into that.
+/// A box of values next to unstored voxels; its gradients reach one voxel into those.
 Field box_of_leaf() {
   return make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 1.f; });
 }
@@ -234,8 +235,8 @@ TEST(GradientSkipping, FindsGradientsWhereNothingIsStored) {
   const Image reference = render_reference(view).image;
   expect_content(reference);
   view.scene.segments = 16;
-  // second order: measured 1.9e-2 with 1 segment, and 16 are 256 times as good; a missing brick is
-  // more than 1e-2
+  // second order: 1.9e-2 measured with 1 segment, so 16 segments are 256 times as accurate; a
+  // missing brick costs more than 1e-2
   EXPECT_LT(difference("cells", double_picture(view), reference).rms, 3e-4);
   view.scene.sampling = Sampling::uniform;
   view.scene.step = 1.0 / 16;
@@ -263,7 +264,7 @@ TEST(GradientSkipping, TilesAreWhatTheirVoxelsAre) {
     ASSERT_FALSE(b.medium.density->tiles.empty());
     const Image picture = double_picture(b);
     expect_content(picture);
-    // the same values by other kinds of bricks: rounding of float32 pictures
+    // the same values in other kinds of bricks; the bound is the rounding of float32 pictures
     EXPECT_LT(difference("tiles", double_picture(a), picture).max, 1e-6);
     const Image reference = render_reference(b).image;
     View fine = b;
@@ -314,8 +315,8 @@ TEST_F(GradientMarch, LightIsTheSameFromAllThree) {
   const double arithmetic =
       rms(Gpu::renderer()->light_depths(view)(some), march_double_light_depths(view, atlas)(some));
   std::printf("  arithmetic %.1e\n", arithmetic);
-  EXPECT_LT(arithmetic, 2e-6);  // depths of up to 10
-  // And the picture that it lights.
+  EXPECT_LT(arithmetic, 2e-6);  // for depths up to 10
+  // Compares the picture that it lights.
   view = lit(view, march_double_light_depths(view, atlas));
   const Image gl = gl_picture(view);
   expect_content(gl);

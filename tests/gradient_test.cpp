@@ -1,5 +1,5 @@
-// Transfer functions of value and gradient: their numbers and their file, the gradient of voxels,
-// what is refused, and the reference.
+// Transfer functions of value and gradient: their numbers, their file, the gradient of voxels,
+// refused input, and the reference.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// The message of the error of that code that `action` throws, or what went wrong instead.
+/// The message of the error that `action` throws, if it has that code; otherwise what went wrong.
 template <typename Action>
 std::string error_of(ExitCode code, Action action) {
   try {
@@ -48,7 +48,7 @@ TEST(GradientPart, IsBilinearBetweenKnotsAndConstantBeyond) {
   EXPECT_EQ(f.attenuation(1.5, 2.5), 0.75 * (0.75 * 1 + 0.25 * 2) + 0.25 * (0.75 * 3 + 0.25 * 5));
   EXPECT_EQ(f.attenuation(0, 0), 1);
   EXPECT_EQ(f.attenuation(9, 9), 5);
-  EXPECT_EQ(f.at(1).attenuation, 2);  // the row's greatest
+  EXPECT_EQ(f.at(1).attenuation, 2);  // the largest in the row
   EXPECT_EQ(f.at(3).attenuation, 5);
   EXPECT_TRUE(f.has_gradient());
   EXPECT_FALSE(TransferFunction({{1, 7, {}}}).has_gradient());
@@ -190,7 +190,7 @@ TEST(GradientOfVoxels, IsExactOfLinearFieldsInAnyTransform) {
     const glm::dmat3 normal = glm::transpose(glm::inverse(glm::dmat3(m)));
     double size = 0;
     for (int axis = 0; axis < 3; ++axis) size += glm::dot(normal[axis], normal[axis]);
-    // Values below 64 are right to 2^-19 each, and so is half a difference; then one float32.
+    // Values below 64 are exact to 2^-19, and so is half a difference; then one float32 rounding.
     const double off = std::sqrt(size) * std::sqrt(3.0) * 0x1p-19 + 0x1p-23;
     for (int x = -2; x <= 11; ++x)
       for (int y = 3; y <= 13; ++y)
@@ -212,13 +212,13 @@ TEST(GradientOfVoxels, IsOneOfADistance) {
         const double r = glm::distance(glm::dvec3(x, y, z), center);
         if (r < 4) continue;
         // A central difference is off by a sixth of the third derivative of the distance, which is
-        // at most 1.155/r^2 along any axis (3 c (1 - c^2) of a cosine c); 2e-6: float32 values.
+        // at most 1.155/r^2 along any axis (3 c (1 - c^2), c a cosine). 2e-6 covers float32 values.
         ASSERT_NEAR(double(gradient({x, y, z}).x), 1,
                     std::sqrt(3.0) * 1.155 / 6 / ((r - 1) * (r - 1)) + 2e-6);
       }
 }
 
-/// A wide tile beside leaves, a narrow one, and the same all in leaves.
+/// A wide tile beside leaves, a narrow one, and the same values all in leaves.
 Field tiled(bool leaves_only) {
   const auto value = [](glm::ivec3 v) {
     if (v.x >= 128 || v.y >= 128 || v.z >= 128) return noise(v);
@@ -283,7 +283,7 @@ TEST(AttenuationOfVoxels, IsTheFunctionOfEachVoxel) {
 
 // --- the reference -------------------------------------------------------------------------------
 
-/// A ray by very many samples of the interpolated grids, as many in each cell.
+/// Integrates a ray with very many samples of the interpolated grids, equally many in each cell.
 RayRadiance sampled(const Medium& medium, const WorldRay& ray, double length, int samples) {
   const PlainField value(*medium.density), gradient(*medium.gradient);
   std::vector<double> faces{0, length};
@@ -317,9 +317,10 @@ TEST(GradientReference, AgreesWithSamples) {
     medium.transfer = std::make_shared<const TransferFunction>(random_gradient_function(random, i));
     for (const WorldRay& ray : rays_through(a, b, 3)) {
       const RayRadiance r = ray_radiance(medium, ray);
-      // Cells are 1 long at most here, h = 1/2000 of it. The rule of the middle is off by h^2/24 of
-      // a slope's change, 1e-8 times slopes of 100 (a shell 0.05 wide in value, passed at 5 a
-      // cell), in some 40 cells; at the jump, of attenuations up to 1, by h/2 of it, some 10 times.
+      // Cells are at most 1 long here, and h = 1/2000 of a cell. The midpoint rule is off by h^2/24
+      // times the change of slope: 1e-8 times slopes of 100 (a shell 0.05 wide in value, crossed at
+      // 5 per cell), in about 40 cells. At the jump of attenuations up to 1 it is off by h/2 of the
+      // jump, about 10 times.
       const RayRadiance s = sampled(medium, ray, 40, 2000);
       const double off = i == 3 ? 1.5 * 10 * 0.5 / 2000 : 4e-5;
       EXPECT_GT(s.optical_depth, 0.05);
@@ -328,7 +329,7 @@ TEST(GradientReference, AgreesWithSamples) {
       const RayMedium ready(medium);
       const RayDepth whole = RayIntegrator(ready, 1e-12).whole_depth(ray);
       EXPECT_NEAR(whole.depth, r.optical_depth, whole.error + r.error);
-      // fits to 1e-11 of the attenuation along optical depths of some 10
+      // fits to 1e-11 of the attenuation, along optical depths of about 10
       EXPECT_LT(r.error, 1e-8);
       EXPECT_LT(whole.error, 1e-8);
     }
@@ -354,8 +355,8 @@ TEST(GradientReference, EqualColumnsAreTheFunctionOfTheValue) {
   }
 }
 
-// Levoy's purpose: shells of one thickness whatever the slope. v = f + s (r - R) around a point,
-// the slope s between 0.5 and 1.5 with the direction.
+// Levoy's purpose: shells of constant thickness for any slope. v = f + s (r - R) around a point;
+// the slope s varies between 0.5 and 1.5 with direction.
 TEST(IsosurfaceShell, IsEquallyThickWhateverTheSlope) {
   const double R = 20, thickness = 2, K = 0.7;
   const glm::dvec3 center(31.7, 32.2, 31.4);
@@ -378,7 +379,7 @@ TEST(IsosurfaceShell, IsEquallyThickWhateverTheSlope) {
     const double s = slope(ray.direction);
     least_slope = std::min(least_slope, s);
     most_slope = std::max(most_slope, s);
-    // where the depth begins to grow and where it no longer does
+    // the t at which the depth starts to grow, and at which it stops
     const auto depth = [&](double r) {
       return integrator.optical_depth(ray, R - 2 * thickness, r);
     };
@@ -391,7 +392,7 @@ TEST(IsosurfaceShell, IsEquallyThickWhateverTheSlope) {
       }
       return hi;
     };
-    // of a tent 1e-6 of the depth lies in the outer sqrt(1e-6 / 2) of its width
+    // 1e-6 of a tent's depth lies in the outer sqrt(1e-6 / 2) of its width
     const double width = (reach(1 - 1e-6) - reach(1e-6)) / (1 - 2 * std::sqrt(0.5e-6));
     least = std::min(least, width);
     most = std::max(most, width);
@@ -402,10 +403,10 @@ TEST(IsosurfaceShell, IsEquallyThickWhateverTheSlope) {
               least_slope, most_slope, least, most, 2 * thickness, least_depth, most_depth,
               K * thickness);
   EXPECT_GT(most_slope / least_slope, 2.5);
-  // Across the shell v bends by s/r times two in the faces' directions, of which trilinear
-  // interpolation makes at most 2/8 s/(R - 2) voxels of distance [0.014], on either side; the
-  // slope's own change over the sphere, 0.5/R, adds a (0.5 thickness/R)^2/2 [0.001] to the
-  // gradient's magnitude, the differences 0.2/(R - 3)^2 [0.001].
+  // The second derivatives of v in the two directions along the shell sum to 2 s/r. Trilinear
+  // interpolation therefore shifts the shell by at most 2/8 s/(R - 2) voxels [0.014] on either
+  // side. The slope's own change over the sphere, 0.5/R, adds (0.5 thickness/R)^2/2 [0.001] to the
+  // gradient's magnitude, and the differences add 0.2/(R - 3)^2 [0.001].
   const double off = 2 * (0.014 + thickness * (0.001 + 0.001)) * 1.5;
   EXPECT_NEAR(least, 2 * thickness, off);
   EXPECT_NEAR(most, 2 * thickness, off);

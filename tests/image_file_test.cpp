@@ -1,4 +1,4 @@
-// Damaged files, targets that cannot be written, and what is left of them.
+// Damaged files, targets that cannot be written, and the files left behind.
 #include "image_cases.h"
 
 namespace psivox {
@@ -59,7 +59,7 @@ TEST_F(ImageTest, EveryDamagedByteOfAnExrIsAnErrorOrAPicture) {
   const std::string whole = contents(file("a.exr"));
   const std::size_t data_window = whole.find("dataWindow") + 21;
   for (std::size_t i = 0; i < whole.size(); ++i) {
-    // Millions of columns are legal and zip needs no bytes for them: that costs memory, no more.
+    // Millions of columns are legal, and zip needs no bytes for them: they only cost memory.
     if (i >= data_window && i < data_window + 16) continue;
     std::string damaged = whole;
     damaged[i] = static_cast<char>(damaged[i] ^ 1);
@@ -128,7 +128,7 @@ TEST_F(ImageTest, ASymbolicLinkIsFollowedNotReplaced) {
 }
 
 TEST_F(ImageTest, AFullDiskIsAnErrorAndLeavesTheOldFile) {
-  // A limit on the size of files fails a write as a full disk does: short, then with an errno.
+  // A limit on file size fails a write as a full disk does: first a short write, then an errno.
   const Image image = noise(64, 64, {"depth"});
   const auto previous_handler = std::signal(SIGXFSZ, SIG_IGN);
   rlimit previous{};
@@ -137,7 +137,7 @@ TEST_F(ImageTest, AFullDiskIsAnErrorAndLeavesTheOldFile) {
     write_image(image, file("whole").replace_extension(fs::path(name).extension()));
     const auto size = fs::file_size(file("whole").replace_extension(fs::path(name).extension()));
     put_contents(file(name), "old");
-    // From the first byte to the last one, which leaves a buffer only when the file is closed.
+    // From the first byte to the last, which leaves the buffer only when the file is closed.
     for (const auto limit : {std::uintmax_t{0}, std::uintmax_t{100}, size / 2, size - 1}) {
       rlimit tight = previous;
       tight.rlim_cur = limit;

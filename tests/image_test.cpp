@@ -1,11 +1,11 @@
-// What EXR and PNG files hold, written and read.
+// Contents of EXR and PNG files, written and read.
 #include "image_cases.h"
 
 namespace psivox {
 namespace {
 
 TEST_F(ImageTest, ExrKeepsEveryBitOfEveryLayer) {
-  // 300 rows are more than one band of the writer; 37 columns align with nothing.
+  // 300 rows exceed one band of the writer; 37 columns align with nothing.
   Image image = noise(37, 300, {"depth", "steps"});
   image.layers.push_back({"normal", {"X", "Y", "Z"}, std::vector<float>(37 * 300 * 3, 0.25f)});
   image.layers.push_back({"debug.cost", {"debug.cost"}, std::vector<float>(37 * 300, 16777215)});
@@ -42,7 +42,7 @@ TEST_F(ImageTest, ExrNamesChannelsAfterTheirLayersAndIsZippedFloat) {
 
 TEST_F(ImageTest, HalfRoundsThePictureAndLeavesLayersFloat) {
   Image image = noise(5, 5, {"depth"});
-  image.rgba()[0] = 1 + 0x1p-11f;  // a tie, between 1 and the next half: to even
+  image.rgba()[0] = 1 + 0x1p-11f;  // a tie between 1 and the next half: rounds to even
   image.rgba()[1] = -inf;
   image.rgba()[2] = nan;
   image.rgba()[4] = 1e6f;
@@ -55,8 +55,8 @@ TEST_F(ImageTest, HalfRoundsThePictureAndLeavesLayersFloat) {
   EXPECT_TRUE(std::isnan(back.rgba()[2]));
   EXPECT_EQ(back.rgba()[4], inf);
   for (std::size_t i = 5; i < back.rgba().size(); ++i) {
-    // Half has 11 significant bits: half a unit in the last place is 2^-11 of a value below 1 at
-    // most.
+    // Half has 11 significant bits: half a unit in the last place is at most 2^-11 for a value
+    // below 1.
     EXPECT_NEAR(back.rgba()[i], image.rgba()[i], 0x1p-12f);
   }
   EXPECT_EQ(back.layers[1].values, image.layers[1].values);
@@ -76,7 +76,7 @@ TEST_F(ImageTest, MetadataReturnsByteForByteFromBothFormats) {
     EXPECT_EQ(read_metadata(file(name), "psivox:absent"), "");
     EXPECT_TRUE(read_image(file(name)).metadata == image.metadata);
   }
-  // Under these very names for exrheader and other readers too.
+  // exrheader and other readers know these names.
   for (const auto& [key, value] : image.metadata) {
     EXPECT_TRUE(exr_header(file("a.exr")).at(key) == value) << key;
   }
@@ -149,7 +149,7 @@ TEST_F(ImageTest, PngReadsBackLinearAndPremultiplied) {
     EXPECT_EQ(contents(file("a.png"))[24], bits);  // after the signature, IHDR's name and the size
     const Image back = read_image(file("a.png"));
     EXPECT_LE(largest_difference(back, colours()), srgb_error(bits));
-    // What came from a PNG becomes the same PNG.
+    // A picture read from a PNG writes the same PNG.
     write_image(back, file("b.png"), {.bits = bits});
     EXPECT_TRUE(contents(file("b.png")) == contents(file("a.png")));
   }
@@ -172,7 +172,7 @@ TEST_F(ImageTest, OptionsThatAFormatDoesNotHaveAreUsageErrors) {
 TEST(Srgb, IsInvertedInEveryCode) {
   for (int code = 0; code <= 65535; ++code) {
     const double v = code / 65535.0;
-    // Rounding alone: a few units in the last place of numbers up to 1.
+    // Rounding only: a few units in the last place of numbers up to 1.
     ASSERT_NEAR(srgb_from_linear(linear_from_srgb(v)), v, 1e-15) << code;
     ASSERT_NEAR(srgb_from_linear(linear_from_srgb(float(v))), float(v), 1e-6f) << code;
   }
@@ -194,7 +194,7 @@ TEST_F(ImageTest, ReadsPicturesOfOtherPrograms) {
   write_with_oiio(file("rgb.exr"), spec, {1, 2, 3});
   EXPECT_EQ(read_image(file("rgb.exr")).layers[0].values, (std::vector<float>{1, 2, 3, 1}));
 
-  // The format is the contents', not the name's.
+  // The contents, not the name, decide the format.
   fs::copy(file("rgb.exr"), file("rgb.png"));
   EXPECT_EQ(read_image(file("rgb.png")).layers[0].values, (std::vector<float>{1, 2, 3, 1}));
 
@@ -211,7 +211,7 @@ TEST_F(ImageTest, ReadsPicturesOfOtherPrograms) {
   std::copy_n(std::vector<float>{1, 2, 3, 1}.begin(), 4, expected.begin() + 16);
   EXPECT_EQ(crop.layers[0].values, expected);
 
-  // Overscan: the other way round.
+  // Overscan: the data window is larger than the display window.
   spec = OIIO::ImageSpec(3, 1, 3, OIIO::TypeFloat);
   spec.x = -1;
   spec.full_width = 1;

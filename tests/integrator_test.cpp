@@ -1,4 +1,4 @@
-// The formulas of shaders/math and shaders/integrators, in float and in double, against their
+// Compares the formulas of shaders/math and shaders/integrators, in float and in double, with their
 // definitions in long double.
 
 #include "psivox/integrators.h"
@@ -18,9 +18,10 @@ namespace {
 
 template <typename Math>
 struct Bounds;
-// decay in float32: e^{-x} carries the rounding of x n ln 2 + r (2 ulp of r, |r| <= 0.35) and of
-// q, s q (1 each), half-ulps of 6e-8: under 4e-7. 1 - h above its crossover divides by up to 1/4.7
-// of the cancelled sum: 3.7 times as much. minus_log_1m: six products and a division, 4e-7.
+// decay in float32: e^{-x} carries the rounding of x n ln 2 + r (2 ulp of r, |r| <= 0.35) and of q,
+// s q (1 each), half-ulps of 6e-8: under 4e-7. Above its crossover 1 - h divides the cancelled sum
+// by as little as 1/4.7 of it: 3.7 times as much error. minus_log_1m has six products and a
+// division: 4e-7.
 template <>
 struct Bounds<glsl32::Math> {
   static constexpr wide decay = 4e-7L, log = 4e-7L, h = 6e-7L, one_minus_h = 2e-6L;
@@ -115,7 +116,8 @@ WideWeights balanced(wide x_f, wide x_b) {
   return {a_f + e_f * p, 0, e_f * (a_b - p), e_f * e_b};
 }
 
-/// For each rule: weights never negative, their sum 1 - zeta of the depth that it returns.
+/// Checks for each rule that weights are never negative and sum to 1 - zeta of the depth it
+/// returns.
 template <typename Math, typename Rule>
 Worst furnace(const Math& math, Rule rule, const std::vector<double>& xs) {
   using real = typename Math::real;
@@ -137,7 +139,7 @@ TYPED_TEST(ShaderMath, WeightsArePositiveAndSumToTheOpacity) {
   using Weights = typename TypeParam::Weights;
   using Segment = typename TypeParam::Segment;
   const std::vector<double> xs = log_spaced(1e-12, 1e4, 20);
-  // Relative to 1 - zeta, which is stricter than "to rounding of 1": decay's error, and that of
+  // Relative to 1 - zeta, which is stricter than "to rounding of 1". It allows decay's error and
   // the 3 to 5 roundings of the sum.
   const wide bound = 3 * Bounds<TypeParam>::decay;
 #define PSIVOX_ROW(name, middle, exact, cost, help)                                   \
@@ -184,11 +186,12 @@ TYPED_TEST(ShaderMath, PsiWeightedAgainstItsFormula) {
   EXPECT_LE(zeta.error, sizeof(real) == 4 ? 2e-7L : 4e-16L);
 }
 
-// w_b = e_f (a_b - p) is a difference that passes through 0: min() holds it there. Near that curve,
-// and where both terms round to 1, its relative error has no bound for any arithmetic: the inputs'
-// own rounding moves it as much. What is bounded is the error relative to e_f a_b, the light that
-// the back end could send, hence to the opacity; and w_b's own where a tenth of it is left.
-// balance() just above its crossover, p = 1 - q = y^2/6, carries the 3 roundings of q; half of them
+// w_b = e_f (a_b - p) is a difference that passes through 0; min() keeps it there. Near that curve,
+// and where both terms round to 1, no arithmetic bounds its relative error: the rounding of the
+// inputs changes it as much. The tests bound the error relative to e_f a_b, the light that the back
+// end could send, and so to the opacity; and the error relative to w_b if at least a tenth of it is
+// left. Just above its crossover, balance() (p = 1 - q = y^2/6) carries the 3 roundings of q; half
+// of them over a_b >= p/2 is 4e-6 in float (y = 1/2) and 1e-12 in double (y = 0.05).
 // over a_b >= p/2 is 4e-6 in float (y = 1/2) and 1e-12 in double (y = 0.05).
 TYPED_TEST(ShaderMath, PsiBalancedAgainstItsFormula) {
   using real = typename TypeParam::real;
@@ -242,7 +245,7 @@ TYPED_TEST(ShaderMath, HardCases) {
     EXPECT_EQ(w.front + w.back, 0);
     EXPECT_EQ(w.depth, 0);
   }
-  // x_f = 0, x_b huge: t = -ln 0.73; everything the eye sees is there.
+  // x_f = 0, x_b huge: t = -ln 0.73; the eye sees nothing but the segment.
   const auto wall = this->math.psi_weighted(segment_of<TypeParam>(0, real(1e4)));
   EXPECT_NEAR(double(wall.front), double(exact_one_minus_h(-std::log(0.73L))), 1e-6);
   EXPECT_NEAR(double(wall.front + wall.back), 1, 1e-7);
@@ -253,8 +256,9 @@ TYPED_TEST(ShaderMath, HardCases) {
   }
 }
 
-/// The linear model of a segment whose depth is known better than its ends: shifted to it, the mean
-/// exact, neither end negative, and continuous where both ends are next to nothing.
+/// The linear model of a segment whose depth is known better than its ends. The model is shifted to
+/// that depth: its mean is exact, neither end is negative, and it is continuous as both ends
+/// approach 0.
 TYPED_TEST(ShaderMath, EndsAreShiftedToTheDepth) {
   using real = typename TypeParam::real;
   using Segment = typename TypeParam::Segment;
@@ -263,12 +267,12 @@ TYPED_TEST(ShaderMath, EndsAreShiftedToTheDepth) {
     EXPECT_NEAR(double(ends.front), front, 4e-7);
     EXPECT_NEAR(double(ends.back), back, 4e-7);
   };
-  expect(Segment{1, 0, 3, 2, 4}, 2, 6);  // tau 1 and 3 over 2: as they are
+  expect(Segment{1, 0, 3, 2, 4}, 2, 6);  // tau 1 and 3 over 2: unchanged
   expect(Segment{1, 0, 3, 2, 5}, 3, 7);  // shifted
-  expect(Segment{1, 0, 3, 2, 1}, 0, 2);  // as steep as can be
+  expect(Segment{1, 0, 3, 2, 1}, 0, 2);  // as steep as possible
   expect(Segment{3, 0, 1, 2, 1}, 2, 0);
   expect(Segment{0, 1, 0, 2, real(0.5)}, 0.5, 0.5);
-  expect(Segment{real(1e-9), 1, 0, 2, real(0.5)}, 0.5, 0.5);  // their ratio is rounding
+  expect(Segment{real(1e-9), 1, 0, 2, real(0.5)}, 0.5, 0.5);  // their ratio is only rounding
   expect(Segment{0, 0, 0, 0, 0}, 0, 0);
 }
 

@@ -1,5 +1,5 @@
-// Light that is scattered once: its depths from voxels by three ways, against closed forms and each
-// other, and what pictures make of them.
+// Light scattered once. Computes its depths from voxels by three methods, compares them with closed
+// forms and with each other, and checks the pictures.
 
 #include "march/light.h"
 
@@ -64,7 +64,7 @@ struct Difference {
   double rms = 0;
 };
 
-/// Of the transmittances.
+/// Difference of the transmittances.
 Difference difference_of(const std::vector<double>& a, const std::vector<double>& b) {
   EXPECT_EQ(a.size(), b.size());
   Difference d;
@@ -86,7 +86,7 @@ TEST(LightDepths, OfASlabAreItsThickness) {
       {{-40, -40, 0}, {39, 39, 15}}, [](glm::ivec3) { return 1.f; }, glm::dmat4(glm::dmat3(h)));
   for (const double tilt : {0.0, 0.5}) {
     scene.light->direction = {-tilt, 0, -1};
-    const double length = h * std::sqrt(1 + tilt * tilt);  // of the ray, a voxel of z
+    const double length = h * std::sqrt(1 + tilt * tilt);  // length of the ray per voxel of z
     const View view = view_of(scene, slab);
     const std::vector<glm::ivec3> block = {{0, 0, 0}, {0, 0, 8}, {0, 0, 16}, {0, 0, -8}};
     const std::vector<double> march = double_depths(view, block);
@@ -95,7 +95,7 @@ TEST(LightDepths, OfASlabAreItsThickness) {
       const int z = block[i / 512].z + static_cast<int>(i & 7);
       if (z < -1) continue;  // outside the domain, where no light is computed
       const double exact = K * length * (z > 15 ? 0 : z < 0 ? 16 : 15.5 - z);
-      // sums of a score of terms of this size in double
+      // sums of about 20 terms of this size in double
       EXPECT_NEAR(march[i], exact, 1e-13) << z;
       EXPECT_NEAR(reference[i], exact, 1e-13) << z;
     }
@@ -106,8 +106,8 @@ TEST(LightDepths, MarchAndReferenceAgree) {
   for (const glm::dvec3& direction : directions) {
     const View view = view_of(lit_scene(direction), mixed());
     const std::vector<glm::ivec3> origins = blocks_of(view);
-    // Both are exact; a ray along the faces of cells may take either side of them, which have one
-    // value there. Hundreds of roundings of depths up to 40.
+    // Both are exact, but a ray along the faces of cells may take either side of them, which share
+    // one value there. The bound allows hundreds of roundings of depths up to 40.
     EXPECT_LE(
         difference_of(double_depths(view, origins), reference_light_depths(view)(origins)).max,
         1e-12)
@@ -136,7 +136,8 @@ TEST(VisibleBlocks, HoldEveryCornerOfACellWithAttenuation) {
       }
   EXPECT_GT(cells, 1000);
   for (std::size_t i = 1; i < origins.size(); ++i) EXPECT_NE(origins[i], origins[i - 1]);
-  // Nothing is nowhere; a function that sees 0 sees the domain.
+  // A field of 0 has no visible blocks; with a function that attenuates at 0 the whole domain is
+  // visible.
   EXPECT_TRUE(
       visible_blocks(make_field({{0, 0, 0}, {7, 7, 7}}, [](auto) { return 0.f; }), {}).empty());
   AtlasOptions all;
@@ -160,10 +161,10 @@ TEST_F(LightGpu, DepthsAreThoseInDouble) {
       const Difference d = difference_of(gpu, double_depths(view, origins));
       std::printf("  light %g,%g,%g%s: rms %.2e, max %.2e\n", direction.x, direction.y, direction.z,
                   function ? ", function" : "", d.rms, d.max);
-      // float32 positions over 64 voxels are good to 4e-6 voxels, of which a depth's error is the
-      // product with a change of attenuation of about 1 at each; they do not add up. Where a value
-      // passes the function's jump, of 1.7, ever more slowly, the place of the jump is off by that
-      // over the value's slope: a tenth at the least of the few rays that graze it.
+      // float32 positions over 64 voxels are accurate to 4e-6 voxels. A depth's error is that times
+      // a change of attenuation of about 1 at each, and these do not add up. Where a value crosses
+      // the function's jump of 1.7 slowly, the place of the jump is off by that over the value's
+      // slope, at least a tenth for the few rays that graze it.
       EXPECT_LE(d.rms, 1e-6);
       EXPECT_LE(d.max, function ? 1e-4 : 4e-6);
     }
@@ -189,7 +190,7 @@ TEST_F(LightGpu, PictureIsThatInDouble) {
   const Image picture = render_gl(own, atlas).image;
   const Comparison c = difference("lit", picture, double_picture(lit_in_double(view)));
   expect_content(picture);
-  // float32 sums of a ray, as everywhere (march_test), and T_light's own 1e-6
+  // float32 sums of a ray, as elsewhere (march_test), plus T_light's own 1e-6
   EXPECT_LE(c.max, 2e-5);
   EXPECT_LE(c.rms, 1e-6);
 }
@@ -214,8 +215,8 @@ TEST(Lit, SlabFromTheFrontHasAClosedForm) {
     scene.albedo = 0.5;
     const glm::dvec3 I = slab_picture(scene, K);
     const double exact = 0.5 * -std::expm1(-2 * 16 * K) / 2;
-    // e^{-Ks} is interpolated linearly between voxels: K^2/8 of it at most, and the ends' tents,
-    // where depth is quadratic, are of the same order
+    // e^{-Ks} is interpolated linearly between voxels, which costs at most K^2/8 of it. The tents
+    // at the ends, where the depth is quadratic, cost about as much.
     EXPECT_NEAR(I.x, exact, exact * K * K / 4);
     EXPECT_NEAR(I.y, 2 * exact, 2 * exact * K * K / 4);
     EXPECT_EQ(I.z, 0);
@@ -232,7 +233,7 @@ TEST(Lit, SlabFromBehindHasAClosedForm) {
 TEST(Lit, PhaseIsAFactorOfTheRay) {
   Scene scene = lit_scene({0, 0, -1});
   const glm::dvec3 isotropic = slab_picture(scene, 0.05);
-  // The camera looks along the light: it sees what is scattered backwards.
+  // The camera looks along the light, so it sees backscattered light.
   for (const double g : {0.5, -0.3}) {
     scene.phase_g = g;
     // pictures are float32
@@ -241,8 +242,8 @@ TEST(Lit, PhaseIsAFactorOfTheRay) {
 }
 
 TEST(Lit, WithoutLightOfItsOwnAMediumOfLuminanceOneIsItsOpacity) {
-  // The light adds nothing: the luminance that is left is 1 at every voxel that a cell with
-  // attenuation looks at, so that radiance and opacity are one number in every pixel.
+  // The light adds nothing. The remaining luminance is 1 at every voxel that a cell with
+  // attenuation reads, so radiance and opacity are the same number in every pixel.
   for (const bool uniform : {false, true}) {
     Scene scene = lit_scene({0.3, -1, 0.2}, 64);
     scene.light->color = {0, 0, 0};
@@ -252,8 +253,8 @@ TEST(Lit, WithoutLightOfItsOwnAMediumOfLuminanceOneIsItsOpacity) {
     expect_content(image);
     for (int y = 0; y < 64; ++y)
       for (int x = 0; x < 64; ++x)
-        // roundings of float32 pictures of at most 1; under uniform steps the luminance of a first
-        // sample outside of all blocks is missing, up to a step's opacity
+        // Roundings of float32 pictures of at most 1. Under uniform steps the luminance of a first
+        // sample outside all blocks is missing: up to a step's opacity.
         ASSERT_NEAR(pixel(image, x, y, 0), pixel(image, x, y, 3), uniform ? 2e-2 : 1e-6)
             << x << ' ' << y;
   }
@@ -271,12 +272,12 @@ TEST(Lit, LightAndLuminanceAdd) {
   expect_content(light);
   for (int y = 0; y < 32; ++y)
     for (int x = 0; x < 32; ++x)
-      // the same segments and weights, sums rounded to float32 at voxels and in the pictures
+      // the same segments and weights; sums are rounded to float32 at voxels and in the pictures
       ASSERT_NEAR(pixel(both, x, y, 0), pixel(light, x, y, 0) + pixel(glow, x, y, 0), 2e-6);
 }
 
 TEST(Lit, LuminanceOfAnotherGridIsTakenAtVoxels) {
-  // Linear over the world, so that its interpolation at the density's voxels loses nothing.
+  // Linear over the world, so that interpolating it at the density's voxels loses nothing.
   Scene scene = lit_scene({0.3, -1, 0.2}, 32);
   scene.light->color = {0, 0, 0};
   Field glow = make_field(
@@ -345,7 +346,7 @@ TEST(Lit, IsNothingWithoutLight) {
   const View same = lit(view, [](auto) -> std::vector<double> { throw 1; });
   EXPECT_EQ(same.medium.source, LuminanceSource::constant);
   EXPECT_EQ(same.medium.luminance, nullptr);
-  // and nothing is drawn of a light that is not computed
+  // a light that has not been computed is an error
   const View pending = view_of(lit_scene({0, 0, 1}), blobs());
   EXPECT_THROW(double_picture(pending), Error);
   EXPECT_THROW(render_reference(pending), Error);

@@ -1,5 +1,5 @@
-// What a scene's medium radiates and where it comes from: functions of the value before and after
-// interpolation, temperatures, emission, centering, and what each mode looks at.
+// Where a scene's medium gets its luminance: functions of the value before and after interpolation,
+// temperatures, emission, centering, and the inputs that each mode reads.
 
 #include <gtest/gtest.h>
 
@@ -95,7 +95,7 @@ TEST(TransferSource, WithoutColoursLuminanceComesFromElsewhere) {
   const View other = make_view(scene, density, share(ramp(), "heat"));
   EXPECT_EQ(other.medium.source, LuminanceSource::scalar);
   EXPECT_TRUE(other.medium.transfer);
-  // The density's own values, but negative light is none.
+  // L is the density itself, but negative light is clamped to none.
   const View own = make_view(scene, density, density);
   EXPECT_EQ(own.medium.source, LuminanceSource::scalar);
   EXPECT_EQ(voxel(*own.medium.luminance, {0, 0, 0}), 0.0f);
@@ -124,7 +124,7 @@ TEST(Colormap, TakesTheActiveRange) {
   const Scene again = scene_from_json(to_json(view.scene));
   EXPECT_EQ(to_json(make_view(again, share(ramp()), nullptr).scene), to_json(view.scene));
 
-  // One value only: from 0 to it.
+  // With a single value the range goes from 0 to it.
   const auto one = [](float value) {
     return share(make_field({{0, 0, 0}, {7, 7, 7}}, [=](glm::ivec3) { return value; }));
   };
@@ -138,9 +138,9 @@ TEST(AutoExtinction, MeasuresWhatTheFunctionMakesOfValues) {
   Scene scene;
   scene.transfer_function = file.path();
   const auto slab = share(make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3) { return 0.5f; }));
-  // attenuation 1: every line has 16; sums of voxels, so exact to rounding
+  // attenuation 1: every line has 16; the sums run over voxels, so they are exact within rounding
   EXPECT_NEAR(*make_view(scene, slab, nullptr).scene.extinction, 3 / 16.0, 1e-12);
-  // 0 has 0.5: 17 voxels from end to end of the domain, and 0.5 + 0.5 * 0.5 / 3 in the slab's 16
+  // attenuation of 0 is 0.5: 17 voxels across the domain, plus 0.5 + 0.5 * 0.5 / 3 in the slab's 16
   const FunctionFile fog(foggy);
   const double mean = 17 * 0.5 + 16 * 0.5 * 0.5 / 3;
   EXPECT_NEAR(*make_view(scene, slab, nullptr).scene.extinction, 3 / mean, 1e-12);
@@ -173,7 +173,7 @@ TEST(PreClassification, FillsTheDomainWhereNothingAttenuates) {
   Scene scene;
   scene.transfer_function = file.path();
   scene.classification = Classification::pre;
-  // Two leaves far apart: blocks of three widths lie between.
+  // Two leaves far apart; the space between has blocks of three widths.
   Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 3.f; });
   const Field other = make_field({{8800, 0, 0}, {8807, 7, 7}}, [](glm::ivec3) { return 3.f; });
   field.active_box.max = other.active_box.max;
@@ -185,7 +185,7 @@ TEST(PreClassification, FillsTheDomainWhereNothingAttenuates) {
       EXPECT_EQ(voxel(*mapped, {x, 0, 0}), nothing) << x;
     EXPECT_EQ(voxel(*mapped, {0, 0, 0}), 1.0f);
     EXPECT_EQ(voxel(*mapped, {8807, 7, 7}), 1.0f);
-    // Disjoint: each voxel in one leaf or tile.
+    // Disjoint: each voxel is in one leaf or tile.
     for (const int x : {0, 8, 4096, 8800}) {
       int holders = 0;
       for (const Leaf& leaf : mapped->leaves) holders += leaf.origin == glm::ivec3(x, 0, 0);
@@ -199,7 +199,7 @@ TEST(PreClassification, FillsTheDomainWhereNothingAttenuates) {
 }
 
 TEST(PreClassification, ColoursReachTheCornersOfCells) {
-  // 0 is white and has no attenuation: the voxels around the leaf are white too, and no more.
+  // 0 is white and has no attenuation. The voxels around the leaf are white too, but no others.
   const FunctionFile file(R"({"points": [
     {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
     {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})");
@@ -226,7 +226,7 @@ TEST(Temperature, IsABlackBodysAtVoxels) {
   for (int x = 1; x < 4; ++x)
     for (int c = 0; c < 3; ++c)
       EXPECT_EQ(voxel(light, {x, 1, 1}, c), float(black_body(1000.0 * x + 500)[c]));
-  // 0 is 0 K, in the leaf and outside of it, not the offset.
+  // 0 means 0 K, inside and outside the leaf; it does not mean the offset.
   EXPECT_EQ(voxel(light, {0, 1, 1}, 0), 0.0f);
   EXPECT_EQ(voxel(light, {20, 1, 1}, 0), 0.0f);
 
@@ -262,7 +262,7 @@ TEST(Modes, LookAtTheirTermsOnly) {
     EXPECT_EQ(view.medium.light, std::nullopt);
     EXPECT_EQ(view.medium.color, glm::dvec3(1, 2, 3));
     EXPECT_EQ(view.scene.extinction.has_value(), mode == Mode::xray);
-    // What it does not look at stays in the scene for the next mode.
+    // Parameters that this mode ignores stay in the scene for the next mode.
     EXPECT_EQ(view.scene.emission_grid, "fire");
   }
 }
@@ -288,7 +288,7 @@ TEST(Modes, IsovalueIsTheMiddleOrADistance) {
   scene.isovalue = 1.5;
   message_of(ExitCode::usage, [&] { make_view(scene, share(level_set), nullptr); });
 
-  // A function's colour at the surface, which has one value.
+  // The function's colour at the surface, where the value is constant.
   const FunctionFile file(coloured);
   scene.isovalue = 1;
   scene.transfer_function = file.path();
@@ -326,7 +326,7 @@ TEST(Light, AloneIsAllTheLuminance) {
   ASSERT_TRUE(view.medium.light);
   EXPECT_EQ(view.medium.light->direction, glm::dvec3(0, 0, -1));
   EXPECT_EQ(view.medium.light->radiance, glm::dvec3(0.5, 1, 1.5));
-  // A grid glows all the same, and so does what is asked for.
+  // A grid still glows, and so does luminance that is asked for.
   EXPECT_EQ(make_view(scene, density, density).scene.luminance, glm::dvec3(1));
   scene.luminance = glm::dvec3(2);
   EXPECT_EQ(make_view(scene, density, nullptr).medium.color, glm::dvec3(2));
@@ -342,11 +342,11 @@ TEST(Light, PhaseIsHenyeyAndGreensteins) {
   EXPECT_EQ(phase_factor(medium, {0, 0, 1}), 1);
   medium.phase_axis = {0, 0, 1};
   medium.phase_g = 0.6;
-  // Towards the light's source it is seen forward-scattered: (1 - g^2) / (1 - g)^3.
+  // Towards the light's source scattering is forward: (1 - g^2) / (1 - g)^3.
   EXPECT_NEAR(phase_factor(medium, {0, 0, -1}), 0.64 / 0.064, 1e-12);
   EXPECT_NEAR(phase_factor(medium, {0, 0, 1}), 0.64 / 4.096, 1e-12);
-  // Its mean over all directions is 1. Midpoint rule over the cosine, error below 1e-5 at 2000
-  // points: (1/24) 2/n^2 times the second derivative's mean, below 100.
+  // Its mean over all directions is 1. Midpoint rule over the cosine: at 2000 points the error is
+  // below 1e-5, since it is (1/24) 2/n^2 times the mean second derivative, which is below 100.
   double sum = 0;
   constexpr int n = 2000;
   for (int i = 0; i < n; ++i) {

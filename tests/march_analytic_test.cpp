@@ -1,5 +1,5 @@
-// The GPU's pictures of fields whose integrals are known, and the furnace: constant L gives exactly
-// L (1 - T) whatever the attenuation, the rule, the step and the place of the camera.
+// The GPU's pictures of fields with known integrals, and the furnace: constant L gives exactly L (1
+// - T) for any attenuation, rule, step and camera.
 
 #include <gtest/gtest.h>
 
@@ -85,9 +85,9 @@ TEST_F(MarchAnalytic, SingleVoxelsTent) {
 }
 
 TEST_F(MarchAnalytic, LinearLuminanceInHomogeneousMedium) {
-  // tau constant: Psi = h(x) exactly, so psi-weighted is exact for linear L. L = (x - 2)/4 from x =
-  // 2 on, inside a plate so opaque that nothing is seen of its back: R = e^{-d} / (4 tau) with d
-  // the depth in front of x = 2, half a cell's ramp and two cells.
+  // tau is constant, so Psi = h(x) exactly, and psi-weighted is exact for linear L. L = (x - 2)/4
+  // from x = 2 on, inside a plate so opaque that its back is invisible: R = e^{-d} / (4 tau), where
+  // d is the depth in front of x = 2, half a cell's ramp and two cells.
   const double tau = 0.5;
   const Field plate = make_field({{0, -20, -20}, {63, 20, 20}}, [](glm::ivec3) { return 1.0f; });
   const Field L = make_field({{0, -24, -24}, {66, 24, 24}},
@@ -163,9 +163,9 @@ PSIVOX_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
 
 TEST_F(MarchAnalytic, Walls) {
-  // Attenuation and L from 0 within one voxel, up to a million optical depths: nothing goes
+  // Attenuation and L rise from 0 within one voxel, up to a million optical depths. Nothing goes
   // through, and R = sqrt(pi / (2 K)), the integral of x K x e^{-K x^2/2}. Rules of linear segments
-  // see a front segment of the ramp as a whole: they only have to stay between its L and 0.
+  // see a front segment of the ramp as a whole: their result only has to lie between its L and 0.
   const auto wall =
       share(make_field({{1, -20, -20}, {12, 20, 20}}, [](glm::ivec3) { return 1.0f; }));
   for (const double K : {1e2, 1e4, 1e6})

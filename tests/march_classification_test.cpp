@@ -1,5 +1,5 @@
-// Thin peaks of a transfer function on real data, two segments a cell: pre-integration and pieces
-// between knots against samples of the function.
+// Thin peaks of a transfer function on real data, two segments per cell. Compares pre-integration,
+// and pieces between knots, with samples of the function.
 
 #include <string>
 
@@ -41,7 +41,7 @@ TEST_P(MarchClassification, ThinPeaksAreNotSampledAway) {
   view.medium.transfer = std::make_shared<const TransferFunction>(peaks(low, high));
   view.medium.source = LuminanceSource::transfer;
   const double extinction = auto_extinction(*density, view.medium.transfer.get());
-  // peaks that light passes, and peaks that are surfaces
+  // peaks that transmit light, and peaks that act as surfaces
   for (const double denser : {1.0, 10.0}) {
     view.medium.extinction = denser * extinction;
     const MediumAtlas atlas = build_medium_atlas(view);

@@ -1,5 +1,5 @@
-// Emission grids in the march: by themselves and with a medium in front of them, on the density's
-// lattice and on their own; against the reference, and the GPU against the march in double.
+// Emission grids in the march: alone and with a medium in front, on the density's lattice and on
+// their own. Compared with the reference, and the GPU with the march in double.
 
 #include <glm/gtc/matrix_transform.hpp>
 #include <string>
@@ -15,7 +15,7 @@ Field glow_in(const Box& box, const glm::dmat4& m = glm::dmat4(1)) {
       box, [](glm::ivec3 v) { return 0.05f * blobs_at(glm::dvec3(v)); }, m);
 }
 
-/// Finer voxels, rotated: its faces lie anywhere in the density's cells.
+/// Finer voxels, rotated, so that its faces lie anywhere in the density's cells.
 glm::dmat4 tilted() {
   const glm::dmat4 m =
       glm::rotate(glm::translate(glm::dmat4(1), glm::dvec3(-4, 5, 3)), 0.5, glm::dvec3(1, 2, 3));
@@ -85,7 +85,7 @@ TEST(MarchEmissionDouble, PureEmissionIsItsIntegral) {
     if (!place.own_lattice) {
       EXPECT_LE(rms, 1e-7) << place.name;
     }
-    // Nothing attenuates: the density is as good as none.
+    // Nothing attenuates: the density has no effect.
     view.medium.density =
         share(make_field({{0, 0, 0}, {39, 35, 31}}, [](glm::ivec3) { return 0; }));
     view.medium.extinction = 1;
@@ -134,13 +134,13 @@ TEST(MarchEmissionDouble, SegmentsAndStepsConverge) {
           last = rms;
           if (n == 1) first = rms;
         }
-        // second order on kinked data; 1.4 seen through the lattice's aliasing
+        // second order on kinked data; 1.4 allows for the lattice's aliasing
         EXPECT_LE(last, first * std::pow(4, -1.4)) << place.name << name_of(source);
       }
 }
 
-/// A function that attenuates at 0 has its medium in the density's domain, and not where the walk
-/// goes on for the emission's sake.
+/// If a function attenuates at 0, its medium fills the density's domain, but not the places that
+/// the walk visits only for emission.
 TEST(MarchEmissionDouble, WhatAttenuatesAtZeroEndsWithItsDomain) {
   for (const Place& place : places()) {
     View view = emitting(place.emission, LuminanceSource::transfer);
@@ -161,7 +161,7 @@ TEST(MarchEmissionDouble, WhatAttenuatesAtZeroEndsWithItsDomain) {
       const double rms = difference(std::string(place.name) + " step " + std::to_string(step),
                                     double_picture(view), reference)
                              .rms;
-      // second order, as the domain's faces are ends of steps
+      // second order, because steps end at the domain's faces
       EXPECT_LE(rms, 0.4 * last) << place.name;
       last = rms;
     }

@@ -1,5 +1,5 @@
-// What the issue promises of real files: against the reference, between GPU and double, the
-// furnace, and balanced weights against midpoint.
+// Accuracy promised for real files: against the reference, between GPU and double, in the furnace,
+// and of balanced weights against midpoint.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 const char* const every_file[] = {"smoke",  "cloud_tiles", "mri_t1", "heptane",
                                   "neghip", "frogtissue",  "carotid"};
 
-/// A real file, once a process. Skips the test where it is missing.
+/// A real file, read once per process. Skips the test if it is missing.
 class MarchFiles : public GpuTest {
  protected:
   static bool have(const std::string& name) {
@@ -46,7 +46,7 @@ class AgainstReference : public MarchFiles, public testing::WithParamInterface<c
 INSTANTIATE_TEST_SUITE_P(File, AgainstReference, testing::Values("smoke", "cloud_tiles"),
                          [](const auto& i) { return std::string(i.param); });
 
-/// The issue: 256 x 256, extinction auto, everything else default.
+/// The promised setting: 256 x 256, extinction auto, defaults otherwise.
 TEST_P(AgainstReference, DefaultAndQuarterSteps) {
   PSIVOX_NEED(GetParam());
   for (const Glow glow : {Glow::constant, Glow::density}) {
@@ -97,7 +97,7 @@ TEST_F(MarchFiles, CellsAreTheReferenceWithoutEarlyTermination) {
   }
 }
 
-/// L from the grid, extinction auto, and where the file is dense or thin.
+/// L from the grid, extinction auto, in dense and in thin files.
 TEST_F(MarchFiles, CellExactIsTheReferenceWithoutEarlyTermination) {
   struct Case {
     const char* name;
@@ -128,7 +128,7 @@ TEST_F(MarchFiles, Furnace) {
     const auto world = [&](const glm::dvec3& p) {
       return glm::dvec3(density->world_from_index * glm::dvec4(p, 1));
     };
-    // Camera outside, and in the middle of the box.
+    // Camera outside the box, and in its middle.
     const glm::dvec3 middle = 0.5 * (glm::dvec3(box.min) + glm::dvec3(box.max));
     for (const bool inside : {false, true})
       for (const double step : {0.0, 0.1, 1.0, 16.0}) {
@@ -148,11 +148,11 @@ TEST_F(MarchFiles, Furnace) {
   }
 }
 
-/// Weights balanced against the lattice's bias lose nowhere to midpoint. Seen along an
-/// axis of voxels the lattice's planes and the voxels' beat, and the phase decides: midpoint's
-/// samples lie half a step beside the others' (mri_t1, h = 1: midpoint 2.1e-4, psi-balanced 3.0e-4,
-/// and so porter-duff, which is midpoint at psi-balanced's phase). There the worse of the two is
-/// the measure.
+/// Weights balanced against the lattice's bias are nowhere worse than midpoint. Along an axis of
+/// voxels the lattice's planes beat with the voxels', and the phase decides: midpoint's samples lie
+/// half a step beside the others' (mri_t1, h = 1: midpoint 2.1e-4, psi-balanced 3.0e-4, and so
+/// porter-duff, which is midpoint at psi-balanced's phase). There the test compares with the worse
+/// of the two.
 TEST_F(MarchFiles, BalancedIsNotWorseThanMidpoint) {
   struct Case {
     const char* name;

@@ -1,5 +1,5 @@
-// One medium given in different ways: shifted against the bricks, rotated, tiled or voxelised, far
-// away, tiny, sheared. One picture.
+// One medium, given in different ways, gives one picture: shifted against the bricks, rotated,
+// tiled or voxelised, far away, tiny, sheared.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ Scene oblique(std::optional<double> step = {}) {
   return scene;
 }
 
-/// The bound, for both samplings and L from the grid.
+/// The bound for both samplings, with L from the grid.
 void expect_same(const std::string& what, const Image& a, const Image& b, double tolerance = 1e-5) {
   expect_content(a);
   EXPECT_LE(difference(what, a, b).max, tolerance) << what;
@@ -45,8 +45,8 @@ TEST_F(MarchInvariance, ShiftedAgainstTheBricks) {
 }
 
 TEST_F(MarchInvariance, QuarterTurns) {
-  // The field's data turned about z, x' = -y, y' = x, and camera and transform turned back or
-  // along.
+  // The field's data is turned about z (x' = -y, y' = x). Either the transform turns it back, or
+  // the camera turns along.
   const Box box{{-35, 0, 0}, {0, 39, 31}};
   const auto turned = [](glm::ivec3 v) { return blobs_at(glm::dvec3(v.y, -v.x, v.z)); };
   const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(90.0), glm::dvec3(0, 0, 1));
@@ -67,14 +67,14 @@ TEST_F(MarchInvariance, QuarterTurns) {
 }
 
 TEST_F(MarchInvariance, EmptyBricksAreNextToNothing) {
-  // A block that ends at bricks' faces, in empty bricks and in ones that hold 1e-9: segments that
-  // end behind its face count in full. Rays leave through the upper faces, where the block's last
-  // cells are its bricks'.
+  // A block that ends at bricks' faces, beside empty bricks and beside bricks that hold 1e-9:
+  // segments that end behind its face count in full. Rays leave through the upper faces, where the
+  // block's last cells belong to its own bricks.
   const auto block = [](float elsewhere) {
     return make_field({glm::ivec3(0), glm::ivec3(39)}, [=](glm::ivec3 v) {
       const bool in = glm::all(glm::greaterThanEqual(v, glm::ivec3(8))) &&
                       glm::all(glm::lessThan(v, glm::ivec3(24)));
-      // varied: constant runs have steps of their own
+      // varied, because constant runs have their own steps
       return (in ? 1.0f : elsewhere) * (1 + 0.1f * float((v.x + 2 * v.y + 3 * v.z) & 7));
     });
   };
@@ -136,7 +136,7 @@ TEST_F(MarchInvariance, FarOriginsAndScales) {
           name_of(step) + " scale " + std::to_string(c.scale) + " at " + std::to_string(c.origin.x),
           expected, gl_picture(view_of(scene, blobs({0, 0, 0}, m), Glow::density)));
     }
-    // Voxels a million from index 0, brought back by the transform.
+    // Voxels a million from index 0; the transform brings them back.
     const glm::ivec3 far(1'000'000, -1'000'003, 999'998);
     expect_same(name_of(step) + " far voxels", expected,
                 gl_picture(view_of(oblique(step),
@@ -146,7 +146,7 @@ TEST_F(MarchInvariance, FarOriginsAndScales) {
 }
 
 TEST_F(MarchInvariance, AnyAffineTransformIsTheReference) {
-  // Rotated, anisotropic and sheared; constant L, for which cells have no step error.
+  // Rotated, anisotropic and sheared; with constant L, cells have no step error.
   const Field field = make_field(
       {{0, 0, 0}, {39, 35, 31}}, [](glm::ivec3 v) { return blobs_at(glm::dvec3(v)); }, sheared);
   const auto shared = share(field);
@@ -160,19 +160,20 @@ TEST_F(MarchInvariance, AnyAffineTransformIsTheReference) {
   }
 }
 
-// float32 places a ray within 16 * 2^-24 = 1e-6 voxels, and noise has a slope of 1 a voxel, the
-// same one along all 24 of them: 24 * 0.1 * 1e-6 of optical depth.
+// float32 places a ray within 16 * 2^-24 = 1e-6 voxels, and noise has a slope of 1 per voxel, with
+// the same sign along all 24 of them: 24 * 0.1 * 1e-6 of optical depth.
 constexpr double along_faces = 2.4e-6;
 
 TEST_F(MarchInvariance, RaysAlongFacesEdgesAndCorners) {
   // Orthographic, pixel centres exactly on voxel coordinates: 33 pixels over 33 voxels, the middle
-  // one through the target. Axes: along edges; diagonals of faces and of the cube: through corners.
+  // one through the target. Axes run along edges; diagonals of faces and of the cube run through
+  // corners.
   const auto field = share(make_field({{0, 0, 0}, {23, 23, 23}}, noise));
   const glm::dvec3 middle(12, 12, 12);
   const glm::dvec3 directions[] = {{1, 0, 0},  {0, 1, 0}, {0, 0, -1}, {1, 1, 0}, {-1, 0, 1},
                                    {0, 1, -1}, {1, 1, 1}, {-1, 1, 1}, {2, 1, 0}};
   for (const glm::dvec3& d : directions)
-    for (const bool odd : {true, false}) {  // on voxels; on the middles between, by an even number
+    for (const bool odd : {true, false}) {  // pixel centres on voxels, or midway between them
       Scene scene =
           looking(small_scene(odd ? 33 : 32), middle - 40.0 * d, middle, odd ? 33.0 : 32.0);
       scene.camera_up = d.x == 0 && d.z == 0 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);

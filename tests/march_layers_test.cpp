@@ -1,5 +1,5 @@
-// What a picture carries beside its colour: depth, transmittance, steps and look-ups; and the mean
-// of several samples a pixel.
+// The layers of a picture (depth, transmittance, steps and look-ups), and the mean of several
+// samples per pixel.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,8 @@ Scene oblique(int side = 40) {
 }
 
 TEST_F(MarchLayers, DepthIsWhereHalfTheLightIsLeft) {
-  // A plate of 0.25 from x = 0 on: optical depth 0.125 in the ramp, then 0.25 a unit, along cos.
+  // A plate of 0.25 from x = 0 on: optical depth 0.125 in the ramp, then 0.25 per unit, divided by
+  // cos.
   const Field plate = make_field({{0, -40, -40}, {30, 40, 40}}, [](glm::ivec3) { return 0.25f; });
   for (const double width : {0.0, 30.0})
     for (const std::optional<double> step : {std::optional<double>{}, std::optional<double>(0.5)}) {
@@ -48,8 +49,8 @@ TEST_F(MarchLayers, DepthIsWhereHalfTheLightIsLeft) {
           const double cosine = ray.direction.x;
           const double inside = (std::numbers::ln2 * cosine - 0.125) / 0.25;  // along x, from x = 0
           const double expected = (inside - ray.origin.x) / cosine;
-          // Inside a segment the crossing is found by the segment's mean attenuation, constant here
-          // but in the ramp; a step of the lattice may hold a bit of both.
+          // Inside a segment the crossing is found by the segment's mean attenuation, which is
+          // constant here except in the ramp; a step of the lattice may contain parts of both.
           const double tolerance = step ? 0.05 : 1e-4;
           EXPECT_NEAR(layer(gpu.image, "depth").values[i], expected, tolerance) << x << ' ' << y;
           EXPECT_NEAR(layer(gpu.image, "depth").values[i], layer(wide.image, "depth").values[i],
@@ -125,8 +126,8 @@ TEST_F(MarchLayers, PixelSamplesAreTheMeanOfTheirRays) {
 
 // --- counts --------------------------------------------------------------------------------------
 
-/// Cells that the picture's rays cross in bricks whose values differ: from the crossings of each
-/// ray with all faces, sorted, by their middles. Shares nothing with the march.
+/// Counts the cells that the picture's rays cross in bricks whose values differ. It sorts the
+/// crossings of each ray with all faces and takes their middles; it shares no code with the march.
 std::uint64_t cells_crossed(const View& view) {
   const Field& field = *view.medium.density;
   const FieldVoxels voxels(field);
@@ -159,7 +160,7 @@ std::uint64_t cells_crossed(const View& view) {
   return cells;
 }
 
-/// `begins`: rays that may begin inside a brick; none on real files seen from outside.
+/// `begins`: rays that may start inside a brick; none on real files seen from outside.
 void expect_look_ups(const std::string& what, const View& view, std::uint64_t begins) {
   const RenderResult gpu = render_gl(view, build_medium_atlas(view), {.render = all_layers});
   const std::uint64_t cells = cells_crossed(view);
@@ -169,10 +170,10 @@ void expect_look_ups(const std::string& what, const View& view, std::uint64_t be
               double(cells) / double(gpu.stats.rays), ratio);
   testing::Test::RecordProperty(what, std::to_string(ratio));
   EXPECT_GT(cells, 1000u) << what;
-  // One more look-up at most finds the value at a ray's beginning, where that is in a brick.
+  // At most one more look-up finds the value at a ray's start, if that is in a brick.
   EXPECT_GE(ratio, 0.98) << what;
   EXPECT_LE(double(gpu.stats.samples), 1.02 * double(cells) + double(begins)) << what;
-  // Rays along faces take the cells on one side or the other.
+  // Rays along faces read the cells on one side or the other.
   const std::uint64_t wide =
       render_double(view, build_medium_atlas(view), all_layers).stats.samples;
   EXPECT_NEAR(double(wide) / double(gpu.stats.samples), 1, 0.005);
@@ -200,8 +201,9 @@ TEST_F(MarchLayers, LookUpsAreTheCellsCrossedOnRealFiles) {
 }
 
 TEST_F(MarchLayers, StepsAreSegments) {
-  // Along x through a rod of 20 voxels: 21 cells, as many segments each as asked for; uniform: the
-  // 21 units in steps of 1/4 from the lattice, which is anchored at the domain's middle.
+  // Along x through a rod of 20 voxels: 21 cells, each with as many segments as asked for. Under
+  // uniform sampling: the 21 units in steps of 1/4 from the lattice, which is anchored at the
+  // domain's middle.
   const auto rod = share(make_field({{0, 0, 0}, {19, 2, 2}}, noise));
   for (const int segments : {1, 2, 3}) {
     Scene scene = looking(small_scene(4), {-30, 1.1, 0.9}, {0, 1.1, 0.9}, 1.0);
@@ -215,8 +217,8 @@ TEST_F(MarchLayers, StepsAreSegments) {
   }
 }
 
-/// An exactly marched picture is off by the device's arithmetic alone, which the better picture of
-/// layer `error` shares: some hundred rays in double tell it.
+/// An exactly marched picture is off by the device's arithmetic alone, and so is the better picture
+/// of layer `error`. A few hundred rays in double measure it.
 TEST_F(MarchLayers, TheErrorLayerHoldsTheDevicesArithmetic) {
   for (const Glow glow : {Glow::constant, Glow::density}) {
     View view = exact_view(view_of(oblique(96), mixed(), glow));
@@ -227,7 +229,7 @@ TEST_F(MarchLayers, TheErrorLayerHoldsTheDevicesArithmetic) {
     const double layer_rms = double(error.values.front());  // the same everywhere
     const double rms = difference("arithmetic", picture, render_double(view, atlas).image).rms;
     EXPECT_GT(rms, 1e-9);
-    // of 800 of 9216 pixels
+    // the estimate uses 800 of 9216 pixels
     EXPECT_LT(layer_rms, 2 * rms);
     EXPECT_GT(layer_rms, rms / 2);
   }

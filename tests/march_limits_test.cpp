@@ -1,5 +1,5 @@
-// Rays and atlases beyond the limits of one pass, one buffer, one table, one tile: the picture is
-// the same.
+// Rays and atlases beyond the limits of one pass, one buffer, one table or one tile give the same
+// picture.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 class MarchLimits : public GpuTest {};
 
-/// Not a bit differs in the picture and in every layer.
+/// Expects every bit of the picture and of every layer to be equal.
 void expect_identical(const std::string& what, const Image& a, const Image& b) {
   difference(what, a, b);
   ASSERT_EQ(a.layers.size(), b.layers.size());
@@ -26,8 +26,8 @@ void expect_identical(const std::string& what, const Image& a, const Image& b) {
   }
 }
 
-/// As expect_identical, but an ulp of 1 apart where L is no constant: a ray that goes on in another
-/// pass refreshes its transmittance from the optical depth at other turns.
+/// Like expect_identical, but allows an ulp of 1 if L is not constant: a ray that continues in
+/// another pass refreshes its transmittance from the optical depth at other turns.
 void expect_continued(const std::string& what, const View& view, const Image& one,
                       const Image& many) {
   if (view.medium.source == LuminanceSource::constant) return expect_identical(what, one, many);
@@ -49,7 +49,7 @@ Field vector_glow() {
   });
 }
 
-/// The views that the limits are tried on.
+/// The views that test the limits.
 std::vector<std::pair<std::string, View>> views() {
   std::vector<std::pair<std::string, View>> result;
   const auto density = share(mixed()), colour = share(vector_glow());
@@ -73,7 +73,7 @@ const RenderOptions all_layers{.count = true, .depth = true, .transmittance = tr
 TEST_F(MarchLimits, PassesOfSevenTurnsAreOnePass) {
   for (const auto& [name, view] : views()) {
     const MediumAtlas atlases = build_medium_atlas(view);
-    // A pass may look its first values up again: compared without counts.
+    // A pass may look up its first values again, so counts are not compared.
     const RenderOptions options{.depth = true, .transmittance = true, .progress = {}};
     const RenderResult one = render_gl(view, atlases, {.render = options});
     const RenderResult many =
@@ -100,13 +100,13 @@ TEST_F(MarchLimits, CountsSurvivePasses) {
   }
 }
 
-/// A rod of 70,000 voxels of 0 and 1 in turn, looked at end-on.
+/// A rod of 70,000 voxels alternating between 0 and 1, seen end-on.
 Field rod() {
   return make_field({{0, 0, 0}, {69'999, 2, 2}}, [](glm::ivec3 v) { return float(v.x & 1); });
 }
 
 TEST_F(MarchLimits, CellsBeyondTheDriversLoopLimit) {
-  // Mesa 22.3's llvmpipe stops after 65,535 turns without a word.
+  // Mesa 22.3's llvmpipe silently stops after 65,535 turns.
   Scene scene = looking(small_scene(4), {-1000, 1.1, 0.9}, {0, 1.1, 0.9}, 2.2);
   scene.extinction = 5e-5;
   const auto field = share(rod());
@@ -152,7 +152,7 @@ TEST_F(MarchLimits, StepsBeyondTheDriversLoopLimit) {
 TEST_F(MarchLimits, ManyTexelBuffersAreOne) {
   for (const auto& [name, view] : views()) {
     const MediumAtlas atlases = build_medium_atlas(view);
-    // Eight buffers of whole bricks for the larger grid; a shader has 16 texture units at least.
+    // The larger grid takes eight buffers of whole bricks; a shader has at least 16 texture units.
     const std::size_t bricks =
         std::max(atlases.density.bricks.size(),
                  atlases.luminance ? atlases.luminance->bricks.size() : std::size_t{0});
@@ -198,8 +198,8 @@ TEST_F(MarchLimits, DeepPageTablesAreFlatOnes) {
       const Image image = render_gl(view, deep).image;
       const Comparison c = difference(name + " levels " + std::to_string(deep.density.pages.levels),
                                       expected, image);
-      // Runs of nothing end at other faces, where a ray's next cell may be taken from another
-      // axis: rounding of t, a few 1e-7.
+      // Empty runs end at other faces, where a ray may take its next cell from another axis:
+      // rounding of t, a few 1e-7.
       EXPECT_LE(c.max, 2e-6) << name;
       EXPECT_LE(difference("  march in double", image, double_picture(view)).max, 2e-5);
     }
@@ -223,8 +223,9 @@ TEST_F(MarchLimits, HugeSparseBoxes) {
     const View view = view_of(scene, shared);
     const Image image = gl_picture(view);
     expect_content(image, 0.1);
-    // Voxel coordinates reach 50,000 from the middle of the domain: an ulp of float32 there is
-    // 1/256 voxel, which is how well the GPU can place a ray. March in double: exact.
+    // Voxel coordinates reach 50,000 from the middle of the domain. An ulp of float32 there is
+    // 1/256 voxel, which limits how accurately the GPU can place a ray. The march in double is
+    // exact.
     EXPECT_LE(difference("double", double_picture(view), render_reference(view).image).max, 1e-7);
     EXPECT_LE(difference("GPU", image, render_reference(view).image).max, 2.0 * 3 / 256);
   }
@@ -233,7 +234,7 @@ TEST_F(MarchLimits, HugeSparseBoxes) {
 // --- tiles ---------------------------------------------------------------------------------------
 
 TEST_F(MarchLimits, TilesHaveNoSeams) {
-  // 300 x 200 pixels: a tile of 256 and the rest; resumable pictures start with tiles of 64.
+  // 300 x 200 pixels: a tile of 256 and a rest; resumable pictures start with tiles of 64.
   Scene scene = oblique();
   scene.resolution = {300, 200};
   for (const double step : {0.0, 1.3}) {

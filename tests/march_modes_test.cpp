@@ -1,5 +1,5 @@
-// Modes other than alpha: the march in double against the reference, the GPU against the march in
-// double, the layer `depth` of what is seen at one place.
+// Modes other than alpha: compares the march in double with the reference, the GPU with the march
+// in double, and the layer `depth` with the place that is seen.
 
 #include <glm/vec3.hpp>
 #include <string>
@@ -42,7 +42,7 @@ const char* mode_name(Mode mode) {
                               : "surface";
 }
 
-/// Perspective without a function and parallel with one, which is what the two can do wrong.
+/// Perspective without a function and parallel with one: these cover what the two can do wrong.
 View either(bool parallel_with_function, Field field, Mode mode) {
   if (!parallel_with_function) return mode_view(perspective(), std::move(field), mode);
   return with_ramp(mode_view(parallel(), std::move(field), mode));
@@ -62,7 +62,7 @@ Image deep_gpu(const View& view) {
 struct Probe {
   double distance = 0, value = 0;
 };
-/// Of a pixel's layer `depth`, and the field's value there.
+/// A pixel's layer `depth`, and the field's value there.
 Probe probe(const View& view, const Image& image, int x, int y) {
   static std::shared_ptr<const Field> last;
   static std::optional<PlainField> field;
@@ -72,8 +72,8 @@ Probe probe(const View& view, const Image& image, int x, int y) {
   return {t, std::isinf(t) ? 0 : field->value(ray.origin + t * ray.direction).x};
 }
 
-/// Depths are infinite in the same pixels, and else within 1e-4 voxels. Where the value hardly
-/// changes along the ray its rounding moves the place further: there the values are the same.
+/// Depths are infinite in the same pixels and otherwise agree within 1e-4 voxels. If the value
+/// hardly changes along the ray, its rounding shifts the place further; then the values agree.
 void expect_depth(const View& view, const Image& image, const Image& reference) {
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
@@ -86,8 +86,8 @@ void expect_depth(const View& view, const Image& image, const Image& reference) 
     }
 }
 
-/// The depth of every maximum is a place that has it: of a plateau any one may be named. Depths are
-/// float32 of 100 and more, 4e-6, and slopes below 3.
+/// The depth of every maximum is a place with that value; on a plateau any place will do. Depths
+/// are float32 of 100 and more, 4e-6, and slopes are below 3.
 void expect_maximum_there(const View& view, const Image& image) {
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
@@ -98,7 +98,7 @@ void expect_maximum_there(const View& view, const Image& image) {
     }
 }
 
-/// Pixels that differ by more than `tolerance`, and the RMS of the others.
+/// The number of pixels that differ by more than `tolerance`, and the RMS of the others.
 std::pair<int, double> outliers(const Image& a, const Image& b, double tolerance) {
   int count = 0;
   double sum = 0;
@@ -127,9 +127,9 @@ TEST(MarchModesDouble, MaximaAreTheReference) {
         const View view = either(second, smooth ? blobs() : mixed(), mode);
         const Image reference = render_reference(view).image, image = deep_double(view);
         expect_content(reference);
-        // Both look for the cubic's own maximum: rounding of the picture to float32.
+        // Both find the cubic's own maximum: only the picture's rounding to float32 remains.
         EXPECT_LE(difference(what(mode, second), image, reference).max, 1e-7);
-        // blobs have no plateau but vacuum, which is not seen
+        // the only plateau of blobs is vacuum, which is not visible
         if (smooth)
           expect_depth(view, image, reference);
         else if (!second)
@@ -142,9 +142,9 @@ TEST_F(MarchModes, MaximaOnTheGpuAreTheMarchInDouble) {
     for (const bool second : {false, true}) {
       const View view = either(second, mixed(), mode);
       const Image gpu = deep_gpu(view);
-      // Places are right to 1e-5 voxels, values of noise there to that times its slope, 2; the ramp
-      // makes four times as much of it. LMIP in float32 takes a fall by less than 4e-6 of the value
-      // for rounding: a ray that cuts a cell's corner may have one, and goes on.
+      // Places are accurate to 1e-5 voxels, and values of noise there to that times its slope, 2;
+      // the ramp multiplies that by four. LMIP in float32 treats a fall of less than 4e-6 of the
+      // value as rounding: a ray that cuts a cell's corner may meet one, and continues.
       const auto [count, rms] = outliers(gpu, double_picture(view), 8e-5);
       std::printf("  %s: rms %.2e, %d pixels with another maximum\n", what(mode, second).c_str(),
                   rms, count);
@@ -160,8 +160,8 @@ TEST(MarchModesDouble, SurfacesAreTheReference) {
       const View view = either(second, smooth ? blobs() : mixed(), Mode::isosurface);
       const Image reference = render_reference(view).image, image = deep_double(view);
       expect_content(reference);
-      // Roots are bisected to 2^-20 of a cell, and a normal turns by that over the gradient's
-      // length, down to some 0.01 where noise has a saddle.
+      // Roots are bisected to 2^-20 of a cell. A normal turns by that over the gradient's length,
+      // which is as small as 0.01 where noise has a saddle.
       EXPECT_LE(difference(what(Mode::isosurface, second), image, reference).rms, 1e-6);
       expect_depth(view, image, reference);
     }
@@ -173,7 +173,7 @@ TEST_F(MarchModes, SurfacesOnTheGpuAreTheMarchInDouble) {
     const Image reference = render_reference(view).image, gpu = deep_gpu(view);
     const Comparison c = difference(what(Mode::isosurface, second), gpu, double_picture(view));
     EXPECT_LE(c.rms, 1e-6);
-    EXPECT_LE(c.max, 2e-4);  // places right to 1e-5 voxels, over that gradient
+    EXPECT_LE(c.max, 2e-4);  // places are accurate to 1e-5 voxels, over that gradient
     expect_depth(view, gpu, reference);
     view.scene.light = DirectionalLight{{-1, -2, 0.5}, {1, 1, 1}};
     const Image lit = double_picture(view);
@@ -185,8 +185,8 @@ TEST_F(MarchModes, SurfacesOnTheGpuAreTheMarchInDouble) {
 TEST_F(MarchModes, XrayIsTheReference) {
   for (const bool second : {false, true}) {
     View view = either(second, mixed(), Mode::xray);
-    view.medium.extinction = 0.4;     // deeper than 1: no opacity, but a number
-    view.scene.split_knots = second;  // pieces of cubics, whose integral Simpson's rule is
+    view.medium.extinction = 0.4;     // deeper than 1: a number, not an opacity
+    view.scene.split_knots = second;  // pieces of cubics, which Simpson's rule integrates exactly
     const Image reference = render_reference(view).image, image = double_picture(view);
     expect_content(reference);
     // knots are bisected to 2^-20 of a cell
@@ -218,9 +218,10 @@ TEST_F(MarchModes, BackToFrontIsAlpha) {
     view.scene.mode = Mode::back_to_front;
     const Image back = double_picture(view);
     const std::string name = info(way.rule).name;
-    // cell-exact cuts rough pieces from the end where it begins: two quadratures, each allowed 1e-6
+    // cell-exact cuts rough pieces starting at the end it enters: two quadratures, each allowed
+    // 1e-6
     EXPECT_LE(difference(name, back, front).rms, is_cell_rule(way.rule) ? 1e-6 : 1e-7);
-    // one program a kind of rule: building them is most of the time that this takes
+    // one program per kind of rule, because building them takes most of this test's time
     if (way.rule == Integrator::midpoint || way.rule == Integrator::preintegrated) continue;
     EXPECT_LE(difference(name + ", gpu", gl_picture(view), back).rms, 1e-6);
   }
@@ -236,8 +237,8 @@ TEST(MarchModesDouble, UniformMaximaRiseToTheReference) {
       const Image image = double_picture(view), reference = render_reference(view).image;
       for (std::size_t i = 0; mode == Mode::mip && i < reference.rgba().size(); ++i)
         ASSERT_LE(image.rgba()[i], reference.rgba()[i] + 1e-7f);
-      // Of second order where a maximum is smooth, of first at a kink; what opacity jumps by where
-      // a ray grazes the blobs is left out.
+      // Second order where a maximum is smooth, first order at a kink. Pixels whose ray grazes the
+      // blobs, where the opacity jumps, are left out.
       const double rms = difference(std::string(mode_name(mode)) + " step " + std::to_string(step),
                                     image, reference)
                              .channel_rms[0];
@@ -256,7 +257,7 @@ TEST_F(MarchModes, UniformXrayAndMaximaOnTheGpuAreTheMarchInDouble) {
     const Image image = double_picture(view);
     const Comparison c =
         difference("xray step " + std::to_string(step), image, render_reference(view).image);
-    // second order on kinked data, 16 a time; half of it seen through the lattice's aliasing
+    // second order on kinked data, a factor 16 each; half of it allows for the lattice's aliasing
     EXPECT_LE(c.rms, last / 8);
     last = c.rms;
     EXPECT_LE(difference("xray gpu", gl_picture(view), image).rms, 1e-6);

@@ -30,7 +30,7 @@ TEST(RayTemplate, NeighboursShareWhatTheConnectivityAsks) {
 TEST(RayTemplate, StaysWithinHalfAVoxelOfTheLine) {
   for (const glm::dvec3& direction : directions) {
     const RayTemplate made = make_ray_template(direction, 100, 26);
-    ASSERT_EQ(made.entries.size(), 101u);  // one voxel a plane
+    ASSERT_EQ(made.entries.size(), 101u);  // one voxel per plane
     const double main = std::abs(direction[made.axis]);
     for (std::size_t k = 0; k < made.entries.size(); ++k) {
       const glm::dvec3 line = direction * (double(k) / main);
@@ -60,7 +60,7 @@ TEST(RayTemplate, SixConnectedVoxelsAreThoseThatTheLinePierces) {
 
 class MarchTemplate : public GpuTest {
  protected:
-  /// An orthographic view along `direction` at the blobs, their own value as luminance.
+  /// An orthographic view of the blobs along `direction`, with their own value as luminance.
   static View view_along(const glm::dvec3& direction, int connectivity, Glow glow = Glow::density) {
     const glm::dvec3 middle(19.5, 17.5, 15.5);
     Scene scene = looking(small_scene(48), middle - 200.0 * direction, middle, 48.0);
@@ -80,15 +80,15 @@ TEST_F(MarchTemplate, GpuIsTheMarchInDouble) {
       const Image gpu = gl_picture(view), wide = double_picture(view);
       expect_content(gpu);
       const Comparison c = difference("connectivity " + std::to_string(connectivity), gpu, wide);
-      // float32: psi_exact's weights carry 2e-6 of the opacity. (No pixel of these views is so near
-      // the middle of two base voxels that it takes another one in float32.)
+      // float32: psi_exact's weights carry 2e-6 of the opacity. (No pixel of these views is close
+      // enough to the middle of two base voxels to select the other one in float32.)
       EXPECT_LE(c.max, 4e-6);
     }
 }
 
 TEST_F(MarchTemplate, AlongAnAxisThroughVoxelsIsTheReference) {
-  // Rays through voxel centres: between them the field is linear, as the rule takes it. What is
-  // left is that the rule's L tau is a product of linear functions, exactly so here.
+  // Rays pass through voxel centres. Between these the field is linear, as the rule assumes, and L
+  // tau is exactly a product of linear functions.
   Scene scene = looking(small_scene(40), {19.5, 17.5, 200}, {19.5, 17.5, 0}, 40.0);
   scene.sampling = Sampling::template_;
   scene.integrator = Integrator::psi_exact;
@@ -100,9 +100,9 @@ TEST_F(MarchTemplate, AlongAnAxisThroughVoxelsIsTheReference) {
   EXPECT_LE(difference("along z", gpu, render_reference(view).image).max, 4e-6);
 }
 
-// A ray that enters through another face than the base plane's meets the domain behind the plane.
-// Samples are within half a voxel of their ray along each axis: the picture is off by less than
-// what it changes where the camera moves by one.
+// A ray that enters through a face other than the base plane's meets the domain behind the plane.
+// Samples are within half a voxel of their ray along each axis, so the picture is off by less than
+// it changes if the camera moves by one voxel.
 TEST_F(MarchTemplate, RaysEnterThroughEveryFace) {
   for (const glm::dvec3& direction : {glm::dvec3(-0.9, -0.5, -1), {0.8, 0.9, 1}, {-1, 0.7, 0.6}}) {
     const View view = view_along(glm::normalize(direction), 26, Glow::constant);
@@ -127,7 +127,7 @@ TEST_F(MarchTemplate, ConstantLuminanceGivesTheOpacity) {
 TEST_F(MarchTemplate, OneVoxelASampleIsOneFetch) {
   const View view = view_along(glm::normalize(glm::dvec3(0.3, -0.2, -1)), 26);
   const RenderResult gpu = render_gl(view, build_medium_atlas(view), {.render = {.count = true}});
-  // 34 planes of voxels with their tents, at most
+  // at most 34 planes of voxels with their tents
   EXPECT_GT(gpu.stats.samples, 0u);
   EXPECT_LE(gpu.stats.samples, 48u * 48u * 40u);
 }

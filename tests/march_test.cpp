@@ -1,5 +1,5 @@
-// The GPU's march against the same march in double (arithmetic error), and against the reference
-// (step error), on fields made on the spot.
+// Compares the GPU's march with the same march in double (arithmetic error) and with the reference
+// (step error), on fields made here.
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ Scene oblique(int side = 64) {
   return scene;
 }
 
-/// A luminance grid rotated, of other voxels, that covers the density in part.
+/// A luminance grid with rotated voxels of another size that covers part of the density.
 glm::dmat4 tilted() {
   glm::dmat4 m = glm::translate(glm::dmat4(1), glm::dvec3(-18, -20, -14));
   m = glm::rotate(m, 0.3, glm::dvec3(1, 2, 0.5));
@@ -58,7 +58,7 @@ View scene_of(const Scene& scene, Source source) {
   throw std::logic_error("no such source");
 }
 
-/// The bounds: RMS 1e-6, and max 2e-5 where a ray along a face takes the other cell.
+/// The bounds: RMS 1e-6, and max 2e-5 where a ray along a face enters the other cell.
 void expect_arithmetic(const std::string& what, const View& view) {
   const MediumAtlas atlases = build_medium_atlas(view);
   const Image gpu = render_gl(view, atlases).image;
@@ -111,7 +111,7 @@ TEST_P(MarchSource, EarlyTerminationStopsAlike) {
   scene.extinction = 2;
   scene.early_termination = Scene{}.early_termination;
   const View view = scene_of(scene, GetParam());
-  // One of the two may stop a segment later: that segment holds at most 1/16384 of the light.
+  // Either may stop a segment later: that segment holds at most 1/16384 of the light.
   const MediumAtlas atlases = build_medium_atlas(view);
   const Comparison c = difference(name() + " terminated", render_gl(view, atlases).image,
                                   render_double(view, atlases).image);
@@ -138,7 +138,7 @@ TEST_F(March, GpuIsTheMarchInDoubleOrthographic) {
 // --- against the reference -----------------------------------------------------------------------
 
 TEST_F(March, CellsAreTheReferenceForConstantLuminance) {
-  // Simpson's rule is exact for a cell's cubic: what is left is float32.
+  // Simpson's rule is exact for a cell's cubic: only float32 rounding remains.
   for (const IntegratorInfo& rule : integrators) {
     if (!rule.exact_depth || is_transfer_rule(rule.id)) continue;
     for (const bool inside : {false, true}) {
@@ -153,9 +153,9 @@ TEST_F(March, CellsAreTheReferenceForConstantLuminance) {
 }
 
 TEST_F(March, CellsConvergeToTheReferenceForLuminanceFromGrids) {
-  // Step error, in double. Each doubling of the segments divides it by four where L is a polynomial
-  // in the cell; 0.45 allows for cells too opaque for the asymptote. The kinks of a luminance grid
-  // of its own lie anywhere in a cell: still second order on the whole.
+  // Step error, in double. Doubling the segments divides it by four if L is a polynomial in the
+  // cell; 0.45 allows for cells too opaque to be in the asymptotic range. If the luminance grid has
+  // its own lattice, its kinks lie anywhere in a cell: second order still holds overall.
   for (const Source source : {Source::density, Source::scalar, Source::vector}) {
     double last = 0;
     for (const int segments : {1, 2, 4, 8}) {
@@ -177,9 +177,9 @@ TEST_F(March, CellsConvergeToTheReferenceForLuminanceFromGrids) {
 }
 
 TEST_F(March, CellExactIsFarMoreExactThanSegments) {
-  // Three nodes are exact for polynomials of degree 5; L tau is one of degree 6 here, whose error
-  // is x q_3^2/2800 a cell: on this rough field some 1e-5. Two linear segments leave a second-order
-  // error instead. A factor 40 lies between them at least; 76 and more were seen.
+  // Three nodes are exact for polynomials of degree 5. L tau has degree 6 here, and its error is x
+  // q_3^2/2800 per cell: about 1e-5 on this rough field. Two linear segments leave a second-order
+  // error instead. At least a factor of 40 lies between them; 76 and more were measured.
   for (const double extinction : {0.05, 0.5, 5.0, 500.0})
     for (const bool inside : {false, true}) {
       const auto error = [&](Integrator rule) {
@@ -193,7 +193,7 @@ TEST_F(March, CellExactIsFarMoreExactThanSegments) {
       };
       const Comparison exact = error(Integrator::cell_exact);
       EXPECT_LE(exact.rms, std::max(error(Integrator::psi_weighted).rms / 40, 1e-6));
-      EXPECT_LE(exact.channel_rms[3], 1e-6);  // float32, as any cells
+      EXPECT_LE(exact.channel_rms[3], 1e-6);  // float32, as for any cells
     }
 }
 
@@ -208,7 +208,7 @@ TEST_F(March, UniformConvergesToTheReference) {
                  .rms;
       if (step == 1.0) first = last;
     }
-    // Second order on kinked data, at least 1.5 seen through the lattice's aliasing: 16^1.5 = 64.
+    // Second order on kinked data; aliasing with the lattice leaves at least 1.5: 16^1.5 = 64.
     EXPECT_LE(last, first / 64) << rule.name;
   }
 }
@@ -216,10 +216,10 @@ TEST_F(March, UniformConvergesToTheReference) {
 // --- filtering in hardware -----------------------------------------------------------------------
 
 TEST_F(March, HardwareFilterIsNearTheExactOne) {
-  // GL asks for 8 bits of a filter weight's fraction at least; half of the last along each axis
-  // moves the value by at most 3/512 of its range, and the picture's optical depth by
-  // K length 3/512, its opacity by that times T: x e^{-x} <= 1/e of 3/512 times range over mean.
-  // llvmpipe weighs in float32, with 1e-5 from normalised coordinates.
+  // GL requires at least 8 bits for the fraction of a filter weight. Half of the last bit along
+  // each axis changes the value by at most 3/512 of its range. It changes the picture's optical
+  // depth by K length 3/512, and its opacity by that times T: x e^{-x} <= 1/e of 3/512 times range
+  // over mean. llvmpipe weighs in float32, with 1e-5 from normalised coordinates.
   for (const Source source : {Source::constant, Source::density, Source::scalar, Source::vector})
     for (const double step : {0.0, 0.5}) {
       Scene scene = oblique();
@@ -231,7 +231,8 @@ TEST_F(March, HardwareFilterIsNearTheExactOne) {
       const Comparison c = difference(
           std::string("hardware ") + names[int(source)] + (step > 0 ? " uniform" : " cells"), exact,
           hardware);
-      // Range over mean along a ray is up to 8 here (values to 2, means from 0.25 on); L doubles.
+      // Range over mean along a ray is at most 8 here (values up to 2, means from 0.25 on); L
+      // doubles it.
       EXPECT_LE(c.max, 2 * 8 * 3.0 / 512 / 2.718);
       EXPECT_LE(c.rms, 3e-3);
     }

@@ -1,4 +1,5 @@
-// Transfer functions in the march: against the reference, and the GPU against the march in double.
+// Transfer functions in the march: compared with the reference, and the GPU with the march in
+// double.
 
 #include <string>
 #include <utility>
@@ -40,7 +41,7 @@ const auto jumps = [] {
 struct Case {
   const char* name;
   std::shared_ptr<const TransferFunction> function;
-  double slope;  ///< greatest of the attenuation, jumps left out
+  double slope;  ///< greatest slope of the attenuation, without jumps
 };
 const std::vector<Case>& cases() {
   static const std::vector<Case> all{
@@ -75,8 +76,9 @@ TEST(MarchTransferDouble, CellsCutAtKnotsAreTheReference) {
       const std::string what = std::string(c.name) + name_of(source);
       view.scene.integrator = Integrator::cell_exact;
       EXPECT_LE(difference(what + ", cell-exact", double_picture(view), reference).rms, 2e-6);
-      // Linear attenuation of a cubic: Simpson's rule holds its depth, which is all there is to
-      // see under constant L; else two segments are of second order.
+      // If the attenuation is linear in the value, it is a cubic whose depth Simpson's rule gives
+      // exactly; under constant L nothing else is visible. Otherwise two segments have second
+      // order.
       view.scene.integrator = Integrator::psi_weighted;
       view.scene.split_knots = true;
       const Comparison split = difference(what + ", split", double_picture(view), reference);
@@ -87,8 +89,8 @@ TEST(MarchTransferDouble, CellsCutAtKnotsAreTheReference) {
     }
 }
 
-/// Errors with 1, 2 and 4 segments a cell, or steps of 1, 1/2 and 1/4 voxel: they fall, and on the
-/// whole by `order`.
+/// Errors with 1, 2 and 4 segments per cell, or steps of 1, 1/2 and 1/4 voxel: they fall, and
+/// overall by `order`.
 void expect_convergence(const std::string& what, View view, const Image& reference, double order) {
   const bool uniform = view.scene.sampling == Sampling::uniform;
   double first = 0, last = HUGE_VAL;
@@ -120,9 +122,9 @@ TEST(MarchTransferDouble, EveryClassificationConverges) {
       expect_convergence(std::string(c.name) + ' ' + info(rule).name + (split ? " split" : ""), v,
                          reference, order);
     };
-    // Samples of a function are of second order between its knots, but of first where it jumps, and
-    // where a segment's values pass a whole tent. Values that are linear in a segment are of second
-    // order whatever the function makes of them. 0.8 and 1.3 allow for so few segments.
+    // Samples of a function have second order between its knots, but first order where it jumps and
+    // where a segment's values cross a whole tent. Values that are linear in a segment have second
+    // order for any function. 0.8 and 1.3 allow for so few segments.
     const double sampled = c.slope == 1 ? 1.3 : 0.8;
     converges(Integrator::psi_weighted, false, false, sampled);
     converges(Integrator::psi_weighted, false, true, 1.8);
@@ -136,7 +138,7 @@ TEST(MarchTransferDouble, EveryClassificationConverges) {
 
 class MarchTransfer : public GpuTest {};
 
-/// One program each, whose building is most of the time that this takes.
+/// One program per kind of rule, because building them takes most of this test's time.
 TEST_F(MarchTransfer, GpuIsTheMarchInDouble) {
   struct Way {
     Integrator rule;
@@ -168,9 +170,8 @@ TEST_F(MarchTransfer, GpuIsTheMarchInDouble) {
     }
 }
 
-/// A piece of a cell that ends where it began, but for rounding, is not crossed by ulps: in
-/// heptane's plateaus some rays took 47,000 turns and what their sums had lost was an error of
-/// 6e-4.
+/// A piece of a cell that ends where it began, up to rounding, is not crossed by ulps. In heptane's
+/// plateaus some rays took 47,000 turns, and their sums lost enough for an error of 6e-4.
 TEST_F(MarchTransfer, PlateausOfRoundingAreCrossedAtOnce) {
   View view = view_under(cases()[0], LuminanceSource::transfer);
   view.medium.density = share(make_field({{-20, -12, -8}, {43, 35, 31}}, [](glm::ivec3 v) {
@@ -183,7 +184,7 @@ TEST_F(MarchTransfer, PlateausOfRoundingAreCrossedAtOnce) {
   const RenderResult truth = render_double(view, atlas, count);
   expect_content(gpu.image);
   EXPECT_LE(difference("plateau", gpu.image, truth.image).rms, 1e-6);
-  // double has as many cells, and more turns of the value that it can tell
+  // double has as many cells, and more turns because it resolves more values
   EXPECT_LE(gpu.stats.samples, truth.stats.samples);
 }
 

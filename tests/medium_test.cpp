@@ -1,5 +1,5 @@
-// What a view resolves: `auto` extinction on fields whose integrals are known, optionals, and where
-// luminance comes from.
+// What a view resolves: `auto` extinction on fields with known integrals, optional parameters, and
+// the source of luminance.
 
 #include <gtest/gtest.h>
 
@@ -41,9 +41,9 @@ TEST(AutoExtinction, TakesTilesAndLeavesAlike) {
 }
 
 TEST(AutoExtinction, LeavesOutWhatIsOutsideTheDomain) {
-  // An inactive voxel just outside the active box is the domain's end: its tent is cut in half.
+  // An inactive voxel just outside the active box ends the domain: its tent is cut in half.
   Field field = make_field({{0, 0, 0}, {6, 7, 7}}, [](glm::ivec3) { return 1.f; });
-  auto values = std::make_shared<std::vector<float>>(512, 1.f);  // x = 7 is stored, inactive
+  auto values = std::make_shared<std::vector<float>>(512, 1.f);  // x = 7 is stored but inactive
   field.leaves[0].values = values->data();
   field.storage = values;
   // x lines: 7 voxels and half of the eighth; y and z lines: 8.
@@ -54,7 +54,7 @@ TEST(AutoExtinction, WidensToTheDomainAndToTheDensestVoxel) {
   const auto shell = [](glm::ivec3 v) { return v.y < 4 && v.z < 4 ? 1.f : 0.f; };
   EXPECT_NEAR(auto_extinction(make_field({{0, 0, 0}, {31, 3, 3}}, shell)), 3 / ((32 + 4 + 4) / 3.0),
               1e-12);
-  // Two voxels at the ends of a long diagonal: no lattice ray meets one.
+  // Two voxels at the ends of a long diagonal, which no lattice ray meets.
   const auto sparse = [](glm::ivec3 v) {
     return v == glm::ivec3(0) ? 1.f : v == glm::ivec3(255) ? 2.f : 0.f;
   };
@@ -93,7 +93,7 @@ TEST(MakeView, ResolvesEveryOptional) {
   EXPECT_EQ(uniform.scene.integrator, Integrator::psi_balanced);
   EXPECT_EQ(uniform.scene.ortho_width, 2 * uniform.camera.half_width);
 
-  // Rendering what was resolved changes nothing.
+  // Rendering the resolved scene changes nothing.
   for (const View* view : {&cells, &uniform}) {
     const Scene read = scene_from_json(to_json(view->scene));
     EXPECT_EQ(to_json(make_view(read, field, nullptr).scene), to_json(view->scene));

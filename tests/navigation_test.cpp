@@ -1,4 +1,4 @@
-// The camera that a hand moves, and the other parts of the viewer that need no window.
+// The camera as the user moves it, and other parts of the viewer that need no window.
 
 #include "view/navigation.h"
 
@@ -227,7 +227,7 @@ TEST(Volume, TellsHowFarItIs) {
   EXPECT_GE(steps, 2);
   EXPECT_GT(last, 0.5);
   EXPECT_TRUE(box);
-  // what a newer wish throws ends the reading
+  // an exception of a newer wish ends the reading
   struct Ended {};
   const auto end = [](const std::string&, double fraction) {
     if (fraction > 0) throw Ended();

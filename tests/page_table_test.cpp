@@ -1,4 +1,4 @@
-// The page table: what it says of every cell, at any number of levels, and what it costs.
+// The page table: its entry for every cell, at any number of levels, and its cost.
 
 #include <gtest/gtest.h>
 
@@ -58,7 +58,8 @@ TEST_P(PageTableLevels, EveryCellFindsItsNode) {
       for (int z = first.z; z <= last.z; ++z) {
         const glm::ivec3 brick(x, y, z);
         const EntryKind expected = voxels.kind(brick);
-        // Its first and last cell in the domain, and one between: a node does not end in a brick.
+        // Its first and last cells in the domain, and one between: a node does not end inside a
+        // brick.
         for (const glm::ivec3 in : {glm::ivec3(0), glm::ivec3(7), glm::ivec3(1, 5, 2)}) {
           const glm::ivec3 cell = glm::clamp(8 * brick + in, domain.min, domain.max - 1);
           const auto node = march.find_node(0, cell);
@@ -132,7 +133,7 @@ TEST(PageTable, HugeSparseBoxStaysSmall) {
   field.name = "density";
   auto values = std::make_shared<std::vector<float>>(512, 0.0f);
   (*values)[0] = 1;
-  // 12,501^3 bricks: a dense table would have 7.8 TB.
+  // 12,501^3 bricks: a dense table would take 7.8 TB.
   for (const glm::ivec3 origin :
        {glm::ivec3(0), glm::ivec3(100'000), glm::ivec3(50'000, 8, 99'992)})
     field.leaves.push_back({origin, values->data()});

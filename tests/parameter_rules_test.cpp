@@ -1,4 +1,5 @@
-// What parameters demand of each other, and what the command line clears of a file's scene.
+// The requirements between parameters, and the values of a file's scene that the command line
+// clears.
 
 #include <gtest/gtest.h>
 
@@ -64,7 +65,7 @@ TEST(Validate, RefusesOptionsWithoutTheirCounterpart) {
             "--colormap and --luminance-grid exclude each other; leave one of them out");
   EXPECT_EQ(error({{"temperature-grid", "a"}, map}),
             "--colormap and --temperature-grid exclude each other; leave one of them out");
-  EXPECT_EQ(error({{"temperature-grid", "a"}, function}), "no error");  // it may have no colours
+  EXPECT_EQ(error({{"temperature-grid", "a"}, function}), "no error");  // it may lack colours
   EXPECT_EQ(error({{"light", "0,0,0"}}), "--light 0,0,0 has no direction");
   EXPECT_EQ(error({{"albedo", "0.5"}, {"phase-g", "0.5"}}), "no error");
   EXPECT_EQ(error({{"isovalue", "1"}}),
@@ -97,7 +98,7 @@ TEST(Tolerance, ExcludesEveryParameterOfTheMethod) {
   for (const Parameter& p : parameters()) excluded += p.under_tolerance != UnderTolerance::free;
   EXPECT_EQ(excluded, method.size());
   for (const Setting& setting : method) {
-    Scene scene = with("colormap", "hot");  // which --split-knots needs
+    Scene scene = with("colormap", "hot");  // required by --split-knots
     EXPECT_TRUE(leaves_method_open(scene));
     EXPECT_EQ(with_default_tolerance(scene).tolerance, default_tolerance);
     set_parameter(scene, setting.name, setting.text);
@@ -107,7 +108,7 @@ TEST(Tolerance, ExcludesEveryParameterOfTheMethod) {
     const Scene method_alone = scene;
     scene.tolerance = 0.1;
     EXPECT_NE(usage_error([&] { validate(scene); }).find("--" + setting.name), std::string::npos);
-    // The command line's replaces the file's.
+    // The command line's value replaces the file's.
     scene = method_alone;
     apply_over(scene, std::vector<Setting>{{"tolerance", "0.1"}});
     EXPECT_TRUE(has_default(scene, *find_parameter(setting.name))) << setting.name;
@@ -125,7 +126,7 @@ TEST(Tolerance, ExcludesEveryParameterOfTheMethod) {
             "hardware");
   EXPECT_FALSE(leaves_method_open(with("renderer", "reference")));
   EXPECT_TRUE(leaves_method_open(with("renderer", "march-double")));
-  // A default that is spelled out is no choice.
+  // Spelling out a default is not a choice.
   scene = with("tolerance", "0.1");
   apply_over(scene, std::vector<Setting>{{"sampling", "auto"}, {"filter", "exact"}});
   EXPECT_EQ(scene.tolerance, 0.1);

@@ -1,4 +1,4 @@
-// Colour maps that ParaView exported: what lies between their points, by VTK's definitions.
+// Colour maps exported by ParaView: the values between their points, by VTK's definitions.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace psivox {
 namespace {
 
-/// `members` of the one object of the list.
+/// `members` of the list's only object.
 TransferFunction map(const std::string& members) {
   return transfer_function_from_json(R"([{"Name": "m", "NanColor": [1, 1, 0], )" + members + "}]",
                                      "m.json");
@@ -22,7 +22,8 @@ TransferFunction red_to_blue(const std::string& space) {
   return map(R"("RGBPoints": [0, 1, 0, 0, 1, 0, 0, 1], "ColorSpace": ")" + space + "\"");
 }
 
-/// 8-bit display colours; half a step of the knots and half of the published rounding.
+/// 8-bit display colours; the bound is half a step for the knots and half for the published
+/// rounding.
 void expect_color(const TransferFunction& f, double value, const glm::dvec3& code) {
   const glm::dvec3 ours = 255.0 * srgb_from_linear(f.at(value).color);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(ours[c], code[c], 1) << value << " channel " << c;
@@ -32,7 +33,7 @@ TEST(ParaviewMap, InterpolatesCodesAsTheDisplayDoes) {
   const TransferFunction f = red_to_blue("RGB");
   EXPECT_TRUE(f.has_color());
   expect_color(f, 0, {255, 0, 0});
-  expect_color(f, 0.5, {128, 0, 128});  // as vtkColorTransferFunction's own test has it
+  expect_color(f, 0.5, {128, 0, 128});  // as in vtkColorTransferFunction's own test
   for (double t = 0; t <= 1; t += 1.0 / 1024) expect_color(f, t, {255 * (1 - t), 0, 255 * t});
   EXPECT_LT(f.points().size(), 80u);
   expect_color(f, -3, {255, 0, 0});
@@ -53,7 +54,7 @@ TEST(ParaviewMap, KnowsTheColorSpaces) {
                                                       1, 0.705882, 0.0156863, 0.14902])");
   expect_color(cool_to_warm, 0, {221, 221, 221});
   for (double v = -1; v <= 1; v += 0.01) {
-    // The same curve; either may have been given other points, half a step off it.
+    // The same curve; each may use different points, half a step off it.
     expect_color(cool_to_warm, v,
                  255.0 * srgb_from_linear(colormap_color(Colormap::coolwarm, (v + 1) / 2)));
   }
@@ -109,7 +110,7 @@ TEST(ParaviewMap, BendsOpacityByMidpointAndSharpness) {
   EXPECT_EQ(step.at(0.7500001).attenuation, 0.8);
 
   // vtkPiecewiseFunction::GetTable's formula at some places: s = 0.5 (2 t)^(1 + 10 sharpness), then
-  // the Hermite basis with the slope (1 - sharpness) (b - a) at both ends.
+  // the Hermite basis with slope (1 - sharpness) (b - a) at both ends.
   for (const double sharpness : {0.1, 0.25, 0.5, 0.9}) {
     const TransferFunction curve = with(0.5, sharpness);
     EXPECT_LT(curve.points().size(), 80u);
@@ -120,7 +121,7 @@ TEST(ParaviewMap, BendsOpacityByMidpointAndSharpness) {
       const double s2 = s * s, s3 = s2 * s, slope = (1 - sharpness) * 0.6;
       const double value = (2 * s3 - 3 * s2 + 1) * 0.2 + (-2 * s3 + 3 * s2) * 0.8 +
                            (s3 - 2 * s2 + s) * slope + (s3 - s2) * slope;
-      // 1/510 of the height, 0.6: what the points are chosen for; eighths of a part were looked at.
+      // 1/510 of the height, 0.6: the points are chosen to meet this, checked at eighths of a part
       EXPECT_NEAR(curve.at(t).attenuation, value, 1.1 * 0.6 / 510) << sharpness << " " << t;
     }
   }
