@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The house's directions of dependency (docs/architecture.md), read off its includes. check_includes.sh [ROOT]
+# Checks includes against the directions of dependency in docs/architecture.md. check_includes.sh
+# [ROOT]
 set -euo pipefail
 cd "${1:-$(dirname "$0")/..}"
 bad=0
@@ -18,8 +19,10 @@ for folder in tools tests; do
   [ -d "$folder" ] && folders+=("$folder")
 done
 
-# --- packages: each is known in one corner ---------------------------------------------------------
-# only_in PATTERN WHERE...: headers that match may be included in files that match one of WHERE.
+# --- packages: each is known to one component
+# ------------------------------------------------------
+# only_in PATTERN WHERE...: only files that match one of WHERE may include headers that match
+# PATTERN.
 only_in() {
   local pattern=$1 place header
   shift
@@ -41,7 +44,8 @@ only_in '^CLI/' '^tools/'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/viewer_hands\.h$'
 only_in '^gtest/' '^tests/'
 
-# --- components: src/X sees psivox/, itself, and what is listed ------------------------------------
+# --- components: src/X may include psivox/, itself, and the components listed
+# ----------------------
 declare -A sees=(
   [atlas]="" [colour]="" [draw]="gl march reference" [gl]="march" [image]="colour" [march]="scene"
   [oiio]="colour image" [reference]="march" [scene]="colour" [study]="colour march verify" [text]=""
@@ -66,7 +70,8 @@ for folder in src/*/; do
   done < <(includes "$folder")
 done
 
-# The reference is a different algorithm: it shares no shader, and of march/ the view of the light alone.
+# The reference is a different algorithm. It shares no shader, and of march/ only the view of the
+# light.
 while read -r place header; do
   [[ $header == reference/* ]] || continue
   [[ $place == src/reference/* || $place == src/draw/* || $place == tests/* ]] ||

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Every test that docs/stability.md names exists. check_stability.sh [ROOT]
+# Checks that every test named in docs/stability.md exists. check_stability.sh [ROOT]
 set -euo pipefail
 cd "${1:-$(dirname "$0")/..}"
 rows=0 bad=0

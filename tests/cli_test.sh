@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The program as its users call it: cli_test.sh PSIVOX ASSETS. Each line: the exit code, a part of
-# what it prints (or -), and the arguments. Without an EGL device it skips (exit 77).
+# Tests the program as its users call it: cli_test.sh PSIVOX ASSETS. Each line gives the exit code,
+# a part of the output (or -), and the arguments. Without an EGL device it skips (exit 77).
 set -u
 program=$1 assets=$2
 work=$(mktemp -d)
@@ -49,7 +49,7 @@ t 2 "needs a .png" render "$S" -o a.exr --bits 16 $R
 t 2 "{8,16}" render "$S" -o a.png --bits 10 $R
 t 0 - render "$S" -o a.png --bits 16 $R
 t 0 - render "$S" -o b.exr $R
-# 16 bits: half a code at the sRGB curve's steepest, and alpha's
+# 16 bits: half a code at the steepest slope of the sRGB curve, and half a code of alpha
 t 0 rms compare a.png b.exr --max-abs 2.6e-5
 t 2 "dpeth not in {depth," render "$S" -o a.exr --aov dpeth $R
 t 0 - render -o a.exr --aov depth "$S" --aov steps,samples $R
@@ -66,7 +66,7 @@ for integrator in porter-duff midpoint average linear-luminance opacity-linear p
   t 0 - render "$S" -o a.exr --integrator $integrator --luminance-grid temperature $R
 done
 t 2 "cells" render "$S" -o a.exr --integrator cell-exact --step 1 $R
-# asked for an error: the default, too
+# a tolerance, which is also the default
 t 0 '"tolerance": 0.001' render "$S" -o loose.exr --stats - $R
 t 0 rms compare loose.exr reference.exr --max-rms 1e-3
 t 0 '"tolerance": 0.001' render "$S" -o a.exr --print-scene $R
@@ -150,12 +150,12 @@ t 0 '"passed": true' verify --json
 t 2 "exact or hardware" verify --filter exakt
 t 4 "--list-devices" verify --device 99
 t 2 "unexpected argument" verify a.exr
-# A shader with a wrong number is a failed verification.
+# A wrong constant in a shader makes the verification fail.
 cp -r "$assets/../shaders" broken && chmod -R u+w broken
 sed -i 's/real(0.27) : real(0.73)/real(0.73) : real(0.27)/' broken/integrators/psi_weighted.glsl
 PSIVOX_SHADER_DIR=$work/broken t 7 "beyond their bounds: ramp that glows, psi-weighted" verify
 PSIVOX_SHADER_DIR=$work/broken t 7 '"passed": false' verify --json
-# A picture's estimate is of what the device drew.
+# A picture's estimate includes the device's errors.
 sed -i 's/real a = decay(m.optical_depth).a;/real a = real(0.9) * decay(m.optical_depth).a;/' broken/pixel.glsl
 PSIVOX_SHADER_DIR=$work/broken t 0 "by the device's arithmetic" render "$S" -o a.exr --resolution 32x32
 echo '{"stpe": 1}' >bad.json
@@ -173,7 +173,7 @@ if compgen -G '.psivox*' >/dev/null || [ -e a.jpg ]; then
   failed=$((failed + 1))
 fi
 
-# The window, where there is no display, and what is refused before one is opened.
+# The window without a display, and options refused before a window opens.
 DISPLAY="" WAYLAND_DISPLAY="" t 4 "psivox render" view "$S"
 t 2 "{native,egl}" view "$S" --context glx
 t 2 "at least 0" view "$S" --frame-budget fast
@@ -187,14 +187,14 @@ if "$program" view --help | grep -q benchmark; then
   failed=$((failed + 1))
 fi
 
-# The module that reads pictures is loaded when one is read, and without it there is one line of error.
+# The program loads the module that reads pictures on demand. Without the module it prints one line.
 mkdir alone
 cp -L "$(ldd "$program" | awk '/libpsivox/ { print $3 }')" alone/libpsivox.so.0
 LD_LIBRARY_PATH=alone t 0 - render "$S" -o a.png $R
 LD_LIBRARY_PATH=alone t 1 "psivox: cannot load what reads pictures: alone/libpsivox_oiio.so" compare a.exr a.exr
 LD_LIBRARY_PATH=alone t 1 "psivox: cannot load what reads pictures: alone/libpsivox_oiio.so" --version
 
-# Where EGL finds no driver at all.
+# EGL finds no driver.
 output=$(__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null "$program" render "$S" -o n.exr $R 2>&1)
 code=$?
 if [ $code -ne 4 ] || ! grep -q install <<<"$output"; then

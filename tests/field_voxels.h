@@ -12,8 +12,8 @@
 
 namespace psivox {
 
-/// A field's values voxel by voxel, by a hash map of leaves and a search of tiles: what atlases are
-/// tested against shares no code with them.
+/// A field's values voxel by voxel, by a hash map of leaves and a search of tiles. Atlases are
+/// compared with it; it shares no code with them.
 class FieldVoxels {
  public:
   explicit FieldVoxels(const Field& field) : field_(field) {
@@ -36,7 +36,7 @@ class FieldVoxels {
     return glm::vec3(0);
   }
 
-  /// What the 9^3 values of a brick are: all 0, all equal, or neither.
+  /// Whether the 9^3 values of a brick are all 0, all equal, or neither.
   EntryKind kind(const glm::ivec3& brick) const {
     const glm::vec3 first = (*this)(brick * 8);
     for (int x = 0; x < 9; ++x)
@@ -56,12 +56,12 @@ class FieldVoxels {
   std::unordered_map<std::size_t, const float*> leaves_;
 };
 
-/// The entry of a page table that covers a voxel, and the box of voxels that it stands for: written
-/// again, from the documentation in atlas.h and shaders/atlas.glsl.
+/// The entry of a page table that covers a voxel, and the box of voxels that it represents. Written
+/// independently, from the documentation in atlas.h and shaders/atlas.glsl.
 struct PageEntry {
   EntryKind kind;
   std::uint32_t payload;
-  Box box;  ///< of the entry itself
+  Box box;  ///< the entry's own
   int width;
 };
 

@@ -9,8 +9,8 @@
 
 namespace psivox {
 
-/// Writes a picture of a test as NAME.png into the folder that the environment variable
-/// PSIVOX_FIGURES names, if it is set.
+/// Writes a test's picture as NAME.png to the folder named by the environment variable
+/// PSIVOX_FIGURES, if set.
 inline void write_figure(const std::string& name, const Image& image) {
   const char* folder = std::getenv("PSIVOX_FIGURES");
   if (folder) write_image(image, std::filesystem::path(folder) / (name + ".png"));

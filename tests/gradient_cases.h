@@ -13,11 +13,11 @@
 #include "psivox/transfer_function.h"
 #include "verify/make_field.h"
 
-// What the tests of functions of value and gradient share.
+// Shared by the tests of functions of value and gradient.
 
 namespace psivox {
 
-/// A view of a field by a function, through a file as the program reads it.
+/// A view of a field through a function, which is read from a file as in the program.
 inline View view_by(Scene scene, const TransferFunction& function, Field density) {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
   const auto path = std::filesystem::path(testing::TempDir()) /

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the tests of image files share: small pictures, raw file contents, a folder of their own.
+// Shared by the tests of image files: small pictures, raw file contents, a folder for each test.
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ inline Image picture(int width, int height, std::vector<float> rgba) {
   return {width, height, {{"", {"R", "G", "B", "A"}, std::move(rgba)}}, {}};
 }
 
-/// Noise, so that nothing compresses and every pixel is told from its neighbours.
+/// Noise, so that nothing compresses and all pixels differ.
 inline Image noise(int width, int height, std::vector<std::string> extra_layers = {}) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(0, 1);
@@ -75,8 +75,9 @@ inline Image colours() {
   return picture(16, 16, rgba);
 }
 
-/// How far sRGB codes of so many bits leave R G B A off: half a code times the steepest slope of
-/// the decoding, 2.4 / 1.055, for colour, and once more for alpha, of which colour is a multiple.
+/// Largest error of R G B A from sRGB codes of so many bits. It is half a code times the steepest
+/// slope of the decoding, 2.4 / 1.055, for colour, and half a code more for alpha, which multiplies
+/// colour.
 inline double srgb_error(int bits) {
   const double half_code = 0.5 / ((1 << bits) - 1);
   return half_code * 2.4 / 1.055 + half_code;
@@ -92,7 +93,7 @@ inline std::vector<std::uint32_t> bits(const std::vector<float>& values) {
   return result;
 }
 
-/// Runs `call`, which has to throw an Error of this code and of one line; returns its text.
+/// Runs `call`, which must throw an Error with this code and one line of text; returns the text.
 inline std::string error_text(ExitCode code, const std::function<void()>& call) {
   try {
     call();
@@ -152,7 +153,7 @@ inline std::vector<int> png_bytes(const fs::path& path) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// A file as another program might write it.
+/// A file as another program could write it.
 inline void write_with_oiio(const fs::path& path, OIIO::ImageSpec spec,
                             const std::vector<float>& values) {
   const auto output = OIIO::ImageOutput::create(path.string());
@@ -160,8 +161,8 @@ inline void write_with_oiio(const fs::path& path, OIIO::ImageSpec spec,
   ASSERT_TRUE(output->write_image(OIIO::TypeFloat, values.data()) && output->close());
 }
 
-/// What the scene's JSON may contain: quotes, line breaks, tabs, UTF-8, a trailing space; longer
-/// than the 255 or 65535 bytes at which formats like to cut.
+/// Difficult contents of the scene's JSON: quotes, line breaks, tabs, UTF-8, a trailing space. It
+/// is longer than 255 and 65535 bytes, at which formats tend to truncate.
 inline std::string long_json() {
   std::string text =
       "{\n  \"grid\": \"Dichte \xc3\xa4\xe2\x82\xac\",\t\"path\": \"C:\\\\a\\\"b\",\r\n";

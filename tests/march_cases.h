@@ -22,15 +22,15 @@
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 
-// What the tests of the march share: one GL context a process and differences of pictures; with
-// verify the made fields and views of them.
+// Shared by the tests of the march: one GL context per process, and differences of pictures. Their
+// fields and views are verify's.
 
 namespace psivox {
 
 /// The process's GL context. KHR_debug messages are errors.
 class Gpu : public testing::Environment {
  public:
-  /// Null on a machine without one; `problem` says why.
+  /// Null on a machine without one; `problem` gives the reason.
   static GlRenderer* renderer() {
     if (!self().renderer_ && self().problem_.empty()) {
       try {
@@ -54,7 +54,7 @@ class Gpu : public testing::Environment {
   std::string problem_;
 };
 
-/// A test with a GL context; skipped, and says so, where there is none.
+/// A test with a GL context. It is skipped, with a message, if there is none.
 class GpuTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -94,7 +94,7 @@ inline Image double_picture(const View& view) {
   return render_double(view, build_medium_atlas(view)).image;
 }
 
-/// Difference of two pictures, printed and kept as the test's property.
+/// Difference of two pictures, printed and recorded as the test's property.
 inline Comparison difference(const std::string& what, const Image& a, const Image& b) {
   const Comparison c = compare_images(a, b);
   char text[96];
@@ -106,7 +106,7 @@ inline Comparison difference(const std::string& what, const Image& a, const Imag
   return c;
 }
 
-/// Fails where a picture shows nothing, so that no comparison is of two blank ones.
+/// Fails if a picture is blank, so that a comparison never accepts two blank pictures.
 inline void expect_content(const Image& image, double least = 0.02, double most = 0.999) {
   EXPECT_GE(mean_alpha(image), least);
   EXPECT_LE(mean_alpha(image), most);

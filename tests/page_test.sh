@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The page of a study in headless Chromium: page_test.sh PSIVOX ASSETS. Without an EGL device,
+# Tests the page of a study in headless Chromium: page_test.sh PSIVOX ASSETS. Without an EGL device,
 # Chromium, its driver or Python it skips (exit 77).
 set -u
 program=$1 assets=$2

@@ -1,4 +1,4 @@
-// The table of `preintegrated`: against adaptive quadrature, its bound, its updates; the rule
+// The table of `preintegrated`: compared with adaptive quadrature, its bound, its updates, the rule
 // itself, and pictures of thin peaks.
 
 #include "march/preintegration.h"
@@ -34,7 +34,7 @@ glm::dvec3 simpson(const F& f, double a, double b, double tolerance, int depth =
          simpson(f, m, b, 0.5 * tolerance, depth + 1);
 }
 
-/// `length`: optical length at attenuation 1. Cut at the knots, each piece by itself.
+/// Cut at the knots, each piece integrated separately. `length`: optical length at attenuation 1.
 Direct direct(const TransferFunction& function, double front, double back, double length) {
   std::vector<double> cuts{0, 1};
   for (const TransferPoint& p : function.points()) {
@@ -46,7 +46,7 @@ Direct direct(const TransferFunction& function, double front, double back, doubl
   for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
     const double from = cuts[i], to = cuts[i + 1], x = (to - from) * length;
     if (!(to > from)) continue;
-    // a hair inside, so that a jump's sides are each other's no more
+    // slightly inside, so that the two sides of a jump stay apart
     const auto inside = [&](double v) { return front + (back - front) * (from + (to - from) * v); };
     const TransferPoint a = function.at(inside(1e-12)), b = function.at(inside(1 - 1e-12));
     const auto tau = [&](double v) { return x * std::lerp(a.attenuation, b.attenuation, v); };
@@ -105,7 +105,7 @@ const std::pair<const char*, TransferFunction> functions[] = {
 
 double largest(const glm::dvec3& d) { return std::max({d.x, d.y, d.z}); }
 
-/// Radiance of a segment by the table, where the depth and the thin limit are exact.
+/// Radiance of a segment by the table, with exact depth and thin limit.
 glm::dvec3 radiance(const PreintegratedTable& table, const Direct& d, double front, double back,
                     double length) {
   const double mean = d.depth / (table.extinction() * length);
@@ -129,8 +129,8 @@ TEST(Preintegration, EntriesAreTheIntegral) {
         worst = std::max(worst,
                          largest(glm::abs(radiance(table, d, front, back, length) - d.radiance)));
       }
-      // Runs and entries are float32, 6e-8 each of luminances up to 1; the runs' opacities move the
-      // weights of a whole span by as much. Quadrature at jumps, cut a hair beside: 1e-7.
+      // Runs and entries are float32, 6e-8 each for luminances up to 1; the runs' opacities change
+      // the weights of a whole span by as much. Quadrature cuts slightly beside jumps: 1e-7.
       EXPECT_LE(worst, 5e-7) << name << ", extinction " << extinction;
     }
 }
@@ -146,7 +146,7 @@ TEST(Preintegration, ErrorBoundHolds) {
         double worst = 0;
         for (int n = 0; n < 60; ++n) {
           const double front = u(random);
-          // half of them short, where the detail is
+          // half of them short, because the detail is there
           const double back =
               n % 2 ? u(random) : std::clamp(front + 0.1 * (u(random) - 0.5), 0.0, 1.0);
           const double length = n % 3 ? 1.0 : u(random);
@@ -154,7 +154,7 @@ TEST(Preintegration, ErrorBoundHolds) {
           worst = std::max(worst,
                            largest(glm::abs(radiance(table, d, front, back, length) - d.radiance)));
         }
-        // the table's own float32, as above
+        // the table's float32, as above
         EXPECT_LE(worst, bound + 5e-7) << name << ", extinction " << extinction;
         std::printf("  %-7s extinction %-5g %4d x %d: bound %.1e, seen %.1e\n", name, extinction,
                     table.size(), table.layers(), bound, worst);
@@ -165,9 +165,9 @@ TEST(Preintegration, MoreValuesAndMoreLayersAreMoreExact) {
   const auto bound = [](double extinction, int size, int layers) {
     return PreintegratedTable(smooth(), extinction, 1, {size, layers}).error_bound();
   };
-  // Kinks at knots beside the lattice: first order, a quarter of the values at four times the
-  // error; a factor 2 is left for where they lie. In the layers it is of second order in the square
-  // root of the length.
+  // Kinks lie at knots beside the lattice, so the error is of first order: a quarter of the values
+  // give four times the error. A factor of 2 allows for the kinks' positions. In the layers the
+  // error is of second order in the square root of the length.
   EXPECT_LE(bound(0.1, 257, 1), bound(0.1, 65, 1) / 2);
   EXPECT_LE(bound(30, 257, 8), bound(30, 257, 1) / 8);
 }
@@ -203,7 +203,7 @@ TEST(Preintegration, UpdateIsTheFullBuild) {
         for (std::size_t i = 0; i < whole.entries().size(); ++i)
           worst = std::max(worst,
                            largest(glm::abs(glm::dvec3(table.entries()[i] - whole.entries()[i]))));
-        // joined in another order, in double, and rounded to float32: its last bit
+        // joined in another order, in double, and rounded to float32: the last bit may differ
         EXPECT_LE(worst, 1e-6) << "knot " << k;
       };
       std::vector<TransferPoint> points = first.points();
@@ -230,10 +230,10 @@ TEST(Preintegration, TablesAreKeptAndUpdated) {
   std::vector<TransferPoint> points = a.points();
   points[30].attenuation = 0;
   const auto updated = preintegrated_table(TransferFunction(points), 2, 0.5, true, true);
-  EXPECT_NE(updated, table);  // which its holder still reads
+  EXPECT_NE(updated, table);  // `table` is still in use
   EXPECT_EQ(table->function(), a);
   EXPECT_EQ(updated->function(), TransferFunction(points));
-  // where no update is allowed, an updated one will not do
+  // if updates are not allowed, it does not return an updated table
   const auto anew = preintegrated_table(TransferFunction(points), 2, 0.5, true, false);
   EXPECT_NE(anew, updated);
   EXPECT_EQ(preintegrated_table(TransferFunction(points), 2, 0.5, true, false), anew);
@@ -243,7 +243,7 @@ TEST(Preintegration, TablesAreKeptAndUpdated) {
 
 // --- the rule ------------------------------------------------------------------------------------
 
-/// Waves of wave length 12 voxels and more from 0 to 1.
+/// Waves of wavelength 12 voxels and more, from 0 to 1.
 Field waves() {
   return make_field({{0, 0, 0}, {31, 31, 31}}, [](glm::ivec3 v) {
     const glm::dvec3 p = glm::dvec3(v) * 0.5;
@@ -282,7 +282,7 @@ TEST(PreintegrationRule, IsTheIntegralInsideAndOutsideOfTheKnots) {
           const double length = setup.preintegration->max_length() * (n % 2 ? 1 : u(random));
           const Direct d = direct(function, front, back, extinction * length);
           const auto mixture = march.preintegrated(front, back, length);
-          // integrals of knots are float32 in the table of the function
+          // the function's table holds the integrals of knots in float32
           EXPECT_NEAR(mixture.depth, d.depth, 1e-6 * (extinction + d.depth))
               << name << " from " << front << " to " << back;
           EXPECT_LE(largest(glm::abs(mixture.L * d.opacity - d.radiance)), bound + 2e-6)
@@ -304,7 +304,7 @@ TEST(PreintegrationRule, ConstantColourIsTheFurnace) {
 }
 
 TEST(PreintegrationRule, ThinPeaksAreSeenBetweenSamples) {
-  // Two tents of a twentieth of the range, which change faster than two samples a cell see.
+  // Two tents of a twentieth of the range, too narrow for two samples per cell.
   for (const double extinction : {0.3, 3.0, 30.0}) {
     const auto picture = [&](Integrator rule) {
       return double_picture(peaks_view(rule, peaks(), extinction));
@@ -334,7 +334,8 @@ TEST_F(PreintegrationGpu, GpuIsTheMarchInDouble) {
       const Comparison c =
           difference("extinction " + std::to_string(extinction) + " step " + std::to_string(step),
                      render_gl(view, atlas).image, render_double(view, atlas).image);
-      // As other rules; values move by 6e-8, the table's cells have slopes of up to 100 there.
+      // As for other rules. Values change by 6e-8, and the table's cells have slopes of up to 100
+      // there.
       EXPECT_LE(c.rms, 2e-6);
       EXPECT_LE(c.max, 5e-5);
     }

@@ -7,8 +7,8 @@
 
 namespace psivox {
 
-/// The integrals of a segment of linear attenuation in long double, by quadrature: nothing of the
-/// shaders' closed forms. With g(u) = x_f u + (x_b - x_f) u^2/2:
+/// The integrals of a segment of linear attenuation in long double, by quadrature, without the
+/// shaders' closed forms. g(u) = x_f u + (x_b - x_f) u^2/2:
 struct LinearSegment {
   long double psi = 0;    ///< int_0^1 e^{-g}
   long double m = 0;      ///< int_0^1 u e^{-g}
@@ -39,10 +39,10 @@ struct GaussRule {
   }
 };
 
-/// Panels of equal width over the part in front of a depth of 60, behind which e^{-60} = 9e-27 of
-/// the light is left. A quadratic that grows from 0 to 60 is at most twice as steep anywhere as on
-/// average, so no panel of 80 is deeper than 1.5: the rule's error there is
-/// 0.75^32/32! 2^-32 < 1e-40, rounding is what remains.
+/// Uses panels of equal width over the part in front of a depth of 60, behind which only e^{-60} =
+/// 9e-27 of the light is left. A quadratic that grows from 0 to 60 is nowhere more than twice as
+/// steep as on average, so none of 80 panels is deeper than 1.5. The rule's error there is
+/// 0.75^32/32! 2^-32 < 1e-40; only rounding remains.
 inline LinearSegment linear_segment(long double x_f, long double x_b, int panels = 80) {
   static const GaussRule gauss(16);
   const long double a = (x_b - x_f) / 2;
@@ -63,7 +63,7 @@ inline LinearSegment linear_segment(long double x_f, long double x_b, int panels
       sum.front += (1 - u) * slope * e;
       sum.back += u * slope * e;
     }
-  // What is left out in front of nothing: int (1 - u) g' e^{-g} over the rest is below e^{-60}.
+  // The part left out changes nothing: int (1 - u) g' e^{-g} over it is below e^{-60}.
   return sum;
 }
 

@@ -1,5 +1,5 @@
-// The rules that differ in Psi alone, in float and in double, against their definitions in long
-// double: closed forms as printed where there is one, quadrature where there is none.
+// Compares the rules that differ only in Psi, in float and in double, with their definitions in
+// long double: closed forms as printed if they exist, otherwise quadrature.
 
 #include <gtest/gtest.h>
 
@@ -24,13 +24,13 @@ class PsiRules : public testing::Test {
 };
 TYPED_TEST_SUITE(PsiRules, Precisions, PrecisionNames);
 
-/// What is asked of every weight in float32; in double, what 1 - h near its crossover leaves.
+/// Bound for every weight: the goal in float32; in double the error of 1 - h near its crossover.
 template <typename real>
 constexpr wide goal = sizeof(real) == 4 ? 1e-5L : 1e-12L;
 
 TEST(PsiQuadrature, IsExact) {
-  // Constant attenuation has closed forms; else twice the panels must not matter, and the
-  // integrals' own identities hold.
+  // Constant attenuation has closed forms. Otherwise doubling the panels must change nothing, and
+  // the integrals must satisfy their identities.
   Worst closed, panels, identity;
   for (const double f : log_spaced(1e-6, 1e4, 3))
     for (const double b : log_spaced(1e-6, 1e4, 3)) {
@@ -70,7 +70,7 @@ TYPED_TEST(PsiRules, AverageIsHalfTheOpacityEach) {
   EXPECT_LE(worst.error, goal<real>);
 }
 
-/// h(t) - e^{-depth}, from what is small where t is.
+/// h(t) - e^{-depth}, from terms that are small if t is.
 wide psi_minus_zeta(wide t, wide depth) {
   if (t < 1) return exact_opacity(depth) - exact_one_minus_h(t);
   return exact_h(t) - exact_decay(depth);
@@ -92,14 +92,14 @@ TYPED_TEST(PsiRules, LinearLuminanceIsTheHomogeneousPsi) {
   EXPECT_LE(back.error, goal<real>);
 }
 
-/// Thesis eq. 64 and 65 as printed. tau: per unit of opacity; units: of the segment's length.
+/// Thesis eq. 64 and 65 as printed. `tau` is per unit of opacity, `units` per segment length.
 struct OpacityLinear {
   wide depth, psi_depth;
 };
 OpacityLinear opacity_linear(wide tau_f, wide tau_b, wide units) {
   const wide a_f = exact_opacity(tau_f), a_b = exact_opacity(tau_b);
   const wide e_f = exact_decay(tau_f), e_b = exact_decay(tau_b);
-  // ln(1 - alpha), from the opacities where they are small, else from the transparencies
+  // ln(1 - alpha), from the opacities if they are small, otherwise from the transparencies
   const auto log_of = [](wide opacity, wide transparency) {
     return opacity < 0.5L ? std::log1p(-opacity) : std::log(transparency);
   };
@@ -109,8 +109,8 @@ OpacityLinear opacity_linear(wide tau_f, wide tau_b, wide units) {
           -units * log_of(0.27L * a_b + 0.73L * a_f, 0.27L * e_b + 0.73L * e_f)};
 }
 
-// Psi - zeta passes through 0 (and is cut there): next to it only the error relative to the opacity
-// has a bound, and w_b's own where a tenth of Psi is left, the cancellation tenfold.
+// Psi - zeta passes through 0 (and is cut there). Near it only the error relative to the opacity
+// has a bound; w_b's own error has one if at least a tenth of Psi is left, a tenfold cancellation.
 TYPED_TEST(PsiRules, OpacityLinearAgainstItsFormula) {
   using real = typename TypeParam::real;
   for (const double unit : {1.0, 0.125, 3.0}) {
@@ -137,7 +137,7 @@ TYPED_TEST(PsiRules, OpacityLinearAgainstItsFormula) {
     report("opacity_linear w_b", back);
     report("opacity_linear w_b / opacity", of_opacity);
     EXPECT_LE(depth.error,
-              sizeof(real) == 4 ? 1e-6L : 2e-15L);  // minus_log_1m's and its argument's
+              sizeof(real) == 4 ? 1e-6L : 2e-15L);  // the error of minus_log_1m and of its argument
     EXPECT_LE(front.error, goal<real>);
     EXPECT_LE(back.error, goal<real>);
     EXPECT_LE(of_opacity.error, sizeof(real) == 4 ? 2e-6L : 1e-12L);
@@ -145,7 +145,7 @@ TYPED_TEST(PsiRules, OpacityLinearAgainstItsFormula) {
 }
 
 TYPED_TEST(PsiRules, OpacityLinearIsExactWhereTheEndsAreEqual) {
-  // Homogeneous: both fits give the attenuation itself, whatever the unit.
+  // Homogeneous: both fits give the attenuation itself, for any unit.
   using real = typename TypeParam::real;
   for (const double unit : {1.0, 0.125, 3.0})
     for (const real x : {real(1e-6), real(0.3), real(1), real(7), real(500)}) {
@@ -157,8 +157,8 @@ TYPED_TEST(PsiRules, OpacityLinearIsExactWhereTheEndsAreEqual) {
     }
 }
 
-/// Ends where closed forms and series are at their worst: next to each other, next to the
-/// crossover, one of them nothing.
+/// The worst ends for closed forms and series: nearly equal ones, ones near the crossover, and one
+/// end at 0.
 std::vector<std::pair<double, double>> linear_cases() {
   std::vector<std::pair<double, double>> cases;
   for (const double f : log_spaced(1e-12, 1e4, 6))
@@ -208,7 +208,7 @@ TYPED_TEST(PsiRules, LinearSourceAgainstQuadrature) {
   EXPECT_LE(back.error, goal<real>);
 }
 
-/// A rule that approximates psi-exact: its own error, in either precision.
+/// The error of a rule that approximates psi-exact, in either precision.
 struct Nearness {
   Worst psi, front, back;
 };
@@ -230,8 +230,9 @@ Nearness nearness(Math& math, Rule rule, const char* name) {
   return n;
 }
 
-// The table's own error, its cells' curvature. Seen on another grid of 25 points a decade: |dPsi|
-// 7.9e-5, w_f 9.5e-5 of itself; w_b, next to nothing behind a dense front, 1.1e-2 of itself.
+// The table's own error comes from the curvature over its cells. Measured on another grid of 25
+// points per decade: |dPsi| 7.9e-5, w_f 9.5e-5 relative; w_b, almost 0 behind a dense front, 1.1e-2
+// relative.
 TYPED_TEST(PsiRules, PsiTableIsNearPsiExact) {
   const Nearness n = nearness(
       this->math, [](auto& m, const auto& s) { return m.psi_table(s); }, "psi_table");
@@ -247,7 +248,7 @@ TYPED_TEST(PsiRules, PsiFitIsNearPsiExact) {
   EXPECT_LE(n.psi.error, 8.5e-4L);
 }
 
-// Float32 against double: arithmetic alone, as for every other rule.
+// Float32 against double: only arithmetic, as for every other rule.
 TEST(PsiApproximations, FloatIsDouble) {
   glsl32::Math single;
   glsl::Math twice;
@@ -269,7 +270,7 @@ TEST(PsiApproximations, FloatIsDouble) {
   compare([](auto& m, const auto& s) { return m.psi_fit(s); }, "psi_fit");
 }
 
-/// Trilinear weights leave values like -2e-15 beside empty voxels: nothing must come of them.
+/// Trilinear weights leave values like -2e-15 beside empty voxels; these must have no effect.
 TYPED_TEST(PsiRules, RoundingBelowZeroIsVacuum) {
   using real = typename TypeParam::real;
   const real below = real(-2e-15);
@@ -285,7 +286,7 @@ TYPED_TEST(PsiRules, RoundingBelowZeroIsVacuum) {
   }
 }
 
-/// Vacuum, walls, least numbers: every rule's weights are finite and within [0, 1 - zeta].
+/// Vacuum, walls, smallest numbers: every rule's weights are finite and within [0, 1 - zeta].
 TYPED_TEST(PsiRules, HardCases) {
   using real = typename TypeParam::real;
   const real huge = real(1e30), least = std::numeric_limits<real>::min();

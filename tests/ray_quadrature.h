@@ -15,8 +15,8 @@
 
 namespace psivox {
 
-/// A field read the plain way, a linear search for each voxel: what the reference integrator is
-/// tested against shares no code with it.
+/// A field read by a linear search for each voxel. The reference integrator is compared with it and
+/// shares no code with it.
 class PlainField {
  public:
   explicit PlainField(const Field& field)
@@ -87,8 +87,9 @@ struct PlainRadiance {
   double optical_depth = 0;
 };
 
-/// Adds where f passes through `target` between faces: seen on `samples` points between each two of
-/// them and bisected. What passes and returns between two points is missed.
+/// Adds the places between faces where f crosses `target`. It detects them from `samples` points
+/// between neighbouring faces and bisects them. It misses a value that crosses and returns between
+/// two points.
 inline void add_passages(const std::function<double(double)>& f, double target,
                          std::vector<double>& faces, int samples) {
   std::vector<double> sorted = faces;
@@ -109,7 +110,7 @@ inline void add_passages(const std::function<double(double)>& f, double target,
 }
 
 /// int (L tau + glow) T dt over [t0, t1] by three-point Gauss rules on `panels` panels between
-/// faces. The optical depth of a panel's part is by two points, so a cubic's is exact.
+/// faces. The optical depth of a part of a panel uses two points, so it is exact for a cubic.
 inline PlainRadiance plain_radiance(const std::function<double(double)>& tau,
                                     const std::function<glm::dvec3(double)>& L,
                                     std::vector<double> faces, double t0, double t1, int panels,
@@ -126,7 +127,7 @@ inline PlainRadiance plain_radiance(const std::function<double(double)>& tau,
     const double h = (faces[k + 1] - faces[k]) / panels;
     if (h < 1e-14 * (t1 - t0)) continue;
     for (int i = 0; i < panels; ++i) {
-      // Faces themselves are left out by a hair: a domain may end there.
+      // Stops slightly before the faces: a domain may end there.
       const double a = faces[k] + h * (i == 0 ? 1e-12 : i);
       const double b = faces[k] + h * (i + 1 == panels ? panels - 1e-12 : i + 1);
       constexpr std::array<double, 3> x{0.1127016653792583, 0.5, 0.8872983346207417};

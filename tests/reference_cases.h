@@ -38,7 +38,7 @@ inline Medium make_medium(Field density, double extinction, Field luminance) {
   return medium;
 }
 
-/// The same ray, by the test's own quadrature of the point-sampled fields.
+/// The same ray, by a plain quadrature of point-sampled fields.
 inline PlainRadiance plain(const Medium& medium, const WorldRay& ray, double t1, int panels = 48) {
   const PlainField density(*medium.density);
   const PlainField luminance(medium.luminance ? *medium.luminance : *medium.density);
@@ -75,14 +75,14 @@ inline PlainRadiance plain(const Medium& medium, const WorldRay& ray, double t1,
   return plain_radiance(tau, L, faces, 0, t1, panels, glow);
 }
 
-/// Within `tolerance`, relative where a number is above 1.
+/// Within `tolerance`, which is relative for numbers above 1.
 inline void expect_equal(const RayRadiance& r, const PlainRadiance& p, double tolerance) {
   EXPECT_NEAR(r.optical_depth, p.optical_depth, tolerance * std::max(1.0, p.optical_depth));
   for (int c = 0; c < 3; ++c)
     EXPECT_NEAR(r.radiance[c], p.radiance[c], tolerance * std::max(1.0, p.radiance[c])) << c;
 }
 
-/// The bound of a ray integrated with a loose tolerance holds against one integrated to the end.
+/// Checks the bound of a ray integrated with a loose tolerance against an accurate integration.
 inline void expect_bounded(const Medium& medium, const WorldRay& ray) {
   const RayRadiance exact = ray_radiance(medium, ray, 1e-14);
   for (const double tolerance : {1e-4, 0.25e-4, 1e-8, 0.25e-8, 1e-12}) {

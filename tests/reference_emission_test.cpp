@@ -15,7 +15,7 @@ std::shared_ptr<const Field> share(Field field) {
 const Box slab{{0, 0, 0}, {9, 9, 9}};
 
 TEST(ReferenceEmission, SlabHasItsClosedForm) {
-  // Inside the slab: eps int_0^D e^{-tau s} ds, and L (1 - e^{-tau D}) of the medium.
+  // Inside the slab: eps int_0^D e^{-tau s} ds, plus L (1 - e^{-tau D}) from the medium.
   for (const double tau : {1e-9, 0.3, 20.0}) {
     Medium medium = make_medium(make_field(slab, one), tau, LuminanceSource::constant);
     medium.color = {0, 1, 2};
@@ -71,7 +71,7 @@ TEST(ReferenceEmission, EverySourceAgreesWithPlainQuadrature) {
     for (const Field& emission : {scalar, vector}) {
       medium.emission = share(emission);
       medium.emission_scale = 0.4;
-      // What the plain quadrature has by its 48 panels a cell.
+      // the plain quadrature's error with its 48 panels per cell
       for (const WorldRay& ray : rays_through(a, b, 20))
         expect_equal(ray_radiance(medium, ray), plain(medium, ray, 60), 1e-10);
     }
@@ -86,8 +86,8 @@ TEST(ReferenceEmission, BoundsHold) {
     medium.emission_scale = scale;
     for (const WorldRay& ray : rays_through({0, 0, 0}, {15, 15, 15}, 40)) {
       expect_bounded(medium, ray);
-      // The tolerance is absolute; some 100 roundings are of the emission's bound, which is up to
-      // thrice what noise is on average.
+      // The tolerance is absolute. About 100 roundings are relative to the emission's bound, which
+      // is up to three times the mean of the noise.
       const RayRadiance r = ray_radiance(medium, ray);
       EXPECT_LT(r.error, 2e-12 + 1e-13 * r.radiance.x);
     }

@@ -17,7 +17,7 @@ glm::dvec3 moved(const glm::dmat4& m, const glm::dvec3& p) {
   return glm::dvec3(m * glm::dvec4(p, 1));
 }
 
-/// The ray in a grid's index space as seen in the world.
+/// A ray given in a grid's index space, transformed to the world.
 WorldRay moved(const glm::dmat4& m, const WorldRay& ray) {
   return ray_through(moved(m, ray.origin), moved(m, ray.origin + 30.0 * ray.direction));
 }
@@ -27,7 +27,7 @@ TEST(ReferenceLimits, FarOriginsAndScalesChangeNothing) {
   struct Case {
     glm::dvec3 origin;
     double scale;
-    double ulp;  // of a world coordinate, in voxels: how well the ray itself is given
+    double ulp;  // of a world coordinate, in voxels: the accuracy of the ray itself
   };
   const Case cases[] = {{{0, 0, 0}, 1e-4, 1e-15},
                         {{0, 0, 0}, 1e4, 1e-15},
@@ -47,7 +47,7 @@ TEST(ReferenceLimits, FarOriginsAndScalesChangeNothing) {
 }
 
 TEST(ReferenceLimits, FarCamerasAndFarVoxels) {
-  // A camera 2^40 voxels away, and the same voxels at indices near 2^30: both exact in binary.
+  // A camera 2^40 voxels away, and the same voxels at indices near 2^30; both are exact in binary.
   auto shifted_noise = [](glm::ivec3 v) { return noise(v - glm::ivec3(1 << 30)); };
   const Box far_box{box.min + (1 << 30), box.max + (1 << 30)};
   const Medium near = make_medium(make_field(box, noise), 0.2, LuminanceSource::density);
@@ -77,7 +77,7 @@ TEST(ReferenceLimits, ThinMediaKeepTheirDigits) {
 }
 
 TEST(ReferenceLimits, OpaqueMediaShowTheirFace) {
-  // On the ramp 0..1 of the first cell tau = K x, L = x: sqrt(pi / (2 K)) if K is large; the
+  // On the ramp 0..1 of the first cell tau = K x and L = x: sqrt(pi / (2 K)) if K is large. The
   // constant glow is then 1.
   Field field = make_field(box, one);
   const WorldRay ray{{-4, 5.5, 5.25}, {1, 0, 0}};
@@ -89,7 +89,7 @@ TEST(ReferenceLimits, OpaqueMediaShowTheirFace) {
     EXPECT_EQ(ray_radiance(make_medium(field, K, LuminanceSource::constant), ray).radiance.x,
               -std::expm1(-std::min(K / 2, 700.0)));
   }
-  // From inside, where tau does not begin at 0: L = 1 at once.
+  // From inside, where tau does not start at 0: L = 1 at once.
   const RayRadiance inside = ray_radiance(make_medium(field, 1e6, LuminanceSource::density),
                                           {{4.5, 5.5, 5.25}, {1, 0, 0}});
   EXPECT_NEAR(inside.radiance.x, 1, 1e-12);
@@ -163,7 +163,7 @@ TEST(ReferenceLimits, BoundHolds) {
         for (int c = 0; c < 3; ++c)
           EXPECT_LE(std::abs(r.radiance[c] - truth.radiance[c]), r.error + truth.error)
               << tolerance;
-        // Rounding of radiances up to ready.L_max takes the rest.
+        // The rest covers the rounding of radiances up to ready.L_max.
         EXPECT_LE(r.error, 1.1 * tolerance + 1e-13 * ready.L_max) << tolerance;
       }
     }

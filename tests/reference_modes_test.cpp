@@ -24,8 +24,7 @@ RayPicture picture(const View& view, const WorldRay& ray) {
   return RayModes(view, medium, 1e-12).picture(ray);
 }
 
-/// Value of the density at t, and the t of its faces, in order, from the domain's first to its
-/// last.
+/// The density's value at t, and the t of its faces in order, from the domain's first to its last.
 struct Profile {
   Profile(const View& view, const WorldRay& world_ray, double t1)
       : field(*view.medium.density), ray(world_ray) {
@@ -37,7 +36,7 @@ struct Profile {
   bool inside(double t) const { return field.in_domain(ray.origin + t * ray.direction); }
   double operator()(double t) const { return field.value(ray.origin + t * ray.direction).x; }
 
-  /// The greatest value of [a, b], which has one maximum.
+  /// The greatest value in [a, b], which contains one maximum.
   double peak(double a, double b) const {
     for (int i = 0; i < 100; ++i) {
       const double u = a + (b - a) / 3, v = b - (b - a) / 3;
@@ -51,8 +50,8 @@ struct Profile {
   std::vector<double> faces;
 };
 
-/// By samples, 200 between each two faces: the first maximum that is at least the threshold, else
-/// the greatest value.
+/// Takes 200 samples between neighbouring faces: the first maximum that is at least the threshold,
+/// otherwise the greatest value.
 double plain_maximum(const Profile& value, double threshold) {
   double greatest = 0;
   std::vector<double> t;
@@ -89,14 +88,14 @@ TEST(ReferenceModes, BackToFrontIsTheSamePicture) {
 }
 
 TEST(ReferenceModes, XrayIsTheOpticalDepth) {
-  // 100 deep, where a ray that looks at radiance has long ended.
+  // 100 deep: in other modes a ray would end long before.
   View view = view_of(Mode::xray, make_field({{0, 0, 0}, {9, 9, 9}}, one), 10);
   view.medium.color = {1, 2, 3};
   const RayPicture p = picture(view, {{-5, 4.25, 3.5}, {1, 0, 0}});
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(p.radiance[c], 100 * (c + 1), 1e-12);
   EXPECT_EQ(p.opacity, 1);
   EXPECT_LT(p.error, 1e-10);
-  // Of a function: half of the ramps at both ends is above 1/2.
+  // With a function: half of the ramps at both ends is above 1/2.
   view.medium.transfer = std::make_shared<const TransferFunction>(
       std::vector<TransferPoint>{{0.5, 0, {}}, {1, 2, {}}});
   EXPECT_NEAR(picture(view, {{-5, 4.25, 3.5}, {1, 0, 0}}).radiance.x,
@@ -114,7 +113,8 @@ TEST(ReferenceModes, MaximaAgreeWithSamples) {
   int different = 0;
   for (const WorldRay& ray : rays_through(a, b, 40)) {
     const Profile value(view, ray, 60);
-    // A maximum is found to the square of where it is, 1e-8; at a kink to 1e-9 of a cell's way.
+    // A maximum is accurate to the square of its position's error, 1e-8; at a kink to 1e-9 of a
+    // cell.
     const RayPicture p = picture(view, ray), q = picture(local, ray);
     EXPECT_NEAR(p.radiance.x, plain_maximum(value, 2), 1e-8);
     EXPECT_NEAR(q.radiance.x, plain_maximum(value, 0.3), 1e-8);
@@ -133,7 +133,7 @@ TEST(ReferenceModes, MaximaAgreeWithSamples) {
 }
 
 TEST(ReferenceModes, ALocalMaximumIsNotAPlateau) {
-  // 0.6 for 16 voxels, where rounding makes no maximum of it, then 0.9, then 1.
+  // 0.6 for 16 voxels, where rounding creates no maximum, then 0.9, then 1.
   View view = view_of(Mode::lmip, make_field({{0, 0, 0}, {31, 9, 9}}, [](glm::ivec3 v) {
                         return v.x < 16 ? 0.6f : v.x < 20 ? 0.9f : v.x < 24 ? 0.7f : 1.0f;
                       }));
@@ -142,7 +142,7 @@ TEST(ReferenceModes, ALocalMaximumIsNotAPlateau) {
     EXPECT_EQ(picture(view, {{-5, y, 4.3}, {1, 0, 0}}).radiance.x, double(0.9f));
   view.scene.lmip_threshold = 0.95;
   EXPECT_EQ(picture(view, {{-5, 4.1, 4.3}, {1, 0, 0}}).radiance.x, 1);
-  view.scene.lmip_threshold = 2;  // none: the greatest
+  view.scene.lmip_threshold = 2;  // no maximum reaches it: the greatest value counts
   EXPECT_EQ(picture(view, {{-5, 4.1, 4.3}, {1, 0, 0}}).radiance.x, 1);
 }
 
@@ -154,7 +154,7 @@ TEST(ReferenceModes, MaximaAreShownByTheFunction) {
       std::vector<TransferPoint>{{0, 0, {0, 0, 1}}, {4, 0, {1, 0, 1}}, {12, 1, {0, 1, 0}}});
   const WorldRay across{{4.5, -5, 4.5}, {0, 1, 0}}, below{{3.5, -5, 4.5}, {0, 1, 0}};
   EXPECT_EQ(picture(view, across).radiance, glm::dvec3(4.5, 9, 18));
-  EXPECT_EQ(picture(view, below).opacity, 0);  // attenuation of 3.5 is 0
+  EXPECT_EQ(picture(view, below).opacity, 0);  // the attenuation of 3.5 is 0
   EXPECT_EQ(picture(view, below).radiance, glm::dvec3(0));
   view.medium.source = LuminanceSource::transfer;
   const glm::dvec3 color = picture(view, across).radiance;
@@ -174,7 +174,7 @@ TEST(ReferenceModes, TheEmptyDomainHasTheMaximumZero) {
 }
 
 TEST(ReferenceModes, APlaneIsHitAndShadedExactly) {
-  // A field that is linear in the world, which a trilinear one reproduces.
+  // A field that is linear in the world, which trilinear interpolation reproduces.
   const glm::dvec3 n = glm::normalize(glm::dvec3(1, 2, -0.5));
   const glm::dvec3 middle(sheared * glm::dvec4(8, 8, 8, 1));
   auto make = [&](double sign) {
@@ -194,16 +194,16 @@ TEST(ReferenceModes, APlaneIsHitAndShadedExactly) {
       const glm::dvec3 d = glm::normalize(direction);
       const double facing = std::abs(glm::dot(n, d));
       view.scene.light.reset();
-      // from inside the domain, as its faces may be surfaces
+      // starts inside the domain, because the domain's faces may be surfaces
       const RayPicture p = picture(view, {middle - 0.5 * d, d});
       // Values are rounded to float32: 3e-7, over a slope of `facing`; the gradient over 0.3 to 1.1
-      // units, of a transform whose columns are not far from orthogonal.
+      // units, for a transform whose columns are nearly orthogonal.
       EXPECT_NEAR(p.depth, 0.5, 1e-6 / facing);
       EXPECT_EQ(p.opacity, 1);
       for (int c = 0; c < 3; ++c)
         EXPECT_NEAR(p.radiance[c], view.medium.color[c] * (0.2 + 0.8 * facing), 2e-5);
       EXPECT_LT(p.error, 1e-11);
-      const double side = glm::dot(n, d) > 0 ? -1 : 1;  // of the normal that faces the camera
+      const double side = glm::dot(n, d) > 0 ? -1 : 1;  // the normal faces the camera
       for (const glm::dvec3& light : {glm::dvec3(0, -2, 0), glm::dvec3(1, 1, 3)}) {
         view.scene.light = DirectionalLight{light, {1, 1, 1}};
         const double lit = std::max(0.0, -side * glm::dot(n, glm::normalize(light)));
@@ -237,7 +237,7 @@ TEST(ReferenceModes, SurfacesAgreeWithSamples) {
 }
 
 TEST(ReferenceModes, ASurfaceInAFaceIsHitOnce) {
-  // Layers of 0, 1/2, 1: the surface lies in the voxels' plane x = 3 exactly.
+  // Layers of 0, 1/2, 1: the surface lies exactly in the voxels' plane x = 3.
   View view = view_of(Mode::isosurface, make_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3 v) {
                         return v.x < 3 ? 0.0f : v.x == 3 ? 0.5f : 1.0f;
                       }));

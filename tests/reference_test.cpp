@@ -13,7 +13,7 @@ namespace psivox {
 namespace {
 
 TEST(Reference, SlabHasItsClosedForm) {
-  // Voxels 0..9 of value 2: nine cells of 2 and a ramp from and to 0 on each side, 10 in all.
+  // Voxels 0..9 of value 2: nine cells of 2 and a ramp to 0 on each side, 10 in all.
   Medium medium = make_medium(make_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3) { return 2.0f; }),
                               0.05, LuminanceSource::constant);
   medium.color = {1, 2, 3};
@@ -22,11 +22,11 @@ TEST(Reference, SlabHasItsClosedForm) {
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(r.radiance[c], (c + 1) * (1 - std::exp(-1.0)), 2e-15);
   EXPECT_EQ(r.cells, 11u);
   EXPECT_EQ(ray_radiance(medium, {{-5, 10.5, 3.5}, {1, 0, 0}}).optical_depth, 0);
-  EXPECT_EQ(ray_radiance(medium, {{-5, 4, 3}, {-1, 0, 0}}).optical_depth, 0);  // behind
+  EXPECT_EQ(ray_radiance(medium, {{-5, 4, 3}, {-1, 0, 0}}).optical_depth, 0);  // behind the ray
 }
 
 TEST(Reference, RampThatGlowsAsItAttenuates) {
-  // tau = K x on [0, 8], then down to 0 on [8, 9]; L = x / 8 of it.
+  // tau = K x on [0, 8], then falls to 0 on [8, 9]; L = x / 8 of that.
   const double K = 0.125;
   Medium medium = make_medium(
       make_field({{0, 0, 0}, {8, 8, 8}}, [](glm::ivec3 v) { return static_cast<float>(v.x); }), K,
@@ -52,7 +52,7 @@ TEST(Reference, TentOfOneVoxelReachesOneVoxelToEachSide) {
       EXPECT_NEAR(optical_depth(field, 0.5, {{y, z, 7}, {0, 0, -1}}), expected, 1e-15);
     }
   }
-  // Through opposite corners: 2 int_0^1 (1 - u)^3 sqrt(3) du; along a face's diagonal likewise.
+  // Through opposite corners: 2 int_0^1 (1 - u)^3 sqrt(3) du; a face's diagonal works the same.
   EXPECT_NEAR(optical_depth(field, 1, ray_through({-2, -2, -2}, {0, 0, 0})),
               3 * std::numbers::sqrt3 / 2, 2e-15);
   EXPECT_NEAR(optical_depth(field, 1, ray_through({-2, 2, 0}, {0, 0, 0})),
@@ -93,12 +93,13 @@ TEST(Reference, FacesEdgesAndCornersAreNeitherLostNorCountedTwice) {
       const WorldRay beside{ray.origin + glm::dvec3(1e-8, -2e-8, 3e-8), ray.direction};
       const RayRadiance r = ray_radiance(medium, ray);
       expect_equal(r, plain(medium, ray, 400), 1e-11);
-      // The field's slope is at most 1 a voxel, on some 50 voxels, for 6e-8 voxels.
+      // The field's slope is at most 1 per voxel over about 50 voxels; places are off by 6e-8
+      // voxels.
       const RayRadiance s = ray_radiance(medium, beside);
       EXPECT_NEAR(r.optical_depth, s.optical_depth, 0.3 * 50 * 6e-8);
     }
   }
-  // Where every value is 1 the optical depth is the length, whatever the ray meets.
+  // If every value is 1 the optical depth is the length, whatever the ray meets.
   const Field ones = make_field({{-8, -8, -8}, {16, 16, 16}}, one);
   for (const glm::dvec3& start : starts)
     for (const glm::dvec3& direction : directions)
@@ -131,7 +132,7 @@ TEST(Reference, WideTilesAndEmptySpaceBetween) {
   Field field;
   field.tiles = {{{0, 0, 0}, 128, glm::vec3(1)}, {{1 << 20, 0, 0}, 4096, glm::vec3(2)}};
   field.active_box = {{0, 0, 0}, {(1 << 20) + 4095, 4095, 4095}};
-  // 128 and 4096 voxels across, ramps at both ends of each included.
+  // 128 and 4096 voxels across, including the ramps at both ends.
   EXPECT_NEAR(optical_depth(field, 1, {{-50, 64, 64}, {1, 0, 0}}), 128 + 2 * 4096, 1e-9);
   EXPECT_NEAR(optical_depth(field, 1, {{-50, 127.5, 64}, {1, 0, 0}}), 64 + 2 * 4096, 1e-9);
   EXPECT_NEAR(optical_depth(field, 1, {{-50, 64, 129}, {1, 0, 0}}), 2 * 4096, 1e-9);

@@ -12,13 +12,13 @@ std::shared_ptr<const TransferFunction> function(std::vector<TransferPoint> poin
   return std::make_shared<const TransferFunction>(std::move(points));
 }
 
-/// Value x on [0, 8], then down to 0 on [8, 9].
+/// Value x on [0, 8], then falls to 0 on [8, 9].
 Field ramp() {
   return make_field({{0, 0, 0}, {8, 8, 8}}, [](glm::ivec3 v) { return static_cast<float>(v.x); });
 }
 const WorldRay along_x{{-2, 4, 4}, {1, 0, 0}};
 
-/// Peaks, a jump and a plateau over noise's values.
+/// Peaks, a jump and a plateau over the values of the noise.
 const auto peaks = [] {
   return function({{0.05, 0, {1, 0, 0}},
                    {0.2, 1.5, {0.2, 1, 0}},
@@ -33,7 +33,7 @@ TEST(ReferenceTransfer, RampUnderATentHasItsClosedForm) {
   Medium medium = make_medium(ramp(), 0.7, LuminanceSource::constant);
   medium.transfer = function({{2, 0, {}}, {4, 1, {}}, {6, 0, {}}});
   const RayRadiance r = ray_radiance(medium, along_x);
-  // The tent's area is 2 on the way up and an eighth of that on the way down.
+  // The tent's area is 2 on the rise and an eighth of that on the fall.
   EXPECT_NEAR(r.optical_depth, 0.7 * 2 * 1.125, 1e-15);
   EXPECT_NEAR(r.radiance.x, 1 - std::exp(-0.7 * 2 * 1.125), 1e-15);
   EXPECT_LT(r.error, 1e-13);
@@ -47,16 +47,16 @@ TEST(ReferenceTransfer, LinearColourBetweenJumpsHasItsClosedForm) {
   medium.transfer = function(
       {{2, 0, glm::dvec3(0)}, {2, 1, glm::dvec3(0)}, {6, 1, glm::dvec3(1)}, {6, 0, glm::dvec3(1)}});
   const RayRadiance r = ray_radiance(medium, along_x);
-  // A jump's ramp begins at its value and ends one float32 later: at 2 half of it is lost, at 6
-  // half of it won.
+  // A jump's ramp starts at its value and ends one float32 later: at 2 half of it is lost, at 6
+  // half is gained.
   const double edges =
       0.5 * (std::nextafter(6.0f, 7.0f) - 6.0f) - 0.5 * (std::nextafter(2.0f, 7.0f) - 2.0f);
   EXPECT_NEAR(r.optical_depth, K * (4 + edges) * 1.125, 1e-14);
-  // Up: int_0^4 s/4 K e^{-K s} ds; down, where the value falls by 8 a voxel, its mirror image.
+  // Rise: int_0^4 s/4 K e^{-K s} ds; fall, at 8 per voxel: its mirror image.
   const double D = 4 * K, d = D / 8;
   const double up = (1 - std::exp(-D) * (1 + D)) / D;
   const double down = 1 - (1 - std::exp(-d)) / d;
-  // The edges shift the ends by 2.4e-7 voxels at most.
+  // The jumps' ramps shift the ends by at most 2.4e-7 voxels.
   for (int c = 0; c < 3; ++c)
     EXPECT_NEAR(r.radiance[c], medium.color[c] * (up + std::exp(-D) * down), 3e-7) << c;
 }
@@ -68,7 +68,7 @@ TEST(ReferenceTransfer, AJumpCutsWhereTheValuePassesIt) {
   const double lost = 0.5 * (std::nextafter(3.25f, 4.0f) - 3.25f);
   const double length = (8 - 3.25 - lost) * 1.125;
   EXPECT_NEAR(ray_radiance(medium, along_x).optical_depth, 0.25 * length, 1e-14);
-  // So does the depth that xray shows.
+  // The depth that xray shows ends there too.
   const RayMedium ready(medium);
   const RayDepth depth = RayIntegrator(ready, 1e-12).whole_depth(along_x);
   EXPECT_NEAR(depth.depth, 0.25 * length, 1e-14);
@@ -76,7 +76,8 @@ TEST(ReferenceTransfer, AJumpCutsWhereTheValuePassesIt) {
 }
 
 TEST(ReferenceTransfer, AConstantValueOnAJumpIsItsLowerEnd) {
-  // Ramps at the ends of the slab are below the jump: nothing attenuates; one float32 up all does.
+  // The ramps at the ends of the slab are below the jump, so nothing attenuates. One float32
+  // higher, everything does.
   const float v = 0.3f;
   for (const float above : {0.0f, 1.0f}) {
     const float value = above > 0 ? std::nextafter(v, 1.0f) : v;
@@ -85,7 +86,7 @@ TEST(ReferenceTransfer, AConstantValueOnAJumpIsItsLowerEnd) {
                     LuminanceSource::constant);
     medium.transfer = function({{v, 0, {}}, {v, 1, {}}});
     const RayRadiance r = ray_radiance(medium, {{-5, 4.25, 3.5}, {1, 0, 0}});
-    // the slab of 9, and the last float32 of each ramp from 0, which is 1e-7 of it
+    // the slab of 9, and the last float32 step of each ramp from 0, which is 1e-7 of it
     EXPECT_NEAR(r.optical_depth, 0.1 * 9 * above, 2e-8);
     EXPECT_LT(r.error, 1e-13);
   }
@@ -125,9 +126,9 @@ TEST(ReferenceTransfer, EverySourceAgreesWithPlainQuadrature) {
     medium.color = {1, 0.5, 2};
     for (const auto& transfer : {peaks(), jump()}) {
       medium.transfer = transfer;
-      // The plain quadrature bisects passages in t to 1e-15 of a ray's length of some 50: 1e-6 of
-      // a jump's ramp, which is 1e-7 of a cell. It misses what passes and returns within 1/32 of a
-      // cell, which no jump of these rays does.
+      // The plain quadrature bisects crossings in t to 1e-15 of a ray's length of about 50: 1e-6 of
+      // a jump's ramp, which is 1e-7 of a cell. It misses a value that crosses and returns within
+      // 1/32 of a cell, which happens at no jump of these rays.
       for (const WorldRay& ray : rays_through(a, b, 25))
         expect_equal(ray_radiance(medium, ray), plain(medium, ray, 60), 1e-9);
     }
@@ -135,7 +136,7 @@ TEST(ReferenceTransfer, EverySourceAgreesWithPlainQuadrature) {
 }
 
 TEST(ReferenceTransfer, ZeroMayAttenuateInTheWholeDomain) {
-  // One voxel is 1 in a domain of 60 x 12 x 12, of which one leaf holds anything.
+  // One voxel is 1 in a domain of 60 x 12 x 12, in which only one leaf holds values.
   Field field = make_field({{0, 0, 0}, {7, 7, 7}},
                            [](glm::ivec3 v) { return v == glm::ivec3(3, 3, 3) ? 1.0f : 0.0f; });
   field.active_box = {{-20, -2, -2}, {37, 9, 9}};
@@ -148,7 +149,7 @@ TEST(ReferenceTransfer, ZeroMayAttenuateInTheWholeDomain) {
   EXPECT_EQ(beside.cells, 0u);
   EXPECT_NEAR(ray_radiance(medium, {{-50, 3, 3}, {1, 0, 0}}).optical_depth, 0.1 * (0.5 * 59 + 1.5),
               1e-14);
-  // From inside, and outside of the domain nothing.
+  // From inside; outside the domain there is nothing.
   EXPECT_NEAR(ray_radiance(medium, {{20.5, 8.5, 8}, {1, 0, 0}}).optical_depth, 0.1 * 0.5 * 17.5,
               1e-14);
   EXPECT_EQ(ray_radiance(medium, {{-50, 10.5, 8}, {1, 0, 0}}).optical_depth, 0);
@@ -170,7 +171,7 @@ TEST(ReferenceTransfer, BoundsHold) {
       medium.transfer = transfer;
       for (const WorldRay& ray : rays_through({0, 0, 0}, {15, 15, 15}, 30))
         expect_bounded(medium, ray);
-      // a jump of 1 over 3e-8, of values right to 1e-15, each passed within 1e-7 of a cell
+      // a jump of 1 over 3e-8, in values accurate to 1e-15, each crossed within 1e-7 of a cell
       EXPECT_LT(ray_radiance(medium, along_x).error, 1e-10);
     }
   }

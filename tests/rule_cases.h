@@ -9,14 +9,14 @@
 
 #include "march/shader_math.h"
 
-// What the tests of formulas share: values to test them at, definitions in long double, errors.
+// Shared by the tests of formulas: test values, definitions in long double, errors.
 
 namespace psivox {
 
 using wide = long double;
 
-/// Smallest number that a relative error is asked of: below e^{-87} = 1.6e-38 float32 is subnormal
-/// and decay() stops there; transparencies of that size are nothing.
+/// Smallest number whose relative error is checked. Below e^{-87} = 1.6e-38 float32 is subnormal
+/// and decay() stops; transparencies of that size do not matter.
 inline constexpr wide least_float = 1e-36L;
 
 /// {0} and log-spaced values with odd digits, so that no structure of binary is favoured.
@@ -34,7 +34,7 @@ inline wide relative(wide value, wide exact) {
   return std::abs(value - exact) / std::abs(exact);
 }
 
-/// Largest error seen, and where.
+/// Largest error seen, and its place.
 struct Worst {
   wide error = 0;
   double at = 0, at_back = 0;
@@ -51,7 +51,7 @@ inline void report(const char* name, const Worst& worst) {
   std::printf("  %-28s %s\n", name, text);
 }
 
-// The definitions. expm1l and log1pl are good to an ulp of long double, 1e-19.
+// The definitions. expm1l and log1pl are accurate to an ulp of long double, 1e-19.
 inline wide exact_decay(wide x) { return std::exp(-x); }
 inline wide exact_opacity(wide x) { return -std::expm1(-x); }
 inline wide exact_one_minus_h(wide t) {
@@ -76,7 +76,7 @@ auto segment_of(typename Math::real x_f, typename Math::real x_b) {
   return typename Math::Segment{x_f, real(0.5) * (x_f + x_b), x_b, 1, depth};
 }
 
-/// What GoogleTest calls the two precisions of glsl32::Math and glsl::Math.
+/// GoogleTest's names for the two precisions glsl32::Math and glsl::Math.
 using Precisions = testing::Types<glsl32::Math, glsl::Math>;
 class PrecisionNames {
  public:

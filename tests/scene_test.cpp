@@ -1,4 +1,4 @@
-// The table of parameters: what the command line and JSON read and print, and what they refuse.
+// The table of parameters: the values that the command line and JSON read, print and refuse.
 
 #include <gtest/gtest.h>
 

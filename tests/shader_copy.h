@@ -20,7 +20,7 @@ inline std::string contents(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// With a copy of shaders/ that PSIVOX_SHADER_DIR points at during the test.
+/// A test with a copy of shaders/, to which PSIVOX_SHADER_DIR points during the test.
 class ShaderTest : public GpuTest {
  protected:
   void SetUp() override {
@@ -37,7 +37,7 @@ class ShaderTest : public GpuTest {
     fs::remove_all(folder_);
   }
 
-  /// Replaces `from`, which must be there, in a file of the copy; returns the line it stands on.
+  /// Replaces `from`, which must be present, in a file of the copy; returns its line number.
   int edit(const std::string& name, const std::string& from, const std::string& to) {
     std::string text = contents(folder_ / name);
     const std::size_t at = text.find(from);

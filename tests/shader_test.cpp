@@ -1,5 +1,5 @@
-// PSIVOX_SHADER_DIR: another folder's shaders instead of the embedded ones, and errors that name
-// the file and the line.
+// PSIVOX_SHADER_DIR replaces the embedded shaders by another folder's; errors name the file and the
+// line.
 
 #include <gtest/gtest.h>
 
@@ -16,10 +16,10 @@
 namespace psivox {
 namespace {
 
-/// Pictures by the shaders of a folder.
+/// Pictures drawn with the shaders of a folder.
 class Shaders : public ShaderTest {
  protected:
-  /// A renderer of its own, so that no program is at hand already.
+  /// Uses its own renderer, so that no program is cached.
   static Image picture(const View& view) {
     const MediumAtlas atlases = build_medium_atlas(view);
     GlRenderer gl({.debug = true});
@@ -67,8 +67,8 @@ TEST_F(Shaders, EveryShaderIsEmbedded) {
 }
 
 TEST_F(Shaders, ErrorsNameFileAndLine) {
-  // In files included at the beginning, the middle and the end, two folders deep, and in a file
-  // that is made for the program: syntax, and a name that nobody declares.
+  // Errors in files included at the beginning, the middle and the end, two folders deep, and in a
+  // file generated for the program: syntax, and an undeclared name.
   const std::pair<const char*, const char*> places[] = {
       {"binding.glsl", "uint fetch_page(int grid, int i) {"},
       {"ray.glsl", "real3 position(Ray ray, real t) {"},

@@ -1,5 +1,5 @@
-// Where a formula as it is printed fails in float32, that it fails, and that ours does not:
-// docs/stability.md. Named tests of the other hard cases are with what they test.
+// Shows that printed formulas fail in float32 and that ours do not: docs/stability.md. The other
+// hard cases have named tests in their own files.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 namespace psivox {
 namespace {
 
-/// The rules that say what Psi is, of which w_f = 1 - Psi, w_b = Psi - zeta.
+/// The rules that define Psi, from which w_f = 1 - Psi and w_b = Psi - zeta.
 constexpr Integrator psi_rules[] = {Integrator::linear_luminance, Integrator::psi_weighted,
                                     Integrator::psi_balanced,     Integrator::psi_exact,
                                     Integrator::psi_fit,          Integrator::psi_table};
@@ -31,16 +31,16 @@ void print(const std::string& what, double naive, double ours) {
 
 double off(double value, double exact) { return std::abs(value / exact - 1); }
 
-/// h(t) = (1 - e^{-t})/t as it is printed.
+/// h(t) = (1 - e^{-t})/t as printed.
 float printed_h(float t) { return (1 - std::exp(-t)) / t; }
 
-/// 1 - Psi and Psi - zeta of equal ends, as printed.
+/// 1 - Psi and Psi - zeta for equal ends, as printed.
 struct PrintedWeights {
   float front, back;
   explicit PrintedWeights(float x) : front(1 - printed_h(x)), back(printed_h(x) - std::exp(-x)) {}
 };
 
-// Optical lengths from 1e-12: both weights are x/2. Ours: the 1e-5 that each weight is promised to.
+// Optical lengths from 1e-12 on: both weights are x/2. Ours: the bound of 1e-5 for each weight.
 TEST(Stability, ThinSegmentsKeepBothWeights) {
   double naive = 0, ours = 0;
   for (double x = 1e-12; x < 1e-3; x *= 10) {
@@ -58,9 +58,9 @@ TEST(Stability, ThinSegmentsKeepBothWeights) {
   EXPECT_LE(ours, 1e-5);
 }
 
-// 10^5 segments of 1e-6: L from 0 at the front to 1 at the back. The radiance is 10^5 terms, each
-// rounded: a random walk of 6e-8 of the sum, 2e-5, and at most 6e-3. Ours sums as the march does,
-// the transmittance from the optical depth.
+// 10^5 segments of 1e-6, with L from 0 at the front to 1 at the back. The radiance has 10^5 terms,
+// each rounded: a random walk of 6e-8 of the sum, 2e-5, and at most 6e-3. Ours sums as the march
+// does, with the transmittance from the optical depth.
 TEST(Stability, AHundredThousandThinSegments) {
   constexpr int n = 100'000;
   constexpr float x = 1e-6f;
@@ -82,8 +82,8 @@ TEST(Stability, AHundredThousandThinSegments) {
   EXPECT_LE(off(ours, exact), 2e-5);
 }
 
-// Weighted opacity (thesis eq. 65): -ln(1 - alpha_w) is infinite where the ends' opacities round to
-// 1, and nothing is left of the back end. Of equal ends the rule is exact.
+// Weighted opacity (thesis eq. 65): -ln(1 - alpha_w) is infinite if the ends' opacities round to 1,
+// and the back end loses all its weight. For equal ends the rule is exact.
 TEST(Stability, OpaqueEndsHaveAFiniteWeightedDepth) {
   double naive = 0, ours = 0;
   for (const float x : {10.0f, 20.0f, 50.0f, 87.0f}) {
@@ -99,8 +99,8 @@ TEST(Stability, OpaqueEndsHaveAFiniteWeightedDepth) {
   EXPECT_LE(ours, 1e-5);
 }
 
-/// Psi of linear attenuation by the closed form as printed, erf of the ends, in float; a guard of
-/// 1e-8 as VTK's.
+/// Psi of linear attenuation in float by the closed form as printed, with erf of the ends and a
+/// guard of 1e-8 like VTK's.
 float printed_psi(float x_f, float x_b) {
   if (std::abs(x_f - x_b) < 1e-8f) return printed_h(x_f);
   const float a = (x_b - x_f) / 2;  // > 0
@@ -109,7 +109,7 @@ float printed_psi(float x_f, float x_b) {
          (std::erf(p + s) - std::erf(p));
 }
 
-// Ends that differ by 1e-7 to 1e-6 of 1, more by as much as they are large.
+// Ends that differ by 1e-7 to 1e-6 of 1; large ends differ proportionally more.
 TEST(Stability, NearlyEqualEnds) {
   double naive = 0, ours = 0;
   for (const float x : {0.1f, 1.0f, 3.0f})
@@ -126,7 +126,7 @@ TEST(Stability, NearlyEqualEnds) {
   EXPECT_LE(ours, 2.1e-6);
 }
 
-// A table over x/(1 + x), which rounds to 1 from 3e7 on: the entry behind the last.
+// A table over x/(1 + x), which rounds to 1 from 3e7 on: the index is one past the last entry.
 TEST(Stability, TablesEndWithTheirLastEntry) {
   constexpr int entries = 128;
   int outside = 0;
@@ -141,7 +141,7 @@ TEST(Stability, TablesEndWithTheirLastEntry) {
   EXPECT_LE(ours, 2.4e-7);  // two roundings of 1
 }
 
-// D = 0: what divides by the length has no value; a segment of no length does nothing.
+// D = 0: a formula that divides by the length has no value; a segment of no length has no effect.
 TEST(Stability, NoLengthIsNothing) {
   const float depth = 0, length = 0;
   EXPECT_TRUE(std::isnan(depth / length));
@@ -154,8 +154,8 @@ TEST(Stability, NoLengthIsNothing) {
   }
 }
 
-// L = 0 at the front: what is seen is w_b alone. Behind opaque fronts it is next to nothing, so
-// only segments that let a tenth through are asked; rules that fit Psi are left to their tests.
+// With L = 0 at the front only w_b is visible. Behind opaque fronts it is almost 0, so only
+// segments that transmit at least a tenth are tested; rules that fit Psi have their own tests.
 TEST(Stability, OneDarkEnd) {
   double naive = 0, ours = 0;
   for (double x = 1e-7; x < 2; x *= 10) {
@@ -173,7 +173,7 @@ TEST(Stability, OneDarkEnd) {
 
 class StabilityGpu : public GpuTest {};
 
-/// Largest difference over the largest number of the exact picture.
+/// Largest difference, relative to the largest number of the exact picture.
 double relative_difference(const Image& image, const Image& exact) {
   double worst = 0, scale = 0;
   for (std::size_t i = 0; i < image.rgba().size(); ++i) {
@@ -186,8 +186,8 @@ double relative_difference(const Image& image, const Image& exact) {
 
 Scene oblique_blobs() { return looking(small_scene(24), {95, 60, 70}, {20, 18, 16}, 40.0); }
 
-// L up to 1e6, tau to match: a picture of about 1. 70 cells of a radiance, each with 20 roundings
-// of 2^-24, at random: 2e-6 of the largest pixel, 1e-5 at the utmost. cell-exact has no step error.
+// L up to 1e6, tau to match: a picture of about 1. The radiance of 70 cells, each with 20 roundings
+// of 2^-24, random: 2e-6 of the largest pixel, 1e-5 at most. cell-exact has no step error.
 TEST_F(StabilityGpu, BrightAndThin) {
   for (const double L : {1e6, 1e-6}) {
     const double K = 0.1 / std::max(L, 1.0);
@@ -206,8 +206,8 @@ TEST_F(StabilityGpu, BrightAndThin) {
   }
 }
 
-// Emission with tau = 0: S/tau (1 - e^{-tau D}) has no value there. The integral of a slab's values
-// times the ray's length in voxels; 14 cells of 20 roundings.
+// Emission with tau = 0, where S/tau (1 - e^{-tau D}) has no value. The result is the integral of a
+// slab's values times the ray's length in voxels; 14 cells of 20 roundings.
 TEST_F(StabilityGpu, PureEmission) {
   const float tau = 0, S = 2;
   EXPECT_TRUE(std::isnan(S / tau * (1 - std::exp(-tau))));
@@ -231,8 +231,8 @@ TEST_F(StabilityGpu, PureEmission) {
   EXPECT_EQ(mean_alpha(image), 0);
 }
 
-// Values at half's largest: a sum of two in half is Inf; corners are weighed in float32. 65504 and
-// 32752 are halves: both texel types hold the same values.
+// Values at half's largest: the sum of two in half is Inf, so corners are weighed in float32. 65504
+// and 32752 are halves: both texel types hold the same values.
 TEST_F(StabilityGpu, HalvesNearTheirLargest) {
   EXPECT_TRUE(std::isinf(glm::unpackHalf1x16(glm::packHalf1x16(65504.0f + 65504.0f))));
   const auto field = share(make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3 v) {
@@ -249,7 +249,7 @@ TEST_F(StabilityGpu, HalvesNearTheirLargest) {
   EXPECT_LE(ours, 1e-6);
 }
 
-// Places a million units from the origin: float32 has 1/16 there.
+// Places a million units from the origin: float32 resolves 1/16 there.
 TEST_F(StabilityGpu, AnOriginAMillionAway) {
   const glm::dvec3 far(1e6, -1e6, 1e6);
   const double naive = std::abs(double(float(far.x + 0.03)) - far.x - 0.03);

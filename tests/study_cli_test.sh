@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# psivox study as its users call it: study_cli_test.sh PSIVOX ASSETS. Without an EGL device it skips
-# (exit 77).
+# Tests psivox study as its users call it: study_cli_test.sh PSIVOX ASSETS. Without an EGL device it
+# skips (exit 77).
 set -u
 program=$1 assets=$2
 work=$(mktemp -d)
@@ -16,7 +16,7 @@ fail() {
   echo "FAILED: $1"
   failed=$((failed + 1))
 }
-# run EXPECTED PART ARGUMENTS...: exit code and a part of what is printed
+# run EXPECTED PART ARGUMENTS...: checks the exit code and a part of the output
 run() {
   local expected=$1 part=$2 output code
   shift 2
@@ -41,7 +41,7 @@ for file in results.csv results.json results.md index.html reference.exr referen
   [ -s "whole/$file" ] || fail "no $file"
 done
 grep -q '^- cell-exact: step 1, step 0.5: ' whole/results.md || fail "no reason for what is left out"
-# 1 + 2 * 7 pictures, 4 plots; nothing from elsewhere
+# 1 + 2 * 7 pictures, 4 plots; no external resources
 [ "$(grep -o 'data:image/png;base64' whole/index.html | wc -l)" = 15 ] || fail "index.html lacks pictures"
 [ "$(grep -o '<section class="plot"' whole/index.html | wc -l)" -ge 3 ] || fail "index.html lacks plots"
 # Links lead to the plots' SVG files beside it.
@@ -55,7 +55,7 @@ before=$(md5sum whole/results.csv)
 run 0 "" "${sweep[@]}" -o whole --resume
 [ "$before" = "$(md5sum whole/results.csv)" ] || fail "resuming a finished study changed it"
 
-# Killed where it happens to be, then resumed: the same but for the times.
+# Killed at an arbitrary moment, then resumed: equal results except for the times.
 for points in 0 3 7; do
   "$program" study "${sweep[@]}" -o "killed$points" &
   pid=$!
@@ -70,8 +70,8 @@ for points in 0 3 7; do
     fail "killed after $points points and resumed: another CSV"
 done
 
-# Ctrl-C: whole files, a report of what there is, exit code 130. (A shell's background jobs ignore
-# SIGINT unless job control is on.)
+# Ctrl-C leaves whole files, a report of the finished points, and exit code 130. (A shell's
+# background jobs ignore SIGINT unless job control is on.)
 set -m
 "$program" study "${sweep[@]}" -o stopped 2>stopped.txt &
 pid=$!
@@ -90,7 +90,7 @@ if compgen -G 'stopped/.*' | grep -vE '/\.{1,2}$'; then fail "interrupted: half-
 run 0 "" "${sweep[@]}" -o stopped --resume
 diff <(numbers whole) <(numbers stopped) >/dev/null || fail "interrupted and resumed: another CSV"
 
-# --- a study file, and what is refused ---------------------------------------------------------
+# --- a study file, and refused options -----------------------------------------------------------
 cat >study.json <<EOF
 {"integrators": ["midpoint"], "samplings": "uniform", "steps": [1], "repeats": 1,
  "scene": {"resolution": [16, 16]}}
@@ -109,7 +109,7 @@ run 3 "no such file" nope.vdb -o bad
 run 5 "cannot make" "$assets/blobs.vdb" -o study.json/sub
 
 # --- a rule that is broken on the GPU ------------------------------------------------------------
-# Its weights swapped: the march in double, compiled in, still has the true ones.
+# Its weights are swapped. The march in double is compiled in and keeps the correct ones.
 cp -r "$assets/../shaders" broken_shaders
 rule=broken_shaders/integrators/psi_exact.glsl
 sed -i 's/return Weights(\(.*\), real(0.0), \(.*\), s.depth)/return Weights(\2, real(0.0), \1, s.depth)/' $rule
@@ -137,7 +137,7 @@ grep -q '^psi-exact,opacities,rule,0,0,0,0,0,0$' psi/psi.csv || fail "psi-exact 
 # --- tolerances ---------------------------------------------------------------------------------
 run 0 "" "${sweep[@]}" -o asked --integrators midpoint --segments 1 --steps 1 --tolerances 1e-2,1e-4
 [ "$(rows asked)" = 4 ] || fail "asked: $(rows asked) rows, expected 4"
-# what was chosen, and an error that is at most what was asked
+# the chosen methods; the error must not exceed the tolerance
 columns asked integrator,tolerance,rms | awk -F, '$2 > 0 { n += $1 != "" && $3 <= $2 } END { exit n != 2 }' ||
   fail "tolerances were not kept: $(columns asked integrator,tolerance,rms)"
 grep -q '^| chosen by tolerance |' asked/results.md || fail "results.md has no curve of tolerances"
@@ -162,7 +162,7 @@ for file in reference_24x24.exr reference_48x16.png pictures/psi-exact_cells_2_2
 done
 [ "$(cut -d, -f7 sizes/results.csv | sort | uniq -c | tr -s ' \n' ' ')" = " 4 24x24 4 48x16 1 resolution " ] ||
   fail "sizes: $(cut -d, -f7 sizes/results.csv | sort | uniq -c)"
-# an error of the size of step 1's: the pictures were compared with those of their own size
+# an error like that of step 1 shows that each picture was compared with a reference of its own size
 awk -F, 'NR > 1 && !($8 < 1e-2) { exit 1 }' sizes/results.csv || fail "sizes: errors of another size's reference"
 
 run 0 "" --summary whole,killed3/ -o summary

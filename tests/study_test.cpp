@@ -1,4 +1,5 @@
-// The study's arithmetic, its plan, its files: what needs no GPU. tests/study_cli_test.sh runs it.
+// The parts of a study that need no GPU: arithmetic, plan, files. tests/study_cli_test.sh runs a
+// study.
 
 #include <gtest/gtest.h>
 
@@ -82,7 +83,7 @@ TEST(PictureError, CountsRadianceAndAlphaApart) {
   EXPECT_EQ(e.radiance.max_y, 1);
   EXPECT_NEAR(e.radiance.mean, 0.25 / 36, 1e-16);
   EXPECT_NEAR(e.radiance.rms, 0.25 / 6, 1e-16);
-  EXPECT_EQ(e.radiance.p99, 0.25);  // of 36 values the 36th
+  EXPECT_EQ(e.radiance.p99, 0.25);  // the 36th of 36 values
   EXPECT_EQ(e.alpha.max, 0.5);
   EXPECT_EQ(e.alpha.max_x, 1);
   EXPECT_EQ(e.alpha.max_y, 2);
@@ -199,13 +200,13 @@ TEST(Plan, TolerancesLeaveTheWayOpen) {
   const Scene scene = scene_of(plan.variants[1], base);
   EXPECT_EQ(scene.tolerance, 1e-2);
   EXPECT_EQ(scene.resolved_early_termination(), 1e-2 / 4);
-  base.split_knots = true;  // which says how to march
+  base.split_knots = true;  // sets the method, so that no variant is left
   EXPECT_TRUE(plan_study(sweep, base).variants.empty());
 }
 
 TEST(Plan, VariantsAreScenesOfTheirOwn) {
   Scene base;
-  base.step = 3;  // of a file: what a sweep sets does not stay
+  base.step = 3;  // from a file; the sweep replaces it
   base.integrator = Integrator::average;
   base.extinction = 2;
   for (const Variant& variant : plan_study(small_sweep(), base).variants) {
@@ -313,7 +314,7 @@ TEST(Results, CsvHasEveryNumberWithAllItsDigits) {
 TEST(Results, MarkdownRelatesTimesToPorterDuff) {
   const StudyResults r = some_results();
   const std::string text = results_markdown(r);
-  // psi-exact's times are 0.7^2 of porter-duff's, which is two points before it
+  // psi-exact's times are 0.7^2 times those of porter-duff, which comes two points earlier
   EXPECT_NE(text.find("| `porter-duff` | 8.7e-2 (1.00) |"), std::string::npos) << text;
   EXPECT_NE(text.find("(0.49)"), std::string::npos) << text;
   EXPECT_NE(text.find("- cell-exact: step 1, step 0.5: --integrator"), std::string::npos) << text;
@@ -384,8 +385,8 @@ TEST(Resume, OnlyTheSameStudyGoesOn) {
   EXPECT_NE(scene.find("--resolution"), std::string::npos) << scene;
 }
 
-// Four halvings: what is left of higher orders is 10 % of an order or less, where the lengths are
-// as fine as here.
+// Four halvings: higher orders contribute at most 10 % of an order if the lengths are as fine as
+// here.
 TEST(Orders, AreThoseExpected) {
   std::vector<OrderRow> rows = step_orders();
   EXPECT_EQ(rows.size(), 2u * 3 * 11 + 3);
@@ -396,7 +397,7 @@ TEST(Orders, AreThoseExpected) {
                 row.way.c_str(), row.rays.c_str(), row.K, row.about ? "about " : "", row.expected,
                 row.observed(), row.fitted().front().second, row.fitted().back().second);
     ASSERT_EQ(row.fitted().size(), 4u) << row.way;
-    // what an approximate Psi adds is bounded in convergence_test
+    // convergence_test bounds the error of an approximate Psi
     EXPECT_NEAR(row.observed(), row.expected, row.about ? 0.5 : 0.1)
         << row.way << ' ' << row.rays << ' ' << row.K;
   }
@@ -413,7 +414,7 @@ TEST(Orders, AreFittedToTheFinestAboveRounding) {
 }
 
 TEST(Plot, PointsLieWhereTheirLogarithmsSay) {
-  // Three decades of x evenly: the marks are evenly apart. What is not above 0 is left out.
+  // Three decades of x, evenly: the marks are evenly spaced. Points not above 0 are left out.
   Plot plot;
   plot.series.push_back({{{1, 1e-3}, {10, 1e-4}, {100, 1e-5}, {0, 1}, {1, 0}}, Ink{9, 9, 9}});
   std::vector<glm::dvec2> marks;
@@ -422,7 +423,7 @@ TEST(Plot, PointsLieWhereTheirLogarithmsSay) {
   for (std::sregex_iterator at(svg.begin(), svg.end(), circle), end; at != end; ++at)
     marks.emplace_back(std::stod((*at)[1]), std::stod((*at)[2]));
   ASSERT_EQ(marks.size(), 3u);
-  constexpr double rounding = 0.01;  // of numbers that are written with two decimals
+  constexpr double rounding = 0.01;  // of numbers written with two decimals
   EXPECT_NEAR(marks[1].x - marks[0].x, marks[2].x - marks[1].x, 2 * rounding);
   EXPECT_NEAR(marks[1].y - marks[0].y, marks[2].y - marks[1].y, 2 * rounding);
   EXPECT_GT(marks[1].x, marks[0].x);

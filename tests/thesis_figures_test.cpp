@@ -1,6 +1,6 @@
-// How far approximations of Psi and zeta are from the exact ones, over segments whose end opacities
-// are uniform in (0, 1): the figures that docs/method.md quotes for Moreland's fits (thesis eq. 64
-// and 65), to the digits in which they are given.
+// Errors of approximations of Psi and zeta over segments whose end opacities are uniform in (0, 1).
+// These are the figures that docs/method.md quotes for Moreland's fits (thesis eq. 64 and 65), to
+// the digits given there.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ struct Difference {
   double rms = 0, max = 0;
 };
 
-/// Over the middles of 400 x 400 cells of the unit square: `error` of the end opacities.
+/// Samples the middles of 400 x 400 cells of the unit square: `error` of the end opacities.
 template <typename Error>
 Difference over_opacities(Error error) {
   constexpr int n = 400;
@@ -36,8 +36,7 @@ Difference over_opacities(Error error) {
   return d;
 }
 
-/// The same as a picture: front opacity to the right, back opacity upwards, blue below and red
-/// above 0.
+/// Draws the error: front opacity to the right, back opacity upwards, blue below 0 and red above.
 template <typename Error>
 void draw(const std::string& name, Error error) {
   constexpr int n = 256;
@@ -51,7 +50,7 @@ void draw(const std::string& name, Error error) {
   write_figure(name, image);
 }
 
-/// Half a unit of the last digit that is quoted.
+/// Half a unit of the last digit quoted.
 void expect(const std::string& what, const Difference& seen, double rms, double max) {
   std::printf("  %-36s RMS %.5f max %.4f\n", what.c_str(), seen.rms, seen.max);
   testing::Test::RecordProperty(what, std::to_string(seen.rms) + " " + std::to_string(seen.max));
@@ -80,8 +79,8 @@ TEST(ThesisFigures, PsiOfLinearAttenuation) {
   expect("weighted attenuation 0.27",
          error_of([](double x_f, double x_b) { return h(0.27 * x_b + 0.73 * x_f); }), 0.0093,
          0.026);
-  // Its greatest error lies in the last cell's middle and grows towards the corner, where one end
-  // is transparent and the other opaque: 0.0485 is that of this grid.
+  // Its greatest error lies in the middle of the last cell and grows towards the corner, where one
+  // end is transparent and the other opaque; 0.0485 is the value on this grid.
   expect("weighted attenuation 0.30",
          error_of([](double x_f, double x_b) { return h(0.30 * x_b + 0.70 * x_f); }), 0.0058,
          0.0485);
@@ -91,7 +90,7 @@ TEST(ThesisFigures, PsiOfLinearAttenuation) {
 struct LinearOpacity {
   double e_f, e_b;
 
-  /// int_0^u ln e, e ln e - e between its ends.
+  /// int_0^u ln e: the difference of e ln e - e between its ends, over the slope.
   double log_transparency(double u) const {
     const double slope = e_b - e_f, e = e_f + slope * u;
     if (std::abs(slope) < 1e-9) return u * std::log(e_f);
@@ -108,8 +107,8 @@ struct LinearOpacity {
   }
 };
 
-/// alpha_zeta less the mean opacity over alpha_b - alpha_f, for many means (grey), and the parabola
-/// of eq. 64 (red).
+/// alpha_zeta minus the mean opacity, over alpha_b - alpha_f, for many means (grey), and the
+/// parabola of eq. 64 (red).
 void draw_zeta() {
   constexpr int n = 384;
   constexpr double highest = 0.14;
@@ -158,7 +157,7 @@ TEST(ThesisFigures, PsiAndZetaOfLinearOpacity) {
   expect("linear opacity, zeta of eq. 64", zeta_error(0.108165), 0.0082, 0.038);
 }
 
-/// The rules are those approximations: what the GPU evaluates, in double.
+/// Checks that the rules are those approximations, as the GPU evaluates them, in double.
 TEST(ThesisFigures, TheRulesAreThem) {
   glsl::Math math;
   double worst = 0;
@@ -174,7 +173,7 @@ TEST(ThesisFigures, TheRulesAreThem) {
       worst = std::max(worst, std::abs(std::exp(-w.depth) - zeta));
       if (h(t) > zeta) worst = std::max(worst, std::abs(w.front - (1 - h(t))));
     }
-  EXPECT_LE(worst, 1e-14);  // 1 - h's, in numbers of size 1
+  EXPECT_LE(worst, 1e-14);  // the error of 1 - h, for numbers of size 1
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Moreland's picture of two spheres, one behind the other and of different colours, at one coarse
-// step: the better a rule interpolates luminance and attenuation together, the smaller its error.
+// Moreland's picture of two spheres of different colours, one behind the other, at one coarse step.
+// The better a rule interpolates luminance and attenuation together, the smaller its error.
 
 #include "figure.h"
 #include "march_cases.h"
@@ -30,7 +30,7 @@ View two_spheres(Integrator rule, double step) {
 class ThesisSpheres : public GpuTest {};
 
 TEST_F(ThesisSpheres, ErrorsFallFromAverageToLinearLuminanceToWeightedOpacity) {
-  constexpr double step = 12;  // three samples a sphere
+  constexpr double step = 12;  // three samples per sphere
   const Image reference = render_reference(two_spheres(Integrator::average, step)).image;
   expect_content(reference);
   write_figure("spheres_reference", reference);

@@ -1,4 +1,4 @@
-// Transfer functions: the knots, what lies between them, their file.
+// Transfer functions: the knots, the values between them, and their file.
 
 #include "psivox/transfer_function.h"
 
@@ -14,7 +14,7 @@
 namespace psivox {
 namespace {
 
-/// The message of the input error that `action` throws, or what went wrong instead.
+/// The message of the input error that `action` throws, otherwise what went wrong.
 template <typename Action>
 std::string input_error(Action action) {
   try {
@@ -55,7 +55,7 @@ TEST(TransferFunction, IsLinearBetweenPointsAndConstantOutside) {
   EXPECT_EQ(f.at(-7).value, -7);
   EXPECT_EQ(f.at(-0.5).attenuation, 1);
   EXPECT_EQ(f.at(0).color, glm::dvec3(0, 0.5, 0.5));
-  EXPECT_EQ(f.at(1).attenuation, 4);  // of a jump's value the first point's
+  EXPECT_EQ(f.at(1).attenuation, 4);  // at a jump the first point's value counts
   EXPECT_EQ(f.at(1).color, glm::dvec3(0, 1, 0));
   EXPECT_EQ(f.at(std::nextafter(1.0f, 2.0f)).attenuation, 2);
   EXPECT_EQ(f.at(3.5).attenuation, 0.25);
@@ -116,7 +116,7 @@ TEST(TransferFunction, MaximaHoldOverTheIntervalAndAreReached) {
     double reached = 0;
     for (int i = 0; i <= 1000; ++i) {
       const TransferPoint p = r.at(a + (b - a) * i / 1000);
-      // No tolerance: the bound is of what `at` returns, rounding included.
+      // No tolerance: the bound covers the values that `at` returns, rounding included.
       if (p.value <= b) {
         ASSERT_LE(p.attenuation, most);
         for (int c = 0; c < 3; ++c) ASSERT_LE(p.color[c], brightest[c]);
@@ -141,7 +141,8 @@ TEST(TransferFunction, IntegralIsTheAntiderivative) {
   EXPECT_NEAR(f.attenuation_integral(3), 4 + 3 * up + (2 - up), 1e-14);
   EXPECT_NEAR(f.attenuation_integral(6) - f.attenuation_integral(4), 1, 1e-14);
 
-  // Between two points the attenuation is linear, so the middle's rule is exact but for rounding.
+  // Between two points the attenuation is linear, so the midpoint rule is exact except for
+  // rounding.
   std::mt19937_64 random(4);
   for (int round = 0; round < 100; ++round) {
     const TransferFunction r = random_function(random);

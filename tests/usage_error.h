@@ -8,7 +8,7 @@
 
 namespace psivox {
 
-/// The message of the usage error that `action` throws, or what went wrong instead.
+/// The message of the usage error that `action` throws, otherwise what went wrong.
 template <typename Action>
 std::string usage_error(Action action) {
   try {

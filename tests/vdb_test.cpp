@@ -1,5 +1,5 @@
-// VdbFile on files that others made, on assets and on broken files: every file of shared/data
-// either gives the field that OpenVDB's own sampler sees, or the error written here.
+// VdbFile on files from others, on assets and on broken files: every file of shared/data gives
+// either the field that OpenVDB's own sampler sees or the error given here.
 
 #include "psivox/vdb.h"
 
@@ -56,7 +56,7 @@ void expect_same_values(const Field& field, const GridT& grid) {
   }
 }
 
-/// A file that reads without a notice, and what its directory and tree hold.
+/// A file that reads without a notice, and the contents of its directory and tree.
 struct GoodGrid {
   const char* file;
   const char* grid;
@@ -223,7 +223,7 @@ TEST(VdbData, InfoCountsWhatTheTreeHolds) {
   EXPECT_NEAR(VdbFile(data_dir() / "frogtissue.vdb").info().at(0).voxel_size.z, 1.5, 1e-12);
 }
 
-/// Cut anywhere, a file is an error or a field, never a crash and never made-up values.
+/// A file cut anywhere is an error or a field, never a crash and never invented values.
 TEST(VdbData, TruncatedFilesAreErrors) {
   SKIP_WITHOUT_DATA();
   const std::string smoke = test::file_bytes(data_dir() / "smoke.vdb");

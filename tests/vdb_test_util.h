@@ -1,7 +1,7 @@
 #pragma once
 
-// What the tests of src/vdb share: where the data is, files made on the spot, and a sampler of
-// Field that shares no line with the program.
+// Shared by the tests of src/vdb: the data folder, files made here, and a sampler of Field that
+// shares no code with the program.
 
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
@@ -40,7 +40,7 @@ inline std::filesystem::path scratch_dir() {
   return dir;
 }
 
-/// Writes the grids into a file of the running test's.
+/// Writes the grids to a file of the running test.
 inline std::filesystem::path write_vdb(const openvdb::GridCPtrVec& grids,
                                        const std::string& name = "made.vdb") {
   openvdb::initialize();
@@ -60,7 +60,7 @@ inline std::filesystem::path write_bytes(const std::string& name, const std::str
   return path;
 }
 
-/// The message of the Error(input) that f throws; fails the test if it throws none or another.
+/// The message of the Error(input) that f throws; fails the test if f throws another or none.
 template <typename F>
 std::string input_error(F&& f) {
   try {
@@ -74,7 +74,7 @@ std::string input_error(F&& f) {
   return {};
 }
 
-/// Values of a Field by the words of field.h: a map look-up for each corner.
+/// Values of a Field as field.h documents them: a map look-up for each corner.
 class FieldSampler {
  public:
   explicit FieldSampler(const Field& field) : field_(field) {
@@ -126,7 +126,7 @@ class FieldSampler {
   std::map<int, std::map<Key, glm::vec3>> tiles_;
 };
 
-/// A grid as OpenVDB itself reads it.
+/// A grid read by OpenVDB itself.
 inline openvdb::GridBase::Ptr openvdb_grid(const std::filesystem::path& path,
                                            const std::string& name) {
   openvdb::initialize();

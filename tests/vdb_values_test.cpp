@@ -1,5 +1,5 @@
-// VdbFile on grids made on the spot: value types, bad values, transforms, names, and the rules of
-// what cannot be rendered.
+// VdbFile on grids made here: value types, bad values, transforms, names, and grids that cannot be
+// rendered.
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/tools/Interpolation.h>
@@ -123,7 +123,7 @@ TEST(VdbValues, BadValuesAreReplacedAndCounted) {
   EXPECT_EQ(sampler.voxel({33, 1, 1}, 0), 6.5);
   EXPECT_EQ(vdb.read("x", {GridRole::luminance}).notices, field.notices);
 
-  // The transfer function decides what negative data means.
+  // The transfer function decides how negative data is used.
   const Field data = vdb.read("x", {GridRole::data});
   EXPECT_EQ(data.notices.at(0), "grid 'x': 2 NaN, 1 -Inf values taken as 0; 2 +Inf taken as 6.5");
   EXPECT_EQ(FieldSampler(data).voxel({0, 0, 3}, 0), -3.0);
@@ -155,7 +155,7 @@ TEST(VdbValues, TilesOfEveryWidth) {
   EXPECT_EQ(field.active_box, (Box{{-128, 0, -4096}, {8191, 4095, 127}}));
 }
 
-/// A ball of radius 12 with a band of 3 voxels; what is deeper is a tile.
+/// A ball of radius 12 with a band of 3 voxels; deeper parts are a tile.
 template <typename GridT>
 typename GridT::Ptr level_set_ball(const std::string& name) {
   using ValueT = typename GridT::ValueType;
@@ -163,7 +163,7 @@ typename GridT::Ptr level_set_ball(const std::string& name) {
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   grid->tree().root().setBackground(ValueT(3), /*updateChildNodes=*/false);
   for (const Coord& c : CoordBBox(Coord(-16), Coord(23))) {
-    // In eighths, so that a float holds it.
+    // In eighths, which a float holds exactly.
     const double distance = std::round((c.asVec3d() - openvdb::Vec3d(4)).length() * 8 - 96) / 8;
     const auto value = static_cast<ValueT>(std::clamp(distance, -3.0, 3.0));
     if (std::abs(distance) < 3)
@@ -255,8 +255,8 @@ TEST(VdbTransforms, AFrustumIsResampledIntoCubicVoxels) {
   const double voxel_size = field.world_from_index[0][0];
   EXPECT_LE(voxel_size, 0.05);
   const FieldSampler sampler(field);
-  // Interpolating twice: each errs by at most h^2/8 * sum of second derivatives (16 * 3 here), with
-  // h = 0.1 across the far end at worst: 0.06 together; where the Gaussian is flat far less.
+  // Two interpolations, each off by at most h^2/8 * sum of second derivatives (16 * 3 here), with h
+  // = 0.1 across the far end at worst: 0.06 together; far less where the Gaussian is flat.
   const glm::dvec3 origin(field.world_from_index[3]);
   for (const auto& c : {Coord(20, 20, 10), Coord(12, 22, 8), Coord(25, 18, 14)}) {
     const openvdb::Vec3d world = frustum->indexToWorld(c);
@@ -268,7 +268,7 @@ TEST(VdbTransforms, AFrustumIsResampledIntoCubicVoxels) {
             }).find("has a frustum transform"),
             std::string::npos);
 
-  // Other types go through float: an inside of 8 stays 8.
+  // Other types convert through float: an inside of 8 stays 8.
   const Field resampled = vdb.read("counts");
   const openvdb::Vec3d world = frustum->indexToWorld(openvdb::Vec3d(10, 10, 10));
   const glm::dvec3 index =

@@ -1,4 +1,4 @@
-// psivox verify: what is right passes, and what is a little wrong does not.
+// psivox verify passes correct pictures and rejects slightly wrong ones.
 
 #include "psivox/verify.h"
 
@@ -44,7 +44,8 @@ TEST_F(Verify, PassesWithEitherFilter) {
       EXPECT_TRUE(h.name != e.name || h.bound >= e.bound) << h.name;
       wider += h.name == e.name && h.bound > 10 * e.bound;
     }
-  // all but the furnaces, whose values are all 1, and what is opaque whatever the weights
+  // all but the furnaces, whose values are all 1, and opaque cases, which do not depend on the
+  // weights
   EXPECT_EQ(wider + 4, hardware.cases.size());
   EXPECT_NE(verify_note(Filter::hardware).find("wider"), std::string::npos);
 }
@@ -70,7 +71,7 @@ TEST_F(Verify, APictureThatIsALittleOffIsSeen) {
   Image image = gl_picture(view);
   const auto depth = [&](const WorldRay& ray) { return 0.05 * plate.along(ray); };
   EXPECT_LE(opacity_error(view, image, depth), 1e-6);
-  // a closed form of a depth 1e-5 too large, one pixel, a NaN anywhere
+  // it detects a depth 1e-5 too large, one wrong pixel, and a NaN anywhere
   EXPECT_GT(opacity_error(view, image, [&](const WorldRay& r) { return 1.00001 * depth(r); }),
             1e-6);
   Image other = image;
@@ -80,7 +81,7 @@ TEST_F(Verify, APictureThatIsALittleOffIsSeen) {
   other.rgba()[45] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_TRUE(std::isnan(opacity_error(view, other, depth)));
   EXPECT_FALSE((VerifyCase{"", "", picture_difference(image, other), 1}.passed()));
-  // blank pictures agree about nothing
+  // blank pictures are never accepted as equal
   std::fill(image.rgba().begin(), image.rgba().end(), 0.0f);
   EXPECT_FALSE(picture_difference(image, image) <= 1);
 }
@@ -92,10 +93,10 @@ TEST_F(Verify, ARayThatPassesThePlatesSidesHasNoClosedForm) {
   EXPECT_NEAR(plate.along({{5, 0, 0}, {-1, 0, 0}}), 11, 1e-12);
 }
 
-// What a wrong line of a shader does: the cases that need it fail, and no others.
+// A wrong line in a shader makes the cases that need it fail, and no others.
 
 std::string failures(const std::vector<Case>& cases) {
-  GlRenderer gl;  // no program at hand yet
+  GlRenderer gl;  // its own, so that no program is cached
   const Painter painter(gl, Filter::exact);
   VerifyReport report;
   for (const Case& c : cases) report.cases.push_back(run_case(c, painter));
@@ -116,7 +117,7 @@ TEST_F(BrokenShader, SwappedEnds) {
 }
 
 TEST_F(BrokenShader, DepthOfTheMiddle) {
-  // a homogeneous step of the cell's middle: right where the value is linear
+  // a homogeneous step with the cell's middle: correct if the value is linear
   edit("composite.glsl", "front.attenuation + real(4.0) * middle.attenuation + back.attenuation",
        "real(6.0) * middle.attenuation");
   EXPECT_EQ(failures(opacity_cases()), "single voxel's tent; ");

@@ -1,5 +1,5 @@
-// Files and the viewer: what it saves is what `psivox render` makes, and what changes is read
-// again.
+// The viewer's files: it saves the pictures that `psivox render` draws, and reloads files that
+// change.
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ TEST(ViewerFiles, TheSavedPictureIsThatOfTheCopiedCommandLine) {
   ASSERT_EQ(std::system(("cd '" + folder.string() + "' && " + line).c_str()), 0) << line;
   expect_same(read_image(saved), read_image(folder / "picture.exr"));
 
-  // and the window's, but for the background that is behind it
+  // also equals the window's picture, apart from the background behind it
   Scene alone = hands.viewer.scene();
   expect_same(*hands.viewer.exact_picture(), rendered(alone));
   hands.viewer.save_scene((folder / "scene.json").string());
@@ -65,10 +65,10 @@ TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
   fs::remove_all(folder);
   fs::create_directories(folder);
   const fs::path before = fs::current_path();
-  fs::current_path(folder);  // where the function is kept
+  fs::current_path(folder);  // the function is saved here
   Scene scene = small(asset("blobs.vdb"));
   scene.resolution = {900, 600};
-  ASSERT_TRUE(leaves_method_open(scene));  // the tolerance that nobody names
+  ASSERT_TRUE(leaves_method_open(scene));  // uses the default tolerance
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
   hands.viewer.panels().transfer = true;
@@ -85,7 +85,7 @@ TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
   ASSERT_EQ(std::system(line.c_str()), 0) << line;
   expect_same(read_image("saved.exr"), read_image("picture.exr"));
   expect_same(shown, read_image("picture.exr"));
-  ASSERT_TRUE(hands.until_exact());  // of the kept function, which is the same
+  ASSERT_TRUE(hands.until_exact());  // uses the saved function, which is the same
   expect_same(*hands.viewer.exact_picture(), shown);
   EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
   fs::current_path(before);

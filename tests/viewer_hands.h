@@ -17,7 +17,7 @@
 #include "view/command_text.h"
 #include "view/viewer.h"
 
-// A viewer in a test's hands, and the program whose pictures it must show.
+// A viewer driven by a test, and the program whose pictures it must show.
 
 namespace psivox::view {
 
@@ -28,14 +28,15 @@ inline constexpr const char* assets = PSIVOX_ASSETS;
 
 inline std::string asset(const std::string& name) { return std::string(assets) + "/" + name; }
 
-/// `psivox render` in a process of its own.
+/// Runs `psivox render` in a separate process.
 inline void render_by_program(const std::vector<std::string>& arguments) {
   std::string line = PSIVOX_PROGRAM " render";
   for (const std::string& word : arguments) line += " '" + word + "'";
   if (std::system(line.c_str()) != 0) throw Error(ExitCode::failure, "psivox render failed");
 }
 
-/// What `psivox render` makes of a scene, without a background; with layers, where they are named.
+/// The picture that `psivox render` draws of a scene, without a background; with layers if they are
+/// named.
 inline Image rendered(Scene scene, const std::string& layers = "") {
   scene.background.reset();
   const fs::path file = fs::path(testing::TempDir()) / "psivox_rendered.exr";
@@ -55,7 +56,7 @@ inline Scene small(const std::string& input) {
   return scene;
 }
 
-/// A viewer, and hands.
+/// A viewer and its simulated input.
 class Hands {
  public:
   explicit Hands(const Scene& scene, bool egl = false, bool watch = false)
@@ -102,7 +103,7 @@ class Hands {
   void move(const glm::dvec2& to) { post({Kind::move, to}); }
   void press(const glm::dvec2& at, int button = GLFW_MOUSE_BUTTON_LEFT) {
     move(at);
-    frames(2);  // what the pointer is over is known a frame later
+    frames(2);  // the viewer knows the item under the pointer one frame later
     post({Kind::button, at, button, true});
   }
   void release(const glm::dvec2& at, int button = GLFW_MOUSE_BUTTON_LEFT) {
@@ -114,7 +115,7 @@ class Hands {
     release(to, button);
   }
   void drop(const std::string& path) { post({Kind::drop, {}, 0, false, 0, {path}}); }
-  /// For a look at it, where the environment names a folder.
+  /// For inspection, if the environment names a folder.
   void photograph(const char* name) {
     const char* folder = std::getenv("PSIVOX_PHOTOGRAPHS");
     if (!folder) return;

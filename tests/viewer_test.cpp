@@ -1,5 +1,5 @@
-// The viewer in a real window, with events in the place of hands. `psivox view` needs a display:
-// with_display.sh gives one.
+// The viewer in a real window, driven by synthetic events. `psivox view` needs a display:
+// with_display.sh provides one.
 
 #include "view/viewer.h"
 
@@ -19,7 +19,7 @@
 namespace psivox::view {
 namespace {
 
-/// By the window system's own contexts, and by EGL.
+/// Once with the window system's own contexts, and once with EGL.
 class Window_ : public ::testing::TestWithParam<bool> {};
 
 TEST_P(Window_, RefinesToThePictureOfRender) {
@@ -108,7 +108,7 @@ TEST_P(Window_, PointsOfTheTransferFunctionAreDragged) {
   ASSERT_TRUE(hands.until_exact());
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
   hands.photograph("transfer.png");
-  // a click adds one, the right button takes it away
+  // a click adds a point, the right button removes it
   const glm::dvec2 between = 0.5 * (editor.place_of(1).value() + editor.place_of(2).value());
   hands.press(between + glm::dvec2(0, 40));
   hands.release(between + glm::dvec2(0, 40));
@@ -123,7 +123,7 @@ INSTANTIATE_TEST_SUITE_P(Contexts, Window_, ::testing::Bool(),
                          [](const auto& context) { return context.param ? "egl" : "native"; });
 
 TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
-  // updated while a point is dragged, and then as another process computes it
+  // updated while a point is dragged; then compared with another process's table
   Scene scene = small(asset("blobs.vdb"));
   scene.resolution = {700, 420};
   scene.transfer_function = asset("shells.json");
@@ -147,7 +147,7 @@ TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
   ASSERT_TRUE(hands.until_exact());
   const fs::path file = fs::path(testing::TempDir()) / "psivox_preintegrated.exr";
   const fs::path before = fs::current_path();
-  fs::current_path(testing::TempDir());  // the function is kept there
+  fs::current_path(testing::TempDir());  // the function is saved there
   hands.viewer.save_picture(file.string());
   ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
   ASSERT_TRUE(hands.until_exact());
@@ -177,7 +177,7 @@ TEST(Viewer, PanelsFollowTheDisplaysScale) {
   EXPECT_NEAR(width(), 2 * once, 4);
   hands.photograph("scale2.png");
   const glm::dvec2 from = editor.place_of(1).value();
-  hands.drag(from + glm::dvec2(9, 0), from + glm::dvec2(9, 60));  // its disk is wider too
+  hands.drag(from + glm::dvec2(9, 0), from + glm::dvec2(9, 60));  // also makes its disk wider
   EXPECT_EQ(editor.points(), 3u);
   EXPECT_GT(editor.place_of(1).value().y, from.y + 50);
   scale(1);
@@ -196,12 +196,12 @@ TEST(Viewer, AnInputThatCannotBeReadIsTheProgramsError) {
   }
 }
 
-/// docs/preview.png, where PSIVOX_PHOTOGRAPHS names docs.
+/// Writes docs/preview.png, if PSIVOX_PHOTOGRAPHS names docs.
 TEST(Viewer, ThePictureOfTheGuide) {
   if (!std::getenv("PSIVOX_PHOTOGRAPHS")) GTEST_SKIP() << "PSIVOX_PHOTOGRAPHS is not set";
   const fs::path folder = fs::absolute(std::getenv("PSIVOX_PHOTOGRAPHS"));
   const fs::path before = fs::current_path();
-  fs::current_path(fs::path(assets).parent_path());  // for the names in it
+  fs::current_path(fs::path(assets).parent_path());  // for the file names in the scene
   setenv("PSIVOX_PHOTOGRAPHS", folder.c_str(), 1);
   Scene scene = small("assets/blobs.vdb");
   scene.resolution = {1280, 760};
@@ -236,7 +236,7 @@ TEST(Viewer, ADoubleClickPutsThePivotOnWhatIsSeen) {
   ASSERT_TRUE(hands.until([&] { return hands.viewer.navigation().pivot() != before; }));
   const glm::dvec3 pivot = hands.viewer.navigation().pivot();
   EXPECT_NEAR(pivot.x, before.x, 0.05);
-  EXPECT_GT(pivot.z, before.z);  // on the side of the camera
+  EXPECT_GT(pivot.z, before.z);  // on the camera's side
 }
 
 TEST(Viewer, TwoPicturesAreCompared) {
@@ -264,7 +264,7 @@ TEST(Viewer, TwoPicturesAreCompared) {
 TEST(Viewer, ShowsStepsDepthAndErrorOfRenderAsColours) {
   Scene scene = small(asset("blobs.vdb"));
   scene.step = 2;
-  scene.filter = Filter::hardware;  // the exact picture needs textures of its own
+  scene.filter = Filter::hardware;  // the exact picture needs its own textures
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
   hands.key(GLFW_KEY_TAB);
@@ -332,7 +332,7 @@ TEST(Viewer, ManyFilesTakeTheMemoryAndTheObjectsOfOne) {
   EXPECT_GT(report.settled.pictures.textures, 0);
   EXPECT_EQ(report.settled.window, report.end.window);
   EXPECT_EQ(report.settled.pictures, report.end.pictures);
-#ifndef __SANITIZE_ADDRESS__  // which keeps what is freed
+#ifndef __SANITIZE_ADDRESS__  // which does not return freed memory
   EXPECT_LT(report.end.resident_mib, 1.05 * report.settled.resident_mib);
 #endif
   EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# with_display.sh COMMAND...: runs it on a display of its own, in memory; 77, which ctest takes for
-# skipped, where there is no Xvfb.
+# with_display.sh COMMAND...: runs COMMAND on a virtual display. Without Xvfb it exits with 77,
+# which ctest counts as skipped.
 if ! command -v xvfb-run >/dev/null || ! command -v Xvfb >/dev/null; then
   echo "skipped: no Xvfb (Debian: xvfb xauth)"
   exit 77
