@@ -19,8 +19,7 @@ for folder in tools tests; do
   [ -d "$folder" ] && folders+=("$folder")
 done
 
-# --- packages: each is known to one component
-# ------------------------------------------------------
+# --- packages: each is known to one component -----------------------------------------------------
 # only_in PATTERN WHERE...: only files that match one of WHERE may include headers that match
 # PATTERN.
 only_in() {
@@ -44,8 +43,7 @@ only_in '^CLI/' '^tools/'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/viewer_hands\.h$'
 only_in '^gtest/' '^tests/'
 
-# --- components: src/X may include psivox/, itself, and the components listed
-# ----------------------
+# --- components: src/X may include psivox/, itself, and the components listed ---------------------
 declare -A sees=(
   [atlas]="" [colour]="" [draw]="gl march reference" [gl]="march" [image]="colour" [march]="scene"
   [oiio]="colour image" [reference]="march" [scene]="colour" [study]="colour march verify" [text]=""

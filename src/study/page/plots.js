@@ -7,7 +7,7 @@
   const clickRange = 5;  // [pixels]: a drag that stays within it is a click
   const shapes = {disc: 'circle', square: 'rect', diamond: 'rectRot', ring: 'circle'};
 
-  /** What a tooltip shows of a point: rows of label and text, by the point's name. */
+  /** The contents of a tooltip: rows of label and text, by the point's name. */
   const facts = JSON.parse(document.getElementById('facts')?.textContent ?? '{}');
 
   /** A new element; `properties` are set on it, `children` are elements or text. */
@@ -227,7 +227,7 @@
         const {left, right, top, bottom} = chart.chartArea;
         set({x: valuesAt('x', left - dx, right - dx), y: valuesAt('y', top - dy, bottom - dy)});
       },
-      /** What is `scale` times as wide and high around the point fills the chart. */
+      /** Zooms to the box around the point, `scale` times as wide and high as the chart. */
       scale: ({x, y}, scale) => {
         const {left, right, top, bottom} = chart.chartArea;
         set({x: valuesAt('x', x + (left - x) * scale, x + (right - x) * scale),
