@@ -49,7 +49,8 @@ std::vector<Variant> refinements_of(const std::vector<NamedStudy>& studies) {
   return all;
 }
 
-/// The needs of a refinement in a study, in the order of `rms`; empty if the study does not have it.
+/// The needs of a refinement in a study, in the order of `rms`; empty if the study does not have
+/// it.
 std::vector<Need> needs_in(const NamedStudy& study, const Variant& refinement,
                            const std::vector<double>& rms) {
   std::vector<Need> own;
