@@ -10,8 +10,8 @@
 namespace psivox {
 namespace {
 
-// The way into the grid subtracts numbers of the size of the world's origin and multiplies by the
-// inverse of the transform; wider arithmetic keeps the double result right to its last bits.
+// The transform into the grid subtracts numbers of the size of the world's origin and multiplies by
+// the inverse transform. Wider arithmetic keeps the double result right to its last bits.
 using Wide = long double;
 using WideVec = glm::vec<3, Wide>;
 using WideMat = glm::mat<3, 3, Wide>;
@@ -72,7 +72,8 @@ CubeSteps::CubeSteps(const IndexRay& ray, int width, double s0, double s1)
     std::int64_t key = floor_divide(cell, width);
     next_[i] = infinity;
     if (ray.D[i] != 0) {
-      // p is rounded; the cube is the one whose far plane is the first that is met after s0.
+      // p is rounded. The right cube is the one whose far plane is the first that the ray meets
+      // after s0.
       const int ahead = ray.D[i] > 0 ? 1 : -1;
       const int far = ray.D[i] > 0 ? 1 : 0;
       while (ray.crossing(i, (key + far) * width) <= s0) key += ahead;

@@ -11,8 +11,8 @@
 namespace psivox {
 
 /// A ray in the index space of one grid: p(s) = P + s D [voxels from `anchor`], with s [world
-/// units] counted from t = `t_middle` of the world ray, near the grid, not from a camera that may
-/// be far away. Rays of several grids share s if they share t_middle.
+/// units] counted from t = `t_middle` of the world ray, which is near the grid; a camera may be far
+/// away. Rays of several grids share s if they share t_middle.
 struct IndexRay {
   glm::dvec3 P{0}, D{0};
   glm::ivec3 anchor{0};            ///< middle of the field's domain
@@ -20,8 +20,8 @@ struct IndexRay {
 
   bool hits() const { return s_begin < s_end; }
 
-  /// Where the ray meets a plane of integer index coordinate. Every level of the walk uses this
-  /// one expression, so that what two levels say of the same plane is equal to the last bit.
+  /// Where the ray meets a plane of integer index coordinate. Every level of the walk uses this one
+  /// expression, so that two levels give the same plane equal values to the last bit.
   double crossing(int axis, std::int64_t plane) const {
     return (static_cast<double>(plane - anchor[axis]) - P[axis]) / D[axis];
   }
@@ -32,7 +32,7 @@ struct IndexRay {
   }
 };
 
-/// Where the ray is nearest the middle of the field's domain, not behind its origin.
+/// The t at which the ray is nearest to the middle of the field's domain; not behind its origin.
 double nearest_to_middle(const Field& field, const WorldRay& ray);
 
 /// The part t0 <= t <= t1 of the ray in the field's index space, clipped to its domain.
@@ -40,8 +40,8 @@ IndexRay make_index_ray(const Field& field, const WorldRay& ray, double t_middle
                         double t1);
 
 /// The cubes of `width` cells, aligned to multiples of width, that a ray crosses from s0 to s1, in
-/// order: [begin, end] is the way through cube `key` (its smallest cell / width). A ray in a face
-/// stays on one side of it; pieces may have no length, none is missing and none overlaps.
+/// order. [begin, end] is the segment in cube `key` (its smallest cell / width). A ray in a face
+/// stays on one side of it. Segments may have no length; none is missing and none overlaps.
 class CubeSteps {
  public:
   CubeSteps(const IndexRay& ray, int width, double s0, double s1);
@@ -63,7 +63,7 @@ class CubeSteps {
   glm::dvec3 next_{0};  ///< s at which the ray leaves the cube along each axis
 };
 
-/// One cell and the part of a ray in it.
+/// A cell and the part of a ray in it.
 struct CellPiece {
   const CellBlock& block;
   glm::ivec3 cell;
@@ -71,7 +71,7 @@ struct CellPiece {
 };
 
 /// Calls visit(const CellPiece&) for each cell of the non-empty blocks that the ray crosses, front
-/// to back, until it returns false. `level` and below: the recursion's own.
+/// to back, until it returns false. Parameters from `level` on serve the recursion.
 template <class Visit>
 bool walk_cells(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray, Visit&& visit,
                 double s0, double s1, int level) {

@@ -7,7 +7,7 @@
 namespace psivox {
 namespace {
 
-/// Attenuation and colour as linear functions of the value, between two knots or outside of all.
+/// Attenuation and colour as linear functions of the value, between two knots or outside all knots.
 struct Interval {
   TransferPoint a, b;
 
@@ -18,8 +18,8 @@ struct Interval {
     b = points[static_cast<std::size_t>(std::clamp(k + 1, 0, last))];
   }
 
-  /// What is at_a at a and at_b at b, of values right to a few epsilon of `size`; a jump that
-  /// cannot be told from its rounding counts as its middle.
+  /// The linear function that is at_a at a and at_b at b, applied to values accurate to a few
+  /// epsilon of `size`. A jump narrower than the rounding counts as its middle.
   Cubic of(const Cubic& value, double size, double at_a, double at_b) const {
     if (is_blurred(size)) return constant_cubic(0.5 * (at_a + at_b));
     const double slope = (at_b - at_a) / (b.value - a.value);
@@ -39,7 +39,7 @@ struct Interval {
   bool is_blurred(double size) const { return !(b.value - a.value > 64 * epsilon * size); }
 };
 
-/// Where the values pass through knots, ascending.
+/// Places where the values pass through knots, ascending.
 std::vector<double> knot_crossings(const TransferFunction& function, const Cubic& value) {
   std::vector<double> cuts;
   const MonotoneEnds ends = monotone_ends(value);
@@ -87,7 +87,7 @@ void classify(const TransferFunction* function, const Cubic& value,
   }
   const auto [low, high] = std::minmax_element(value.begin(), value.end());
   double begin = 0;
-  if (*low == *high) {  // a value on a knot is not to be extrapolated from a steep neighbour
+  if (*low == *high) {  // a value on a knot must not be extrapolated from a steep neighbour
     const TransferPoint p = function->at(*low);
     ClassifiedPart whole;
     whole.attenuation = constant_cubic(p.attenuation);

@@ -14,21 +14,21 @@ struct ClassifiedPart {
   double begin = 0, end = 1;  ///< u
   Cubic attenuation{};
   std::array<Cubic, 3> color{};
-  double attenuation_error = 0;  ///< bounds of what rounding of the value makes of both, and fits
+  double attenuation_error = 0;  ///< bounds on both from rounding of the value and from fits
   double color_error = 0;
 };
 
-/// Cuts the values where they pass through the knots. A null function is the value itself as
-/// attenuation: one part.
+/// Cuts the values where they pass through the knots. A null function means that the value itself
+/// is the attenuation; the result is one part.
 void classify(const TransferFunction* function, const Cubic& value,
               std::vector<ClassifiedPart>& parts);
 
-/// The same of a function with a gradient, whose magnitude is another cubic: parts to which cubics
-/// fit, their error in `attenuation_error`.
+/// Cuts a function of value and gradient, whose magnitude is another cubic, into parts that cubics
+/// fit. `attenuation_error` has the error of the fit.
 void classify(const TransferFunction& function, const Cubic& value, const Cubic& gradient,
               std::vector<ClassifiedPart>& parts);
 
-/// One part, between two knots of the values: by the points alone.
+/// One part between two knots of the values, from the points alone.
 ClassifiedPart classify_part(const TransferFunction& function, const Cubic& value, double begin,
                              double end);
 

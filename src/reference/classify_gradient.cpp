@@ -1,6 +1,6 @@
-// Functions of value and gradient. Where both are cubics their attenuation is a polynomial of sixth
-// degree (the table) plus quotients of cubics (isosurfaces). Cubics are fitted to it over parts
-// that are halved until a bound of the difference is small.
+// Functions of value and gradient. If both are cubics, the attenuation is a polynomial of sixth
+// degree (the table) plus quotients of cubics (isosurfaces). It is fitted by cubics over parts,
+// which are halved until a bound on the difference is small.
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,10 @@
 namespace psivox {
 namespace {
 
-/// Of the greatest attenuation in the stretch, to which cubics are fitted.
+/// Tolerance of the fitted cubics, relative to the greatest attenuation in the stretch.
 constexpr double fit_tolerance = 1e-11;
-/// Parts of a stretch that are not halved further; what a fit may be off there is an attenuation's
-/// whole size, times 1e-11 of the stretch.
+/// Width below which parts of a stretch are not halved. There a fit may be off by the whole
+/// attenuation, over 1e-11 of the stretch.
 constexpr double least_width = 0x1p-36;
 
 /// Bernstein coefficients of a polynomial of sixth degree.
@@ -30,17 +30,17 @@ Sextic product(const Cubic& a, const Cubic& b) {
   return c;
 }
 
-/// Bound of a - b over [0, 1].
+/// Bound on |a - b| over [0, 1].
 double max_difference(const Sextic& a, const Sextic& b) {
   double most = 0;
   for (std::size_t i = 0; i < 7; ++i) most = std::max(most, std::abs(a[i] - b[i]));
   return most;
 }
 
-/// A cubic near a function of u.
+/// A cubic that approximates a function of u.
 struct Fit {
   Cubic cubic{};
-  double error = 0;  ///< bound of their difference
+  double error = 0;  ///< bound on their difference
 };
 
 /// The cubic with the function's values at the nodes of the fourth Chebyshev polynomial.
@@ -49,7 +49,7 @@ Cubic interpolate(const Function& f) {
   // 1/2 - cos((2 i + 1) pi/8)/2
   constexpr std::array<double, 4> node{0.038060233744356631, 0.30865828381745514,
                                        0.69134171618254492, 0.96193976625564337};
-  // Newton's divided differences, then Bernstein form of each of the products of (u - node).
+  // Newton's divided differences, then the Bernstein form of each product of (u - node).
   std::array<double, 4> d{};
   for (std::size_t i = 0; i < 4; ++i) d[i] = f(node[i]);
   for (std::size_t order = 1; order < 4; ++order)
@@ -67,8 +67,7 @@ Cubic interpolate(const Function& f) {
   return c;
 }
 
-/// Where a cubic of numbers lies between two knots: share of the way, and what rounding makes of
-/// it.
+/// Position of a cubic's values between two knots, as weights of both, with a bound on rounding.
 struct Share {
   Cubic low{}, high{};  ///< weights of both knots, 1 together
   double error = 0;
@@ -76,7 +75,7 @@ struct Share {
 
 Share share_between(const Cubic& number, double size, double a, double b) {
   if (!(b - a > 64 * epsilon * size)) {
-    // a jump that cannot be told from rounding counts as its middle
+    // a jump narrower than the rounding counts as its middle
     if (b > a) return {constant_cubic(0.5), constant_cubic(0.5), 1};
     return {constant_cubic(1), constant_cubic(0), 0};
   }
@@ -89,7 +88,7 @@ Share share_between(const Cubic& number, double size, double a, double b) {
   return share;
 }
 
-/// One function along one stretch.
+/// Fits cubics to one function along one stretch.
 class Fitter {
  public:
   Fitter(const TransferFunction& function, const Cubic& value, const Cubic& gradient,
@@ -116,7 +115,7 @@ class Fitter {
   }
 
  private:
-  /// Where the attenuation has a kink or may have one, ascending, 1 at last.
+  /// Places where the attenuation may have a kink, ascending; the last is 1.
   std::vector<double> cuts() const {
     std::vector<double> cuts{1};
     const auto cut = [&](const Cubic& c, double level) {
@@ -137,7 +136,7 @@ class Fitter {
     return cuts;
   }
 
-  /// thickness g - side (v - f): how far inside the shell [value].
+  /// thickness g - side (v - f): depth inside the shell [value].
   static Cubic inside_shell(const Isosurface& surface, double side, const Cubic& value,
                             const Cubic& gradient) {
     Cubic c;
@@ -155,7 +154,7 @@ class Fitter {
       for (std::size_t i = 0; i < 4; ++i) sum.cubic[i] += shell.cubic[i];
       sum.error += shell.error;
     }
-    // quadrature wants no negative coefficients
+    // the quadrature needs coefficients that are not negative
     double cut = 0;
     for (double& c : sum.cubic) {
       cut = std::max(cut, -c);
@@ -168,7 +167,7 @@ class Fitter {
       return;
     }
     ClassifiedPart result = classify_part(function_, value_, begin, end);
-    for (int c = 0; c < 3 && only_value_; ++c)  // on a knot it has no neighbour's colour
+    for (int c = 0; c < 3 && only_value_; ++c)  // a value on a knot has the knot's own colour
       result.color[static_cast<std::size_t>(c)] =
           constant_cubic(function_.at(*only_value_).color[c]);
     result.attenuation = sum.cubic;
@@ -250,9 +249,9 @@ class Fitter {
   const Cubic &value_, &gradient_;
   std::vector<ClassifiedPart>& parts_;
   double value_size_, gradient_size_;
-  double most_;                         ///< bound of the attenuation in the stretch
-  const double* only_value_ = nullptr;  ///< where the stretch has one value
-  double rounding_ = 0;                 ///< of the fit at hand, beyond which halving is no use
+  double most_;                         ///< bound on the attenuation in the stretch
+  const double* only_value_ = nullptr;  ///< set if the stretch has one value
+  double rounding_ = 0;                 ///< of the current fit; halving cannot reduce it
 };
 
 }  // namespace

@@ -44,7 +44,7 @@ Cubic part(const Cubic& c, double a, double b) {
 }
 
 // The derivative is d0 (1-u)^2 + 2 d1 u (1-u) + d2 u^2 up to a factor. With w = u / (1-u) its roots
-// are q / d2 and d0 / q, neither by a difference of like numbers.
+// are q / d2 and d0 / q; neither is a difference of nearly equal numbers.
 MonotoneEnds monotone_ends(const Cubic& c) {
   MonotoneEnds ends;
   const double d0 = c[1] - c[0], d1 = c[2] - c[1], d2 = c[3] - c[2];

@@ -5,8 +5,8 @@
 
 namespace psivox {
 
-/// A cubic over u in [0,1] by its Bernstein coefficients: of data that is nowhere negative they are
-/// not negative either, so sums of them lose no digits where powers of u would cancel.
+/// A cubic over u in [0,1] by its Bernstein coefficients: for data without negative values they are
+/// not negative either, so their sums lose no digits where powers of u would cancel.
 using Cubic = std::array<double, 4>;
 
 /// The trilinear interpolant of a cell's corners (at 4 dx + 2 dy + dz) from one point of the cell
@@ -20,7 +20,7 @@ inline Cubic scaled(const Cubic& c, double factor) {
   return {c[0] * factor, c[1] * factor, c[2] * factor, c[3] * factor};
 }
 
-/// Its integral over [0,1].
+/// The integral over [0,1].
 inline double mean(const Cubic& c) { return (c[0] + c[1] + c[2] + c[3]) / 4; }
 
 inline double evaluate(const Cubic& c, double u) {
@@ -28,7 +28,7 @@ inline double evaluate(const Cubic& c, double u) {
   return w * w * (c[0] * w + 3 * c[1] * u) + u * u * (3 * c[2] * w + c[3] * u);
 }
 
-double max_magnitude(const Cubic& c);  ///< of its coefficients, which bounds its values
+double max_magnitude(const Cubic& c);  ///< of the coefficients, which bounds the values
 
 /// The cubic over [a,b], stretched to [0,1].
 Cubic part(const Cubic& c, double a, double b);
@@ -40,8 +40,8 @@ struct MonotoneEnds {
 };
 MonotoneEnds monotone_ends(const Cubic& c);
 
-/// Where a cubic that is monotone over [a,b] passes through `value`, to neighbouring doubles; b
-/// where it does not.
+/// Where a cubic that is monotone over [a,b] passes through `value`, to neighbouring doubles; b if
+/// it does not.
 double crossing(const Cubic& c, double value, double a, double b);
 
 }  // namespace psivox

@@ -135,7 +135,7 @@ double FieldLookup::max_magnitude() const {
   return largest;
 }
 
-// 8 x 8 x 16 neighbouring blocks have slots of their own: rays of one image tile share them.
+// 8 x 8 x 16 neighbouring blocks have distinct slots, which the rays of one image tile share.
 BlockCache::BlockCache(const FieldLookup& lookup) : lookup_(&lookup), blocks_(1024) {
   for (CellBlock& block : blocks_) block.key = glm::ivec3(INT_MIN);  // no block has this key
 }

@@ -9,12 +9,13 @@
 
 namespace psivox {
 
-/// 8x8x8 cells from voxel 8 * key on, with the 9x9x9 voxels at their corners. A cell is named by
-/// its smallest voxel; voxel 8 of an axis lies in the next leaf, so up to eight leaves take part.
+/// The 8x8x8 cells from voxel 8 * key on, with the 9x9x9 voxels at their corners. A cell has the
+/// coordinates of its smallest voxel. Voxel 8 of an axis lies in the next leaf, so a block reads up
+/// to eight leaves.
 struct CellBlock {
   glm::ivec3 key{0};
   std::array<const float*, 8> values{};  ///< of voxel block key + (dx,dy,dz), at 4 dx + 2 dy + dz
-  std::array<int, 8> mask{};             ///< of voxel offsets: 511, or 0 where one value fills all
+  std::array<int, 8> mask{};  ///< of voxel offsets: 511, or 0 if one value fills the block
   int channels = 1;
   bool empty = true;  ///< all 9x9x9 voxels are 0 in every channel
 
@@ -38,13 +39,13 @@ struct CellBlock {
   }
 };
 
-/// From block coordinates to a number, by open addressing.
+/// Maps block coordinates to a number, by open addressing.
 class BlockMap {
  public:
   static constexpr std::uint32_t none = ~0u;
 
   void insert(const glm::ivec3& key, std::uint32_t value);
-  std::uint32_t find(const glm::ivec3& key) const;  ///< `none` where it is not
+  std::uint32_t find(const glm::ivec3& key) const;  ///< `none` if it is missing
   bool empty() const { return size_ == 0; }
 
  private:
@@ -57,8 +58,8 @@ class BlockMap {
   std::size_t size_ = 0;
 };
 
-/// Voxels of a field by their coordinates, read from its leaves and tiles in place: the field must
-/// outlive it, unmoved.
+/// Finds voxels of a field by their coordinates. It reads the field's leaves and tiles in place, so
+/// the field must outlive it and must not move.
 class FieldLookup {
  public:
   /// Widths at which a walk may skip cells, coarse to fine; the last is a CellBlock's.
@@ -88,7 +89,7 @@ class FieldLookup {
   std::array<BlockMap, 2> occupied_;  ///< cells that touch a leaf or a narrower tile, by level
 };
 
-/// CellBlocks that one thread has used lately.
+/// CellBlocks that one thread has used recently.
 class BlockCache {
  public:
   explicit BlockCache(const FieldLookup& lookup);

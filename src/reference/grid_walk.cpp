@@ -25,7 +25,7 @@ void GridWalk::next() {
   find();
 }
 
-/// To the next stretch of some length, from where the steps are.
+/// Goes from the current steps to the next stretch that has a length.
 void GridWalk::find() {
   while (true) {
     const CubeSteps& steps = *steps_[level_];

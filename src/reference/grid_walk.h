@@ -8,8 +8,8 @@
 
 namespace psivox {
 
-/// A ray's way through one grid, stretch by stretch and without gaps from -infinity to infinity:
-/// before its domain, in a cell, in a whole cube of zeros, behind its domain.
+/// The path of a ray through one grid, as stretches without gaps from -infinity to infinity: before
+/// the domain, in a cell, in a whole cube of zeros, behind the domain.
 class GridWalk {
  public:
   /// `lookup` and `cache` must outlive it.
@@ -21,7 +21,7 @@ class GridWalk {
   double begin() const { return begin_; }
   double end() const { return end_; }
   bool in_domain() const { return in_domain_; }
-  bool in_cell() const { return block_ != nullptr; }  ///< of a block that is not empty
+  bool in_cell() const { return block_ != nullptr; }  ///< in a block that is not empty
   const glm::ivec3& cell() const { return cell_; }
   const std::array<double, 8>& corners(int channel = 0) const {
     return corners_[static_cast<std::size_t>(channel)];

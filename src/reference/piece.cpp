@@ -21,8 +21,8 @@ struct Panel {
   std::array<double, 3> radiance;  ///< by the rule over the whole panel
 };
 
-/// The integral less that of a constant luminance, which has a closed form: the furnace L = const
-/// comes out right by construction and the quadrature has only the variation to find.
+/// Integrates a piece. The constant part of the luminance has a closed form, so a furnace with L =
+/// const is right by construction and the quadrature integrates only the variation.
 class Quadrature {
  public:
   Quadrature(const Piece& piece, double T_front, const Accuracy& accuracy)
@@ -75,10 +75,11 @@ class Quadrature {
     return radiance;
   }
 
-  /// Adds the panel's radiance from its two halves, each halved again until the rule agrees with
-  /// itself. A panel may use the share T(front) - T(back) of the tolerance; shares sum to A <= 1.
-  /// For its emission it may use its part of the piece's share.
-  /// Panels of optical depth above 2 are not trusted: all nodes could lie behind the light.
+  /// Adds the panel's radiance from its two halves, and halves each again until the rule agrees
+  /// with itself. A panel may use the share T(front) - T(back) of the tolerance; shares sum to A <=
+  /// 1. Its emission may use the panel's part of the piece's share.
+  /// Panels of optical depth above 2 are always halved, because all nodes could lie behind the
+  /// light.
   void halve(const Panel& panel) {
     const double T = T_front_ * std::exp(-panel.g_front);
     const double share = std::max(0.0, -T * std::expm1(panel.g_front - panel.g_back));
@@ -103,7 +104,7 @@ class Quadrature {
     for (std::size_t c = 0; c < channels(); ++c)
       difference =
           std::max(difference, std::abs(a.radiance[c] + b.radiance[c] - panel.radiance[c]));
-    // exp(-g) is right to epsilon * (1 + g) relative, the polynomials to a few epsilon.
+    // exp(-g) has a relative error of epsilon * (1 + g), the polynomials one of a few epsilon.
     const double rounding = 8 * epsilon * (1 + panel.g_back);
     double enough = std::max(accuracy_.tolerance, rounding * L_max_) * share;
     enough += piece_.x_error * (panel.back - panel.front) * T * L_max_ + piece_.L_error * share;

@@ -37,14 +37,15 @@ class DensityWalk {
   std::uint64_t cells = 0;
 };
 
-/// The first greatest value on the way; of LMIP's the first local maximum of at least a threshold.
+/// The first greatest value along the ray; under LMIP, the first local maximum of at least a
+/// threshold.
 struct Maximum {
   std::optional<double> threshold;
   double value = -infinity;
   double s = 0;
   bool done = false;
 
-  /// A fall by what rounding makes of a plateau, or across a face, ends no maximum.
+  /// A fall within the rounding of a plateau or of a face does not end a maximum.
   void see(double v, double at) {
     if (done) return;
     if (threshold && value >= *threshold && v < value - 1e-12 * std::abs(value)) done = true;
@@ -54,14 +55,14 @@ struct Maximum {
   }
 };
 
-/// How a maximum is shown.
+/// The radiance that shows a maximum.
 glm::dvec3 shown(const Medium& medium, double value) {
   if (medium.source == LuminanceSource::transfer)
     return medium.color * medium.transfer->at(value).color;
   return medium.color * value;
 }
 
-/// Gradient of a cell's trilinear interpolant at a place inside it, over voxels.
+/// Gradient of a cell's trilinear interpolant at a point inside it [value/voxel].
 glm::dvec3 gradient(const std::array<double, 8>& corners, const glm::dvec3& at) {
   glm::dvec3 g(0);
   for (int i = 0; i < 8; ++i) {
@@ -73,7 +74,7 @@ glm::dvec3 gradient(const std::array<double, 8>& corners, const glm::dvec3& at) 
   return g;
 }
 
-/// A surface seen from either side, lit by one light and a fifth of it from everywhere.
+/// Shades a surface from either side: 0.8 from one light, 0.2 from all directions.
 double shade(const View& view, const glm::dvec3& gradient, const glm::dvec3& direction) {
   const glm::dmat3 m(view.medium.density->world_from_index);
   glm::dvec3 normal = glm::transpose(glm::inverse(m)) * gradient;
@@ -85,8 +86,8 @@ double shade(const View& view, const glm::dvec3& gradient, const glm::dvec3& dir
   return 0.2 + 0.8 * std::max(0.0, dot(normal, to_light));
 }
 
-/// Where the values of a stretch first pass through one, if they do; `below` holds on which side
-/// the ray has been, as rounding may lose a passage in a face.
+/// Where the values of a stretch first pass through `isovalue`, if they do. `below` remembers the
+/// ray's side, because rounding may lose a passage in a face.
 std::optional<double> first_passage(const Cubic& value, double isovalue,
                                     std::optional<bool>& below) {
   if (!below) below = value[0] < isovalue;
@@ -187,8 +188,8 @@ RayPicture RayModes::surface(const WorldRay& ray) {
     result.radiance = color * light;
     result.opacity = 1;
     result.depth = walk.t_middle + walk.s(*u);
-    // The root is off by the value's rounding over its slope, and the normal by what it turns
-    // there.
+    // The root is off by the value's rounding over its slope. The normal is off by its turn over
+    // that distance.
     const double rounding = 16 * epsilon *
                             std::max({std::abs(walk.grid.low()), std::abs(walk.grid.high()),
                                       std::abs(medium.isovalue)});

@@ -11,7 +11,7 @@
 
 namespace psivox {
 
-/// What one ray adds to a pixel.
+/// The contribution of one ray to a pixel.
 struct RayPicture {
   glm::dvec3 radiance{0};  ///< premultiplied
   double opacity = 0;
@@ -21,10 +21,10 @@ struct RayPicture {
   std::uint64_t cells = 0;                      ///< crossed, with a corner that is not 0
 };
 
-/// Pictures of rays by the modes of a scene; one for each thread.
+/// Draws rays by the mode of a scene; one for each thread.
 class RayModes {
  public:
-  /// `view` and `medium`, which is the view's, must outlive it.
+  /// `view` and its `medium` must outlive it.
   RayModes(const View& view, const RayMedium& medium, double tolerance);
 
   RayPicture picture(const WorldRay& ray);

@@ -34,7 +34,7 @@ std::optional<FieldLookup> gradient_lookup(const Medium& medium) {
   return FieldLookup(*medium.gradient);
 }
 
-/// No way through a field's domain is longer [world units].
+/// Upper bound on the length of a path through a field's domain [world units].
 double longest_way(const Field& field) {
   const glm::dvec3 size = glm::dvec3(field.domain().max) - glm::dvec3(field.domain().min);
   double sum = 0;
@@ -66,21 +66,21 @@ RayMedium::RayMedium(const Medium& m)
   else if (medium.source == LuminanceSource::transfer)
     L_max *= max_color(*medium.transfer);
   const double g = std::abs(medium.phase_g);
-  L_max *= (1 + g) / ((1 - g) * (1 - g));  // the phase's greatest
+  L_max *= (1 + g) / ((1 - g) * (1 - g));  // the greatest value of the phase function
   behind_max = L_max;
   if (emission)
     behind_max +=
         std::abs(medium.emission_scale) * emission->max_magnitude() * longest_way(*medium.emission);
 }
 
-// A transparency below 1e-21 is lost in any sum's rounding; near 1e-308 it has no digits itself.
+// The rounding of any sum hides a transparency below 1e-21; near 1e-308 it has no digits itself.
 RayIntegrator::RayIntegrator(const RayMedium& medium, double tolerance)
     : medium_(&medium),
       by_stretches_(medium.medium.transfer || medium.medium.emission),
       accuracy_{tolerance, std::max(tolerance, 1e-20) / (10 * std::max(1.0, medium.behind_max))},
       density_cache_(medium.density) {
-  // Pieces of one grid's cells are summed before they are multiplied by the colour, which takes its
-  // part of the tolerance.
+  // Pieces of one grid's cells are summed first and then multiplied by the colour, so the colour
+  // divides the tolerance.
   if (!by_stretches_)
     accuracy_.tolerance /= std::max(max_component(glm::abs(medium.color)), 1e-300);
   if (medium.luminance) luminance_cache_.emplace(*medium.luminance);
@@ -129,7 +129,7 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
   return result;
 }
 
-/// Luminance is constant or the density grid's own: one piece.
+/// Adds a cell as one piece: luminance is constant or the density grid's own.
 void RayIntegrator::add_whole(const CellPiece& cell, const std::array<double, 8>& corners,
                               const IndexRay& ray, RaySum& sum) const {
   const Cubic value =
@@ -145,8 +145,8 @@ void RayIntegrator::add_whole(const CellPiece& cell, const std::array<double, 8>
   sum.add(piece, accuracy_);
 }
 
-/// Luminance of another grid: a piece for each of its cells, so that both are cubics in each;
-/// outside its domain nothing glows.
+/// Adds a piece for each cell of the grid that gives the luminance, so that both grids are cubics
+/// in each piece. Outside that grid's domain the luminance is 0.
 void RayIntegrator::add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
                                     const IndexRay& density_ray, const IndexRay& luminance_ray,
                                     RaySum& sum) {

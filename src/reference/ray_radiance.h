@@ -19,7 +19,7 @@ struct RaySum;
 
 struct RayRadiance {
   glm::dvec3 radiance{0};
-  double optical_depth = 0;  ///< up to where the walk stopped
+  double optical_depth = 0;  ///< up to the point where the walk stopped
   double error = 0;          ///< bound on the error of the worst channel
   std::uint64_t cells = 0;   ///< crossed, with a corner that is not 0, up to the stop
 };
@@ -36,16 +36,16 @@ struct CellCount {
   std::uint64_t in_blocks = 0;  ///< in 8x8x8 blocks whose 9x9x9 voxels are not all 0
 };
 
-/// A medium made ready for rays, shared by threads.
+/// A medium prepared for rays, shared by threads.
 struct RayMedium {
   explicit RayMedium(const Medium& m);
 
   Medium medium;
   FieldLookup density;
-  std::optional<FieldLookup> luminance;  ///< where another grid than density gives L
+  std::optional<FieldLookup> luminance;  ///< if a grid other than density gives L
   std::optional<FieldLookup> emission;
-  std::optional<FieldLookup> gradient;  ///< where the transfer function has one
-  glm::dvec3 color;                     ///< what a grid's value is multiplied by, or L itself
+  std::optional<FieldLookup> gradient;  ///< if the transfer function has one
+  glm::dvec3 color;                     ///< factor of a grid's value, or L itself
   double L_max;                         ///< bound on |L| anywhere
   double behind_max;  ///< bound on the radiance of anything behind a point of a ray
 };
@@ -56,13 +56,13 @@ class RayIntegrator {
  public:
   static constexpr double infinity = std::numeric_limits<double>::infinity();
 
-  /// `medium` must outlive it. Nothing behind a transparency of tolerance / 10 (of a tenth of
-  /// tolerance / behind_max where that exceeds 1) is summed; the bound includes it.
+  /// `medium` must outlive it. The sum stops at a transparency of tolerance / 10, divided by
+  /// behind_max if that exceeds 1. The bound includes the rest.
   RayIntegrator(const RayMedium& medium, double tolerance);
 
   RayRadiance radiance(const WorldRay& ray, double t0 = 0, double t1 = infinity);
 
-  /// To the ray's end, however opaque.
+  /// Optical depth up to the ray's end, however opaque.
   RayDepth whole_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
   double optical_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
   CellCount count_cells(const WorldRay& ray, double t0 = 0, double t1 = infinity);
@@ -73,8 +73,8 @@ class RayIntegrator {
   void add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
                        const IndexRay& density_ray, const IndexRay& luminance_ray, RaySum& sum);
 
-  // With a transfer function or emission (ray_stretches.cpp): by the stretches in which every grid
-  // is one cell or none.
+  // With a transfer function or emission (ray_stretches.cpp), the integral goes by stretches in
+  // which every grid has at most one cell.
   struct Stretches;
   RayRadiance radiance_by_stretches(const WorldRay& ray, double t0, double t1);
   RayDepth depth_by_stretches(const WorldRay& ray, double t0, double t1);
@@ -91,10 +91,10 @@ class RayIntegrator {
   std::vector<ClassifiedPart> parts_;
 };
 
-/// One ray, everything made ready for it alone.
+/// Prepares the medium for a single ray and integrates it.
 RayRadiance ray_radiance(const Medium& medium, const WorldRay& ray, double tolerance = 1e-12);
 
-/// Of extinction * field, exact but for rounding.
+/// Optical depth of extinction * field, exact except for rounding.
 double optical_depth(const Field& field, double extinction, const WorldRay& ray, double t0 = 0,
                      double t1 = RayIntegrator::infinity);
 

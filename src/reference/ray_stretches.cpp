@@ -27,7 +27,7 @@ double largest_attenuation(const Medium& medium, const GridWalk& density,
   return medium.transfer->max_attenuation(glm::dvec2(density.low(), density.high()), gradients);
 }
 
-/// What the rounded place of the domain's faces makes of the optical depth where there is medium
+/// Error of the optical depth from the rounded position of the domain's faces, if there is medium
 /// next to them.
 double face_error(const Medium& medium, const IndexRay& ray) {
   if (!medium.transfer || !ray.hits()) return 0;
@@ -41,10 +41,10 @@ double face_error(const Medium& medium, const IndexRay& ray) {
 
 struct RayIntegrator::Stretches {
   std::optional<GridWalk> density, luminance, emission, gradient;
-  glm::dvec3 color{1};  ///< what luminance is multiplied by along this ray
+  glm::dvec3 color{1};  ///< factor of the luminance along this ray
 };
 
-/// Parts of the density's values from a to b, in parts_.
+/// Sets parts_ to the parts of the density's values from a to b.
 void RayIntegrator::classify_stretch(const Stretches& at, double a, double b) {
   const TransferFunction* function = medium_->medium.transfer.get();
   const Cubic value = at.density->along(a, b);
@@ -54,7 +54,8 @@ void RayIntegrator::classify_stretch(const Stretches& at, double a, double b) {
     classify(function, value, parts_);
 }
 
-/// Luminance of another grid and emission are read along [a,b], then cut with the density's parts.
+/// Reads the luminance of another grid and the emission along [a,b], then cuts them with the
+/// density's parts.
 void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum& sum) {
   const Medium& medium = medium_->medium;
   const bool glows = at.emission && at.emission->in_cell() && !at.emission->all_zero();

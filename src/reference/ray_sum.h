@@ -13,21 +13,21 @@ namespace psivox {
 
 inline double max_component(const glm::dvec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
 
-/// How many roundings the position of a crossing carries: its coordinate's size in voxels.
+/// Size of a crossing's coordinates in voxels; its position is off by epsilon times this size.
 inline double extent(const Field& field) {
   const Box box = field.domain();
   return max_component(glm::dvec3(box.max) - glm::dvec3(box.min));
 }
 
-/// What a ray has gathered; pieces may leave a factor of the radiance to the end.
+/// Sums over a ray. A factor of all pieces' radiance may be applied at the end.
 struct RaySum {
   glm::dvec3 radiance{0};
   double optical_depth = 0;
   double T = 1;
   double error = 0;
-  double depth_error = 0;  ///< bound of what rounding made of the optical depth, beyond its terms'
+  double depth_error = 0;  ///< bound on the rounding of the optical depth, beyond its terms'
   double glow = 0;         ///< bound on the emission's part of the radiance
-  double L_max = 0;        ///< of what was met
+  double L_max = 0;        ///< of the pieces so far
   std::uint64_t pieces = 0;
   std::uint64_t cells = 0;
 
@@ -51,8 +51,8 @@ struct RaySum {
   double opacity() const { return -std::expm1(-optical_depth); }
 
   /// Bound on rounding's part of the error. A crossing is off by epsilon times its coordinates, a
-  /// sum by epsilon times its terms; an optical depth off by d changes L T by L d at most, and with
-  /// it all that lies behind.
+  /// sum by epsilon times its terms; an error d of the optical depth changes L T, and everything
+  /// behind it, by L d at most.
   double rounding(double extents) const {
     const double roundings = 16 + static_cast<double>(pieces) + extents;
     return roundings * std::numeric_limits<double>::epsilon() * (opacity() * L_max + glow) +

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int tile_width = 8;  // small enough to share a 64 x 64 picture among many cores
 
-/// The depth is the mean of the samples that have one, if those are most.
+/// The depth is the mean of the samples that have one, if most samples do.
 RayPicture integrate_pixel(const View& view, RayModes& modes, int x, int y) {
   const int n = view.scene.pixel_samples;
   RayPicture sum;

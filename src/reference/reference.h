@@ -12,19 +12,19 @@
 namespace psivox {
 
 struct ReferenceResult {
-  /// R G B A, and layer `error`: the bound on each pixel's radiance error; of maxima and surfaces
-  /// also layer `depth`, their distance from the camera [world units], +Inf where there is none.
+  /// R G B A, and layer `error`: the bound on each pixel's radiance error; for maxima and surfaces
+  /// also layer `depth`, the distance from the camera [world units], +Inf where there is none.
   Image image;
   double error_max = 0;     ///< largest of the bounds
   std::uint64_t cells = 0;  ///< cells crossed with a corner that is not 0
   double seconds = 0;
 };
 
-/// The picture in double precision, by another algorithm than the march. Between the faces of the
-/// trilinear cells, and there between the knots of a transfer function, attenuation is a cubic,
-/// whose optical depth its Bernstein coefficients give exactly. The radiance is integrated by
-/// Gauss-Legendre panels, halved until two orders agree within `tolerance` of the ray. No ray ends
-/// early above `tolerance`. It reads Field, not the atlas.
+/// Draws the picture in double precision, by another algorithm than the march. Between the faces of
+/// trilinear cells and the knots of a transfer function, the attenuation is a cubic. Its Bernstein
+/// coefficients give the optical depth exactly. The radiance is integrated by Gauss-Legendre
+/// panels, halved until two orders agree within `tolerance` of the ray. No ray ends at a
+/// transparency above `tolerance`. The reference reads Field, not the atlas.
 ReferenceResult render_reference(const View& view, double tolerance = 1e-12,
                                  const Progress& progress = {});
 
