@@ -1,5 +1,5 @@
 // The baseline: a dense 3D texture of the whole domain, no skipping, a Porter-Duff step of the
-// front sample at every multiple of `step`. This is what a ray marcher written in an afternoon does.
+// front sample at every multiple of `step`. A ray marcher written in an afternoon does this.
 #include "binding.glsl"
 #include "math/decay.glsl"
 #include "ray.glsl"
