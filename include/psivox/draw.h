@@ -13,8 +13,7 @@
 #include "psivox/method.h"
 #include "psivox/progress.h"
 
-// Where pictures are made. A Session holds one medium, a Marcher draws it, and a Wish describes the
-// picture:
+// Draws pictures. A Session holds one medium, a Marcher draws it, and a Wish describes the picture:
 //   Session session(scene);
 //   const auto gpu = open_gpu();
 //   write_image(session.draw(*gpu).image, "picture.exr");

@@ -41,7 +41,7 @@ enum class ParameterGroup { input, output, look, light, camera, accuracy, machin
 /// "Accuracy".
 std::string group_name(ParameterGroup group);
 
-/// What `--tolerance E` demands of a parameter. This is the one definition of which parameters a
+/// The demand of `--tolerance E` on a parameter. This is the one definition of which parameters a
 /// tolerance excludes and which must be unset for `default_tolerance` to apply.
 enum class UnderTolerance {
   free,      ///< it may have any value
@@ -68,7 +68,7 @@ struct Parameter {
 /// The table, in the order in which --help prints it.
 const std::vector<Parameter>& parameters();
 
-/// Null if there is none of that name.
+/// The parameter of that name, or null.
 const Parameter* find_parameter(std::string_view name);
 
 /// Sets one parameter from the command line's syntax: 0.5, 1,2,3, 640x480, 512M, psi-weighted.
@@ -81,7 +81,7 @@ std::string parameter_text(const Scene& scene, const Parameter& parameter);
 bool has_default(const Scene& scene, const Parameter& parameter);
 void set_default(Scene& scene, const Parameter& parameter);
 
-/// What the command line gave for one parameter.
+/// A parameter that the command line sets.
 struct Setting {
   std::string name;
   std::string text;

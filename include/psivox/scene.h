@@ -99,7 +99,7 @@ struct Scene {
   /// Whether segments are composited. If not, the picture depends on the density's values alone and
   /// ignores other grids and light.
   bool composites() const { return mode == Mode::alpha || mode == Mode::back_to_front; }
-  /// Whether optical depths matter, and with them the extinction.
+  /// Whether the picture depends on optical depths and so on the extinction.
   bool attenuates() const { return composites() || mode == Mode::xray; }
   /// Whether the medium can attenuate, and so shine.
   bool has_extinction() const { return attenuates() && extinction != 0.0; }

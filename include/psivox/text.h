@@ -24,7 +24,7 @@ std::string nearest_name(std::string_view name, std::span<const std::string> can
 /// "; did you mean X?", or empty if no candidate is near.
 std::string suggestion(std::string_view name, std::span<const std::string> candidates);
 
-/// As printf.
+/// Formats text like printf.
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char* pattern, ...);
 
 /// The shortest digits that read back as the same number of that type.

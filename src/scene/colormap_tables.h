@@ -2,7 +2,7 @@
 
 namespace psivox {
 
-/// A knot of a colour map: its position of 256 and its sRGB code.
+/// A knot of a colour map: its place in 256 and its sRGB code.
 struct ColormapKnot {
   int place;
   double red, green, blue;

@@ -35,7 +35,7 @@ class Archive final : private openvdb::io::Archive {
   /// entry. `progress` receives the fraction of a grid that has been read.
   explicit Archive(const std::filesystem::path& path, Progress progress = {});
 
-  /// In file order.
+  /// The entries in file order.
   const std::vector<GridEntry>& entries() const { return entries_; }
 
   /// The entry of a selectable name; a repeated name without its number means the first.

@@ -126,7 +126,7 @@ openvdb::GridBase::Ptr distances_from_level_set(const openvdb::GridBase::Ptr& gr
       leaf.setActiveState(i, leaf.getValue(i) != 0.0f);
     }
   });
-  // Inactive tiles are the inside as well as the outside.
+  // Inactive tiles lie both inside and outside.
   nodes.for_each_with_tiles([&](auto& node, int) {
     for (auto it = node.beginValueAll(); it; ++it) {
       it.setValue(half_width - *it);
