@@ -42,15 +42,39 @@ t 2 - render "$S"
 t 2 - render
 t 2 - render -o a.exr
 t 2 - render "$S" extra.vdb -o a.exr
-t 2 "use .exr or .png" render "$S" -o a.jpg
+t 2 "use .exr, .png, .tif, .tiff, .jpg, .jpeg, .hdr or .webp" render "$S" -o a.bmp
 t 2 "needs an .exr" render "$S" -o a.png --aov depth $R
 t 2 "needs an .exr" render "$S" -o a.png --half $R
-t 2 "needs a .png" render "$S" -o a.exr --bits 16 $R
+t 2 "needs a .png or .tif" render "$S" -o a.exr --bits 16 $R
+t 2 "needs a .png or .tif" render "$S" -o a.jpg --bits 8 $R
+t 2 "needs an .exr" render "$S" -o a.tif --aov depth $R
 t 2 "{8,16}" render "$S" -o a.png --bits 10 $R
 t 0 - render "$S" -o a.png --bits 16 $R
 t 0 - render "$S" -o b.exr $R
 # 16 bits: half a code at the steepest slope of the sRGB curve, and half a code of alpha
 t 0 rms compare a.png b.exr --max-abs 2.6e-5
+t 0 - render "$S" -o a.tif --bits 16 $R
+t 0 rms compare a.tif b.exr --max-abs 2.6e-5
+# Every other format, and what each keeps of the scene and of alpha.
+t 0 - render "$S" -o a.tif $R
+t 0 rms compare a.tif b.exr --max-abs 1e-30
+for picture in a.tif a.jpg; do
+  t 0 - render "$S" -o $picture $R
+  t 0 - render --scene $picture -o a.exr -q
+  t 0 rms compare a.exr b.exr --max-abs 1e-30
+done
+t 0 "'a.jpg' has no alpha: 1024 of 1024 pixels" render "$S" -o a.jpg --resolution 32x32
+t 0 - render "$S" -o b.exr --background 0.2,0.3,0.4 $R
+for picture in a.jpg a.hdr a.webp; do
+  t 0 - render "$S" -o $picture --background 0.2,0.3,0.4 $R
+  # JPEG's largest step is 12 codes at quality 95, an RMS of 12 / sqrt(12) codes, times the sRGB
+  # curve's slope of 2.3 at most; WebP and RGBE are finer.
+  t 0 rms compare $picture b.exr --max-rms 0.03
+  ! "$program" render "$S" -o $picture --background 0.2,0.3,0.4 --resolution 32x32 2>&1 |
+    grep -q alpha || { echo "FAILED: $picture: a loss of alpha is said of an opaque picture"; failed=$((failed + 1)); }
+done
+for picture in a.hdr a.webp; do t 3 "no psivox:scene" render --scene $picture -o a.exr -q; done
+t 5 "at most 16383 pixels" render "$S" -o a.webp --resolution 16384x1
 t 2 "dpeth not in {depth," render "$S" -o a.exr --aov dpeth $R
 t 0 - render -o a.exr --aov depth "$S" --aov steps,samples $R
 t 2 "excludes --quiet" render "$S" -o a.exr -q -v
@@ -168,7 +192,7 @@ t 0 temperature info "$S"
 t 0 '"name"' info "$S" --json
 t 0 '"samples_per_ray"' render "$S" -o a.exr --stats - --resolution 32x32
 t 0 samples render "$S" -o a.exr -v --resolution 32x32
-if compgen -G '.psivox*' >/dev/null || [ -e a.jpg ]; then
+if compgen -G '.psivox*' >/dev/null || [ -e a.bmp ]; then
   echo "FAILED: a half-written file was left"
   failed=$((failed + 1))
 fi
@@ -187,12 +211,17 @@ if "$program" view --help | grep -q benchmark; then
   failed=$((failed + 1))
 fi
 
-# The program loads the module that reads pictures on demand. Without the module it prints one line.
+# The program loads the module of OpenImageIO on demand. Without the module it prints one line.
 mkdir alone
 cp -L "$(ldd "$program" | awk '/libpsivox/ { print $3 }')" alone/libpsivox.so.0
-LD_LIBRARY_PATH=alone t 0 - render "$S" -o a.png $R
-LD_LIBRARY_PATH=alone t 1 "psivox: cannot load what reads pictures: alone/libpsivox_oiio.so" compare a.exr a.exr
-LD_LIBRARY_PATH=alone t 1 "psivox: cannot load what reads pictures: alone/libpsivox_oiio.so" --version
+missing="psivox: cannot load the module that reads and writes pictures: alone/libpsivox_oiio.so"
+for picture in alone.exr alone.png; do LD_LIBRARY_PATH=alone t 0 - render "$S" -o $picture $R; done
+LD_LIBRARY_PATH=alone t 0 rms compare alone.png alone.png
+LD_LIBRARY_PATH=alone t 0 '"input"' render --scene alone.png --print-scene
+LD_LIBRARY_PATH=alone t 5 "$missing" render "$S" -o alone.tif $R
+LD_LIBRARY_PATH=alone t 1 "$missing" compare a.exr a.exr
+LD_LIBRARY_PATH=alone t 1 "$missing" --version
+[ ! -e alone.tif ] || { echo "FAILED: alone.tif was written"; failed=$((failed + 1)); }
 
 # EGL finds no driver.
 output=$(__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null "$program" render "$S" -o n.exr $R 2>&1)

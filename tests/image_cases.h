@@ -137,8 +137,8 @@ inline std::vector<std::string> exr_channels(const fs::path& path) {
   return channels;
 }
 
-/// The bytes that a PNG stores, without OpenImageIO's multiplication by alpha.
-inline std::vector<int> png_bytes(const fs::path& path) {
+/// The bytes that a PNG or TIFF stores, without OpenImageIO's multiplication by alpha.
+inline std::vector<int> stored_bytes(const fs::path& path) {
   OIIO::ImageSpec wish;
   wish.attribute("oiio:UnassociatedAlpha", 1);
   const auto input = OIIO::ImageInput::open(path.string(), &wish);
@@ -147,11 +147,14 @@ inline std::vector<int> png_bytes(const fs::path& path) {
   const OIIO::ImageSpec& spec = input->spec();
   EXPECT_EQ(spec.nchannels, 4);
   EXPECT_EQ(spec.format, OIIO::TypeUInt8);
-  EXPECT_EQ(spec.get_string_attribute("oiio:ColorSpace"), "sRGB");
   std::vector<std::uint8_t> bytes(spec.image_bytes());
   EXPECT_TRUE(input->read_image(0, 0, 0, 4, OIIO::TypeUInt8, bytes.data()));
   return {bytes.begin(), bytes.end()};
 }
+
+/// A file of each format that psivox writes.
+inline constexpr const char* every_format[] = {"a.exr", "a.png", "a.tif",
+                                               "a.jpg", "a.hdr", "a.webp"};
 
 /// A file as another program could write it.
 inline void write_with_oiio(const fs::path& path, OIIO::ImageSpec spec,

@@ -27,7 +27,7 @@ void compare_command(Arguments arguments) {
   std::string a, b;
   std::optional<double> max_rms, max_abs;
   CommandLine line("compare", "Prints the difference of two pictures in linear radiance.");
-  line.add_option("A", a, "EXR or PNG file")->type_name("")->required();
+  line.add_option("A", a, "picture: any that psivox writes")->type_name("")->required();
   line.add_option("B", b, "another of the same size")->type_name("")->required();
   const CLI::Validator limit = number_in<double>({.min = 0});
   line.add_option("--max-rms", max_rms, "exit with 7 if the RMS over pixels and channels exceeds X")

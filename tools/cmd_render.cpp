@@ -58,16 +58,19 @@ bool wants(const RenderCall& call, const char* layer) {
 void add_outputs(CommandLine& line, RenderCall& call) {
   const std::string output = group_name(ParameterGroup::output);
   line.add_option("-o,--output", call.output,
-                  "picture to write: .exr (linear, premultiplied) or .png (sRGB)")
+                  "picture to write: .exr or .tif (linear, premultiplied), .png (sRGB); without "
+                  "alpha: .jpg or .webp (sRGB), .hdr (linear)")
       ->type_name("FILE")
       ->group(output);
   line.add_list("--aov", call.layers, "extra layers of the .exr: " + joined(known_layers(), ", "))
       ->check(CLI::IsMember(known_layers()).description(""))
       ->group(output);
   line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats")->group(output);
-  line.add_option("--bits", call.format.bits, "bits per channel of the .png")
+  line.add_option("--bits", call.format.bits,
+                  "sRGB of so many bits per channel in the .png or .tif; without it, a .tif is "
+                  "linear floats")
       ->type_name("8|16")
-      ->default_str("8")
+      ->default_str("8 in a .png")
       ->check(CLI::IsMember({8, 16}).description(""))
       ->group(output);
   line.add_flag("--print-scene", call.print_scene,
@@ -86,7 +89,7 @@ void add_outputs(CommandLine& line, RenderCall& call) {
 }
 
 bool parse(RenderCall& call, Arguments arguments) {
-  CommandLine line("render", "Renders a .vdb to an EXR or PNG file, without a window.");
+  CommandLine line("render", "Renders a .vdb to a picture, without a window.");
   add_outputs(line, call);
   line.add_flag("--list-devices", call.list_devices, "print the EGL devices and exit");
   call.scene.add_to(line);
@@ -131,7 +134,7 @@ void check(const RenderCall& call, const Scene& scene) {
     return;
   }
   if (scene.input.empty()) usage("no input; give IN.vdb");
-  check_writable(call.output, call.format);
+  check_writable(call.output, call.format, scene.resolution.x, scene.resolution.y);
   if (!call.layers.empty() && !holds_layers(call.output)) usage("--aov needs an .exr as output");
   if (!call.stats.empty()) check_text_writable(call.stats);
 }
@@ -217,7 +220,8 @@ void write(const RenderCall& call, const Scene& scene, RenderReport& report) {
   image.metadata["psivox:version"] = PSIVOX_VERSION;
   image.metadata["psivox:renderer"] = report.drawn.stats.renderer;
   const Stopwatch writing;
-  write_image(image, call.output, call.format);
+  const std::string lost = write_image(image, call.output, call.format);
+  if (!lost.empty() && !call.quiet) std::fprintf(stderr, "psivox: %s\n", lost.c_str());
   report.write_ms = writing.ms();
   std::error_code not_a_file;
   const std::uintmax_t written = std::filesystem::file_size(call.output, not_a_file);

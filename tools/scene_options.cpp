@@ -1,8 +1,6 @@
 #include "scene_options.h"
 
 #include <algorithm>
-#include <cctype>
-#include <filesystem>
 
 #include "psivox/error.h"
 #include "psivox/image.h"
@@ -14,14 +12,13 @@ namespace {
 
 /// The scene in a picture's metadata, or in a JSON file.
 std::string read_scene(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (extension != ".exr" && extension != ".png") return read_text(path, "scene");
+  if (!has_picture_extension(path)) return read_text(path, "scene");
   std::string text = read_metadata(path, "psivox:scene");
   if (text.empty())
     throw Error(ExitCode::input, in_quotes(path) +
                                      " has no psivox:scene in its metadata: psivox did not write "
-                                     "it, or another program dropped it");
+                                     "it, another program dropped it, or it is an .hdr or .webp, "
+                                     "which hold none");
   return text;
 }
 

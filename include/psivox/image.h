@@ -32,31 +32,50 @@ struct WriteOptions {
   /// Writes an EXR's R G B A as 16-bit floats. The largest is 65504; values that round above it
   /// become Inf. Other layers stay 32-bit floats.
   bool half = false;
-  /// Bits of a PNG's channels: 8 or 16. If not given, 8.
+  /// Bits per channel of sRGB codes in PNG and TIFF, 8 or 16. Without it, a PNG has 8, and a TIFF
+  /// holds linear 32-bit floats.
   std::optional<int> bits = {};
 };
 
-/// Writes EXR (float, zip, every layer) or PNG (sRGB, un-premultiplied, layers[0] only) by the
-/// path's extension. It writes a file beside the path and renames it, so that none is half-written.
-/// Equal images give equal bytes. In the file, a layer's only channel has the layer's name; several
-/// are named `layer.channel`.
+/// Writes a picture in the format that the path's extension names:
 ///
-/// PNG keeps alpha: radiance above alpha (a glow without opacity) is cut to alpha, NaN is 0.
-/// Throws Error(usage) for another extension and for options that the format does not have,
-/// Error(output) if the file cannot be written.
-void write_image(const Image& image, const std::filesystem::path& path, const WriteOptions& = {});
+/// | extension    | holds |
+/// |---|---|
+/// | .exr         | every layer, linear, premultiplied, floats, zip, all metadata |
+/// | .png         | R G B A as sRGB codes, un-premultiplied; all metadata |
+/// | .tif, .tiff  | R G B A, linear, premultiplied, floats, or with `bits` as in a PNG; metadata |
+/// | .jpg, .jpeg  | R G B over black as sRGB codes of 8 bits, quality 95; metadata |
+/// | .hdr         | R G B over black, linear, RGBE; negative values become 0 |
+/// | .webp        | R G B over black as sRGB codes of 8 bits, quality 100 |
+///
+/// TIFF and JPEG hold psivox:scene, psivox:renderer and psivox:version, each up to 60,000 bytes. In
+/// an EXR, a layer's only channel has the layer's name; several are named `layer.channel`. sRGB
+/// codes with alpha cut radiance above alpha (a glow without opacity) to alpha.
+///
+/// It writes a file beside the path and renames it, so that none is half-written. Equal images give
+/// equal bytes. Returns a sentence for the user that tells what the file cannot hold of the
+/// picture, empty if it holds all. Throws Error(usage) for another extension and for options that
+/// the format does not have, Error(output) if the file cannot be written.
+std::string write_image(const Image& image, const std::filesystem::path& path,
+                        const WriteOptions& = {});
 
-/// Throws what write_image would throw for this path and these options, before any work is done. It
-/// briefly creates a file in the directory, because permissions alone do not tell.
-void check_writable(const std::filesystem::path& path, const WriteOptions& = {});
+/// Throws what write_image would throw for this path, these options and a picture of this size,
+/// before any work is done. It briefly creates a file in the directory, because permissions alone
+/// do not tell.
+void check_writable(const std::filesystem::path& path, const WriteOptions& = {}, int width = 1,
+                    int height = 1);
+
+/// Whether write_image knows the path's extension.
+bool has_picture_extension(const std::filesystem::path& path);
 
 /// Whether write_image writes layers beside the picture to this path: true for .exr.
 bool holds_layers(const std::filesystem::path& path);
 
-/// Reads EXR or PNG with its string metadata. The file's contents decide the format, not its name.
-/// A PNG becomes linear and premultiplied. layers[0] comes from R G B A or from the grey Y, with A
-/// = 1 if there is no alpha; every other channel follows. Of an EXR it reads the first part and the
-/// display window, which is 0 where there is no data. NaN and Inf stay. Throws Error(input).
+/// Reads a file of any format that write_image knows, as linear, premultiplied radiance with its
+/// string metadata. The file's contents decide the format, not its name. Integers are sRGB codes.
+/// layers[0] comes from R G B A or from the grey Y, with A = 1 if there is no alpha; every other
+/// channel follows. Of an EXR it reads the first part and the display window, which is 0 where
+/// there is no data. NaN and Inf stay. Throws Error(input).
 Image read_image(const std::filesystem::path& path);
 
 /// One attribute of an image file, empty if absent; names are case-sensitive. Throws Error(input)

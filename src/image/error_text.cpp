@@ -1,5 +1,7 @@
 #include "error_text.h"
 
+#include "psivox/text.h"
+
 namespace psivox::image_io {
 
 std::string one_line(const std::string& text) {
@@ -18,11 +20,11 @@ std::string one_line(const std::string& text) {
 }
 
 Error read_error(const std::filesystem::path& path, const std::string& why) {
-  return Error(ExitCode::input, one_line("cannot read '" + path.string() + "': " + why));
+  return Error(ExitCode::input, "cannot read " + in_quotes(path.string()) + ": " + one_line(why));
 }
 
 Error write_error(const std::filesystem::path& path, const std::string& why) {
-  return Error(ExitCode::output, one_line("cannot write '" + path.string() + "': " + why));
+  return Error(ExitCode::output, "cannot write " + in_quotes(path.string()) + ": " + one_line(why));
 }
 
 }  // namespace psivox::image_io

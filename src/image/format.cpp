@@ -5,24 +5,80 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <limits>
+#include <optional>
 #include <string>
-#include <string_view>
 
 #include "error_text.h"
+#include "psivox/text.h"
 
 namespace psivox::image_io {
+namespace {
 
-Format format_from_extension(const std::filesystem::path& path) {
+constexpr int any_size = std::numeric_limits<int>::max();
+
+/// In the order of Format.
+constexpr FormatFacts formats[] = {
+    {Format::exr, ".exr", "", "openexr", true, any_size},
+    {Format::png, ".png", "", "png", true, any_size},
+    {Format::tiff, ".tif", ".tiff", "tiff", true, any_size},
+    {Format::jpeg, ".jpg", ".jpeg", "jpeg", false, 65500},  // libjpeg ends the program above it
+    {Format::hdr, ".hdr", "", "hdr", false, any_size},
+    // OpenImageIO would write alpha, but divides colour by it in 8 bits of linear light: dark
+    // colours become black.
+    {Format::webp, ".webp", "", "webp", false, 16383},
+};
+
+std::string known_extensions() {
+  std::string list;
+  for (const FormatFacts& facts : formats)
+    for (const std::string_view extension : {facts.extension, facts.other_extension}) {
+      if (extension.empty()) continue;
+      const bool last = &facts == std::end(formats) - 1;
+      list += std::string(list.empty() ? "" : last ? " or " : ", ") + std::string(extension);
+    }
+  return list;
+}
+
+std::optional<Format> format_from_start(std::string_view start) {
+  using std::string_view_literals::operator""sv;
+  constexpr std::pair<std::string_view, Format> starts[] = {{"\x76\x2f\x31\x01"sv, Format::exr},
+                                                            {"\x89PNG\r\n\x1a\n"sv, Format::png},
+                                                            {"II*\0"sv, Format::tiff},
+                                                            {"MM\0*"sv, Format::tiff},
+                                                            {"II+\0"sv, Format::tiff},
+                                                            {"MM\0+"sv, Format::tiff},
+                                                            {"\xff\xd8\xff"sv, Format::jpeg},
+                                                            {"#?RADIANCE"sv, Format::hdr},
+                                                            {"#?RGBE"sv, Format::hdr}};
+  for (const auto& [bytes, format] : starts)
+    if (start.starts_with(bytes)) return format;
+  if (start.starts_with("RIFF"sv) && start.ends_with("WEBP"sv)) return Format::webp;
+  return std::nullopt;
+}
+
+}  // namespace
+
+const FormatFacts& facts_of(Format format) { return formats[static_cast<std::size_t>(format)]; }
+
+std::optional<Format> format_of_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });
-  if (extension == ".exr") return Format::exr;
-  if (extension == ".png") return Format::png;
+  if (!extension.empty())
+    for (const FormatFacts& facts : formats)
+      if (extension == facts.extension || extension == facts.other_extension) return facts.format;
+  return std::nullopt;
+}
+
+Format format_from_extension(const std::filesystem::path& path) {
+  if (const auto format = format_of_extension(path)) return *format;
+  const std::string extension = path.extension().string();
   const std::string found =
-      extension.empty() ? "no extension" : "unknown extension '" + path.extension().string() + "'";
-  throw Error(ExitCode::usage,
-              one_line("cannot write '" + path.string() + "': " + found + "; use .exr or .png"));
+      extension.empty() ? "no extension" : "unknown extension " + in_quotes(extension);
+  throw Error(ExitCode::usage, "cannot write " + in_quotes(path.string()) + ": " + found +
+                                   "; use " + known_extensions());
 }
 
 Format format_from_contents(const std::filesystem::path& path) {
@@ -37,15 +93,11 @@ Format format_from_contents(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw read_error(path, errno != 0 ? std::strerror(errno) : "it cannot be opened");
 
-  using std::string_view_literals::operator""sv;
-  constexpr auto exr_magic = "\x76\x2f\x31\x01"sv;
-  constexpr auto png_magic = "\x89PNG\r\n\x1a\n"sv;
-  std::array<char, 8> bytes{};
+  std::array<char, 12> bytes{};
   file.read(bytes.data(), bytes.size());
-  const std::string_view start(bytes.data(), static_cast<std::size_t>(file.gcount()));
-  if (start.starts_with(exr_magic)) return Format::exr;
-  if (start.starts_with(png_magic)) return Format::png;
-  throw read_error(path, "it is neither an EXR nor a PNG file");
+  const auto format = format_from_start({bytes.data(), static_cast<std::size_t>(file.gcount())});
+  if (!format) throw read_error(path, "it is no EXR, PNG, TIFF, JPEG, HDR or WebP file");
+  return *format;
 }
 
 }  // namespace psivox::image_io

@@ -1,18 +1,32 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string_view>
 
 namespace psivox::image_io {
 
-/// The two file formats of a picture.
-enum class Format { exr, png };
+enum class Format { exr, png, tiff, jpeg, hdr, webp };
 
-/// The format that a file of this name is written in; the extension's case does not matter.
-/// Throws Error(usage) for any other extension.
+/// What psivox knows of a file format.
+struct FormatFacts {
+  Format format;
+  std::string_view extension;
+  std::string_view other_extension;  ///< that means the same; may be empty
+  const char* openimageio;           ///< OpenImageIO's name of its reader and writer
+  bool alpha;                        ///< whether pictures are written with alpha
+  int most_pixels;                   ///< on a side, that the format or its encoder takes
+};
+
+const FormatFacts& facts_of(Format format);
+
+/// The format that a file of this name is written in, if any; the extension's case does not matter.
+std::optional<Format> format_of_extension(const std::filesystem::path& path);
+/// The same. Throws Error(usage) for an extension that no writer knows.
 Format format_from_extension(const std::filesystem::path& path);
 
 /// The format of an existing file by its first bytes. A picture keeps working under another name,
-/// and a hostile file meets only the two readers that psivox tests, not OpenImageIO's thirty.
+/// and a hostile file meets only the readers that psivox tests, not OpenImageIO's thirty.
 /// Throws Error(input).
 Format format_from_contents(const std::filesystem::path& path);
 

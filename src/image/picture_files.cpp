@@ -3,9 +3,8 @@
 #include <dlfcn.h>
 
 #include "error_text.h"
-#include "psivox/error.h"
 
-namespace psivox {
+namespace psivox::image_io {
 namespace {
 
 /// The module lies beside the library that this function is in.
@@ -16,37 +15,22 @@ std::filesystem::path module_path() {
   return std::filesystem::path(self.dli_fname).parent_path() / PSIVOX_OIIO_MODULE;
 }
 
-const image_io::PictureFiles* load_module() {
-  const std::filesystem::path path = module_path();
-  const auto fail = [&]() -> Error {
-    const char* why = dlerror();
-    return {
-        ExitCode::failure,
-        image_io::one_line("cannot load what reads pictures: " +
-                           std::string(why ? why : "'" + path.string() + "' is no such module"))};
-  };
+const PictureFiles* load_module(ExitCode if_missing) {
   // Never closed: OpenImageIO has threads.
-  void* module = dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);
-  if (!module) throw fail();
+  void* module = dlopen(module_path().c_str(), RTLD_LAZY | RTLD_LOCAL);
   const auto get =
-      reinterpret_cast<image_io::GetPictureFiles>(dlsym(module, image_io::picture_files_symbol));
-  if (!get) throw fail();
-  return get();
-}
-
-const image_io::PictureFiles& files() {
-  static const image_io::PictureFiles* const loaded = load_module();
-  return *loaded;
+      reinterpret_cast<GetPictureFiles>(module ? dlsym(module, picture_files_symbol) : nullptr);
+  if (get) return get();
+  const char* why = dlerror();
+  throw Error(if_missing, one_line("cannot load the module that reads and writes pictures: " +
+                                   std::string(why ? why : "its symbol is missing")));
 }
 
 }  // namespace
 
-Image read_image(const std::filesystem::path& path) { return files().read_image(path); }
-
-std::string read_metadata(const std::filesystem::path& path, const std::string& key) {
-  return files().read_metadata(path, key);
+const PictureFiles& picture_files(ExitCode if_missing) {
+  static const PictureFiles* const loaded = load_module(if_missing);  // tried again if it throws
+  return *loaded;
 }
 
-std::string openimageio_version() { return files().version(); }
-
-}  // namespace psivox
+}  // namespace psivox::image_io

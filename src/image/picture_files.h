@@ -3,18 +3,28 @@
 #include <filesystem>
 #include <string>
 
+#include "format.h"
+#include "output_file.h"
+#include "psivox/error.h"
 #include "psivox/image.h"
 
 namespace psivox::image_io {
 
-/// What the module psivox_oiio (src/oiio) offers. It stands in a module of its own because linking
-/// OpenImageIO with all that it depends on takes longer than a small picture: who reads one loads
-/// it.
+/// What the module psivox_oiio (src/oiio) offers. It is a module of its own because linking
+/// OpenImageIO and all that it depends on takes longer than a small picture: it is loaded when a
+/// picture is read that is no PNG, or written that is neither EXR nor PNG.
 struct PictureFiles {
-  Image (*read_image)(const std::filesystem::path& path);
-  std::string (*read_metadata)(const std::filesystem::path& path, const std::string& key);
+  Image (*read)(const std::filesystem::path& path, Format format);
+  std::map<std::string, std::string> (*read_metadata)(const std::filesystem::path& path,
+                                                      Format format);
+  /// Whether this OpenImageIO can write the format.
+  bool (*writes)(Format format);
+  void (*write)(const Image& image, Format format, const WriteOptions& options, OutputFile& file);
   std::string (*version)();
 };
+
+/// Loads the module once. Throws an Error of this code if it cannot be loaded.
+const PictureFiles& picture_files(ExitCode if_missing);
 
 /// The module's one symbol.
 inline constexpr const char* picture_files_symbol = "psivox_picture_files";

@@ -1,30 +1,49 @@
+#include <algorithm>
 #include <set>
+#include <span>
 #include <string>
 
 #include "encode.h"
+#include "error_text.h"
 #include "format.h"
+#include "picture_files.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/text.h"
 
 namespace psivox {
 namespace {
 
-/// The format that `path` asks for. Throws Error(usage) if the options do not suit it.
-image_io::Format format_of(const std::filesystem::path& path, const WriteOptions& options) {
-  const image_io::Format format = image_io::format_from_extension(path);
-  const auto refuse = [&](const std::string& why) {
-    throw Error(ExitCode::usage, "cannot write '" + path.string() + "': " + why);
+namespace fs = std::filesystem;
+using image_io::Format;
+
+bool through_openimageio(Format format) { return format != Format::exr && format != Format::png; }
+
+/// Every reason to refuse a file of this name, these options and this size that is known before
+/// there is a picture.
+Format checked_format(const fs::path& path, const WriteOptions& options, int width, int height) {
+  const Format format = image_io::format_from_extension(path);
+  const auto refuse = [&](const char* why) {
+    throw Error(ExitCode::usage, "cannot write " + in_quotes(path.string()) + ": " + why);
   };
-  if (options.half && format != image_io::Format::exr) refuse("--half needs an .exr as output");
-  if (options.bits && format != image_io::Format::png) refuse("--bits needs a .png as output");
+  if (options.half && format != Format::exr) refuse("--half needs an .exr as output");
+  if (options.bits && format != Format::png && format != Format::tiff)
+    refuse("--bits needs a .png or .tif as output");
   if (options.bits && *options.bits != 8 && *options.bits != 16) refuse("--bits is 8 or 16");
+
+  const image_io::FormatFacts& facts = image_io::facts_of(format);
+  if (std::max(width, height) > facts.most_pixels)
+    throw image_io::write_error(path, "a " + std::string(facts.extension) + " has at most " +
+                                          std::to_string(facts.most_pixels) + " pixels on a side");
+  if (through_openimageio(format) && !image_io::picture_files(ExitCode::output).writes(format))
+    throw image_io::write_error(path, "this OpenImageIO was built without the format");
   return format;
 }
 
 /// A wrong size would read past the values, and a name twice would lose a channel silently.
-void check_layers(const Image& image, const std::filesystem::path& path) {
+void check_layers(const Image& image, const fs::path& path) {
   const auto fail = [&](const std::string& why) {
-    throw Error(ExitCode::failure, "cannot write '" + path.string() + "': " + why);
+    throw Error(ExitCode::failure, "cannot write " + in_quotes(path.string()) + ": " + why);
   };
   if (image.width <= 0 || image.height <= 0) fail("the picture is empty");
   const auto pixels =
@@ -45,6 +64,28 @@ void check_layers(const Image& image, const std::filesystem::path& path) {
   }
 }
 
+/// A sentence for the user; empty if the file holds the whole picture.
+std::string what_is_lost(std::span<const float> rgba, const fs::path& path, Format format,
+                         const WriteOptions& options) {
+  const bool srgb = format == Format::png || (format == Format::tiff && options.bits);
+  const bool alpha = image_io::facts_of(format).alpha;
+  if (alpha && !srgb) return {};
+  constexpr float half_code = 0.5f / 255;  // less is no visible loss
+  std::size_t lost = 0;
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    const float light = std::min(std::max({rgba[i], rgba[i + 1], rgba[i + 2]}), 1.0f);
+    lost += (alpha ? light : 1.0f) > rgba[i + 3] + half_code;
+  }
+  if (lost == 0) return {};
+  const std::string count = std::to_string(lost) + " of " + std::to_string(rgba.size() / 4);
+  if (alpha)
+    return in_quotes(path.string()) + " shows " + count +
+           " pixels too dark: they glow more than they cover; an .exr keeps their light, and so "
+           "does --background R,G,B";
+  return in_quotes(path.string()) + " has no alpha: " + count +
+         " pixels are not opaque and stand over black; --background R,G,B sets another colour";
+}
+
 }  // namespace
 
 std::string image_io::exr_channel_name(const Layer& layer, std::size_t channel) {
@@ -53,29 +94,31 @@ std::string image_io::exr_channel_name(const Layer& layer, std::size_t channel) 
   return layer.name + "." + layer.channels[channel];
 }
 
-void write_image(const Image& image, const std::filesystem::path& path,
-                 const WriteOptions& options) {
-  const image_io::Format format = format_of(path, options);
+std::string write_image(const Image& image, const fs::path& path, const WriteOptions& options) {
+  const Format format = checked_format(path, options, image.width, image.height);
   check_layers(image, path);
   image_io::OutputFile file(path);
-  switch (format) {
-    case image_io::Format::exr:
-      image_io::write_exr(image, options, file);
-      break;
-    case image_io::Format::png:
-      image_io::write_png(image, options, file);
-      break;
-  }
+  if (format == Format::exr)
+    image_io::write_exr(image, options, file);
+  else if (format == Format::png)
+    image_io::write_png(image, options, file);
+  else
+    image_io::picture_files(ExitCode::output).write(image, format, options, file);
+  return what_is_lost(image.rgba(), path, format, options);
 }
 
-void check_writable(const std::filesystem::path& path, const WriteOptions& options) {
-  format_of(path, options);
+void check_writable(const fs::path& path, const WriteOptions& options, int width, int height) {
+  checked_format(path, options, width, height);
   // Permissions alone do not tell (root, a read-only or full file system): a file is created.
   const image_io::OutputFile probe(path);
 }
 
-bool holds_layers(const std::filesystem::path& path) {
-  return image_io::format_from_extension(path) == image_io::Format::exr;
+bool has_picture_extension(const fs::path& path) {
+  return image_io::format_of_extension(path).has_value();
+}
+
+bool holds_layers(const fs::path& path) {
+  return image_io::format_of_extension(path) == Format::exr;
 }
 
 }  // namespace psivox

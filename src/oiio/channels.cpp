@@ -1,4 +1,4 @@
-#include "channels.h"
+#include "oiio/channels.h"
 
 #include <algorithm>
 #include <map>

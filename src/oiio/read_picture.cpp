@@ -1,0 +1,141 @@
+#include <OpenImageIO/imageio.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "colour/srgb.h"
+#include "image/error_text.h"
+#include "image/picture_size.h"
+#include "oiio/channels.h"
+#include "oiio/picture_module.h"
+#include "oiio/tags.h"
+
+namespace psivox::image_io {
+namespace {
+
+using Input = OIIO::ImageInput::unique_ptr;
+
+Input open_picture(const std::filesystem::path& path, Format format) {
+  Input input = OIIO::ImageInput::create(facts_of(format).openimageio);
+  if (!input) throw read_error(path, OIIO::geterror());
+  // sRGB codes come as they are stored; they are decoded before they are multiplied by alpha.
+  OIIO::ImageSpec wish;
+  wish.attribute("oiio:UnassociatedAlpha", 1);
+  OIIO::ImageSpec spec;
+  if (!input->open(path.string(), spec, wish)) throw read_error(path, input->geterror());
+  return input;
+}
+
+/// What OpenImageIO tells about the file's format, which a copy of the picture should not inherit.
+bool is_format_attribute(std::string_view name) {
+  return name == "compression" || name.starts_with("oiio:") || name.starts_with("openexr:");
+}
+
+std::map<std::string, std::string> metadata_of(const OIIO::ImageSpec& spec, Format format) {
+  std::map<std::string, std::string> metadata;
+  const std::string writer = spec.get_string_attribute("Software");
+  if (format != Format::exr && writer.starts_with(software)) {
+    metadata["psivox:version"] = writer.substr(software.size());
+    for (const Tag& tag : tags)
+      if (spec.find_attribute(tag.name)) metadata[tag.key] = spec.get_string_attribute(tag.name);
+    return metadata;
+  }
+  for (const OIIO::ParamValue& attribute : spec.extra_attribs)
+    if (attribute.type() == OIIO::TypeString && !is_format_attribute(attribute.name().string()))
+      metadata[attribute.name().string()] = attribute.get_ustring().string();
+  return metadata;
+}
+
+/// The picture's rectangle, in the coordinates of the stored pixels. 64 bits: an EXR's windows may
+/// lie 2^31 apart.
+struct Window {
+  std::int64_t x = 0;
+  std::int64_t y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+/// An EXR's picture is its display window; pixels are stored for its data window. A TIFF's offset
+/// is a position on paper and moves nothing.
+Window picture_window(const OIIO::ImageSpec& spec, Format format) {
+  if (format != Format::exr) return {0, 0, spec.width, spec.height};
+  return {std::int64_t{spec.full_x} - spec.x, std::int64_t{spec.full_y} - spec.y, spec.full_width,
+          spec.full_height};
+}
+
+/// Makes what a file holds linear and premultiplied. Integers are sRGB codes. Codes that
+/// OpenImageIO multiplies by alpha, whatever is asked of it (WebP), are divided by it first.
+void linearise_and_premultiply(std::span<float> rgba, const OIIO::ImageSpec& spec) {
+  const bool codes = !spec.format.is_floating_point();
+  const bool multiplied = spec.get_int_attribute("oiio:UnassociatedAlpha") == 0;
+  if (!codes && multiplied) return;
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    const float alpha = rgba[i + 3];
+    for (std::size_t c = i; c < i + 3; ++c) {
+      const float value = multiplied && alpha > 0 ? rgba[c] / alpha : rgba[c];
+      rgba[c] = alpha * (codes ? linear_from_srgb(value) : value);
+    }
+  }
+}
+
+/// The part of the stored pixels that the window shows; 0 where the window has none.
+Layer cut_layer(const LayerSource& source, std::span<const float> stored,
+                const OIIO::ImageSpec& spec, const Window& window) {
+  const std::size_t count = source.channels.size();
+  Layer layer{source.name, source.channels, {}};
+  layer.values.resize(static_cast<std::size_t>(window.width) *
+                      static_cast<std::size_t>(window.height) * count);
+  float* to = layer.values.data();
+  for (std::int64_t y = window.y; y < window.y + window.height; ++y) {
+    for (std::int64_t x = window.x; x < window.x + window.width; ++x, to += count) {
+      if (x < 0 || x >= spec.width || y < 0 || y >= spec.height) continue;
+      const auto from = static_cast<std::size_t>((y * spec.width + x) * spec.nchannels);
+      for (std::size_t c = 0; c < count; ++c) {
+        to[c] = source.indices[c] ? stored[from + *source.indices[c]] : 1.0f;
+      }
+    }
+  }
+  return layer;
+}
+
+}  // namespace
+
+Image read_picture(const std::filesystem::path& path, Format format) {
+  const Input input = open_picture(path, format);
+  const OIIO::ImageSpec& spec = input->spec();
+  const Window window = picture_window(spec, format);
+  check_size(path, window.width, window.height, double(spec.width) * spec.height, spec.nchannels);
+
+  const auto sources = layers_from_channels(spec.channelnames);
+  if (!sources) {
+    std::string names;
+    for (const std::string& name : spec.channelnames) names += " " + name;
+    throw read_error(path, "it has neither the channels R G B nor Y, but" + names);
+  }
+
+  // Left uninitialised, so that a lying header costs no memory: the pages come as pixels do.
+  const std::size_t count = static_cast<std::size_t>(spec.width) *
+                            static_cast<std::size_t>(spec.height) *
+                            static_cast<std::size_t>(spec.nchannels);
+  const auto stored = std::make_unique_for_overwrite<float[]>(count);
+  const bool read = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, stored.get());
+  // Of a TIFF or JPEG that is cut short it returns true.
+  const std::string failure = input->geterror();
+  if (!read || !failure.empty()) throw read_error(path, failure);
+
+  Image image{window.width, window.height, {}, metadata_of(spec, format)};
+  for (const LayerSource& source : *sources)
+    image.layers.push_back(cut_layer(source, {stored.get(), count}, spec, window));
+  if (format != Format::exr) linearise_and_premultiply(image.rgba(), spec);
+  return image;
+}
+
+std::map<std::string, std::string> read_picture_metadata(const std::filesystem::path& path,
+                                                         Format format) {
+  return metadata_of(open_picture(path, format)->spec(), format);
+}
+
+}  // namespace psivox::image_io
