@@ -66,11 +66,11 @@ void add_outputs(CommandLine& line, RenderCall& call) {
       ->check(CLI::IsMember(known_layers()).description(""))
       ->group(output);
   line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats")->group(output);
-  line.add_option("--bits", call.format.bits,
-                  "sRGB of so many bits per channel in the .png or .tif; without it, a .tif is "
-                  "linear floats")
+  line.add_option(
+          "--bits", call.format.bits,
+          "bits per channel of a .png (default: 8) or of a .tif, which then is sRGB instead "
+          "of linear 32-bit floats")
       ->type_name("8|16")
-      ->default_str("8 in a .png")
       ->check(CLI::IsMember({8, 16}).description(""))
       ->group(output);
   line.add_flag("--print-scene", call.print_scene,
