@@ -1,22 +1,9 @@
-// Brick atlas: from a cell to the node of the page table that covers it, and its texels.
-// Edge functions, supplied by the language's binding: fetch_page(grid, i), fetch_constant(grid, i),
-// fetch_constant3, fetch_texel(grid, i), fetch_texel3, fetch_table(i), fetch_interval(i), filtered_texel(grid, slot, local), filtered_texel3.
-const int GRID_DENSITY = 0;
-const int GRID_LUMINANCE = 1;
-const int GRID_EMISSION = 2;
-const int GRID_GRADIENT = 3;
-
-const int SOURCE_CONSTANT = 0;  // LuminanceSource
-const int SOURCE_DENSITY = 1;
-const int SOURCE_SCALAR = 2;
-const int SOURCE_VECTOR = 3;
-const int SOURCE_TRANSFER = 4;
-
-const int NODE_EMPTY = 0;     // payload: Chebyshev distance to the nearest other entry, >= 1
-const int NODE_CONSTANT = 1;  // payload: index of the constant
-const int NODE_BRICK = 2;     // payload: slot
-const int NODE_CHILD = 3;     // payload: index of the first of 512 entries below
-const uint PAYLOAD_MASK = 0x3fffffffu;
+// Brick atlas: from a cell to the node of the page table that covers it, and to its texels.
+//
+// Each language supplies the ids of the grids (density_grid and so on), the constants of
+// src/march/shader_constants.h, and the functions fetch_page(grid, i), fetch_constant(grid, i),
+// fetch_constant3, fetch_texel(grid, i), fetch_texel3, filtered_texel(grid, slot, local),
+// filtered_texel3, fetch_table(i), fetch_interval(i).
 
 // A box of cells of one kind: of an entry, or the cube of empty entries around one.
 struct Node {
@@ -33,38 +20,37 @@ bool inside(Node node, int3 cell) {
          cell.x < node.hi.x && cell.y < node.hi.y && cell.z < node.hi.z;
 }
 
-int3 table_min(int grid) {
-  return grid == GRID_DENSITY ? density_table_min
-       : grid == GRID_LUMINANCE ? luminance_table_min
-       : grid == GRID_EMISSION ? emission_table_min : gradient_table_min;
+IN(Grid) grid_of(int grid) {
+#define GRID(id, name) if (grid == id) return name;
+#include "grids.glsl"
+#undef GRID
+  return density;
 }
-int3 table_size(int grid) {
-  return grid == GRID_DENSITY ? density_table_size
-       : grid == GRID_LUMINANCE ? luminance_table_size
-       : grid == GRID_EMISSION ? emission_table_size : gradient_table_size;
-}
-int table_levels(int grid) {
-  return grid == GRID_DENSITY ? density_levels
-       : grid == GRID_LUMINANCE ? luminance_levels
-       : grid == GRID_EMISSION ? emission_levels : gradient_levels;
+
+int levels_of(int grid) {
+  return
+#define GRID(id, name) grid == id ? name##_levels :
+#include "grids.glsl"
+#undef GRID
+      0;
 }
 
 // The node that covers a cell of the domain.
 Node find_node(int grid, int3 cell) {
-  int3 at = cell - table_min(grid);
-  int shift = 3 * table_levels(grid);
-  int3 size = table_size(grid);
+  int3 at = cell - grid_of(grid).table_min;
+  int3 size = grid_of(grid).table_size;
+  int shift = 3 * levels_of(grid);
   int3 q = at >> shift;
   uint entry = fetch_page(grid, (q.x * size.y + q.y) * size.z + q.z);
-  if (table_levels(grid) > 1) {
-    while (int(entry >> 30) == NODE_CHILD) {
+  if (levels_of(grid) > 1) {
+    while (int(entry >> PAYLOAD_BITS) == NODE_CHILD) {
       shift -= 3;
       q = (at >> shift) & 7;
-      entry = fetch_page(grid, int(entry & PAYLOAD_MASK) + ((q.x * 8 + q.y) * 8 + q.z));
+      entry = fetch_page(grid, (int(entry) & PAYLOAD_MASK) + ((q.x * 8 + q.y) * 8 + q.z));
     }
   }
-  int kind = int(entry >> 30);
-  int payload = int(entry & PAYLOAD_MASK);
+  int kind = int(entry >> PAYLOAD_BITS);
+  int payload = int(entry) & PAYLOAD_MASK;
   int3 lo = cell - (at & ((1 << shift) - 1));
   int3 hi = lo + (1 << shift);
   if (kind == NODE_EMPTY) {
@@ -75,6 +61,11 @@ Node find_node(int grid, int3 cell) {
   return Node(kind, payload, lo, hi);
 }
 
+// A brick's value at a voxel, given from the brick's first one: its place among the texels.
+int texel_index(int slot, int3 voxel) {
+  return slot * BRICK_TEXELS + (voxel.x * BRICK_VALUES + voxel.y) * BRICK_VALUES + voxel.z;
+}
+
 // The 8 corner values of a cell: lo.x = v(0,0,0), lo.y = v(0,0,1), lo.z = v(0,1,0),
 // lo.w = v(0,1,1); hi the same at x + 1.
 struct Corners {
@@ -82,17 +73,19 @@ struct Corners {
   real4 hi;
 };
 
+// The values at a texel and at its neighbours along y and z.
+real4 fetch_four(int grid, int i) {
+  return real4(fetch_texel(grid, i), fetch_texel(grid, i + NEXT_Z), fetch_texel(grid, i + NEXT_Y),
+               fetch_texel(grid, i + NEXT_Y + NEXT_Z));
+}
+
 Corners fetch_corners(int grid, Node node, int3 cell) {
   if (node.kind == NODE_CONSTANT) {
     real v = fetch_constant(grid, node.payload);
     return Corners(real4(v, v, v, v), real4(v, v, v, v));
   }
-  int3 local = cell - node.lo;
-  int i = node.payload * 729 + (local.x * 9 + local.y) * 9 + local.z;
-  return Corners(real4(fetch_texel(grid, i), fetch_texel(grid, i + 1), fetch_texel(grid, i + 9),
-                       fetch_texel(grid, i + 10)),
-                 real4(fetch_texel(grid, i + 81), fetch_texel(grid, i + 82),
-                       fetch_texel(grid, i + 90), fetch_texel(grid, i + 91)));
+  int i = texel_index(node.payload, cell - node.lo);
+  return Corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
 }
 
 // Trilinear interpolation, u in [0,1]^3 inside the cell.
@@ -128,7 +121,7 @@ real3 trilinear_gradient(Corners c, real3 u) {
 
 // Where a position lies in its brick: cells are clamped, since a position on a face may round into
 // the neighbour.
-int3 local_cell(real3 local) { return clamp(int3(floor(local)), int3(0), int3(7)); }
+int3 local_cell(real3 local) { return clamp(int3(floor(local)), int3(0), int3(BRICK_CELLS - 1)); }
 
 // Value at a position inside a node that is not empty.
 real sample_scalar(int grid, Node node, real3 p) {
@@ -139,17 +132,22 @@ real sample_scalar(int grid, Node node, real3 p) {
   return trilinear(fetch_corners(grid, node, node.lo + cell), local - real3(cell));
 }
 
+// Between a texel and the next one along x.
+real3 along_x(int grid, int i, real u) {
+  return mix(fetch_texel3(grid, i), fetch_texel3(grid, i + NEXT_X), u);
+}
+
 real3 sample_vector(int grid, Node node, real3 p) {
   if (node.kind == NODE_CONSTANT) return fetch_constant3(grid, node.payload);
   real3 local = p - real3(node.lo);
   if (hardware_filter) return filtered_texel3(grid, node.payload, local);
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
-  int i = node.payload * 729 + (cell.x * 9 + cell.y) * 9 + cell.z;
-  real3 x00 = mix(fetch_texel3(grid, i), fetch_texel3(grid, i + 81), u.x);
-  real3 x01 = mix(fetch_texel3(grid, i + 1), fetch_texel3(grid, i + 82), u.x);
-  real3 x10 = mix(fetch_texel3(grid, i + 9), fetch_texel3(grid, i + 90), u.x);
-  real3 x11 = mix(fetch_texel3(grid, i + 10), fetch_texel3(grid, i + 91), u.x);
+  int i = texel_index(node.payload, cell);
+  real3 x00 = along_x(grid, i, u.x);
+  real3 x01 = along_x(grid, i + NEXT_Z, u.x);
+  real3 x10 = along_x(grid, i + NEXT_Y, u.x);
+  real3 x11 = along_x(grid, i + NEXT_Y + NEXT_Z, u.x);
   return mix(mix(x00, x10, u.y), mix(x01, x11, u.y), u.z);
 }
 
@@ -195,22 +193,22 @@ real3 slope_vector(int grid, Node node, Ray ray, real t) {
   real3 local = position(ray, t) - real3(node.lo);
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
-  int i = node.payload * 729 + (cell.x * 9 + cell.y) * 9 + cell.z;
+  int i = texel_index(node.payload, cell);
   // each edge along x: its value at u.x, and its difference
   real3 a00 = fetch_texel3(grid, i);
-  real3 a01 = fetch_texel3(grid, i + 1);
-  real3 a10 = fetch_texel3(grid, i + 9);
-  real3 a11 = fetch_texel3(grid, i + 10);
-  real3 d00 = fetch_texel3(grid, i + 81) - a00;
-  real3 d01 = fetch_texel3(grid, i + 82) - a01;
-  real3 d10 = fetch_texel3(grid, i + 90) - a10;
-  real3 d11 = fetch_texel3(grid, i + 91) - a11;
+  real3 a01 = fetch_texel3(grid, i + NEXT_Z);
+  real3 a10 = fetch_texel3(grid, i + NEXT_Y);
+  real3 a11 = fetch_texel3(grid, i + NEXT_Y + NEXT_Z);
+  real3 d00 = fetch_texel3(grid, i + NEXT_X) - a00;
+  real3 d01 = fetch_texel3(grid, i + NEXT_X + NEXT_Z) - a01;
+  real3 d10 = fetch_texel3(grid, i + NEXT_X + NEXT_Y) - a10;
+  real3 d11 = fetch_texel3(grid, i + NEXT_X + NEXT_Y + NEXT_Z) - a11;
   a00 = a00 + d00 * u.x;
   a01 = a01 + d01 * u.x;
   a10 = a10 + d10 * u.x;
   a11 = a11 + d11 * u.x;
-  real3 along_x = mix(mix(d00, d10, u.y), mix(d01, d11, u.y), u.z);
-  real3 along_y = mix(a10 - a00, a11 - a01, u.z);
-  real3 along_z = mix(a01 - a00, a11 - a10, u.y);
-  return along_x * ray.direction.x + along_y * ray.direction.y + along_z * ray.direction.z;
+  real3 slope_x = mix(mix(d00, d10, u.y), mix(d01, d11, u.y), u.z);
+  real3 slope_y = mix(a10 - a00, a11 - a01, u.z);
+  real3 slope_z = mix(a01 - a00, a11 - a10, u.y);
+  return slope_x * ray.direction.x + slope_y * ray.direction.y + slope_z * ray.direction.z;
 }

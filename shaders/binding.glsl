@@ -13,11 +13,28 @@
 
 // What a loop reads of a uniform llvmpipe (Mesa 22.3) gathers lane by lane in every turn, at 35 instructions a
 // number. A sum with what it cannot know to be 0 is formed once, before the loop.
+struct Grid {
+#define PARAMETER(type, name) type name;
+#include "grid_parameters.glsl"
+#undef PARAMETER
+};
+
 #if HOLDS_UNIFORMS
 int nothing = int(gl_FragCoord.x) >> 30;
-#define HELD(type, uniform_value) (uniform_value + type(nothing))
+int held(int v) { return v + nothing; }
+ivec3 held(ivec3 v) { return v + nothing; }
+float held(float v) { return v + float(nothing); }
+vec2 held(vec2 v) { return v + float(nothing); }
+vec3 held(vec3 v) { return v + float(nothing); }
+vec4 held(vec4 v) { return v + float(nothing); }
+Grid held(Grid v) {
+#define PARAMETER(type, name) v.name = held(v.name);
+#include "grid_parameters.glsl"
+#undef PARAMETER
+  return v;
+}
 #else
-#define HELD(type, uniform_value) uniform_value
+#define held(v) v
 #endif
 
 struct Parameters {
@@ -26,94 +43,86 @@ struct Parameters {
 #undef PARAMETER
 };
 uniform Parameters given;
-#define PARAMETER(type, name) type name = HELD(type, given.name);
+#define PARAMETER(type, name) type name = held(given.name);
 #include "march_parameters.glsl"
+#undef PARAMETER
 
 float power_of_two(int n) { return intBitsToFloat((n + 127) << 23); }
 
-// A grid's texels are one texture buffer after the other, TEXELS_PER_BUFFER in each but the last;
-// with --filter hardware one 3D texture of bricks instead.
 uniform samplerBuffer tables;  // what transfer functions and rules look up
-uniform usamplerBuffer density_pages;
-uniform samplerBuffer density_constants;
-uniform samplerBuffer density_texels[DENSITY_BUFFERS];
-uniform sampler3D density_bricks;
-uniform usamplerBuffer luminance_pages;
-uniform samplerBuffer luminance_constants;
-uniform samplerBuffer luminance_texels[LUMINANCE_BUFFERS];
-uniform sampler3D luminance_bricks;
-uniform usamplerBuffer emission_pages;
-uniform samplerBuffer emission_constants;
-uniform samplerBuffer emission_texels[EMISSION_BUFFERS];
-uniform sampler3D emission_bricks;
-uniform usamplerBuffer gradient_pages;
-uniform samplerBuffer gradient_constants;
-uniform samplerBuffer gradient_texels[GRADIENT_BUFFERS];
-uniform sampler3D gradient_bricks;
-
 vec4 fetch_table(int i) { return texelFetch(tables, i); }
 
 // Of a transfer function of one interval: its two knots' entries.
 uniform vec4 interval_entries[8];
-#define HELD_ENTRY(i) HELD(vec4, interval_entries[i])
-vec4 only_interval[8] = vec4[8](HELD_ENTRY(0), HELD_ENTRY(1), HELD_ENTRY(2), HELD_ENTRY(3), HELD_ENTRY(4),
-                                HELD_ENTRY(5), HELD_ENTRY(6), HELD_ENTRY(7));
+vec4 only_interval[8] = vec4[8](held(interval_entries[0]), held(interval_entries[1]), held(interval_entries[2]),
+                           held(interval_entries[3]), held(interval_entries[4]), held(interval_entries[5]),
+                           held(interval_entries[6]), held(interval_entries[7]));
 vec4 fetch_interval(int i) { return only_interval[i]; }
 
-uint fetch_page(int grid, int i) {
-  return grid == 0 ? texelFetch(density_pages, i).x
-       : grid == 1 ? texelFetch(luminance_pages, i).x
-       : grid == 2 ? texelFetch(emission_pages, i).x : texelFetch(gradient_pages, i).x;
-}
+#define GRID(id, name) const int name##_grid = id;
+#include "grids.glsl"
+#undef GRID
 
-vec3 fetch_constant3(int grid, int i) {
-  return grid == 0 ? texelFetch(density_constants, i).xyz
-       : grid == 1 ? texelFetch(luminance_constants, i).xyz
-       : grid == 2 ? texelFetch(emission_constants, i).xyz
-                   : texelFetch(gradient_constants, i).xyz;
-}
-
-float fetch_constant(int grid, int i) { return fetch_constant3(grid, i).x; }
-
-// Texels fill one buffer after the other. Where there is one, the loop over several is dropped at once: it
-// would be inlined for every texel of every grid, half the time to build a program.
-#define FETCH_TEXEL(name, textures, buffers) \
-  vec4 name(int i) { \
-    if (buffers == 1) { \
-      return texelFetch(textures[0], i); \
+// A grid's texels are one texture buffer after the other, texels_per_buffer in each but the last;
+// with --filter hardware one 3D texture of bricks instead. The loop over several buffers is inlined for
+// every texel of every grid: where there is one it is not there, which halves the time to build a program.
+#define GRID(id, name) \
+  uniform usamplerBuffer name##_pages; \
+  uniform samplerBuffer name##_constants; \
+  uniform samplerBuffer name##_texels[name##_buffers]; \
+  uniform sampler3D name##_bricks; \
+  vec4 name##_texel(int i) { \
+    if (name##_buffers == 1) { \
+      return texelFetch(name##_texels[0], i); \
     } else { \
-      int b = i / TEXELS_PER_BUFFER; \
-      int k = i - b * TEXELS_PER_BUFFER; \
-      for (int j = 0; j < buffers - 1; ++j) \
-        if (j == b) return texelFetch(textures[j], k); \
-      return texelFetch(textures[buffers - 1], k); \
+      int b = i / texels_per_buffer; \
+      int k = i - b * texels_per_buffer; \
+      for (int j = 0; j < name##_buffers - 1; ++j) \
+        if (j == b) return texelFetch(name##_texels[j], k); \
+      return texelFetch(name##_texels[name##_buffers - 1], k); \
     } \
   }
-FETCH_TEXEL(density_texel, density_texels, DENSITY_BUFFERS)
-FETCH_TEXEL(luminance_texel, luminance_texels, LUMINANCE_BUFFERS)
-FETCH_TEXEL(emission_texel, emission_texels, EMISSION_BUFFERS)
-FETCH_TEXEL(gradient_texel, gradient_texels, GRADIENT_BUFFERS)
-
-vec3 fetch_texel3(int grid, int i) {
-  return grid == 0 ? density_texel(i).xyz
-       : grid == 1 ? luminance_texel(i).xyz
-       : grid == 2 ? emission_texel(i).xyz : gradient_texel(i).xyz;
-}
-float fetch_texel(int grid, int i) { return fetch_texel3(grid, i).x; }
+#include "grids.glsl"
+#undef GRID
 
 // `slot` is the brick's place in the 3D texture here, 10 bits an axis (see AtlasTextures).
 vec4 filtered(sampler3D bricks, int slot, vec3 local) {
-  ivec3 texel = ivec3(slot & 1023, (slot >> 10) & 1023, slot >> 20) * 9;
+  ivec3 texel = ivec3(slot & 1023, (slot >> 10) & 1023, slot >> 20) * BRICK_VALUES;
   // a texel's centre is at +0.5; z is the fastest axis
   return textureLod(bricks, (vec3(texel) + local.zyx + 0.5) / vec3(textureSize(bricks, 0)), 0.0);
 }
 
+uint fetch_page(int grid, int i) {
+  return
+#define GRID(id, name) grid == id ? texelFetch(name##_pages, i).x :
+#include "grids.glsl"
+#undef GRID
+      0u;
+}
+
+vec3 fetch_constant3(int grid, int i) {
+  return
+#define GRID(id, name) grid == id ? texelFetch(name##_constants, i).xyz :
+#include "grids.glsl"
+#undef GRID
+      vec3(0.0);
+}
+float fetch_constant(int grid, int i) { return fetch_constant3(grid, i).x; }
+
+vec3 fetch_texel3(int grid, int i) {
+  return
+#define GRID(id, name) grid == id ? name##_texel(i).xyz :
+#include "grids.glsl"
+#undef GRID
+      vec3(0.0);
+}
+float fetch_texel(int grid, int i) { return fetch_texel3(grid, i).x; }
+
 vec3 filtered_texel3(int grid, int slot, vec3 local) {
-  return grid == 0 ? filtered(density_bricks, slot, local).xyz
-       : grid == 1 ? filtered(luminance_bricks, slot, local).xyz
-       : grid == 2 ? filtered(emission_bricks, slot, local).xyz
-                   : filtered(gradient_bricks, slot, local).xyz;
+  return
+#define GRID(id, name) grid == id ? filtered(name##_bricks, slot, local).xyz :
+#include "grids.glsl"
+#undef GRID
+      vec3(0.0);
 }
-float filtered_texel(int grid, int slot, vec3 local) {
-  return filtered_texel3(grid, slot, local).x;
-}
+float filtered_texel(int grid, int slot, vec3 local) { return filtered_texel3(grid, slot, local).x; }

@@ -12,10 +12,9 @@ CONSTANT(bool, with_gradient)     // of the gradient's magnitude too, a grid of 
 CONSTANT(bool, beyond)            // the walk goes beyond the density, where 0 would be a medium
 CONSTANT(bool, split_knots)       // segments end where the value crosses its knots
 CONSTANT(int, segments)           // linear segments a cell
-CONSTANT(int, density_levels)     // of the page tables
-CONSTANT(int, luminance_levels)
-CONSTANT(int, emission_levels)
-CONSTANT(int, gradient_levels)
+#define GRID(id, name) CONSTANT(int, name##_levels)  // of its page table
+#include "grids.glsl"
+#undef GRID
 CONSTANT(bool, constant_runs)     // the density atlas has constant entries
 CONSTANT(bool, uniform_sampling)  // between samples, not cells
 CONSTANT(bool, brick_steps)       // each brick has a step of its own

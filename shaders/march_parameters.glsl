@@ -4,40 +4,11 @@
 // Coordinates are voxels of a grid relative to a voxel near the middle of its domain; t counts the
 // finest voxel's length in the world, so that optical depths and positions are of one size whatever
 // the transform's scale (see RayBundle in camera.h, whose affine functions these are).
-PARAMETER(real3, density_anchor_0)
-PARAMETER(real3, density_anchor_u)
-PARAMETER(real3, density_anchor_v)
-PARAMETER(real3, density_direction_0)
-PARAMETER(real3, density_direction_u)
-PARAMETER(real3, density_direction_v)
-PARAMETER(int3, density_domain_min)   // first voxel of the domain
-PARAMETER(int3, density_domain_max)   // last voxel of the domain
-PARAMETER(int3, density_field_min)    // the same of the field itself, whose domain another grid may
-PARAMETER(int3, density_field_max)    // have widened
-PARAMETER(int3, density_table_min)    // first voxel of the page table
-PARAMETER(int3, density_table_size)   // entries of the top table
-PARAMETER(real3, luminance_anchor_0)
-PARAMETER(real3, luminance_anchor_u)
-PARAMETER(real3, luminance_anchor_v)
-PARAMETER(real3, luminance_direction_0)
-PARAMETER(real3, luminance_direction_u)
-PARAMETER(real3, luminance_direction_v)
-PARAMETER(int3, luminance_domain_min)
-PARAMETER(int3, luminance_domain_max)
-PARAMETER(int3, luminance_table_min)
-PARAMETER(int3, luminance_table_size)
-PARAMETER(real3, emission_anchor_0)
-PARAMETER(real3, emission_anchor_u)
-PARAMETER(real3, emission_anchor_v)
-PARAMETER(real3, emission_direction_0)
-PARAMETER(real3, emission_direction_u)
-PARAMETER(real3, emission_direction_v)
-PARAMETER(int3, emission_domain_min)
-PARAMETER(int3, emission_domain_max)
-PARAMETER(int3, emission_table_min)
-PARAMETER(int3, emission_table_size)
-PARAMETER(int3, gradient_table_min)   // its voxels are the density's
-PARAMETER(int3, gradient_table_size)
+#define GRID(id, name) PARAMETER(Grid, name)
+#include "grids.glsl"
+#undef GRID
+PARAMETER(int3, density_field_min)    // domain of the density's own field: another grid may have
+PARAMETER(int3, density_field_max)    // widened that of the atlas
 PARAMETER(real3, world_0)             // world direction, not normalised
 PARAMETER(real3, world_u)
 PARAMETER(real3, world_v)

@@ -18,25 +18,10 @@ real camera_time(Pixel p) {
   return orthographic ? -camera_distance : -camera_distance / p.inverse_length;
 }
 
-Ray density_ray(Pixel p) {
-  return make_ray(density_anchor_0 + density_anchor_u * p.u + density_anchor_v * p.v,
-                  (density_direction_0 + density_direction_u * p.u
-                   + density_direction_v * p.v) * p.inverse_length,
-                  density_domain_min, density_domain_max, camera_time(p));
-}
-
-Ray luminance_ray(Pixel p) {
-  return make_ray(luminance_anchor_0 + luminance_anchor_u * p.u + luminance_anchor_v * p.v,
-                  (luminance_direction_0 + luminance_direction_u * p.u
-                   + luminance_direction_v * p.v) * p.inverse_length,
-                  luminance_domain_min, luminance_domain_max, camera_time(p));
-}
-
-Ray emission_ray(Pixel p) {
-  return make_ray(emission_anchor_0 + emission_anchor_u * p.u + emission_anchor_v * p.v,
-                  (emission_direction_0 + emission_direction_u * p.u
-                   + emission_direction_v * p.v) * p.inverse_length,
-                  emission_domain_min, emission_domain_max, camera_time(p));
+Ray grid_ray(Pixel p, IN(Grid) g) {
+  return make_ray(g.anchor_0 + g.anchor_u * p.u + g.anchor_v * p.v,
+                  (g.direction_0 + g.direction_u * p.u + g.direction_v * p.v) * p.inverse_length,
+                  g.domain_min, g.domain_max, camera_time(p));
 }
 
 // Henyey and Greenstein's phase function over the isotropic one, of the angle between the light's
@@ -51,7 +36,7 @@ real phase_of(Pixel p) {
 
 // The ray that is marched: from the camera, or back to front.
 Ray march_ray_of(Pixel p) {
-  Ray ray = density_ray(p);
+  Ray ray = grid_ray(p, density);
   if (mode == MODE_BACK_TO_FRONT) return reversed(ray);
   return ray;
 }
@@ -59,11 +44,11 @@ Ray march_ray_of(Pixel p) {
 // The phase and the rays in the other grids, which no pass keeps.
 void aim(INOUT(March) m, Pixel p) {
   m.phase = phase_of(p);
-  if (own_luminance) m.luminance_ray = luminance_ray(p);
-  if (has_emission) m.emission_ray = emission_ray(p);
+  if (own_luminance) m.luminance.ray = grid_ray(p, luminance);
+  if (has_emission) m.emission.ray = grid_ray(p, emission);
   if (mode == MODE_BACK_TO_FRONT) {
-    m.luminance_ray = reversed(m.luminance_ray);
-    m.emission_ray = reversed(m.emission_ray);
+    m.luminance.ray = reversed(m.luminance.ray);
+    m.emission.ray = reversed(m.emission.ray);
   }
 }
 

@@ -1,11 +1,4 @@
 // What a ray carries, and what it reads of the medium.
-const int MODE_ALPHA = 0;  // Mode
-const int MODE_BACK_TO_FRONT = 1;
-const int MODE_MIP = 2;
-const int MODE_LMIP = 3;
-const int MODE_ISOSURFACE = 4;
-const int MODE_XRAY = 5;
-
 const real NEVER = real(1e30);
 const real UNKNOWN = real(-1e38);
 const real LN2 = real(0.6931471805599453);
@@ -18,6 +11,12 @@ struct Point {
   real3 glow;        // emission [radiance / unit of t]
   real slope;        // of the attenuation along the ray [1 / unit of t]; these two only with
   real3 L_slope;     // end_corrections
+};
+
+// The ray in another grid than the density's.
+struct Track {
+  Ray ray;    // in its voxels
+  Node node;  // that was read last
 };
 
 // All that a ray carries from turn to turn, and from pass to pass.
@@ -40,11 +39,9 @@ struct March {
   int samples;
   int turns;
   bool done;
-  Ray luminance_ray;   // of a separate luminance grid, and the node that was read last
-  Node luminance_node;
-  Ray emission_ray;    // the same of an emission grid
-  Node emission_node;
-  Node gradient_node;  // the same of the gradient's, whose ray is the density's
+  Track luminance;
+  Track emission;
+  Track gradient;      // its ray is the density's and is not used
 };
 
 #include "march_derived.glsl"
@@ -55,7 +52,7 @@ March begin_march(Ray ray) {
   m.t = ray.begin;
   m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(0.0)), real(0.0), real3(real(0.0)));
   m.step_error = real(0.0);
-  m.cell = cell_at(ray, ray.begin, density_domain_min, density_domain_max);
+  m.cell = cell_at(ray, ray.begin, density.domain_min, density.domain_max);
   m.lattice = 0;
   m.known = false;
   m.vacuum = false;
@@ -69,11 +66,9 @@ March begin_march(Ray ray) {
   m.samples = 0;
   m.turns = 0;
   m.done = !(ray.end > ray.begin);
-  m.luminance_node = no_node();
-  m.luminance_ray = ray;
-  m.emission_node = no_node();
-  m.emission_ray = ray;
-  m.gradient_node = no_node();
+  m.luminance = Track(ray, no_node());
+  m.emission = m.luminance;
+  m.gradient = m.luminance;
   return m;
 }
 
@@ -90,48 +85,50 @@ bool beyond_density(int3 cell) {
 }
 
 real node_value(Node node) {
-  return constant_runs && node.kind == NODE_CONSTANT ? fetch_constant(GRID_DENSITY, node.payload)
+  return constant_runs && node.kind == NODE_CONSTANT ? fetch_constant(density_grid, node.payload)
                                                      : real(0.0);
 }
 
-// Node of another grid's that covers a cell.
+// The node of another grid that covers a cell.
 Node seek_cell(int grid, int3 cell, Node node, int3 domain_min, int3 domain_max) {
   if (inside(node, cell)) return node;
   if (inside(Node(0, 0, domain_min, domain_max), cell)) return find_node(grid, cell);
   return Node(NODE_EMPTY, 1, cell, cell + 1);
 }
 
-// The same at t.
-Node seek_node(int grid, Ray ray, Node node, int3 domain_min, int3 domain_max, real t) {
-  return seek_cell(grid, int3(floor(position(ray, t))), node, domain_min, domain_max);
+// The node of another grid at t.
+Node seek_node(int grid, IN(Track) track, real t) {
+  return seek_cell(grid, int3(floor(position(track.ray, t))), track.node, grid_of(grid).domain_min,
+                   grid_of(grid).domain_max);
 }
+
+// What a look-up in a node adds to the count of samples.
+int look_ups(Node node) { return count_steps && node.kind == NODE_BRICK ? 1 : 0; }
 
 // Moves the gradient's node to a cell of the density's.
 void seek_gradient(INOUT(March) m, int3 cell) {
   if (!with_gradient) return;
-  m.gradient_node = seek_cell(GRID_GRADIENT, cell, m.gradient_node, density_field_min,
+  m.gradient.node = seek_cell(gradient_grid, cell, m.gradient.node, density_field_min,
                               density_field_max);
-  if (count_steps && m.gradient_node.kind == NODE_BRICK) m.samples += 1;
+  m.samples += look_ups(m.gradient.node);
 }
 
 // Moves the nodes of separate grids to t; point_at(t) follows.
 void seek(INOUT(March) m, real t) {
   if (own_luminance) {
-    m.luminance_node = seek_node(GRID_LUMINANCE, m.luminance_ray, m.luminance_node,
-                                 luminance_domain_min, luminance_domain_max, t);
-    if (count_steps && m.luminance_node.kind == NODE_BRICK) m.samples += 1;
+    m.luminance.node = seek_node(luminance_grid, m.luminance, t);
+    m.samples += look_ups(m.luminance.node);
   }
   if (has_emission) {
-    m.emission_node = seek_node(GRID_EMISSION, m.emission_ray, m.emission_node,
-                                emission_domain_min, emission_domain_max, t);
-    if (count_steps && m.emission_node.kind == NODE_BRICK) m.samples += 1;
+    m.emission.node = seek_node(emission_grid, m.emission, t);
+    m.samples += look_ups(m.emission.node);
   }
 }
 
-real3 sample_grid(int grid, int channels, Node node, Ray ray, real t) {
-  if (node.kind == NODE_EMPTY) return real3(real(0.0));
-  if (channels == 3) return sample_vector(grid, node, position(ray, t));
-  real v = sample_scalar(grid, node, position(ray, t));
+real3 sample_grid(int grid, int channels, IN(Track) track, real t) {
+  if (track.node.kind == NODE_EMPTY) return real3(real(0.0));
+  if (channels == 3) return sample_vector(grid, track.node, position(track.ray, t));
+  real v = sample_scalar(grid, track.node, position(track.ray, t));
   return real3(v, v, v);
 }
 
@@ -161,11 +158,9 @@ Point point_at(IN(March) m, real t, Sample s) {
   real3 none = real3(real(0.0));
   Point p = Point(s.value, s.value, real3(real(1.0)), none, real(0.0), none);
   if (own_luminance)
-    p.L = sample_grid(GRID_LUMINANCE, luminance_source == SOURCE_VECTOR ? 3 : 1, m.luminance_node,
-                      m.luminance_ray, t);
+    p.L = sample_grid(luminance_grid, luminance_source == SOURCE_VECTOR ? 3 : 1, m.luminance, t);
   if (has_emission)
-    p.glow = sample_grid(GRID_EMISSION, emission_channels, m.emission_node, m.emission_ray, t)
-           * emission_scale;
+    p.glow = sample_grid(emission_grid, emission_channels, m.emission, t) * emission_scale;
   return with_value(m, p, s);
 }
 

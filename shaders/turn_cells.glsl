@@ -5,7 +5,7 @@
 void hit_surface(INOUT(March) m, Ray ray, Node node, real t) {
   real3 p = position(ray, t);
   real3 local = p - real3(m.cell);
-  real3 g = trilinear_gradient(fetch_corners(GRID_DENSITY, node, m.cell), clamp(local, real(0.0), real(1.0)));
+  real3 g = trilinear_gradient(fetch_corners(density_grid, node, m.cell), clamp(local, real(0.0), real(1.0)));
   real3 n = normal_x * g.x + normal_y * g.y + normal_z * g.z;
   real size = sqrt(dot(n, n));
   m.radiance = n * (size > real(0.0) ? real(1.0) / size : real(0.0));
@@ -16,45 +16,40 @@ void hit_surface(INOUT(March) m, Ray ray, Node node, real t) {
 // Faces nearer than this are taken as met [unit of t]: two lattices that are the same differ by rounding.
 const real near_face = real(1e-4);
 
-// The t at which the ray leaves the cell, run or domain of another grid.
-real next_face(Ray ray, Node node, real t) {
+// Where the ray, from t on, next leaves a cell, a run or the domain of another grid.
+real next_face(int grid, IN(Track) track, real t) {
   t += near_face;
-  if (t < ray.begin) return ray.begin;
-  if (t >= ray.end) return NEVER;
-  int3 cell = int3(floor(position(ray, t)));
+  if (t < track.ray.begin) return track.ray.begin;
+  if (t >= track.ray.end) return NEVER;
+  Node node = seek_node(grid, track, t);
+  int3 cell = int3(floor(position(track.ray, t)));
   bool brick = node.kind == NODE_BRICK;
-  return leave(ray, brick ? cell : node.lo, brick ? cell + 1 : node.hi).t;
+  return leave(track.ray, brick ? cell : node.lo, brick ? cell + 1 : node.hi).t;
 }
 
 // How far the other grids are cubics too, from m.t on: at most t_end, and ahead of m.t by more than
 // rounding (see part_end).
 real end_of_cubics(IN(March) m, real t_end) {
   real t = NEVER;
-  if (own_luminance)
-    t = next_face(m.luminance_ray,
-                  seek_node(GRID_LUMINANCE, m.luminance_ray, m.luminance_node, luminance_domain_min,
-                            luminance_domain_max, m.t + near_face), m.t);
-  if (has_emission)
-    t = min(t, next_face(m.emission_ray,
-                         seek_node(GRID_EMISSION, m.emission_ray, m.emission_node,
-                                   emission_domain_min, emission_domain_max, m.t + near_face), m.t));
+  if (own_luminance) t = next_face(luminance_grid, m.luminance, m.t);
+  if (has_emission) t = min(t, next_face(emission_grid, m.emission, m.t));
   if (t >= t_end - near_face) return t_end;
   return min(t_end, max(t, m.t + abs(m.t) * t_epsilon + t_epsilon));
 }
 
 // The gradient's magnitude along the cell, from m.t on. Follows seek_gradient.
 Cubic gradient_along(IN(March) m, Ray ray, real length) {
-  Node node = m.gradient_node;
+  Node node = m.gradient.node;
   if (!with_gradient || m.vacuum || node.kind == NODE_EMPTY)
     return Cubic(real(0.0), real(0.0), real(0.0), real(0.0));
   real3 front = position(ray, m.t);
   real3 half_way = position(ray, m.t + real(0.5) * length);
   real3 back = position(ray, m.t + length);
   if (hardware_filter)
-    return make_cubic(sample_scalar(GRID_GRADIENT, node, front),
-                      sample_scalar(GRID_GRADIENT, node, half_way),
-                      sample_scalar(GRID_GRADIENT, node, back), real(0.0));
-  Corners corners = fetch_corners(GRID_GRADIENT, node, m.cell);
+    return make_cubic(sample_scalar(gradient_grid, node, front),
+                      sample_scalar(gradient_grid, node, half_way),
+                      sample_scalar(gradient_grid, node, back), real(0.0));
+  Corners corners = fetch_corners(gradient_grid, node, m.cell);
   real3 base = real3(m.cell);
   real3 d = ray.direction * length;
   return make_cubic(trilinear(corners, front - base), trilinear(corners, half_way - base),
@@ -85,7 +80,7 @@ struct Stretch {
 };
 
 Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
-  if (!inside(node, m.cell)) node = find_node(GRID_DENSITY, m.cell);
+  if (!inside(node, m.cell)) node = find_node(density_grid, m.cell);
   m.vacuum = node.kind == NODE_EMPTY || beyond_density(m.cell);
   Stretch s;
   s.run = closed_form(node);
@@ -109,13 +104,13 @@ Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
 void sample_stretch(INOUT(Stretch) s, IN(March) m, Node node, Ray ray) {
   real t_half = m.t + real(0.5) * s.length;
   if (hardware_filter) {  // the driver's look-ups give no third difference
-    s.f_half = sample_scalar(GRID_DENSITY, node, position(ray, t_half));
-    s.f_end = sample_scalar(GRID_DENSITY, node, position(ray, s.t_exit));
-    if (transfer) s.f_front = sample_scalar(GRID_DENSITY, node, position(ray, m.t));
+    s.f_half = sample_scalar(density_grid, node, position(ray, t_half));
+    s.f_end = sample_scalar(density_grid, node, position(ray, s.t_exit));
+    if (transfer) s.f_front = sample_scalar(density_grid, node, position(ray, m.t));
     s.noise = real(8.0) * t_epsilon * max(abs(s.f_half), max(abs(s.f_front), abs(s.f_end)));
     return;
   }
-  Corners corners = fetch_corners(GRID_DENSITY, node, m.cell);
+  Corners corners = fetch_corners(density_grid, node, m.cell);
   real3 base = real3(m.cell);
   s.f_half = trilinear(corners, position(ray, t_half) - base);
   s.f_end = trilinear(corners, position(ray, s.t_exit) - base);
@@ -200,7 +195,7 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
   Stretch s = find_stretch(m, node, ray);
   if (node.kind == NODE_BRICK) {
     sample_stretch(s, m, node, ray);
-    if (count_steps) m.samples += 1;
+    m.samples += look_ups(node);
   }
   if (!s.run && !m.known) find_front(s, m);
   s.value = make_cubic(s.f_front, s.f_half, s.f_end, s.q_3);

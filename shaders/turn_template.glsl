@@ -11,8 +11,7 @@ real voxel_value(int grid, Node node, int3 voxel) {
   if (node.kind == NODE_EMPTY) return real(0.0);
   if (node.kind == NODE_CONSTANT) return fetch_constant(grid, node.payload);
   if (hardware_filter) return sample_scalar(grid, node, real3(voxel));
-  int3 local = voxel - node.lo;
-  return fetch_texel(grid, node.payload * 729 + (local.x * 9 + local.y) * 9 + local.z);
+  return fetch_texel(grid, texel_index(node.payload, voxel - node.lo));
 }
 
 // A walk over the template's voxels.
@@ -24,11 +23,11 @@ struct VoxelWalk {
 };
 
 VoxelWalk begin_voxels(INOUT(March) m, Ray ray) {
-  real t_0 = component(face_times(ray, far_faces(ray, density_domain_max, density_domain_min)),
+  real t_0 = component(face_times(ray, far_faces(ray, density.domain_max, density.domain_min)),
                        template_axis);
   int3 base = int3(floor(position(ray, t_0) + real(0.5)));
   real3 shift = real3(base) - position(ray, t_0);
-  m.luminance_ray.anchor = m.luminance_ray.anchor + shift;
+  m.luminance.ray.anchor = m.luminance.ray.anchor + shift;
   Ray centred = ray;
   centred.anchor = ray.anchor + shift + real(0.5);
   centred.offset = -centred.anchor * ray.inverse;
@@ -52,14 +51,14 @@ void turn_template(INOUT(March) m, INOUT(VoxelWalk) w, Ray ray) {
   int3 voxel = w.base + int3(real3(entry));
   real t = w.t_0 + entry.w;
   // the last voxels are not active
-  bool outside = !inside(Node(0, 0, density_domain_min, density_domain_max), voxel);
+  bool outside = !inside(Node(0, 0, density.domain_min, density.domain_max), voxel);
   if (outside) w.node = Node(NODE_EMPTY, 1, voxel, voxel + 1);
-  else if (!inside(w.node, voxel)) w.node = find_node(GRID_DENSITY, voxel);
+  else if (!inside(w.node, voxel)) w.node = find_node(density_grid, voxel);
   m.vacuum = w.node.kind == NODE_EMPTY;
   seek_gradient(m, voxel);
-  Sample s = Sample(voxel_value(GRID_DENSITY, w.node, voxel), real(0.0));
-  if (with_gradient) s.gradient = voxel_value(GRID_GRADIENT, m.gradient_node, voxel);
-  if (count_steps && w.node.kind == NODE_BRICK) m.samples += 1;
+  Sample s = Sample(voxel_value(density_grid, w.node, voxel), real(0.0));
+  if (with_gradient) s.gradient = voxel_value(gradient_grid, m.gradient.node, voxel);
+  m.samples += look_ups(w.node);
   if (!m.known) {
     m.t = t;
     m.front = with_value(m, m.front, s);

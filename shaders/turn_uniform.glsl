@@ -40,8 +40,8 @@ void seek_gradient_at(INOUT(March) m, Ray ray, real t) {
 
 // The gradient's magnitude at t.
 real sample_gradient(IN(March) m, Ray ray, real t) {
-  if (!with_gradient || m.gradient_node.kind == NODE_EMPTY) return real(0.0);
-  return sample_scalar(GRID_GRADIENT, m.gradient_node, position(ray, t));
+  if (!with_gradient || m.gradient.node.kind == NODE_EMPTY) return real(0.0);
+  return sample_scalar(gradient_grid, m.gradient.node, position(ray, t));
 }
 
 // The slopes along the ray at m.t; `slope`: the density's.
@@ -49,9 +49,9 @@ void find_slopes(INOUT(March) m, real slope) {
   m.front.slope = slope;
   if (luminance_source == SOURCE_DENSITY) m.front.L_slope = real3(m.front.slope);
   if (luminance_source == SOURCE_SCALAR)
-    m.front.L_slope = real3(slope_scalar(GRID_LUMINANCE, m.luminance_node, m.luminance_ray, m.t));
+    m.front.L_slope = real3(slope_scalar(luminance_grid, m.luminance.node, m.luminance.ray, m.t));
   if (luminance_source == SOURCE_VECTOR)
-    m.front.L_slope = slope_vector(GRID_LUMINANCE, m.luminance_node, m.luminance_ray, m.t);
+    m.front.L_slope = slope_vector(luminance_grid, m.luminance.node, m.luminance.ray, m.t);
 }
 
 // A walk in steps.
@@ -68,7 +68,7 @@ struct StepWalk {
 
 StepWalk begin_steps(INOUT(March) m, Ray ray) {
   if (walks_middles) m.known = true;  // no segment reads a value at its front
-  m.cell = cell_at(ray, m.t, density_domain_min, density_domain_max);
+  m.cell = cell_at(ray, m.t, density.domain_min, density.domain_max);
   StepWalk w = StepWalk(no_node(), m.t, m.t, step, step, true, ray.begin, ray.end);
   if (beyond) {
     w.own_begin = greatest(face_times(ray, far_faces(ray, density_field_max, density_field_min)));
@@ -79,7 +79,7 @@ StepWalk begin_steps(INOUT(March) m, Ray ray) {
 
 // The walk goes on to the node of m.cell.
 void enter_node(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
-  w.node = find_node(GRID_DENSITY, m.cell);
+  w.node = find_node(density_grid, m.cell);
   Crossing far = leave(ray, w.node.lo, w.node.hi);
   w.node_begin = w.node_end;
   w.node_end = max(w.node_begin, min(far.t, ray.end));
@@ -130,9 +130,9 @@ Sample sample_middle(INOUT(March) m, StepWalk w, Step s, Ray ray) {
   real t = m.t + real(0.5) * (s.t_back - m.t);
   Node node = w.node;
   if (!walks_middles && t < w.node_begin)
-    node = find_node(GRID_DENSITY, cell_at(ray, t, density_domain_min, density_domain_max));
+    node = find_node(density_grid, cell_at(ray, t, density.domain_min, density.domain_max));
   real value = real(0.0);
-  if (node.kind != NODE_EMPTY) value = sample_scalar(GRID_DENSITY, node, position(ray, t));
+  if (node.kind != NODE_EMPTY) value = sample_scalar(density_grid, node, position(ray, t));
   if (middle_rule) m.vacuum = node.kind == NODE_EMPTY || s.outside;
   seek_gradient_at(m, ray, t);
   return Sample(value, sample_gradient(m, ray, t));
@@ -149,10 +149,10 @@ struct Samples {
 Samples sample_step(INOUT(March) m, StepWalk w, Step s, Ray ray) {
   Tangent end = Tangent(node_value(w.node), real(0.0));
   if (w.node.kind == NODE_BRICK) {
-    if (end_corrections) end = tangent_scalar(GRID_DENSITY, w.node, ray, s.t_back);
+    if (end_corrections) end = tangent_scalar(density_grid, w.node, ray, s.t_back);
     else if (!middle_rule)
-      end.value = sample_scalar(GRID_DENSITY, w.node, position(ray, s.t_back));
-    if (count_steps) m.samples += 1;
+      end.value = sample_scalar(density_grid, w.node, position(ray, s.t_back));
+    m.samples += look_ups(w.node);
   }
   Sample middle = Sample(end.value, real(0.0));
   if ((middle_rule || has_emission) && !s.run) middle = sample_middle(m, w, s, ray);

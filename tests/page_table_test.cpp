@@ -29,9 +29,9 @@ Field scattered() {
 /// The shader's own search, in double.
 glsl::AtlasMarch march_over(const BrickAtlas& atlas) {
   glsl::AtlasMarch march;
-  march.grids[0] = &atlas;
-  march.density_table_min = atlas.pages.min;
-  march.density_table_size = atlas.pages.top_size;
+  march.grids[density_grid] = &atlas;
+  march.density.table_min = atlas.pages.min;
+  march.density.table_size = atlas.pages.top_size;
   march.density_levels = atlas.pages.levels;
   return march;
 }

@@ -4,9 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "gl/atlas_textures.h"
+#include "gl/grid_textures.h"
 #include "gl/march_program.h"
 #include "gl/tile_target.h"
+#include "gl/triangle.h"
 
 namespace psivox::gl {
 
@@ -14,13 +15,8 @@ namespace psivox::gl {
 /// context for its whole life.
 class LightPass {
  public:
-  /// The textures must stay until the last use. `gradient`: null where the transfer function has
-  /// none.
-  LightPass(const View& view, const MediumAtlas& atlas, const AtlasTextures& density,
-            const AtlasTextures* gradient);
-  ~LightPass();
-  LightPass(const LightPass&) = delete;
-  LightPass& operator=(const LightPass&) = delete;
+  /// The textures must stay until the last use.
+  LightPass(const View& view, const GridTextures& textures);
 
   /// 512 depths a block, z fastest.
   std::vector<double> depths(std::span<const glm::ivec3> origins) const;
@@ -28,16 +24,14 @@ class LightPass {
  private:
   static constexpr int side = 512;  ///< of the target: the voxels of a block, and blocks at a time
 
-  LightPass(MarchSetup setup, const AtlasTextures& density, const AtlasTextures* gradient);
+  LightPass(MarchSetup setup, const GridTextures& textures);
   void append(std::span<const glm::ivec3> origins, std::vector<double>& depths) const;
 
   MarchSetup setup_;
-  const AtlasTextures& density_;
-  const AtlasTextures* gradient_;
-  bool resumable_;
+  const GridTextures& textures_;
   MarchProgram march_;
   TileTarget target_;
-  GLuint vertex_array_ = 0;
+  Triangle triangle_;
 };
 
 }  // namespace psivox::gl

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "gl/test_limits.h"
+#include "march/shader_constants.h"
 
 namespace psivox::gl {
 namespace {
@@ -33,11 +34,28 @@ std::map<std::string, std::string> generated_files(const ProgramKey& key) {
                 "(front, back, length)", "Mixture(0.0, vec3(0.0))")}};
 }
 
-/// What the driver asks for, see binding.glsl.
-std::string driver_prelude() {
+/// The same for every key: the constants that the shaders share with C++, and whether the driver
+/// wants uniforms held (see binding.glsl).
+std::string common_prelude() {
+  std::ostringstream text;
+#define PSIVOX_ROW(name, value) \
+  text << "const int " #name " = " << static_cast<int>(value) << ";\n";
+  PSIVOX_SHADER_CONSTANTS(PSIVOX_ROW)
+#undef PSIVOX_ROW
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   const bool llvmpipe = renderer && std::string(renderer).find("llvmpipe") != std::string::npos;
-  return std::string("#define HOLDS_UNIFORMS ") + (llvmpipe ? "1\n" : "0\n");
+  text << "#define HOLDS_UNIFORMS " << int(llvmpipe) << "\n";
+  return text.str();
+}
+
+template <typename T>
+void set_parameter(const Program& program, const std::string& name, const T& value) {
+  program.set(name.c_str(), value);
+}
+void set_parameter(const Program& program, const std::string& name, const glsl::Grid& grid) {
+#define PARAMETER(type, member) program.set((name + "." #member).c_str(), grid.member);
+#include "grid_parameters.glsl"
+#undef PARAMETER
 }
 
 }  // namespace
@@ -66,38 +84,41 @@ std::string ProgramKey::prelude() const {
 #define CONSTANT(type, name) text << "const " #type " " #name " = " << constants.name << ";\n";
 #include "march_constants.glsl"
 #undef CONSTANT
+#define GRID(id, name) \
+  text << "const int " #name "_buffers = " << std::max(buffers[id], 1) << ";\n";
+#include "grids.glsl"
+#undef GRID
   // Only grids of several buffers read it: else one program serves atlases of any size.
-  const bool several = *std::max_element(std::begin(buffers), std::end(buffers)) > 1;
-  text << "#define DENSITY_BUFFERS " << buffers[0] << "\n#define LUMINANCE_BUFFERS " << buffers[1]
-       << "\n#define EMISSION_BUFFERS " << buffers[2] << "\n#define GRADIENT_BUFFERS " << buffers[3]
-       << "\n#define TEXELS_PER_BUFFER " << (several ? texels_per_buffer : brick_texels)
-       << "\n#define RESUMABLE " << int(resumable) << "\n";
+  const bool several = *std::max_element(buffers.begin(), buffers.end()) > 1;
+  text << "const int texels_per_buffer = " << (several ? texels_per_buffer : brick_texels) << ";\n";
+  text << "#define RESUMABLE " << int(resumable) << "\n";
   return text.str();
 }
 
 MarchProgram::MarchProgram(const ProgramKey& key, const std::string& shader)
-    : key_(key), program_(shader, key.prelude() + driver_prelude(), generated_files(key)) {
+    : key_(key), program_(shader, key.prelude() + common_prelude(), generated_files(key)) {
   program_.set("tables", tables_unit);
-  const char* names[] = {"density", "luminance", "emission", "gradient"};
-  for (int grid = 0; grid < 4; ++grid) {
-    const std::string name = names[grid];
-    const int unit = grid_unit(grid);
+  const auto set_units = [&](int grid, const std::string& name) {
+    const int unit = grid_unit(grid), buffers = key.buffers[std::size_t(grid)];
     program_.set((name + "_pages").c_str(), unit);
     program_.set((name + "_constants").c_str(), unit + 1);
     program_.set((name + "_bricks").c_str(), unit + 2);
-    for (int i = 0; i < key.buffers[std::size_t(grid)]; ++i)
+    for (int i = 0; i < std::max(buffers, 1); ++i)
       program_.set((name + "_texels[" + std::to_string(i) + "]").c_str(), unit + 3 + i);
-  }
+  };
+#define GRID(id, name) set_units(id, #name);
+#include "grids.glsl"
+#undef GRID
 }
 
 int MarchProgram::grid_unit(int grid) const {
   int unit = first_grid_unit;
-  for (int i = 0; i < grid; ++i) unit += 3 + key_.buffers[std::size_t(i)];
+  for (int i = 0; i < grid; ++i) unit += 3 + std::max(key_.buffers[std::size_t(i)], 1);
   return unit;
 }
 
 void MarchProgram::configure(const MarchSetup& setup) const {
-#define PARAMETER(type, name) program_.set("given." #name, setup.parameters.name);
+#define PARAMETER(type, name) set_parameter(program_, "given." #name, setup.parameters.name);
 #include "march_parameters.glsl"
 #undef PARAMETER
   if (setup.constants.one_interval)

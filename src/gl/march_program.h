@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-
 #include "gl/program.h"
 #include "march/march_parameters.h"
 
@@ -10,7 +8,7 @@ namespace psivox::gl {
 /// What a march shader is compiled for: the march's constants and how its textures are stored.
 struct ProgramKey {
   MarchConstants constants;
-  std::array<int, 4> buffers{1, 1, 1, 1};  ///< of density, luminance, emission, gradient
+  PerGrid<int> buffers{};  ///< texel buffers of each grid, 0: there is no such grid
   int texels_per_buffer = brick_texels;
   bool resumable = false;  ///< rays may need several passes: state is read and written
 
@@ -35,6 +33,7 @@ class MarchProgram {
   void configure(const MarchSetup& setup) const;
 
   const Program& program() const { return program_; }
+  const ProgramKey& key() const { return key_; }
 
  private:
   ProgramKey key_;

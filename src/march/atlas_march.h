@@ -4,18 +4,30 @@
 
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
+#include "march/shader_constants.h"
 
 namespace psivox::glsl {
 
 /// The march in double over brick atlases.
 struct AtlasMarch {
-  const BrickAtlas* grids[4] = {};  ///< density, luminance, emission, gradient
+  PerGrid<const BrickAtlas*> grids{};
   const glm::vec4* tables = nullptr;
 
-  uint fetch_page(int grid, int i) const { return grids[grid]->pages.entries[std::size_t(i)]; }
-  real fetch_constant(int grid, int i) const { return grids[grid]->constants[std::size_t(i)]; }
+  AtlasMarch() = default;
+  /// Setup and atlas must stay as long as this.
+  AtlasMarch(const MarchSetup& setup, const MediumAtlas& atlas)
+      : grids(grids_of(atlas)), tables(setup.tables.data()) {
+    configure(setup);
+  }
+
+  uint fetch_page(int grid, int i) const {
+    return grids[std::size_t(grid)]->pages.entries[std::size_t(i)];
+  }
+  real fetch_constant(int grid, int i) const {
+    return grids[std::size_t(grid)]->constants[std::size_t(i)];
+  }
   real3 fetch_constant3(int grid, int i) const {
-    const float* v = grids[grid]->constants.data() + 3 * std::size_t(i);
+    const float* v = grids[std::size_t(grid)]->constants.data() + 3 * std::size_t(i);
     return {v[0], v[1], v[2]};
   }
   real4 fetch_table(int i) const { return real4(tables[i]); }
@@ -32,7 +44,7 @@ struct AtlasMarch {
 
  private:
   real value(int grid, std::size_t i) const {
-    const BrickAtlas& atlas = *grids[grid];
+    const BrickAtlas& atlas = *grids[std::size_t(grid)];
     return atlas.texels32 ? atlas.texels32[i] : glm::unpackHalf1x16(atlas.texels16[i]);
   }
 };

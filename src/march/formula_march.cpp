@@ -3,6 +3,7 @@
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
 #include "march/psi_table.h"
+#include "march/shader_constants.h"
 
 namespace psivox {
 namespace glsl {
@@ -24,7 +25,7 @@ struct FormulaMarch {
   real3 fetch_texel3(int, int) const { return real3(0); }
   real filtered_texel(int grid, int, real3 local) const {
     const real x = local.x - half_width;
-    return grid == 0 ? formulas->tau(x) : formulas->luminance(x);
+    return grid == density_grid ? formulas->tau(x) : formulas->luminance(x);
   }
   real3 filtered_texel3(int, int, real3) const { return real3(0); }
 
@@ -39,12 +40,13 @@ struct FormulaMarch {
     luminance_source = SOURCE_SCALAR;
     uniform_sampling = hardware_filter = attenuates = ends_early = true;
     density_levels = luminance_levels = 3;
-    density_table_min = luminance_table_min = int3(-half_width);
-    density_table_size = luminance_table_size = int3(1);
-    density_domain_min = luminance_domain_min = int3(-half_width);
-    density_domain_max = luminance_domain_max = int3(half_width);
-    density_anchor_0 = luminance_anchor_0 = real3(lattice.phase, 0.5, 0.5);
-    density_direction_0 = luminance_direction_0 = real3(1, 0, 0);
+    density.table_min = int3(-half_width);
+    density.table_size = int3(1);
+    density.domain_min = int3(-half_width);
+    density.domain_max = int3(half_width);
+    density.anchor_0 = real3(lattice.phase, 0.5, 0.5);
+    density.direction_0 = real3(1, 0, 0);
+    luminance = density;
     extinction = 1;
     stop_depth = 1e30;
     step = lattice.step;
@@ -53,7 +55,7 @@ struct FormulaMarch {
     color = real3(1);
     derive();
     const Pixel p(0, 0, 1);
-    Ray ray = density_ray(p);
+    Ray ray = grid_ray(p, density);
     ray.begin = ray_of_formulas.first - lattice.phase;
     ray.end = ray_of_formulas.last - lattice.phase;
     March m = begin_march(ray);

@@ -14,11 +14,7 @@ LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas
     std::vector<double> depths(origins.size() * 512);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, origins.size()),
                       [&](const tbb::blocked_range<std::size_t>& blocks) {
-                        glsl::AtlasMarch march;
-                        march.grids[0] = &atlas.density;
-                        march.grids[3] = atlas.gradient ? &*atlas.gradient : nullptr;
-                        march.tables = setup->tables.data();
-                        march.configure(*setup);
+                        glsl::AtlasMarch march(*setup, atlas);
                         for (std::size_t b = blocks.begin(); b != blocks.end(); ++b)
                           for (int i = 0; i < 512; ++i)
                             depths[b * 512 + std::size_t(i)] =

@@ -39,13 +39,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
   const auto caller = std::this_thread::get_id();
   tbb::parallel_for(
       tbb::blocked_range<int>(0, size.y, 4), [&](const tbb::blocked_range<int>& rows) {
-        glsl::AtlasMarch march;
-        march.grids[0] = &atlas.density;
-        march.grids[1] = atlas.luminance ? &*atlas.luminance : nullptr;
-        march.grids[2] = atlas.emission ? &*atlas.emission : nullptr;
-        march.grids[3] = atlas.gradient ? &*atlas.gradient : nullptr;
-        march.tables = setup.tables.data();
-        march.configure(setup);
+        glsl::AtlasMarch march(setup, atlas);
         for (int y = rows.begin(); y < rows.end(); ++y)
           for (int x = 0; x < size.x; ++x) {
             PixelSums sums;

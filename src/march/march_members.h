@@ -5,6 +5,9 @@
 #define INOUT(type) type&
 #define IN(type) const type&
 #define precise
+#define PSIVOX_ROW(name, value) static constexpr int name = static_cast<int>(value);
+PSIVOX_SHADER_CONSTANTS(PSIVOX_ROW)
+#undef PSIVOX_ROW
 #define PARAMETER(type, name) type name{};
 #define CONSTANT(type, name) type name{};
 #include "march_constants.glsl"

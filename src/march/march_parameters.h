@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "march/grids.h"
 #include "march/marcher.h"
 
 namespace psivox {
@@ -18,6 +19,7 @@ struct MarchParameters {
   using real2 = glm::dvec2;
   using real3 = glm::dvec3;
   using int3 = glm::ivec3;
+  using Grid = glsl::Grid;
 #define PARAMETER(type, name) type name{};
 #include "march_parameters.glsl"
 #undef PARAMETER

@@ -6,6 +6,8 @@
 #include <glm/common.hpp>
 #include <glm/matrix.hpp>
 
+#include "march/grids.h"
+
 namespace psivox {
 namespace {
 
@@ -54,10 +56,9 @@ std::vector<Box> where_values_are(const Field& other, const Field& density) {
 }  // namespace
 
 AtlasSize MediumAtlas::size() const {
-  AtlasSize sum = density.size;
-  if (luminance) sum += luminance->size;
-  if (emission) sum += emission->size;
-  if (gradient) sum += gradient->size;
+  AtlasSize sum;
+  for (const BrickAtlas* grid : grids_of(*this))
+    if (grid) sum += grid->size;
   return sum;
 }
 
@@ -129,9 +130,9 @@ MediumAtlas build_medium_atlas(const View& view) {
 
 void add_luminance(MediumAtlas& atlas, const View& view) {
   Builder builder(view);
-  builder.use(atlas.density);
-  if (atlas.emission) builder.use(*atlas.emission);
-  if (atlas.gradient) builder.use(*atlas.gradient);
+  atlas.luminance.reset();
+  for (const BrickAtlas* grid : grids_of(atlas))
+    if (grid) builder.use(*grid);
   atlas.luminance = builder.build(*view.medium.luminance, {});
 }
 

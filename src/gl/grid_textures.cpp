@@ -1,0 +1,46 @@
+#include "gl/grid_textures.h"
+
+#include <algorithm>
+
+#include "psivox/error.h"
+
+namespace psivox::gl {
+
+GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter)
+    : atlas_(atlas), filter_(filter) {
+  const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
+  int needed = MarchProgram::first_grid_unit;
+  for (std::size_t i = 0; i < grids.size(); ++i) {
+    if (!grids[i]) continue;
+    textures_[i] = std::make_unique<const AtlasTextures>(*grids[i], filter);
+    needed += textures_[i]->units();
+  }
+  GLint units = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
+  if (needed > units)
+    throw Error(ExitCode::graphics, "the atlas takes " + std::to_string(needed) +
+                                        " textures, and the device has " + std::to_string(units) +
+                                        "; a coarser grid needs fewer");
+}
+
+ProgramKey GridTextures::key(MarchSetup& setup) const {
+  ProgramKey key;
+  key.constants = setup.constants;
+  for (std::size_t i = 0; i < textures_.size(); ++i) {
+    if (!textures_[i]) continue;
+    key.buffers[i] = textures_[i]->buffers();
+    // grids of several buffers have the same: the device's limit
+    key.texels_per_buffer = std::max(key.texels_per_buffer, textures_[i]->texels_per_buffer());
+  }
+  int& turns = setup.parameters.max_turns;
+  key.resumable = turns > turns_per_pass(setup);
+  turns = std::min(turns, turns_per_pass(setup));
+  return key;
+}
+
+void GridTextures::bind(const MarchProgram& march) const {
+  for (std::size_t i = 0; i < textures_.size(); ++i)
+    if (textures_[i]) textures_[i]->bind(march.grid_unit(int(i)));
+}
+
+}  // namespace psivox::gl

@@ -1,0 +1,57 @@
+#include "gl/readback.h"
+
+#include <span>
+
+namespace psivox::gl {
+
+Readback::Readback(Film& film, const View& view, const RenderOptions& options)
+    : film_(film),
+      options_(options),
+      samples_(view.scene.pixel_samples),
+      all_pixels_(double(view.scene.resolution.x) * double(view.scene.resolution.y)) {}
+
+void Readback::read(const TileTarget& target, const Exposure& tile) {
+  waiting_ = tile;
+  glm::vec4* pixels = film_.pixel(tile.x, tile.y);
+  int stride = film_.width();
+  if (samples_ > 1) {
+    picture_.resize(tile.pixels());
+    pixels = picture_.data();
+    stride = tile.width;
+  }
+  target.read_picture(tile.width, tile.height, pixels, stride);
+  if (!film_.has_layers()) return;
+  layers_.resize(tile.pixels());
+  target.read_layers(tile.width, tile.height, layers_.data(), tile.width);
+}
+
+void Readback::develop() {
+  if (!waiting_) return;
+  const Exposure tile = *waiting_;
+  waiting_.reset();
+  add(tile);
+  if (tile.sample + 1 < samples_) return;
+  pixels_done_ += tile.pixels();
+  if (options_.tile) options_.tile({tile.x, tile.y, tile.width, tile.height, film_.picture()});
+  if (options_.progress) options_.progress(double(pixels_done_) / all_pixels_);
+}
+
+void Readback::add(const Exposure& tile) {
+  if (samples_ == 1) {
+    const std::span<const glm::vec4> layers = layers_;
+    const auto width = std::size_t(tile.width);
+    for (int row = 0; film_.has_layers() && row < tile.height; ++row)
+      film_.set_layers(tile.x, tile.y + row, layers.subspan(std::size_t(row) * width, width));
+    return;
+  }
+  if (tile.sample == 0) sums_.assign(tile.pixels(), {});
+  if (!film_.has_layers()) layers_.assign(tile.pixels(), glm::vec4(0));
+  std::size_t k = 0;
+  for (int y = tile.y; y < tile.y + tile.height; ++y)
+    for (int x = tile.x; x < tile.x + tile.width; ++x, ++k) {
+      sums_[k].add(glm::dvec4(picture_[k]), glm::dvec4(layers_[k]));
+      if (tile.sample + 1 == samples_) film_.set(x, y, sums_[k]);
+    }
+}
+
+}  // namespace psivox::gl

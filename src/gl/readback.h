@@ -1,0 +1,43 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "gl/tile_target.h"
+#include "march/film.h"
+
+namespace psivox::gl {
+
+/// A part of the picture in the making: one sample of each of its pixels.
+struct Exposure {
+  int x = 0, y = 0, width = 0, height = 0;
+  int sample = 0;
+  std::size_t pixels() const { return std::size_t(width) * std::size_t(height); }
+};
+
+/// Tiles on their way from the GPU to the film: read() while nothing is drawn, develop() while the
+/// next tile is.
+class Readback {
+ public:
+  Readback(Film& film, const View& view, const RenderOptions& options);
+
+  /// Copies a tile from the GPU.
+  void read(const TileTarget& target, const Exposure& tile);
+
+  /// Adds the tile that was read last, if it is not added yet, to the film, and reports it.
+  void develop();
+
+ private:
+  void add(const Exposure& tile);
+
+  Film& film_;
+  const RenderOptions& options_;
+  int samples_;  ///< of a pixel
+  double all_pixels_;
+  std::uint64_t pixels_done_ = 0;
+  std::optional<Exposure> waiting_;
+  std::vector<glm::vec4> picture_, layers_;
+  std::vector<PixelSums> sums_;  ///< of the tile, where a pixel has several samples
+};
+
+}  // namespace psivox::gl

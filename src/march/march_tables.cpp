@@ -1,0 +1,107 @@
+#include "march/march_tables.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "march/preintegration.h"
+#include "march/psi_table.h"
+#include "march/ray_template.h"
+#include "march/transfer_table.h"
+#include "psivox/error.h"
+
+namespace psivox {
+namespace {
+
+/// Appends entries; returns where the first one is.
+int append(const std::vector<glm::vec4>& entries, MarchSetup& setup) {
+  const int first = int(setup.tables.size());
+  setup.tables.insert(setup.tables.end(), entries.begin(), entries.end());
+  return first;
+}
+
+/// Longest segment of a cell's [unit of t].
+double longest_segment(const Field& field, int segments, double unit) {
+  const glm::dmat3 m(field.world_from_index);
+  double longest = 0;
+  for (const double y : {-1.0, 1.0})
+    for (const double z : {-1.0, 1.0})
+      longest = std::max(longest, glm::length(m * glm::dvec3(1, y, z)));
+  return longest / (unit * segments);
+}
+
+}  // namespace
+
+void place_transfer(const TransferFunction& function, MarchSetup& setup) {
+  const TransferTable table = make_transfer_table(function);
+  MarchParameters& p = setup.parameters;
+  p.transfer_first = append(table.entries, setup);
+  p.transfer_knots = table.knots;
+  p.transfer_bins_first = p.transfer_first + 4 * table.knots;
+  p.transfer_bins = table.bins;
+  p.transfer_min = table.min;
+  p.transfer_bin_scale = table.bin_scale;
+  setup.constants.one_interval = table.knots == 2;
+  setup.search_steps = table.search_steps;
+  setup.constants.transfer_search = table.search_steps > 0;
+}
+
+void place_gradient(const TransferFunction& function, MarchSetup& setup) {
+  MarchParameters& p = setup.parameters;
+  setup.constants.with_gradient = true;
+  const GradientEntries part = make_gradient_entries(function);
+  p.gradient_first = append(part.entries, setup);
+  p.gradient_columns = part.columns;
+  p.isosurfaces = part.isosurfaces;
+  p.isosurfaces_first = p.gradient_first + int(part.entries.size()) - part.isosurfaces;
+  setup.search_steps += part.search_steps + part.isosurfaces;
+}
+
+void place_template(const View& view, MarchSetup& setup) {
+  const Medium& medium = view.medium;
+  if (medium.emission ||
+      (medium.luminance && medium.luminance->world_from_index != medium.density->world_from_index))
+    throw Error(ExitCode::usage,
+                "--sampling template reads the density's voxels; another grid must have the same "
+                "transform, and none may emit; use --sampling uniform");
+  MarchParameters& p = setup.parameters;
+  const glm::ivec3 size = p.density.domain_max - p.density.domain_min;
+  // a few more than there are
+  const int planes = std::max({size.x, size.y, size.z}) + 8;
+  const RayTemplate made = make_ray_template(p.density.direction_0 / glm::length(p.world_0), planes,
+                                             view.scene.connectivity);
+  p.template_first = append(made.entries, setup);
+  p.template_entries = int(made.entries.size());
+  p.template_axis = made.axis;
+  p.template_spacing = made.spacing;
+}
+
+void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& density,
+                       MarchSetup& setup) {
+  if (parts.size() != density.bricks.size())
+    throw Error(ExitCode::failure, "the bricks' steps are not of the view's atlas");
+  setup.constants.brick_steps = true;
+  setup.parameters.brick_steps_first = int(setup.tables.size());
+  for (const float part : parts) setup.tables.emplace_back(part, 0, 0, 0);
+}
+
+void place_preintegration(const View& view, bool may_update, MarchSetup& setup) {
+  MarchParameters& p = setup.parameters;
+  const bool uniform = setup.constants.uniform_sampling && !setup.constants.template_sampling;
+  const double length =
+      uniform ? p.step : longest_segment(*view.medium.density, view.scene.segments, p.world_unit);
+  setup.preintegration =
+      preintegrated_table(*view.medium.transfer, p.extinction, length, uniform, may_update);
+  const PreintegratedTable& table = *setup.preintegration;
+  p.preintegration_first = append(table.entries(), setup);
+  p.preintegration_size = table.size();
+  p.preintegration_layers = table.layers();
+  p.preintegration_scale = table.scale();
+  p.preintegration_length = table.max_length();
+}
+
+void place_psi_table(MarchSetup& setup) {
+  static const std::vector<glm::vec4> table = make_psi_table();
+  setup.parameters.psi_table_first = append(table, setup);
+}
+
+}  // namespace psivox

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "psivox/atlas.h"
+#include "psivox/medium.h"
+
+/// What shaders/ calls the values of C++ enums and constants: X(name, value). GLSL gets them in the
+/// text before each program, the march in double as members.
+#define PSIVOX_SHADER_CONSTANTS(X)                                                    \
+  X(MODE_ALPHA, Mode::alpha)                                                          \
+  X(MODE_BACK_TO_FRONT, Mode::back_to_front)                                          \
+  X(MODE_MIP, Mode::mip)                                                              \
+  X(MODE_LMIP, Mode::lmip)                                                            \
+  X(MODE_ISOSURFACE, Mode::isosurface)                                                \
+  X(MODE_XRAY, Mode::xray)                                                            \
+  X(SOURCE_CONSTANT, LuminanceSource::constant)                                       \
+  X(SOURCE_DENSITY, LuminanceSource::density)                                         \
+  X(SOURCE_SCALAR, LuminanceSource::scalar)                                           \
+  X(SOURCE_VECTOR, LuminanceSource::vector)                                           \
+  X(SOURCE_TRANSFER, LuminanceSource::transfer)                                       \
+  X(NODE_EMPTY, EntryKind::empty)       /* payload: Chebyshev distance to another */  \
+  X(NODE_CONSTANT, EntryKind::constant) /* payload: index of the constant */          \
+  X(NODE_BRICK, EntryKind::brick)       /* payload: slot */                           \
+  X(NODE_CHILD, EntryKind::child)       /* payload: index of the first entry below */ \
+  X(PAYLOAD_BITS, entry_payload_bits)   /* of an entry of the page table */           \
+  X(PAYLOAD_MASK, (1u << entry_payload_bits) - 1)                                     \
+  X(BRICK_CELLS, brick_cells)           /* cells on a side of a brick */              \
+  X(BRICK_VALUES, brick_values)         /* values on a side */                        \
+  X(BRICK_TEXELS, brick_texels)         /* values of a brick */                       \
+  X(NEXT_X, brick_values* brick_values) /* texels from a value to the next along x */ \
+  X(NEXT_Y, brick_values)                                                             \
+  X(NEXT_Z, 1)
