@@ -73,10 +73,6 @@ json to_json(const Row& row) {
   return out;
 }
 
-std::string mebibytes(std::uint64_t bytes) {
-  return formatted("%.2f MiB", static_cast<double>(bytes) / (1 << 20));
-}
-
 template <typename Vector>
 std::string spaced(const Vector& v, const char* between) {
   std::ostringstream out;

@@ -87,7 +87,8 @@ void verify_command(Arguments arguments) {
     print_json(report, scene.filter, seconds);
   } else {
     for (const std::string& name : report.left_out)
-      std::cout << padded(name, name_width) << "left out: the filter's bound would say nothing\n";
+      std::cout << padded(name, name_width)
+                << "skipped: the bound of this filter would be too wide to mean anything\n";
     std::cout << summary(report, seconds) << "; " << report.renderer << '\n';
   }
   if (report.failed() == 0) return;

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <string>
 
+#include "psivox/text.h"
+
 namespace psivox {
 namespace {
 
@@ -20,13 +22,9 @@ std::string time_left(double fraction, double passed_s) {
   if (fraction < 0.02 || passed_s < 2) return "";
   const double left_s = passed_s * (1 - fraction) / fraction;
   const auto seconds = static_cast<int>(std::lround(std::min(left_s, 359999.0)));
-  char text[40];
   if (seconds >= 3600)
-    std::snprintf(text, sizeof text, ", %d:%02d:%02d left", seconds / 3600, seconds / 60 % 60,
-                  seconds % 60);
-  else
-    std::snprintf(text, sizeof text, ", %d:%02d left", seconds / 60, seconds % 60);
-  return text;
+    return formatted(", %d:%02d:%02d left", seconds / 3600, seconds / 60 % 60, seconds % 60);
+  return formatted(", %d:%02d left", seconds / 60, seconds % 60);
 }
 
 }  // namespace

@@ -54,12 +54,12 @@ enum class UnderTolerance {
 struct Parameter {
   std::string name;          ///< on the command line after --, and the key in JSON
   std::string metavar;       ///< H, X,Y,Z, or the names of an enumeration: cells|uniform
-  std::string unit;          ///< empty where it has none
+  std::string unit;          ///< empty if it has none
   std::string default_text;  ///< the default as --help prints it
   std::string help;
   SceneMember member;
   Range range = {};
-  std::string unset = {};   ///< of an optional: the word that means unset, `auto` or `none`
+  std::string unset = {};   ///< the word for an optional that is unset: `auto` or `none`
   bool positional = false;  ///< given by its place, not by --name
   UnderTolerance under_tolerance = UnderTolerance::free;
   ParameterGroup group = ParameterGroup::input;
@@ -72,7 +72,7 @@ const std::vector<Parameter>& parameters();
 const Parameter* find_parameter(std::string_view name);
 
 /// Sets one parameter from the command line's syntax: 0.5, 1,2,3, 640x480, 512M, psi-weighted.
-/// Throws Error(usage) that names the option, the text and what is expected.
+/// Throws Error(usage), which names the option, the text and what is expected.
 void set_parameter(Scene& scene, std::string_view name, std::string_view text);
 
 /// The value as set_parameter reads it, with enough digits to give the same number.
@@ -91,10 +91,10 @@ struct Setting {
 /// parameters that it contradicts (--sampling cells clears a step, --tolerance the whole method).
 void apply_over(Scene& scene, std::span<const Setting> settings);
 
-/// Rules across parameters. Throws Error(usage).
+/// Throws Error(usage) if parameters contradict each other.
 void validate(const Scene& scene);
 
-/// The tolerance of a picture whose method is open.
+/// The tolerance of a picture if its scene leaves the method open.
 inline constexpr double default_tolerance = 1e-3;
 
 /// Whether the scene is marched (the reference does not march) and sets neither a tolerance nor a
@@ -108,8 +108,8 @@ Scene with_default_tolerance(Scene scene);
 /// the method.
 void check_method_unset(const Scene& scene, std::string_view chooser);
 
-/// All parameters, by name, in the table's order. Numbers are numbers, vectors arrays, unset
-/// optionals their word. Every number returns from scene_from_json as the same bits.
+/// All parameters by name, in the table's order. Numbers are numbers, vectors are arrays, unset
+/// optionals are their word. scene_from_json reads every number back as the same bits.
 std::string to_json(const Scene& scene);
 
 /// Parameters missing from the text have their defaults. Values may be strings in the command

@@ -20,7 +20,7 @@ enum class Projection { perspective, orthographic };
 enum class RendererKind { gl, reference, march_double };
 enum class TexelType { float32, float16 };
 
-/// Light from infinitely far away.
+/// Parallel light.
 struct DirectionalLight {
   glm::dvec3 direction{0, -1, 0};  ///< direction of travel, of any length but 0 [world]
   glm::dvec3 color{1};             ///< radiance of a medium of albedo 1, lit without loss
@@ -37,7 +37,7 @@ struct Scene {
   std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
   std::string transfer_function;     ///< file; empty: the value itself is the attenuation
   std::optional<Colormap> colormap;
-  std::optional<glm::dvec2> range;  ///< of the colour map; unset: the data's active extremes
+  std::optional<glm::dvec2> range;  ///< of the colour map; unset: of the active values
   Classification classification = Classification::post;
   bool split_knots = false;  ///< segments end where the value crosses a knot of the function
   std::optional<glm::dvec3> luminance;  ///< unset: see resolved_luminance
@@ -85,7 +85,7 @@ struct Scene {
   int pixel_samples = 1;
 
   bool strict = false;
-  int device = -1;                 ///< EGL device, -1: first that works, hardware before software
+  int device = -1;  ///< EGL device; -1: the first that works, hardware before software
   std::uint64_t memory_limit = 0;  ///< [bytes] for the atlas, host and GPU; 0: none
 
   Sampling resolved_sampling() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <charconv>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,9 +17,8 @@ std::vector<std::string> split(std::string_view text, char separator = ',');
 
 std::string joined(std::span<const std::string> items, std::string_view between = ",");
 
-/// The candidate that is fewest edits away (a letter inserted, dropped or changed, two neighbours
-/// swapped), or empty if none is near enough to be what was meant. `psi_weighted` finds
-/// psi-weighted.
+/// The candidate with the smallest edit distance (a letter inserted, dropped or changed, or two
+/// neighbours swapped); empty if none is near. It ignores case, and `_` is `-`.
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
 
 /// "; did you mean X?", or empty if no candidate is near.
@@ -26,6 +26,9 @@ std::string suggestion(std::string_view name, std::span<const std::string> candi
 
 /// Formats text like printf.
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char* pattern, ...);
+
+/// "1.50 MiB".
+std::string mebibytes(std::uint64_t bytes);
 
 /// The shortest digits that read back as the same number of that type.
 template <typename Number>

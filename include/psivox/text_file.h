@@ -4,7 +4,7 @@
 
 namespace psivox {
 
-/// The whole file. Throws Error(input): "cannot read `what` 'path': why".
+/// Reads the whole file. Throws Error(input): "cannot read WHAT 'PATH': why".
 std::string read_text(const std::string& path, const std::string& what);
 
 /// Writes `text` to a file beside `path` and renames it. Writes directly to anything that is not a

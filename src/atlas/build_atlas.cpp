@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <glm/common.hpp>
 #include <glm/gtc/packing.hpp>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "atlas/page_table.h"
 #include "psivox/atlas.h"
 #include "psivox/error.h"
+#include "psivox/text.h"
 
 namespace psivox {
 namespace {
@@ -203,12 +203,6 @@ BrickStats measure(const float* values, int channels) {
         }
   stats.second_difference = largest;
   return stats;
-}
-
-std::string mebibytes(std::uint64_t bytes) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f MiB", double(bytes) / (1 << 20));
-  return text;
 }
 
 }  // namespace

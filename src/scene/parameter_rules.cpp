@@ -15,7 +15,7 @@ bool contains(std::span<const Setting> settings, std::string_view name) {
   return false;
 }
 
-/// A source of luminance on the command line replaces the file's.
+/// A source of luminance on the command line replaces that of the file.
 void apply_luminance(Scene& scene, std::span<const Setting> settings) {
   const auto given = [&](const char* name) { return contains(settings, name); };
   const bool function = given("transfer-function") && !scene.transfer_function.empty();
@@ -47,7 +47,7 @@ void apply_sampling(Scene& scene, std::span<const Setting> settings) {
   if (perspective && !given("ortho-width")) scene.ortho_width.reset();
 }
 
-/// A tolerance replaces the file's method, and a method the file's tolerance.
+/// A given tolerance replaces the method of the file, and a given method its tolerance.
 void apply_tolerance(Scene& scene, std::span<const Setting> settings) {
   const bool tolerance_given = contains(settings, "tolerance");
   for (const Parameter& p : parameters()) {

@@ -9,7 +9,7 @@
 namespace psivox {
 namespace {
 
-// ---- reading: `true` if the whole text is a value of that type within the range ----
+// ---- reading: true if the whole text is a value of that type within the range ----
 
 bool read(std::string_view text, const Range&, std::string& value) {
   value = text;

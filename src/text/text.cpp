@@ -101,4 +101,8 @@ std::string formatted(const char* pattern, ...) {
   return out;
 }
 
+std::string mebibytes(std::uint64_t bytes) {
+  return formatted("%.2f MiB", static_cast<double>(bytes) / (1 << 20));
+}
+
 }  // namespace psivox

@@ -31,7 +31,7 @@ double until_exact(Viewer& viewer) {
   return elapsed_ms(start);
 }
 
-/// Of this process, as Linux counts it.
+/// Resident memory of this process [MiB].
 double resident_mib() {
   std::ifstream file("/proc/self/statm");
   double total = 0, resident = 0;
@@ -64,20 +64,20 @@ OrbitTimes benchmark_orbit(Viewer& viewer, int pictures) {
   OrbitTimes times;
   times.first_exact_ms = until_exact(viewer);
 
-  // The first pictures find the pace.
+  // The pace adapts during the first pictures.
   const int settling = std::min(pictures, 10);
   const double turn_pixels = 2.0 * viewer.window().size().y;
   const double pixels_per_ms = turn_pixels / (pictures * 40.0);
   std::vector<double> intervals;
   auto moved = BenchmarkClock::now(), shown = BenchmarkClock::now();
-  // The left button, beside the panel.
+  // A drag with the left button, beside the panel.
   glm::dvec2 pointer = glm::dvec2(viewer.window().size()) * glm::dvec2(0.7, 0.5);
   using Kind = Event::Kind;
   viewer.window().post({Kind::move, pointer});
   next_frame(viewer, 0);
   viewer.window().post({Kind::button, pointer, 0, true});
   while (static_cast<int>(intervals.size()) < pictures + settling) {
-    if (elapsed_ms(moved) >= 8) {  // as a mouse
+    if (elapsed_ms(moved) >= 8) {  // as often as a mouse reports
       pointer.x += pixels_per_ms * elapsed_ms(moved);
       viewer.window().post({Kind::move, pointer});
       moved = BenchmarkClock::now();

@@ -22,7 +22,7 @@ std::vector<std::string> render_arguments(const Scene& scene, const std::string&
     if (p.positional || has_default(scene, p)) continue;
     arguments.push_back("--" + p.name + "=" + parameter_text(scene, p));
   }
-  // after --, since a file's name may begin with a dash
+  // -- because a file's name may begin with a dash
   arguments.insert(arguments.end(), {"--", scene.input});
   return arguments;
 }

@@ -4,11 +4,11 @@
 
 namespace psivox::view {
 
-/// What a comparison starts with on its right side: twice the step.
+/// The right side that a comparison starts with: twice the step.
 Scene coarser(const Scene& scene);
 
-/// The right side of a comparison: the method of `other` as far as it needs no other volume, the
-/// rest of `scene`.
+/// The right side of a comparison: the method of `other`, except what would need another volume,
+/// and the rest of `scene`.
 Scene with_method_of(const Scene& other, Scene scene);
 
 }  // namespace psivox::view

@@ -10,7 +10,7 @@ namespace psivox::view {
 
 class Viewer;
 
-/// What keys and the pointer do: they move the camera and give commands to the viewer.
+/// Keys and the pointer: they move the camera and give commands to the viewer.
 class Controls {
  public:
   using Clock = std::chrono::steady_clock;
@@ -20,7 +20,7 @@ class Controls {
   void key(const Event& event);
   void button(const Event& event);
   void move(const Event& event);
-  /// Moves the camera along while keys of flight are down. True if it did.
+  /// Moves the camera while keys of flight are down. True if it moved.
   bool fly(Clock::time_point now);
 
   bool dragging() const { return button_ >= 0; }

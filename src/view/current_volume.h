@@ -16,38 +16,38 @@ class CurrentVolume {
     bool box_known = false;    ///< of the first volume: box() has it
     bool arrived = false;      ///< get() is a new volume
     bool first = false;        ///< and the first one
-    std::exception_ptr error;  ///< the wish was refused
+    std::exception_ptr error;  ///< why the wish was refused
   };
 
-  /// `on_news` is called from another thread.
+  /// Another thread calls `on_news`.
   explicit CurrentVolume(std::function<void()> on_news) : loader_(std::move(on_news)) {}
 
   const std::shared_ptr<Volume>& get() const { return volume_; }
-  /// Has the scene's volume loaded if it is not there. True if it is.
+  /// Loads the scene's volume unless it is there. True if it is there.
   bool wish(const Scene& scene);
-  /// Prepares a volume that will be wished next.
+  /// Prepares a volume that is likely to be the next.
   void prefetch(const Scene& scene) { loader_.prefetch(scene, generation_); }
-  /// Has the file read again by the next wish.
+  /// The next wish reads the file again.
   void reload();
-  /// A wish that was refused is tried again.
+  /// The next wish is tried even if it was refused before.
   void retry() { refused_key_.clear(); }
-  /// What has happened since the last call.
+  /// Everything new since the last call.
   News take_news();
-  /// The window cannot show the volume that arrived.
+  /// The window cannot show the volume that has arrived.
   void refuse() { refused_key_ = volume_->key; }
 
   bool loading() const { return awaited_key_.has_value(); }
   /// Stage of the loading, and how much of it is done; 0: not known.
   std::optional<std::pair<std::string, double>> progress() const { return loader_.progress(); }
-  /// Of the volume that is being loaded first [world units].
+  /// Box of the first volume while it is loading [world units].
   const std::optional<std::pair<glm::dvec3, glm::dvec3>>& box() const { return box_; }
 
  private:
   VolumeLoader loader_;
   std::shared_ptr<Volume> volume_;
   int generation_ = 0;                      ///< of reloads
-  std::optional<std::string> awaited_key_;  ///< of the volume that is being loaded
-  std::string refused_key_;                 ///< that could not be loaded
+  std::optional<std::string> awaited_key_;  ///< of the volume in preparation
+  std::string refused_key_;                 ///< of the wish that was refused
   std::optional<std::pair<glm::dvec3, glm::dvec3>> box_;
 };
 

@@ -6,8 +6,8 @@
 
 namespace psivox::view {
 
-/// What a hand does to the window, or a test in its place. Codes are GLFW's; places and sizes are
-/// pixels of the framebuffer, from the top left.
+/// An action of the user on the window, or of a test in its place. Codes are GLFW's. Places are
+/// pixels of the framebuffer from the top left.
 struct Event {
   enum class Kind { move, button, wheel, key, text, drop, close, scale, refresh };
   Kind kind = Kind::move;

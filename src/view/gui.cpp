@@ -112,7 +112,7 @@ void Gui::feed(const Event& event) {
       break;
     case Kind::scale:
       set_scale(event.place.x);
-      // anew, with the font's new texture
+      // again, with the texture of the new font
       ImGui_ImplOpenGL3_Shutdown();
       ImGui_ImplOpenGL3_Init(glsl_version);
       break;
@@ -127,7 +127,7 @@ void Gui::begin_frame(const glm::ivec2& size, double seconds) {
   ImGuiIO& io = ImGui::GetIO();
   io.DisplaySize = {static_cast<float>(size.x), static_cast<float>(size.y)};
   io.DeltaTime = static_cast<float>(std::max(seconds, 1e-4));
-  // A click that came and went since the last frame is seen for one.
+  // A click that began and ended since the last frame shows for one frame.
   for (std::size_t i = 0; i < down_.size(); ++i) io.MouseDown[i] = down_[i] || pressed_[i];
   pressed_.fill(false);
   ImGui_ImplOpenGL3_NewFrame();

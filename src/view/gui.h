@@ -8,7 +8,7 @@
 
 namespace psivox::view {
 
-/// Dear ImGui in a window, fed with Events so that a test can be the hand.
+/// Dear ImGui in a window. It takes Events, so that a test can take the place of the user.
 class Gui {
  public:
   explicit Gui(Window& window);
@@ -21,11 +21,11 @@ class Gui {
   /// Draws into the window.
   void end_frame();
 
-  /// Whether the panels, not the picture, are meant.
+  /// Whether the pointer or the keyboard is for the panels, not for the picture.
   bool takes_pointer() const;
   bool takes_keys() const;
   double scale() const { return scale_; }
-  /// Whether panels go to their places: once after another scale.
+  /// Whether panels go to their places in this frame: the first after a change of the scale.
   bool places_panels() const { return places_panels_; }
 
  private:

@@ -6,7 +6,7 @@
 
 namespace psivox::view {
 
-/// What the viewer tells its user: the newest error or message, for some seconds.
+/// The newest error or message to the user, which the window shows for some seconds.
 class Messages {
  public:
   using Clock = std::chrono::steady_clock;
@@ -14,17 +14,17 @@ class Messages {
   /// `on_news` is called with each error and message.
   explicit Messages(std::function<void()> on_news) : on_news_(std::move(on_news)) {}
 
-  /// Goes to stderr, too.
+  /// Prints to stderr, too.
   void error(const std::string& text);
   void say(const std::string& text);
-  /// What `action` throws becomes an error.
+  /// Runs `action`; an exception becomes an error.
   void attempt(const std::function<void()>& action);
 
-  /// Empty if a message came after it.
+  /// Empty if a message followed it.
   const std::string& last_error() const { return is_error_ ? text_ : none_; }
   int error_count() const { return error_count_; }
   bool is_error() const { return is_error_; }
-  /// What the window shows now; empty: nothing.
+  /// The text to show now; may be empty.
   const std::string& shown() const;
 
  private:

@@ -9,7 +9,7 @@
 namespace psivox::view {
 namespace {
 
-/// To a multiple of a power of ten of at most `unit`.
+/// Rounds to a multiple of the largest power of ten that is at most `unit`.
 double rounded_to(double value, double unit) {
   const double digits = std::pow(10.0, std::ceil(-std::log10(unit)));
   // + 0: -0 is 0
@@ -59,7 +59,7 @@ void Navigation::apply(Scene& scene) const {
   const double unit = 1e-6 * distance;
   scene.camera_position = rounded_to(position_, unit);
   scene.camera_target = rounded_to(position_ + distance * forward_, unit);
-  // Near the poles the axis no longer says which way is up.
+  // Near the poles the axis does not define which way is up.
   const bool pole = std::abs(glm::dot(forward_, glm::normalize(scene_up_))) > 0.999;
   scene.camera_up = pole ? rounded_to(up_, 1e-6) : scene_up_;
   scene.ortho_width.reset();
@@ -112,7 +112,7 @@ void Navigation::fly(const glm::dvec3& speed, double seconds) {
 }
 
 void Navigation::frame_all() {
-  constexpr double margin = 0.05;  // as make_camera leaves
+  constexpr double margin = 0.05;  // that of make_camera
   const double aspect = static_cast<double>(viewport_.x) / std::max(viewport_.y, 1);
   pivot_ = 0.5 * (box_min_ + box_max_);
   double distance = 0, half = 0;
@@ -132,7 +132,7 @@ void Navigation::frame_all() {
 
 void Navigation::look(Axis axis, bool opposite) {
   const glm::dvec3 y = glm::normalize(scene_up_);
-  // From the front is along -Z where +Y is up, along +Y where +Z is.
+  // The view from the front is along -Z if +Y is up, and along +Y if +Z is up.
   glm::dvec3 front =
       std::abs(y.z) > 0.9 ? glm::dvec3(0, y.z > 0 ? 1 : -1, 0) : glm::dvec3(0, 0, -1);
   front = glm::normalize(front - glm::dot(front, y) * y);

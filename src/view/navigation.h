@@ -10,40 +10,40 @@ namespace psivox::view {
 /// Views along an axis, as Blender's 1, 3 and 7: from the front, from the right, from above.
 enum class Axis { front, right, top };
 
-/// The camera that a hand moves: a turntable around the scene's up direction, with a pivot that
-/// need not be in the middle of the picture. Knows nothing of GL or windows; pixels are the
+/// The camera that the user moves: a turntable around the scene's up direction, with a pivot that
+/// need not be in the middle of the picture. It knows nothing of GL or windows. Pixels are the
 /// window's.
 class Navigation {
  public:
-  /// The scene's own camera over a volume that fills a box. Throws what make_camera throws.
+  /// Takes the scene's own camera, for a volume that fills the box. Throws what make_camera throws.
   void reset(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max);
-  /// Another volume in view of the same camera.
+  /// Another volume; the camera stays.
   void set_box(const glm::dvec3& box_min, const glm::dvec3& box_max);
   void set_viewport(const glm::ivec2& pixels) { viewport_ = pixels; }
 
-  /// Writes the camera into the scene, once it has been moved; numbers are rounded to a millionth
-  /// of the distance, so that they stay short on a command line.
+  /// Writes the camera into the scene if it was moved. Numbers are rounded to a millionth of the
+  /// distance, which keeps command lines short.
   void apply(Scene& scene) const;
   bool moved() const { return moved_; }
-  /// Keeps the camera as it is from now on, whatever volume comes.
+  /// Keeps the camera as it is, whatever volume follows.
   void hold() { moved_ = true; }
 
   void orbit(const glm::dvec2& pixels);  ///< right and down
-  void pan(const glm::dvec2& pixels);    ///< what is at the pivot's depth follows the pointer
-  void dolly(double notches);            ///< towards the pivot's depth; each a tenth of the way
-  /// Along right, up and forward; unit speed crosses the box in two seconds.
+  void pan(const glm::dvec2& pixels);    ///< the plane through the pivot follows the pointer
+  void dolly(double notches);            ///< towards the pivot, by a tenth of its depth each
+  /// `speed` is along right, up and forward; at speed 1 a flight crosses the box in two seconds.
   void fly(const glm::dvec3& speed, double seconds);
-  /// Keeps the direction; the whole box is in frame.
+  /// Keeps the direction and brings the whole box into frame.
   void frame_all();
   /// Keeps the pivot and its distance; `opposite`: from the back, the left, below.
   void look(Axis axis, bool opposite);
-  /// Between perspective and orthographic; what is at the pivot's depth keeps its size.
+  /// Perspective or orthographic; the plane through the pivot keeps its size.
   void toggle_projection();
-  /// What orbits turn around from now on; the picture stays.
+  /// The point that orbits turn around; the picture stays.
   void set_pivot(const glm::dvec3& point) { pivot_ = point; }
   const glm::dvec3& pivot() const { return pivot_; }
 
-  /// Place of a world point in the window; false where it is behind the camera.
+  /// Place of a world point in the window; false if it is behind the camera.
   bool project(const glm::dvec3& point, glm::dvec2& pixel) const;
 
  private:

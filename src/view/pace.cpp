@@ -21,10 +21,11 @@ constexpr std::array<Rung, 12> rungs{{{1, 1},
                                       {8, 4},
                                       {16, 6}}};
 
-/// Relative to the first rung. Doubling the step saves less than half: crossing nodes costs too.
+/// Cost relative to the first rung. Twice the step saves less than half, because crossing nodes
+/// costs time too.
 double cost_of(const Rung& rung) { return (0.3 + 0.7 / rung.step) / (rung.divisor * rung.divisor); }
 
-/// Of a picture of any size [ms]: what setting up, drawing and reading back cost.
+/// Time of any picture, however small, to set up, draw and read back [ms].
 constexpr double overhead_ms = 2;
 
 }  // namespace
@@ -33,8 +34,8 @@ Rung Pace::rung() const { return rungs[static_cast<std::size_t>(index_)]; }
 
 void Pace::took(const Rung& rung, double ms) {
   const double full = std::max(ms - overhead_ms, 0.1) / cost_of(rung);
-  // A slow picture counts at once, fast ones little by little: there are hiccups, and the picture
-  // should not flicker between two rungs.
+  // A slow picture counts at once, fast ones gradually: times vary, and the preview should not
+  // flicker between two rungs.
   cost_ms_ = known_ && full < cost_ms_ ? 0.8 * cost_ms_ + 0.2 * full : full;
   known_ = true;
   const auto expected = [&](int i) {

@@ -6,35 +6,35 @@
 
 namespace psivox::view {
 
-/// How much cheaper than the exact one a picture is made while something moves.
+/// How much cheaper a preview is than the exact picture.
 struct Rung {
   double divisor = 1;  ///< of width and height
-  double step = 1;     ///< uniform step [voxels], where the scene's march has one to widen
+  double step = 1;     ///< uniform step [voxels], if the scene's method has a step
   bool operator==(const Rung&) const = default;
 };
 
-/// Chooses the rung whose pictures take about as long as the budget allows, from what the last ones
-/// took.
+/// Chooses the rung whose pictures take about as long as the budget allows, from the times of the
+/// last ones.
 class Pace {
  public:
   explicit Pace(double budget_ms) : budget_ms_(budget_ms) {}
 
   Rung rung() const;
-  /// What a picture of that rung took.
+  /// A picture of that rung took so long [ms].
   void took(const Rung& rung, double ms);
-  /// Another volume or scene: what is known of costs is worth little, but the rung stays.
+  /// The volume or scene changed: known costs are worth little, but the rung stays.
   void forget() { known_ = false; }
 
  private:
   double budget_ms_;
-  double cost_ms_ = 0;  ///< of the full picture, by the last ones
+  double cost_ms_ = 0;  ///< of the full picture, estimated from the last ones
   bool known_ = false;
   int index_ = 5;
 };
 
-/// The scene as it is drawn on a rung: resolution, and a uniform step where its mode and rule allow
-/// one (a surface is found in cells, and a rule that applies the transfer function has tables for
-/// its own lengths).
+/// The scene as a rung draws it: a lower resolution, and a uniform step if mode and rule allow one.
+/// A surface is found in cells, and a rule that applies the transfer function has tables for its
+/// own lengths.
 Scene preview_scene(const Scene& scene, const Rung& rung);
 
 }  // namespace psivox::view

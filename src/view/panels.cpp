@@ -66,7 +66,7 @@ void draw_output_section(Viewer& viewer) {
   if (ImGui::Button("copy as command line")) viewer.attempt([&] { viewer.copy_command_line(); });
 }
 
-/// What may differ on the right side of a comparison.
+/// The parameters in which the right side of a comparison may differ.
 void draw_right_side(Viewer& viewer) {
   static constexpr const char* names[] = {"integrator", "sampling", "segments", "step", "renderer"};
   Scene right = *viewer.other();
@@ -120,7 +120,7 @@ void draw_transfer_panel(Viewer& viewer) {
   viewer.attempt([&] { viewer.edit_transfer_function(); });
 }
 
-/// What the picture is, or what it waits for.
+/// The state of the picture, or the work that it waits for.
 std::string picture_status(const Viewer& viewer) {
   const std::string& input = viewer.input();
   const PictureState& pictures = viewer.pictures();
@@ -190,7 +190,7 @@ void draw_help(Viewer& viewer) {
   ImGui::End();
 }
 
-/// The box of the volume that is being loaded, until something of it is there to be shown.
+/// The box of the first volume while it is loading.
 void draw_box(Viewer& viewer) {
   if (!viewer.box() || viewer.volume()) return;
   const auto& [low, high] = *viewer.box();

@@ -6,7 +6,7 @@ namespace psivox::view {
 
 class Viewer;
 
-/// Which panels are open, and what is typed into them.
+/// Which panels are open, and the text typed into them.
 struct Panels {
   bool scene = true, transfer = false, help = false;
   std::string open_path;
@@ -14,7 +14,7 @@ struct Panels {
   std::string picture_size;  ///< WxH of saved pictures; empty: the window's
 };
 
-/// Draws what the window shows beside the picture, and does what its widgets ask for.
+/// Draws everything but the picture, and carries out the commands of its widgets.
 void draw_panels(Viewer& viewer);
 
 }  // namespace psivox::view

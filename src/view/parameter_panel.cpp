@@ -5,23 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 
 namespace psivox::view {
 namespace {
 
-/// Chosen by the window, at the start, or not by a hand at all.
+/// Parameters that the window sets, or that hold from the start on.
 constexpr const char* left_out[] = {"input", "resolution", "device"};
-
-std::vector<std::string> words_of(const std::string& text, char separator) {
-  std::vector<std::string> words;
-  std::istringstream in(text);
-  for (std::string word; std::getline(in, word, separator);) words.push_back(word);
-  return words;
-}
 
 std::string help_of(const Parameter& p) {
   std::string text = "--" + p.name + ": " + p.help;
@@ -41,19 +34,14 @@ bool choose(const char* label, std::string& text, const std::vector<std::string>
   return changed;
 }
 
-std::string digits(double value) {
-  std::ostringstream out;
-  out.precision(4);
-  out << value;
-  return out.str();
-}
+std::string digits(double value) { return formatted("%.4g", value); }
 
-/// A number that is dragged by parts of itself.
+/// A number that a drag changes in proportion to itself.
 bool drag(const char* label, std::string& text, double value, const Range& range) {
   const double size = std::max(std::abs(value), 1e-3);
   const double low = range.min, high = range.max;
   double now = value;
-  // ImGui takes bounds of doubles only within half their range
+  // ImGui takes bounds only within half the range of double
   const double least = std::max(low, -1e30), most = std::min(high, 1e30);
   if (!ImGui::DragScalar(label, ImGuiDataType_Double, &now, static_cast<float>(0.01 * size), &least,
                          &most, "%.5g"))
@@ -78,7 +66,7 @@ bool type_text(const char* label, std::string& text) {
   return ImGui::InputText(label, &text, ImGuiInputTextFlags_EnterReturnsTrue);
 }
 
-/// A number that is left open: a button closes it.
+/// A number that is not set: a button sets it to `start`.
 bool close_open(const Parameter& p, std::string& text, double start) {
   const std::string button = p.unset + "##" + p.name;
   const bool pressed = ImGui::Button(button.c_str(), {ImGui::CalcItemWidth(), 0});
@@ -93,7 +81,7 @@ double start_of(const Parameter& p, const ParameterChoices& choices) {
   return p.name == "fov" ? 44.8 : 1;
 }
 
-/// The widget for a value of type T, null where it is left open.
+/// The widget for a value of type T; null: not set.
 template <typename T>
 bool edit_value(const Parameter& p, const T* value, const ParameterChoices& choices,
                 std::string& text) {
@@ -104,7 +92,7 @@ bool edit_value(const Parameter& p, const T* value, const ParameterChoices& choi
     text = on ? "true" : "false";
     return done;
   } else if constexpr (std::is_enum_v<T>) {
-    std::vector<std::string> words = words_of(p.metavar, '|');
+    std::vector<std::string> words = split(p.metavar, '|');
     if (!p.unset.empty()) words.insert(words.begin(), p.unset);
     return choose(label, text, words);
   } else if constexpr (std::is_same_v<T, int>) {
@@ -154,7 +142,7 @@ bool set_text(Scene& scene, const Parameter& p, const std::string& text,
   }
 }
 
-/// The widget of one parameter, and what takes it back to its default.
+/// The widget of one parameter, and the button that resets it.
 bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& choices,
                     const Refuse& refuse) {
   const std::string current = parameter_text(scene, p);

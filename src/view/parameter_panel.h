@@ -8,20 +8,20 @@
 
 namespace psivox::view {
 
-/// What a file offers to parameters.
+/// Values that the open file offers for parameters.
 struct ParameterChoices {
   std::span<const std::string> grids;
-  double extinction = 1;  ///< that `auto` chose
+  double extinction = 1;  ///< the number that `auto` chose
 };
 
-/// Told why a value was refused.
+/// Called with the reason for which a value was refused.
 using Refuse = std::function<void(const std::string& why)>;
 
-/// Widgets for all parameters but those of the window, made from the one table. True if the scene
-/// was changed; it is valid then. What is refused stays as it was.
+/// Widgets for all parameters but those of the window, made from the table of parameters. True if
+/// the scene was changed; it is valid then. A refused parameter keeps its value.
 bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse);
 
-/// A few parameters without their groups' headers.
+/// Widgets for the parameters named, without headers.
 bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse,
                      std::span<const char* const> names);
 

@@ -15,7 +15,7 @@ namespace psivox::view {
 /// How two pictures are shown.
 enum class Comparison { none, wipe, difference };
 
-/// How radiance becomes what the screen shows; the scene knows nothing of it.
+/// How the screen shows radiance. None of it belongs to the scene.
 struct DisplaySettings {
   Comparison comparison = Comparison::none;
   double divider = 0.5;  ///< part of the width
@@ -25,14 +25,14 @@ struct DisplaySettings {
   bool operator==(const DisplaySettings&) const = default;
 };
 
-/// A texture that is drawn into, and from.
+/// A texture to draw into and to show.
 struct Screen {
   GLuint texture = 0, framebuffer = 0;
   glm::ivec2 size{0};
 };
 
-/// The pictures on the GPU of the window's context, and how they are shown. Radiance is encoded
-/// once, in the picture's own resolution: on a software renderer the screen's pixels are dear.
+/// The pictures in the window's context, and how they are shown. Radiance is encoded once, in the
+/// resolution of the picture: on a software renderer the pixels of the screen cost most.
 class PictureDisplay {
  public:
   /// Throws Error(graphics).
@@ -42,21 +42,22 @@ class PictureDisplay {
   PictureDisplay& operator=(const PictureDisplay&) = delete;
 
   void set_preview(const PreviewPicture& picture);
-  /// Parts so far are kept if they are the same wish's.
+  /// Drops the parts of older wishes.
   void add_part(const ExactPart& part);
-  /// The exact picture as far as it is there, if it is of that wish; alpha is -1 where it is not.
+  /// The parts of that wish's exact picture that have come; alpha is -1 in the others. Null if
+  /// there are none.
   const Image* exact(std::uint64_t number, std::size_t side) const;
 
   /// Fills the window.
   void draw(const glm::ivec2& size, const DisplaySettings& settings);
-  /// Builds the shader anew from its folder. Throws Error(graphics), and keeps the old one.
+  /// Builds the shader again from its folder. If that throws Error(graphics), the old one stays.
   void reload_shader();
 
  private:
   struct Side {
     GLuint preview = 0, exact = 0;
     glm::ivec2 preview_size{0}, exact_size{0};
-    std::uint64_t number = 0;  ///< of the wish that `exact` is of; 0: none
+    std::uint64_t number = 0;  ///< the wish of `exact`; 0: none
     Image image;               ///< the same as exact
     Screen encoded;            ///< the preview as the screen shows it
   };
@@ -72,11 +73,11 @@ class PictureDisplay {
   void encode_exact(const Part& part);
 
   std::array<Side, 2> sides_;
-  Screen screen_;  ///< previews, and over them what is exact
+  Screen screen_;  ///< previews, and over them the exact parts
   std::unique_ptr<gl::Program> program_;
   GLuint vertex_array_ = 0;
   DisplaySettings settings_;
-  bool stale_ = true;          ///< screen_ has to be made anew
+  bool stale_ = true;          ///< screen_ has to be drawn again
   std::vector<Part> pending_;  ///< parts that screen_ lacks
 };
 

@@ -6,11 +6,11 @@
 
 namespace psivox::view {
 
-/// How far the pictures are that the window wished for. Wishes are numbered from 1.
+/// Progress of the pictures that the window asked for. Its wishes are numbered from 1.
 struct PictureState {
   std::uint64_t wished = 0;   ///< the newest wish
-  std::uint64_t shown = 0;    ///< that the newest picture on the screen is of
-  std::uint64_t refined = 0;  ///< whose exact pictures are complete
+  std::uint64_t shown = 0;    ///< the wish of the newest picture on the screen
+  std::uint64_t refined = 0;  ///< the wish whose exact pictures are complete
   double refine_ms = 0, preview_ms = 0;
   Rung rung;                            ///< of the last preview
   std::optional<double> estimated_rms;  ///< of the exact picture
@@ -18,7 +18,7 @@ struct PictureState {
   std::string renderer;
   gl::ObjectCounts objects;  ///< of the context that draws, if they are counted
 
-  /// Whether the newest wish is fulfilled.
+  /// Whether the newest wish is complete.
   bool complete() const { return refined && refined == wished; }
 
   void take(const PictureNews& news) {

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr std::size_t kept = 10;
 
-/// By the XDG base directory specification; empty where there is no home.
+/// By the XDG base directory specification; empty if there is no home.
 fs::path list_file() {
   if (const char* state = std::getenv("XDG_STATE_HOME"); state && *state)
     return fs::path(state) / "psivox" / "recent";

@@ -5,10 +5,10 @@
 
 namespace psivox::view {
 
-/// Files that were opened last, the newest first, as the user's configuration keeps them.
+/// The files that the user opened last, the newest first.
 std::vector<std::string> recent_files();
 
-/// Puts a file first. What cannot be written is forgotten.
+/// Puts a file first. Ignores it if the list cannot be written.
 void remember_file(const std::string& path);
 
 }  // namespace psivox::view

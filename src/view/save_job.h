@@ -8,7 +8,7 @@
 
 namespace psivox::view {
 
-/// One task at a time in a thread of its own: a picture that is being saved.
+/// Saves a picture in a thread of its own, one at a time.
 class SaveJob {
  public:
   ~SaveJob() {
@@ -17,7 +17,7 @@ class SaveJob {
 
   bool running() const { return thread_.joinable(); }
 
-  /// `task` returns the error's message, or nothing. `on_done` is called from the thread.
+  /// `task` returns an error's message, or an empty text. The thread calls `on_done`.
   void start(const std::string& what, const std::function<std::string()>& task,
              const std::function<void()>& on_done) {
     what_ = what;
@@ -32,7 +32,7 @@ class SaveJob {
   struct Outcome {
     std::string what, error;
   };
-  /// Once, when it has ended.
+  /// Returns the outcome once, after the task has ended.
   std::optional<Outcome> outcome() {
     if (!running() || !done_) return std::nullopt;
     thread_.join();

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 struct Pattern {
   std::string before, after;
-  bool open = false;  ///< no number is given
+  bool open = false;  ///< a placeholder stands for the number
 };
 
 std::optional<Pattern> pattern_of(const std::string& name) {
@@ -23,7 +23,7 @@ std::optional<Pattern> pattern_of(const std::string& name) {
   return std::nullopt;
 }
 
-/// The number between both, or nothing.
+/// The number in a name that matches the pattern.
 std::optional<int> number_in(const std::string& name, const Pattern& pattern) {
   const std::size_t fixed = pattern.before.size() + pattern.after.size();
   if (name.size() <= fixed || name.size() > fixed + 9 || !name.starts_with(pattern.before) ||

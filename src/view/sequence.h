@@ -7,24 +7,22 @@
 
 namespace psivox::view {
 
-/// The files of a folder whose names differ in their last number only: frames of a sequence.
+/// A sequence: the files of a folder whose names differ in their last number only are its frames.
 class Sequence {
  public:
-  /// The sequence that a file belongs to; one frame where its name has no number or stands alone.
-  /// The last number of `name.####.vdb`, `name.%04d.vdb` or `name.$F4.vdb` is any: the first file
-  /// there is.
+  /// The sequence of a file. It has one frame if the name has no number or no other file matches.
+  /// `name.####.vdb`, `name.%04d.vdb` and `name.$F4.vdb` start at the first file that matches.
   static Sequence of(const std::string& path);
 
   bool empty() const { return files_.size() < 2; }
   int first() const { return files_.begin()->first; }
   int last() const { return files_.rbegin()->first; }
   int current() const { return current_; }
-  /// Its file; nothing where the frame is missing.
+  /// The file of a frame; nothing if it is missing.
   std::optional<std::string> file(int frame) const;
-  /// Goes to a frame, or where that is missing stays. True if it is another one.
+  /// Goes to a frame if it is there. True if that changes the frame.
   bool go_to(int frame);
-  /// The frame that is played after the current one: the next that is there, the first after the
-  /// last.
+  /// The frame after the current one that has a file; the first one after the last.
   int next() const;
   int previous() const;
   int missing() const { return last() - first() + 1 - static_cast<int>(files_.size()); }

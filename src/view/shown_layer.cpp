@@ -8,7 +8,7 @@
 namespace psivox::view {
 namespace {
 
-/// Null where the picture has no such layer.
+/// Null if the picture has no such layer.
 const Layer* layer_of(const Image& image, ShownLayer layer) {
   const auto found = std::find_if(image.layers.begin(), image.layers.end(), [&](const Layer& l) {
     return l.name == shown_layers[static_cast<std::size_t>(layer)];
@@ -32,7 +32,7 @@ void ask_for(ShownLayer layer, Wish& wish) {
   wish.layers.steps = layer == ShownLayer::steps;
   wish.layers.depth = layer == ShownLayer::depth;
   wish.layers.error = layer == ShownLayer::error;
-  // the same depths, which it does not follow
+  // alpha has the same depths, and back-to-front does not compute them
   if (wish.layers.depth && wish.scene->mode == Mode::back_to_front) wish.scene->mode = Mode::alpha;
 }
 

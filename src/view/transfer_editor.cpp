@@ -12,6 +12,7 @@
 
 #include "colour/srgb.h"
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 
 namespace psivox::view {
@@ -28,7 +29,7 @@ ImU32 screen_colour(const glm::dvec3& linear) {
 
 ImVec2 at(const glm::dvec2& p) { return {static_cast<float>(p.x), static_cast<float>(p.y)}; }
 
-/// What a volume without a function shows: the value itself, and a colour to begin with.
+/// For a volume without a function: the attenuation is the value, and a colour to begin with.
 std::vector<TransferPoint> identity(const Histogram& histogram) {
   const double middle = 0.5 * (histogram.min + histogram.max);
   return {{histogram.min, std::max(histogram.min, 0.0), {0.1, 0.2, 0.9}},
@@ -36,13 +37,9 @@ std::vector<TransferPoint> identity(const Histogram& histogram) {
           {histogram.max, std::max(histogram.max, 0.0), {1, 1, 1}}};
 }
 
-double three_digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return std::strtod(text, nullptr);
-}
+double three_digits(double value) { return std::strtod(formatted("%.3g", value).c_str(), nullptr); }
 
-/// Throws Error(usage) where the rest of the scene needs or refuses a function.
+/// Throws Error(usage) if the rest of the scene needs or refuses a function.
 void name_function(Scene& scene, const std::string& path) {
   Scene next = scene;
   const Setting setting{"transfer-function", path};
@@ -51,7 +48,7 @@ void name_function(Scene& scene, const std::string& path) {
   scene = next;
 }
 
-/// A file of that name that does not exist yet.
+/// The name, or with a number the first like it that no file has.
 std::string unused_name(const std::string& stem) {
   for (int i = 1;; ++i) {
     std::string name = stem + (i > 1 ? "-" + std::to_string(i) : "") + ".json";
@@ -80,7 +77,7 @@ void TransferEditor::take(const Volume& volume, const Scene& scene) {
   has_color_ = !function || function->has_color() || scene.luminance_grid.empty();
   low_ = std::min(volume.histogram.min, points_.front().value);
   high_ = std::max(volume.histogram.max, points_.back().value);
-  // A jump's point beyond the data, or a map's, need not be on the canvas.
+  // Points beyond the data need not be on the canvas.
   top_ = 0;
   for (const TransferPoint& p : points_) top_ = std::max(top_, p.attenuation);
   top_ = top_ > 0 ? 1.15 * top_ : 1;
@@ -112,7 +109,7 @@ void TransferEditor::draw_histogram(const Histogram& histogram) const {
     const double value = low_ + (x + 0.5) / canvas_size_.x * (high_ - low_);
     const double bin = bins * (value - histogram.min) / (histogram.max - histogram.min);
     if (bin < 0 || bin >= bins) continue;
-    // logarithmic, since a few values have nearly all voxels
+    // logarithmic, because a few values have nearly all voxels
     const double part =
         std::log1p(histogram.counts[static_cast<std::size_t>(bin)]) / std::log1p(most);
     list.AddRectFilled(at({canvas_.x + x, canvas_.y + canvas_size_.y * (1 - 0.9 * part)}),
@@ -254,7 +251,7 @@ bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
   ImGui::End();
   if (action == Action::none) return false;
   if (action == Action::edit) {
-    // Under `auto` a change of all attenuations would be undone at once.
+    // `auto` would undo a change of all attenuations at once.
     if (!scene.extinction) scene.extinction = three_digits(volume.extinction);
     write(scene);
     return true;

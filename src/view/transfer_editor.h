@@ -10,8 +10,8 @@
 
 namespace psivox::view {
 
-/// The transfer function over the histogram of the values. What a hand makes of it is a file of the
-/// viewer's own from then on, so that scene, command line and saved picture can name it.
+/// The panel of the transfer function, over the histogram of the values. An edited function is a
+/// file of the viewer's own, so that the scene, the command line and a saved picture can name it.
 class TransferEditor {
  public:
   TransferEditor();
@@ -19,15 +19,15 @@ class TransferEditor {
   TransferEditor(const TransferEditor&) = delete;
   TransferEditor& operator=(const TransferEditor&) = delete;
 
-  /// Draws the panel; `open` is its close button. True if the scene was changed: it names the
-  /// edited file then. Throws Error(input), Error(output) for files.
+  /// Draws the panel; its close button clears `open`. True if the scene was changed: it then names
+  /// the edited file. Throws Error(input), Error(output) for files.
   bool draw(Scene& scene, const Volume& volume, bool& open);
 
-  /// A scene that names the viewer's own file is given a copy of it beside the working directory's
-  /// files, which stays. Returns its name, or nothing where none was needed. Throws Error(output).
+  /// If the scene names the viewer's own file, copies it to the working directory, has the scene
+  /// name the copy and returns its name. Throws Error(output).
   std::optional<std::string> keep(Scene& scene);
 
-  /// Pixels of the window that a point is drawn at, or nothing where none is (tests).
+  /// Where the window shows a point [pixels], if it does.
   std::optional<glm::dvec2> place_of(std::size_t point) const;
   std::size_t points() const { return points_.size(); }
 
@@ -44,7 +44,7 @@ class TransferEditor {
   std::string own_file_;
   std::vector<TransferPoint> points_;
   bool has_color_ = true;
-  std::string taken_from_;  ///< key of the volume whose function it is
+  std::string taken_from_;  ///< key of the volume whose function `points_` is
   int selected_ = -1;
   bool dragging_ = false;
   double low_ = 0, high_ = 1, top_ = 1;  ///< of the canvas: values, and the largest attenuation

@@ -93,7 +93,7 @@ void Viewer::take_volume_news() {
     const auto& [low, high] = *volume_.box();
     try {
       if (camera_due_ && !navigation_.moved()) navigation_.reset(scene_, low, high);
-    } catch (const Error&) {  // the volume's own error follows
+    } catch (const Error&) {  // loading the volume reports the same error
     }
   }
   if (news.error) return keep_old_volume(news.error);
@@ -195,7 +195,7 @@ void Viewer::handle(const Event& event) {
       break;
     case Kind::text:
     case Kind::scale:
-    case Kind::refresh:  // every event has the window drawn
+    case Kind::refresh:  // the window is drawn after every event
       break;
     case Kind::drop:
       if (!event.files.empty()) attempt([&] { open(event.files.front()); });
@@ -229,7 +229,7 @@ bool Viewer::frame(double wait_s) {
   if (moving) wait = std::min(wait, 0.01);
   const std::vector<Event> events = window_.wait(wait);
   for (const Event& event : events) handle(event);
-  // A drag of the picture shows in the picture alone: the window's time is better spent on that.
+  // A drag of the camera changes the picture alone, whose own news have the window drawn.
   if (!events.empty() && !controls_.dragging()) redraw(3);
   const auto now = Clock::now();
   const double seconds = std::chrono::duration<double>(now - last_frame_).count();
@@ -237,7 +237,7 @@ bool Viewer::frame(double wait_s) {
   take_news();
   if (!loading() && pictures_.shown == pictures_.wished) sequence_.play(now);
   update_wishes();
-  // What refines, loads or is saved is shown now and then: drawing the window takes time from it.
+  // Progress is shown ten times a second: drawing the window takes time from the work.
   if (frames_due_ > 0 || (busy && seconds > 0.1)) {
     frames_due_ = std::max(frames_due_ - 1, 0);
     last_frame_ = now;

@@ -47,14 +47,14 @@ class Viewer {
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
-  /// Waits at most so long [s] for something to happen, and draws the window if something did.
-  /// False once it is closed. Throws what the first load throws, and Error(graphics) if nothing
-  /// can be drawn: a window that never shows anything is no use.
+  /// Waits for events, at most `wait_s`, and draws the window if something happened. False once the
+  /// window is closed. Throws what the first load throws, and Error(graphics) if nothing can be
+  /// drawn: a window that never shows anything is of no use.
   bool frame(double wait_s);
   /// Frames until it is closed.
   void run();
 
-  // Commands: of keys, panels and drops.
+  // Commands of keys, panels and drops.
   void open(const std::string& path);
   /// The scene's resolution is ignored: it is the window's.
   void set_scene(const Scene& scene);
@@ -66,7 +66,7 @@ class Viewer {
   void save_picture(const std::string& path);
   std::string copy_command_line();
   void save_scene(const std::string& path);
-  /// Draws the transfer function's panel, whose edits go to the scene.
+  /// Draws the panel of the transfer function, which edits the scene.
   void edit_transfer_function();
   /// Writes what the window shows to a .png.
   void photograph(const std::string& path);
@@ -87,7 +87,7 @@ class Viewer {
   const PictureState& pictures() const { return pictures_; }
 
   // State.
-  /// The scene that is wished, in the window's resolution.
+  /// The scene to show, in the window's resolution.
   Scene scene() const;
   const std::string& input() const { return scene_.input; }
   /// The right side of a comparison; its method counts.
@@ -100,20 +100,20 @@ class Viewer {
   std::optional<Stage> drawing_stage() const { return maker_.progress(); }
   bool saving() const { return save_.running(); }
   const std::string& saved_path() const { return save_.what(); }
-  /// The exact picture of what is wished now, or null while it is not complete. `side`: 1 is
-  /// the right one of a comparison.
+  /// The exact picture of the scene; null until it is complete.
   const Image* exact_picture() const;
-  /// What is wished, in full, where it is a layer its colours; null while it is not complete.
+  /// The same, or the colours of the layer that is shown. Side 1 is the right one of a comparison.
   const Image* complete_picture(std::size_t side = 0) const;
 
  private:
   using Clock = std::chrono::steady_clock;
 
   void handle(const Event& event);
-  /// Has the window drawn in the next frames, though nothing else happens.
+  /// Draws at least so many of the next frames.
   void redraw(int frames);
   void draw(double seconds);
-  /// The scene, with its transfer function in a file that stays, in the size of saved pictures.
+  /// The scene for a saved picture: in its size, and with the transfer function in a file that
+  /// stays.
   Scene kept_scene();
   void take_news();
   void take_volume_news();
@@ -123,7 +123,7 @@ class Viewer {
   void take_pictures();
   void take_saved();
   void update_wishes();
-  /// Wishes for the pictures of the scene, or of what `volume_` has of it.
+  /// Asks for the pictures of a scene; if its volume is not at hand, of the old volume.
   void wish_pictures(const Scene& wanted, bool at_hand);
 
   ViewerOptions options_;
@@ -142,16 +142,16 @@ class Viewer {
   Sequence sequence_;
   DisplaySettings look_;
 
-  Scene scene_;                 ///< wished; its camera is navigation_'s once that was moved
+  Scene scene_;                 ///< to show; navigation_ has its camera once that was moved
   std::optional<Scene> other_;  ///< of a comparison
   ShownLayer layer_ = ShownLayer::picture;
   PictureState pictures_;
   std::string posted_;              ///< text of the last wish
-  bool camera_due_ = true;          ///< the next volume's own camera is to be taken
+  bool camera_due_ = true;          ///< the next volume brings its own camera
   std::exception_ptr first_error_;  ///< after which the window would never show anything
-  std::string photograph_;          ///< where the next frame is to be written
+  std::string photograph_;          ///< file for the next frame; empty: none
   Clock::time_point last_frame_ = Clock::now();
-  int frames_due_ = 3;  ///< that are drawn though nothing happens: the panels settle
+  int frames_due_ = 3;  ///< to draw though nothing happens, while panels settle
   bool closed_ = false;
 };
 

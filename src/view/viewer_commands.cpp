@@ -1,4 +1,4 @@
-// What keys, panels and drops have the viewer do.
+// The commands of keys, panels and drops.
 
 #include <algorithm>
 
@@ -18,7 +18,7 @@ bool same_camera(const Scene& a, const Scene& b) {
   });
 }
 
-/// Without what belongs to the scene's file: names of grids, values and places.
+/// The scene without names of grids, values and places, which belong to its file.
 Scene for_another_file(Scene scene) {
   for (std::string Scene::*grid :
        {&Scene::grid, &Scene::luminance_grid, &Scene::temperature_grid, &Scene::emission_grid})

@@ -5,7 +5,7 @@
 namespace psivox::view {
 namespace {
 
-/// Ends the preparation of what nobody waits for any more.
+/// Thrown to end the preparation of a volume that is no longer wished.
 struct Superseded {};
 
 }  // namespace

@@ -15,23 +15,23 @@ class VolumeLoader {
  public:
   struct News {
     std::shared_ptr<Volume> volume;  ///< null: none yet
-    std::exception_ptr error;        ///< why the last wish cannot be had
-    std::string key;                 ///< of the wish that volume or error answers
-    std::optional<std::pair<glm::dvec3, glm::dvec3>> box;  ///< of what is being prepared
+    std::exception_ptr error;        ///< why the last wish was refused
+    std::string key;                 ///< of the wish that `volume` or `error` answers
+    std::optional<std::pair<glm::dvec3, glm::dvec3>> box;  ///< of the volume in preparation
   };
 
-  /// `on_news` is called from the thread.
+  /// The thread calls `on_news`.
   explicit VolumeLoader(std::function<void()> on_news);
   ~VolumeLoader();
   VolumeLoader(const VolumeLoader&) = delete;
   VolumeLoader& operator=(const VolumeLoader&) = delete;
 
   void load(const Scene& scene, int generation);
-  /// Prepares it when nothing else is to be done, and keeps it for a later load.
+  /// Prepares the volume when there is nothing else to do, and keeps it for a later load.
   void prefetch(const Scene& scene, int generation);
-  /// What has happened since the last call.
+  /// Everything new since the last call.
   News news();
-  /// Of what is being prepared, see StageProgress; nullopt: nothing is.
+  /// Progress of the volume in preparation, see StageProgress; nullopt: there is none.
   std::optional<std::pair<std::string, double>> progress() const;
 
  private:

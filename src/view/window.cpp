@@ -124,7 +124,7 @@ void Window::listen() {
 
 std::vector<Event> Window::wait(double seconds) {
   if (seconds > 0 && events_.empty())
-    glfwWaitEventsTimeout(seconds);  // a posted one is there already
+    glfwWaitEventsTimeout(seconds);  // posted events do not wait
   else
     glfwPollEvents();
   return std::exchange(events_, {});

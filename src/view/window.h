@@ -20,11 +20,11 @@ struct WindowOptions {
   bool visible = true;
 };
 
-/// The pixel of a framebuffer at a place of its window, whose units are the window system's.
+/// The pixel of a framebuffer at a place of its window [units of the window system].
 glm::dvec2 framebuffer_place(const glm::dvec2& place, const glm::ivec2& window,
                              const glm::ivec2& framebuffer);
 
-/// A window with an OpenGL 4.5 core context, current on the thread that made it: that of main.
+/// A window with an OpenGL 4.5 core context, which is current on the main thread.
 class Window {
  public:
   /// Throws Error(graphics): no display, no context.
@@ -33,14 +33,14 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// Waits for something to happen, at most so long [s], and returns what did.
+  /// Waits for events, at most `seconds`, and returns them.
   std::vector<Event> wait(double seconds);
-  /// An event as if from the hand.
+  /// Adds an event as if the user had caused it.
   void post(Event event);
-  /// Ends a wait; from any thread.
+  /// Ends a wait; any thread may call it.
   static void wake();
 
-  glm::ivec2 size() const;  ///< of the framebuffer [pixels]; 0 where it is minimised
+  glm::ivec2 size() const;  ///< of the framebuffer [pixels]; 0 if it is minimised
   void hide();
   void resize(const glm::ivec2& size);
   double scale() const;  ///< of text: 2 on a display of twice the usual density
@@ -49,7 +49,7 @@ class Window {
   std::string clipboard() const;
   void swap();
 
-  /// What the next swap() will show, sRGB decoded to linear.
+  /// The picture that the next swap() shows, decoded from sRGB to linear.
   Image grab() const;
   /// Messages of KHR_debug and of glGetError since the last call.
   std::vector<std::string> problems();
