@@ -33,7 +33,7 @@ std::string format_ms(double ms) {
   return ms < 1000 ? formatted("%.0f ms", ms) : formatted("%.1f s", ms / 1000);
 }
 
-std::string stage_text(const Stage& stage, const std::string& of = "") {
+std::string work_text(const WorkStage& stage, const std::string& of = "") {
   const auto& [name, fraction] = stage;
   return name + of + (fraction > 0 ? formatted(" %.0f %%", std::floor(100 * fraction)) : "");
 }
@@ -125,7 +125,7 @@ std::string picture_status(const Viewer& viewer) {
   const std::string& input = viewer.input();
   const PictureState& pictures = viewer.pictures();
   if (const auto loading = viewer.loading_stage())
-    return stage_text(*loading, " " + std::filesystem::path(input).filename().string());
+    return work_text(*loading, " " + std::filesystem::path(input).filename().string());
   if (input.empty()) return "drop a .vdb here, or open one in the panel";
   if (pictures.complete()) {
     const bool picture = viewer.layer() == ShownLayer::picture;
@@ -134,7 +134,7 @@ std::string picture_status(const Viewer& viewer) {
     if (pictures.estimated_rms) text += formatted(", error about %.2g", *pictures.estimated_rms);
     return text;
   }
-  if (const auto stage = viewer.drawing_stage()) return stage_text(*stage);
+  if (const auto stage = viewer.drawing_stage()) return work_text(*stage);
   if (!pictures.shown) return "";
   return formatted("preview, 1/%g of the size, ", pictures.rung.divisor) +
          format_ms(pictures.preview_ms);

@@ -36,7 +36,7 @@ struct ViewerOptions {
 };
 
 /// A stage of work, and how much of it is done; 0: not known.
-using Stage = std::pair<std::string, double>;
+using WorkStage = std::pair<std::string, double>;
 
 /// The preview: a window, what it shows, and the threads that make it.
 class Viewer {
@@ -96,8 +96,8 @@ class Viewer {
   const Volume* volume() const { return volume_.get().get(); }
   bool loading() const { return volume_.loading(); }
   const std::optional<std::pair<glm::dvec3, glm::dvec3>>& box() const { return volume_.box(); }
-  std::optional<Stage> loading_stage() const { return volume_.progress(); }
-  std::optional<Stage> drawing_stage() const { return maker_.progress(); }
+  std::optional<WorkStage> loading_stage() const { return volume_.progress(); }
+  std::optional<WorkStage> drawing_stage() const { return maker_.progress(); }
   bool saving() const { return save_.running(); }
   const std::string& saved_path() const { return save_.what(); }
   /// The exact picture of the scene; null until it is complete.
