@@ -11,14 +11,15 @@
 
 #define DERIVED(type, name, expression) const type name = expression;
 
-// What a loop reads of a uniform llvmpipe (Mesa 22.3) gathers lane by lane in every turn, at 35 instructions a
-// number. A sum with what it cannot know to be 0 is formed once, before the loop.
 struct Grid {
 #define PARAMETER(type, name) type name;
 #include "grid_parameters.glsl"
 #undef PARAMETER
 };
 
+// llvmpipe (Mesa 22.3) gathers a uniform lane by lane wherever a loop reads it, in every turn, at 35
+// instructions a number. A sum is formed once, before the loop: the uniform plus a 0 that the driver
+// cannot know.
 #if HOLDS_UNIFORMS
 int nothing = int(gl_FragCoord.x) >> 30;
 int held(int v) { return v + nothing; }

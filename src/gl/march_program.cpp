@@ -34,20 +34,6 @@ std::map<std::string, std::string> generated_files(const ProgramKey& key) {
                 "(front, back, length)", "Mixture(0.0, vec3(0.0))")}};
 }
 
-/// The same for every key: the constants that the shaders share with C++, and whether the driver
-/// wants uniforms held (see binding.glsl).
-std::string common_prelude() {
-  std::ostringstream text;
-#define PSIVOX_ROW(name, value) \
-  text << "const int " #name " = " << static_cast<int>(value) << ";\n";
-  PSIVOX_SHADER_CONSTANTS(PSIVOX_ROW)
-#undef PSIVOX_ROW
-  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  const bool llvmpipe = renderer && std::string(renderer).find("llvmpipe") != std::string::npos;
-  text << "#define HOLDS_UNIFORMS " << int(llvmpipe) << "\n";
-  return text.str();
-}
-
 template <typename T>
 void set_parameter(const Program& program, const std::string& name, const T& value) {
   program.set(name.c_str(), value);
@@ -59,6 +45,18 @@ void set_parameter(const Program& program, const std::string& name, const glsl::
 }
 
 }  // namespace
+
+std::string common_prelude() {
+  std::ostringstream text;
+#define PSIVOX_ROW(name, value) \
+  text << "const int " #name " = " << static_cast<int>(value) << ";\n";
+  PSIVOX_SHADER_CONSTANTS(PSIVOX_ROW)
+#undef PSIVOX_ROW
+  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const bool llvmpipe = renderer && std::string(renderer).find("llvmpipe") != std::string::npos;
+  text << "#define HOLDS_UNIFORMS " << int(llvmpipe) << "\n";
+  return text.str();
+}
 
 int turns_per_pass(const MarchSetup& setup) {
   if (test_limits.turns_per_pass) return test_limits.turns_per_pass;
@@ -117,10 +115,14 @@ int MarchProgram::grid_unit(int grid) const {
   return unit;
 }
 
-void MarchProgram::configure(const MarchSetup& setup) const {
-#define PARAMETER(type, name) set_parameter(program_, "given." #name, setup.parameters.name);
+void set_parameters(const Program& program, const MarchParameters& parameters) {
+#define PARAMETER(type, name) set_parameter(program, "given." #name, parameters.name);
 #include "march_parameters.glsl"
 #undef PARAMETER
+}
+
+void MarchProgram::configure(const MarchSetup& setup) const {
+  set_parameters(program_, setup.parameters);
   if (setup.constants.one_interval)
     program_.set("interval_entries",
                  std::span(setup.tables).subspan(std::size_t(setup.parameters.transfer_first), 8));

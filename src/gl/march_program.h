@@ -16,6 +16,13 @@ struct ProgramKey {
   std::string prelude() const;
 };
 
+/// What stands before every shader that includes binding.glsl: the constants that it shares with
+/// C++, and whether the driver wants uniforms held.
+std::string common_prelude();
+
+/// Sets every parameter but sample_offset and tile_origin of a shader that includes binding.glsl.
+void set_parameters(const Program& program, const MarchParameters& parameters);
+
 /// Loop turns that one pass may take.
 int turns_per_pass(const MarchSetup& setup);
 
@@ -29,7 +36,7 @@ class MarchProgram {
   static constexpr int first_grid_unit = 5;
   int grid_unit(int grid) const;
 
-  /// Sets every parameter but sample_offset and tile_origin.
+  /// Sets the march's parameters and the interval of a function that has only one.
   void configure(const MarchSetup& setup) const;
 
   const Program& program() const { return program_; }

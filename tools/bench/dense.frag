@@ -11,11 +11,11 @@ layout(location = 0) out vec4 out_picture;
 layout(location = 1) out vec4 out_layers;
 
 float field(vec3 p) {
-  vec3 local = p - vec3(density_domain_min);
+  vec3 local = p - vec3(density.domain_min);
 #if HARDWARE_FILTER
   return textureLod(volume, (local.zyx + 0.5) / vec3(textureSize(volume, 0)), 0.0).x;
 #else
-  ivec3 c = clamp(ivec3(floor(local)), ivec3(0), density_domain_max - density_domain_min - 1);
+  ivec3 c = clamp(ivec3(floor(local)), ivec3(0), density.domain_max - density.domain_min - 1);
   vec3 u = local - vec3(c);
   ivec3 t = c.zyx;
   float v000 = texelFetch(volume, t, 0).x, v001 = texelFetch(volume, t + ivec3(1, 0, 0), 0).x;
@@ -36,10 +36,10 @@ void main() {
   float v = 1.0 - 2.0 * pixel.y / image_size.y;
   vec3 w = world_0 + world_u * u + world_v * v;
   float inverse_length = inversesqrt(dot(w, w));
-  Ray ray = make_ray(density_anchor_0 + density_anchor_u * u + density_anchor_v * v,
-                     (density_direction_0 + density_direction_u * u + density_direction_v * v)
+  Ray ray = make_ray(density.anchor_0 + density.anchor_u * u + density.anchor_v * v,
+                     (density.direction_0 + density.direction_u * u + density.direction_v * v)
                          * inverse_length,
-                     density_domain_min, density_domain_max, -camera_distance / inverse_length);
+                     density.domain_min, density.domain_max, -camera_distance / inverse_length);
   float T = 1.0;
   vec3 I = vec3(0.0);
   int first = int(ceil(ray.begin / step));

@@ -3,7 +3,7 @@
 #include <glm/common.hpp>
 
 #include "dense_shader.h"
-#include "march/march_parameters.h"
+#include "gl/march_program.h"
 #include "psivox/error.h"
 #include "psivox/stopwatch.h"
 
@@ -50,20 +50,20 @@ DenseRenderer::~DenseRenderer() {
 double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   context_.make_current();
   const MarchSetup setup = make_march_setup(view, atlas);
-  const std::string prelude =
-      "#define DENSITY_BUFFERS 1\n#define LUMINANCE_BUFFERS 1\n#define EMISSION_BUFFERS 1\n#define "
-      "GRADIENT_BUFFERS 1\n#define TEXELS_PER_BUFFER 1\n"
-      "#define HOLDS_UNIFORMS 1\n"  // the march defines it too
-      "#define HARDWARE_FILTER " +
-      std::to_string(setup.constants.hardware_filter) + "\n#define LUMINANCE_DENSITY " +
-      std::to_string(view.medium.source == LuminanceSource::density) + "\n";
+  const std::string prelude = gl::common_prelude() +
+#define GRID(id, name) "const int " #name "_buffers = 1;\n"
+#include "grids.glsl"
+#undef GRID
+                              "const int texels_per_buffer = 1;\n"
+                              "#define HARDWARE_FILTER " +
+                              std::to_string(setup.constants.hardware_filter) +
+                              "\n#define LUMINANCE_DENSITY " +
+                              std::to_string(view.medium.source == LuminanceSource::density) + "\n";
   auto& program = programs_[prelude];
   if (!program)
     program = std::make_unique<gl::Program>(
         "dense.frag", prelude, std::map<std::string, std::string>{{"dense.frag", dense_shader}});
-#define PARAMETER(type, name) program->set("given." #name, setup.parameters.name);
-#include "march_parameters.glsl"
-#undef PARAMETER
+  gl::set_parameters(*program, setup.parameters);
   program->set("tile_origin", glm::ivec2(0));
   program->set("volume", 0);
 
