@@ -184,6 +184,19 @@ sed -i 's/real a = decay(m.optical_depth).a;/real a = real(0.9) * decay(m.optica
 PSIVOX_SHADER_DIR=$work/broken t 0 "by the device's arithmetic" render "$S" -o a.exr --resolution 32x32
 echo '{"stpe": 1}' >bad.json
 t 2 step render --scene bad.json -o a.exr
+t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
+printf '{\n"step": 1,\n}' >broken.json
+t 2 "broken.json: not a scene in JSON: line 3" render "$S" --scene broken.json -o a.exr
+t 2 "unknown option --width; --resolution does that here" render "$S" -o a.exr --width 640
+t 2 "unknown option --density; --extinction does that here" view "$S" --density 2
+t 2 "unknown option --width" compare a.exr b.exr --width 3
+if "$program" compare a.exr b.exr --width 3 2>&1 | grep -q resolution; then
+  echo "FAILED: compare names an option that it does not have"
+  failed=$((failed + 1))
+fi
+t 3 "it has 'temperature' 'density' 'color'" render "$S" -o a.exr --grid tempreature
+t 0 "isovalue 0.5" render "$S" -o a.exr --mode isosurface --resolution 32x32
+t 6 "65536x65536 takes 64.0 GiB" render nope.vdb -o a.exr --resolution 65536x65536
 t 2 - rendr
 t 0 - --help
 t 0 "OpenVDB" --version

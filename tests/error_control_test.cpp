@@ -150,6 +150,24 @@ TEST(ErrorLayer, ItsRmsIsThePictures) {
   EXPECT_NEAR(std::sqrt(squares / 1200), c.rms, 1e-6 * c.rms);  // float32 rounding of 1200 sums
 }
 
+TEST(ErrorLayer, ExactPicturesHaveTheErrorThatACheckFinds) {
+  // pixels are stored as float32, so that a luminance of some hundred leaves an error in double too
+  Scene scene = blobs(true).scene;
+  scene.luminance_grid = "temperature";
+  scene.integrator = Integrator::cell_exact;
+  Session session(scene);
+  const auto marcher = open_double();
+  const Drawn drawn = session.draw(*marcher, {.layers = {.error = true}});
+  const CheckedError checked = session.check_error(drawn.image, 96 * 96);
+  ASSERT_GT(checked.rms, 1e-6);
+  ASSERT_TRUE(drawn.difference);
+  // 800 of 9216 pixels, as above
+  EXPECT_LE(drawn.difference->rms, 2 * checked.rms);
+  EXPECT_GE(drawn.difference->rms, checked.rms / 2);
+  EXPECT_GE(drawn.difference->max, drawn.difference->rms);
+  EXPECT_GE(double(drawn.image.layers.back().values.front()), checked.rms / 2);
+}
+
 TEST(CheckError, EveryPixelGivesThePicturesError) {
   View view = blobs(true, {24, 18});
   view.scene.step = 2;

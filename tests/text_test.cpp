@@ -37,6 +37,12 @@ TEST(Text, TheNearestNameIsTheOneMeant) {
   EXPECT_EQ(suggestion("xyzzy", names), "");
 }
 
+TEST(Text, NearNamesComeFirstAndTheRestKeepTheirOrder) {
+  const Items names = {"heat", "flame", "density", "v"};
+  EXPECT_EQ(nearest_first("desnity", names), (Items{"density", "heat", "flame", "v"}));
+  EXPECT_EQ(nearest_first("density", Items{}), Items{});
+}
+
 TEST(Text, NumbersReadBackAsTheSameBits) {
   for (const double value : {0.1, -1e-300, 1.0 / 3, 1e22, 0.0}) {
     double back = 1;

@@ -14,6 +14,7 @@
 #include "command_line.h"
 #include "commands.h"
 #include "notices.h"
+#include "picture_memory.h"
 #include "progress_bar.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
@@ -135,6 +136,8 @@ void check(const RenderCall& call, const Scene& scene) {
   }
   if (scene.input.empty()) usage("no input; give IN.vdb");
   check_writable(call.output, call.format, scene.resolution.x, scene.resolution.y);
+  const int code_bytes = holds_layers(call.output) ? 0 : call.format.bits == 16 ? 8 : 4;
+  check_picture_memory(scene.resolution.x, scene.resolution.y, int(call.layers.size()), code_bytes);
   if (!call.layers.empty() && !holds_layers(call.output)) usage("--aov needs an .exr as output");
   if (!call.stats.empty()) check_text_writable(call.stats);
 }
@@ -219,6 +222,9 @@ void write(const RenderCall& call, const Scene& scene, RenderReport& report) {
   image.metadata["psivox:scene"] = to_json(scene);
   image.metadata["psivox:version"] = PSIVOX_VERSION;
   image.metadata["psivox:renderer"] = report.drawn.stats.renderer;
+  constexpr double long_write = 5e7;  // [pixels]; some seconds
+  if (!call.quiet && double(image.width) * image.height > long_write)
+    std::fprintf(stderr, "psivox: writing %s\n", in_quotes(call.output).c_str());
   const Stopwatch writing;
   const std::string lost = write_image(image, call.output, call.format);
   if (!lost.empty() && !call.quiet) std::fprintf(stderr, "psivox: %s\n", lost.c_str());
@@ -260,7 +266,7 @@ void render_command(Arguments arguments) {
   const Stopwatch reading;
   Session session(make_view(scene, VdbFile(scene.input)));
   report.read_ms = reading.ms();
-  if (!call.quiet) print_notices(session.view(), !scene.extinction && scene.attenuates());
+  if (!call.quiet) print_notices(session.view(), scene);
   if (call.print_scene) std::cout << to_json(session.view().scene) << std::flush;
   if (call.explain) print_explanation(session);
   if (call.output.empty()) return;

@@ -116,7 +116,7 @@ void study_command(Arguments arguments) {
   check_study_folder(options.folder, options.resume);
 
   View view = make_view(scene, VdbFile(scene.input));
-  if (!call.quiet) print_notices(view, !scene.extinction && scene.attenuates());
+  if (!call.quiet) print_notices(view, scene);
   stop_on_interrupt();
   ProgressBar bar(call.quiet);
   options.progress = bar.progress();

@@ -9,7 +9,7 @@
 
 namespace psivox {
 
-void print_notices(const View& view, bool chose_extinction) {
+void print_notices(const View& view, const Scene& scene) {
   // Fields made from one grid repeat its notices.
   std::vector<std::string> printed;
   const Medium& medium = view.medium;
@@ -21,9 +21,14 @@ void print_notices(const View& view, bool chose_extinction) {
     }
   }
   print_notices(printed);
-  if (chose_extinction)
-    std::fprintf(stderr, "psivox: extinction %s [1/world unit], chosen by auto\n",
-                 parameter_text(view.scene, *find_parameter("extinction")).c_str());
+  const auto print_choice = [&](const char* name) {
+    const Parameter& p = *find_parameter(name);
+    const std::string unit = p.unit.empty() ? "" : " [" + p.unit + "]";
+    std::fprintf(stderr, "psivox: %s %s%s, chosen by auto\n", name,
+                 parameter_text(view.scene, p).c_str(), unit.c_str());
+  };
+  if (!scene.extinction && scene.attenuates()) print_choice("extinction");
+  if (!scene.isovalue && scene.mode == Mode::isosurface) print_choice("isovalue");
 }
 
 void print_notices(std::span<const std::string> notices) {

@@ -7,9 +7,9 @@
 
 namespace psivox {
 
-/// Prints to stderr how the grids were changed as they were read, and the extinction if `auto`
-/// chose it.
-void print_notices(const View& view, bool chose_extinction);
+/// Prints to stderr how the grids were changed as they were read, and the numbers that `auto` chose
+/// where `scene`, which the view resolves, leaves them open.
+void print_notices(const View& view, const Scene& scene);
 
 /// Prints to stderr, one line each.
 void print_notices(std::span<const std::string> notices);

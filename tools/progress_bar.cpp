@@ -13,9 +13,6 @@ namespace psivox {
 namespace {
 
 constexpr int bar_width = 40;
-// Shorter work needs no progress: a bar would flash up, or a log would get ten lines a frame.
-constexpr double patience_terminal_s = 0.3;
-constexpr double patience_log_s = 2;
 
 /// ", 3:05 left", once enough work is done to estimate it.
 std::string time_left(double fraction, double passed_s) {
@@ -29,7 +26,10 @@ std::string time_left(double fraction, double passed_s) {
 
 }  // namespace
 
-ProgressBar::ProgressBar(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
+ProgressBar::ProgressBar(bool quiet)
+    : quiet_(quiet),
+      terminal_(isatty(STDERR_FILENO) == 1),
+      marks_(terminal_ ? ProgressMarks(100, 0.3, 0.5) : ProgressMarks(10, 2, 10)) {}
 
 ProgressBar::~ProgressBar() {
   if (drawn_) std::fputs("\r\033[K", stderr);
@@ -43,19 +43,18 @@ Progress ProgressBar::progress() {
 void ProgressBar::show(double fraction) {
   fraction = std::clamp(fraction, 0.0, 1.0);
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
-  const int mark = static_cast<int>(fraction * (terminal_ ? 100 : 10));
-  if (mark <= shown_ || passed.count() < (terminal_ ? patience_terminal_s : patience_log_s)) return;
-  shown_ = mark;
+  if (!marks_.passes(fraction, passed.count())) return;
   const std::string left = time_left(fraction, passed.count());
+  const int percent = static_cast<int>(fraction * 100);
   if (!terminal_) {
-    std::fprintf(stderr, "psivox: %d %%%s\n", 10 * mark, left.c_str());
+    std::fprintf(stderr, "psivox: %d %%%s\n", percent, left.c_str());
     return;
   }
   drawn_ = true;
   const int filled = static_cast<int>(fraction * bar_width);
   const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
                           std::string(static_cast<std::size_t>(bar_width - filled), '.');
-  std::fprintf(stderr, "\r[%s] %3d %%%s\033[K", bar.c_str(), mark, left.c_str());
+  std::fprintf(stderr, "\r[%s] %3d %%%s\033[K", bar.c_str(), percent, left.c_str());
   std::fflush(stderr);
 }
 

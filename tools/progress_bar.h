@@ -2,12 +2,13 @@
 
 #include <chrono>
 
+#include "progress_marks.h"
 #include "psivox/progress.h"
 
 namespace psivox {
 
 /// Shows progress on stderr with the time left: a bar on a terminal; elsewhere a line for every
-/// tenth, if the work takes long.
+/// tenth or every ten seconds. Work that is done in a moment shows nothing.
 class ProgressBar {
  public:
   explicit ProgressBar(bool quiet);
@@ -24,7 +25,7 @@ class ProgressBar {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   bool quiet_;
   bool terminal_;
-  int shown_ = 0;  ///< percent, or tenths if stderr is not a terminal
+  ProgressMarks marks_;
   bool drawn_ = false;
 };
 

@@ -99,7 +99,8 @@ int main(int argc, char** argv) {
   } catch (const Error& error) {
     return fail(error.code() == ExitCode::usage ? who : "psivox", error.what(), error.code());
   } catch (const std::bad_alloc&) {
-    return fail("psivox", "out of memory; try --texel float16 or a smaller --resolution",
+    return fail("psivox",
+                "out of memory; try a smaller --resolution, or --texel float16 for a large volume",
                 ExitCode::memory);
   } catch (const std::exception& error) {
     return fail("psivox", error.what(), ExitCode::failure);

@@ -12,6 +12,10 @@ namespace {
 
 /// The scene in a picture's metadata, or in a JSON file.
 std::string read_scene(const std::string& path) {
+  if (path.ends_with(".vdb"))
+    throw Error(ExitCode::usage, in_quotes(path) +
+                                     " is a volume, not a scene; give it without --scene, or give "
+                                     "a .json or a picture that psivox wrote");
   if (!has_picture_extension(path)) return read_text(path, "scene");
   std::string text = read_metadata(path, "psivox:scene");
   if (text.empty())

@@ -21,6 +21,10 @@ std::string joined(std::span<const std::string> items, std::string_view between 
 /// neighbours swapped); empty if none is near. It ignores case, and `_` is `-`.
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
 
+/// The candidates by rising edit distance, otherwise in their order.
+std::vector<std::string> nearest_first(std::string_view name,
+                                       std::span<const std::string> candidates);
+
 /// "; did you mean X?", or empty if no candidate is near.
 std::string suggestion(std::string_view name, std::span<const std::string> candidates);
 

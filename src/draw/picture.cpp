@@ -71,7 +71,7 @@ void Picture::confirm_plan() {
   if (rms > *tolerance) plan_->reached = false;
 }
 
-void Picture::add_error(const MediumAtlas& atlas) {
+void Picture::add_error() {
   if (wish_.progress) wish_.progress(Stage::checking, 0);
   const View exact = exact_view(marched());
   RenderOptions whole;
@@ -79,11 +79,11 @@ void Picture::add_error(const MediumAtlas& atlas) {
   if (wish_.progress)
     whole.progress = [this](double fraction) { wish_.progress(Stage::checking, fraction); };
   const Image better = marcher_.render(exact, whole).image;
-  const double common =
-      marcher_.rounds() ? device_error(exact, atlas, marcher_.render(pilot_view(exact)).image) : 0;
+  const CheckedError left = exact_error(exact, marcher_.render(pilot_view(exact)).image);
   drawn_.difference = compare_images(drawn_.image, better);
-  drawn_.difference->rms = std::hypot(drawn_.difference->rms, common);
-  drawn_.image.layers.push_back(error_layer(drawn_.image, better, common));
+  drawn_.difference->rms = std::hypot(drawn_.difference->rms, left.rms);
+  drawn_.difference->max += left.max;
+  drawn_.image.layers.push_back(error_layer(drawn_.image, better, left.rms));
 }
 
 Drawn Picture::finish() {

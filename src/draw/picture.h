@@ -14,7 +14,7 @@ class Picture {
   /// Estimates the error from the pilot's rays, as the marcher draws them.
   void confirm_plan();
   /// Adds layer `error`. The marcher must hold the atlas for exact filtering.
-  void add_error(const MediumAtlas& atlas);
+  void add_error();
   Drawn finish();
 
  private:

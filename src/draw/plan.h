@@ -38,9 +38,10 @@ View pilot_view(const View& view);
 /// is pilot_view of the plan's view, with its brick steps. The plan must have a pilot.
 void confirm(MarchPlan& plan, const Image& drawn);
 
-/// RMS error of the device's arithmetic when it marches a view exactly. `drawn` is the device's
-/// picture of the exact view's pilot_view.
-double device_error(const View& exact, const MediumAtlas& atlas, const Image& drawn);
+/// Error that is left when a marcher draws a view exactly: arithmetic, what the most exact method
+/// leaves, and the rounding of pixels to float32. `drawn` is the marcher's picture of the exact
+/// view's pilot_view; the reference is the truth.
+CheckedError exact_error(const View& exact, const Image& drawn);
 
 /// Layer `error`: per pixel, the root-mean-square difference over R G B A between a picture and a
 /// better one, combined with `common`, an error that both share. The layer's RMS is the picture's.

@@ -187,13 +187,12 @@ Drawn Session::draw(Marcher& marcher, const Wish& wish) {
   Picture picture(marcher, view, wish, std::move(plan));
   picture.march();
   if (marcher.marches()) {
-    const MediumAtlas& grids = impl_->atlas(view.scene.texel, times);
     picture.confirm_plan();
     if (wish.layers.error) {
       Scene exact = view.scene;
       exact.filter = Filter::exact;
       impl_->upload(marcher, exact, times);
-      picture.add_error(grids);
+      picture.add_error();
     }
   }
   Drawn drawn = picture.finish();

@@ -5,6 +5,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <numeric>
+#include <utility>
 
 namespace psivox {
 namespace {
@@ -83,6 +84,17 @@ std::string nearest_name(std::string_view name, std::span<const std::string> can
     best = candidate;
   }
   return best;
+}
+
+std::vector<std::string> nearest_first(std::string_view name,
+                                       std::span<const std::string> candidates) {
+  std::vector<std::pair<std::size_t, std::string>> ranked;
+  for (const std::string& candidate : candidates)
+    ranked.emplace_back(edit_distance(folded(name), folded(candidate)), candidate);
+  std::ranges::stable_sort(ranked, {}, [](const auto& entry) { return entry.first; });
+  std::vector<std::string> names;
+  for (auto& entry : ranked) names.push_back(std::move(entry.second));
+  return names;
 }
 
 std::string suggestion(std::string_view name, std::span<const std::string> candidates) {

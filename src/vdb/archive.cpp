@@ -8,6 +8,7 @@
 
 #include "grid_types.h"
 #include "psivox/error.h"
+#include "psivox/text.h"
 
 namespace psivox::vdb {
 namespace {
@@ -146,9 +147,11 @@ const GridEntry& Archive::find(std::string_view name) const {
   for (const GridEntry& entry : entries_) {
     if (entry.descriptor.gridName() == name) return entry;
   }
-  std::string message = path_ + ": has no grid '" + std::string(name) + "'; it has";
-  for (const GridEntry& entry : entries_) message += " '" + entry.name + "'";
-  if (entries_.empty()) message += " none";
+  std::vector<std::string> names;
+  for (const GridEntry& entry : entries_) names.push_back(entry.name);
+  std::string message = path_ + ": has no grid " + in_quotes(name) + "; it has";
+  for (const std::string& known : nearest_first(name, names)) message += " " + in_quotes(known);
+  if (names.empty()) message += " none";
   throw Error(ExitCode::input, message);
 }
 
