@@ -60,7 +60,7 @@ TEST_F(MarchInvariance, QuarterTurns) {
     Scene moved = scene;
     moved.camera_position = along(*scene.camera_position);
     moved.camera_target = along(*scene.camera_target);
-    moved.camera_up = along(scene.camera_up);
+    moved.camera_up = along(scene.camera_up.value_or(glm::dvec3(0, 1, 0)));
     expect_same(name_of(step) + ", camera turned along", expected,
                 gl_picture(view_of(moved, make_field(box, turned), Glow::density)));
   }
@@ -154,7 +154,7 @@ TEST_F(MarchInvariance, AnyAffineTransformIsTheReference) {
   for (const glm::dvec3& from : {glm::dvec3(50, 20, 30), {-60, 5, -20}, {0, 3, 0.5}}) {
     Scene scene = looking(small_scene(), middle + from, middle);
     scene.extinction = 0.4;
-    scene.camera_up = {0.3, 0.2, 1};
+    scene.camera_up = glm::dvec3(0.3, 0.2, 1);
     const View view = view_of(scene, shared);
     expect_same("sheared", render_reference(view).image, gl_picture(view), 1e-6);
   }

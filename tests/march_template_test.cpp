@@ -64,7 +64,7 @@ class MarchTemplate : public GpuTest {
   static View view_along(const glm::dvec3& direction, int connectivity, Glow glow = Glow::density) {
     const glm::dvec3 middle(19.5, 17.5, 15.5);
     Scene scene = looking(small_scene(48), middle - 200.0 * direction, middle, 48.0);
-    scene.camera_up = {0.1, 1, 0.05};
+    scene.camera_up = glm::dvec3(0.1, 1, 0.05);
     scene.sampling = Sampling::template_;
     scene.connectivity = connectivity;
     scene.integrator = Integrator::psi_exact;

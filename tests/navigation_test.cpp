@@ -27,7 +27,7 @@ constexpr glm::dvec3 low{-1, -2, -3}, high{3, 2, 1};
 
 Navigation over_box(const Scene& scene = {}) {
   Navigation navigation;
-  navigation.reset(scene, low, high);
+  navigation.reset(scene, box_subject(low, high));
   return navigation;
 }
 
@@ -136,7 +136,7 @@ TEST(Navigation, AxisViewsAreBlenders) {
   navigation.look(Axis::front, true);
   EXPECT_NEAR(camera_of(navigation).forward.z, 1, 1e-9);
   Scene scene;
-  scene.camera_up = {0, 0, 1};
+  scene.camera_up = glm::dvec3(0, 0, 1);
   Navigation upright = over_box(scene.camera_position ? scene : [&] {
     scene.camera_position = glm::dvec3{1, -9, 1};
     return scene;
@@ -222,7 +222,7 @@ TEST(Volume, TellsHowFarItIs) {
     ++steps;
   };
   bool box = false;
-  prepare_volume(scene, 0, nullptr, progress, [&](const auto&, const auto&) { box = true; });
+  prepare_volume(scene, 0, nullptr, progress, [&](const Subject&) { box = true; });
   EXPECT_EQ(stages, (std::vector<std::string>{"reading", "preparing", "converting"}));
   EXPECT_GE(steps, 2);
   EXPECT_GT(last, 0.5);

@@ -299,5 +299,30 @@ TEST(VdbAssets, AreReadAsMade) {
   EXPECT_EQ(VdbFile(assets_dir() / "rotated.vdb").info().at(0).transform, "AffineMap");
 }
 
+TEST(UpAxis, IsKnownByTheCreatorAndTheGrids) {
+  const auto grid = [](const std::string& name) {
+    auto made = openvdb::FloatGrid::create();
+    made->setName(name);
+    made->tree().setValue(openvdb::Coord(0, 0, 0), 1.0f);
+    return made;
+  };
+  const auto written = [&](const std::string& creator, const openvdb::GridCPtrVec& grids) {
+    openvdb::initialize();
+    const auto path = test::scratch_dir() / "made.vdb";
+    openvdb::MetaMap metadata;
+    if (!creator.empty()) metadata.insertMeta("creator", openvdb::StringMetadata(creator));
+    openvdb::io::File(path.string()).write(grids, metadata);
+    return VdbFile(path).z_up();
+  };
+  EXPECT_EQ(written("", {grid("density")}), "");
+  EXPECT_EQ(written("Houdini/SOP_OpenVDB_Write", {grid("density")}), "");
+  EXPECT_EQ(written("Blender/OpenVDBWriter", {grid("density")}), "written by Blender");
+  EXPECT_EQ(written("", {grid("density"), grid("shadow")}), "a grid 'shadow', as Blender names it");
+  EXPECT_EQ(written("", {grid("shadow")}), "");
+  const auto cache = grid("density");
+  cache->insertMeta("file_base_resolution", openvdb::Vec3IMetadata({16, 16, 16}));
+  EXPECT_EQ(written("", {grid("heat"), cache}), "a cache of Blender's fluids");
+}
+
 }  // namespace
 }  // namespace psivox

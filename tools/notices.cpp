@@ -21,6 +21,9 @@ void print_notices(const View& view, const Scene& scene) {
     }
   }
   print_notices(printed);
+  if (scene.up_axis == UpAxis::automatic && !scene.camera_up && !view.subject->z_up.empty())
+    std::fprintf(stderr, "psivox: Z is up (%s); --up-axis y changes that\n",
+                 view.subject->z_up.c_str());
   const auto print_choice = [&](const char* name) {
     const Parameter& p = *find_parameter(name);
     const std::string unit = p.unit.empty() ? "" : " [" + p.unit + "]";

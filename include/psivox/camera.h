@@ -6,6 +6,7 @@
 
 #include "psivox/field.h"
 #include "psivox/scene.h"
+#include "psivox/subject.h"
 
 namespace psivox {
 
@@ -14,6 +15,7 @@ struct Camera {
   glm::dvec3 position;
   glm::dvec3 target;
   glm::dvec3 right, up, forward;  ///< unit, R = F x up, U = R x F
+  glm::dvec3 camera_up{0, 1, 0};  ///< the `up` that the frame was made with
   bool orthographic = false;
   double half_width = 1;   ///< tan(fov/2), or half the ortho width [world units]
   double half_height = 1;  ///< half_width * H / W
@@ -26,13 +28,22 @@ struct WorldRay {
   glm::dvec3 direction;
 };
 
-/// The scene's camera for a volume from `box_min` to `box_max` (world corners of the domain). Unset
-/// parameters frame the whole box, looking along -Z. Throws Error(usage) if the position equals the
-/// target, the view is along `up`, or an extent is not positive.
+/// The scene's camera. Unset parameters frame all that is visible of the subject, looking along -Z,
+/// or along +Y if Z is up. Throws Error(usage) if the position equals the target, the view is along
+/// `up`, or an extent is not positive.
+Camera make_camera(const Scene& scene, const Subject& subject);
+/// The camera for a whole box.
 Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max);
 
-/// Horizontal field of view [degrees]: the scene's fov, else that of its lens.
+/// Horizontal field of view [degrees]: the scene's fov, else that of its lens, made narrower by its
+/// zoom.
 double horizontal_fov(const Scene& scene);
+
+/// Whether Z is up, by the scene or else by the file.
+bool z_is_up(const Scene& scene, const Subject& subject);
+
+/// The direction that is up in the picture: the scene's own, else its up axis.
+glm::dvec3 up_direction(const Scene& scene, const Subject& subject);
 
 /// World bounds of a field's domain.
 void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max);

@@ -3,6 +3,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "psivox/camera.h"
@@ -50,13 +51,13 @@ struct Medium {
   double phase_g = 0;        ///< mean cosine of scattering about it
 };
 
-/// The medium, the camera, and the scene with all optionals resolved, so that rendering `scene`
-/// again gives the same picture.
+/// The medium, the camera, what it looks at, and the scene with all optionals resolved, so that
+/// rendering `scene` again gives the same picture.
 struct View {
   Scene scene;
   Medium medium;
   Camera camera;
-  glm::dvec3 box_min{0}, box_max{0};  ///< of the density's domain [world units]
+  std::shared_ptr<const Subject> subject;
 };
 
 /// Factor of a lit medium's luminance along a ray of this normalised direction: Henyey and
@@ -67,6 +68,7 @@ double phase_factor(const Medium& medium, const glm::dvec3& ray_direction);
 /// the same field.
 struct MediumFields {
   std::shared_ptr<const Field> density, luminance, temperature, emission;
+  std::string z_up{};  ///< what tells that the file's Z axis is up, see VdbFile::z_up
 };
 
 /// Reads the grids that the picture depends on under the scene's mode. Throws Error(input).

@@ -17,6 +17,7 @@ enum class Classification { post, pre };
 enum class Centering { node, cell };
 enum class Filter { exact, hardware };
 enum class Projection { perspective, orthographic };
+enum class UpAxis { automatic, y, z };
 enum class RendererKind { gl, reference, march_double };
 enum class TexelType { float32, float16 };
 
@@ -73,7 +74,11 @@ struct Scene {
 
   std::optional<glm::dvec3> camera_position;
   std::optional<glm::dvec3> camera_target;
-  glm::dvec3 camera_up{0, 1, 0};
+  std::optional<glm::dvec3> camera_up;  ///< unset: the axis that up_axis names
+  UpAxis up_axis = UpAxis::automatic;   ///< automatic: as the file tells, else y
+  double azimuth = 0;         ///< turns the camera about the up axis, to the right [degrees]
+  double elevation = 0;       ///< then raises it [degrees]
+  double zoom = 1;            ///< magnification: the field of view is narrower
   std::optional<double> fov;  ///< horizontal [degrees]; unset: from focal_length and aperture
   double focal_length = 50;   ///< [mm]
   double aperture = 41.2136;  ///< [mm]

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -60,6 +62,13 @@ class VdbFile {
   /// them; a repeated name is `density[0]`, `density[1]`, ... Grids that cannot be read are listed
   /// too: info() says why.
   const std::vector<std::string>& names() const;
+
+  /// The file's own metadata, as text, by name.
+  const std::map<std::string, std::string>& metadata() const;
+
+  /// What tells that Z is up, such as `written by Blender`: the file's metadata, or names and
+  /// metadata of its grids. Empty if nothing does.
+  const std::string& z_up() const;
 
   /// One row per grid. Reads the trees, so that counts and boxes are true. Never throws for a bad
   /// grid.

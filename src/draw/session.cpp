@@ -69,7 +69,7 @@ View Session::Impl::viewed(const Wish& wish) const {
   View result = view;
   if (wish.scene) {
     result.scene = with_default_tolerance(*wish.scene);
-    result.camera = make_camera(*wish.scene, view.box_min, view.box_max);
+    result.camera = make_camera(*wish.scene, *view.subject);
   }
   if (wish.resolution) result.scene.resolution = *wish.resolution;
   if (wish.exact) result = exact_view(result);

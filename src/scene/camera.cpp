@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
@@ -12,10 +13,10 @@
 namespace psivox {
 namespace {
 
-constexpr double frame_margin = 0.05;  // of the half width and half height, left free
-
 struct Frame {
   glm::dvec3 right, up, forward;
+
+  glm::dmat3 axes() const { return {right, up, forward}; }
 };
 
 std::array<glm::dvec3, 8> corners(const glm::dvec3& min, const glm::dvec3& max) {
@@ -25,48 +26,64 @@ std::array<glm::dvec3, 8> corners(const glm::dvec3& min, const glm::dvec3& max) 
   return out;
 }
 
-/// Throws if the view is along a chosen `up`. If `up` is the default, an axis across the view
+/// Throws if the view is along an `up` that was chosen. If it was not, an axis across the view
 /// replaces it: the one that keeps +X on the right when looking up or down.
-Frame make_frame(const glm::dvec3& forward, const glm::dvec3& up) {
+Frame make_frame(const glm::dvec3& forward, const glm::dvec3& up, bool chosen) {
   const glm::dvec3 unit_up = glm::normalize(up);
   glm::dvec3 right = glm::cross(forward, unit_up);
   // |F x up| is the sine of their angle; R's relative error is about 1e-16 over it. At 1e-6 the
   // picture still turns by less than 1e-10, far below a pixel.
   if (glm::length(right) < 1e-6) {
-    if (up != Scene{}.camera_up)
+    if (chosen)
       throw Error(ExitCode::usage,
                   "--camera-up is parallel to the view; change it or --camera-position");
-    right = glm::cross(forward, glm::dvec3(0, 0, forward.y < 0 ? -1 : 1));
+    const double side = glm::dot(forward, unit_up) < 0 ? 1 : -1;
+    right = glm::cross(forward, unit_up.z > 0.5 ? glm::dvec3(0, side, 0) : glm::dvec3(0, 0, -side));
   }
   right = glm::normalize(right);
   return {right, glm::cross(right, forward), forward};
 }
 
-/// Distance from `aim`, backwards along the view, from which all corners project inside the frame.
-double framing_distance(const std::array<glm::dvec3, 8>& box, const glm::dvec3& aim,
-                        const Frame& frame, double half_width, double half_height) {
-  double distance = 0;
-  for (const glm::dvec3& corner : box) {
-    const glm::dvec3 q = corner - aim;
-    // |x| <= (1 - margin) * half_width * (distance + depth), and the same for y
-    const double wide = std::abs(glm::dot(q, frame.right)) / half_width;
-    const double high = std::abs(glm::dot(q, frame.up)) / half_height;
-    distance =
-        std::max(distance, std::max(wide, high) / (1 - frame_margin) - glm::dot(q, frame.forward));
-  }
-  return distance;
+/// The view from the front: along -Z, or along +Y if Z is up.
+glm::dvec3 front(const glm::dvec3& up) {
+  const double z = up.z / glm::length(up);
+  if (std::abs(z) > 0.9) return {0, z > 0 ? 1 : -1, 0};
+  return {0, 0, -1};
 }
 
-/// Half width of an orthographic picture, centred on `aim`, that holds all corners.
-double framing_half_width(const std::array<glm::dvec3, 8>& box, const glm::dvec3& aim,
-                          const Frame& frame, double aspect) {
-  double half = 0;
-  for (const glm::dvec3& corner : box) {
-    const glm::dvec3 q = corner - aim;
-    half = std::max(
-        {half, std::abs(glm::dot(q, frame.right)), std::abs(glm::dot(q, frame.up)) * aspect});
-  }
-  return half / (1 - frame_margin);
+/// The camera moves to the right by the azimuth, about `up`, and then upwards by the elevation.
+Frame turned(const Frame& frame, const glm::dvec3& up, double azimuth, double elevation) {
+  const glm::dmat3 aside(glm::rotate(glm::dmat4(1), glm::radians(azimuth), glm::normalize(up)));
+  const glm::dvec3 right = aside * frame.right;
+  const glm::dmat3 rise(glm::rotate(glm::dmat4(1), -glm::radians(elevation), right));
+  return {right, rise * aside * frame.up, rise * aside * frame.forward};
+}
+
+/// The frame of the scene's camera, and the `up` that gives it again.
+struct Direction {
+  Frame frame;
+  glm::dvec3 up;
+};
+
+Direction direction_of(const Scene& scene, const glm::dvec3& forward, const glm::dvec3& up) {
+  const Frame frame = make_frame(forward, up, scene.camera_up.has_value());
+  if (scene.azimuth == 0 && scene.elevation == 0) return {frame, up};
+  const Frame moved = turned(frame, up, scene.azimuth, scene.elevation);
+  // At the pole and beyond it, the axis does not tell which way is up.
+  const bool upright = glm::dot(moved.up, glm::normalize(up)) > 1e-3;
+  return {moved, upright ? up : moved.up};
+}
+
+/// Distance from the camera to its target.
+double view_length(const Camera& camera) {
+  const double length = glm::length(camera.target - camera.position);
+  if (!(length > 0))
+    throw Error(ExitCode::usage,
+                "the camera's position equals its target; set --camera-position or "
+                "--camera-target");
+  if (!std::isfinite(length))
+    throw Error(ExitCode::usage, "--camera-position is too far from --camera-target");
+  return length;
 }
 
 /// Mirrors i's binary digits at the point: van der Corput's sequence, in [0, 1).
@@ -79,11 +96,26 @@ double radical_inverse(unsigned i) {
 }  // namespace
 
 double horizontal_fov(const Scene& scene) {
-  if (scene.fov) return *scene.fov;
-  return glm::degrees(2 * std::atan(scene.aperture / (2 * scene.focal_length)));
+  const double tangent = scene.fov ? std::tan(glm::radians(*scene.fov) / 2)
+                                   : scene.aperture / (2 * scene.focal_length);
+  if (scene.fov && scene.zoom == 1) return *scene.fov;
+  return glm::degrees(2 * std::atan(tangent / scene.zoom));
+}
+
+bool z_is_up(const Scene& scene, const Subject& subject) {
+  return scene.up_axis == UpAxis::automatic ? !subject.z_up.empty() : scene.up_axis == UpAxis::z;
+}
+
+glm::dvec3 up_direction(const Scene& scene, const Subject& subject) {
+  if (scene.camera_up) return *scene.camera_up;
+  return z_is_up(scene, subject) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
 }
 
 Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max) {
+  return make_camera(scene, box_subject(box_min, box_max));
+}
+
+Camera make_camera(const Scene& scene, const Subject& subject) {
   const double fov = horizontal_fov(scene);
   if (!(fov > 0 && fov < 180))
     throw Error(ExitCode::usage, "--fov must be above 0 and below 180 degrees");
@@ -93,40 +125,48 @@ Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dve
     throw Error(ExitCode::usage, "--camera-up 0,0,0 has no direction");
 
   const double aspect = static_cast<double>(scene.resolution.x) / scene.resolution.y;
-  const double half_width = std::tan(glm::radians(fov) / 2);
-  const auto box = corners(box_min, box_max);
-
   Camera camera;
-  camera.target = scene.camera_target.value_or(0.5 * (box_min + box_max));
+  camera.orthographic = scene.projection == Projection::orthographic;
+  camera.half_width = std::tan(glm::radians(fov) / 2);
+  // The zoom makes the picture larger, so it does not take part in the framing.
+  const double framed_width = camera.half_width * scene.zoom;
+  const glm::dvec3 up = up_direction(scene, subject);
+  Direction direction;
   if (scene.camera_position) {
+    camera.target = scene.camera_target ? *scene.camera_target : middle_of(subject);
     camera.position = *scene.camera_position;
+    const double length = view_length(camera);
+    direction = direction_of(scene, (camera.target - camera.position) / length, up);
+    if (scene.azimuth != 0 || scene.elevation != 0)
+      camera.position = camera.target - length * direction.frame.forward;
   } else {
-    const Frame frame = make_frame({0, 0, -1}, scene.camera_up);
-    const double distance =
-        framing_distance(box, camera.target, frame, half_width, half_width / aspect);
-    camera.position = camera.target - distance * frame.forward;
+    direction = direction_of(scene, front(up), up);
+    const Framing framing =
+        framing_of(subject, direction.frame.axes(), framed_width, framed_width / aspect,
+                   camera.orthographic, scene.camera_target);
+    camera.target = framing.target;
+    camera.position = framing.target - framing.distance * direction.frame.forward;
   }
 
   // The frame always comes from the two points, even if they came from a frame. So a scene printed
   // with its resolved points gives the same camera to the last bit.
-  const glm::dvec3 view = camera.target - camera.position;
-  const double length = glm::length(view);
-  if (!(length > 0))
-    throw Error(ExitCode::usage,
-                "the camera's position equals its target; set --camera-position or "
-                "--camera-target");
-  if (!std::isfinite(length))
-    throw Error(ExitCode::usage, "--camera-position is too far from --camera-target");
-  const Frame frame = make_frame(view / length, scene.camera_up);
+  camera.camera_up = direction.up;
+  const double length = view_length(camera);
+  const Frame frame = make_frame((camera.target - camera.position) / length, camera.camera_up,
+                                 scene.camera_up.has_value());
   camera.right = frame.right;
   camera.up = frame.up;
   camera.forward = frame.forward;
+  const bool along_up = std::abs(glm::dot(frame.up, camera.camera_up)) < 1e-6;
+  if (along_up) camera.camera_up = frame.up;
 
-  camera.orthographic = scene.projection == Projection::orthographic;
-  camera.half_width = half_width;
   if (camera.orthographic) {
-    camera.half_width = scene.ortho_width ? *scene.ortho_width / 2
-                                          : framing_half_width(box, camera.position, frame, aspect);
+    const double width = scene.ortho_width
+                             ? *scene.ortho_width
+                             : 2 * framing_of(subject, frame.axes(), framed_width,
+                                              framed_width / aspect, true, camera.position)
+                                       .half_width;
+    camera.half_width = width / 2 / scene.zoom;
     if (!(camera.half_width > 0)) throw Error(ExitCode::usage, "--ortho-width must be above 0");
   }
   camera.half_height = camera.half_width / aspect;

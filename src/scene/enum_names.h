@@ -21,6 +21,7 @@ inline std::vector<std::string> enum_names(Colormap) {
 }
 inline std::vector<std::string> enum_names(Filter) { return {"exact", "hardware"}; }
 inline std::vector<std::string> enum_names(Projection) { return {"perspective", "orthographic"}; }
+inline std::vector<std::string> enum_names(UpAxis) { return {"auto", "y", "z"}; }
 inline std::vector<std::string> enum_names(RendererKind) {
   return {"gl", "reference", "march-double"};
 }

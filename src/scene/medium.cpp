@@ -13,6 +13,7 @@
 #include "scene/gradient_field.h"
 #include "scene/isovalue.h"
 #include "scene/luminance_sources.h"
+#include "scene/visible_parts.h"
 
 namespace psivox {
 namespace {
@@ -26,7 +27,7 @@ void check_density(const Field& density) {
 
 /// The fields that the scene's mode uses, with values placed by its centering.
 MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
-  MediumFields used{fields.density, nullptr, nullptr, nullptr};
+  MediumFields used{fields.density, nullptr, nullptr, nullptr, fields.z_up};
   if (scene.composites()) used = fields;
   if (scene.centering == Centering::node) return used;
   const std::shared_ptr<const Field> density = used.density;
@@ -106,7 +107,11 @@ Scene with_names(Scene scene, const MediumFields& fields) {
   return scene;
 }
 
-void resolve(Scene& scene, const MediumFields& fields, const Medium& medium, const Camera& camera) {
+void resolve(const MediumFields& fields, View& view) {
+  Scene& scene = view.scene;
+  const Medium& medium = view.medium;
+  const Camera& camera = view.camera;
+  const bool z_up = z_is_up(scene, *view.subject);
   scene.range = resolved_range(scene, *fields.density);
   if (scene.attenuates()) scene.extinction = medium.extinction;
   if (scene.mode == Mode::isosurface) scene.isovalue = resolved_isovalue(scene, *fields.density);
@@ -119,7 +124,11 @@ void resolve(Scene& scene, const MediumFields& fields, const Medium& medium, con
   }
   scene.camera_position = camera.position;
   scene.camera_target = camera.target;
+  scene.camera_up = camera.camera_up;
+  scene.up_axis = z_up ? UpAxis::z : UpAxis::y;
+  scene.azimuth = scene.elevation = 0;
   scene.fov = horizontal_fov(scene);
+  scene.zoom = 1;
   if (camera.orthographic) scene.ortho_width = 2 * camera.half_width;
 }
 
@@ -146,10 +155,12 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   const MediumFields fields = used_fields(unnamed, all_fields);
   const Scene scene = with_names(unnamed, fields);
   validate(scene);
-  View view{scene, make_medium(scene, fields), {}};
-  world_bounds(*fields.density, view.box_min, view.box_max);
-  view.camera = make_camera(scene, view.box_min, view.box_max);
-  resolve(view.scene, fields, view.medium, view.camera);
+  View view{scene, make_medium(scene, fields), {}, {}};
+  auto subject = std::make_shared<Subject>(subject_of(view.medium, scene.mode));
+  subject->z_up = fields.z_up;
+  view.subject = subject;
+  view.camera = make_camera(scene, *subject);
+  resolve(fields, view);
   return view;
 }
 

@@ -14,6 +14,7 @@ std::shared_ptr<const Field> read(const VdbFile& file, const std::string& grid,
 
 MediumFields read_fields(const Scene& scene, const VdbFile& file) {
   MediumFields fields;
+  fields.z_up = file.z_up();
   const bool surface = scene.mode == Mode::isosurface;
   const bool data = scene.has_function() || surface;
   const std::string grid = scene.grid.empty() ? file.default_grid() : scene.grid;

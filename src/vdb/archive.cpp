@@ -55,7 +55,9 @@ Archive::Archive(const std::filesystem::path& path, Progress progress)
     setFormatVersion(stream_);
     setLibraryVersion(stream_);
     setDataCompression(stream_);
-    openvdb::MetaMap().readMeta(stream_);
+    openvdb::MetaMap metadata;
+    metadata.readMeta(stream_);
+    file_metadata_ = text_of(metadata);
     read_directory();
   } catch (const std::exception& e) {
     throw Error(ExitCode::input, path_ + ": is not a VDB file or is damaged: " + explain(e));
@@ -183,6 +185,21 @@ openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry) {
   file_.expect(entry.descriptor.getEndPos() - entry.descriptor.getGridPos());
   readGrid(grid, entry.descriptor, stream_);
   return grid;
+}
+
+MetadataText Archive::metadata_of(const GridEntry& entry) {
+  if (entry.streamed) return text_of(*entry.streamed);
+  if (!entry.problem.empty()) return {};
+  try {
+    stream_.clear();
+    entry.descriptor.seekToGrid(stream_);
+    readGridCompression(stream_);
+    openvdb::MetaMap metadata;
+    metadata.readMeta(stream_);
+    return text_of(metadata);
+  } catch (const std::exception&) {  // reading the grid says what is wrong with it
+    return {};
+  }
 }
 
 std::string Archive::subject(std::string_view grid_name) const {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "counted_file.h"
+#include "file_metadata.h"
 
 namespace psivox::vdb {
 
@@ -42,6 +43,12 @@ class Archive final : private openvdb::io::Archive {
   /// Throws Error(input) that lists the names if there is none.
   const GridEntry& find(std::string_view name) const;
 
+  /// The file's own metadata.
+  const MetadataText& metadata() const { return file_metadata_; }
+
+  /// The entry's metadata, without its tree; empty if it cannot be read.
+  MetadataText metadata_of(const GridEntry& entry);
+
   /// The entry's grid, which the caller may change. Throws Error(input).
   openvdb::GridBase::Ptr read(const GridEntry& entry);
 
@@ -58,6 +65,7 @@ class Archive final : private openvdb::io::Archive {
   std::string path_;
   std::int64_t size_ = 0;                      ///< of the file [bytes]
   openvdb::io::StreamMetadata::Ptr metadata_;  ///< the stream keeps a plain pointer to it
+  MetadataText file_metadata_;
   CountedFile file_;
   std::istream stream_{&file_};
   std::vector<GridEntry> entries_;

@@ -20,24 +20,34 @@ struct VdbFile::Impl {
   std::vector<std::string> names;
   std::vector<int> channels;  ///< by name; 0 if the grid cannot be read
   std::vector<std::string> base_names;
+  vdb::MetadataText metadata;
+  std::string z_up;
 };
 
 VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
     : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
   impl_->progress = std::move(progress);
-  const vdb::Archive archive(path, impl_->progress);
+  vdb::Archive archive(path, impl_->progress);
+  impl_->metadata = archive.metadata();
+  std::vector<vdb::MetadataText> grids;
   for (const vdb::GridEntry& entry : archive.entries()) {
     impl_->names.push_back(entry.name);
     impl_->channels.push_back(entry.problem.empty() ? vdb::channels_of(entry.descriptor.gridType())
                                                     : 0);
     impl_->base_names.push_back(entry.descriptor.gridName());
+    grids.push_back(archive.metadata_of(entry));
   }
+  impl_->z_up = vdb::evidence_of_z_up(impl_->metadata, impl_->base_names, grids);
 }
 
 VdbFile::~VdbFile() = default;
 
 const std::vector<std::string>& VdbFile::names() const { return impl_->names; }
+
+const std::map<std::string, std::string>& VdbFile::metadata() const { return impl_->metadata; }
+
+const std::string& VdbFile::z_up() const { return impl_->z_up; }
 
 std::vector<GridInfo> VdbFile::info() const {
   vdb::Archive archive(impl_->path);

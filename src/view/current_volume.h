@@ -39,8 +39,8 @@ class CurrentVolume {
   bool loading() const { return awaited_key_.has_value(); }
   /// Stage of the loading, and how much of it is done; 0: not known.
   std::optional<std::pair<std::string, double>> progress() const { return loader_.progress(); }
-  /// Box of the first volume while it is loading [world units].
-  const std::optional<std::pair<glm::dvec3, glm::dvec3>>& box() const { return box_; }
+  /// Box of the first volume while it is loading.
+  const std::optional<Subject>& box() const { return box_; }
 
  private:
   VolumeLoader loader_;
@@ -48,7 +48,7 @@ class CurrentVolume {
   int generation_ = 0;                      ///< of reloads
   std::optional<std::string> awaited_key_;  ///< of the volume in preparation
   std::string refused_key_;                 ///< of the wish that was refused
-  std::optional<std::pair<glm::dvec3, glm::dvec3>> box_;
+  std::optional<Subject> box_;
 };
 
 }  // namespace psivox::view

@@ -22,30 +22,24 @@ glm::dvec3 rounded_to(const glm::dvec3& value, double unit) {
 
 }  // namespace
 
-void Navigation::reset(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max) {
-  const Camera camera = make_camera(scene, box_min, box_max);
-  set_box(box_min, box_max);
+void Navigation::reset(const Scene& scene, const Subject& subject) {
+  const Camera camera = make_camera(scene, subject);
+  set_subject(subject);
   viewport_ = scene.resolution;
   position_ = camera.position;
   right_ = camera.right;
   up_ = camera.up;
   forward_ = camera.forward;
   pivot_ = camera.target;
-  scene_up_ = scene.camera_up;
+  scene_up_ = camera.camera_up;
   tangent_ = std::tan(glm::radians(horizontal_fov(scene)) / 2);
   orthographic_ = camera.orthographic;
   half_width_ = camera.half_width;
   moved_ = false;
 }
 
-void Navigation::set_box(const glm::dvec3& box_min, const glm::dvec3& box_max) {
-  box_min_ = box_min;
-  box_max_ = box_max;
-}
-
 double Navigation::pivot_depth() const {
-  const double size = glm::length(box_max_ - box_min_);
-  return std::max(glm::dot(pivot_ - position_, forward_), 1e-4 * size);
+  return std::max(glm::dot(pivot_ - position_, forward_), 1e-4 * size());
 }
 
 double Navigation::half_width_at_pivot() const {
@@ -62,8 +56,13 @@ void Navigation::apply(Scene& scene) const {
   // Near the poles the axis does not define which way is up.
   const bool pole = std::abs(glm::dot(forward_, glm::normalize(scene_up_))) > 0.999;
   scene.camera_up = pole ? rounded_to(up_, 1e-6) : scene_up_;
+  Scene open = scene;
+  open.camera_up.reset();
+  if (*scene.camera_up == up_direction(open, subject_)) scene.camera_up.reset();
+  scene.azimuth = scene.elevation = 0;
   scene.ortho_width.reset();
-  if (orthographic_) scene.ortho_width = rounded_to(2 * half_width_, 1e-6 * half_width_);
+  if (orthographic_)
+    scene.ortho_width = rounded_to(2 * half_width_ * scene.zoom, 1e-6 * half_width_);
 }
 
 void Navigation::turn(const glm::dvec3& about, double angle) {
@@ -104,7 +103,7 @@ void Navigation::dolly(double notches) {
 }
 
 void Navigation::fly(const glm::dvec3& speed, double seconds) {
-  const double scale = 0.5 * glm::length(box_max_ - box_min_) * seconds;
+  const double scale = 0.5 * size() * seconds;
   const glm::dvec3 shift = scale * (speed.x * right_ + speed.y * up_ + speed.z * forward_);
   position_ += shift;
   pivot_ += shift;
@@ -112,21 +111,12 @@ void Navigation::fly(const glm::dvec3& speed, double seconds) {
 }
 
 void Navigation::frame_all() {
-  constexpr double margin = 0.05;  // that of make_camera
   const double aspect = static_cast<double>(viewport_.x) / std::max(viewport_.y, 1);
-  pivot_ = 0.5 * (box_min_ + box_max_);
-  double distance = 0, half = 0;
-  for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 corner{i & 1 ? box_max_.x : box_min_.x, i & 2 ? box_max_.y : box_min_.y,
-                            i & 4 ? box_max_.z : box_min_.z};
-    const glm::dvec3 q = corner - pivot_;
-    const double wide =
-        std::max(std::abs(glm::dot(q, right_)), std::abs(glm::dot(q, up_)) * aspect) / (1 - margin);
-    half = std::max(half, wide);
-    distance = std::max(distance, wide / tangent_ - glm::dot(q, forward_));
-  }
-  half_width_ = half;
-  position_ = pivot_ - distance * forward_;
+  const Framing framing =
+      framing_of(subject_, {right_, up_, forward_}, tangent_, tangent_ / aspect, orthographic_);
+  pivot_ = framing.target;
+  half_width_ = framing.half_width;
+  position_ = pivot_ - framing.distance * forward_;
   moved_ = true;
 }
 
@@ -166,8 +156,7 @@ void Navigation::toggle_projection() {
 bool Navigation::project(const glm::dvec3& point, glm::dvec2& pixel) const {
   const glm::dvec3 q = point - position_;
   const double depth = glm::dot(q, forward_);
-  const double size = glm::length(box_max_ - box_min_);
-  if (!orthographic_ && depth < 1e-6 * size) return false;
+  if (!orthographic_ && depth < 1e-6 * size()) return false;
   const double half = orthographic_ ? half_width_ : tangent_ * depth;
   const double pixels = 0.5 * viewport_.x / half;
   pixel = {0.5 * viewport_.x + glm::dot(q, right_) * pixels,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -15,10 +16,10 @@ enum class Axis { front, right, top };
 /// window's.
 class Navigation {
  public:
-  /// Takes the scene's own camera, for a volume that fills the box. Throws what make_camera throws.
-  void reset(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max);
+  /// Takes the scene's own camera. Throws what make_camera throws.
+  void reset(const Scene& scene, const Subject& subject);
   /// Another volume; the camera stays.
-  void set_box(const glm::dvec3& box_min, const glm::dvec3& box_max);
+  void set_subject(const Subject& subject) { subject_ = subject; }
   void set_viewport(const glm::ivec2& pixels) { viewport_ = pixels; }
 
   /// Writes the camera into the scene if it was moved. Numbers are rounded to a millionth of the
@@ -33,7 +34,7 @@ class Navigation {
   void dolly(double notches);            ///< towards the pivot, by a tenth of its depth each
   /// `speed` is along right, up and forward; at speed 1 a flight crosses the box in two seconds.
   void fly(const glm::dvec3& speed, double seconds);
-  /// Keeps the direction and brings the whole box into frame.
+  /// Keeps the direction and brings all that is visible into frame.
   void frame_all();
   /// Keeps the pivot and its distance; `opposite`: from the back, the left, below.
   void look(Axis axis, bool opposite);
@@ -47,11 +48,12 @@ class Navigation {
   bool project(const glm::dvec3& point, glm::dvec2& pixel) const;
 
  private:
+  double size() const { return glm::length(subject_.box_max - subject_.box_min); }
   double pivot_depth() const;
   double half_width_at_pivot() const;
   void turn(const glm::dvec3& about, double angle);
 
-  glm::dvec3 box_min_{-1}, box_max_{1};
+  Subject subject_ = box_subject(glm::dvec3(-1), glm::dvec3(1));
   glm::dvec3 position_{0, 0, 1}, right_{1, 0, 0}, up_{0, 1, 0}, forward_{0, 0, -1};
   glm::dvec3 pivot_{0};
   glm::dvec3 scene_up_{0, 1, 0};  ///< as the scene gives it: the turntable's axis

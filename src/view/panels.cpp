@@ -193,7 +193,7 @@ void draw_help(Viewer& viewer) {
 /// The box of the first volume while it is loading.
 void draw_box(Viewer& viewer) {
   if (!viewer.box() || viewer.volume()) return;
-  const auto& [low, high] = *viewer.box();
+  const glm::dvec3 &low = viewer.box()->box_min, &high = viewer.box()->box_max;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const auto corner = [&](int i) {
     return glm::dvec3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);

@@ -60,13 +60,12 @@ void Viewer::redraw(int frames) { frames_due_ = std::max(frames_due_, frames); }
 
 void Viewer::take_volume(bool first) {
   if (camera_due_) {
-    if (!first || !navigation_.moved())
-      navigation_.reset(scene_, volume()->box_min, volume()->box_max);
+    if (!first || !navigation_.moved()) navigation_.reset(scene_, *volume()->subject);
     camera_due_ = false;
     navigation_.set_viewport(scene().resolution);
     remember_file(scene_.input);
   }
-  navigation_.set_box(volume()->box_min, volume()->box_max);
+  navigation_.set_subject(*volume()->subject);
   window_.set_title(std::filesystem::path(scene_.input).filename().string() + " - psivox");
   if (options_.quiet) return;
   for (const std::string& notice : volume()->notices)
@@ -90,9 +89,8 @@ void Viewer::take_volume_news() {
   const CurrentVolume::News news = volume_.take_news();
   if (news.box_known) {
     redraw(3);
-    const auto& [low, high] = *volume_.box();
     try {
-      if (camera_due_ && !navigation_.moved()) navigation_.reset(scene_, low, high);
+      if (camera_due_ && !navigation_.moved()) navigation_.reset(scene_, *volume_.box());
     } catch (const Error&) {  // loading the volume reports the same error
     }
   }

@@ -95,7 +95,7 @@ class Viewer {
   ShownLayer layer() const { return layer_; }
   const Volume* volume() const { return volume_.get().get(); }
   bool loading() const { return volume_.loading(); }
-  const std::optional<std::pair<glm::dvec3, glm::dvec3>>& box() const { return volume_.box(); }
+  const std::optional<Subject>& box() const { return volume_.box(); }
   std::optional<WorkStage> loading_stage() const { return volume_.progress(); }
   std::optional<WorkStage> drawing_stage() const { return maker_.progress(); }
   bool saving() const { return save_.running(); }

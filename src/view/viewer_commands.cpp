@@ -52,7 +52,7 @@ void Viewer::set_scene(const Scene& scene) {
   redraw(3);
   if (!volume() || !moves_camera) return;
   try {
-    navigation_.reset(this->scene(), volume()->box_min, volume()->box_max);
+    navigation_.reset(this->scene(), *volume()->subject);
   } catch (const Error& e) {
     scene_ = before;
     error(e.what());

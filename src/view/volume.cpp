@@ -64,14 +64,18 @@ void count(const Field& field, Histogram& histogram) {
   });
 }
 
-/// Bounds of the domain as make_view sees it.
-void place_box(const Scene& scene, Volume& volume) {
+/// The whole domain as make_view sees it.
+Subject whole_box(const Scene& scene, const Volume& volume) {
   Field domain;
   domain.active_box = volume.fields.density->active_box;
   domain.world_from_index = volume.fields.density->world_from_index;
   if (scene.centering == Centering::cell)
     domain.world_from_index = glm::translate(domain.world_from_index, glm::dvec3(0.5));
-  world_bounds(domain, volume.box_min, volume.box_max);
+  glm::dvec3 low, high;
+  world_bounds(domain, low, high);
+  Subject box = box_subject(low, high);
+  box.z_up = volume.fields.z_up;
+  return box;
 }
 
 void collect_notices(Volume& volume) {
@@ -118,10 +122,10 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
     count(*volume->fields.density, volume->histogram);
   }
   collect_notices(*volume);
-  place_box(scene, *volume);
-  box_known(volume->box_min, volume->box_max);
+  box_known(whole_box(scene, *volume));
   progress("preparing", 0);
   volume->session = std::make_unique<Session>(make_view(scene, volume->fields));
+  volume->subject = volume->session->view().subject;
   volume->extinction = volume->session->view().medium.extinction;
   volume->function = volume->session->view().medium.transfer;
   progress("converting", 0);

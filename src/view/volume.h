@@ -25,7 +25,7 @@ struct Volume {
   MediumFields fields;
   std::string fields_key;
   std::vector<std::string> grids;  ///< names of the file's, as --grid takes them
-  glm::dvec3 box_min{0}, box_max{0};
+  std::shared_ptr<const Subject> subject;
   double extinction = 1;  ///< resolved
   Histogram histogram;
   std::shared_ptr<const TransferFunction> function;  ///< of the density; null: none
@@ -41,8 +41,8 @@ std::string volume_key(const Scene& scene, int generation);
 /// How far preparing is: what is being done, and how much of that is; 0: not known.
 using StageProgress = std::function<void(const std::string& stage, double fraction)>;
 
-/// Called with the domain's box [world units] before the conversion.
-using BoxKnown = std::function<void(const glm::dvec3& box_min, const glm::dvec3& box_max)>;
+/// Called with the domain's box before the conversion.
+using BoxKnown = std::function<void(const Subject& box)>;
 
 /// Reads and converts. Takes the fields of `previous`, which may be null, where the scene reads the
 /// same. Throws Error(input), Error(usage), Error(memory), and what `progress` throws.

@@ -85,11 +85,11 @@ void VolumeLoader::prepare(const Wish& wish, bool wanted) {
             if (wishes_ != number) throw Superseded();
             if (wanted) progress_ = {stage, fraction};
           },
-          [&](const glm::dvec3& low, const glm::dvec3& high) {
+          [&](const Subject& box) {
             if (!wanted) return;
             {
               const std::lock_guard lock(mutex_);
-              news_.box = {low, high};
+              news_.box = box;
             }
             on_news_();
           });

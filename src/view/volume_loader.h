@@ -17,7 +17,7 @@ class VolumeLoader {
     std::shared_ptr<Volume> volume;  ///< null: none yet
     std::exception_ptr error;        ///< why the last wish was refused
     std::string key;                 ///< of the wish that `volume` or `error` answers
-    std::optional<std::pair<glm::dvec3, glm::dvec3>> box;  ///< of the volume in preparation
+    std::optional<Subject> box;      ///< of the volume in preparation
   };
 
   /// The thread calls `on_news`.

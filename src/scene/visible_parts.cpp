@@ -1,0 +1,210 @@
+#include "scene/visible_parts.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <glm/common.hpp>
+
+#include "scene/value_range.h"
+
+namespace psivox {
+namespace {
+
+constexpr double least_weight = 1e-3;  // of the greatest: less does not count
+constexpr double odd_share = 1e-3;     // of the voxels, which may be greater still
+
+/// Attenuation of values by a transfer function, from a table: the greatest within an entry.
+class FunctionTable {
+ public:
+  FunctionTable(const TransferFunction& function, const Field& field) {
+    const glm::dvec2 range = stored_range(field);
+    constexpr int entries = 4096;
+    low_ = range.x;
+    scale_ = range.y > range.x ? entries / (range.y - range.x) : 0;
+    constexpr double any = std::numeric_limits<double>::infinity();
+    const auto attenuation = [&](double from, double to) {
+      return function.max_attenuation(glm::dvec2(from, to), glm::dvec2(0, any));
+    };
+    zero_ = attenuation(0, 0);
+    for (int i = 0; i < entries; ++i)
+      entries_.push_back(scale_ > 0 ? attenuation(low_ + i / scale_, low_ + (i + 1) / scale_)
+                                    : attenuation(low_, low_));
+  }
+  double operator()(float value) const {
+    if (value == 0) return zero_;
+    const double place = (static_cast<double>(value) - low_) * scale_;
+    return entries_[static_cast<std::size_t>(
+        std::clamp(place, 0.0, static_cast<double>(entries_.size() - 1)))];
+  }
+
+ private:
+  double low_ = 0, scale_ = 0;
+  double zero_ = 0;  ///< attenuation of 0, the value of vacuum
+  std::vector<double> entries_;
+};
+
+/// Counts voxels by their weight, four bins to a power of two.
+class WeightCounts {
+ public:
+  void add(double weight, std::uint64_t voxels) {
+    if (weight > 0)
+      counts_[std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 21] += voxels;
+  }
+  WeightCounts& operator+=(const WeightCounts& other) {
+    for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
+    return *this;
+  }
+  /// Lower end of the bin in which lies the weight that a share of the voxels exceeds; 0 if there
+  /// are none.
+  double exceeded_by(double share) const {
+    std::uint64_t all = 0, above = 0;
+    for (const std::uint64_t count : counts_) all += count;
+    for (std::size_t i = counts_.size(); i-- > 0;) {
+      above += counts_[i];
+      if (above > 0 && static_cast<double>(above) >= share * static_cast<double>(all))
+        return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(i) << 21));
+    }
+    return 0;
+  }
+
+ private:
+  std::array<std::uint64_t, 1024> counts_{};  // of the positive floats, by their upper 11 bits
+};
+
+VisibleBlock domain_block(const Field& field) {
+  const Box domain = field.domain();
+  return {glm::dvec3(domain.min), glm::dvec3(domain.max), 1};
+}
+
+/// Collects the blocks of one grid. `Weight` gives what the voxel with these channels hides.
+template <typename Weight>
+class BlockFinder {
+ public:
+  BlockFinder(const Field& field, const Weight& weight) : field_(field), weight_(weight) {}
+
+  std::vector<VisibleBlock> find() const {
+    const double greatest = greatest_weight();
+    std::vector<VisibleBlock> blocks;
+    if (!(greatest > 0)) return blocks;
+    const double least = least_weight * greatest;
+    const float vacuum[3] = {0, 0, 0};
+    if (weight_(vacuum) >= least) return {domain_block(field_)};
+    std::vector<VisibleBlock> found(field_.leaves.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 64), [&](const auto& range) {
+      for (std::size_t n = range.begin(); n != range.end(); ++n)
+        found[n] = block_of(field_.leaves[n], least);
+    });
+    for (const VisibleBlock& block : found)
+      if (block.amount > 0) blocks.push_back(block);
+    for (const Tile& tile : field_.tiles) add(tile, least, blocks);
+    return blocks;
+  }
+
+ private:
+  /// The weight that a thousandth of the voxels with any exceed, rounded down to a bin.
+  double greatest_weight() const {
+    const auto stride = static_cast<std::size_t>(field_.channels);
+    WeightCounts counts = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, field_.leaves.size(), 256), WeightCounts(),
+        [&](const auto& range, WeightCounts some) {
+          for (std::size_t n = range.begin(); n != range.end(); ++n)
+            for (std::size_t i = 0; i < 512; ++i)
+              some.add(weight_(field_.leaves[n].values + i * stride), 1);
+          return some;
+        },
+        [](WeightCounts a, const WeightCounts& b) { return a += b; });
+    for (const Tile& tile : field_.tiles)
+      counts.add(weight_(&tile.value.x), static_cast<std::uint64_t>(std::pow(tile.width, 3)));
+    return counts.exceeded_by(odd_share);
+  }
+
+  /// Grown by a voxel, inside the domain.
+  VisibleBlock grown(const glm::ivec3& min, const glm::ivec3& max, double amount) const {
+    const Box domain = field_.domain();
+    return {glm::max(glm::dvec3(min - 1), glm::dvec3(domain.min)),
+            glm::min(glm::dvec3(max + 1), glm::dvec3(domain.max)), amount};
+  }
+
+  VisibleBlock block_of(const Leaf& leaf, double least) const {
+    const Box domain = field_.domain();
+    glm::ivec3 min(std::numeric_limits<int>::max()), max(std::numeric_limits<int>::lowest());
+    double amount = 0;
+    const float* values = leaf.values;
+    for (int i = 0; i < 512; ++i, values += field_.channels) {
+      const double weight = weight_(values);
+      if (weight < least) continue;
+      const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
+      if (glm::clamp(voxel, domain.min, domain.max) != voxel) continue;
+      amount += weight;
+      min = glm::min(min, voxel);
+      max = glm::max(max, voxel);
+    }
+    if (!(amount > 0)) return {{}, {}, 0};
+    return grown(min, max, amount);
+  }
+
+  void add(const Tile& tile, double least, std::vector<VisibleBlock>& blocks) const {
+    const double weight = weight_(&tile.value.x);
+    const Box domain = field_.domain();
+    const glm::ivec3 min = glm::max(tile.origin, domain.min);
+    const glm::ivec3 max = glm::min(tile.origin + (tile.width - 1), domain.max);
+    if (weight < least || Box{min, max}.empty()) return;
+    const glm::dvec3 size(max - min + 1);
+    blocks.push_back(grown(min, max, weight * size.x * size.y * size.z));
+  }
+
+  const Field& field_;
+  const Weight& weight_;
+};
+
+template <typename Weight>
+void add_grid(const Field& field, const Weight& weight, Subject& subject) {
+  std::vector<VisibleBlock> blocks = BlockFinder(field, weight).find();
+  if (!blocks.empty()) subject.grids.push_back({field.world_from_index, std::move(blocks)});
+}
+
+void add_density(const Medium& medium, Mode mode, Subject& subject) {
+  const Field& field = *medium.density;
+  if (mode == Mode::isosurface)
+    return add_grid(
+        field,
+        [&](const float* value) {
+          return static_cast<double>(*value) >= medium.isovalue ? 1.0 : 0.0;
+        },
+        subject);
+  if (!medium.transfer)
+    return add_grid(
+        field, [](const float* value) { return static_cast<double>(*value); }, subject);
+  const FunctionTable table(*medium.transfer, field);
+  add_grid(
+      field, [&](const float* value) { return table(*value); }, subject);
+}
+
+}  // namespace
+
+Subject subject_of(const Medium& medium, Mode mode) {
+  Subject subject;
+  if (medium.extinction > 0 || !medium.emission) add_density(medium, mode, subject);
+  if (medium.emission) {
+    const int channels = medium.emission->channels;
+    add_grid(
+        *medium.emission,
+        [channels](const float* value) {
+          return static_cast<double>(*std::max_element(value, value + channels));
+        },
+        subject);
+  }
+  if (subject.grids.empty())
+    subject.grids.push_back({medium.density->world_from_index, {domain_block(*medium.density)}});
+  world_bounds(*medium.density, subject.box_min, subject.box_max);
+  return subject;
+}
+
+}  // namespace psivox

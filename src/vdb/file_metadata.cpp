@@ -1,0 +1,55 @@
+#include "file_metadata.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <utility>
+
+namespace psivox::vdb {
+namespace {
+
+/// Programs whose Z axis is up, as the metadata `creator` names them, in lower case.
+constexpr std::array<std::pair<const char*, const char*>, 4> z_up_programs{{
+    {"blender", "Blender"},
+    {"3ds max", "3ds Max"},
+    {"3dsmax", "3ds Max"},
+    {"unreal", "Unreal Engine"},
+}};
+
+/// Metadata that only the caches of Blender's fluids have.
+constexpr const char* blender_grid_metadata = "file_base_resolution";
+
+/// Names of grids that only Blender's smoke and fire have, beside `density`.
+constexpr std::array<const char*, 3> blender_grids{"shadow", "react", "density_noise"};
+
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+}  // namespace
+
+MetadataText text_of(const openvdb::MetaMap& metadata) {
+  MetadataText text;
+  for (auto it = metadata.beginMeta(); it != metadata.endMeta(); ++it)
+    if (it->second) text[it->first] = it->second->str();
+  return text;
+}
+
+std::string evidence_of_z_up(const MetadataText& file, const std::vector<std::string>& names,
+                             const std::vector<MetadataText>& grids) {
+  const auto creator = file.find("creator");
+  if (creator != file.end())
+    for (const auto& [name, program] : z_up_programs)
+      if (lower_case(creator->second).find(name) != std::string::npos)
+        return std::string("written by ") + program;
+  for (const MetadataText& grid : grids)
+    if (grid.contains(blender_grid_metadata)) return "a cache of Blender's fluids";
+  if (std::ranges::find(names, "density") == names.end()) return "";
+  for (const char* name : blender_grids)
+    if (std::ranges::find(names, name) != names.end())
+      return std::string("a grid '") + name + "', as Blender names it";
+  return "";
+}
+
+}  // namespace psivox::vdb
