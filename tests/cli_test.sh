@@ -222,6 +222,13 @@ t 2 "expected a number at least 0, not 'nan'" view "$S" --frame-budget nan
 if "$program" view --help | grep -q benchmark; then
   echo "FAILED: --help lists hidden options"
   failed=$((failed + 1))
+t 0 "density      float unknown, 0" info "$S"
+t 0 "mean " info "$S"
+t 0 "[world units]" info "$S"
+t 0 "auto: --grid=density --extinction=" info "$S"
+t 0 '"world_box"' info "$S" --json
+t 0 '"mean"' info "$S" --json
+t 0 '"up-axis": "y"' info "$S" --json
 fi
 
 # The program loads the module of OpenImageIO on demand. Without the module it prints one line.

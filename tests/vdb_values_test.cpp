@@ -7,6 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "psivox/medium.h"
+#include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
@@ -295,8 +297,9 @@ TEST(VdbNames, GridsAreListedInFileOrderAndFoundByName) {
   EXPECT_EQ(value("[1]"), 4);
   EXPECT_EQ(value("a[1]"), 5);
   EXPECT_EQ(value("a"), 3);
-  EXPECT_NE(input_error([&] { vdb.read("b"); }).find("has no grid 'b'; it has 'z' '[0]' 'a[0]'"),
-            std::string::npos);
+  EXPECT_NE(
+      input_error([&] { vdb.read("b"); }).find("has no grid 'b'; it has 'z' '[0]' '[1]' 'a[0]'"),
+      std::string::npos);
   EXPECT_NE(input_error([&] { vdb.default_grid(); }).find("choose one with --grid"),
             std::string::npos);
   EXPECT_EQ(VdbFile(write_vdb({voxel("heat", 1), named<openvdb::Vec3SGrid>("v")})).default_grid(),
@@ -372,6 +375,57 @@ TEST(VdbFiles, WhatCannotBeRenderedIsRefused) {
             std::string::npos);
   EXPECT_NE(input_error([&] { vdb.read("hollow"); }).find("level set without an inside"),
             std::string::npos);
+}
+
+TEST(Vectors, AreDrawnByLengthOrComponent) {
+  const auto voxel = [](const std::string& name, float value) {
+    const auto grid = named<FloatGrid>(name);
+    grid->tree().setValue(Coord(0), value);
+    return grid;
+  };
+  const auto velocity = named<openvdb::Vec3SGrid>("velocity");
+  velocity->tree().setValue(Coord(1, 2, 3), openvdb::Vec3s(2, -3, 6));
+  velocity->tree().setValue(Coord(1, 2, 4), openvdb::Vec3s(0, 1, 0));
+  const VdbFile vdb(write_vdb({voxel("a", 1), voxel("b", 2), velocity}));
+  const auto at = [&](const std::string& name) {
+    Scene scene;
+    scene.grid = name;
+    const View view = make_view(scene, vdb);
+    EXPECT_EQ(view.scene.grid, name.find(':') == name.npos ? name + ":length" : name);
+    EXPECT_NE(view.medium.transfer, nullptr);
+    return view;
+  };
+  const auto value = [](const View& view) {
+    return FieldSampler(*view.medium.density).voxel({1, 2, 3}, 0);
+  };
+  EXPECT_EQ(value(at("velocity")), 7);
+  EXPECT_EQ(value(at("velocity:length")), 7);
+  EXPECT_EQ(value(at("velocity:x")), 2);
+  EXPECT_EQ(value(at("velocity:z")), 6);
+  const View y = at("velocity:y");
+  EXPECT_EQ(value(y), -3);
+  EXPECT_EQ(y.scene.colormap, Colormap::coolwarm);
+  EXPECT_EQ(y.scene.range, glm::dvec2(-3, 3));
+  EXPECT_EQ(y.medium.transfer->at(-3).attenuation, 3);
+  EXPECT_EQ(y.medium.transfer->at(1).attenuation, 1);
+  // the printed scene draws the same
+  EXPECT_EQ(to_json(make_view(y.scene, vdb).scene), to_json(y.scene));
+
+  const auto refused = [&](const std::string& name) {
+    Scene scene;
+    scene.grid = name;
+    return input_error([&] { make_view(scene, vdb); });
+  };
+  EXPECT_NE(refused("velocity:w").find("a vector has x, y, z and length"), std::string::npos);
+  EXPECT_NE(refused("a:x").find("is scalar"), std::string::npos);
+  EXPECT_NE(refused("c:x").find("has no grid 'c:x'"), std::string::npos);
+  // the only grid of vectors, where no grid is scalar
+  EXPECT_EQ(VdbFile(write_vdb({velocity})).default_grid(), "velocity");
+  // a grid whose own name has a colon
+  const VdbFile odd(write_vdb({voxel("fire:x", 5)}));
+  Scene scene;
+  scene.grid = "fire:x";
+  EXPECT_EQ(read_fields(scene, odd).density->name, "fire:x");
 }
 
 }  // namespace

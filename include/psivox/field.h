@@ -38,10 +38,11 @@ struct Tile {
 /// integer coordinates. Where there is neither a leaf nor a tile, the value is 0. The domain is the
 /// active box grown by one voxel on every side; outside it is vacuum.
 struct Field {
-  std::string name;        ///< selectable name, `density` or `density[1]`
-  std::string value_type;  ///< OpenVDB's: float, double, int32, int64, bool, vec3s, vec3d, vec3i
-  int channels = 1;        ///< 1 or 3
-  Box active_box;          ///< of active voxels and tiles
+  std::string name;         ///< selectable name, `density` or `density[1]`
+  std::string value_type;   ///< OpenVDB's: float, double, int32, int64, bool, vec3s, vec3d, vec3i
+  int channels = 1;         ///< 1 or 3
+  bool of_vectors = false;  ///< a component of a vector grid, or its length
+  Box active_box;           ///< of active voxels and tiles
   glm::dmat4 world_from_index{1.0};
   std::uint64_t active_voxels = 0;
   std::optional<glm::vec2> active_range;  ///< of active values, first channel; unset: not known

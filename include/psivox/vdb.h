@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,13 @@
 #include "psivox/progress.h"
 
 namespace psivox {
+
+/// Active values of a grid; lengths, if it has vectors.
+struct ValueStatistics {
+  double least = 0, greatest = 0;
+  double mean = 0;               ///< over voxels; a tile counts with all of its own
+  std::uint64_t not_finite = 0;  ///< voxels with NaN or infinity, which are left out
+};
 
 /// Information about one grid of a .vdb. `problem` is empty if the grid can be rendered.
 struct GridInfo {
@@ -24,11 +32,14 @@ struct GridInfo {
   std::uint64_t leaves = 0;
   std::uint64_t active_tiles = 0;
   Box active_box;
-  glm::dvec3 voxel_size{0};          ///< lengths of the transform's columns [world units]
-  glm::dmat4 world_from_index{1.0};  ///< valid for affine transforms
-  std::string transform;             ///< OpenVDB's map type: UniformScaleMap, AffineMap, ...
-  double background = 0;             ///< first component
-  std::string problem;               ///< why this grid cannot be rendered, in one line
+  glm::dvec3 voxel_size{0};               ///< lengths of the transform's columns [world units]
+  glm::dmat4 world_from_index{1.0};       ///< valid for affine transforms
+  std::string transform;                  ///< OpenVDB's map type: UniformScaleMap, AffineMap, ...
+  double background = 0;                  ///< first component
+  std::optional<ValueStatistics> values;  ///< unset if no active value is finite
+  glm::dvec3 world_min{0}, world_max{0};  ///< of the active voxels' centres
+  std::map<std::string, std::string> metadata;  ///< as text, without what the rows above tell
+  std::string problem;                          ///< why this grid cannot be rendered, in one line
 };
 
 /// How a grid's values are used. NaN and +-Inf are always bad values; negative values are bad
@@ -63,6 +74,10 @@ class VdbFile {
   /// too: info() says why.
   const std::vector<std::string>& names() const;
 
+  /// Channels of a grid by `read`'s names: 1 scalar, 3 vector; 0 if there is none or it cannot be
+  /// read.
+  int channels(const std::string& grid) const;
+
   /// The file's own metadata, as text, by name.
   const std::map<std::string, std::string>& metadata() const;
 
@@ -76,7 +91,8 @@ class VdbFile {
 
   /// The grid to use if `--grid` is unset: the only one (if it cannot be rendered, `read` says
   /// why), else `density` (the first, if repeated), else the only scalar grid of the file's
-  /// directory. Throws Error(input) that lists the grids if there is none of these.
+  /// directory, else the only vector grid if none is scalar. Throws Error(input) that lists the
+  /// grids if there is none of these.
   std::string default_grid() const;
 
   /// Reads one grid: int, bool and double become float; level sets become fog by OpenVDB's own

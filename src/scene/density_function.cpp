@@ -1,6 +1,7 @@
 #include "scene/density_function.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "psivox/error.h"
 #include "psivox/text.h"
@@ -11,7 +12,11 @@ namespace psivox {
 std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& density) {
   if (!scene.colormap) return std::nullopt;
   if (scene.range) return scene.range;
-  const glm::dvec2 range = active_range(density);
+  glm::dvec2 range = active_range(density);
+  if (density.of_vectors) {  // 0 is at the map's middle or beginning
+    range.y = std::max(range.y, -range.x);
+    range.x = range.x < 0 ? -range.y : 0;
+  }
   if (range.x < range.y) return range;
   if (range.x == 0) return glm::dvec2(0, 1);
   return glm::dvec2(std::min(range.x, 0.0), std::max(range.x, 0.0));
@@ -36,14 +41,24 @@ void check_gradient_rules(const Scene& scene) {
     fail("--split-knots finds knots of values alone", "leave it out and raise --segments");
 }
 
+/// The map of a component, whose sign is a direction: its magnitude attenuates. The map has a point
+/// at 0.
+TransferFunction by_magnitude(const TransferFunction& map) {
+  std::vector<TransferPoint> points = map.points();
+  for (TransferPoint& point : points) point.attenuation = std::abs(point.value);
+  return TransferFunction(std::move(points));
+}
+
 }  // namespace
 
 std::shared_ptr<const TransferFunction> density_function(const Scene& scene, const Field& density) {
   if (scene.colormap) {
     const glm::dvec2 range = *resolved_range(scene, density);
     const glm::dvec2 stored = stored_range(density);
-    return std::make_shared<const TransferFunction>(
-        colormap_function(*scene.colormap, range.x, range.y, stored.x, stored.y));
+    TransferFunction function =
+        colormap_function(*scene.colormap, range.x, range.y, stored.x, stored.y);
+    if (density.of_vectors) function = by_magnitude(function);
+    return std::make_shared<const TransferFunction>(std::move(function));
   }
   if (scene.transfer_function.empty()) return nullptr;
   auto function =

@@ -13,6 +13,7 @@
 #include "scene/gradient_field.h"
 #include "scene/isovalue.h"
 #include "scene/luminance_sources.h"
+#include "scene/value_range.h"
 #include "scene/visible_parts.h"
 
 namespace psivox {
@@ -98,9 +99,15 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
   return medium;
 }
 
-/// The scene with the names of the grids that it has.
+/// The scene with the names of the grids that it has, and with a colour map for values of vectors
+/// if nothing else gives their luminance.
 Scene with_names(Scene scene, const MediumFields& fields) {
   scene.grid = fields.density->name;
+  const bool dark = !scene.luminance && !scene.has_function() && scene.luminance_grid.empty() &&
+                    scene.temperature_grid.empty();
+  if (fields.density->of_vectors && dark && scene.mode != Mode::xray &&
+      scene.mode != Mode::isosurface)
+    scene.colormap = active_range(*fields.density).x < 0 ? Colormap::coolwarm : Colormap::viridis;
   if (fields.luminance) scene.luminance_grid = fields.luminance->name;
   if (fields.temperature) scene.temperature_grid = fields.temperature->name;
   if (fields.emission) scene.emission_grid = fields.emission->name;

@@ -34,8 +34,9 @@ using Rows = std::vector<Parameter>;
 Rows input_rows() {
   return {
       {"input", "IN.vdb", "", "", "volume to render", &Scene::input, any, "", true},
-      {"grid", "NAME", "", "density, or the only scalar grid",
-       "density grid; density[1] is the second of that name", &Scene::grid},
+      {"grid", "NAME[:PART]", "", "density, or the only scalar grid",
+       "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length",
+       &Scene::grid},
       {"strict", "", "", "", "refuse NaN, Inf, negative values and non-linear transforms",
        &Scene::strict},
       {"centering", enum_metavar<Centering>(), "", "",

@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "psivox/medium.h"
+#include "scene/vector_part.h"
 
 namespace psivox {
 namespace {
@@ -10,22 +11,30 @@ std::shared_ptr<const Field> read(const VdbFile& file, const std::string& grid,
   return std::make_shared<const Field>(file.read(grid, options));
 }
 
+std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& file,
+                                          const std::string& name, bool data) {
+  const VectorPart part = vector_part(file, name);
+  if (!part.part.empty())
+    return std::make_shared<const Field>(
+        part_of_vectors(file.read(part.grid, {GridRole::data, scene.strict}), part));
+  const bool distances = scene.mode == Mode::isosurface;
+  return read(file, name, {data ? GridRole::data : GridRole::attenuation, scene.strict, distances});
+}
+
 }  // namespace
 
 MediumFields read_fields(const Scene& scene, const VdbFile& file) {
   MediumFields fields;
   fields.z_up = file.z_up();
-  const bool surface = scene.mode == Mode::isosurface;
-  const bool data = scene.has_function() || surface;
+  const bool data = scene.has_function() || scene.mode == Mode::isosurface;
   const std::string grid = scene.grid.empty() ? file.default_grid() : scene.grid;
-  fields.density =
-      read(file, grid, {data ? GridRole::data : GridRole::attenuation, scene.strict, surface});
+  fields.density = read_density(scene, file, grid, data);
   if (!scene.composites()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values
   // may then be negative. One grid may have two names: `density` is also `density[0]`.
   const auto luminance = [&](const std::string& name) {
-    if (name == grid && !data) return fields.density;
+    if (name == grid && !data && !fields.density->of_vectors) return fields.density;
     auto field = read(file, name, {GridRole::luminance, scene.strict});
     return field->name == fields.density->name && !data ? fields.density : field;
   };

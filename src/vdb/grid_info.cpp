@@ -1,5 +1,11 @@
 #include "grid_info.h"
 
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+
+#include "file_metadata.h"
 #include "grid_check.h"
 #include "grid_types.h"
 #include "psivox/error.h"
@@ -10,6 +16,60 @@ namespace {
 glm::dvec3 column_lengths(const glm::dmat4& m) {
   const auto length = [&](int i) { return openvdb::Vec3d(m[i][0], m[i][1], m[i][2]).length(); };
   return {length(0), length(1), length(2)};
+}
+
+template <typename ValueT>
+double magnitude(const ValueT& value) {
+  if constexpr (openvdb::VecTraits<ValueT>::IsVec)
+    return std::hypot(double(value[0]), double(value[1]), double(value[2]));
+  else
+    return static_cast<double>(value);
+}
+
+std::optional<ValueStatistics> statistics_of(const openvdb::GridBase& grid) {
+  ValueStatistics found{std::numeric_limits<double>::infinity(),
+                        -std::numeric_limits<double>::infinity()};
+  double voxels = 0;
+  with_typed_grid(grid, [&](const auto& typed) {
+    for (auto it = typed.cbeginValueOn(); it; ++it) {
+      const double value = magnitude(*it);
+      const auto count = it.getVoxelCount();
+      if (!std::isfinite(value)) {
+        found.not_finite += count;
+        continue;
+      }
+      found.least = std::min(found.least, value);
+      found.greatest = std::max(found.greatest, value);
+      voxels += static_cast<double>(count);
+      found.mean += (value - found.mean) * static_cast<double>(count) / voxels;
+    }
+  });
+  if (voxels == 0) return std::nullopt;
+  return found;
+}
+
+/// Bounds of the centres of the box's voxels.
+void set_world_box(const openvdb::math::Transform& transform, GridInfo& info) {
+  const Box& box = info.active_box;
+  info.world_min = glm::dvec3(std::numeric_limits<double>::infinity());
+  info.world_max = -info.world_min;
+  for (unsigned i = 0; i < 8; ++i) {
+    const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(i & 1 ? box.max.x : box.min.x,
+                                                                   i & 2 ? box.max.y : box.min.y,
+                                                                   i & 4 ? box.max.z : box.min.z));
+    info.world_min = glm::min(info.world_min, glm::dvec3(p[0], p[1], p[2]));
+    info.world_max = glm::max(info.world_max, glm::dvec3(p[0], p[1], p[2]));
+  }
+}
+
+/// Without OpenVDB's own statistics of the file and what other rows tell.
+MetadataText other_metadata(const openvdb::GridBase& grid) {
+  MetadataText text = text_of(grid);
+  for (const char* known :
+       {"name", "class", "is_saved_as_half_float", "file_bbox_min", "file_bbox_max",
+        "file_mem_bytes", "file_voxel_count", "file_compression", "file_delayed_load"})
+    text.erase(known);
+  return text;
 }
 
 }  // namespace
@@ -48,6 +108,9 @@ GridInfo grid_info(Archive& archive, const GridEntry& entry) {
     const openvdb::Vec3d size = transform.voxelSize();
     info.voxel_size = {size[0], size[1], size[2]};
   }
+  info.values = statistics_of(*grid);
+  if (!info.active_box.empty()) set_world_box(transform, info);
+  info.metadata = other_metadata(*grid);
   info.problem = problem_of(*grid, summary);
   return info;
 }

@@ -45,6 +45,15 @@ VdbFile::~VdbFile() = default;
 
 const std::vector<std::string>& VdbFile::names() const { return impl_->names; }
 
+int VdbFile::channels(const std::string& grid) const {
+  for (const auto* names : {&impl_->names, &impl_->base_names}) {
+    const auto found = std::find(names->begin(), names->end(), grid);
+    if (found != names->end())
+      return impl_->channels[static_cast<std::size_t>(found - names->begin())];
+  }
+  return 0;
+}
+
 const std::map<std::string, std::string>& VdbFile::metadata() const { return impl_->metadata; }
 
 const std::string& VdbFile::z_up() const { return impl_->z_up; }
@@ -66,9 +75,11 @@ std::string VdbFile::default_grid() const {
   }
   if (names.size() == 1) return names.front();  // if it cannot be rendered, reading it says why
   const auto& channels = impl_->channels;
-  if (std::count(channels.begin(), channels.end(), 1) == 1) {
-    const auto scalar = std::find(channels.begin(), channels.end(), 1);
-    return names[static_cast<std::size_t>(scalar - channels.begin())];
+  const auto scalars = std::count(channels.begin(), channels.end(), 1);
+  const int wanted = scalars > 0 ? 1 : 3;
+  if (std::count(channels.begin(), channels.end(), wanted) == 1) {
+    const auto only = std::find(channels.begin(), channels.end(), wanted);
+    return names[static_cast<std::size_t>(only - channels.begin())];
   }
   std::string message = impl_->path.string() +
                         ": has neither a grid 'density' nor exactly one scalar grid; choose one"

@@ -1,0 +1,141 @@
+#include "file_report.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "psivox/error.h"
+#include "psivox/medium.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+GridReport describe(const VdbFile& file, const GridInfo& grid) {
+  GridReport row{grid, {}, {}};
+  if (!grid.problem.empty()) return row;
+  try {
+    const GridRole role = grid.channels == 1 ? GridRole::attenuation : GridRole::luminance;
+    const Field field = file.read(grid.name, {role, false});
+    row.float32 = predict_atlas(field, {TexelType::float32});
+    row.float16 = predict_atlas(field, {TexelType::float16});
+  } catch (const Error& error) {
+    row.grid.problem = error.what();
+  }
+  return row;
+}
+
+json vector_json(const glm::ivec3& v) { return {v.x, v.y, v.z}; }
+json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+template <typename Vector>
+json box_json(const Vector& min, const Vector& max) {
+  return {{"min", vector_json(min)}, {"max", vector_json(max)}};
+}
+
+json matrix_json(const glm::dmat4& matrix) {
+  json rows = json::array();
+  for (int r = 0; r < 4; ++r) {
+    json values = json::array();
+    for (int c = 0; c < 4; ++c) values.push_back(matrix[c][r]);
+    rows.push_back(values);
+  }
+  return rows;
+}
+
+json to_json(const GridReport& row) {
+  const GridInfo& grid = row.grid;
+  json out = {{"name", grid.name},
+              {"type", grid.type},
+              {"value_type", grid.value_type},
+              {"class", grid.grid_class},
+              {"channels", grid.channels},
+              {"saved_as_half", grid.saved_as_half},
+              {"active_voxels", grid.active_voxels},
+              {"leaves", grid.leaves},
+              {"active_tiles", grid.active_tiles}};
+  if (grid.values)
+    out["values"] = {{"least", grid.values->least},
+                     {"greatest", grid.values->greatest},
+                     {"mean", grid.values->mean},
+                     {"not_finite", grid.values->not_finite}};
+  const Box& box = grid.active_box;
+  out["active_box"] = box.empty() ? json(nullptr) : box_json(box.min, box.max);
+  out["world_box"] = box.empty() ? json(nullptr) : box_json(grid.world_min, grid.world_max);
+  out["transform"] = grid.transform;
+  out["voxel_size"] = vector_json(grid.voxel_size);
+  out["world_from_index"] = matrix_json(grid.world_from_index);
+  out["background"] = grid.background;
+  if (row.float32)
+    out["atlas"] = {{"float32_bytes", row.float32->bytes()},
+                    {"float16_bytes", row.float16->bytes()},
+                    {"textured_bricks", row.float32->textured_bricks},
+                    {"constant_bricks", row.float32->constant_bricks}};
+  out["metadata"] = grid.metadata;
+  if (!grid.problem.empty()) out["problem"] = grid.problem;
+  return out;
+}
+
+/// What to do if psivox can draw no grid, or cannot choose one.
+std::string advice_for(const FileReport& report, const std::string& refusal) {
+  if (std::ranges::any_of(report.grids, &GridReport::usable)) return refusal;
+  std::string advice =
+      "nothing here can be rendered. psivox draws grids of numbers or of vectors "
+      "(float, double, int32, int64, bool, vec3) with active voxels and "
+      "background 0.";
+  const bool points = std::ranges::any_of(report.grids, [](const GridReport& row) {
+    return row.grid.type.find("ptdata") != std::string::npos;
+  });
+  if (points)
+    advice +=
+        " Points become such a grid by rasterising them where the file is made (Houdini: VDB "
+        "from Particles; Blender: Points to Volume).";
+  else
+    advice += " Change or convert the grids where the file is made; each one's problem is above.";
+  return advice;
+}
+
+}  // namespace
+
+const std::vector<std::string>& chosen_by_auto() {
+  static const std::vector<std::string> names{"grid",    "extinction",      "colormap",     "range",
+                                              "up-axis", "camera-position", "camera-target"};
+  return names;
+}
+
+FileReport report_of(const std::string& path) {
+  FileReport report;
+  report.path = path;
+  const VdbFile file(path);
+  report.bytes = std::filesystem::file_size(path);
+  report.metadata = file.metadata();
+  report.z_up = file.z_up();
+  for (const GridInfo& grid : file.info()) report.grids.push_back(describe(file, grid));
+  try {
+    Scene scene;
+    scene.input = path;
+    report.chosen = make_view(scene, file).scene;
+  } catch (const Error& error) {
+    report.advice = advice_for(report, error.what());
+  }
+  return report;
+}
+
+std::string FileReport::json() const {
+  psivox::json rows = psivox::json::array();
+  for (const GridReport& row : grids) rows.push_back(to_json(row));
+  psivox::json out = {{"file", path}, {"bytes", bytes}, {"metadata", metadata}};
+  out["z_up"] = z_up.empty() ? psivox::json(nullptr) : psivox::json(z_up);
+  out["auto"] = nullptr;
+  if (chosen) {
+    const psivox::json scene = psivox::json::parse(psivox::to_json(*chosen));
+    for (const std::string& name : chosen_by_auto()) out["auto"][name] = scene.at(name);
+  }
+  out["grids"] = rows;
+  if (!advice.empty()) out["advice"] = advice;
+  return out.dump(2, ' ', false, psivox::json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace psivox

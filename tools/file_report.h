@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "psivox/atlas.h"
+#include "psivox/scene.h"
+#include "psivox/vdb.h"
+
+namespace psivox {
+
+/// Names of the parameters that depend on the file if they are left open.
+const std::vector<std::string>& chosen_by_auto();
+
+struct GridReport {
+  GridInfo grid;
+  std::optional<AtlasSize> float32, float16;  ///< set if the grid can be rendered
+  bool usable() const { return grid.problem.empty(); }
+};
+
+/// All that `psivox info` tells of a file.
+struct FileReport {
+  std::string path;
+  std::uint64_t bytes = 0;
+  std::map<std::string, std::string> metadata;
+  std::string z_up;  ///< what tells that Z is up; empty: nothing
+  std::vector<GridReport> grids;
+  /// The scene of `psivox render FILE` with what psivox chooses; unset if it cannot be drawn.
+  std::optional<Scene> chosen;
+  std::string advice;  ///< what to do if no picture can be drawn; else empty
+
+  std::string json() const;
+  std::string text() const;
+};
+
+/// Throws Error(input) if the file cannot be read.
+FileReport report_of(const std::string& path);
+
+}  // namespace psivox
