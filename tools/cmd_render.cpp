@@ -16,6 +16,7 @@
 #include "notices.h"
 #include "picture_memory.h"
 #include "progress_bar.h"
+#include "psivox/camera_file.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
@@ -44,7 +45,7 @@ std::vector<std::string> known_layers() {
 
 struct RenderCall {
   SceneOptions scene;
-  std::string output, stats;
+  std::string output, stats, camera;
   std::vector<std::string> layers;    ///< named by --aov
   std::optional<int> check_error;     ///< pixels
   std::optional<double> time_budget;  ///< [ms]
@@ -76,6 +77,12 @@ void add_outputs(CommandLine& line, RenderCall& call) {
       ->group(output);
   line.add_flag("--print-scene", call.print_scene,
                 "print the complete scene as JSON; render only if -o is given")
+      ->group(output);
+  line.add_option(
+          "--export-camera", call.camera,
+          "write the camera as .gltf (Blender reads it) or ParaView's .pvcc; render only if "
+          "-o is given")
+      ->type_name("FILE")
       ->group(output);
   line.add_flag("--explain", call.explain,
                 "print what the march computes and skips, and why; render only if -o is given")
@@ -130,8 +137,9 @@ void check(const RenderCall& call, const Scene& scene) {
   }
   check_layers(call, scene);
   if (call.output.empty()) {
-    if (!call.print_scene && !call.explain) usage("no output; give -o FILE.exr or -o FILE.png");
-    if (call.explain && scene.input.empty()) usage("no input; give IN.vdb");
+    const bool of_volume = call.explain || !call.camera.empty();
+    if (!call.print_scene && !of_volume) usage("no output; give -o FILE.exr or -o FILE.png");
+    if (of_volume && scene.input.empty()) usage("no input; give IN.vdb");
     return;
   }
   if (scene.input.empty()) usage("no input; give IN.vdb");
@@ -268,6 +276,7 @@ void render_command(Arguments arguments) {
   report.read_ms = reading.ms();
   if (!call.quiet) print_notices(session.view(), scene);
   if (call.print_scene) std::cout << to_json(session.view().scene) << std::flush;
+  if (!call.camera.empty()) write_camera(call.camera, session.view());
   if (call.explain) print_explanation(session);
   if (call.output.empty()) return;
 

@@ -15,7 +15,7 @@ packages=(
   libglm-dev
   libepoxy-dev libegl-dev
   libglfw3-dev libimgui-dev
-  libcli11-dev nlohmann-json3-dev
+  libcli11-dev nlohmann-json3-dev libpugixml-dev
   # the plots of a study's page
   libjs-chart.js
   # tests

@@ -9,7 +9,8 @@
 
 namespace psivox {
 
-/// The scene of a command line: the scene of a file, overridden by options.
+/// The scene of a command line: the scene of a file, with the camera of another, overridden by
+/// options.
 class SceneOptions {
  public:
   /// Adds all options except those of the parameters in `without`.
@@ -20,7 +21,9 @@ class SceneOptions {
   Scene scene(Scene base = {}) const;
 
  private:
-  std::string file_;
+  void use_camera(Scene& scene) const;
+
+  std::string file_, camera_;
   std::vector<Setting> settings_;
 };
 

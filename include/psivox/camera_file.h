@@ -1,0 +1,39 @@
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <string>
+#include <string_view>
+
+#include "psivox/medium.h"
+#include "psivox/scene.h"
+
+namespace psivox {
+
+/// A camera as other programs keep it: the height of the picture counts, its width follows from the
+/// resolution.
+struct FileCamera {
+  glm::dvec3 position{0}, target{0, 0, -1}, up{0, 1, 0};  ///< [world]
+  Projection projection = Projection::perspective;
+  double vertical_fov = 45;  ///< [degrees]
+  double height = 1;         ///< of an orthographic picture [world units]
+};
+
+/// Whether the name ends in .gltf, .glb or .pvcc.
+bool is_camera_file(std::string_view path);
+
+/// Reads `FILE` or `FILE:NAME`: a camera of a glTF file (.gltf, .glb), by its own name or its
+/// node's, else the file's first; or ParaView's camera (.pvcc). glTF's Y is up; with `z_up` the
+/// volume's Z is, and psivox turns the camera as Blender does when it writes glTF. Throws
+/// Error(input).
+FileCamera read_camera(const std::string& path, bool z_up);
+
+/// Gives the camera to the scene, for the scene's resolution.
+void set_camera(Scene& scene, const FileCamera& camera);
+
+/// The camera of a view, for write_camera.
+FileCamera camera_of(const View& view);
+
+/// Writes .gltf or .pvcc, by the extension. Throws Error(usage) for another, Error(output).
+void write_camera(const std::string& path, const View& view);
+
+}  // namespace psivox

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include "psivox/camera_file.h"
+
+namespace psivox {
+
+/// The camera of that name in a glTF file's JSON, in glTF's own axes; the first if `name` is empty.
+/// Throws Error(input) with `source` in its message.
+FileCamera camera_from_gltf(const std::string& text, const std::string& name,
+                            const std::string& source);
+
+/// A glTF file with one camera, given in glTF's own axes. `aspect` is width over height.
+std::string gltf_of(const FileCamera& camera, double aspect);
+
+/// The JSON of a .glb file. Throws Error(input).
+std::string json_of_glb(const std::string& bytes, const std::string& source);
+
+}  // namespace psivox

@@ -1,0 +1,196 @@
+// Cameras of glTF and of ParaView: the axes, the field of view, nested nodes, bad files.
+
+#include "psivox/camera_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+
+#include "psivox/error.h"
+#include "psivox/text_file.h"
+#include "verify/made_views.h"
+#include "verify/make_field.h"
+
+namespace psivox {
+namespace {
+
+void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance) {
+  EXPECT_LE(glm::length(a - b), tolerance)
+      << a.x << ' ' << a.y << ' ' << a.z << " against " << b.x << ' ' << b.y << ' ' << b.z;
+}
+
+std::string written(const std::string& name, const std::string& text) {
+  const std::string path = (std::filesystem::path(testing::TempDir()) / name).string();
+  std::ofstream(path, std::ios::binary) << text;
+  return path;
+}
+
+std::string refusal(const std::string& path) {
+  try {
+    read_camera(path, false);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// A rig that is moved, turned by 90 degrees about Y, and scaled; below it a camera and another.
+constexpr const char* rig = R"({
+  "nodes": [
+    {"name": "lens", "camera": 0, "translation": [0, 0, 5]},
+    {"name": "rig", "children": [0, 2], "translation": [1, 2, 3],
+     "rotation": [0, 0.70710678118654752, 0, 0.70710678118654752], "scale": [2, 2, 2]},
+    {"camera": 1, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,7,0,1]}],
+  "cameras": [{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}},
+              {"name": "flat", "type": "orthographic",
+               "orthographic": {"xmag": 4, "ymag": 3, "znear": 0, "zfar": 9}}]})";
+
+TEST(GltfCamera, IsWhereItsNodesPutIt) {
+  const std::string path = written("rig.gltf", rig);
+  for (const char* name : {"", ":lens"}) {
+    const FileCamera camera = read_camera(path + name, false);
+    // 5 along Z, scaled and turned: 10 along X
+    expect_near(camera.position, {11, 2, 3}, 1e-12);
+    expect_near(glm::normalize(camera.target - camera.position), {-1, 0, 0}, 1e-12);
+    expect_near(camera.up, {0, 1, 0}, 1e-12);
+    EXPECT_NEAR(camera.vertical_fov, 180 / std::acos(-1.0), 1e-12);
+  }
+  const FileCamera flat = read_camera(path + ":flat", false);
+  EXPECT_EQ(flat.projection, Projection::orthographic);
+  EXPECT_EQ(flat.height, 6);
+  expect_near(flat.position, {1, 16, 3}, 1e-12);
+}
+
+TEST(GltfCamera, IsTurnedForAVolumeWithZUp) {
+  // Blender's camera at (1, -10, 2), looking along +Y: glTF has it at (1, 2, 10), along -Z.
+  const std::string path = written("front.gltf", R"({
+    "nodes": [{"camera": 0, "translation": [1, 2, 10]}],
+    "cameras": [{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}]})");
+  const FileCamera camera = read_camera(path, true);
+  expect_near(camera.position, {1, -10, 2}, 1e-12);
+  expect_near(glm::normalize(camera.target - camera.position), {0, 1, 0}, 1e-12);
+  expect_near(camera.up, {0, 0, 1}, 1e-12);
+}
+
+TEST(GltfCamera, OfABinaryFileIsRead) {
+  const std::string text = rig;
+  std::string bytes = "glTF";
+  const auto append = [&](std::uint32_t number) {
+    for (int i = 0; i < 4; ++i) bytes += static_cast<char>(number >> (8 * i));
+  };
+  append(2);
+  append(static_cast<std::uint32_t>(20 + text.size()));
+  append(static_cast<std::uint32_t>(text.size()));
+  bytes += "JSON" + text;
+  expect_near(read_camera(written("rig.glb", bytes), false).position, {11, 2, 3}, 1e-12);
+  EXPECT_NE(refusal(written("cut.glb", bytes.substr(0, 60))), "");
+  EXPECT_NE(refusal(written("short.glb", "glTF")), "");
+}
+
+TEST(GltfCamera, BadFilesAreRefusedInOneLine) {
+  const auto lines = {
+      std::pair("{", "not a valid glTF"),
+      {"[]", "not a valid glTF"},
+      {R"({"nodes": [{"camera": 0}]})", "not a valid glTF"},
+      {R"({"nodes": [{"camera": 0}], "cameras": [{"type": "perspective"}]})", "not a valid glTF"},
+      {R"({"nodes": [{"camera": 0}], "cameras":
+          [{"type": "perspective", "perspective": {"yfov": 0}}]})",
+       "no field of view"},
+      {R"({"nodes": [{"name": "a"}]})", "no node of it has a camera"},
+      {R"({"nodes": [{"children": [1]}, {"children": [2]}, {"children": [1]}]})",
+       "not a valid glTF"},
+      {R"({"nodes": [{"camera": 0, "scale": [0, 0, 0]}], "cameras":
+          [{"type": "perspective", "perspective": {"yfov": 1}}]})",
+       "no direction"}};
+  for (const auto& [text, part] : lines)
+    EXPECT_NE(refusal(written("bad.gltf", text)).find(part), std::string::npos)
+        << text << ": " << refusal(written("bad.gltf", text));
+  EXPECT_NE(refusal(written("rig.gltf", rig) + ":none").find("it has 'lens', 'flat'"),
+            std::string::npos);
+}
+
+constexpr const char* paraview = R"(<?xml version="1.0"?>
+<PVCameraConfiguration description="ParaView camera configuration" version="1.0">
+  <Proxy group="views" type="RenderView" id="7116" servers="21">
+    <Property name="CameraPosition" id="7116.CameraPosition" number_of_elements="3">
+      <Element index="0" value="1"/><Element index="1" value="2.5"/><Element index="2" value="30"/>
+    </Property>
+    <Property name="CameraFocalPoint" id="7116.CameraFocalPoint" number_of_elements="3">
+      <Element index="0" value="1"/><Element index="1" value="2.5"/><Element index="2" value="-3"/>
+    </Property>
+    <Property name="CameraViewUp" id="7116.CameraViewUp" number_of_elements="3">
+      <Element index="0" value="0"/><Element index="1" value="1"/><Element index="2" value="0"/>
+    </Property>
+    <Property name="CameraViewAngle" id="7116.CameraViewAngle" number_of_elements="1">
+      <Element index="0" value="30"/>
+    </Property>
+    <Property name="CameraParallelScale" id="7116.CameraParallelScale" number_of_elements="1">
+      <Element index="0" value="8.5"/>
+    </Property>
+    <Property name="CameraParallelProjection" number_of_elements="1">
+      <Element index="0" value="0"/>
+    </Property>
+  </Proxy>
+</PVCameraConfiguration>)";
+
+TEST(ParaViewCamera, IsRead) {
+  std::string text = paraview;
+  const FileCamera camera = read_camera(written("view.pvcc", text), true);
+  EXPECT_EQ(camera.position, glm::dvec3(1, 2.5, 30));
+  EXPECT_EQ(camera.target, glm::dvec3(1, 2.5, -3));
+  EXPECT_EQ(camera.up, glm::dvec3(0, 1, 0));
+  EXPECT_EQ(camera.vertical_fov, 30);
+  const std::string perspective = "<Element index=\"0\" value=\"0\"/>\n    </Property>\n  </Proxy>";
+  ASSERT_NE(text.find(perspective), std::string::npos);
+  text.replace(text.find(perspective), 31, "<Element index=\"0\" value=\"1\"/>   ");
+  const FileCamera flat = read_camera(written("flat.pvcc", text), true);
+  EXPECT_EQ(flat.projection, Projection::orthographic);
+  EXPECT_EQ(flat.height, 17);
+  EXPECT_NE(refusal(written("bad.pvcc", "<a>")).find("not valid XML"), std::string::npos);
+  EXPECT_NE(refusal(written("empty.pvcc", "<a/>")).find("has no CameraPosition"),
+            std::string::npos);
+}
+
+TEST(CameraFile, KeepsTheVerticalFieldOfView) {
+  FileCamera camera;
+  camera.vertical_fov = 40;
+  for (const glm::ivec2 resolution : {glm::ivec2(300, 200), glm::ivec2(100, 400)}) {
+    Scene scene;
+    scene.resolution = resolution;
+    set_camera(scene, camera);
+    const Camera made = make_camera(scene, glm::dvec3(-1), glm::dvec3(1));
+    EXPECT_NEAR(made.half_height, std::tan(20 * std::acos(-1.0) / 180), 1e-14);
+  }
+}
+
+TEST(CameraFile, WhatIsWrittenIsReadAgain) {
+  const auto field = share(make_field({{0, 0, 0}, {20, 20, 20}}, [](glm::ivec3) { return 1.0f; }));
+  for (const Projection projection : {Projection::perspective, Projection::orthographic})
+    for (const UpAxis up : {UpAxis::y, UpAxis::z})
+      for (const char* name : {"again.gltf", "again.pvcc"}) {
+        Scene scene = small_scene(32);
+        scene.projection = projection;
+        scene.up_axis = up;
+        scene.azimuth = 40;
+        scene.elevation = -25;
+        const View view = view_of(scene, field);
+        const std::string path = (std::filesystem::path(testing::TempDir()) / name).string();
+        write_camera(path, view);
+        Scene again = small_scene(32);
+        set_camera(again, read_camera(path, up == UpAxis::z));
+        const Camera camera = make_camera(again, *view.subject);
+        // Some roundings of numbers of the size of the distance, about 100.
+        expect_near(camera.position, view.camera.position, 1e-12);
+        expect_near(camera.target, view.camera.target, 1e-12);
+        expect_near(camera.right, view.camera.right, 1e-14);
+        expect_near(camera.up, view.camera.up, 1e-14);
+        EXPECT_NEAR(camera.half_width, view.camera.half_width, 1e-14 * view.camera.half_width);
+        EXPECT_EQ(camera.orthographic, view.camera.orthographic);
+      }
+}
+
+}  // namespace
+}  // namespace psivox
