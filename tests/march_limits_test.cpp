@@ -253,6 +253,21 @@ TEST_F(MarchLimits, TilesHaveNoSeams) {
   }
 }
 
+TEST_F(MarchLimits, TheFirstTileHasTheCentre) {
+  const View view = view_of(oblique(300), mixed());
+  std::optional<DoneTile> first;
+  const auto tile = [&](const DoneTile& done) {
+    if (!first) first = done;
+  };
+  render_gl(view, build_medium_atlas(view), {.render = {.tile = tile, .tile_ms = 25}});
+  ASSERT_TRUE(first);
+  EXPECT_LT(first->width, 300);
+  EXPECT_LE(first->x, 150);
+  EXPECT_LE(first->y, 150);
+  EXPECT_GE(first->x + first->width, 150);
+  EXPECT_GE(first->y + first->height, 150);
+}
+
 TEST_F(MarchLimits, ProgressReachesOne) {
   Scene scene = oblique();
   scene.resolution = {300, 200};

@@ -7,12 +7,14 @@
 namespace psivox::gl {
 namespace {
 
+constexpr int smallest_side = 16, largest_side = 1024;
+
 /// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
 /// draws wait for each other.
-int next_side(int side, double tile_ms, double wanted_ms) {
-  constexpr int smallest = 16, largest = 1024;
-  if (tile_ms > 2 * wanted_ms) return std::max(side / 2, smallest);
-  if (tile_ms < 0.4 * wanted_ms) return std::min(side * 2, largest);
+int next_side(int side, const Tile& tile, double tile_ms, double wanted_ms) {
+  if (tile_ms > 2 * wanted_ms) return std::max(side / 2, smallest_side);
+  const double part = double(tile.size.x) * double(tile.size.y) / (double(side) * double(side));
+  if (tile_ms < 0.4 * part * wanted_ms) return std::min(side * 2, largest_side);
   return side;
 }
 
@@ -39,42 +41,34 @@ Image PicturePass::draw(RenderStats& stats) {
   Timer timer(context_.renderer());
   Film film(view_, options_);
   Readback readback(film, view_, options_);
-  const int rows = view_.scene.resolution.y;
-  for (int y = 0; y < rows;) {
-    // A row of tiles keeps its height; the side follows the time between rows.
-    const int side = target_->side(), height = std::min(side, rows - y);
-    const double slowest_ms = draw_row(y, height, readback, timer, stats);
-    y += height;
-    const int next = next_side(side, slowest_ms, options_.tile_ms);
-    if (next != side && y < rows) make_target(next);
+  for (TileOrder order(view_.scene.resolution, largest_side); !order.empty();) {
+    const int side = target_->side();
+    const Tile tile = order.take(side);
+    const Stopwatch drawing;
+    draw_tile(tile, readback, timer, stats);
+    const int next = next_side(side, tile, drawing.ms(), options_.tile_ms);
+    if (next != side && !order.empty()) make_target(next);
   }
   readback.develop();
   stats.gpu_ms = timer.sum_ms();
   return film.finish(stats);
 }
 
-double PicturePass::draw_row(int y, int height, Readback& readback, Timer& timer,
-                             RenderStats& stats) {
-  const int side = target_->side(), columns = view_.scene.resolution.x;
+void PicturePass::draw_tile(const Tile& tile, Readback& readback, Timer& timer,
+                            RenderStats& stats) {
   const int samples = view_.scene.pixel_samples;
-  double slowest_ms = 0;
-  for (int x = 0; x < columns; x += side) {
-    const Stopwatch drawing;
-    Exposure tile{x, y, std::min(side, columns - x), height};
-    march_.program().set("tile_origin", glm::ivec2(x, y));
-    for (; tile.sample < samples; ++tile.sample) {
-      march_.program().set("given.sample_offset", pixel_sample(tile.sample, samples));
-      const int passes = draw_passes(tile, timer);
-      stats.passes = std::max(stats.passes, passes);
-      readback.develop();  // the tile before, while this one is drawn
-      timer.awaited();
-      target_->bind((passes - 1) & 1);
-      readback.read(*target_, tile);
-      context_.check("marching");
-    }
-    slowest_ms = std::max(slowest_ms, drawing.ms());
+  Exposure exposure{tile.origin.x, tile.origin.y, tile.size.x, tile.size.y};
+  march_.program().set("tile_origin", tile.origin);
+  for (; exposure.sample < samples; ++exposure.sample) {
+    march_.program().set("given.sample_offset", pixel_sample(exposure.sample, samples));
+    const int passes = draw_passes(exposure, timer);
+    stats.passes = std::max(stats.passes, passes);
+    readback.develop();  // the tile before, while this one is drawn
+    timer.awaited();
+    target_->bind((passes - 1) & 1);
+    readback.read(*target_, exposure);
+    context_.check("marching");
   }
-  return slowest_ms;
 }
 
 int PicturePass::draw_passes(const Exposure& tile, Timer& timer) {

@@ -5,6 +5,7 @@
 #include "gl/egl_context.h"
 #include "gl/march_program.h"
 #include "gl/readback.h"
+#include "gl/tile_order.h"
 #include "gl/tile_target.h"
 #include "gl/timer.h"
 #include "gl/triangle.h"
@@ -23,8 +24,7 @@ class PicturePass {
   Image draw(RenderStats& stats);
 
  private:
-  /// Draws a row of tiles; returns the longest time of one [ms].
-  double draw_row(int y, int height, Readback& readback, Timer& timer, RenderStats& stats);
+  void draw_tile(const Tile& tile, Readback& readback, Timer& timer, RenderStats& stats);
   /// Draws an exposure in as many passes as its rays need; returns their number.
   int draw_passes(const Exposure& tile, Timer& timer);
   void make_target(int side);

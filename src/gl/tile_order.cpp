@@ -1,0 +1,40 @@
+#include "gl/tile_order.h"
+
+#include <algorithm>
+#include <glm/common.hpp>
+#include <tuple>
+
+namespace psivox::gl {
+
+TileOrder::TileOrder(const glm::ivec2& picture, int largest) : picture_(picture) {
+  for (int y = 0; y < picture.y; y += largest)
+    for (int x = 0; x < picture.x; x += largest) push({x, y}, largest);
+}
+
+bool TileOrder::later(const Block& a, const Block& b) {
+  return std::tie(a.distance, a.origin.y, a.origin.x) >
+         std::tie(b.distance, b.origin.y, b.origin.x);
+}
+
+void TileOrder::push(const glm::ivec2& origin, int side) {
+  if (origin.x >= picture_.x || origin.y >= picture_.y) return;
+  const glm::dvec2 centre = 0.5 * glm::dvec2(picture_), low(origin), high(origin + side);
+  const glm::dvec2 away = centre - glm::clamp(centre, low, high);
+  blocks_.push_back({origin, side, away.x * away.x + away.y * away.y});
+  std::push_heap(blocks_.begin(), blocks_.end(), later);
+}
+
+Tile TileOrder::take(int side) {
+  while (true) {
+    std::pop_heap(blocks_.begin(), blocks_.end(), later);
+    const Block block = blocks_.back();
+    blocks_.pop_back();
+    if (block.side <= side)
+      return {block.origin, glm::min(glm::ivec2(block.side), picture_ - block.origin)};
+    const int half = block.side / 2;
+    for (const glm::ivec2 corner : {glm::ivec2(0), {half, 0}, {0, half}, {half, half}})
+      push(block.origin + corner, half);
+  }
+}
+
+}  // namespace psivox::gl
