@@ -109,6 +109,22 @@ TEST(PlanMarch, AFeatureThatNoPilotRayMeetsIsNotLost) {
   EXPECT_GE(lost.max, 0.4);
 }
 
+TEST(PlanMarch, AnImpatientCallerEndsItWithinATrial) {
+  struct Enough {};
+  const View view = with_tolerance(blobs(true), 1e-4);
+  const MediumAtlas atlas = build_medium_atlas(view);
+  int calls = 0;
+  const MarchPlan plan = plan_march(view, atlas, [&](double) { ++calls; });
+  // the caller's thread marches some rows of every trial's picture
+  EXPECT_GT(calls, int(plan.trials.size()));
+  int left = calls / 2;
+  const auto end = [&](double) {
+    if (--left == 0) throw Enough();
+  };
+  EXPECT_THROW(plan_march(view, atlas, end), Enough);
+  EXPECT_EQ(left, 0);
+}
+
 TEST(PlanWithin, MoreTimeLessError) {
   const View view = blobs(true);
   const MediumAtlas atlas = build_medium_atlas(view);

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
@@ -156,6 +157,39 @@ TEST(Viewer, AnEditedPreintegrationIsThatOfRender) {
   EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
   fs::remove(fs::path(testing::TempDir()) / hands.viewer.scene().transfer_function);
   fs::remove(file);
+}
+
+TEST(Viewer, ASlowScreenIsNotTakenForRest) {
+  // Where drawing the window takes long, its wishes come late while the camera moves: to refine
+  // meanwhile would make it slower still.
+  Hands hands(small(asset("slab.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  hands.key(GLFW_KEY_TAB);
+  ASSERT_TRUE(hands.until_exact());
+  const std::uint64_t refined = hands.viewer.pictures().refined;
+  hands.press({240, 180});
+  for (int i = 1; i <= 4; ++i) {
+    hands.viewer.window().post({Kind::move, glm::dvec2(240 + 9 * i, 180)});
+    hands.viewer.frame(0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  }
+  hands.viewer.frame(0);
+  EXPECT_GT(hands.viewer.pictures().shown, refined);
+  EXPECT_EQ(hands.viewer.pictures().refined, refined);
+  hands.release({276, 180});
+  ASSERT_TRUE(hands.until_exact());
+}
+
+TEST(Viewer, TheBenchmarkOrdersItsTimes) {
+  Hands hands(small(asset("blobs.vdb")));
+  hands.key(GLFW_KEY_TAB);  // the panel is where the benchmark drags
+  const OrbitTimes times = benchmark_orbit(hands.viewer, 30);
+  EXPECT_GT(times.p50_ms, 0);
+  EXPECT_LE(times.p50_ms, times.p90_ms);
+  EXPECT_LE(times.p90_ms, times.p99_ms);
+  EXPECT_LE(times.p99_ms, times.longest_ms);
+  EXPECT_GT(times.first_part_ms, 0);
+  EXPECT_LE(times.first_part_ms, times.first_exact_ms);
 }
 
 TEST(Viewer, PanelsFollowTheDisplaysScale) {

@@ -66,11 +66,15 @@ void print_orbit(view::Viewer& viewer, int pictures) {
   const view::OrbitTimes times = view::benchmark_orbit(viewer, pictures);
   const glm::ivec2 size = viewer.window().size();
   std::printf(
-      "orbit     %d pictures in a window of %dx%d: median %.1f ms, 90 %% within %.1f ms\n"
-      "refined   %.2f s after the last movement; first exact picture after %.2f s\n"
+      "orbit     %d pictures in a window of %dx%d\n"
+      "interval  50 %% within %.1f ms, 90 %% within %.1f ms, 99 %% within %.1f ms, longest %.1f "
+      "ms\n"
+      "opened    exact picture begun after %.2f s, complete after %.2f s\n"
+      "refined   %.2f s after the last movement\n"
       "renderer  %s\n",
-      pictures, size.x, size.y, times.median_ms, times.p90_ms, 1e-3 * times.refine_ms,
-      1e-3 * times.first_exact_ms, viewer.pictures().renderer.c_str());
+      pictures, size.x, size.y, times.p50_ms, times.p90_ms, times.p99_ms, times.longest_ms,
+      1e-3 * times.first_part_ms, 1e-3 * times.first_exact_ms, 1e-3 * times.refine_ms,
+      viewer.pictures().renderer.c_str());
 }
 
 void print_objects(const char* when, const char* context, const gl::ObjectCounts& n) {

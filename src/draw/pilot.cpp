@@ -30,20 +30,22 @@ View sized(View view, const glm::ivec2& size) {
   return view;
 }
 
-Image march(const MethodView& marched, const glm::ivec2& size, const MediumAtlas& atlas,
-            double& samples) {
-  RenderResult result = render_march_double(sized(marched.view, size), atlas,
-                                            {.count = true, .brick_steps = marched.brick_steps});
-  samples = double(result.stats.samples) / double(result.stats.rays);
-  return std::move(result.image);
-}
-
 }  // namespace
 
 View pilot_view(const View& view) { return sized(view, pilot_size(view.scene.resolution)); }
 
-Pilot::Pilot(const View& exact, const MediumAtlas& atlas) : atlas_(atlas) {
-  truth_ = march({exact, {}}, pilot_size(exact.scene.resolution), atlas_, exact_samples_);
+Pilot::Pilot(const View& exact, const MediumAtlas& atlas, const Progress& progress)
+    : atlas_(atlas) {
+  if (progress) progress_ = [progress](double) { progress(0); };
+  truth_ = march({exact, {}}, pilot_size(exact.scene.resolution), exact_samples_);
+}
+
+Image Pilot::march(const MethodView& marched, const glm::ivec2& size, double& samples) const {
+  RenderResult result = render_march_double(
+      sized(marched.view, size), atlas_,
+      {.count = true, .progress = progress_, .brick_steps = marched.brick_steps});
+  samples = double(result.stats.samples) / double(result.stats.rays);
+  return std::move(result.image);
 }
 
 bool Pilot::has_opacity(double opacity) const {
@@ -63,12 +65,12 @@ double Pilot::brightest() const {
 
 double Pilot::rough_samples(const MethodView& marched) const {
   double samples = 0;
-  march(marched, glm::min(glm::ivec2(truth_.width, truth_.height), glm::ivec2(5)), atlas_, samples);
+  march(marched, glm::min(glm::ivec2(truth_.width, truth_.height), glm::ivec2(5)), samples);
   return samples;
 }
 
 void Pilot::run(Trial& trial, const MethodView& marched) const {
-  const Image image = march(marched, {truth_.width, truth_.height}, atlas_, trial.samples);
+  const Image image = march(marched, {truth_.width, truth_.height}, trial.samples);
   const Comparison c = compare_images(image, truth_);
   trial.rms = std::hypot(c.rms, arithmetic_error);
   trial.max = c.max;

@@ -10,8 +10,8 @@ inline constexpr double arithmetic_error = 4e-7;
 /// A small picture of a view, marched in double precision, for trying methods.
 class Pilot {
  public:
-  /// `exact`: the view by the method that counts as the truth.
-  Pilot(const View& exact, const MediumAtlas& atlas);
+  /// `exact`: the view by the method that counts as the truth. `progress`: see plan_march.
+  Pilot(const View& exact, const MediumAtlas& atlas, const Progress& progress);
 
   /// The pilot's picture, marched exactly.
   const Image& truth() const { return truth_; }
@@ -28,7 +28,11 @@ class Pilot {
   void run(Trial& trial, const MethodView& marched) const;
 
  private:
+  /// The view's picture in another size. Sets `samples` to the look-ups per ray.
+  Image march(const MethodView& marched, const glm::ivec2& size, double& samples) const;
+
   const MediumAtlas& atlas_;
+  Progress progress_;
   double exact_samples_ = 0;
   Image truth_;
 };

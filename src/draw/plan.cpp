@@ -74,18 +74,19 @@ View exact_view(const View& view) {
 
 View budget_unit(const View& view) { return with_method(view, budget_method()); }
 
-MarchPlan plan_march(const View& view, const MediumAtlas& atlas) {
+MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress& progress) {
   if (!has_step(view.scene)) return only_plan(view);
-  Trials trials(view, atlas, *view.scene.tolerance);
+  Trials trials(view, atlas, *view.scene.tolerance, progress);
   Trial best = trials.run_exact();
   if (view.medium.gradient) try_segments(trials, best);
   if (!view.medium.emission) try_lattices(trials, best);
   return plan_of(trials, best, best.accepted);
 }
 
-MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget) {
+MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
+                      const Progress& progress) {
   if (!has_step(view.scene)) return only_plan(view);
-  Trials trials(view, atlas, 0);
+  Trials trials(view, atlas, 0, progress);
   const double most = budget * trials.run(budget_method(), worst_brick).cost;
   std::optional<Trial> best;
   const auto consider_time = [&](const Trial& trial) {

@@ -16,13 +16,14 @@ struct PlannedMarch {
 /// and by methods that may be cheaper, and compares. Any brick whose stored values allow a step to
 /// miss more than a few tolerances gets a smaller step, even if no ray of the pilot meets it. The
 /// result depends on the view alone, not on the machine or its threads. Light must have been
-/// computed.
-MarchPlan plan_march(const View& view, const MediumAtlas& atlas);
+/// computed. `progress` is called with 0, often: it may throw to end the search.
+MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress& progress = {});
 
 /// The most accurate method expected to take at most `budget` times the time of `budget_unit`;
 /// ignores a tolerance. If no method is that fast, it returns the cheapest and leaves `reached`
 /// false.
-MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget);
+MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
+                      const Progress& progress = {});
 
 /// The view by the method whose time is the unit of plan_within's budget.
 View budget_unit(const View& view);

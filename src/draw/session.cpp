@@ -142,9 +142,10 @@ MarchPlan Session::Impl::plan(Marcher& marcher, const View& marched, const Wish&
   if (wish.time_budget_ms) {
     const glm::dvec2 size(marched.scene.resolution);
     const double rays = size.x * size.y * marched.scene.pixel_samples;
-    result = plan_within(marched, grids, *wish.time_budget_ms / (rays * unit_ms(marcher, marched)));
+    const double budget = *wish.time_budget_ms / (rays * unit_ms(marcher, marched));
+    result = plan_within(marched, grids, budget, of_stage(wish.progress, Stage::choosing));
   } else {
-    result = plan_march(marched, grids);
+    result = plan_march(marched, grids, of_stage(wish.progress, Stage::choosing));
   }
   times.plan_ms += watch.ms();
   times.plan_cpu_ms += watch.cpu_ms();

@@ -31,8 +31,9 @@ View truth_of(View view) {
 
 }  // namespace
 
-Trials::Trials(const View& view, const MediumAtlas& atlas, double tolerance)
-    : view_(view), atlas_(atlas), tolerance_(tolerance), pilot_(truth_of(view), atlas) {
+Trials::Trials(const View& view, const MediumAtlas& atlas, double tolerance,
+               const Progress& progress)
+    : view_(view), atlas_(atlas), tolerance_(tolerance), pilot_(truth_of(view), atlas, progress) {
   view_.scene.early_termination = view.scene.resolved_early_termination();
 }
 

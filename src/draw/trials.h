@@ -15,7 +15,8 @@ inline constexpr double worst_brick = 64, narrow_brick = 16;
 /// Methods tried on the pilot of one view, for one tolerance; 0 if there is none.
 class Trials {
  public:
-  Trials(const View& view, const MediumAtlas& atlas, double tolerance);
+  /// `progress`: see plan_march.
+  Trials(const View& view, const MediumAtlas& atlas, double tolerance, const Progress& progress);
 
   const View& view() const { return view_; }
   const Pilot& pilot() const { return pilot_; }

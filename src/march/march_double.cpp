@@ -40,7 +40,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
   tbb::parallel_for(
       tbb::blocked_range<int>(0, size.y, 4), [&](const tbb::blocked_range<int>& rows) {
         glsl::AtlasMarch march(setup, atlas);
-        for (int y = rows.begin(); y < rows.end(); ++y)
+        for (int y = rows.begin(); y < rows.end(); ++y) {
           for (int x = 0; x < size.x; ++x) {
             PixelSums sums;
             for (int i = 0; i < n; ++i) {
@@ -52,9 +52,10 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
             }
             film.set(x, y, sums);
           }
-        rows_done += int(rows.size());
-        if (options.progress && std::this_thread::get_id() == caller)
-          options.progress(double(rows_done) / size.y);
+          ++rows_done;
+          if (options.progress && std::this_thread::get_id() == caller)
+            options.progress(double(rows_done) / size.y);
+        }
       });
 
   RenderResult result;

@@ -10,9 +10,11 @@ namespace psivox::view {
 
 /// How fast the window follows a user who orbits.
 struct OrbitTimes {
-  double median_ms = 0, p90_ms = 0;  ///< between two new pictures on the screen
-  double refine_ms = 0;              ///< from the last movement until the exact picture is shown
-  double first_exact_ms = 0;         ///< from the opening of the window until the first one was
+  /// Between two new pictures on the screen: percentiles and the longest.
+  double p50_ms = 0, p90_ms = 0, p99_ms = 0, longest_ms = 0;
+  double refine_ms = 0;  ///< from the last movement until the exact picture is shown
+  /// From the start until the first part of an exact picture was shown, and until all of it was.
+  double first_part_ms = 0, first_exact_ms = 0;
 };
 
 /// Orbits once around until the window has shown `pictures` new pictures, and waits for the exact

@@ -15,9 +15,6 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Without a wish for this long, things are at rest.
-constexpr auto rest = std::chrono::milliseconds(120);
-
 }  // namespace
 
 PictureMaker::PictureMaker(const Options& options, std::function<void()> on_news)
@@ -38,6 +35,14 @@ void PictureMaker::wish(PictureWish wish) {
     const std::lock_guard lock(mutex_);
     newest_ = wish.number;
     wish_ = std::move(wish);
+  }
+  changed_.notify_all();
+}
+
+void PictureMaker::rest(std::uint64_t number) {
+  {
+    const std::lock_guard lock(mutex_);
+    resting_ = number;
   }
   changed_.notify_all();
 }
@@ -134,11 +139,13 @@ void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
   stage("", 0);
   {
     std::unique_lock lock(mutex_);
-    if (changed_.wait_for(lock, stop, rest, [&] { return wish_ || pick_ || reload_; })) {
+    const auto at_rest = [&] { return resting_ == wish.number; };
+    const auto other_task = [&] { return wish_ || pick_ || reload_; };
+    if (!changed_.wait(lock, stop, [&] { return at_rest() || other_task(); })) return;
+    if (other_task()) {
       if (!wish_) wish_ = wish;  // after the other task
       return;
     }
-    if (stop.stop_requested()) return;
   }
   refine(wish);
 }

@@ -60,7 +60,7 @@ struct PictureNews {
 /// Draws in a thread of its own, by the renderer of `psivox render` in a context of its own, so
 /// that the window answers whatever the march, its compiler or an upload take, and so that the
 /// exact picture is that of the command. While wishes change it draws previews at its pace, and
-/// once none has come for a moment it refines.
+/// when the window says that it is at rest, it refines.
 class PictureMaker {
  public:
   struct Options {
@@ -77,6 +77,9 @@ class PictureMaker {
 
   /// Replaces the last wish.
   void wish(PictureWish wish);
+  /// Nothing moves any more: that wish, if it is the last one, may be refined. Only the window
+  /// knows: where its own drawing is slow, its wishes come late while the camera moves.
+  void rest(std::uint64_t number);
   /// Where the ray through a pixel (its centre at +0.5) meets what hides what lies behind it.
   void pick(const glm::dvec2& pixel);
   /// Builds the shaders anew from their folder.
@@ -118,6 +121,7 @@ class PictureMaker {
   std::condition_variable_any changed_;
   std::optional<PictureWish> wish_;
   std::optional<glm::dvec2> pick_;
+  std::uint64_t resting_ = 0;  ///< the wish of the last rest()
   bool reload_ = false;
   std::atomic<std::uint64_t> newest_{0};
   std::atomic<bool> interrupted_{false};  ///< a pick or a reload does not wait for a refinement

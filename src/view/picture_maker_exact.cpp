@@ -62,11 +62,12 @@ Wish PictureMaker::exact_wish(const PictureWish& wish, std::size_t side) {
   exact.progress = [this, number = wish.number, first, share](psivox::Stage entered,
                                                               double fraction) {
     check_current(number);
-    if (entered == psivox::Stage::marching)
+    if (entered == psivox::Stage::marching) {
       stage("refining", first + fraction * share);
-    else
+      on_news_();
+    } else {
       stage(stage_text(entered), fraction);
-    on_news_();
+    }
   };
   return exact;
 }

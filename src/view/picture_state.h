@@ -10,6 +10,7 @@ namespace psivox::view {
 struct PictureState {
   std::uint64_t wished = 0;   ///< the newest wish
   std::uint64_t shown = 0;    ///< the wish of the newest picture on the screen
+  std::uint64_t begun = 0;    ///< the wish of the newest part of an exact picture
   std::uint64_t refined = 0;  ///< the wish whose exact pictures are complete
   double refine_ms = 0, preview_ms = 0;
   Rung rung;                            ///< of the last preview
@@ -27,6 +28,7 @@ struct PictureState {
       rung = picture.rung;
       preview_ms = picture.ms;
     }
+    for (const ExactPart& part : news.parts) begun = std::max(begun, part.number);
     if (news.estimated_rms) estimated_rms = news.estimated_rms;
     if (news.refined) {
       refined = *news.refined;

@@ -7,11 +7,15 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/stopwatch.h"
 #include "view/comparison.h"
 #include "view/recent_files.h"
 
 namespace psivox::view {
 namespace {
+
+/// Without a change for this long [s], things are at rest.
+constexpr double rest_s = 0.12;
 
 /// On the screen, if the scene has none.
 constexpr glm::dvec3 no_background{0.006};
@@ -155,6 +159,7 @@ void Viewer::wish_pictures(const Scene& wanted, bool at_hand) {
     return;
   }
   pictures_.estimated_rms.reset();
+  quiet_s_ = 0;
   maker_.wish({++pictures_.wished, volume_.get(), std::move(scenes), layer_});
   if (!at_hand || !sequence_.playing) return;
   Scene after = wanted;
@@ -173,6 +178,12 @@ void Viewer::update_wishes() {
   const Scene wanted = scene();
   const bool at_hand = volume_.wish(wanted);
   if (volume()) wish_pictures(wanted, at_hand);
+}
+
+void Viewer::notice_rest() {
+  if (quiet_s_ < rest_s || rested_ == pictures_.wished) return;
+  rested_ = pictures_.wished;
+  maker_.rest(rested_);
 }
 
 void Viewer::handle(const Event& event) {
@@ -225,7 +236,10 @@ bool Viewer::frame(double wait_s) {
   const bool busy = moving || loading() || pictures_.refined != pictures_.wished || save_.running();
   double wait = frames_due_ > 0 ? 0 : busy ? std::min(wait_s, 0.1) : wait_s;
   if (moving) wait = std::min(wait, 0.01);
+  const Stopwatch waiting;
   const std::vector<Event> events = window_.wait(wait);
+  // Time spent on drawing the window does not count: events wait meanwhile.
+  quiet_s_ += 1e-3 * waiting.ms();
   for (const Event& event : events) handle(event);
   // A drag of the camera changes the picture alone, whose own news have the window drawn.
   if (!events.empty() && !controls_.dragging()) redraw(3);
@@ -235,6 +249,7 @@ bool Viewer::frame(double wait_s) {
   take_news();
   if (!loading() && pictures_.shown == pictures_.wished) sequence_.play(now);
   update_wishes();
+  notice_rest();
   // Progress is shown ten times a second: drawing the window takes time from the work.
   if (frames_due_ > 0 || (busy && seconds > 0.1)) {
     frames_due_ = std::max(frames_due_ - 1, 0);

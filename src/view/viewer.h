@@ -123,6 +123,8 @@ class Viewer {
   void take_pictures();
   void take_saved();
   void update_wishes();
+  /// Has the last wish refined once nothing has changed for a moment.
+  void notice_rest();
   /// Asks for the pictures of a scene; if its volume is not at hand, of the old volume.
   void wish_pictures(const Scene& wanted, bool at_hand);
 
@@ -147,6 +149,8 @@ class Viewer {
   ShownLayer layer_ = ShownLayer::picture;
   PictureState pictures_;
   std::string posted_;              ///< text of the last wish
+  double quiet_s_ = 0;              ///< waited for events since that wish
+  std::uint64_t rested_ = 0;        ///< the last wish that may be refined
   bool camera_due_ = true;          ///< the next volume brings its own camera
   std::exception_ptr first_error_;  ///< after which the window would never show anything
   std::string photograph_;          ///< file for the next frame; empty: none
