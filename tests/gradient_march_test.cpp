@@ -6,6 +6,7 @@
 #include <span>
 #include "gl/march_program.h"
 #include "gradient_cases.h"
+#include "light_cases.h"
 #include "march/light.h"
 #include "march/march_parameters.h"
 #include "march_cases.h"
@@ -290,13 +291,13 @@ TEST(GradientView, ResolvesExtinctionByVoxels) {
 
 TEST_F(GradientMarch, LightIsTheSameFromAllThree) {
   Scene scene = scene_of();
-  scene.light = DirectionalLight{{-1, -0.5, -0.3}, glm::dvec3(1)};
+  scene.lights = {{{-1, -0.5, -0.3}, glm::dvec3(1)}};
   View view = view_by(scene, shells, blobs());
   const MediumAtlas atlas = build_medium_atlas(view);
   const auto all = visible_blocks(*view.medium.density, density_options(view));
   ASSERT_GT(all.size(), 10u);
   const auto some = std::span(all).subspan(all.size() / 2, 5);
-  const std::vector<double> reference = reference_light_depths(view)(some);
+  const std::vector<double> reference = depths_of(view, reference_light_depths(view), some);
   EXPECT_GT(*std::max_element(reference.begin(), reference.end()), 0.5);
   const auto rms = [](const std::vector<double>& a, const std::vector<double>& b) {
     double sum = 0;
@@ -305,15 +306,15 @@ TEST_F(GradientMarch, LightIsTheSameFromAllThree) {
   };
   const auto error = [&](int segments) {
     view.scene.segments = segments;
-    return rms(march_double_light_depths(view, atlas)(some), reference);
+    return rms(depths_of(view, march_double_light_depths(view, atlas), some), reference);
   };
   const double coarse = error(2), fine = error(32);
   std::printf("  step error %.1e to %.1e\n", coarse, fine);
   EXPECT_GT(order(coarse, fine, 4), 1.6);
   view.scene.segments = 2;
   Gpu::renderer()->upload(atlas);
-  const double arithmetic =
-      rms(Gpu::renderer()->light_depths(view)(some), march_double_light_depths(view, atlas)(some));
+  const double arithmetic = rms(depths_of(view, Gpu::renderer()->light_depths(view), some),
+                                depths_of(view, march_double_light_depths(view, atlas), some));
   std::printf("  arithmetic %.1e\n", arithmetic);
   EXPECT_LT(arithmetic, 2e-6);  // for depths up to 10
   // Compares the picture that it lights.

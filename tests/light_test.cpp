@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "field_voxels.h"
+#include "light_cases.h"
 #include "march_cases.h"
 
 namespace psivox {
@@ -19,7 +20,7 @@ namespace {
 
 Scene lit_scene(const glm::dvec3& direction, int side = 48) {
   Scene scene = small_scene(side);
-  scene.light = DirectionalLight{direction, {1, 1, 1}};
+  scene.lights = {{direction, {1, 1, 1}}};
   return scene;
 }
 
@@ -49,11 +50,11 @@ std::vector<double> gl_depths(const View& view, const std::vector<glm::ivec3>& o
   const MediumAtlas atlas = build_medium_atlas(view);
   const Limited limited(limits);
   gl.upload(atlas);
-  return gl.light_depths(view)(origins);
+  return depths_of(view, gl.light_depths(view), origins);
 }
 std::vector<double> double_depths(const View& view, const std::vector<glm::ivec3>& origins) {
   const MediumAtlas atlas = build_medium_atlas(view);
-  return march_double_light_depths(view, atlas)(origins);
+  return depths_of(view, march_double_light_depths(view, atlas), origins);
 }
 std::vector<glm::ivec3> blocks_of(const View& view) {
   return visible_blocks(*view.medium.density, density_options(view));
@@ -85,12 +86,12 @@ TEST(LightDepths, OfASlabAreItsThickness) {
   const Field slab = make_field(
       {{-40, -40, 0}, {39, 39, 15}}, [](glm::ivec3) { return 1.f; }, glm::dmat4(glm::dmat3(h)));
   for (const double tilt : {0.0, 0.5}) {
-    scene.light->direction = {-tilt, 0, -1};
+    scene.lights.front().direction = {-tilt, 0, -1};
     const double length = h * std::sqrt(1 + tilt * tilt);  // length of the ray per voxel of z
     const View view = view_of(scene, slab);
     const std::vector<glm::ivec3> block = {{0, 0, 0}, {0, 0, 8}, {0, 0, 16}, {0, 0, -8}};
     const std::vector<double> march = double_depths(view, block);
-    const std::vector<double> reference = reference_light_depths(view)(block);
+    const std::vector<double> reference = depths_of(view, reference_light_depths(view), block);
     for (std::size_t i = 0; i < march.size(); ++i) {
       const int z = block[i / 512].z + static_cast<int>(i & 7);
       if (z < -1) continue;  // outside the domain, where no light is computed
@@ -108,9 +109,10 @@ TEST(LightDepths, MarchAndReferenceAgree) {
     const std::vector<glm::ivec3> origins = blocks_of(view);
     // Both are exact, but a ray along the faces of cells may take either side of them, which share
     // one value there. The bound allows hundreds of roundings of depths up to 40.
-    EXPECT_LE(
-        difference_of(double_depths(view, origins), reference_light_depths(view)(origins)).max,
-        1e-12)
+    EXPECT_LE(difference_of(double_depths(view, origins),
+                            depths_of(view, reference_light_depths(view), origins))
+                  .max,
+              1e-12)
         << direction.x << ' ' << direction.y << ' ' << direction.z;
   }
 }
@@ -154,7 +156,7 @@ TEST_F(LightGpu, DepthsAreThoseInDouble) {
   for (const bool function : {false, true}) {
     if (function) scene.transfer_function = function_file();
     for (const glm::dvec3& direction : directions) {
-      scene.light->direction = direction;
+      scene.lights.front().direction = direction;
       const View view = view_of(scene, mixed());
       const std::vector<glm::ivec3> origins = blocks_of(view);
       const std::vector<double> gpu = gl_depths(view, origins);
@@ -211,7 +213,7 @@ TEST(Lit, SlabFromTheFrontHasAClosedForm) {
   // I = integral of K e^{-Ks} e^{-Ks} ds = (1 - e^{-2D}) / 2, D = 16 K.
   for (const double K : {0.02, 0.05}) {
     Scene scene = lit_scene({0, 0, -1});
-    scene.light->color = {1, 2, 0};
+    scene.lights.front().color = {1, 2, 0};
     scene.albedo = 0.5;
     const glm::dvec3 I = slab_picture(scene, K);
     const double exact = 0.5 * -std::expm1(-2 * 16 * K) / 2;
@@ -246,7 +248,7 @@ TEST(Lit, WithoutLightOfItsOwnAMediumOfLuminanceOneIsItsOpacity) {
   // attenuation reads, so radiance and opacity are the same number in every pixel.
   for (const bool uniform : {false, true}) {
     Scene scene = lit_scene({0.3, -1, 0.2}, 64);
-    scene.light->color = {0, 0, 0};
+    scene.lights.front().color = {0, 0, 0};
     scene.luminance = glm::dvec3(1);
     if (uniform) scene.step = 0.5;
     const Image image = double_picture(lit_in_double(view_of(scene, mixed())));
@@ -266,7 +268,7 @@ TEST(Lit, LightAndLuminanceAdd) {
   const auto shared = share(density);
   const Image light = double_picture(lit_in_double(view_of(dark, shared)));
   Scene glowing = dark;
-  glowing.light.reset();
+  glowing.lights.clear();
   const Image glow = double_picture(view_of(glowing, shared, Glow::density));
   const Image both = double_picture(lit_in_double(view_of(dark, shared, Glow::density)));
   expect_content(light);
@@ -279,14 +281,14 @@ TEST(Lit, LightAndLuminanceAdd) {
 TEST(Lit, LuminanceOfAnotherGridIsTakenAtVoxels) {
   // Linear over the world, so that interpolating it at the density's voxels loses nothing.
   Scene scene = lit_scene({0.3, -1, 0.2}, 32);
-  scene.light->color = {0, 0, 0};
+  scene.lights.front().color = {0, 0, 0};
   Field glow = make_field(
       {{-40, -40, -40}, {40, 40, 40}},
       [](glm::ivec3 v) { return 2 + 0.01f * static_cast<float>(v.x + 2 * v.y - v.z); },
       glm::dmat4(glm::dmat3(1.7)));
   glow.name = "glow";
   const Image lit_image = double_picture(lit_in_double(view_of(scene, mixed(), glow)));
-  scene.light.reset();
+  scene.lights.clear();
   const Image image = double_picture(view_of(scene, mixed(), glow));
   expect_content(image);
   // values of up to 5 as float32, at voxels and in the pictures
@@ -296,11 +298,10 @@ TEST(Lit, LuminanceOfAnotherGridIsTakenAtVoxels) {
 TEST(Lit, ColoursOfAFunctionTintTheLight) {
   Scene scene = lit_scene({0, 0, -1}, 32);
   scene.transfer_function = function_file();
-  scene.light->color = {1, 2, 3};
+  scene.lights.front().color = {1, 2, 3};
   const View view = view_of(scene, mixed());
   const View own = lit_in_double(view);
   EXPECT_EQ(own.medium.source, LuminanceSource::vector);
-  EXPECT_EQ(own.medium.color, glm::dvec3(1, 2, 3));
   const std::vector<glm::ivec3> origins = blocks_of(view);
   const std::vector<double> depths = double_depths(view, origins);
   const FieldVoxels at(*view.medium.density), light(*own.medium.luminance);
@@ -308,7 +309,8 @@ TEST(Lit, ColoursOfAFunctionTintTheLight) {
     const int n = static_cast<int>(i % 512);
     const glm::ivec3 v = origins[i / 512] + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7);
     const glm::dvec3 color = view.medium.transfer->at(at(v).x).color;
-    for (int c = 0; c < 3; ++c) ASSERT_EQ(light(v)[c], float(color[c] * std::exp(-depths[i])));
+    const glm::dvec3 L = own.medium.color * glm::dvec3(light(v));
+    for (int c = 0; c < 3; ++c) ASSERT_EQ(L[c], float((c + 1) * color[c] * std::exp(-depths[i])));
   }
 }
 
@@ -322,12 +324,12 @@ TEST(Lit, EmissionHasNoPhase) {
   const auto picture = [&](const Scene& of, bool emits) {
     const View view =
         make_view(of, MediumFields{density, nullptr, nullptr, emits ? share(fire) : nullptr});
-    return double_picture(of.light ? lit_in_double(view) : view);
+    return double_picture(!of.lights.empty() ? lit_in_double(view) : view);
   };
   const Image light = picture(scene, false);
   const Image both = picture(scene, true);
   Scene dark = scene;
-  dark.light.reset();
+  dark.lights.clear();
   dark.luminance = glm::dvec3(0);
   const Image emission = picture(dark, true);
   expect_content(light);
@@ -343,7 +345,7 @@ TEST(Lit, EmissionHasNoPhase) {
 
 TEST(Lit, IsNothingWithoutLight) {
   const View view = view_of(small_scene(), blobs());
-  const View same = lit(view, [](auto) -> std::vector<double> { throw 1; });
+  const View same = lit(view, [](auto&&...) { throw 1; });
   EXPECT_EQ(same.medium.source, LuminanceSource::constant);
   EXPECT_EQ(same.medium.luminance, nullptr);
   // a light that has not been computed is an error

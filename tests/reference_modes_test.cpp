@@ -193,7 +193,7 @@ TEST(ReferenceModes, APlaneIsHitAndShadedExactly) {
     for (const glm::dvec3& direction : {glm::dvec3(1, 0, 0), {-0.3, 1, 0.2}, {0.1, 0.4, -1}}) {
       const glm::dvec3 d = glm::normalize(direction);
       const double facing = std::abs(glm::dot(n, d));
-      view.scene.light.reset();
+      view.scene.lights.clear();
       // starts inside the domain, because the domain's faces may be surfaces
       const RayPicture p = picture(view, {middle - 0.5 * d, d});
       // Values are rounded to float32: 3e-7, over a slope of `facing`; the gradient over 0.3 to 1.1
@@ -205,7 +205,7 @@ TEST(ReferenceModes, APlaneIsHitAndShadedExactly) {
       EXPECT_LT(p.error, 1e-11);
       const double side = glm::dot(n, d) > 0 ? -1 : 1;  // the normal faces the camera
       for (const glm::dvec3& light : {glm::dvec3(0, -2, 0), glm::dvec3(1, 1, 3)}) {
-        view.scene.light = DirectionalLight{light, {1, 1, 1}};
+        view.scene.lights = {{light, {1, 1, 1}}};
         const double lit = std::max(0.0, -side * glm::dot(n, glm::normalize(light)));
         EXPECT_NEAR(picture(view, {middle - 0.5 * d, d}).radiance.x, 0.2 + 0.8 * lit, 2e-5);
       }

@@ -89,9 +89,12 @@ TEST(Parameters, ReadsEveryKind) {
   EXPECT_EQ(with("centering", "cell").centering, Centering::cell);
   EXPECT_EQ(with("end-corrections", "false").end_corrections, false);
   EXPECT_EQ(with("phase-g", "-.5").phase_g, -0.5);
-  EXPECT_EQ(with("light", "none").light, std::nullopt);
-  EXPECT_EQ(with("light", "0,-1,.5").light, (DirectionalLight{{0, -1, 0.5}, glm::dvec3(1)}));
-  EXPECT_EQ(with("light", "0,-1,-2,3,2,0").light, (DirectionalLight{{0, -1, -2}, {3, 2, 0}}));
+  EXPECT_TRUE(with("light", "none").lights.empty());
+  using Lights = std::vector<DirectionalLight>;
+  EXPECT_EQ(with("light", "0,-1,.5").lights, (Lights{{{0, -1, 0.5}, glm::dvec3(1)}}));
+  EXPECT_EQ(with("light", "0,-1,-2,3,2,0").lights, (Lights{{{0, -1, -2}, {3, 2, 0}}}));
+  EXPECT_EQ(with("light", "camera:1,-1,-2,3,2,0;0,0,1").lights,
+            (Lights{{{1, -1, -2}, {3, 2, 0}, true}, {{0, 0, 1}, glm::dvec3(1)}}));
 }
 
 TEST(Parameters, ReadsSizesLikeGnuTools) {
@@ -225,7 +228,7 @@ TEST(Json, RoundTripsEveryBit) {
     scene.memory_limit = random();
     scene.step = number() + 1e-300;
     scene.range = glm::dvec2(-number(), number());
-    scene.light = DirectionalLight{{-number(), 1.0 / (i + 7), -0.0}, {number(), 0, 1}};
+    scene.lights = {{{-number(), 1.0 / (i + 7), -0.0}, {number(), 0, 1}}};
     scene.mode = static_cast<Mode>(i % 6);
     scene.end_corrections = i % 2 == 0;
     const Scene back = scene_from_json(to_json(scene));
@@ -239,7 +242,7 @@ TEST(Json, RoundTripsEveryBit) {
     ASSERT_EQ(bits(*back.early_termination), bits(*scene.early_termination));
     ASSERT_EQ(bits(*back.step), bits(*scene.step));
     ASSERT_EQ(back.range, scene.range);
-    ASSERT_EQ(back.light, scene.light);
+    ASSERT_EQ(back.lights, scene.lights);
     ASSERT_EQ(back.mode, scene.mode);
     ASSERT_EQ(back.end_corrections, scene.end_corrections);
     ASSERT_EQ(back.memory_limit, scene.memory_limit);
@@ -254,7 +257,7 @@ TEST(Json, PrintsNumbersVectorsNamesAndUnset) {
   scene.early_termination = 1.0 / 1024;
   scene.colormap = Colormap::magma;
   scene.range = glm::dvec2(0, 2.5);
-  scene.light = DirectionalLight{{0, -1, 0}, {1, 2, 3}};
+  scene.lights = {{{0, -1, 0}, {1, 2, 3}}};
   scene.mode = Mode::back_to_front;
   const std::string text = to_json(scene);
   for (const char* line :
@@ -279,7 +282,7 @@ TEST(Json, TakesTheCommandLinesSyntaxAndPartialScenes) {
   EXPECT_EQ(scene.extinction, 2.0);
   EXPECT_TRUE(scene.strict);
   EXPECT_EQ(scene.range, glm::dvec2(0, 1));
-  EXPECT_EQ(scene.light, (DirectionalLight{{1, 0, 0}, glm::dvec3(1)}));
+  EXPECT_EQ(scene.lights, (std::vector<DirectionalLight>{{{1, 0, 0}, glm::dvec3(1)}}));
   EXPECT_EQ(scene.colormap, Colormap::gray);
   EXPECT_EQ(scene.segments, 2);
 }

@@ -33,7 +33,7 @@ TEST(ViewerFiles, TheSavedPictureIsThatOfTheCopiedCommandLine) {
   fs::remove_all(folder);
   fs::create_directories(folder);
   Scene scene = small(asset("blobs.vdb"));
-  scene.light = DirectionalLight{{0.5, -1, -0.6}, {2, 2, 2}};
+  scene.lights = {{{0.5, -1, -0.6}, {2, 2, 2}}};
   scene.background = glm::dvec3(0.1, 0.2, 0.3);
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());

@@ -242,7 +242,7 @@ TEST(Viewer, ThePictureOfTheGuide) {
   scene.transfer_function = "assets/shells.json";
   scene.extinction = 6;
   scene.integrator = Integrator::cell_exact;
-  scene.light = DirectionalLight{{0.4, -1, -0.7}, {1.5, 1.5, 1.5}};
+  scene.lights = {{{0.4, -1, -0.7}, {1.5, 1.5, 1.5}}};
   scene.luminance = glm::dvec3(0.4);
   scene.background = glm::dvec3(0.004, 0.006, 0.016);
   Hands hands(scene);

@@ -94,7 +94,16 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
       continue;
     }
     CLI::Option* option = nullptr;
-    if (std::holds_alternative<bool Scene::*>(p.member))
+    if (std::holds_alternative<std::vector<DirectionalLight> Scene::*>(p.member))
+      option = add_option_function<std::vector<std::string>>(
+                   "--" + p.name,
+                   [&settings, &p](const std::vector<std::string>& items) {
+                     settings.push_back({p.name, joined(items, ";")});
+                   })
+                   ->type_name(p.metavar)
+                   ->allow_extra_args(false)
+                   ->take_all();
+    else if (std::holds_alternative<bool Scene::*>(p.member))
       option = add_flag("--" + p.name)->each(take)->option_text("[=true|false]");
     else
       option = add_option_function("--" + p.name, take)

@@ -72,6 +72,10 @@ std::string RenderReport::json() const {
                                  {"samples_per_ray", trial.samples},
                                  {"cost", trial.cost}});
   }
+  if (drawn.light) {
+    error["light_method"] = drawn.light->method;
+    error["light_rms"] = drawn.light->rms;
+  }
   if (drawn.difference) {
     error["layer_rms"] = drawn.difference->rms;
     error["layer_max"] = drawn.difference->max;
@@ -91,6 +95,7 @@ std::string RenderReport::json() const {
         {"read", read_ms},
         {"atlas", times.atlas_ms},
         {"light", times.light_ms},
+        {"light_cpu", times.light_cpu_ms},
         {"plan", times.plan_ms},
         {"gl_init", stats.gl_init_ms},
         {"shader", stats.shader_ms},
@@ -126,6 +131,8 @@ std::string RenderReport::table() const {
     out += format("march     %s; estimated error RMS %.1e, max %.1e (%d rays)\n",
                   method_text(plan->chosen.method).c_str(), plan->chosen.rms, plan->chosen.max,
                   plan->rays);
+  if (const auto& light = drawn.light)
+    out += format("light     %s; estimated error RMS %.1e\n", light->method.c_str(), light->rms);
   if (const auto& difference = drawn.difference)
     out += format("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
   out += format("rays      %llu", static_cast<unsigned long long>(stats.rays));

@@ -86,6 +86,7 @@ struct MarchPlan {
   bool reached = true;          ///< whether the estimate is within the tolerance
   int rays = 0;                 ///< of the pilot; 0 if nothing had to be tried
   bool by_brick = false;        ///< some bricks have a smaller step than the rest
+  double light_rms = 0;         ///< part of the estimate: what the light at voxels misses
   std::shared_ptr<const PlannedMarch> march{};
 };
 
@@ -133,6 +134,9 @@ struct Wish {
   /// Resolution of the same frame, in place of the scene's (for previews).
   std::optional<glm::ivec2> resolution{};
   Layers layers{};
+  /// Any light will do that was computed before, or else a coarse one (for previews). If not set,
+  /// the light is as exact as the tolerance asks, or exact if there is none.
+  bool any_light = false;
   bool count = false;   ///< count segments and look-ups in the stats
   bool confirm = true;  ///< estimate the error from the pilot's rays as the device draws them
   StageProgress progress{};
@@ -159,7 +163,15 @@ struct RenderStats {
 
 /// Times of the work before a picture's march [ms]; 0 for work that an earlier picture did.
 struct PreparationTimes {
-  double atlas_ms = 0, light_ms = 0, plan_ms = 0, plan_cpu_ms = 0;
+  double atlas_ms = 0, light_ms = 0, plan_ms = 0;
+  double light_cpu_ms = 0, plan_cpu_ms = 0;  ///< processor time of the whole process
+};
+
+/// How a picture's light was computed.
+struct DrawnLight {
+  std::string method;  ///< "columns 1 voxel apart"
+  int beams = 0;       ///< directions that light comes from
+  double rms = 0;      ///< estimated error, RMS over the picture and R G B A; 0: exact
 };
 
 struct Drawn {
@@ -167,6 +179,7 @@ struct Drawn {
   Scene scene;                    ///< the scene drawn, with a tolerance if that chose the method
   std::optional<MarchPlan> plan;  ///< set if the method was chosen
   std::optional<Comparison> difference;  ///< from the exact picture; set with layer `error`
+  std::optional<DrawnLight> light;       ///< set if light shines on the medium
   RenderStats stats;
   PreparationTimes times;
   AtlasSize atlas;                   ///< of all grids together; 0 for the reference
@@ -221,7 +234,8 @@ class Session {
   /// open.
   std::vector<Explanation> explain();
 
-  /// Compares about `pixels` pixels of a picture of the session's scene with the reference. It
+  /// Compares about `pixels` pixels of a picture of the session's scene with the reference, in
+  /// exact light. It
   /// takes one random pixel from each cell of a grid over the picture, the same ones every time.
   CheckedError check_error(const Image& picture, int pixels, const Progress& progress = {});
 

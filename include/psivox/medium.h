@@ -23,11 +23,19 @@ enum class LuminanceSource : int {
   transfer,  ///< L = color * colour of the value by the transfer function
 };
 
-/// Light that is scattered once.
-struct ScatteredLight {
-  glm::dvec3 direction{0};  ///< direction of travel, normalised [world]
+/// Parallel light that is scattered once.
+struct ParallelLight {
+  glm::dvec3 direction{0};  ///< of travel, normalised [world, or the camera's axes]
   glm::dvec3 radiance{0};   ///< colour times albedo
-  bool tinted = false;      ///< times the source's luminance too: a transfer function's colours
+  bool of_camera = false;
+  bool operator==(const ParallelLight&) const = default;
+};
+
+/// All light that is scattered once.
+struct ScatteredLight {
+  std::vector<ParallelLight> lights;
+  glm::dvec3 sky{0};    ///< radiance from every direction times albedo; 0: none
+  bool tinted = false;  ///< times the source's luminance too: a transfer function's colours
   bool operator==(const ScatteredLight&) const = default;
 };
 
@@ -60,9 +68,17 @@ struct View {
   std::shared_ptr<const Subject> subject;
 };
 
-/// Factor of a lit medium's luminance along a ray of this normalised direction: Henyey and
-/// Greenstein's phase function over the isotropic one. It is 1 if phase_axis is 0.
+/// Henyey and Greenstein's phase function over the isotropic one (1941, eq. 2), of the mean cosine
+/// `g` and the cosine of the angle between the ways of the light before and after.
+double henyey_greenstein(double g, double cosine);
+
+/// Factor of a lit medium's luminance along a ray of this normalised direction: its phase function.
+/// It is 1 if phase_g is 0.
 double phase_factor(const Medium& medium, const glm::dvec3& ray_direction);
+
+/// Direction in which the light of surfaces travels, the scene's first: normalised [world]; unset:
+/// it comes from the camera.
+std::optional<glm::dvec3> surface_light(const View& view);
 
 /// The grids of a scene. One is null if the scene has none or its mode does not use it. Two may be
 /// the same field.

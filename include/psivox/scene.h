@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "psivox/colormap.h"
 #include "psivox/integrators.h"
@@ -20,11 +21,14 @@ enum class Projection { perspective, orthographic };
 enum class UpAxis { automatic, y, z };
 enum class RendererKind { gl, reference, march_double };
 enum class TexelType { float32, float16 };
+enum class LightQuality { automatic, exact };
 
 /// Parallel light.
 struct DirectionalLight {
-  glm::dvec3 direction{0, -1, 0};  ///< direction of travel, of any length but 0 [world]
-  glm::dvec3 color{1};             ///< radiance of a medium of albedo 1, lit without loss
+  /// Direction of travel, of any length but 0 [world, or the camera's right, up and backwards]
+  glm::dvec3 direction{0, -1, 0};
+  glm::dvec3 color{1};     ///< radiance of a medium of albedo 1, lit without loss
+  bool of_camera = false;  ///< the direction turns with the camera
   bool operator==(const DirectionalLight&) const = default;
 };
 
@@ -50,9 +54,12 @@ struct Scene {
   std::string emission_grid;      ///< empty: none
   double emission_scale = 1;      ///< [radiance/world unit per unit of its values]
 
-  std::optional<DirectionalLight> light;
+  std::vector<DirectionalLight> lights;
+  std::optional<glm::dvec3> sky;  ///< radiance of light that comes alike from all directions
   double albedo = 1;
   double phase_g = 0;  ///< mean cosine of the scattering angle (Henyey and Greenstein)
+  /// exact: a ray from each voxel to each light, whatever the tolerance.
+  LightQuality light_quality = LightQuality::automatic;
 
   Mode mode = Mode::alpha;
   std::optional<double> isovalue;  ///< unset: the middle of the values, 0 for a level set
@@ -108,7 +115,7 @@ struct Scene {
   bool attenuates() const { return composites() || mode == Mode::xray; }
   /// Whether the medium can attenuate, and so shine.
   bool has_extinction() const { return attenuates() && extinction != 0.0; }
-  bool lit() const { return light && composites() && has_extinction(); }
+  bool lit() const { return (!lights.empty() || sky) && composites() && has_extinction(); }
   /// If unset: 1, or 0 if a light shines on the medium and no grid gives it luminance of its own.
   glm::dvec3 resolved_luminance() const {
     const bool dark = lit() && luminance_grid.empty() && temperature_grid.empty();

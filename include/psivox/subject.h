@@ -33,9 +33,9 @@ Subject box_subject(const glm::dvec3& box_min, const glm::dvec3& box_max);
 /// A place of the camera from which all that counts of the subject is inside the frame.
 ///
 /// Parts that an eye would not miss do not count. Along each axis of the frame psivox takes the
-/// stretch from 1 to 99 % of what the medium hides, or from 5 to 95 % if that is less than a quarter
-/// as long. It adds a quarter of it on both sides, but not beyond the visible voxels. So a compact body is kept whole, and stray voxels far from it do
-/// not count.
+/// stretch from 1 to 99 % of what the medium hides, or from 5 to 95 % if that is less than a
+/// quarter as long. It adds a quarter of it on both sides, but not beyond the visible voxels. So a
+/// compact body is kept whole, and stray voxels far from it do not count.
 struct Framing {
   glm::dvec3 target{0};   ///< in the picture's middle
   double distance = 1;    ///< of the target along the view [world units]

@@ -1,3 +1,6 @@
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <glm/common.hpp>
@@ -90,17 +93,24 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
   const BrickSource source(field);
   std::optional<BrickSource> companion;
   if (options.companion) companion.emplace(*options.companion);
-  std::array<float, brick_texels> values;
-  std::array<float, brick_texels> others{};
-  for (const glm::ivec3& brick : source.candidates()) {
-    source.gather(source.neighbours(brick), values.data());
-    if (companion) companion->gather(companion->neighbours(brick), others.data());
-    for (int i = 0; i < 8; ++i) {
-      const glm::ivec3 offset(i >> 2, i >> 1 & 1, i & 1);
-      if (visible(range_towards(values.data(), offset), range_towards(others.data(), offset)))
-        blocks.add(brick + offset);
+  const std::vector<glm::ivec3> bricks = source.candidates();
+  std::vector<std::uint8_t> reached(bricks.size());  // a bit for each of 8 neighbours
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bricks.size(), 16), [&](const auto& some) {
+    std::array<float, brick_texels> values;
+    std::array<float, brick_texels> others{};
+    for (std::size_t k = some.begin(); k != some.end(); ++k) {
+      source.gather(source.neighbours(bricks[k]), values.data());
+      if (companion) companion->gather(companion->neighbours(bricks[k]), others.data());
+      for (int i = 0; i < 8; ++i) {
+        const glm::ivec3 offset(i >> 2, i >> 1 & 1, i & 1);
+        if (visible(range_towards(values.data(), offset), range_towards(others.data(), offset)))
+          reached[k] = std::uint8_t(reached[k] | 1 << i);
+      }
     }
-  }
+  });
+  for (std::size_t k = 0; k < bricks.size(); ++k)
+    for (int i = 0; i < 8; ++i)
+      if (reached[k] >> i & 1) blocks.add(bricks[k] + glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
   for (const BrickSource::ConstantBox& box : source.wide_tiles())
     if (visible({box.value.x, box.value.x}, {})) blocks.add_box(box.min, box.max + 1);
   return blocks.origins();

@@ -71,9 +71,10 @@ void Picture::confirm_plan() {
   if (rms > *tolerance) plan_->reached = false;
 }
 
-void Picture::add_error() {
+void Picture::add_error(const Medium& medium) {
   if (wish_.progress) wish_.progress(Stage::checking, 0);
-  const View exact = exact_view(marched());
+  View exact = exact_view(marched());
+  exact.medium = medium;
   RenderOptions whole;
   whole.tile_ms = wish_.tile_ms;
   if (wish_.progress)

@@ -13,8 +13,9 @@ class Picture {
   void march();
   /// Estimates the error from the pilot's rays, as the marcher draws them.
   void confirm_plan();
-  /// Adds layer `error`. The marcher must hold the atlas for exact filtering.
-  void add_error();
+  /// Adds layer `error`. The marcher must hold the atlas for exact filtering. The medium may have
+  /// better light than the picture's.
+  void add_error(const Medium& medium);
   Drawn finish();
 
  private:

@@ -1,5 +1,6 @@
 #include "draw/plan.h"
 
+#include <cmath>
 #include <limits>
 
 #include "draw/lattice_search.h"
@@ -105,7 +106,7 @@ MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
 void confirm(MarchPlan& plan, const Image& drawn) {
   const Comparison c = compare_images(drawn, plan.march->truth);
   const double broken = std::numeric_limits<double>::infinity();
-  plan.chosen.rms = c.not_finite ? broken : c.rms;
+  plan.chosen.rms = c.not_finite ? broken : std::hypot(c.rms, plan.light_rms);
   plan.chosen.max = c.not_finite ? broken : c.max;
 }
 

@@ -3,6 +3,7 @@
 #include <map>
 #include <utility>
 
+#include "draw/lighting.h"
 #include "draw/pick.h"
 #include "draw/picture.h"
 #include "march/explain.h"
@@ -29,6 +30,18 @@ void enter(const StageProgress& progress, Stage stage) {
   if (progress) progress(stage, 0);
 }
 
+/// Part of a tolerance that the light may use up. The march has what is left, in quadrature.
+constexpr double light_share = 0.5;
+
+LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish) {
+  if (wish.any_light) return {};
+  if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)
+    return {.exact = true};
+  if (scene.tolerance) return {.rms = light_share * *scene.tolerance};
+  if (wish.time_budget_ms) return {.rms = light_share * default_tolerance};
+  return {.exact = true};
+}
+
 }  // namespace
 
 const char* stage_text(Stage stage) {
@@ -50,17 +63,23 @@ const char* stage_text(Stage stage) {
 }
 
 struct Session::Impl {
-  explicit Impl(View given) : view(std::move(given)) {}
+  explicit Impl(View given) : view(std::move(given)) {
+    if (view.medium.light) lighting.emplace(view);
+  }
 
   View viewed(const Wish& wish) const;
   const MediumAtlas& atlas(TexelType texel, PreparationTimes& times);
-  void light(Marcher& marcher, const StageProgress& progress, PreparationTimes& times);
+  void light(Marcher& marcher, const View& wanted, LightNeed need, const StageProgress& progress,
+             PreparationTimes& times);
+  /// Light that misses a small part of what the light of `drawn` does.
+  void finer_light(Marcher& marcher, const View& drawn, const StageProgress& progress,
+                   PreparationTimes& times);
   void upload(Marcher& marcher, const Scene& scene, PreparationTimes& times);
-  void prepare(Marcher& marcher, const Scene& scene, const StageProgress& progress,
-               PreparationTimes& times);
+  void prepare(Marcher& marcher, const Wish& wish, PreparationTimes& times);
   MarchPlan plan(Marcher& marcher, const View& marched, const Wish& wish, PreparationTimes& times);
 
   View view;
+  std::optional<Lighting> lighting;  ///< of a medium that a light shines on
   std::map<TexelType, MediumAtlas> atlases;
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads;  ///< their numbers
 };
@@ -87,24 +106,35 @@ const MediumAtlas& Session::Impl::atlas(TexelType texel, PreparationTimes& times
   return built;
 }
 
-void Session::Impl::light(Marcher& marcher, const StageProgress& progress,
-                          PreparationTimes& times) {
-  if (!view.medium.light) return;
-  if (marcher.marches()) {
-    const MediumAtlas& dark = atlas(view.scene.texel, times);
-    marcher.holds = 0;
-    marcher.upload(dark, Filter::exact);
-  }
+void Session::Impl::light(Marcher& marcher, const View& wanted, LightNeed need,
+                          const StageProgress& progress, PreparationTimes& times) {
+  if (!lighting) return;
+  const MediumAtlas* dark = marcher.marches() ? &atlas(view.scene.texel, times) : nullptr;
   const Stopwatch watch;
-  View shining = lit(view, marcher.light_depths(view), of_stage(progress, Stage::lighting));
-  for (auto& [texel, dark] : atlases) {
-    shining.scene.texel = texel;
-    add_luminance(dark, shining);
+  if (lighting->serves(wanted.camera, wanted.scene, dark, need)) return;
+  if (marcher.marches()) {
+    Scene exact = view.scene;
+    exact.filter = Filter::exact;
+    upload(marcher, exact, times);
   }
-  shining.scene.texel = view.scene.texel;
-  view = std::move(shining);
+  lighting->compute(marcher, wanted.camera, wanted.scene, dark, need,
+                    of_stage(progress, Stage::lighting));
+  view.medium = lighting->medium();
+  View shining = view;
+  for (auto& [texel, lit] : atlases) {
+    shining.scene.texel = texel;
+    add_luminance(lit, shining);
+  }
   uploads.clear();
   times.light_ms += watch.ms();
+  times.light_cpu_ms += watch.cpu_ms();
+}
+
+void Session::Impl::finer_light(Marcher& marcher, const View& drawn, const StageProgress& progress,
+                                PreparationTimes& times) {
+  // a quarter changes an estimate by 3 %
+  if (lighting && lighting->rms() > 0)
+    light(marcher, drawn, {.rms = lighting->rms() / 4}, progress, times);
 }
 
 void Session::Impl::upload(Marcher& marcher, const Scene& scene, PreparationTimes& times) {
@@ -116,12 +146,12 @@ void Session::Impl::upload(Marcher& marcher, const Scene& scene, PreparationTime
   marcher.holds = number = next_upload();
 }
 
-void Session::Impl::prepare(Marcher& marcher, const Scene& scene, const StageProgress& progress,
-                            PreparationTimes& times) {
-  light(marcher, progress, times);
+void Session::Impl::prepare(Marcher& marcher, const Wish& wish, PreparationTimes& times) {
+  const View wanted = viewed(wish);
+  light(marcher, wanted, light_need(marcher, wanted.scene, wish), wish.progress, times);
   if (!marcher.marches()) return;
-  enter(progress, Stage::uploading);
-  upload(marcher, scene, times);
+  enter(wish.progress, Stage::uploading);
+  upload(marcher, wanted.scene, times);
 }
 
 /// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
@@ -138,6 +168,7 @@ MarchPlan Session::Impl::plan(Marcher& marcher, const View& marched, const Wish&
   enter(wish.progress, Stage::choosing);
   const Stopwatch watch;
   const MediumAtlas& grids = atlas(marched.scene.texel, times);
+  const double light_rms = lighting ? lighting->rms() : 0;
   MarchPlan result;
   if (wish.time_budget_ms) {
     const glm::dvec2 size(marched.scene.resolution);
@@ -145,8 +176,13 @@ MarchPlan Session::Impl::plan(Marcher& marcher, const View& marched, const Wish&
     const double budget = *wish.time_budget_ms / (rays * unit_ms(marcher, marched));
     result = plan_within(marched, grids, budget, of_stage(wish.progress, Stage::choosing));
   } else {
-    result = plan_march(marched, grids, of_stage(wish.progress, Stage::choosing));
+    View with_rest = marched;
+    if (double& rest = *with_rest.scene.tolerance; light_rms < rest)
+      rest = std::sqrt(rest * rest - light_rms * light_rms);
+    result = plan_march(with_rest, grids, of_stage(wish.progress, Stage::choosing));
   }
+  result.light_rms = light_rms;
+  result.chosen.rms = std::hypot(result.chosen.rms, light_rms);
   times.plan_ms += watch.ms();
   times.plan_cpu_ms += watch.cpu_ms();
   return result;
@@ -168,18 +204,18 @@ void Session::convert() {
 
 void Session::prepare(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
-  impl_->prepare(marcher, impl_->viewed(wish).scene, wish.progress, times);
+  impl_->prepare(marcher, wish, times);
 }
 
 MarchPlan Session::plan(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
-  impl_->prepare(marcher, impl_->viewed(wish).scene, wish.progress, times);
+  impl_->prepare(marcher, wish, times);
   return impl_->plan(marcher, impl_->viewed(wish), wish, times);
 }
 
 Drawn Session::draw(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
-  impl_->prepare(marcher, impl_->viewed(wish).scene, wish.progress, times);
+  impl_->prepare(marcher, wish, times);
   const View view = impl_->viewed(wish);
   std::optional<MarchPlan> plan = wish.plan;
   const bool chooses = view.scene.tolerance || wish.time_budget_ms;
@@ -187,16 +223,20 @@ Drawn Session::draw(Marcher& marcher, const Wish& wish) {
 
   Picture picture(marcher, view, wish, std::move(plan));
   picture.march();
+  std::optional<DrawnLight> light;
+  if (impl_->lighting) light = impl_->lighting->description();
   if (marcher.marches()) {
     picture.confirm_plan();
     if (wish.layers.error) {
+      impl_->finer_light(marcher, view, wish.progress, times);
       Scene exact = view.scene;
       exact.filter = Filter::exact;
       impl_->upload(marcher, exact, times);
-      picture.add_error();
+      picture.add_error(impl_->view.medium);
     }
   }
   Drawn drawn = picture.finish();
+  drawn.light = std::move(light);
   drawn.times = times;
   if (marcher.marches()) drawn.atlas = impl_->atlas(view.scene.texel, times).size();
   return drawn;
@@ -221,7 +261,13 @@ std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pi
 }
 
 CheckedError Session::check_error(const Image& picture, int pixels, const Progress& progress) {
-  return check_pixels(impl_->view, picture, pixels, progress);
+  View view = impl_->view;
+  if (impl_->lighting) {
+    PreparationTimes times;
+    view.medium = impl_->lighting->exact_medium(view.camera, view.scene,
+                                                impl_->atlas(view.scene.texel, times));
+  }
+  return check_pixels(view, picture, pixels, progress);
 }
 
 }  // namespace psivox

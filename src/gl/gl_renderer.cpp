@@ -5,6 +5,7 @@
 
 #include "gl/egl_context.h"
 #include "gl/grid_textures.h"
+#include "gl/lattice_pass.h"
 #include "gl/light_pass.h"
 #include "gl/picture_pass.h"
 #include "gl/tables.h"
@@ -31,10 +32,11 @@ struct GlRenderer::Impl {
   }
 
   /// The program for a key, built once a process.
-  const gl::MarchProgram& program(const gl::ProgramKey& key) {
-    auto& slot = programs[key.prelude()];
+  const gl::MarchProgram& program(const gl::ProgramKey& key,
+                                  const std::string& shader = "march.frag") {
+    auto& slot = programs[shader + "\n" + key.prelude()];
     if (!slot) {
-      slot = std::make_unique<gl::MarchProgram>(key);
+      slot = std::make_unique<gl::MarchProgram>(key, shader);
       context.check("building the march's shader");
     }
     return *slot;
@@ -68,13 +70,29 @@ void GlRenderer::upload(const MediumAtlas& atlas, Filter filter) {
 
 LightDepths GlRenderer::light_depths(const View& view) {
   Impl& impl = *impl_;
-  const auto pass = std::make_shared<const gl::LightPass>(
-      view, impl.uploaded(Filter::exact, "light needs an upload for exact filtering"));
-  return [&impl, pass](std::span<const glm::ivec3> origins) {
+  const gl::GridTextures& textures =
+      impl.uploaded(Filter::exact, "light needs an upload for exact filtering");
+  return [&](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+             const Progress& progress) {
     impl.context.make_current();
-    std::vector<double> depths = pass->depths(origins);
+    if (beam.method.spacing == 0) {
+      MarchSetup setup = make_march_setup(light_march(view, beam), textures.atlas());
+      const gl::MarchProgram& program = impl.program(textures.key(setup), "light.frag");
+      gl::LightPass(setup, textures, program).depths(blocks, take, progress);
+    } else {
+      const LatticeFrame frame(view, textures.atlas(), beam);
+      MarchSetup setup = lattice_setup(view, textures.atlas(), beam, frame);
+      gl::ProgramKey key = textures.key(setup);
+      key.resumable = false;
+      const gl::LatticePass pass(setup, textures, impl.program(key, "light_lattice.frag"));
+      lattice_depths(
+          frame, blocks,
+          [&](std::span<const LatticeBrick> bricks, std::span<double> depths) {
+            pass.columns(bricks, depths);
+          },
+          take, progress);
+    }
     impl.context.check("lighting");
-    return depths;
   };
 }
 

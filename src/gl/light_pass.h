@@ -1,35 +1,29 @@
 #pragma once
 
-#include <glm/vec3.hpp>
-#include <span>
-#include <vector>
-
 #include "gl/grid_textures.h"
 #include "gl/march_program.h"
 #include "gl/tile_target.h"
 #include "gl/triangle.h"
+#include "march/light.h"
 
 namespace psivox::gl {
 
-/// light.frag over a view's density: optical depths from voxels towards the light. Needs a current
-/// context for its whole life.
+/// light.frag over a view's density: exact optical depths from voxels towards the light. Needs a
+/// current context for its whole life.
 class LightPass {
  public:
-  /// The textures must stay until the last use.
-  LightPass(const View& view, const GridTextures& textures);
+  /// `setup`: of light_march. The program is light.frag by the textures' key for it. All must stay
+  /// until the last use.
+  LightPass(const MarchSetup& setup, const GridTextures& textures, const MarchProgram& program);
 
-  /// 512 depths a block, z fastest.
-  std::vector<double> depths(std::span<const glm::ivec3> origins) const;
+  void depths(const LightBlocks& blocks, const TakeDepths& take, const Progress& progress) const;
 
  private:
   static constexpr int side = 512;  ///< of the target: the voxels of a block, and blocks at a time
 
-  LightPass(MarchSetup setup, const GridTextures& textures);
-  void append(std::span<const glm::ivec3> origins, std::vector<double>& depths) const;
-
-  MarchSetup setup_;
+  const MarchSetup& setup_;
   const GridTextures& textures_;
-  MarchProgram march_;
+  const MarchProgram& march_;
   TileTarget target_;
   Triangle triangle_;
 };

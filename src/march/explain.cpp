@@ -138,8 +138,9 @@ class Model {
 
   std::string light() const {
     if (!scene_.lit()) return "none";
-    return std::string("scattered once, from a ray a voxel to where it comes in") +
-           (scene_.phase_g != 0 ? "; the phase is one factor a ray" : "; isotropic");
+    return std::string("scattered once, computed at voxels") +
+           (scene_.light_quality == LightQuality::exact ? ", exactly" : "") +
+           (scene_.phase_g == 0 ? "; isotropic" : "; its phase by --phase-g");
   }
 
  private:

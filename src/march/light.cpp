@@ -2,16 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/ext/scalar_constants.hpp>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
+#include <numeric>
 #include <optional>
 
+#include "march/medium_atlas.h"
+#include "psivox/text.h"
 #include "scene/field_index.h"
 
 namespace psivox {
 namespace {
 
-/// Blocks whose depths are asked for at once, between two reports of progress.
+/// Blocks whose exact depths are asked for at once, between two reports of progress.
 constexpr std::size_t batch = 512;
+
+}  // namespace
 
 /// The luminance of the medium before its light and without `color`, at voxels of the density.
 class OwnLuminance {
@@ -54,8 +62,20 @@ class OwnLuminance {
   glm::dmat4 to_luminance_{1};
 };
 
+namespace {
+
+/// The brightest beam's radiance if all others are fractions of it, else nothing.
+std::optional<glm::dvec3> common_color(std::span<const Beam> beams) {
+  glm::dvec3 color(0);
+  for (const Beam& beam : beams)
+    if (glm::dot(beam.radiance, beam.radiance) > glm::dot(color, color)) color = beam.radiance;
+  for (const Beam& beam : beams)
+    if (glm::cross(beam.radiance, color) != glm::dvec3(0)) return {};
+  return color;
+}
+
 /// Values at all voxels of some blocks of the density, as a field of its transform.
-Field field_of_blocks(const Field& density, const std::vector<glm::ivec3>& origins, int channels,
+Field field_of_blocks(const Field& density, const LightBlocks& blocks, int channels,
                       std::shared_ptr<float[]> values) {
   Field field;
   field.name = "light";
@@ -63,63 +83,181 @@ Field field_of_blocks(const Field& density, const std::vector<glm::ivec3>& origi
   field.channels = channels;
   // One voxel more: on the faces of the density's domain there is light too.
   field.active_box = {density.active_box.min - 1, density.active_box.max + 1};
-  field.active_voxels = 512 * origins.size();
+  field.active_voxels = 512 * blocks.wanted.size();
   field.world_from_index = density.world_from_index;
-  for (std::size_t i = 0; i < origins.size(); ++i)
-    field.leaves.push_back(
-        {origins[i], values.get() + i * 512 * static_cast<std::size_t>(channels)});
+  for (std::size_t i = 0; i < blocks.wanted.size(); ++i)
+    field.leaves.push_back({blocks.all[blocks.wanted[i]],
+                            values.get() + i * 512 * static_cast<std::size_t>(channels)});
   field.storage = std::move(values);
   return field;
 }
 
 }  // namespace
 
-View lit(View view, const LightDepths& depths, const Progress& progress) {
-  Medium& medium = view.medium;
-  if (!medium.light) return view;
-  const ScatteredLight light = *medium.light;
-  const std::vector<glm::ivec3> origins = visible_blocks(*medium.density, density_options(view));
-  // One luminance at all leaves the colour a factor, and the grid scalar unless that has colours.
-  const bool alone = medium.color == glm::dvec3(0);
-  const int channels = alone && !light.tinted ? 1 : 3;
-  const OwnLuminance own(medium);
+std::string light_method_text(const LightMethod& method) {
+  if (method.spacing > 0)
+    return formatted("columns %.4g voxel%s apart", method.spacing, method.spacing == 1 ? "" : "s");
+  if (method.termination > 0)
+    return formatted("a ray from each voxel, down to a transmittance of %.2g", method.termination);
+  return "a ray from each voxel";
+}
 
-  const auto values = std::make_shared_for_overwrite<float[]>(origins.size() * 512 *
-                                                              static_cast<std::size_t>(channels));
-  float* to = values.get();
-  for (std::size_t first = 0; first < origins.size(); first += batch) {
-    const std::size_t count = std::min(batch, origins.size() - first);
-    const std::vector<double> part = depths(std::span(origins).subspan(first, count));
-    for (std::size_t i = 0; i < part.size(); ++i) {
-      const double T = std::exp(-part[i]);
-      if (channels == 1) {
-        *to++ = static_cast<float>(T);
-        continue;
-      }
-      const int n = static_cast<int>(i % 512);
-      const glm::dvec3 glow =
-          own.at(origins[first + i / 512] + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7));
-      const glm::dvec3 scattered = alone ? glm::dvec3(T) : light.radiance * T;
-      const glm::dvec3 L = medium.color * glow + (light.tinted ? glow * scattered : scattered);
-      for (int c = 0; c < 3; ++c) *to++ = static_cast<float>(L[c]);
-    }
-    if (progress)
-      progress(static_cast<double>(first + count) / static_cast<double>(origins.size()));
+std::vector<Beam> light_beams(const View& view) {
+  std::vector<Beam> beams;
+  for (const ParallelLight& light : view.medium.light->lights)
+    beams.push_back({light.of_camera ? from_camera(view.camera, light.direction) : light.direction,
+                     light.radiance});
+  return beams;
+}
+
+std::vector<Beam> sky_beams(const glm::dvec3& radiance, int count) {
+  std::vector<Beam> beams;
+  const double golden = (std::sqrt(5.0) - 1) / 2;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (2 * i + 1) / double(count);
+    const double r = std::sqrt(1 - z * z);
+    const double turn = 2 * glm::pi<double>() * (i * golden - std::floor(i * golden));
+    beams.push_back({{r * std::cos(turn), z, r * std::sin(turn)}, radiance / double(count)});
+  }
+  return beams;
+}
+
+struct LitLuminance::Impl {
+  Impl(const View& view, std::vector<Beam> given)
+      : medium(view.medium),
+        camera(view.camera),
+        g(view.scene.phase_g),
+        beams(std::move(given)),
+        glow(medium) {
+    const bool alone = medium.color == glm::dvec3(0) && !medium.light->tinted;
+    by_ray = g != 0 && beams.size() == 1 && medium.color == glm::dvec3(0);
+    if (alone) common = common_color(beams);
   }
 
+  double phase(const Beam& beam, const glm::ivec3& voxel) const {
+    if (g == 0 || by_ray) return 1;
+    const glm::dvec3 at(medium.density->world_from_index * glm::dvec4(voxel, 1));
+    const glm::dvec3 seen =
+        camera.orthographic || at == camera.position ? camera.forward : at - camera.position;
+    return henyey_greenstein(g, -glm::dot(beam.direction, glm::normalize(seen)));
+  }
+
+  /// What a beam adds to L where nothing is in its way.
+  glm::dvec3 share(const Beam& beam, const glm::ivec3& voxel) const {
+    const glm::dvec3 L = beam.radiance * phase(beam, voxel);
+    return medium.light->tinted ? L * glow.at(voxel) : L;
+  }
+
+  glm::dvec3 own(const glm::ivec3& voxel) const {
+    return medium.color == glm::dvec3(0) ? glm::dvec3(0) : medium.color * glow.at(voxel);
+  }
+
+  /// Adds a beam to a block's values, which the first beam sets.
+  void add(std::size_t b, const glm::ivec3& origin, std::span<const double> depths,
+           float* to) const {
+    const Beam& beam = beams[b];
+    const bool phases = g != 0 && !by_ray;
+    const auto voxel = [&](int i) { return origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7); };
+    if (common) {
+      const double all = glm::length(*common);
+      const float ratio = all > 0 ? float(glm::length(beam.radiance) / all) : 1;
+      for (int i = 0; i < 512; ++i) {
+        const float T = ratio * std::exp(float(-depths[std::size_t(i)]));
+        const float L = phases ? float(double(T) * phase(beam, voxel(i))) : T;
+        to[i] = b == 0 ? L : to[i] + L;
+      }
+      return;
+    }
+    const bool even = !medium.light->tinted && !phases;
+    for (int i = 0; i < 512; ++i, to += 3) {
+      const double T = std::exp(-depths[std::size_t(i)]);
+      const glm::dvec3 L = (even ? beam.radiance : share(beam, voxel(i))) * T;
+      const glm::dvec3 before = b == 0 ? own(voxel(i)) : glm::dvec3(to[0], to[1], to[2]);
+      for (int c = 0; c < 3; ++c) to[c] = float(before[c] + L[c]);
+    }
+  }
+
+  const Medium& medium;
+  Camera camera;
+  double g;
+  std::vector<Beam> beams;
+  OwnLuminance glow;
+  bool by_ray = false;               ///< the phase is one factor of each ray
+  std::optional<glm::dvec3> common;  ///< colour of all luminance: one channel will do
+};
+
+LitLuminance::LitLuminance(const View& view, std::vector<Beam> beams)
+    : impl_(std::make_unique<Impl>(view, std::move(beams))) {}
+LitLuminance::~LitLuminance() = default;
+
+const std::vector<Beam>& LitLuminance::beams() const { return impl_->beams; }
+
+glm::dvec3 LitLuminance::own(const glm::ivec3& voxel) const { return impl_->own(voxel); }
+
+glm::dvec3 LitLuminance::share(std::size_t beam, const glm::ivec3& voxel) const {
+  return impl_->share(impl_->beams[beam], voxel);
+}
+
+bool LitLuminance::sees_camera() const { return impl_->g != 0 && !impl_->by_ray; }
+
+Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths,
+                            const Progress& progress) const {
+  const Impl& impl = *impl_;
+  const int channels = impl.common ? 1 : 3;
+  const std::size_t stride = 512 * std::size_t(channels);
+  const auto values = std::make_shared_for_overwrite<float[]>(blocks.wanted.size() * stride);
+  std::vector<float*> places(blocks.all.size(), nullptr);
+  for (std::size_t i = 0; i < blocks.wanted.size(); ++i)
+    places[blocks.wanted[i]] = values.get() + i * stride;
+
+  for (std::size_t b = 0; b < impl.beams.size(); ++b) {
+    const auto take = [&](std::size_t block, std::span<const double> part) {
+      impl.add(b, blocks.all[block], part, places[block]);
+    };
+    const double beams = double(impl.beams.size());
+    depths(impl.beams[b], blocks, take, [&](double done) {
+      if (progress) progress((double(b) + done) / beams);
+    });
+  }
+
+  Medium medium = impl.medium;
   medium.luminance =
-      std::make_shared<const Field>(field_of_blocks(*medium.density, origins, channels, values));
+      std::make_shared<const Field>(field_of_blocks(*medium.density, blocks, channels, values));
   medium.source = channels == 3 ? LuminanceSource::vector : LuminanceSource::scalar;
-  medium.color = alone ? light.radiance : glm::dvec3(1);
-  if (view.scene.phase_g != 0) {
-    medium.phase_axis = light.direction;
-    medium.phase_g = view.scene.phase_g;
+  medium.color = impl.common.value_or(glm::dvec3(1));
+  if (impl.by_ray) {
+    medium.phase_axis = impl.beams.front().direction;
+    medium.phase_g = impl.g;
   }
   medium.light.reset();
+  return medium;
+}
+
+void in_batches(const LightBlocks& blocks, const Progress& progress,
+                const std::function<void(std::span<const std::size_t>)>& some) {
+  const std::span<const std::size_t> wanted = blocks.wanted;
+  for (std::size_t first = 0; first < wanted.size(); first += batch) {
+    const std::span<const std::size_t> part =
+        wanted.subspan(first, std::min(wanted.size() - first, batch));
+    some(part);
+    if (progress) progress(double(first + part.size()) / double(wanted.size()));
+  }
+}
+
+View lit(View view, const LightDepths& depths) {
+  if (!view.medium.light) return view;
+  std::vector<Beam> beams = light_beams(view);
+  if (view.medium.light->sky != glm::dvec3(0))
+    for (const Beam& beam : sky_beams(view.medium.light->sky, exact_sky_count))
+      beams.push_back(beam);
+  const std::vector<glm::ivec3> all = visible_blocks(*view.medium.density, density_options(view));
+  std::vector<std::size_t> wanted(all.size());
+  std::iota(wanted.begin(), wanted.end(), std::size_t{0});
+  view.medium = LitLuminance(view, std::move(beams)).medium({all, wanted}, depths);
   return view;
 }
 
-View light_march(const View& view) {
+View light_march(const View& view, const Beam& beam) {
   View towards = view;
   Scene& scene = towards.scene;
   scene.mode = Mode::alpha;
@@ -129,18 +267,18 @@ View light_march(const View& view) {
   // between knots of values the attenuation is a cubic, whose depth is exact
   scene.split_knots = !view.medium.gradient;
   if (scene.split_knots) scene.segments = 1;
-  scene.early_termination = 0;
+  scene.early_termination = beam.method.termination;
   scene.filter = Filter::exact;
   scene.pixel_samples = 1;
   Medium& medium = towards.medium;
   medium.source = LuminanceSource::constant;
   medium.luminance.reset();
   medium.emission.reset();
+  medium.light.reset();
   Camera& camera = towards.camera;
   camera = {};
-  camera.forward = -medium.light->direction;
+  camera.forward = -beam.direction;
   camera.orthographic = true;
-  medium.light.reset();
   return towards;
 }
 

@@ -2,7 +2,9 @@
 
 #include <functional>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "psivox/medium.h"
@@ -10,19 +12,87 @@
 
 namespace psivox {
 
-/// Optical depths of the medium from the voxels of some blocks of 8^3 of its density to where the
-/// light comes in: 512 a block, z fastest. Exact for trilinear data, whatever the view's rule;
-/// where the transfer function has a gradient, of the view's segments but with the reference.
-using LightDepths = std::function<std::vector<double>(std::span<const glm::ivec3> origins)>;
+/// How optical depths towards a light are found.
+struct LightMethod {
+  /// Distance between the columns of a lattice [voxels], n or 1/n (light_lattice.h). 0: a ray from
+  /// each voxel through the cells, which is exact.
+  double spacing = 0;
+  double termination = 0;  ///< transmittance at which those rays end; 0: never
+  bool operator==(const LightMethod&) const = default;
+};
 
-/// The view with its light scattered once: T_light = e^-depth is computed at every voxel of the
-/// blocks that hold a corner of a cell with attenuation, and becomes the luminance's grid there,
-///   L = luminance + radiance * T_light, or colour * (luminance + radiance * T_light)
-/// where a transfer function gives colours. A luminance of another grid is interpolated at the
-/// density's voxels. A view without light returns as it is.
-View lit(View view, const LightDepths& depths, const Progress& progress = {});
+/// "columns 0.5 voxels apart".
+std::string light_method_text(const LightMethod& method);
 
-/// The view whose march gives those depths: orthographic, looking towards the light, cells only.
-View light_march(const View& view);
+/// Parallel light, with a camera's lights turned to the world.
+struct Beam {
+  glm::dvec3 direction{0};  ///< of travel, normalised [world]
+  glm::dvec3 radiance{0};   ///< colour times albedo
+  LightMethod method{};
+};
+
+/// Beams of the view's lights.
+std::vector<Beam> light_beams(const View& view);
+/// Beams of a uniform sky from `count` directions, spread over the sphere by spherical Fibonacci
+/// points (Keinert et al. 2015, Spherical Fibonacci mapping); all of the same radiance.
+std::vector<Beam> sky_beams(const glm::dvec3& radiance, int count);
+
+/// Directions of a sky whose light counts as exact.
+inline constexpr int exact_sky_count = 512;
+
+/// Blocks of 8^3 voxels of the density, by their first voxels.
+struct LightBlocks {
+  std::span<const glm::ivec3> all;      ///< that hold a corner of a cell with attenuation
+  std::span<const std::size_t> wanted;  ///< whose depths are asked for: places in `all`
+};
+
+/// Takes a block's optical depths: 512, z fastest. Several threads may call it at once, for
+/// different blocks.
+using TakeDepths = std::function<void(std::size_t block, std::span<const double> depths)>;
+
+/// Finds optical depths of a view's medium from voxels to where light of that direction comes in.
+/// They are those of trilinear data, whatever the view's rule; where the transfer function has a
+/// gradient, those of the view's segments, but for the reference's.
+using LightDepths = std::function<void(const Beam& beam, const LightBlocks& blocks,
+                                       const TakeDepths& take, const Progress& progress)>;
+
+/// Luminance at voxels of a view's medium in the light of some beams:
+///   L = luminance + sum of radiance * phase * e^-depth over the beams,
+/// all of it times the colour where a transfer function gives colours. A luminance of another grid
+/// is interpolated at the density's voxels.
+class LitLuminance {
+ public:
+  LitLuminance(const View& view, std::vector<Beam> beams);
+  ~LitLuminance();
+  LitLuminance(const LitLuminance&) = delete;
+  LitLuminance& operator=(const LitLuminance&) = delete;
+
+  const std::vector<Beam>& beams() const;
+  /// L without its beams.
+  glm::dvec3 own(const glm::ivec3& voxel) const;
+  /// What a beam adds to L where nothing is in its way.
+  glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel) const;
+  /// Whether the camera changes it: there are several phases, so each voxel has its own.
+  bool sees_camera() const;
+
+  /// The medium with L as its luminance in the blocks that are wanted.
+  Medium medium(const LightBlocks& blocks, const LightDepths& depths,
+                const Progress& progress = {}) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Calls `some` for the wanted blocks, some hundreds at a time, with progress between them.
+void in_batches(const LightBlocks& blocks, const Progress& progress,
+                const std::function<void(std::span<const std::size_t>)>& some);
+
+/// The view in the light of its beams and, if it has a sky, of exact_sky_count directions, all
+/// exact.
+View lit(View view, const LightDepths& depths);
+
+/// The view whose march gives exact depths: orthographic, looking towards the light, cells only.
+View light_march(const View& view, const Beam& beam);
 
 }  // namespace psivox

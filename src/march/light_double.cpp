@@ -1,28 +1,69 @@
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-
-#include <memory>
 
 #include "march/atlas_march.h"
 #include "march/light.h"
+#include "march/light_lattice.h"
+#include "march/march_double.h"
 
 namespace psivox {
+namespace {
+
+void exact_depths(const View& view, const MediumAtlas& atlas, const Beam& beam,
+                  const LightBlocks& blocks, const TakeDepths& take, const Progress& progress) {
+  const MarchSetup setup = make_march_setup(light_march(view, beam), atlas);
+  in_batches(blocks, progress, [&](std::span<const std::size_t> some) {
+    tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
+      glsl::AtlasMarch march(setup, atlas);
+      std::vector<double> depths(512);
+      const glm::ivec3 first = blocks.all[some[k]] - setup.origin;
+      for (int i = 0; i < 512; ++i)
+        depths[std::size_t(i)] = march.light_depth(first + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
+      take(some[k], depths);
+    });
+  });
+}
+
+LatticeColumns columns_of(const MarchSetup& setup, const MediumAtlas& atlas) {
+  return [&](std::span<const LatticeBrick> bricks, std::span<double> depths) {
+    tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+      glsl::AtlasMarch march(setup, atlas);
+      for (int column = 0; column < 64; ++column) {
+        const auto own =
+            march.column_depths(glm::dvec2(bricks[b].x + (column >> 3), bricks[b].y + (column & 7)),
+                                double(bricks[b].z));
+        double* to = depths.data() + b * 512 + std::size_t(8 * column);
+        for (int n = 0; n < 4; ++n) {
+          to[n] = own.first[n];
+          to[n + 4] = own.last[n];
+        }
+      }
+    });
+  };
+}
+
+}  // namespace
 
 LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas) {
-  const auto setup = std::make_shared<const MarchSetup>(make_march_setup(light_march(view), atlas));
-  return [setup, &atlas](std::span<const glm::ivec3> origins) {
-    std::vector<double> depths(origins.size() * 512);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, origins.size()),
-                      [&](const tbb::blocked_range<std::size_t>& blocks) {
-                        glsl::AtlasMarch march(*setup, atlas);
-                        for (std::size_t b = blocks.begin(); b != blocks.end(); ++b)
-                          for (int i = 0; i < 512; ++i)
-                            depths[b * 512 + std::size_t(i)] =
-                                march.light_depth(origins[b] - setup->origin +
-                                                  glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
-                      });
-    return depths;
+  return [&](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+             const Progress& progress) {
+    if (beam.method.spacing == 0) return exact_depths(view, atlas, beam, blocks, take, progress);
+    const LatticeFrame frame(view, atlas, beam);
+    const MarchSetup setup = lattice_setup(view, atlas, beam, frame);
+    lattice_depths(frame, blocks, columns_of(setup, atlas), take, progress);
   };
+}
+
+std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,
+                                              const Beam& beam,
+                                              std::span<const glm::ivec3> voxels) {
+  const MarchSetup setup = make_march_setup(light_march(view, beam), atlas);
+  std::vector<double> depths(voxels.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, voxels.size(), 64), [&](const auto& some) {
+    glsl::AtlasMarch march(setup, atlas);
+    for (std::size_t i = some.begin(); i != some.end(); ++i)
+      depths[i] = march.light_depth(voxels[i] - setup.origin);
+  });
+  return depths;
 }
 
 }  // namespace psivox

@@ -9,9 +9,12 @@ namespace psivox {
 RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
                                  const RenderOptions& options = {});
 
-/// Optical depths towards the view's light over its density's atlas. View and atlas must outlive
-/// them.
+/// Optical depths towards light over the density's atlas. View and atlas must outlive them.
 LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas);
+/// Exact depths from some voxels of the density.
+std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,
+                                              const Beam& beam,
+                                              std::span<const glm::ivec3> voxels);
 
 class DoubleMarcher : public Marcher {
  public:

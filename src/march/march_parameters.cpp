@@ -87,7 +87,7 @@ void place_medium(const View& view, MarchSetup& setup) {
   p.normal_x = normal[0] * p.world_unit;
   p.normal_y = normal[1] * p.world_unit;
   p.normal_z = normal[2] * p.world_unit;
-  if (scene.light) p.light_direction = glm::normalize(scene.light->direction);
+  if (const auto light = surface_light(view)) p.light_direction = *light;
 }
 
 /// How the ray is integrated: rule, sampling, steps.

@@ -81,8 +81,8 @@ double shade(const View& view, const glm::dvec3& gradient, const glm::dvec3& dir
   const double size = glm::length(normal);
   if (!(size > 0)) return 0.2;
   normal /= dot(normal, direction) > 0 ? -size : size;
-  const glm::dvec3 to_light =
-      view.scene.light ? -glm::normalize(view.scene.light->direction) : -direction;
+  const std::optional<glm::dvec3> light = surface_light(view);
+  const glm::dvec3 to_light = light ? -*light : -direction;
   return 0.2 + 0.8 * std::max(0.0, dot(normal, to_light));
 }
 

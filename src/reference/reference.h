@@ -32,7 +32,7 @@ ReferenceResult render_reference(const View& view, double tolerance = 1e-12,
 std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::ivec2> pixels,
                                          double tolerance = 1e-12, const Progress& progress = {});
 
-/// Optical depths towards the view's light, exact for trilinear data. The view must outlive them.
+/// Exact optical depths towards light, whatever a beam's method. The view must outlive them.
 LightDepths reference_light_depths(const View& view);
 
 }  // namespace psivox

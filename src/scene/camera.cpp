@@ -95,6 +95,10 @@ double radical_inverse(unsigned i) {
 
 }  // namespace
 
+glm::dvec3 from_camera(const Camera& camera, const glm::dvec3& vector) {
+  return vector.x * camera.right + vector.y * camera.up - vector.z * camera.forward;
+}
+
 double horizontal_fov(const Scene& scene) {
   const double tangent = scene.fov ? std::tan(glm::radians(*scene.fov) / 2)
                                    : scene.aperture / (2 * scene.focal_length);

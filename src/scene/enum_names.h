@@ -35,6 +35,8 @@ inline std::vector<std::string> enum_names(Integrator) {
   return names;
 }
 
+inline std::vector<std::string> enum_names(LightQuality) { return {"auto", "exact"}; }
+
 template <typename E>
 std::string enum_metavar() {
   return joined(enum_names(E{}), "|");

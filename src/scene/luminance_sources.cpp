@@ -86,9 +86,11 @@ void set_luminance(const Scene& scene, const MediumFields& fields,
     set_grid(without_negative(fields.luminance), medium);
     medium.color *= scene.luminance_scale;
   }
-  if (scene.lit())
-    medium.light = ScatteredLight{glm::normalize(scene.light->direction),
-                                  scene.light->color * scene.albedo, tinted};
+  if (!scene.lit()) return;
+  medium.light = ScatteredLight{{}, scene.sky.value_or(glm::dvec3(0)) * scene.albedo, tinted};
+  for (const DirectionalLight& light : scene.lights)
+    medium.light->lights.push_back(
+        {glm::normalize(light.direction), light.color * scene.albedo, light.of_camera});
 }
 
 }  // namespace psivox

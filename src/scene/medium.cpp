@@ -171,12 +171,20 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   return view;
 }
 
-double phase_factor(const Medium& medium, const glm::dvec3& ray_direction) {
-  // The angle lies between the light's direction and its scattered direction, which is against the
-  // ray.
-  const double g = medium.phase_g;
-  const double cosine = -glm::dot(medium.phase_axis, ray_direction);
+std::optional<glm::dvec3> surface_light(const View& view) {
+  if (view.scene.lights.empty()) return {};
+  const DirectionalLight& light = view.scene.lights.front();
+  const glm::dvec3 direction = glm::normalize(light.direction);
+  return light.of_camera ? from_camera(view.camera, direction) : direction;
+}
+
+double henyey_greenstein(double g, double cosine) {
   return (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5);
+}
+
+double phase_factor(const Medium& medium, const glm::dvec3& ray_direction) {
+  // scattered light travels against the ray
+  return henyey_greenstein(medium.phase_g, -glm::dot(medium.phase_axis, ray_direction));
 }
 
 }  // namespace psivox

@@ -59,14 +59,9 @@ void apply_tolerance(Scene& scene, std::span<const Setting> settings) {
 }
 
 void validate_light(const Scene& scene) {
-  if (!scene.light) return;
-  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
-  if (scene.light->direction == glm::dvec3(0)) fail("--light 0,0,0 has no direction");
-  // The phase is one factor of a ray's whole radiance, so there can be only one luminance.
-  if (scene.lit() && scene.phase_g != 0 && scene.resolved_luminance() != glm::dvec3(0))
-    fail(
-        "--phase-g other than 0 needs --light to be the only luminance; leave out --luminance, "
-        "--luminance-grid and --temperature-grid");
+  for (const DirectionalLight& light : scene.lights)
+    if (light.direction == glm::dvec3(0))
+      throw Error(ExitCode::usage, "--light 0,0,0 has no direction");
 }
 
 void validate_medium(const Scene& scene) {

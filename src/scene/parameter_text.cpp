@@ -9,6 +9,9 @@
 namespace psivox {
 namespace {
 
+/// Stands before the direction of a light that turns with the camera.
+constexpr std::string_view camera_prefix = "camera:";
+
 // ---- reading: true if the whole text is a value of that type within the range ----
 
 bool read(std::string_view text, const Range&, std::string& value) {
@@ -55,12 +58,21 @@ bool read(std::string_view text, const Range& range, glm::dvec2& value) {
 
 /// Three numbers, or six: direction and colour. The range is the colour's.
 bool read(std::string_view text, const Range& range, DirectionalLight& value) {
+  value.of_camera = text.starts_with(camera_prefix);
+  if (value.of_camera) text.remove_prefix(camera_prefix.size());
   std::size_t color = 0;
   for (int i = 0; i < 3 && color != std::string_view::npos; ++i)
     color = text.find(',', color + (i ? 1 : 0));
   if (color == std::string_view::npos) return read(text, Range{}, value.direction);
   return read(text.substr(0, color), Range{}, value.direction) &&
          read(text.substr(color + 1), range, value.color);
+}
+
+/// Lights with a semicolon between them, or the word for none.
+bool read(std::string_view text, const Range& range, std::vector<DirectionalLight>& value) {
+  for (const std::string& item : split(text, ';'))
+    if (!read(item, range, value.emplace_back())) return false;
+  return !value.empty();
 }
 
 /// Bytes, with the suffixes of GNU's tools: K = KiB = 1024, KB = 1000, and so on.
@@ -110,7 +122,8 @@ std::string text_of(const glm::dvec3& v) {
 }
 std::string text_of(const glm::dvec2& v) { return text_of(v.x) + "," + text_of(v.y); }
 std::string text_of(const DirectionalLight& light) {
-  return text_of(light.direction) + "," + text_of(light.color);
+  return std::string(light.of_camera ? camera_prefix : "") + text_of(light.direction) + "," +
+         text_of(light.color);
 }
 std::string text_of(const glm::ivec2& v) { return text_of(v.x) + "x" + text_of(v.y); }
 template <typename E>
@@ -130,7 +143,7 @@ std::string kind_text(const Parameter& p, const glm::dvec3&) {
   return "three numbers " + p.metavar + (range.empty() ? "" : ", each" + range);
 }
 std::string kind_text(const Parameter& p, const glm::dvec2&) { return "two numbers " + p.metavar; }
-std::string kind_text(const Parameter& p, const DirectionalLight&) {
+std::string kind_text(const Parameter& p, const std::vector<DirectionalLight>&) {
   return "three or six numbers " + p.metavar + ", colours" + p.range.text();
 }
 std::string kind_text(const Parameter& p, const glm::ivec2&) {
@@ -172,6 +185,18 @@ void assign(const Parameter& p, std::string_view text, std::optional<T>& target)
   T value{};
   assign(p, text, value);
   target = value;
+}
+
+void assign(const Parameter& p, std::string_view text, std::vector<DirectionalLight>& target) {
+  std::vector<DirectionalLight> lights;
+  if (text != p.unset && !read(text, p.range, lights)) refuse(p, text, lights);
+  target = std::move(lights);
+}
+
+std::string text_of(const Parameter& p, const std::vector<DirectionalLight>& lights) {
+  std::string text;
+  for (const DirectionalLight& light : lights) text += (text.empty() ? "" : ";") + text_of(light);
+  return text.empty() ? p.unset : text;
 }
 
 template <typename T>

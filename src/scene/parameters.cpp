@@ -98,11 +98,17 @@ Rows look_rows() {
 Rows light_rows() {
   return {
       {"light", "X,Y,Z[,R,G,B]", "", "none",
-       "direction and colour of parallel light, scattered once; the colour is 1,1,1 if left out",
-       &Scene::light, at_least_0, "none"},
+       "direction and colour of parallel light, scattered once; several may be given; camera:X,Y,Z "
+       "turns with the camera (right, up, backwards); the colour is 1,1,1 if left out",
+       &Scene::lights, at_least_0, "none"},
+      {"sky", "R,G,B", "", "none", "light that comes alike from all directions, scattered once",
+       &Scene::sky, at_least_0, "none"},
       {"albedo", "A", "", "", "scattered part of the attenuated light", &Scene::albedo, fraction},
       {"phase-g", "G", "", "", "mean cosine of the scattering angle: 0 isotropic, near 1 forward",
        &Scene::phase_g, forward},
+      {"light-quality", enum_metavar<LightQuality>(), "", "",
+       "auto: as exact as --tolerance asks; exact: a ray from each voxel to each light",
+       &Scene::light_quality},
   };
 }
 

@@ -18,11 +18,24 @@ json json_of(const Parameter& p, const T& value, const Scene& scene) {
     return {value.x, value.y, value.z};
   else if constexpr (std::is_same_v<T, glm::ivec2> || std::is_same_v<T, glm::dvec2>)
     return {value.x, value.y};
-  else if constexpr (std::is_same_v<T, DirectionalLight>)
-    return {value.direction.x, value.direction.y, value.direction.z,
-            value.color.x,     value.color.y,     value.color.z};
   else
     return parameter_text(scene, p);
+}
+
+json json_of(const DirectionalLight& light) {
+  json numbers = {light.direction.x, light.direction.y, light.direction.z,
+                  light.color.x,     light.color.y,     light.color.z};
+  if (!light.of_camera) return numbers;
+  return {{"camera", std::move(numbers)}};
+}
+
+/// One light of the world is its six numbers; several are an array.
+json json_of(const Parameter& p, const std::vector<DirectionalLight>& lights, const Scene&) {
+  if (lights.empty()) return p.unset;
+  if (lights.size() == 1 && !lights.front().of_camera) return json_of(lights.front());
+  json items = json::array();
+  for (const DirectionalLight& light : lights) items.push_back(json_of(light));
+  return items;
 }
 
 template <typename T>
@@ -45,7 +58,7 @@ char separator(const Parameter& p) {
     const bool list = std::is_same_v<T, glm::dvec3> ||
                       std::is_same_v<T, std::optional<glm::dvec3>> ||
                       std::is_same_v<T, std::optional<glm::dvec2>> ||
-                      std::is_same_v<T, std::optional<DirectionalLight>>;
+                      std::is_same_v<T, std::vector<DirectionalLight>>;
     return list ? ',' : '\0';
   };
   return std::visit(of_type, p.member);
@@ -55,11 +68,14 @@ char separator(const Parameter& p) {
 /// such a form stays JSON, and set_parameter refuses it with its own message.
 std::string command_line_text(const Parameter& p, const json& value) {
   if (value.is_string()) return value.get<std::string>();
+  if (value.is_object() && value.size() == 1 && value.contains("camera"))
+    return "camera:" + command_line_text(p, value["camera"]);
   if (!value.is_array() || !separator(p)) return dumped(value);
+  const bool list = !value.empty() && value.front().is_structured();
   std::string text;
   for (const json& item : value) {
-    if (!text.empty()) text += separator(p);
-    text += dumped(item);
+    if (!text.empty()) text += list ? ';' : separator(p);
+    text += list ? command_line_text(p, item) : dumped(item);
   }
   return text;
 }

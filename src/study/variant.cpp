@@ -122,6 +122,8 @@ Scene scene_of(const Variant& variant, const Scene& base) {
 Scene without_sweep(const Scene& scene) {
   Scene out = scene;
   for (const std::string& name : swept_parameters()) set_default(out, *find_parameter(name));
+  // one light for all variants, so that they differ by their method alone
+  out.light_quality = LightQuality::exact;
   return out;
 }
 

@@ -81,7 +81,7 @@ Measured lit_ramp(const Painter& painter) {
   const Plate ramp{profile(20, [](int x) { return 0.25 * std::min(x + 1, 8); })};
   Scene scene = looking(small_scene(8), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
   scene.extinction = K;
-  scene.light = DirectionalLight{{1, 0, 0}, {1, 0.5, 2}};
+  scene.lights = {{{1, 0, 0}, {1, 0.5, 2}}};
   const View view = view_of(scene, ramp.field());
   const Image image = painter.picture(view);
   const double exact = rule_across(ramp, K, scene.segments, weighted_opacity,
@@ -90,7 +90,7 @@ Measured lit_ramp(const Painter& painter) {
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
       for (int c = 0; c < 3; ++c) {
-        const double color = scene.light->color[c];
+        const double color = scene.lights.front().color[c];
         found.error = larger(found.error, std::abs(pixel(image, x, y, c) / color - exact));
       }
   // L changes by a voxel's K v, and the depth counts twice, times L below 1

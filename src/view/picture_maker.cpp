@@ -167,6 +167,7 @@ void PictureMaker::bring_up(const std::shared_ptr<Volume>& wished, Filter filter
   Wish wish;
   wish.scene = wished->scene;
   wish.scene->filter = filter;
+  wish.any_light = true;
   wish.progress = [this, number = newest_.load()](psivox::Stage entered, double fraction) {
     stage(stage_text(entered), fraction);
     if (entered == psivox::Stage::lighting) check_current(number);
@@ -187,6 +188,7 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
     if (!preview.scene->sampling) preview.scene->sampling = preview.scene->resolved_sampling();
     if (wish.layer != ShownLayer::error) ask_for(wish.layer, preview);
     preview.may_update_tables = true;
+    preview.any_light = true;
     const auto start = Clock::now();
     Drawn drawn = wish.volume->session->draw(*gpu_, preview);
     sum_ms += ms_since(start) - std::max(0.0, drawn.stats.shader_ms - 5);
@@ -220,6 +222,7 @@ void PictureMaker::renew_renderer() {
   // The new shaders must work before the old ones go.
   const std::shared_ptr<Marcher> gpu = open_gpu({options_.device, options_.debug});
   Wish pixel;
+  pixel.any_light = true;
   pixel.scene = shown_->scene;
   pixel.scene->tolerance.reset();
   pixel.scene->sampling = pixel.scene->resolved_sampling();

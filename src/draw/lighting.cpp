@@ -1,0 +1,275 @@
+#include "draw/lighting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "march/march_double.h"
+
+namespace psivox {
+namespace {
+
+/// Spacings of columns, from coarse to fine [voxels]: for any light and the first trial, for light
+/// of a known error (a wider one may leave a few pixels far off), and the least.
+constexpr double coarsest = 4, coarse = 2, finest = 0.25;
+
+/// Part of the error that is left at half the spacing, above a voxel and below: on smoke and clouds
+/// it was 0.23 and 0.13 (docs/notes/light.md). What is computed by it is compared again.
+constexpr double halving_above = 0.25, halving_below = 0.16;
+
+/// Directions of a sky for any light, and for a trial of methods.
+constexpr int coarse_sky_count = 8, tried_sky_count = 16;
+
+/// Fraction of what the light may miss that its estimate may reach, since the pilot is a sample.
+constexpr double light_safety = 0.8;
+
+/// Rays that are exact end at this part of what the light may miss.
+constexpr double termination_share = 0.5;
+
+void set_method(std::vector<Beam>& beams, const LightMethod& method) {
+  for (Beam& beam : beams) beam.method = method;
+}
+
+bool exact(const Beam& beam) { return beam.method == LightMethod{}; }
+
+/// Whether they are the same lights, by whatever methods.
+bool same_light(const std::vector<Beam>& a, const std::vector<Beam>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Beam& x, const Beam& y) {
+    return x.direction == y.direction && x.radiance == y.radiance;
+  });
+}
+
+bool same_place(const Camera& a, const Camera& b) {
+  return a.position == b.position && a.forward == b.forward && a.orthographic == b.orthographic;
+}
+
+/// Places of the blocks that hold the pilot's voxels, in ascending order.
+std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
+                                     const std::vector<glm::ivec3>& blocks) {
+  const auto before = [](const glm::ivec3& a, const glm::ivec3& b) {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  };
+  std::vector<std::size_t> places;
+  for (const glm::ivec3& voxel : voxels) {
+    const glm::ivec3 origin = voxel & ~7;
+    const auto found = std::lower_bound(blocks.begin(), blocks.end(), origin, before);
+    if (found != blocks.end() && *found == origin)
+      places.push_back(std::size_t(found - blocks.begin()));
+  }
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  return places;
+}
+
+/// Methods for some beams, by what they miss and cost.
+class LightTrials {
+ public:
+  LightTrials(const View& view, const MediumAtlas& atlas, const std::vector<glm::ivec3>& blocks,
+              std::vector<Beam> beams, double rms)
+      : view_(view),
+        blocks_(blocks),
+        beams_(std::move(beams)),
+        rms_(rms),
+        luminance_(view, beams_),
+        pilot_(view, atlas, luminance_) {}
+
+  /// What `lit` misses, as estimated.
+  double miss(const Medium& lit) const { return pilot_.rms(lit); }
+  bool enough(double miss) const { return miss <= light_safety * rms_; }
+
+  /// The method to begin with: the coarsest lattice that is expected to be enough, but not below a
+  /// voxel from so coarse a trial, or exact rays where they cost less.
+  LightMethod first(const LightDepths& depths) {
+    std::vector<Beam> beams = beams_;
+    set_method(beams, {.spacing = coarsest});
+    const std::vector<std::size_t> wanted = blocks_with(pilot_.voxels(), blocks_);
+    const double off = miss(LitLuminance(view_, beams).medium({blocks_, wanted}, depths));
+    LightMethod method = from(coarse, off * halving_above);
+    if (method.spacing > 0) method.spacing = std::max(method.spacing, 1.0);
+    first_miss_ = method.spacing == 0
+                      ? 0
+                      : off * std::pow(halving_above, std::log2(coarsest / method.spacing));
+    return method;
+  }
+  /// What first()'s method is expected to miss.
+  double first_miss() const { return first_miss_; }
+
+  /// The next method after one that missed too much.
+  LightMethod after(const LightMethod& method, double miss) const {
+    return from(method.spacing / 2, miss * halving_below);
+  }
+
+ private:
+  /// The coarsest lattice from `spacing` on, which is expected to miss `miss`.
+  LightMethod from(double spacing, double miss) const {
+    const LightMethod rays{.termination = termination_share * rms_};
+    for (; spacing >= finest; spacing /= 2) {
+      if (lattice_look_ups(spacing) > exact_look_ups(rays.termination)) break;
+      if (enough(miss)) return {.spacing = spacing};
+      miss *= spacing > 1 ? halving_above : halving_below;
+    }
+    return rays;
+  }
+
+  double voxels() const { return 512 * double(blocks_.size()); }
+
+  /// Look-ups of a lattice, for one beam.
+  double lattice_look_ups(double spacing) const {
+    // two a slice of voxels; bricks at the rim are half empty
+    const double across = 1 / (spacing * spacing), along = std::max(2.0, 1 / spacing);
+    return 1.5 * voxels() * across * along + voxels();
+  }
+
+  /// Time of rays from each voxel, in look-ups of a lattice.
+  double exact_look_ups(double termination) const {
+    return cell_cost * voxels() * pilot_.mean_cells(termination);
+  }
+
+  /// Time of a cell that a ray crosses, in look-ups of a lattice (docs/performance.md).
+  static constexpr double cell_cost = 3;
+
+  const View& view_;
+  const std::vector<glm::ivec3>& blocks_;
+  std::vector<Beam> beams_;
+  double rms_;
+  double first_miss_ = 0;
+  LitLuminance luminance_;
+  LightPilot pilot_;
+};
+
+/// Number of a sky's directions. Over clouds and smoke the error falls as one over their number
+/// (docs/notes/light.md), so that a trial with few tells how many it takes.
+class SkyTrial {
+ public:
+  SkyTrial(const View& view, const MediumAtlas& atlas, double rms) {
+    const glm::dvec3& sky = view.medium.light->sky;
+    const LitLuminance many(view, sky_beams(sky, 256)), few(view, sky_beams(sky, few_count));
+    const double off = LightPilot(view, atlas, many).rms(few);
+    count_ = int(std::clamp(std::ceil(few_count * off / (light_safety * rms)), 8.0, 1024.0));
+    miss_ = off * few_count / count_;
+  }
+  int count() const { return count_; }
+  double miss() const { return miss_; }
+
+ private:
+  static constexpr int few_count = 32;
+  int count_ = 0;
+  double miss_ = 0;
+};
+
+}  // namespace
+
+View Lighting::seen(const Camera& camera, const Scene& scene) const {
+  View view = view_;
+  view.camera = camera;
+  view.scene.resolution = scene.resolution;
+  return view;
+}
+
+View Lighting::typical_view(const View& view) const {
+  if (LitLuminance(view, light_beams(view)).sees_camera()) return view;
+  View typical = view;
+  typical.scene.resolution = {640, 360};
+  typical.camera = make_camera(Scene{}, *view.subject);
+  return typical;
+}
+
+DrawnLight Lighting::description() const {
+  return {light_method_text(beams_.front().method), int(beams_.size()), rms_};
+}
+
+bool Lighting::serves(const Camera& camera, const Scene& scene, const MediumAtlas* atlas,
+                      LightNeed need) {
+  if (!medium_) return false;
+  const View view = seen(camera, scene);
+  const std::vector<Beam> lights = light_beams(view);
+  if (!same_light(lights, {beams_.begin(), beams_.begin() + std::ptrdiff_t(lights.size())}))
+    return false;
+  const LitLuminance luminance(view, beams_);
+  if (luminance.sees_camera() && !same_place(camera, camera_)) return false;
+  if (std::all_of(beams_.begin(), beams_.end(), exact)) return true;
+  if (need.exact) return false;
+  if (need.rms == 0) return true;
+  rms_ = std::hypot(LightPilot(view, *atlas, luminance).rms(*medium_), sky_rms_);
+  return rms_ <= need.rms;
+}
+
+void Lighting::compute(Marcher& marcher, const Camera& camera, const Scene& scene,
+                       const MediumAtlas* atlas, LightNeed need, const Progress& progress) {
+  Lighting next = *this;  // `progress` may throw
+  next.replace(marcher, camera, scene, atlas, need, progress);
+  *this = std::move(next);
+}
+
+Medium Lighting::exact_medium(const Camera& camera, const Scene& scene,
+                              const MediumAtlas& atlas) const {
+  if (medium_ && std::all_of(beams_.begin(), beams_.end(), exact)) return *medium_;
+  const View view = seen(camera, scene);
+  return lit(view, march_double_light_depths(view, atlas)).medium;
+}
+
+void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scene,
+                       const MediumAtlas* atlas, LightNeed need, const Progress& progress) {
+  const View view = seen(camera, scene);
+  if (blocks_.empty()) blocks_ = visible_blocks(*view.medium.density, density_options(view));
+  const LightDepths depths = marcher.light_depths(view);
+  camera_ = camera;
+  beams_ = light_beams(view);
+  sky_rms_ = rms_ = 0;
+  if (need.exact || need.rms == 0) {
+    add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);
+    set_method(beams_, {.spacing = need.exact ? 0 : coarsest});
+    return sum_up(view, depths, progress);
+  }
+  const glm::dvec3 sky = view.medium.light->sky;
+  if (sky == glm::dvec3(0)) return settle_lights(view, *atlas, depths, need.rms, progress);
+  const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
+  double lights_rms = 0;
+  if (!beams_.empty()) {
+    settle_lights(view, *atlas, depths, part, progress);
+    lights_rms = rms_;
+  }
+  // the sky's share, in quadrature: for the number of its directions, and for the depths of each
+  const SkyTrial trial(typical_view(view), *atlas, 0.6 * part);
+  const std::vector<Beam> some = sky_beams(sky, tried_sky_count);
+  const View typical = typical_view(view);
+  LightTrials trials(typical, *atlas, blocks_, some, 0.8 * part);
+  const LightMethod method = trials.first(depths);
+  const std::size_t lights = beams_.size();
+  add_sky(view, trial.count());
+  for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = method;
+  sum_up(view, depths, progress);
+  sky_rms_ = std::hypot(trial.miss(), trials.first_miss());
+  rms_ = std::hypot(lights_rms, sky_rms_);
+}
+
+void Lighting::settle_lights(const View& view, const MediumAtlas& atlas, const LightDepths& depths,
+                             double rms, const Progress& progress) {
+  const View typical = typical_view(view);
+  const LitLuminance luminance(view, beams_);
+  const LightPilot own(view, atlas, luminance);
+  LightTrials trials(typical, atlas, blocks_, beams_, rms);
+  LightMethod method = trials.first(depths);
+  while (true) {
+    set_method(beams_, method);
+    sum_up(view, depths, progress);
+    const double typical_miss = trials.miss(*medium_);
+    rms_ = own.rms(*medium_);
+    if (method.spacing == 0 || (trials.enough(typical_miss) && rms_ <= rms)) return;
+    method = trials.after(method, typical_miss);
+  }
+}
+
+void Lighting::add_sky(const View& view, int count) {
+  const glm::dvec3 sky = view.medium.light->sky;
+  if (sky == glm::dvec3(0)) return;
+  for (const Beam& beam : sky_beams(sky, count)) beams_.push_back(beam);
+}
+
+void Lighting::sum_up(const View& view, const LightDepths& depths, const Progress& progress) {
+  std::vector<std::size_t> all(blocks_.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  medium_ = LitLuminance(view, beams_).medium({blocks_, all}, depths, progress);
+}
+
+}  // namespace psivox

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <optional>
+
+#include "march/light_pilot.h"
+#include "march/marcher.h"
+
+namespace psivox {
+
+/// What a picture asks of its light.
+struct LightNeed {
+  bool exact = false;
+  double rms = 0;  ///< largest error, RMS over the picture and R G B A; 0: any light will do
+};
+
+/// The light of a medium, as far as it is computed, for pictures by several cameras.
+class Lighting {
+ public:
+  /// `view` has the medium without its light.
+  explicit Lighting(const View& view) : view_(view) {}
+
+  /// Whether the light that is there serves the picture of a camera. Sets rms(). `atlas` may be
+  /// null where exact light is needed.
+  bool serves(const Camera& camera, const Scene& scene, const MediumAtlas* atlas, LightNeed need);
+
+  /// Computes the light for it. The marcher holds the atlas, for exact filtering.
+  void compute(Marcher& marcher, const Camera& camera, const Scene& scene, const MediumAtlas* atlas,
+               LightNeed need, const Progress& progress);
+
+  /// The medium in exact light, for comparisons.
+  Medium exact_medium(const Camera& camera, const Scene& scene, const MediumAtlas& atlas) const;
+
+  /// The medium with the light.
+  const Medium& medium() const { return *medium_; }
+  /// Estimated error of the light in the last picture asked for; 0: exact.
+  double rms() const { return rms_; }
+  DrawnLight description() const;
+
+ private:
+  View seen(const Camera& camera, const Scene& scene) const;
+  void replace(Marcher& marcher, const Camera& camera, const Scene& scene, const MediumAtlas* atlas,
+               LightNeed need, const Progress& progress);
+  /// The view by which methods are chosen. Its camera is the same for all pictures of a medium, so
+  /// that a picture does not depend on those that were drawn before it, unless the light itself
+  /// depends on the camera.
+  View typical_view(const View& view) const;
+  void add_sky(const View& view, int count);
+  /// Computes medium_ from beams_.
+  void sum_up(const View& view, const LightDepths& depths, const Progress& progress);
+  /// Computes the light of the beams that are there within an RMS, and finds their method.
+  void settle_lights(const View& view, const MediumAtlas& atlas, const LightDepths& depths,
+                     double rms, const Progress& progress);
+
+  View view_;
+  std::vector<glm::ivec3> blocks_;  ///< visible; empty until they are needed
+  std::optional<Medium> medium_;
+  std::vector<Beam> beams_;
+  Camera camera_;
+  double rms_ = 0;
+  double sky_rms_ = 0;  ///< what the sky's directions miss
+};
+
+}  // namespace psivox

@@ -1,0 +1,278 @@
+#include "march/light_lattice.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <map>
+#include <unordered_map>
+
+namespace psivox {
+namespace {
+
+/// Columns whose depths a voxel's is interpolated from, along each axis: a cubic through the four
+/// (Catmull and Rom 1974), the voxel between the middle two.
+constexpr int taps = 4;
+/// Bricks that are asked for at once.
+constexpr std::size_t bricks_at_once = 1024;
+/// Columns of a brick, and their depths.
+constexpr int brick_columns = 64;
+constexpr int brick_depths = 512;
+
+struct ColumnHash {
+  std::size_t operator()(const glm::ivec2& v) const {
+    const std::uint64_t key =
+        std::uint64_t(std::uint32_t(v.x)) << 32 | std::uint64_t(std::uint32_t(v.y));
+    return std::size_t((key * 0x9E3779B97F4A7C15ull) >> 17);
+  }
+};
+
+/// First of the taps along one axis, and their weights.
+struct Tap {
+  int first = 0;
+  std::array<double, taps> weights{};
+
+  explicit Tap(double at) {
+    const double below = std::floor(at);
+    const double f = at - below, f2 = f * f, f3 = f2 * f;
+    first = int(below) - 1;
+    weights = {-0.5 * f + f2 - 0.5 * f3, 1 - 2.5 * f2 + 1.5 * f3, 0.5 * f + 2 * f2 - 1.5 * f3,
+               -0.5 * f2 + 0.5 * f3};
+  }
+};
+
+/// Bricks across the light, both ends inclusive, in numbers of bricks.
+struct BrickRange {
+  glm::ivec2 min, max;
+  glm::ivec2 size() const { return max - min + 1; }
+};
+
+/// Bricks that the voxels of a block are interpolated from, and those around them that the cells
+/// reach into which the block's voxels are corners of.
+BrickRange bricks_of(const LatticeFrame& frame, const glm::ivec3& block, int first_slice) {
+  const glm::dvec2 low = glm::dvec2(frame.across(block)) - 1.0, high = low + 9.0;
+  const glm::dvec2 a = frame.column(low, first_slice), b = frame.column(low, first_slice + 7);
+  const glm::dvec2 c = frame.column(high, first_slice), d = frame.column(high, first_slice + 7);
+  return {(glm::ivec2(glm::floor(glm::min(a, b))) - 1) >> 3,
+          (glm::ivec2(glm::floor(glm::max(c, d))) + 2) >> 3};
+}
+
+/// The blocks of one slab across the light, and its bricks.
+struct Slab {
+  int first_slice = 0;
+  std::vector<std::size_t> blocks, wanted;                ///< their places among all
+  std::vector<glm::ivec2> bricks;                         ///< in numbers of bricks, each once
+  std::unordered_map<glm::ivec2, int, ColumnHash> index;  ///< of `bricks`
+
+  void find_bricks(const LatticeFrame& frame, std::span<const glm::ivec3> all) {
+    for (const std::size_t block : blocks) {
+      const BrickRange range = bricks_of(frame, all[block], first_slice);
+      for (int x = range.min.x; x <= range.max.x; ++x)
+        for (int y = range.min.y; y <= range.max.y; ++y)
+          if (index.try_emplace({x, y}, int(bricks.size())).second) bricks.emplace_back(x, y);
+    }
+  }
+};
+
+/// Slabs in the order in which light meets them.
+std::vector<Slab> slabs_of(const LatticeFrame& frame, const LightBlocks& blocks) {
+  std::map<int, Slab> slabs;
+  const auto slab_of = [&](std::size_t i) -> Slab& {
+    const int z = blocks.all[i][frame.axis];
+    return slabs[std::min(frame.slice(z), frame.slice(z + 7))];
+  };
+  for (std::size_t i = 0; i < blocks.all.size(); ++i) slab_of(i).blocks.push_back(i);
+  for (const std::size_t i : blocks.wanted) slab_of(i).wanted.push_back(i);
+  std::vector<Slab> in_order;
+  for (auto& [first_slice, slab] : slabs) {
+    slab.first_slice = first_slice;
+    in_order.push_back(std::move(slab));
+  }
+  return in_order;
+}
+
+/// Columns from the light to a slab and through it.
+class Columns {
+ public:
+  /// Makes `depths`, which are from each brick's own start, those from the light on, and orders
+  /// them by slice, axis_v fastest.
+  void join(const Slab& slab, std::span<double> depths) {
+    std::vector<Carry*> carries;
+    for (const glm::ivec2& brick : slab.bricks) carries.push_back(&carries_[brick]);
+    tbb::parallel_for(std::size_t{0}, slab.bricks.size(), [&](std::size_t i) {
+      Carry& carry = *carries[i];
+      double* values = depths.data() + i * brick_depths;
+      std::array<double, brick_depths> own;
+      std::copy_n(values, brick_depths, own.data());
+      for (int column = 0; column < brick_columns; ++column) {
+        const double before = carry[std::size_t(column)];
+        for (int slice = 0; slice < 8; ++slice)
+          values[slice * brick_columns + column] = before + own[std::size_t(8 * column + slice)];
+        carry[std::size_t(column)] = before + own[std::size_t(8 * column + 7)];
+      }
+    });
+  }
+
+ private:
+  using Carry = std::array<double, brick_columns>;
+  std::unordered_map<glm::ivec2, Carry, ColumnHash> carries_;
+};
+
+/// Interpolates the voxels of one block.
+class BlockDepths {
+ public:
+  BlockDepths(const LatticeFrame& frame, const Slab& slab, std::span<const double> depths,
+              const glm::ivec3& block)
+      : frame_(frame),
+        range_(bricks_of(frame, block, slab.first_slice)),
+        block_(block),
+        first_slice_(slab.first_slice) {
+    for (int x = range_.min.x; x <= range_.max.x; ++x)
+      for (int y = range_.min.y; y <= range_.max.y; ++y)
+        bricks_.push_back(depths.data() + std::size_t(slab.index.at({x, y})) * brick_depths);
+  }
+
+  /// 512 depths, z fastest.
+  void write(double* to) {
+    for (int n = 0; n < 8; ++n) write_slice(n, to);
+  }
+
+ private:
+  /// Depths of columns [first, last] of slice n, axis_v fastest.
+  void gather(int n, const glm::ivec2& first, const glm::ivec2& size) {
+    patch_.resize(std::size_t(size.x) * std::size_t(size.y));
+    double* to = patch_.data();
+    const glm::ivec2 bricks = range_.size();
+    for (int i = first.x; i < first.x + size.x; ++i) {
+      const int row = ((i >> 3) - range_.min.x) * bricks.y - range_.min.y;
+      for (int j = first.y; j < first.y + size.y; ++j)
+        *to++ = bricks_[std::size_t(row + (j >> 3))][(n * 8 + (i & 7)) * 8 + (j & 7)];
+    }
+  }
+
+  void write_slice(int n, double* to) {
+    const int slice = first_slice_ + n;
+    std::vector<Tap> u, v;
+    const glm::dvec2 corner(frame_.across(block_));
+    for (int i = 0; i < 8; ++i) {
+      const glm::dvec2 column = frame_.column(corner + double(i), slice);
+      u.emplace_back(column.x);
+      v.emplace_back(column.y);
+    }
+    const glm::ivec2 first(u.front().first, v.front().first);
+    const glm::ivec2 size = glm::ivec2(u.back().first, v.back().first) + taps - first;
+    gather(n, first, size);
+    rows_.resize(std::size_t(size.x) * 8);
+    for (int i = 0; i < size.x; ++i)
+      for (int y = 0; y < 8; ++y)
+        rows_[std::size_t(8 * i + y)] =
+            filtered(patch_.data() + i * size.y, 1, first.y, v[std::size_t(y)]);
+    glm::ivec3 voxel;
+    voxel[frame_.axis] = frame_.side > 0 ? 7 - n : n;
+    for (int x = 0; x < 8; ++x)
+      for (int y = 0; y < 8; ++y) {
+        voxel[frame_.axis_u] = x;
+        voxel[frame_.axis_v] = y;
+        // a cubic goes below 0 beside a kink
+        to[(voxel.x * 8 + voxel.y) * 8 + voxel.z] =
+            std::max(filtered(rows_.data() + y, 8, first.x, u[std::size_t(x)]), 0.0);
+      }
+  }
+
+  static double filtered(const double* values, int stride, int first, const Tap& tap) {
+    const double* from = values + (tap.first - first) * stride;
+    double sum = 0;
+    for (int k = 0; k < taps; ++k) sum += tap.weights[std::size_t(k)] * from[k * stride];
+    return sum;
+  }
+
+  const LatticeFrame& frame_;
+  BrickRange range_;
+  glm::ivec3 block_;
+  int first_slice_;
+  std::vector<const double*> bricks_;  ///< of range_, axis_v fastest
+  std::vector<double> patch_, rows_;
+};
+
+}  // namespace
+
+LatticeFrame::LatticeFrame(const View& view, const MediumAtlas& atlas, const Beam& beam)
+    : spacing(beam.method.spacing) {
+  const Medium& medium = view.medium;
+  const Box& domain = atlas.density.domain;
+  const glm::dvec3 towards(glm::inverse(glm::dmat3(medium.density->world_from_index)) *
+                           -beam.direction);
+  const glm::dvec3 size = glm::abs(towards);
+  axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  axis_u = axis == 0 ? 1 : 0;
+  axis_v = axis == 2 ? 1 : 2;
+  side = towards[axis] > 0 ? 1 : -1;
+  first = side > 0 ? domain.max[axis] | 7 : domain.min[axis] & ~7;
+  shear = glm::dvec2(towards[axis_u], towards[axis_v]) / size[axis];
+  origin = glm::dvec2(across(domain.min));
+  length = 1 / size[axis];
+}
+
+void LatticeFrame::place(MarchSetup& setup) const {
+  MarchParameters& p = setup.parameters;
+  p.lattice_anchor = p.lattice_u = p.lattice_v = p.lattice_step = glm::dvec3(0);
+  p.lattice_anchor[axis] = double(first - setup.origin[axis]);
+  p.lattice_anchor[axis_u] = origin.x - double(setup.origin[axis_u]);
+  p.lattice_anchor[axis_v] = origin.y - double(setup.origin[axis_v]);
+  p.lattice_u[axis_u] = spacing;
+  p.lattice_v[axis_v] = spacing;
+  p.lattice_step[axis] = double(-side);
+  p.lattice_step[axis_u] = -shear.x;
+  p.lattice_step[axis_v] = -shear.y;
+  p.lattice_length = length / p.world_unit;
+  // Look-ups along a column are as near as columns are: between faces of cells an error of either
+  // kind falls with the fourth power, across them with the second.
+  p.lattice_parts = std::max(1, int(std::lround(0.5 / spacing)));
+}
+
+void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
+                    const LatticeColumns& columns, const TakeDepths& take,
+                    const Progress& progress) {
+  std::vector<Slab> slabs = slabs_of(frame, blocks);
+  Columns joined;
+  std::vector<double> buffer;
+  for (std::size_t next = 0; next < slabs.size();) {
+    // several thin slabs at once: a device works on many bricks alike
+    std::vector<LatticeBrick> bricks;
+    const std::size_t begin = next;
+    while (next < slabs.size() && bricks.size() < bricks_at_once) {
+      Slab& slab = slabs[next++];
+      slab.find_bricks(frame, blocks.all);
+      for (const glm::ivec2& brick : slab.bricks)
+        bricks.emplace_back(8 * brick.x, 8 * brick.y, slab.first_slice);
+    }
+    buffer.resize(std::max(buffer.size(), bricks.size() * brick_depths));
+    std::span<double> left = std::span(buffer).first(bricks.size() * brick_depths);
+    columns(bricks, left);
+    for (std::size_t l = begin; l < next; ++l) {
+      Slab& slab = slabs[l];
+      const std::span<double> own = left.first(slab.bricks.size() * brick_depths);
+      left = left.subspan(own.size());
+      joined.join(slab, own);
+      tbb::parallel_for(std::size_t{0}, slab.wanted.size(), [&](std::size_t i) {
+        std::array<double, brick_depths> of_block;
+        BlockDepths(frame, slab, own, blocks.all[slab.wanted[i]]).write(of_block.data());
+        take(slab.wanted[i], of_block);
+      });
+      slab = {};
+    }
+    if (progress) progress(double(next) / double(slabs.size()));
+  }
+}
+
+MarchSetup lattice_setup(const View& view, const MediumAtlas& atlas, const Beam& beam,
+                         const LatticeFrame& frame) {
+  MarchSetup setup = make_march_setup(light_march(view, beam), atlas);
+  frame.place(setup);
+  return setup;
+}
+
+}  // namespace psivox

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "march/light.h"
+#include "march/march_parameters.h"
+#include "psivox/progress.h"
+
+namespace psivox {
+
+/// Where the lattice of a light lies in the density's voxels. Its slices are those of the voxels
+/// across the axis along which the light advances fastest, counted from the light's side; column
+/// (i, j) crosses slice w at
+///   u = origin + i spacing - w shear   along `axis_u`, and the like with j along `axis_v`.
+/// All of it is affine in index space: any transform of the density will do.
+struct LatticeFrame {
+  int axis = 2, axis_u = 0, axis_v = 1;
+  int side = 1;   ///< 1: the light comes from large coordinates along `axis`, -1: from small ones
+  int first = 0;  ///< coordinate of slice 0, such that blocks of 8 voxels are 8 k to 8 k + 7
+  double spacing = 1;  ///< of columns along axis_u and axis_v [voxels]: 1/n or n, so that columns
+                       ///< of a light along an axis pass through voxels
+  glm::dvec2 origin{0};
+  glm::dvec2 shear{0};  ///< what a ray towards the light advances in a slice [voxels]
+  double length = 1;    ///< of a column from slice to slice [world units]
+
+  /// For a beam over the view's density, with the spacing of its method.
+  LatticeFrame(const View& view, const MediumAtlas& atlas, const Beam& beam);
+
+  int slice(int coordinate) const { return side > 0 ? first - coordinate : coordinate - first; }
+  /// Number of the column, not whole, at a voxel of a slice.
+  glm::dvec2 column(const glm::dvec2& voxel, int slice) const {
+    return (voxel - origin + double(slice) * shear) / spacing;
+  }
+  glm::ivec2 across(const glm::ivec3& voxel) const { return {voxel[axis_u], voxel[axis_v]}; }
+
+  /// Sets the march's parameters lattice_...
+  void place(MarchSetup& setup) const;
+};
+
+/// 8 x 8 columns by 8 slices: the numbers of its first column and its first slice.
+using LatticeBrick = glm::ivec3;
+
+/// Optical depths along the columns of bricks, each from the slice before the brick's first: 64
+/// columns, axis_v fastest, of 8 slices, which follow each other; 512 a brick.
+using LatticeColumns =
+    std::function<void(std::span<const LatticeBrick> bricks, std::span<double> depths)>;
+
+/// Optical depths from the voxels of blocks to where the light comes in. It keeps one layer of
+/// bricks at a time, whatever the volume's size.
+void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
+                    const LatticeColumns& columns, const TakeDepths& take,
+                    const Progress& progress = {});
+
+/// The setup of the march along the lattice's columns.
+MarchSetup lattice_setup(const View& view, const MediumAtlas& atlas, const Beam& beam,
+                         const LatticeFrame& frame);
+
+}  // namespace psivox

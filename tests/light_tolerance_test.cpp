@@ -1,0 +1,236 @@
+// A tolerance covers the light: pictures of lit scenes against the reference, which computes its
+// own light exactly, and skies against closed forms.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <glm/gtc/constants.hpp>
+
+#include "draw/reference_marcher.h"
+#include "march_cases.h"
+#include "psivox/draw.h"
+
+namespace psivox {
+namespace {
+
+struct LitScene {
+  const char* name;
+  Scene scene;
+  Field density;
+  bool glows = false;  ///< its density is its luminance too
+};
+
+Scene lit_by(std::vector<DirectionalLight> lights, double extinction = 0.15) {
+  Scene scene;
+  scene.resolution = {64, 48};
+  scene.extinction = extinction;
+  scene.lights = std::move(lights);
+  return scene;
+}
+
+Scene with_phase(Scene scene, double g) {
+  scene.phase_g = g;
+  return scene;
+}
+
+Scene with_function(Scene scene) {
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("psivox_light_tolerance_" + std::to_string(::getpid()) + ".json");
+  std::ofstream(path) << R"({"points": [
+    {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
+    {"value": 0.3, "attenuation": 0.6, "color": [1, 0.5, 0.25]},
+    {"value": 0.6, "attenuation": 0.1, "color": [0.5, 1, 1]},
+    {"value": 1, "attenuation": 1, "color": [1, 0.8, 0.6]}]})";
+  scene.transfer_function = path.string();
+  return scene;
+}
+
+const glm::dvec3 white(1);
+
+std::vector<LitScene> lit_scenes() {
+  Scene bright = lit_by({{{-0.3, -1, 0.2}, {3, 2, 1}}});
+  bright.albedo = 0.6;
+  Scene glowing = lit_by({{{0.6, 0.1, -0.8}, white}});
+  glowing.luminance_grid = "density";
+  glowing.luminance = glm::dvec3(0.5, 0.2, 0.1);
+  Scene two =
+      with_phase(lit_by({{{1, -1, -1}, {1, 0.9, 0.8}}, {{-1, 0.2, -1}, {0.1, 0.2, 0.3}}}), -0.3);
+  two.luminance = glm::dvec3(0.2);
+  return {
+      {"oblique, noise beside blobs", lit_by({{{-0.3, -1, 0.2}, white}}), mixed()},
+      {"along an axis", lit_by({{{0, -1, 0}, white}}), mixed()},
+      {"along a diagonal", lit_by({{{1, 1, 1}, white}}), blobs()},
+      {"nearly along a face", lit_by({{{0.013, -1, 0.027}, white}}), mixed()},
+      {"sheared and rotated", lit_by({{{0.4, -1, -0.3}, white}}, 0.4), mixed(sheared)},
+      {"colours and albedo", bright, blobs()},
+      {"glowing too", glowing, blobs(), true},
+      {"a phase", with_phase(lit_by({{{0.5, -1, -0.6}, white}}), 0.6), blobs()},
+      {"phases of two lights", two, blobs()},
+      {"a function's colours", with_function(lit_by({{{0.5, -1, -0.6}, white}})), mixed()},
+      {"a function, rotated", with_function(lit_by({{{1, -1, -0.2}, white}}, 0.5)), mixed(sheared)},
+      {"dense, lit from the camera", lit_by({{{0.5, -0.8, -1}, white, true}}, 3), mixed()}};
+}
+
+View lit_view(const LitScene& lit, std::optional<double> tolerance) {
+  Scene scene = lit.scene;
+  scene.tolerance = tolerance;
+  return view_of(scene, lit.density, lit.glows ? Glow::density : Glow::constant);
+}
+
+using LitTolerance = GpuTest;
+
+TEST_F(LitTolerance, HoldsAgainstTheReference) {
+  ReferenceMarcher reference;
+  for (const LitScene& lit : lit_scenes()) {
+    const Image truth = Session(lit_view(lit, {})).draw(reference).image;
+    expect_content(truth);
+    for (const double E : {1e-2, 1e-3, 1e-4}) {
+      const Drawn drawn = Session(lit_view(lit, E)).draw(*Gpu::renderer());
+      const Comparison c = compare_images(drawn.image, truth);
+      int far_off = 0;
+      for (std::size_t i = 0; i < truth.rgba().size(); i += 4) {
+        double squares = 0;
+        for (std::size_t k = i; k < i + 4; ++k)
+          squares += std::pow(double(drawn.image.rgba()[k]) - double(truth.rgba()[k]), 2);
+        far_off += std::sqrt(squares / 4) > 5 * E;
+      }
+      std::printf("  %-28s %.0e: rms %.2f E, estimate %.2f E, light %.2f E by %s; %s\n", lit.name,
+                  E, c.rms / E, drawn.plan->chosen.rms / E, drawn.light->rms / E,
+                  drawn.light->method.c_str(), method_text(drawn.plan->chosen.method).c_str());
+      EXPECT_LE(c.rms, E) << lit.name;
+      // of 3072 pixels, one in a thousand
+      EXPECT_LE(far_off, 3) << lit.name << ' ' << E;
+      // the estimate is of a sample of rays; above what float32 makes of the picture
+      if (c.rms > 1e-6) {
+        EXPECT_LE(drawn.plan->chosen.rms, 3 * c.rms) << lit.name << ' ' << E;
+        EXPECT_GE(drawn.plan->chosen.rms, c.rms / 3) << lit.name << ' ' << E;
+      }
+    }
+  }
+}
+
+TEST_F(LitTolerance, ErrorLayerIncludesTheLight) {
+  const LitScene lit{"", lit_by({{{-0.3, -1, 0.2}, white}}), mixed()};
+  const Drawn drawn =
+      Session(lit_view(lit, 3e-3)).draw(*Gpu::renderer(), {.layers = {.error = true}});
+  ASSERT_GT(drawn.light->rms, 2e-4);
+  Scene exact = lit.scene;
+  exact.light_quality = LightQuality::exact;
+  exact.tolerance = 1e-6;
+  const Image truth = Session(view_of(exact, lit.density)).draw(*Gpu::renderer()).image;
+  const double rms = compare_images(drawn.image, truth).rms;
+  // the better picture misses a quarter of the light's error
+  EXPECT_NEAR(drawn.difference->rms, rms, 0.1 * rms);
+}
+
+TEST_F(LitTolerance, LightIsKeptBetweenCameras) {
+  Session session(lit_view({"", lit_by({{{-0.3, -1, 0.2}, white}}), mixed()}, 1e-3));
+  Drawn first = session.draw(*Gpu::renderer());
+  EXPECT_GT(first.times.light_ms, 0);
+  Scene turned = session.view().scene;
+  turned.camera_position = glm::dvec3(150, 60, 20);
+  const Drawn second = session.draw(*Gpu::renderer(), {.scene = turned});
+  EXPECT_EQ(second.times.light_ms, 0);
+  EXPECT_LE(second.light->rms, 0.5e-3);
+  // A light of the camera turns with it.
+  Session own(lit_view({"", lit_by({{{-0.3, -1, -0.2}, white, true}}), mixed()}, 1e-3));
+  first = own.draw(*Gpu::renderer());
+  const Drawn again = own.draw(*Gpu::renderer());
+  EXPECT_EQ(again.times.light_ms, 0);
+  const Drawn moved = own.draw(*Gpu::renderer(), {.scene = turned});
+  EXPECT_GT(moved.times.light_ms, 0);
+  // what it shows is what a scene with that light in the world shows
+  Scene world = turned;
+  const glm::dvec3 direction = from_camera(make_camera(turned, *own.view().subject),
+                                           glm::normalize(glm::dvec3(-0.3, -1, -0.2)));
+  world.lights = {{direction, white}};
+  const Image same = Session(view_of(world, mixed())).draw(*Gpu::renderer()).image;
+  EXPECT_LE(compare_images(moved.image, same).max, 1e-5);
+}
+
+TEST_F(LitTolerance, LightsAdd) {
+  const DirectionalLight key{{1, -1, -1}, {1, 0.9, 0.8}}, fill{{-1, 0.2, -1}, {0.1, 0.2, 0.3}};
+  const auto picture = [&](std::vector<DirectionalLight> lights) {
+    Scene scene = lit_by(std::move(lights));
+    scene.light_quality = LightQuality::exact;
+    scene.sampling = Sampling::cells;
+    return Session(view_of(scene, blobs())).draw(*Gpu::renderer()).image;
+  };
+  const Image a = picture({key}), b = picture({fill}), both = picture({key, fill});
+  expect_content(both);
+  for (int y = 0; y < both.height; ++y)
+    for (int x = 0; x < both.width; ++x)
+      for (int c = 0; c < 3; ++c)
+        // three float32 pictures of at most 1
+        ASSERT_NEAR(pixel(both, x, y, c), pixel(a, x, y, c) + pixel(b, x, y, c), 1e-6);
+}
+
+// --- furnaces: a uniform sky around a medium of albedo 1 -----------------------------------------
+
+/// Integral of f from 0 to 1, by Simpson's rule.
+template <typename F>
+double integral(const F& f) {
+  constexpr int n = 400;
+  double sum = f(0.0) + f(1.0);
+  for (int i = 1; i < n; ++i) sum += (i % 2 ? 4 : 2) * f(double(i) / n);
+  return sum / (3 * n);
+}
+
+Image in_a_furnace(const Field& medium, double K, double E, double width, double distance) {
+  Scene scene;
+  scene.resolution = {9, 9};
+  scene.extinction = K;
+  scene.sky = glm::dvec3(1);
+  scene.tolerance = E;
+  const glm::dvec3 middle(-0.5, -0.5, 7.5);
+  scene = looking(scene, middle + glm::dvec3(0, 0, distance), middle, width);
+  return Session(view_of(scene, medium)).draw(*Gpu::renderer()).image;
+}
+
+TEST_F(LitTolerance, FurnaceOfASlab) {
+  // L(t) = (E2(t) + E2(D - t)) / 2 at the depth t, seen through e^-t.
+  constexpr double K = 0.15, D = 16 * K;
+  const auto E2 = [](double t) {
+    return integral([&](double mu) { return mu > 0 ? std::exp(-t / mu) : 0.0; });
+  };
+  const double exact =
+      integral([&](double u) { return D * std::exp(-u * D) * (E2(u * D) + E2(D - u * D)) / 2; });
+  const Field slab = make_field({{-64, -64, 0}, {63, 63, 15}}, [](glm::ivec3) { return 1.f; });
+  for (const double E : {1e-2, 1e-3}) {
+    const Image image = in_a_furnace(slab, K, E, 8, 60);
+    std::printf("  slab %.0e: %.5f, exact %.5f\n", E, double(pixel(image, 4, 4, 0)), exact);
+    // beside the tolerance: e^-t between voxels, K^2/8, and the slab's end at 64 voxels, e^-9.6
+    EXPECT_NEAR(pixel(image, 4, 4, 0), exact, E + exact * K * K / 4 + 1e-4);
+    // no shading: the slab is the same everywhere
+    EXPECT_NEAR(pixel(image, 0, 0, 0), pixel(image, 4, 4, 0), E);
+  }
+}
+
+TEST_F(LitTolerance, FurnaceOfABall) {
+  // At radius r and the cosine m of a direction's angle with the outward one, light travels
+  // sqrt(R^2 - r^2 (1 - m^2)) - r m through the ball.
+  constexpr double K = 0.08, R = 20;
+  const auto luminance = [&](double r) {
+    return integral([&](double u) {
+      const double m = 2 * u - 1;
+      return std::exp(-K * (std::sqrt(R * R - r * r * (1 - m * m)) - r * m));
+    });
+  };
+  const double exact = 2 * R * K * integral([&](double u) {
+                         return std::exp(-K * 2 * R * u) * luminance(std::abs(2 * R * u - R));
+                       });
+  const glm::dvec3 middle(-0.5, -0.5, 7.5);
+  const Field ball = make_field({{-24, -24, -16}, {23, 23, 31}}, [&](glm::ivec3 v) {
+    return float(std::clamp(R + 0.5 - glm::length(glm::dvec3(v) - middle), 0.0, 1.0));
+  });
+  const Image image = in_a_furnace(ball, K, 1e-3, 2, 60);
+  std::printf("  ball: %.5f, exact %.5f\n", double(pixel(image, 4, 4, 0)), exact);
+  // beside the tolerance: the rim is a voxel wide, which moves the surface by a tenth of one
+  EXPECT_NEAR(pixel(image, 4, 4, 0), exact, 1e-3 + 0.1 * K);
+}
+
+}  // namespace
+}  // namespace psivox
