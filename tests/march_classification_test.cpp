@@ -38,7 +38,8 @@ TEST_P(MarchClassification, ThinPeaksAreNotSampledAway) {
   Scene scene = small_scene(96);
   scene.segments = 2;
   View view = view_of(scene, density);
-  view.camera = make_camera(scene, view.box_min, view.box_max);  // all peaks, seen or not
+  view.camera =
+      make_camera(scene, view.subject->box_min, view.subject->box_max);  // all peaks, seen or not
   view.medium.transfer = std::make_shared<const TransferFunction>(peaks(low, high));
   view.medium.source = LuminanceSource::transfer;
   const double extinction = auto_extinction(*density, view.medium.transfer.get());
