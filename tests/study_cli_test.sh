@@ -44,6 +44,11 @@ grep -q '^- cell-exact: step 1, step 0.5: ' whole/results.md || fail "no reason 
 # 1 + 2 * 7 pictures, 4 plots; no external resources
 [ "$(grep -o 'data:image/png;base64' whole/index.html | wc -l)" = 15 ] || fail "index.html lacks pictures"
 [ "$(grep -o '<section class="plot"' whole/index.html | wc -l)" -ge 3 ] || fail "index.html lacks plots"
+# the page begins with the conclusion, which the JSON has too
+sentence=$(grep -m 1 -o '<p class="conclusion">.*</p>' whole/index.html | sed 's/<[^>]*>//g')
+grep -q '^For 8 bits use .* look-ups a ray' <<<"$sentence" || fail "index.html concludes: $sentence"
+grep -A 1 '^<h1>' whole/index.html | grep -qF 'class="conclusion"' || fail "the conclusion is not first"
+tr -d '\`' <whole/results.json | grep -qF "$sentence" || fail "results.json has no '$sentence'"
 # Links lead to the plots' SVG files beside it.
 grep -oE ' (src|href)="[^"]{0,9}|url\(' whole/index.html | grep -vE '"data:|href="error-' && fail "index.html asks for files"
 
@@ -52,7 +57,9 @@ run 2 "--resume" "${sweep[@]}" -o whole
 run 2 "another --extinction" "${sweep[@]}" -o whole --resume --extinction 1
 run 2 "porter-duff step 0.5" "${sweep[@]}" -o whole --resume --steps 1
 before=$(md5sum whole/results.csv)
-run 0 "" "${sweep[@]}" -o whole --resume
+loud=("${sweep[@]/#-q/--resume}")
+"$program" study "${loud[@]}" -o whole 2>/dev/null | tr -d '\`' | grep -qxF "$sentence" ||
+  fail "the terminal does not say '$sentence'"
 [ "$before" = "$(md5sum whole/results.csv)" ] || fail "resuming a finished study changed it"
 
 # Killed at an arbitrary moment, then resumed: equal results except for the times.

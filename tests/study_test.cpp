@@ -15,6 +15,7 @@
 #include "psivox/statistics.h"
 #include "psivox/study.h"
 #include "psivox/text_file.h"
+#include "study/conclusion.h"
 #include "study/needs.h"
 #include "study/orders.h"
 #include "study/pareto.h"
@@ -318,6 +319,95 @@ TEST(Results, MarkdownRelatesTimesToPorterDuff) {
   EXPECT_NE(text.find("| `porter-duff` | 8.7e-2 (1.00) |"), std::string::npos) << text;
   EXPECT_NE(text.find("(0.49)"), std::string::npos) << text;
   EXPECT_NE(text.find("- cell-exact: step 1, step 0.5: --integrator"), std::string::npos) << text;
+}
+
+/// A point with one error for all its values.
+StudyPoint point_of(const Variant& variant, double error, double samples, double cpu_ms) {
+  StudyPoint p;
+  p.variant = variant;
+  p.error.radiance.rms = p.error.alpha.rms = error;
+  p.error.radiance.p99 = p.error.alpha.p99 = 3 * error;
+  p.samples_per_ray = samples;
+  p.times = {{cpu_ms, cpu_ms, cpu_ms}};
+  return p;
+}
+
+TEST(Conclusion, NamesTheCheapestForEightBitsAndForSmallErrors) {
+  const Variant porter{{Integrator::porter_duff, Sampling::uniform, 0, 2}},
+      balanced{{Integrator::psi_balanced, Sampling::uniform, 0, 2}},
+      fine{{Integrator::psi_balanced, Sampling::uniform, 0, 1}},
+      exact{{Integrator::cell_exact, Sampling::cells, 0, 0}};
+  StudyResults r;
+  r.scene = to_json(Scene{});
+  // 3 * 7e-4 is above 1/510, 3 * 4e-4 below
+  r.points = {point_of(porter, 7e-4, 37, 1), point_of(balanced, 4e-4, 38, 2),
+              point_of(fine, 2e-4, 76, 3), point_of(exact, 5e-6, 60, 4)};
+  EXPECT_EQ(conclusion_text(r),
+            "For 8 bits use `--step 2 --integrator psi-balanced`: RMS 4.0e-4, 38 look-ups a ray; "
+            "for an RMS of 1e-4 or less use `--integrator cell-exact`: 60 look-ups a ray.");
+  EXPECT_EQ(conclusion_of(r).fine_rms, 1e-4);
+  const std::string json = results_json(r);
+  EXPECT_NE(json.find(conclusion_text(r)), std::string::npos);
+  EXPECT_NE(json.find("\"from_rms\": 0.0001"), std::string::npos);
+
+  // Hardly more look-ups and less time wins; many more look-ups and less time does not.
+  r.points.push_back(point_of({{Integrator::midpoint, Sampling::uniform, 0, 2}}, 4e-4, 39, 1));
+  EXPECT_EQ(conclusion_of(r).eight_bits, &r.points[4]);
+  // Where times hardly differ, the least error wins.
+  r.points[1].times = {{1.1, 1.1, 1.1}};
+  r.points[4].error.radiance.rms = 5e-4;
+  EXPECT_EQ(conclusion_of(r).eight_bits, &r.points[1]);
+  r.points[1].times = {{2, 2, 2}};
+  r.points[4].samples_per_ray = 60;
+  EXPECT_EQ(conclusion_of(r).eight_bits, &r.points[1]);
+
+  // The exact method at fewer look-ups than all others is the only answer.
+  r.points[3].samples_per_ray = 30;
+  EXPECT_EQ(
+      conclusion_text(r),
+      "For 8 bits use `--integrator cell-exact`: RMS 5.0e-6, 30 look-ups a ray; no setting is "
+      "cheaper.");
+}
+
+TEST(Conclusion, SaysWhatIsOutOfReach) {
+  StudyResults r;
+  EXPECT_EQ(conclusion_text(r), "");
+  const Variant coarse{{Integrator::porter_duff, Sampling::cells, 4, 0}};
+  r.points = {point_of(coarse, 2e-3, 12, 1)};
+  EXPECT_EQ(
+      conclusion_text(r),
+      "No setting of this study is within 8 bits; for an RMS of 1e-2 or less use `--segments 4 "
+      "--integrator porter-duff`: RMS 2.0e-3, 12 look-ups a ray.");
+  r.points = {point_of(coarse, 0.1, 12, 1)};
+  EXPECT_EQ(
+      conclusion_text(r),
+      "No setting of this study is within 8 bits or an RMS of 1e-2; the least RMS is 1.0e-1, by "
+      "`--segments 4 --integrator porter-duff`.");
+}
+
+TEST(Conclusion, ItsOptionsRenderItsPoint) {
+  Sweep sweep = small_sweep();
+  sweep.samplings.push_back(Sampling::template_);
+  sweep.texels.push_back(TexelType::float16);
+  sweep.tolerances = {1e-3};
+  Scene base;
+  base.projection = Projection::orthographic;
+  const StudyPlan plan = plan_study(sweep, base);
+  ASSERT_GT(plan.variants.size(), 8u);
+  for (const Variant& variant : plan.variants) {
+    Scene scene = base;
+    std::istringstream words(options_of(variant));
+    for (std::string name, value; words >> name >> value;)
+      set_parameter(scene, name.substr(2), value);
+    const Scene wanted = scene_of(variant, base);
+    EXPECT_EQ(scene.resolved_sampling(), wanted.resolved_sampling()) << words.str();
+    EXPECT_EQ(scene.step, wanted.step) << words.str();
+    EXPECT_EQ(scene.texel, wanted.texel) << words.str();
+    EXPECT_EQ(scene.tolerance, wanted.tolerance) << words.str();
+    if (variant.tolerance) continue;
+    EXPECT_EQ(scene.resolved_integrator(), wanted.resolved_integrator()) << words.str();
+    EXPECT_EQ(scene.segments, wanted.segments) << words.str();
+  }
 }
 
 TEST(Needs, LieBetweenPointsInLogarithms) {

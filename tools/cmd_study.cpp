@@ -1,6 +1,7 @@
 // psivox study IN.vdb -o DIR: measures error and time of many methods for one scene.
 
 #include <csignal>
+#include <cstdio>
 #include <map>
 #include <optional>
 #include <string>
@@ -118,10 +119,14 @@ void study_command(Arguments arguments) {
   View view = make_view(scene, VdbFile(scene.input));
   if (!call.quiet) print_notices(view, scene);
   stop_on_interrupt();
-  ProgressBar bar(call.quiet);
-  options.progress = bar.progress();
-  options.stop = [] { return interrupted != 0; };
-  run_study(std::move(view), options);
+  std::string conclusion;
+  {
+    ProgressBar bar(call.quiet);
+    options.progress = bar.progress();
+    options.stop = [] { return interrupted != 0; };
+    conclusion = run_study(std::move(view), options);
+  }
+  if (!call.quiet) std::printf("%s\n", conclusion.c_str());
 }
 
 }  // namespace psivox

@@ -56,8 +56,8 @@ void check_study_folder(const std::filesystem::path& folder, bool resume);
 /// folder. It writes results.json and results.csv again after every point, so a study can be
 /// stopped at any time. When `stop` returns true, it writes the report of the finished points and
 /// throws Error(interrupted). Throws Error(usage) if the folder has other results, and what
-/// rendering throws.
-void run_study(View view, const StudyOptions& options);
+/// rendering throws. Returns the study's conclusion, a sentence that names the settings to use.
+std::string run_study(View view, const StudyOptions& options);
 
 /// Compares what each rule and sampling needs for an RMS in several finished studies, given by
 /// their folders. Writes needs.csv, needs.md, plots and index.html to `out`. Throws Error(input).

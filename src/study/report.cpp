@@ -6,6 +6,7 @@
 
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
+#include "study/conclusion.h"
 #include "study/html.h"
 #include "study/needs.h"
 #include "study/number_format.h"
@@ -31,6 +32,15 @@ std::string head(const StudyResults& r) {
                      {"points", std::to_string(r.points.size()) + ", each timed " +
                                     std::to_string(r.repeats) + " times"}},
                     Cells::words);
+}
+
+/// The page's first sentence, and what it means by 8 bits.
+std::string conclusion_html(const StudyResults& results) {
+  std::string sentence = escaped(conclusion_text(results));
+  const char* tags[] = {"<code>", "</code>"};
+  for (std::size_t at = 0, i = 0; (at = sentence.find('`', at)) != std::string::npos; ++i)
+    sentence.replace(at, 1, tags[i % 2]);
+  return "<p class=\"conclusion\">" + sentence + "</p>\n<p>" + eight_bits_note + "</p>\n";
 }
 
 std::string spread_text(const Spread& s) {
@@ -163,8 +173,8 @@ std::string reference_name(const Variant& variant) {
 
 void write_report(const StudyResults& results, const fs::path& folder) {
   write_text((folder / "results.md").string(), results_markdown(results));
-  std::string body =
-      "<div class=\"gallery\">\n" + head(results) + references(results, folder) + "</div>\n";
+  std::string body = conclusion_html(results);
+  body += "<div class=\"gallery\">\n" + head(results) + references(results, folder) + "</div>\n";
   body +=
       "<h2>Cheapest ways to an error</h2>\n<p>Error is the RMS over R G B A of the GPU's picture "
       "less the reference, in linear radiance. For each error the table names the measured variant "

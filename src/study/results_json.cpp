@@ -4,6 +4,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
+#include "study/conclusion.h"
 #include "study/results.h"
 
 namespace psivox {
@@ -113,6 +114,21 @@ StudyPoint point_from(const json& j) {
   return p;
 }
 
+json conclusion_json(const StudyResults& results) {
+  const Conclusion conclusion = conclusion_of(results);
+  const auto advice = [](const StudyPoint* p) -> json {
+    if (!p) return nullptr;
+    return {{"options", options_of(p->variant)},
+            {"rms", p->error.rms()},
+            {"samples_per_ray", p->samples_per_ray}};
+  };
+  json out = {{"sentence", conclusion_text(results)},
+              {"eight_bits", advice(conclusion.eight_bits)},
+              {"fine", advice(conclusion.fine)}};
+  if (conclusion.fine) out["fine"]["from_rms"] = conclusion.fine_rms;
+  return out;
+}
+
 /// The scene without the name of its file, because the same file may have another name.
 json scene_without_input(const std::string& text) {
   json scene = json::parse(text);
@@ -133,6 +149,7 @@ std::string results_json(const StudyResults& r) {
       {"scene", json::parse(r.scene)},
       {"reference", {{"error_bound", r.reference_bound}}},
       {"repeats", r.repeats}};
+  out["conclusion"] = conclusion_json(r);
   out["skipped"] = json::array();
   for (const SkippedVariant& s : r.skipped) {
     out["skipped"].push_back(json_of(s.variant));

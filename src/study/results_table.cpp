@@ -5,6 +5,7 @@
 
 #include "psivox/parameters.h"
 #include "psivox/text.h"
+#include "study/conclusion.h"
 #include "study/csv_line.h"
 #include "study/needs.h"
 #include "study/number_format.h"
@@ -134,8 +135,9 @@ TextTable rules_table(const StudyResults& results) {
 std::string results_markdown(const StudyResults& results) {
   TextTable rules = rules_table(results);
   for (std::size_t i = 1; i < rules.size(); ++i) rules[i][0] = "`" + rules[i][0] + "`";
-  std::string out = std::string(rules_note) + "\n\n" + markdown_table(rules) + "\n" + needs_note +
-                    "\n\n" + markdown_table(needs_table(results));
+  std::string out = conclusion_text(results) + " " + eight_bits_note + "\n\n" + rules_note +
+                    "\n\n" + markdown_table(rules) + "\n" + needs_note + "\n\n" +
+                    markdown_table(needs_table(results));
   if (results.skipped.empty()) return out;
   out += "\nSkipped:\n\n";
   for (const auto& [variants, reason] : skipped_lines(results.skipped))

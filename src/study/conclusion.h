@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+
+#include "study/results.h"
+
+namespace psivox {
+
+/// What a study recommends, by its own numbers.
+struct Conclusion {
+  /// The cheapest point that is within 8 bits: 99 % of the values of radiance and of alpha differ
+  /// by at most half a step from the reference. Null: there is none.
+  const StudyPoint* eight_bits = nullptr;
+  /// The cheapest point at the smallest RMS that any point reaches, in powers of ten, and the
+  /// largest such RMS from which on it stays the cheapest. Null: no point reaches 1e-2.
+  const StudyPoint* fine = nullptr;
+  double fine_rms = 0;
+};
+
+/// Half a step of 8 bits.
+inline constexpr double eight_bits_error = 0.5 / 255;
+inline constexpr const char* eight_bits_note =
+    "Within 8 bits: 99 % of the values of radiance and of alpha differ from the reference by at "
+    "most 1/510. Of all settings, the one with the fewest look-ups counts; where others have at "
+    "most 5 % more, the one with the least processor time; where that differs by at most 20 %, the "
+    "one with the least RMS.";
+
+/// Points into `results`. Of several resolutions the largest counts. The cheapest point has the
+/// fewest field look-ups; where others have hardly more, the least processor time decides, and
+/// where that hardly differs, the least error.
+Conclusion conclusion_of(const StudyResults& results);
+
+/// The options that render a variant: "--step 2 --integrator psi-balanced".
+std::string options_of(const Variant& variant);
+
+/// The conclusion as a sentence, with options in backquotes; empty without points.
+std::string conclusion_text(const StudyResults& results);
+
+}  // namespace psivox
