@@ -102,7 +102,7 @@ TEST_P(Window_, PointsOfTheTransferFunctionAreDragged) {
   hands.viewer.panels().transfer = true;
   hands.frames(4);
   const TransferEditor& editor = hands.viewer.transfer_editor();
-  ASSERT_EQ(editor.points(), 3u);
+  ASSERT_EQ(editor.points().size(), 3u);
   const glm::dvec2 from = editor.place_of(1).value();
   hands.drag(from, from + glm::dvec2(40, -30));
   ASSERT_FALSE(hands.viewer.scene().transfer_function.empty());
@@ -113,10 +113,51 @@ TEST_P(Window_, PointsOfTheTransferFunctionAreDragged) {
   const glm::dvec2 between = 0.5 * (editor.place_of(1).value() + editor.place_of(2).value());
   hands.press(between + glm::dvec2(0, 40));
   hands.release(between + glm::dvec2(0, 40));
-  EXPECT_EQ(editor.points(), 4u);
+  EXPECT_EQ(editor.points().size(), 4u);
   hands.press(between + glm::dvec2(0, 40), GLFW_MOUSE_BUTTON_RIGHT);
   hands.release(between + glm::dvec2(0, 40), GLFW_MOUSE_BUTTON_RIGHT);
-  EXPECT_EQ(editor.points(), 3u);
+  EXPECT_EQ(editor.points().size(), 3u);
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+}
+
+TEST(Viewer, HandlesBesideTheHistogramChangeRangeAndOpacity) {
+  using Handle = FunctionHandles::Handle;
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {900, 600};
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.panels().transfer = true;
+  hands.frames(4);
+  const TransferEditor& editor = hands.viewer.transfer_editor();
+  const TransferPoints before = editor.points();
+  ASSERT_EQ(before.size(), 3u);
+  const double width = before[2].value - before[0].value;
+  const double pixels = editor.place_of(2).value().x - editor.place_of(0).value().x;
+  const auto drag = [&](Handle handle, const glm::dvec2& by) {
+    const glm::dvec2 from = editor.place_of(handle);
+    hands.drag(from, from + by);
+    hands.frames(2);
+  };
+  // a pixel of the canvas, for the pointer's place within a handle
+  const double pixel = width / pixels;
+  drag(Handle::high, {-0.5 * pixels, 0});
+  EXPECT_NEAR(editor.points()[0].value, before[0].value, 1e-9);
+  EXPECT_NEAR(editor.points()[1].value, before[0].value + width / 4, pixel);
+  EXPECT_NEAR(editor.points()[2].value, before[0].value + width / 2, pixel);
+  drag(Handle::range, {0.25 * pixels, 0});
+  EXPECT_NEAR(editor.points()[0].value, before[0].value + width / 4, 2 * pixel);
+  EXPECT_NEAR(editor.points()[2].value, before[0].value + 3 * width / 4, 2 * pixel);
+  drag(Handle::low, {-0.25 * pixels, 0});
+  EXPECT_NEAR(editor.points()[0].value, before[0].value, 2 * pixel);
+  EXPECT_NEAR(editor.points()[2].value, before[0].value + 3 * width / 4, 2 * pixel);
+  const double tall = editor.place_of(0).value().y - editor.place_of(2).value().y;
+  drag(Handle::opacity, {0, 0.5 * tall});
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(editor.points()[i].attenuation, before[i].attenuation / 2,
+                2 / tall * before[2].attenuation);
+  hands.photograph("handles.png");
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
   EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
@@ -212,7 +253,7 @@ TEST(Viewer, PanelsFollowTheDisplaysScale) {
   hands.photograph("scale2.png");
   const glm::dvec2 from = editor.place_of(1).value();
   hands.drag(from + glm::dvec2(9, 0), from + glm::dvec2(9, 60));  // also makes its disk wider
-  EXPECT_EQ(editor.points(), 3u);
+  EXPECT_EQ(editor.points().size(), 3u);
   EXPECT_GT(editor.place_of(1).value().y, from.y + 50);
   scale(1);
   EXPECT_NEAR(width(), once, 2);

@@ -69,61 +69,56 @@ TransferEditor::~TransferEditor() {
 }
 
 void TransferEditor::take(const Volume& volume, const Scene& scene) {
-  if (dragging_ || taken_from_ == volume.key || volume.scene.transfer_function == own_file_) return;
+  if (dragging_ || handles_.dragging() || taken_from_ == volume.key ||
+      volume.scene.transfer_function == own_file_)
+    return;
   taken_from_ = volume.key;
   selected_ = -1;
   const auto& function = volume.function;
   points_ = function && !function->has_gradient() ? function->points() : identity(volume.histogram);
   has_color_ = !function || function->has_color() || scene.luminance_grid.empty();
-  low_ = std::min(volume.histogram.min, points_.front().value);
-  high_ = std::max(volume.histogram.max, points_.back().value);
+  canvas_.low = std::min(volume.histogram.min, points_.front().value);
+  canvas_.high = std::max(volume.histogram.max, points_.back().value);
   // Points beyond the data need not be on the canvas.
-  top_ = 0;
-  for (const TransferPoint& p : points_) top_ = std::max(top_, p.attenuation);
-  top_ = top_ > 0 ? 1.15 * top_ : 1;
+  fit_top();
 }
 
-glm::dvec2 TransferEditor::pixel_of(const TransferPoint& point) const {
-  return canvas_ + canvas_size_ * glm::dvec2((point.value - low_) / (high_ - low_),
-                                             1 - point.attenuation / top_);
-}
-
-TransferPoint TransferEditor::point_at(const glm::dvec2& pixel) const {
-  const glm::dvec2 part = (pixel - canvas_) / canvas_size_;
-  TransferPoint point;
-  point.value = low_ + std::clamp(part.x, 0.0, 1.0) * (high_ - low_);
-  point.attenuation = std::clamp(1 - part.y, 0.0, 1.0) * top_;
-  return point;
+void TransferEditor::fit_top() {
+  double most = 0;
+  for (const TransferPoint& p : points_) most = std::max(most, p.attenuation);
+  canvas_.top = most > 0 ? 1.15 * most : 1;
 }
 
 std::optional<glm::dvec2> TransferEditor::place_of(std::size_t point) const {
-  if (point >= points_.size() || canvas_size_.x <= 0) return std::nullopt;
-  return pixel_of(points_[point]);
+  if (point >= points_.size() || canvas_.size.x <= 0) return std::nullopt;
+  return canvas_.pixel_of(points_[point]);
 }
 
 void TransferEditor::draw_histogram(const Histogram& histogram) const {
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const double bins = static_cast<double>(histogram.counts.size());
   const double most = *std::max_element(histogram.counts.begin(), histogram.counts.end());
-  for (int x = 0; x < static_cast<int>(canvas_size_.x) && most > 0; ++x) {
-    const double value = low_ + (x + 0.5) / canvas_size_.x * (high_ - low_);
+  for (int x = 0; x < static_cast<int>(canvas_.size.x) && most > 0; ++x) {
+    const double value = canvas_.low + (x + 0.5) / canvas_.size.x * (canvas_.high - canvas_.low);
     const double bin = bins * (value - histogram.min) / (histogram.max - histogram.min);
     if (bin < 0 || bin >= bins) continue;
     // logarithmic, because a few values have nearly all voxels
     const double part =
         std::log1p(histogram.counts[static_cast<std::size_t>(bin)]) / std::log1p(most);
-    list.AddRectFilled(at({canvas_.x + x, canvas_.y + canvas_size_.y * (1 - 0.9 * part)}),
-                       at({canvas_.x + x + 1, canvas_.y + canvas_size_.y}),
-                       IM_COL32(70, 74, 84, 255));
+    list.AddRectFilled(
+        at({canvas_.corner.x + x, canvas_.corner.y + canvas_.size.y * (1 - 0.9 * part)}),
+        at({canvas_.corner.x + x + 1, canvas_.corner.y + canvas_.size.y}),
+        IM_COL32(70, 74, 84, 255));
   }
 }
 
 bool TransferEditor::draw_canvas(const Histogram& histogram) {
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  const float width = std::max(ImGui::GetContentRegionAvail().x, 50.0f);
+  const float strip = 1.2f * static_cast<float>(FunctionHandles::size());
+  const float width = std::max(ImGui::GetContentRegionAvail().x - strip, 50.0f);
   const float height = 0.45f * width;
-  canvas_ = {corner.x, corner.y};
-  canvas_size_ = {width, height};
+  canvas_.corner = {corner.x, corner.y};
+  canvas_.size = {width, height};
   ImGui::InvisibleButton("canvas", {width, height},
                          ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight);
   const bool hovered = ImGui::IsItemHovered();
@@ -134,21 +129,31 @@ bool TransferEditor::draw_canvas(const Histogram& histogram) {
   draw_histogram(histogram);
   list.PushClipRect(corner, {corner.x + width, corner.y + height}, true);
   for (std::size_t i = 0; i + 1 < points_.size(); ++i)
-    list.AddLine(at(pixel_of(points_[i])), at(pixel_of(points_[i + 1])),
+    list.AddLine(at(canvas_.pixel_of(points_[i])), at(canvas_.pixel_of(points_[i + 1])),
                  IM_COL32(230, 230, 230, 255), 1.5f);
-  list.AddLine(at({canvas_.x, pixel_of(points_.front()).y}), at(pixel_of(points_.front())),
-               IM_COL32(150, 150, 150, 255));
-  list.AddLine(at(pixel_of(points_.back())), at({canvas_.x + width, pixel_of(points_.back()).y}),
+  list.AddLine(at({canvas_.corner.x, canvas_.pixel_of(points_.front()).y}),
+               at(canvas_.pixel_of(points_.front())), IM_COL32(150, 150, 150, 255));
+  list.AddLine(at(canvas_.pixel_of(points_.back())),
+               at({canvas_.corner.x + width, canvas_.pixel_of(points_.back()).y}),
                IM_COL32(150, 150, 150, 255));
   list.PopClipRect();
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const bool chosen = static_cast<int>(i) == selected_;
     const float radius = (chosen ? 0.55f : 0.4f) * ImGui::GetFontSize();
-    list.AddCircleFilled(at(pixel_of(points_[i])), radius,
+    list.AddCircleFilled(at(canvas_.pixel_of(points_[i])), radius,
                          screen_colour(has_color_ ? points_[i].color : glm::dvec3(0.8)));
-    list.AddCircle(at(pixel_of(points_[i])), radius, IM_COL32(255, 255, 255, 255));
+    list.AddCircle(at(canvas_.pixel_of(points_[i])), radius, IM_COL32(255, 255, 255, 255));
   }
   return changed;
+}
+
+bool TransferEditor::drag_handles() {
+  const bool before = handles_.dragging();
+  const auto dragged = handles_.draw(canvas_, points_);
+  if (before && !handles_.dragging()) fit_top();
+  if (!dragged) return false;
+  points_ = *dragged;
+  return true;
 }
 
 bool TransferEditor::drag_points(bool hovered) {
@@ -158,7 +163,7 @@ bool TransferEditor::drag_points(bool hovered) {
     int found = -1;
     double best = 0.8 * ImGui::GetFontSize();
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      const glm::dvec2 d = pixel_of(points_[i]) - mouse;
+      const glm::dvec2 d = canvas_.pixel_of(points_[i]) - mouse;
       if (std::hypot(d.x, d.y) < best) {
         best = std::hypot(d.x, d.y);
         found = static_cast<int>(i);
@@ -178,7 +183,7 @@ bool TransferEditor::drag_points(bool hovered) {
   if (hovered && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
     selected_ = nearest();
     if (selected_ < 0) {
-      TransferPoint added = point_at(mouse);
+      TransferPoint added = canvas_.point_at(mouse);
       const auto next =
           std::upper_bound(points_.begin(), points_.end(), added.value,
                            [](double v, const TransferPoint& p) { return v < p.value; });
@@ -195,7 +200,7 @@ bool TransferEditor::drag_points(bool hovered) {
   }
   if (selected_ >= 0 && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
     const auto i = static_cast<std::size_t>(selected_);
-    TransferPoint moved = point_at(mouse);
+    TransferPoint moved = canvas_.point_at(mouse);
     moved.color = points_[i].color;
     if (i > 0) moved.value = std::max(moved.value, points_[i - 1].value);
     if (i + 1 < points_.size()) moved.value = std::min(moved.value, points_[i + 1].value);
@@ -221,9 +226,9 @@ bool TransferEditor::draw_selected() {
   double attenuation = point.attenuation;
   const double least = 0, most = 1e30;
   if (ImGui::DragScalar("attenuation", ImGuiDataType_Double, &attenuation,
-                        static_cast<float>(0.005 * top_), &least, &most, "%.5g")) {
+                        static_cast<float>(0.005 * canvas_.top), &least, &most, "%.5g")) {
     point.attenuation = std::max(attenuation, 0.0);
-    top_ = std::max(top_, 1.15 * point.attenuation);
+    canvas_.top = std::max(canvas_.top, 1.15 * point.attenuation);
     changed = true;
   }
   ImGui::Text("value %.5g", point.value);
@@ -240,7 +245,8 @@ bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
   enum class Action { none, edit, load, save, clear } action = Action::none;
   if (ImGui::Begin("Transfer function", &open)) {
     const bool dragged = draw_canvas(volume.histogram);
-    if (draw_selected() || dragged) action = Action::edit;
+    const bool stretched = drag_handles();
+    if (draw_selected() || dragged || stretched) action = Action::edit;
     ImGui::InputText("file", &path_);
     if (ImGui::Button("load")) action = Action::load;
     ImGui::SameLine();

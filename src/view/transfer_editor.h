@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "view/function_handles.h"
 #include "view/volume.h"
 
 namespace psivox::view {
@@ -29,7 +30,11 @@ class TransferEditor {
 
   /// Where the window shows a point [pixels], if it does.
   std::optional<glm::dvec2> place_of(std::size_t point) const;
-  std::size_t points() const { return points_.size(); }
+  const TransferPoints& points() const { return points_; }
+  /// Where the window shows a handle [pixels].
+  glm::dvec2 place_of(FunctionHandles::Handle handle) const {
+    return FunctionHandles::place_of(handle, canvas_, points_);
+  }
 
  private:
   void take(const Volume& volume, const Scene& scene);
@@ -38,17 +43,17 @@ class TransferEditor {
   bool drag_points(bool hovered);
   bool draw_selected();
   void write(Scene& scene);
-  glm::dvec2 pixel_of(const TransferPoint& point) const;
-  TransferPoint point_at(const glm::dvec2& pixel) const;
+  bool drag_handles();
+  void fit_top();
 
   std::string own_file_;
-  std::vector<TransferPoint> points_;
+  TransferPoints points_;
   bool has_color_ = true;
   std::string taken_from_;  ///< key of the volume whose function `points_` is
   int selected_ = -1;
   bool dragging_ = false;
-  double low_ = 0, high_ = 1, top_ = 1;  ///< of the canvas: values, and the largest attenuation
-  glm::dvec2 canvas_{0}, canvas_size_{0};
+  FunctionCanvas canvas_;
+  FunctionHandles handles_;
   std::string path_ = "transfer.json";
 };
 
