@@ -26,6 +26,7 @@ CONSTANT(bool, transfer_rule)     // the integrator takes values and applies the
 CONSTANT(bool, end_corrections)   // of psi-balanced, where a ray may begin or end inside the medium
 CONSTANT(bool, hardware_filter)
 CONSTANT(bool, orthographic)
+CONSTANT(bool, clips)             // planes cut rays off
 CONSTANT(bool, anisotropic)       // the luminance has a phase, a factor of the ray's direction
 CONSTANT(bool, count_steps)
 CONSTANT(bool, find_depth)

@@ -43,6 +43,8 @@ PARAMETER(int, gradient_first)        // where `tables` has the function's gradi
 PARAMETER(int, gradient_columns)      // src/march/transfer_table.h
 PARAMETER(int, isosurfaces_first)
 PARAMETER(int, isosurfaces)
+PARAMETER(int, clip_first)            // where `tables` has the clip's planes, four entries each
+PARAMETER(int, clip_planes)
 PARAMETER(int, template_first)        // where `tables` has the ray template
 PARAMETER(int, template_entries)
 PARAMETER(int, template_axis)         // of the base plane

@@ -34,9 +34,29 @@ real phase_of(Pixel p) {
   return (real(1.0) - phase_g * phase_g) / (x * sqrt(x));
 }
 
+// An affine function of u and v from two entries: its coefficients, and what float32 left of them.
+real affine(int entry, Pixel p) {
+  real4 a = fetch_table(entry);
+  real4 b = fetch_table(entry + 1);
+  return (a.x + a.y * p.u + a.z * p.v) + (b.x + b.y * p.u + b.z * p.v);
+}
+
+// The part of the ray that the clip leaves: where distance + t speed >= 0 for each of its planes.
+Ray clipped_ray(Ray ray, Pixel p) {
+  if (!clips) return ray;
+  for (int i = 0; i < clip_planes; ++i) {
+    real distance = affine(clip_first + 4 * i, p);
+    real speed = affine(clip_first + 4 * i + 2, p) * p.inverse_length;
+    if (speed > real(0.0)) ray.begin = max(ray.begin, -distance / speed);
+    else if (speed < real(0.0)) ray.end = min(ray.end, -distance / speed);
+    else if (distance < real(0.0)) ray.end = ray.begin;
+  }
+  return ray;
+}
+
 // The ray that is marched: from the camera, or back to front.
 Ray march_ray_of(Pixel p) {
-  Ray ray = grid_ray(p, density);
+  Ray ray = clipped_ray(grid_ray(p, density), p);
   if (mode == MODE_BACK_TO_FRONT) return reversed(ray);
   return ray;
 }

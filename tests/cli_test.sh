@@ -34,6 +34,20 @@ t 0 - render "$S" -o a.exr $R
 t 0 - render "$S" -oa.exr $R
 t 0 - render --output=a.exr --camera-position -1,2,300 $R "$S"
 t 0 - render "$S" -o a.exr $R --camera-position=-.5,0,300 --camera-target -.5,0,1
+# Planes.
+t 0 - render "$S" -o a.exr $R --clip-plane -x=0.1
+t 0 - render "$S" -o a.exr $R --clip -1,-1,-1,0.5,1,1 --clip-plane=0,0,0,1,1,0
+t 0 - render "$S" -o a.exr $R --mode slice
+t 0 - render "$S" -o a.exr $R --mode slice --slice y=0.3 --colormap gray
+t 0 - render --scene a.exr -o b.exr -q
+t 0 rms compare a.exr b.exr --max-abs 1e-30
+t 0 - render "$S" -o b.exr $R --mode slice --slice y=0.3 --colormap gray --renderer reference
+t 0 rms compare a.exr b.exr --max-abs 1e-30
+t 2 "--slice is for --mode slice" render "$S" -o a.exr $R --slice z=3
+t 2 "expected auto or an axis and a place such as z=3" render "$S" -o a.exr $R --mode slice --slice w
+t 2 "the first three must be below the last three" render "$S" -o a.exr $R --clip 1,0,0,0,1,1
+t 2 "leave out --clip" render "$S" -o a.exr $R --clip-plane x --sampling template --projection orthographic
+t 2 "has no error to estimate" render "$S" -o a.exr $R --mode slice --check-error 10
 # Cameras of files: what is exported draws the same again.
 A="--azimuth 30 --elevation 20 --zoom 1.2"
 t 0 - render "$S" -o a.exr $R $A --export-camera c.gltf

@@ -120,6 +120,8 @@ void check_layers(const RenderCall& call, const Scene& scene) {
     usage(
         "--aov depth is where a ray's transmittance falls below 1/2 from the camera on, which "
         "--mode back-to-front does not follow; take --mode alpha");
+  if (scene.mode == Mode::slice && (wants(call, "error") || call.check_error || call.explain))
+    usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
   for (const std::string& layer : call.layers) {
     if (reference && layer != "transmittance" && layer != "error")
       usage("--aov " + layer + " is not available with --renderer " +

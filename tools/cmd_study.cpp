@@ -114,6 +114,8 @@ void study_command(Arguments arguments) {
   StudyOptions options = options_of(call, file);
   const Scene scene = call.scene.scene(file.scene);
   if (scene.input.empty()) usage("no input; give IN.vdb");
+  if (scene.mode == Mode::slice)
+    usage("--mode slice does not march; a study has nothing to compare");
   check_study_folder(options.folder, options.resume);
 
   View view = make_view(scene, VdbFile(scene.input));

@@ -13,7 +13,7 @@
 namespace psivox {
 
 enum class Sampling { cells, uniform, template_ };
-enum class Mode { alpha, back_to_front, mip, lmip, isosurface, xray };
+enum class Mode { alpha, back_to_front, mip, lmip, isosurface, xray, slice };
 enum class Classification { post, pre };
 enum class Centering { node, cell };
 enum class Filter { exact, hardware };
@@ -30,6 +30,18 @@ struct DirectionalLight {
   glm::dvec3 color{1};     ///< radiance of a medium of albedo 1, lit without loss
   bool of_camera = false;  ///< the direction turns with the camera
   bool operator==(const DirectionalLight&) const = default;
+};
+
+/// A box in the world.
+struct WorldBox {
+  glm::dvec3 min{0}, max{0};
+  bool operator==(const WorldBox&) const = default;
+};
+
+struct Plane {
+  glm::dvec3 normal{0, 0, 1};         ///< of any length but 0 [world]
+  std::optional<glm::dvec3> point{};  ///< unset: the middle of what is visible
+  bool operator==(const Plane&) const = default;
 };
 
 /// Everything that a picture depends on, under the names of the command line, with the defaults.
@@ -64,6 +76,9 @@ struct Scene {
   Mode mode = Mode::alpha;
   std::optional<double> isovalue;  ///< unset: the middle of the values, 0 for a level set
   double lmip_threshold = 0;
+  std::optional<Plane> slice;       ///< of Mode::slice; unset: across the view from the front
+  std::optional<WorldBox> clip;     ///< only what is inside is drawn
+  std::optional<Plane> clip_plane;  ///< only what is on the side of its normal is drawn
 
   std::optional<Integrator> integrator;  ///< psi_weighted under cells, psi_balanced under uniform
   std::optional<Sampling> sampling;      ///< cells, or uniform where step is set

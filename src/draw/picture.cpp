@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "march/march_double.h"
+#include "march/slice.h"
 #include "psivox/text.h"
 
 namespace psivox {
@@ -44,7 +45,8 @@ RenderOptions Picture::pilot_options() const {
 }
 
 void Picture::march() {
-  RenderResult result = marcher_.render(marched(), options());
+  RenderResult result = view_.scene.mode == Mode::slice ? draw_slice(view_, options())
+                                                        : marcher_.render(marched(), options());
   drawn_.image = std::move(result.image);
   drawn_.stats = std::move(result.stats);
 }

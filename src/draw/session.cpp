@@ -8,6 +8,7 @@
 #include "draw/picture.h"
 #include "march/explain.h"
 #include "march/march_double.h"
+#include "psivox/clip.h"
 #include "psivox/parameters.h"
 #include "psivox/stopwatch.h"
 #include "psivox/vdb.h"
@@ -87,8 +88,8 @@ struct Session::Impl {
 View Session::Impl::viewed(const Wish& wish) const {
   View result = view;
   if (wish.scene) {
-    result.scene = with_default_tolerance(*wish.scene);
-    result.camera = make_camera(*wish.scene, *view.subject);
+    result.scene = with_planes(with_default_tolerance(*wish.scene), *view.subject);
+    result.camera = make_camera(result.scene, *view.subject);
   }
   if (wish.resolution) result.scene.resolution = *wish.resolution;
   if (wish.exact) result = exact_view(result);
@@ -215,17 +216,19 @@ MarchPlan Session::plan(Marcher& marcher, const Wish& wish) {
 
 Drawn Session::draw(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
-  impl_->prepare(marcher, wish, times);
+  const bool marched = impl_->view.scene.mode != Mode::slice;
+  const bool marches = marched && marcher.marches();
+  if (marched) impl_->prepare(marcher, wish, times);
   const View view = impl_->viewed(wish);
   std::optional<MarchPlan> plan = wish.plan;
   const bool chooses = view.scene.tolerance || wish.time_budget_ms;
-  if (!plan && chooses && marcher.marches()) plan = impl_->plan(marcher, view, wish, times);
+  if (!plan && chooses && marches) plan = impl_->plan(marcher, view, wish, times);
 
   Picture picture(marcher, view, wish, std::move(plan));
   picture.march();
   std::optional<DrawnLight> light;
   if (impl_->lighting) light = impl_->lighting->description();
-  if (marcher.marches()) {
+  if (marches) {
     picture.confirm_plan();
     if (wish.layers.error) {
       impl_->finer_light(marcher, view, wish.progress, times);
@@ -238,7 +241,7 @@ Drawn Session::draw(Marcher& marcher, const Wish& wish) {
   Drawn drawn = picture.finish();
   drawn.light = std::move(light);
   drawn.times = times;
-  if (marcher.marches()) drawn.atlas = impl_->atlas(view.scene.texel, times).size();
+  if (marches) drawn.atlas = impl_->atlas(view.scene.texel, times).size();
   return drawn;
 }
 

@@ -33,7 +33,8 @@ bool has_end_corrections(const View& view) {
   // From vacuum to vacuum there is nothing to correct.
   return scene.end_corrections && scene.resolved_sampling() == Sampling::uniform &&
          !view.medium.transfer && !view.medium.emission && scene.mode == Mode::alpha &&
-         scene.resolved_integrator() == Integrator::psi_balanced && begins_inside(view);
+         scene.resolved_integrator() == Integrator::psi_balanced &&
+         (begins_inside(view) || scene.clip || scene.clip_plane);
 }
 
 }  // namespace psivox

@@ -63,6 +63,7 @@ void place_camera(const View& view, const RayBundle& bundle, MarchSetup& setup) 
   p.image_size = glm::dvec2(view.scene.resolution);
   p.sample_offset = glm::dvec2(0.5);
   setup.constants.orthographic = view.camera.orthographic;
+  place_clip(view, bundle.distance, setup);
 }
 
 /// What a ray shows of the medium: extinction, luminance, emission, phase, mode and surface.

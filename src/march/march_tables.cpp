@@ -7,6 +7,7 @@
 #include "march/psi_table.h"
 #include "march/ray_template.h"
 #include "march/transfer_table.h"
+#include "psivox/clip.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -54,6 +55,33 @@ void place_gradient(const TransferFunction& function, MarchSetup& setup) {
   p.isosurfaces = part.isosurfaces;
   p.isosurfaces_first = p.gradient_first + int(part.entries.size()) - part.isosurfaces;
   setup.search_steps += part.search_steps + part.isosurfaces;
+}
+
+void place_clip(const View& view, double anchor_distance, MarchSetup& setup) {
+  const std::vector<HalfSpace> clip = clip_of(view.scene);
+  if (clip.empty()) return;
+  const Camera& camera = view.camera;
+  MarchParameters& p = setup.parameters;
+  std::vector<glm::vec4> entries;
+  const auto add = [&](const glm::dvec3& coefficients) {
+    const glm::vec3 high(coefficients);
+    entries.emplace_back(high, 0);
+    entries.emplace_back(glm::vec3(coefficients - glm::dvec3(high)), 0);
+  };
+  const glm::dvec3 anchor = camera.position + anchor_distance * camera.forward;
+  const double spread = camera.orthographic ? 1 : anchor_distance;
+  for (const HalfSpace& half : clip) {
+    const double unit = p.world_unit;
+    const glm::dvec3 across(0, glm::dot(half.normal, camera.right) * camera.half_width,
+                            glm::dot(half.normal, camera.up) * camera.half_height);
+    const glm::dvec3 at(glm::dot(half.normal, anchor) - half.offset, 0, 0);
+    const glm::dvec3 along(glm::dot(half.normal, camera.forward), 0, 0);
+    add((at + spread * across) / unit);
+    add(camera.orthographic ? along : along + across);
+  }
+  p.clip_first = append(entries, setup);
+  p.clip_planes = int(clip.size());
+  setup.constants.clips = true;
 }
 
 void place_template(const View& view, MarchSetup& setup) {

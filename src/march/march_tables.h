@@ -24,6 +24,9 @@ void place_psi_table(MarchSetup& setup);
 /// another grid has other voxels.
 void place_template(const View& view, MarchSetup& setup);
 
+/// The planes of the scene's clip; the anchor plane is that far from the camera [world units].
+void place_clip(const View& view, double anchor_distance, MarchSetup& setup);
+
 /// Of each brick of the density the part of the step that is taken in it.
 void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& density,
                        MarchSetup& setup);

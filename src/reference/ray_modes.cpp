@@ -17,10 +17,11 @@ namespace {
 /// A ray through the density grid, from its first stretch inside the domain to its last.
 class DensityWalk {
  public:
-  DensityWalk(const RayMedium& medium, BlockCache& cache, const WorldRay& ray)
+  DensityWalk(const RayMedium& medium, BlockCache& cache, const WorldRay& ray,
+              const glm::dvec2& part)
       : t_middle(nearest_to_middle(*medium.medium.density, ray)),
         grid(medium.density, cache,
-             make_index_ray(*medium.medium.density, ray, t_middle, 0, infinity)) {
+             make_index_ray(*medium.medium.density, ray, t_middle, part.x, part.y)) {
     next();
   }
 
@@ -104,13 +105,15 @@ std::optional<double> first_passage(const Cubic& value, double isovalue,
 }  // namespace
 
 RayModes::RayModes(const View& view, const RayMedium& medium, double tolerance)
-    : view_(&view), medium_(&medium), integrator_(medium, tolerance) {
+    : view_(&view), medium_(&medium), integrator_(medium, tolerance), clip_(clip_of(view.scene)) {
   const Mode mode = view.scene.mode;
   if (mode == Mode::mip || mode == Mode::lmip || mode == Mode::isosurface)
     cache_.emplace(medium.density);
 }
 
 RayPicture RayModes::picture(const WorldRay& ray) {
+  part_ = clip_interval(clip_, ray);
+  if (!(part_.x < part_.y)) return {};
   switch (view_->scene.mode) {
     case Mode::alpha:
     case Mode::back_to_front:
@@ -122,17 +125,19 @@ RayPicture RayModes::picture(const WorldRay& ray) {
       return maximum(ray);
     case Mode::isosurface:
       return surface(ray);
+    case Mode::slice:  // draw_slice draws it
+      break;
   }
   return {};
 }
 
 RayPicture RayModes::radiance(const WorldRay& ray) {
-  const RayRadiance r = integrator_.radiance(ray);
+  const RayRadiance r = integrator_.radiance(ray, part_.x, part_.y);
   return {r.radiance, -std::expm1(-r.optical_depth), r.error, infinity, r.cells};
 }
 
 RayPicture RayModes::xray(const WorldRay& ray) {
-  const RayDepth d = integrator_.whole_depth(ray);
+  const RayDepth d = integrator_.whole_depth(ray, part_.x, part_.y);
   const glm::dvec3& color = view_->medium.color;
   return {color * d.depth, -std::expm1(-d.depth), max_component(glm::abs(color)) * d.error,
           infinity, d.cells};
@@ -143,7 +148,7 @@ RayPicture RayModes::maximum(const WorldRay& ray) {
   Maximum greatest;
   if (view_->scene.mode == Mode::lmip) greatest.threshold = view_->scene.lmip_threshold;
   double size = 0;
-  DensityWalk walk(*medium_, *cache_, ray);
+  DensityWalk walk(*medium_, *cache_, ray, part_);
   for (; !walk.done() && !greatest.done; walk.next()) {
     const Cubic value = walk.value();
     size = std::max({size, std::abs(walk.grid.low()), std::abs(walk.grid.high())});
@@ -171,7 +176,7 @@ RayPicture RayModes::surface(const WorldRay& ray) {
   const Medium& medium = view_->medium;
   RayPicture result;
   std::optional<bool> below;
-  DensityWalk walk(*medium_, *cache_, ray);
+  DensityWalk walk(*medium_, *cache_, ray, part_);
   for (; !walk.done(); walk.next()) {
     const Cubic value = walk.value();
     const std::optional<double> u = first_passage(value, medium.isovalue, below);

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "field_lookup.h"
+#include "psivox/clip.h"
 #include "psivox/medium.h"
 #include "ray_radiance.h"
 
@@ -38,6 +39,8 @@ class RayModes {
   const View* view_;
   const RayMedium* medium_;
   RayIntegrator integrator_;
+  std::vector<HalfSpace> clip_;
+  glm::dvec2 part_{0};               ///< of the ray that is drawn, which the clip leaves
   std::optional<BlockCache> cache_;  ///< of the density grid, for maxima and surfaces
 };
 

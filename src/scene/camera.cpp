@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "psivox/clip.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -49,6 +50,25 @@ glm::dvec3 front(const glm::dvec3& up) {
   const double z = up.z / glm::length(up);
   if (std::abs(z) > 0.9) return {0, z > 0 ? 1 : -1, 0};
   return {0, 0, -1};
+}
+
+/// The default view: from the front, or across the slice.
+glm::dvec3 facing(const Scene& scene, const glm::dvec3& from_front) {
+  if (scene.mode != Mode::slice || !scene.slice) return from_front;
+  const glm::dvec3 normal = glm::normalize(scene.slice->normal);
+  // The side that is nearer to the front; of a plane that is seen edge-on, that of its normal.
+  return glm::dot(normal, from_front) > 1e-9 ? normal : -normal;
+}
+
+/// What of the subject the default camera frames. A slice shows the whole domain.
+Subject framed_subject(const Scene& scene, const Subject& whole) {
+  Subject subject = whole;
+  if (scene.mode == Mode::slice) {
+    subject = box_subject(whole.box_min, whole.box_max);
+    subject.z_up = whole.z_up;
+  }
+  const std::vector<HalfSpace> clip = clip_of(scene);
+  return clip.empty() ? subject : clipped(subject, clip);
 }
 
 /// The camera moves to the right by the azimuth, about `up`, and then upwards by the elevation.
@@ -119,7 +139,8 @@ Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dve
   return make_camera(scene, box_subject(box_min, box_max));
 }
 
-Camera make_camera(const Scene& scene, const Subject& subject) {
+Camera make_camera(const Scene& scene, const Subject& whole) {
+  const Subject subject = framed_subject(scene, whole);
   const double fov = horizontal_fov(scene);
   if (!(fov > 0 && fov < 180))
     throw Error(ExitCode::usage, "--fov must be above 0 and below 180 degrees");
@@ -144,7 +165,7 @@ Camera make_camera(const Scene& scene, const Subject& subject) {
     if (scene.azimuth != 0 || scene.elevation != 0)
       camera.position = camera.target - length * direction.frame.forward;
   } else {
-    direction = direction_of(scene, front(up), up);
+    direction = direction_of(scene, facing(scene, front(up)), up);
     const Framing framing =
         framing_of(subject, direction.frame.axes(), framed_width, framed_width / aspect,
                    camera.orthographic, scene.camera_target);

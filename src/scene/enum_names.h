@@ -12,7 +12,7 @@ namespace psivox {
 /// Names on the command line of an enumeration's values, in their order from 0.
 inline std::vector<std::string> enum_names(Sampling) { return {"cells", "uniform", "template"}; }
 inline std::vector<std::string> enum_names(Mode) {
-  return {"alpha", "back-to-front", "mip", "lmip", "isosurface", "xray"};
+  return {"alpha", "back-to-front", "mip", "lmip", "isosurface", "xray", "slice"};
 }
 inline std::vector<std::string> enum_names(Classification) { return {"post", "pre"}; }
 inline std::vector<std::string> enum_names(Centering) { return {"node", "cell"}; }

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "psivox/clip.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
@@ -105,6 +106,7 @@ Scene with_names(Scene scene, const MediumFields& fields) {
   scene.grid = fields.density->name;
   const bool dark = !scene.luminance && !scene.has_function() && scene.luminance_grid.empty() &&
                     scene.temperature_grid.empty();
+  if (scene.mode == Mode::slice && dark) scene.colormap = Colormap::viridis;
   if (fields.density->of_vectors && dark && scene.mode != Mode::xray &&
       scene.mode != Mode::isosurface)
     scene.colormap = active_range(*fields.density).x < 0 ? Colormap::coolwarm : Colormap::viridis;
@@ -166,7 +168,8 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   auto subject = std::make_shared<Subject>(subject_of(view.medium, scene.mode));
   subject->z_up = fields.z_up;
   view.subject = subject;
-  view.camera = make_camera(scene, *subject);
+  view.scene = with_planes(scene, *subject);
+  view.camera = make_camera(view.scene, *subject);
   resolve(fields, view);
   return view;
 }

@@ -120,6 +120,21 @@ void validate_march(const Scene& scene) {
                     " integrates a transfer function; give --transfer-function or --colormap");
 }
 
+void validate_cuts(const Scene& scene) {
+  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
+  if (scene.slice && scene.mode != Mode::slice)
+    fail("--slice is for --mode slice; give both or neither");
+  if (scene.slice && scene.slice->normal == glm::dvec3(0)) fail("--slice: its normal is 0");
+  if (scene.clip_plane && scene.clip_plane->normal == glm::dvec3(0))
+    fail("--clip-plane: its normal is 0");
+  if (scene.clip)
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(scene.clip->min[axis] < scene.clip->max[axis]))
+        fail("--clip X0,Y0,Z0,X1,Y1,Z1: the first three must be below the last three");
+  if ((scene.clip || scene.clip_plane) && scene.sampling == Sampling::template_)
+    fail("--sampling template marches whole rays; leave out --clip and --clip-plane");
+}
+
 }  // namespace
 
 void apply_over(Scene& scene, std::span<const Setting> settings) {
@@ -129,6 +144,7 @@ void apply_over(Scene& scene, std::span<const Setting> settings) {
   apply_sampling(scene, settings);
   apply_tolerance(scene, settings);
   if (scene.mode != Mode::isosurface && !contains(settings, "isovalue")) scene.isovalue.reset();
+  if (scene.mode != Mode::slice && !contains(settings, "slice")) scene.slice.reset();
   if (scene.mode != Mode::lmip && !contains(settings, "lmip-threshold")) scene.lmip_threshold = 0;
   const bool lens = contains(settings, "focal-length") || contains(settings, "aperture");
   if (lens && !contains(settings, "fov")) scene.fov.reset();
@@ -162,6 +178,7 @@ void validate(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   validate_medium(scene);
   validate_march(scene);
+  validate_cuts(scene);
   if (scene.ortho_width && scene.projection == Projection::perspective)
     fail("--ortho-width is for --projection orthographic; a perspective view has --fov");
   if (scene.camera_up == glm::dvec3(0)) fail("--camera-up 0,0,0 has no direction");

@@ -56,13 +56,18 @@ bool read(std::string_view text, const Range& range, glm::dvec2& value) {
   return read_vector(text, ',', 2, range, value);
 }
 
+/// Place of the n-th comma, or npos.
+std::size_t nth_comma(std::string_view text, int n) {
+  std::size_t place = text.find(',');
+  while (--n > 0 && place != std::string_view::npos) place = text.find(',', place + 1);
+  return place;
+}
+
 /// Three numbers, or six: direction and colour. The range is the colour's.
 bool read(std::string_view text, const Range& range, DirectionalLight& value) {
   value.of_camera = text.starts_with(camera_prefix);
   if (value.of_camera) text.remove_prefix(camera_prefix.size());
-  std::size_t color = 0;
-  for (int i = 0; i < 3 && color != std::string_view::npos; ++i)
-    color = text.find(',', color + (i ? 1 : 0));
+  const std::size_t color = nth_comma(text, 3);
   if (color == std::string_view::npos) return read(text, Range{}, value.direction);
   return read(text.substr(0, color), Range{}, value.direction) &&
          read(text.substr(color + 1), range, value.color);
@@ -73,6 +78,32 @@ bool read(std::string_view text, const Range& range, std::vector<DirectionalLigh
   for (const std::string& item : split(text, ';'))
     if (!read(item, range, value.emplace_back())) return false;
   return !value.empty();
+}
+
+bool read(std::string_view text, const Range&, WorldBox& value) {
+  const std::size_t third = nth_comma(text, 3);
+  return third != std::string_view::npos && read(text.substr(0, third), Range{}, value.min) &&
+         read(text.substr(third + 1), Range{}, value.max);
+}
+
+/// An axis (z, -z), an axis and a place (z=3), a normal, or a point and a normal.
+bool read(std::string_view text, const Range&, Plane& value) {
+  const bool backwards = text.starts_with('-');
+  const std::string_view axis = text.substr(backwards ? 1 : 0);
+  const std::size_t index =
+      axis.empty() ? std::string_view::npos : std::string_view("xyz").find(axis[0]);
+  if (index == std::string_view::npos) {
+    const std::size_t third = nth_comma(text, 3);
+    if (third == std::string_view::npos) return read(text, Range{}, value.normal);
+    value.point.emplace();
+    return read(text.substr(0, third), Range{}, *value.point) &&
+           read(text.substr(third + 1), Range{}, value.normal);
+  }
+  value.normal = glm::dvec3(0);
+  value.normal[static_cast<int>(index)] = backwards ? -1 : 1;
+  if (axis.size() == 1) return true;
+  value.point = glm::dvec3(0);
+  return axis[1] == '=' && read(axis.substr(2), Range{}, (*value.point)[static_cast<int>(index)]);
 }
 
 /// Bytes, with the suffixes of GNU's tools: K = KiB = 1024, KB = 1000, and so on.
@@ -125,6 +156,10 @@ std::string text_of(const DirectionalLight& light) {
   return std::string(light.of_camera ? camera_prefix : "") + text_of(light.direction) + "," +
          text_of(light.color);
 }
+std::string text_of(const WorldBox& box) { return text_of(box.min) + "," + text_of(box.max); }
+std::string text_of(const Plane& plane) {
+  return (plane.point ? text_of(*plane.point) + "," : "") + text_of(plane.normal);
+}
 std::string text_of(const glm::ivec2& v) { return text_of(v.x) + "x" + text_of(v.y); }
 template <typename E>
 requires std::is_enum_v<E> std::string text_of(E value) {
@@ -145,6 +180,10 @@ std::string kind_text(const Parameter& p, const glm::dvec3&) {
 std::string kind_text(const Parameter& p, const glm::dvec2&) { return "two numbers " + p.metavar; }
 std::string kind_text(const Parameter& p, const std::vector<DirectionalLight>&) {
   return "three or six numbers " + p.metavar + ", colours" + p.range.text();
+}
+std::string kind_text(const Parameter&, const WorldBox&) { return "six numbers X0,Y0,Z0,X1,Y1,Z1"; }
+std::string kind_text(const Parameter&, const Plane&) {
+  return "an axis and a place such as z=3, a normal X,Y,Z, or a point and a normal, X,Y,Z,NX,NY,NZ";
 }
 std::string kind_text(const Parameter& p, const glm::ivec2&) {
   return p.metavar + " in whole numbers, each" + p.range.text();

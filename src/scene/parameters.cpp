@@ -92,6 +92,15 @@ Rows look_rows() {
        "value of the surface, under --mode isosurface", &Scene::isovalue, any, "auto"},
       {"lmip-threshold", "T", "", "", "--mode lmip shows the first local maximum above it",
        &Scene::lmip_threshold},
+      {"slice", "PLANE", "world units", "across the default view, through the middle",
+       "plane of --mode slice: z, z=3, a normal, or a point and a normal", &Scene::slice, any,
+       "auto"},
+      {"clip", "BOX", "world units", "none", "draw only what is in the box X0,Y0,Z0,X1,Y1,Z1",
+       &Scene::clip, any, "none"},
+      {"clip-plane", "PLANE", "world units", "none",
+       "draw only what is before the plane, on the side of its normal: x=3, -x=3, a normal, or a "
+       "point and a normal",
+       &Scene::clip_plane, any, "none"},
   };
 }
 

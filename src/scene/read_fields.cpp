@@ -26,7 +26,8 @@ std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& fil
 MediumFields read_fields(const Scene& scene, const VdbFile& file) {
   MediumFields fields;
   fields.z_up = file.z_up();
-  const bool data = scene.has_function() || scene.mode == Mode::isosurface;
+  const bool data =
+      scene.has_function() || scene.mode == Mode::isosurface || scene.mode == Mode::slice;
   const std::string grid = scene.grid.empty() ? file.default_grid() : scene.grid;
   fields.density = read_density(scene, file, grid, data);
   if (!scene.composites()) return fields;

@@ -18,6 +18,8 @@ json json_of(const Parameter& p, const T& value, const Scene& scene) {
     return {value.x, value.y, value.z};
   else if constexpr (std::is_same_v<T, glm::ivec2> || std::is_same_v<T, glm::dvec2>)
     return {value.x, value.y};
+  else if constexpr (std::is_same_v<T, WorldBox>)
+    return {value.min.x, value.min.y, value.min.z, value.max.x, value.max.y, value.max.z};
   else
     return parameter_text(scene, p);
 }
@@ -55,10 +57,11 @@ bool is_text(const Parameter& p) { return std::holds_alternative<std::string Sce
 char separator(const Parameter& p) {
   const auto of_type = []<typename T>(T Scene::*) {
     if (std::is_same_v<T, glm::ivec2>) return 'x';
-    const bool list = std::is_same_v<T, glm::dvec3> ||
-                      std::is_same_v<T, std::optional<glm::dvec3>> ||
-                      std::is_same_v<T, std::optional<glm::dvec2>> ||
-                      std::is_same_v<T, std::vector<DirectionalLight>>;
+    const bool list =
+        std::is_same_v<T, glm::dvec3> || std::is_same_v<T, std::optional<glm::dvec3>> ||
+        std::is_same_v<T, std::optional<glm::dvec2>> ||
+        std::is_same_v<T, std::vector<DirectionalLight>> ||
+        std::is_same_v<T, std::optional<WorldBox>> || std::is_same_v<T, std::optional<Plane>>;
     return list ? ',' : '\0';
   };
   return std::visit(of_type, p.member);

@@ -13,9 +13,10 @@ namespace {
 
 /// Parameters of the march that neither grids nor atlases depend on.
 constexpr const char* march_only[] = {
-    "lmip-threshold",  "integrator",   "sampling",     "segments",          "step",
-    "end-corrections", "connectivity", "opacity-unit", "early-termination", "filter",
-    "renderer",        "device",       "tolerance"};
+    "slice",           "clip",         "clip-plane",   "lmip-threshold",
+    "integrator",      "sampling",     "segments",     "step",
+    "end-corrections", "connectivity", "opacity-unit", "early-termination",
+    "filter",          "renderer",     "device",       "tolerance"};
 
 bool belongs_to_volume(const Parameter& p) {
   if (p.group == ParameterGroup::camera || p.group == ParameterGroup::output) return false;
