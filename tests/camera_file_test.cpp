@@ -178,7 +178,7 @@ TEST(CameraFile, WhatIsWrittenIsReadAgain) {
         scene.elevation = -25;
         const View view = view_of(scene, field);
         const std::string path = (std::filesystem::path(testing::TempDir()) / name).string();
-        write_camera(path, view);
+        write_camera(path, view.camera, up == UpAxis::z);
         Scene again = small_scene(32);
         set_camera(again, read_camera(path, up == UpAxis::z));
         const Camera camera = make_camera(again, *view.subject);

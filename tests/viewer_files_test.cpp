@@ -5,7 +5,9 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <glm/geometric.hpp>
 
+#include "psivox/camera_file.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
 #include "viewer_hands.h"
@@ -57,6 +59,10 @@ TEST(ViewerFiles, TheSavedPictureIsThatOfTheCopiedCommandLine) {
   hands.viewer.save_scene((folder / "scene.json").string());
   const Scene read = scene_from_json(read_text((folder / "scene.json").string(), "scene"));
   EXPECT_EQ(to_json(read), to_json(alone));
+  hands.viewer.save_scene((folder / "camera.gltf").string());
+  const FileCamera camera = read_camera((folder / "camera.gltf").string(), false);
+  ASSERT_TRUE(alone.camera_position);
+  EXPECT_LE(glm::length(camera.position - *alone.camera_position), 1e-9);
   fs::remove_all(folder);
 }
 

@@ -278,7 +278,9 @@ void render_command(Arguments arguments) {
   report.read_ms = reading.ms();
   if (!call.quiet) print_notices(session.view(), scene);
   if (call.print_scene) std::cout << to_json(session.view().scene) << std::flush;
-  if (!call.camera.empty()) write_camera(call.camera, session.view());
+  if (!call.camera.empty())
+    write_camera(call.camera, session.view().camera,
+                 z_is_up(session.view().scene, *session.view().subject));
   if (call.explain) print_explanation(session);
   if (call.output.empty()) return;
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "psivox/medium.h"
+#include "psivox/camera.h"
 #include "psivox/scene.h"
 
 namespace psivox {
@@ -30,10 +30,8 @@ FileCamera read_camera(const std::string& path, bool z_up);
 /// Gives the camera to the scene, for the scene's resolution.
 void set_camera(Scene& scene, const FileCamera& camera);
 
-/// The camera of a view, for write_camera.
-FileCamera camera_of(const View& view);
-
-/// Writes .gltf or .pvcc, by the extension. Throws Error(usage) for another, Error(output).
-void write_camera(const std::string& path, const View& view);
+/// Writes .gltf or .pvcc, by the extension; `z_up` as in read_camera. Throws Error(usage) for
+/// another extension, Error(output).
+void write_camera(const std::string& path, const Camera& camera, bool z_up);
 
 }  // namespace psivox

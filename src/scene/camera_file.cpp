@@ -49,6 +49,19 @@ void check(const FileCamera& camera, const std::string& source) {
     throw Error(ExitCode::input, source + ": its camera has no direction");
 }
 
+FileCamera camera_to_keep(const Camera& camera) {
+  FileCamera out;
+  out.position = camera.position;
+  out.target = camera.target;
+  out.up = camera.up;
+  out.projection = camera.orthographic ? Projection::orthographic : Projection::perspective;
+  if (camera.orthographic)
+    out.height = 2 * camera.half_height;
+  else
+    out.vertical_fov = glm::degrees(2 * std::atan(camera.half_height));
+  return out;
+}
+
 }  // namespace
 
 bool is_camera_file(std::string_view path) {
@@ -91,28 +104,13 @@ void set_camera(Scene& scene, const FileCamera& camera) {
         glm::degrees(2 * std::atan(std::tan(glm::radians(camera.vertical_fov) / 2) * aspect));
 }
 
-FileCamera camera_of(const View& view) {
-  const Camera& camera = view.camera;
-  FileCamera out;
-  out.position = camera.position;
-  out.target = camera.target;
-  out.up = camera.up;
-  out.projection = camera.orthographic ? Projection::orthographic : Projection::perspective;
-  if (camera.orthographic)
-    out.height = 2 * camera.half_height;
-  else
-    out.vertical_fov = glm::degrees(2 * std::atan(camera.half_height));
-  return out;
-}
-
-void write_camera(const std::string& path, const View& view) {
-  const FileCamera camera = camera_of(view);
-  if (path.ends_with(".pvcc")) return write_text(path, paraview_of(camera));
+void write_camera(const std::string& path, const Camera& camera, bool z_up) {
+  const FileCamera kept = camera_to_keep(camera);
+  if (path.ends_with(".pvcc")) return write_text(path, paraview_of(kept));
   if (!path.ends_with(".gltf"))
     throw Error(ExitCode::usage, in_quotes(path) + ": cameras are written as .gltf or .pvcc");
-  const bool z_up = z_is_up(view.scene, *view.subject);
-  const double aspect = view.camera.half_width / view.camera.half_height;
-  write_text(path, gltf_of(z_up ? mapped(camera, y_up_from_z_up) : camera, aspect));
+  write_text(path, gltf_of(z_up ? mapped(kept, y_up_from_z_up) : kept,
+                           camera.half_width / camera.half_height));
 }
 
 }  // namespace psivox

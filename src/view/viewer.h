@@ -65,6 +65,7 @@ class Viewer {
   void pick(const glm::dvec2& pixel) { maker_.pick(pixel); }
   void save_picture(const std::string& path);
   std::string copy_command_line();
+  /// The camera alone, if the name is that of a camera's file.
   void save_scene(const std::string& path);
   /// Draws the panel of the transfer function, which edits the scene.
   void edit_transfer_function();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "psivox/camera_file.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
@@ -104,7 +105,12 @@ std::string Viewer::copy_command_line() {
 }
 
 void Viewer::save_scene(const std::string& path) {
-  write_text(path, to_json(kept_scene()));
+  if (is_camera_file(path) && volume()) {
+    const Subject& subject = *volume()->subject;
+    write_camera(path, make_camera(scene(), subject), z_is_up(scene(), subject));
+  } else {
+    write_text(path, to_json(kept_scene()));
+  }
   messages_.say("saved " + path);
 }
 
