@@ -4,6 +4,7 @@ uniform sampler2D picture;
 uniform sampler2D other;    // of a difference
 uniform int difference;     // 1: picture - other
 uniform float exposure;     // factor of the radiance
+uniform int tone_map;       // a value of ToneMap
 uniform float gain;         // of the difference
 uniform vec3 background;
 
@@ -12,13 +13,15 @@ layout(location = 0) out vec4 out_color;
 #define real float
 #include "math/colour.glsl"
 
-float encoded(float v) { return srgb_from_linear(clamp(v, 0.0, 1.0)); }
+float encoded(float light) { return srgb_from_linear(min(light, 1.0)); }
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 color = texelFetch(picture, pixel, 0);
   if (color.a < 0.0) discard;  // not there yet
-  vec3 shown = (color.rgb + (1.0 - color.a) * background) * exposure;
+  vec3 radiance = (color.rgb + (1.0 - color.a) * background) * exposure;
+  vec3 shown = vec3(display_light(radiance.r, tone_map), display_light(radiance.g, tone_map),
+                    display_light(radiance.b, tone_map));
   if (difference == 1) {
     vec4 second = texelFetch(other, pixel, 0);
     if (second.a < 0.0) discard;

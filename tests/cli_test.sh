@@ -230,6 +230,37 @@ if "$program" compare a.exr b.exr --width 3 2>&1 | grep -q resolution; then
 fi
 t 3 "it has 'temperature' 'density' 'color'" render "$S" -o a.exr --grid tempreature
 t 0 "isovalue 0.5" render "$S" -o a.exr --mode isosurface --resolution 32x32
+# What leaves the program: exposure, tone map, clipped pixels, and pictures that show nothing.
+t 0 '"clipped_pixels": 0' render "$S" -o a.png --stats - $R
+t 0 "of the pixels are brighter than white; --exposure auto" render "$S" -o a.png --luminance 9,9,9 \
+  --background 0,0,0 --resolution 32x32
+t 0 "exposure -3.21 [powers of 2], chosen by auto" render "$S" -o a.png --luminance 9,9,9 \
+  --background 0,0,0 --resolution 32x32 --exposure auto
+t 0 '"exposure": -3.21' render --scene a.png --print-scene
+t 0 "loses 1" render "$S" -o a.png --emission-grid temperature --emission-scale 0.001 --extinction 0.01 \
+  --resolution 32x32
+t 2 "did you mean filmic?" render "$S" -o a.png --tone-map flimic
+t 2 "a number" render "$S" -o a.png --exposure bright
+t 0 - render "$S" -o a.exr --exposure 3 --tone-map filmic $R  # linear radiance has neither
+t 0 - render "$S" -o b.exr $R
+t 0 rms compare a.exr b.exr --max-abs 0
+r="--resolution 32x32"
+t 0 "the picture is empty: the camera looks past the volume" render "$S" -o a.exr $r \
+  --camera-position 0,0,300 --camera-target 0,0,400
+t 0 "the picture is empty: --isovalue 7 is not among the values of grid 'density', which go from 0 to" \
+  render "$S" -o a.exr $r --mode isosurface --isovalue 7
+t 0 "the picture is empty: --extinction is 0" render "$S" -o a.exr $r --extinction 0
+t 0 "the picture is black: --luminance is 0" render "$S" -o a.exr $r --luminance 0,0,0
+t 0 "the picture is black: --albedo is 0" render "$S" -o a.exr $r --light 1,0,0 --albedo 0
+t 0 "the picture is black: nothing in grid 'temperature' is hot enough" render "$S" -o a.exr $r \
+  --temperature-grid temperature --temperature-scale 0.1
+t 0 "hottest voxel has" render "$S" -o a.exr $r --temperature-grid temperature --temperature-scale 0.1
+t 0 "the picture is black: its brightest light is 9.8e-07; --exposure auto" render "$S" -o a.exr $r \
+  --luminance 1e-6,0,0
+for lit in "" "--mode isosurface" "--mode mip" "--temperature-grid temperature"; do
+  ! "$program" render "$S" -o a.exr $r $lit 2>&1 | grep -q "the picture is" ||
+    { echo "FAILED: a picture with $lit is called blank"; failed=$((failed + 1)); }
+done
 t 6 "65536x65536 takes 64.0 GiB" render nope.vdb -o a.exr --resolution 65536x65536
 t 2 - rendr
 t 0 - --help

@@ -226,8 +226,31 @@ void print_check(const RenderCall& call, Session& session, RenderReport& report)
                 method_text(plan->chosen.method).c_str());
 }
 
-void write(const RenderCall& call, const Scene& scene, RenderReport& report) {
+/// How the output shows radiance, and the scene with the exposure that `auto` chose.
+Display display_of(const RenderCall& call, const Image& image, Scene& scene) {
+  if (!holds_codes(call.output, call.format)) return {};
+  if (!scene.exposure) {
+    scene.exposure = auto_exposure(image, scene.tone_map);
+    if (!call.quiet)
+      std::fprintf(stderr, "psivox: exposure %s [powers of 2], chosen by auto\n",
+                   number_text(*scene.exposure).c_str());
+  }
+  return {*scene.exposure, scene.tone_map};
+}
+
+void say_clipping(const RenderReport& report, const Scene& scene) {
+  const double share = double(report.clipped) / double(report.drawn.image.rgba().size() / 4);
+  if (share <= 0.01) return;
+  std::string advice = "--exposure auto";
+  if (scene.tone_map == ToneMap::none) advice += ", perhaps with --tone-map filmic,";
+  std::fprintf(stderr, "psivox: %s of the pixels are brighter than white; %s shows their light\n",
+               percent_text(share).c_str(), advice.c_str());
+}
+
+void write(const RenderCall& call, Scene scene, RenderReport& report) {
   Image& image = report.drawn.image;
+  WriteOptions format = call.format;
+  format.display = display_of(call, image, scene);
   if (scene.background) composite(image, *scene.background);
   image.metadata["psivox:scene"] = to_json(scene);
   image.metadata["psivox:version"] = PSIVOX_VERSION;
@@ -236,9 +259,13 @@ void write(const RenderCall& call, const Scene& scene, RenderReport& report) {
   if (!call.quiet && double(image.width) * image.height > long_write)
     std::fprintf(stderr, "psivox: writing %s\n", in_quotes(call.output).c_str());
   const Stopwatch writing;
-  const std::string lost = write_image(image, call.output, call.format);
-  if (!lost.empty() && !call.quiet) std::fprintf(stderr, "psivox: %s\n", lost.c_str());
+  const std::string lost = write_image(image, call.output, format);
   report.write_ms = writing.ms();
+  report.clipped = clipping(image, call.output, format).clipped;
+  if (!call.quiet) {
+    if (!lost.empty()) std::fprintf(stderr, "psivox: %s\n", lost.c_str());
+    say_clipping(report, scene);
+  }
   std::error_code not_a_file;
   const std::uintmax_t written = std::filesystem::file_size(call.output, not_a_file);
   report.output_bytes = not_a_file ? 0 : written;
@@ -249,6 +276,8 @@ void render(const RenderCall& call, Session& session, FutureMarcher opened, Rend
   report.drawn = draw(call, session, *marcher);
   if (!call.quiet) print_notices(report.drawn.notices);
   if (call.check_error) print_check(call, session, report);
+  const std::string blank = blank_reason(session.view(), report.drawn.image);
+  if (!blank.empty() && !call.quiet) std::fprintf(stderr, "psivox: %s\n", blank.c_str());
   write(call, session.view().scene, report);
 }
 

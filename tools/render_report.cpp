@@ -56,7 +56,8 @@ std::string RenderReport::json() const {
                  {"steps", stats.steps},
                  {"cells", stats.cells},
                  {"samples_per_ray", per_ray(stats.samples, stats)},
-                 {"passes", stats.passes}};
+                 {"passes", stats.passes},
+                 {"clipped_pixels", clipped}};
   json error = json::object();
   if (drawn.scene.tolerance) error["tolerance"] = *drawn.scene.tolerance;
   if (plan) {

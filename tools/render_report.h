@@ -21,6 +21,7 @@ struct RenderReport {
   double read_ms = 0, write_ms = 0, total_ms = 0;
   std::optional<CheckedError> checked;  ///< from --check-error
   std::uint64_t output_bytes = 0;
+  std::uint64_t clipped = 0;  ///< pixels brighter than the output's white
 
   std::string json() const;
   std::string table() const;  ///< lines to be read by people

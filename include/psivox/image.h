@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "psivox/display.h"
+
 namespace psivox {
 
 /// One named plane or group of planes of a picture, row-major from the top left pixel, interleaved.
@@ -35,7 +37,28 @@ struct WriteOptions {
   /// Bits per channel of sRGB codes in PNG and TIFF, 8 or 16. Without it, a PNG has 8, and a TIFF
   /// holds linear 32-bit floats.
   std::optional<int> bits = {};
+  /// Of sRGB codes.
+  Display display = {};
 };
+
+/// What a file of sRGB codes does not show of a picture.
+struct Clipping {
+  std::size_t clipped = 0;  ///< pixels that are brighter than white
+  std::size_t cut = 0;      ///< pixels with more light than their alpha can hold
+  double lost = 0;          ///< share of the picture's light that is lost by that, 0 to 1
+};
+
+/// The clipping of a picture that write_image would write to `path`; none if the file holds linear
+/// radiance. A difference below half a code of 8 bits does not count.
+Clipping clipping(const Image& image, const std::filesystem::path& path, const WriteOptions& = {});
+
+/// Exposure [powers of 2, in hundredths] at which the display shows 99 % of the pixels that have
+/// light at no more than 0.95 of its white; 0 for a black picture. R, G and B count as they are,
+/// over black.
+double auto_exposure(const Image& image, ToneMap tone_map);
+
+/// Whether a file of this name and these options holds sRGB codes, not linear radiance.
+bool holds_codes(const std::filesystem::path& path, const WriteOptions& = {});
 
 /// Writes a picture in the format that the path's extension names:
 ///
@@ -54,8 +77,9 @@ struct WriteOptions {
 ///
 /// It writes a file beside the path and renames it, so that none is half-written. Equal images give
 /// equal bytes. Returns a sentence for the user that tells what the file cannot hold of the
-/// picture, empty if it holds all. Throws Error(usage) for another extension and for options that
-/// the format does not have, Error(output) if the file cannot be written.
+/// picture, empty if it holds all but what is brighter than white. Throws Error(usage) for another
+/// extension and for options that the format does not have, Error(output) if the file cannot be
+/// written.
 std::string write_image(const Image& image, const std::filesystem::path& path,
                         const WriteOptions& = {});
 

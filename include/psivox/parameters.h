@@ -33,7 +33,7 @@ using SceneMember = std::variant<
     std::optional<Colormap> Scene::*, Mode Scene::*, Classification Scene::*, Centering Scene::*,
     std::optional<Integrator> Scene::*, std::optional<Sampling> Scene::*, Filter Scene::*,
     TexelType Scene::*, RendererKind Scene::*, Projection Scene::*, UpAxis Scene::*,
-    LightQuality Scene::*>;
+    LightQuality Scene::*, ToneMap Scene::*>;
 
 /// The sections of --help and of the viewer's panel, in their order.
 enum class ParameterGroup { input, output, look, light, camera, accuracy, machine };

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "psivox/colormap.h"
+#include "psivox/display.h"
 #include "psivox/integrators.h"
 
 namespace psivox {
@@ -109,6 +110,8 @@ struct Scene {
 
   glm::ivec2 resolution{1280, 720};
   std::optional<glm::dvec3> background;
+  std::optional<double> exposure = 0;  ///< [powers of 2] of sRGB codes and the window; unset: auto
+  ToneMap tone_map = ToneMap::none;    ///< of sRGB codes and the window
   int pixel_samples = 1;
 
   bool strict = false;

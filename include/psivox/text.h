@@ -31,6 +31,9 @@ std::string suggestion(std::string_view name, std::span<const std::string> candi
 /// Formats text like printf.
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char* pattern, ...);
 
+/// "34 %" of 0.34, with two digits at least.
+std::string percent_text(double share);
+
 /// "1.50 MiB".
 std::string mebibytes(std::uint64_t bytes);
 

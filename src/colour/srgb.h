@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 // shaders/math/colour.glsl as C++, in float and in double.
@@ -8,7 +9,9 @@ namespace psivox {
 
 namespace colour {
 
+using std::min;
 using std::pow;
+using std::sqrt;
 
 template <typename Real>
 struct Math {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "colour/srgb.h"
+#include "colour/display.h"
 
 namespace psivox::image_io {
 
@@ -13,21 +13,25 @@ namespace psivox::image_io {
 inline float clamped(float value) { return value > 0 ? (value < 1 ? value : 1.0f) : 0.0f; }
 
 /// Premultiplied R G B A as sRGB codes that fill `Code`, an unsigned type. With four channels,
-/// colour is divided by alpha, cut to [0, 1], then encoded; alpha stays linear. With three, the
-/// picture stands over black.
+/// colour is divided by alpha; alpha stays linear. With three, the picture stands over black.
+/// Colour is exposed and tone mapped as `display` says, cut to [0, 1] and encoded.
 ///
-/// Radiance above alpha (a glow without opacity) is cut to alpha, and lost where alpha is 0:
-/// raising alpha instead would save it over black, but make a glow hide what is behind it.
+/// Light above alpha (a glow without opacity) is cut to alpha, and lost where alpha is 0: raising
+/// alpha instead would save it over black, but make a glow hide what is behind it.
 template <typename Code>
-std::vector<Code> srgb_codes(std::span<const float> rgba, std::size_t channels) {
+std::vector<Code> srgb_codes(std::span<const float> rgba, std::size_t channels,
+                             const Display& display) {
   const auto quantised = [](float value) {
     return static_cast<Code>(value * std::numeric_limits<Code>::max() + 0.5f);
   };
+  const auto factor = static_cast<float>(display.factor());
   std::vector<Code> codes(rgba.size() / 4 * channels);
   for (std::size_t i = 0, to = 0; i < rgba.size(); i += 4, to += channels) {
     const float alpha = channels == 4 ? clamped(rgba[i + 3]) : 1;
-    for (std::size_t c = 0; c < 3 && alpha > 0; ++c)
-      codes[to + c] = quantised(srgb_from_linear(clamped(rgba[i + c] / alpha)));
+    for (std::size_t c = 0; c < 3 && alpha > 0; ++c) {
+      const float light = display_light(factor * rgba[i + c] / alpha, display.tone_map);
+      codes[to + c] = quantised(srgb_from_linear(clamped(light)));
+    }
     if (channels == 4) codes[to + 3] = quantised(alpha);
   }
   return codes;

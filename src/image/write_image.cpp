@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <set>
-#include <span>
 #include <string>
 
 #include "encode.h"
@@ -65,24 +64,23 @@ void check_layers(const Image& image, const fs::path& path) {
 }
 
 /// A sentence for the user; empty if the file holds the whole picture.
-std::string what_is_lost(std::span<const float> rgba, const fs::path& path, Format format,
+std::string what_is_lost(const Image& image, const fs::path& path, Format format,
                          const WriteOptions& options) {
-  const bool srgb = format == Format::png || (format == Format::tiff && options.bits);
-  const bool alpha = image_io::facts_of(format).alpha;
-  if (alpha && !srgb) return {};
+  const auto rgba = image.rgba();
+  const std::string all = std::to_string(rgba.size() / 4);
+  if (image_io::facts_of(format).alpha) {
+    const Clipping loss = clipping(image, path, options);
+    if (loss.cut == 0) return {};
+    return in_quotes(path.string()) + " loses " + percent_text(loss.lost) +
+           " of the picture's light: " + std::to_string(loss.cut) + " of " + all +
+           " pixels glow more than they cover, which alpha cannot hold; give --background R,G,B, "
+           "or write an .exr";
+  }
   constexpr float half_code = 0.5f / 255;  // less is no visible loss
   std::size_t lost = 0;
-  for (std::size_t i = 0; i < rgba.size(); i += 4) {
-    const float light = std::min(std::max({rgba[i], rgba[i + 1], rgba[i + 2]}), 1.0f);
-    lost += (alpha ? light : 1.0f) > rgba[i + 3] + half_code;
-  }
+  for (std::size_t i = 3; i < rgba.size(); i += 4) lost += 1 > rgba[i] + half_code;
   if (lost == 0) return {};
-  const std::string count = std::to_string(lost) + " of " + std::to_string(rgba.size() / 4);
-  if (alpha)
-    return in_quotes(path.string()) + " shows " + count +
-           " pixels too dark: they glow more than they cover; an .exr keeps their light, and so "
-           "does --background R,G,B";
-  return in_quotes(path.string()) + " has no alpha: " + count +
+  return in_quotes(path.string()) + " has no alpha: " + std::to_string(lost) + " of " + all +
          " pixels are not opaque and stand over black; --background R,G,B sets another colour";
 }
 
@@ -104,13 +102,19 @@ std::string write_image(const Image& image, const fs::path& path, const WriteOpt
     image_io::write_png(image, options, file);
   else
     image_io::picture_files(ExitCode::output).write(image, format, options, file);
-  return what_is_lost(image.rgba(), path, format, options);
+  return what_is_lost(image, path, format, options);
 }
 
 void check_writable(const fs::path& path, const WriteOptions& options, int width, int height) {
   checked_format(path, options, width, height);
   // Permissions alone do not tell (root, a read-only or full file system): a file is created.
   const image_io::OutputFile probe(path);
+}
+
+bool holds_codes(const fs::path& path, const WriteOptions& options) {
+  const auto format = image_io::format_of_extension(path);
+  if (!format || *format == Format::exr || *format == Format::hdr) return false;
+  return *format != Format::tiff || options.bits;
 }
 
 bool has_picture_extension(const fs::path& path) {

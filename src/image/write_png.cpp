@@ -28,11 +28,11 @@ std::vector<png_text> texts_of(const std::map<std::string, std::string>& metadat
 }
 
 /// R G B A, most significant byte first.
-std::vector<std::uint8_t> bytes_of(std::span<const float> rgba, int bits) {
-  if (bits == 8) return srgb_codes<std::uint8_t>(rgba, 4);
+std::vector<std::uint8_t> bytes_of(std::span<const float> rgba, int bits, const Display& display) {
+  if (bits == 8) return srgb_codes<std::uint8_t>(rgba, 4, display);
   std::vector<std::uint8_t> bytes;
   bytes.reserve(2 * rgba.size());
-  for (const std::uint16_t code : srgb_codes<std::uint16_t>(rgba, 4)) {
+  for (const std::uint16_t code : srgb_codes<std::uint16_t>(rgba, 4, display)) {
     bytes.push_back(static_cast<std::uint8_t>(code >> 8));
     bytes.push_back(static_cast<std::uint8_t>(code & 255));
   }
@@ -73,21 +73,22 @@ void write_bytes(png_structp png, png_bytep bytes, std::size_t count) {
     png_error(png, "a write failed");
 }
 
-void fail(png_structp png, png_const_charp why) {
+void fail_to_write(png_structp png, png_const_charp why) {
   static_cast<Sink*>(png_get_error_ptr(png))->failure = why;
   png_longjmp(png, 1);
 }
 
-void ignore_warning(png_structp, png_const_charp) {}
+void ignore_write_warning(png_structp, png_const_charp) {}
 
 }  // namespace
 
 void write_png(const Image& image, const WriteOptions& options, OutputFile& file) {
   const int bits = options.bits.value_or(8);
-  const Picture picture{image.width, image.height, bits, bytes_of(image.rgba(), bits),
-                        texts_of(image.metadata)};
+  const Picture picture{image.width, image.height, bits,
+                        bytes_of(image.rgba(), bits, options.display), texts_of(image.metadata)};
   Sink sink{file, {}};
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &sink, fail, ignore_warning);
+  png_structp png =
+      png_create_write_struct(PNG_LIBPNG_VER_STRING, &sink, fail_to_write, ignore_write_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
   bool ok = false;
   if (info) {

@@ -67,13 +67,16 @@ void write_picture(const Image& image, Format format, const WriteOptions& option
   if (format == Format::hdr)
     encode(image, format, OIIO::TypeFloat, 3, rgbe_colours(rgba).data(), file);
   else if (format != Format::tiff)
-    encode(image, format, OIIO::TypeUInt8, 3, srgb_codes<std::uint8_t>(rgba, 3).data(), file);
+    encode(image, format, OIIO::TypeUInt8, 3,
+           srgb_codes<std::uint8_t>(rgba, 3, options.display).data(), file);
   else if (!options.bits)
     encode(image, format, OIIO::TypeFloat, 4, rgba.data(), file);
   else if (*options.bits == 8)
-    encode(image, format, OIIO::TypeUInt8, 4, srgb_codes<std::uint8_t>(rgba, 4).data(), file);
+    encode(image, format, OIIO::TypeUInt8, 4,
+           srgb_codes<std::uint8_t>(rgba, 4, options.display).data(), file);
   else
-    encode(image, format, OIIO::TypeUInt16, 4, srgb_codes<std::uint16_t>(rgba, 4).data(), file);
+    encode(image, format, OIIO::TypeUInt16, 4,
+           srgb_codes<std::uint16_t>(rgba, 4, options.display).data(), file);
 }
 
 }  // namespace psivox::image_io

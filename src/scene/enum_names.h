@@ -26,6 +26,7 @@ inline std::vector<std::string> enum_names(RendererKind) {
   return {"gl", "reference", "march-double"};
 }
 inline std::vector<std::string> enum_names(TexelType) { return {"float32", "float16"}; }
+inline std::vector<std::string> enum_names(ToneMap) { return {"none", "filmic"}; }
 inline std::vector<std::string> enum_names(Integrator) {
   std::vector<std::string> names;
   for (const IntegratorInfo& row : integrators) {

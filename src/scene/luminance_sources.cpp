@@ -10,6 +10,7 @@
 #include "psivox/text.h"
 #include "scene/classify_voxels.h"
 #include "scene/map_field.h"
+#include "scene/value_range.h"
 
 namespace psivox {
 namespace {
@@ -18,6 +19,9 @@ std::shared_ptr<const Field> share(Field field) {
   return std::make_shared<const Field>(std::move(field));
 }
 
+/// Temperature at which a black body begins to glow visibly (J. W. Draper, 1847) [K].
+constexpr double draper_point = 798;
+
 /// Luminance of black bodies [1 at 6500 K]. The value 0 means 0 K whatever the offset, because it
 /// is also the value of missing voxels.
 Field black_bodies(const Scene& scene, const Field& temperature) {
@@ -25,11 +29,20 @@ Field black_bodies(const Scene& scene, const Field& temperature) {
     throw Error(ExitCode::input, "grid " + in_quotes(temperature.name) + " has vectors (" +
                                      temperature.value_type +
                                      "); a temperature is scalar: choose another grid");
-  return map_field(temperature, 3, [&](const glm::vec3& value) {
+  const auto kelvin = [&](double value) {
+    return scene.temperature_scale * value + scene.temperature_offset;
+  };
+  Field luminance = map_field(temperature, 3, [&](const glm::vec3& value) {
     if (value.x == 0) return glm::vec3(0);
-    return glm::vec3(black_body(scene.temperature_scale * static_cast<double>(value.x) +
-                                scene.temperature_offset));
+    return glm::vec3(black_body(kelvin(static_cast<double>(value.x))));
   });
+  const double hottest = kelvin(stored_range(temperature).y);
+  if (hottest < draper_point)
+    luminance.notices.push_back(
+        formatted("grid '%s': its hottest voxel has %.4g K, and black bodies glow from about 800 K "
+                  "on; --temperature-scale gives Kelvin per unit of its values",
+                  temperature.name.c_str(), hottest));
+  return luminance;
 }
 
 bool has_negative_values(const Field& field) {

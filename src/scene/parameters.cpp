@@ -49,6 +49,11 @@ Rows output_rows() {
       {"resolution", "WxH", "pixels", "", "size of the picture", &Scene::resolution, pixel_count},
       {"background", "R,G,B", "", "none: premultiplied, with alpha", "colour behind the medium",
        &Scene::background, at_least_0, "none"},
+      {"exposure", "STOPS", "powers of 2", "",
+       "brightness of .png, .jpg, .webp, 8-bit .tif and the window; auto: just below white",
+       &Scene::exposure, any, "auto"},
+      {"tone-map", enum_metavar<ToneMap>(), "", "",
+       "curve of the same outputs; filmic: ACES, fitted by Narkowicz", &Scene::tone_map},
       {"pixel-samples", "N", "", "", "rays per pixel, stratified; 1 is the pixel's centre",
        &Scene::pixel_samples, sample_count},
   };

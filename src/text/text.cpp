@@ -113,6 +113,10 @@ std::string formatted(const char* pattern, ...) {
   return out;
 }
 
+std::string percent_text(double share) {
+  return formatted(share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share);
+}
+
 std::string mebibytes(std::uint64_t bytes) {
   return formatted("%.2f MiB", static_cast<double>(bytes) / (1 << 20));
 }

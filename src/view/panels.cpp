@@ -76,12 +76,28 @@ void draw_right_side(Viewer& viewer) {
   ImGui::PopID();
 }
 
+void draw_exposure(Viewer& viewer) {
+  Scene edited = viewer.scene();
+  double stops = viewer.exposure();
+  bool changed = slide("exposure", stops, -10, 10, "%.2f");
+  if (ImGui::IsItemHovered())
+    ImGui::SetTooltip("powers of 2, in the window and in saved sRGB pictures");
+  if (changed) edited.exposure = stops;
+  ImGui::SameLine();
+  if (ImGui::SmallButton("auto")) {
+    edited.exposure.reset();
+    changed = true;
+  }
+  static constexpr const char* names[] = {"tone-map"};
+  changed |= edit_parameters(
+      edited, {}, [&](const std::string& why) { viewer.error(why); }, names);
+  if (changed) viewer.set_scene(edited);
+}
+
 void draw_display_section(Viewer& viewer) {
   if (!ImGui::CollapsingHeader("Display", ImGuiTreeNodeFlags_DefaultOpen)) return;
   DisplaySettings& look = viewer.look();
-  slide("exposure", look.exposure, -10, 10, "%.2f");
-  if (ImGui::IsItemHovered())
-    ImGui::SetTooltip("powers of 2, on the screen only: saved pictures are linear radiance");
+  draw_exposure(viewer);
   int layer = static_cast<int>(viewer.layer());
   if (ImGui::Combo("show", &layer, shown_layers, IM_ARRAYSIZE(shown_layers)))
     viewer.show(static_cast<ShownLayer>(layer));

@@ -126,7 +126,8 @@ void PictureDisplay::encode(GLuint picture, GLuint other, const Screen& to,
   glBindTextureUnit(0, picture);
   glBindTextureUnit(1, difference ? other : picture);
   program_->set("difference", static_cast<int>(difference));
-  program_->set("exposure", std::exp2(settings_.exposure));
+  program_->set("exposure", settings_.display.factor());
+  program_->set("tone_map", static_cast<int>(settings_.display.tone_map));
   program_->set("gain", settings_.gain);
   program_->set("background", settings_.background);
   glBindVertexArray(vertex_array_);

@@ -19,7 +19,7 @@ enum class Comparison { none, wipe, difference };
 struct DisplaySettings {
   Comparison comparison = Comparison::none;
   double divider = 0.5;  ///< part of the width
-  double exposure = 0;   ///< powers of 2
+  Display display;       ///< of radiance
   double gain = 10;      ///< of a difference
   glm::dvec3 background{0};
   bool operator==(const DisplaySettings&) const = default;

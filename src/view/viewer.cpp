@@ -113,6 +113,8 @@ void Viewer::take_pictures() {
   const PictureNews news = maker_.news();
   for (const PreviewPicture& picture : news.previews) {
     display_.set_preview(picture);
+    if (!scene_.exposure && picture.side == 0)
+      auto_exposure_ = psivox::auto_exposure(picture.image, scene_.tone_map);
     redraw(1);
   }
   for (const ExactPart& part : news.parts)
@@ -149,7 +151,11 @@ void Viewer::wish_pictures(const Scene& wanted, bool at_hand) {
   if (other_) scenes.push_back(with_method_of(*other_, scenes.front()));
   std::string text = std::to_string(static_cast<int>(layer_)) + "/" +
                      std::to_string(reinterpret_cast<std::uintptr_t>(volume()));
-  for (const Scene& scene : scenes) text += to_json(scene);
+  for (Scene scene : scenes) {
+    scene.exposure = Scene{}.exposure;  // of the window alone
+    scene.tone_map = Scene{}.tone_map;
+    text += to_json(scene);
+  }
   if (text == posted_) return;
   posted_ = text;
   try {
@@ -219,9 +225,9 @@ void Viewer::draw(double seconds) {
   const glm::ivec2 size = window_.size();
   if (size.x < 1 || size.y < 1) return;
   look_.background = scene_.background.value_or(no_background);
-  DisplaySettings look = look_;
-  if (layer_ != ShownLayer::picture) look.exposure = 0;  // colours mean values
-  display_.draw(size, look);
+  look_.display = {};  // of a layer, whose colours mean values
+  if (layer_ == ShownLayer::picture) look_.display = {exposure(), scene_.tone_map};
+  display_.draw(size, look_);
   gui_.begin_frame(size, seconds);
   draw_panels(*this);
   gui_.end_frame();

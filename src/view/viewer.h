@@ -94,6 +94,8 @@ class Viewer {
   /// The right side of a comparison; its method counts.
   const std::optional<Scene>& other() const { return other_; }
   ShownLayer layer() const { return layer_; }
+  /// Of the window [powers of 2]: the scene's, or the one that `auto` chose for the last preview.
+  double exposure() const { return scene_.exposure.value_or(auto_exposure_); }
   const Volume* volume() const { return volume_.get().get(); }
   bool loading() const { return volume_.loading(); }
   const std::optional<Subject>& box() const { return volume_.box(); }
@@ -148,6 +150,7 @@ class Viewer {
   Scene scene_;                 ///< to show; navigation_ has its camera once that was moved
   std::optional<Scene> other_;  ///< of a comparison
   ShownLayer layer_ = ShownLayer::picture;
+  double auto_exposure_ = 0;
   PictureState pictures_;
   std::string posted_;              ///< text of the last wish
   double quiet_s_ = 0;              ///< waited for events since that wish
