@@ -41,6 +41,7 @@ only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_di
 only_in '^nlohmann/' '^src/scene/' '^src/study/' '^tools/'
 only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'
+only_in '^stb/' '^src/image/glyphs\.'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/viewer_hands\.h$'
 only_in '^gtest/' '^tests/'
 

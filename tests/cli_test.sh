@@ -77,6 +77,15 @@ t 2 - render
 t 2 - render -o a.exr
 t 2 - render "$S" extra.vdb -o a.exr
 t 2 "use .exr, .png, .tif, .tiff, .jpg, .jpeg, .hdr or .webp" render "$S" -o a.bmp
+for output in -:png exr:-:exr jpg:-:jpg; do  # pipes
+  "$program" render "$S" -o "${output%:*}" $R | cat >piped."${output##*:}"
+  "$program" render "$S" -o whole."${output##*:}" $R
+  cmp -s piped."${output##*:}" whole."${output##*:}" ||
+    { echo "FAILED: -o ${output%:*} differs from a file"; failed=$((failed + 1)); }
+done
+t 2 "for itself" render "$S" -o - --stats - $R
+t 2 "for itself" render "$S" -o - --print-scene $R
+t 2 "use .exr" render "$S" -o bmp:- $R
 t 2 "needs an .exr" render "$S" -o a.png --aov depth $R
 t 2 "needs an .exr" render "$S" -o a.png --half $R
 t 2 "needs a .png or .tif" render "$S" -o a.exr --bits 16 $R
@@ -114,6 +123,31 @@ t 0 - render -o a.exr --aov depth "$S" --aov steps,samples $R
 t 2 "excludes --quiet" render "$S" -o a.exr -q -v
 t 0 - render "$S" -o a.exr --aov error,transmittance --renderer reference $R
 t 0 - render "$S" -o a.exr --aov depth,transmittance,steps,samples $R
+# A picture's scene has its layers, and finds its inputs from anywhere, also when all are moved.
+channels() { "$program" render --scene "$1" -o layers.exr -q "${@:2}" && grep -aoE 'transmittance|depth' layers.exr | sort -u | tr '\n' ' '; }
+[ "$(channels a.exr)" = "depth transmittance " ] || { echo "FAILED: layers are lost"; failed=$((failed + 1)); }
+[ "$(channels a.exr --aov none)" = "" ] || { echo "FAILED: --aov none keeps layers"; failed=$((failed + 1)); }
+t 0 - render --scene a.exr -o b.exr --renderer reference -q
+mkdir -p project/data project/pictures elsewhere
+cp "$S" project/data/v.vdb
+cp "$assets/flame.json" project/data/
+for picture in p.exr p.png p.tif; do
+  t 0 - render project/data/v.vdb -o project/pictures/$picture --transfer-function project/data/flame.json $R
+  cp project/pictures/$picture elsewhere/
+  cd / || exit 1
+  t 0 - render --scene "$work/project/pictures/$picture" -o "$work/b.exr" -q
+  cd "$work" || exit 1
+  t 0 - render --scene elsewhere/$picture -o b.exr -q
+  cp -r project moved
+  mv project hidden
+  t 0 - render --scene moved/pictures/$picture -o b.exr -q
+  mv hidden project
+  rm -r moved
+done
+(cd project && "$program" render data/v.vdb --print-scene >pictures/scene.json)
+t 3 - render --scene project/pictures/scene.json -o b.exr -q
+cp project/pictures/scene.json project/
+t 0 - render --scene project/scene.json -o b.exr -q
 for renderer in gl march-double reference; do
   t 0 - render "$S" -o $renderer.exr --renderer $renderer --sampling cells $R
 done
@@ -168,7 +202,29 @@ t 2 "exclude each other" render "$S" -o a.exr --luminance-grid color --temperatu
 t 2 "exclude each other" render "$S" -o a.exr --luminance-grid color --colormap hot $R
 t 2 "exclude each other" render "$S" -o a.exr --temperature-grid temperature --colormap hot $R
 t 2 "did you mean viridis?" render "$S" -o a.exr --colormap virdis $R
-t 2 "give --colormap" render "$S" -o a.exr --range 0,1 $R
+t 2 "leave out --range" render "$S" -o a.exr --range 0,1 --transfer-function f.json $R
+t 2 "from 0 to 1, ascending" render "$S" -o a.exr --opacity 0.5:1,0:0 $R
+# Windows: numbers and percentiles, of maps, maxima, X-rays and the density; the scene keeps them.
+for mode in alpha xray mip lmip; do
+  t 0 - render "$S" -o a.exr --mode $mode --range 1%,99% --opacity 0:0,0.5:1 $R
+  t 0 - render --scene a.exr -o b.exr -q
+  t 0 rms compare a.exr b.exr --max-abs 0
+done
+t 0 '"range": [' render "$S" --print-scene --mode alpha --range 5%,95%
+t 2 "goes from" render "$S" -o a.exr --range 99%,0.1 $R
+# The colour bar is in sRGB outputs alone, and in them opaque.
+t 0 - render "$S" -o a.png --colormap viridis --color-bar --resolution 320x180 -q
+t 0 - render "$S" -o b.png --colormap viridis --resolution 320x180 -q
+t 7 - compare a.png b.png --max-rms 0.01
+t 0 - render "$S" -o a.exr --colormap viridis --color-bar --resolution 320x180 -q
+t 0 - render "$S" -o b.exr --colormap viridis --resolution 320x180 -q
+t 0 rms compare a.exr b.exr --max-abs 0
+t 0 "too small" render "$S" -o a.png --colormap viridis --color-bar --resolution 40x30
+t 2 "give --colormap" render "$S" -o a.png --color-bar $R
+# Maxima end at white by default, and at 1/4 of it over four times the range.
+t 0 '"clipped_pixels": 0' render "$S" -o a.png --mode mip --stats - --resolution 32x32
+t 0 - render "$S" -o a.exr --mode mip --range 0,1 $R
+t 0 - render "$S" -o b.exr --mode mip --range 0,4 $R
 t 2 "MIN must be below MAX" render "$S" -o a.exr --colormap hot --range 1,0 $R
 t 2 "two numbers MIN,MAX" render "$S" -o a.exr --colormap hot --range 1 $R
 t 2 "needs a function" render "$S" -o a.exr --classification pre $R
@@ -200,6 +256,9 @@ t 0 - render --scene a.exr -o c.exr -q
 t 0 - compare a.exr c.exr --max-rms 0 --max-abs=0
 t 0 - render "$S" -o d.exr --luminance 2,1,1 $R
 t 7 - compare a.exr d.exr --max-rms 1e-9
+t 7 "diff  'diff.png': full colour from" compare d.exr a.exr --diff diff.png --max-rms 1e-9
+t 0 rms compare diff.png diff.png
+t 2 "use .exr, .png" compare a.exr d.exr --diff diff.bmp
 t 3 - compare a.exr nope.exr
 t 2 - compare a.exr b.exr --max-rsm 1
 t 0 "all passed" verify

@@ -49,12 +49,18 @@ TEST(Validate, RefusesOptionsWithoutTheirCounterpart) {
       flat{"projection", "orthographic"}, ray_template{"sampling", "template"};
   EXPECT_EQ(error({map, function}),
             "--transfer-function and --colormap exclude each other; leave one of them out");
-  EXPECT_EQ(error({{"range", "0,1"}}),
-            "--range is the range of a colour map; give --colormap with it");
+  EXPECT_EQ(error({{"range", "0,1"}}), "no error");
+  EXPECT_EQ(error({{"opacity", "0:0,1:1"}}), "no error");
+  EXPECT_EQ(error({{"range", "99%,1%"}}), "--range MIN,MAX: MIN must be below MAX");
+  EXPECT_EQ(error({{"range", "1,99%"}}), "no error");  // known only with the grid
+  for (const Setting& window : {Setting{"range", "0,1"}, Setting{"opacity", "0:0,1:1"}})
+    EXPECT_EQ(error({{"transfer-function", "f.json"}, window}),
+              "--transfer-function has values of its own; leave out --range and --opacity");
   EXPECT_EQ(error({map, {"range", "1,1"}}), "--range MIN,MAX: MIN must be below MAX");
   EXPECT_EQ(error({map, {"range", "0,1"}}), "no error");
-  EXPECT_EQ(error({{"classification", "pre"}}),
-            "--classification pre needs a function; give --transfer-function or --colormap");
+  EXPECT_EQ(
+      error({{"classification", "pre"}}),
+      "--classification pre needs a function; give --transfer-function, --colormap or --opacity");
   EXPECT_EQ(error({{"classification", "pre"}, function}), "no error");
   EXPECT_EQ(error({{"split-knots", "true"}}),
             "--split-knots needs a function; give --transfer-function or --colormap");

@@ -82,6 +82,11 @@ TEST(Parameters, ReadsEveryKind) {
   EXPECT_EQ(with("colormap", "none").colormap, std::nullopt);
   EXPECT_EQ(with("range", "-1,.5").range, glm::dvec2(-1, 0.5));
   EXPECT_EQ(with("range", "auto").range, std::nullopt);
+  EXPECT_EQ(with("range", "1%,P99.5%").range, MapRange({1, 99.5}, {true, true}));
+  EXPECT_EQ(with("range", "-3,99%").range, MapRange({-3, 99}, {false, true}));
+  EXPECT_EQ(with("opacity", "0:0,0.3:0.1,1:20").opacity,
+            (OpacityCurve{{{0, 0}, {0.3, 0.1}, {1, 20}}}));
+  EXPECT_EQ(with("opacity", "none").opacity, std::nullopt);
   EXPECT_EQ(with("classification", "pre").classification, Classification::pre);
   EXPECT_EQ(with("mode", "back-to-front").mode, Mode::back_to_front);
   EXPECT_EQ(with("mode", "xray").mode, Mode::xray);
@@ -123,7 +128,8 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
             "--resolution '640': expected WxH in whole numbers, each from 1 to 65536 [pixels]");
   EXPECT_EQ(refusal("luminance", "1,2"),
             "--luminance '1,2': expected auto or three numbers R,G,B, each at least 0");
-  EXPECT_EQ(refusal("range", "1"), "--range '1': expected auto or two numbers MIN,MAX");
+  EXPECT_EQ(refusal("range", "1"),
+            "--range '1': expected auto or two numbers MIN,MAX or percentiles such as 1%,99%");
   EXPECT_EQ(refusal("light", "1,0,0,1"),
             "--light '1,0,0,1': expected none or three or six numbers X,Y,Z[,R,G,B], colours at "
             "least 0");
@@ -152,6 +158,15 @@ TEST(Parameters, RefusesWhatIsNoNumberOrOutOfRange) {
                                          {"step", "-1"},
                                          {"step", "1x"},
                                          {"step", " 1"},
+                                         {"range", "1"},
+                                         {"range", "1,2,3"},
+                                         {"range", "1%,101%"},
+                                         {"range", "P1,P2"},
+                                         {"opacity", ""},
+                                         {"opacity", "0.5"},
+                                         {"opacity", "0:0,0:1"},
+                                         {"opacity", "0:0,2:1"},
+                                         {"opacity", "0:-1"},
                                          {"step", "1 "},
                                          {"step", "nan"},
                                          {"step", "inf"},
@@ -227,7 +242,8 @@ TEST(Json, RoundTripsEveryBit) {
     scene.early_termination = 1.0 / (i + 3);
     scene.memory_limit = random();
     scene.step = number() + 1e-300;
-    scene.range = glm::dvec2(-number(), number());
+    scene.range = MapRange({-number(), 50 + i % 50}, {false, i % 3 == 0});
+    scene.opacity = OpacityCurve{{{0, number()}, {1.0 / (i + 2), 0}, {1, number()}}};
     scene.lights = {{{-number(), 1.0 / (i + 7), -0.0}, {number(), 0, 1}}};
     scene.mode = static_cast<Mode>(i % 6);
     scene.end_corrections = i % 2 == 0;
@@ -242,6 +258,7 @@ TEST(Json, RoundTripsEveryBit) {
     ASSERT_EQ(bits(*back.early_termination), bits(*scene.early_termination));
     ASSERT_EQ(bits(*back.step), bits(*scene.step));
     ASSERT_EQ(back.range, scene.range);
+    ASSERT_EQ(back.opacity, scene.opacity);
     ASSERT_EQ(back.lights, scene.lights);
     ASSERT_EQ(back.mode, scene.mode);
     ASSERT_EQ(back.end_corrections, scene.end_corrections);

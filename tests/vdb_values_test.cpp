@@ -51,6 +51,20 @@ Field written_and_read(const std::string& value_type, ValueT voxel, ValueT tile,
   return field;
 }
 
+TEST(VdbValues, PercentilesAreOfActiveVoxelsAndATileCountsAsItsVoxels) {
+  auto grid = named<FloatGrid>("g");
+  for (int i = 0; i < 100; ++i) grid->tree().setValue(Coord(i, 0, 0), float(i - 20));
+  grid->tree().setValueOff(Coord(0, 1, 0), 1000);
+  ReadOptions options{.role = GridRole::data, .percentiles = {0, 1, 50, 100}};
+  const auto percentiles = [&] {
+    return VdbFile(write_vdb({grid})).read("g", options).active_percentiles;
+  };
+  using Percentiles = std::map<double, double>;
+  EXPECT_EQ(percentiles(), (Percentiles{{0, -20}, {1, -20}, {50, 29}, {100, 79}}));
+  grid->tree().addTile(1, Coord(0, 8, 8), 500, true);
+  EXPECT_EQ(percentiles(), (Percentiles{{0, -20}, {1, -14}, {50, 500}, {100, 500}}));
+}
+
 TEST(VdbValues, ScalarsOfEveryTypeBecomeFloat) {
   const auto check = [](const Field& field, double voxel, double tile, double inactive) {
     EXPECT_EQ(field.channels, 1);

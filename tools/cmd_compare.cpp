@@ -24,11 +24,14 @@ std::string per_channel(const std::array<double, 4>& values) {
 }  // namespace
 
 void compare_command(Arguments arguments) {
-  std::string a, b;
+  std::string a, b, diff;
   std::optional<double> max_rms, max_abs;
   CommandLine line("compare", "Prints the difference of two pictures in linear radiance.");
   line.add_option("A", a, "picture: any that psivox writes")->type_name("")->required();
   line.add_option("B", b, "another of the same size")->type_name("")->required();
+  line.add_option("--diff", diff,
+                  "picture of A - B to write: blue where A is darker, red where it is brighter")
+      ->type_name("FILE");
   const CLI::Validator limit = number_in<double>({.min = 0});
   line.add_option("--max-rms", max_rms, "exit with 7 if the RMS over pixels and channels exceeds X")
       ->type_name("X")
@@ -38,7 +41,9 @@ void compare_command(Arguments arguments) {
       ->check(limit);
   if (!line.read(arguments)) return;
 
-  const Comparison difference = compare_images(read_image(a), read_image(b));
+  if (!diff.empty()) check_writable(diff);
+  const Image image_a = read_image(a), image_b = read_image(b);
+  const Comparison difference = compare_images(image_a, image_b);
   std::cout << "rms   " << number(difference.rms) << "  (" << per_channel(difference.channel_rms)
             << ")\nmean  " << per_channel(difference.channel_mean) << "  (A - B)\nmax   "
             << number(difference.max);
@@ -46,6 +51,11 @@ void compare_command(Arguments arguments) {
     std::cout << "  at pixel (" << difference.max_x << ", " << difference.max_y << "), "
               << difference.max_channel;
   std::cout << '\n';
+  if (!diff.empty()) {
+    const double scale = difference_scale(image_a, image_b);
+    write_image(difference_picture(image_a, image_b, scale), diff);
+    std::cout << "diff  " << in_quotes(diff) << ": full colour from " << number(scale) << " on\n";
+  }
   if (difference.not_finite) std::cout << "NaN or Inf in " << difference.not_finite << " pixels\n";
 
   // Negated, so that NaN exceeds every limit.

@@ -17,6 +17,7 @@
 #include "picture_memory.h"
 #include "progress_bar.h"
 #include "psivox/camera_file.h"
+#include "psivox/color_scale.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
@@ -24,6 +25,7 @@
 #include "psivox/text_file.h"
 #include "psivox/vdb.h"
 #include "render_report.h"
+#include "scene_file.h"
 #include "scene_options.h"
 
 namespace psivox {
@@ -64,8 +66,12 @@ void add_outputs(CommandLine& line, RenderCall& call) {
                   "alpha: .jpg or .webp (sRGB), .hdr (linear)")
       ->type_name("FILE")
       ->group(output);
-  line.add_list("--aov", call.layers, "extra layers of the .exr: " + joined(known_layers(), ", "))
-      ->check(CLI::IsMember(known_layers()).description(""))
+  std::vector<std::string> layers = known_layers();
+  layers.emplace_back("none");
+  line.add_list("--aov", call.layers,
+                "extra layers of the .exr: " + joined(known_layers(), ", ") +
+                    "; none drops those of --scene's picture")
+      ->check(CLI::IsMember(layers).description(""))
       ->group(output);
   line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats")->group(output);
   line.add_option(
@@ -114,19 +120,39 @@ bool parse(RenderCall& call, Arguments arguments) {
   return line.read(arguments);
 }
 
-void check_layers(const RenderCall& call, const Scene& scene) {
+/// Why the scene's picture cannot have a layer; empty if it can.
+std::string layer_obstacle(const std::string& layer, const Scene& scene) {
+  if (layer == "depth" && scene.mode == Mode::back_to_front)
+    return "--aov depth is where a ray's transmittance falls below 1/2 from the camera on, which "
+           "--mode back-to-front does not follow; take --mode alpha";
+  if (layer == "error" && scene.mode == Mode::slice)
+    return "--mode slice does not march: it has no error to estimate";
   const bool reference = scene.renderer == RendererKind::reference;
-  if (wants(call, "depth") && scene.mode == Mode::back_to_front)
-    usage(
-        "--aov depth is where a ray's transmittance falls below 1/2 from the camera on, which "
-        "--mode back-to-front does not follow; take --mode alpha");
-  if (scene.mode == Mode::slice && (wants(call, "error") || call.check_error || call.explain))
+  if (reference && layer != "transmittance" && layer != "error")
+    return "--aov " + layer + " is not available with --renderer " +
+           parameter_text(scene, *find_parameter("renderer"));
+  return {};
+}
+
+void check_layers(const RenderCall& call, const Scene& scene) {
+  if (scene.mode == Mode::slice && (call.check_error || call.explain))
     usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
   for (const std::string& layer : call.layers) {
-    if (reference && layer != "transmittance" && layer != "error")
-      usage("--aov " + layer + " is not available with --renderer " +
-            parameter_text(scene, *find_parameter("renderer")));
+    const std::string obstacle = layer_obstacle(layer, scene);
+    if (!obstacle.empty()) usage(obstacle);
   }
+}
+
+/// Without --aov, the layers of --scene's picture that the output can have.
+void take_layers(RenderCall& call, const Scene& scene) {
+  const bool given = !call.layers.empty();
+  std::erase(call.layers, "none");
+  if (given || !holds_layers(call.output)) return;
+  const std::vector<std::string> known = known_layers();
+  for (const std::string& layer : call.scene.layers())
+    if (std::find(known.begin(), known.end(), layer) != known.end() &&
+        layer_obstacle(layer, scene).empty())
+      call.layers.push_back(layer);
 }
 
 /// Makes every check that needs no work.
@@ -145,6 +171,11 @@ void check(const RenderCall& call, const Scene& scene) {
     return;
   }
   if (scene.input.empty()) usage("no input; give IN.vdb");
+  if (is_standard_output(call.output) &&
+      (call.print_scene || call.explain || call.check_error || call.stats == "-"))
+    usage("-o " + call.output +
+          " has the standard output for itself; leave out --print-scene, --explain, --check-error "
+          "and --stats -");
   check_writable(call.output, call.format, scene.resolution.x, scene.resolution.y);
   const int code_bytes = holds_layers(call.output) ? 0 : call.format.bits == 16 ? 8 : 4;
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(call.layers.size()), code_bytes);
@@ -247,12 +278,24 @@ void say_clipping(const RenderReport& report, const Scene& scene) {
                percent_text(share).c_str(), advice.c_str());
 }
 
-void write(const RenderCall& call, Scene scene, RenderReport& report) {
+void add_color_bar(const RenderCall& call, const View& view, const Display& display, Image& image) {
+  if (!view.scene.color_bar || !holds_codes(call.output, call.format)) return;
+  const std::optional<ColorScale> scale = color_scale(view);
+  const char* obstacle = !scale ? "--color-bar: the transfer function has no colours"
+                         : draw_color_bar(image, *scale, display)
+                             ? nullptr
+                             : "--color-bar: the picture is too small for it";
+  if (obstacle && !call.quiet) std::fprintf(stderr, "psivox: %s\n", obstacle);
+}
+
+void write(const RenderCall& call, const View& view, RenderReport& report) {
   Image& image = report.drawn.image;
+  Scene scene = view.scene;
   WriteOptions format = call.format;
   format.display = display_of(call, image, scene);
   if (scene.background) composite(image, *scene.background);
-  image.metadata["psivox:scene"] = to_json(scene);
+  add_color_bar(call, view, format.display, image);
+  add_scene(scene, call.layers, call.output, image.metadata);
   image.metadata["psivox:version"] = PSIVOX_VERSION;
   image.metadata["psivox:renderer"] = report.drawn.stats.renderer;
   constexpr double long_write = 5e7;  // [pixels]; some seconds
@@ -278,7 +321,7 @@ void render(const RenderCall& call, Session& session, FutureMarcher opened, Rend
   if (call.check_error) print_check(call, session, report);
   const std::string blank = blank_reason(session.view(), report.drawn.image);
   if (!blank.empty() && !call.quiet) std::fprintf(stderr, "psivox: %s\n", blank.c_str());
-  write(call, session.view().scene, report);
+  write(call, session.view(), report);
 }
 
 }  // namespace
@@ -290,6 +333,7 @@ void render_command(Arguments arguments) {
   if (!parse(call, arguments)) return;
   if (call.list_devices) return print_devices();
   Scene scene = call.scene.scene();
+  take_layers(call, scene);
   check(call, scene);
   if (!call.time_budget) scene = with_default_tolerance(scene);
   if (scene.input.empty()) {  // only with --print-scene

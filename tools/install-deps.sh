@@ -16,8 +16,9 @@ packages=(
   libepoxy-dev libegl-dev
   libglfw3-dev libimgui-dev
   libcli11-dev nlohmann-json3-dev libpugixml-dev
-  # the plots of a study's page
+  # the plots of a study's page; the text of colour bars
   libjs-chart.js
+  libstb-dev fonts-dejavu-core
   # tests
   libgtest-dev
   # EGL, and Mesa's software renderer for machines without a GPU

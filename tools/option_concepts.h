@@ -50,7 +50,6 @@ inline std::string option_of_concept(std::string_view name) {
       {"--scattering", "--albedo"},
       {"--shadow", "--light"},
       {"--size", "--resolution"},
-      {"--slice", "--mode"},
       {"--spp", "--pixel-samples"},
       {"--style", "--look"},
       {"--sun", "--light"},

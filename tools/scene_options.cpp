@@ -1,35 +1,14 @@
 #include "scene_options.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "psivox/camera_file.h"
-#include "psivox/error.h"
-#include "psivox/image.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
+#include "psivox/parameters.h"
 #include "psivox/vdb.h"
+#include "scene_file.h"
 
 namespace psivox {
-namespace {
-
-/// The scene in a picture's metadata, or in a JSON file.
-std::string read_scene(const std::string& path) {
-  if (path.ends_with(".vdb"))
-    throw Error(ExitCode::usage, in_quotes(path) +
-                                     " is a volume, not a scene; give it without --scene, or give "
-                                     "a .json or a picture that psivox wrote");
-  if (!has_picture_extension(path)) return read_text(path, "scene");
-  std::string text = read_metadata(path, "psivox:scene");
-  if (text.empty())
-    throw Error(ExitCode::input, in_quotes(path) +
-                                     " has no psivox:scene in its metadata: psivox did not write "
-                                     "it, another program dropped it, or it is an .hdr or .webp, "
-                                     "which hold none");
-  return text;
-}
-
-}  // namespace
-
 void SceneOptions::add_to(CommandLine& line, std::span<const std::string> without) {
   line.add_option("--scene", file_,
                   "read parameters from a .json, or from a picture that psivox wrote; the command "
@@ -57,8 +36,12 @@ void SceneOptions::use_camera(Scene& scene) const {
   set_camera(scene, camera);
 }
 
-Scene SceneOptions::scene(Scene scene) const {
-  if (!file_.empty()) scene = scene_from_json(read_scene(file_), file_);
+Scene SceneOptions::scene(Scene scene) {
+  if (!file_.empty()) {
+    SceneFile read = read_scene_file(file_);
+    scene = std::move(read.scene);
+    layers_ = std::move(read.layers);
+  }
   if (!camera_.empty()) use_camera(scene);
   apply_over(scene, settings_);
   validate(scene);

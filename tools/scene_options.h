@@ -18,13 +18,17 @@ class SceneOptions {
 
   /// Returns the scene, validated but not resolved. `base` supplies what the file does not set.
   /// Throws Error(usage), Error(input).
-  Scene scene(Scene base = {}) const;
+  Scene scene(Scene base = {});
+
+  /// The layers that the picture of --scene was drawn with, once scene() was called.
+  const std::vector<std::string>& layers() const { return layers_; }
 
  private:
   void use_camera(Scene& scene) const;
 
   std::string file_, camera_;
   std::vector<Setting> settings_;
+  std::vector<std::string> layers_;
 };
 
 }  // namespace psivox

@@ -4,6 +4,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -46,6 +47,8 @@ struct Field {
   glm::dmat4 world_from_index{1.0};
   std::uint64_t active_voxels = 0;
   std::optional<glm::vec2> active_range;  ///< of active values, first channel; unset: not known
+  /// Percentiles of the active values that reading was asked for, by their percentage.
+  std::map<double, double> active_percentiles;
   /// If above 0, the field is a level set kept as distances. The value is half_width - signed
   /// distance [world units]: 0 outside the narrow band, twice the half width deep inside.
   double half_width = 0;

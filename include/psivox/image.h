@@ -71,6 +71,8 @@ bool holds_codes(const std::filesystem::path& path, const WriteOptions& = {});
 /// | .hdr         | R G B over black, linear, RGBE; negative values become 0 |
 /// | .webp        | R G B over black as sRGB codes of 8 bits, quality 100 |
 ///
+/// The path `-` is the standard output, as PNG; `exr:-` and the like name another format.
+///
 /// TIFF and JPEG hold psivox:scene, psivox:renderer and psivox:version, each up to 60,000 bytes. In
 /// an EXR, a layer's only channel has the layer's name; several are named `layer.channel`. sRGB
 /// codes with alpha cut radiance above alpha (a glow without opacity) to alpha.
@@ -92,6 +94,9 @@ void check_writable(const std::filesystem::path& path, const WriteOptions& = {},
 /// Whether write_image knows the path's extension.
 bool has_picture_extension(const std::filesystem::path& path);
 
+/// Whether write_image writes to the standard output.
+bool is_standard_output(const std::filesystem::path& path);
+
 /// Whether write_image writes layers beside the picture to this path: true for .exr.
 bool holds_layers(const std::filesystem::path& path);
 
@@ -102,8 +107,10 @@ bool holds_layers(const std::filesystem::path& path);
 /// there is no data. NaN and Inf stay. Throws Error(input).
 Image read_image(const std::filesystem::path& path);
 
-/// One attribute of an image file, empty if absent; names are case-sensitive. Throws Error(input)
-/// if the file is no image.
+/// All attributes of an image file that are texts. Throws Error(input) if the file is no image.
+std::map<std::string, std::string> read_metadata(const std::filesystem::path& path);
+
+/// One of them, empty if absent; names are case-sensitive.
 std::string read_metadata(const std::filesystem::path& path, const std::string& key);
 
 /// Difference of two pictures' R G B A. Pixels with a NaN or Inf in either picture, even the same
@@ -121,6 +128,14 @@ struct Comparison {
 
 /// Throws Error(input) if the sizes differ.
 Comparison compare_images(const Image& a, const Image& b);
+
+/// The difference a - b of two pictures of one size, as an opaque picture. Of R, G and B it shows
+/// the channel with the largest difference: blue below 0, red above, full colour from `scale` on.
+Image difference_picture(const Image& a, const Image& b, double scale);
+
+/// A scale for difference_picture: the 99th percentile of the differences' magnitudes, or the
+/// largest if that is 0.
+double difference_scale(const Image& a, const Image& b);
 
 /// OpenImageIO's version, as its library reports it.
 std::string openimageio_version();

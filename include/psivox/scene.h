@@ -10,6 +10,7 @@
 #include "psivox/colormap.h"
 #include "psivox/display.h"
 #include "psivox/integrators.h"
+#include "psivox/map_range.h"
 
 namespace psivox {
 
@@ -55,7 +56,10 @@ struct Scene {
   std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
   std::string transfer_function;     ///< file; empty: the value itself is the attenuation
   std::optional<Colormap> colormap;
-  std::optional<glm::dvec2> range;  ///< of the colour map; unset: of the active values
+  /// Values at the ends of the colour map, of --opacity and of maxima; without a map, also of the
+  /// attenuation. Unset: see resolved_range.
+  std::optional<MapRange> range;
+  std::optional<OpacityCurve> opacity;  ///< over the range; unset: see window_function
   Classification classification = Classification::post;
   bool split_knots = false;  ///< segments end where the value crosses a knot of the function
   std::optional<glm::dvec3> luminance;  ///< unset: see resolved_luminance
@@ -112,6 +116,7 @@ struct Scene {
   std::optional<glm::dvec3> background;
   std::optional<double> exposure = 0;  ///< [powers of 2] of sRGB codes and the window; unset: auto
   ToneMap tone_map = ToneMap::none;    ///< of sRGB codes and the window
+  bool color_bar = false;              ///< drawn into sRGB codes
   int pixel_samples = 1;
 
   bool strict = false;
@@ -125,7 +130,13 @@ struct Scene {
     return integrator.value_or(resolved_sampling() == Sampling::cells ? Integrator::psi_weighted
                                                                       : Integrator::psi_balanced);
   }
-  bool has_function() const { return !transfer_function.empty() || colormap; }
+  /// Whether the picture shows a value of each ray, not a sum.
+  bool finds_maximum() const { return mode == Mode::mip || mode == Mode::lmip; }
+  /// Whether values are placed in a range before they are attenuations, colours or maxima.
+  bool windows() const {
+    return transfer_function.empty() && (colormap || opacity || range || finds_maximum());
+  }
+  bool has_function() const { return !transfer_function.empty() || windows(); }
   /// Whether segments are composited. If not, the picture depends on the density's values alone and
   /// ignores other grids and light.
   bool composites() const { return mode == Mode::alpha || mode == Mode::back_to_front; }

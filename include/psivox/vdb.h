@@ -54,6 +54,7 @@ struct ReadOptions {
   GridRole role = GridRole::attenuation;
   bool strict = false;     ///< bad values and non-linear transforms are errors
   bool distances = false;  ///< a level set keeps its distances (Field::half_width), else it is fog
+  std::vector<double> percentiles = {};  ///< of the active values, to be found [%]
 };
 
 /// An open .vdb. Grids are read on demand; a broken grid does not keep the others from being read.

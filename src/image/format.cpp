@@ -61,8 +61,16 @@ std::optional<Format> format_from_start(std::string_view start) {
 
 const FormatFacts& facts_of(Format format) { return formats[static_cast<std::size_t>(format)]; }
 
+bool is_standard_output(const std::filesystem::path& path) {
+  const std::string& name = path.native();
+  return name == "-" || (name.ends_with(":-") && format_of_extension(path));
+}
+
 std::optional<Format> format_of_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
+  const std::string& name = path.native();
+  if (name == "-") return Format::png;
+  const bool piped = name.ends_with(":-");
+  std::string extension = piped ? "." + name.substr(0, name.size() - 2) : path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   });

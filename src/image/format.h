@@ -20,6 +20,9 @@ struct FormatFacts {
 
 const FormatFacts& facts_of(Format format);
 
+/// Whether a file of this name goes to the standard output: `-` as PNG, `exr:-` as EXR, and so on.
+bool is_standard_output(const std::filesystem::path& path);
+
 /// The format that a file of this name is written in, if any; the extension's case does not matter.
 std::optional<Format> format_of_extension(const std::filesystem::path& path);
 /// The same. Throws Error(usage) for an extension that no writer knows.

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "error_text.h"
+#include "format.h"
 
 namespace fs = std::filesystem;
 
@@ -37,6 +38,15 @@ void check_target(const fs::path& named, const fs::path& target) {
 
 OutputFile::OutputFile(const fs::path& target) : named_(target), target_(target) {
   std::error_code ignored;
+  if (is_standard_output(target)) {
+    // Encoders seek, and a pipe takes all or nothing: the bytes go there when they are complete.
+    if (::isatty(STDOUT_FILENO) == 1)
+      throw write_error(named_, "the standard output is a terminal; redirect it");
+    target_.clear();
+    file_ = std::tmpfile();
+    if (file_ == nullptr) throw write_error(named_, std::strerror(errno));
+    return;
+  }
   if (fs::is_symlink(target, ignored)) {
     const fs::path followed = fs::canonical(target, ignored);
     if (!followed.empty()) target_ = followed;
@@ -87,13 +97,23 @@ std::size_t OutputFile::write(std::string_view bytes) {
   return written;
 }
 
+void OutputFile::copy_to_standard_output() {
+  std::rewind(file_);
+  char bytes[1 << 16];
+  for (std::size_t count = 0; (count = std::fread(bytes, 1, sizeof bytes, file_)) > 0;)
+    if (std::fwrite(bytes, 1, count, stdout) != count) return remember_failure();
+  if (std::fflush(stdout) != 0) remember_failure();
+}
+
 void OutputFile::commit(bool library_succeeded, const std::string& library_says) {
+  if (target_.empty() && failure_ == 0 && library_succeeded) copy_to_standard_output();
   if (std::fclose(file_) != 0) remember_failure();
   file_ = nullptr;
   if (failure_ != 0) throw write_error(named_, std::strerror(failure_));
   if (!library_succeeded) {
     throw write_error(named_, library_says.empty() ? "the encoder gave no reason" : library_says);
   }
+  if (target_.empty()) return;
   std::error_code failure;
   fs::rename(hidden_, target_, failure);
   if (failure) throw write_error(named_, failure.message());

@@ -13,7 +13,8 @@ namespace psivox::image_io {
 /// It is written under a hidden name in the target's directory, so that the rename stays on one
 /// file system and is atomic. Encoders write through it rather than to a name: some lose errors of
 /// the last bytes (OpenEXR writes its offset table in a destructor that swallows exceptions),
-/// whereas every failed call is remembered here and told by commit().
+/// whereas every failed call is remembered here and told by commit(). What goes to the standard
+/// output is written to a temporary file first, and copied when it is complete.
 class OutputFile {
  public:
   /// Creates the hidden file. Throws Error(output) if the target could not be written.
@@ -37,9 +38,11 @@ class OutputFile {
 
  private:
   void remember_failure();
+  void copy_to_standard_output();
 
-  std::filesystem::path named_;   ///< as the user wrote it, for messages
-  std::filesystem::path target_;  ///< symbolic links followed: the link is kept, not replaced
+  std::filesystem::path named_;  ///< as the user wrote it, for messages
+  /// Symbolic links followed: the link is kept, not replaced. Empty: the standard output.
+  std::filesystem::path target_;
   std::filesystem::path hidden_;
   std::FILE* file_ = nullptr;
   int failure_ = 0;  ///< errno of the first failed call

@@ -20,12 +20,15 @@ Image read_image(const std::filesystem::path& path) {
   }
 }
 
-std::string read_metadata(const std::filesystem::path& path, const std::string& key) {
+std::map<std::string, std::string> read_metadata(const std::filesystem::path& path) {
   const Format format = image_io::format_from_contents(path);
-  const auto metadata =
-      format == Format::png
-          ? image_io::read_png(path).metadata
-          : image_io::picture_files(ExitCode::failure).read_metadata(path, format);
+  return format == Format::png
+             ? image_io::read_png(path).metadata
+             : image_io::picture_files(ExitCode::failure).read_metadata(path, format);
+}
+
+std::string read_metadata(const std::filesystem::path& path, const std::string& key) {
+  const auto metadata = read_metadata(path);
   const auto found = metadata.find(key);
   return found == metadata.end() ? std::string() : found->second;
 }

@@ -11,7 +11,9 @@ struct Tag {
   const char* key;   ///< of Image::metadata
   const char* name;  ///< OpenImageIO's
 };
-inline constexpr Tag tags[] = {{"psivox:scene", "ImageDescription"}, {"psivox:renderer", "Model"}};
+inline constexpr Tag tags[] = {{"psivox:scene", "ImageDescription"},
+                               {"psivox:renderer", "Model"},
+                               {"psivox:folder", "DocumentName"}};
 
 /// `Software` is this and psivox:version, which tells that the other tags are psivox's.
 inline constexpr std::string_view software = "psivox ";

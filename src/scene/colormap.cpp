@@ -7,6 +7,7 @@
 #include "psivox/transfer_function.h"
 #include "scene/color_space.h"
 #include "scene/colormap_tables.h"
+#include "scene/value_window.h"
 
 namespace psivox {
 namespace {
@@ -99,31 +100,21 @@ glm::dvec3 colormap_color(Colormap map, double u) {
   return glm::mix(a.light, b.light, (u - a.u) / (b.u - a.u));
 }
 
+std::vector<double> colormap_knots(Colormap map) {
+  std::vector<double> places;
+  for (const Knot& k : knots_of(map)) places.push_back(k.u);
+  return places;
+}
+
 TransferFunction colormap_function(Colormap map, double range_min, double range_max,
                                    double data_min, double data_max) {
   if (!(range_min < range_max))
     throw Error(ExitCode::input, "colour map over " + number_text(range_min) + " to " +
                                      number_text(range_max) +
                                      ": the first must be below the second");
-  // The knots of the attenuation, max(value, 0), and of the colours.
-  data_min = std::min(data_min, 0.0);
-  data_max = std::max(data_max, 0.0);
-  std::vector<double> values = {data_min, data_max};
-  const auto add_inside = [&](double value) {
-    if (value > data_min && value < data_max) values.push_back(value);
-  };
-  add_inside(0);
-  for (const Knot& k : knots_of(map)) add_inside(std::lerp(range_min, range_max, k.u));
-  // Rounded here, so that none becomes a jump of its neighbour.
-  for (double& value : values) value = static_cast<double>(static_cast<float>(value));
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-  std::vector<TransferPoint> points;
-  for (const double value : values) {
-    const double u = (value - range_min) / (range_max - range_min);
-    points.push_back({value, std::max(value, 0.0), colormap_color(map, u)});
-  }
-  return TransferFunction(std::move(points));
+  Scene scene;
+  scene.colormap = map;
+  return window_function(scene, {range_min, range_max}, {data_min, data_max});
 }
 
 }  // namespace psivox

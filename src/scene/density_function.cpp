@@ -4,15 +4,28 @@
 #include <cmath>
 
 #include "psivox/error.h"
+#include "psivox/parameters.h"
 #include "psivox/text.h"
 #include "scene/value_range.h"
+#include "scene/value_window.h"
 
 namespace psivox {
 
 std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& density) {
-  if (!scene.colormap) return std::nullopt;
-  if (scene.range) return scene.range;
+  if (!scene.windows()) return std::nullopt;
+  if (scene.range) {
+    glm::dvec2 range = scene.range->ends;
+    for (int i = 0; i < 2; ++i)
+      if (scene.range->percent[i]) range[i] = active_percentile(density, range[i]);
+    if (range.x < range.y) return range;
+    const Parameter& p = *find_parameter("range");
+    throw Error(ExitCode::usage, "--range " + parameter_text(scene, p) + " goes from " +
+                                     number_text(range.x) + " to " + number_text(range.y) +
+                                     " in grid " + in_quotes(density.name) +
+                                     "; MIN must be below MAX");
+  }
   glm::dvec2 range = active_range(density);
+  if (scene.finds_maximum() && !scene.colormap && range.y > 0) return glm::dvec2(0, range.y);
   if (density.of_vectors) {  // 0 is at the map's middle or beginning
     range.y = std::max(range.y, -range.x);
     range.x = range.x < 0 ? -range.y : 0;
@@ -52,12 +65,10 @@ TransferFunction by_magnitude(const TransferFunction& map) {
 }  // namespace
 
 std::shared_ptr<const TransferFunction> density_function(const Scene& scene, const Field& density) {
-  if (scene.colormap) {
-    const glm::dvec2 range = *resolved_range(scene, density);
-    const glm::dvec2 stored = stored_range(density);
+  if (scene.windows()) {
     TransferFunction function =
-        colormap_function(*scene.colormap, range.x, range.y, stored.x, stored.y);
-    if (density.of_vectors) function = by_magnitude(function);
+        window_function(scene, *resolved_range(scene, density), stored_range(density));
+    if (density.of_vectors && scene.colormap && !scene.opacity) function = by_magnitude(function);
     return std::make_shared<const TransferFunction>(std::move(function));
   }
   if (scene.transfer_function.empty()) return nullptr;

@@ -10,9 +10,11 @@
 
 namespace psivox {
 
-/// Values at the ends of the scene's colour map: the given ones, else the density's least and
-/// greatest active values. If these are equal, the range is from that value to 0, or from 0 to 1 if
-/// it is 0. Unset if the scene has no colour map.
+/// Values at the ends of the scene's range: the given ones, with percentiles as numbers. Else, for
+/// maxima without a colour map, 0 and the greatest active value, and otherwise the least and the
+/// greatest. If these are equal, the range is from that value to 0, or from 0 to 1 if it is 0.
+/// Unset if the scene places no values in a range. Throws Error(usage) if the first percentile is
+/// not below the second.
 std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& density);
 
 /// The scene's transfer function or colour map over the density's values; null if it has none.

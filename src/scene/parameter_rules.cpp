@@ -15,6 +15,22 @@ bool contains(std::span<const Setting> settings, std::string_view name) {
   return false;
 }
 
+/// The file's range and curve stay unless what they belong to is replaced: `before` is the scene of
+/// the file.
+void apply_window(Scene& scene, const Scene& before, std::span<const Setting> settings) {
+  const bool function = contains(settings, "transfer-function") && !scene.transfer_function.empty();
+  const bool map_gone = before.colormap && !scene.colormap;
+  const bool other_mode = before.finds_maximum() != scene.finds_maximum();
+  if ((function || map_gone || other_mode) && !contains(settings, "range")) scene.range.reset();
+  if (function && !contains(settings, "opacity")) scene.opacity.reset();
+  const bool window = (contains(settings, "range") && scene.range) ||
+                      (contains(settings, "opacity") && scene.opacity);
+  if (window && !contains(settings, "transfer-function")) scene.transfer_function.clear();
+  if (scene.has_function()) return;
+  if (!contains(settings, "classification")) scene.classification = Classification::post;
+  if (!contains(settings, "split-knots")) scene.split_knots = false;
+}
+
 /// A source of luminance on the command line replaces that of the file.
 void apply_luminance(Scene& scene, std::span<const Setting> settings) {
   const auto given = [&](const char* name) { return contains(settings, name); };
@@ -26,10 +42,6 @@ void apply_luminance(Scene& scene, std::span<const Setting> settings) {
   if ((function || grid || temperature) && !given("colormap")) scene.colormap.reset();
   if ((map || temperature) && !given("luminance-grid")) scene.luminance_grid.clear();
   if ((map || grid) && !given("temperature-grid")) scene.temperature_grid.clear();
-  if (!scene.colormap && !given("range")) scene.range.reset();
-  if (scene.has_function()) return;
-  if (!given("classification")) scene.classification = Classification::post;
-  if (!given("split-knots")) scene.split_knots = false;
 }
 
 void apply_sampling(Scene& scene, std::span<const Setting> settings) {
@@ -68,13 +80,16 @@ void validate_medium(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   if (!scene.transfer_function.empty() && scene.colormap)
     fail("--transfer-function and --colormap exclude each other; leave one of them out");
-  if (scene.range && !scene.colormap)
-    fail("--range is the range of a colour map; give --colormap with it");
-  if (scene.range && !(scene.range->x < scene.range->y))
+  if (!scene.transfer_function.empty() && (scene.range || scene.opacity))
+    fail("--transfer-function has values of its own; leave out --range and --opacity");
+  if (scene.range && scene.range->percent.x == scene.range->percent.y &&
+      !(scene.range->ends.x < scene.range->ends.y))
     fail("--range MIN,MAX: MIN must be below MAX");
   if (!scene.has_function()) {
     if (scene.classification == Classification::pre)
-      fail("--classification pre needs a function; give --transfer-function or --colormap");
+      fail(
+          "--classification pre needs a function; give --transfer-function, --colormap or "
+          "--opacity");
     if (scene.split_knots)
       fail("--split-knots needs a function; give --transfer-function or --colormap");
   }
@@ -87,6 +102,9 @@ void validate_medium(const Scene& scene) {
   if (scene.classification == Classification::pre && !scene.composites() &&
       scene.mode != Mode::xray)
     fail("--classification pre is for --mode alpha, back-to-front and xray");
+  if (scene.color_bar && !scene.colormap && !scene.finds_maximum() &&
+      scene.transfer_function.empty())
+    fail("--color-bar shows the colours of a map; give --colormap or --transfer-function");
   validate_light(scene);
 }
 
@@ -139,8 +157,10 @@ void validate_cuts(const Scene& scene) {
 
 void apply_over(Scene& scene, std::span<const Setting> settings) {
   if (contains(settings, "step") && !contains(settings, "sampling")) scene.sampling.reset();
+  const Scene before = scene;
   for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);
   apply_luminance(scene, settings);
+  apply_window(scene, before, settings);
   apply_sampling(scene, settings);
   apply_tolerance(scene, settings);
   if (scene.mode != Mode::isosurface && !contains(settings, "isovalue")) scene.isovalue.reset();

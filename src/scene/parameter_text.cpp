@@ -52,8 +52,31 @@ bool read(std::string_view text, const Range& range, glm::ivec2& value) {
   return read_vector(text, 'x', 2, range, value);
 }
 
-bool read(std::string_view text, const Range& range, glm::dvec2& value) {
-  return read_vector(text, ',', 2, range, value);
+/// A number, or a percentile: 99%, P99%.
+bool read_end(std::string_view text, double& value, bool& percent) {
+  percent = text.ends_with('%');
+  if (percent) text.remove_suffix(1);
+  if (percent && text.starts_with('P')) text.remove_prefix(1);
+  return read(text, percent ? Range{0, 100} : Range{}, value);
+}
+
+bool read(std::string_view text, const Range&, MapRange& value) {
+  const std::size_t comma = std::min(text.find(','), text.size());
+  return comma < text.size() && read_end(text.substr(0, comma), value.ends.x, value.percent.x) &&
+         read_end(text.substr(comma + 1), value.ends.y, value.percent.y);
+}
+
+bool read(std::string_view text, const Range&, OpacityCurve& value) {
+  for (const std::string& item : split(text)) {
+    const std::size_t colon = std::min(item.find(':'), item.size());
+    glm::dvec2 point;
+    if (colon == item.size() || !read(item.substr(0, colon), Range{0, 1}, point.x) ||
+        !read(item.substr(colon + 1), Range{.min = 0}, point.y) ||
+        (!value.points.empty() && point.x <= value.points.back().x))
+      return false;
+    value.points.push_back(point);
+  }
+  return !value.points.empty();
 }
 
 /// Place of the n-th comma, or npos.
@@ -151,7 +174,16 @@ std::string text_of(double value) { return number_text(value); }
 std::string text_of(const glm::dvec3& v) {
   return text_of(v.x) + "," + text_of(v.y) + "," + text_of(v.z);
 }
-std::string text_of(const glm::dvec2& v) { return text_of(v.x) + "," + text_of(v.y); }
+std::string text_of(const MapRange& r) {
+  return text_of(r.ends.x) + (r.percent.x ? "%," : ",") + text_of(r.ends.y) +
+         (r.percent.y ? "%" : "");
+}
+std::string text_of(const OpacityCurve& curve) {
+  std::vector<std::string> items;
+  for (const glm::dvec2& point : curve.points)
+    items.push_back(text_of(point.x) + ":" + text_of(point.y));
+  return joined(items);
+}
 std::string text_of(const DirectionalLight& light) {
   return std::string(light.of_camera ? camera_prefix : "") + text_of(light.direction) + "," +
          text_of(light.color);
@@ -177,7 +209,13 @@ std::string kind_text(const Parameter& p, const glm::dvec3&) {
   const std::string range = p.range.text();
   return "three numbers " + p.metavar + (range.empty() ? "" : ", each" + range);
 }
-std::string kind_text(const Parameter& p, const glm::dvec2&) { return "two numbers " + p.metavar; }
+std::string kind_text(const Parameter& p, const MapRange&) {
+  return "two numbers " + p.metavar + " or percentiles such as 1%,99%";
+}
+std::string kind_text(const Parameter&, const OpacityCurve&) {
+  return "places from 0 to 1, ascending, each with a factor that is at least 0, such as "
+         "0:0,0.3:0.1,1:1";
+}
 std::string kind_text(const Parameter& p, const std::vector<DirectionalLight>&) {
   return "three or six numbers " + p.metavar + ", colours" + p.range.text();
 }

@@ -54,6 +54,8 @@ Rows output_rows() {
        &Scene::exposure, any, "auto"},
       {"tone-map", enum_metavar<ToneMap>(), "", "",
        "curve of the same outputs; filmic: ACES, fitted by Narkowicz", &Scene::tone_map},
+      {"color-bar", "", "", "", "draw the map's colours and values into the same outputs",
+       &Scene::color_bar},
       {"pixel-samples", "N", "", "", "rays per pixel, stratified; 1 is the pixel's centre",
        &Scene::pixel_samples, sample_count},
   };
@@ -69,8 +71,13 @@ Rows look_rows() {
        &Scene::transfer_function},
       {"colormap", enum_metavar<Colormap>(), "", "none", "built-in colour map of the luminance",
        &Scene::colormap, any, "none"},
-      {"range", "MIN,MAX", "", "range of the active values", "values at the ends of --colormap",
+      {"range", "MIN,MAX", "", "range of the active values; 0 to the greatest for mip and lmip",
+       "values at the ends of --colormap, --opacity and maxima, or without these of the "
+       "attenuation; 1%,99% are percentiles",
        &Scene::range, any, "auto"},
+      {"opacity", "U:A,...", "", "none",
+       "factor A of the extinction at places U of the range, 0 to 1: 0:0,0.3:0.1,1:1",
+       &Scene::opacity, any, "none"},
       {"classification", enum_metavar<Classification>(), "", "",
        "apply the function after (post) or before (pre) the interpolation", &Scene::classification},
       {"luminance", "R,G,B", "", "1,1,1; 0,0,0 with --light alone",

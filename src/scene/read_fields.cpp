@@ -17,8 +17,13 @@ std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& fil
   if (!part.part.empty())
     return std::make_shared<const Field>(
         part_of_vectors(file.read(part.grid, {GridRole::data, scene.strict}), part));
-  const bool distances = scene.mode == Mode::isosurface;
-  return read(file, name, {data ? GridRole::data : GridRole::attenuation, scene.strict, distances});
+  ReadOptions options{.role = data ? GridRole::data : GridRole::attenuation,
+                      .strict = scene.strict,
+                      .distances = scene.mode == Mode::isosurface};
+  if (scene.range)
+    for (int i = 0; i < 2; ++i)
+      if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
+  return read(file, name, options);
 }
 
 }  // namespace

@@ -16,8 +16,11 @@ json json_of(const Parameter& p, const T& value, const Scene& scene) {
     return value;
   else if constexpr (std::is_same_v<T, glm::dvec3>)
     return {value.x, value.y, value.z};
-  else if constexpr (std::is_same_v<T, glm::ivec2> || std::is_same_v<T, glm::dvec2>)
+  else if constexpr (std::is_same_v<T, glm::ivec2>)
     return {value.x, value.y};
+  else if constexpr (std::is_same_v<T, MapRange>)
+    return value.percent.x || value.percent.y ? json(parameter_text(scene, p))
+                                              : json{value.ends.x, value.ends.y};
   else if constexpr (std::is_same_v<T, WorldBox>)
     return {value.min.x, value.min.y, value.min.z, value.max.x, value.max.y, value.max.z};
   else
@@ -59,7 +62,7 @@ char separator(const Parameter& p) {
     if (std::is_same_v<T, glm::ivec2>) return 'x';
     const bool list =
         std::is_same_v<T, glm::dvec3> || std::is_same_v<T, std::optional<glm::dvec3>> ||
-        std::is_same_v<T, std::optional<glm::dvec2>> ||
+        std::is_same_v<T, std::optional<MapRange>> ||
         std::is_same_v<T, std::vector<DirectionalLight>> ||
         std::is_same_v<T, std::optional<WorldBox>> || std::is_same_v<T, std::optional<Plane>>;
     return list ? ',' : '\0';

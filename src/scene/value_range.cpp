@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "psivox/value_percentile.h"
+
 namespace psivox {
 namespace {
 
@@ -42,6 +44,21 @@ glm::dvec2 active_range(const Field& field) {
   }
   for (const Tile& tile : field.tiles) include(range, tile.value.x);
   return range.x <= range.y ? range : glm::dvec2(0);
+}
+
+double active_percentile(const Field& field, double percent) {
+  const auto known = field.active_percentiles.find(percent);
+  if (known != field.active_percentiles.end()) return known->second;
+  return value_percentile(
+      [&](const auto& take) {
+        for (const Leaf& leaf : field.leaves)
+          for (int i = 0; i < 512; ++i) {
+            const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
+            if (inside(field.active_box, voxel)) take(leaf.values[i * field.channels], 1);
+          }
+        for (const Tile& tile : field.tiles) take(tile.value.x, tile_voxels(tile));
+      },
+      percent);
 }
 
 }  // namespace psivox

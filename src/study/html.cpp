@@ -4,8 +4,8 @@
 
 #include "psivox/image.h"
 #include "psivox/text_file.h"
-#include "study/difference_picture.h"
 #include "study/page_files.h"
+#include "study/shrunk.h"
 #include "study/svg.h"
 
 namespace psivox {

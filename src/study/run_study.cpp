@@ -12,7 +12,6 @@
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/conclusion.h"
-#include "study/difference_picture.h"
 #include "study/folder.h"
 #include "study/machine.h"
 #include "study/report.h"

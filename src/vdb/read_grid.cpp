@@ -37,7 +37,9 @@ openvdb::GridBase::Ptr without_level_set(const openvdb::GridBase::Ptr& grid,
 }
 
 /// Sets leaves, tiles, storage and, under GridRole::data, the range. Returns what was replaced.
-BadValues take_values(const openvdb::GridBase::Ptr& grid, GridRole role, Field& field) {
+BadValues take_values(const openvdb::GridBase::Ptr& grid, const ReadOptions& options,
+                      Field& field) {
+  const GridRole role = options.role;
   const TreeParts parts = parts_of(grid);
   field.storage = parts.storage;
   field.leaves.reserve(parts.leaves.size());
@@ -49,6 +51,8 @@ BadValues take_values(const openvdb::GridBase::Ptr& grid, GridRole role, Field& 
   if (bad.any())
     std::erase_if(field.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0.0f); });
   if (role == GridRole::data) field.active_range = active_range(parts);
+  for (const double percent : options.percentiles)
+    field.active_percentiles[percent] = active_percentile(parts, percent);
   return bad;
 }
 
@@ -93,7 +97,7 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
   field.active_box = summary.active_box;
   field.active_voxels = summary.active_voxels;
   field.world_from_index = world_from_index(grid->transform());
-  const BadValues bad = take_values(grid, options.role, field);
+  const BadValues bad = take_values(grid, options, field);
   if (bad.any()) {
     if (options.strict) {
       throw Error(ExitCode::input, subject + "is refused by strict reading: " + bad.describe());

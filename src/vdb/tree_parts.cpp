@@ -1,5 +1,7 @@
 #include "tree_parts.h"
 
+#include "psivox/value_percentile.h"
+
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
@@ -133,6 +135,19 @@ glm::vec2 active_range(const TreeParts& parts) {
     if (part.active && std::isfinite(value)) range = include(range, value);
   }
   return range;
+}
+
+double active_percentile(const TreeParts& parts, double percent) {
+  const auto channels = static_cast<openvdb::Index>(parts.channels);
+  return value_percentile(
+      [&](const auto& take) {
+        for (std::size_t n = 0; n < parts.leaves.size(); ++n)
+          for (auto on = parts.active[n]->beginOn(); on; ++on)
+            take(parts.leaves[n][on.pos() * channels], 1);
+        for (const TilePart& part : parts.tiles)
+          if (part.active) take(part.tile.value.x, tile_voxels(part.tile));
+      },
+      percent);
 }
 
 }  // namespace psivox::vdb

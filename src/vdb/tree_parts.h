@@ -38,4 +38,8 @@ TreeParts parts_of(const openvdb::GridBase::Ptr& grid);
 /// count, and leaves must have none.
 glm::vec2 active_range(const TreeParts& parts);
 
+/// The smallest value of the first channel that at least `percent` of the active voxels do not
+/// exceed. A tile counts as its voxels.
+double active_percentile(const TreeParts& parts, double percent);
+
 }  // namespace psivox::vdb

@@ -14,7 +14,8 @@ namespace psivox::view {
 namespace {
 
 /// Parameters that the window sets, or that hold from the start on.
-constexpr const char* left_out[] = {"input", "resolution", "device", "exposure", "tone-map"};
+constexpr const char* left_out[] = {"input",    "resolution", "device",
+                                    "exposure", "tone-map",   "color-bar"};
 
 std::string help_of(const Parameter& p) {
   std::string text = "--" + p.name + ": " + p.help;

@@ -36,6 +36,8 @@ std::string fields_key_of(const Scene& scene, int generation) {
   for (const char* name :
        {"input", "grid", "strict", "luminance-grid", "temperature-grid", "emission-grid"})
     key += "\n" + parameter_text(scene, *find_parameter(name));
+  if (scene.range && (scene.range->percent.x || scene.range->percent.y))
+    key += "\n" + parameter_text(scene, *find_parameter("range"));
   for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
                             scene.mode == Mode::isosurface, scene.emission_scale > 0})
     key += choice ? "1" : "0";

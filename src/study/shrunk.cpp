@@ -1,28 +1,6 @@
-#include "study/difference_picture.h"
-
-#include <cmath>
-
-#include "psivox/colormap.h"
+#include "study/shrunk.h"
 
 namespace psivox {
-
-Image difference_picture(const Image& a, const Image& b, double scale) {
-  Image out;
-  out.width = a.width;
-  out.height = a.height;
-  out.layers.push_back({"", {"R", "G", "B", "A"}, std::vector<float>(a.rgba().size(), 1.0f)});
-  for (std::size_t i = 0; i < a.rgba().size(); i += 4) {
-    double largest = 0;
-    for (std::size_t c = i; c < i + 3; ++c) {
-      const double d = double(a.rgba()[c]) - double(b.rgba()[c]);
-      if (std::abs(d) > std::abs(largest)) largest = d;
-    }
-    const glm::dvec3 color =
-        colormap_color(Colormap::coolwarm, scale > 0 ? 0.5 + 0.5 * largest / scale : 0.5);
-    for (int c = 0; c < 3; ++c) out.rgba()[i + std::size_t(c)] = float(color[c]);
-  }
-  return out;
-}
 
 Image shrunk(const Image& image, int width) {
   const int block = (image.width + width - 1) / width;

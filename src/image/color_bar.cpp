@@ -1,0 +1,113 @@
+#include <algorithm>
+#include <cmath>
+
+#include "colour/display.h"
+#include "glyphs.h"
+#include "psivox/color_scale.h"
+#include "psivox/text.h"
+
+namespace psivox {
+namespace {
+
+using image_io::text_picture;
+using image_io::TextPicture;
+
+struct Rectangle {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+/// Draws opaque colours on a picture.
+class Canvas {
+ public:
+  explicit Canvas(Image& image) : image_(image) {}
+
+  void fill(const Rectangle& r, const glm::dvec3& color) {
+    for (int y = r.y; y < r.y + r.height; ++y)
+      for (int x = r.x; x < r.x + r.width; ++x) set(x, y, color, 1);
+  }
+  void write(const TextPicture& text, int x, int y, const glm::dvec3& color) {
+    for (int row = 0; row < text.height; ++row)
+      for (int column = 0; column < text.width; ++column)
+        set(x + column, y + row, color,
+            double(text.coverage[std::size_t(row * text.width + column)]));
+  }
+
+ private:
+  void set(int x, int y, const glm::dvec3& color, double coverage) {
+    if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) return;
+    float* const pixel =
+        &image_.rgba()[4 * (std::size_t(y) * std::size_t(image_.width) + std::size_t(x))];
+    for (int c = 0; c < 3; ++c) pixel[c] = float(std::lerp(double(pixel[c]), color[c], coverage));
+    pixel[3] = float(std::lerp(double(pixel[3]), 1.0, coverage));
+  }
+
+  Image& image_;
+};
+
+struct Label {
+  double place = 0;  ///< 0 at the bar's lower end, 1 at its upper one
+  TextPicture text;
+};
+
+std::vector<Label> labels_of(const ColorScale& scale, double size) {
+  std::vector<Label> labels;
+  for (const double value : round_values(scale.min, scale.max, 5))
+    labels.push_back({(value - scale.min) / (scale.max - scale.min),
+                      text_picture(formatted("%.6g", value), size)});
+  return labels;
+}
+
+}  // namespace
+
+std::vector<double> round_values(double min, double max, int count) {
+  const double rough = (max - min) / (count + 1);
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  double step = 10 * power;
+  for (const double factor : {5.0, 2.0, 1.0})
+    if (factor * power >= rough * (1 - 1e-9)) step = factor * power;
+  std::vector<double> values;
+  const double slack = 1e-9 * (max - min);  // a division's rounding
+  for (double i = std::ceil((min - slack) / step); i * step <= max + slack; ++i)
+    values.push_back(i == 0 ? 0 : i * step);
+  return values;
+}
+
+bool draw_color_bar(Image& image, const ColorScale& scale, const Display& display) {
+  const double size = std::clamp(image.height / 28.0, 11.0, 60.0);
+  const TextPicture title = text_picture(scale.title, size);
+  const std::vector<Label> labels = labels_of(scale, size);
+  int label_width = 0;
+  for (const Label& label : labels) label_width = std::max(label_width, label.text.width);
+
+  const int pad = int(std::lround(0.6 * size)), tick = int(std::lround(0.3 * size));
+  const int bar_width = int(std::lround(size)), bar_height = int(std::lround(0.6 * image.height));
+  const int inner = std::max(bar_width + 2 * tick + label_width, title.width);
+  Rectangle ground{0, 0, inner + 2 * pad, bar_height + title.height + 3 * pad};
+  ground.x = image.width - pad - ground.width;
+  ground.y = (image.height - ground.height) / 2;
+  if (ground.x < image.width / 2 || ground.y < 0) return false;
+
+  // Colours of the display as the radiance that it shows so.
+  const auto shown = [&](double light) {
+    return glm::dvec3(radiance_of_display(light, display.tone_map) / display.factor());
+  };
+  const glm::dvec3 white = shown(0.9);
+  Canvas canvas(image);
+  canvas.fill(ground, shown(0.015));
+  const Rectangle bar{ground.x + pad, ground.y + 2 * pad + title.height, bar_width, bar_height};
+  canvas.write(title, bar.x, ground.y + pad, white);
+  for (int y = 0; y < bar.height; ++y) {
+    const double place = 1 - (y + 0.5) / bar.height;
+    const auto color = std::size_t(std::lround(place * double(scale.colors.size() - 1)));
+    canvas.fill({bar.x, bar.y + y, bar.width, 1}, scale.colors[color]);
+  }
+  const int thick = std::max(1, int(std::lround(size / 14)));
+  for (const Label& label : labels) {
+    const int y = bar.y + int(std::lround((1 - label.place) * (bar.height - 1)));
+    canvas.fill({bar.x + bar.width, y - thick / 2, tick, thick}, white);
+    canvas.write(label.text, bar.x + bar.width + 2 * tick, y - label.text.height / 2, white);
+  }
+  return true;
+}
+
+}  // namespace psivox

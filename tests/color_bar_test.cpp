@@ -1,0 +1,115 @@
+// The colour bar: its colours, its numbers, and the text.
+
+#include "psivox/color_scale.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "image/glyphs.h"
+#include "verify/make_field.h"
+
+namespace psivox {
+namespace {
+
+Image blank(int width, int height) {
+  const auto values = std::size_t(width) * std::size_t(height) * 4;
+  return {width, height, {{"", {"R", "G", "B", "A"}, std::vector<float>(values)}}, {}};
+}
+
+View view_with(const Scene& scene) {
+  Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3 v) { return float(v.x) + 1; });
+  field.name = "density";
+  return make_view(scene, std::make_shared<const Field>(std::move(field)), nullptr);
+}
+
+/// Pixels of exactly that colour.
+int count(const Image& image, const glm::dvec3& color) {
+  int found = 0;
+  for (std::size_t i = 0; i < image.rgba().size(); i += 4) {
+    bool same = true;
+    for (int c = 0; c < 3; ++c) same &= image.rgba()[i + std::size_t(c)] == float(color[c]);
+    found += same;
+  }
+  return found;
+}
+
+TEST(RoundValues, AreMultiplesOfOneTwoOrFive) {
+  using Values = std::vector<double>;
+  EXPECT_EQ(round_values(0, 1, 5), (Values{0, 0.2, 0.4, 0.2 * 3, 0.8, 1}));
+  EXPECT_EQ(round_values(-1000, 3000, 5), (Values{-1000, 0, 1000, 2000, 3000}));
+  EXPECT_EQ(round_values(3, 17, 5), (Values{5, 10, 15}));
+  for (const double scale : {1e-30, 1e-3, 7.3, 1e12}) {
+    const Values values = round_values(-0.37 * scale, 1.13 * scale, 5);
+    EXPECT_GE(values.size(), 3u) << scale;
+    EXPECT_LE(values.size(), 8u) << scale;
+  }
+}
+
+TEST(ColorScale, IsTheMapsOverTheRange) {
+  Scene scene;
+  scene.colormap = Colormap::hot;
+  scene.luminance = glm::dvec3(0.5);
+  scene.range = glm::dvec2(2, 6);
+  const auto scale = color_scale(view_with(scene));
+  ASSERT_TRUE(scale);
+  EXPECT_EQ(scale->title, "density");
+  EXPECT_EQ(scale->min, 2);
+  EXPECT_EQ(scale->max, 6);
+  EXPECT_EQ(scale->colors.front(), 0.5 * colormap_color(Colormap::hot, 0));
+  EXPECT_EQ(scale->colors.back(), 0.5 * colormap_color(Colormap::hot, 1));
+  Scene plain;
+  EXPECT_FALSE(color_scale(view_with(plain)));
+  plain.mode = Mode::mip;
+  EXPECT_EQ(color_scale(view_with(plain))->max, 8);
+}
+
+TEST(ColorBar, HasEachColourFromBottomToTopAtTheRightEdge) {
+  Image image = blank(640, 360);
+  ColorScale scale{"density", 0, 1, {}};
+  for (int i = 0; i < 8; ++i) scale.colors.emplace_back(0.01, (i + 1) / 16.0, 0.02);
+  ASSERT_TRUE(draw_color_bar(image, scale, {}));
+  int last_y = 360;
+  for (const glm::dvec3& color : scale.colors) {
+    EXPECT_GE(count(image, color), 100) << color.y;
+    int y = 0;
+    while (
+        y < 360 &&
+        count({640,
+               1,
+               {{"", {}, {image.rgba().begin() + y * 2560, image.rgba().begin() + (y + 1) * 2560}}},
+               {}},
+              color) == 0)
+      ++y;
+    EXPECT_LT(y, last_y);
+    last_y = y;
+  }
+  for (int y = 0; y < 360; ++y)
+    for (int x = 0; x < 320; ++x)
+      EXPECT_EQ(image.rgba()[std::size_t(4 * (640 * y + x) + 3)], 0);  // the left half is untouched
+  EXPECT_FALSE(draw_color_bar(image = blank(40, 30), scale, {}));
+}
+
+TEST(TextPicture, DrawsWhatNoMachinesFontsAreNeededFor) {
+  const auto ink = [](const image_io::TextPicture& text) {
+    double sum = 0;
+    for (const float v : text.coverage) {
+      EXPECT_GE(v, 0);
+      EXPECT_LE(v, 1);
+      sum += double(v);
+    }
+    return sum;
+  };
+  const auto one = image_io::text_picture("1", 20), minus = image_io::text_picture("-", 20);
+  const auto eights = image_io::text_picture("88", 20), eight = image_io::text_picture("8", 20);
+  EXPECT_EQ(one.height, 20);
+  EXPECT_GT(ink(one), ink(minus));
+  EXPECT_GT(ink(eight), ink(one));
+  // the second 8 begins at part of a pixel: its ink is the same to the antialiasing's codes
+  EXPECT_NEAR(ink(eights), 2 * ink(eight), 0.02 * ink(eights));
+  EXPECT_NEAR(eights.width, 2 * eight.width, 1);
+  EXPECT_EQ(ink(image_io::text_picture(" ", 20)), 0);
+}
+
+}  // namespace
+}  // namespace psivox

@@ -1,0 +1,128 @@
+// Windows over a grid's values: ranges, percentiles, and the curve of the opacity.
+
+#include "scene/value_window.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "psivox/error.h"
+#include "psivox/medium.h"
+#include "psivox/parameters.h"
+#include "psivox/statistics.h"
+#include "psivox/value_percentile.h"
+#include "verify/make_field.h"
+
+namespace psivox {
+namespace {
+
+/// Values from -2 to 12 over x in 8^3 voxels.
+std::shared_ptr<const Field> ramp() {
+  Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3 v) { return float(2 * v.x - 2); });
+  field.name = "density";
+  return std::make_shared<const Field>(std::move(field));
+}
+
+View view_with(std::vector<Setting> settings) {
+  Scene scene;
+  apply_over(scene, settings);
+  return make_view(scene, ramp(), nullptr);
+}
+
+TEST(ValuePercentile, IsThatOfSortedValues) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> normal(0, 100);
+  std::vector<float> values;
+  for (int i = 0; i < 1001; ++i) values.push_back(i % 7 ? normal(random) : float(i % 3));
+  const auto each = [&](const auto& take) {
+    for (const float value : values) take(value, 1);
+    take(std::numeric_limits<float>::infinity(), 1);
+    take(std::numeric_limits<float>::quiet_NaN(), 1);
+  };
+  const std::vector<double> sorted(values.begin(), values.end());
+  for (const double percent : {0.0, 0.1, 1.0, 33.3, 50.0, 99.0, 99.95, 100.0})
+    EXPECT_EQ(value_percentile(each, percent), percentile(sorted, percent / 100)) << percent;
+  EXPECT_EQ(value_percentile([](const auto&) {}, 50), 0);
+}
+
+TEST(OpacityCurve, IsLinearBetweenPointsAndConstantOutside) {
+  const OpacityCurve curve{{{0.2, 1}, {0.4, 3}, {1, 0}}};
+  EXPECT_EQ(curve.at(-1), 1);
+  EXPECT_EQ(curve.at(0.2), 1);
+  EXPECT_NEAR(curve.at(0.3), 2, 1e-15);
+  EXPECT_NEAR(curve.at(0.7), 1.5, 1e-15);
+  EXPECT_EQ(curve.at(2), 0);
+}
+
+TEST(ValueWindow, ARangeAloneWindowsTheDensity) {
+  const View view = view_with({{"range", "2,6"}, {"extinction", "3"}});
+  ASSERT_TRUE(view.medium.transfer);
+  const TransferFunction& f = *view.medium.transfer;
+  EXPECT_FALSE(f.has_color());
+  for (const auto& [value, u] :
+       {std::pair(-2.0, 0.0), {2.0, 0.0}, {4.0, 0.5}, {6.0, 1.0}, {12.0, 1.0}})
+    EXPECT_NEAR(f.at(value).attenuation, u, 1e-6) << value;
+  EXPECT_EQ(view.medium.source, LuminanceSource::constant);
+}
+
+TEST(ValueWindow, AColourMapLeavesTheAttenuationToTheValueUnlessACurveSetsIt) {
+  const View map = view_with({{"range", "2,6"}, {"colormap", "gray"}});
+  EXPECT_NEAR(map.medium.transfer->at(9).attenuation, 9, 1e-6);
+  const View curve =
+      view_with({{"range", "2,6"}, {"colormap", "gray"}, {"opacity", "0:0,0.5:2,1:1"}});
+  const TransferFunction& f = *curve.medium.transfer;
+  EXPECT_TRUE(f.has_color());
+  for (const auto& [value, factor] :
+       {std::pair(2.0, 0.0), {3.0, 1.0}, {4.0, 2.0}, {6.0, 1.0}, {12.0, 1.0}})
+    EXPECT_NEAR(f.at(value).attenuation, factor, 1e-6) << value;
+  EXPECT_EQ(f.at(6).color, glm::dvec3(1));
+  // without a range, over the active values
+  EXPECT_EQ(view_with({{"opacity", "0:0,1:1"}}).scene.range, glm::dvec2(-2, 12));
+}
+
+TEST(ValueWindow, MaximaGoToWhiteAtTheRangesEnd) {
+  for (const char* mode : {"mip", "lmip"}) {
+    const View free = view_with({{"mode", mode}});
+    EXPECT_EQ(free.scene.range, glm::dvec2(0, 12));
+    EXPECT_NEAR(free.medium.transfer->at(12).color.x, 1, 1e-6);
+    EXPECT_NEAR(free.medium.transfer->at(3).color.x, 0.25, 1e-6);
+    EXPECT_EQ(free.medium.transfer->at(-1).attenuation, 0);  // not seen
+    // beyond the range a maximum is brighter than white, and linear
+    const View given = view_with({{"mode", mode}, {"range", "-2,3"}});
+    for (const double value : {-1.0, 0.0, 3.0, 10.0})
+      EXPECT_NEAR(given.medium.transfer->at(value).color.x, (value + 2) / 5, 1e-6) << value;
+    EXPECT_GT(given.medium.transfer->at(-1).attenuation, 0);
+  }
+}
+
+TEST(ValueWindow, PercentilesBecomeNumbersInTheScene) {
+  const View view = view_with({{"mode", "mip"}, {"range", "12.5%,75%"}});
+  EXPECT_EQ(view.scene.range, glm::dvec2(-2, 8));  // of eight equally frequent values
+  const View again = make_view(scene_from_json(to_json(view.scene)), ramp(), nullptr);
+  EXPECT_EQ(to_json(again.scene), to_json(view.scene));
+  EXPECT_EQ(*again.medium.transfer, *view.medium.transfer);
+  EXPECT_THROW(view_with({{"range", "8,50%"}}), Error);
+}
+
+TEST(ValueWindow, AnotherModeOrMapDropsTheRangeThatWasChosenForTheLast) {
+  Scene scene = view_with({{"mode", "mip"}}).scene;
+  const auto over = [&](std::vector<Setting> settings) {
+    Scene changed = scene;
+    apply_over(changed, settings);
+    return changed;
+  };
+  EXPECT_EQ(over({{"resolution", "8x8"}}).range, glm::dvec2(0, 12));
+  EXPECT_EQ(over({{"mode", "alpha"}}).range, std::nullopt);
+  EXPECT_EQ(over({{"mode", "alpha"}, {"range", "1,2"}}).range, glm::dvec2(1, 2));
+  EXPECT_EQ(over({{"transfer-function", "f.json"}}).range, std::nullopt);
+  scene = view_with({{"opacity", "0:1"}}).scene;
+  EXPECT_EQ(over({{"transfer-function", "f.json"}}).opacity, std::nullopt);
+  scene.opacity.reset();
+  EXPECT_EQ(over({{"luminance", "1,0,0"}}).range, glm::dvec2(-2, 12));
+}
+
+}  // namespace
+}  // namespace psivox
