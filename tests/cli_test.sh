@@ -28,7 +28,7 @@ t() {
   fi
 }
 S=$assets/blobs.vdb
-R="--resolution 32x32 -q"
+R="--resolution 32x32 -q --look plain"
 
 t 0 - render "$S" -o a.exr $R
 t 0 - render "$S" -oa.exr $R
@@ -106,7 +106,13 @@ for picture in a.tif a.jpg; do
   t 0 - render --scene $picture -o a.exr -q
   t 0 rms compare a.exr b.exr --max-abs 1e-30
 done
-t 0 "'a.jpg' has no alpha: 1024 of 1024 pixels" render "$S" -o a.jpg --resolution 32x32
+t 0 "'a.jpg' has no alpha: 1024 of 1024 pixels" render "$S" -o a.jpg --resolution 32x32 --look plain
+# A file without options gets a look, which is stored and drawn again.
+t 0 "look fire: --background=" render "$S" -o a.png --resolution 32x32
+t 0 "not shown: color" render "$S" -o a.exr --resolution 32x32
+t 0 - render --scene a.exr -o b.exr -q
+t 0 rms compare a.exr b.exr --max-abs 1e-30
+t 2 "did you mean smoke?" render "$S" -o a.png --look smok
 t 0 - render "$S" -o b.exr --background 0.2,0.3,0.4 $R
 for picture in a.jpg a.hdr a.webp; do
   t 0 - render "$S" -o $picture --background 0.2,0.3,0.4 $R
@@ -308,7 +314,7 @@ t 0 "the picture is empty: the camera looks past the volume" render "$S" -o a.ex
   --camera-position 0,0,300 --camera-target 0,0,400
 t 0 "the picture is empty: --isovalue 7 is not among the values of grid 'density', which go from 0 to" \
   render "$S" -o a.exr $r --mode isosurface --isovalue 7
-t 0 "the picture is empty: --extinction is 0" render "$S" -o a.exr $r --extinction 0
+t 0 "the picture is empty: --extinction is 0" render "$S" -o a.exr $r --extinction 0 --look plain
 t 0 "the picture is black: --luminance is 0" render "$S" -o a.exr $r --luminance 0,0,0
 t 0 "the picture is black: --albedo is 0" render "$S" -o a.exr $r --light 1,0,0 --albedo 0
 t 0 "the picture is black: nothing in grid 'temperature' is hot enough" render "$S" -o a.exr $r \

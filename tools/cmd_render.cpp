@@ -21,6 +21,7 @@
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/look.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "psivox/vdb.h"
@@ -199,6 +200,11 @@ void print_devices() {
   }
 }
 
+/// Whether a look's background is wanted: not where a picture may be composited as it is.
+bool shows_background(const std::string& output) {
+  return !output.empty() && !holds_layers(output) && !output.ends_with(".tif");
+}
+
 /// Opens the marcher while the file is read. get() throws the marcher's error.
 using FutureMarcher = std::future<std::shared_ptr<Marcher>>;
 
@@ -347,7 +353,11 @@ void render_command(Arguments arguments) {
   if (!call.output.empty())
     opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
   const Stopwatch reading;
-  Session session(make_view(scene, VdbFile(scene.input)));
+  const LookedScene looked =
+      with_look(scene, VdbFile(scene.input), "auto", shows_background(call.output));
+  if (!call.quiet) print_look(looked);
+  scene = looked.scene;
+  Session session(make_view(scene, looked.fields));
   report.read_ms = reading.ms();
   if (!call.quiet) print_notices(session.view(), scene);
   if (call.print_scene) std::cout << to_json(session.view().scene) << std::flush;

@@ -8,7 +8,9 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "notices.h"
 #include "psivox/error.h"
+#include "psivox/look.h"
 #include "psivox/text.h"
 #include "scene_options.h"
 #ifdef PSIVOX_VIEWER
@@ -110,7 +112,13 @@ void print_session(view::Viewer& viewer, const std::string& input, int switches)
 void view_command(Arguments arguments) {
   ViewCall call;
   if (!parse(call, arguments)) return;
-  const Scene scene = call.scene.scene();
+  Scene scene = call.scene.scene();
+  if (!scene.input.empty() && std::filesystem::exists(scene.input) &&
+      (leaves_look_open(scene) || !scene.look.empty())) {
+    const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto");
+    if (!call.quiet) print_look(looked);
+    scene = looked.scene;
+  }
   if ((call.orbit || call.session) && scene.input.empty())
     usage("no input to orbit around; give IN.vdb");
 #ifdef PSIVOX_VIEWER

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 
 namespace psivox {
 
@@ -32,6 +33,18 @@ void print_notices(const View& view, const Scene& scene) {
   };
   if (!scene.extinction && scene.attenuates()) print_choice("extinction");
   if (!scene.isovalue && scene.mode == Mode::isosurface) print_choice("isovalue");
+}
+
+void print_look(const LookedScene& looked) {
+  if (!looked.settings.empty()) {
+    std::string options;
+    for (const Setting& setting : looked.settings)
+      options += " --" + setting.name + "=" + setting.text;
+    std::fprintf(stderr, "psivox: look %s:%s\n", looked.look.c_str(), options.c_str());
+  }
+  if (!looked.unused_grids.empty())
+    std::fprintf(stderr, "psivox: not shown: %s; --grid and others show them\n",
+                 joined(looked.unused_grids, ", ").c_str());
 }
 
 void print_notices(std::span<const std::string> notices) {

@@ -24,6 +24,7 @@ enum class UpAxis { automatic, y, z };
 enum class RendererKind { gl, reference, march_double };
 enum class TexelType { float32, float16 };
 enum class LightQuality { automatic, exact };
+enum class EmissionColor { white, black_body };
 
 /// Parallel light.
 struct DirectionalLight {
@@ -51,6 +52,7 @@ struct Plane {
 /// does. The default of an optional that is unset depends on the data or on another field.
 struct Scene {
   std::string input;
+  std::string look;  ///< see look.h; empty: not said
   std::string grid;  ///< empty: `density`, else the only scalar grid
   Centering centering = Centering::node;
   std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
@@ -70,6 +72,8 @@ struct Scene {
   double temperature_offset = 0;  ///< [K]
   std::string emission_grid;      ///< empty: none
   double emission_scale = 1;      ///< [radiance/world unit per unit of its values]
+  /// Of a scalar emission grid; black_body: its values are temperatures.
+  EmissionColor emission_color = EmissionColor::white;
 
   std::vector<DirectionalLight> lights;
   std::optional<glm::dvec3> sky;  ///< radiance of light that comes alike from all directions

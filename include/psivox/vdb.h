@@ -79,6 +79,10 @@ class VdbFile {
   /// read.
   int channels(const std::string& grid) const;
 
+  /// OpenVDB's class of a grid by `read`'s names: `fog volume`, `level set`, `unknown`; empty if
+  /// there is no such grid.
+  std::string grid_class(const std::string& grid) const;
+
   /// The file's own metadata, as text, by name.
   const std::map<std::string, std::string>& metadata() const;
 

@@ -22,6 +22,8 @@ constexpr int coarse_sky_count = 8, tried_sky_count = 16;
 
 /// Fraction of what the light may miss that its estimate may reach, since the pilot is a sample.
 constexpr double light_safety = 0.8;
+/// The same for lattices wider than a voxel, whose errors are larger in few pixels.
+constexpr double coarse_safety = 0.2;
 
 /// Rays that are exact end at this part of what the light may miss.
 constexpr double termination_share = 0.5;
@@ -75,7 +77,9 @@ class LightTrials {
 
   /// What `lit` misses, as estimated.
   double miss(const Medium& lit) const { return pilot_.rms(lit); }
-  bool enough(double miss) const { return miss <= light_safety * rms_; }
+  bool enough(double miss, double spacing) const {
+    return miss <= (spacing > 1 ? coarse_safety : light_safety) * rms_;
+  }
 
   /// The method to begin with: the coarsest lattice that is expected to be enough, but not below a
   /// voxel from so coarse a trial, or exact rays where they cost less.
@@ -105,7 +109,7 @@ class LightTrials {
     const LightMethod rays{.termination = termination_share * rms_};
     for (; spacing >= finest; spacing /= 2) {
       if (lattice_look_ups(spacing) > exact_look_ups(rays.termination)) break;
-      if (enough(miss)) return {.spacing = spacing};
+      if (enough(miss, spacing)) return {.spacing = spacing};
       miss *= spacing > 1 ? halving_above : halving_below;
     }
     return rays;
@@ -255,7 +259,7 @@ void Lighting::settle_lights(const View& view, const MediumAtlas& atlas, const L
     sum_up(view, depths, progress);
     const double typical_miss = trials.miss(*medium_);
     rms_ = own.rms(*medium_);
-    if (method.spacing == 0 || (trials.enough(typical_miss) && rms_ <= rms)) return;
+    if (method.spacing == 0 || (trials.enough(typical_miss, method.spacing) && rms_ <= rms)) return;
     method = trials.after(method, typical_miss);
   }
 }

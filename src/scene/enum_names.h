@@ -36,6 +36,7 @@ inline std::vector<std::string> enum_names(Integrator) {
   return names;
 }
 
+inline std::vector<std::string> enum_names(EmissionColor) { return {"white", "black-body"}; }
 inline std::vector<std::string> enum_names(LightQuality) { return {"auto", "exact"}; }
 
 template <typename E>

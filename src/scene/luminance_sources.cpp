@@ -22,8 +22,8 @@ std::shared_ptr<const Field> share(Field field) {
 /// Temperature at which a black body begins to glow visibly (J. W. Draper, 1847) [K].
 constexpr double draper_point = 798;
 
-/// Luminance of black bodies [1 at 6500 K]. The value 0 means 0 K whatever the offset, because it
-/// is also the value of missing voxels.
+}  // namespace
+
 Field black_bodies(const Scene& scene, const Field& temperature) {
   if (temperature.channels != 1)
     throw Error(ExitCode::input, "grid " + in_quotes(temperature.name) + " has vectors (" +
@@ -44,6 +44,8 @@ Field black_bodies(const Scene& scene, const Field& temperature) {
                   temperature.name.c_str(), hottest));
   return luminance;
 }
+
+namespace {
 
 bool has_negative_values(const Field& field) {
   const auto negative = [](float v) { return v < 0; };

@@ -4,6 +4,10 @@
 
 namespace psivox {
 
+/// Luminance of black bodies [1 at 6500 K] at a grid's temperatures. The value 0 means 0 K whatever
+/// the offset, because it is also the value of missing voxels. Throws Error(input) for vectors.
+Field black_bodies(const Scene& scene, const Field& temperature);
+
 /// Sets the source of the medium's luminance under the scene's mode, and the light that is still to
 /// be computed. `function` maps the density's values, or is null. The medium must have its density
 /// and transfer already. Throws Error(input).

@@ -94,7 +94,9 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
   if (scene.mode == Mode::isosurface && function && function->has_color())
     medium.color *= function->at(resolved_isovalue(scene, *fields.density)).color;
   if (fields.emission && scene.emission_scale > 0) {
-    medium.emission = fields.emission;
+    medium.emission = scene.emission_color == EmissionColor::black_body
+                          ? std::make_shared<const Field>(black_bodies(scene, *fields.emission))
+                          : fields.emission;
     medium.emission_scale = scene.emission_scale;
   }
   return medium;

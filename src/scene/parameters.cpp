@@ -63,6 +63,11 @@ Rows output_rows() {
 
 Rows look_rows() {
   return {
+      {"look", "NAME", "", "auto in render and view, where nothing else of the look is set",
+       "scene parameters that suit the file (auto: plain, smoke, fire, surface or scan), or a "
+       ".json "
+       "of them; what is given beside it counts",
+       &Scene::look},
       {"extinction", "K", "1/world unit", "auto: mean optical depth 3 through the grid's middle",
        "scale of the attenuation: K * value, or K * transfer function", &Scene::extinction,
        at_least_0, "auto"},
@@ -98,6 +103,10 @@ Rows look_rows() {
        &Scene::emission_grid},
       {"emission-scale", "S", "radiance/world unit", "", "factor of --emission-grid",
        &Scene::emission_scale, at_least_0},
+      {"emission-color", enum_metavar<EmissionColor>(), "", "",
+       "colour of a scalar emission grid; black-body: its values are temperatures, by "
+       "--temperature-scale and --temperature-offset",
+       &Scene::emission_color},
       {"mode", enum_metavar<Mode>(), "", "", "how a pixel is made of the values along its ray",
        &Scene::mode},
       {"isovalue", "V", "", "middle of the values; 0 for a level set",

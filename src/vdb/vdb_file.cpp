@@ -19,9 +19,12 @@ struct VdbFile::Impl {
   Progress progress;
   std::vector<std::string> names;
   std::vector<int> channels;  ///< by name; 0 if the grid cannot be read
+  std::vector<std::string> classes;
   std::vector<std::string> base_names;
   vdb::MetadataText metadata;
   std::string z_up;
+
+  std::optional<std::size_t> place(const std::string& grid) const;  ///< in `names`
 };
 
 VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
@@ -37,6 +40,8 @@ VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
                                                     : 0);
     impl_->base_names.push_back(entry.descriptor.gridName());
     grids.push_back(archive.metadata_of(entry));
+    const auto grid_class = grids.back().find("class");
+    impl_->classes.push_back(grid_class == grids.back().end() ? "unknown" : grid_class->second);
   }
   impl_->z_up = vdb::evidence_of_z_up(impl_->metadata, impl_->base_names, grids);
 }
@@ -45,13 +50,22 @@ VdbFile::~VdbFile() = default;
 
 const std::vector<std::string>& VdbFile::names() const { return impl_->names; }
 
-int VdbFile::channels(const std::string& grid) const {
-  for (const auto* names : {&impl_->names, &impl_->base_names}) {
-    const auto found = std::find(names->begin(), names->end(), grid);
-    if (found != names->end())
-      return impl_->channels[static_cast<std::size_t>(found - names->begin())];
+std::optional<std::size_t> VdbFile::Impl::place(const std::string& grid) const {
+  for (const auto* some : {&names, &base_names}) {
+    const auto found = std::find(some->begin(), some->end(), grid);
+    if (found != some->end()) return static_cast<std::size_t>(found - some->begin());
   }
-  return 0;
+  return {};
+}
+
+int VdbFile::channels(const std::string& grid) const {
+  const std::optional<std::size_t> at = impl_->place(grid);
+  return at ? impl_->channels[*at] : 0;
+}
+
+std::string VdbFile::grid_class(const std::string& grid) const {
+  const std::optional<std::size_t> at = impl_->place(grid);
+  return at ? impl_->classes[*at] : "";
 }
 
 const std::map<std::string, std::string>& VdbFile::metadata() const { return impl_->metadata; }

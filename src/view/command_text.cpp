@@ -1,5 +1,6 @@
 #include "view/command_text.h"
 
+#include "psivox/look.h"
 #include "psivox/parameters.h"
 
 namespace psivox::view {
@@ -22,6 +23,8 @@ std::vector<std::string> render_arguments(const Scene& scene, const std::string&
     if (p.positional || has_default(scene, p)) continue;
     arguments.push_back("--" + p.name + "=" + parameter_text(scene, p));
   }
+  // the window's scene is what it shows: nothing is left to a look
+  if (leaves_look_open(scene)) arguments.push_back("--look=plain");
   // -- because a file's name may begin with a dash
   arguments.insert(arguments.end(), {"--", scene.input});
   return arguments;

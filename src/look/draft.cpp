@@ -1,0 +1,50 @@
+#include "look/draft.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "psivox/draw.h"
+
+namespace psivox {
+namespace {
+
+/// A pixel counts if it hides this much or is that bright.
+constexpr float covered_alpha = 0.5f;
+constexpr double covered_luminance = 0.1;
+
+}  // namespace
+
+double Draft::mean_luminance() const {
+  if (luminance.empty()) return 0;
+  return std::accumulate(luminance.begin(), luminance.end(), 0.0) / double(luminance.size());
+}
+
+double Draft::level(double part) const {
+  if (brightest.empty()) return 0;
+  return brightest[std::size_t(double(brightest.size() - 1) * (1 - part))];
+}
+
+Draft make_draft(Scene scene, const MediumFields& fields) {
+  scene.background.reset();
+  scene.tolerance.reset();
+  scene.sampling = Sampling::uniform;
+  scene.step = 2;
+  scene.resolution = {96, 54};
+  scene.pixel_samples = 1;
+  const Image image =
+      Session(make_view(scene, fields)).draw(*open_double(), {.any_light = true}).image;
+  Draft draft;
+  const auto rgba = image.rgba();
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    const double r = double(rgba[i]), g = double(rgba[i + 1]), b = double(rgba[i + 2]);
+    const double luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    if (rgba[i + 3] < covered_alpha && luminance < covered_luminance) continue;
+    draft.luminance.push_back(luminance);
+    draft.brightest.push_back(std::max({r, g, b}));
+  }
+  std::sort(draft.luminance.begin(), draft.luminance.end());
+  std::sort(draft.brightest.begin(), draft.brightest.end());
+  return draft;
+}
+
+}  // namespace psivox

@@ -1,0 +1,90 @@
+#include "look/light_extinction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <vector>
+
+#include "scene/field_index.h"
+
+namespace psivox {
+namespace {
+
+constexpr double wanted_share = 1.0 / 3;
+/// No more than this times the view's own extinction: a thin medium stays one.
+constexpr double most = 16;
+constexpr std::size_t most_voxels = 2048;
+
+/// A voxel's attenuation at extinction 1, and the optical depth from it to the light.
+struct Probe {
+  double attenuation = 0, depth = 0;
+};
+
+class Probes {
+ public:
+  Probes(const View& view, const glm::dvec3& light)
+      : medium_(view.medium),
+        index_(*medium_.density),
+        way_(glm::inverse(glm::dmat3(medium_.density->world_from_index)) * -light),
+        step_(1 / glm::length(way_)) {
+    const std::vector<Leaf>& leaves = medium_.density->leaves;
+    const std::size_t stride = std::max<std::size_t>(leaves.size() * 8 / most_voxels, 1);
+    for (std::size_t i = 0; i < leaves.size(); i += stride)
+      for (int n = 0; n < 512; n += 73) {  // seven voxels, spread over the leaf
+        const double here = attenuation(leaves[i].values[n]);
+        const glm::ivec3 voxel = leaves[i].origin + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7);
+        if (here > 0) probes_.push_back({here, depth_from(voxel)});
+      }
+  }
+
+  /// Mean transmittance towards the light, by what each voxel attenuates.
+  double mean(double extinction) const {
+    double sum = 0, weights = 0;
+    for (const Probe& probe : probes_) {
+      sum += probe.attenuation * std::exp(-extinction * probe.depth);
+      weights += probe.attenuation;
+    }
+    return weights > 0 ? sum / weights : 1;
+  }
+
+ private:
+  double attenuation(double value) const {
+    return medium_.transfer ? medium_.transfer->at(value).attenuation : std::max(value, 0.0);
+  }
+
+  double depth_from(const glm::ivec3& voxel) const {
+    const Box domain = medium_.density->domain();
+    double depth = 0;
+    for (int k = 1;; ++k) {
+      const glm::ivec3 at(glm::round(glm::dvec3(voxel) + k * step_ * way_));
+      if (glm::clamp(at, domain.min, domain.max) != at) return depth;
+      depth += step_ * attenuation(index_.at(at).x);
+    }
+  }
+
+  const Medium& medium_;
+  FieldIndex index_;
+  glm::dvec3 way_;  ///< towards the light [voxels/world unit]
+  double step_;     ///< a voxel [world units]
+  std::vector<Probe> probes_;
+};
+
+}  // namespace
+
+double light_extinction(const View& view) {
+  const std::optional<glm::dvec3> light = surface_light(view);
+  const double least = view.medium.extinction;
+  if (!light || !(least > 0)) return least;
+  const Probes probes(view, *light);
+  if (probes.mean(least) <= wanted_share) return least;
+  double low = least, high = most * least;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = std::sqrt(low * high);
+    (probes.mean(middle) > wanted_share ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace psivox

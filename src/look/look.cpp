@@ -1,0 +1,115 @@
+#include "psivox/look.h"
+
+#include <algorithm>
+
+#include "look/draft.h"
+#include "look/file_kind.h"
+#include "look/flame.h"
+#include "look/light_extinction.h"
+#include "look/look_file.h"
+#include "psivox/error.h"
+#include "psivox/text.h"
+
+namespace psivox {
+namespace {
+
+bool says_how_it_looks(const Parameter& p) {
+  if (p.name == "look" || p.name == "extinction") return false;
+  return p.group == ParameterGroup::look || p.name == "light" || p.name == "sky" ||
+         p.name == "background";
+}
+
+std::string density_grid(const Scene& scene, const VdbFile& file) {
+  return scene.grid.empty() ? file.default_grid() : scene.grid;
+}
+
+/// The name of the look that suits a file; `density` is read only where its values decide.
+std::string suitable_look(const Scene& scene, const VdbFile& file) {
+  const std::string grid = density_grid(scene, file);
+  if (file.channels(grid) != 1) return "plain";
+  if (file.grid_class(grid) == "level set") return "surface";
+  if (!flame_grid(file, grid).empty()) return "fire";
+  Scene plain = scene;
+  plain.look = "plain";
+  return is_scan(*read_fields(plain, file).density) ? "scan" : "smoke";
+}
+
+void take_open(const Scene& look, bool background, Scene& scene) {
+  for (const Parameter& p : parameters()) {
+    if (has_default(look, p) || !has_default(scene, p)) continue;
+    if (p.name == "background" && !background) continue;
+    std::visit([&](auto member) { scene.*member = look.*member; }, p.member);
+  }
+}
+
+/// Scales light and luminance so that the mean luminance of what is covered is as wanted, or less
+/// where 3 % would be brighter than white.
+void set_brightness(const VdbFile& file, Scene& scene) {
+  constexpr double wanted_mean = 0.25, white = 0.95, highlights = 0.03;
+  const Draft draft = make_draft(scene, read_fields(scene, file));
+  if (!(draft.mean_luminance() > 0)) return;
+  const double gain =
+      std::min(wanted_mean / draft.mean_luminance(), white / draft.level(highlights));
+  for (DirectionalLight& light : scene.lights) light.color *= gain;
+  if (scene.luminance) *scene.luminance *= gain;
+}
+
+void choose(const std::string& what, const VdbFile& file, Scene& scene) {
+  if (what == "flame") {
+    const std::string grid = flame_grid(file, density_grid(scene, file));
+    if (!grid.empty() && scene.emission_grid.empty()) set_flame(scene, file, grid);
+  } else if (what == "brightness") {
+    set_brightness(file, scene);
+  } else if (!scene.extinction) {
+    scene.extinction = light_extinction(make_view(scene, file));
+  }
+}
+
+std::vector<Setting> differences(const Scene& from, const Scene& to) {
+  std::vector<Setting> settings;
+  for (const Parameter& p : parameters()) {
+    const std::string text = parameter_text(to, p);
+    if (p.name != "look" && text != parameter_text(from, p)) settings.push_back({p.name, text});
+  }
+  return settings;
+}
+
+std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
+                                const Scene& scene) {
+  std::vector<std::string> names;
+  for (const std::string& name : file.names()) {
+    bool used = scene.grid == name || scene.grid.starts_with(name + ":");
+    for (const auto& field :
+         {fields.density, fields.luminance, fields.temperature, fields.emission})
+      used |= field && (field->name == name || field->name.starts_with(name + ":"));
+    if (!used && file.channels(name) > 0) names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace
+
+bool leaves_look_open(const Scene& scene) {
+  if (!scene.look.empty()) return false;
+  return std::all_of(parameters().begin(), parameters().end(), [&](const Parameter& p) {
+    return !says_how_it_looks(p) || has_default(scene, p);
+  });
+}
+
+LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open,
+                      bool background) {
+  LookedScene result{scene, scene.look.empty() ? "plain" : scene.look, {}, {}, {}};
+  if (leaves_look_open(scene)) result.look = open;
+  if (result.look == "auto") result.look = suitable_look(scene, file);
+  const LookFile look = read_look(result.look);
+  take_open(look.scene, background, result.scene);
+  result.scene.look = "plain";
+  for (const std::string& what : look.choices) choose(what, file, result.scene);
+  validate(result.scene);
+  result.settings = differences(scene, result.scene);
+  result.fields = read_fields(result.scene, file);
+  result.unused_grids = unused(file, result.fields, result.scene);
+  return result;
+}
+
+}  // namespace psivox

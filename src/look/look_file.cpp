@@ -1,0 +1,85 @@
+#include "look/look_file.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "look/embedded_looks.h"
+#include "psivox/error.h"
+#include "psivox/look.h"
+#include "psivox/parameters.h"
+#include "psivox/text.h"
+#include "psivox/text_file.h"
+
+namespace psivox {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* known_choices[] = {"extinction", "flame", "brightness"};
+
+bool is_path(const std::string& name) {
+  return name.find('/') != std::string::npos || name.ends_with(".json");
+}
+
+/// The file of that name in the environment's folders.
+std::optional<std::string> studio_look(const std::string& name) {
+  const char* folders = std::getenv("PSIVOX_LOOKS");
+  if (!folders) return {};
+  for (const std::string& folder : split(folders, ':')) {
+    const fs::path path = fs::path(folder) / (name + ".json");
+    std::error_code missing;
+    if (fs::exists(path, missing)) return path.string();
+  }
+  return {};
+}
+
+LookFile parsed(const std::string& text, const std::string& source) {
+  const auto fail = [&](const std::string& what) {
+    throw Error(ExitCode::usage, in_quotes(source) + ": " + what);
+  };
+  nlohmann::json look = nlohmann::json::parse(text, nullptr, false);
+  if (!look.is_object()) fail("not a look: expected a JSON object of scene parameters");
+  LookFile file;
+  if (const auto choose = look.find("choose"); choose != look.end()) {
+    if (!choose->is_array()) fail("choose: expected a list of names");
+    for (const nlohmann::json& item : *choose) {
+      const std::string name = item.is_string() ? item.get<std::string>() : item.dump();
+      if (std::find(std::begin(known_choices), std::end(known_choices), name) ==
+          std::end(known_choices))
+        fail("choose: " + in_quotes(name) + " is none of extinction, flame, brightness");
+      file.choices.push_back(name);
+    }
+    look.erase(choose);
+  }
+  for (const char* name : {"input", "look"})
+    if (look.contains(name)) fail(std::string(name) + " has no place in a look");
+  file.scene = scene_from_json(look.dump(), source);
+  return file;
+}
+
+}  // namespace
+
+std::vector<std::string> look_names() {
+  std::vector<std::string> names{"plain"};
+  for (const auto& [name, text] : embedded_looks()) names.push_back(name.substr(0, name.find('.')));
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+LookFile read_look(const std::string& name) {
+  if (name == "plain") return {};
+  if (is_path(name)) return parsed(read_text(name, "look"), name);
+  if (const auto path = studio_look(name)) return parsed(read_text(*path, "look"), *path);
+  for (const auto& [file, text] : embedded_looks())
+    if (file == name + ".json") return parsed(std::string(text), file);
+  throw Error(ExitCode::usage, "--look " + in_quotes(name) + ": no such look; there are auto, " +
+                                   joined(look_names(), ", ") +
+                                   ", the path of a .json, and those in the folders of "
+                                   "PSIVOX_LOOKS" +
+                                   suggestion(name, look_names()));
+}
+
+}  // namespace psivox

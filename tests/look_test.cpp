@@ -1,0 +1,199 @@
+// Looks: which one a file gets, that its options give the same picture, and that default pictures
+// can be shown.
+
+#include "psivox/look.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "march_cases.h"
+#include "psivox/draw.h"
+#include "psivox/vdb.h"
+#include "usage_error.h"
+
+namespace psivox {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string asset(const char* name) { return std::string(PSIVOX_ASSETS) + "/" + name; }
+
+Scene scene_of(const std::string& file) {
+  Scene scene;
+  scene.input = file;
+  scene.resolution = {192, 108};
+  return scene;
+}
+
+LookedScene auto_look(const Scene& scene) { return with_look(scene, VdbFile(scene.input), "auto"); }
+
+TEST(Look, IsOpenUnlessSomethingOfItIsGiven) {
+  Scene scene;
+  EXPECT_TRUE(leaves_look_open(scene));
+  scene.extinction = 2;
+  scene.camera_position = glm::dvec3(1);
+  scene.tolerance = 1e-3;
+  EXPECT_TRUE(leaves_look_open(scene));
+  for (const auto& [name, text] : {std::pair("luminance", "1,1,1"),
+                                   {"light", "0,-1,0"},
+                                   {"sky", "1,1,1"},
+                                   {"colormap", "viridis"},
+                                   {"mode", "mip"},
+                                   {"background", "0,0,0"},
+                                   {"look", "plain"},
+                                   {"temperature-grid", "t"},
+                                   {"emission-grid", "e"},
+                                   {"transfer-function", "f.json"}}) {
+    Scene given = scene;
+    set_parameter(given, name, text);
+    EXPECT_FALSE(leaves_look_open(given)) << name;
+  }
+}
+
+TEST(Look, GoesByTheFilesGrids) {
+  EXPECT_EQ(auto_look(scene_of(asset("blobs.vdb"))).look, "fire");
+  EXPECT_EQ(auto_look(scene_of(asset("ramp.vdb"))).look, "scan");
+  EXPECT_EQ(auto_look(scene_of(asset("single_voxel.vdb"))).look, "smoke");
+  for (const auto& [file, look] : {std::pair("smoke.vdb", "smoke"),
+                                   {"cloud_tiles.vdb", "smoke"},
+                                   {"heptane.vdb", "scan"},
+                                   {"mri_t1.vdb", "scan"},
+                                   {"carotid.vdb", "scan"},
+                                   {"edge/levelset_sphere.vdb", "surface"},
+                                   {"edge/velocity_tiles.vdb", "plain"},
+                                   {"edge/torus_density100.vdb", "smoke"}}) {
+    const fs::path path = shared_data() / file;
+    if (!fs::exists(path)) continue;
+    EXPECT_EQ(auto_look(scene_of(path.string())).look, look) << file;
+  }
+}
+
+TEST(Look, NamesTheGridsThatThePictureDoesNotShow) {
+  EXPECT_EQ(auto_look(scene_of(asset("blobs.vdb"))).unused_grids,
+            std::vector<std::string>{"color"});
+  EXPECT_EQ(auto_look(scene_of(asset("slab.vdb"))).unused_grids,
+            std::vector<std::string>{"density_tiles"});
+}
+
+TEST(Look, WhatIsGivenCounts) {
+  Scene scene = scene_of(asset("ramp.vdb"));
+  scene.look = "smoke";
+  scene.luminance = glm::dvec3(0.3);
+  scene.extinction = 2;
+  const LookedScene looked = with_look(scene, VdbFile(scene.input));
+  EXPECT_EQ(looked.look, "smoke");
+  EXPECT_EQ(looked.scene.luminance, glm::dvec3(0.3));
+  EXPECT_EQ(looked.scene.extinction, 2);
+  EXPECT_EQ(looked.scene.lights.size(), 1u);
+  EXPECT_TRUE(looked.scene.background);
+  EXPECT_FALSE(with_look(scene, VdbFile(scene.input), "plain", false).scene.background);
+  // without a look, nothing is set
+  const LookedScene plain = with_look(scene_of(asset("ramp.vdb")), VdbFile(asset("ramp.vdb")));
+  EXPECT_EQ(plain.look, "plain");
+  EXPECT_TRUE(plain.settings.empty());
+}
+
+TEST(Look, StudiosHaveTheirOwn) {
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_looks";
+  fs::create_directories(folder);
+  std::ofstream(folder / "ours.json") << R"({"luminance": [1, 0, 0]})";
+  std::ofstream(folder / "bad.json") << R"({"luminence": [1, 0, 0]})";
+  std::ofstream(folder / "worse.json") << R"({"choose": ["everything"]})";
+  ::setenv("PSIVOX_LOOKS", ("/nowhere:" + folder.string()).c_str(), 1);
+  Scene scene = scene_of(asset("ramp.vdb"));
+  scene.look = "ours";
+  EXPECT_EQ(with_look(scene, VdbFile(scene.input)).scene.luminance, glm::dvec3(1, 0, 0));
+  scene.look = (folder / "ours.json").string();
+  EXPECT_EQ(with_look(scene, VdbFile(scene.input)).scene.luminance, glm::dvec3(1, 0, 0));
+  const auto refusal = [&](const char* look) {
+    scene.look = look;
+    return usage_error([&] { with_look(scene, VdbFile(scene.input)); });
+  };
+  EXPECT_NE(refusal("bad").find("luminence"), std::string::npos);
+  EXPECT_NE(refusal("worse").find("everything"), std::string::npos);
+  EXPECT_NE(refusal("smok").find("smoke"), std::string::npos);
+  ::unsetenv("PSIVOX_LOOKS");
+  fs::remove_all(folder);
+}
+
+using LookPicture = GpuTest;
+
+TEST_F(LookPicture, OptionsAndJsonGiveTheSamePicture) {
+  for (const char* file : {"blobs.vdb", "ramp.vdb", "tiles.vdb"}) {
+    const Scene given = scene_of(asset(file));
+    const LookedScene looked = auto_look(given);
+    const auto picture = [](const Scene& scene) {
+      return Session(scene).draw(*Gpu::renderer()).image;
+    };
+    const Image own = picture(looked.scene);
+    Scene again = given;
+    for (const Setting& setting : looked.settings) set_parameter(again, setting.name, setting.text);
+    EXPECT_EQ(compare_images(own, picture(again)).max, 0) << file;
+    EXPECT_EQ(compare_images(own, picture(scene_from_json(to_json(looked.scene)))).max, 0) << file;
+  }
+}
+
+/// What can be measured of whether a picture can be shown.
+struct Showing {
+  double clipped = 0;  ///< part of the pixels brighter than white
+  double mean = 0;     ///< luminance of the covered part (half opaque or glowing), Rec. 709
+  double spread = 0;   ///< its standard deviation over its mean
+  double extent = 0;   ///< the larger part of the frame's width or height that is covered
+};
+
+Showing showing(const Image& image) {
+  Showing s;
+  int covered = 0, left = image.width, right = -1, top = image.height, bottom = -1;
+  double squares = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const glm::dvec3 c(pixel(image, x, y, 0), pixel(image, x, y, 1), pixel(image, x, y, 2));
+      s.clipped += std::max({c.x, c.y, c.z}) > 1;
+      const double luminance = 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
+      if (pixel(image, x, y, 3) < 0.5f && luminance < 0.1) continue;
+      ++covered;
+      s.mean += luminance;
+      squares += luminance * luminance;
+      left = std::min(left, x), right = std::max(right, x);
+      top = std::min(top, y), bottom = std::max(bottom, y);
+    }
+  s.clipped /= double(image.width) * image.height;
+  if (covered == 0) return s;
+  s.mean /= covered;
+  s.spread = std::sqrt(std::max(squares / covered - s.mean * s.mean, 0.0)) / s.mean;
+  s.extent =
+      std::max(double(right - left + 1) / image.width, double(bottom - top + 1) / image.height);
+  return s;
+}
+
+TEST_F(LookPicture, DefaultPicturesCanBeShown) {
+  std::vector<fs::path> files{asset("blobs.vdb"), asset("ramp.vdb")};
+  for (const char* file :
+       {"smoke.vdb", "cloud_tiles.vdb", "heptane.vdb", "mri_t1.vdb", "frogtissue.vdb", "neghip.vdb",
+        "carotid.vdb", "edge/levelset_sphere.vdb", "edge/levelset_unnamed.vdb",
+        "edge/torus_density100.vdb", "edge/sphere.vdb"})
+    if (fs::exists(shared_data() / file)) files.push_back(shared_data() / file);
+  for (const fs::path& file : files) {
+    const LookedScene looked = auto_look(scene_of(file.string()));
+    Scene scene = looked.scene;
+    scene.tolerance = 3e-3;
+    const Showing s =
+        showing(Session(make_view(scene, looked.fields)).draw(*Gpu::renderer()).image);
+    std::printf("  %-26s %-8s clipped %.3f mean %.2f spread %.2f extent %.2f\n",
+                file.filename().c_str(), looked.look.c_str(), s.clipped, s.mean, s.spread,
+                s.extent);
+    EXPECT_LE(s.clipped, 0.01) << file;
+    EXPECT_GE(s.mean, 0.15) << file;
+    EXPECT_LE(s.mean, 0.6) << file;
+    EXPECT_GE(s.spread, 0.2) << file;
+    EXPECT_GE(s.extent, 0.2) << file;
+    EXPECT_LE(s.extent, 0.9) << file;
+  }
+}
+
+}  // namespace
+}  // namespace psivox
