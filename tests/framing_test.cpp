@@ -64,7 +64,7 @@ TEST(Framing, KeepsACompactBodyWholeAndFillsTheFrame) {
     const Extent extent = extent_of(camera_of(scene, field));
     const double reached = std::max({-extent.low.x, extent.high.x, -extent.low.y, extent.high.y});
     EXPECT_LE(reached, 0.9 + 1e-9);  // the margin is 0.1
-    EXPECT_GE(reached, 0.7);   // leaves are boxes of up to 8 voxels
+    EXPECT_GE(reached, 0.7);         // leaves are boxes of up to 8 voxels
     EXPECT_NEAR(extent.low.x, -extent.high.x, 0.1);
     EXPECT_NEAR(extent.low.y, -extent.high.y, 0.1);
   }

@@ -13,8 +13,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
 LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas);
 /// Exact depths from some voxels of the density.
 std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,
-                                              const Beam& beam,
-                                              std::span<const glm::ivec3> voxels);
+                                              const Beam& beam, std::span<const glm::ivec3> voxels);
 
 class DoubleMarcher : public Marcher {
  public:

@@ -15,7 +15,7 @@ constexpr double left_out = 0.01;      // at either end of what the medium hides
 constexpr double left_out_far = 0.05;  // the same, if the rest is then a quarter as long
 constexpr double added = 0.25;         // of the stretch between, on both sides
 constexpr double least_part = 0.01;    // of the most opaque bin: less is not visible
-constexpr double frame_margin = 0.1;  // of the half width and half height, left free
+constexpr double frame_margin = 0.1;   // of the half width and half height, left free
 constexpr double mean_depth = 3;       // optical depth of a mean bin, whatever the extinction
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
