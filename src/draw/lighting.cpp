@@ -130,9 +130,9 @@ class LightTrials {
     return cell_cost * voxels() * pilot_.mean_cells(termination);
   }
 
-  /// Time of a cell that a ray crosses, in look-ups of a lattice: 0.7 on smoke and 0.95 on a cloud,
-  /// on llvmpipe (docs/performance.md).
-  static constexpr double cell_cost = 0.9;
+  /// Time of a cell that a ray crosses, in look-ups of a lattice, on llvmpipe
+  /// (docs/performance.md).
+  static constexpr double cell_cost = 1.5;
 
   const View& view_;
   const std::vector<glm::ivec3>& blocks_;

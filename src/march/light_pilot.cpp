@@ -140,9 +140,12 @@ double LightPilot::mean_cells(double termination) const {
     const glm::dvec3 one = step * glm::abs(way);
     const glm::dvec3 from = glm::dvec3(leaves[i].origin + 4);
     const double steps = inside(domain, from, way).second / step;
-    double depth = 0, k = 0;
-    for (; k < steps && depth < stop; ++k) depth += step * attenuation.near(from + k * step * way);
-    cells += k * (one.x + one.y + one.z);
+    double depth = 0;
+    for (double k = 0; k < steps && depth < stop; ++k) {
+      const double here = attenuation.near(from + k * step * way);
+      depth += step * here;
+      if (here > 0) cells += one.x + one.y + one.z;  // empty nodes are crossed in one piece
+    }
     ++rays;
   }
   return rays ? cells / double(rays) : 1;

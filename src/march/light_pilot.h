@@ -21,8 +21,8 @@ class LightPilot {
   /// Voxels whose luminance is compared.
   std::span<const glm::ivec3> voxels() const { return voxels_; }
 
-  /// Cells that a ray from a voxel of the medium towards the beams crosses before it ends at that
-  /// transmittance, on average.
+  /// Cells with attenuation that a ray from a voxel of the medium towards the beams crosses before
+  /// it ends at that transmittance, on average.
   double mean_cells(double termination) const;
 
   /// RMS over the picture's pixels and R G B A of what they miss in the light of `lit`, which has

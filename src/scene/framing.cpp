@@ -95,7 +95,7 @@ struct Depths {
     const double bin_area = (x.high - x.low) * (y.high - y.low) / (bins * bins);
     y.spread(part.box.min.y, part.box.max.y, [&](int j, double high) {
       x.spread(part.box.min.x, part.box.max.x, [&](int i, double wide) {
-        const auto k = static_cast<std::size_t>(j * bins + i);
+        const auto k = static_cast<std::size_t>(j) * bins + static_cast<std::size_t>(i);
         depth[k] += part.amount * high * wide * bin_area / whole;
         covered[k] = std::min(1.0, covered[k] + high * wide);
       });

@@ -93,6 +93,7 @@ std::vector<std::string> nearest_first(std::string_view name,
     ranked.emplace_back(edit_distance(folded(name), folded(candidate)), candidate);
   std::ranges::stable_sort(ranked, {}, [](const auto& entry) { return entry.first; });
   std::vector<std::string> names;
+  names.reserve(ranked.size());
   for (auto& entry : ranked) names.push_back(std::move(entry.second));
   return names;
 }
