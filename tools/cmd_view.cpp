@@ -9,6 +9,7 @@
 #include "command_line.h"
 #include "commands.h"
 #include "notices.h"
+#include "psivox/camera.h"
 #include "psivox/error.h"
 #include "psivox/look.h"
 #include "psivox/text.h"
@@ -61,6 +62,13 @@ bool parse(ViewCall& call, Arguments arguments) {
   call.scene.add_to(line);
   add_benchmarks(line, call);
   return line.read(arguments);
+}
+
+/// Turns the camera's lights into the world's, so that orbiting keeps the computed light.
+void keep_lights(const Camera& camera, Scene& scene) {
+  for (DirectionalLight& light : scene.lights)
+    if (std::exchange(light.of_camera, false))
+      light.direction = from_camera(camera, light.direction);
 }
 
 #ifdef PSIVOX_VIEWER
@@ -118,6 +126,7 @@ void view_command(Arguments arguments) {
     const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto");
     if (!call.quiet) print_look(looked);
     scene = looked.scene;
+    keep_lights(make_view(looked.scene, looked.fields).camera, scene);
   }
   if ((call.orbit || call.session) && scene.input.empty())
     usage("no input to orbit around; give IN.vdb");

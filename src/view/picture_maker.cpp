@@ -133,7 +133,7 @@ void PictureMaker::serve(const std::stop_token& stop) {
 void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
   const bool another = wish.volume != shown_;
   if (another) pace_.forget();
-  bring_up(wish.volume, wish.scenes.front().filter);
+  bring_up(wish.volume, wish.scenes.front());
   if (another) stage("compiling", 0);
   draw_previews(wish);
   stage("", 0);
@@ -150,7 +150,7 @@ void PictureMaker::make(const PictureWish& wish, const std::stop_token& stop) {
   refine(wish);
 }
 
-void PictureMaker::bring_up(const std::shared_ptr<Volume>& wished, Filter filter) {
+void PictureMaker::bring_up(const std::shared_ptr<Volume>& wished, const Scene& scene) {
   if (!gpu_) {
     stage("starting OpenGL", 0);
     try {
@@ -165,12 +165,11 @@ void PictureMaker::bring_up(const std::shared_ptr<Volume>& wished, Filter filter
   }
   shown_.reset();
   Wish wish;
-  wish.scene = wished->scene;
-  wish.scene->filter = filter;
+  wish.scene = scene;
   wish.any_light = true;
-  wish.progress = [this, number = newest_.load()](psivox::Stage entered, double fraction) {
+  // not ended by a new wish: light of the camera would never be done while the camera moves
+  wish.progress = [this](psivox::Stage entered, double fraction) {
     stage(stage_text(entered), fraction);
-    if (entered == psivox::Stage::lighting) check_current(number);
   };
   wished->session->prepare(*gpu_, wish);
   shown_ = wished;

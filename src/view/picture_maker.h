@@ -93,8 +93,8 @@ class PictureMaker {
   void run(const std::stop_token& stop);
   void serve(const std::stop_token& stop);
   void make(const PictureWish& wish, const std::stop_token& stop);
-  /// Opens the GPU; has the volume lighted, and uploaded for that filter.
-  void bring_up(const std::shared_ptr<Volume>& wished, Filter filter);
+  /// Opens the GPU; has the volume lighted, and uploaded, for a scene of it.
+  void bring_up(const std::shared_ptr<Volume>& wished, const Scene& scene);
   void draw_previews(const PictureWish& wish);
   void find_picked(const PictureWish& wish, const glm::dvec2& pixel);
   void renew_renderer();
