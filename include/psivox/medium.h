@@ -90,6 +90,8 @@ struct MediumFields {
 
 /// Reads the grids that the picture depends on under the scene's mode. Throws Error(input).
 MediumFields read_fields(const Scene& scene, const VdbFile& file);
+/// Equal for scenes to which read_fields gives the same fields of a file.
+std::string fields_key(const Scene& scene);
 
 /// Resolves the scene's unset optionals and reads its transfer function.
 /// Throws Error(input), Error(usage), Error(memory).

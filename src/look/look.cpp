@@ -23,15 +23,30 @@ std::string density_grid(const Scene& scene, const VdbFile& file) {
   return scene.grid.empty() ? file.default_grid() : scene.grid;
 }
 
-/// The name of the look that suits a file; `density` is read only where its values decide.
-std::string suitable_look(const Scene& scene, const VdbFile& file) {
+/// Fields of a file, read again only for a scene that needs others.
+class KeptFields {
+ public:
+  explicit KeptFields(const VdbFile& file) : file_(file) {}
+  const MediumFields& of(const Scene& scene) {
+    std::string key = fields_key(scene);
+    if (!fields_ || key != key_) fields_ = read_fields(scene, file_);
+    key_ = std::move(key);
+    return *fields_;
+  }
+
+ private:
+  const VdbFile& file_;
+  std::optional<MediumFields> fields_;
+  std::string key_;
+};
+
+/// The name of the look that suits a file; the density is read only where its values decide.
+std::string suitable_look(const Scene& scene, const VdbFile& file, KeptFields& fields) {
   const std::string grid = density_grid(scene, file);
   if (file.channels(grid) != 1) return "plain";
   if (file.grid_class(grid) == "level set") return "surface";
   if (!flame_grid(file, grid).empty()) return "fire";
-  Scene plain = scene;
-  plain.look = "plain";
-  return is_scan(*read_fields(plain, file).density) ? "scan" : "smoke";
+  return is_scan(*fields.of(scene).density) ? "scan" : "smoke";
 }
 
 void take_open(const Scene& look, bool background, Scene& scene) {
@@ -44,9 +59,9 @@ void take_open(const Scene& look, bool background, Scene& scene) {
 
 /// Scales light and luminance so that the mean luminance of what is covered is as wanted, or less
 /// where 3 % would be brighter than white.
-void set_brightness(const VdbFile& file, Scene& scene) {
+void set_brightness(KeptFields& fields, Scene& scene) {
   constexpr double wanted_mean = 0.25, white = 0.95, highlights = 0.03;
-  const Draft draft = make_draft(scene, read_fields(scene, file));
+  const Draft draft = make_draft(scene, fields.of(scene));
   if (!(draft.mean_luminance() > 0)) return;
   const double gain =
       std::min(wanted_mean / draft.mean_luminance(), white / draft.level(highlights));
@@ -54,14 +69,14 @@ void set_brightness(const VdbFile& file, Scene& scene) {
   if (scene.luminance) *scene.luminance *= gain;
 }
 
-void choose(const std::string& what, const VdbFile& file, Scene& scene) {
+void choose(const std::string& what, const VdbFile& file, KeptFields& fields, Scene& scene) {
   if (what == "flame") {
     const std::string grid = flame_grid(file, density_grid(scene, file));
     if (!grid.empty() && scene.emission_grid.empty()) set_flame(scene, file, grid);
   } else if (what == "brightness") {
-    set_brightness(file, scene);
+    set_brightness(fields, scene);
   } else if (!scene.extinction) {
-    scene.extinction = light_extinction(make_view(scene, file));
+    scene.extinction = light_extinction(make_view(scene, fields.of(scene)));
   }
 }
 
@@ -100,14 +115,15 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
                       bool background) {
   LookedScene result{scene, scene.look.empty() ? "plain" : scene.look, {}, {}, {}};
   if (leaves_look_open(scene)) result.look = open;
-  if (result.look == "auto") result.look = suitable_look(scene, file);
+  KeptFields fields(file);
+  if (result.look == "auto") result.look = suitable_look(scene, file, fields);
   const LookFile look = read_look(result.look);
   take_open(look.scene, background, result.scene);
   result.scene.look = "plain";
-  for (const std::string& what : look.choices) choose(what, file, result.scene);
+  for (const std::string& what : look.choices) choose(what, file, fields, result.scene);
   validate(result.scene);
   result.settings = differences(scene, result.scene);
-  result.fields = read_fields(result.scene, file);
+  result.fields = fields.of(result.scene);
   result.unused_grids = unused(file, result.fields, result.scene);
   return result;
 }

@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "psivox/medium.h"
+#include "psivox/parameters.h"
 #include "scene/vector_part.h"
 
 namespace psivox {
@@ -51,6 +52,19 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file) {
   if (scene.shines() && !scene.temperature_grid.empty())
     fields.temperature = read(file, scene.temperature_grid, {GridRole::data, scene.strict});
   return fields;
+}
+
+std::string fields_key(const Scene& scene) {
+  std::string key;
+  for (const char* name :
+       {"input", "grid", "strict", "luminance-grid", "temperature-grid", "emission-grid"})
+    key += "\n" + parameter_text(scene, *find_parameter(name));
+  if (scene.range && (scene.range->percent.x || scene.range->percent.y))
+    key += "\n" + parameter_text(scene, *find_parameter("range"));
+  for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
+                            scene.mode == Mode::isosurface, scene.emission_scale > 0})
+    key += choice ? "1" : "0";
+  return key;
 }
 
 }  // namespace psivox

@@ -31,19 +31,6 @@ std::string stamp_of(const std::string& path) {
   return std::to_string(time.time_since_epoch().count());
 }
 
-std::string fields_key_of(const Scene& scene, int generation) {
-  std::string key = std::to_string(generation);
-  for (const char* name :
-       {"input", "grid", "strict", "luminance-grid", "temperature-grid", "emission-grid"})
-    key += "\n" + parameter_text(scene, *find_parameter(name));
-  if (scene.range && (scene.range->percent.x || scene.range->percent.y))
-    key += "\n" + parameter_text(scene, *find_parameter("range"));
-  for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
-                            scene.mode == Mode::isosurface, scene.emission_scale > 0})
-    key += choice ? "1" : "0";
-  return key;
-}
-
 void count(const Field& field, Histogram& histogram) {
   const auto each = [&](const auto& take) {
     for (const Leaf& leaf : field.leaves)
@@ -112,7 +99,7 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
   auto volume = std::make_shared<Volume>();
   volume->scene = scene;
   volume->key = volume_key(scene, generation);
-  volume->fields_key = fields_key_of(scene, generation);
+  volume->fields_key = std::to_string(generation) + fields_key(scene);
   progress("reading", 0);
   if (previous && previous->fields_key == volume->fields_key) {
     volume->fields = previous->fields;
