@@ -35,6 +35,9 @@ Camera make_camera(const Scene& scene, const Subject& subject);
 /// The camera for a whole box.
 Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dvec3& box_max);
 
+/// Gives the scene the camera, so that make_camera returns it for any subject.
+void keep_camera(Scene& scene, const Camera& camera);
+
 /// A vector of the camera's axes (right, up and backwards, as in OpenGL and glTF) in the world.
 glm::dvec3 from_camera(const Camera& camera, const glm::dvec3& vector);
 

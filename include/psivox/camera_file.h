@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <glm/vec3.hpp>
 #include <string>
 #include <string_view>
@@ -26,6 +27,16 @@ bool is_camera_file(std::string_view path);
 /// volume's Z is, and psivox turns the camera as Blender does when it writes glTF. Throws
 /// Error(input).
 FileCamera read_camera(const std::string& path, bool z_up);
+
+/// A camera that an animation moves.
+struct CameraAnimation {
+  double begin = 0, end = 0;                     ///< of its keys [s]
+  std::function<FileCamera(double seconds)> at;  ///< before and after its keys, with theirs
+};
+
+/// The animation of a glTF file (.gltf, .glb), for a camera chosen as by read_camera. Throws
+/// Error(input), also where nothing is animated.
+CameraAnimation read_camera_animation(const std::string& path, bool z_up);
 
 /// Gives the camera to the scene, for the scene's resolution.
 void set_camera(Scene& scene, const FileCamera& camera);

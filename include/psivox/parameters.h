@@ -89,6 +89,9 @@ struct Setting {
   std::string text;
 };
 
+/// What the command line must set to make `to` of `from`, except for the look's name.
+std::vector<Setting> changed_settings(const Scene& from, const Scene& to);
+
 /// Applies the command line to a scene from a file. A given parameter also clears the file's
 /// parameters that it contradicts (--sampling cells clears a step, --tolerance the whole method).
 void apply_over(Scene& scene, std::span<const Setting> settings);

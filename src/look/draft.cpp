@@ -24,15 +24,18 @@ double Draft::level(double part) const {
   return brightest[std::size_t(double(brightest.size() - 1) * (1 - part))];
 }
 
-Draft make_draft(Scene scene, const MediumFields& fields) {
+Image draft_picture(Scene scene, const MediumFields& fields) {
   scene.background.reset();
   scene.tolerance.reset();
   scene.sampling = Sampling::uniform;
   scene.step = 2;
   scene.resolution = {96, 54};
   scene.pixel_samples = 1;
-  const Image image =
-      Session(make_view(scene, fields)).draw(*open_double(), {.any_light = true}).image;
+  return Session(make_view(scene, fields)).draw(*open_double(), {.any_light = true}).image;
+}
+
+Draft make_draft(const Scene& scene, const MediumFields& fields) {
+  const Image image = draft_picture(scene, fields);
   Draft draft;
   const auto rgba = image.rgba();
   for (std::size_t i = 0; i < rgba.size(); i += 4) {

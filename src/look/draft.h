@@ -16,6 +16,9 @@ struct Draft {
   double level(double part) const;
 };
 
-Draft make_draft(Scene scene, const MediumFields& fields);
+Draft make_draft(const Scene& scene, const MediumFields& fields);
+
+/// The small picture itself.
+Image draft_picture(Scene scene, const MediumFields& fields);
 
 }  // namespace psivox

@@ -80,15 +80,6 @@ void choose(const std::string& what, const VdbFile& file, KeptFields& fields, Sc
   }
 }
 
-std::vector<Setting> differences(const Scene& from, const Scene& to) {
-  std::vector<Setting> settings;
-  for (const Parameter& p : parameters()) {
-    const std::string text = parameter_text(to, p);
-    if (p.name != "look" && text != parameter_text(from, p)) settings.push_back({p.name, text});
-  }
-  return settings;
-}
-
 std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
                                 const Scene& scene) {
   std::vector<std::string> names;
@@ -122,7 +113,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   result.scene.look = "plain";
   for (const std::string& what : look.choices) choose(what, file, fields, result.scene);
   validate(result.scene);
-  result.settings = differences(scene, result.scene);
+  result.settings = changed_settings(scene, result.scene);
   result.fields = fields.of(result.scene);
   result.unused_grids = unused(file, result.fields, result.scene);
   return result;

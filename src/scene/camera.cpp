@@ -198,6 +198,16 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
   return camera;
 }
 
+void keep_camera(Scene& scene, const Camera& camera) {
+  scene.camera_position = camera.position;
+  scene.camera_target = camera.target;
+  scene.camera_up = camera.camera_up;
+  scene.azimuth = scene.elevation = 0;
+  scene.fov = horizontal_fov(scene);
+  scene.zoom = 1;
+  if (camera.orthographic) scene.ortho_width = 2 * camera.half_width;
+}
+
 void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max) {
   const Box domain = field.domain();
   box_min = glm::dvec3(INFINITY);

@@ -9,6 +9,7 @@
 #include "psivox/error.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
+#include "scene/gltf_animation.h"
 #include "scene/gltf_camera.h"
 #include "scene/paraview_camera.h"
 
@@ -86,6 +87,21 @@ FileCamera read_camera(const std::string& path, bool z_up) {
   }
   check(camera, file);
   return camera;
+}
+
+CameraAnimation read_camera_animation(const std::string& path, bool z_up) {
+  const auto [file, name] = split_name(path);
+  if (file.ends_with(".pvcc"))
+    throw Error(ExitCode::usage,
+                in_quotes(file) + " has no animation; give a .json, .gltf or .glb");
+  CameraAnimation animation = animation_from_gltf(read_text(file, "camera"), name, file);
+  animation.at = [z_up, file = file, in_gltf = animation.at](double seconds) {
+    const FileCamera camera = z_up ? mapped(in_gltf(seconds), z_up_from_y_up) : in_gltf(seconds);
+    check(camera, file);
+    return camera;
+  };
+  animation.at(animation.begin);
+  return animation;
 }
 
 void set_camera(Scene& scene, const FileCamera& camera) {

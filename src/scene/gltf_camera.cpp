@@ -123,12 +123,15 @@ json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
+FileCamera camera_from_gltf(const json& gltf, const std::string& name, const std::string& source) {
+  const std::vector<CameraNode> found = camera_nodes(gltf);
+  return camera_of(gltf, choose(found, name, source));
+}
+
 FileCamera camera_from_gltf(const std::string& text, const std::string& name,
                             const std::string& source) {
   try {
-    const json gltf = json::parse(text);
-    const std::vector<CameraNode> found = camera_nodes(gltf);
-    return camera_of(gltf, choose(found, name, source));
+    return camera_from_gltf(json::parse(text), name, source);
   } catch (const json::exception&) {
     throw Error(ExitCode::input, source + ": is not a valid glTF file");
   }
@@ -167,16 +170,33 @@ std::string gltf_of(const FileCamera& camera, double aspect) {
   return gltf.dump(2) + "\n";
 }
 
-std::string json_of_glb(const std::string& bytes, const std::string& source) {
-  // A header of 12 bytes, then the first chunk: its length, its type `JSON`, its bytes.
-  constexpr std::size_t header = 12, chunk = 8;
+namespace {
+
+/// A chunk of a .glb file; unset if the file ends before it.
+std::optional<std::string> chunk_of_glb(const std::string& bytes, std::size_t at,
+                                        const char* type) {
+  constexpr std::size_t header = 8;  // its length and its type
   std::uint32_t length = 0;
-  const bool begins = bytes.size() >= header + chunk && bytes.compare(0, 4, "glTF") == 0 &&
-                      bytes.compare(header + 4, 4, "JSON") == 0;
-  if (begins) std::memcpy(&length, bytes.data() + header, sizeof length);
-  if (!begins || length > bytes.size() - header - chunk)
+  if (bytes.size() < at + header || bytes.compare(at + 4, 4, type, 4) != 0) return {};
+  std::memcpy(&length, bytes.data() + at, sizeof length);
+  if (length > bytes.size() - at - header) return {};
+  return bytes.substr(at + header, length);
+}
+
+constexpr std::size_t glb_header = 12, chunk_header = 8;
+
+}  // namespace
+
+std::string json_of_glb(const std::string& bytes, const std::string& source) {
+  const std::optional<std::string> text = chunk_of_glb(bytes, glb_header, "JSON");
+  if (!bytes.starts_with("glTF") || !text)
     throw Error(ExitCode::input, source + ": is not a valid .glb file");
-  return bytes.substr(header + chunk, length);
+  return *text;
+}
+
+std::string buffer_of_glb(const std::string& bytes, const std::string& source) {
+  const std::size_t next = glb_header + chunk_header + json_of_glb(bytes, source).size();
+  return chunk_of_glb(bytes, next, "BIN\0").value_or("");
 }
 
 }  // namespace psivox

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "psivox/camera_file.h"
@@ -11,10 +12,16 @@ namespace psivox {
 FileCamera camera_from_gltf(const std::string& text, const std::string& name,
                             const std::string& source);
 
+/// The same of parsed JSON; throws nlohmann's exceptions where it is not valid.
+FileCamera camera_from_gltf(const nlohmann::ordered_json& gltf, const std::string& name,
+                            const std::string& source);
+
 /// A glTF file with one camera, given in glTF's own axes. `aspect` is width over height.
 std::string gltf_of(const FileCamera& camera, double aspect);
 
 /// The JSON of a .glb file. Throws Error(input).
 std::string json_of_glb(const std::string& bytes, const std::string& source);
+/// The binary chunk that follows it; empty if there is none.
+std::string buffer_of_glb(const std::string& bytes, const std::string& source);
 
 }  // namespace psivox

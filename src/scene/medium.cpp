@@ -133,14 +133,8 @@ void resolve(const MediumFields& fields, View& view) {
     if (scene.sampling == Sampling::uniform) scene.step = scene.resolved_step();
     scene.early_termination = scene.resolved_early_termination();
   }
-  scene.camera_position = camera.position;
-  scene.camera_target = camera.target;
-  scene.camera_up = camera.camera_up;
+  keep_camera(scene, camera);
   scene.up_axis = z_up ? UpAxis::z : UpAxis::y;
-  scene.azimuth = scene.elevation = 0;
-  scene.fov = horizontal_fov(scene);
-  scene.zoom = 1;
-  if (camera.orthographic) scene.ortho_width = 2 * camera.half_width;
 }
 
 }  // namespace

@@ -155,6 +155,15 @@ void validate_cuts(const Scene& scene) {
 
 }  // namespace
 
+std::vector<Setting> changed_settings(const Scene& from, const Scene& to) {
+  std::vector<Setting> settings;
+  for (const Parameter& p : parameters()) {
+    const std::string text = parameter_text(to, p);
+    if (p.name != "look" && text != parameter_text(from, p)) settings.push_back({p.name, text});
+  }
+  return settings;
+}
+
 void apply_over(Scene& scene, std::span<const Setting> settings) {
   if (contains(settings, "step") && !contains(settings, "sampling")) scene.sampling.reset();
   const Scene before = scene;

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "psivox/look.h"
+#include "psivox/subject.h"
+
+// Sequences: one file for each frame, and one scene for all of them.
+
+namespace psivox {
+
+/// A path with a place for the number of a frame in its file name.
+class FramePattern {
+ public:
+  /// The path's placeholder: `fire.####.vdb`, `fire.%04d.vdb` or `fire.$F4.vdb` pad the number with
+  /// zeros to four digits; `#`, `%d` and `$F` do not pad. Unset if it has none. Throws Error(usage)
+  /// for a second placeholder, and for one in a folder's name.
+  static std::optional<FramePattern> of_placeholder(const std::string& path);
+  /// The last number in a file's name, `fire.0012.vdb`, stands for any; unset if it has none.
+  static std::optional<FramePattern> of_number(const std::string& path);
+
+  std::string path(int frame) const;
+  /// The number in a path that matches the pattern.
+  std::optional<int> frame_of(const std::string& path) const;
+  /// The files that match, by frame.
+  std::map<int, std::string> files() const;
+
+  bool operator==(const FramePattern&) const = default;
+
+ private:
+  std::string before_, after_;  ///< of the path, around the number
+  std::size_t digits_ = 0;      ///< to which numbers are padded; 0: numbers may have any padding
+};
+
+/// Numbers of frames from `1-100`, `1-100x2` (every second) or several of them, `1-10,20`;
+/// ascending. Throws Error(usage), which begins with `option`.
+std::vector<int> read_frames(const std::string& text, const std::string& option);
+
+/// Short text that read_frames reads: `1-10x3,20`. Ascending frames.
+std::string frames_text(std::span<const int> frames);
+
+/// One file for each frame.
+using SequenceFiles = std::map<int, std::string>;
+
+/// The files of a sequence: those that match a pattern, the .vdb files of a folder, or the files
+/// that are named. Names that differ in their last number only are its frames; other names are
+/// numbered from 1 in their order. Unset if `inputs` is one path without a placeholder that is no
+/// folder. Throws Error(input): no file; Error(usage): a folder that holds several sequences.
+std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs);
+
+/// The frames between a sequence's first and last that have no file, where the sequence's files are
+/// as far apart as its two nearest frames.
+std::vector<int> gaps(const SequenceFiles& files);
+
+/// What `auto` chooses, once for all frames.
+struct SequenceScene {
+  /// Complete but for the input: no frame changes it.
+  Scene scene;
+  std::string look;                        ///< `smoke`
+  std::vector<Setting> settings;           ///< what the look has set
+  std::shared_ptr<const Subject> subject;  ///< what the frames show, all together
+  std::vector<std::string> chosen_grids;   ///< by the look: a frame may lack them
+};
+
+/// Resolves a scene for a sequence by some of its files:
+///   look        of most of them, of the later one if there is no most
+///   extinction  the least, so that the densest frame is as transparent as a picture of its own
+///   range       from the least to the greatest value
+///   brightness of light and flame: the least, so that the brightest frame is not clipped
+///   camera      frames the subjects of all
+///   grids, isovalue and what else: of the file with the least extinction
+/// Throws what make_view throws.
+SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> samples,
+                               const std::string& open_look = "plain", bool background = true);
+
+/// The scene for one of the sequence's files, without grids of the look's that the file lacks.
+Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path);
+
+}  // namespace psivox

@@ -1,0 +1,176 @@
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+#include <utility>
+
+#include "look/draft.h"
+#include "psivox/clip.h"
+#include "psivox/error.h"
+#include "psivox/sequence.h"
+
+namespace psivox {
+namespace {
+
+/// What `auto` chooses for one file.
+struct Sample {
+  LookedScene looked;  ///< without its fields
+  Scene scene;         ///< resolved
+  std::shared_ptr<const Subject> subject;
+};
+
+Sample sample_of(Scene scene, const std::string& path, const std::string& open_look,
+                 bool background) {
+  scene.input = path;
+  Sample sample{with_look(scene, VdbFile(path), open_look, background), {}, {}};
+  View view = make_view(sample.looked.scene, std::exchange(sample.looked.fields, {}));
+  return {std::move(sample.looked), std::move(view.scene), std::move(view.subject)};
+}
+
+/// The look of most samples, of the later one if there is no most.
+std::string common_look(const std::vector<Sample>& samples) {
+  const auto votes = [&](const Sample& one) {
+    return std::ranges::count(samples, one.looked.look,
+                              [](const Sample& other) { return other.looked.look; });
+  };
+  const Sample* best = &samples.front();
+  for (const Sample& sample : samples)
+    if (votes(sample) >= votes(*best)) best = &sample;
+  return best->looked.look;
+}
+
+double extinction_of(const Sample& sample) { return sample.scene.extinction.value_or(1); }
+
+/// The sample with the densest medium.
+const Sample& densest(const std::vector<Sample>& samples) {
+  return *std::ranges::min_element(samples, {}, extinction_of);
+}
+
+bool has_flame(const Sample& sample) { return !sample.looked.scene.emission_grid.empty(); }
+
+/// Radiance that light and luminance give to the medium, over all channels.
+double brightness(const Scene& scene) {
+  const auto sum = [](const glm::dvec3& v) { return v.x + v.y + v.z; };
+  double all =
+      sum(scene.luminance.value_or(glm::dvec3(0))) + sum(scene.sky.value_or(glm::dvec3(0)));
+  for (const DirectionalLight& light : scene.lights) all += sum(light.color);
+  return all;
+}
+
+void take_range(const std::vector<Sample>& samples, Scene& scene) {
+  for (const Sample& sample : samples) {
+    if (!sample.scene.range) continue;
+    const glm::dvec2 ends = sample.scene.range->ends;
+    if (!scene.range || scene.range->percent != glm::bvec2(false)) scene.range = ends;
+    scene.range->ends = {std::min(scene.range->ends.x, ends.x),
+                         std::max(scene.range->ends.y, ends.y)};
+  }
+}
+
+/// Temperatures of the hottest flame.
+void take_temperatures(const std::vector<Sample>& samples, Scene& scene) {
+  const Sample* hottest = nullptr;
+  for (const Sample& sample : samples)
+    if (has_flame(sample) && (!hottest || sample.looked.scene.temperature_scale <
+                                              hottest->looked.scene.temperature_scale))
+      hottest = &sample;
+  if (!hottest) return;
+  scene.temperature_scale = hottest->looked.scene.temperature_scale;
+  scene.temperature_offset = hottest->looked.scene.temperature_offset;
+}
+
+void take_brightness(const std::vector<Sample>& samples, Scene& scene) {
+  const Scene& least = std::ranges::min_element(samples, {}, [](const Sample& sample) {
+                         return brightness(sample.scene);
+                       })->scene;
+  scene.lights = least.lights;
+  scene.luminance = least.luminance;
+  scene.sky = least.sky;
+  const Scene* flame = nullptr;
+  for (const Sample& sample : samples)
+    if (has_flame(sample) && (!flame || sample.scene.emission_scale < flame->emission_scale))
+      flame = &sample.scene;
+  if (!flame) return;
+  scene.emission_grid = flame->emission_grid;
+  scene.emission_color = flame->emission_color;
+  scene.emission_scale = flame->emission_scale;
+}
+
+Subject all_subjects(const std::vector<Sample>& samples) {
+  Subject all = *samples.front().subject;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const Subject& one = *samples[i].subject;
+    all.grids.insert(all.grids.end(), one.grids.begin(), one.grids.end());
+    all.box_min = glm::min(all.box_min, one.box_min);
+    all.box_max = glm::max(all.box_max, one.box_max);
+    if (all.z_up.empty()) all.z_up = one.z_up;
+  }
+  return all;
+}
+
+std::vector<Sample> samples_of(const Scene& scene, std::span<const std::string> paths,
+                               const std::string& open_look, bool background) {
+  std::vector<Sample> samples;
+  for (const std::string& path : paths)
+    samples.push_back(sample_of(scene, path, open_look, background));
+  return samples;
+}
+
+/// The least exposure of the samples' drafts.
+double least_exposure(const Scene& scene, std::span<const std::string> paths) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::string& path : paths) {
+    Scene one = scene;
+    one.input = path;
+    const Image draft = draft_picture(one, read_fields(one, VdbFile(path)));
+    least = std::min(least, auto_exposure(draft, scene.tone_map));
+  }
+  return least;
+}
+
+}  // namespace
+
+SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> paths,
+                               const std::string& open_look, bool background) {
+  std::vector<Sample> samples = samples_of(scene, paths, open_look, background);
+  Scene common = scene;
+  const std::string look = common_look(samples);
+  if (look != "plain") {
+    common.look = look;
+    if (std::ranges::any_of(samples, [&](const Sample& s) { return s.looked.look != look; }))
+      samples = samples_of(common, paths, open_look, background);
+  }
+  const std::size_t base = std::size_t(&densest(samples) - samples.data());
+  if (scene.attenuates()) common.extinction = extinction_of(samples[base]);
+  take_range(samples, common);
+  take_temperatures(samples, common);
+  // brightness depends on what was settled so far
+  if (look != "plain" && samples.size() > 1)
+    samples = samples_of(common, paths, open_look, background);
+
+  SequenceScene result{samples[base].scene, look, {}, {}, {}};
+  result.scene.range = common.range;
+  result.scene.temperature_scale = common.temperature_scale;
+  result.scene.temperature_offset = common.temperature_offset;
+  take_brightness(samples, result.scene);
+  const auto subject = std::make_shared<const Subject>(all_subjects(samples));
+  keep_camera(result.scene,
+              make_camera(with_planes(samples[base].looked.scene, *subject), *subject));
+  result.subject = subject;
+  if (!scene.exposure) result.scene.exposure = least_exposure(result.scene, paths);
+  if (scene.emission_grid.empty() && !result.scene.emission_grid.empty())
+    result.chosen_grids.push_back(result.scene.emission_grid);
+  result.scene.input = scene.input;
+  result.settings = changed_settings(scene, result.scene);
+  return result;
+}
+
+Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path) {
+  Scene scene = sequence.scene;
+  scene.input = path;
+  for (const std::string& grid : sequence.chosen_grids)
+    if (file.channels(grid) == 0) scene.emission_grid.clear();
+  return scene;
+}
+
+}  // namespace psivox
