@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <map>
 #include <new>
-#include <system_error>
 #include <utility>
 
 #include "grid_types.h"
 #include "psivox/error.h"
 #include "psivox/text.h"
+#include "read_leaves.h"
 
 namespace psivox::vdb {
 namespace {
@@ -24,27 +24,11 @@ std::string explain(const std::exception& e) {
   return text;
 }
 
-/// Size of a regular file that can be opened; throws Error(input) otherwise.
-std::int64_t size_of(const std::filesystem::path& path) {
-  std::error_code code;
-  const std::filesystem::file_status status = std::filesystem::status(path, code);
-  if (!std::filesystem::exists(status)) {
-    throw Error(ExitCode::input, path.string() + ": no such file");
-  }
-  if (std::filesystem::is_directory(status)) {
-    throw Error(ExitCode::input, path.string() + ": is a directory, not a .vdb file");
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, code);
-  if (code) throw Error(ExitCode::input, path.string() + ": " + code.message());
-  return static_cast<std::int64_t>(size);
-}
-
 }  // namespace
 
-Archive::Archive(const std::filesystem::path& path, Progress progress)
-    : path_(path.string()), size_(size_of(path)), file_(path, std::move(progress)) {
+Archive::Archive(FileBlocks& file, Progress progress)
+    : file_(file), buffer_(file, std::move(progress)) {
   openvdb::initialize();
-  if (!file_.is_open()) throw Error(ExitCode::input, path_ + ": cannot be opened for reading");
   stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
   try {
     readHeader(stream_);
@@ -60,7 +44,7 @@ Archive::Archive(const std::filesystem::path& path, Progress progress)
     file_metadata_ = text_of(metadata);
     read_directory();
   } catch (const std::exception& e) {
-    throw Error(ExitCode::input, path_ + ": is not a VDB file or is damaged: " + explain(e));
+    throw Error(ExitCode::input, file_.path() + ": is not a VDB file or is damaged: " + explain(e));
   }
   name_entries();
 }
@@ -79,7 +63,7 @@ void Archive::read_directory() {
       entries_.push_back(std::move(entry));
       return;
     }
-    const bool cut_short = inputHasGridOffsets() && entry.descriptor.getEndPos() > size_;
+    const bool cut_short = inputHasGridOffsets() && entry.descriptor.getEndPos() > file_.size();
     if (cut_short && i + 1 < count) {
       entry.problem += "; " + std::to_string(count - i - 1) + " more behind it cannot be found";
     }
@@ -113,9 +97,9 @@ void Archive::read_entry(GridEntry& entry) {
   if (descriptor.getGridPos() < here || descriptor.getEndPos() < descriptor.getGridPos()) {
     throw openvdb::IoError("its position in the file is impossible");
   }
-  if (descriptor.getEndPos() > size_) {
+  if (descriptor.getEndPos() > file_.size()) {
     entry.problem = "is cut short: it needs " + std::to_string(descriptor.getEndPos()) +
-                    " bytes, the file has " + std::to_string(size_);
+                    " bytes, the file has " + std::to_string(file_.size());
   }
 }
 
@@ -123,8 +107,8 @@ void Archive::read_entry(GridEntry& entry) {
 void Archive::stream_grid(GridEntry& entry) {
   entry.streamed = openvdb::GridBase::createGrid(entry.descriptor.gridType());
   entry.streamed->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
-  file_.expect(size_);
-  readGrid(entry.streamed, entry.descriptor, stream_);
+  buffer_.expect(file_.size());
+  read_here(entry.streamed, entry.descriptor);
 }
 
 /// OpenVDB's names, `density` or `density[1]`. It writes grids without a name as `[0]`, `[1]`;
@@ -151,7 +135,7 @@ const GridEntry& Archive::find(std::string_view name) const {
   }
   std::vector<std::string> names;
   for (const GridEntry& entry : entries_) names.push_back(entry.name);
-  std::string message = path_ + ": has no grid " + in_quotes(name) + "; it has";
+  std::string message = file_.path() + ": has no grid " + in_quotes(name) + "; it has";
   for (const std::string& known : nearest_first(name, names)) message += " " + in_quotes(known);
   if (names.empty()) message += " none";
   throw Error(ExitCode::input, message);
@@ -182,9 +166,29 @@ openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry) {
   openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
   grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
   entry.descriptor.seekToGrid(stream_);
-  file_.expect(entry.descriptor.getEndPos() - entry.descriptor.getGridPos());
-  readGrid(grid, entry.descriptor, stream_);
+  buffer_.expect(entry.descriptor.getEndPos() - entry.descriptor.getGridPos());
+  read_here(grid, entry.descriptor);
   return grid;
+}
+
+/// OpenVDB's readGrid for the grid at the stream's position, with leaves read by all threads.
+void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor& descriptor) {
+  if (channels_of(descriptor.gridType()) == 0 ||
+      fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) {
+    readGrid(grid, descriptor, stream_);
+    return;
+  }
+  readGridCompression(stream_);
+  openvdb::io::setHalfFloat(stream_, grid->saveFloatAsHalf());
+  openvdb::io::setGridBackgroundValuePtr(stream_, nullptr);
+  grid->readMeta(stream_);
+  // It has the places of leaves, for OpenVDB's own skipping. They can be wrong.
+  grid->removeMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD);
+  openvdb::io::setGridClass(stream_, grid->getGridClass());
+  grid->readTransform(stream_);
+  if (descriptor.isInstance()) return;
+  grid->readTopology(stream_);
+  read_leaves(*grid, stream_, buffer_);
 }
 
 MetadataText Archive::metadata_of(const GridEntry& entry) {
@@ -203,7 +207,7 @@ MetadataText Archive::metadata_of(const GridEntry& entry) {
 }
 
 std::string Archive::subject(std::string_view grid_name) const {
-  return path_ + ": grid '" + std::string(grid_name) + "' ";
+  return file_.path() + ": grid '" + std::string(grid_name) + "' ";
 }
 
 }  // namespace psivox::vdb

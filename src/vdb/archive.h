@@ -4,13 +4,13 @@
 #include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 
-#include <filesystem>
 #include <istream>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "counted_file.h"
+#include "file_blocks.h"
+#include "file_buffer.h"
 #include "file_metadata.h"
 
 namespace psivox::vdb {
@@ -28,13 +28,13 @@ struct GridEntry {
 /// It replaces openvdb::io::File for two reasons. That class refuses a whole file if one grid has
 /// an unregistered type, and it does not notice a read beyond the end of the file, so a truncated
 /// grid has uninitialised values. Here the stream throws, and positions are first checked against
-/// the file's size. Nothing is mapped or loaded later, so a file that shrinks meanwhile cannot
-/// crash the program.
+/// the file's size. Nothing is loaded later, so a file that shrinks meanwhile cannot crash the
+/// program.
 class Archive final : private openvdb::io::Archive {
  public:
-  /// Throws Error(input) if the file is missing, is no .vdb, or ends within its first directory
-  /// entry. `progress` receives the fraction of a grid that has been read.
-  explicit Archive(const std::filesystem::path& path, Progress progress = {});
+  /// Throws Error(input) if the file is no .vdb, or ends within its first directory entry.
+  /// `progress` receives the fraction of a grid that has been read. The file must live as long.
+  explicit Archive(FileBlocks& file, Progress progress = {});
 
   /// The entries in file order.
   const std::vector<GridEntry>& entries() const { return entries_; }
@@ -61,13 +61,13 @@ class Archive final : private openvdb::io::Archive {
   void stream_grid(GridEntry& entry);
   void name_entries();
   openvdb::GridBase::Ptr read_tree(const GridEntry& entry);
+  void read_here(const openvdb::GridBase::Ptr& grid, const openvdb::io::GridDescriptor& descriptor);
 
-  std::string path_;
-  std::int64_t size_ = 0;                      ///< of the file [bytes]
+  FileBlocks& file_;
   openvdb::io::StreamMetadata::Ptr metadata_;  ///< the stream keeps a plain pointer to it
   MetadataText file_metadata_;
-  CountedFile file_;
-  std::istream stream_{&file_};
+  FileBuffer buffer_;
+  std::istream stream_{&buffer_};
   std::vector<GridEntry> entries_;
 };
 

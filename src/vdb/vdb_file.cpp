@@ -12,10 +12,12 @@
 
 namespace psivox {
 
-/// Holds the directory only. Each read opens the file anew, so that reads may run in several
-/// threads and a failed one does not affect the others.
+/// Holds the directory, and what was read last of the file. Each read has a stream of its own, so
+/// that reads may run in several threads and a failed one does not affect the others.
 struct VdbFile::Impl {
-  std::filesystem::path path;
+  explicit Impl(const std::filesystem::path& path) : file(path) {}
+
+  vdb::FileBlocks file;
   Progress progress;
   std::vector<std::string> names;
   std::vector<int> channels;  ///< by name; 0 if the grid cannot be read
@@ -28,10 +30,9 @@ struct VdbFile::Impl {
 };
 
 VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->path = path;
+    : impl_(std::make_unique<Impl>(path)) {
   impl_->progress = std::move(progress);
-  vdb::Archive archive(path, impl_->progress);
+  vdb::Archive archive(impl_->file, impl_->progress);
   impl_->metadata = archive.metadata();
   std::vector<vdb::MetadataText> grids;
   for (const vdb::GridEntry& entry : archive.entries()) {
@@ -73,7 +74,7 @@ const std::map<std::string, std::string>& VdbFile::metadata() const { return imp
 const std::string& VdbFile::z_up() const { return impl_->z_up; }
 
 std::vector<GridInfo> VdbFile::info() const {
-  vdb::Archive archive(impl_->path);
+  vdb::Archive archive(impl_->file);
   std::vector<GridInfo> rows;
   for (const vdb::GridEntry& entry : archive.entries()) {
     rows.push_back(vdb::grid_info(archive, entry));
@@ -95,19 +96,19 @@ std::string VdbFile::default_grid() const {
     const auto only = std::find(channels.begin(), channels.end(), wanted);
     return names[static_cast<std::size_t>(only - channels.begin())];
   }
-  std::string message = impl_->path.string() +
+  std::string message = impl_->file.path() +
                         ": has neither a grid 'density' nor exactly one scalar grid; choose one"
                         " with --grid:";
   for (std::size_t i = 0; i < names.size(); ++i) {
     message += " '" + names[i] + "'" + (channels[i] == 3 ? " (vec3)" : "") +
                (channels[i] == 0 ? " (unreadable)" : "");
   }
-  if (names.empty()) message = impl_->path.string() + ": holds no grid";
+  if (names.empty()) message = impl_->file.path() + ": holds no grid";
   throw Error(ExitCode::input, message);
 }
 
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
-  vdb::Archive archive(impl_->path, impl_->progress);
+  vdb::Archive archive(impl_->file, impl_->progress);
   const vdb::GridEntry& entry = archive.find(grid);
   Field field =
       vdb::field_from_grid(archive.read(entry), entry.name, archive.subject(entry.name), options);

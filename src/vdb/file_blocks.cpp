@@ -1,0 +1,103 @@
+#include "file_blocks.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <stdexcept>
+#include <system_error>
+
+#include "psivox/error.h"
+
+namespace psivox::vdb {
+namespace {
+
+constexpr std::int64_t block = 64 << 10;      // [bytes]
+constexpr std::int64_t most_kept = 64 << 20;  // [bytes]
+
+/// Size of a regular file; throws Error(input) if it is none.
+std::int64_t size_of(const std::filesystem::path& path) {
+  std::error_code code;
+  const std::filesystem::file_status status = std::filesystem::status(path, code);
+  if (!std::filesystem::exists(status)) {
+    throw Error(ExitCode::input, path.string() + ": no such file");
+  }
+  if (std::filesystem::is_directory(status)) {
+    throw Error(ExitCode::input, path.string() + ": is a directory, not a .vdb file");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, code);
+  if (code) throw Error(ExitCode::input, path.string() + ": " + code.message());
+  return static_cast<std::int64_t>(size);
+}
+
+}  // namespace
+
+FileBlocks::FileBlocks(const std::filesystem::path& path)
+    : path_(path.string()), size_(size_of(path)), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (file_ < 0) throw Error(ExitCode::input, path_ + ": cannot be opened for reading");
+}
+
+FileBlocks::~FileBlocks() { close(file_); }
+
+FileRun FileBlocks::run(std::int64_t position, std::int64_t wanted) {
+  FileRun run;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const FileRun* kept = find(position)) return *kept;
+    run = missing(position, wanted);
+  }
+  if (run.size <= 0) return {position, 0, nullptr};
+  const auto bytes = std::make_shared_for_overwrite<char[]>(static_cast<std::size_t>(run.size));
+  std::int64_t read = 0;
+  while (read < run.size) {
+    const ssize_t got = pread(file_, bytes.get() + read, static_cast<std::size_t>(run.size - read),
+                              run.begin + read);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw std::runtime_error(std::generic_category().message(errno));
+    if (got == 0) break;  // the file is shorter than it was
+    read += got;
+  }
+  run.size = read;
+  run.bytes = bytes;
+  if (!run.has(position)) return {position, 0, nullptr};
+  const std::lock_guard lock(mutex_);
+  keep(run);
+  return run;
+}
+
+void FileBlocks::announce(std::int64_t begin, std::int64_t length) const {
+  posix_fadvise(file_, begin, length, POSIX_FADV_WILLNEED);
+}
+
+const FileRun* FileBlocks::find(std::int64_t position) const {
+  const auto next = runs_.upper_bound(position);
+  if (next == runs_.begin()) return nullptr;
+  const FileRun& run = std::prev(next)->second;
+  return run.has(position) ? &run : nullptr;
+}
+
+FileRun FileBlocks::missing(std::int64_t position, std::int64_t wanted) const {
+  const auto next = runs_.upper_bound(position);
+  FileRun run;
+  run.begin = position / block * block;
+  if (next != runs_.begin()) run.begin = std::max(run.begin, std::prev(next)->second.end());
+  std::int64_t end = run.begin + (wanted + block - 1) / block * block;
+  if (next != runs_.end()) end = std::min(end, next->first);
+  run.size = std::min(end, size_) - run.begin;
+  return run;
+}
+
+void FileBlocks::keep(const FileRun& run) {
+  if (!runs_.emplace(run.begin, run).second) return;  // another thread has just read it, too
+  oldest_first_.push_back(run.begin);
+  kept_ += run.size;
+  while (kept_ > most_kept && oldest_first_.size() > 1) {
+    const auto oldest = runs_.find(oldest_first_.front());
+    kept_ -= oldest->second.size;
+    runs_.erase(oldest);
+    oldest_first_.pop_front();
+  }
+}
+
+}  // namespace psivox::vdb

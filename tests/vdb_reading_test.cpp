@@ -1,0 +1,221 @@
+// How VdbFile reads: each byte about once, in few calls, and the same values as OpenVDB's own
+// reader with every codec.
+
+#include <openvdb/io/Compression.h>
+#include <openvdb/io/Stream.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+
+#include "psivox/vdb.h"
+#include "vdb/grid_types.h"
+#include "vdb_test_util.h"
+
+namespace psivox {
+namespace {
+
+using openvdb::Coord;
+using test::input_error;
+
+/// What the process has read so far. The system counts every call, of all libraries.
+struct Reads {
+  std::int64_t bytes = 0, calls = 0;
+};
+
+Reads reads_of_process() {
+  Reads reads;
+  std::ifstream file("/proc/self/io");
+  std::string key;
+  for (std::int64_t value; file >> key >> value;) {
+    if (key == "rchar:") reads.bytes = value;
+    if (key == "syscr:") reads.calls = value;
+  }
+  return reads;
+}
+
+/// A number that looks random, so that no codec makes it much smaller.
+std::uint32_t noise(const Coord& p) {
+  std::uint32_t hash =
+      static_cast<std::uint32_t>(p.x() * 73856093 ^ p.y() * 19349663 ^ p.z() * 83492791);
+  hash ^= hash >> 13;
+  hash *= 0x5bd1e995u;
+  return hash ^ hash >> 15;
+}
+
+template <typename ValueT>
+ValueT value_at(const Coord& p) {
+  const double value = 1 + noise(p) % 4093 / 64.0;
+  if constexpr (openvdb::VecTraits<ValueT>::IsVec)
+    return ValueT(static_cast<typename ValueT::value_type>(value));
+  else
+    return static_cast<ValueT>(value);
+}
+
+/// A ball with leaves that are full, leaves that are not, and inactive voxels of one, two and many
+/// values, each of which the format stores in another way.
+template <typename GridT>
+openvdb::GridBase::Ptr ball(const std::string& name, int radius, bool half = false) {
+  openvdb::initialize();
+  const auto grid = vdb::new_grid<GridT>();
+  using ValueT = typename GridT::ValueType;
+  auto to = grid->getAccessor();
+  const auto inside = [&](const Coord& p) {
+    return p.x() * p.x() + p.y() * p.y() + p.z() * p.z() < radius * radius;
+  };
+  for (const Coord& p : openvdb::CoordBBox(Coord(-radius), Coord(radius))) {
+    if (inside(p)) {
+      to.setValue(p, value_at<ValueT>(p));
+    } else if (const std::uint32_t kinds = noise(p & ~7) % 4; kinds > 0 && to.isVoxel(p)) {
+      to.setValueOff(p, value_at<ValueT>(Coord(static_cast<int>(noise(p) % (3 * kinds - 2)))));
+    }
+  }
+  grid->setName(name);
+  grid->setSaveFloatAsHalf(half);
+  return grid;
+}
+
+std::filesystem::path written(const openvdb::GridCPtrVec& grids, std::uint32_t compression,
+                              const std::string& name = "made.vdb") {
+  const auto path = test::scratch_dir() / name;
+  openvdb::io::File file(path.string());
+  file.setCompression(compression);
+  file.write(grids);
+  return path;
+}
+
+/// All values of all leaves are those of OpenVDB's reader. Both convert by static_cast<float>.
+template <typename GridT>
+void expect_values_of_openvdb(const std::filesystem::path& path, const std::string& name) {
+  const Field field = VdbFile(path).read(name, {GridRole::data});
+  const auto grid = openvdb::gridPtrCast<GridT>(test::openvdb_grid(path, name));
+  ASSERT_EQ(field.leaves.size(), grid->tree().leafCount());
+  for (const Leaf& leaf : field.leaves) {
+    const Coord origin(leaf.origin.x, leaf.origin.y, leaf.origin.z);
+    const auto* expected = grid->tree().probeConstLeaf(origin);
+    ASSERT_NE(expected, nullptr);
+    for (openvdb::Index n = 0; n < expected->SIZE; ++n) {
+      const auto value = expected->getValue(n);
+      if constexpr (openvdb::VecTraits<typename GridT::ValueType>::IsVec) {
+        for (openvdb::Index c = 0; c < 3; ++c)
+          ASSERT_EQ(leaf.values[n * 3 + c], static_cast<float>(value[static_cast<int>(c)]));
+      } else {
+        ASSERT_EQ(leaf.values[n], static_cast<float>(value)) << name << " at " << origin;
+      }
+    }
+  }
+}
+
+std::vector<std::uint32_t> codecs() {
+  using namespace openvdb::io;
+  std::vector<std::uint32_t> all{COMPRESS_NONE, COMPRESS_ACTIVE_MASK};
+  for (const std::uint32_t codec : {COMPRESS_ZIP, COMPRESS_BLOSC}) {
+    if (codec == COMPRESS_ZIP && !Archive::hasZLibCompression()) continue;
+    if (codec == COMPRESS_BLOSC && !Archive::hasBloscCompression()) continue;
+    all.push_back(codec);
+    all.push_back(codec | COMPRESS_ACTIVE_MASK);
+  }
+  return all;
+}
+
+TEST(VdbReading, EveryCodecAndTypeGivesTheValuesOfOpenVdb) {
+  for (const std::uint32_t codec : codecs()) {
+    SCOPED_TRACE(openvdb::io::compressionToString(codec));
+    const auto path = written(
+        {ball<openvdb::FloatGrid>("float", 40), ball<openvdb::FloatGrid>("half", 20, /*half=*/true),
+         ball<openvdb::DoubleGrid>("double", 20), ball<openvdb::Int32Grid>("int32", 20),
+         ball<openvdb::Int64Grid>("int64", 20), ball<openvdb::BoolGrid>("bool", 20),
+         ball<openvdb::Vec3SGrid>("vec3s", 20),
+         ball<openvdb::Vec3DGrid>("vec3d", 20, /*half=*/true),
+         ball<openvdb::Vec3IGrid>("vec3i", 20)},
+        codec);
+    expect_values_of_openvdb<openvdb::FloatGrid>(path, "float");
+    expect_values_of_openvdb<openvdb::FloatGrid>(path, "half");
+    expect_values_of_openvdb<openvdb::DoubleGrid>(path, "double");
+    expect_values_of_openvdb<openvdb::Int32Grid>(path, "int32");
+    expect_values_of_openvdb<openvdb::Int64Grid>(path, "int64");
+    expect_values_of_openvdb<openvdb::BoolGrid>(path, "bool");
+    expect_values_of_openvdb<openvdb::Vec3SGrid>(path, "vec3s");
+    expect_values_of_openvdb<openvdb::Vec3DGrid>(path, "vec3d");
+    expect_values_of_openvdb<openvdb::Vec3IGrid>(path, "vec3i");
+  }
+}
+
+/// What `use` reads of a file, by the system's count.
+Reads reads_of(const std::filesystem::path& path, const std::function<void(const VdbFile&)>& use) {
+  VdbFile(path).info();  // threads, and what else a process reads once
+  const Reads before = reads_of_process();
+  use(VdbFile(path));
+  const Reads after = reads_of_process();
+  return {after.bytes - before.bytes, after.calls - before.calls};
+}
+
+void expect_read_once(const std::filesystem::path& path, const Reads& reads) {
+  const auto size = static_cast<std::int64_t>(std::filesystem::file_size(path));
+  ASSERT_GT(size, 1 << 20) << "too small to tell";
+  EXPECT_LE(static_cast<double>(reads.bytes), 1.2 * static_cast<double>(size)) << path;
+  EXPECT_LE(reads.calls, size / (256 << 10) + 100) << path;
+}
+
+TEST(VdbReading, EachByteIsReadAboutOnceInFewCalls) {
+  if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
+  const openvdb::GridCPtrVec grids{
+      ball<openvdb::FloatGrid>("density", 50), ball<openvdb::FloatGrid>("heat", 40, true),
+      ball<openvdb::Vec3SGrid>("velocity", 40), ball<openvdb::FloatGrid>("fuel", 30)};
+  const auto all = [](const VdbFile& file) {
+    for (const std::string& name : file.names()) file.read(name);
+  };
+  const auto everything = [&](const VdbFile& file) {
+    file.info();
+    all(file);
+    file.read("density", {GridRole::data});
+  };
+  for (const std::uint32_t codec : codecs()) {
+    SCOPED_TRACE(openvdb::io::compressionToString(codec));
+    const auto path = written(grids, codec);
+    expect_read_once(path, reads_of(path, all));
+    expect_read_once(path, reads_of(path, everything));
+  }
+  const auto piped = test::scratch_dir() / "piped.vdb";
+  {
+    std::ofstream out(piped, std::ios::binary);
+    openvdb::io::Stream(out).write(grids);
+  }
+  expect_read_once(piped, reads_of(piped, all));
+}
+
+TEST(VdbReading, WhatIsNotAskedForIsNotRead) {
+  if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
+  const auto path =
+      written({ball<openvdb::FloatGrid>("small", 20), ball<openvdb::FloatGrid>("large", 60)},
+              openvdb::io::COMPRESS_NONE);
+  const std::int64_t size = static_cast<std::int64_t>(std::filesystem::file_size(path));
+  EXPECT_LT(reads_of(path, [](const VdbFile& file) { file.names(); }).bytes, size / 10);
+  EXPECT_LT(reads_of(path, [](const VdbFile& file) { file.read("small"); }).bytes, size / 4);
+}
+
+TEST(VdbReading, AFileThatShrinksMeanwhileIsAnError) {
+  const auto path = written({ball<openvdb::FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
+  const VdbFile file(path);
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
+  EXPECT_NE(input_error([&] { file.read("density"); }).find("the file ends too early"),
+            std::string::npos);
+}
+
+TEST(VdbReading, ProgressGrowsToTheEndAndMayEndTheReading) {
+  const auto path = written({ball<openvdb::FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
+  std::vector<double> told;
+  VdbFile(path, [&](double fraction) { told.push_back(fraction); }).read("density");
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_GT(told.size(), 3u);
+  EXPECT_GT(told.back(), 0.5);
+  EXPECT_LE(told.back(), 1.0);
+  struct Ended {};
+  const VdbFile ended(path, [](double fraction) {
+    if (fraction > 0.3) throw Ended();
+  });
+  EXPECT_THROW(ended.read("density"), Ended);
+}
+
+}  // namespace
+}  // namespace psivox
