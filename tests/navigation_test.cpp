@@ -146,6 +146,22 @@ TEST(Navigation, AxisViewsAreBlenders) {
   EXPECT_NEAR(camera_of(upright, scene).right.x, 1, 1e-9);
 }
 
+TEST(Navigation, FacesAPlaneFromTheNearerSide) {
+  for (const glm::dvec3 normal : {glm::dvec3(1, 0, 0), {0, 1, 0}, {0, 0, -1}, {1, 2, -3}}) {
+    Navigation navigation = over_box();
+    navigation.orbit({40, 30});
+    const glm::dvec3 pivot = navigation.pivot(), before = navigation.forward();
+    const double away = distance(camera_of(navigation).position, pivot);
+    navigation.face(normal);
+    const Camera camera = camera_of(navigation);
+    // numbers are rounded to a millionth of the distance
+    EXPECT_NEAR(std::abs(glm::dot(camera.forward, glm::normalize(normal))), 1, 1e-9);
+    EXPECT_GT(glm::dot(camera.forward, before), 0);
+    EXPECT_NEAR(distance(camera.position, pivot), away, 1e-5 * away);
+    EXPECT_GE(camera.up.y, -1e-9);
+  }
+}
+
 TEST(Navigation, TheOtherProjectionKeepsTheSizeAtThePivot) {
   Navigation navigation = over_box();
   navigation.orbit({50, 30});

@@ -101,9 +101,9 @@ TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
 TEST(ViewerFiles, ASizeThatIsNoneIsSaidAndHarmsNothing) {
   Hands hands(small(asset("slab.vdb")));
   ASSERT_TRUE(hands.until_exact());
-  hands.click({120, 142});  // the field `size`
+  hands.click({120, 162});  // the field `size`
   hands.type("abc");
-  hands.click({90, 166});  // `copy as command line`
+  hands.click({90, 185});  // `copy as command line`
   EXPECT_EQ(hands.viewer.messages().error_count(), 1);
   EXPECT_NE(hands.viewer.messages().last_error().find("abc"), std::string::npos)
       << hands.viewer.messages().last_error();

@@ -52,6 +52,7 @@ inline Image rendered(Scene scene, const std::string& layers = "") {
 inline Scene small(const std::string& input) {
   Scene scene;
   scene.input = input;
+  scene.look = "plain";
   scene.resolution = {480, 360};
   return scene;
 }
@@ -130,7 +131,8 @@ inline void expect_same(const Image& a, const Image& b) {
   ASSERT_EQ(a.width, b.width);
   ASSERT_EQ(a.height, b.height);
   const auto left = a.rgba(), right = b.rgba();
-  EXPECT_TRUE(std::equal(left.begin(), left.end(), right.begin(), right.end()));
+  EXPECT_TRUE(std::equal(left.begin(), left.end(), right.begin(), right.end()))
+      << "largest difference " << compare_images(a, b).max;
 }
 
 }  // namespace psivox::view

@@ -222,8 +222,7 @@ TEST(Viewer, ASlowScreenIsNotTakenForRest) {
 }
 
 TEST(Viewer, TheBenchmarkOrdersItsTimes) {
-  Hands hands(small(asset("blobs.vdb")));
-  hands.key(GLFW_KEY_TAB);  // the panel is where the benchmark drags
+  Hands hands(small(asset("blobs.vdb")));  // the panel covers the place of the drag
   const OrbitTimes times = benchmark_orbit(hands.viewer, 30);
   EXPECT_GT(times.p50_ms, 0);
   EXPECT_LE(times.p50_ms, times.p90_ms);

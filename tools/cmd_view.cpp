@@ -9,9 +9,7 @@
 #include "command_line.h"
 #include "commands.h"
 #include "notices.h"
-#include "psivox/camera.h"
 #include "psivox/error.h"
-#include "psivox/look.h"
 #include "psivox/text.h"
 #include "scene_options.h"
 #ifdef PSIVOX_VIEWER
@@ -64,13 +62,6 @@ bool parse(ViewCall& call, Arguments arguments) {
   return line.read(arguments);
 }
 
-/// Turns the camera's lights into the world's, so that orbiting keeps the computed light.
-void keep_lights(const Camera& camera, Scene& scene) {
-  for (DirectionalLight& light : scene.lights)
-    if (std::exchange(light.of_camera, false))
-      light.direction = from_camera(camera, light.direction);
-}
-
 #ifdef PSIVOX_VIEWER
 void print_orbit(view::Viewer& viewer, int pictures) {
   const view::OrbitTimes times = view::benchmark_orbit(viewer, pictures);
@@ -120,14 +111,7 @@ void print_session(view::Viewer& viewer, const std::string& input, int switches)
 void view_command(Arguments arguments) {
   ViewCall call;
   if (!parse(call, arguments)) return;
-  Scene scene = call.scene.scene();
-  if (!scene.input.empty() && std::filesystem::exists(scene.input) &&
-      (leaves_look_open(scene) || !scene.look.empty())) {
-    const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto");
-    if (!call.quiet) print_look(looked);
-    scene = looked.scene;
-    keep_lights(make_view(looked.scene, looked.fields).camera, scene);
-  }
+  const Scene scene = call.scene.scene();
   if ((call.orbit || call.session) && scene.input.empty())
     usage("no input to orbit around; give IN.vdb");
 #ifdef PSIVOX_VIEWER
@@ -138,6 +122,7 @@ void view_command(Arguments arguments) {
   options.debug = call.gl_debug;
   options.quiet = call.quiet;
   options.count_objects = call.session > 0;
+  options.tell_look = print_look;
   options.render = [](const std::vector<std::string>& saved) { render_command(saved); };
   view::Viewer viewer(scene, options);
   if (call.orbit) print_orbit(viewer, call.orbit);

@@ -11,10 +11,16 @@ namespace psivox {
 
 /// Names of the looks that psivox brings: `fire`, `plain`, ... `auto` is not among them.
 std::vector<std::string> look_names();
+/// Those, and the names of the files in PSIVOX_LOOKS that are not among them, ascending.
+std::vector<std::string> available_looks();
 
 /// Whether the scene sets nothing of how a picture looks: neither luminance, light, colours,
 /// temperature, emission, mode nor background. `auto` then chooses a look.
 bool leaves_look_open(const Scene& scene);
+
+/// The scene without anything of how a picture looks, and without its look. Its grids, camera, clip
+/// and exposure stay.
+Scene without_look(Scene scene);
 
 /// A scene in its look.
 struct LookedScene {

@@ -102,6 +102,19 @@ bool leaves_look_open(const Scene& scene) {
   });
 }
 
+Scene without_look(Scene scene) {
+  for (const Parameter& p : parameters()) {
+    const bool stays = p.name == "clip" || p.name == "clip-plane";
+    if (says_how_it_looks(p) && !stays) set_default(scene, p);
+  }
+  scene.extinction.reset();
+  scene.look.clear();
+  // what only a function or a map may have
+  scene.color_bar = scene.split_knots = false;
+  if (is_transfer_rule(scene.resolved_integrator())) scene.integrator.reset();
+  return scene;
+}
+
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open,
                       bool background) {
   LookedScene result{scene, scene.look.empty() ? "plain" : scene.look, {}, {}, {}};

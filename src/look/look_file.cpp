@@ -24,11 +24,15 @@ bool is_path(const std::string& name) {
   return name.find('/') != std::string::npos || name.ends_with(".json");
 }
 
-/// The file of that name in the environment's folders.
-std::optional<std::string> studio_look(const std::string& name) {
+/// Where a studio has its looks.
+std::vector<std::string> studio_folders() {
   const char* folders = std::getenv("PSIVOX_LOOKS");
-  if (!folders) return {};
-  for (const std::string& folder : split(folders, ':')) {
+  return folders ? split(folders, ':') : std::vector<std::string>();
+}
+
+/// The file of that name in those folders.
+std::optional<std::string> studio_look(const std::string& name) {
+  for (const std::string& folder : studio_folders()) {
     const fs::path path = fs::path(folder) / (name + ".json");
     std::error_code missing;
     if (fs::exists(path, missing)) return path.string();
@@ -69,17 +73,30 @@ std::vector<std::string> look_names() {
   return names;
 }
 
+std::vector<std::string> available_looks() {
+  std::vector<std::string> names = look_names();
+  for (const std::string& folder : studio_folders()) {
+    std::error_code unreadable;
+    for (const auto& entry : fs::directory_iterator(folder, unreadable))
+      if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
 LookFile read_look(const std::string& name) {
   if (name == "plain") return {};
   if (is_path(name)) return parsed(read_text(name, "look"), name);
   if (const auto path = studio_look(name)) return parsed(read_text(*path, "look"), *path);
   for (const auto& [file, text] : embedded_looks())
     if (file == name + ".json") return parsed(std::string(text), file);
+  const std::vector<std::string> names = available_looks();
   throw Error(ExitCode::usage, "--look " + in_quotes(name) + ": no such look; there are auto, " +
-                                   joined(look_names(), ", ") +
+                                   joined(names, ", ") +
                                    ", the path of a .json, and those in the folders of "
                                    "PSIVOX_LOOKS" +
-                                   suggestion(name, look_names()));
+                                   suggestion(name, names));
 }
 
 }  // namespace psivox

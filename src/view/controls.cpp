@@ -39,7 +39,7 @@ void copy(Viewer& viewer, const Event& event) {
 }
 void toggle_help(Viewer& viewer, const Event&) { viewer.panels().help ^= true; }
 void next_comparison(Viewer& viewer, const Event&) {
-  const int next = (static_cast<int>(viewer.look().comparison) + 1) % 3;
+  const int next = (static_cast<int>(viewer.display().comparison) + 1) % 3;
   viewer.compare(static_cast<Comparison>(next), viewer.other());
 }
 
@@ -127,7 +127,7 @@ void Controls::button(const Event& event) {
   }
   const Gui& gui = viewer_.gui();
   if (gui.takes_pointer() || button_ >= 0) return;
-  const DisplaySettings& look = viewer_.look();
+  const DisplaySettings& look = viewer_.display();
   const double divider = look.divider * viewer_.window().size().x;
   if (event.code == GLFW_MOUSE_BUTTON_LEFT && look.comparison == Comparison::wipe &&
       std::abs(event.place.x - divider) < divider_reach * gui.scale()) {
@@ -144,7 +144,7 @@ void Controls::move(const Event& event) {
   pointer_ = event.place;
   Navigation& navigation = viewer_.navigation();
   if (dragging_divider_)
-    viewer_.look().divider =
+    viewer_.display().divider =
         std::clamp(event.place.x / std::max(viewer_.window().size().x, 1), 0.0, 1.0);
   else if (button_ == GLFW_MOUSE_BUTTON_LEFT)
     navigation.orbit(by);

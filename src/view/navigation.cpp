@@ -6,22 +6,9 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "view/rounding.h"
+
 namespace psivox::view {
-namespace {
-
-/// Rounds to a multiple of the largest power of ten that is at most `unit`.
-double rounded_to(double value, double unit) {
-  const double digits = std::pow(10.0, std::ceil(-std::log10(unit)));
-  // + 0: -0 is 0
-  return std::isfinite(digits) && digits > 0 ? std::round(value * digits) / digits + 0.0 : value;
-}
-
-glm::dvec3 rounded_to(const glm::dvec3& value, double unit) {
-  return {rounded_to(value.x, unit), rounded_to(value.y, unit), rounded_to(value.z, unit)};
-}
-
-}  // namespace
-
 void Navigation::reset(const Scene& scene, const Subject& subject) {
   const Camera camera = make_camera(scene, subject);
   set_subject(subject);
@@ -139,6 +126,20 @@ void Navigation::look(Axis axis, bool opposite) {
     up_ = sign * front;
   }
   right_ = glm::cross(forward_, up_);
+  position_ = pivot_ - depth * forward_;
+  moved_ = true;
+}
+
+void Navigation::face(const glm::dvec3& normal) {
+  const double depth = pivot_depth();
+  const glm::dvec3 before = up_, unit = glm::normalize(normal);
+  forward_ = glm::dot(unit, forward_) < 0 ? -unit : unit;
+  const glm::dvec3 axis = glm::normalize(scene_up_);
+  up_ = std::abs(glm::dot(axis, forward_)) > 0.999 ? before : axis;
+  // where that is along the view too, any other direction will do
+  if (std::abs(glm::dot(up_, forward_)) > 0.999) up_ = right_;
+  right_ = glm::normalize(glm::cross(forward_, up_));
+  up_ = glm::cross(right_, forward_);
   position_ = pivot_ - depth * forward_;
   moved_ = true;
 }

@@ -38,6 +38,9 @@ class Navigation {
   void frame_all();
   /// Keeps the pivot and its distance; `opposite`: from the back, the left, below.
   void look(Axis axis, bool opposite);
+  /// Looks along a plane's normal, from the side that is nearer. Keeps the pivot and its distance.
+  void face(const glm::dvec3& normal);
+  const glm::dvec3& forward() const { return forward_; }
   /// Perspective or orthographic; the plane through the pivot keeps its size.
   void toggle_projection();
   /// The point that orbits turn around; the picture stays.

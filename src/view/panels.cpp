@@ -8,9 +8,11 @@
 
 #include "psivox/parameters.h"
 #include "psivox/text.h"
+#include "view/cut_panel.h"
 #include "view/keys.h"
 #include "view/parameter_panel.h"
 #include "view/recent_files.h"
+#include "view/sliders.h"
 #include "view/viewer.h"
 
 namespace psivox::view {
@@ -25,10 +27,6 @@ ImGuiCond placing(const Viewer& viewer) {
   return viewer.gui().places_panels() ? ImGuiCond_Always : ImGuiCond_FirstUseEver;
 }
 
-bool slide(const char* label, double& value, double least, double most, const char* format) {
-  return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &least, &most, format);
-}
-
 std::string format_ms(double ms) {
   return ms < 1000 ? formatted("%.0f ms", ms) : formatted("%.1f s", ms / 1000);
 }
@@ -36,6 +34,21 @@ std::string format_ms(double ms) {
 std::string work_text(const WorkStage& stage, const std::string& of = "") {
   const auto& [name, fraction] = stage;
   return name + of + (fraction > 0 ? formatted(" %.0f %%", std::floor(100 * fraction)) : "");
+}
+
+void draw_look_menu(Viewer& viewer) {
+  ImGui::SetNextItemWidth(0.6f * ImGui::GetWindowWidth());
+  const bool open = ImGui::BeginCombo("look", viewer.look().text().c_str());
+  if (!open && ImGui::IsItemHovered())
+    ImGui::SetTooltip(
+        "scene parameters that suit the file; it replaces what is set below.\n"
+        "auto goes by the file's grids");
+  if (!open) return;
+  std::vector<std::string> names = available_looks();
+  names.insert(names.begin(), "auto");
+  for (const std::string& name : names)
+    if (ImGui::Selectable(name.c_str())) viewer.choose_look(name);
+  ImGui::EndCombo();
 }
 
 void draw_file_section(Viewer& viewer) {
@@ -72,13 +85,14 @@ void draw_right_side(Viewer& viewer) {
   Scene right = *viewer.other();
   const auto refuse = [&](const std::string& why) { viewer.error(why); };
   ImGui::PushID("right");
-  if (edit_parameters(right, {}, refuse, names)) viewer.compare(viewer.look().comparison, right);
+  if (edit_parameters(right, {}, refuse, names)) viewer.compare(viewer.display().comparison, right);
   ImGui::PopID();
 }
 
 void draw_exposure(Viewer& viewer) {
   Scene edited = viewer.scene();
   double stops = viewer.exposure();
+  ImGui::SetNextItemWidth(0.45f * ImGui::GetWindowWidth());
   bool changed = slide("exposure", stops, -10, 10, "%.2f");
   if (ImGui::IsItemHovered())
     ImGui::SetTooltip("powers of 2, in the window and in saved sRGB pictures");
@@ -96,7 +110,7 @@ void draw_exposure(Viewer& viewer) {
 
 void draw_display_section(Viewer& viewer) {
   if (!ImGui::CollapsingHeader("Display", ImGuiTreeNodeFlags_DefaultOpen)) return;
-  DisplaySettings& look = viewer.look();
+  DisplaySettings& look = viewer.display();
   draw_exposure(viewer);
   int layer = static_cast<int>(viewer.layer());
   if (ImGui::Combo("show", &layer, shown_layers, IM_ARRAYSIZE(shown_layers)))
@@ -111,13 +125,31 @@ void draw_display_section(Viewer& viewer) {
   draw_right_side(viewer);
 }
 
+void draw_cut_section(Viewer& viewer) {
+  Scene edited = viewer.scene();
+  const bool slices = edited.mode == Mode::slice;
+  if (slices && !viewer.panels().slices) ImGui::SetNextItemOpen(true);
+  viewer.panels().slices = slices;
+  if (!ImGui::CollapsingHeader("Slice and clip") || !viewer.volume()) return;
+  const CutEdits edits =
+      edit_cuts(edited, *viewer.volume()->subject, viewer.navigation().forward());
+  // the default camera would frame what the clip leaves: here it stays while a slider moves
+  if (edits.clipped) viewer.navigation().hold();
+  if (edits.sliced || edits.clipped) viewer.set_scene(edited);
+  if (edits.turned && viewer.navigation().moved()) viewer.navigation().face(edited.slice->normal);
+}
+
 void draw_scene_panel(Viewer& viewer) {
   ImGui::SetNextWindowPos({10, 10}, placing(viewer));
-  ImGui::SetNextWindowSize(scaled(330, 560, viewer.gui().scale()), placing(viewer));
+  // above the status line
+  const double s = viewer.gui().scale(), height = double(ImGui::GetIO().DisplaySize.y) / s - 50;
+  ImGui::SetNextWindowSize(scaled(330, std::clamp(height, 120.0, 560.0), s), placing(viewer));
   if (ImGui::Begin("Scene", &viewer.panels().scene)) {
+    draw_look_menu(viewer);
     draw_file_section(viewer);
     draw_output_section(viewer);
     draw_display_section(viewer);
+    draw_cut_section(viewer);
     Scene edited = viewer.scene();
     const std::vector<std::string> none;
     const Volume* volume = viewer.volume();
@@ -276,7 +308,7 @@ void draw_timeline(Sequence& sequence, double scale) {
 void draw_panels(Viewer& viewer) {
   const Panels& panels = viewer.panels();
   draw_box(viewer);
-  if (viewer.look().comparison == Comparison::wipe) draw_divider(viewer.look().divider);
+  if (viewer.display().comparison == Comparison::wipe) draw_divider(viewer.display().divider);
   if (panels.scene) draw_scene_panel(viewer);
   if (!viewer.sequence().empty()) draw_timeline(viewer.sequence(), viewer.gui().scale());
   draw_status(viewer);

@@ -14,7 +14,7 @@ namespace psivox::view {
 namespace {
 
 /// Parameters that the window sets, or that hold from the start on.
-constexpr const char* left_out[] = {"input",    "resolution", "device",
+constexpr const char* left_out[] = {"input",    "resolution", "device",   "look",
                                     "exposure", "tone-map",   "color-bar"};
 
 std::string help_of(const Parameter& p) {

@@ -74,7 +74,8 @@ Wish PictureMaker::exact_wish(const PictureWish& wish, std::size_t side) {
 
 void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
   Wish exact = exact_wish(wish, side);
-  if (wish.scenes[side].renderer == RendererKind::gl) {
+  const Scene& scene = wish.scenes[side];
+  if (scene.renderer == RendererKind::gl && scene.mode != Mode::slice) {
     exact.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
     draw(wish, side, exact);
   } else {

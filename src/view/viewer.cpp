@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <tuple>
 #include <utility>
 
 #include "psivox/error.h"
@@ -33,7 +34,9 @@ Viewer::Viewer(const Scene& scene, const ViewerOptions& options)
               .count_objects = options.count_objects},
              Window::wake),
       messages_([this] { redraw(3); }),
+      look_(scene),
       scene_(scene) {
+  look_.start_again(scene_);
   if (scene_.input.empty()) return;
   sequence_ = Sequence::of(scene_.input);
   scene_.input = sequence_.path();
@@ -62,7 +65,16 @@ const Image* Viewer::exact_picture() const {
 
 void Viewer::redraw(int frames) { frames_due_ = std::max(frames_due_, frames); }
 
+void Viewer::take_look() {
+  fallback_.reset();
+  const std::string chosen = look_.take(*volume(), scene_);
+  if (chosen.empty()) return;
+  messages_.say(chosen);
+  if (!options_.quiet && options_.tell_look) options_.tell_look(*volume()->look);
+}
+
 void Viewer::take_volume(bool first) {
+  take_look();
   if (camera_due_) {
     if (!first || !navigation_.moved()) navigation_.reset(scene_, *volume()->subject);
     camera_due_ = false;
@@ -70,6 +82,8 @@ void Viewer::take_volume(bool first) {
     remember_file(scene_.input);
   }
   navigation_.set_subject(*volume()->subject);
+  // the default camera frames what the volume shows
+  if (!navigation_.moved()) navigation_.reset(scene(), *volume()->subject);
   window_.set_title(std::filesystem::path(scene_.input).filename().string() + " - psivox");
   if (options_.quiet) return;
   for (const std::string& notice : volume()->notices)
@@ -82,7 +96,10 @@ void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
     first_error_ = refusal;
     return;
   }
-  scene_ = with_medium_of(*volume(), scene_);
+  if (fallback_)
+    std::tie(scene_, look_) = *std::exchange(fallback_, {});
+  else
+    scene_ = with_medium_of(*volume(), scene_);
   sequence_ = Sequence::of(scene_.input);
   if (!camera_due_) return;
   camera_due_ = false;
@@ -224,10 +241,10 @@ void Viewer::handle(const Event& event) {
 void Viewer::draw(double seconds) {
   const glm::ivec2 size = window_.size();
   if (size.x < 1 || size.y < 1) return;
-  look_.background = scene_.background.value_or(no_background);
-  look_.display = {};  // of a layer, whose colours mean values
-  if (layer_ == ShownLayer::picture) look_.display = {exposure(), scene_.tone_map};
-  display_.draw(size, look_);
+  settings_.background = scene_.background.value_or(no_background);
+  settings_.display = {};  // of a layer, whose colours mean values
+  if (layer_ == ShownLayer::picture) settings_.display = {exposure(), scene_.tone_map};
+  display_.draw(size, settings_);
   gui_.begin_frame(size, seconds);
   draw_panels(*this);
   gui_.end_frame();

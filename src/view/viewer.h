@@ -11,6 +11,7 @@
 #include "view/current_volume.h"
 #include "view/file_watch.h"
 #include "view/gui.h"
+#include "view/look_choice.h"
 #include "view/messages.h"
 #include "view/navigation.h"
 #include "view/panels.h"
@@ -31,6 +32,8 @@ struct ViewerOptions {
   bool debug = false;  ///< KHR_debug in every context
   bool quiet = false;
   bool count_objects = false;  ///< for PictureState::objects; benchmark.h reads them
+  /// Tells what a look has chosen; called unless `quiet`.
+  std::function<void(const LookedScene&)> tell_look = {};
   /// `psivox render` with these arguments; throws what it throws.
   std::function<void(const std::vector<std::string>&)> render;
 };
@@ -58,6 +61,8 @@ class Viewer {
   void open(const std::string& path);
   /// The scene's resolution is ignored: it is the window's.
   void set_scene(const Scene& scene);
+  /// Gives the file a look: `auto`, `smoke`, a name or path of the user's own. The camera stays.
+  void choose_look(const std::string& name);
   void compare(Comparison comparison, const std::optional<Scene>& other);
   void show(ShownLayer layer);
   void reload();
@@ -82,7 +87,8 @@ class Viewer {
   Navigation& navigation() { return navigation_; }
   Sequence& sequence() { return sequence_; }
   Panels& panels() { return panels_; }
-  DisplaySettings& look() { return look_; }
+  DisplaySettings& display() { return settings_; }
+  const LookChoice& look() const { return look_; }
   const TransferEditor& transfer_editor() const { return editor_; }
   const Messages& messages() const { return messages_; }
   const PictureState& pictures() const { return pictures_; }
@@ -120,6 +126,7 @@ class Viewer {
   Scene kept_scene();
   void take_news();
   void take_volume_news();
+  void take_look();
   /// `first`: of all volumes.
   void take_volume(bool first);
   void keep_old_volume(const std::exception_ptr& refusal);
@@ -145,17 +152,20 @@ class Viewer {
   Messages messages_;
   FileWatch watch_;
   Sequence sequence_;
-  DisplaySettings look_;
+  DisplaySettings settings_;
 
+  LookChoice look_;
   Scene scene_;                 ///< to show; navigation_ has its camera once that was moved
   std::optional<Scene> other_;  ///< of a comparison
   ShownLayer layer_ = ShownLayer::picture;
   double auto_exposure_ = 0;
   PictureState pictures_;
-  std::string posted_;              ///< text of the last wish
-  double quiet_s_ = 0;              ///< waited for events since that wish
-  std::uint64_t rested_ = 0;        ///< the last wish that may be refined
-  bool camera_due_ = true;          ///< the next volume brings its own camera
+  std::string posted_;        ///< text of the last wish
+  double quiet_s_ = 0;        ///< waited for events since that wish
+  std::uint64_t rested_ = 0;  ///< the last wish that may be refined
+  bool camera_due_ = true;    ///< the next volume brings its own camera
+  /// Before the file or the look in preparation was asked for.
+  std::optional<std::pair<Scene, LookChoice>> fallback_;
   std::exception_ptr first_error_;  ///< after which the window would never show anything
   std::string photograph_;          ///< file for the next frame; empty: none
   Clock::time_point last_frame_ = Clock::now();

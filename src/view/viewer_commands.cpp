@@ -36,7 +36,9 @@ Scene for_another_file(Scene scene) {
 }  // namespace
 
 void Viewer::open(const std::string& path) {
+  if (volume() && !fallback_) fallback_.emplace(scene_, look_);
   sequence_ = Sequence::of(path);
+  look_.start_again(scene_);
   scene_ = for_another_file(scene_);
   scene_.input = sequence_.path();
   panels_.open_path = path;
@@ -51,7 +53,8 @@ void Viewer::set_scene(const Scene& scene) {
   scene_ = scene;
   scene_.resolution = before.resolution;
   redraw(3);
-  if (!volume() || !moves_camera) return;
+  // the default camera faces the slice
+  if (!volume() || (!moves_camera && navigation_.moved())) return;
   try {
     navigation_.reset(this->scene(), *volume()->subject);
   } catch (const Error& e) {
@@ -60,8 +63,17 @@ void Viewer::set_scene(const Scene& scene) {
   }
 }
 
+void Viewer::choose_look(const std::string& name) {
+  if (scene_.input.empty()) return;
+  if (volume() && !fallback_) fallback_.emplace(scene_, look_);
+  look_.choose(name, scene_);
+  if (!asks_for_look(scene_)) messages_.say("look " + name);
+  volume_.retry();
+  redraw(3);
+}
+
 void Viewer::compare(Comparison comparison, const std::optional<Scene>& other) {
-  look_.comparison = comparison;
+  settings_.comparison = comparison;
   if (comparison == Comparison::none)
     other_.reset();
   else

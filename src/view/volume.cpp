@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <glm/ext/matrix_transform.hpp>
+#include <utility>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
@@ -68,6 +69,32 @@ Subject whole_box(const Scene& scene, const Volume& volume) {
   return box;
 }
 
+/// Turns the camera's lights into the world's.
+void keep_lights(const Camera& camera, Scene& scene) {
+  for (DirectionalLight& light : scene.lights)
+    if (std::exchange(light.of_camera, false))
+      light.direction = from_camera(camera, light.direction);
+}
+
+void choose_look(Volume& volume, const VdbFile& file) {
+  const std::string before = parameter_text(volume.scene, *find_parameter("light"));
+  volume.look = with_look(volume.scene, file);
+  volume.scene = volume.look->scene;
+  if (parameter_text(volume.scene, *find_parameter("light")) != before)
+    keep_lights(make_view(volume.scene, volume.look->fields).camera, volume.scene);
+  volume.fields = std::move(volume.look->fields);
+}
+
+void read_file(Volume& volume, const StageProgress& progress) {
+  const VdbFile file(volume.scene.input, [&](double fraction) { progress("reading", fraction); });
+  volume.grids = file.names();
+  if (asks_for_look(volume.scene))
+    choose_look(volume, file);
+  else
+    volume.fields = read_fields(volume.scene, file);
+  count(*volume.fields.density, volume.histogram);
+}
+
 void collect_notices(Volume& volume) {
   const MediumFields& fields = volume.fields;
   for (const auto& field :
@@ -92,29 +119,29 @@ std::string volume_key(const Scene& scene, int generation) {
   return key;
 }
 
+bool asks_for_look(const Scene& scene) { return !scene.look.empty() && scene.look != "plain"; }
+
 std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
                                        const std::shared_ptr<const Volume>& previous,
                                        const StageProgress& progress, const BoxKnown& box_known) {
   validate(scene);
   auto volume = std::make_shared<Volume>();
-  volume->scene = scene;
-  volume->key = volume_key(scene, generation);
-  volume->fields_key = std::to_string(generation) + fields_key(scene);
+  volume->asked = volume->scene = scene;
+  const std::string files = std::to_string(generation);
   progress("reading", 0);
-  if (previous && previous->fields_key == volume->fields_key) {
+  if (previous && !asks_for_look(scene) && previous->fields_key == files + fields_key(scene)) {
     volume->fields = previous->fields;
     volume->grids = previous->grids;
     volume->histogram = previous->histogram;
   } else {
-    const VdbFile file(scene.input, [&](double fraction) { progress("reading", fraction); });
-    volume->grids = file.names();
-    volume->fields = read_fields(scene, file);
-    count(*volume->fields.density, volume->histogram);
+    read_file(*volume, progress);
   }
+  volume->key = volume_key(volume->scene, generation);
+  volume->fields_key = files + fields_key(volume->scene);
   collect_notices(*volume);
-  box_known(whole_box(scene, *volume));
+  box_known(whole_box(volume->scene, *volume));
   progress("preparing", 0);
-  volume->session = std::make_unique<Session>(make_view(scene, volume->fields));
+  volume->session = std::make_unique<Session>(make_view(volume->scene, volume->fields));
   volume->subject = volume->session->view().subject;
   volume->extinction = volume->session->view().medium.extinction;
   volume->function = volume->session->view().medium.transfer;

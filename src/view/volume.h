@@ -3,10 +3,12 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "psivox/draw.h"
+#include "psivox/look.h"
 #include "psivox/vdb.h"
 
 namespace psivox::view {
@@ -20,8 +22,11 @@ struct Histogram {
 /// A scene's file, read and converted. The session belongs to the thread that draws, once it has
 /// the volume. The rest does not change.
 struct Volume {
-  Scene scene;  ///< as asked for
-  std::string key;
+  Scene asked;  ///< for which it was prepared
+  Scene scene;  ///< the same in its look
+  /// What was chosen, if a look was asked for.
+  std::optional<LookedScene> look;
+  std::string key;  ///< of `scene`
   MediumFields fields;
   std::string fields_key;
   std::vector<std::string> grids;  ///< names of the file's, as --grid takes them
@@ -44,8 +49,13 @@ using StageProgress = std::function<void(const std::string& stage, double fracti
 /// Called with the domain's box before the conversion.
 using BoxKnown = std::function<void(const Subject& box)>;
 
-/// Reads and converts. Takes the fields of `previous`, which may be null, where the scene reads the
-/// same. Throws Error(input), Error(usage), Error(memory), and what `progress` throws.
+/// Whether a look has still to be chosen for the scene.
+bool asks_for_look(const Scene& scene);
+
+/// Reads and converts, and chooses the look that the scene asks for. Lights of a look become the
+/// world's, so that orbiting keeps them. Takes the fields of `previous`, which may be null, where
+/// the scene reads the same. Throws Error(input), Error(usage), Error(memory), and what `progress`
+/// throws.
 std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
                                        const std::shared_ptr<const Volume>& previous,
                                        const StageProgress& progress, const BoxKnown& box_known);

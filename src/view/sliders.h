@@ -1,0 +1,14 @@
+#pragma once
+
+#include <glm/vec2.hpp>
+
+namespace psivox::view {
+
+/// A slider of one number. Values outside its ends stay until it is dragged.
+bool slide(const char* label, double& value, double least, double most, const char* format);
+
+/// A slider with two ends. Each end is dragged by itself, and both by the bar between them. They
+/// stay within `limits`, and apart by a thousandth of these. True if it was moved.
+bool slide_ends(const char* label, glm::dvec2& ends, const glm::dvec2& limits);
+
+}  // namespace psivox::view

@@ -1,0 +1,237 @@
+// The window's looks, slices and clips.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <glm/geometric.hpp>
+
+#include "psivox/image.h"
+#include "psivox/look.h"
+#include "psivox/parameters.h"
+#include "psivox/text_file.h"
+#include "viewer_hands.h"
+
+namespace psivox::view {
+namespace {
+
+/// A scene that leaves its look open, as `psivox view FILE` does.
+Scene open_look(const std::string& input) {
+  Scene scene = small(input);
+  scene.look.clear();
+  scene.resolution = {600, 420};
+  return scene;
+}
+
+/// What `auto` chooses for the scene's file; lights are left out, which the window turns into the
+/// world's.
+Scene auto_scene(Scene scene) {
+  scene.look = "auto";
+  scene = with_look(scene, VdbFile(scene.input)).scene;
+  scene.lights.clear();
+  return scene;
+}
+
+Scene without_lights(Scene scene) {
+  scene.lights.clear();
+  return scene;
+}
+
+TEST(ViewerLook, OpenedAndDroppedFilesGetTheLookAuto) {
+  const Scene start = open_look(asset("blobs.vdb"));
+  Hands hands(start);
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("look_auto.png");
+  EXPECT_EQ(hands.viewer.look().text(), "auto: fire");
+  EXPECT_EQ(to_json(without_lights(hands.viewer.scene())), to_json(auto_scene(start)));
+  ASSERT_EQ(hands.viewer.scene().lights.size(), 1u);
+  EXPECT_FALSE(hands.viewer.scene().lights[0].of_camera);
+  // The window may keep other light than a fresh session chooses; each is within the tolerance.
+  EXPECT_LE(compare_images(*hands.viewer.exact_picture(), rendered(hands.viewer.scene())).rms,
+            2 * default_tolerance);
+  EXPECT_NE(hands.viewer.messages().shown().find("look fire, chosen by auto: --background="),
+            std::string::npos)
+      << hands.viewer.messages().shown();
+
+  hands.drop(asset("ramp.vdb"));
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("look_dropped.png");
+  EXPECT_EQ(hands.viewer.look().text(), "auto: scan");
+  EXPECT_EQ(to_json(without_lights(hands.viewer.scene())),
+            to_json(auto_scene(open_look(asset("ramp.vdb")))));
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+}
+
+TEST(ViewerLook, AStartWithoutALookGivesNoneToDroppedFiles) {
+  Scene scene = open_look(asset("ramp.vdb"));
+  scene.colormap = Colormap::viridis;
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.drop(asset("slab.vdb"));
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.look().text(), "plain");
+  EXPECT_EQ(hands.viewer.scene().colormap, Colormap::viridis);
+  EXPECT_TRUE(hands.viewer.scene().lights.empty());
+}
+
+TEST(ViewerLook, AChosenLookReplacesTheLookAndKeepsTheCamera) {
+  Hands hands(open_look(asset("blobs.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  hands.drag({400, 200}, {460, 220});
+  ASSERT_TRUE(hands.until_exact());
+  const Scene before = hands.viewer.scene();
+  ASSERT_FALSE(before.emission_grid.empty());
+  hands.viewer.choose_look("smoke");
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("look_smoke.png");
+  Scene after = hands.viewer.scene();
+  EXPECT_EQ(hands.viewer.look().text(), "smoke");
+  EXPECT_TRUE(after.emission_grid.empty());
+  EXPECT_EQ(after.luminance, glm::dvec3(0.07, 0.085, 0.115));
+  EXPECT_EQ(after.camera_position, before.camera_position);
+  EXPECT_EQ(after.camera_target, before.camera_target);
+  expect_same(*hands.viewer.exact_picture(), rendered(after));
+
+  // what is changed afterwards stays
+  after.luminance = glm::dvec3(0.3);
+  after.background = glm::dvec3(0.1);
+  hands.viewer.set_scene(after);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.reload();
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.scene().luminance, glm::dvec3(0.3));
+  EXPECT_EQ(hands.viewer.scene().background, glm::dvec3(0.1));
+
+  hands.viewer.choose_look("plain");
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  const Scene plain = hands.viewer.scene();
+  EXPECT_TRUE(plain.lights.empty());
+  EXPECT_FALSE(plain.luminance);
+  EXPECT_FALSE(plain.background);
+  EXPECT_FALSE(plain.extinction);
+  EXPECT_EQ(plain.camera_position, before.camera_position);
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+}
+
+TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_window_looks";
+  fs::create_directories(folder);
+  write_text((folder / "amber.json").string(), R"({"luminance": [1, 0.6, 0.1]})");
+  write_text((folder / "broken.json").string(), R"({"luminance": "bright"})");
+  setenv("PSIVOX_LOOKS", folder.c_str(), 1);
+  const std::vector<std::string> expected{"amber", "broken", "fire",   "plain",
+                                          "scan",  "smoke",  "surface"};
+  EXPECT_EQ(available_looks(), expected);
+  Hands hands(open_look(asset("slab.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  const Scene before = hands.viewer.scene();
+  hands.click({100, 44});  // the menu
+  hands.frames(3);
+  hands.photograph("look_menu.png");
+  hands.click({60, 90});  // its second row, after auto
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.look().text(), "amber");
+  EXPECT_EQ(hands.viewer.scene().luminance, glm::dvec3(1, 0.6, 0.1));
+  const Scene amber = hands.viewer.scene();
+  // a look that cannot be read changes nothing
+  hands.viewer.choose_look("broken");
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.messages().error_count() == 1; }));
+  EXPECT_NE(hands.viewer.messages().last_error().find("broken.json"), std::string::npos);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.look().text(), "amber");
+  EXPECT_EQ(to_json(hands.viewer.scene()), to_json(amber));
+  unsetenv("PSIVOX_LOOKS");
+  fs::remove_all(folder);
+}
+
+/// A window with its panel scrolled to the controls of slice and clip.
+Scene cut_scene(Mode mode) {
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {900, 640};
+  scene.mode = mode;
+  return scene;
+}
+
+TEST(ViewerCuts, ASliceFollowsItsSliderAndTheCameraFacesIt) {
+  Hands hands(cut_scene(Mode::slice));
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("slice.png");
+  const Volume* volume = hands.viewer.volume();
+  const std::uint64_t wished = hands.viewer.pictures().wished;
+  Scene scene = hands.viewer.scene();
+  ASSERT_FALSE(scene.slice);
+  hands.press({117, 392});  // the slider of its place
+  for (int i = 1; i <= 3; ++i) {
+    hands.move({117 + 10 * i, 392});
+    ASSERT_TRUE(hands.until([&] {
+      const PictureState& pictures = hands.viewer.pictures();
+      return pictures.wished >= wished + std::uint64_t(i) && pictures.shown == pictures.wished;
+    }));
+  }
+  hands.release({147, 392});
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("slice_moved.png");
+  scene = hands.viewer.scene();
+  ASSERT_TRUE(scene.slice && scene.slice->point);
+  EXPECT_EQ(scene.slice->normal, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(hands.viewer.volume(), volume);  // nothing is converted again
+  expect_same(*hands.viewer.exact_picture(), rendered(scene));
+  // another axis: the camera, which was never moved, faces the plane
+  scene.slice = Plane{{1, 0, 0}};
+  hands.viewer.set_scene(scene);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_NEAR(std::abs(hands.viewer.navigation().forward().x), 1, 1e-12);
+  hands.photograph("slice_x.png");
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+}
+
+TEST(ViewerCuts, BoxAndPlaneFollowTheirSliders) {
+  Hands hands(cut_scene(Mode::alpha));
+  ASSERT_TRUE(hands.until_exact());
+  const Volume* volume = hands.viewer.volume();
+  const Subject& subject = *volume->subject;
+  hands.click({100, 346});  // unfolds the section
+  hands.click({27, 369});   // clip box
+  ASSERT_TRUE(hands.viewer.scene().clip);
+  EXPECT_EQ(hands.viewer.scene().clip->min, subject.box_min);
+  EXPECT_EQ(hands.viewer.scene().clip->max, subject.box_max);
+  hands.drag({210, 392}, {117, 392});  // the upper end along x
+  hands.drag({23, 415}, {60, 415});    // the lower end along y
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("clip_box.png");
+  const WorldBox box = *hands.viewer.scene().clip;
+  const glm::dvec3 size = subject.box_max - subject.box_min;
+  // one pixel of the slider is a 190th of its range
+  EXPECT_NEAR(box.max.x, subject.box_max.x - 93.0 / 188 * size.x, 0.02 * size.x);
+  EXPECT_NEAR(box.min.y, subject.box_min.y + 37.0 / 188 * size.y, 0.02 * size.y);
+  EXPECT_EQ(box.min.x, subject.box_min.x);
+  EXPECT_EQ(box.max.y, subject.box_max.y);
+  EXPECT_EQ(hands.viewer.volume(), volume);  // nothing is converted again
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  hands.drag({70, 392}, {90, 392});  // the bar between the ends
+  const WorldBox shifted = *hands.viewer.scene().clip;
+  EXPECT_GT(shifted.min.x, box.min.x);
+  EXPECT_NEAR(shifted.max.x - shifted.min.x, box.max.x - box.min.x, 0.002 * size.x);
+  hands.click({27, 369});
+  EXPECT_FALSE(hands.viewer.scene().clip);
+
+  hands.click({27, 392});  // clip plane, now below
+  ASSERT_TRUE(hands.viewer.scene().clip_plane);
+  EXPECT_EQ(hands.viewer.scene().clip_plane->normal, glm::dvec3(1, 0, 0));
+  const double middle = hands.viewer.scene().clip_plane->point->x;
+  hands.drag({117, 438}, {140, 438});
+  EXPECT_GT(hands.viewer.scene().clip_plane->point->x, middle);
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("clip_plane.png");
+  hands.click({50, 461});  // other side
+  EXPECT_EQ(hands.viewer.scene().clip_plane->normal, glm::dvec3(-1, 0, 0));
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+}
+
+}  // namespace
+}  // namespace psivox::view
