@@ -1,4 +1,5 @@
 // make_assets DIR: writes the small .vdb files of assets/, with the same bytes on every run.
+// make_assets --plume DIR FRAMES VOXELS: writes a sequence, plume.0001.vdb and so on.
 
 #include <openvdb/openvdb.h>
 
@@ -200,6 +201,27 @@ openvdb::GridCPtrVec rotated() {
   return {grid};
 }
 
+/// A plume of smoke that rises, and grows ten times as dense, as `time` goes from 0 to 1, in a box
+/// that is n voxels high. It is saved as half.
+openvdb::GridCPtrVec plume(int n, double time) {
+  auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(2.0 / n));
+  grid->setSaveFloatAsHalf(true);
+  auto accessor = grid->getAccessor();
+  const double top = 0.3 + 0.65 * time;
+  for (const Coord& c : CoordBBox(Coord(0), Coord(n / 2 - 1, n - 1, n / 2 - 1))) {
+    const Vec3d p((c.x() + 0.5) / n - 0.25, (c.y() + 0.5) / n, (c.z() + 0.5) / n - 0.25);
+    const double radius = 0.06 + 0.16 * p[1];
+    const double inside = 1.0 - (p[0] * p[0] + p[2] * p[2]) / (radius * radius);
+    const double under = std::min((top - p[1]) / 0.15, 1.0);
+    if (inside <= 0.0 || under <= 0.0) continue;
+    const Vec3d risen = p - Vec3d(0.0, 1.5 * time, 0.0);
+    const double detail = 0.6 * noise(risen * 14.0, 3) + 0.4 * noise(risen * 33.0, 4);
+    const double value = inside * under * (1.6 * detail - 0.5) * (0.1 + 0.9 * time);
+    if (value > 0.0) accessor.setValue(c, static_cast<float>(value));
+  }
+  return {grid};
+}
+
 /// OpenVDB gives each file a random identity, after 8 bytes of magic number, three 4-byte versions
 /// and one flag. Zeros instead make the bytes reproducible.
 void clear_identity(const std::filesystem::path& path) {
@@ -221,11 +243,23 @@ void write(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids)
 }  // namespace
 
 int main(int argc, char** argv) try {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: make_assets DIR\n");
+  const bool of_plume = argc == 5 && std::string(argv[1]) == "--plume";
+  if (argc != 2 && !of_plume) {
+    std::fprintf(stderr, "usage: make_assets DIR, or make_assets --plume DIR FRAMES VOXELS\n");
     return 2;
   }
   openvdb::initialize();
+  if (of_plume) {
+    const std::filesystem::path dir = argv[2];
+    std::filesystem::create_directories(dir);
+    const int frames = std::stoi(argv[3]);
+    for (int frame = 1; frame <= frames; ++frame) {
+      char name[32];
+      std::snprintf(name, sizeof name, "plume.%04d.vdb", frame);
+      write(dir / name, plume(std::stoi(argv[4]), double(frame) / frames));
+    }
+    return 0;
+  }
   const std::filesystem::path dir = argv[1];
   std::filesystem::create_directories(dir);
   write(dir / "slab.vdb", slab());

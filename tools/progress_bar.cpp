@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "psivox/text.h"
 
@@ -31,8 +32,10 @@ ProgressBar::ProgressBar(bool quiet)
       terminal_(isatty(STDERR_FILENO) == 1),
       marks_(terminal_ ? ProgressMarks(100, 0.3, 0.5) : ProgressMarks(10, 2, 10)) {}
 
-ProgressBar::~ProgressBar() {
-  if (drawn_) std::fputs("\r\033[K", stderr);
+ProgressBar::~ProgressBar() { clear(); }
+
+void ProgressBar::clear() {
+  if (std::exchange(drawn_, false)) std::fputs("\r\033[K", stderr);
 }
 
 Progress ProgressBar::progress() {

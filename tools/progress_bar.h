@@ -19,6 +19,9 @@ class ProgressBar {
   /// Empty if there is nothing to show. The bar must outlive it.
   Progress progress();
 
+  /// Removes the bar from the terminal, for a line of text; it comes back with the next progress.
+  void clear();
+
  private:
   void show(double fraction);
 

@@ -14,6 +14,7 @@
 #include "psivox/image.h"
 #include "psivox/text.h"
 #include "psivox/vdb.h"
+#include "signals.h"
 
 namespace psivox {
 namespace {
@@ -74,6 +75,8 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
     known.emplace_back(command.name);
     if (name != command.name) continue;
     who += " " + name;
+    // a study keeps what it has measured, and a window ends as the system does it
+    if (name == "render") end_cleanly_on_signals();
     return command.run(Arguments(arguments).subspan(1));
   }
   throw Error(ExitCode::usage, std::string("unknown ") + (name[0] == '-' ? "option " : "command ") +

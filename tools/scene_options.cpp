@@ -5,10 +5,18 @@
 
 #include "psivox/camera_file.h"
 #include "psivox/parameters.h"
+#include "psivox/sequence.h"
 #include "psivox/vdb.h"
 #include "scene_file.h"
 
 namespace psivox {
+
+bool file_z_is_up(const Scene& scene) {
+  if (scene.up_axis != UpAxis::automatic || scene.input.empty()) return scene.up_axis == UpAxis::z;
+  const auto files = sequence_files(std::vector{scene.input});
+  return !VdbFile(files ? files->begin()->second : scene.input).z_up().empty();
+}
+
 void SceneOptions::add_to(CommandLine& line, std::span<const std::string> without) {
   line.add_option("--scene", file_,
                   "read parameters from a .json, or from a picture that psivox wrote; the command "
@@ -28,10 +36,7 @@ void SceneOptions::add_to(CommandLine& line, std::span<const std::string> withou
 void SceneOptions::use_camera(Scene& scene) const {
   Scene known = scene;
   apply_over(known, settings_);
-  bool z_up = known.up_axis == UpAxis::z;
-  if (known.up_axis == UpAxis::automatic && !known.input.empty())
-    z_up = !VdbFile(known.input).z_up().empty();
-  const FileCamera camera = read_camera(camera_, z_up);
+  const FileCamera camera = read_camera(camera_, file_z_is_up(known));
   scene.resolution = known.resolution;
   set_camera(scene, camera);
 }

@@ -16,6 +16,9 @@ class SceneOptions {
   /// Adds all options except those of the parameters in `without`.
   void add_to(CommandLine& line, std::span<const std::string> without = {});
 
+  /// Sets a parameter as the command line would.
+  void set(const std::string& name, const std::string& text) { settings_.push_back({name, text}); }
+
   /// Returns the scene, validated but not resolved. `base` supplies what the file does not set.
   /// Throws Error(usage), Error(input).
   Scene scene(Scene base = {});
@@ -30,5 +33,8 @@ class SceneOptions {
   std::vector<Setting> settings_;
   std::vector<std::string> layers_;
 };
+
+/// Whether Z is up, by the scene or else by its input, the first file of a sequence.
+bool file_z_is_up(const Scene& scene);
 
 }  // namespace psivox

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -93,6 +94,12 @@ void check_writable(const std::filesystem::path& path, const WriteOptions& = {},
 
 /// Whether write_image knows the path's extension.
 bool has_picture_extension(const std::filesystem::path& path);
+
+/// Whether a file of this name holds a picture's psivox:scene: not .hdr and .webp.
+bool holds_scene(const std::filesystem::path& path);
+
+/// R G B of the picture over black as sRGB codes of 8 bits, row-major from the top left pixel.
+std::vector<std::uint8_t> srgb_bytes(const Image& image, const Display& display);
 
 /// Whether write_image writes to the standard output.
 bool is_standard_output(const std::filesystem::path& path);

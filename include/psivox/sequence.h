@@ -25,6 +25,8 @@ class FramePattern {
   static std::optional<FramePattern> of_number(const std::string& path);
 
   std::string path(int frame) const;
+  /// The path with `%04d` for the number.
+  std::string printf_form() const;
   /// The number in a path that matches the pattern.
   std::optional<int> frame_of(const std::string& path) const;
   /// The files that match, by frame.

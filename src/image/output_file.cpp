@@ -1,11 +1,10 @@
 #include "output_file.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 
 #include "error_text.h"
 #include "format.h"
@@ -53,32 +52,18 @@ OutputFile::OutputFile(const fs::path& target) : named_(target), target_(target)
   }
   check_target(named_, target_);
 
-  // The process id keeps two processes apart and the counter two threads; O_EXCL decides when a
-  // name is left over from a killed process, or taken by a process of another machine.
-  static std::atomic<unsigned> counter{0};
-  int descriptor = -1;
-  do {
-    hidden_ = directory_of(target_) /
-              (".psivox-" + std::to_string(getpid()) + "-" + std::to_string(counter++) + ".tmp");
-    descriptor = ::open(hidden_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  } while (descriptor < 0 && errno == EEXIST);
-  if (descriptor < 0) {
+  try {
+    hidden_.emplace(target_);
+    file_ = fdopen(hidden_->open(), "wb");
+  } catch (const std::system_error& failure) {
     throw write_error(named_, "no file can be created in '" + directory_of(target_).string() +
-                                  "': " + std::strerror(errno));
+                                  "': " + failure.code().message());
   }
-  file_ = fdopen(descriptor, "wb");
-  if (file_ == nullptr) {
-    const int failure = errno;
-    ::close(descriptor);
-    fs::remove(hidden_, ignored);
-    throw write_error(named_, std::strerror(failure));
-  }
+  if (file_ == nullptr) throw write_error(named_, std::strerror(errno));
 }
 
 OutputFile::~OutputFile() {
   if (file_ != nullptr) std::fclose(file_);
-  std::error_code ignored;
-  if (!hidden_.empty()) fs::remove(hidden_, ignored);
 }
 
 void OutputFile::remember_failure() {
@@ -114,10 +99,11 @@ void OutputFile::commit(bool library_succeeded, const std::string& library_says)
     throw write_error(named_, library_says.empty() ? "the encoder gave no reason" : library_says);
   }
   if (target_.empty()) return;
-  std::error_code failure;
-  fs::rename(hidden_, target_, failure);
-  if (failure) throw write_error(named_, failure.message());
-  hidden_.clear();
+  try {
+    hidden_->show();
+  } catch (const std::system_error& failure) {
+    throw write_error(named_, failure.code().message());
+  }
 }
 
 }  // namespace psivox::image_io

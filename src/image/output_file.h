@@ -3,8 +3,11 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include "psivox/hidden_file.h"
 
 namespace psivox::image_io {
 
@@ -19,7 +22,7 @@ class OutputFile {
  public:
   /// Creates the hidden file. Throws Error(output) if the target could not be written.
   explicit OutputFile(const std::filesystem::path& target);
-  /// Removes the hidden file unless commit() was reached.
+  /// Removes what was written unless commit() was reached.
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -43,7 +46,7 @@ class OutputFile {
   std::filesystem::path named_;  ///< as the user wrote it, for messages
   /// Symbolic links followed: the link is kept, not replaced. Empty: the standard output.
   std::filesystem::path target_;
-  std::filesystem::path hidden_;
+  std::optional<HiddenFile> hidden_;  ///< unset: the standard output
   std::FILE* file_ = nullptr;
   int failure_ = 0;  ///< errno of the first failed call
 };

@@ -9,6 +9,7 @@
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/text.h"
+#include "srgb_codes.h"
 
 namespace psivox {
 namespace {
@@ -115,6 +116,15 @@ bool holds_codes(const fs::path& path, const WriteOptions& options) {
   const auto format = image_io::format_of_extension(path);
   if (!format || *format == Format::exr || *format == Format::hdr) return false;
   return *format != Format::tiff || options.bits;
+}
+
+bool holds_scene(const fs::path& path) {
+  const auto format = image_io::format_of_extension(path);
+  return format && *format != Format::hdr && *format != Format::webp;
+}
+
+std::vector<std::uint8_t> srgb_bytes(const Image& image, const Display& display) {
+  return image_io::srgb_codes<std::uint8_t>(image.rgba(), 3, display);
 }
 
 bool has_picture_extension(const fs::path& path) {

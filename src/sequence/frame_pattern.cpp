@@ -63,6 +63,10 @@ std::string FramePattern::path(int frame) const {
   return before_ + formatted("%0*d", int(std::max<std::size_t>(digits_, 1)), frame) + after_;
 }
 
+std::string FramePattern::printf_form() const {
+  return before_ + (digits_ > 1 ? "%0" + std::to_string(digits_) + "d" : "%d") + after_;
+}
+
 std::optional<int> FramePattern::frame_of(const std::string& path) const {
   if (!path.starts_with(before_) || !path.ends_with(after_) ||
       path.size() <= before_.size() + after_.size())

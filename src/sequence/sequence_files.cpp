@@ -55,9 +55,7 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs)
       const std::optional<FramePattern> pattern = FramePattern::of_placeholder(input);
       if (!pattern) return {};
       SequenceFiles files = pattern->files();
-      if (files.empty())
-        throw Error(ExitCode::input, "no file matches " + in_quotes(input) +
-                                         "; its first would be " + in_quotes(pattern->path(1)));
+      if (files.empty()) throw Error(ExitCode::input, "no file matches " + in_quotes(input));
       return files;
     }
   }

@@ -10,8 +10,10 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <system_error>
 
 #include "psivox/error.h"
+#include "psivox/hidden_file.h"
 
 namespace psivox {
 namespace {
@@ -24,6 +26,15 @@ namespace fs = std::filesystem;
 
 fs::path directory_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+/// Writes to a file, null if it could not be opened, and closes it.
+void write_whole(const std::string& path, std::FILE* file, const std::string& text) {
+  if (!file) fail(path, errno);
+  const bool complete = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  int error = complete ? 0 : errno;
+  if (std::fclose(file) != 0 && !error) error = errno;
+  if (error) fail(path, error);
 }
 
 bool is_special(const fs::path& path) {
@@ -58,22 +69,16 @@ void write_text(const std::string& path, const std::string& text) {
     std::cout << text;  // main checks whether it was written
     return;
   }
-  const bool direct = is_special(path);
+  if (is_special(path)) return write_whole(path, std::fopen(path.c_str(), "wb"), text);
   std::error_code unresolved;
-  fs::path target = fs::weakly_canonical(path, unresolved);  // keeps a symbolic link a link
-  if (unresolved || direct) target = path;
-  const fs::path written = direct ? target
-                                  : directory_of(target) / ("." + target.filename().string() + "." +
-                                                            std::to_string(getpid()) + ".tmp");
-  std::FILE* file = std::fopen(written.c_str(), "wb");
-  if (!file) fail(path, errno);
-  const bool complete = std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  int error = complete ? 0 : errno;
-  if (std::fclose(file) != 0 && !error) error = errno;
-  if (!error && !direct && std::rename(written.c_str(), target.c_str()) != 0) error = errno;
-  if (!error) return;
-  if (!direct) std::remove(written.c_str());
-  fail(path, error);
+  const fs::path target = fs::weakly_canonical(path, unresolved);  // keeps a symbolic link a link
+  try {
+    HiddenFile file(unresolved ? fs::path(path) : target);
+    write_whole(path, fdopen(file.open(), "wb"), text);
+    file.show();
+  } catch (const std::system_error& failure) {
+    fail(path, failure.code().value());
+  }
 }
 
 }  // namespace psivox

@@ -1,0 +1,192 @@
+#!/usr/bin/env bash
+# Tests sequences as their users render them: sequence_cli_test.sh PSIVOX MAKE_ASSETS. Without an
+# EGL device it skips (exit 77).
+set -u
+program=$1 make_assets=$2
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+if ! "$program" render --list-devices | grep -q "4\.[5-9]"; then
+  echo "no EGL device: skipped"
+  exit 77
+fi
+
+failures=0
+fail() {
+  echo "FAILED: $*"
+  failures=$((failures + 1))
+}
+# run CODE TEXT ARGUMENTS...: the exit code, and a part of what is printed.
+run() {
+  local expected=$1 text=$2 code
+  shift 2
+  "$program" render "$@" >printed.txt 2>&1 </dev/null
+  code=$?
+  [ $code -eq "$expected" ] || fail "render $*: exit $code, expected $expected: $(tail -n 2 printed.txt)"
+  grep -qF -- "$text" printed.txt || fail "render $*: no '$text' in: $(tail -n 3 printed.txt)"
+}
+# Files of a folder in one line, hidden ones too.
+files() { (cd "$1" && find . -type f | sed 's|^\./||' | sort | tr '\n' ' ' | sed 's/ $//'); }
+has() { [ "$(files "$1")" = "$2" ] || fail "$3: $1 has '$(files "$1")', expected '$2'"; }
+same() { "$program" compare "$1" "$2" --max-abs 0 >/dev/null || fail "$3: $1 and $2 differ"; }
+scene_of() { "$program" render --scene "$1" --print-scene -q; }
+
+"$make_assets" --plume in 6 24 >/dev/null || exit 1
+mkdir out other folder
+small=(--resolution 48x32)
+pattern=in/plume.####.vdb
+
+# --- one choice for all frames --------------------------------------------------------------------
+for look in auto plain; do
+  rm -f out/*
+  run 0 "6 frames" $pattern -o out/a.####.png "${small[@]}" --look $look
+  has out "a.0001.png a.0002.png a.0003.png a.0004.png a.0005.png a.0006.png" "look $look"
+  # the density grows sixfold; the scene does not change
+  for frame in 2 3 4 5 6; do
+    diff <(scene_of out/a.0001.png | grep -v '"input"') \
+      <(scene_of out/a.000$frame.png | grep -v '"input"') || fail "frame $frame has another scene"
+  done
+done
+run 0 "" $pattern -o other/a.%02d.png "${small[@]}" --look plain --frames 2-6x2
+has other "a.02.png a.04.png a.06.png" "every second frame"
+same out/a.0004.png other/a.04.png "a part of the frames"
+rm other/*
+run 0 "" in -o 'other/$F4.png' "${small[@]}" --look plain --frames 3
+same out/a.0003.png other/0003.png "a folder"
+run 0 "" in/plume.000{4,5,6}.vdb -o other/####.png "${small[@]}" --look plain --auto-from 4
+has other "0003.png 0004.png 0005.png 0006.png" "several files"
+cmp -s out/a.0004.png other/0004.png && fail "--auto-from chose what the whole sequence chooses"
+
+# --- frames without a file ------------------------------------------------------------------------
+mv in/plume.0003.vdb .
+run 3 "1 frame has no file: 3" $pattern -o out/b.####.png "${small[@]}" --frames 2-4
+run 3 "no file" $pattern -o out/b.####.png "${small[@]}" --frames 8-9 --missing skip
+run 0 "1 frame has no file: 3" $pattern -o out/b.####.png "${small[@]}" --frames 2-4 --missing skip
+[ ! -e out/b.0003.png ] || fail "a missing frame was drawn"
+run 0 "the frame before is drawn" $pattern -o out/c.####.png "${small[@]}" --frames 2-4 --missing hold
+same out/c.0002.png out/c.0003.png "--missing hold"
+run 0 "1 frame has no file: 3" $pattern -o out/d.####.png "${small[@]}"
+mv plume.0003.vdb in
+
+# --- frames that cannot be read -------------------------------------------------------------------
+cp in/plume.0004.vdb kept.vdb
+head -c 3000 kept.vdb >in/plume.0004.vdb
+rm -f out/*
+run 3 "plume.0004.vdb" $pattern -o out/a.####.png "${small[@]}" --auto-from 1,6
+has out "a.0001.png a.0002.png a.0003.png" "a broken frame ends the rest"
+run 3 "1 of 6 frames could not be read: 4" $pattern -o out/a.####.png "${small[@]}" --auto-from 1,6 \
+  --keep-going
+has out "a.0001.png a.0002.png a.0003.png a.0005.png a.0006.png" "--keep-going"
+cp kept.vdb in/plume.0004.vdb
+
+# --- resume ---------------------------------------------------------------------------------------
+frames=($pattern -o out/a.####.png "${small[@]}")
+run 0 "" "${frames[@]}"
+cp -a out whole
+rm out/a.0002.png
+touch -d '1 hour' in/plume.0005.vdb # a volume that is newer than its picture
+run 0 "4 frames stand" "${frames[@]}" --resume
+diff -r out whole >/dev/null || fail "resumed: other pictures"
+touch -d '1 hour ago' in/*
+run 0 "6 frames stand" "${frames[@]}" --resume
+run 0 "6 frames" "${frames[@]}" --resume --exposure 1
+grep -q stand printed.txt && fail "pictures of another scene stand"
+run 2 "cannot hold" $pattern -o out/a.####.hdr --resume
+
+# --- kill -9: the same pictures, and nothing else -------------------------------------------------
+for delay in 0.15 0.3 0.5 0.8; do
+  rm -rf out/*
+  "$program" render "${frames[@]}" -q &
+  pid=$!
+  sleep $delay
+  kill -9 $pid 2>/dev/null
+  wait $pid 2>/dev/null
+  run 0 "" "${frames[@]}" --resume
+  diff -r out whole >/dev/null || fail "killed after $delay s and resumed: $(diff -r out whole)"
+done
+
+# --- signals: whole files, and the exit code that shells expect -----------------------------------
+for signal in INT:130 TERM:143; do
+  rm -rf out/*
+  set -m # else background jobs ignore SIGINT
+  "$program" render $pattern -o out/a.####.exr --resolution 400x300 --pixel-samples 4 -q &
+  pid=$!
+  for _ in $(seq 600); do
+    [ -e out/a.0001.exr ] && break
+    sleep 0.02
+  done
+  kill -${signal%:*} $pid
+  wait $pid
+  code=$?
+  set +m
+  [ $code -eq ${signal#*:} ] || fail "$signal: exit $code"
+  if compgen -G 'out/.psivox*'; then fail "$signal: unfinished files"; fi
+  for picture in out/*.exr; do
+    "$program" compare "$picture" "$picture" >/dev/null || fail "$signal: $picture is broken"
+  done
+done
+
+# --- two runs side by side do not harm each other -------------------------------------------------
+rm -rf out/*
+"$program" render "${frames[@]}" -q &
+run 0 "" "${frames[@]}" --resume
+wait $! || fail "side by side: exit $?"
+diff -r out whole >/dev/null || fail "side by side: other pictures"
+
+# --- cameras that move ----------------------------------------------------------------------------
+rm -rf out/*
+run 0 "4 frames" in/plume.0006.vdb -o out/t.#.png "${small[@]}" --turntable 4
+has out "t.1.png t.2.png t.3.png t.4.png" "turntable"
+"$program" compare out/t.1.png out/t.3.png --max-abs 0.01 >/dev/null && fail "the camera does not turn"
+run 0 "1 frame" in/plume.0006.vdb -o out/u.png "${small[@]}" --turntable 4 --frames 3
+same out/t.3.png out/u.png "one picture of a turntable"
+echo '{"keys": [{"frame": 1, "position": [0.5,1,6], "target": [0.5,1,0.5]},
+                {"frame": 3, "position": [6,1,0.5]}]}' >path.json
+run 0 "3 frames" in/plume.0006.vdb -o out/p.#.png "${small[@]}" --camera-path path.json
+grep -q '6.0,' <(scene_of out/p.3.png | tr -d ' \n' | grep -o '"camera-position":\[[^]]*\]') ||
+  fail "camera path: $(scene_of out/p.3.png | grep -A3 camera-position)"
+run 0 "6 frames" $pattern -o out/f.#.png "${small[@]}" --follow
+[ "$(for i in 1 6; do scene_of out/f.$i.png | tr -d ' \n' | grep -o '"camera-target":\[[^]]*\]'; done | sort -u | wc -l)" = 2 ] ||
+  fail "--follow: the camera stays"
+
+# --- films ----------------------------------------------------------------------------------------
+mkdir bin
+cat >bin/ffmpeg <<'EOF'
+#!/bin/sh
+for last; do :; done
+printf '%s\n' "$*" >ffmpeg.txt
+wc -c >"$last"
+EOF
+chmod +x bin/ffmpeg
+PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.mp4 --fps 30
+[ "$(cat film.mp4)" = $((6 * 48 * 32 * 3)) ] || fail "film: $(cat film.mp4) bytes of pictures"
+grep -q "48x32 -framerate 30" ffmpeg.txt || fail "film: $(cat ffmpeg.txt)"
+PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.mp4 --resume
+[ "$(cat film.mp4)" = $((6 * 48 * 32 * 3)) ] || fail "film of pictures that stand"
+PATH=$PWD/bin:$PATH run 0 "" $pattern "${small[@]}" --movie alone.mp4
+[ -s alone.mp4 ] || fail "a film alone"
+printf '#!/bin/sh\nexit 1\n' >bin/ffmpeg
+PATH=$PWD/bin:$PATH run 5 "alone2.mp4" $pattern "${small[@]}" --movie alone2.mp4
+[ ! -e alone2.mp4 ] || fail "a film that failed is there"
+run 2 "expected .mp4" $pattern "${small[@]}" --movie film.gif
+rm bin/ffmpeg
+for tool in grep tail; do ln -s "$(command -v $tool)" bin; done
+PATH=$PWD/bin run 0 "ffmpeg -framerate 24 -i out/m.%d.png" $pattern -o out/m.#.png "${small[@]}" \
+  --movie film2.mp4
+PATH=$PWD/bin run 5 "ffmpeg, which is not installed" $pattern "${small[@]}" --movie film2.mp4
+if compgen -G '.psivox*' || compgen -G 'out/.psivox*'; then fail "unfinished files"; fi
+
+# --- statistics, and what is refused --------------------------------------------------------------
+run 0 "" $pattern -o out/s.#.png "${small[@]}" --stats stats.json
+grep -q '"waited"' stats.json || fail "statistics: no time of waiting"
+[ "$(grep -c '"frame":' stats.json)" = 6 ] || fail "statistics: $(grep -c '"frame":' stats.json) frames"
+run 2 "need a place for their number: -o a.####.png" $pattern -o a.png
+run 2 "is for a sequence" in/plume.0001.vdb -o a.png --resume
+run 2 "one picture" $pattern -o a.#.png --check-error 10
+run 2 "expected frames" $pattern -o a.#.png --frames 5-1
+run 3 "no file matches" in/fire.####.vdb -o a.#.png
+run 3 "no .vdb" folder -o a.#.png
+run 5 "cannot write" $pattern -o nowhere/a.#.png
+
+[ $failures -eq 0 ] && echo "sequences: all passed"
+exit $failures

@@ -1,0 +1,132 @@
+#include "frame_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "psivox/error.h"
+#include "psivox/sequence.h"
+#include "psivox/text.h"
+
+namespace psivox {
+namespace {
+
+/// Numbers of the pictures of one file.
+std::vector<int> numbers_of_file(const RenderCall& call, const CameraPath* path) {
+  if (!call.frames.empty()) return read_frames(call.frames, "--frames");
+  const int first = path ? int(std::ceil(path->first())) : 1;
+  const int last = call.turntable ? first + *call.turntable - 1 : int(std::floor(path->last()));
+  std::vector<int> numbers(std::size_t(std::max(last - first + 1, 1)));
+  std::iota(numbers.begin(), numbers.end(), first);
+  return numbers;
+}
+
+/// The file before a frame, else the first one.
+const std::string& held(const SequenceFiles& files, int frame) {
+  const auto after = files.upper_bound(frame);
+  return after == files.begin() ? after->second : std::prev(after)->second;
+}
+
+void list_files(const RenderCall& call, const SequenceFiles& files, FrameList& list) {
+  std::vector<int> numbers, missing;
+  if (call.frames.empty()) {
+    for (const auto& [frame, path] : files) numbers.push_back(frame);
+    missing = gaps(files);
+    if (call.missing == "hold") numbers.insert(numbers.end(), missing.begin(), missing.end());
+    std::ranges::sort(numbers);
+  } else {
+    numbers = read_frames(call.frames, "--frames");
+    for (const int frame : numbers)
+      if (!files.contains(frame)) missing.push_back(frame);
+  }
+  for (const int frame : numbers) {
+    const auto file = files.find(frame);
+    if (file != files.end())
+      list.frames.push_back({frame, file->second, {}});
+    else if (call.missing == "hold")
+      list.frames.push_back({frame, held(files, frame), {}});
+  }
+  if (missing.empty()) return;
+  const std::string which = std::to_string(missing.size()) +
+                            (missing.size() > 1 ? " frames have" : " frame has") +
+                            " no file: " + frames_text(missing);
+  if (call.missing == "error" && !call.frames.empty())
+    throw Error(
+        ExitCode::input, which + "; the files have frames " + [&] {
+          std::vector<int> there;
+          for (const auto& [frame, path] : files) there.push_back(frame);
+          return frames_text(there);
+        }() + "; --missing skip or hold goes on without");
+  list.notices.push_back(which + (call.missing == "hold" ? "; the frame before is drawn" : ""));
+  if (list.frames.empty()) throw Error(ExitCode::input, which);
+}
+
+std::vector<std::string> samples_of(const std::string& auto_from, const SequenceFiles& files) {
+  std::vector<std::string> paths;
+  if (auto_from == "all") {
+    for (const auto& [frame, path] : files) paths.push_back(path);
+    return paths;
+  }
+  if (auto_from.empty()) {
+    const auto middle = std::next(files.begin(), std::ptrdiff_t(files.size() / 2));
+    for (const std::string& path : {files.begin()->second, middle->second, files.rbegin()->second})
+      if (paths.empty() || paths.back() != path) paths.push_back(path);
+    return paths;
+  }
+  for (const int frame : read_frames(auto_from, "--auto-from")) {
+    if (!files.contains(frame))
+      throw Error(ExitCode::input, "--auto-from: frame " + std::to_string(frame) + " has no file");
+    paths.push_back(files.at(frame));
+  }
+  return paths;
+}
+
+void name_outputs(const RenderCall& call, FrameList& list) {
+  if (call.output.empty()) return;
+  const auto pattern = FramePattern::of_placeholder(call.output);
+  if (!pattern && list.frames.size() > 1) {
+    const std::size_t dot = std::min(call.output.rfind('.'), call.output.size());
+    throw Error(ExitCode::usage,
+                std::to_string(list.frames.size()) + " frames need a place for their number: -o " +
+                    call.output.substr(0, dot) + ".####" + call.output.substr(dot));
+  }
+  for (Frame& frame : list.frames)
+    frame.output = pattern ? pattern->path(frame.number) : call.output;
+}
+
+}  // namespace
+
+std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
+                                     const CameraPath* path) {
+  std::vector<std::string> inputs = call.inputs;
+  if (inputs.empty() && !scene.input.empty()) inputs.push_back(scene.input);
+  if (inputs.empty()) return {};
+  const std::optional<SequenceFiles> files = sequence_files(inputs);
+  if (!files && !call.turntable && !path) {
+    for (const auto& [given, option] : {std::pair{!call.frames.empty(), "--frames"},
+                                        {call.follow, "--follow"},
+                                        {!call.auto_from.empty(), "--auto-from"},
+                                        {call.resume, "--resume"},
+                                        {call.keep_going, "--keep-going"},
+                                        {!call.movie.empty(), "--movie"}})
+      if (given)
+        throw Error(ExitCode::usage, std::string(option) +
+                                         " is for a sequence: give fire.####.vdb, a folder, "
+                                         "several files, --turntable or --camera-path");
+    return {};
+  }
+  FrameList list;
+  if (files) {
+    list.first = files->begin()->first;
+    list_files(call, *files, list);
+    list.samples = samples_of(call.auto_from, *files);
+  } else {
+    for (const int number : numbers_of_file(call, path))
+      list.frames.push_back({number, inputs.front(), {}});
+    list.samples = {inputs.front()};
+  }
+  name_outputs(call, list);
+  return list;
+}
+
+}  // namespace psivox

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "psivox/camera_motion.h"
+#include "render_call.h"
+
+namespace psivox {
+
+/// One picture of a sequence.
+struct Frame {
+  int number = 0;
+  std::string input, output;  ///< `output` is empty if only a film is written
+};
+
+struct FrameList {
+  std::vector<Frame> frames;         ///< ascending
+  int first = 1;                     ///< number of the sequence's first frame, drawn or not
+  std::vector<std::string> samples;  ///< files from which `auto` chooses
+  std::vector<std::string> notices;  ///< one line each
+};
+
+/// The frames that a call asks for; unset: it asks for one picture. `path`: the camera's, or null.
+/// Throws Error(usage), and Error(input) for frames that are missing.
+std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
+                                     const CameraPath* path);
+
+}  // namespace psivox

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <optional>
+#include <string>
+
+#include "psivox/hidden_file.h"
+#include "psivox/image.h"
+
+namespace psivox {
+
+/// A film that ffmpeg writes from pictures. It appears under its name when it is complete.
+class Movie {
+ public:
+  /// Throws Error(usage) for a name that ffmpeg does not know, Error(output) if there is no ffmpeg.
+  Movie(const std::string& path, double frame_rate);
+  ~Movie();
+  Movie(const Movie&) = delete;
+  Movie& operator=(const Movie&) = delete;
+
+  /// Appends a picture, over black. All have one size. Throws Error(output).
+  void add(const Image& image, const Display& display);
+  /// Ends the film. Throws Error(output).
+  void finish();
+
+ private:
+  void start(int width, int height);
+  [[noreturn]] void fail(const std::string& why);
+
+  std::string path_;
+  double frame_rate_;
+  std::optional<HiddenFile> file_;
+  pid_t process_ = -1;
+  int pipe_ = -1;
+};
+
+/// The command that makes a film of pictures `out.####.png`.
+std::string movie_command(const std::string& pictures, const std::string& movie, double frame_rate);
+
+/// Whether there is an ffmpeg.
+bool can_make_movies();
+
+}  // namespace psivox

@@ -1,0 +1,223 @@
+#include "render_call.h"
+
+#include <algorithm>
+
+#include "command_line.h"
+#include "picture_memory.h"
+#include "psivox/text.h"
+#include "psivox/text_file.h"
+
+namespace psivox {
+namespace {
+
+/// --aov's names.
+constexpr std::pair<const char*, bool Layers::*> layer_names[] = {
+    {"depth", &Layers::depth},
+    {"transmittance", &Layers::transmittance},
+    {"steps", &Layers::steps},
+    {"samples", &Layers::samples},
+    {"error", &Layers::error}};
+
+std::vector<std::string> known_layers() {
+  std::vector<std::string> names;
+  for (const auto& [name, member] : layer_names) names.emplace_back(name);
+  return names;
+}
+
+bool wants(const RenderCall& call, const char* layer) {
+  return std::find(call.layers.begin(), call.layers.end(), layer) != call.layers.end();
+}
+
+void add_outputs(CommandLine& line, RenderCall& call) {
+  const std::string output = group_name(ParameterGroup::output);
+  line.add_option("-o,--output", call.output,
+                  "picture to write: .exr or .tif (linear, premultiplied), .png (sRGB); without "
+                  "alpha: .jpg or .webp (sRGB), .hdr (linear)")
+      ->type_name("FILE")
+      ->group(output);
+  std::vector<std::string> layers = known_layers();
+  layers.emplace_back("none");
+  line.add_list("--aov", call.layers,
+                "extra layers of the .exr: " + joined(known_layers(), ", ") +
+                    "; none drops those of --scene's picture")
+      ->check(CLI::IsMember(layers).description(""))
+      ->group(output);
+  line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats")->group(output);
+  line.add_option(
+          "--bits", call.format.bits,
+          "bits per channel of a .png (default: 8) or of a .tif, which then is sRGB instead "
+          "of linear 32-bit floats")
+      ->type_name("8|16")
+      ->check(CLI::IsMember({8, 16}).description(""))
+      ->group(output);
+  line.add_flag("--print-scene", call.print_scene,
+                "print the complete scene as JSON; render only if -o is given")
+      ->group(output);
+  line.add_option(
+          "--export-camera", call.camera,
+          "write the camera as .gltf (Blender reads it) or ParaView's .pvcc; render only if "
+          "-o is given")
+      ->type_name("FILE")
+      ->group(output);
+  line.add_flag("--explain", call.explain,
+                "print what the march computes and skips, and why; render only if -o is given")
+      ->group(output);
+  line.add_option("--stats", call.stats,
+                  "write times, counts and bytes as JSON; - is the standard output")
+      ->type_name("FILE")
+      ->group(output);
+  CLI::Option* verbose =
+      line.add_flag("-v,--verbose", call.verbose, "print times, counts and bytes")->group(output);
+  line.add_flag("-q,--quiet", call.quiet, "print errors only")->excludes(verbose)->group(output);
+}
+
+void add_frames(CommandLine& line, RenderCall& call) {
+  const char* group = "Frames";
+  line.add_option("--frames", call.frames,
+                  "frames to draw, such as 1-100, 1-100x2 or 1-10,20 (default: all)")
+      ->type_name("A-B[xS]")
+      ->group(group);
+  line.add_option("--turntable", call.turntable,
+                  "turn the camera around the volume in N pictures; along a sequence, in N frames")
+      ->type_name("N")
+      ->check(number_in<int>({.min = 1}))
+      ->group(group);
+  line.add_option("--camera-path", call.camera_path,
+                  "camera of each frame: key frames in a .json, or the animation of a .gltf or "
+                  ".glb")
+      ->type_name("FILE[:NAME]")
+      ->group(group);
+  line.add_flag("--follow", call.follow, "keep the volume in the middle of each frame")
+      ->group(group);
+  line.add_option("--auto-from", call.auto_from,
+                  "frames from which extinction, camera, range, look and exposure are chosen for "
+                  "all (default: the first, the middle and the last)")
+      ->type_name("all|A-B[xS]")
+      ->group(group);
+  line.add_option("--missing", call.missing,
+                  "what to do about a frame without a file: refuse to start, leave it out, or "
+                  "draw the one before it")
+      ->type_name("error|skip|hold")
+      ->check(CLI::IsMember({"error", "skip", "hold"}).description(""))
+      ->capture_default_str()
+      ->group(group);
+  line.add_flag("--resume", call.resume,
+                "leave out frames whose picture is there, of the same scene and not older than "
+                "its volume")
+      ->group(group);
+  line.add_flag("--keep-going", call.keep_going,
+                "go on after a frame that cannot be read; the exit code is then 3")
+      ->group(group);
+  line.add_option("--movie", call.movie, "write the frames as a film too, through ffmpeg")
+      ->type_name("FILE.mp4")
+      ->group(group);
+  line.add_option("--fps", call.frame_rate, "frames per second of --movie and --camera-path")
+      ->type_name("N")
+      ->check(number_in<double>({.min = 0, .min_open = true}))
+      ->capture_default_str()
+      ->group(group);
+}
+
+}  // namespace
+
+bool parse(RenderCall& call, Arguments arguments) {
+  CommandLine line("render", "Renders a .vdb to a picture, without a window.");
+  add_outputs(line, call);
+  add_frames(line, call);
+  line.add_flag("--list-devices", call.list_devices, "print the EGL devices and exit");
+  line.add_option("IN.vdb", call.inputs,
+                  "volume to render; a sequence: fire.####.vdb, a folder, or several files")
+      ->type_name("")
+      ->take_all();
+  const std::vector<std::string> without{"input"};
+  call.scene.add_to(line, without);
+  line.add_option("--time-budget", call.time_budget,
+                  "choose the most accurate method expected to march in MS milliseconds here")
+      ->type_name("MS")
+      ->check(number_in<double>({.min = 0, .min_open = true}))
+      ->group(group_name(ParameterGroup::accuracy));
+  line.add_option("--check-error", call.check_error,
+                  "compare N pixels with the reference integrator and print the error")
+      ->type_name("N")
+      ->check(number_in<int>({.min = 1}))
+      ->group(group_name(ParameterGroup::accuracy));
+  if (!line.read(arguments)) return false;
+  if (!call.inputs.empty()) call.scene.set("input", call.inputs.front());
+  return true;
+}
+
+namespace {
+
+/// Why the scene's picture cannot have a layer; empty if it can.
+std::string layer_obstacle(const std::string& layer, const Scene& scene) {
+  if (layer == "depth" && scene.mode == Mode::back_to_front)
+    return "--aov depth is where a ray's transmittance falls below 1/2 from the camera on, which "
+           "--mode back-to-front does not follow; take --mode alpha";
+  if (layer == "error" && scene.mode == Mode::slice)
+    return "--mode slice does not march: it has no error to estimate";
+  const bool reference = scene.renderer == RendererKind::reference;
+  if (reference && layer != "transmittance" && layer != "error")
+    return "--aov " + layer + " is not available with --renderer " +
+           parameter_text(scene, *find_parameter("renderer"));
+  return {};
+}
+
+void check_layers(const RenderCall& call, const Scene& scene) {
+  if (scene.mode == Mode::slice && (call.check_error || call.explain))
+    usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
+  for (const std::string& layer : call.layers) {
+    const std::string obstacle = layer_obstacle(layer, scene);
+    if (!obstacle.empty()) usage(obstacle);
+  }
+}
+
+}  // namespace
+
+void take_layers(RenderCall& call, const Scene& scene) {
+  const bool given = !call.layers.empty();
+  std::erase(call.layers, "none");
+  if (given || !holds_layers(call.output)) return;
+  const std::vector<std::string> known = known_layers();
+  for (const std::string& layer : call.scene.layers())
+    if (std::find(known.begin(), known.end(), layer) != known.end() &&
+        layer_obstacle(layer, scene).empty())
+      call.layers.push_back(layer);
+}
+
+void check(const RenderCall& call, const Scene& scene) {
+  if (call.time_budget) {
+    if (scene.tolerance) usage("--time-budget and --tolerance exclude each other");
+    if (scene.renderer == RendererKind::reference)
+      usage("--time-budget is for a march; --renderer reference does not march");
+    check_method_unset(scene, "--time-budget");
+  }
+  check_layers(call, scene);
+  if (call.output.empty() && call.movie.empty()) {
+    const bool of_volume = call.explain || !call.camera.empty();
+    if (!call.print_scene && !of_volume) usage("no output; give -o FILE.exr or -o FILE.png");
+    if (of_volume && scene.input.empty()) usage("no input; give IN.vdb");
+    return;
+  }
+  if (scene.input.empty()) usage("no input; give IN.vdb");
+  if (is_standard_output(call.output) &&
+      (call.print_scene || call.explain || call.check_error || call.stats == "-"))
+    usage("-o " + call.output +
+          " has the standard output for itself; leave out --print-scene, --explain, --check-error "
+          "and --stats -");
+  if (!call.output.empty())
+    check_writable(call.output, call.format, scene.resolution.x, scene.resolution.y);
+  const int code_bytes = holds_layers(call.output) ? 0 : call.format.bits == 16 ? 8 : 4;
+  check_picture_memory(scene.resolution.x, scene.resolution.y, int(call.layers.size()), code_bytes);
+  if (!call.layers.empty() && !holds_layers(call.output)) usage("--aov needs an .exr as output");
+  if (!call.stats.empty()) check_text_writable(call.stats);
+}
+
+Wish wish_of(const RenderCall& call) {
+  Wish wish;
+  for (const auto& [name, member] : layer_names) wish.layers.*member = wants(call, name);
+  wish.count = call.verbose || !call.stats.empty();
+  wish.time_budget_ms = call.time_budget;
+  return wish;
+}
+
+}  // namespace psivox

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "commands.h"
+#include "psivox/draw.h"
+#include "psivox/image.h"
+#include "scene_options.h"
+
+namespace psivox {
+
+/// What the command line of `psivox render` asks for.
+struct RenderCall {
+  SceneOptions scene;
+  std::vector<std::string> inputs;
+  std::string output, stats, camera;
+  std::vector<std::string> layers;    ///< named by --aov
+  std::optional<int> check_error;     ///< pixels
+  std::optional<double> time_budget;  ///< [ms]
+  WriteOptions format;
+  bool print_scene = false, explain = false, verbose = false, quiet = false, list_devices = false;
+
+  // of a sequence
+  std::string frames;             ///< empty: all
+  std::string auto_from;          ///< empty: the first, the middle and the last; `all`
+  std::string missing = "error";  ///< or `skip`, `hold`
+  std::string camera_path, movie;
+  std::optional<int> turntable;  ///< pictures of a whole turn
+  double frame_rate = 24;        ///< [frames/s]
+  bool follow = false, resume = false, keep_going = false;
+};
+
+/// Returns false if it printed the help that was asked for. Throws Error(usage).
+bool parse(RenderCall& call, Arguments arguments);
+
+/// Without --aov, takes the layers of --scene's picture that the output can have.
+void take_layers(RenderCall& call, const Scene& scene);
+
+/// Makes every check that needs no work. Throws Error(usage), Error(memory), Error(output).
+void check(const RenderCall& call, const Scene& scene);
+
+/// The picture that the call asks for, without progress.
+Wish wish_of(const RenderCall& call);
+
+}  // namespace psivox

@@ -1,0 +1,277 @@
+#include "render_frames.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <future>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "frame_maker.h"
+#include "movie.h"
+#include "notices.h"
+#include "picture_output.h"
+#include "progress_bar.h"
+#include "psivox/camera_file.h"
+#include "psivox/error.h"
+#include "psivox/hidden_file.h"
+#include "psivox/sequence.h"
+#include "psivox/text.h"
+#include "psivox/text_file.h"
+#include "render_report.h"
+
+namespace psivox {
+namespace {
+
+/// Whether the frame's picture is there, of that scene, and not older than its volume.
+bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {
+  namespace fs = std::filesystem;
+  try {
+    if (fs::last_write_time(frame.output) < fs::last_write_time(frame.input)) return false;
+    std::map<std::string, std::string> found = read_metadata(frame.output);
+    const std::optional<Scene> scene = maker.scene_of(frame);
+    const Scene wanted = scene ? *scene : maker.read(frame).scene;
+    for (const auto& [name, value] : picture_metadata(call, frame.output, wanted))
+      if (name != "psivox:folder" && found[name] != value) return false;
+    return true;
+  } catch (const fs::filesystem_error&) {
+    return false;
+  } catch (const Error&) {
+    return false;  // drawing it will say why
+  }
+}
+
+Display display_of(const Scene& scene) { return {scene.exposure.value_or(0), scene.tone_map}; }
+
+/// Draws and writes frames, one after the other.
+class FrameLoop {
+ public:
+  FrameLoop(const RenderCall& call, FrameMaker& maker, std::future<std::shared_ptr<Marcher>> opened)
+      : call_(call), maker_(maker), opened_(std::move(opened)), bar_(call.quiet) {
+    if (!call.movie.empty() && can_make_movies()) movie_.emplace(call.movie, call.frame_rate);
+  }
+  /// Waits for what other threads do.
+  ~FrameLoop() {
+    if (next_.valid()) next_.wait();
+    if (written_.valid()) written_.wait();
+  }
+
+  void run(const std::vector<Frame>& frames);
+  /// Ends the film, writes the statistics, and throws Error(input) if frames could not be read.
+  void finish();
+
+ private:
+  /// A frame that was drawn, for the thread that writes it.
+  struct DrawnFrame {
+    Frame frame;
+    View view;
+    RenderReport report;
+    std::vector<std::string> notices;
+  };
+
+  std::shared_ptr<DrawnFrame> draw(const Frame& frame, const ReadFrame& read);
+  void write(std::shared_ptr<DrawnFrame> drawn);
+  /// Waits for the last frame to be written.
+  void take_written();
+  void add_standing(const Frame& frame);
+  /// Throws the error on, unless --keep-going goes on after it.
+  void report_bad(const Frame& frame, const Error& error);
+  void say(const std::string& notice);
+
+  const RenderCall& call_;
+  FrameMaker& maker_;
+  std::future<std::shared_ptr<Marcher>> opened_;
+  std::shared_ptr<Marcher> marcher_;
+  std::future<ReadFrame> next_;
+  std::future<std::shared_ptr<DrawnFrame>> written_;
+  std::optional<Movie> movie_;
+  ProgressBar bar_;
+  Progress progress_ = bar_.progress();
+  Stopwatch watch_;
+  std::set<std::string> said_;
+  std::vector<int> bad_;
+  int drawn_ = 0;
+  std::size_t standing_ = 0;
+  double done_ = 0, part_ = 0;  ///< of the work: before the frame that is drawn, and that frame's
+  double waited_ms_ = 0;
+  nlohmann::ordered_json reports_ = nlohmann::ordered_json::array();
+};
+
+void FrameLoop::say(const std::string& notice) {
+  if (notice.empty() || call_.quiet || !said_.insert(notice).second) return;
+  bar_.clear();
+  std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+}
+
+std::shared_ptr<FrameLoop::DrawnFrame> FrameLoop::draw(const Frame& frame, const ReadFrame& read) {
+  if (!marcher_) marcher_ = opened_.get();
+  Wish wish = wish_of(call_);
+  wish.scene = read.scene;
+  if (progress_)
+    wish.progress = [this](Stage stage, double fraction) {
+      progress_(done_ + part_ * (stage == Stage::marching ? fraction : 0));
+    };
+  auto drawn = std::make_shared<DrawnFrame>();
+  drawn->frame = frame;
+  drawn->report.input = frame.input;
+  drawn->report.output = frame.output;
+  drawn->report.read_ms = read.read_ms;
+  drawn->report.drawn = read.session->draw(*marcher_, wish);
+  drawn->view = read.session->view();
+  drawn->view.scene = read.scene;
+  for (const std::string& notice : drawn->report.drawn.notices) say(notice);
+  say(blank_reason(drawn->view, drawn->report.drawn.image));
+  ++drawn_;
+  return drawn;
+}
+
+void FrameLoop::take_written() {
+  if (!written_.valid()) return;
+  const Stopwatch waiting;
+  const std::shared_ptr<DrawnFrame> written = written_.get();
+  waited_ms_ += waiting.ms();
+  for (const std::string& notice : written->notices) say(notice);
+  const RenderReport& report = written->report;
+  if (!call_.stats.empty()) {
+    auto row = nlohmann::ordered_json::parse(report.json());
+    row["frame"] = written->frame.number;
+    reports_.push_back(std::move(row));
+  }
+  if (call_.verbose) {
+    bar_.clear();
+    std::fprintf(stderr, "frame %d\n%s", written->frame.number, report.table().c_str());
+  }
+}
+
+void FrameLoop::write(std::shared_ptr<DrawnFrame> drawn) {
+  take_written();
+  written_ = std::async(std::launch::async, [this, drawn = std::move(drawn)] {
+    if (!drawn->frame.output.empty())
+      drawn->notices = write_picture(call_, drawn->frame.output, drawn->view, drawn->report);
+    if (movie_) movie_->add(drawn->report.drawn.image, display_of(drawn->view.scene));
+    drawn->report.drawn.image = {};
+    return drawn;
+  });
+}
+
+void FrameLoop::add_standing(const Frame& frame) {
+  take_written();
+  const Scene& scene = maker_.sequence().scene;
+  const bool coded = holds_codes(frame.output, call_.format);
+  movie_->add(read_image(frame.output), coded ? Display{} : display_of(scene));
+}
+
+void FrameLoop::report_bad(const Frame& frame, const Error& error) {
+  if (!call_.keep_going || error.code() != ExitCode::input) throw;
+  bad_.push_back(frame.number);
+  bar_.clear();
+  std::fprintf(stderr, "psivox: frame %d: %s\n", frame.number, error.what());
+}
+
+void FrameLoop::run(const std::vector<Frame>& frames) {
+  std::vector<std::size_t> wanted;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (!call_.resume || !stands(call_, maker_, frames[i])) wanted.push_back(i);
+  standing_ = frames.size() - wanted.size();
+  if (standing_) say(std::to_string(standing_) + " frames stand already");
+  const auto read_ahead = [&](std::size_t k) {
+    if (k < wanted.size())
+      next_ = std::async(std::launch::async,
+                         [this, &frame = frames[wanted[k]]] { return maker_.read(frame); });
+  };
+  read_ahead(0);
+  for (std::size_t i = 0, k = 0; i < frames.size(); ++i) {
+    if (k == wanted.size() || wanted[k] != i) {
+      if (movie_) add_standing(frames[i]);
+      continue;
+    }
+    done_ = double(k) / double(wanted.size());
+    part_ = 1 / double(wanted.size());
+    ++k;
+    ReadFrame read;
+    try {
+      const Stopwatch waiting;
+      read = next_.get();
+      waited_ms_ += waiting.ms();
+    } catch (const Error& error) {
+      read_ahead(k);
+      report_bad(frames[i], error);
+      continue;
+    }
+    read_ahead(k);
+    write(draw(frames[i], read));
+  }
+  take_written();
+}
+
+void FrameLoop::finish() {
+  if (movie_) movie_->finish();
+  if (!movie_ && !call_.movie.empty())
+    say("ffmpeg is not installed; this makes the film: " +
+        movie_command(call_.output, call_.movie, call_.frame_rate));
+  const double total_ms = watch_.ms();
+  if (!call_.stats.empty()) {
+    const nlohmann::ordered_json all = {
+        {"frames", reports_},
+        {"standing", standing_},
+        {"bad", bad_},
+        {"times_ms", {{"total", total_ms}, {"waited", waited_ms_}}}};
+    write_text(call_.stats,
+               all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  }
+  if (call_.verbose)
+    std::fprintf(stderr,
+                 "frames    %d in %.1f s, of which %.1f s waiting for reading and writing\n",
+                 drawn_, 1e-3 * total_ms, 1e-3 * waited_ms_);
+  if (!bad_.empty())
+    throw Error(ExitCode::input, std::to_string(bad_.size()) + " of " +
+                                     std::to_string(bad_.size() + std::size_t(drawn_) + standing_) +
+                                     " frames could not be read: " + frames_text(bad_));
+}
+
+/// Prints what was chosen for all frames.
+void print_choice(const RenderCall& call, const FrameMaker& maker, const FrameList& list) {
+  if (call.quiet) return;
+  print_notices(list.notices);
+  const SequenceScene& sequence = maker.sequence();
+  std::string options;
+  for (const Setting& setting : sequence.settings)
+    options += " --" + setting.name + "=" + setting.text;
+  std::fprintf(stderr, "psivox: %zu frames in look %s, chosen from %zu:%s\n", list.frames.size(),
+               sequence.look.c_str(), list.samples.size(), options.c_str());
+}
+
+}  // namespace
+
+void render_frames(const RenderCall& call, const Scene& scene, const FrameList& list,
+                   const CameraPath* path) {
+  if (call.explain || call.check_error)
+    throw Error(ExitCode::usage, std::string(call.explain ? "--explain" : "--check-error") +
+                                     " is for one picture: give one file");
+  if (is_standard_output(call.output) && list.frames.size() > 1)
+    throw Error(ExitCode::usage, "-o " + call.output + " takes one picture");
+  if (call.resume && !call.output.empty() && !holds_scene(call.output))
+    throw Error(ExitCode::usage, "--resume reads a picture's scene, which " +
+                                     in_quotes(call.output) + " cannot hold; write .png or .exr");
+  if (!call.movie.empty() && call.output.empty() && !can_make_movies())
+    throw Error(ExitCode::output,
+                "--movie needs ffmpeg, which is not installed; -o out.####.png writes pictures");
+  std::future<std::shared_ptr<Marcher>> opened;
+  const bool draws = !call.output.empty() || !call.movie.empty();
+  if (draws) opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
+  FrameMaker maker(call, scene, list, path);
+  print_choice(call, maker, list);
+  if (call.print_scene) std::cout << to_json(maker.sequence().scene) << std::flush;
+  if (!call.camera.empty()) {
+    const Scene& chosen = maker.sequence().scene;
+    write_camera(call.camera, make_camera(chosen, *maker.sequence().subject),
+                 chosen.up_axis == UpAxis::z);
+  }
+  if (!draws) return;
+  remove_abandoned_files(std::filesystem::path(call.output).parent_path());
+  FrameLoop loop(call, maker, std::move(opened));
+  loop.run(list.frames);
+  loop.finish();
+}
+
+}  // namespace psivox
