@@ -72,6 +72,25 @@ TEST(Look, GoesByTheFilesGrids) {
   }
 }
 
+TEST(Look, OfARaysIntegralIsBlackBehindIt) {
+  Scene scene = scene_of(asset("blobs.vdb"));
+  apply_over(scene, std::vector<Setting>{{"mode", "xray"}});
+  const LookedScene looked = auto_look(scene);
+  EXPECT_EQ(looked.look, "xray");
+  EXPECT_EQ(looked.scene.background, glm::dvec3(0));
+  EXPECT_EQ(looked.scene.exposure, std::nullopt);
+  EXPECT_TRUE(looked.scene.emission_grid.empty());
+  // a given exposure stays, whatever its value
+  scene.exposure = 0;
+  EXPECT_EQ(auto_look(scene).scene.exposure, 0);
+  // the look alone sets the mode and its exposure
+  Scene other = scene_of(asset("blobs.vdb"));
+  other.look = "xray";
+  const LookedScene chosen = with_look(other, VdbFile(other.input));
+  EXPECT_EQ(chosen.scene.mode, Mode::xray);
+  EXPECT_EQ(chosen.scene.exposure, std::nullopt);
+}
+
 TEST(Look, NamesTheGridsThatThePictureDoesNotShow) {
   EXPECT_EQ(auto_look(scene_of(asset("blobs.vdb"))).unused_grids,
             std::vector<std::string>{"color"});

@@ -192,6 +192,27 @@ TEST(ApplyOver, ReplacesTheSourceOfLuminanceAndTheMode) {
   EXPECT_EQ(over(lmip, {}).lmip_threshold, 0.5);
 }
 
+TEST(ApplyOver, ARaysIntegralIsExposedAutomaticallyUnlessItsExposureIsGiven) {
+  const auto exposure = [](Scene scene, std::vector<Setting> settings) {
+    apply_over(scene, settings);
+    return scene.exposure;
+  };
+  const Setting xray{"mode", "xray"}, alpha{"mode", "alpha"};
+  EXPECT_EQ(exposure({}, {xray}), std::nullopt);
+  EXPECT_EQ(exposure({}, {xray, {"exposure", "0"}}), 0);
+  EXPECT_EQ(exposure({}, {{"mode", "mip"}}), 0);
+  Scene integral;  // as a picture's metadata have it
+  integral.mode = Mode::xray;
+  integral.exposure = -3;
+  EXPECT_EQ(exposure(integral, {{"step", "2"}}), -3);
+  EXPECT_EQ(exposure(integral, {xray}), -3);
+  EXPECT_EQ(exposure(integral, {alpha}), 0);
+  EXPECT_EQ(exposure(integral, {alpha, {"exposure", "-1"}}), -1);
+  EXPECT_EQ(scene_from_json(R"({"mode": "xray"})").exposure, std::nullopt);
+  EXPECT_EQ(scene_from_json(R"({"mode": "xray", "exposure": 0})").exposure, 0);
+  EXPECT_EQ(scene_from_json(to_json(integral)).exposure, -3);
+}
+
 TEST(ApplyOver, LeavesTheRayTemplate) {
   const auto over = [](Scene scene, std::vector<Setting> settings) {
     apply_over(scene, settings);

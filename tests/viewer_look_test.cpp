@@ -122,8 +122,8 @@ TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
   write_text((folder / "amber.json").string(), R"({"luminance": [1, 0.6, 0.1]})");
   write_text((folder / "broken.json").string(), R"({"luminance": "bright"})");
   setenv("PSIVOX_LOOKS", folder.c_str(), 1);
-  const std::vector<std::string> expected{"amber", "broken", "fire",   "plain",
-                                          "scan",  "smoke",  "surface"};
+  const std::vector<std::string> expected{"amber", "broken", "fire",    "plain",
+                                          "scan",  "smoke",  "surface", "xray"};
   EXPECT_EQ(available_looks(), expected);
   Hands hands(open_look(asset("slab.vdb")));
   ASSERT_TRUE(hands.until_exact());
@@ -145,6 +145,23 @@ TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
   EXPECT_EQ(to_json(hands.viewer.scene()), to_json(amber));
   unsetenv("PSIVOX_LOOKS");
   fs::remove_all(folder);
+}
+
+TEST(ViewerLook, TheModeXrayShowsItsDensestRaysJustBelowWhite) {
+  Scene scene = open_look(asset("blobs.vdb"));
+  apply_over(scene, std::vector<Setting>{{"mode", "xray"}});
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("look_xray.png");
+  EXPECT_EQ(hands.viewer.look().text(), "auto: xray");
+  EXPECT_LT(hands.viewer.exposure(), -1);
+  // an exposure of 0 has to be said
+  scene = hands.viewer.scene();
+  scene.exposure = 0;
+  const std::vector<std::string> words = render_arguments(scene, "a.png");
+  EXPECT_EQ(std::ranges::count(words, "--exposure=0"), 1);
+  scene.exposure.reset();
+  EXPECT_EQ(std::ranges::count(render_arguments(scene, "a.png"), "--exposure=auto"), 1);
 }
 
 /// A window with its panel scrolled to the controls of slice and clip.

@@ -15,7 +15,7 @@ std::vector<std::string> look_names();
 std::vector<std::string> available_looks();
 
 /// Whether the scene sets nothing of how a picture looks: neither luminance, light, colours,
-/// temperature, emission, mode nor background. `auto` then chooses a look.
+/// temperature, emission, background nor any mode but xray. `auto` then chooses a look.
 bool leaves_look_open(const Scene& scene);
 
 /// The scene without anything of how a picture looks, and without its look. Its grids, camera, clip
@@ -41,7 +41,7 @@ struct LookedScene {
 ///               3 % of it would then be brighter than white
 ///   flame       grid, temperatures and brightness of a fire (see flame.h)
 /// The look `auto`, or no look where the scene leaves it open and `open` is `auto`, goes by the
-/// grids: `surface` for level sets, `fire` where there is a density and a flame, `scan` for
+/// mode and the grids: `xray` for that mode, `surface` for level sets, `fire` where there is a density and a flame, `scan` for
 /// digitised values and those that do not fade to 0, else `smoke`. Vectors stay `plain`.
 /// `background`: whether the look may set one. Throws Error(input), Error(usage).
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open = "plain",

@@ -42,6 +42,7 @@ class KeptFields {
 
 /// The name of the look that suits a file; the density is read only where its values decide.
 std::string suitable_look(const Scene& scene, const VdbFile& file, KeptFields& fields) {
+  if (scene.mode == Mode::xray) return "xray";
   const std::string grid = density_grid(scene, file);
   if (file.channels(grid) != 1) return "plain";
   if (file.grid_class(grid) == "level set") return "surface";
@@ -53,6 +54,8 @@ void take_open(const Scene& look, bool background, Scene& scene) {
   for (const Parameter& p : parameters()) {
     if (has_default(look, p) || !has_default(scene, p)) continue;
     if (p.name == "background" && !background) continue;
+    // a scene of that mode has decided about its exposure
+    if (p.name == "exposure" && scene.mode == Mode::xray) continue;
     std::visit([&](auto member) { scene.*member = look.*member; }, p.member);
   }
 }
@@ -98,11 +101,13 @@ std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
 bool leaves_look_open(const Scene& scene) {
   if (!scene.look.empty()) return false;
   return std::all_of(parameters().begin(), parameters().end(), [&](const Parameter& p) {
-    return !says_how_it_looks(p) || has_default(scene, p);
+    return !says_how_it_looks(p) || has_default(scene, p) ||
+           (p.name == "mode" && scene.mode == Mode::xray);
   });
 }
 
 Scene without_look(Scene scene) {
+  if (scene.mode == Mode::xray && !scene.exposure) scene.exposure = Scene{}.exposure;
   for (const Parameter& p : parameters()) {
     const bool stays = p.name == "clip" || p.name == "clip-plane";
     if (says_how_it_looks(p) && !stays) set_default(scene, p);

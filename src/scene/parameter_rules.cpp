@@ -153,6 +153,14 @@ void validate_cuts(const Scene& scene) {
     fail("--sampling template marches whole rays; leave out --clip and --clip-plane");
 }
 
+/// A ray's integral has no white: its exposure is auto unless it is given.
+void apply_exposure(Scene& scene, const Scene& before, std::span<const Setting> settings) {
+  const bool integral = scene.mode == Mode::xray;
+  if (integral == (before.mode == Mode::xray) || contains(settings, "exposure")) return;
+  scene.exposure = Scene{}.exposure;
+  if (integral) scene.exposure.reset();
+}
+
 }  // namespace
 
 std::vector<Setting> changed_settings(const Scene& from, const Scene& to) {
@@ -172,6 +180,7 @@ void apply_over(Scene& scene, std::span<const Setting> settings) {
   apply_window(scene, before, settings);
   apply_sampling(scene, settings);
   apply_tolerance(scene, settings);
+  apply_exposure(scene, before, settings);
   if (scene.mode != Mode::isosurface && !contains(settings, "isovalue")) scene.isovalue.reset();
   if (scene.mode != Mode::slice && !contains(settings, "slice")) scene.slice.reset();
   if (scene.mode != Mode::lmip && !contains(settings, "lmip-threshold")) scene.lmip_threshold = 0;

@@ -49,7 +49,7 @@ Rows output_rows() {
       {"resolution", "WxH", "pixels", "", "size of the picture", &Scene::resolution, pixel_count},
       {"background", "R,G,B", "", "none: premultiplied, with alpha", "colour behind the medium",
        &Scene::background, at_least_0, "none"},
-      {"exposure", "STOPS", "powers of 2", "",
+      {"exposure", "STOPS", "powers of 2", "0; auto under --mode xray",
        "brightness of .png, .jpg, .webp, 8-bit .tif and the window; auto: just below white",
        &Scene::exposure, any, "auto"},
       {"tone-map", enum_metavar<ToneMap>(), "", "",
@@ -64,7 +64,8 @@ Rows output_rows() {
 Rows look_rows() {
   return {
       {"look", "NAME", "", "auto in render and view, where nothing else of the look is set",
-       "scene parameters that suit the file (auto: plain, smoke, fire, surface or scan), or a "
+       "scene parameters that suit the file (auto: plain, smoke, fire, surface, scan or xray), or "
+       "a "
        ".json "
        "of them; what is given beside it counts",
        &Scene::look},

@@ -123,6 +123,8 @@ Scene scene_from_json(std::string_view text, std::string_view source) {
       fail(error.what());
     }
   }
+  // as for the command line
+  if (scene.mode == Mode::xray && !object.contains("exposure")) scene.exposure.reset();
   return scene;
 }
 

@@ -18,13 +18,20 @@ std::string quoted(const std::string& word) {
 }  // namespace
 
 std::vector<std::string> render_arguments(const Scene& scene, const std::string& output) {
-  std::vector<std::string> arguments = {"--output=" + output};
-  for (const Parameter& p : parameters()) {
-    if (p.positional || has_default(scene, p)) continue;
-    arguments.push_back("--" + p.name + "=" + parameter_text(scene, p));
-  }
+  std::vector<Setting> settings;
+  for (const Parameter& p : parameters())
+    if (!p.positional && !has_default(scene, p))
+      settings.push_back({p.name, parameter_text(scene, p)});
+  // defaults that the command line would replace are named too
+  Scene read;
+  apply_over(read, settings);
+  for (const Parameter& p : parameters())
+    if (!p.positional && has_default(scene, p) && !has_default(read, p))
+      settings.push_back({p.name, parameter_text(scene, p)});
   // the window's scene is what it shows: nothing is left to a look
-  if (leaves_look_open(scene)) arguments.push_back("--look=plain");
+  if (leaves_look_open(scene)) settings.push_back({"look", "plain"});
+  std::vector<std::string> arguments = {"--output=" + output};
+  for (const auto& [name, text] : settings) arguments.push_back("--" + name + "=" + text);
   // -- because a file's name may begin with a dash
   arguments.insert(arguments.end(), {"--", scene.input});
   return arguments;
