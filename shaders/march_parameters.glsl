@@ -17,6 +17,7 @@ PARAMETER(real2, image_size)          // [pixels]
 PARAMETER(real2, sample_offset)       // of the sample inside its pixel
 PARAMETER(real, extinction)           // attenuation of value 1 [1 / unit of t]
 PARAMETER(real3, color)               // factor of the luminance
+PARAMETER(real3, ambient)             // luminance that is added to it everywhere
 PARAMETER(real, stop_depth)           // optical depth at which a ray ends
 PARAMETER(real, step)                 // of the uniform lattice [unit of t]
 PARAMETER(int, brick_steps_first)     // where `tables` has the bricks' parts of the step

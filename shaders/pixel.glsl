@@ -111,8 +111,9 @@ real4 picture(IN(March) m, Pixel p) {
   }
   real a = decay(m.optical_depth).a;
   if (mode == MODE_XRAY) return real4(color * m.optical_depth, a);
-  if (has_emission) return real4(m.radiance, a);
-  if (constant_luminance) return real4(color * a, a);
-  if (vector_radiance) return real4(color * m.phase * m.radiance, a);
-  return real4(color * (m.phase * m.radiance.x), a);
+  if (constant_luminance && !has_emission) return real4(color * a, a);
+  real3 shown = m.radiance;
+  if (!vector_radiance) shown = color * (m.phase * m.radiance.x);
+  else if (!has_emission) shown = color * m.phase * m.radiance;
+  return real4(shown + ambient * a, a);
 }

@@ -314,6 +314,27 @@ TEST(Lit, ColoursOfAFunctionTintTheLight) {
   }
 }
 
+TEST(Lit, AmbientLightHasNoPhase) {
+  Scene scene = lit_scene({0.3, 0, -1}, 32);
+  scene.phase_g = 0.5;
+  scene.lights.front().color = {1, 0.5, 0.25};
+  scene.integrator = Integrator::cell_exact;
+  const Image light = double_picture(lit_in_double(view_of(scene, mixed())));
+  scene.luminance = glm::dvec3(0.3, 0.4, 0.5);
+  const View both = lit_in_double(view_of(scene, mixed()));
+  EXPECT_EQ(both.medium.source, LuminanceSource::scalar) << "one light needs one channel";
+  const Image image = double_picture(both);
+  const Image reference = render_reference(both).image;
+  // what the rule for cells leaves; without the ambient light it would be 0.3
+  EXPECT_LE(compare_images(image, reference).max, 1e-5);
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x)
+      for (int c = 0; c < 3; ++c)
+        // sums of two float32 numbers
+        ASSERT_NEAR(pixel(image, x, y, c),
+                    pixel(light, x, y, c) + (0.3 + 0.1 * c) * pixel(image, x, y, 3), 3e-7);
+}
+
 TEST(Lit, EmissionHasNoPhase) {
   Scene scene = lit_scene({0, 0, -1}, 32);
   scene.phase_g = 0.5;

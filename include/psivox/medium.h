@@ -45,7 +45,8 @@ struct Medium {
   std::shared_ptr<const Field> density;
   double extinction = 1;  ///< tau = extinction * value, or attenuation of it [1/world unit]
   LuminanceSource source = LuminanceSource::constant;
-  glm::dvec3 color{1};  ///< luminance * luminance_scale where a grid multiplies it
+  glm::dvec3 color{1};    ///< luminance * luminance_scale where a grid multiplies it
+  glm::dvec3 ambient{0};  ///< added to L, whatever its source and the phase
   std::shared_ptr<const Field> luminance;  ///< for scalar and vector sources, else null
   /// tau = extinction * this function's attenuation of the value; null: extinction * value.
   std::shared_ptr<const TransferFunction> transfer;

@@ -1,6 +1,7 @@
 #include "march/light.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/ext/scalar_constants.hpp>
 #include <glm/geometric.hpp>
@@ -31,6 +32,23 @@ class OwnLuminance {
       index_.emplace(*medium.luminance);
       to_luminance_ =
           glm::inverse(medium.luminance->world_from_index) * medium.density->world_from_index;
+    }
+  }
+
+  /// At the 8^3 voxels from `origin` on, z fastest.
+  void block(const glm::ivec3& origin, std::span<glm::dvec3> to) const {
+    if (medium_.source != LuminanceSource::transfer) {
+      for (int i = 0; i < 512; ++i)
+        to[std::size_t(i)] = at(origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
+      return;
+    }
+    const FieldIndex::Block block = index_->block(origin);
+    float last = block.value(0);
+    glm::dvec3 color = medium_.transfer->at(last).color;
+    for (int i = 0; i < 512; ++i) {
+      const float value = block.value(i);
+      if (value != last) color = medium_.transfer->at(last = value).color;
+      to[std::size_t(i)] = color;
     }
   }
 
@@ -129,9 +147,9 @@ struct LitLuminance::Impl {
         g(view.scene.phase_g),
         beams(std::move(given)),
         glow(medium) {
-    const bool alone = medium.color == glm::dvec3(0) && !medium.light->tinted;
-    by_ray = g != 0 && beams.size() == 1 && medium.color == glm::dvec3(0);
-    if (alone) common = common_color(beams);
+    (medium.source == LuminanceSource::constant ? ambient : own_color) = medium.color;
+    by_ray = g != 0 && beams.size() == 1 && own_color == glm::dvec3(0);
+    if (own_color == glm::dvec3(0) && !medium.light->tinted) common = common_color(beams);
   }
 
   double phase(const Beam& beam, const glm::ivec3& voxel) const {
@@ -149,7 +167,7 @@ struct LitLuminance::Impl {
   }
 
   glm::dvec3 own(const glm::ivec3& voxel) const {
-    return medium.color == glm::dvec3(0) ? glm::dvec3(0) : medium.color * glow.at(voxel);
+    return own_color == glm::dvec3(0) ? glm::dvec3(0) : own_color * glow.at(voxel);
   }
 
   /// Adds a beam to a block's values, which the first beam sets.
@@ -168,12 +186,18 @@ struct LitLuminance::Impl {
       }
       return;
     }
-    const bool even = !medium.light->tinted && !phases;
+    const bool tinted = medium.light->tinted, glows = b == 0 && own_color != glm::dvec3(0);
+    std::array<glm::dvec3, 512> glow_of;
+    glow_of.fill(glm::dvec3(1));
+    if (tinted || glows) glow.block(origin, glow_of);
     for (int i = 0; i < 512; ++i, to += 3) {
-      const double T = std::exp(-depths[std::size_t(i)]);
-      const glm::dvec3 L = (even ? beam.radiance : share(beam, voxel(i))) * T;
-      const glm::dvec3 before = b == 0 ? own(voxel(i)) : glm::dvec3(to[0], to[1], to[2]);
-      for (int c = 0; c < 3; ++c) to[c] = float(before[c] + L[c]);
+      const glm::dvec3& own_glow = glow_of[std::size_t(i)];
+      glm::dvec3 L = beam.radiance * std::exp(-depths[std::size_t(i)]);
+      if (phases) L *= phase(beam, voxel(i));
+      if (tinted) L *= own_glow;
+      if (glows) L += own_color * own_glow;
+      if (b > 0) L += glm::dvec3(to[0], to[1], to[2]);
+      for (int c = 0; c < 3; ++c) to[c] = float(L[c]);
     }
   }
 
@@ -182,6 +206,8 @@ struct LitLuminance::Impl {
   double g;
   std::vector<Beam> beams;
   OwnLuminance glow;
+  glm::dvec3 ambient{0};             ///< the medium's luminance where it is constant
+  glm::dvec3 own_color{0};           ///< factor of `glow` where it is not
   bool by_ray = false;               ///< the phase is one factor of each ray
   std::optional<glm::dvec3> common;  ///< colour of all luminance: one channel will do
 };
@@ -225,6 +251,7 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
       std::make_shared<const Field>(field_of_blocks(*medium.density, blocks, channels, values));
   medium.source = channels == 3 ? LuminanceSource::vector : LuminanceSource::scalar;
   medium.color = impl.common.value_or(glm::dvec3(1));
+  medium.ambient = impl.ambient;
   if (impl.by_ray) {
     medium.phase_axis = impl.beams.front().direction;
     medium.phase_g = impl.g;

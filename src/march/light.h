@@ -59,7 +59,7 @@ using LightDepths = std::function<void(const Beam& beam, const LightBlocks& bloc
 /// Luminance at voxels of a view's medium in the light of some beams:
 ///   L = luminance + sum of radiance * phase * e^-depth over the beams,
 /// all of it times the colour where a transfer function gives colours. A luminance of another grid
-/// is interpolated at the density's voxels.
+/// is interpolated at the density's voxels; a constant one is the lit medium's `ambient`.
 class LitLuminance {
  public:
   LitLuminance(const View& view, std::vector<Beam> beams);
@@ -68,7 +68,7 @@ class LitLuminance {
   LitLuminance& operator=(const LitLuminance&) = delete;
 
   const std::vector<Beam>& beams() const;
-  /// L without its beams.
+  /// L without its beams and without what is constant.
   glm::dvec3 own(const glm::ivec3& voxel) const;
   /// What a beam adds to L where nothing is in its way.
   glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel) const;

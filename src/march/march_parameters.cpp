@@ -75,6 +75,7 @@ void place_medium(const View& view, MarchSetup& setup) {
   p.extinction = medium.extinction * p.world_unit;
   c.attenuates = medium.extinction > 0;
   p.color = medium.color;
+  p.ambient = medium.ambient;
   c.luminance_source = int(medium.source);
   if (c.emission_channels) p.emission_scale = medium.emission_scale * p.world_unit;
   p.phase_axis = medium.phase_axis;

@@ -67,7 +67,7 @@ RayMedium::RayMedium(const Medium& m)
     L_max *= max_color(*medium.transfer);
   const double g = std::abs(medium.phase_g);
   L_max *= (1 + g) / ((1 - g) * (1 - g));  // the greatest value of the phase function
-  behind_max = L_max;
+  behind_max = L_max + max_component(medium.ambient);
   if (emission)
     behind_max +=
         std::abs(medium.emission_scale) * emission->max_magnitude() * longest_way(*medium.emission);
@@ -116,14 +116,15 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
   } else if (medium.source != LuminanceSource::vector) {
     sum.radiance = glm::dvec3(sum.radiance.x);
   }
-  const double rounding =
-      sum.rounding(extent(*medium.density) + (medium_->luminance ? extent(*medium.luminance) : 0));
+  const double extents =
+      extent(*medium.density) + (medium_->luminance ? extent(*medium.luminance) : 0);
 
   const glm::dvec3 color = medium_->color * phase_factor(medium, ray.direction);
   RayRadiance result;
-  result.radiance = color * sum.radiance;
+  result.radiance = color * sum.radiance + medium.ambient * sum.opacity();
   result.optical_depth = sum.optical_depth;
-  result.error = max_component(glm::abs(color)) * (sum.error + rounding) +
+  result.error = max_component(glm::abs(color)) * (sum.error + sum.rounding(extents)) +
+                 max_component(medium.ambient) * sum.opacity_rounding(extents) +
                  (stopped ? sum.T * medium_->behind_max : 0);
   result.cells = sum.cells;
   return result;

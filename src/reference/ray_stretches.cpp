@@ -163,8 +163,10 @@ RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0,
   const double extents = extent(*medium.density) +
                          (medium_->luminance ? extent(*medium.luminance) : 0) +
                          (medium_->emission ? extent(*medium.emission) : 0);
-  return {sum.radiance, sum.optical_depth,
-          sum.error + sum.rounding(extents) + (stopped ? sum.T * medium_->behind_max : 0),
+  return {sum.radiance + medium.ambient * sum.opacity(), sum.optical_depth,
+          sum.error + sum.rounding(extents) +
+              max_component(medium.ambient) * sum.opacity_rounding(extents) +
+              (stopped ? sum.T * medium_->behind_max : 0),
           sum.cells};
 }
 

@@ -53,10 +53,15 @@ struct RaySum {
   /// Bound on rounding's part of the error. A crossing is off by epsilon times its coordinates, a
   /// sum by epsilon times its terms; an error d of the optical depth changes L T, and everything
   /// behind it, by L d at most.
-  double rounding(double extents) const {
+  double rounding(double extents) const { return rounding(extents, L_max, glow); }
+  /// The same of the opacity.
+  double opacity_rounding(double extents) const { return rounding(extents, 1, 0); }
+
+ private:
+  double rounding(double extents, double L, double emission) const {
     const double roundings = 16 + static_cast<double>(pieces) + extents;
-    return roundings * std::numeric_limits<double>::epsilon() * (opacity() * L_max + glow) +
-           depth_error * (2 * L_max + glow);
+    return roundings * std::numeric_limits<double>::epsilon() * (opacity() * L + emission) +
+           depth_error * (2 * L + emission);
   }
 };
 
