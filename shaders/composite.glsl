@@ -62,14 +62,14 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   real3 none = real3(real(0.0));
   Point back = Point(sample_back.value, real(0.0), none, none, real(0.0), none);
   if (middle_rule || has_emission) {
-    seek(m, t_middle);
-    middle = point_at(m, t_middle, sample_middle);
+    seek(m, t_middle, middle_rule);
+    middle = point_at(m, t_middle, sample_middle, middle_rule);
   } else if (!uniform_sampling) {
     middle.attenuation = m.vacuum ? real(0.0) : attenuation_of(m, sample_middle);
   }
   if (!middle_rule || has_emission) {
-    seek(m, t_back);
-    back = point_at(m, t_back, sample_back);
+    seek(m, t_back, !middle_rule);
+    back = point_at(m, t_back, sample_back, !middle_rule);
   }
   real mean = uniform_sampling
                   ? real(0.5) * (front.attenuation + back.attenuation)
@@ -118,12 +118,12 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   real t_1 = m.t + s_1 * length;
   real t_2 = m.t + real(0.5) * length;
   real t_3 = m.t + s_3 * length;
-  seek(m, t_1);
-  Point p_1 = point_at(m, t_1, Sample(polynomial(value, s_1), real(0.0)));
-  seek(m, t_2);
-  Point p_2 = point_at(m, t_2, Sample(polynomial(value, real(0.5)), real(0.0)));
-  seek(m, t_3);
-  Point p_3 = point_at(m, t_3, Sample(polynomial(value, s_3), real(0.0)));
+  seek(m, t_1, true);
+  Point p_1 = point_at(m, t_1, Sample(polynomial(value, s_1), real(0.0)), true);
+  seek(m, t_2, true);
+  Point p_2 = point_at(m, t_2, Sample(polynomial(value, real(0.5)), real(0.0)), true);
+  seek(m, t_3, true);
+  Point p_3 = point_at(m, t_3, Sample(polynomial(value, s_3), real(0.0)), true);
   Cubic tau = attenuation;
   if (reversed_ray) tau = reversed(attenuation);
   real x = extinction * length;

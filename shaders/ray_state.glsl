@@ -113,9 +113,9 @@ void seek_gradient(INOUT(March) m, int3 cell) {
   m.samples += look_ups(m.gradient.node);
 }
 
-// Moves the nodes of separate grids to t; point_at(t) follows.
-void seek(INOUT(March) m, real t) {
-  if (own_luminance) {
+// Moves the nodes of separate grids to t, of the luminance only where it counts; point_at(t) follows.
+void seek(INOUT(March) m, real t, bool luminous) {
+  if (own_luminance && luminous) {
     m.luminance.node = seek_node(luminance_grid, m.luminance, t);
     m.samples += look_ups(m.luminance.node);
   }
@@ -153,11 +153,11 @@ Point with_value(IN(March) m, Point p, Sample s) {
   return p;
 }
 
-// The medium at t, where the density grid has `s`; other grids' nodes are there already.
-Point point_at(IN(March) m, real t, Sample s) {
+// The medium at t, where the density grid has `s`; seek(t, luminous) has found the other grids' nodes.
+Point point_at(IN(March) m, real t, Sample s, bool luminous) {
   real3 none = real3(real(0.0));
   Point p = Point(s.value, s.value, real3(real(1.0)), none, real(0.0), none);
-  if (own_luminance)
+  if (own_luminance && luminous)
     p.L = sample_grid(luminance_grid, luminance_source == SOURCE_VECTOR ? 3 : 1, m.luminance, t);
   if (has_emission)
     p.glow = sample_grid(emission_grid, emission_channels, m.emission, t) * emission_scale;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "draw/trial_method.h"
 #include "march_cases.h"
 #include "verify/make_field.h"
 
@@ -109,6 +112,55 @@ TEST(PlanMarch, AFeatureThatNoPilotRayMeetsIsNotLost) {
   EXPECT_GE(lost.max, 0.4);
 }
 
+/// A fog that glows softly, and one voxel that glows brightly beside it.
+View fog_with_a_spark() {
+  const auto glow = [](const glm::ivec3& at) {
+    const glm::dvec3 d = glm::dvec3(at) - 40.0;
+    const double soft = 0.01 * std::exp(-glm::dot(d, d) / 400);
+    return at == glm::ivec3(41, 73, 44) ? 100.0f : float(soft < 1e-5 ? 0 : soft);
+  };
+  const auto density = [&](const glm::ivec3& at) { return at.y > 70 ? 0.0f : glow(at); };
+  const Box box{glm::ivec3(0), glm::ivec3(79)};
+  Scene scene = small_scene(48);
+  scene.emission_grid = "glow";
+  return make_view(scene, MediumFields{share(make_field(box, density)), nullptr, nullptr,
+                                       share(make_field(box, glow))});
+}
+
+TEST(PlanMarch, ASparkThatNoPilotRayMeetsIsNotLost) {
+  const View view = with_tolerance(fog_with_a_spark(), 1e-2);
+  const MediumAtlas atlas = build_medium_atlas(view);
+  const MarchPlan plan = plan_march(view, atlas);
+  const Comparison error = achieved(plan, atlas);
+  EXPECT_LE(error.max, 0.3) << method_text(plan.chosen.method);
+  // a lattice as wide as the fog allows misses it
+  View wide = with_method(view, lattice(8));
+  wide.scene.tolerance.reset();
+  const Comparison lost =
+      compare_images(render_march_double(wide, atlas).image, render_reference(wide).image);
+  EXPECT_GE(lost.max, 0.6);
+}
+
+TEST(PlanMarch, FlamesHaveLattices) {
+  Scene scene;
+  scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";
+  scene.extinction = 4;
+  scene.resolution = {96, 96};
+  scene.emission_grid = "temperature";
+  scene.emission_color = EmissionColor::black_body;
+  scene.emission_scale = 10;
+  for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+    const View view = with_tolerance(make_view(scene, VdbFile(scene.input)), tolerance);
+    const MediumAtlas atlas = build_medium_atlas(view);
+    const MarchPlan plan = plan_march(view, atlas);
+    EXPECT_EQ(plan.march->view.scene.sampling, Sampling::uniform) << tolerance;
+    const Comparison error = achieved(plan, atlas);
+    EXPECT_LE(error.rms, tolerance) << method_text(plan.chosen.method);
+    EXPECT_LE(error.max, 30 * tolerance) << method_text(plan.chosen.method);
+    EXPECT_GE(plan.chosen.rms, error.rms / 2);
+  }
+}
+
 TEST(PlanMarch, AnImpatientCallerEndsItWithinATrial) {
   struct Enough {};
   const View view = with_tolerance(blobs(true), 1e-4);
@@ -201,6 +253,20 @@ TEST(CheckError, EveryPixelGivesThePicturesError) {
   EXPECT_GE(few.pixels, 60);
   EXPECT_LE(few.pixels, 100);
   EXPECT_LE(few.max, all.max + 1e-6);
+}
+
+TEST(BrickKinks, OfAllChannels) {
+  Field field = make_field({glm::ivec3(0), glm::ivec3(7)},
+                           [](const glm::ivec3& at) { return at == glm::ivec3(4) ? 1.0f : 0.5f; });
+  Field vectors = make_vector_field({glm::ivec3(0), glm::ivec3(7)}, [](const glm::ivec3& at) {
+    return glm::vec3(0.5f, 0.5f, at == glm::ivec3(4) ? 7.5f : 0.5f);
+  });
+  const auto greatest = [](const Field& of) {
+    const std::vector<float> kinks = brick_kinks(build_atlas(of));
+    return *std::max_element(kinks.begin(), kinks.end());
+  };
+  EXPECT_EQ(greatest(field), 1);
+  EXPECT_EQ(greatest(vectors), 14);
 }
 
 TEST(BrickKinks, OfFacesToo) {

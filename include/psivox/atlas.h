@@ -99,9 +99,9 @@ struct BrickAtlas {
   std::size_t texel_count() const { return bricks.size() * brick_texels * std::size_t(channels); }
 };
 
-/// The largest |v[i-1] - 2 v[i] + v[i+1]| of each textured brick's first channel, in slot order. It
-/// is taken along the three axes about every voxel, including those on the faces, whose neighbours
-/// lie in the next brick. The texels must be float32.
+/// The largest |v[i-1] - 2 v[i] + v[i+1]| of each textured brick's channels, in slot order. It is
+/// taken along the three axes about every voxel, including those on the faces, whose neighbours lie
+/// in the next brick. The texels must be float32.
 std::vector<float> brick_kinks(const BrickAtlas& atlas);
 
 /// Sizes of the atlas that build_atlas would make.

@@ -51,13 +51,25 @@ float face_kink(const float* before, const float* behind, int axis, std::size_t 
   const std::size_t along = strides[axis], u = strides[(axis + 1) % 3], v = strides[(axis + 2) % 3];
   float largest = 0;
   for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t k = 0; k < n; ++k) {
-      const std::size_t at = i * u + k * v;
-      const float face = behind ? behind[at] : before[at + 8 * along];
-      const float low = before ? before[at + 7 * along] : face;
-      const float high = behind ? behind[at + along] : face;
-      largest = std::max(largest, std::abs(low - 2 * face + high));
-    }
+    for (std::size_t k = 0; k < n; ++k)
+      for (std::size_t at = i * u + k * v; at < i * u + k * v + channels; ++at) {
+        const float face = behind ? behind[at] : before[at + 8 * along];
+        const float low = before ? before[at + 7 * along] : face;
+        const float high = behind ? behind[at + along] : face;
+        largest = std::max(largest, std::abs(low - 2 * face + high));
+      }
+  return largest;
+}
+
+/// The largest kink inside a brick.
+float inner_kink(const float* values, std::size_t channels) {
+  constexpr std::size_t n = brick_values;
+  float largest = 0;
+  for (const std::size_t along : {n * n * channels, n * channels, channels})
+    for (std::size_t at = along; at + along < brick_texels * channels; ++at)
+      if (const std::size_t place = at / along % n; place > 0 && place < n - 1)
+        largest =
+            std::max(largest, std::abs(values[at - along] - 2 * values[at] + values[at + along]));
   return largest;
 }
 
@@ -81,7 +93,7 @@ std::vector<float> brick_kinks(const BrickAtlas& atlas) {
   };
   tbb::parallel_for(std::size_t{0}, kinks.size(), [&](std::size_t slot) {
     const float* own = texels(std::int32_t(slot));
-    kinks[slot] = atlas.bricks[slot].second_difference;
+    kinks[slot] = channels == 1 ? atlas.bricks[slot].second_difference : inner_kink(own, channels);
     for (int axis = 0; axis < 3; ++axis) {
       float& face = lower[slot][std::size_t(axis)];
       face = face_kink(texels(neighbour(slot, axis, -1)), own, axis, channels);

@@ -6,10 +6,12 @@
 namespace psivox {
 
 void LatticeSearch::search() {
-  search_steps(widest_step, 0, worst_brick);
+  double widest = widest_step;
+  while (widest > trials_.widest(worst_brick) && widest >= narrowest_step) widest /= 2;
+  search_steps(widest, 0, worst_brick);
   if (!found_) return;
   const double found = found_->method.step;
-  search_steps(std::min(widest_step, 8 * found), found, narrow_brick);
+  search_steps(std::min(widest, 8 * found), found, narrow_brick);
 }
 
 Trial LatticeSearch::run(double step, double brick) {

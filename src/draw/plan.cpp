@@ -80,7 +80,7 @@ MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress&
   Trials trials(view, atlas, *view.scene.tolerance, progress);
   Trial best = trials.run_exact();
   if (view.medium.gradient) try_segments(trials, best);
-  if (!view.medium.emission) try_lattices(trials, best);
+  try_lattices(trials, best);
   return plan_of(trials, best, best.accepted);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
 namespace psivox {
 namespace {
@@ -14,6 +15,9 @@ constexpr double least_part = 1.0 / 4096;
 /// of h^2/8, which is what a trapezoid misses at one kink. From the pictures of
 /// psivox_bench_tolerance: the bound exceeds their largest errors.
 constexpr double kinks_share = 4.0 / 8;
+
+/// The same divided by the 24 of h^2/24, which is the most that Simpson's rule misses at one kink.
+constexpr double emission_kinks_share = 4.0 / 24;
 
 double finest_voxel_of(const Field& field) {
   const glm::dmat4& m = field.world_from_index;
@@ -78,7 +82,8 @@ class Peak {
       const glm::dvec3 color = medium_.transfer->max_color(min, max);
       peak *= std::max({color.x, color.y, color.z});
     }
-    return peak;
+    const glm::dvec3& ambient = medium_.ambient;
+    return peak + std::max({ambient.x, ambient.y, ambient.z});
   }
 
  private:
@@ -112,6 +117,22 @@ StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double bright
     bound.first = scale * bend.range / 2;
     bound.second = scale * kinks_share * (bend.slope * double(kinks[i]) + bend.turn * range);
   }
+  if (atlas.emission) bound_emission(view, *atlas.emission);
+}
+
+void StepBounds::bound_emission(const View& view, const BrickAtlas& emission) {
+  const Medium& medium = view.medium;
+  const std::vector<float> kinks = brick_kinks(emission);
+  const double unit = finest_voxel_of(*medium.density);
+  const double voxels = unit / finest_voxel_of(*medium.emission);  // of the emission a step of 1
+  const double scale = medium.emission_scale * unit;
+  const std::size_t stride = std::size_t(emission.channels) * brick_texels;
+  for (std::size_t i = 0; i < kinks.size(); ++i) {
+    const float* values = emission.texels32.get() + i * stride;
+    const auto [least, most] = std::minmax_element(values, values + stride);
+    emission_.push_back(
+        {scale * double(*most - *least), scale * voxels * emission_kinks_share * double(kinks[i])});
+  }
 }
 
 std::vector<float> StepBounds::parts(double step, double error) const {
@@ -126,6 +147,14 @@ std::vector<float> StepBounds::parts(double step, double error) const {
     result[i] = float(std::clamp(allowed / step, least_part, 1.0));
   }
   return result;
+}
+
+double StepBounds::widest(double error) const {
+  double step = std::numeric_limits<double>::infinity();
+  for (const Bound& bound : emission_)
+    if (bound.first > 0)
+      step = std::min(step, std::max(error / bound.first, std::sqrt(error / bound.second)));
+  return step;
 }
 
 }  // namespace psivox

@@ -17,6 +17,10 @@ class StepBounds {
   /// most 1.
   std::vector<float> parts(double step, double error) const;
 
+  /// The widest step at which the bound of the emission is `error` [radiance]; infinite without
+  /// emission. It holds everywhere, since a flame goes beyond the density's bricks.
+  double widest(double error) const;
+
  private:
   /// A step h misses an optical depth of at most the lesser of second * h^2 and first * h.
   struct Bound {
@@ -24,7 +28,10 @@ class StepBounds {
     double second = 0;
     double effect = 1;  ///< error of opacity or radiance if everything is missed
   };
+  void bound_emission(const View& view, const BrickAtlas& emission);
+
   std::vector<Bound> bounds_;
+  std::vector<Bound> emission_;  ///< of the emission's bricks [radiance]
 };
 
 }  // namespace psivox

@@ -60,10 +60,16 @@ Trial Trials::finish(Trial trial, const MethodView& marched) {
   return trial;
 }
 
-std::vector<float> Trials::brick_parts(const Trial& trial) {
+const StepBounds& Trials::bounds() {
   if (!bounds_) bounds_.emplace(view_, atlas_, brightness_share * pilot_.brightest());
-  return bounds_->parts(trial.method.step, trial.worst_brick * tolerance_);
+  return *bounds_;
 }
+
+std::vector<float> Trials::brick_parts(const Trial& trial) {
+  return bounds().parts(trial.method.step, trial.worst_brick * tolerance_);
+}
+
+double Trials::widest(double brick) { return bounds().widest(brick * tolerance_); }
 
 MethodView Trials::marched(const Trial& trial) {
   MethodView result{with_method(view_, trial.method), {}};

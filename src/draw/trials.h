@@ -30,6 +30,8 @@ class Trials {
   /// Runs the exact method. Its picture is the pilot's truth, unless rays end early.
   Trial run_exact();
 
+  /// Widest step that the emission allows where its bricks may miss `brick` tolerances.
+  double widest(double brick);
   /// The view as a trial's method marches it.
   MethodView marched(const Trial& trial);
   /// Cost of the trial's steps by another rule [look-ups of psi-balanced].
@@ -39,6 +41,7 @@ class Trials {
   bool costs_far_more(const Trial& lattice, double cost);
 
  private:
+  const StepBounds& bounds();
   std::vector<float> brick_parts(const Trial& trial);
   Trial finish(Trial trial, const MethodView& marched);
 
