@@ -35,12 +35,12 @@ fail() {
 case "${1-}" in
   "") ;;
   --ci) packages+=(clang-format clang-tidy
-    # a display for the window's tests, a browser for the page's; without them these tests are
-    # skipped
-    xvfb xauth chromium chromium-driver python3) ;;
+    # a display for the window's tests, a browser for the page's, a farm for the sequences'; without
+    # them these tests are skipped
+    xvfb xauth chromium chromium-driver python3 slurm-wlm) ;;
   -h | --help)
     printf 'Usage: tools/install-deps.sh [--ci]\nInstalls with apt-get: %s\n' "${packages[*]}"
-    printf '%s\n' '--ci adds clang-format, clang-tidy, Xvfb and Chromium.'
+    printf '%s\n' '--ci adds clang-format, clang-tidy, Xvfb, Chromium and Slurm.'
     exit 0
     ;;
   *) fail "unknown argument '$1'; the only one is --ci" ;;
