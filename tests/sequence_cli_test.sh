@@ -79,6 +79,14 @@ run 3 "1 of 6 frames could not be read: 4" $pattern -o out/a.####.png "${small[@
 has out "a.0001.png a.0002.png a.0003.png a.0005.png a.0006.png" "--keep-going"
 cp kept.vdb in/plume.0004.vdb
 
+# --- a frame without smoke is an empty picture ----------------------------------------------------
+mv in/plume.0001.vdb kept.vdb
+"$make_assets" --empty in/plume.0001.vdb >/dev/null
+rm -f out/*
+run 0 "" $pattern -o out/a.####.png "${small[@]}"
+[ -e out/a.0001.png ] || fail "an empty frame has no picture"
+mv kept.vdb in/plume.0001.vdb
+
 # --- resume ---------------------------------------------------------------------------------------
 frames=($pattern -o out/a.####.png "${small[@]}")
 run 0 "" "${frames[@]}"
@@ -175,6 +183,12 @@ PATH=$PWD/bin run 0 "ffmpeg -framerate 24 -i out/m.%d.png" $pattern -o out/m.#.p
   --movie film2.mp4
 PATH=$PWD/bin run 5 "ffmpeg, which is not installed" $pattern "${small[@]}" --movie film2.mp4
 if compgen -G '.psivox*' || compgen -G 'out/.psivox*'; then fail "unfinished files"; fi
+
+# --- a choice that is kept ------------------------------------------------------------------------
+"$program" render $pattern -o out/k.#.png --frames 1 "${small[@]}" --print-scene -q >kept.json
+run 0 "" --scene kept.json -o out/k.#.png --frames 5
+run 0 "" $pattern -o out/l.#.png "${small[@]}" --frames 5
+same out/k.5.png out/l.5.png "a scene that was printed"
 
 # --- statistics, and what is refused --------------------------------------------------------------
 run 0 "" $pattern -o out/s.#.png "${small[@]}" --stats stats.json

@@ -160,6 +160,14 @@ TEST(SequenceScene, KeepsWhatTheSceneSets) {
   EXPECT_EQ(*sequence.scene.camera_position, glm::dvec3(0, 0, 99));
 }
 
+TEST(SequenceScene, AsksOneFileIfNothingIsOpen) {
+  TwoFiles files;
+  const Scene complete = resolve_sequence({}, files.paths).scene;
+  std::vector<std::string> paths = files.paths;
+  paths.push_back(files.folder.path("not there.vdb"));
+  EXPECT_EQ(to_json(resolve_sequence(complete, paths).scene), to_json(complete));
+}
+
 TEST(CameraMotion, ATurnKeepsDistanceTargetAndHeight) {
   Scene scene;
   scene.camera_position = glm::dvec3(0, 2, 5);

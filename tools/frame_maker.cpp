@@ -37,7 +37,7 @@ ReadFrame FrameMaker::read(const Frame& frame) {
     last_session_.reset();
     const VdbFile file(frame.input);
     last_scene_ = frame_scene(sequence_, file, frame.input);
-    View view = make_view(last_scene_, file);
+    View view = make_view(last_scene_, read_fields(last_scene_, file, true));
     if (follow_) view = followed(std::move(view));
     last_scene_ = view.scene;
     last_session_ = std::make_shared<Session>(std::move(view));

@@ -1,5 +1,6 @@
 // make_assets DIR: writes the small .vdb files of assets/, with the same bytes on every run.
 // make_assets --plume DIR FRAMES VOXELS: writes a sequence, plume.0001.vdb and so on.
+// make_assets --empty FILE: writes a density without voxels.
 
 #include <openvdb/openvdb.h>
 
@@ -244,11 +245,16 @@ void write(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids)
 
 int main(int argc, char** argv) try {
   const bool of_plume = argc == 5 && std::string(argv[1]) == "--plume";
-  if (argc != 2 && !of_plume) {
+  const bool of_nothing = argc == 3 && std::string(argv[1]) == "--empty";
+  if (argc != 2 && !of_plume && !of_nothing) {
     std::fprintf(stderr, "usage: make_assets DIR, or make_assets --plume DIR FRAMES VOXELS\n");
     return 2;
   }
   openvdb::initialize();
+  if (of_nothing) {
+    write(argv[2], {new_grid<FloatGrid>("density", Transform::createLinearTransform(1.0))});
+    return 0;
+  }
   if (of_plume) {
     const std::filesystem::path dir = argv[2];
     std::filesystem::create_directories(dir);

@@ -89,8 +89,9 @@ struct MediumFields {
   std::string z_up{};  ///< what tells that the file's Z axis is up, see VdbFile::z_up
 };
 
-/// Reads the grids that the picture depends on under the scene's mode. Throws Error(input).
-MediumFields read_fields(const Scene& scene, const VdbFile& file);
+/// Reads the grids that the picture depends on under the scene's mode. `empty`: grids without
+/// active voxels count, as zeros. Throws Error(input).
+MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty = false);
 /// Equal for scenes to which read_fields gives the same fields of a file.
 std::string fields_key(const Scene& scene);
 

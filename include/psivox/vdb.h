@@ -54,6 +54,7 @@ struct ReadOptions {
   GridRole role = GridRole::attenuation;
   bool strict = false;     ///< bad values and non-linear transforms are errors
   bool distances = false;  ///< a level set keeps its distances (Field::half_width), else it is fog
+  bool empty = false;      ///< a grid without active voxels is a field of zeros, not an error
   std::vector<double> percentiles = {};  ///< of the active values, to be found [%]
 };
 

@@ -13,14 +13,16 @@ std::shared_ptr<const Field> read(const VdbFile& file, const std::string& grid,
 }
 
 std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& file,
-                                          const std::string& name, bool data) {
+                                          const std::string& name, bool data, bool empty) {
   const VectorPart part = vector_part(file, name);
   if (!part.part.empty())
-    return std::make_shared<const Field>(
-        part_of_vectors(file.read(part.grid, {GridRole::data, scene.strict}), part));
+    return std::make_shared<const Field>(part_of_vectors(
+        file.read(part.grid, {.role = GridRole::data, .strict = scene.strict, .empty = empty}),
+        part));
   ReadOptions options{.role = data ? GridRole::data : GridRole::attenuation,
                       .strict = scene.strict,
-                      .distances = scene.mode == Mode::isosurface};
+                      .distances = scene.mode == Mode::isosurface,
+                      .empty = empty};
   if (scene.range)
     for (int i = 0; i < 2; ++i)
       if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
@@ -29,20 +31,21 @@ std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& fil
 
 }  // namespace
 
-MediumFields read_fields(const Scene& scene, const VdbFile& file) {
+MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty) {
   MediumFields fields;
   fields.z_up = file.z_up();
   const bool data =
       scene.has_function() || scene.mode == Mode::isosurface || scene.mode == Mode::slice;
   const std::string grid = scene.grid.empty() ? file.default_grid() : scene.grid;
-  fields.density = read_density(scene, file, grid, data);
+  fields.density = read_density(scene, file, grid, data, empty);
   if (!scene.composites()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values
   // may then be negative. One grid may have two names: `density` is also `density[0]`.
   const auto luminance = [&](const std::string& name) {
     if (name == grid && !data && !fields.density->of_vectors) return fields.density;
-    auto field = read(file, name, {GridRole::luminance, scene.strict});
+    auto field =
+        read(file, name, {.role = GridRole::luminance, .strict = scene.strict, .empty = empty});
     return field->name == fields.density->name && !data ? fields.density : field;
   };
   if (scene.shines() && !scene.luminance_grid.empty())
@@ -50,7 +53,8 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file) {
   if (scene.emission_scale > 0 && !scene.emission_grid.empty())
     fields.emission = luminance(scene.emission_grid);
   if (scene.shines() && !scene.temperature_grid.empty())
-    fields.temperature = read(file, scene.temperature_grid, {GridRole::data, scene.strict});
+    fields.temperature = read(file, scene.temperature_grid,
+                              {.role = GridRole::data, .strict = scene.strict, .empty = empty});
   return fields;
 }
 

@@ -108,11 +108,27 @@ Subject all_subjects(const std::vector<Sample>& samples) {
   return all;
 }
 
+bool is_empty(Scene scene, const std::string& path) {
+  scene.input = path;
+  return read_fields(scene, VdbFile(path), true).density->active_voxels == 0;
+}
+
+/// The files that choose: those that are not empty. If one leaves nothing open, it is enough.
 std::vector<Sample> samples_of(const Scene& scene, std::span<const std::string> paths,
                                const std::string& open_look, bool background) {
   std::vector<Sample> samples;
-  for (const std::string& path : paths)
-    samples.push_back(sample_of(scene, path, open_look, background));
+  for (const std::string& path : paths) {
+    try {
+      samples.push_back(sample_of(scene, path, open_look, background));
+    } catch (const Error& error) {
+      if (error.code() != ExitCode::input || !is_empty(scene, path)) throw;
+      if (samples.empty() && &path == &paths.back()) throw;
+      continue;
+    }
+    Scene resolved = samples.back().scene;
+    resolved.input = scene.input;
+    if (to_json(resolved) == to_json(scene)) break;
+  }
   return samples;
 }
 

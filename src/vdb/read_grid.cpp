@@ -13,11 +13,9 @@ namespace psivox::vdb {
 namespace {
 
 /// Throws if the grid cannot be rendered.
-GridSummary checked(const openvdb::GridBase& grid, const std::string& subject) {
-  GridSummary summary = summarise(grid);
+void refuse(const openvdb::GridBase& grid, const GridSummary& summary, const std::string& subject) {
   const std::string problem = problem_of(grid, summary);
   if (!problem.empty()) throw Error(ExitCode::input, subject + problem);
-  return summary;
 }
 
 /// Converts a level set to fog or, if the options say so, to distances. Adds a notice.
@@ -60,11 +58,17 @@ BadValues take_values(const openvdb::GridBase::Ptr& grid, const ReadOptions& opt
 
 Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
                       const std::string& subject, const ReadOptions& options) {
-  GridSummary summary = checked(*grid, subject);
+  GridSummary summary = summarise(*grid);
   Field field;
   field.name = name;
   field.value_type = value_type_of(grid->type());
   field.channels = summary.channels;
+  if (options.empty && summary.channels > 0 && summary.active_voxels == 0) {
+    field.active_box = {glm::ivec3(0), glm::ivec3(0)};
+    if (grid->transform().isLinear()) field.world_from_index = world_from_index(grid->transform());
+    return field;
+  }
+  refuse(*grid, summary, subject);
   const auto notice = [&](const std::string& text) {
     field.notices.push_back("grid '" + name + "': " + text);
   };
@@ -91,7 +95,8 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
       throw Error(ExitCode::input, subject + e.what());
     }
     notice(done);
-    summary = checked(*grid, subject);
+    summary = summarise(*grid);
+    refuse(*grid, summary, subject);
   }
 
   field.active_box = summary.active_box;
