@@ -190,6 +190,19 @@ run 0 "" --scene kept.json -o out/k.#.png --frames 5
 run 0 "" $pattern -o out/l.#.png "${small[@]}" --frames 5
 same out/k.5.png out/l.5.png "a scene that was printed"
 
+# --- a study of all frames ------------------------------------------------------------------------
+study=(study $pattern -o study --integrators midpoint,psi-balanced --samplings uniform --steps 2,1
+  --repeats 1 --resolution 24x16 --no-split)
+"$program" "${study[@]}" --frames 2,4,6 >printed.txt 2>&1 || fail "study: $(tail -n 2 printed.txt)"
+grep -q "For 8 bits in all 3 frames" printed.txt || fail "study: $(cat printed.txt)"
+has_all="$(ls study | tr '\n' ' ')"
+[ "$has_all" = "frame.0002 frame.0004 frame.0006 frames.csv frames.md index.html " ] || fail "study: $has_all"
+[ "$(wc -l <study/frames.csv)" = 5 ] || fail "study: $(wc -l <study/frames.csv) lines"
+awk -F, 'NR > 1 { if (!($4 <= $3 && $3 <= $5 && $2 == 3 && $5 > 0)) exit 1 }' study/frames.csv ||
+  fail "study: the RMS is not in order: $(cat study/frames.csv)"
+scenes=$(for i in 2 4 6; do grep -o 'extinction[^,]*' study/frame.000$i/results.json; done | sort -u | wc -l)
+[ "$scenes" = 1 ] || fail "study: $scenes extinctions"
+
 # --- statistics, and what is refused --------------------------------------------------------------
 run 0 "" $pattern -o out/s.#.png "${small[@]}" --stats stats.json
 grep -q '"waited"' stats.json || fail "statistics: no time of waiting"

@@ -2,16 +2,19 @@
 
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 
 #include "command_line.h"
 #include "commands.h"
+#include "frame_list.h"
 #include "notices.h"
 #include "progress_bar.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
+#include "psivox/sequence.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
 #include "psivox/vdb.h"
@@ -23,6 +26,7 @@ namespace {
 
 struct StudyCall {
   SceneOptions scene;
+  FrameOptions sequence;
   std::map<std::string, std::string> lists;  ///< the sweep's lists, as given
   std::string output, file;
   std::optional<int> repeats;
@@ -72,8 +76,13 @@ bool parse(StudyCall& call, Arguments arguments) {
   line.add_list("--summary", call.summary, "compare finished studies, each named by its folder")
       ->type_name("DIR,...");
   line.add_flag("-q,--quiet", call.quiet, "print errors only");
-  call.scene.add_to(line, swept_parameters());
-  return line.read(arguments);
+  call.sequence.add_to(line);
+  std::vector<std::string> without = swept_parameters();
+  without.emplace_back("input");
+  call.scene.add_to(line, without);
+  if (!line.read(arguments)) return false;
+  if (!call.sequence.inputs.empty()) call.scene.set("input", call.sequence.inputs.front());
+  return true;
 }
 
 StudyOptions options_of(const StudyCall& call, const StudyFile& file) {
@@ -99,6 +108,33 @@ void stop_on_interrupt() {
   sigaction(SIGINT, &action, nullptr);
 }
 
+/// Studies each frame in a folder of its own, in one scene, and then all of them together.
+void study_frames(const StudyCall& call, const Scene& scene, const FrameList& list,
+                  StudyOptions options) {
+  const std::filesystem::path folder = options.folder;
+  const SequenceScene sequence = resolve_sequence(scene, list.samples);
+  if (!call.quiet) print_choice(sequence, list);
+  ProgressBar bar(call.quiet);
+  const Progress progress = bar.progress();
+  std::vector<StudiedFrame> studied;
+  for (const Frame& frame : list.frames) {
+    const VdbFile file(frame.input);
+    const Scene own = frame_scene(sequence, file, frame.input);
+    const MediumFields fields = read_fields(own, file, true);
+    if (fields.density->active_voxels == 0) continue;
+    options.folder = folder / formatted("frame.%04d", frame.number);
+    if (progress)
+      options.progress = [&, done = double(&frame - list.frames.data())](double fraction) {
+        progress((done + fraction) / double(list.frames.size()));
+      };
+    run_study(make_view(own, fields), options);
+    studied.push_back({frame.number, options.folder});
+  }
+  const std::string conclusion = write_frame_statistics(studied, folder);
+  bar.clear();
+  if (!call.quiet) std::printf("%s\n", conclusion.c_str());
+}
+
 }  // namespace
 
 void study_command(Arguments arguments) {
@@ -116,16 +152,19 @@ void study_command(Arguments arguments) {
   if (scene.input.empty()) usage("no input; give IN.vdb");
   if (scene.mode == Mode::slice)
     usage("--mode slice does not march; a study has nothing to compare");
+  std::vector<std::string> inputs = call.sequence.inputs;
+  if (inputs.empty()) inputs.push_back(scene.input);
+  stop_on_interrupt();
+  options.stop = [] { return interrupted != 0; };
+  if (const auto files = sequence_files(inputs))
+    return study_frames(call, scene, list_files(call.sequence, *files), options);
   check_study_folder(options.folder, options.resume);
-
   View view = make_view(scene, VdbFile(scene.input));
   if (!call.quiet) print_notices(view, scene);
-  stop_on_interrupt();
   std::string conclusion;
   {
     ProgressBar bar(call.quiet);
     options.progress = bar.progress();
-    options.stop = [] { return interrupted != 0; };
     conclusion = run_study(std::move(view), options);
   }
   if (!call.quiet) std::printf("%s\n", conclusion.c_str());

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 
+#include "notices.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
 #include "psivox/text.h"
@@ -13,7 +15,7 @@ namespace {
 
 /// Numbers of the pictures of one file.
 std::vector<int> numbers_of_file(const RenderCall& call, const CameraPath* path) {
-  if (!call.frames.empty()) return read_frames(call.frames, "--frames");
+  if (!call.sequence.frames.empty()) return read_frames(call.sequence.frames, "--frames");
   const int first = path ? int(std::ceil(path->first())) : 1;
   const int last = call.turntable ? first + *call.turntable - 1 : int(std::floor(path->last()));
   std::vector<int> numbers(std::size_t(std::max(last - first + 1, 1)));
@@ -25,40 +27,6 @@ std::vector<int> numbers_of_file(const RenderCall& call, const CameraPath* path)
 const std::string& held(const SequenceFiles& files, int frame) {
   const auto after = files.upper_bound(frame);
   return after == files.begin() ? after->second : std::prev(after)->second;
-}
-
-void list_files(const RenderCall& call, const SequenceFiles& files, FrameList& list) {
-  std::vector<int> numbers, missing;
-  if (call.frames.empty()) {
-    for (const auto& [frame, path] : files) numbers.push_back(frame);
-    missing = gaps(files);
-    if (call.missing == "hold") numbers.insert(numbers.end(), missing.begin(), missing.end());
-    std::ranges::sort(numbers);
-  } else {
-    numbers = read_frames(call.frames, "--frames");
-    for (const int frame : numbers)
-      if (!files.contains(frame)) missing.push_back(frame);
-  }
-  for (const int frame : numbers) {
-    const auto file = files.find(frame);
-    if (file != files.end())
-      list.frames.push_back({frame, file->second, {}});
-    else if (call.missing == "hold")
-      list.frames.push_back({frame, held(files, frame), {}});
-  }
-  if (missing.empty()) return;
-  const std::string which = std::to_string(missing.size()) +
-                            (missing.size() > 1 ? " frames have" : " frame has") +
-                            " no file: " + frames_text(missing);
-  if (call.missing == "error" && !call.frames.empty())
-    throw Error(
-        ExitCode::input, which + "; the files have frames " + [&] {
-          std::vector<int> there;
-          for (const auto& [frame, path] : files) there.push_back(frame);
-          return frames_text(there);
-        }() + "; --missing skip or hold goes on without");
-  list.notices.push_back(which + (call.missing == "hold" ? "; the frame before is drawn" : ""));
-  if (list.frames.empty()) throw Error(ExitCode::input, which);
 }
 
 std::vector<std::string> samples_of(const std::string& auto_from, const SequenceFiles& files) {
@@ -96,16 +64,54 @@ void name_outputs(const RenderCall& call, FrameList& list) {
 
 }  // namespace
 
+FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
+  FrameList list;
+  list.first = files.begin()->first;
+  list.samples = samples_of(options.auto_from, files);
+  std::vector<int> numbers, missing;
+  if (options.frames.empty()) {
+    for (const auto& [frame, path] : files) numbers.push_back(frame);
+    missing = gaps(files);
+    if (options.missing == "hold") numbers.insert(numbers.end(), missing.begin(), missing.end());
+    std::ranges::sort(numbers);
+  } else {
+    numbers = read_frames(options.frames, "--frames");
+    for (const int frame : numbers)
+      if (!files.contains(frame)) missing.push_back(frame);
+  }
+  for (const int frame : numbers) {
+    const auto file = files.find(frame);
+    if (file != files.end())
+      list.frames.push_back({frame, file->second, {}});
+    else if (options.missing == "hold")
+      list.frames.push_back({frame, held(files, frame), {}});
+  }
+  if (missing.empty()) return list;
+  const std::string which = std::to_string(missing.size()) +
+                            (missing.size() > 1 ? " frames have" : " frame has") +
+                            " no file: " + frames_text(missing);
+  if (options.missing == "error" && !options.frames.empty())
+    throw Error(
+        ExitCode::input, which + "; the files have frames " + [&] {
+          std::vector<int> there;
+          for (const auto& [frame, path] : files) there.push_back(frame);
+          return frames_text(there);
+        }() + "; --missing skip or hold goes on without");
+  list.notices.push_back(which + (options.missing == "hold" ? "; the frame before is drawn" : ""));
+  if (list.frames.empty()) throw Error(ExitCode::input, which);
+  return list;
+}
+
 std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
                                      const CameraPath* path) {
-  std::vector<std::string> inputs = call.inputs;
+  std::vector<std::string> inputs = call.sequence.inputs;
   if (inputs.empty() && !scene.input.empty()) inputs.push_back(scene.input);
   if (inputs.empty()) return {};
   const std::optional<SequenceFiles> files = sequence_files(inputs);
   if (!files && !call.turntable && !path) {
-    for (const auto& [given, option] : {std::pair{!call.frames.empty(), "--frames"},
+    for (const auto& [given, option] : {std::pair{!call.sequence.frames.empty(), "--frames"},
                                         {call.follow, "--follow"},
-                                        {!call.auto_from.empty(), "--auto-from"},
+                                        {!call.sequence.auto_from.empty(), "--auto-from"},
                                         {call.resume, "--resume"},
                                         {call.keep_going, "--keep-going"},
                                         {!call.movie.empty(), "--movie"}})
@@ -117,9 +123,7 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
   }
   FrameList list;
   if (files) {
-    list.first = files->begin()->first;
-    list_files(call, *files, list);
-    list.samples = samples_of(call.auto_from, *files);
+    list = list_files(call.sequence, *files);
   } else {
     for (const int number : numbers_of_file(call, path))
       list.frames.push_back({number, inputs.front(), {}});
@@ -127,6 +131,15 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
   }
   name_outputs(call, list);
   return list;
+}
+
+void print_choice(const SequenceScene& sequence, const FrameList& list) {
+  print_notices(list.notices);
+  std::string options;
+  for (const Setting& setting : sequence.settings)
+    options += " --" + setting.name + "=" + setting.text;
+  std::fprintf(stderr, "psivox: %zu frames in look %s, chosen from %zu:%s\n", list.frames.size(),
+               sequence.look.c_str(), list.samples.size(), options.c_str());
 }
 
 }  // namespace psivox

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "psivox/camera_motion.h"
+#include "psivox/sequence.h"
 #include "render_call.h"
 
 namespace psivox {
@@ -22,9 +23,15 @@ struct FrameList {
   std::vector<std::string> notices;  ///< one line each
 };
 
+/// The frames of files. Throws Error(usage), and Error(input) for frames that are missing.
+FrameList list_files(const FrameOptions& options, const SequenceFiles& files);
+
 /// The frames that a call asks for; unset: it asks for one picture. `path`: the camera's, or null.
 /// Throws Error(usage), and Error(input) for frames that are missing.
 std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
                                      const CameraPath* path);
+
+/// Prints to stderr what was chosen for all frames, as options.
+void print_choice(const SequenceScene& sequence, const FrameList& list);
 
 }  // namespace psivox

@@ -72,50 +72,34 @@ void add_outputs(CommandLine& line, RenderCall& call) {
 }
 
 void add_frames(CommandLine& line, RenderCall& call) {
-  const char* group = "Frames";
-  line.add_option("--frames", call.frames,
-                  "frames to draw, such as 1-100, 1-100x2 or 1-10,20 (default: all)")
-      ->type_name("A-B[xS]")
-      ->group(group);
+  call.sequence.add_to(line);
   line.add_option("--turntable", call.turntable,
                   "turn the camera around the volume in N pictures; along a sequence, in N frames")
       ->type_name("N")
       ->check(number_in<int>({.min = 1}))
-      ->group(group);
+      ->group(frames_group);
   line.add_option("--camera-path", call.camera_path,
                   "camera of each frame: key frames in a .json, or the animation of a .gltf or "
                   ".glb")
       ->type_name("FILE[:NAME]")
-      ->group(group);
+      ->group(frames_group);
   line.add_flag("--follow", call.follow, "keep the volume in the middle of each frame")
-      ->group(group);
-  line.add_option("--auto-from", call.auto_from,
-                  "frames from which extinction, camera, range, look and exposure are chosen for "
-                  "all (default: the first, the middle and the last)")
-      ->type_name("all|A-B[xS]")
-      ->group(group);
-  line.add_option("--missing", call.missing,
-                  "what to do about a frame without a file: refuse to start, leave it out, or "
-                  "draw the one before it")
-      ->type_name("error|skip|hold")
-      ->check(CLI::IsMember({"error", "skip", "hold"}).description(""))
-      ->capture_default_str()
-      ->group(group);
+      ->group(frames_group);
   line.add_flag("--resume", call.resume,
                 "leave out frames whose picture is there, of the same scene and not older than "
                 "its volume")
-      ->group(group);
+      ->group(frames_group);
   line.add_flag("--keep-going", call.keep_going,
                 "go on after a frame that cannot be read; the exit code is then 3")
-      ->group(group);
+      ->group(frames_group);
   line.add_option("--movie", call.movie, "write the frames as a film too, through ffmpeg")
       ->type_name("FILE.mp4")
-      ->group(group);
+      ->group(frames_group);
   line.add_option("--fps", call.frame_rate, "frames per second of --movie and --camera-path")
       ->type_name("N")
       ->check(number_in<double>({.min = 0, .min_open = true}))
       ->capture_default_str()
-      ->group(group);
+      ->group(frames_group);
 }
 
 }  // namespace
@@ -125,10 +109,6 @@ bool parse(RenderCall& call, Arguments arguments) {
   add_outputs(line, call);
   add_frames(line, call);
   line.add_flag("--list-devices", call.list_devices, "print the EGL devices and exit");
-  line.add_option("IN.vdb", call.inputs,
-                  "volume to render; a sequence: fire.####.vdb, a folder, or several files")
-      ->type_name("")
-      ->take_all();
   const std::vector<std::string> without{"input"};
   call.scene.add_to(line, without);
   line.add_option("--time-budget", call.time_budget,
@@ -142,7 +122,7 @@ bool parse(RenderCall& call, Arguments arguments) {
       ->check(number_in<int>({.min = 1}))
       ->group(group_name(ParameterGroup::accuracy));
   if (!line.read(arguments)) return false;
-  if (!call.inputs.empty()) call.scene.set("input", call.inputs.front());
+  if (!call.sequence.inputs.empty()) call.scene.set("input", call.sequence.inputs.front());
   return true;
 }
 

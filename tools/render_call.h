@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "commands.h"
+#include "frame_options.h"
 #include "psivox/draw.h"
 #include "psivox/image.h"
 #include "scene_options.h"
@@ -14,7 +15,7 @@ namespace psivox {
 /// What the command line of `psivox render` asks for.
 struct RenderCall {
   SceneOptions scene;
-  std::vector<std::string> inputs;
+  FrameOptions sequence;
   std::string output, stats, camera;
   std::vector<std::string> layers;    ///< named by --aov
   std::optional<int> check_error;     ///< pixels
@@ -23,9 +24,6 @@ struct RenderCall {
   bool print_scene = false, explain = false, verbose = false, quiet = false, list_devices = false;
 
   // of a sequence
-  std::string frames;             ///< empty: all
-  std::string auto_from;          ///< empty: the first, the middle and the last; `all`
-  std::string missing = "error";  ///< or `skip`, `hold`
   std::string camera_path, movie;
   std::optional<int> turntable;  ///< pictures of a whole turn
   double frame_rate = 24;        ///< [frames/s]

@@ -229,18 +229,6 @@ void FrameLoop::finish() {
                                      " frames could not be read: " + frames_text(bad_));
 }
 
-/// Prints what was chosen for all frames.
-void print_choice(const RenderCall& call, const FrameMaker& maker, const FrameList& list) {
-  if (call.quiet) return;
-  print_notices(list.notices);
-  const SequenceScene& sequence = maker.sequence();
-  std::string options;
-  for (const Setting& setting : sequence.settings)
-    options += " --" + setting.name + "=" + setting.text;
-  std::fprintf(stderr, "psivox: %zu frames in look %s, chosen from %zu:%s\n", list.frames.size(),
-               sequence.look.c_str(), list.samples.size(), options.c_str());
-}
-
 }  // namespace
 
 void render_frames(const RenderCall& call, const Scene& scene, const FrameList& list,
@@ -260,7 +248,7 @@ void render_frames(const RenderCall& call, const Scene& scene, const FrameList& 
   const bool draws = !call.output.empty() || !call.movie.empty();
   if (draws) opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
   FrameMaker maker(call, scene, list, path);
-  print_choice(call, maker, list);
+  if (!call.quiet) print_choice(maker.sequence(), list);
   if (call.print_scene) std::cout << to_json(maker.sequence().scene) << std::flush;
   if (!call.camera.empty()) {
     const Scene& chosen = maker.sequence().scene;
