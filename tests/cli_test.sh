@@ -334,6 +334,7 @@ t 0 '"extinction"' render "$S" --print-scene
 t 0 temperature info "$S"
 t 0 "density      float unknown, 0" info "$S"
 t 0 "mean " info "$S"
+t 0 "values not read" info "$S" --topology
 t 0 "[world units]" info "$S"
 t 0 "auto: --grid=density --extinction=" info "$S"
 t 0 '"world_box"' info "$S" --json

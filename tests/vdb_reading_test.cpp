@@ -188,10 +188,32 @@ TEST(VdbReading, WhatIsNotAskedForIsNotRead) {
   if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
   const auto path =
       written({ball<openvdb::FloatGrid>("small", 20), ball<openvdb::FloatGrid>("large", 60)},
-              openvdb::io::COMPRESS_NONE);
+              openvdb::io::COMPRESS_ACTIVE_MASK);
   const std::int64_t size = static_cast<std::int64_t>(std::filesystem::file_size(path));
   EXPECT_LT(reads_of(path, [](const VdbFile& file) { file.names(); }).bytes, size / 10);
   EXPECT_LT(reads_of(path, [](const VdbFile& file) { file.read("small"); }).bytes, size / 4);
+  EXPECT_LT(reads_of(path, [](const VdbFile& file) { file.info(/*values=*/false); }).bytes,
+            size / 4);
+}
+
+TEST(VdbReading, TopologyAloneGivesAllButValues) {
+  const auto path = written({ball<openvdb::FloatGrid>("density", 20),
+                             ball<openvdb::Vec3SGrid>("velocity", 20, /*half=*/true)},
+                            openvdb::io::COMPRESS_ACTIVE_MASK);
+  const VdbFile file(path);
+  const std::vector<GridInfo> all = file.info(), some = file.info(/*values=*/false);
+  ASSERT_EQ(some.size(), 2u);
+  for (std::size_t n = 0; n < 2; ++n) {
+    EXPECT_TRUE(all[n].values);
+    EXPECT_FALSE(some[n].values);
+    EXPECT_FALSE(some[n].values_read);
+    EXPECT_EQ(some[n].problem, "");
+    EXPECT_EQ(some[n].leaves, all[n].leaves);
+    EXPECT_EQ(some[n].active_voxels, all[n].active_voxels);
+    EXPECT_EQ(some[n].active_box, all[n].active_box);
+    EXPECT_EQ(some[n].world_max, all[n].world_max);
+    EXPECT_EQ(some[n].metadata, all[n].metadata);
+  }
 }
 
 TEST(VdbReading, AFileThatShrinksMeanwhileIsAnError) {

@@ -11,13 +11,15 @@ namespace psivox {
 
 void info_command(Arguments arguments) {
   std::string path;
-  bool as_json = false;
+  bool as_json = false, topology = false;
   CommandLine line("info",
                    "Tells what a .vdb contains: grids, values, boxes, and what auto chooses.");
   line.add_option("IN.vdb", path, "file to describe")->type_name("")->required();
+  line.add_flag("--topology", topology,
+                "read no values of voxels: no ranges, sizes of atlases, nor what auto chooses");
   line.add_flag("--json", as_json, "print JSON");
   if (!line.read(arguments)) return;
-  const FileReport report = report_of(path);
+  const FileReport report = report_of(path, !topology);
   std::cout << (as_json ? report.json() : report.text());
 }
 

@@ -15,7 +15,7 @@ using json = nlohmann::ordered_json;
 
 GridReport describe(const VdbFile& file, const GridInfo& grid) {
   GridReport row{grid, {}, {}};
-  if (!grid.problem.empty()) return row;
+  if (!grid.problem.empty() || !grid.values_read) return row;
   try {
     const GridRole role = grid.channels == 1 ? GridRole::attenuation : GridRole::luminance;
     const Field field = file.read(grid.name, {role, false});
@@ -105,14 +105,18 @@ const std::vector<std::string>& chosen_by_auto() {
   return names;
 }
 
-FileReport report_of(const std::string& path) {
+FileReport report_of(const std::string& path, bool values) {
   FileReport report;
   report.path = path;
   const VdbFile file(path);
   report.bytes = std::filesystem::file_size(path);
   report.metadata = file.metadata();
   report.z_up = file.z_up();
-  for (const GridInfo& grid : file.info()) report.grids.push_back(describe(file, grid));
+  for (const GridInfo& grid : file.info(values)) report.grids.push_back(describe(file, grid));
+  if (!values) {
+    report.advice = advice_for(report, "");
+    return report;
+  }
   try {
     Scene scene;
     scene.input = path;

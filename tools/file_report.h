@@ -36,7 +36,8 @@ struct FileReport {
   std::string text() const;
 };
 
-/// Throws Error(input) if the file cannot be read.
-FileReport report_of(const std::string& path);
+/// Without `values`, neither values nor what follows from them is known: atlases and the choice of
+/// `auto`. Throws Error(input) if the file cannot be read.
+FileReport report_of(const std::string& path, bool values = true);
 
 }  // namespace psivox

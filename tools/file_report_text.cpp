@@ -20,6 +20,7 @@ std::string spaced(const Vector& v, const char* between) {
 }
 
 std::string range_text(const GridInfo& grid) {
+  if (!grid.values_read) return "values not read";
   if (!grid.values) return "no value is finite";
   const ValueStatistics& values = *grid.values;
   std::ostringstream out;

@@ -36,6 +36,7 @@ struct GridInfo {
   glm::dmat4 world_from_index{1.0};       ///< valid for affine transforms
   std::string transform;                  ///< OpenVDB's map type: UniformScaleMap, AffineMap, ...
   double background = 0;                  ///< first component
+  bool values_read = true;                ///< false: only the topology
   std::optional<ValueStatistics> values;  ///< unset if no active value is finite
   glm::dvec3 world_min{0}, world_max{0};  ///< of the active voxels' centres
   std::map<std::string, std::string> metadata;  ///< as text, without what the rows above tell
@@ -91,9 +92,10 @@ class VdbFile {
   /// metadata of its grids. Empty if nothing does.
   const std::string& z_up() const;
 
-  /// One row per grid. Reads the trees, so that counts and boxes are true. Never throws for a bad
-  /// grid.
-  std::vector<GridInfo> info() const;
+  /// One row per grid. Reads the trees, so that counts and boxes are true. Without `values` it
+  /// reads no voxel's value, where the file has positions; those are most of its bytes. Never
+  /// throws for a bad grid.
+  std::vector<GridInfo> info(bool values = true) const;
 
   /// The grid to use if `--grid` is unset: the only one (if it cannot be rendered, `read` says
   /// why), else `density` (the first, if repeated), else the only scalar grid of the file's

@@ -108,7 +108,7 @@ void Archive::stream_grid(GridEntry& entry) {
   entry.streamed = openvdb::GridBase::createGrid(entry.descriptor.gridType());
   entry.streamed->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
   buffer_.expect(file_.size());
-  read_here(entry.streamed, entry.descriptor);
+  read_here(entry.streamed, entry.descriptor, /*values=*/true);
 }
 
 /// OpenVDB's names, `density` or `density[1]`. It writes grids without a name as `[0]`, `[1]`;
@@ -141,15 +141,15 @@ const GridEntry& Archive::find(std::string_view name) const {
   throw Error(ExitCode::input, message);
 }
 
-openvdb::GridBase::Ptr Archive::read(const GridEntry& entry) {
+openvdb::GridBase::Ptr Archive::read(const GridEntry& entry, bool values) {
   if (!entry.problem.empty()) throw Error(ExitCode::input, subject(entry.name) + entry.problem);
   try {
-    openvdb::GridBase::Ptr grid = read_tree(entry);
+    openvdb::GridBase::Ptr grid = read_tree(entry, values);
     if (entry.descriptor.isInstance()) {
       // Two grids share a tree; the file has it once, under the other grid's name.
       for (const GridEntry& parent : entries_) {
         if (parent.descriptor.uniqueName() != entry.descriptor.instanceParentName()) continue;
-        grid->setTree(read_tree(parent)->baseTreePtr());
+        grid->setTree(read_tree(parent, values)->baseTreePtr());
         return grid;
       }
       throw openvdb::KeyError("the grid that has its tree is missing");
@@ -160,19 +160,20 @@ openvdb::GridBase::Ptr Archive::read(const GridEntry& entry) {
   }
 }
 
-openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry) {
+openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry, bool values) {
   if (entry.streamed) return entry.streamed->deepCopyGrid();
   stream_.clear();
   openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
   grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
   entry.descriptor.seekToGrid(stream_);
   buffer_.expect(entry.descriptor.getEndPos() - entry.descriptor.getGridPos());
-  read_here(grid, entry.descriptor);
+  read_here(grid, entry.descriptor, values);
   return grid;
 }
 
 /// OpenVDB's readGrid for the grid at the stream's position, with leaves read by all threads.
-void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor& descriptor) {
+void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor& descriptor,
+                        bool values) {
   if (channels_of(descriptor.gridType()) == 0 ||
       fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) {
     readGrid(grid, descriptor, stream_);
@@ -188,7 +189,7 @@ void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor
   grid->readTransform(stream_);
   if (descriptor.isInstance()) return;
   grid->readTopology(stream_);
-  read_leaves(*grid, stream_, buffer_);
+  if (values) read_leaves(*grid, stream_, buffer_);
 }
 
 MetadataText Archive::metadata_of(const GridEntry& entry) {

@@ -50,7 +50,12 @@ class Archive final : private openvdb::io::Archive {
   MetadataText metadata_of(const GridEntry& entry);
 
   /// The entry's grid, which the caller may change. Throws Error(input).
-  openvdb::GridBase::Ptr read(const GridEntry& entry);
+  openvdb::GridBase::Ptr read(const GridEntry& entry) { return read(entry, /*values=*/true); }
+
+  /// The same without the values of voxels. Those of leaves must not be used.
+  openvdb::GridBase::Ptr read_topology(const GridEntry& entry) {
+    return read(entry, /*values=*/false);
+  }
 
   /// The beginning of messages: `FILE: grid 'NAME' `.
   std::string subject(std::string_view grid_name) const;
@@ -60,8 +65,10 @@ class Archive final : private openvdb::io::Archive {
   void read_entry(GridEntry& entry);
   void stream_grid(GridEntry& entry);
   void name_entries();
-  openvdb::GridBase::Ptr read_tree(const GridEntry& entry);
-  void read_here(const openvdb::GridBase::Ptr& grid, const openvdb::io::GridDescriptor& descriptor);
+  openvdb::GridBase::Ptr read(const GridEntry& entry, bool values);
+  openvdb::GridBase::Ptr read_tree(const GridEntry& entry, bool values);
+  void read_here(const openvdb::GridBase::Ptr& grid, const openvdb::io::GridDescriptor& descriptor,
+                 bool values);
 
   FileBlocks& file_;
   openvdb::io::StreamMetadata::Ptr metadata_;  ///< the stream keeps a plain pointer to it

@@ -74,7 +74,7 @@ MetadataText other_metadata(const openvdb::GridBase& grid) {
 
 }  // namespace
 
-GridInfo grid_info(Archive& archive, const GridEntry& entry) {
+GridInfo grid_info(Archive& archive, const GridEntry& entry, bool values) {
   GridInfo info;
   info.name = entry.name;
   info.type = entry.descriptor.gridType();
@@ -86,7 +86,7 @@ GridInfo grid_info(Archive& archive, const GridEntry& entry) {
 
   openvdb::GridBase::Ptr grid;
   try {
-    grid = archive.read(entry);
+    grid = values ? archive.read(entry) : archive.read_topology(entry);
   } catch (const Error& e) {
     // The row names the grid already.
     info.problem = std::string(e.what()).substr(archive.subject(entry.name).size());
@@ -108,7 +108,8 @@ GridInfo grid_info(Archive& archive, const GridEntry& entry) {
     const openvdb::Vec3d size = transform.voxelSize();
     info.voxel_size = {size[0], size[1], size[2]};
   }
-  info.values = statistics_of(*grid);
+  info.values_read = values;
+  if (values) info.values = statistics_of(*grid);
   if (!info.active_box.empty()) set_world_box(transform, info);
   info.metadata = other_metadata(*grid);
   info.problem = problem_of(*grid, summary);

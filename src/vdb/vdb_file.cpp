@@ -73,11 +73,11 @@ const std::map<std::string, std::string>& VdbFile::metadata() const { return imp
 
 const std::string& VdbFile::z_up() const { return impl_->z_up; }
 
-std::vector<GridInfo> VdbFile::info() const {
+std::vector<GridInfo> VdbFile::info(bool values) const {
   vdb::Archive archive(impl_->file);
   std::vector<GridInfo> rows;
   for (const vdb::GridEntry& entry : archive.entries()) {
-    rows.push_back(vdb::grid_info(archive, entry));
+    rows.push_back(vdb::grid_info(archive, entry, values));
   }
   return rows;
 }
