@@ -31,7 +31,8 @@ PARAMETER(real, isovalue)
 PARAMETER(real3, normal_x)            // columns of the inverse transposed transform: what turns a
 PARAMETER(real3, normal_y)            // gradient over voxels into the world's [1 / unit of t]
 PARAMETER(real3, normal_z)
-PARAMETER(real3, light_direction)     // that light travels along; 0: from the camera
+PARAMETER(int, surface_lights_first)  // where `tables` has the lights of surfaces: direction, colour
+PARAMETER(int, surface_lights)        // 0: one from the camera
 PARAMETER(real3, phase_axis)          // along which the light travels whose scattering is seen
 PARAMETER(real, phase_g)              // mean cosine of that scattering
 PARAMETER(int, transfer_first)        // where `tables` has the transfer function, see transfer.glsl

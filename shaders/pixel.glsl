@@ -72,15 +72,20 @@ void aim(INOUT(March) m, Pixel p) {
   }
 }
 
-// A surface is lit by one light and a fifth of it from everywhere.
-real shade(IN(March) m, Pixel p) {
-  real3 w = world_0 + world_u * p.u + world_v * p.v;
-  real3 l = -w * p.inverse_length;
-  if (dot(light_direction, light_direction) > real(0.0)) l = -light_direction;
-  real diffuse = dot(m.radiance, l);
-  // seen from either side
-  if (dot(m.radiance, w) > real(0.0)) diffuse = -diffuse;
-  return real(0.2) + real(0.8) * max(diffuse, real(0.0));
+// A surface is lit by the scene's lights, or by one from the camera, and from everywhere.
+real3 shade(IN(March) m, Pixel p) {
+  real3 w = (world_0 + world_u * p.u + world_v * p.v) * p.inverse_length;
+  real3 normal = m.radiance;
+  if (dot(normal, w) > real(0.0)) normal = -normal;  // seen from either side
+  real3 light = real3(real(0.0));
+  if (surface_lights == 0) light = real3(max(-dot(normal, w), real(0.0)));
+  for (int i = 0; i < surface_lights; ++i) {
+    real4 direction = fetch_table(surface_lights_first + 2 * i);
+    real4 shine = fetch_table(surface_lights_first + 2 * i + 1);
+    real facing = max(-dot(normal, real3(direction.x, direction.y, direction.z)), real(0.0));
+    light = light + real3(shine.x, shine.y, shine.z) * facing;
+  }
+  return real3(real(0.2)) + light * real(0.8);
 }
 
 // Whether a ray has met a maximum, and one that attenuates.

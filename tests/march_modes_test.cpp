@@ -175,7 +175,7 @@ TEST_F(MarchModes, SurfacesOnTheGpuAreTheMarchInDouble) {
     EXPECT_LE(c.rms, 1e-6);
     EXPECT_LE(c.max, 2e-4);  // places are accurate to 1e-5 voxels, over that gradient
     expect_depth(view, gpu, reference);
-    view.scene.lights = {{{-1, -2, 0.5}, {1, 1, 1}}};
+    view.scene.lights = {{{-1, -2, 0.5}, {1, 1, 1}}, {{1, 0.5, 0.2}, {0.1, 0.2, 0.3}}};
     const Image lit = double_picture(view);
     EXPECT_LE(difference("lit, double", lit, render_reference(view).image).rms, 1e-6);
     EXPECT_LE(difference("lit, gpu", gl_picture(view), lit).rms, 1e-6);

@@ -208,6 +208,11 @@ TEST(ReferenceModes, APlaneIsHitAndShadedExactly) {
         view.scene.lights = {{light, {1, 1, 1}}};
         const double lit = std::max(0.0, -side * glm::dot(n, glm::normalize(light)));
         EXPECT_NEAR(picture(view, {middle - 0.5 * d, d}).radiance.x, 0.2 + 0.8 * lit, 2e-5);
+        // a second light adds its own colour
+        view.scene.lights.push_back({d, {0, 0, 0.5}});
+        const glm::dvec3 both = picture(view, {middle - 0.5 * d, d}).radiance;
+        EXPECT_NEAR(both.x, 0.2 + 0.8 * lit, 2e-5);
+        EXPECT_NEAR(both.z, 2 * (0.2 + 0.8 * (lit + 0.5 * facing)), 4e-5);
       }
     }
   }

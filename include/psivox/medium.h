@@ -78,9 +78,9 @@ double henyey_greenstein(double g, double cosine);
 /// It is 1 if phase_g is 0.
 double phase_factor(const Medium& medium, const glm::dvec3& ray_direction);
 
-/// Direction in which the light of surfaces travels, the scene's first: normalised [world]; unset:
-/// it comes from the camera.
-std::optional<glm::dvec3> surface_light(const View& view);
+/// The scene's lights as they shine on surfaces, turned to the world; their radiance is their
+/// colour. None: light comes from the camera.
+std::vector<ParallelLight> surface_lights(const View& view);
 
 /// The grids of a scene. One is null if the scene has none or its mode does not use it. Two may be
 /// the same field.

@@ -74,10 +74,10 @@ class Probes {
 }  // namespace
 
 double light_extinction(const View& view) {
-  const std::optional<glm::dvec3> light = surface_light(view);
+  const std::vector<ParallelLight> lights = surface_lights(view);
   const double least = view.medium.extinction;
-  if (!light || !(least > 0)) return least;
-  const Probes probes(view, *light);
+  if (lights.empty() || !(least > 0)) return least;
+  const Probes probes(view, lights.front().direction);
   if (probes.mean(least) <= wanted_share) return least;
   double low = least, high = most * least;
   for (int i = 0; i < 40; ++i) {

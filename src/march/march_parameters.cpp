@@ -89,7 +89,7 @@ void place_medium(const View& view, MarchSetup& setup) {
   p.normal_x = normal[0] * p.world_unit;
   p.normal_y = normal[1] * p.world_unit;
   p.normal_z = normal[2] * p.world_unit;
-  if (const auto light = surface_light(view)) p.light_direction = *light;
+  if (scene.mode == Mode::isosurface) place_surface_lights(view, setup);
 }
 
 /// How the ray is integrated: rule, sampling, steps.

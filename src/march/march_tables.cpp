@@ -57,6 +57,16 @@ void place_gradient(const TransferFunction& function, MarchSetup& setup) {
   setup.search_steps += part.search_steps + part.isosurfaces;
 }
 
+void place_surface_lights(const View& view, MarchSetup& setup) {
+  std::vector<glm::vec4> entries;
+  for (const ParallelLight& light : surface_lights(view)) {
+    entries.emplace_back(glm::vec3(light.direction), 0);
+    entries.emplace_back(glm::vec3(light.radiance), 0);
+  }
+  setup.parameters.surface_lights_first = append(entries, setup);
+  setup.parameters.surface_lights = int(entries.size() / 2);
+}
+
 void place_clip(const View& view, double anchor_distance, MarchSetup& setup) {
   const std::vector<HalfSpace> clip = clip_of(view.scene);
   if (clip.empty()) return;

@@ -24,6 +24,9 @@ void place_psi_table(MarchSetup& setup);
 /// another grid has other voxels.
 void place_template(const View& view, MarchSetup& setup);
 
+/// The lights of a view in mode isosurface.
+void place_surface_lights(const View& view, MarchSetup& setup);
+
 /// The planes of the scene's clip; the anchor plane is that far from the camera [world units].
 void place_clip(const View& view, double anchor_distance, MarchSetup& setup);
 

@@ -75,16 +75,19 @@ glm::dvec3 gradient(const std::array<double, 8>& corners, const glm::dvec3& at) 
   return g;
 }
 
-/// Shades a surface from either side: 0.8 from one light, 0.2 from all directions.
-double shade(const View& view, const glm::dvec3& gradient, const glm::dvec3& direction) {
+/// Shades a surface from either side: 0.8 from the lights, 0.2 from all directions.
+glm::dvec3 shade(const View& view, const glm::dvec3& gradient, const glm::dvec3& direction) {
   const glm::dmat3 m(view.medium.density->world_from_index);
   glm::dvec3 normal = glm::transpose(glm::inverse(m)) * gradient;
   const double size = glm::length(normal);
-  if (!(size > 0)) return 0.2;
+  if (!(size > 0)) return glm::dvec3(0.2);
   normal /= dot(normal, direction) > 0 ? -size : size;
-  const std::optional<glm::dvec3> light = surface_light(view);
-  const glm::dvec3 to_light = light ? -*light : -direction;
-  return 0.2 + 0.8 * std::max(0.0, dot(normal, to_light));
+  std::vector<ParallelLight> lights = surface_lights(view);
+  if (lights.empty()) lights.push_back({direction, glm::dvec3(1)});
+  glm::dvec3 light(0);
+  for (const ParallelLight& l : lights)
+    light += l.radiance * std::max(0.0, -dot(normal, l.direction));
+  return 0.2 + 0.8 * light;
 }
 
 /// Where the values of a stretch first pass through `isovalue`, if they do. `below` remembers the
@@ -183,13 +186,13 @@ RayPicture RayModes::surface(const WorldRay& ray) {
     if (!u) continue;
     const IndexRay& r = walk.grid.ray();
     const auto shade_at = [&](double v) {
-      if (!walk.grid.in_cell()) return 0.2;
+      if (!walk.grid.in_cell()) return glm::dvec3(0.2);
       const glm::dvec3 at = r.in_cell(walk.grid.cell(), walk.s(std::clamp(v, 0.0, 1.0)));
       return shade(*view_, gradient(walk.grid.corners(), at), ray.direction);
     };
     const glm::dvec3 color =
         medium.source == LuminanceSource::transfer ? shown(medium, medium.isovalue) : medium.color;
-    const double light = shade_at(*u);
+    const glm::dvec3 light = shade_at(*u);
     result.radiance = color * light;
     result.opacity = 1;
     result.depth = walk.t_middle + walk.s(*u);
@@ -203,10 +206,10 @@ RayPicture RayModes::surface(const WorldRay& ray) {
                                   evaluate(value, std::max(0.0, *u - step))) /
                          (2 * step);
     const double off = slope > 0 ? std::min(1.0, rounding / slope) : 1.0;
-    result.error =
-        max_component(glm::abs(color)) *
-        (std::max(std::abs(shade_at(*u + off) - light), std::abs(shade_at(*u - off) - light)) +
-         64 * epsilon);
+    result.error = max_component(glm::abs(color)) *
+                   (max_component(glm::max(glm::abs(shade_at(*u + off) - light),
+                                           glm::abs(shade_at(*u - off) - light))) +
+                    64 * epsilon);
     break;
   }
   result.cells = walk.cells;

@@ -170,11 +170,14 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   return view;
 }
 
-std::optional<glm::dvec3> surface_light(const View& view) {
-  if (view.scene.lights.empty()) return {};
-  const DirectionalLight& light = view.scene.lights.front();
-  const glm::dvec3 direction = glm::normalize(light.direction);
-  return light.of_camera ? from_camera(view.camera, direction) : direction;
+std::vector<ParallelLight> surface_lights(const View& view) {
+  std::vector<ParallelLight> lights;
+  for (const DirectionalLight& light : view.scene.lights) {
+    const glm::dvec3 direction = glm::normalize(light.direction);
+    lights.push_back(
+        {light.of_camera ? from_camera(view.camera, direction) : direction, light.color, false});
+  }
+  return lights;
 }
 
 double henyey_greenstein(double g, double cosine) {
