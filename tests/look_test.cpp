@@ -91,6 +91,19 @@ TEST(Look, OfARaysIntegralIsBlackBehindIt) {
   EXPECT_EQ(chosen.scene.exposure, std::nullopt);
 }
 
+TEST(Look, RangeFollowsTheValues) {
+  // a ramp has as many high values as low ones
+  EXPECT_EQ(parameter_text(auto_look(scene_of(asset("ramp.vdb"))).scene, *find_parameter("range")),
+            "2%,96%");
+  const fs::path vessels = shared_data() / "carotid.vdb";
+  if (!fs::exists(vessels)) return;
+  Scene scene = scene_of(vessels.string());
+  EXPECT_EQ(parameter_text(auto_look(scene).scene, *find_parameter("range")), "50%,99.5%");
+  scene.look = "scan";
+  set_parameter(scene, "range", "0.2,0.9");
+  EXPECT_EQ(parameter_text(auto_look(scene).scene, *find_parameter("range")), "0.2,0.9");
+}
+
 TEST(Look, NamesTheGridsThatThePictureDoesNotShow) {
   EXPECT_EQ(auto_look(scene_of(asset("blobs.vdb"))).unused_grids,
             std::vector<std::string>{"color"});

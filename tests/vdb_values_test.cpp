@@ -216,6 +216,21 @@ TEST(VdbValues, ALevelSetOfDoublesIsThatOfFloats) {
   }
 }
 
+TEST(VdbValues, AFogOfTheLevelSetsClassIsAFog) {
+  const auto fog = FloatGrid::create(0.0f);
+  fog->setName("density");
+  fog->setGridClass(openvdb::GRID_LEVEL_SET);
+  fog->fill(openvdb::CoordBBox(Coord(0), Coord(7)), 0.5f);
+  const VdbFile vdb(write_vdb({fog}));
+  for (const bool distances : {false, true}) {
+    const Field field = vdb.read("density", {.role = GridRole::data, .distances = distances});
+    EXPECT_EQ(field.half_width, 0);
+    EXPECT_EQ(field.active_range->y, 0.5);
+    ASSERT_EQ(field.notices.size(), 1u);
+    EXPECT_NE(field.notices[0].find("taken as fog"), std::string::npos) << field.notices[0];
+  }
+}
+
 TEST(VdbTransforms, AffineTransformsAreTheMatrixThatOpenVdbApplies) {
   std::vector<Transform::Ptr> transforms;
   for (const openvdb::math::Axis axis :

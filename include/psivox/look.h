@@ -35,15 +35,18 @@ struct LookedScene {
 /// Sets what the scene's look says and the scene itself leaves open. A look is a JSON file of scene
 /// parameters: one of psivox's own, one of the folders in the environment's PSIVOX_LOOKS (separated
 /// by colons), or a path. Its list `choose` names what comes from the file's values:
+///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low, so that vessels or
+///               plumes stand out
 ///   extinction  a third of a light's intensity reaches the medium, on average over what it
 ///               attenuates, but no less than auto_extinction
 ///   brightness  light and luminance, so that the mean luminance of what is covered is 0.25, unless
 ///               3 % of it would then be brighter than white
 ///   flame       grid, temperatures and brightness of a fire (see flame.h)
 /// The look `auto`, or no look where the scene leaves it open and `open` is `auto`, goes by the
-/// mode and the grids: `xray` for that mode, `surface` for level sets, `fire` where there is a density and a flame, `scan` for
-/// digitised values and those that do not fade to 0, else `smoke`. Vectors stay `plain`.
-/// `background`: whether the look may set one. Throws Error(input), Error(usage).
+/// mode and the grids: `xray` for that mode, `surface` for level sets, `fire` where there is a
+/// density and a flame, `scan` for digitised values and those that do not fade to 0, else `smoke`.
+/// Vectors stay `plain`. `background`: whether the look may set one. Throws Error(input),
+/// Error(usage).
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open = "plain",
                       bool background = true);
 

@@ -14,4 +14,8 @@ std::string flame_grid(const VdbFile& file, const std::string& density);
 /// different ones, or none near 0, so that the field does not fade into its surroundings.
 bool is_scan(const Field& density);
 
+/// Whether most values are low, as those of vessels or plumes in their surroundings: their mean is
+/// in the lowest quarter of the range.
+bool is_mostly_low(const Field& density);
+
 }  // namespace psivox

@@ -40,12 +40,18 @@ class KeptFields {
   std::string key_;
 };
 
+/// Whether a grid of the class is a level set, and not a fog that some program gave the class.
+bool is_surface(Scene scene, KeptFields& fields) {
+  scene.mode = Mode::isosurface;
+  return fields.of(scene).density->half_width > 0;
+}
+
 /// The name of the look that suits a file; the density is read only where its values decide.
 std::string suitable_look(const Scene& scene, const VdbFile& file, KeptFields& fields) {
   if (scene.mode == Mode::xray) return "xray";
   const std::string grid = density_grid(scene, file);
   if (file.channels(grid) != 1) return "plain";
-  if (file.grid_class(grid) == "level set") return "surface";
+  if (file.grid_class(grid) == "level set" && is_surface(scene, fields)) return "surface";
   if (!flame_grid(file, grid).empty()) return "fire";
   return is_scan(*fields.of(scene).density) ? "scan" : "smoke";
 }
@@ -76,6 +82,10 @@ void choose(const std::string& what, const VdbFile& file, KeptFields& fields, Sc
   if (what == "flame") {
     const std::string grid = flame_grid(file, density_grid(scene, file));
     if (!grid.empty() && scene.emission_grid.empty()) set_flame(scene, file, grid);
+  } else if (what == "range") {
+    if (!scene.range)
+      set_parameter(scene, "range",
+                    is_mostly_low(*fields.of(scene).density) ? "50%,99.5%" : "2%,96%");
   } else if (what == "brightness") {
     set_brightness(fields, scene);
   } else if (!scene.extinction) {

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* known_choices[] = {"extinction", "flame", "brightness"};
+constexpr const char* known_choices[] = {"range", "extinction", "flame", "brightness"};
 
 bool is_path(const std::string& name) {
   return name.find('/') != std::string::npos || name.ends_with(".json");
@@ -53,7 +53,7 @@ LookFile parsed(const std::string& text, const std::string& source) {
       const std::string name = item.is_string() ? item.get<std::string>() : item.dump();
       if (std::find(std::begin(known_choices), std::end(known_choices), name) ==
           std::end(known_choices))
-        fail("choose: " + in_quotes(name) + " is none of extinction, flame, brightness");
+        fail("choose: " + in_quotes(name) + " is none of range, extinction, flame, brightness");
       file.choices.push_back(name);
     }
     look.erase(choose);

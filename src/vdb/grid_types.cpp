@@ -1,6 +1,7 @@
 #include "grid_types.h"
 
 #include <array>
+#include <optional>
 
 namespace psivox::vdb {
 namespace {
@@ -57,9 +58,17 @@ std::string unsupported_type(const std::string& grid_type) {
   return what;
 }
 
-bool is_level_set(const openvdb::GridBase& grid) {
-  return grid.getGridClass() == openvdb::GRID_LEVEL_SET &&
-         (grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>());
+/// Of a grid of the class; nothing for other grids.
+static std::optional<double> half_width(const openvdb::GridBase& grid) {
+  if (grid.getGridClass() != openvdb::GRID_LEVEL_SET) return {};
+  if (grid.isType<openvdb::FloatGrid>())
+    return double(static_cast<const openvdb::FloatGrid&>(grid).background());
+  if (grid.isType<openvdb::DoubleGrid>())
+    return static_cast<const openvdb::DoubleGrid&>(grid).background();
+  return {};
 }
+
+bool is_level_set(const openvdb::GridBase& grid) { return half_width(grid).value_or(0) != 0; }
+bool is_fog_of_wrong_class(const openvdb::GridBase& grid) { return half_width(grid) == 0; }
 
 }  // namespace psivox::vdb

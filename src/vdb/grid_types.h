@@ -34,8 +34,10 @@ typename GridT::Ptr new_grid() {
   return openvdb::gridPtrCast<GridT>(openvdb::GridBase::createGrid(GridT::gridType()));
 }
 
-/// A level set in OpenVDB's sense that psivox can turn into fog: its class says so, and its values
-/// are floating-point scalars.
+/// A level set in OpenVDB's sense that psivox can turn into fog: its class says so, its values are
+/// floating-point scalars, and its background is the half width of its band.
 bool is_level_set(const openvdb::GridBase& grid);
+/// A grid of the same type and class whose background is 0, as a fog's is.
+bool is_fog_of_wrong_class(const openvdb::GridBase& grid);
 
 }  // namespace psivox::vdb

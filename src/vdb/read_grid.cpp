@@ -73,6 +73,8 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
     field.notices.push_back("grid '" + name + "': " + text);
   };
 
+  if (is_fog_of_wrong_class(*grid))
+    notice("its class is 'level set', but its background is 0: taken as fog");
   if (is_level_set(*grid)) {
     std::string done;
     grid = without_level_set(grid, options, field, done);
