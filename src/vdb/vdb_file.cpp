@@ -1,6 +1,8 @@
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
+#include <memory>
+#include <mutex>
 #include <utility>
 
 #include "archive.h"
@@ -11,6 +13,37 @@
 #include "read_grid.h"
 
 namespace psivox {
+
+namespace vdb {
+
+/// The grid that was read last, as long as somebody holds its field. A scene in an automatic look
+/// reads its density for one role and then for another.
+class LastGrid {
+ public:
+  /// The grid, if a field for this role has the same values; else null.
+  openvdb::GridBase::Ptr get(const std::string& name, GridRole role) const {
+    const std::lock_guard lock(mutex_);
+    if (name != name_ || (role_ == GridRole::data && role != GridRole::data)) return nullptr;
+    return grid_.lock();
+  }
+
+  /// Keeps a grid whose values the field shares. A notice tells that reading has changed them.
+  void set(const openvdb::GridBase::Ptr& grid, const Field& field, GridRole role) {
+    const std::lock_guard lock(mutex_);
+    name_ = field.name;
+    role_ = role;
+    grid_.reset();
+    if (field.notices.empty()) grid_ = grid;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::string name_;
+  GridRole role_ = GridRole::attenuation;
+  std::weak_ptr<openvdb::GridBase> grid_;
+};
+
+}  // namespace vdb
 
 /// Holds the directory, and what was read last of the file. Each read has a stream of its own, so
 /// that reads may run in several threads and a failed one does not affect the others.
@@ -25,6 +58,7 @@ struct VdbFile::Impl {
   std::vector<std::string> base_names;
   vdb::MetadataText metadata;
   std::string z_up;
+  vdb::LastGrid last;
 
   std::optional<std::size_t> place(const std::string& grid) const;  ///< in `names`
 };
@@ -110,8 +144,10 @@ std::string VdbFile::default_grid() const {
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
   vdb::Archive archive(impl_->file, impl_->progress);
   const vdb::GridEntry& entry = archive.find(grid);
-  Field field =
-      vdb::field_from_grid(archive.read(entry), entry.name, archive.subject(entry.name), options);
+  openvdb::GridBase::Ptr values = impl_->last.get(entry.name, options.role);
+  if (!values) values = archive.read(entry);
+  Field field = vdb::field_from_grid(values, entry.name, archive.subject(entry.name), options);
+  impl_->last.set(values, field, options.role);
   if (entry.name != grid && !grid.empty()) {
     const auto same = std::count(impl_->base_names.begin(), impl_->base_names.end(), grid);
     field.notices.insert(field.notices.begin(), "grid '" + grid + "': " + std::to_string(same) +
