@@ -10,6 +10,7 @@
 #include <fstream>
 #include <glm/geometric.hpp>
 
+#include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
 #include "view/command_text.h"
@@ -238,7 +239,7 @@ TEST(Volume, TellsHowFarItIs) {
     ++steps;
   };
   bool box = false;
-  prepare_volume(scene, 0, nullptr, progress, [&](const Subject&) { box = true; });
+  prepare_volume(scene, {}, 0, nullptr, progress, [&](const Subject&) { box = true; });
   EXPECT_EQ(stages, (std::vector<std::string>{"reading", "preparing", "converting"}));
   EXPECT_GE(steps, 2);
   EXPECT_GT(last, 0.5);
@@ -248,7 +249,7 @@ TEST(Volume, TellsHowFarItIs) {
   const auto end = [](const std::string&, double fraction) {
     if (fraction > 0) throw Ended();
   };
-  EXPECT_THROW(prepare_volume(scene, 0, nullptr, end, {}), Ended);
+  EXPECT_THROW(prepare_volume(scene, {}, 0, nullptr, end, {}), Ended);
 }
 
 TEST(RecentFiles, AreTheLastTenOnceEach) {
@@ -281,20 +282,33 @@ TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {
   fs::create_directories(folder);
   for (const char* name : {"v2_0001.vdb", "v2_0002.vdb", "v2_0004.vdb", "v3_0001.vdb", "other.vdb"})
     std::ofstream(folder / name) << "";
-  Sequence sequence = Sequence::of((folder / "v2_0002.vdb").string());
+  const auto at = [&](const char* name) { return (folder / name).string(); };
+  Sequence sequence = Sequence::of({at("v2_0002.vdb")});
   EXPECT_EQ(sequence.first(), 1);
   EXPECT_EQ(sequence.last(), 4);
   EXPECT_EQ(sequence.current(), 2);
-  EXPECT_EQ(sequence.missing(), 1);
-  EXPECT_FALSE(sequence.go_to(3));
+  EXPECT_EQ(sequence.missing(), std::vector<int>{3});
+  EXPECT_TRUE(sequence.samples().empty());
   EXPECT_EQ(sequence.next(), 4);
-  EXPECT_TRUE(sequence.go_to(4));
+  sequence.go_to(9);
+  EXPECT_EQ(sequence.current(), 4);
   EXPECT_EQ(sequence.next(), 1);
-  EXPECT_EQ(sequence.path(), (folder / "v2_0004.vdb").string());
-  for (const char* pattern : {"v2_####.vdb", "v2_%04d.vdb", "v2_$F4.vdb"})
-    EXPECT_EQ(Sequence::of((folder / pattern).string()).current(), 1) << pattern;
-  EXPECT_TRUE(Sequence::of((folder / "other.vdb").string()).empty());
-  EXPECT_TRUE(Sequence::of("nowhere/a1.vdb").empty());
+  EXPECT_EQ(sequence.previous(), 2);
+  EXPECT_EQ(sequence.path(), at("v2_0004.vdb"));
+  sequence.go_to(0);
+  EXPECT_EQ(sequence.current(), 1);
+  EXPECT_EQ(sequence.previous(), 4);
+  EXPECT_TRUE(Sequence::of({at("other.vdb")}).empty());
+  EXPECT_TRUE(Sequence::of({"nowhere/a1.vdb"}).empty());
+  // a named sequence: auto chooses from its first, middle and last frame
+  const std::vector<std::string> samples{at("v2_0001.vdb"), at("v2_0002.vdb"), at("v2_0004.vdb")};
+  for (const char* pattern : {"v2_####.vdb", "v2_%04d.vdb", "v2_$F4.vdb"}) {
+    EXPECT_EQ(Sequence::of({at(pattern)}).current(), 1) << pattern;
+    EXPECT_EQ(Sequence::of({at(pattern)}).samples(), samples) << pattern;
+  }
+  EXPECT_EQ(Sequence::of(samples).missing(), std::vector<int>{3});
+  EXPECT_EQ(Sequence::of({at("other.vdb"), at("v3_0001.vdb")}).last(), 2);
+  EXPECT_THROW(Sequence::of({at("v4_####.vdb")}), Error);
   fs::remove_all(folder);
 }
 

@@ -114,29 +114,5 @@ TEST(ViewerFiles, ASizeThatIsNoneIsSaidAndHarmsNothing) {
   ASSERT_TRUE(hands.until_exact());
 }
 
-TEST(ViewerFiles, FramesOfASequenceFollowEachOther) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_frames";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  const char* names[] = {"slab.vdb", "tiles.vdb", "ramp.vdb"};
-  const int numbers[] = {1, 2, 4};
-  for (int i = 0; i < 3; ++i)
-    fs::copy_file(asset(names[i]), folder / ("f_" + std::to_string(numbers[i]) + ".vdb"));
-  Hands hands(small((folder / "f_#.vdb").string()));
-  ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_1.vdb").string());
-  hands.key(GLFW_KEY_LEFT);
-  ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.scene().input, (folder / "f_4.vdb").string());
-  hands.photograph("sequence.png");
-  hands.key(GLFW_KEY_SPACE);
-  ASSERT_TRUE(hands.until(
-      [&] { return hands.viewer.volume()->scene.input == (folder / "f_2.vdb").string(); }));
-  hands.key(GLFW_KEY_SPACE);
-  ASSERT_TRUE(hands.until_exact());
-  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
-  fs::remove_all(folder);
-}
-
 }  // namespace
 }  // namespace psivox::view

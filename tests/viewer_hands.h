@@ -57,6 +57,14 @@ inline Scene small(const std::string& input) {
   return scene;
 }
 
+/// A scene that leaves its look open, as `psivox view FILE` does.
+inline Scene open_look(const std::string& input) {
+  Scene scene = small(input);
+  scene.look.clear();
+  scene.resolution = {600, 420};
+  return scene;
+}
+
 /// A viewer and its simulated input.
 class Hands {
  public:

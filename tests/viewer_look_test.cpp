@@ -15,14 +15,6 @@
 namespace psivox::view {
 namespace {
 
-/// A scene that leaves its look open, as `psivox view FILE` does.
-Scene open_look(const std::string& input) {
-  Scene scene = small(input);
-  scene.look.clear();
-  scene.resolution = {600, 420};
-  return scene;
-}
-
 /// What `auto` chooses for the scene's file; lights are left out, which the window turns into the
 /// world's.
 Scene auto_scene(Scene scene) {

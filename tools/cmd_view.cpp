@@ -22,6 +22,7 @@ namespace {
 
 struct ViewCall {
   SceneOptions scene;
+  std::vector<std::string> inputs;
   double frame_budget_ms = 33;
   int orbit = 0, session = 0;
   std::string context = "native";
@@ -57,9 +58,16 @@ bool parse(ViewCall& call, Arguments arguments) {
       ->capture_default_str();
   line.add_flag("--gl-debug", call.gl_debug, "treat messages of the OpenGL driver as errors");
   line.add_flag("-q,--quiet", call.quiet, "print errors only");
-  call.scene.add_to(line);
+  line.add_option("IN.vdb", call.inputs,
+                  "volume to show; a sequence: fire.####.vdb, a folder, or several files")
+      ->type_name("")
+      ->take_all();
+  const std::vector<std::string> without{"input"};
+  call.scene.add_to(line, without);
   add_benchmarks(line, call);
-  return line.read(arguments);
+  if (!line.read(arguments)) return false;
+  if (!call.inputs.empty()) call.scene.set("input", call.inputs.front());
+  return true;
 }
 
 #ifdef PSIVOX_VIEWER
@@ -121,6 +129,7 @@ void view_command(Arguments arguments) {
   options.egl = call.context == "egl";
   options.debug = call.gl_debug;
   options.quiet = call.quiet;
+  options.inputs = call.inputs;
   options.count_objects = call.session > 0;
   options.tell_look = print_look;
   options.render = [](const std::vector<std::string>& saved) { render_command(saved); };

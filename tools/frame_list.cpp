@@ -35,12 +35,7 @@ std::vector<std::string> samples_of(const std::string& auto_from, const Sequence
     for (const auto& [frame, path] : files) paths.push_back(path);
     return paths;
   }
-  if (auto_from.empty()) {
-    const auto middle = std::next(files.begin(), std::ptrdiff_t(files.size() / 2));
-    for (const std::string& path : {files.begin()->second, middle->second, files.rbegin()->second})
-      if (paths.empty() || paths.back() != path) paths.push_back(path);
-    return paths;
-  }
+  if (auto_from.empty()) return auto_samples(files);
   for (const int frame : read_frames(auto_from, "--auto-from")) {
     if (!files.contains(frame))
       throw Error(ExitCode::input, "--auto-from: frame " + std::to_string(frame) + " has no file");

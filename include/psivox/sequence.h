@@ -59,6 +59,9 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs)
 /// as far apart as its two nearest frames.
 std::vector<int> gaps(const SequenceFiles& files);
 
+/// The files from which `auto` chooses unless others are named: the first, the middle and the last.
+std::vector<std::string> auto_samples(const SequenceFiles& files);
+
 /// What `auto` chooses, once for all frames.
 struct SequenceScene {
   /// Complete but for the input: no frame changes it.

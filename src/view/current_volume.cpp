@@ -2,12 +2,12 @@
 
 namespace psivox::view {
 
-bool CurrentVolume::wish(const Scene& scene) {
+bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& samples) {
   const std::string key = volume_key(scene, generation_);
   const bool at_hand = volume_ && volume_->key == key;
   if (at_hand) awaited_key_.reset();
   if (!at_hand && key != refused_key_ && key != awaited_key_) {
-    loader_.load(scene, generation_);
+    loader_.load(scene, samples, generation_);
     awaited_key_ = key;
   }
   return at_hand;

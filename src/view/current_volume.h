@@ -23,10 +23,13 @@ class CurrentVolume {
   explicit CurrentVolume(std::function<void()> on_news) : loader_(std::move(on_news)) {}
 
   const std::shared_ptr<Volume>& get() const { return volume_; }
-  /// Loads the scene's volume unless it is there. True if it is there.
-  bool wish(const Scene& scene);
+  /// Loads the scene's volume, a frame of the sequence with these samples, unless it is there. True
+  /// if it is there.
+  bool wish(const Scene& scene, const std::vector<std::string>& samples);
   /// Prepares a volume that is likely to be the next.
-  void prefetch(const Scene& scene) { loader_.prefetch(scene, generation_); }
+  void prefetch(const Scene& scene, const std::vector<std::string>& samples) {
+    loader_.prefetch(scene, samples, generation_);
+  }
   /// The next wish reads the file again.
   void reload();
   /// The next wish is tried even if it was refused before.

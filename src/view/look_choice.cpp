@@ -1,6 +1,7 @@
 #include "view/look_choice.h"
 
 #include <regex>
+#include <utility>
 
 #include "psivox/parameters.h"
 #include "psivox/text.h"
@@ -40,41 +41,59 @@ void LookChoice::ask(const std::string& name, Scene& scene) {
   scene.look = name;
 }
 
-void LookChoice::take_back(Scene& scene) {
-  for (const std::string& name : set_) {
+void LookChoice::take_back(Scene& scene, bool camera) {
+  for (const std::string& name : std::exchange(set_, {})) {
     const Parameter& p = *find_parameter(name);
+    if (!camera && p.group == ParameterGroup::camera) continue;
     if (same(scene, set_scene_, p)) set_default(scene, p);
   }
-  set_.clear();
 }
 
 void LookChoice::start_again(Scene& scene) {
-  take_back(scene);
+  take_back(scene, true);
   ask(start_, scene);
 }
 
 void LookChoice::choose(const std::string& name, Scene& scene) {
-  take_back(scene);
+  take_back(scene, false);
   scene = without_look(scene);
   ask(name, scene);
 }
 
 std::string LookChoice::take(const Volume& volume, Scene& scene) {
-  if (!volume.look || !asks_for_look(scene)) return {};
-  scene.look = volume.scene.look;
+  if (!volume.chosen) return {};
+  const LookedScene& chosen = *volume.chosen;
+  const bool asked = asks_for_look(scene);
+  if (asked) scene.look = chosen.scene.look;
   set_.clear();
-  set_scene_ = volume.scene;
+  set_scene_ = chosen.scene;
   std::string options;
-  for (const Setting& setting : volume.look->settings) {
+  for (const Setting& setting : chosen.settings) {
     const Parameter& p = *find_parameter(setting.name);
-    options += " --" + setting.name + "=" + setting.text;
+    if (p.group != ParameterGroup::camera) options += " --" + setting.name + "=" + setting.text;
     if (!same(scene, volume.asked, p)) continue;
-    copy(p, volume.scene, scene);
+    copy(p, chosen.scene, scene);
     set_.push_back(setting.name);
   }
-  chosen_ = volume.look->look;
-  return "look " + chosen_ + (name_ == "auto" ? ", chosen by auto:" : ":") +
-         (options.empty() ? " nothing to set" : shortened(options));
+  if (asked) chosen_ = chosen.look;
+  std::string how;
+  if (asked && name_ == "auto") how += " by auto";
+  if (volume.chosen_from > 1) how += " from " + std::to_string(volume.chosen_from) + " frames";
+  std::string text = asked ? "look " + chosen.look : "chosen" + how;
+  if (asked && !how.empty()) text += ", chosen" + how;
+  return text + ":" + (options.empty() ? " nothing to set" : shortened(options));
+}
+
+void LookChoice::hold(const Volume& volume, Scene& scene) {
+  for (const Parameter& p : parameters()) {
+    const bool part = p.group == ParameterGroup::look || p.group == ParameterGroup::light;
+    // grids of a look may be missing in one frame and come again
+    if (!part || p.name == "look" || p.name == "emission-grid" || same(scene, volume.resolved, p))
+      continue;
+    copy(p, volume.resolved, scene);
+    copy(p, volume.resolved, set_scene_);
+    set_.push_back(p.name);
+  }
 }
 
 std::string LookChoice::text() const {

@@ -22,17 +22,19 @@ class LookChoice {
   /// Takes what a volume's look has chosen over to the scene that asked for it, except what the
   /// user has changed meanwhile. Returns what to tell the user; empty: nothing.
   std::string take(const Volume& volume, Scene& scene);
+  /// Has the scene name what `auto` chose for the volume, so that it counts for other frames too.
+  void hold(const Volume& volume, Scene& scene);
 
   /// `smoke`, `auto: smoke`
   std::string text() const;
 
  private:
   void ask(const std::string& name, Scene& scene);
-  void take_back(Scene& scene);
+  void take_back(Scene& scene, bool camera);
 
   std::string start_, name_;
   std::string chosen_;            ///< by `auto`
-  std::vector<std::string> set_;  ///< parameters that the look has set
+  std::vector<std::string> set_;  ///< parameters that were chosen
   Scene set_scene_;               ///< with their values
 };
 

@@ -54,10 +54,10 @@ void draw_look_menu(Viewer& viewer) {
 void draw_file_section(Viewer& viewer) {
   if (!ImGui::CollapsingHeader("File")) return;
   std::string& path = viewer.panels().open_path;
-  if (ImGui::InputText("open", &path, ImGuiInputTextFlags_EnterReturnsTrue)) viewer.open(path);
+  if (ImGui::InputText("open", &path, ImGuiInputTextFlags_EnterReturnsTrue)) viewer.open({path});
   if (ImGui::BeginCombo("recent", "", ImGuiComboFlags_NoPreview)) {
     for (const std::string& file : recent_files())
-      if (ImGui::Selectable(file.c_str())) viewer.open(file);
+      if (ImGui::Selectable(file.c_str())) viewer.open({file});
     ImGui::EndCombo();
   }
   if (ImGui::Button("reload (R)")) viewer.reload();
@@ -201,6 +201,9 @@ std::string status(const Viewer& viewer) {
   return viewer.saving() ? text + "; saving " + viewer.saved_path() : text;
 }
 
+/// Of the panel of the frames, above the status [pixels, where text has its usual size].
+constexpr float timeline_height = 62, timeline_bottom = 34;
+
 /// The status and above it the newest message, at the bottom of the window.
 void draw_status(const Viewer& viewer) {
   const ImGuiIO& io = ImGui::GetIO();
@@ -219,6 +222,8 @@ void draw_status(const Viewer& viewer) {
   };
   const Messages& messages = viewer.messages();
   print(IM_COL32(220, 220, 220, 255), status(viewer));
+  if (!viewer.sequence().empty())
+    bottom = io.DisplaySize.y - (timeline_bottom + timeline_height + 8) * s;
   print(messages.is_error() ? IM_COL32(255, 120, 100, 255) : IM_COL32(150, 220, 150, 255),
         messages.shown());
 }
@@ -267,10 +272,9 @@ void draw_divider(double divider) {
 /// Marks on the slider of the frames that have no file.
 void mark_missing(const Sequence& sequence, const ImVec2& corner, float width) {
   const int count = sequence.last() - sequence.first();
-  if (count >= 5000) return;
-  for (int i = sequence.first(); i <= sequence.last(); ++i) {
-    if (sequence.file(i)) continue;
-    const float x = corner.x + width * static_cast<float>(i - sequence.first()) /
+  if (sequence.missing().size() >= 1000) return;
+  for (const int frame : sequence.missing()) {
+    const float x = corner.x + width * static_cast<float>(frame - sequence.first()) /
                                    static_cast<float>(std::max(count, 1));
     ImGui::GetWindowDrawList()->AddLine({x, corner.y - 3}, {x, corner.y + 3},
                                         IM_COL32(255, 120, 80, 255), 2);
@@ -279,9 +283,8 @@ void mark_missing(const Sequence& sequence, const ImVec2& corner, float width) {
 
 void draw_timeline(Sequence& sequence, double scale) {
   const ImGuiIO& io = ImGui::GetIO();
-  const auto height = static_cast<float>(62 * scale);
-  // above the status line
-  const float bottom = io.DisplaySize.y - static_cast<float>(34 * scale);
+  const auto s = static_cast<float>(scale);
+  const float height = timeline_height * s, bottom = io.DisplaySize.y - timeline_bottom * s;
   ImGui::SetNextWindowPos({io.DisplaySize.x * 0.25f, bottom - height});
   ImGui::SetNextWindowSize({io.DisplaySize.x * 0.5f, height});
   if (ImGui::Begin("Frames", nullptr, ImGuiWindowFlags_NoDecoration)) {
@@ -289,9 +292,10 @@ void draw_timeline(Sequence& sequence, double scale) {
     ImGui::SameLine();
     ImGui::SetNextItemWidth(static_cast<float>(120 * scale));
     slide("frames/s", sequence.rate, 1, 60, "%.0f");
-    if (sequence.missing()) {
+    if (!sequence.missing().empty()) {
       ImGui::SameLine();
-      ImGui::TextColored({1, 0.6f, 0.4f, 1}, "%d missing", sequence.missing());
+      ImGui::TextColored({1, 0.6f, 0.4f, 1}, "%d missing",
+                         static_cast<int>(sequence.missing().size()));
     }
     int frame = sequence.current();
     ImGui::SetNextItemWidth(-1);

@@ -1,43 +1,51 @@
 #pragma once
 
 #include <chrono>
-#include <map>
-#include <optional>
 #include <string>
+#include <vector>
+
+#include "psivox/sequence.h"
 
 namespace psivox::view {
 
-/// A sequence: the files of a folder whose names differ in their last number only are its frames.
+/// The frames that the window shows: those of a sequence that was named, or the files beside a file
+/// whose names differ from it in their last number only. One of them is the current one.
 class Sequence {
  public:
-  /// The sequence of a file. It has one frame if the name has no number or no other file matches.
-  /// `name.####.vdb`, `name.%04d.vdb` and `name.$F4.vdb` start at the first file that matches.
-  static Sequence of(const std::string& path);
+  /// Of what was opened: a file, several, a folder or a pattern. Starts at the file, else at the
+  /// first frame. Throws what sequence_files throws.
+  static Sequence of(const std::vector<std::string>& inputs);
 
+  /// Whether there is nothing to play.
   bool empty() const { return files_.size() < 2; }
+  /// From which `auto` chooses for all frames. None of a file that was opened alone: what it was
+  /// shown with counts for the files beside it.
+  const std::vector<std::string>& samples() const { return samples_; }
   int first() const { return files_.begin()->first; }
   int last() const { return files_.rbegin()->first; }
   int current() const { return current_; }
-  /// The file of a frame; nothing if it is missing.
-  std::optional<std::string> file(int frame) const;
-  /// Goes to a frame if it is there. True if that changes the frame.
-  bool go_to(int frame);
-  /// The frame after the current one that has a file; the first one after the last.
-  int next() const;
-  int previous() const;
-  int missing() const { return last() - first() + 1 - static_cast<int>(files_.size()); }
-
+  /// Frames between the first and the last that have no file.
+  const std::vector<int>& missing() const { return missing_; }
+  const std::string& file(int frame) const { return files_.at(frame); }
   /// The current frame's file.
   const std::string& path() const { return files_.at(current_); }
 
+  /// Goes to the frame that is nearest and has a file.
+  void go_to(int frame);
+  /// The frame after the current one that has a file; the first one after the last.
+  int next() const;
+  int previous() const;
+
   bool playing = false;  ///< only with more than one frame
-  double rate = 12;      ///< [frames/s]
+  double rate = 24;      ///< [frames/s]
   void toggle_playing() { playing = !empty() && !playing; }
   /// Goes on to the next frame if it plays and the time for it has come.
   void play(std::chrono::steady_clock::time_point now);
 
  private:
-  std::map<int, std::string> files_;
+  SequenceFiles files_;
+  std::vector<std::string> samples_;
+  std::vector<int> missing_;
   int current_ = 0;
   std::chrono::steady_clock::time_point stepped_at_{};
 };

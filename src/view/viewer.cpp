@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <tuple>
 #include <utility>
 
 #include "psivox/error.h"
@@ -37,10 +36,14 @@ Viewer::Viewer(const Scene& scene, const ViewerOptions& options)
       look_(scene),
       scene_(scene) {
   look_.start_again(scene_);
-  if (scene_.input.empty()) return;
-  sequence_ = Sequence::of(scene_.input);
+  if (!options.inputs.empty())
+    inputs_ = options.inputs;
+  else if (!scene_.input.empty())
+    inputs_ = {scene_.input};
+  if (inputs_.empty()) return;
+  panels_.open_path = inputs_.front();
+  sequence_ = Sequence::of(inputs_);
   scene_.input = sequence_.path();
-  panels_.open_path = scene_.input;
 }
 
 Viewer::~Viewer() {
@@ -70,7 +73,7 @@ void Viewer::take_look() {
   const std::string chosen = look_.take(*volume(), scene_);
   if (chosen.empty()) return;
   messages_.say(chosen);
-  if (!options_.quiet && options_.tell_look) options_.tell_look(*volume()->look);
+  if (!options_.quiet && options_.tell_look) options_.tell_look(*volume()->chosen);
 }
 
 void Viewer::take_volume(bool first) {
@@ -79,7 +82,7 @@ void Viewer::take_volume(bool first) {
     if (!first || !navigation_.moved()) navigation_.reset(scene_, *volume()->subject);
     camera_due_ = false;
     navigation_.set_viewport(scene().resolution);
-    remember_file(scene_.input);
+    remember_file(inputs_.size() == 1 ? inputs_.front() : scene_.input);
   }
   navigation_.set_subject(*volume()->subject);
   // the default camera frames what the volume shows
@@ -91,16 +94,22 @@ void Viewer::take_volume(bool first) {
 }
 
 void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
-  error(message_of(refusal));
   if (!volume()) {
     first_error_ = refusal;
     return;
   }
-  if (fallback_)
-    std::tie(scene_, look_) = *std::exchange(fallback_, {});
-  else
+  error(message_of(refusal));
+  if (fallback_) {
+    Fallback before = *std::exchange(fallback_, {});
+    scene_ = before.scene;
+    look_ = before.look;
+    sequence_ = before.sequence;
+    inputs_ = before.inputs;
+  } else if (!sequence_.empty() && scene_.input != volume()->scene.input) {
+    return;  // the next frame may be better
+  } else {
     scene_ = with_medium_of(*volume(), scene_);
-  sequence_ = Sequence::of(scene_.input);
+  }
   if (!camera_due_) return;
   camera_due_ = false;
   navigation_.hold();
@@ -164,7 +173,8 @@ void Viewer::take_news() {
 }
 
 void Viewer::wish_pictures(const Scene& wanted, bool at_hand) {
-  std::vector<Scene> scenes{at_hand ? wanted : with_medium_of(*volume(), wanted)};
+  // of the volume at hand, too: a frame may lack a grid of the sequence's scene
+  std::vector<Scene> scenes{with_medium_of(*volume(), wanted)};
   if (other_) scenes.push_back(with_method_of(*other_, scenes.front()));
   std::string text = std::to_string(static_cast<int>(layer_)) + "/" +
                      std::to_string(reinterpret_cast<std::uintptr_t>(volume()));
@@ -186,21 +196,27 @@ void Viewer::wish_pictures(const Scene& wanted, bool at_hand) {
   maker_.wish({++pictures_.wished, volume_.get(), std::move(scenes), layer_});
   if (!at_hand || !sequence_.playing) return;
   Scene after = wanted;
-  after.input = *sequence_.file(sequence_.next());
-  volume_.prefetch(after);
+  after.input = sequence_.file(sequence_.next());
+  volume_.prefetch(after, sequence_.samples());
+}
+
+void Viewer::follow_sequence() {
+  if (sequence_.empty() || scene_.input == sequence_.path()) return;
+  if (!scene_.camera_position) navigation_.hold();
+  // what auto chose for a file counts for those beside it; for a named sequence it was chosen
+  if (at_hand_ && sequence_.samples().empty()) look_.hold(*volume(), scene_);
+  if (at_hand_ && !scene_.exposure) scene_.exposure = auto_exposure_;
+  scene_.input = sequence_.path();
 }
 
 void Viewer::update_wishes() {
-  if (!sequence_.empty() && scene_.input != sequence_.path()) {
-    navigation_.hold();
-    scene_.input = sequence_.path();
-  }
+  follow_sequence();
   const glm::ivec2 size = window_.size();
   if (size.x < 1 || size.y < 1 || scene_.input.empty()) return;
   navigation_.set_viewport(size);
   const Scene wanted = scene();
-  const bool at_hand = volume_.wish(wanted);
-  if (volume()) wish_pictures(wanted, at_hand);
+  at_hand_ = volume_.wish(wanted, sequence_.samples());
+  if (volume()) wish_pictures(wanted, at_hand_);
 }
 
 void Viewer::notice_rest() {
@@ -230,7 +246,7 @@ void Viewer::handle(const Event& event) {
     case Kind::refresh:  // the window is drawn after every event
       break;
     case Kind::drop:
-      if (!event.files.empty()) attempt([&] { open(event.files.front()); });
+      if (!event.files.empty()) open(event.files);
       break;
     case Kind::close:
       closed_ = true;

@@ -31,6 +31,8 @@ struct ViewerOptions {
   bool egl = false;    ///< the window's context by EGL
   bool debug = false;  ///< KHR_debug in every context
   bool quiet = false;
+  /// To open, in place of the scene's input: several files of a sequence.
+  std::vector<std::string> inputs = {};
   bool count_objects = false;  ///< for PictureState::objects; benchmark.h reads them
   /// Tells what a look has chosen; called unless `quiet`.
   std::function<void(const LookedScene&)> tell_look = {};
@@ -58,7 +60,8 @@ class Viewer {
   void run();
 
   // Commands of keys, panels and drops.
-  void open(const std::string& path);
+  /// A file, several, a folder or a pattern.
+  void open(const std::vector<std::string>& inputs);
   /// The scene's resolution is ignored: it is the window's.
   void set_scene(const Scene& scene);
   /// Gives the file a look: `auto`, `smoke`, a name or path of the user's own. The camera stays.
@@ -86,6 +89,7 @@ class Viewer {
   const Gui& gui() const { return gui_; }
   Navigation& navigation() { return navigation_; }
   Sequence& sequence() { return sequence_; }
+  const Sequence& sequence() const { return sequence_; }
   Panels& panels() { return panels_; }
   DisplaySettings& display() { return settings_; }
   const LookChoice& look() const { return look_; }
@@ -132,6 +136,10 @@ class Viewer {
   void keep_old_volume(const std::exception_ptr& refusal);
   void take_pictures();
   void take_saved();
+  /// Keeps what can be returned to, if the next volume is refused.
+  void keep_fallback();
+  /// Follows the sequence to its current frame.
+  void follow_sequence();
   void update_wishes();
   /// Has the last wish refined once nothing has changed for a moment.
   void notice_rest();
@@ -151,6 +159,7 @@ class Viewer {
   Panels panels_;
   Messages messages_;
   FileWatch watch_;
+  std::vector<std::string> inputs_;  ///< that were opened
   Sequence sequence_;
   DisplaySettings settings_;
 
@@ -163,9 +172,16 @@ class Viewer {
   std::string posted_;        ///< text of the last wish
   double quiet_s_ = 0;        ///< waited for events since that wish
   std::uint64_t rested_ = 0;  ///< the last wish that may be refined
+  bool at_hand_ = false;      ///< the volume is that of the scene
   bool camera_due_ = true;    ///< the next volume brings its own camera
   /// Before the file or the look in preparation was asked for.
-  std::optional<std::pair<Scene, LookChoice>> fallback_;
+  struct Fallback {
+    Scene scene;
+    LookChoice look;
+    Sequence sequence;
+    std::vector<std::string> inputs;
+  };
+  std::optional<Fallback> fallback_;
   std::exception_ptr first_error_;  ///< after which the window would never show anything
   std::string photograph_;          ///< file for the next frame; empty: none
   Clock::time_point last_frame_ = Clock::now();

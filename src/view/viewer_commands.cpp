@@ -35,16 +35,25 @@ Scene for_another_file(Scene scene) {
 
 }  // namespace
 
-void Viewer::open(const std::string& path) {
-  if (volume() && !fallback_) fallback_.emplace(scene_, look_);
-  sequence_ = Sequence::of(path);
-  look_.start_again(scene_);
-  scene_ = for_another_file(scene_);
-  scene_.input = sequence_.path();
-  panels_.open_path = path;
-  camera_due_ = true;
-  volume_.retry();
-  redraw(3);
+void Viewer::keep_fallback() {
+  if (volume() && !fallback_) fallback_ = Fallback{scene_, look_, sequence_, inputs_};
+}
+
+void Viewer::open(const std::vector<std::string>& inputs) {
+  attempt([&] {
+    Sequence sequence = Sequence::of(inputs);
+    keep_fallback();
+    sequence.rate = sequence_.rate;
+    sequence_ = std::move(sequence);
+    inputs_ = inputs;
+    look_.start_again(scene_);
+    scene_ = for_another_file(scene_);
+    scene_.input = sequence_.path();
+    panels_.open_path = inputs.front();
+    camera_due_ = true;
+    volume_.retry();
+    redraw(3);
+  });
 }
 
 void Viewer::set_scene(const Scene& scene) {
@@ -65,7 +74,7 @@ void Viewer::set_scene(const Scene& scene) {
 
 void Viewer::choose_look(const std::string& name) {
   if (scene_.input.empty()) return;
-  if (volume() && !fallback_) fallback_.emplace(scene_, look_);
+  keep_fallback();
   look_.choose(name, scene_);
   if (!asks_for_look(scene_)) messages_.say("look " + name);
   volume_.retry();

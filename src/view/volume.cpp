@@ -8,6 +8,7 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/sequence.h"
 
 namespace psivox::view {
 namespace {
@@ -76,22 +77,73 @@ void keep_lights(const Camera& camera, Scene& scene) {
       light.direction = from_camera(camera, light.direction);
 }
 
-void choose_look(Volume& volume, const VdbFile& file) {
-  const std::string before = parameter_text(volume.scene, *find_parameter("light"));
-  volume.look = with_look(volume.scene, file);
-  volume.scene = volume.look->scene;
-  if (parameter_text(volume.scene, *find_parameter("light")) != before)
-    keep_lights(make_view(volume.scene, volume.look->fields).camera, volume.scene);
-  volume.fields = std::move(volume.look->fields);
+/// Whether frames of a sequence could differ in what `auto` chooses for them.
+bool leaves_choices(const Scene& scene) {
+  const auto percentile = [&] { return scene.range->percent != glm::bvec2(false); };
+  return asks_for_look(scene) || (scene.attenuates() && !scene.extinction) ||
+         (scene.windows() && (!scene.range || percentile())) ||
+         (scene.mode == Mode::isosurface && !scene.isovalue);
 }
 
-void read_file(Volume& volume, const StageProgress& progress) {
-  const VdbFile file(volume.scene.input, [&](double fraction) { progress("reading", fraction); });
+/// The camera of a file for a scene.
+Camera camera_of(const Scene& scene, const MediumFields& fields) {
+  return make_view(scene, fields).camera;
+}
+
+void choose_look(Volume& volume, const VdbFile& file) {
+  volume.chosen = with_look(volume.asked, file);
+  volume.fields = std::exchange(volume.chosen->fields, {});
+  if (volume.chosen->scene.lights != volume.asked.lights)
+    keep_lights(camera_of(volume.chosen->scene, volume.fields), volume.chosen->scene);
+  volume.scene = volume.chosen->scene;
+  if (volume.asked.emission_grid.empty() && !volume.scene.emission_grid.empty())
+    volume.chosen_grids.push_back(volume.scene.emission_grid);
+}
+
+void choose_for_sequence(Volume& volume, const std::vector<std::string>& samples,
+                         const VdbFile& file) {
+  SequenceScene sequence = resolve_sequence(volume.asked, samples);
+  volume.chosen_from = samples.size();
+  volume.chosen_grids = sequence.chosen_grids;
+  volume.scene = frame_scene(sequence, file, volume.asked.input);
+  volume.fields = read_fields(volume.scene, file, true);
+  sequence.scene.input = volume.asked.input;
+  if (sequence.scene.lights != volume.asked.lights) {
+    keep_lights(camera_of(volume.scene, volume.fields), sequence.scene);
+    volume.scene.lights = sequence.scene.lights;
+  }
+  // a method is chosen for each picture
+  std::erase_if(sequence.settings, [](const Setting& setting) {
+    return find_parameter(setting.name)->group == ParameterGroup::accuracy;
+  });
+  sequence.scene.look = "plain";
+  volume.scene.look = "plain";
+  volume.chosen = {std::move(sequence.scene), sequence.look, sequence.settings, {}, {}};
+}
+
+/// As the frame before was shown, without grids of its look that this file lacks. `empty`: a frame
+/// without active voxels is an empty picture.
+void show_frame(Volume& volume, const std::vector<std::string>& chosen_grids, bool empty,
+                const VdbFile& file) {
+  SequenceScene sequence;
+  sequence.scene = volume.asked;
+  sequence.chosen_grids = volume.chosen_grids = chosen_grids;
+  volume.scene = frame_scene(sequence, file, volume.asked.input);
+  volume.fields = read_fields(volume.scene, file, empty);
+}
+
+void read_file(Volume& volume, const std::vector<std::string>& samples,
+               const std::vector<std::string>& chosen_grids, const StageProgress& progress) {
+  const VdbFile file(volume.asked.input, [&](double fraction) { progress("reading", fraction); });
   volume.grids = file.names();
-  if (asks_for_look(volume.scene))
+  if (!samples.empty() && leaves_choices(volume.asked)) {
+    progress("choosing for the sequence", 0);
+    choose_for_sequence(volume, samples, file);
+  } else if (asks_for_look(volume.asked)) {
     choose_look(volume, file);
-  else
-    volume.fields = read_fields(volume.scene, file);
+  } else {
+    show_frame(volume, chosen_grids, !samples.empty(), file);
+  }
   count(*volume.fields.density, volume.histogram);
 }
 
@@ -121,7 +173,8 @@ std::string volume_key(const Scene& scene, int generation) {
 
 bool asks_for_look(const Scene& scene) { return !scene.look.empty() && scene.look != "plain"; }
 
-std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
+std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std::string>& samples,
+                                       int generation,
                                        const std::shared_ptr<const Volume>& previous,
                                        const StageProgress& progress, const BoxKnown& box_known) {
   validate(scene);
@@ -129,19 +182,23 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
   volume->asked = volume->scene = scene;
   const std::string files = std::to_string(generation);
   progress("reading", 0);
-  if (previous && !asks_for_look(scene) && previous->fields_key == files + fields_key(scene)) {
+  const bool open = asks_for_look(scene) || (!samples.empty() && leaves_choices(scene));
+  if (previous && !open && previous->fields_key == files + fields_key(scene)) {
     volume->fields = previous->fields;
     volume->grids = previous->grids;
     volume->histogram = previous->histogram;
+    volume->chosen_grids = previous->chosen_grids;
   } else {
-    read_file(*volume, progress);
+    read_file(*volume, samples, previous ? previous->chosen_grids : std::vector<std::string>(),
+              progress);
   }
-  volume->key = volume_key(volume->scene, generation);
+  volume->key = volume_key(volume->chosen ? volume->chosen->scene : scene, generation);
   volume->fields_key = files + fields_key(volume->scene);
   collect_notices(*volume);
   box_known(whole_box(volume->scene, *volume));
   progress("preparing", 0);
   volume->session = std::make_unique<Session>(make_view(volume->scene, volume->fields));
+  volume->resolved = volume->session->view().scene;
   volume->subject = volume->session->view().subject;
   volume->extinction = volume->session->view().medium.extinction;
   volume->function = volume->session->view().medium.transfer;

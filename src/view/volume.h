@@ -23,10 +23,14 @@ struct Histogram {
 /// the volume. The rest does not change.
 struct Volume {
   Scene asked;  ///< for which it was prepared
-  Scene scene;  ///< the same in its look
-  /// What was chosen, if a look was asked for.
-  std::optional<LookedScene> look;
-  std::string key;  ///< of `scene`
+  Scene scene;  ///< to draw
+  /// What was chosen, if a look was asked for or a sequence leaves something open: the scene that
+  /// the window shows from now on, and for the other frames.
+  std::optional<LookedScene> chosen;
+  std::size_t chosen_from = 1;            ///< frames
+  std::vector<std::string> chosen_grids;  ///< by a look: the other frames may lack them
+  Scene resolved;                         ///< `scene` with nothing left open
+  std::string key;                        ///< of the scene that the window shows
   MediumFields fields;
   std::string fields_key;
   std::vector<std::string> grids;  ///< names of the file's, as --grid takes them
@@ -52,11 +56,13 @@ using BoxKnown = std::function<void(const Subject& box)>;
 /// Whether a look has still to be chosen for the scene.
 bool asks_for_look(const Scene& scene);
 
-/// Reads and converts, and chooses the look that the scene asks for. Lights of a look become the
-/// world's, so that orbiting keeps them. Takes the fields of `previous`, which may be null, where
+/// Reads and converts, and chooses the look that the scene asks for; from the samples of a
+/// sequence, if there are some, all that it leaves open. Lights of a look become the world's, so
+/// that orbiting keeps them. Takes the fields of `previous`, which may be null, where
 /// the scene reads the same. Throws Error(input), Error(usage), Error(memory), and what `progress`
 /// throws.
-std::shared_ptr<Volume> prepare_volume(const Scene& scene, int generation,
+std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std::string>& samples,
+                                       int generation,
                                        const std::shared_ptr<const Volume>& previous,
                                        const StageProgress& progress, const BoxKnown& box_known);
 

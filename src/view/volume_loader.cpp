@@ -23,20 +23,22 @@ VolumeLoader::~VolumeLoader() {
   thread_.join();
 }
 
-void VolumeLoader::load(const Scene& scene, int generation) {
+void VolumeLoader::load(const Scene& scene, const std::vector<std::string>& samples,
+                        int generation) {
   {
     const std::lock_guard lock(mutex_);
-    wish_ = Wish{scene, generation, volume_key(scene, generation)};
+    wish_ = Wish{scene, samples, generation, volume_key(scene, generation)};
     idle_wish_.reset();
     ++wishes_;
   }
   changed_.notify_all();
 }
 
-void VolumeLoader::prefetch(const Scene& scene, int generation) {
+void VolumeLoader::prefetch(const Scene& scene, const std::vector<std::string>& samples,
+                            int generation) {
   {
     const std::lock_guard lock(mutex_);
-    idle_wish_ = Wish{scene, generation, volume_key(scene, generation)};
+    idle_wish_ = Wish{scene, samples, generation, volume_key(scene, generation)};
   }
   changed_.notify_all();
 }
@@ -79,7 +81,7 @@ void VolumeLoader::prepare(const Wish& wish, bool wanted) {
   try {
     if (!volume)
       volume = prepare_volume(
-          wish.scene, wish.generation, last_,
+          wish.scene, wish.samples, wish.generation, last_,
           [&](const std::string& stage, double fraction) {
             const std::lock_guard lock(mutex_);
             if (wishes_ != number) throw Superseded();

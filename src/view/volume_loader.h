@@ -26,9 +26,9 @@ class VolumeLoader {
   VolumeLoader(const VolumeLoader&) = delete;
   VolumeLoader& operator=(const VolumeLoader&) = delete;
 
-  void load(const Scene& scene, int generation);
+  void load(const Scene& scene, const std::vector<std::string>& samples, int generation);
   /// Prepares the volume when there is nothing else to do, and keeps it for a later load.
-  void prefetch(const Scene& scene, int generation);
+  void prefetch(const Scene& scene, const std::vector<std::string>& samples, int generation);
   /// Everything new since the last call.
   News news();
   /// Progress of the volume in preparation, see StageProgress; nullopt: there is none.
@@ -37,6 +37,7 @@ class VolumeLoader {
  private:
   struct Wish {
     Scene scene;
+    std::vector<std::string> samples;  ///< of its sequence, see prepare_volume
     int generation = 0;
     std::string key;
   };
