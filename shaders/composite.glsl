@@ -100,7 +100,7 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
                                   extinction * back.attenuation, length, depth));
   }
   real3 glow = real3(real(0.0));
-  if (has_emission) {
+  if (glows(m)) {
     Weights e = Weights(real(1.0 / 6.0), real(4.0 / 6.0), real(1.0 / 6.0), real(0.0));
     if (attenuates) e = glow_weights(w.depth);
     glow = (near.glow * e.front + middle.glow * e.middle + back.glow * e.back) * length;
@@ -129,7 +129,7 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   real x = extinction * length;
   Weights w = integrate_cell(tau, x);
   real3 glow = real3(real(0.0));
-  if (has_emission)
+  if (glows(m))
     glow = (p_1.glow * (real(5.0) * decay(x * antiderivative(tau, cell_node_1)).e)
             + p_2.glow * (real(8.0) * decay(x * antiderivative(tau, real(0.5))).e)
             + p_3.glow * (real(5.0) * decay(x * antiderivative(tau, cell_node_3)).e))

@@ -221,7 +221,7 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
     composite_segments(m, s);
   }
   if (m.t >= s.t_exit) m.cell = s.next;
-  // a brick without the isovalue is empty too, whatever its values
-  m.known = !(mode == MODE_ISOSURFACE && m.vacuum);
+  // a brick without the isovalue is empty too, whatever its values, and so is what lies beside a region
+  m.known = !((mode == MODE_ISOSURFACE || in_part) && m.vacuum);
   if (!m.known) m.front.value = UNKNOWN;
 }

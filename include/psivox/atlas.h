@@ -5,6 +5,7 @@
 #include <functional>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -79,6 +80,8 @@ struct AtlasOptions {
   /// Boxes of voxels that the march must walk cell by cell because another grid is not empty there.
   /// Where this grid is empty they become constants of 0. The domain grows to hold them.
   std::vector<Box> walked{};
+  /// Bricks to store; outside these, cells are empty. Both ends are inclusive.
+  std::optional<Box> region{};
   /// Largest dense top table before another level is put below it.
   std::uint64_t top_entries = std::uint64_t{1} << 22;
 };
@@ -106,6 +109,9 @@ std::vector<float> brick_kinks(const BrickAtlas& atlas);
 
 /// Sizes of the atlas that build_atlas would make.
 AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {});
+
+/// Coordinates of the atlas's textured bricks, each brick 8 voxels.
+std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options = {});
 
 /// Origins of the domain's blocks of 8^3 voxels that hold a corner of a visible cell, sorted by
 /// coordinates. A quantity computed at voxels must be known in these blocks to be interpolated

@@ -216,7 +216,8 @@ class Session {
   /// The view as drawn, with its light once that is computed.
   const View& view() const;
 
-  /// Converts the grids to bricks of the scene's texel type, unless that is done. Throws
+  /// Converts the grids to bricks of the scene's texel type, unless that is done, or the volume
+  /// must be drawn in parts because of its memory limit. Throws
   /// Error(memory), and Error(input) if the values do not fit the type.
   void convert();
 

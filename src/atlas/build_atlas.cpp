@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/gtc/packing.hpp>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -21,6 +22,8 @@ namespace {
 using atlas::BrickSource;
 
 constexpr float largest_half = 65504;
+constexpr Box everywhere{glm::ivec3(std::numeric_limits<int>::min()),
+                         glm::ivec3(std::numeric_limits<int>::max())};
 
 /// A candidate brick and its kind.
 struct Candidate {
@@ -117,7 +120,9 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
   // Bricks walked for another grid must stay distinct from the 0 around them.
   const bool keep_all = visible(0) && !options.walked.empty();
   std::vector<Candidate> candidates;
-  for (const glm::ivec3& brick : plan.source.candidates()) candidates.push_back({brick});
+  const Box region = options.region.value_or(everywhere);
+  for (const glm::ivec3& brick : plan.source.candidates())
+    if (glm::clamp(brick, region.min, region.max) == brick) candidates.push_back({brick});
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, candidates.size(), 256),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i != range.end(); ++i) {
@@ -140,6 +145,10 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
   const glm::ivec3 first = result.domain.min >> 3;
   const glm::ivec3 last = (result.domain.max - 1) >> 3;
   atlas::PageTableBuilder pages(first, last, options.top_entries);
+  const auto set_box = [&](const glm::ivec3& min, const glm::ivec3& max, std::uint32_t entry) {
+    const Box box{glm::max(min, region.min), glm::min(max, region.max)};
+    if (!box.empty()) pages.set_box(box.min, box.max, entry);
+  };
   const auto add_constant = [&](const glm::vec3& value) {
     const auto index = std::uint32_t(result.constants.size() / std::size_t(field.channels));
     for (int c = 0; c < field.channels; ++c) result.constants.push_back(value[c]);
@@ -148,17 +157,17 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
   };
   // Bricks that no leaf or tile reaches are 0.
   if (visible(0))
-    pages.set_box(first, last, add_constant(glm::vec3(0)));
+    set_box(first, last, add_constant(glm::vec3(0)));
   else if (!options.walked.empty()) {
     const std::uint32_t zero = add_constant(glm::vec3(0));
-    for (const Box& box : options.walked) pages.set_box(box.min >> 3, (box.max - 1) >> 3, zero);
+    for (const Box& box : options.walked) set_box(box.min >> 3, (box.max - 1) >> 3, zero);
   }
   constexpr std::uint32_t nothing = make_entry(EntryKind::empty, 1);
   for (const BrickSource::ConstantBox& box : plan.source.wide_tiles()) {
     if (keep_all || visible(box.value.x))
-      pages.set_box(box.min, box.max, add_constant(box.value));
+      set_box(box.min, box.max, add_constant(box.value));
     else if (visible(0))
-      pages.set_box(box.min, box.max, nothing);
+      set_box(box.min, box.max, nothing);
   }
   for (const Candidate& candidate : candidates) {
     const glm::ivec3& b = candidate.brick;
@@ -206,6 +215,10 @@ BrickStats measure(const float* values, int channels) {
 }
 
 }  // namespace
+
+std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options) {
+  return make_plan(field, options).textured;
+}
 
 AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
   return make_plan(field, options).atlas.size;

@@ -15,15 +15,6 @@ Method budget_method() { return lattice(4); }
 /// Maxima and surfaces have no step: cells find them.
 bool has_step(const Scene& scene) { return scene.composites() || scene.mode == Mode::xray; }
 
-MarchPlan only_plan(const View& view) {
-  MarchPlan plan;
-  plan.chosen.method = exact_method(view);
-  plan.chosen.rms = arithmetic_error;
-  plan.march =
-      std::make_shared<PlannedMarch>(PlannedMarch{with_method(view, plan.chosen.method), {}, {}});
-  return plan;
-}
-
 MarchPlan plan_of(Trials& trials, const Trial& chosen, bool reached) {
   MarchPlan plan{.chosen = chosen, .trials = trials.done(), .reached = reached};
   MethodView marched = trials.marched(chosen);
@@ -73,10 +64,19 @@ View exact_view(const View& view) {
   return exact;
 }
 
+MarchPlan exact_plan(const View& view) {
+  MarchPlan plan;
+  plan.chosen.method = exact_method(view);
+  plan.chosen.rms = arithmetic_error;
+  plan.march =
+      std::make_shared<PlannedMarch>(PlannedMarch{with_method(view, plan.chosen.method), {}, {}});
+  return plan;
+}
+
 View budget_unit(const View& view) { return with_method(view, budget_method()); }
 
 MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress& progress) {
-  if (!has_step(view.scene)) return only_plan(view);
+  if (!has_step(view.scene)) return exact_plan(view);
   Trials trials(view, atlas, *view.scene.tolerance, progress);
   Trial best = trials.run_exact();
   if (view.medium.gradient) try_segments(trials, best);
@@ -86,7 +86,7 @@ MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress&
 
 MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
                       const Progress& progress) {
-  if (!has_step(view.scene)) return only_plan(view);
+  if (!has_step(view.scene)) return exact_plan(view);
   Trials trials(view, atlas, 0, progress);
   const double most = budget * trials.run(budget_method(), worst_brick).cost;
   std::optional<Trial> best;

@@ -25,6 +25,9 @@ MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress&
 MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
                       const Progress& progress = {});
 
+/// The plan that marches exactly, without a pilot.
+MarchPlan exact_plan(const View& view);
+
 /// The view by the method whose time is the unit of plan_within's budget.
 View budget_unit(const View& view);
 

@@ -6,6 +6,7 @@
 #include "draw/lighting.h"
 #include "draw/pick.h"
 #include "draw/picture.h"
+#include "draw/regions.h"
 #include "march/explain.h"
 #include "march/march_double.h"
 #include "psivox/clip.h"
@@ -78,6 +79,8 @@ struct Session::Impl {
   void upload(Marcher& marcher, const Scene& scene, PreparationTimes& times);
   void prepare(Marcher& marcher, const Wish& wish, PreparationTimes& times);
   MarchPlan plan(Marcher& marcher, const View& marched, const Wish& wish, PreparationTimes& times);
+  /// The regions to draw by; unset: the atlas fits. It does not change with the camera.
+  std::optional<Regions> regions(const View& wanted, const Wish& wish) const;
 
   View view;
   std::optional<Lighting> lighting;  ///< of a medium that a light shines on
@@ -155,6 +158,11 @@ void Session::Impl::prepare(Marcher& marcher, const Wish& wish, PreparationTimes
   upload(marcher, wanted.scene, times);
 }
 
+std::optional<Regions> Session::Impl::regions(const View& wanted, const Wish& wish) const {
+  if (!atlases.empty()) return {};
+  return needed_regions(wanted, wish);
+}
+
 /// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
 static double unit_ms(Marcher& marcher, const View& view) {
   View small = budget_unit(view);
@@ -200,7 +208,7 @@ const View& Session::view() const { return impl_->view; }
 
 void Session::convert() {
   PreparationTimes times;
-  impl_->atlas(impl_->view.scene.texel, times);
+  if (!impl_->regions(impl_->view, {})) impl_->atlas(impl_->view.scene.texel, times);
 }
 
 void Session::prepare(Marcher& marcher, const Wish& wish) {
@@ -218,6 +226,16 @@ Drawn Session::draw(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
   const bool marched = impl_->view.scene.mode != Mode::slice;
   const bool marches = marched && marcher.marches();
+  if (marches) {
+    if (const auto regions = impl_->regions(impl_->viewed(wish), wish)) {
+      RegionMarcher parts(marcher, *regions);
+      Drawn drawn = draw(parts, wish);
+      if (drawn.scene.tolerance) drawn.plan = exact_plan(impl_->viewed(wish));
+      drawn.notices.push_back("the volume is drawn in " + std::to_string(regions->count()) +
+                              " parts, so that its atlas keeps within the memory");
+      return drawn;
+    }
+  }
   if (marched) impl_->prepare(marcher, wish, times);
   const View view = impl_->viewed(wish);
   std::optional<MarchPlan> plan = wish.plan;

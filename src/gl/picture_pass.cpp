@@ -60,7 +60,8 @@ void PicturePass::draw_tile(const Tile& tile, Readback& readback, Timer& timer,
   Exposure exposure{tile.origin.x, tile.origin.y, tile.size.x, tile.size.y};
   march_.program().set("tile_origin", tile.origin);
   for (; exposure.sample < samples; ++exposure.sample) {
-    march_.program().set("given.sample_offset", pixel_sample(exposure.sample, samples));
+    march_.program().set("given.sample_offset",
+                         options_.place.value_or(pixel_sample(exposure.sample, samples)));
     const int passes = draw_passes(exposure, timer);
     stats.passes = std::max(stats.passes, passes);
     readback.develop();  // the tile before, while this one is drawn

@@ -226,10 +226,12 @@ glm::dvec3 LitLuminance::share(std::size_t beam, const glm::ivec3& voxel) const 
 
 bool LitLuminance::sees_camera() const { return impl_->g != 0 && !impl_->by_ray; }
 
+int LitLuminance::channels() const { return impl_->common ? 1 : 3; }
+
 Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths,
                             const Progress& progress) const {
   const Impl& impl = *impl_;
-  const int channels = impl.common ? 1 : 3;
+  const int channels = this->channels();
   const std::size_t stride = 512 * std::size_t(channels);
   const auto values = std::make_shared_for_overwrite<float[]>(blocks.wanted.size() * stride);
   std::vector<float*> places(blocks.all.size(), nullptr);

@@ -72,6 +72,8 @@ class LitLuminance {
   glm::dvec3 own(const glm::ivec3& voxel) const;
   /// What a beam adds to L where nothing is in its way.
   glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel) const;
+  /// Channels of the lit medium's luminance: 1 or 3.
+  int channels() const;
   /// Whether the camera changes it: there are several phases, so each voxel has its own.
   bool sees_camera() const;
 

@@ -44,7 +44,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
           for (int x = 0; x < size.x; ++x) {
             PixelSums sums;
             for (int i = 0; i < n; ++i) {
-              march.sample_offset = pixel_sample(i, n);
+              march.sample_offset = options.place.value_or(pixel_sample(i, n));
               const auto m = march_pixel(march, {x, y});
               const auto p = march.make_pixel({x, y});
               sums.add(march.picture(m, p),

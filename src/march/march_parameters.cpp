@@ -98,6 +98,7 @@ void place_method(const View& view, const MediumAtlas& atlas, const RenderOption
   const Scene& scene = view.scene;
   MarchParameters& p = setup.parameters;
   MarchConstants& c = setup.constants;
+  c.in_part = atlas.part;
   const IntegratorInfo& rule = info(scene.resolved_integrator());
   c.integrator = rule.id;
   c.middle_rule = rule.samples_middle;

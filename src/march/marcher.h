@@ -19,6 +19,8 @@ struct RenderOptions {
   double tile_ms = 1000;                        ///< see Wish
   bool may_update_tables = false;               ///< see Wish
   BrickSteps brick_steps{};
+  /// Place of a pixel's only sample, in [0, 1)^2; unset: as the view samples pixels.
+  std::optional<glm::dvec2> place{};
 };
 
 struct RenderResult {

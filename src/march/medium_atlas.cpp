@@ -128,6 +128,26 @@ MediumAtlas build_medium_atlas(const View& view) {
   return result;
 }
 
+MediumAtlas build_region_atlas(const View& view, const Box& region) {
+  const Medium& medium = view.medium;
+  const auto build = [&](const Field& field, AtlasOptions options, std::optional<Box> part) {
+    options.texel = view.scene.texel;
+    options.region = part;
+    return build_atlas(field, options);
+  };
+  MediumAtlas result{build(*medium.density, density_options(view), region), {}, {}, {}, true};
+  if (medium.luminance) {
+    // a value on a region's face may be looked up in the brick beyond it
+    std::optional<Box> grown;
+    if (medium.luminance->world_from_index == medium.density->world_from_index)
+      grown = Box{region.min - 1, region.max + 1};
+    result.luminance = build(*medium.luminance, {}, grown);
+  }
+  if (medium.emission) result.emission = build(*medium.emission, {}, {});
+  if (medium.gradient) result.gradient = build(*medium.gradient, {}, region);
+  return result;
+}
+
 void add_luminance(MediumAtlas& atlas, const View& view) {
   Builder builder(view);
   atlas.luminance.reset();

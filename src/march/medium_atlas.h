@@ -13,6 +13,7 @@ struct MediumAtlas {
   std::optional<BrickAtlas> luminance;  ///< where the luminance has a grid of its own
   std::optional<BrickAtlas> emission;
   std::optional<BrickAtlas> gradient;  ///< where the transfer function has one
+  bool part = false;  ///< density and gradient are a region's: cells beside it may have values
 
   /// Sum over the grids.
   AtlasSize size() const;
@@ -25,6 +26,10 @@ AtlasOptions density_options(const View& view);
 /// Builds the atlases with the view's texel type and memory limit, which counts all of them. Of a
 /// view whose light is still to be computed the luminance is left out. Throws as build_atlas does.
 MediumAtlas build_medium_atlas(const View& view);
+
+/// The same with the density and its gradient in a region only, a box of bricks, and the other
+/// grids whole. The memory limit is not kept: it is what regions are made for.
+MediumAtlas build_region_atlas(const View& view, const Box& region);
 
 /// Adds the luminance of a view whose light has been computed since.
 void add_luminance(MediumAtlas& atlas, const View& view);

@@ -212,8 +212,9 @@ Rows machine_rows() {
   return {
       {"device", "N", "", "-1: the first that works", "EGL device, as --list-devices numbers them",
        &Scene::device, device_index},
-      {"memory-limit", "SIZE", "bytes", "0: none",
-       "largest size of the grids on host and GPU together: 512M, 1.5GiB", &Scene::memory_limit},
+      {"memory-limit", "SIZE", "bytes", "0: free memory",
+       "size of the grids on host and GPU together, 512M or 1.5GiB; larger ones are drawn in parts",
+       &Scene::memory_limit},
   };
 }
 

@@ -1,0 +1,299 @@
+#include "draw/regions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <glm/common.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec4.hpp>
+#include <limits>
+#include <string>
+
+#include "draw/trial_method.h"
+#include "psivox/camera.h"
+#include "psivox/error.h"
+#include "psivox/text.h"
+
+namespace psivox {
+namespace {
+
+constexpr int far_away = 1 << 28;  // [bricks]: beyond every grid
+
+/// The rays' state behind the regions that were drawn.
+class Rays {
+ public:
+  Rays(const glm::ivec2& size, int samples)
+      : samples_(std::size_t(samples)),
+        pixels_(std::size_t(size.x) * std::size_t(size.y)),
+        rays_(samples_ * pixels_, glm::dvec4(0, 0, 0, 1)) {}
+
+  /// Adds what a region shows to one sample of all pixels.
+  void add(const Image& region, std::size_t sample) {
+    const auto rgba = region.rgba();
+    const std::vector<float>& transmittance = region.layers[1].values;  // there is no depth
+    for (std::size_t i = 0; i < pixels_; ++i) {
+      glm::dvec4& ray = rays_[sample * pixels_ + i];
+      const double before = ray.a;
+      for (int c = 0; c < 3; ++c) ray[c] += before * double(rgba[4 * i + std::size_t(c)]);
+      ray.a *= double(transmittance[i]);
+    }
+  }
+
+  /// The means over samples.
+  Image picture(const glm::ivec2& size, bool transmittance) const {
+    Image image{size.x, size.y, {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels_)}}, {}};
+    std::vector<float> left(pixels_);
+    for (std::size_t i = 0; i < pixels_; ++i) {
+      glm::dvec4 sum(0);
+      for (std::size_t sample = 0; sample < samples_; ++sample) sum += rays_[sample * pixels_ + i];
+      sum /= double(samples_);
+      for (int c = 0; c < 3; ++c) image.rgba()[4 * i + std::size_t(c)] = float(sum[c]);
+      image.rgba()[4 * i + 3] = float(1 - sum.a);
+      left[i] = float(sum.a);
+    }
+    if (transmittance)
+      image.layers.push_back({"transmittance", {"transmittance"}, std::move(left)});
+    return image;
+  }
+
+ private:
+  std::size_t samples_, pixels_;
+  std::vector<glm::dvec4> rays_;  ///< R G B and transmittance, sample by sample
+};
+
+void add_counts(const RenderStats& part, RenderStats& sum) {
+  sum.renderer = part.renderer;
+  sum.samples += part.samples;
+  sum.steps += part.steps;
+  sum.passes = std::max(sum.passes, part.passes);
+  for (double RenderStats::*time :
+       {&RenderStats::gl_init_ms, &RenderStats::shader_ms, &RenderStats::upload_ms,
+        &RenderStats::march_ms, &RenderStats::gpu_ms, &RenderStats::cpu_ms})
+    sum.*time += part.*time;
+}
+
+}  // namespace
+
+Regions::Regions(std::vector<glm::ivec3> bricks, std::size_t most) {
+  root_.box = {glm::ivec3(-far_away), glm::ivec3(far_away)};
+  split(root_, bricks, std::max<std::size_t>(most, 1));
+}
+
+void Regions::split(Node& node, std::span<glm::ivec3> bricks, std::size_t most) {
+  if (bricks.size() <= most) {
+    ++count_;
+    return;
+  }
+  glm::ivec3 low(far_away), high(-far_away);
+  for (const glm::ivec3& brick : bricks) {
+    low = glm::min(low, brick);
+    high = glm::max(high, brick);
+  }
+  const glm::ivec3 extent = high - low;
+  node.axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+  const int axis = node.axis;
+  const auto along = [axis](const glm::ivec3& a, const glm::ivec3& b) { return a[axis] < b[axis]; };
+  const auto middle = bricks.begin() + std::ptrdiff_t(bricks.size() / 2);
+  std::nth_element(bricks.begin(), middle, bricks.end(), along);
+  // bricks of one slice stay together: the plane is beside the median's
+  node.plane = std::max((*middle)[axis], low[axis] + 1);
+  const auto upper = std::partition(bricks.begin(), bricks.end(), [&](const glm::ivec3& brick) {
+    return brick[axis] < node.plane;
+  });
+  const auto lower_count = std::size_t(upper - bricks.begin());
+  node.lower = std::make_unique<Node>();
+  node.upper = std::make_unique<Node>();
+  node.lower->box = node.upper->box = node.box;
+  node.lower->box.max[axis] = node.plane - 1;
+  node.upper->box.min[axis] = node.plane;
+  split(*node.lower, bricks.first(lower_count), most);
+  split(*node.upper, bricks.subspan(lower_count), most);
+}
+
+std::vector<Box> Regions::ordered(const std::function<bool(const Node&)>& lower_first) const {
+  std::vector<Box> boxes;
+  std::vector<const Node*> open{&root_};
+  while (!open.empty()) {
+    const Node& node = *open.back();
+    open.pop_back();
+    if (!node.lower) {
+      boxes.push_back(node.box);
+      continue;
+    }
+    const bool lower = lower_first(node);
+    open.push_back(lower ? node.upper.get() : node.lower.get());
+    open.push_back(lower ? node.lower.get() : node.upper.get());
+  }
+  return boxes;
+}
+
+std::vector<Box> Regions::boxes() const {
+  return ordered([](const Node&) { return true; });
+}
+
+std::vector<Box> Regions::front_to_back(const Camera& camera,
+                                        const glm::dmat4& world_from_index) const {
+  const glm::dmat4 to_index = glm::inverse(world_from_index);
+  const glm::dvec3 eye(to_index * glm::dvec4(camera.position, 1));
+  const glm::dvec3 forward = glm::dmat3(to_index) * camera.forward;
+  std::vector<Box> boxes;
+  std::vector<const Node*> open{&root_};
+  while (!open.empty()) {
+    const Node& node = *open.back();
+    open.pop_back();
+    if (!node.lower) {
+      boxes.push_back(node.box);
+      continue;
+    }
+    const bool lower_first =
+        camera.orthographic ? forward[node.axis] > 0 : eye[node.axis] < 8.0 * node.plane;
+    open.push_back(lower_first ? node.upper.get() : node.lower.get());
+    open.push_back(lower_first ? node.lower.get() : node.upper.get());
+  }
+  return boxes;
+}
+
+std::string region_obstacle(const View& view, const Wish& wish) {
+  const Scene& scene = view.scene;
+  if (scene.mode != Mode::alpha) return "--mode alpha";
+  const bool cells = scene.tolerance || scene.resolved_sampling() == Sampling::cells;
+  if (!cells || wish.time_budget_ms) return "cells (--tolerance or --sampling cells)";
+  const Layers& layers = wish.layers;
+  if (layers.depth || layers.steps || layers.samples || layers.error)
+    return "pictures without other layers than transmittance";
+  return {};
+}
+
+namespace {
+
+/// Memory that no process uses [bytes]; 0 if it is not known.
+std::uint64_t available_memory() {
+  std::ifstream file("/proc/meminfo");
+  std::string name;
+  std::uint64_t kibibytes = 0;
+  while (file >> name >> kibibytes) {
+    if (name == "MemAvailable:") return kibibytes << 10;
+    file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  }
+  return 0;
+}
+
+/// More than the field's bricks can take on host and GPU [bytes].
+double most_bytes(const Field& field) {
+  double blocks = double(field.leaves.size());
+  for (const Tile& tile : field.tiles) blocks += 6 * std::pow(tile.width / 8 + 1, 2);
+  return 2 * 8 * blocks * brick_texels * sizeof(float) * field.channels;
+}
+
+AtlasSize size_of(const Field& field, AtlasOptions options, TexelType texel) {
+  options.texel = texel;
+  return predict_atlas(field, options);
+}
+
+}  // namespace
+
+std::optional<Regions> needed_regions(const View& view, const Wish& wish) {
+  const Medium& medium = view.medium;
+  const bool given = view.scene.memory_limit > 0;
+  const double limit = given ? double(view.scene.memory_limit) : 0.8 * double(available_memory());
+  // light is a grid over the density's bricks
+  const int light = medium.light ? LitLuminance(view, light_beams(view)).channels() : 0;
+  double most = (1 + light) * most_bytes(*medium.density);
+  for (const auto& field : {medium.luminance, medium.emission, medium.gradient})
+    if (field) most += most_bytes(*field);
+  if (limit == 0 || most <= limit) return {};
+
+  const TexelType texel = view.scene.texel;
+  AtlasOptions options = density_options(view);
+  options.texel = texel;
+  const AtlasSize density = size_of(*medium.density, options, texel);
+  double whole = double((1 + light) * (density.page_bytes + density.constant_bytes));
+  double texels = double(density.texel_bytes);
+  if (medium.gradient) {
+    const AtlasSize gradient = size_of(*medium.gradient, {}, texel);
+    texels += double(gradient.texel_bytes);
+    whole += double(gradient.bytes() - gradient.texel_bytes);
+  }
+  for (const auto& field : {light ? nullptr : medium.luminance, medium.emission})
+    if (field) whole += double(size_of(*field, {}, texel).bytes());
+  const double needed = 2 * (whole + texels + light * double(density.texel_bytes));
+  if (needed <= limit) return {};
+
+  const std::string obstacle = region_obstacle(view, wish);
+  if (!obstacle.empty() && !given) return {};
+  const auto bricks = double(std::max<std::uint64_t>(density.textured_bricks, 1));
+  const double per_brick = texels / bricks,
+               light_per_brick = light * double(density.texel_bytes) / bricks;
+  double count = bricks;
+  // a region's light has a margin of a brick
+  while (count >= 1 &&
+         2 * (whole + per_brick * count + light_per_brick * std::pow(std::cbrt(count) + 2, 3)) >
+             limit)
+    count *= 0.95;
+  if (obstacle.empty() && count >= 1)
+    return Regions(textured_bricks(*medium.density, options), std::size_t(count));
+  std::string why = "; --texel float16 halves it";
+  if (!obstacle.empty()) why += ", and only " + obstacle + " are drawn in parts";
+  throw Error(ExitCode::memory, "grid '" + medium.density->name + "' needs an atlas of " +
+                                    mebibytes(std::uint64_t(needed)) +
+                                    " (host and GPU), over the limit of " +
+                                    mebibytes(std::uint64_t(limit)) + why);
+}
+
+LightDepths RegionMarcher::light_depths(const View& view) {
+  return [this, &view](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+                       const Progress& progress) {
+    std::vector<double> sums(512 * blocks.wanted.size());
+    std::vector<std::size_t> rows(blocks.all.size());
+    for (std::size_t i = 0; i < blocks.wanted.size(); ++i) rows[blocks.wanted[i]] = 512 * i;
+    const TakeDepths add = [&](std::size_t block, std::span<const double> depths) {
+      double* sum = sums.data() + rows[block];
+      for (std::size_t i = 0; i < depths.size(); ++i) sum[i] += depths[i];
+    };
+    const auto boxes = regions_.boxes();
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const MediumAtlas atlas = build_region_atlas(view, boxes[i]);
+      marcher_.upload(atlas, Filter::exact);
+      Progress part;
+      if (progress)
+        part = [&](double fraction) { progress((double(i) + fraction) / double(boxes.size())); };
+      marcher_.light_depths(view)(beam, blocks, add, part);
+    }
+    marcher_.holds = 0;
+    for (const std::size_t block : blocks.wanted)
+      take(block, std::span<const double>(sums).subspan(rows[block], 512));
+  };
+}
+
+RenderResult RegionMarcher::render(const View& view, const RenderOptions& options) {
+  View one = view.scene.tolerance ? with_method(view, exact_method(view)) : view;
+  one.scene.pixel_samples = 1;
+  const int samples = view.scene.pixel_samples;
+  const glm::ivec2 size = view.scene.resolution;
+  const auto boxes = regions_.front_to_back(view.camera, view.medium.density->world_from_index);
+  RenderOptions part = options;
+  part.transmittance = true;
+  part.tile = {};
+  double done = 0;
+  const double share = 1.0 / double(boxes.size() * std::size_t(samples));
+  if (options.progress)
+    part.progress = [&](double fraction) { options.progress(share * (done + fraction)); };
+  Rays rays(size, samples);
+  RenderResult result;
+  for (const Box& box : boxes) {
+    const MediumAtlas atlas = build_region_atlas(view, box);
+    marcher_.upload(atlas, view.scene.filter);
+    for (int sample = 0; sample < samples; ++sample, ++done) {
+      part.place = pixel_sample(sample, samples);
+      const RenderResult drawn = marcher_.render(one, part);
+      rays.add(drawn.image, std::size_t(sample));
+      add_counts(drawn.stats, result.stats);
+    }
+  }
+  marcher_.holds = 0;
+  result.stats.rays = std::uint64_t(size.x) * std::uint64_t(size.y) * std::uint64_t(samples);
+  result.image = rays.picture(size, options.transmittance);
+  return result;
+}
+
+}  // namespace psivox
