@@ -15,12 +15,13 @@ FileBuffer::FileBuffer(FileBlocks& file, Progress progress)
     : file_(file), progress_(std::move(progress)), wanted_(first_run) {}
 
 void FileBuffer::expect(std::int64_t bytes) {
-  expected_from_ = position();
+  expected_from_ = reported_ = position();
   expected_ = std::max<std::int64_t>(bytes, 1);
 }
 
 void FileBuffer::report(std::int64_t reached) {
-  if (!progress_ || expected_ == 0) return;
+  if (!progress_ || expected_ == 0 || reached <= reported_) return;
+  reported_ = reached;
   const double fraction =
       static_cast<double>(reached - expected_from_) / static_cast<double>(expected_);
   progress_(std::clamp(fraction, 0.0, 1.0));
@@ -39,6 +40,7 @@ void FileBuffer::read_to(std::int64_t end) {
   begin_ = position();
   setg(nullptr, nullptr, nullptr);  // into the last run
   while (run_.end() < end && fetch(run_.end())) report(run_.end());
+  report(end);  // of a small file, all is in the last run
 }
 
 FileBuffer::int_type FileBuffer::underflow() {

@@ -36,6 +36,7 @@ class FileBuffer final : public std::streambuf {
   FileBlocks& file_;
   Progress progress_;
   std::int64_t expected_from_ = 0, expected_ = 0;  // [bytes]
+  std::int64_t reported_ = 0;                      ///< how far progress has come [bytes]
   FileRun run_;                                    ///< the last one
   std::int64_t begin_ = 0;                         ///< of what is between eback and egptr
   std::int64_t wanted_;                            ///< how much to read at a time [bytes]
