@@ -277,19 +277,15 @@ TEST(Viewer, ThePictureOfTheGuide) {
   const fs::path before = fs::current_path();
   fs::current_path(fs::path(assets).parent_path());  // for the file names in the scene
   setenv("PSIVOX_PHOTOGRAPHS", folder.c_str(), 1);
-  Scene scene = small("assets/blobs.vdb");
+  Scene scene = open_look("assets/blobs.vdb");
   scene.resolution = {1280, 760};
-  scene.transfer_function = "assets/shells.json";
-  scene.extinction = 6;
-  scene.integrator = Integrator::cell_exact;
-  scene.lights = {{{0.4, -1, -0.7}, {1.5, 1.5, 1.5}}};
-  scene.luminance = glm::dvec3(0.4);
-  scene.background = glm::dvec3(0.004, 0.006, 0.016);
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
-  hands.viewer.panels().transfer = true;
   hands.viewer.navigation().orbit({-100, 60});
-  hands.viewer.navigation().pan({60, 60});
+  hands.viewer.navigation().pan({120, 0});
+  hands.click({100, 346});  // unfolds slice and clip
+  hands.click({27, 369});   // a box around all
+  hands.move({900, 700});
   hands.frames(3);
   ASSERT_TRUE(hands.until_exact());
   hands.photograph("preview.png");
