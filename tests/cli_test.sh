@@ -199,7 +199,7 @@ t 5 "no directory" render "$S" -o /nonexistent/a.exr $R
 t 3 "no such file" render nope.vdb -o a.exr $R
 t 3 nope render "$S" -o a.exr --grid nope $R
 t 3 nope render "$S" -o a.exr --luminance-grid nope $R
-t 6 "over the limit of 0.01 MiB" render "$S" -o a.exr --memory-limit 10K $R
+t 6 "over the limit of 0.00 MiB" render "$S" -o a.exr --memory-limit 2K $R
 t 0 - render "$S" -o a.exr --memory-limit 100K $R
 t 4 "--list-devices" render "$S" -o a.exr --device 99 $R
 t 2 - render "$S" -o a.exr --step 1 --sampling cells $R
