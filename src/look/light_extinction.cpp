@@ -56,11 +56,17 @@ class Probes {
 
   double depth_from(const glm::ivec3& voxel) const {
     const Box domain = medium_.density->domain();
+    const bool empty_is_clear = attenuation(0) == 0;
     double depth = 0;
-    for (int k = 1;; ++k) {
-      const glm::ivec3 at(glm::round(glm::dvec3(voxel) + k * step_ * way_));
+    for (std::size_t k = 1;;) {
+      const glm::dvec3 point = glm::dvec3(voxel) + double(k) * step_ * way_;
+      const glm::ivec3 at(glm::round(point));
       if (glm::clamp(at, domain.min, domain.max) != at) return depth;
-      depth += step_ * attenuation(index_.at(at).x);
+      const double value = index_.at(at).x;
+      const std::size_t skipped =
+          value == 0 && empty_is_clear ? index_.empty_steps(point, step_ * way_) : 0;
+      if (skipped == 0) depth += step_ * attenuation(value);
+      k += std::max<std::size_t>(skipped, 1);
     }
   }
 

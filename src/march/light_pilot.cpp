@@ -35,6 +35,11 @@ class Attenuation {
     const double slope = gradient_ ? gradient_->at(voxel).x : 0;
     return medium_.extinction * medium_.transfer->attenuation(value, slope);
   }
+  /// Steps from a point on that meet nothing that is stored, nor attenuates; 0 if this one does.
+  std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) const {
+    const bool clear = !medium_.transfer || medium_.transfer->attenuation(0, 0) == 0;
+    return clear ? density_.empty_steps(point, step) : 0;
+  }
 
  private:
   const Medium& medium_;
@@ -76,7 +81,8 @@ void LightPilot::place_points(double rays) {
   const auto uniform = [&] { return double(random()) / 4294967296.0; };
   const glm::ivec2 size = rays_of(view.scene.resolution, rays);
   all_rays_ = std::size_t(size.x) * std::size_t(size.y);
-  std::vector<double> opacities;  // of a ray up to each step
+  std::vector<double> opacities;    // of a ray up to each step that meets something
+  std::vector<std::size_t> places;  // of those steps
   for (int y = 0; y < size.y; ++y)
     for (int x = 0; x < size.x; ++x) {
       const WorldRay ray = camera_ray(view.camera, size, x + uniform(), y + uniform());
@@ -88,16 +94,25 @@ void LightPilot::place_points(double rays) {
       const auto steps = std::size_t(std::ceil((last - begin) / step));
       double T = 1;
       opacities.clear();
-      for (std::size_t k = 0; k < steps && T > 1e-6; ++k) {
-        T *= std::exp(-step * attenuation.near(from + (begin + (double(k) + 0.5) * step) * way));
-        opacities.push_back(1 - T);
+      places.clear();
+      for (std::size_t k = 0; k < steps && T > 1e-6;) {
+        const glm::dvec3 middle = from + (begin + (double(k) + 0.5) * step) * way;
+        const double depth = step * attenuation.near(middle);
+        const std::size_t skipped = depth == 0 ? attenuation.empty_steps(middle, step * way) : 0;
+        if (skipped == 0) {
+          T *= std::exp(-depth);
+          opacities.push_back(1 - T);
+          places.push_back(k);
+        }
+        k += std::max<std::size_t>(skipped, 1);
       }
       if (opacities.empty() || !(opacities.back() > 0)) continue;
       rays_.push_back({voxels_.size(), opacities.back(), ray.direction});
       for (std::size_t i = 0; i < points_per_ray; ++i) {
         const double wanted = (double(i) + uniform()) / points_per_ray * opacities.back();
         const auto k = std::upper_bound(opacities.begin(), opacities.end() - 1, wanted);
-        const double at = begin + (double(k - opacities.begin()) + uniform()) * step;
+        const auto place = places[std::size_t(k - opacities.begin())];
+        const double at = begin + (double(place) + uniform()) * step;
         // one of the cell's corners, each as often as its weight: the mean is the interpolation
         const glm::dvec3 point = from + at * way;
         const glm::dvec3 share(uniform(), uniform(), uniform());
@@ -141,10 +156,13 @@ double LightPilot::mean_cells(double termination) const {
     const glm::dvec3 from = glm::dvec3(leaves[i].origin + 4);
     const double steps = inside(domain, from, way).second / step;
     double depth = 0;
-    for (double k = 0; k < steps && depth < stop; ++k) {
-      const double here = attenuation.near(from + k * step * way);
+    for (double k = 0; k < steps && depth < stop;) {
+      const glm::dvec3 point = from + k * step * way;
+      const double here = attenuation.near(point);
       depth += step * here;
       if (here > 0) cells += one.x + one.y + one.z;  // empty nodes are crossed in one piece
+      const std::size_t skipped = here == 0 ? attenuation.empty_steps(point, step * way) : 0;
+      k += double(std::max<std::size_t>(skipped, 1));
     }
     ++rays;
   }

@@ -1,5 +1,7 @@
 #include "scene/field_index.h"
 
+#include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 
@@ -86,6 +88,18 @@ bool FieldIndex::holds_any(int level, const glm::ivec3& origin) const {
 bool FieldIndex::is_one(int level, const glm::ivec3& origin) const {
   if (tiles_[static_cast<std::size_t>(level)].contains(origin)) return true;
   return widths[static_cast<std::size_t>(level)] == 8 && leaves_.contains(origin);
+}
+
+std::size_t FieldIndex::empty_steps(const glm::dvec3& point, const glm::dvec3& step) const {
+  const glm::ivec3 voxel(glm::round(point));
+  for (std::size_t level = 0; level < widths.size(); ++level) {
+    const glm::ivec3 origin = origin_of(voxel, widths[level]);
+    if (holds_any(static_cast<int>(level), origin)) continue;
+    const glm::dvec3 low = glm::dvec3(origin) - 0.5, high = low + double(widths[level]);
+    const glm::dvec3 left = glm::max((low - point) / step, (high - point) / step);
+    return static_cast<std::size_t>(std::max(1.0, std::ceil(std::min({left.x, left.y, left.z}))));
+  }
+  return 0;
 }
 
 bool FieldIndex::stores(const glm::ivec3& voxel) const {

@@ -48,6 +48,10 @@ class FieldIndex {
   /// Whether the cube of widths[level] at `origin` is one tile or leaf.
   bool is_one(int level, const glm::ivec3& origin) const;
 
+  /// How many points, from `point` on and `step` apart, have their nearest voxels in one empty cube
+  /// of those widths; 0 if a leaf or a tile holds the first. `point` is in index space.
+  std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) const;
+
   /// Whether a voxel is in a leaf or a tile.
   bool stores(const glm::ivec3& voxel) const;
 
