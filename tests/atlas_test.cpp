@@ -142,6 +142,19 @@ TEST(Atlas, WideTilesAreOneConstant) {
   expect_all_values(field, atlas);
 }
 
+TEST(Atlas, EqualBricksBetweenTilesAreStoredOnce) {
+  // a cube has 6 faces, 12 edges and 8 corners, and its faces are of many bricks
+  for (const int width : {128, 4096}) {
+    const Field field = tiles_only({{{0, 0, 0}, width, {0.5f, 0, 0}}});
+    EXPECT_EQ(predict_atlas(field).textured_bricks, 6u + 12 + 8) << width;
+  }
+  const Field field = tiles_only({{{0, 0, 0}, 128, {0.5f, 0, 0}}, {{256, 0, 0}, 8, {0.5f, 0, 0}}});
+  const BrickAtlas atlas = build_atlas(field);
+  expect_all_values(field, atlas);
+  // the largest kink of a face, about its middle: at its inner side 0.5, 0.5, 0
+  for (const float kink : brick_kinks(atlas)) EXPECT_EQ(kink, 0.5f);
+}
+
 TEST(Atlas, WideTilesSideBySideKeepTheirBorders) {
   const Field field = tiles_only({{{0, 0, 0}, 128, {0.5f, 0, 0}},
                                   {{128, 0, 0}, 128, {0.5f, 0, 0}},

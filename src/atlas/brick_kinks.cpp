@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "atlas/block_map.h"
 #include "psivox/atlas.h"
@@ -11,18 +12,31 @@
 namespace psivox {
 namespace {
 
-/// Finds the bricks of a page table by slot, and slots by brick.
+/// The textured bricks of a page table: where they are, and their slots. Several may share one.
 class BrickPlaces {
  public:
   explicit BrickPlaces(const BrickAtlas& atlas)
-      : pages_(atlas.pages), at_(atlas.bricks.size()), slots_(atlas.bricks.size()) {
+      : pages_(atlas.pages), numbers_(atlas.bricks.size()) {
     visit(0, pages_.top_size, pages_.levels - 1, glm::ivec3(0));
   }
 
-  glm::ivec3 brick(std::size_t slot) const { return at_[slot]; }
-  std::int32_t slot(const glm::ivec3& brick) const { return slots_.find(brick); }
+  std::size_t size() const { return places_.size(); }
+  std::size_t slot(std::size_t place) const { return places_[place].slot; }
+  /// The place beside one; unset where no textured brick is.
+  std::optional<std::size_t> beside(std::size_t place, int axis, int way) const {
+    glm::ivec3 at = places_[place].brick;
+    at[axis] += way;
+    const std::int32_t found = numbers_.find(at);
+    if (found == atlas::BlockMap::none) return {};
+    return std::size_t(found);
+  }
 
  private:
+  struct Place {
+    glm::ivec3 brick;
+    std::size_t slot;
+  };
+
   void visit(std::size_t base, const glm::ivec3& size, int level, const glm::ivec3& first) {
     std::size_t index = base;
     for (int x = 0; x < size.x; ++x)
@@ -33,14 +47,14 @@ class BrickPlaces {
           if (entry_kind(entry) == EntryKind::child)
             visit(entry_payload(entry), glm::ivec3(8), level - 1, at);
           if (entry_kind(entry) != EntryKind::brick) continue;
-          at_[entry_payload(entry)] = at;
-          slots_.insert(at, std::int32_t(entry_payload(entry)));
+          numbers_.insert(at, std::int32_t(places_.size()));
+          places_.push_back({at, entry_payload(entry)});
         }
   }
 
   const PageTable& pages_;
-  std::vector<glm::ivec3> at_;
-  atlas::BlockMap slots_;
+  std::vector<Place> places_;
+  atlas::BlockMap numbers_;  ///< of places, by brick
 };
 
 /// The largest kink on the face between two bricks; `before` has the smaller coordinates. A missing
@@ -80,32 +94,33 @@ std::vector<float> brick_kinks(const BrickAtlas& atlas) {
     throw Error(ExitCode::failure, "kinks are of float32 texels");
   const BrickPlaces places(atlas);
   const auto channels = std::size_t(atlas.channels);
-  const auto texels = [&](std::int32_t of) -> const float* {
-    return of < 0 ? nullptr : atlas.texels32.get() + std::size_t(of) * brick_texels * channels;
+  const auto texels = [&](std::optional<std::size_t> place) -> const float* {
+    return place ? atlas.texels32.get() + places.slot(*place) * brick_texels * channels : nullptr;
   };
-  // kinks of each brick's three lower faces
-  std::vector<std::array<float, 3>> lower(atlas.bricks.size());
-  std::vector<float> kinks(atlas.bricks.size());
-  const auto neighbour = [&](std::size_t slot, int axis, int way) {
-    glm::ivec3 at = places.brick(slot);
-    at[axis] += way;
-    return places.slot(at);
-  };
-  tbb::parallel_for(std::size_t{0}, kinks.size(), [&](std::size_t slot) {
-    const float* own = texels(std::int32_t(slot));
-    kinks[slot] = channels == 1 ? atlas.bricks[slot].second_difference : inner_kink(own, channels);
+  // kinks of each place, but for the faces that it shares with the next ones
+  std::vector<std::array<float, 3>> lower(places.size());
+  std::vector<float> own(places.size());
+  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t place) {
+    const float* values = texels(place);
+    float kink = channels == 1 ? atlas.bricks[places.slot(place)].second_difference
+                               : inner_kink(values, channels);
     for (int axis = 0; axis < 3; ++axis) {
-      float& face = lower[slot][std::size_t(axis)];
-      face = face_kink(texels(neighbour(slot, axis, -1)), own, axis, channels);
-      kinks[slot] = std::max(kinks[slot], face);
-      if (neighbour(slot, axis, 1) < 0)
-        kinks[slot] = std::max(kinks[slot], face_kink(own, nullptr, axis, channels));
+      float& face = lower[place][std::size_t(axis)];
+      face = face_kink(texels(places.beside(place, axis, -1)), values, axis, channels);
+      kink = std::max(kink, face);
+      if (!places.beside(place, axis, 1))
+        kink = std::max(kink, face_kink(values, nullptr, axis, channels));
     }
+    own[place] = kink;
   });
-  for (std::size_t slot = 0; slot < kinks.size(); ++slot)
+  std::vector<float> kinks(atlas.bricks.size());
+  for (std::size_t place = 0; place < places.size(); ++place) {
+    float& kink = kinks[places.slot(place)];
+    kink = std::max(kink, own[place]);
     for (int axis = 0; axis < 3; ++axis)
-      if (const std::int32_t next = neighbour(slot, axis, 1); next >= 0)
-        kinks[slot] = std::max(kinks[slot], lower[std::size_t(next)][std::size_t(axis)]);
+      if (const auto next = places.beside(place, axis, 1))
+        kink = std::max(kink, lower[*next][std::size_t(axis)]);
+  }
   return kinks;
 }
 

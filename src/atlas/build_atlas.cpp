@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/gtc/packing.hpp>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -30,6 +31,24 @@ struct Candidate {
   glm::ivec3 brick;
   EntryKind kind = EntryKind::empty;
   glm::vec3 value{0};
+};
+
+/// Bricks between tiles, which have no leaf's values: those with equal blocks are equal, and are
+/// stored once. A wide tile's millions of faces are six.
+class AlikeBricks {
+ public:
+  /// The slot of a brick that is equal, else `next`; unset where a leaf takes part.
+  std::optional<std::uint32_t> slot(const BrickSource::Neighbours& from, std::uint32_t next) {
+    std::array<float, 24> key;
+    for (std::size_t i = 0; i < 8; ++i) {
+      if (from.blocks[i].values) return {};
+      for (int c = 0; c < 3; ++c) key[3 * i + std::size_t(c)] = from.blocks[i].constant[c];
+    }
+    return slots_.try_emplace(key, next).first->second;
+  }
+
+ private:
+  std::map<std::array<float, 24>, std::uint32_t> slots_;
 };
 
 /// Smallest and largest first channel of the blocks' parts that a brick holds.
@@ -169,6 +188,7 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
     else if (visible(0))
       set_box(box.min, box.max, nothing);
   }
+  AlikeBricks alike;
   for (const Candidate& candidate : candidates) {
     const glm::ivec3& b = candidate.brick;
     if (glm::any(glm::lessThan(b, first)) || glm::any(glm::greaterThan(b, last))) continue;
@@ -177,8 +197,10 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
     } else if (candidate.kind == EntryKind::constant) {
       pages.set_brick(b, add_constant(candidate.value));
     } else {
-      pages.set_brick(b, make_entry(EntryKind::brick, std::uint32_t(plan.textured.size())));
-      plan.textured.push_back(b);
+      const auto next = std::uint32_t(plan.textured.size());
+      const std::uint32_t slot = alike.slot(plan.source.neighbours(b), next).value_or(next);
+      pages.set_brick(b, make_entry(EntryKind::brick, slot));
+      if (slot == next) plan.textured.push_back(b);
     }
   }
   result.pages = pages.finish();
