@@ -45,6 +45,12 @@ bool same_place(const Camera& a, const Camera& b) {
   return a.position == b.position && a.forward == b.forward && a.orthographic == b.orthographic;
 }
 
+/// Whether pictures of any size by them show the same.
+bool same_frame(const Camera& a, const Camera& b) {
+  return same_place(a, b) && a.up == b.up && a.half_width == b.half_width &&
+         a.half_height == b.half_height;
+}
+
 /// Places of the blocks that hold the pilot's voxels, in ascending order.
 std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
                                      const std::vector<glm::ivec3>& blocks) {
@@ -253,14 +259,15 @@ void Lighting::settle_lights(const View& view, const MediumAtlas& atlas, const L
                              double rms, const Progress& progress) {
   const View typical = typical_view(view);
   const LitLuminance luminance(view, beams_);
-  const LightPilot own(view, atlas, luminance);
+  std::optional<LightPilot> own;  // the trials' pilot serves the typical picture
+  if (!same_frame(view.camera, typical.camera)) own.emplace(view, atlas, luminance);
   LightTrials trials(typical, atlas, blocks_, beams_, rms);
   LightMethod method = trials.first(depths);
   while (true) {
     set_method(beams_, method);
     sum_up(view, depths, progress);
     const double typical_miss = trials.miss(*medium_);
-    rms_ = own.rms(*medium_);
+    rms_ = own ? own->rms(*medium_) : typical_miss;
     if (method.spacing == 0 || (trials.enough(typical_miss, method.spacing) && rms_ <= rms)) return;
     method = trials.after(method, typical_miss);
   }
