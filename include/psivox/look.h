@@ -38,7 +38,8 @@ struct LookedScene {
 ///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low, so that vessels or
 ///               plumes stand out
 ///   extinction  a third of a light's intensity reaches the medium, on average over what it
-///               attenuates, but no less than auto_extinction
+///               attenuates, but no less than auto_extinction; 0.6 of it for scans whose values
+///               are mostly low
 ///   brightness  light and luminance, so that the mean luminance of what is covered is 0.25, unless
 ///               3 % of it would then be brighter than white
 ///   flame       grid, temperatures and brightness of a fire (see flame.h)

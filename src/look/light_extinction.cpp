@@ -12,7 +12,12 @@
 namespace psivox {
 namespace {
 
-constexpr double wanted_share = 1.0 / 3;
+/// The part of the light that reaches the medium, and the least extinction by the view's own. The
+/// mean ray, by which that is chosen, passes between the vessels of a sparse medium.
+struct Wanted {
+  double share, least;
+};
+constexpr Wanted dense_medium{1.0 / 3, 1}, sparse_medium{0.6, 1.0 / 8};
 /// No more than this times the view's own extinction: a thin medium stays one.
 constexpr double most = 16;
 constexpr std::size_t most_voxels = 2048;
@@ -79,13 +84,14 @@ class Probes {
 
 }  // namespace
 
-double light_extinction(const View& view) {
+double light_extinction(const View& view, bool sparse) {
+  const auto [wanted_share, least_part] = sparse ? sparse_medium : dense_medium;
   const std::vector<ParallelLight> lights = surface_lights(view);
-  const double least = view.medium.extinction;
+  const double least = least_part * view.medium.extinction;
   if (lights.empty() || !(least > 0)) return least;
   const Probes probes(view, lights.front().direction);
   if (probes.mean(least) <= wanted_share) return least;
-  double low = least, high = most * least;
+  double low = least, high = most * view.medium.extinction;
   for (int i = 0; i < 40; ++i) {
     const double middle = std::sqrt(low * high);
     (probes.mean(middle) > wanted_share ? low : high) = middle;

@@ -89,7 +89,9 @@ void choose(const std::string& what, const VdbFile& file, KeptFields& fields, Sc
   } else if (what == "brightness") {
     set_brightness(fields, scene);
   } else if (!scene.extinction) {
-    scene.extinction = light_extinction(make_view(scene, fields.of(scene)));
+    const View view = make_view(scene, fields.of(scene));
+    const bool sparse = view.medium.transfer && is_mostly_low(*view.medium.density);
+    scene.extinction = light_extinction(view, sparse);
   }
 }
 
