@@ -5,6 +5,7 @@
 #include <new>
 #include <utility>
 
+#include "check_topology.h"
 #include "grid_types.h"
 #include "psivox/error.h"
 #include "psivox/text.h"
@@ -188,6 +189,7 @@ void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor
   openvdb::io::setGridClass(stream_, grid->getGridClass());
   grid->readTransform(stream_);
   if (descriptor.isInstance()) return;
+  check_topology(*grid, stream_);
   grid->readTopology(stream_);
   if (values) read_leaves(*grid, stream_, buffer_);
 }

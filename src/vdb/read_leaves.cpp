@@ -1,6 +1,5 @@
 #include "read_leaves.h"
 
-#include <openvdb/io/Compression.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 
 #include "grid_types.h"
 #include "tree_nodes.h"
+#include "value_block.h"
 
 namespace psivox::vdb {
 namespace {
@@ -21,11 +21,9 @@ constexpr std::int64_t batch_bytes = 4 << 20;
 
 /// Moves the stream from the beginning of a leaf's values behind their end.
 template <typename LeafT>
-void skip(const LeafT& leaf, std::istream& stream, bool half) {
+void skip(const LeafT& leaf, std::istream& stream, const ValueCoding& coding) {
   leaf.getValueMask().seek(stream);
-  using ValueT = typename LeafT::ValueType;
-  openvdb::io::readCompressedValues<ValueT, typename LeafT::NodeMaskType>(
-      stream, nullptr, LeafT::SIZE, leaf.getValueMask(), half);
+  skip_values<typename LeafT::ValueType>(stream, leaf.getValueMask(), coding);
 }
 
 /// Consecutive leaves, and where their values begin in the file.
@@ -55,12 +53,13 @@ void read_all(const std::vector<LeafT*>& leaves, std::istream& stream, FileBuffe
   StreamMetadata settings(stream);
   settings.setSeekable(true);
   settings.setBackgroundPtr(openvdb::io::getGridBackgroundValuePtr(stream));
+  const ValueCoding coding{openvdb::io::getDataCompression(stream), settings.halfFloat()};
   std::vector<Task> tasks;
   std::streamoff batch_begin = stream.tellg();
   file.announce(batch_begin, 2 * batch_bytes);
   for (std::size_t n = 0; n < leaves.size();) {
     tasks.push_back({n, std::min(n + leaves_per_task, leaves.size()), stream.tellg()});
-    for (; n < tasks.back().end; ++n) skip(*leaves[n], stream, settings.halfFloat());
+    for (; n < tasks.back().end; ++n) skip(*leaves[n], stream, coding);
     const std::streamoff here = stream.tellg();
     buffer.read_to(here);
     if (n < leaves.size() && here - batch_begin < batch_bytes) continue;
