@@ -51,6 +51,9 @@ bool encode(png_structp png, png_infop info, const Picture& picture) {
   png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width),
                static_cast<png_uint_32>(picture.height), picture.bits, PNG_COLOR_TYPE_RGB_ALPHA,
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  // a third of the default's time for 4 % more bytes, on smoke and a cloud
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
+  png_set_compression_level(png, 4);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_text(png, info, picture.texts.data(), static_cast<int>(picture.texts.size()));
   png_write_info(png, info);
