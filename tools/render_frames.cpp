@@ -111,6 +111,7 @@ std::shared_ptr<FrameLoop::DrawnFrame> FrameLoop::draw(const Frame& frame, const
     wish.progress = [this](Stage stage, double fraction) {
       progress_(done_ + part_ * (stage == Stage::marching ? fraction : 0));
     };
+  const Stopwatch drawing;
   auto drawn = std::make_shared<DrawnFrame>();
   drawn->frame = frame;
   drawn->report.input = frame.input;
@@ -121,6 +122,7 @@ std::shared_ptr<FrameLoop::DrawnFrame> FrameLoop::draw(const Frame& frame, const
   drawn->view.scene = read.scene;
   for (const std::string& notice : drawn->report.drawn.notices) say(notice);
   say(blank_reason(drawn->view, drawn->report.drawn.image));
+  drawn->report.total_ms = drawing.ms();
   ++drawn_;
   return drawn;
 }
