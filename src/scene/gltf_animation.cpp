@@ -81,7 +81,9 @@ std::vector<double> numbers_of(const json& gltf, const std::vector<std::string>&
   const std::size_t stride = view.value("byteStride", parts * sizeof(float));
   const std::size_t begin =
       view.value("byteOffset", std::size_t{0}) + accessor.value("byteOffset", std::size_t{0});
-  const std::string& bytes = buffers.at(view.at("buffer").get<std::size_t>());
+  const auto buffer = view.at("buffer").get<std::size_t>();
+  if (buffer >= buffers.size()) refuse(source, "its animation's buffer is missing");
+  const std::string& bytes = buffers[buffer];
   const auto count = accessor.at("count").get<std::size_t>();
   const bool whole = parts > 0 && count > 0 && stride <= bytes.size() && begin <= bytes.size() &&
                      count <= bytes.size() &&
