@@ -94,6 +94,20 @@ t 2 "needs an .exr" render "$S" -o a.tif --aov depth $R
 t 2 "{8,16}" render "$S" -o a.png --bits 10 $R
 t 0 - render "$S" -o a.png --bits 16 $R
 t 0 - render "$S" -o b.exr $R
+# No output replaces an input, also not through a link, and no two options write one file.
+cp "$S" volume.exr
+ln -s volume.exr link.exr
+t 0 - render "$S" -o a.exr $R
+t 2 "is the input 'volume.exr'" render volume.exr -o volume.exr $R
+t 2 "is the input 'volume.exr'" render volume.exr -o link.exr $R
+t 2 "is the input 'volume.exr'" render volume.exr -o a.png --stats ./volume.exr $R
+t 2 "is the input 'volume.exr'" render volume.exr --export-camera volume.exr $R
+t 2 "is the input 'volume.exr'" render volume.exr -o link.exr --turntable 1 $R
+t 2 "is also the file of -o" render "$S" -o b.exr --stats ./b.exr $R
+t 2 "is the input 'a.exr'" compare a.exr a.exr --diff a.exr
+cmp -s "$S" volume.exr || { echo "FAILED: an input was replaced"; failed=$((failed + 1)); }
+t 0 - render --scene a.exr -o a.exr -q  # a picture may be drawn again in its place
+t 0 - render "$S" -o a.exr --stats /dev/null $R
 # 16 bits: half a code at the steepest slope of the sRGB curve, and half a code of alpha
 t 0 rms compare a.png b.exr --max-abs 2.6e-5
 t 0 - render "$S" -o a.tif --bits 16 $R

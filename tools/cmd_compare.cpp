@@ -6,6 +6,7 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "overwriting.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 
@@ -41,6 +42,9 @@ void compare_command(Arguments arguments) {
       ->check(limit);
   if (!line.read(arguments)) return;
 
+  const WrittenFile written[] = {{"--diff", diff}};
+  const std::string read[] = {a, b};
+  check_overwriting(written, read);
   if (!diff.empty()) check_writable(diff);
   const Image image_a = read_image(a), image_b = read_image(b);
   const Comparison difference = compare_images(image_a, image_b);

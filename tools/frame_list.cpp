@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "notices.h"
+#include "overwriting.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
 #include "psivox/text.h"
@@ -53,8 +54,11 @@ void name_outputs(const RenderCall& call, FrameList& list) {
                 std::to_string(list.frames.size()) + " frames need a place for their number: -o " +
                     call.output.substr(0, dot) + ".####" + call.output.substr(dot));
   }
-  for (Frame& frame : list.frames)
+  for (Frame& frame : list.frames) {
     frame.output = pattern ? pattern->path(frame.number) : call.output;
+    const WrittenFile written[] = {{"-o", frame.output}};
+    check_overwriting(written, std::span(&frame.input, 1));
+  }
 }
 
 }  // namespace

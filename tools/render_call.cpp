@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "command_line.h"
+#include "overwriting.h"
 #include "picture_memory.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
@@ -172,6 +173,12 @@ void check(const RenderCall& call, const Scene& scene) {
     check_method_unset(scene, "--time-budget");
   }
   check_layers(call, scene);
+  const WrittenFile written[] = {{"-o", call.output},
+                                 {"--movie", call.movie},
+                                 {"--stats", call.stats},
+                                 {"--export-camera", call.camera}};
+  const std::string read[] = {scene.input, scene.transfer_function, call.camera_path};
+  check_overwriting(written, read);
   if (call.output.empty() && call.movie.empty()) {
     const bool of_volume = call.explain || !call.camera.empty();
     if (!call.print_scene && !of_volume) usage("no output; give -o FILE.exr or -o FILE.png");

@@ -52,8 +52,9 @@ struct Plane {
 /// does. The default of an optional that is unset depends on the data or on another field.
 struct Scene {
   std::string input;
-  std::string look;  ///< see look.h; empty: not said
-  std::string grid;  ///< empty: `density`, else the only scalar grid
+  std::string look;                        ///< see look.h; empty: not said
+  std::string grid;                        ///< empty: `density`, else the only scalar grid
+  std::optional<double> background_value;  ///< in place of a grid's own, if that is not 0
   Centering centering = Centering::node;
   std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
   std::string transfer_function;     ///< file; empty: the value itself is the attenuation

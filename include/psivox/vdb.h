@@ -56,6 +56,8 @@ struct ReadOptions {
   bool strict = false;     ///< bad values and non-linear transforms are errors
   bool distances = false;  ///< a level set keeps its distances (Field::half_width), else it is fog
   bool empty = false;      ///< a grid without active voxels is a field of zeros, not an error
+  /// Taken in place of a background other than 0; unset: such a background is an error.
+  std::optional<double> background = {};
   std::vector<double> percentiles = {};  ///< of the active values, to be found [%]
 };
 
@@ -106,10 +108,11 @@ class VdbFile {
   /// Reads one grid: int, bool and double become float; level sets become fog by OpenVDB's own
   /// conversion, unless the options ask for distances; frustum transforms are resampled; NaN, Inf
   /// and negative values are counted and replaced (0, or the largest finite value for +Inf).
+  /// With ReadOptions::background, places of a background other than 0 have that value instead.
   /// Field::notices tells what was done. A repeated name without its number means the first grid of
   /// that name, with a notice; the empty name means the first grid without a name. Field::name is
   /// the numbered name. Throws Error(input): no such grid (lists them), unsupported type, no active
-  /// voxel, background other than 0, corrupt data.
+  /// voxel, background other than 0 without ReadOptions::background, corrupt data.
   Field read(const std::string& grid, const ReadOptions& options = {}) const;
 
  private:

@@ -39,6 +39,9 @@ Rows input_rows() {
        &Scene::grid},
       {"strict", "", "", "", "refuse NaN, Inf, negative values and non-linear transforms",
        &Scene::strict},
+      {"background-value", "V", "", "none: such a grid is refused",
+       "value of a grid outside its voxels and tiles, where the file's own is not 0; 0: empty",
+       &Scene::background_value, any, "none"},
       {"centering", enum_metavar<Centering>(), "", "",
        "place value i at index i (node) or i + 1/2 (cell)", &Scene::centering},
   };

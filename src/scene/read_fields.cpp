@@ -12,17 +12,19 @@ std::shared_ptr<const Field> read(const VdbFile& file, const std::string& grid,
   return std::make_shared<const Field>(file.read(grid, options));
 }
 
+ReadOptions options_of(const Scene& scene, GridRole role, bool empty) {
+  return {
+      .role = role, .strict = scene.strict, .empty = empty, .background = scene.background_value};
+}
+
 std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& file,
                                           const std::string& name, bool data, bool empty) {
   const VectorPart part = vector_part(file, name);
   if (!part.part.empty())
-    return std::make_shared<const Field>(part_of_vectors(
-        file.read(part.grid, {.role = GridRole::data, .strict = scene.strict, .empty = empty}),
-        part));
-  ReadOptions options{.role = data ? GridRole::data : GridRole::attenuation,
-                      .strict = scene.strict,
-                      .distances = scene.mode == Mode::isosurface,
-                      .empty = empty};
+    return std::make_shared<const Field>(
+        part_of_vectors(file.read(part.grid, options_of(scene, GridRole::data, empty)), part));
+  ReadOptions options = options_of(scene, data ? GridRole::data : GridRole::attenuation, empty);
+  options.distances = scene.mode == Mode::isosurface;
   if (scene.range)
     for (int i = 0; i < 2; ++i)
       if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
@@ -44,8 +46,7 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty) {
   // may then be negative. One grid may have two names: `density` is also `density[0]`.
   const auto luminance = [&](const std::string& name) {
     if (name == grid && !data && !fields.density->of_vectors) return fields.density;
-    auto field =
-        read(file, name, {.role = GridRole::luminance, .strict = scene.strict, .empty = empty});
+    auto field = read(file, name, options_of(scene, GridRole::luminance, empty));
     return field->name == fields.density->name && !data ? fields.density : field;
   };
   if (scene.shines() && !scene.luminance_grid.empty())
@@ -53,15 +54,15 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty) {
   if (scene.emission_scale > 0 && !scene.emission_grid.empty())
     fields.emission = luminance(scene.emission_grid);
   if (scene.shines() && !scene.temperature_grid.empty())
-    fields.temperature = read(file, scene.temperature_grid,
-                              {.role = GridRole::data, .strict = scene.strict, .empty = empty});
+    fields.temperature =
+        read(file, scene.temperature_grid, options_of(scene, GridRole::data, empty));
   return fields;
 }
 
 std::string fields_key(const Scene& scene) {
   std::string key;
-  for (const char* name :
-       {"input", "grid", "strict", "luminance-grid", "temperature-grid", "emission-grid"})
+  for (const char* name : {"input", "grid", "strict", "background-value", "luminance-grid",
+                           "temperature-grid", "emission-grid"})
     key += "\n" + parameter_text(scene, *find_parameter(name));
   if (scene.range && (scene.range->percent.x || scene.range->percent.y))
     key += "\n" + parameter_text(scene, *find_parameter("range"));

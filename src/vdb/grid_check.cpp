@@ -24,18 +24,11 @@ openvdb::Vec3d to_vec3d(const ValueT& value) {
 }
 
 std::string background_problem(const GridSummary& summary) {
-  std::ostringstream text;
-  text << "has background ";
-  if (summary.channels == 1) {
-    text << summary.background[0];
-  } else {
-    text << '(' << summary.background[0] << ", " << summary.background[1] << ", "
-         << summary.background[2] << ')';
-  }
-  text << ", so it would fill all space without end; set it to 0 where the file is made"
-          " (openvdb::tools::changeBackground)";
-  if (summary.channels == 1) text << ", or its class to 'level set' if it is one";
-  return text.str();
+  std::string text = "has background " + background_text(summary) +
+                     ", so it would fill all space without end; --background-value 0 leaves the"
+                     " outside empty";
+  if (summary.channels == 1) text += "; if it is a level set, set its class to that";
+  return text;
 }
 
 bool too_large(const Box& box) {
@@ -80,12 +73,24 @@ GridSummary summarise(const openvdb::GridBase& grid) {
   return summary;
 }
 
+bool has_background(const openvdb::GridBase& grid, const GridSummary& summary) {
+  // A level set's background is its half width; the conversion to fog makes it 0.
+  return summary.channels > 0 && !is_level_set(grid) && summary.background != openvdb::Vec3d(0.0);
+}
+
+std::string background_text(const GridSummary& summary) {
+  std::ostringstream text;
+  const openvdb::Vec3d& value = summary.background;
+  if (summary.channels == 1)
+    text << value[0];
+  else
+    text << '(' << value[0] << ", " << value[1] << ", " << value[2] << ')';
+  return text.str();
+}
+
 std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary) {
   if (summary.channels == 0) return unsupported_type(grid.type());
-  // A level set's background is its half width; the conversion to fog makes it 0.
-  if (!is_level_set(grid) && summary.background != openvdb::Vec3d(0.0)) {
-    return background_problem(summary);
-  }
+  if (has_background(grid, summary)) return background_problem(summary);
   if (summary.active_voxels == 0) return "has no active voxel: nothing to render";
   if (too_large(summary.active_box)) {
     return "has active voxels 2^30 or more apart or from the origin; crop it";

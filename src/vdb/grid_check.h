@@ -21,6 +21,13 @@ struct GridSummary {
 
 GridSummary summarise(const openvdb::GridBase& grid);
 
+/// Whether it has a background other than 0, and is no level set, whose background is its half
+/// width.
+bool has_background(const openvdb::GridBase& grid, const GridSummary& summary);
+
+/// The background as text: 1, or (1, 1, 1).
+std::string background_text(const GridSummary& summary);
+
 /// Why the grid cannot be rendered, as the rest of a sentence that begins with its name; empty if
 /// it can. Reading and `psivox info` both take these rules from here.
 std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary);

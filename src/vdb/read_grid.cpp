@@ -1,7 +1,9 @@
 #include "read_grid.h"
 
+#include <glm/vector_relational.hpp>
 #include <sstream>
 
+#include "background.h"
 #include "conform.h"
 #include "grid_check.h"
 #include "grid_types.h"
@@ -43,8 +45,15 @@ BadValues take_values(const openvdb::GridBase::Ptr& grid, const ReadOptions& opt
   field.leaves.reserve(parts.leaves.size());
   for (std::size_t n = 0; n < parts.leaves.size(); ++n)
     field.leaves.push_back({to_ivec3(parts.origins[n]), parts.leaves[n]});
-  for (const TilePart& part : parts.tiles)
-    if (part.tile.value != glm::vec3(0.0f)) field.tiles.push_back(part.tile);
+  const Box domain = field.domain();
+  for (const TilePart& part : parts.tiles) {
+    const Tile& tile = part.tile;
+    // A background has tiles without number outside the domain.
+    const bool outside =
+        options.background && (glm::any(glm::greaterThan(tile.origin, domain.max)) ||
+                               glm::any(glm::lessThan(tile.origin + (tile.width - 1), domain.min)));
+    if (tile.value != glm::vec3(0.0f) && !outside) field.tiles.push_back(tile);
+  }
   const BadValues bad = sanitise(parts.leaves, field.tiles, field.channels, role);
   if (bad.any())
     std::erase_if(field.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0.0f); });
@@ -68,11 +77,21 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
     if (grid->transform().isLinear()) field.world_from_index = world_from_index(grid->transform());
     return field;
   }
-  refuse(*grid, summary, subject);
   const auto notice = [&](const std::string& text) {
     field.notices.push_back("grid '" + name + "': " + text);
   };
+  if (options.background && has_background(*grid, summary)) {
+    try {
+      notice(take_background(*grid, summary, *options.background));
+    } catch (const std::exception& e) {
+      throw Error(ExitCode::input, subject + e.what());
+    }
+    summary = summarise(*grid);
+  }
+  refuse(*grid, summary, subject);
 
+  if (grid->getGridClass() == openvdb::GRID_STAGGERED)
+    notice("its class is 'staggered', but its components are taken at voxels, not at their faces");
   if (is_fog_of_wrong_class(*grid))
     notice("its class is 'level set', but its background is 0: taken as fog");
   if (is_level_set(*grid)) {
