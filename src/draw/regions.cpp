@@ -136,23 +136,14 @@ std::vector<Box> Regions::front_to_back(const Camera& camera,
   const glm::dmat4 to_index = glm::inverse(world_from_index);
   const glm::dvec3 eye(to_index * glm::dvec4(camera.position, 1));
   const glm::dvec3 forward = glm::dmat3(to_index) * camera.forward;
-  std::vector<Box> boxes;
-  std::vector<const Node*> open{&root_};
-  while (!open.empty()) {
-    const Node& node = *open.back();
-    open.pop_back();
-    if (!node.lower) {
-      boxes.push_back(node.box);
-      continue;
-    }
-    const bool lower_first =
-        camera.orthographic ? forward[node.axis] > 0 : eye[node.axis] < 8.0 * node.plane;
-    open.push_back(lower_first ? node.upper.get() : node.lower.get());
-    open.push_back(lower_first ? node.lower.get() : node.upper.get());
-  }
-  return boxes;
+  return ordered([&](const Node& node) {
+    return camera.orthographic ? forward[node.axis] > 0 : eye[node.axis] < 8.0 * node.plane;
+  });
 }
 
+namespace {
+
+/// Which pictures can be drawn region by region, if this one cannot; else empty.
 std::string region_obstacle(const View& view, const Wish& wish) {
   const Scene& scene = view.scene;
   if (scene.mode != Mode::alpha) return "--mode alpha";
@@ -163,8 +154,6 @@ std::string region_obstacle(const View& view, const Wish& wish) {
     return "pictures without other layers than transmittance";
   return {};
 }
-
-namespace {
 
 /// Memory that no process uses [bytes]; 0 if it is not known.
 std::uint64_t available_memory() {
