@@ -41,7 +41,7 @@ for look in auto plain; do
   rm -f out/*
   run 0 "6 frames" $pattern -o out/a.####.png "${small[@]}" --look $look
   has out "a.0001.png a.0002.png a.0003.png a.0004.png a.0005.png a.0006.png" "look $look"
-  # the density grows sixfold; the scene does not change
+  # the density grows tenfold; the scene does not change
   for frame in 2 3 4 5 6; do
     diff <(scene_of out/a.0001.png | grep -v '"input"') \
       <(scene_of out/a.000$frame.png | grep -v '"input"') || fail "frame $frame has another scene"

@@ -262,7 +262,7 @@ int main(int argc, char** argv) try {
     for (int frame = 1; frame <= frames; ++frame) {
       char name[32];
       std::snprintf(name, sizeof name, "plume.%04d.vdb", frame);
-      write(dir / name, plume(std::stoi(argv[4]), double(frame) / frames));
+      write(dir / name, plume(std::stoi(argv[4]), double(frame - 1) / std::max(frames - 1, 1)));
     }
     return 0;
   }
