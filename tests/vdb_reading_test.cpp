@@ -9,8 +9,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <limits>
+#include <memory>
 
+#include "psivox/leaf_values.h"
 #include "psivox/vdb.h"
+#include "scene/value_range.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 
@@ -250,6 +254,125 @@ TEST(VdbReading, AFileThatShrinksMeanwhileIsAnError) {
   std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
   EXPECT_NE(input_error([&] { file.read("density"); }).find("the file ends too early"),
             std::string::npos);
+}
+
+/// A grid's values stay in the file: its field has all that the whole one has, and the same values.
+void expect_stored_like_whole(const std::filesystem::path& path, const std::string& name,
+                              ReadOptions options) {
+  SCOPED_TRACE(name);
+  const auto file = std::make_unique<VdbFile>(path);
+  options.percentiles = {1, 50};
+  const Field whole = file->read(name, options);
+  options.memory = 1;
+  const Field stored = VdbFile(path).read(name, options);  // the field outlives the file's object
+  ASSERT_TRUE(stored.reader);
+  EXPECT_FALSE(whole.reader);
+  EXPECT_EQ(stored.name, whole.name);
+  EXPECT_EQ(stored.value_type, whole.value_type);
+  EXPECT_EQ(stored.active_box, whole.active_box);
+  EXPECT_EQ(stored.active_voxels, whole.active_voxels);
+  EXPECT_EQ(stored.world_from_index, whole.world_from_index);
+  EXPECT_EQ(stored.notices, whole.notices);
+  EXPECT_EQ(stored.active_percentiles, whole.active_percentiles);
+  EXPECT_EQ(glm::dvec2(*stored.stored_range), stored_range(whole));
+  EXPECT_EQ(glm::dvec2(*stored.active_range), active_range(whole));
+  ASSERT_EQ(stored.tiles.size(), whole.tiles.size());
+  for (std::size_t n = 0; n < whole.tiles.size(); ++n) {
+    EXPECT_EQ(stored.tiles[n].origin, whole.tiles[n].origin);
+    EXPECT_EQ(stored.tiles[n].value, whole.tiles[n].value);
+  }
+  ASSERT_EQ(stored.leaves.size(), whole.leaves.size());
+  std::size_t seen = 0;
+  const auto length = 512 * std::size_t(whole.channels);
+  visit_leaves(stored, [&](std::span<const Leaf> leaves) {
+    for (const Leaf& leaf : leaves) {
+      ASSERT_EQ(leaf.origin, whole.leaves[seen].origin);
+      ASSERT_EQ(std::memcmp(leaf.values, whole.leaves[seen].values, length * sizeof(float)), 0);
+      ++seen;
+    }
+  });
+  EXPECT_EQ(seen, whole.leaves.size());
+}
+
+TEST(VdbReading, ValuesThatStayInTheFileAreThoseOfTheWhole) {
+  for (const std::uint32_t codec : codecs()) {
+    SCOPED_TRACE(openvdb::io::compressionToString(codec));
+    const auto tiles = ball<openvdb::FloatGrid>("tiles", 20);
+    auto& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(tiles)->tree();
+    tree.addTile(1, Coord(-64, 8, 16), 7.0f, true);
+    tree.addTile(2, Coord(-256, 0, 0), 3.0f, false);
+    tree.addTile(3, Coord(8192, 0, -4096), 5.0f, true);
+    const auto path = written(
+        {ball<openvdb::FloatGrid>("float", 40), ball<openvdb::FloatGrid>("half", 20, /*half=*/true),
+         ball<openvdb::DoubleGrid>("double", 20), ball<openvdb::Int64Grid>("int64", 20),
+         ball<openvdb::BoolGrid>("bool", 20), ball<openvdb::Vec3SGrid>("vec3s", 20),
+         ball<openvdb::Vec3DGrid>("vec3d", 20, /*half=*/true), tiles},
+        codec);
+    for (const char* name :
+         {"float", "half", "double", "int64", "bool", "vec3s", "vec3d", "tiles"}) {
+      expect_stored_like_whole(path, name, {GridRole::attenuation});
+      expect_stored_like_whole(path, name, {GridRole::data});
+    }
+  }
+}
+
+TEST(VdbReading, BadValuesThatStayInTheFileAreReplacedAsInTheWhole) {
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  const auto grid = ball<openvdb::FloatGrid>("density", 20);
+  auto& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree();
+  tree.setValue(Coord(1, 2, 3), infinite);
+  tree.setValue(Coord(9, 2, 3), -infinite);
+  tree.setValue(Coord(1, -2, 3), std::numeric_limits<float>::quiet_NaN());
+  tree.setValue(Coord(-1, -2, 3), -4.0f);
+  tree.addTile(1, Coord(-64, 8, 16), infinite, true);
+  tree.addTile(1, Coord(-72, 8, 16), -1.0f, true);
+  tree.addTile(1, Coord(-80, 8, 16), 900.0f, true);
+  const auto path = written({grid}, openvdb::io::COMPRESS_ACTIVE_MASK);
+  for (const GridRole role : {GridRole::attenuation, GridRole::data}) {
+    expect_stored_like_whole(path, "density", {role});
+    ReadOptions strict{.role = role, .strict = true, .memory = 1};
+    EXPECT_NE(input_error([&] { VdbFile(path).read("density", strict); }).find("refused by strict"),
+              std::string::npos);
+  }
+}
+
+TEST(VdbReading, APartReadsItsLeavesAlone) {
+  if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
+  const auto path = written({ball<openvdb::FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
+  const Field whole = VdbFile(path).read("density");
+  const Field stored = VdbFile(path).read("density", {.memory = 1});
+  const Box box{glm::ivec3(-20, 3, 10), glm::ivec3(15, 16, 31)};
+  const Reads before = reads_of_process();
+  const Field part = part_of_field(stored, box);
+  const Reads after = reads_of_process();
+  EXPECT_FALSE(part.reader);
+  // from leaves -24..8, 0..16 and 8..24, in runs of 64 KiB
+  EXPECT_EQ(part.leaves.size(), 5u * 3 * 3);
+  EXPECT_LT(after.bytes - before.bytes, std::int64_t(std::filesystem::file_size(path) / 3));
+  const test::FieldSampler sampler(whole);
+  for (const Leaf& leaf : part.leaves)
+    EXPECT_EQ(double(leaf.values[74]), sampler.voxel(leaf.origin + glm::ivec3(1, 1, 2), 0));
+  const Field same = part_of_field(whole, box);
+  ASSERT_EQ(same.leaves.size(), part.leaves.size());
+  std::filesystem::resize_file(path, 1000);
+  EXPECT_NE(input_error([&] {
+              part_of_field(stored, Box{glm::ivec3(-60), glm::ivec3(60)});
+            }).find("cannot be read again"),
+            std::string::npos);
+}
+
+TEST(VdbReading, AGridThatMustBeConvertedWholeIsRefusedBeyondItsMemory) {
+  const auto grid = ball<openvdb::FloatGrid>("distance", 40);
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree().root().setBackground(3.0f, true);
+  const auto path = written({grid}, openvdb::io::COMPRESS_NONE);
+  try {
+    VdbFile(path).read("distance", {.memory = 1000});
+    FAIL() << "no error";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ExitCode::memory);
+    EXPECT_NE(std::string(e.what()).find("a level set is converted whole"), std::string::npos);
+  }
 }
 
 /// Whether a block of values may begin here: an integer of 64 bits, as short as this file's blocks.

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct Box {
 /// 8x8x8 voxels in OpenVDB's order: value (x,y,z) of channel c at ((x*8+y)*8+z)*channels + c.
 struct Leaf {
   glm::ivec3 origin;    ///< smallest voxel, a multiple of 8
-  const float* values;  ///< 512 * channels floats, owned by Field::storage
+  const float* values;  ///< 512 * channels floats, owned by Field::storage; null if in a file
 };
 
 /// A cube of voxels of one value (an OpenVDB tile whose value is not 0).
@@ -31,6 +32,15 @@ struct Tile {
   glm::ivec3 origin;  ///< smallest voxel, a multiple of width
   int width;          ///< 8, 128 or 4096 voxels
   glm::vec3 value;    ///< first `channels` components
+};
+
+/// Leaves whose values stay in a file.
+class LeafReader {
+ public:
+  virtual ~LeafReader() = default;
+  /// Reads leaves, by their numbers in Field::leaves: 512 * channels floats each, one leaf after
+  /// another. Several threads may call it. Throws Error(input).
+  virtual void read(std::span<const std::uint32_t> leaves, float* values) const = 0;
 };
 
 /// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.
@@ -47,6 +57,7 @@ struct Field {
   glm::dmat4 world_from_index{1.0};
   std::uint64_t active_voxels = 0;
   std::optional<glm::vec2> active_range;  ///< of active values, first channel; unset: not known
+  std::optional<glm::vec2> stored_range;  ///< of all values and 0, first channel; unset: not known
   /// Percentiles of the active values that reading was asked for, by their percentage.
   std::map<double, double> active_percentiles;
   /// If above 0, the field is a level set kept as distances. The value is half_width - signed
@@ -55,7 +66,9 @@ struct Field {
   std::vector<Leaf> leaves;             ///< in OpenVDB's tree order; origins distinct
   std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves
   std::shared_ptr<const void> storage;  ///< keeps Leaf::values alive
-  std::vector<std::string> notices;     ///< one line each, for stderr: what reading changed
+  /// Set if the values of leaves stay in the file, see leaf_values.h. Both ranges are known then.
+  std::shared_ptr<const LeafReader> reader;
+  std::vector<std::string> notices;  ///< one line each, for stderr: what reading changed
 
   /// Smallest and largest voxel of the domain: active_box grown by one.
   Box domain() const { return {active_box.min - glm::ivec3(1), active_box.max + glm::ivec3(1)}; }

@@ -59,6 +59,9 @@ struct ReadOptions {
   /// Taken in place of a background other than 0; unset: such a background is an error.
   std::optional<double> background = {};
   std::vector<double> percentiles = {};  ///< of the active values, to be found [%]
+  /// Most bytes of leaves' values to keep in memory. Those of a larger grid stay in the file
+  /// (Field::reader), unless the grid must be converted whole. 0: no limit.
+  std::uint64_t memory = 0;
 };
 
 /// An open .vdb. Grids are read on demand; a broken grid does not keep the others from being read.
@@ -111,8 +114,10 @@ class VdbFile {
   /// With ReadOptions::background, places of a background other than 0 have that value instead.
   /// Field::notices tells what was done. A repeated name without its number means the first grid of
   /// that name, with a notice; the empty name means the first grid without a name. Field::name is
-  /// the numbered name. Throws Error(input): no such grid (lists them), unsupported type, no active
-  /// voxel, background other than 0 without ReadOptions::background, corrupt data.
+  /// the numbered name. With ReadOptions::memory, the file must not change while the field lives.
+  /// Throws Error(input): no such grid (lists them), unsupported type, no active voxel, background
+  /// other than 0 without ReadOptions::background, corrupt data. Throws Error(memory) if a grid
+  /// that must be converted whole takes more than twice ReadOptions::memory.
   Field read(const std::string& grid, const ReadOptions& options = {}) const;
 
  private:

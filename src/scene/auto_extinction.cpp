@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 #include <vector>
 
+#include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 
 namespace psivox {
@@ -38,7 +39,12 @@ class LineBundle {
         across_1_(std::move(across_1)),
         across_2_(std::move(across_2)),
         sums_(across_1_.size() * across_2_.size()) {
-    for (const Leaf& leaf : field.leaves) add(leaf, field.channels);
+    visit_leaves(
+        field,
+        [&](std::span<const Leaf> leaves) {
+          for (const Leaf& leaf : leaves) add(leaf, field.channels);
+        },
+        [&](const Leaf& leaf) { return is_met(leaf.origin); });
     for (const Tile& tile : field.tiles) add(tile);
     length_ = glm::length(glm::dvec3(field.world_from_index[axis]));
   }
@@ -63,6 +69,15 @@ class LineBundle {
     for (int i = std::max(first, low); i <= std::min(first + width - 1, high); ++i)
       sum += value(i - first) * (i == low || i == high ? 0.5 : 1.0);
     return sum;
+  }
+
+  /// Whether a line goes through a leaf.
+  bool is_met(const glm::ivec3& leaf) const {
+    const auto within = [](const std::vector<int>& places, int from) {
+      const auto place = std::lower_bound(places.begin(), places.end(), from);
+      return place != places.end() && *place < from + 8;
+    };
+    return within(across_1_, leaf[b_]) && within(across_2_, leaf[c_]);
   }
 
   template <typename LineSum>
@@ -128,14 +143,15 @@ glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
     largest = value;
     place = glm::clamp(tile.origin + tile.width / 2, field.active_box.min, field.active_box.max);
   }
-  for (const Leaf& leaf : field.leaves) {
-    for (int i = 0; i < 512; ++i) {
-      const double value = attenuation(leaf.values[i * field.channels]);
-      if (value <= largest) continue;
-      largest = value;
-      place = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
-    }
-  }
+  visit_leaves(field, [&](std::span<const Leaf> leaves) {
+    for (const Leaf& leaf : leaves)
+      for (int i = 0; i < 512; ++i) {
+        const double value = attenuation(leaf.values[i * field.channels]);
+        if (value <= largest) continue;
+        largest = value;
+        place = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
+      }
+  });
   return place;
 }
 

@@ -23,6 +23,7 @@ bool inside(const Box& box, const glm::ivec3& voxel) {
 }  // namespace
 
 glm::dvec2 stored_range(const Field& field) {
+  if (field.stored_range) return glm::dvec2(*field.stored_range);
   glm::dvec2 range(0);
   for (const Leaf& leaf : field.leaves) {
     const auto [low, high] = std::minmax_element(leaf.values, leaf.values + 512);

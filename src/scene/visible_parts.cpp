@@ -11,7 +11,11 @@
 #include <cstdint>
 #include <functional>
 #include <glm/common.hpp>
+#include <map>
+#include <utility>
+#include <vector>
 
+#include "psivox/leaf_values.h"
 #include "scene/value_range.h"
 
 namespace psivox {
@@ -83,6 +87,31 @@ VisibleBlock domain_block(const Field& field) {
   return {glm::dvec3(domain.min), glm::dvec3(domain.max), 1};
 }
 
+/// Blocks of leaves, joined within cubes that are so wide that there are not too many.
+class MergedBlocks {
+ public:
+  explicit MergedBlocks(std::size_t leaves) {
+    for (; leaves > most; leaves /= 8) ++shift_;
+  }
+  void add(const glm::ivec3& origin, const VisibleBlock& block) {
+    if (shift_ == 3) return blocks_.push_back(block);
+    const glm::ivec3 at = origin >> shift_;
+    const auto [place, added] = places_.try_emplace({at.x, at.y, at.z}, blocks_.size());
+    if (added) return blocks_.push_back(block);
+    VisibleBlock& joined = blocks_[place->second];
+    joined.min = glm::min(joined.min, block.min);
+    joined.max = glm::max(joined.max, block.max);
+    joined.amount += block.amount;
+  }
+  std::vector<VisibleBlock> take() { return std::move(blocks_); }
+
+ private:
+  static constexpr std::size_t most = std::size_t{1} << 17;  // with all that framing needs: 20 MB
+  int shift_ = 3;                                            ///< of voxels to cubes
+  std::map<std::array<int, 3>, std::size_t> places_;
+  std::vector<VisibleBlock> blocks_;
+};
+
 /// Collects the blocks of one grid. `Weight` gives what the voxel with these channels hides.
 template <typename Weight>
 class BlockFinder {
@@ -96,13 +125,18 @@ class BlockFinder {
     const double least = least_weight * greatest;
     const float vacuum[3] = {0, 0, 0};
     if (weight_(vacuum) >= least) return {domain_block(field_)};
-    std::vector<VisibleBlock> found(field_.leaves.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 64), [&](const auto& range) {
-      for (std::size_t n = range.begin(); n != range.end(); ++n)
-        found[n] = block_of(field_.leaves[n], least);
+    MergedBlocks merged(field_.leaves.size());
+    visit_leaves(field_, [&](std::span<const Leaf> leaves) {
+      std::vector<VisibleBlock> found(leaves.size());
+      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 64),
+                        [&](const auto& some) {
+                          for (std::size_t n = some.begin(); n != some.end(); ++n)
+                            found[n] = block_of(leaves[n], least);
+                        });
+      for (std::size_t n = 0; n < leaves.size(); ++n)
+        if (found[n].amount > 0) merged.add(leaves[n].origin, found[n]);
     });
-    for (const VisibleBlock& block : found)
-      if (block.amount > 0) blocks.push_back(block);
+    blocks = merged.take();
     for (const Tile& tile : field_.tiles) add(tile, least, blocks);
     return blocks;
   }
@@ -111,15 +145,18 @@ class BlockFinder {
   /// The weight that a thousandth of the voxels with any exceed, rounded down to a bin.
   double greatest_weight() const {
     const auto stride = static_cast<std::size_t>(field_.channels);
-    WeightCounts counts = tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(0, field_.leaves.size(), 256), WeightCounts(),
-        [&](const auto& range, WeightCounts some) {
-          for (std::size_t n = range.begin(); n != range.end(); ++n)
-            for (std::size_t i = 0; i < 512; ++i)
-              some.add(weight_(field_.leaves[n].values + i * stride), 1);
-          return some;
-        },
-        [](WeightCounts a, const WeightCounts& b) { return a += b; });
+    WeightCounts counts;
+    visit_leaves(field_, [&](std::span<const Leaf> leaves) {
+      counts += tbb::parallel_reduce(
+          tbb::blocked_range<std::size_t>(0, leaves.size(), 256), WeightCounts(),
+          [&](const auto& range, WeightCounts some) {
+            for (std::size_t n = range.begin(); n != range.end(); ++n)
+              for (std::size_t i = 0; i < 512; ++i)
+                some.add(weight_(leaves[n].values + i * stride), 1);
+            return some;
+          },
+          [](WeightCounts a, const WeightCounts& b) { return a += b; });
+    });
     for (const Tile& tile : field_.tiles)
       counts.add(weight_(&tile.value.x), static_cast<std::uint64_t>(std::pow(tile.width, 3)));
     return counts.exceeded_by(odd_share);

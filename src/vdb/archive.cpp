@@ -142,34 +142,73 @@ const GridEntry& Archive::find(std::string_view name) const {
   throw Error(ExitCode::input, message);
 }
 
-openvdb::GridBase::Ptr Archive::read(const GridEntry& entry, bool values) {
+void Archive::guarded(const GridEntry& entry, const std::function<void()>& work) const {
   if (!entry.problem.empty()) throw Error(ExitCode::input, subject(entry.name) + entry.problem);
   try {
-    openvdb::GridBase::Ptr grid = read_tree(entry, values);
-    if (entry.descriptor.isInstance()) {
-      // Two grids share a tree; the file has it once, under the other grid's name.
-      for (const GridEntry& parent : entries_) {
-        if (parent.descriptor.uniqueName() != entry.descriptor.instanceParentName()) continue;
-        grid->setTree(read_tree(parent, values)->baseTreePtr());
-        return grid;
-      }
-      throw openvdb::KeyError("the grid that has its tree is missing");
-    }
-    return grid;
+    work();
+  } catch (const Error&) {
+    throw;
   } catch (const std::exception& e) {
     throw Error(ExitCode::input, subject(entry.name) + "cannot be read: " + explain(e));
   }
 }
 
-openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry, bool values) {
-  if (entry.streamed) return entry.streamed->deepCopyGrid();
+openvdb::GridBase::Ptr Archive::read(const GridEntry& entry, bool values) {
+  openvdb::GridBase::Ptr grid;
+  guarded(entry, [&] {
+    grid = read_tree(entry, values);
+    if (!entry.descriptor.isInstance()) return;
+    // Two grids share a tree; the file has it once, under the other grid's name.
+    for (const GridEntry& parent : entries_) {
+      if (parent.descriptor.uniqueName() != entry.descriptor.instanceParentName()) continue;
+      grid->setTree(read_tree(parent, values)->baseTreePtr());
+      return;
+    }
+    throw openvdb::KeyError("the grid that has its tree is missing");
+  });
+  return grid;
+}
+
+/// A new grid, for which the stream is at the entry's place.
+openvdb::GridBase::Ptr Archive::begin_grid(const GridEntry& entry) {
   stream_.clear();
   openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
   grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
   entry.descriptor.seekToGrid(stream_);
   buffer_.expect(entry.descriptor.getEndPos() - entry.descriptor.getGridPos());
+  return grid;
+}
+
+openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry, bool values) {
+  if (entry.streamed) return entry.streamed->deepCopyGrid();
+  openvdb::GridBase::Ptr grid = begin_grid(entry);
   read_here(grid, entry.descriptor, values);
   return grid;
+}
+
+openvdb::GridBase::Ptr Archive::begin_tree(const GridEntry& entry) {
+  openvdb::GridBase::Ptr grid;
+  guarded(entry, [&] {
+    if (entry.streamed || entry.descriptor.isInstance() ||
+        channels_of(entry.descriptor.gridType()) == 0 ||
+        fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION)
+      return;
+    grid = begin_grid(entry);
+    read_head(*grid);
+  });
+  return grid;
+}
+
+/// What stands before a grid's tree.
+void Archive::read_head(openvdb::GridBase& grid) {
+  readGridCompression(stream_);
+  openvdb::io::setHalfFloat(stream_, grid.saveFloatAsHalf());
+  openvdb::io::setGridBackgroundValuePtr(stream_, nullptr);
+  grid.readMeta(stream_);
+  // It has the places of leaves, for OpenVDB's own skipping. They can be wrong.
+  grid.removeMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD);
+  openvdb::io::setGridClass(stream_, grid.getGridClass());
+  grid.readTransform(stream_);
 }
 
 /// OpenVDB's readGrid for the grid at the stream's position, with leaves read by all threads.
@@ -180,14 +219,7 @@ void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor
     readGrid(grid, descriptor, stream_);
     return;
   }
-  readGridCompression(stream_);
-  openvdb::io::setHalfFloat(stream_, grid->saveFloatAsHalf());
-  openvdb::io::setGridBackgroundValuePtr(stream_, nullptr);
-  grid->readMeta(stream_);
-  // It has the places of leaves, for OpenVDB's own skipping. They can be wrong.
-  grid->removeMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD);
-  openvdb::io::setGridClass(stream_, grid->getGridClass());
-  grid->readTransform(stream_);
+  read_head(*grid);
   if (descriptor.isInstance()) return;
   check_topology(*grid, stream_);
   grid->readTopology(stream_);

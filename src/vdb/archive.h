@@ -4,6 +4,7 @@
 #include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 
+#include <functional>
 #include <istream>
 #include <string>
 #include <string_view>
@@ -57,6 +58,15 @@ class Archive final : private openvdb::io::Archive {
     return read(entry, /*values=*/false);
   }
 
+  /// The entry's grid without its tree, at which the stream is now; null if the file has it in
+  /// another place or format than `read_topology` (topology.h) takes. Throws Error(input).
+  openvdb::GridBase::Ptr begin_tree(const GridEntry& entry);
+  std::istream& stream() { return stream_; }
+  FileBuffer& buffer() { return buffer_; }
+
+  /// Does work that reads the entry. Throws Error(input) that names it, for any exception.
+  void guarded(const GridEntry& entry, const std::function<void()>& work) const;
+
   /// The beginning of messages: `FILE: grid 'NAME' `.
   std::string subject(std::string_view grid_name) const;
 
@@ -67,6 +77,8 @@ class Archive final : private openvdb::io::Archive {
   void name_entries();
   openvdb::GridBase::Ptr read(const GridEntry& entry, bool values);
   openvdb::GridBase::Ptr read_tree(const GridEntry& entry, bool values);
+  openvdb::GridBase::Ptr begin_grid(const GridEntry& entry);
+  void read_head(openvdb::GridBase& grid);
   void read_here(const openvdb::GridBase::Ptr& grid, const openvdb::io::GridDescriptor& descriptor,
                  bool values);
 

@@ -13,8 +13,7 @@
 namespace psivox::vdb {
 namespace {
 
-constexpr std::int64_t block = 64 << 10;      // [bytes]
-constexpr std::int64_t most_kept = 64 << 20;  // [bytes]
+constexpr std::int64_t block = 64 << 10;  // [bytes]
 
 /// Size of a regular file; throws Error(input) if it is none.
 std::int64_t size_of(const std::filesystem::path& path) {
@@ -92,7 +91,17 @@ void FileBlocks::keep(const FileRun& run) {
   if (!runs_.emplace(run.begin, run).second) return;  // another thread has just read it, too
   oldest_first_.push_back(run.begin);
   kept_ += run.size;
-  while (kept_ > most_kept && oldest_first_.size() > 1) {
+  forget();
+}
+
+void FileBlocks::keep_at_most(std::int64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  most_kept_ = bytes;
+  forget();
+}
+
+void FileBlocks::forget() {
+  while (kept_ > most_kept_ && oldest_first_.size() > 1) {
     const auto oldest = runs_.find(oldest_first_.front());
     kept_ -= oldest->second.size;
     runs_.erase(oldest);

@@ -20,8 +20,8 @@ struct FileRun {
   bool has(std::int64_t position) const { return position >= begin && position < end(); }
 };
 
-/// An open file that is read in large runs, each of them once: the last 64 MiB stay in memory, so
-/// that neither a second grid nor a second thread reads them again.
+/// An open file that is read in large runs, each of them once: the last 64 MiB (see keep_at_most)
+/// stay in memory, so that neither a second grid nor a second thread reads them again.
 ///
 /// It copies by pread and does not map the file. A mapped file that another program makes shorter
 /// ends this one by SIGBUS, and over a network it is read page by page, without errors.
@@ -44,6 +44,9 @@ class FileBlocks {
   /// Throws std::runtime_error if the system cannot read.
   FileRun run(std::int64_t position, std::int64_t wanted);
 
+  /// Keeps no more than these bytes from now on, apart from the last run.
+  void keep_at_most(std::int64_t bytes);
+
   /// Asks the system to begin reading what will be needed soon.
   void announce(std::int64_t begin, std::int64_t length) const;
 
@@ -52,6 +55,7 @@ class FileBlocks {
   FileRun missing(std::int64_t position, std::int64_t wanted) const;
   const FileRun* find(std::int64_t position) const;
   void keep(const FileRun& run);
+  void forget();  ///< the oldest runs, beyond what is kept
 
   std::string path_;
   std::int64_t size_ = 0;
@@ -61,6 +65,7 @@ class FileBlocks {
   std::map<std::int64_t, FileRun> runs_;   ///< by their begin
   std::deque<std::int64_t> oldest_first_;  ///< begins of the runs
   std::int64_t kept_ = 0;                  ///< size of the runs [bytes]
+  std::int64_t most_kept_ = 64 << 20;      ///< [bytes]
 };
 
 }  // namespace psivox::vdb

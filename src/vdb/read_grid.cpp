@@ -63,7 +63,38 @@ BadValues take_values(const openvdb::GridBase::Ptr& grid, const ReadOptions& opt
   return bad;
 }
 
+std::string notice_of(const std::string& name, const std::string& text) {
+  return "grid '" + name + "': " + text;
+}
+
+void add_class_notices(const openvdb::GridBase& grid, Field& field) {
+  if (grid.getGridClass() == openvdb::GRID_STAGGERED)
+    field.notices.push_back(notice_of(
+        field.name,
+        "its class is 'staggered', but its components are taken at voxels, not at their faces"));
+  if (is_fog_of_wrong_class(grid))
+    field.notices.push_back(
+        notice_of(field.name, "its class is 'level set', but its background is 0: taken as fog"));
+}
+
+void set_place(const openvdb::GridBase& grid, const GridSummary& summary, Field& field) {
+  field.active_box = summary.active_box;
+  field.active_voxels = summary.active_voxels;
+  field.world_from_index = world_from_index(grid.transform());
+}
+
 }  // namespace
+
+Field field_of_head(const openvdb::GridBase& grid, const std::string& name,
+                    const GridSummary& summary) {
+  Field field;
+  field.name = name;
+  field.value_type = value_type_of(grid.type());
+  field.channels = summary.channels;
+  set_place(grid, summary, field);
+  add_class_notices(grid, field);
+  return field;
+}
 
 Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
                       const std::string& subject, const ReadOptions& options) {
@@ -78,7 +109,7 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
     return field;
   }
   const auto notice = [&](const std::string& text) {
-    field.notices.push_back("grid '" + name + "': " + text);
+    field.notices.push_back(notice_of(name, text));
   };
   if (options.background && has_background(*grid, summary)) {
     try {
@@ -90,10 +121,7 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
   }
   refuse(*grid, summary, subject);
 
-  if (grid->getGridClass() == openvdb::GRID_STAGGERED)
-    notice("its class is 'staggered', but its components are taken at voxels, not at their faces");
-  if (is_fog_of_wrong_class(*grid))
-    notice("its class is 'level set', but its background is 0: taken as fog");
+  add_class_notices(*grid, field);
   if (is_level_set(*grid)) {
     std::string done;
     grid = without_level_set(grid, options, field, done);
@@ -120,9 +148,7 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
     refuse(*grid, summary, subject);
   }
 
-  field.active_box = summary.active_box;
-  field.active_voxels = summary.active_voxels;
-  field.world_from_index = world_from_index(grid->transform());
+  set_place(*grid, summary, field);
   const BadValues bad = take_values(grid, options, field);
   if (bad.any()) {
     if (options.strict) {

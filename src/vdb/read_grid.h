@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "grid_check.h"
 #include "psivox/field.h"
 #include "psivox/vdb.h"
 
@@ -15,5 +16,10 @@ namespace psivox::vdb {
 /// Throws Error(input) by the rules of problem_of, and under options.strict.
 Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
                       const std::string& subject, const ReadOptions& options);
+
+/// What a field has of its grid without values, which is of a supported type and linear transform.
+/// Notices tell of odd classes.
+Field field_of_head(const openvdb::GridBase& grid, const std::string& name,
+                    const GridSummary& summary);
 
 }  // namespace psivox::vdb

@@ -17,9 +17,6 @@ namespace {
 constexpr std::size_t kGrain = 64;  // leaves per task: 128 KiB or more
 constexpr float kMaxFloat = std::numeric_limits<float>::max();
 
-/// Smallest value that stays.
-float smallest_good(GridRole role) { return role == GridRole::data ? -kMaxFloat : 0.0f; }
-
 /// True if a value of the 512 is NaN, infinite or below lo. It has no branch and a fixed length, so
 /// that it runs at the speed of memory; almost every leaf of almost every file needs nothing more.
 bool has_bad_value(const float* values, float lo) {
@@ -47,20 +44,13 @@ void sanitise_value(float& value, float lo, BadValues& count) {
   value = 0.0f;
 }
 
-BadValues sum(BadValues a, const BadValues& b) {
-  a.nan += b.nan;
-  a.positive_infinite += b.positive_infinite;
-  a.negative_infinite += b.negative_infinite;
-  a.negative += b.negative;
-  return a;
-}
-
 using Range = tbb::blocked_range<std::size_t>;
 
-float largest_finite(std::span<float* const> leaves, std::span<const Tile> tiles, int channels) {
+float largest_finite(std::span<float* const> leaves, std::span<const Tile> tiles, int channels,
+                     float elsewhere) {
   const std::size_t length = kLeafVoxels * static_cast<std::size_t>(channels);
   float largest = tbb::parallel_reduce(
-      Range(0, leaves.size(), kGrain), 0.0f,
+      Range(0, leaves.size(), kGrain), elsewhere,
       [&](const Range& range, float most) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
           for (std::size_t i = 0; i < length; ++i) {
@@ -93,27 +83,41 @@ void replace_infinite(std::span<float* const> leaves, std::span<Tile> tiles, int
 
 }  // namespace
 
+BadValues operator+(BadValues a, const BadValues& b) {
+  a.nan += b.nan;
+  a.positive_infinite += b.positive_infinite;
+  a.negative_infinite += b.negative_infinite;
+  a.negative += b.negative;
+  return a;
+}
+
+float smallest_good(GridRole role) { return role == GridRole::data ? -kMaxFloat : 0.0f; }
+
+BadValues sanitise_leaf(float* values, int channels, float smallest) {
+  BadValues count;
+  for (int c = 0; c < channels; ++c, values += kLeafVoxels) {
+    if (!has_bad_value(values, smallest)) continue;
+    for (std::size_t i = 0; i < kLeafVoxels; ++i) sanitise_value(values[i], smallest, count);
+  }
+  return count;
+}
+
 BadValues sanitise(std::span<float* const> leaves, std::span<Tile> tiles, int channels,
-                   GridRole role) {
+                   GridRole role, float elsewhere) {
   const float lo = smallest_good(role);
   BadValues count = tbb::parallel_reduce(
       Range(0, leaves.size(), kGrain), BadValues(),
       [&](const Range& range, BadValues sub_count) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n) {
-          for (int c = 0; c < channels; ++c) {
-            float* values = leaves[n] + kLeafVoxels * static_cast<std::size_t>(c);
-            if (!has_bad_value(values, lo)) continue;
-            for (std::size_t i = 0; i < kLeafVoxels; ++i) sanitise_value(values[i], lo, sub_count);
-          }
-        }
+        for (std::size_t n = range.begin(); n != range.end(); ++n)
+          sub_count = sub_count + sanitise_leaf(leaves[n], channels, lo);
         return sub_count;
       },
-      sum);
+      [](const BadValues& a, const BadValues& b) { return a + b; });
   for (Tile& tile : tiles) {
     for (int c = 0; c < channels; ++c) sanitise_value(tile.value[c], lo, count);
   }
   if (count.positive_infinite > 0) {
-    count.largest = largest_finite(leaves, tiles, channels);
+    count.largest = largest_finite(leaves, tiles, channels, elsewhere);
     replace_infinite(leaves, tiles, channels, count.largest);
   }
   return count;

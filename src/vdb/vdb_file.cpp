@@ -11,6 +11,7 @@
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 #include "read_grid.h"
+#include "stored_grid.h"
 
 namespace psivox {
 
@@ -48,9 +49,10 @@ class LastGrid {
 /// Holds the directory, and what was read last of the file. Each read has a stream of its own, so
 /// that reads may run in several threads and a failed one does not affect the others.
 struct VdbFile::Impl {
-  explicit Impl(const std::filesystem::path& path) : file(path) {}
+  explicit Impl(const std::filesystem::path& path)
+      : file(std::make_shared<vdb::FileBlocks>(path)) {}
 
-  vdb::FileBlocks file;
+  std::shared_ptr<vdb::FileBlocks> file;  ///< shared with the readers of fields
   Progress progress;
   std::vector<std::string> names;
   std::vector<int> channels;  ///< by name; 0 if the grid cannot be read
@@ -66,7 +68,7 @@ struct VdbFile::Impl {
 VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
     : impl_(std::make_unique<Impl>(path)) {
   impl_->progress = std::move(progress);
-  vdb::Archive archive(impl_->file, impl_->progress);
+  vdb::Archive archive(*impl_->file, impl_->progress);
   impl_->metadata = archive.metadata();
   std::vector<vdb::MetadataText> grids;
   for (const vdb::GridEntry& entry : archive.entries()) {
@@ -108,7 +110,7 @@ const std::map<std::string, std::string>& VdbFile::metadata() const { return imp
 const std::string& VdbFile::z_up() const { return impl_->z_up; }
 
 std::vector<GridInfo> VdbFile::info(bool values) const {
-  vdb::Archive archive(impl_->file);
+  vdb::Archive archive(*impl_->file);
   std::vector<GridInfo> rows;
   for (const vdb::GridEntry& entry : archive.entries()) {
     rows.push_back(vdb::grid_info(archive, entry, values));
@@ -130,24 +132,28 @@ std::string VdbFile::default_grid() const {
     const auto only = std::find(channels.begin(), channels.end(), wanted);
     return names[static_cast<std::size_t>(only - channels.begin())];
   }
-  std::string message = impl_->file.path() +
+  std::string message = impl_->file->path() +
                         ": has neither a grid 'density' nor exactly one scalar grid; choose one"
                         " with --grid:";
   for (std::size_t i = 0; i < names.size(); ++i) {
     message += " '" + names[i] + "'" + (channels[i] == 3 ? " (vec3)" : "") +
                (channels[i] == 0 ? " (unreadable)" : "");
   }
-  if (names.empty()) message = impl_->file.path() + ": holds no grid";
+  if (names.empty()) message = impl_->file->path() + ": holds no grid";
   throw Error(ExitCode::input, message);
 }
 
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
-  vdb::Archive archive(impl_->file, impl_->progress);
+  vdb::Archive archive(*impl_->file, impl_->progress);
   const vdb::GridEntry& entry = archive.find(grid);
   openvdb::GridBase::Ptr values = impl_->last.get(entry.name, options.role);
-  if (!values) values = archive.read(entry);
-  Field field = vdb::field_from_grid(values, entry.name, archive.subject(entry.name), options);
-  impl_->last.set(values, field, options.role);
+  std::optional<Field> stored;
+  if (!values) stored = vdb::stored_field(archive, entry, impl_->file, options);
+  if (!values && !stored) values = archive.read(entry);
+  Field field =
+      stored ? std::move(*stored)
+             : vdb::field_from_grid(values, entry.name, archive.subject(entry.name), options);
+  if (!stored) impl_->last.set(values, field, options.role);
   if (entry.name != grid && !grid.empty()) {
     const auto same = std::count(impl_->base_names.begin(), impl_->base_names.end(), grid);
     field.notices.insert(field.notices.begin(), "grid '" + grid + "': " + std::to_string(same) +

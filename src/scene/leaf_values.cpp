@@ -1,0 +1,85 @@
+#include "psivox/leaf_values.h"
+
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
+#include <memory>
+#include <vector>
+
+namespace psivox {
+namespace {
+
+constexpr std::size_t leaves_at_once = 2048;  // 4 MiB of scalars
+
+std::size_t floats_per_leaf(const Field& field) { return 512 * std::size_t(field.channels); }
+
+/// Reads some leaves of a file.
+std::vector<Leaf> read_leaves(const Field& field, std::span<const std::uint32_t> numbers,
+                              float* values) {
+  field.reader->read(numbers, values);
+  std::vector<Leaf> leaves;
+  leaves.reserve(numbers.size());
+  for (const std::uint32_t n : numbers) {
+    leaves.push_back({field.leaves[n].origin, values});
+    values += floats_per_leaf(field);
+  }
+  return leaves;
+}
+
+}  // namespace
+
+std::uint64_t value_bytes(const Field& field) {
+  return field.leaves.size() * floats_per_leaf(field) * sizeof(float);
+}
+
+void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted) {
+  if (!field.reader) return visit(field.leaves);
+  std::vector<float> values(leaves_at_once * floats_per_leaf(field));
+  std::vector<std::uint32_t> numbers;
+  const auto flush = [&] {
+    if (!numbers.empty()) visit(read_leaves(field, numbers, values.data()));
+    numbers.clear();
+  };
+  for (std::size_t n = 0; n < field.leaves.size(); ++n) {
+    if (wanted && !wanted(field.leaves[n])) continue;
+    numbers.push_back(std::uint32_t(n));
+    if (numbers.size() == leaves_at_once) flush();
+  }
+  flush();
+}
+
+Field part_of_field(const Field& field, const Box& voxels) {
+  const auto inside = [&](const Leaf& leaf) {
+    return glm::all(glm::lessThanEqual(leaf.origin, voxels.max)) &&
+           glm::all(glm::greaterThanEqual(leaf.origin + 7, voxels.min));
+  };
+  // not a copy of the whole: leaves are many
+  Field part;
+  part.name = field.name;
+  part.value_type = field.value_type;
+  part.channels = field.channels;
+  part.of_vectors = field.of_vectors;
+  part.active_box = field.active_box;
+  part.world_from_index = field.world_from_index;
+  part.active_voxels = field.active_voxels;
+  part.active_range = field.active_range;
+  part.stored_range = field.stored_range;
+  part.active_percentiles = field.active_percentiles;
+  part.half_width = field.half_width;
+  part.tiles = field.tiles;
+  if (!field.reader) {
+    part.storage = field.storage;
+    for (const Leaf& leaf : field.leaves)
+      if (inside(leaf)) part.leaves.push_back(leaf);
+    return part;
+  }
+  std::vector<std::uint32_t> numbers;
+  for (std::size_t n = 0; n < field.leaves.size(); ++n)
+    if (inside(field.leaves[n])) numbers.push_back(std::uint32_t(n));
+  const auto values =
+      std::make_shared_for_overwrite<float[]>(numbers.size() * floats_per_leaf(field));
+  part.leaves = read_leaves(field, numbers, values.get());
+  part.storage = values;
+  return part;
+}
+
+}  // namespace psivox

@@ -1,0 +1,90 @@
+#include "leaf_decoder.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include "file_buffer.h"
+#include "grid_types.h"
+#include "leaf_floats.h"
+
+namespace psivox::vdb {
+namespace {
+
+constexpr std::size_t decoded_per_task = 64;
+
+/// Calls op(leaf) with a null pointer of the grid's type of leaves.
+template <typename Op>
+void with_leaf_type(const openvdb::GridBase& grid, Op&& op) {
+  with_typed_grid(grid, [&](const auto& typed) {
+    op(static_cast<const typename std::decay_t<decltype(typed)>::TreeType::LeafNodeType*>(nullptr));
+  });
+}
+
+template <typename LeafT>
+constexpr bool of_bits = std::is_same_v<typename LeafT::ValueType, bool>;
+
+}  // namespace
+
+LeafDecoder::LeafDecoder(std::shared_ptr<FileBlocks> file, openvdb::GridBase::Ptr empty,
+                         const openvdb::io::StreamMetadata& settings)
+    : file_(std::move(file)),
+      empty_(std::move(empty)),
+      settings_(settings),
+      coding_{settings_.compression(), settings_.halfFloat()},
+      channels_(channels_of(empty_->type())) {
+  settings_.setSeekable(false);  // so that a leaf reads its mask and does not skip it
+  with_typed_grid(*empty_, [&](const auto& typed) {
+    settings_.setBackgroundPtr(&typed.tree().root().background());
+  });
+}
+
+void LeafDecoder::skip(std::istream& stream) const {
+  with_leaf_type(*empty_, [&](const auto* type) {
+    using LeafT = std::decay_t<decltype(*type)>;
+    LeafMask mask;
+    mask.load(stream);
+    constexpr int origin = 3 * 4;
+    if constexpr (of_bits<LeafT>)
+      stream.seekg(origin + std::streamoff(mask.memUsage()), std::ios_base::cur);
+    else
+      skip_values<typename LeafT::ValueType>(stream, mask, coding_);
+  });
+}
+
+template <typename LeafT>
+void LeafDecoder::decode_some(std::span<const std::int64_t> places, float* values,
+                              LeafMask* active) const {
+  using openvdb::io::StreamMetadata;
+  FileBuffer buffer(*file_);
+  std::istream stream(&buffer);
+  stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+  StreamMetadata::Ptr metadata(new StreamMetadata(settings_));  // leaves count themselves in it
+  openvdb::io::setStreamMetadataPtr(stream, metadata, /*transfer=*/true);
+  LeafT leaf;
+  for (std::size_t n = 0; n < places.size(); ++n) {
+    stream.seekg(places[n]);
+    leaf.readBuffers(stream, settings_.halfFloat());
+    convert_leaf(leaf, values + n * kLeafVoxels * static_cast<std::size_t>(channels_));
+    if (active) active[n] = leaf.getValueMask();
+  }
+}
+
+void LeafDecoder::decode(std::span<const std::int64_t> places, float* values,
+                         LeafMask* active) const {
+  const std::size_t tasks = (places.size() + decoded_per_task - 1) / decoded_per_task;
+  with_leaf_type(*empty_, [&](const auto* type) {
+    using LeafT = std::decay_t<decltype(*type)>;
+    tbb::parallel_for(std::size_t{0}, tasks, [&](std::size_t task) {
+      const std::size_t begin = task * decoded_per_task;
+      const std::size_t count = std::min(decoded_per_task, places.size() - begin);
+      decode_some<LeafT>(places.subspan(begin, count),
+                         values + begin * kLeafVoxels * static_cast<std::size_t>(channels_),
+                         active ? active + begin : nullptr);
+    });
+  });
+}
+
+}  // namespace psivox::vdb

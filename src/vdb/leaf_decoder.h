@@ -1,0 +1,47 @@
+#pragma once
+
+#include <openvdb/io/io.h>
+#include <openvdb/openvdb.h>
+
+#include <cstdint>
+#include <istream>
+#include <memory>
+#include <span>
+
+#include "file_blocks.h"
+#include "value_block.h"
+
+namespace psivox::vdb {
+
+using LeafMask = openvdb::util::NodeMask<3>;
+
+/// Decodes a grid's leaves, each from its place in the file, without the grid's tree.
+class LeafDecoder {
+ public:
+  /// `empty` has the grid's type and background. The settings are the stream's from which its
+  /// topology was read. The file's format must be 222 or later.
+  LeafDecoder(std::shared_ptr<FileBlocks> file, openvdb::GridBase::Ptr empty,
+              const openvdb::io::StreamMetadata& settings);
+
+  int channels() const { return channels_; }
+
+  /// Moves the stream from the beginning of a leaf's values behind their end. Throws if a length is
+  /// impossible.
+  void skip(std::istream& stream) const;
+
+  /// Decodes the leaves that begin at these places, in all threads: 512 * channels floats each, and
+  /// their active voxels unless `active` is null. The places must have been skipped over before.
+  void decode(std::span<const std::int64_t> places, float* values, LeafMask* active) const;
+
+ private:
+  template <typename LeafT>
+  void decode_some(std::span<const std::int64_t> places, float* values, LeafMask* active) const;
+
+  std::shared_ptr<FileBlocks> file_;
+  openvdb::GridBase::Ptr empty_;
+  openvdb::io::StreamMetadata settings_;
+  ValueCoding coding_;
+  int channels_;
+};
+
+}  // namespace psivox::vdb
