@@ -37,7 +37,7 @@ only_in() {
 only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_march\.cpp$' '^tests/vdb_'
 only_in '^(OpenEXR/|png\.h)' '^src/image/'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
-only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.'
+only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.' '^tests/gl_trouble_test\.cpp$'
 only_in '^nlohmann/' '^src/look/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
 only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'

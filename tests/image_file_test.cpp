@@ -137,6 +137,33 @@ TEST_F(ImageTest, ASymbolicLinkIsFollowedNotReplaced) {
   write_image(noise(3, 1), file("link.exr"));
   EXPECT_TRUE(fs::is_symlink(file("link.exr")));
   EXPECT_EQ(read_image(file("store/real.exr")).width, 3);
+  fs::create_symlink("store/new.exr", file("to_new.exr"));  // whose file is not there yet
+  write_image(noise(4, 1), file("to_new.exr"));
+  EXPECT_TRUE(fs::is_symlink(file("to_new.exr")));
+  EXPECT_EQ(read_image(file("store/new.exr")).width, 4);
+}
+
+TEST_F(ImageTest, LightBeyondTheFilesNumbersIsSaid) {
+  Image image = noise(2, 1);
+  const auto told = [&](const char* name, const WriteOptions& options) {
+    const std::string notice = write_image(image, file(name), options);
+    EXPECT_TRUE(notice.empty() || notice.find("1 of 2 pixels") != std::string::npos) << notice;
+    return !notice.empty();
+  };
+  image.rgba()[0] = 65504;
+  EXPECT_FALSE(told("a.exr", {.half = true}));
+  image.rgba()[0] = 1e6f;
+  EXPECT_TRUE(told("a.exr", {.half = true}));
+  EXPECT_EQ(read_image(file("a.exr")).rgba()[0], 65504) << "infinity";
+  EXPECT_FALSE(told("a.exr", {}));
+  image.rgba()[0] = 2e38f;
+  EXPECT_TRUE(told("a.hdr", {}));
+  EXPECT_FALSE(told("a.exr", {}));
+  for (const float value : {std::numeric_limits<float>::infinity(), std::nanf("")}) {
+    image.rgba()[0] = value;
+    EXPECT_TRUE(told("a.exr", {}));
+    EXPECT_TRUE(told("a.tif", {}));
+  }
 }
 
 TEST_F(ImageTest, AFullDiskIsAnErrorAndLeavesTheOldFile) {

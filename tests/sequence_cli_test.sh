@@ -173,6 +173,11 @@ PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.
 [ "$(cat film.mp4)" = $((6 * 48 * 32 * 3)) ] || fail "film of pictures that stand"
 PATH=$PWD/bin:$PATH run 0 "" $pattern "${small[@]}" --movie alone.mp4
 [ -s alone.mp4 ] || fail "a film alone"
+if command -v ffmpeg >/dev/null; then # which calls a film that the disk cannot hold a success
+  limited=$(ulimit -f 1 && "$program" render $pattern "${small[@]}" --movie film3.mp4 2>&1)
+  [ $? -eq 5 ] || fail "a film beyond the limit of a file's size: $limited"
+  [ ! -e film3.mp4 ] || fail "a film that was cut short is there"
+fi
 printf '#!/bin/sh\nexit 1\n' >bin/ffmpeg
 PATH=$PWD/bin:$PATH run 5 "alone2.mp4" $pattern "${small[@]}" --movie alone2.mp4
 [ ! -e alone2.mp4 ] || fail "a film that failed is there"

@@ -86,6 +86,7 @@ void Movie::start(int width, int height) {
   std::vector<std::string> words{"ffmpeg",
                                  "-loglevel",
                                  "error",
+                                 "-xerror",
                                  "-y",
                                  "-f",
                                  "rawvideo",

@@ -95,6 +95,7 @@ int fail(const std::string& who, const char* message, ExitCode code) {
 int main(int argc, char** argv) {
   using namespace psivox;
   std::string who = "psivox";
+  report_failed_writes();
   try {
     run({argv + (argc > 0 ? 1 : 0), argv + argc}, who);
     if (!std::cout.flush()) throw Error(ExitCode::output, "cannot write to the standard output");

@@ -10,6 +10,8 @@
 
 namespace psivox {
 
+void report_failed_writes() { std::signal(SIGXFSZ, SIG_IGN); }
+
 void end_cleanly_on_signals() {
   static sigset_t ends;
   sigemptyset(&ends);

@@ -2,6 +2,9 @@
 
 namespace psivox {
 
+/// From now on a write beyond the limit of a file's size fails, and does not end the process.
+void report_failed_writes();
+
 /// From now on SIGINT, SIGTERM and SIGHUP end the process at once with 128 plus their number, and
 /// without unfinished files: outputs that were begun are removed, or complete. To be called before
 /// other threads start.

@@ -181,10 +181,11 @@ AtlasSize size_of(const Field& field, AtlasOptions options, TexelType texel) {
 
 }  // namespace
 
-std::optional<Regions> needed_regions(const View& view, const Wish& wish) {
+std::optional<Regions> needed_regions(const View& view, const Wish& wish,
+                                      std::optional<double> given_limit) {
   const Medium& medium = view.medium;
-  const bool given = view.scene.memory_limit > 0;
-  const double limit = given ? double(view.scene.memory_limit) : 0.8 * double(available_memory());
+  if (!given_limit && view.scene.memory_limit > 0) given_limit = double(view.scene.memory_limit);
+  const double limit = given_limit.value_or(0.8 * double(available_memory()));
   // light is a grid over the density's bricks
   const int light = medium.light ? LitLuminance(view, light_beams(view)).channels() : 0;
   double most = (1 + light) * most_bytes(*medium.density);
@@ -209,7 +210,7 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish) {
   if (needed <= limit) return {};
 
   const std::string obstacle = region_obstacle(view, wish);
-  if (!obstacle.empty() && !given) return {};
+  if (!obstacle.empty() && !given_limit) return {};
   const auto bricks = double(std::max<std::uint64_t>(density.textured_bricks, 1));
   const double per_brick = texels / bricks,
                light_per_brick = light * double(density.texel_bytes) / bricks;

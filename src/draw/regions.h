@@ -41,7 +41,9 @@ class Regions {
 /// its memory limit, or than four fifths of the memory that is free if it has none; unset if they
 /// fit, or if only free memory is short and the picture cannot be drawn in parts. Other grids than
 /// the density and its gradient stay whole. Throws Error(memory) if the limit cannot be kept.
-std::optional<Regions> needed_regions(const View& view, const Wish& wish);
+/// `limit` stands for the scene's [bytes].
+std::optional<Regions> needed_regions(const View& view, const Wish& wish,
+                                      std::optional<double> limit = {});
 
 /// Draws with another marcher, region by region, and joins what they show. Each region is
 /// converted, uploaded, drawn and dropped.

@@ -65,7 +65,7 @@ const char* stage_text(Stage stage) {
 }
 
 struct Session::Impl {
-  explicit Impl(View given) : view(std::move(given)) {
+  explicit Impl(View given) : view(std::move(given)), unlit(view.medium) {
     if (view.medium.light) lighting.emplace(view);
   }
 
@@ -81,9 +81,15 @@ struct Session::Impl {
   MarchPlan plan(Marcher& marcher, const View& marched, const Wish& wish, PreparationTimes& times);
   /// The regions to draw by; unset: the atlas fits. It does not change with the camera.
   std::optional<Regions> regions(const View& wanted, const Wish& wish) const;
+  Drawn draw_whole(Marcher& marcher, const Wish& wish);
+  Drawn draw_in(const Regions& regions, Marcher& marcher, const Wish& wish);
+  /// After the device was too small for the whole.
+  Drawn draw_in_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure);
 
   View view;
-  std::optional<Lighting> lighting;  ///< of a medium that a light shines on
+  const Medium unlit;                  ///< the medium without its light
+  std::optional<Lighting> lighting;    ///< of a medium that a light shines on
+  std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
   std::map<TexelType, MediumAtlas> atlases;
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads;  ///< their numbers
 };
@@ -160,7 +166,9 @@ void Session::Impl::prepare(Marcher& marcher, const Wish& wish, PreparationTimes
 
 std::optional<Regions> Session::Impl::regions(const View& wanted, const Wish& wish) const {
   if (!atlases.empty()) return {};
-  return needed_regions(wanted, wish);
+  View given = wanted;
+  given.medium = unlit;
+  return needed_regions(given, wish, memory_limit);
 }
 
 /// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
@@ -222,45 +230,80 @@ MarchPlan Session::plan(Marcher& marcher, const Wish& wish) {
   return impl_->plan(marcher, impl_->viewed(wish), wish, times);
 }
 
-Drawn Session::draw(Marcher& marcher, const Wish& wish) {
+Drawn Session::Impl::draw_whole(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
-  const bool marched = impl_->view.scene.mode != Mode::slice;
+  const bool marched = view.scene.mode != Mode::slice;
   const bool marches = marched && marcher.marches();
-  if (marches) {
-    if (const auto regions = impl_->regions(impl_->viewed(wish), wish)) {
-      RegionMarcher parts(marcher, *regions);
-      Drawn drawn = draw(parts, wish);
-      if (drawn.scene.tolerance) drawn.plan = exact_plan(impl_->viewed(wish));
-      drawn.notices.push_back("the volume is drawn in " + std::to_string(regions->count()) +
-                              " parts, so that its atlas keeps within the memory");
-      return drawn;
-    }
-  }
-  if (marched) impl_->prepare(marcher, wish, times);
-  const View view = impl_->viewed(wish);
-  std::optional<MarchPlan> plan = wish.plan;
-  const bool chooses = view.scene.tolerance || wish.time_budget_ms;
-  if (!plan && chooses && marches) plan = impl_->plan(marcher, view, wish, times);
+  if (marched) prepare(marcher, wish, times);
+  const View wanted = viewed(wish);
+  std::optional<MarchPlan> chosen = wish.plan;
+  const bool chooses = wanted.scene.tolerance || wish.time_budget_ms;
+  if (!chosen && chooses && marches) chosen = plan(marcher, wanted, wish, times);
 
-  Picture picture(marcher, view, wish, std::move(plan));
+  Picture picture(marcher, wanted, wish, std::move(chosen));
   picture.march();
-  std::optional<DrawnLight> light;
-  if (impl_->lighting) light = impl_->lighting->description();
+  std::optional<DrawnLight> shone;
+  if (lighting) shone = lighting->description();
   if (marches) {
     picture.confirm_plan();
     if (wish.layers.error) {
-      impl_->finer_light(marcher, view, wish.progress, times);
-      Scene exact = view.scene;
+      finer_light(marcher, wanted, wish.progress, times);
+      Scene exact = wanted.scene;
       exact.filter = Filter::exact;
-      impl_->upload(marcher, exact, times);
-      picture.add_error(impl_->view.medium);
+      upload(marcher, exact, times);
+      picture.add_error(view.medium);
     }
   }
   Drawn drawn = picture.finish();
-  drawn.light = std::move(light);
+  drawn.light = std::move(shone);
   drawn.times = times;
-  if (marches) drawn.atlas = impl_->atlas(view.scene.texel, times).size();
+  if (marches) drawn.atlas = atlas(wanted.scene.texel, times).size();
   return drawn;
+}
+
+Drawn Session::Impl::draw_in(const Regions& regions, Marcher& marcher, const Wish& wish) {
+  RegionMarcher parts(marcher, regions);
+  Drawn drawn = draw_whole(parts, wish);
+  if (drawn.scene.tolerance) drawn.plan = exact_plan(viewed(wish));
+  drawn.notices.push_back("the volume is drawn in " + std::to_string(regions.count()) +
+                          " parts, so that its atlas keeps within the memory");
+  return drawn;
+}
+
+Drawn Session::Impl::draw_in_smaller(Marcher& marcher, const Wish& wish,
+                                     const DeviceFull& failure) {
+  double bytes = 0;
+  for (const auto& [texel, atlas] : atlases) bytes += double(atlas.size().bytes());
+  atlases.clear();
+  uploads.clear();
+  marcher.holds = 0;
+  view.medium = unlit;
+  if (lighting) lighting.emplace(view);
+  for (int tries = 0; tries < 6; ++tries) {
+    bytes /= 2;
+    memory_limit = 2 * bytes;  // host and device
+    try {
+      const auto parts = regions(viewed(wish), wish);
+      if (!parts) break;
+      return draw_in(*parts, marcher, wish);
+    } catch (const Error& error) {
+      if (error.code() != ExitCode::memory && error.code() != ExitCode::graphics) throw;
+    }
+  }
+  memory_limit.reset();
+  throw failure;
+}
+
+Drawn Session::draw(Marcher& marcher, const Wish& wish) {
+  if (impl_->view.scene.mode == Mode::slice || !marcher.marches())
+    return impl_->draw_whole(marcher, wish);
+  if (const auto regions = impl_->regions(impl_->viewed(wish), wish))
+    return impl_->draw_in(*regions, marcher, wish);
+  try {
+    return impl_->draw_whole(marcher, wish);
+  } catch (const DeviceFull& failure) {
+    return impl_->draw_in_smaller(marcher, wish, failure);
+  }
 }
 
 std::vector<Explanation> Session::explain() {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "gl/test_limits.h"
-#include "psivox/error.h"
+#include "march/marcher.h"
 
 namespace psivox::gl {
 namespace {
@@ -36,8 +36,9 @@ AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter) {
 
   const std::size_t entries = atlas.pages.entries.size();
   if (entries > max_texels_)
-    throw Error(ExitCode::graphics, "the page table has " + std::to_string(entries) +
-                                        " entries, more than the device's texture buffers hold");
+    throw DeviceFull(ExitCode::graphics,
+                     "the page table has " + std::to_string(entries) +
+                         " entries, more than the device's texture buffers hold");
   constants_ = buffer_texture(atlas.channels == 1 ? GL_R32F : GL_RGB32F, atlas.constants.data(),
                               atlas.constants.size() * sizeof(float));
   if (filter == Filter::hardware)
@@ -75,9 +76,9 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas) {
   const std::uint64_t bricks = atlas.bricks.size();
   const std::uint64_t per_buffer = std::max<std::uint64_t>(max_texels_ / brick_texels, 1);
   if (bricks * brick_texels > std::uint64_t(std::numeric_limits<int>::max()))
-    throw Error(ExitCode::graphics,
-                "an atlas of " + std::to_string(bricks) +
-                    " bricks is beyond what a shader can address (2^31 values)");
+    throw DeviceFull(ExitCode::graphics,
+                     "an atlas of " + std::to_string(bricks) +
+                         " bricks is beyond what a shader can address (2^31 values)");
   texels_per_buffer_ = int(std::min(per_buffer, bricks + 1) * brick_texels);
   const auto channels = std::uint64_t(atlas.channels);
   std::uint64_t first = 0;
@@ -107,9 +108,10 @@ void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {
   const std::uint64_t ny = std::min((bricks + nx - 1) / nx, widest);
   const std::uint64_t nz = (bricks + nx * ny - 1) / (nx * ny);
   if (nz > widest)
-    throw Error(ExitCode::graphics,
-                "an atlas of " + std::to_string(bricks) +
-                    " bricks does not fit the device's largest 3D texture; use --filter exact");
+    throw DeviceFull(
+        ExitCode::graphics,
+        "an atlas of " + std::to_string(bricks) +
+            " bricks does not fit the device's largest 3D texture; use --filter exact");
   const bool half = atlas.texel == TexelType::float16;
   const GLenum format = atlas.channels == 1 ? GL_RED : GL_RGB;
   const GLenum internal =

@@ -6,13 +6,16 @@
 #include <cstdio>
 #include <cstring>
 
-#include "psivox/error.h"
+#include "march/marcher.h"
 
 namespace psivox::gl {
 namespace {
 
 constexpr const char* install_advice =
     "; install an OpenGL driver with EGL, such as Debian's libegl1 and libgl1-mesa-dri";
+
+constexpr const char* memory_advice =
+    "--texel float16 halves the atlas, and a smaller --memory-limit draws it in parts";
 
 bool has_extension(const char* extensions, const char* name) {
   if (!extensions) return false;
@@ -87,58 +90,66 @@ void silence_loader() { setenv("EGL_LOG_LEVEL", "fatal", 0); }
 
 }  // namespace
 
-bool EglContext::open(EGLDisplay display, bool debug, std::string& problem) {
+namespace {
+
+/// Without the notification of resets, drivers end the process or return rubbish after one.
+EGLContext create_context(EGLDisplay display, EGLConfig config, bool debug, bool notify) {
+  std::vector<EGLint> attributes{
+      EGL_CONTEXT_MAJOR_VERSION,       4,
+      EGL_CONTEXT_MINOR_VERSION,       5,
+      EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+      EGL_CONTEXT_OPENGL_DEBUG,        debug ? EGL_TRUE : EGL_FALSE};
+  if (notify)
+    attributes.insert(attributes.end(),
+                      {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET});
+  attributes.push_back(EGL_NONE);
+  return eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+}
+
+std::string text_of(GLenum name) { return reinterpret_cast<const char*>(glGetString(name)); }
+
+}  // namespace
+
+std::string EglContext::offered(EGLConfig config) {
+  context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, nullptr);
+  if (context_ == EGL_NO_CONTEXT || !eglMakeCurrent(display_, surface_, surface_, context_))
+    return "its driver has none";
+  return text_of(GL_RENDERER) + " has " + text_of(GL_VERSION);
+}
+
+void EglContext::open(EGLDisplay display, bool debug) {
   display_ = display;
   EGLint major = 0, minor = 0;
   if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) {
     display_ = EGL_NO_DISPLAY;
-    problem = "the EGL display cannot be initialised";
-    return false;
+    throw Obstacle{0, "the EGL display cannot be initialised"};
   }
+  if (!eglBindAPI(EGL_OPENGL_API)) throw Obstacle{1, "EGL offers no desktop OpenGL"};
   const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
   const bool surfaceless = has_extension(extensions, "EGL_KHR_surfaceless_context");
   const EGLint config_attributes[] = {EGL_SURFACE_TYPE, surfaceless ? 0 : EGL_PBUFFER_BIT,
                                       EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
   EGLConfig config = nullptr;
   EGLint configs = 0;
-  if (!eglBindAPI(EGL_OPENGL_API)) {
-    problem = "EGL offers no desktop OpenGL";
-    return false;
-  }
   eglChooseConfig(display, config_attributes, &config, 1, &configs);
-  if (configs == 0 && !surfaceless) {
-    problem = "EGL offers neither surfaceless contexts nor pixel buffers";
-    return false;
-  }
-  const EGLint context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                       4,
-                                       EGL_CONTEXT_MINOR_VERSION,
-                                       5,
-                                       EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                       EGL_CONTEXT_OPENGL_DEBUG,
-                                       debug ? EGL_TRUE : EGL_FALSE,
-                                       EGL_NONE};
-  context_ =
-      eglCreateContext(display, configs ? config : nullptr, EGL_NO_CONTEXT, context_attributes);
-  if (context_ == EGL_NO_CONTEXT) {
-    problem = "no OpenGL 4.5 core context";
-    return false;
-  }
+  if (configs == 0 && !surfaceless)
+    throw Obstacle{1, "EGL offers neither surfaceless contexts nor pixel buffers"};
   if (!surfaceless) {
     const EGLint size[] = {EGL_WIDTH, 1, EGL_HEIGHT, 1, EGL_NONE};
     surface_ = eglCreatePbufferSurface(display, config, size);
   }
-  if (!eglMakeCurrent(display, surface_, surface_, context_)) {
-    problem = "the OpenGL context cannot be made current";
-    return false;
-  }
+  const bool notifies = major > 1 || (major == 1 && minor >= 5);
+  if (notifies) context_ = create_context(display, config, debug, true);
+  if (context_ == EGL_NO_CONTEXT) context_ = create_context(display, config, debug, false);
+  if (context_ == EGL_NO_CONTEXT)
+    throw Obstacle{2, "4.5 core is needed; " + offered(config)};
+  if (!eglMakeCurrent(display, surface_, surface_, context_))
+    throw Obstacle{2, "the OpenGL context cannot be made current"};
   if (debug) {
     glEnable(GL_DEBUG_OUTPUT);
     glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
     glDebugMessageCallback(on_message, &message_);
   }
-  return true;
 }
 
 void EglContext::close() {
@@ -154,12 +165,17 @@ void EglContext::close() {
 
 EglContext::EglContext(const ContextOptions& options) {
   silence_loader();
-  std::string problem = "no EGL device";
+  Obstacle farthest{-1, "no EGL device"};
   for (const Candidate& candidate : candidates(options.device)) {
-    if (open(candidate.display, options.debug, problem)) return;
-    close();
+    try {
+      open(candidate.display, options.debug);
+      return;
+    } catch (const Obstacle& obstacle) {
+      if (obstacle.stage > farthest.stage) farthest = obstacle;
+      close();
+    }
   }
-  throw Error(ExitCode::graphics, "no OpenGL: " + problem + install_advice);
+  throw Error(ExitCode::graphics, "no usable OpenGL: " + farthest.what + install_advice);
 }
 
 EglContext::~EglContext() { close(); }
@@ -174,24 +190,25 @@ void EglContext::release() const {
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
 }
 
-std::string EglContext::renderer() const {
-  return reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-}
-std::string EglContext::version() const {
-  return reinterpret_cast<const char*>(glGetString(GL_VERSION));
-}
+std::string EglContext::renderer() const { return text_of(GL_RENDERER); }
+std::string EglContext::version() const { return text_of(GL_VERSION); }
 
 void EglContext::check(const std::string& doing) const {
   std::string message = std::move(message_);
   message_.clear();
   const GLenum code = glGetError();
+  if (code == GL_CONTEXT_LOST || glGetGraphicsResetStatus() != GL_NO_ERROR)
+    throw Error(ExitCode::graphics,
+                "OpenGL, " + doing +
+                    ": the driver has reset the GPU, and what it held is lost; try again, or take "
+                    "another --device");
+  if (code == GL_OUT_OF_MEMORY)
+    throw DeviceFull(ExitCode::memory,
+                     "OpenGL, " + doing + ": the device's memory is full; " + memory_advice);
   if (message.empty() && code == GL_NO_ERROR) return;
-  if (message.empty()) {
-    message = code == GL_OUT_OF_MEMORY ? "out of memory" : "error " + std::to_string(code);
-  }
+  if (message.empty()) message = "error " + std::to_string(code);
   message.erase(std::remove(message.begin(), message.end(), '\n'), message.end());
-  throw Error(code == GL_OUT_OF_MEMORY ? ExitCode::memory : ExitCode::graphics,
-              "OpenGL, " + doing + ": " + message);
+  throw Error(ExitCode::graphics, "OpenGL, " + doing + ": " + message);
 }
 
 }  // namespace psivox::gl

@@ -26,7 +26,8 @@ class EglContext {
   std::string renderer() const;
   std::string version() const;
 
-  /// Throws Error(graphics) with the first KHR_debug message since the last call, if there was one
+  /// Throws DeviceFull if the device's memory is full, Error(graphics) if the driver has reset the
+  /// GPU. Throws Error(graphics) with the first KHR_debug message since the last call, if there was one
   /// (contexts made with ContextOptions::debug only), or with glGetError's.
   void check(const std::string& doing) const;
 
@@ -36,7 +37,16 @@ class EglContext {
   EGLSurface surface_ = EGL_NO_SURFACE;
   mutable std::string message_;  ///< first KHR_debug message, set by the callback
 
-  bool open(EGLDisplay display, bool debug, std::string& problem);
+  /// Why a display has no context for us. Of several displays', the one of the latest stage tells
+  /// most.
+  struct Obstacle {
+    int stage;
+    std::string what;
+  };
+  /// Throws an Obstacle.
+  void open(EGLDisplay display, bool debug);
+  /// What the display has in place of an OpenGL 4.5 core context.
+  std::string offered(EGLConfig config);
   void close();
 };
 

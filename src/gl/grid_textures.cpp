@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "psivox/error.h"
+#include "march/marcher.h"
 
 namespace psivox::gl {
 
@@ -18,9 +18,9 @@ GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter)
   GLint units = 0;
   glGetIntegerv(GL_MAX_TEXTURE_IMAGE_UNITS, &units);
   if (needed > units)
-    throw Error(ExitCode::graphics, "the atlas takes " + std::to_string(needed) +
-                                        " textures, and the device has " + std::to_string(units) +
-                                        "; a coarser grid needs fewer");
+    throw DeviceFull(ExitCode::graphics, "the atlas takes " + std::to_string(needed) +
+                                             " textures, and the device has " +
+                                             std::to_string(units) + "");
 }
 
 ProgramKey GridTextures::key(MarchSetup& setup) const {

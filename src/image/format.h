@@ -6,6 +6,12 @@
 
 namespace psivox::image_io {
 
+/// What a 16-bit float can hold.
+constexpr float largest_half = 65504;
+
+/// What an .hdr is written with: RGBE ends at 2^127.
+constexpr float largest_rgbe = 0x1p126f;
+
 enum class Format { exr, png, tiff, jpeg, hdr, webp };
 
 /// What psivox knows of a file format.

@@ -46,10 +46,9 @@ OutputFile::OutputFile(const fs::path& target) : named_(target), target_(target)
     if (file_ == nullptr) throw write_error(named_, std::strerror(errno));
     return;
   }
-  if (fs::is_symlink(target, ignored)) {
-    const fs::path followed = fs::canonical(target, ignored);
-    if (!followed.empty()) target_ = followed;
-  }
+  // the links stay, and the last one's file need not exist
+  for (int links = 0; links < 40 && fs::is_symlink(target_, ignored); ++links)
+    target_ = directory_of(target_) / fs::read_symlink(target_, ignored);
   check_target(named_, target_);
 
   try {

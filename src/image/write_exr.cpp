@@ -6,12 +6,14 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
 
+#include <algorithm>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include "encode.h"
+#include "format.h"
 
 namespace psivox::image_io {
 namespace {
@@ -44,6 +46,16 @@ Imf::Header header_of(const Image& image) {
   return header;
 }
 
+/// Values that half cannot hold become its largest: infinity would spread wherever the picture is
+/// composited.
+std::vector<half> as_halves(const std::vector<float>& values) {
+  std::vector<half> halves;
+  halves.reserve(values.size());
+  for (const float value : values)
+    halves.emplace_back(std::clamp(value, -largest_half, largest_half));
+  return halves;
+}
+
 /// One channel of a layer's interleaved values.
 template <typename Value>
 Imf::Slice slice(Imf::PixelType type, const std::vector<Value>& values, int width,
@@ -61,7 +73,7 @@ void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
   for (const Layer& layer : image.layers) {
     // Half's largest number is 65504 and its 11 bits miscount steps above 2048: layers stay float.
     const bool is_half = options.half && &layer == &image.layers.front();
-    if (is_half) halves.assign(layer.values.begin(), layer.values.end());
+    if (is_half) halves = as_halves(layer.values);
     const Imf::PixelType type = is_half ? Imf::HALF : Imf::FLOAT;
     const std::size_t count = layer.channels.size();
     for (std::size_t c = 0; c < count; ++c) {

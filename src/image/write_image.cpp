@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <string>
 
@@ -64,6 +65,24 @@ void check_layers(const Image& image, const fs::path& path) {
   }
 }
 
+/// Of light beyond the numbers that the file holds; empty if there is none.
+std::string what_is_too_bright(const Image& image, const fs::path& path, Format format,
+                               const WriteOptions& options) {
+  if (holds_codes(path, options)) return {};
+  float largest = std::numeric_limits<float>::max();
+  if (format == Format::hdr) largest = image_io::largest_rgbe;
+  if (options.half) largest = image_io::largest_half;
+  const auto rgba = image.rgba();
+  std::size_t beyond = 0;
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    beyond += !(rgba[i] <= largest && rgba[i + 1] <= largest && rgba[i + 2] <= largest);
+  if (beyond == 0) return {};
+  return in_quotes(path.string()) + ": " + std::to_string(beyond) + " of " +
+         std::to_string(rgba.size() / 4) + " pixels are not numbers up to " +
+         formatted("%.4g", largest) + ", the largest that it holds" +
+         (options.half ? "; leave out --half" : "");
+}
+
 /// A sentence for the user; empty if the file holds the whole picture.
 std::string what_is_lost(const Image& image, const fs::path& path, Format format,
                          const WriteOptions& options) {
@@ -103,7 +122,8 @@ std::string write_image(const Image& image, const fs::path& path, const WriteOpt
     image_io::write_png(image, options, file);
   else
     image_io::picture_files(ExitCode::output).write(image, format, options, file);
-  return what_is_lost(image, path, format, options);
+  const std::string too_bright = what_is_too_bright(image, path, format, options);
+  return too_bright.empty() ? what_is_lost(image, path, format, options) : too_bright;
 }
 
 void check_writable(const fs::path& path, const WriteOptions& options, int width, int height) {

@@ -3,6 +3,7 @@
 #include "march/light.h"
 #include "march/medium_atlas.h"
 #include "psivox/draw.h"
+#include "psivox/error.h"
 
 namespace psivox {
 
@@ -26,6 +27,13 @@ struct RenderOptions {
 struct RenderResult {
   Image image;
   RenderStats stats;
+};
+
+/// Thrown where the device cannot hold what it was given: its memory is full, or its textures are
+/// too small. A smaller atlas may fit.
+class DeviceFull : public Error {
+ public:
+  using Error::Error;
 };
 
 /// What Session draws with (draw.h). It gives calls in this order: upload, then light_depths or

@@ -25,12 +25,12 @@ void add_metadata(OIIO::ImageSpec& spec, const std::map<std::string, std::string
   }
 }
 
-/// Red, green and blue as RGBE can hold them: from 0 to 2^127, 0 for NaN.
+/// Red, green and blue as RGBE can hold them: from 0 to largest_rgbe, 0 for NaN.
 std::vector<float> rgbe_colours(std::span<const float> rgba) {
   std::vector<float> colours;
   colours.reserve(rgba.size() / 4 * 3);
   for (std::size_t i = 0; i < rgba.size(); ++i)
-    if (i % 4 != 3) colours.push_back(rgba[i] > 0 ? std::min(rgba[i], 0x1p126f) : 0.0f);
+    if (i % 4 != 3) colours.push_back(rgba[i] > 0 ? std::min(rgba[i], largest_rgbe) : 0.0f);
   return colours;
 }
 

@@ -1,0 +1,165 @@
+// Devices that fail: their functions are replaced by those of this file.
+
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <utility>
+
+#include "psivox/draw.h"
+#include "psivox/error.h"
+#include "psivox/image.h"
+
+namespace psivox {
+namespace {
+
+constexpr std::int64_t plenty = std::int64_t(1) << 40;  // [bytes]
+
+/// A device with little memory for buffers, which may also lose its context. It counts bytes.
+struct Device {
+  std::int64_t capacity = plenty;
+  std::int64_t held = 0;
+  std::int64_t most_held = 0;
+  std::map<GLuint, std::int64_t> buffers;
+  GLenum error = GL_NO_ERROR;
+  GLenum reset = GL_NO_ERROR;
+  decltype(epoxy_glNamedBufferStorage) storage = epoxy_glNamedBufferStorage;
+  decltype(epoxy_glDeleteBuffers) remove = epoxy_glDeleteBuffers;
+  decltype(epoxy_glGetError) get_error = epoxy_glGetError;
+  decltype(epoxy_glGetGraphicsResetStatus) reset_status = epoxy_glGetGraphicsResetStatus;
+};
+
+Device* device = nullptr;
+
+void store(GLuint buffer, GLsizeiptr size, const void* data, GLbitfield flags) {
+  if (device->held + size > device->capacity) {
+    device->error = GL_OUT_OF_MEMORY;
+    return;
+  }
+  device->held += size;
+  device->most_held = std::max(device->most_held, device->held);
+  device->buffers[buffer] = size;
+  device->storage(buffer, size, data, flags);
+}
+
+void remove_buffers(GLsizei count, const GLuint* buffers) {
+  for (GLsizei i = 0; i < count; ++i) {
+    device->held -= device->buffers[buffers[i]];
+    device->buffers.erase(buffers[i]);
+  }
+  device->remove(count, buffers);
+}
+
+GLenum get_error() {
+  const GLenum found = std::exchange(device->error, GL_NO_ERROR);
+  return found != GL_NO_ERROR ? found : device->get_error();
+}
+
+GLenum reset_status() { return device->reset; }
+
+class GlTrouble : public testing::Test {
+ protected:
+  void SetUp() override {
+    marcher_ = open_gpu();
+    for (int n = 0; n < 2; ++n)
+      Session(blobs()).draw(*marcher_);  // libepoxy finds each function when it is first called
+    device_ = Device();
+    device = &device_;
+    epoxy_glNamedBufferStorage = store;
+    epoxy_glDeleteBuffers = remove_buffers;
+    epoxy_glGetError = get_error;
+    epoxy_glGetGraphicsResetStatus = reset_status;
+  }
+
+  void TearDown() override {
+    marcher_.reset();
+    epoxy_glNamedBufferStorage = device_.storage;
+    epoxy_glDeleteBuffers = device_.remove;
+    epoxy_glGetError = device_.get_error;
+    epoxy_glGetGraphicsResetStatus = device_.reset_status;
+  }
+
+  static Scene blobs() {
+    Scene scene;
+    scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";
+    scene.extinction = 4;
+    scene.resolution = {64, 48};
+    scene.sampling = Sampling::cells;
+    scene.early_termination = 0;
+    return scene;
+  }
+
+  Device device_;
+  std::shared_ptr<Marcher> marcher_;
+};
+
+TEST_F(GlTrouble, AFullDeviceDrawsInParts) {
+  for (const bool lit : {false, true}) {
+    Scene scene = blobs();
+    if (lit) {
+      scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
+      scene.light_quality = LightQuality::exact;
+    }
+    const Image whole = Session(scene).draw(*marcher_).image;
+    const std::int64_t needed = std::exchange(device_.most_held, 0);
+    device_.capacity = needed * 3 / 4;
+    Session session(scene);
+    const Drawn drawn = session.draw(*marcher_);
+    ASSERT_FALSE(drawn.notices.empty());
+    EXPECT_NE(drawn.notices.back().find("parts"), std::string::npos) << drawn.notices.back();
+    EXPECT_LE(device_.most_held, device_.capacity);
+    // two parts join with one rounding to float32 each
+    EXPECT_LE(compare_images(whole, drawn.image).max, 4e-7);
+    // the next picture goes into parts at once
+    device_.error = GL_NO_ERROR;
+    EXPECT_EQ(compare_images(drawn.image, session.draw(*marcher_).image).max, 0);
+    device_.capacity = plenty;
+    device_.most_held = 0;
+  }
+}
+
+TEST_F(GlTrouble, ADeviceThatHoldsNothingSaysSo) {
+  device_.capacity = 1000;
+  try {
+    Session(blobs()).draw(*marcher_);
+    FAIL() << "drawn by a device without memory";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::memory);
+    EXPECT_NE(std::string(error.what()).find("memory is full"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("--texel"), std::string::npos) << error.what();
+  }
+  // what cannot be drawn in parts says the same
+  Scene uniform = blobs();
+  uniform.sampling = Sampling::uniform;
+  try {
+    Session(uniform).draw(*marcher_);
+    FAIL() << "drawn by a device without memory";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::memory) << error.what();
+  }
+  // and the marcher draws again when there is memory
+  device_.capacity = plenty;
+  EXPECT_NO_THROW(Session(blobs()).draw(*marcher_));
+}
+
+TEST_F(GlTrouble, ALostContextSaysSo) {
+  Session session(blobs());
+  session.draw(*marcher_);
+  const auto expect_lost = [&] {
+    try {
+      session.draw(*marcher_);
+      FAIL() << "drawn by a device that was reset";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::graphics);
+      EXPECT_NE(std::string(error.what()).find("reset"), std::string::npos) << error.what();
+    }
+  };
+  device_.reset = GL_INNOCENT_CONTEXT_RESET;
+  expect_lost();
+  device_.reset = GL_NO_ERROR;
+  device_.error = GL_CONTEXT_LOST;
+  expect_lost();
+}
+
+}  // namespace
+}  // namespace psivox
