@@ -19,6 +19,7 @@ find_path(STB_INCLUDE_DIR stb/stb_truetype.h REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
 pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
+pkg_check_modules(SECCOMP REQUIRED IMPORTED_TARGET libseccomp)
 
 # Debian's OpenVDB has no package configuration file, and its find module requires too much.
 find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h REQUIRED)

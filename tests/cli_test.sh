@@ -34,6 +34,10 @@ t 0 - render "$S" -o a.exr $R
 t 0 - render "$S" -oa.exr $R
 t 0 - render --output=a.exr --camera-position -1,2,300 $R "$S"
 t 0 - render "$S" -o a.exr $R --camera-position=-.5,0,300 --camera-target -.5,0,1
+# Reading in place draws the same picture.
+t 0 - render "$S" -o b.exr $R --camera-position=-.5,0,300 --camera-target -.5,0,1 --trust
+t 0 rms compare a.exr b.exr --max-abs 1e-30
+t 0 "Reading is guarded by" --version
 # A write beyond the limit of a file's size, as of a full disk, leaves the old picture and no other.
 cp a.exr old.exr
 limited=$(ulimit -f 1 && "$program" render "$S" -o a.exr -q --look plain --resolution 64x64 2>&1)

@@ -18,6 +18,7 @@ void info_command(Arguments arguments) {
   line.add_flag("--topology", topology,
                 "read no values of voxels: no ranges, sizes of atlases, nor what auto chooses");
   line.add_flag("--json", as_json, "print JSON");
+  line.add_trust();
   if (!line.read(arguments)) return;
   const FileReport report = report_of(path, !topology);
   std::cout << (as_json ? report.json() : report.text());

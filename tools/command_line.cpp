@@ -8,6 +8,7 @@
 
 #include "option_concepts.h"
 #include "psivox/error.h"
+#include "psivox/guarded_reading.h"
 
 namespace psivox {
 namespace {
@@ -127,6 +128,14 @@ void CommandLine::check_remaining() const {
     const bool has = std::find(known.begin(), known.end(), meant) != known.end();
     fail("unknown option " + name + (has ? "; " + meant + " does that here" : ""));
   }
+}
+
+void CommandLine::add_trust() {
+  add_flag_callback(
+      "--trust", trust_files,
+      "read .vdb files without a guarded process, time limit or memory limit: a hostile file "
+      "can then crash psivox or run code")
+      ->group(group_name(ParameterGroup::input));
 }
 
 bool CommandLine::read(std::span<const std::string> arguments) {

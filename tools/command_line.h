@@ -26,6 +26,9 @@ class CommandLine : public CLI::App {
   void add_parameters(std::vector<Setting>& settings,
                       const std::function<bool(const Parameter&)>& wanted = {});
 
+  /// Adds --trust, which takes effect when it is read.
+  void add_trust();
+
   /// Returns false if it printed the help that was asked for. Throws Error(usage).
   bool read(std::span<const std::string> arguments);
 

@@ -16,6 +16,7 @@ packages=(
   libepoxy-dev libegl-dev
   libglfw3-dev libimgui-dev
   libcli11-dev nlohmann-json3-dev libpugixml-dev
+  libseccomp-dev
   # the plots of a study's page; the text of colour bars
   libjs-chart.js
   libstb-dev fonts-dejavu-core

@@ -11,6 +11,7 @@
 #include "commands.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "psivox/guarded_reading.h"
 #include "psivox/image.h"
 #include "psivox/text.h"
 #include "psivox/vdb.h"
@@ -61,7 +62,8 @@ std::string gl_renderer() {
 void print_version() {
   const std::string openimageio = openimageio_version();  // may throw
   std::cout << "psivox " PSIVOX_VERSION "\nOpenVDB " << openvdb_version() << "\nOpenImageIO "
-            << openimageio << "\nGL " << gl_renderer() << '\n';
+            << openimageio << "\nGL " << gl_renderer() << "\nReading is guarded by "
+            << reading_guard() << '\n';
 }
 
 /// Runs a command. `who` is set to the name that starts a usage error.
@@ -97,6 +99,7 @@ int main(int argc, char** argv) {
   std::string who = "psivox";
   report_failed_writes();
   try {
+    start_guarded_reading();
     run({argv + (argc > 0 ? 1 : 0), argv + argc}, who);
     if (!std::cout.flush()) throw Error(ExitCode::output, "cannot write to the standard output");
     return 0;

@@ -23,6 +23,7 @@ void SceneOptions::add_to(CommandLine& line, std::span<const std::string> withou
                   "line overrides them")
       ->type_name("FILE")
       ->group(group_name(ParameterGroup::input));
+  line.add_trust();
   line.add_option("--camera", camera_,
                   "camera of a .gltf, .glb or ParaView's .pvcc; :NAME of one of several")
       ->type_name("FILE[:NAME]")

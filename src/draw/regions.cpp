@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <glm/common.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec4.hpp>
-#include <limits>
 #include <string>
 
 #include "draw/trial_method.h"
 #include "psivox/camera.h"
 #include "psivox/error.h"
+#include "psivox/memory.h"
 #include "psivox/text.h"
 
 namespace psivox {
@@ -153,18 +152,6 @@ std::string region_obstacle(const View& view, const Wish& wish) {
   if (layers.depth || layers.steps || layers.samples || layers.error)
     return "pictures without other layers than transmittance";
   return {};
-}
-
-/// Memory that no process uses [bytes]; 0 if it is not known.
-std::uint64_t available_memory() {
-  std::ifstream file("/proc/meminfo");
-  std::string name;
-  std::uint64_t kibibytes = 0;
-  while (file >> name >> kibibytes) {
-    if (name == "MemAvailable:") return kibibytes << 10;
-    file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
-  }
-  return 0;
 }
 
 /// More than the field's bricks can take on host and GPU [bytes].

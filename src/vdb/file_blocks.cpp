@@ -1,12 +1,14 @@
 #include "file_blocks.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "psivox/error.h"
 
@@ -35,6 +37,16 @@ std::int64_t size_of(const std::filesystem::path& path) {
 FileBlocks::FileBlocks(const std::filesystem::path& path)
     : path_(path.string()), size_(size_of(path)), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
   if (file_ < 0) throw Error(ExitCode::input, path_ + ": cannot be opened for reading");
+}
+
+FileBlocks::FileBlocks(std::string path, int descriptor)
+    : path_(std::move(path)), file_(descriptor) {
+  struct stat status {};
+  if (fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {
+    close(file_);
+    throw Error(ExitCode::input, path_ + ": is no regular file");
+  }
+  size_ = status.st_size;
 }
 
 FileBlocks::~FileBlocks() { close(file_); }

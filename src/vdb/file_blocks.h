@@ -31,11 +31,18 @@ class FileBlocks {
  public:
   /// Throws Error(input) if the file cannot be opened or is none.
   explicit FileBlocks(const std::filesystem::path& path);
+
+  /// Takes over a regular file that is open, as its descriptor. Throws Error(input) if it is none.
+  /// The path is for messages.
+  FileBlocks(std::string path, int descriptor);
   ~FileBlocks();
   FileBlocks(const FileBlocks&) = delete;
   FileBlocks& operator=(const FileBlocks&) = delete;
 
   const std::string& path() const { return path_; }
+
+  /// For another process to read from.
+  int descriptor() const { return file_; }
 
   /// Of the file when it was opened [bytes].
   std::int64_t size() const { return size_; }

@@ -31,16 +31,6 @@ std::string background_problem(const GridSummary& summary) {
   return text;
 }
 
-bool too_large(const Box& box) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t lo = box.min[axis], hi = box.max[axis];
-    if (hi - lo + 1 >= kMaxExtent || std::abs(lo) >= kMaxExtent || std::abs(hi) >= kMaxExtent) {
-      return true;
-    }
-  }
-  return false;
-}
-
 bool invertible(const openvdb::math::Transform& transform) {
   const glm::dmat4 m = world_from_index(transform);
   for (int column = 0; column < 4; ++column) {
@@ -71,6 +61,16 @@ GridSummary summarise(const openvdb::GridBase& grid) {
                           {box.max().x(), box.max().y(), box.max().z()}};
   }
   return summary;
+}
+
+bool too_large(const Box& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t lo = box.min[axis], hi = box.max[axis];
+    if (hi - lo + 1 >= kMaxExtent || std::abs(lo) >= kMaxExtent || std::abs(hi) >= kMaxExtent) {
+      return true;
+    }
+  }
+  return false;
 }
 
 bool has_background(const openvdb::GridBase& grid, const GridSummary& summary) {

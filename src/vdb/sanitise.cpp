@@ -123,6 +123,15 @@ BadValues sanitise(std::span<float* const> leaves, std::span<Tile> tiles, int ch
   return count;
 }
 
+bool all_good(std::span<const float> values, GridRole role) {
+  const float lo = smallest_good(role);
+  while (values.size() >= kLeafVoxels) {
+    if (has_bad_value(values.data(), lo)) return false;
+    values = values.subspan(kLeafVoxels);
+  }
+  return std::ranges::all_of(values, [&](float v) { return v >= lo && v <= kMaxFloat; });
+}
+
 std::string BadValues::describe() const {
   std::vector<std::string> zeroed;
   if (nan > 0) zeroed.push_back(std::to_string(nan) + " NaN");

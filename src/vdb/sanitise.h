@@ -35,6 +35,9 @@ float smallest_good(GridRole role);
 /// and stays.
 BadValues sanitise_leaf(float* values, int channels, float smallest);
 
+/// Whether sanitise would leave the values as they are.
+bool all_good(std::span<const float> values, GridRole role);
+
 /// Replaces NaN, -Inf and negative values by 0 and +Inf by the largest finite value of the grid (1
 /// if there is none above 0). Under GridRole::data finite negative values stay. Tiles of value 0
 /// are kept. Each leaf is 512 * channels floats. `elsewhere` is the largest finite value of leaves

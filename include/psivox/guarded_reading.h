@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+namespace psivox {
+
+/// From now on every VdbFile that is opened is read in a process of its own: a damaged or hostile
+/// file that makes OpenVDB crash, hang or ask for all memory is an Error(input), and a file that
+/// takes the process over can neither open files nor start programs there.
+///
+/// To be called at the beginning of main(), before any thread starts: it forks a process that forks
+/// the readers. That process ends with this one. Without this call, VdbFile reads in place, and
+/// such a file can end the program. Throws Error(failure) if the system starts no process.
+void start_guarded_reading();
+
+/// VdbFiles that are opened from now on are read in place, as `--trust` asks for.
+void trust_files();
+
+/// What guards reading here: `seccomp and resource limits`; `resource limits, without seccomp` if
+/// the kernel lacks it; `nothing` if files are read in place.
+std::string reading_guard();
+
+}  // namespace psivox

@@ -1,0 +1,161 @@
+#include "fork_server.h"
+
+#include <fcntl.h>
+#include <openvdb/openvdb.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/signalfd.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <exception>
+#include <vector>
+
+#include "psivox/error.h"
+#include "psivox/guarded_reading.h"
+#include "reader_service.h"
+#include "restrict_process.h"
+
+namespace psivox {
+namespace vdb {
+namespace {
+
+int server = -1;  ///< a socket to it; -1: it was not started
+std::atomic<bool> trusted = false;
+
+struct RunningReader {
+  pid_t process;
+  Descriptor life;
+};
+
+/// Leaves the process no descriptor but 0, 1 and 2, which lead nowhere, and the given one, which
+/// becomes 3.
+void keep_only(int descriptor) {
+  dup2(descriptor, 3);
+  const int nowhere = open("/dev/null", O_RDWR);
+  for (int standard = 0; standard < 3; ++standard)
+    if (standard < 2 || !sanitised) dup2(nowhere, standard);
+  close_range(4, ~0u, 0);
+}
+
+/// Only the program that reads decides when its readers end. A limit of memory is an error.
+void ignore_signals() {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXFSZ})
+    std::signal(number, SIG_IGN);
+}
+
+class ForkServer {
+ public:
+  explicit ForkServer(int requests) : requests_(requests) {
+    sigset_t children;
+    sigemptyset(&children);
+    sigaddset(&children, SIGCHLD);
+    sigprocmask(SIG_BLOCK, &children, nullptr);
+    ends_ = Descriptor(signalfd(-1, &children, SFD_CLOEXEC));
+  }
+
+  /// Returns once the program has ended.
+  void run() {
+    for (;;) {
+      std::vector<pollfd> waits{{requests_, POLLIN, 0}, {ends_.get(), POLLIN, 0}};
+      // a reader's socket is readable only when the program has closed its end
+      for (const RunningReader& reader : readers_) waits.push_back({reader.life.get(), POLLIN, 0});
+      if (poll(waits.data(), waits.size(), -1) < 0) continue;
+      for (std::size_t n = 2; n < waits.size(); ++n)
+        if (waits[n].revents != 0) end(readers_[n - 2]);
+      if (waits[1].revents != 0) collect();
+      if (waits[0].revents != 0 && !start()) break;
+    }
+    for (RunningReader& reader : readers_) end(reader);
+  }
+
+ private:
+  static void end(RunningReader& reader) {
+    kill(reader.process, SIGKILL);
+    reader.life = Descriptor();
+  }
+
+  bool start() {
+    char byte;
+    Descriptor connection, life;
+    const std::int64_t got = receive_with(requests_, &byte, 1, &connection, &life);
+    if (got == 0) return false;
+    if (got < 0 || !life) return true;
+    const pid_t process = fork();
+    if (process == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
+      keep_only(connection.get());
+      serve_reader(3);
+    }
+    if (process < 0) return true;  // both ends close, which tells the program
+    send_with(life.get(), {reinterpret_cast<const char*>(&process), sizeof process});
+    readers_.push_back({process, std::move(life)});
+    return true;
+  }
+
+  void collect() {
+    signalfd_siginfo ignored;
+    [[maybe_unused]] const ssize_t got = read(ends_.get(), &ignored, sizeof ignored);
+    int status = 0;
+    pid_t process;
+    while ((process = waitpid(-1, &status, WNOHANG)) > 0) {
+      std::erase_if(readers_, [&](const RunningReader& reader) {
+        if (reader.process != process) return false;
+        if (reader.life)
+          send_with(reader.life.get(), {reinterpret_cast<const char*>(&status), sizeof status});
+        return true;
+      });
+    }
+  }
+
+  int requests_;
+  Descriptor ends_;
+  std::vector<RunningReader> readers_;
+};
+
+[[noreturn]] void serve(int requests) {
+  try {
+    prctl(PR_SET_NAME, "psivox-readers");
+    keep_only(requests);
+    ignore_signals();
+    openvdb::initialize();  // once for all readers
+    ForkServer(3).run();
+  } catch (const std::exception&) {  // the program notices the end
+  }
+  _exit(0);
+}
+
+}  // namespace
+
+bool reads_guarded() { return server >= 0 && !trusted; }
+
+ReaderEnds start_reader() {
+  auto [connection, reader_connection] = socket_pair(SOCK_STREAM);
+  auto [life, reader_life] = socket_pair(SOCK_STREAM);
+  if (!send_with(server, "r", reader_connection.get(), reader_life.get()))
+    throw Error(ExitCode::failure, "the process that starts readers of files has ended");
+  return {std::move(connection), std::move(life)};
+}
+
+}  // namespace vdb
+
+void start_guarded_reading() {
+  if (vdb::server >= 0) return;
+  auto [program, requests] = vdb::socket_pair(SOCK_SEQPACKET);
+  const pid_t process = fork();
+  if (process < 0) throw Error(ExitCode::failure, "no process to read files in can be started");
+  if (process == 0) vdb::serve(requests.get());
+  vdb::server = fcntl(program.get(), F_DUPFD_CLOEXEC, 3);  // 0, 1 and 2 may be closed
+}
+
+void trust_files() { vdb::trusted = true; }
+
+std::string reading_guard() {
+  if (!vdb::reads_guarded()) return "nothing";
+  return vdb::has_seccomp() ? "seccomp and resource limits" : "resource limits, without seccomp";
+}
+
+}  // namespace psivox

@@ -1,0 +1,96 @@
+#include "guarded_reader.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "check_field.h"
+#include "guarded_leaves.h"
+#include "psivox/error.h"
+#include "shared_field.h"
+
+namespace psivox::vdb {
+
+GuardedReader::GuardedReader(std::shared_ptr<FileBlocks> file, Progress progress)
+    : file_(std::move(file)), progress_(std::move(progress)) {}
+
+template <typename Take>
+void GuardedReader::ask(MessageKind kind, const std::string& content, int descriptor,
+                        const Take& take) {
+  try {
+    if (!process_) {
+      last_storage_.reset();
+      process_ = std::make_unique<ReaderProcess>(file_);
+      if (kind != MessageKind::open)
+        process_->ask(MessageKind::open, file_->path(), file_->descriptor(), {});
+    }
+    const std::string answer = process_->ask(kind, content, descriptor, progress_);
+    Unpacker unpack(answer);
+    take(unpack);
+    unpack.end();
+  } catch (const Error&) {
+    process_.reset();
+    throw;
+  } catch (const std::exception& error) {
+    process_.reset();
+    throw Error(ExitCode::input, nonsense(*file_, error.what()));
+  } catch (...) {  // the progress ends the reading
+    process_.reset();
+    throw;
+  }
+}
+
+FileFacts GuardedReader::facts() {
+  const std::lock_guard lock(mutex_);
+  FileFacts facts;
+  ask(MessageKind::open, file_->path(), file_->descriptor(), [&](Unpacker& answer) {
+    answer(facts);
+    const std::size_t grids = facts.names.size();
+    if (facts.base_names.size() != grids || facts.channels.size() != grids ||
+        facts.classes.size() != grids)
+      throw std::runtime_error("lists of different lengths");
+  });
+  return facts;
+}
+
+std::vector<GridInfo> GuardedReader::info(bool values) {
+  const std::lock_guard lock(mutex_);
+  Packer request;
+  request(values);
+  std::vector<GridInfo> rows;
+  ask(MessageKind::info, request.text(), -1, [&](Unpacker& answer) { answer(rows); });
+  return rows;
+}
+
+Field GuardedReader::read(const std::string& grid, const ReadOptions& options) {
+  const std::lock_guard lock(mutex_);
+  const std::shared_ptr<const void> held = last_storage_.lock();
+  const Descriptor memory = shared_memory();
+  Packer request;
+  request(ReadRequest{grid, options, held != nullptr});
+  FieldFacts facts;
+  ask(MessageKind::read, request.text(), memory.get(), [&](Unpacker& answer) {
+    answer(facts);
+    Field& field = facts.field;
+    if (facts.same_values) {
+      if (!held || facts.leaves != last_.leaves.size() || facts.tiles != last_.tiles.size() ||
+          field.channels != last_.channels)
+        throw std::runtime_error("values that it has not sent");
+      field.leaves = last_.leaves;
+      field.tiles = last_.tiles;
+      field.storage = held;
+    } else {
+      take_shared(facts, memory.get());
+    }
+    check_field(facts, options.role);
+  });
+  // from now on that process reads leaves
+  if (facts.stored)
+    facts.field.reader =
+        std::make_shared<GuardedLeaves>(std::move(process_), file_, facts.field, options.role);
+  last_ = facts.field;
+  last_storage_ = last_.storage;
+  last_.storage.reset();
+  return facts.field;
+}
+
+}  // namespace psivox::vdb

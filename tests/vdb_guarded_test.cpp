@@ -1,0 +1,422 @@
+// Reading in a guarded process: whatever happens there is one Error(input), and what comes back is
+// what reading in place gives.
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <functional>
+#include <map>
+#include <thread>
+
+#include "psivox/guarded_reading.h"
+#include "psivox/leaf_values.h"
+#include "vdb/check_field.h"
+#include "vdb/fork_server.h"
+#include "vdb/guarded_reader.h"
+#include "vdb/in_place_reader.h"
+#include "vdb/reader_service.h"
+#include "vdb/restrict_process.h"
+#include "vdb/shared_field.h"
+#include "vdb/socket.h"
+#include "vdb_test_util.h"
+
+extern char** environ;
+
+namespace psivox::vdb {
+namespace {
+
+/// Hides what it does from the compiler.
+volatile int* volatile nowhere = nullptr;
+
+void send_answer(int connection, const std::string& content) {
+  send(connection, MessageKind::answer, content);
+  std::this_thread::sleep_for(std::chrono::hours(1));
+}
+
+void send_failure(int connection, const std::string& message) {
+  Packer content;
+  content(Failure{3, message});
+  send(connection, MessageKind::failure, content.text());
+}
+
+/// Sends what of a process should be possible: 1, and what should not.
+void try_forbidden_calls(int connection) {
+  const int file = open("/etc/passwd", O_RDONLY);
+  const int socket_ = socket(AF_INET, SOCK_STREAM, 0);
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  const bool killed = kill(getppid(), 0) == 0;
+  std::string answer = "opened " + std::to_string(file >= 0) + ", connected " +
+                       std::to_string(socket_ >= 0) + ", forked " + std::to_string(child > 0) +
+                       ", signalled " + std::to_string(killed);
+  std::thread([&] { answer += ", in a thread"; }).join();
+  send_failure(connection, answer);
+}
+
+/// What a file does to its reader, by the file's name.
+const std::map<std::string, std::function<void(int connection)>> accidents = {
+    {"segfault.vdb", [](int) { *nowhere = 1; }},
+    {"abort.vdb", [](int) { std::abort(); }},
+    {"terminate.vdb", [](int) { std::thread([] { throw 1; }).join(); }},
+    {"exit.vdb", [](int) { _exit(0); }},
+    {"killed.vdb", [](int) { raise(SIGKILL); }},
+    {"hang.vdb",
+     [](int) {
+       while (!nowhere) continue;
+     }},
+    {"sleep.vdb", [](int) { std::this_thread::sleep_for(std::chrono::hours(1)); }},
+    {"overflow.vdb", [](int) { std::vector<char> huge(std::size_t{1} << 44); }},
+    {"nonsense.vdb", [](int connection) { send_answer(connection, "nonsense"); }},
+    {"empty_answer.vdb", [](int connection) { send_answer(connection, ""); }},
+    {"long_answer.vdb",
+     [](int connection) {
+       const std::uint64_t header[2] = {~std::uint64_t{0}, std::uint64_t(MessageKind::answer)};
+       send_with(connection, {reinterpret_cast<const char*>(header), sizeof header});
+       std::this_thread::sleep_for(std::chrono::hours(1));
+     }},
+    {"lines.vdb", [](int connection) { send_failure(connection, "two\nlines\x1b[2J"); }},
+    {"calls.vdb", try_forbidden_calls},
+};
+
+void have_accident(const std::string& path, int connection) {
+  const auto accident = accidents.find(std::filesystem::path(path).filename().string());
+  if (accident != accidents.end()) accident->second(connection);
+}
+
+std::filesystem::path asset(const std::string& name) { return test::assets_dir() / name; }
+
+/// A file of that name, with the content of an asset.
+std::filesystem::path file_named(const std::string& name) {
+  return test::write_bytes(name, test::file_bytes(asset("single_voxel.vdb")));
+}
+
+/// Sets limits for one test.
+class Limits {
+ public:
+  explicit Limits(const ReaderLimits& limits) { reader_limits = limits; }
+  ~Limits() { reader_limits = {}; }
+};
+
+bool same(const std::vector<Leaf>& a, const std::vector<Leaf>& b, int channels) {
+  const std::size_t bytes = 512 * sizeof(float) * static_cast<std::size_t>(channels);
+  return std::ranges::equal(a, b, [&](const Leaf& x, const Leaf& y) {
+    return x.origin == y.origin && std::memcmp(x.values, y.values, bytes) == 0;
+  });
+}
+
+bool same(const std::vector<Tile>& a, const std::vector<Tile>& b) {
+  return std::ranges::equal(a, b, [](const Tile& x, const Tile& y) {
+    return x.origin == y.origin && x.width == y.width && x.value == y.value;
+  });
+}
+
+/// All that reading says, errors too, but for leaves and tiles.
+std::string facts_of(Reader& reader, const std::string& grid, const ReadOptions& options,
+                     Field& field) {
+  try {
+    field = reader.read(grid, options);
+    Packer pack;
+    pack(FieldFacts{field, field.leaves.size(), field.tiles.size()});
+    return pack.text();
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+void expect_same_as_in_place(const std::filesystem::path& path) {
+  const auto file = std::make_shared<FileBlocks>(path);
+  InPlaceReader in_place(file);
+  GuardedReader guarded(file);
+  Packer expected, got;
+  expected(in_place.facts(), in_place.info(true), in_place.info(false));
+  got(guarded.facts(), guarded.info(true), guarded.info(false));
+  EXPECT_EQ(expected.text(), got.text());
+  for (const std::string& grid : in_place.facts().names) {
+    for (const GridRole role : {GridRole::data, GridRole::attenuation}) {
+      for (const bool distances : {false, true}) {
+        const ReadOptions options{
+            .role = role, .distances = distances, .background = 0.5, .percentiles = {50.0}};
+        Field a, b;
+        ASSERT_EQ(facts_of(in_place, grid, options, a), facts_of(guarded, grid, options, b))
+            << grid;
+        EXPECT_TRUE(same(a.leaves, b.leaves, a.channels)) << grid;
+        EXPECT_TRUE(same(a.tiles, b.tiles)) << grid;
+      }
+    }
+  }
+}
+
+TEST(GuardedReading, GivesWhatReadingInPlaceGives) {
+  int files = 0;
+  for (const auto& folder : {test::assets_dir(), test::data_dir(), test::data_dir() / "edge"}) {
+    if (!std::filesystem::is_directory(folder)) continue;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (entry.path().extension() != ".vdb") continue;
+      SCOPED_TRACE(entry.path());
+      expect_same_as_in_place(entry.path());
+      ++files;
+    }
+  }
+  EXPECT_GE(files, 6);
+}
+
+TEST(GuardedReading, EveryVdbFileIsGuardedOnceItHasStarted) {
+  EXPECT_EQ(reading_guard(),
+            sanitised ? "resource limits, without seccomp" : "seccomp and resource limits");
+  const std::string message = test::input_error([] { VdbFile file(file_named("segfault.vdb")); });
+  EXPECT_NE(message.find("segfault.vdb: is damaged: reading it crashed (Segmentation fault)"),
+            std::string::npos)
+      << message;
+}
+
+TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
+  const Limits limits({.seconds = 0.3, .per_mebibyte = 0, .idle = 0.5});
+  const std::map<std::string, std::string> expected = {
+      {"abort.vdb", "reading it crashed (Aborted)"},
+      {"terminate.vdb", "reading it crashed (Aborted)"},
+      {"exit.vdb", "its reader ended without an answer"},
+      {"killed.vdb", "for lack of memory"},
+      {"hang.vdb", "--trust reads without limits"},
+      {"sleep.vdb", "--trust reads without limits"},
+      {"overflow.vdb", "asks for more memory than there is"},
+      {"nonsense.vdb", "its reader answered nonsense"},
+      {"empty_answer.vdb", "its reader answered nonsense"},
+      {"long_answer.vdb", "its reader answered nonsense"},
+  };
+  for (const auto& [name, part] : expected) {
+    const auto path = file_named(name);
+    const std::string message = test::input_error([&] { VdbFile file(path); });
+    EXPECT_EQ(message.find(path.string() + ": "), 0u) << message;
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  }
+}
+
+TEST(GuardedReading, WhatAReaderSaysIsOneLine) {
+  EXPECT_EQ(test::input_error([] { VdbFile file(file_named("lines.vdb")); }), "two lines [2J");
+}
+
+TEST(GuardedReading, AReaderHasThreadsButReachesNoFileNoNetworkAndNoProcess) {
+  if (sanitised) GTEST_SKIP() << "no seccomp under sanitizers";
+  EXPECT_EQ(test::input_error([] { VdbFile file(file_named("calls.vdb")); }),
+            "opened 0, connected 0, forked 0, signalled 0, in a thread");
+}
+
+TEST(GuardedReading, ProgressComesBackAndMayEndTheReading) {
+  struct Cancelled {};
+  bool cancel = false;
+  int reports = 0;
+  const VdbFile file(asset("blobs.vdb"), [&](double fraction) {
+    EXPECT_GE(fraction, 0);
+    EXPECT_LE(fraction, 1);
+    ++reports;
+    if (cancel) throw Cancelled();
+  });
+  const Field before = file.read("density");
+  EXPECT_GT(reports, 0);
+  cancel = true;
+  EXPECT_THROW(file.read("temperature"), Cancelled);
+  cancel = false;
+  EXPECT_TRUE(same(file.read("density").leaves, before.leaves, 1));
+}
+
+TEST(GuardedReading, AFieldThatIsHeldSharesItsValuesWithTheNextIfNoneChanges) {
+  const VdbFile file(asset("blobs.vdb"));
+  const Field first = file.read("density");
+  const Field data = file.read("density", {.role = GridRole::data});
+  EXPECT_TRUE(data.active_range);
+  EXPECT_EQ(data.leaves.front().values, first.leaves.front().values);
+  EXPECT_NE(file.read("temperature").storage, first.storage);
+  EXPECT_NE(file.read("density").storage, first.storage);
+}
+
+TEST(GuardedReading, LeavesThatStayInTheFileAreReadThere) {
+  const Field whole = VdbFile(asset("blobs.vdb")).read("density");
+  const Field stored = VdbFile(asset("blobs.vdb")).read("density", {.memory = 1});
+  ASSERT_TRUE(stored.reader);
+  EXPECT_TRUE(same(part_of_field(stored, whole.active_box).leaves,
+                   part_of_field(whole, whole.active_box).leaves, 1));
+}
+
+TEST(GuardedReading, SeveralThreadsMayRead) {
+  const VdbFile shared(asset("blobs.vdb"));
+  const Field expected = shared.read("density");
+  std::vector<std::thread> threads;
+  for (int n = 0; n < 4; ++n)
+    threads.emplace_back([&] {
+      for (int i = 0; i < 5; ++i) {
+        EXPECT_TRUE(same(shared.read("density").leaves, expected.leaves, 1));
+        EXPECT_TRUE(same(VdbFile(asset("blobs.vdb")).read("density").leaves, expected.leaves, 1));
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+}
+
+/// Processes in the group.
+int processes_of(pid_t group) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    if (getpgid(std::stoi(name)) == group) ++count;
+  }
+  return count;
+}
+
+/// Until it is so, for a minute at most: the system may take its time.
+template <typename Condition>
+bool becomes(const Condition& condition) {
+  for (int n = 0; n < 6000; ++n) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+TEST(GuardedReading, NoProcessIsLeftWhenTheProgramIsKilled) {
+  for (const int signal : {SIGKILL, SIGINT}) {
+    const std::string path = file_named("sleep.vdb").string();
+    std::string self = "/proc/self/exe", option = "--read", file = path;
+    char* arguments[] = {self.data(), option.data(), file.data(), nullptr};
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    pid_t program = 0;
+    ASSERT_EQ(posix_spawn(&program, self.c_str(), nullptr, &attributes, arguments, environ), 0);
+    EXPECT_TRUE(becomes([&] { return processes_of(program) == 3; }))  // program, server, reader
+        << processes_of(program);
+    kill(program, signal);
+    int status = 0;
+    waitpid(program, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status));
+    EXPECT_TRUE(becomes([&] { return processes_of(program) == 0; })) << processes_of(program);
+    posix_spawnattr_destroy(&attributes);
+  }
+}
+
+TEST(GuardedReading, AReaderEndsWithItsVdbFile) {
+  const int before = processes_of(getpgrp());
+  {
+    const VdbFile file(asset("blobs.vdb"));
+    EXPECT_EQ(processes_of(getpgrp()), before + 1);
+  }
+  EXPECT_TRUE(becomes([&] { return processes_of(getpgrp()) == before; }));
+}
+
+// --- what a process that a file has taken over could send ---------------------------------------
+
+TEST(GuardedReading, APrefixOfAnAnswerIsAnError) {
+  InPlaceReader reader(std::make_shared<FileBlocks>(asset("blobs.vdb")));
+  Packer pack;
+  pack(reader.facts(), reader.info(true), FieldFacts{reader.read("density", {}), 1, 2});
+  const auto take = [](std::string_view text) {
+    FileFacts facts;
+    std::vector<GridInfo> rows;
+    FieldFacts field;
+    Unpacker unpack(text);
+    unpack(facts, rows, field);
+    unpack.end();
+  };
+  take(pack.text());
+  EXPECT_THROW(take(pack.text() + "x"), std::runtime_error);
+  for (std::size_t n = 0; n < pack.text().size(); ++n)
+    ASSERT_THROW(take(pack.text().substr(0, n)), std::runtime_error) << n;
+}
+
+/// A good field of 2 leaves and 2 tiles.
+struct MadeField {
+  MadeField() : values(2 * 512, 1.0f) {
+    field.active_box = {glm::ivec3(-8), glm::ivec3(700)};
+    field.leaves = {{glm::ivec3(-8), values.data()}, {glm::ivec3(0, 0, 8), values.data() + 512}};
+    field.tiles = {{glm::ivec3(128), 128, glm::vec3(1)}, {glm::ivec3(0, 0, 16), 8, glm::vec3(1)}};
+  }
+  std::vector<float> values;
+  FieldFacts facts{{}, 2, 2};
+  Field& field = facts.field;
+};
+
+TEST(GuardedReading, AFieldThatBreaksTheRulesIsAnError) {
+  EXPECT_NO_THROW(check_field(MadeField().facts, GridRole::attenuation));
+  const std::vector<std::function<void(MadeField&)>> lies = {
+      [](MadeField& m) { m.field.channels = 2; },
+      [](MadeField& m) { m.field.active_box = {}; },
+      [](MadeField& m) { m.field.active_box.max.x = 2147483647; },
+      [](MadeField& m) { m.field.world_from_index[1][1] = std::nan(""); },
+      [](MadeField& m) { m.field.world_from_index[1] = glm::dvec4(0); },
+      [](MadeField& m) { m.field.half_width = -1; },
+      [](MadeField& m) { m.field.active_range = glm::vec2(std::nanf(""), 1); },
+      [](MadeField& m) { m.field.leaves[1].origin.z = 9; },
+      [](MadeField& m) { m.field.leaves[1].origin = m.field.leaves[0].origin; },
+      [](MadeField& m) { std::swap(m.field.leaves[0], m.field.leaves[1]); },
+      [](MadeField& m) { m.field.leaves[1].origin = glm::ivec3(128, 128, 248); },  // in a tile
+      [](MadeField& m) { m.field.tiles[1].origin = glm::ivec3(0, 0, 8); },         // on a leaf
+      [](MadeField& m) { m.field.tiles[1].origin = glm::ivec3(128, 128, 136); },   // in the other
+      [](MadeField& m) { m.field.tiles[0].width = 64; },
+      [](MadeField& m) { m.field.tiles[0].origin.x = 136; },
+      [](MadeField& m) { m.field.tiles.push_back(m.field.tiles[1]); },
+      [](MadeField& m) { m.field.tiles[0].value.x = -1; },
+      [](MadeField& m) { m.values[700] = std::nanf(""); },
+      [](MadeField& m) { m.values[1023] = -1; },
+      [](MadeField& m) { m.values[0] = HUGE_VALF; },
+  };
+  for (std::size_t n = 0; n < lies.size(); ++n) {
+    MadeField made;
+    lies[n](made);
+    EXPECT_THROW(check_field(made.facts, GridRole::attenuation), std::runtime_error) << n;
+  }
+  MadeField negative;
+  negative.values[1023] = -1;
+  EXPECT_NO_THROW(check_field(negative.facts, GridRole::data));
+}
+
+TEST(GuardedReading, SharedMemoryMustHaveItsSizeAndStayAsItIs) {
+  const MadeField made;
+  const Descriptor memory = shared_memory();
+  FieldFacts written_facts;
+  write_shared(made.field, memory.get(), written_facts);
+  FieldFacts facts;
+  const Field& taken = facts.field;
+  constexpr auto all = ~std::uint64_t{0};
+  for (const auto& [leaves, tiles] : std::vector<std::pair<std::uint64_t, std::uint64_t>>{
+           {3, 2}, {1, 2}, {2, 1}, {all, 2}, {2, all}, {all / 2060, all / 28}, {0, 0}}) {
+    facts.leaves = leaves;
+    facts.tiles = tiles;
+    EXPECT_THROW(take_shared(facts, memory.get()), std::runtime_error) << leaves << ' ' << tiles;
+  }
+  facts.leaves = facts.tiles = 2;
+  facts.field.channels = 3;
+  EXPECT_THROW(take_shared(facts, memory.get()), std::runtime_error);
+  facts.field.channels = 1;
+  take_shared(facts, memory.get());
+  EXPECT_TRUE(same(taken.leaves, made.field.leaves, 1));
+  EXPECT_TRUE(same(taken.tiles, made.field.tiles));
+  EXPECT_NE(ftruncate(memory.get(), 0), 0);
+  EXPECT_LT(write(memory.get(), "x", 1), 0);
+
+  const Descriptor written = shared_memory();
+  write_shared(made.field, written.get(), written_facts);
+  void* const map = mmap(nullptr, 4096, PROT_WRITE, MAP_SHARED, written.get(), 0);
+  ASSERT_NE(map, MAP_FAILED);
+  EXPECT_THROW(take_shared(facts, written.get()), std::runtime_error);
+  munmap(map, 4096);
+}
+
+}  // namespace
+}  // namespace psivox::vdb
+
+int main(int argc, char** argv) {
+  psivox::vdb::before_answer = psivox::vdb::have_accident;
+  psivox::start_guarded_reading();
+  if (argc == 3 && std::string(argv[1]) == "--read") {
+    const psivox::VdbFile file(argv[2]);
+    return 0;
+  }
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
