@@ -69,7 +69,8 @@ inline Scene open_look(const std::string& input) {
 class Hands {
  public:
   explicit Hands(const Scene& scene, bool egl = false, bool watch = false)
-      : viewer(scene, {.watch = watch,
+      : viewer(scene, {.frame_budget_ms = 0,  // the cheapest previews, however fast the machine is
+                       .watch = watch,
                        .egl = egl,
                        .debug = true,
                        .quiet = true,

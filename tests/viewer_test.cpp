@@ -397,7 +397,7 @@ TEST(Viewer, ManyFilesTakeTheMemoryAndTheObjectsOfOne) {
   Hands hands(small(files.front()));
   ASSERT_TRUE(hands.until_exact());
   hands.key(GLFW_KEY_TAB);
-  const SessionReport report = benchmark_session(hands.viewer, files, 42);
+  const SessionReport report = benchmark_session(hands.viewer, files, 24);
   EXPECT_GT(report.settled.window.textures, 0);
   EXPECT_GT(report.settled.pictures.textures, 0);
   EXPECT_EQ(report.settled.window, report.end.window);
