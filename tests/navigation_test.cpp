@@ -9,11 +9,13 @@
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <semaphore>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
 #include "view/command_text.h"
+#include "view/current_volume.h"
 #include "view/keys.h"
 #include "view/pace.h"
 #include "view/recent_files.h"
@@ -310,6 +312,19 @@ TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {
   EXPECT_EQ(Sequence::of({at("other.vdb"), at("v3_0001.vdb")}).last(), 2);
   EXPECT_THROW(Sequence::of({at("v4_####.vdb")}), Error);
   fs::remove_all(folder);
+}
+
+TEST(CurrentVolume, ABoxAndAVolumeThatArriveTogetherAreTheVolume) {
+  std::counting_semaphore<> told(0);
+  CurrentVolume current([&] { told.release(); });
+  Scene scene;
+  scene.input = std::string(PSIVOX_ASSETS) + "/slab.vdb";
+  EXPECT_FALSE(current.wish(scene, {}));
+  for (int n = 0; n < 2; ++n) told.acquire();  // of the box, and of the volume
+  const CurrentVolume::News news = current.take_news();
+  EXPECT_TRUE(news.arrived);
+  EXPECT_FALSE(news.box_known);
+  EXPECT_FALSE(current.box());
 }
 
 }  // namespace

@@ -35,6 +35,7 @@ CurrentVolume::News CurrentVolume::take_news() {
   news.first = !volume_;
   volume_ = std::move(loaded.volume);
   box_.reset();
+  news.box_known = false;
   news.arrived = true;
   return news;
 }

@@ -135,7 +135,9 @@ std::optional<TransferPoints> FunctionHandles::draw(const FunctionCanvas& canvas
     from_ = mouse_place();
   }
   draw_shapes(canvas, points);
-  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) dragged_.reset();
+  // a panel that was hidden meanwhile has not seen the end of its last drag
+  const bool another = ImGui::IsMouseClicked(ImGuiMouseButton_Left) && !begun;
+  if (another || !ImGui::IsMouseDown(ImGuiMouseButton_Left)) dragged_.reset();
   const ImVec2 delta = ImGui::GetIO().MouseDelta;
   if (!dragged_ || begun || (delta.x == 0 && delta.y == 0)) return std::nullopt;
   return moved(canvas, mouse_place());

@@ -48,7 +48,7 @@ glm::dvec2 show_layer(ShownLayer layer, std::span<Image> images) {
       high = std::max(high, static_cast<double>(value));
     }
   }
-  if (layer != ShownLayer::depth) low = 0;
+  if (layer != ShownLayer::depth || low > high) low = 0;
   if (!(low < high)) high = low + 1;
   const TransferFunction map = colormap_function(Colormap::viridis, low, high, low, high);
   for (Image& image : images) paint(layer_of(image, layer)->values, map, image.rgba());

@@ -180,6 +180,7 @@ bool TransferEditor::drag_points(bool hovered) {
       return true;
     }
   }
+  if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) dragging_ = false;  // of a hidden panel
   if (hovered && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
     selected_ = nearest();
     if (selected_ < 0) {
@@ -188,7 +189,8 @@ bool TransferEditor::drag_points(bool hovered) {
           std::upper_bound(points_.begin(), points_.end(), added.value,
                            [](double v, const TransferPoint& p) { return v < p.value; });
       added.color = next != points_.end() ? next->color : points_.back().color;
-      selected_ = static_cast<int>(points_.insert(next, added) - points_.begin());
+      selected_ = static_cast<int>(next - points_.begin());
+      points_.insert(next, added);
       changed = true;
     }
     dragging_ = true;
@@ -263,7 +265,10 @@ bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
     return true;
   }
   if (action == Action::save) write_text(path_, to_json(TransferFunction(points_, has_color_)));
-  if (action == Action::load) points_ = read_transfer_function(path_).points();
+  if (action == Action::load) {
+    points_ = read_transfer_function(path_).points();
+    selected_ = -1;
+  }
   name_function(scene, action == Action::clear ? "" : path_);
   taken_from_.clear();
   return true;
