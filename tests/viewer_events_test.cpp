@@ -30,7 +30,7 @@ class RandomHands {
       case 2:
         return hands_.post({Kind::wheel, {0, below(2) ? 1 : -1}});
       case 3:
-        if (below(5) == 0 && !hands_.viewer.saving()) hands_.viewer.save_picture(saved.string());
+        if (below(5) == 0 && !hands_.viewer.saving()) hands_.viewer.save_picture("saved.png");
         return;
       case 4:
         return hands_.key(GLFW_KEY_1 + int(below(7)));
@@ -50,8 +50,6 @@ class RandomHands {
     }
   }
 
-  inline static const fs::path saved = fs::path(testing::TempDir()) / "psivox_events.png";
-
  private:
   std::size_t below(std::size_t n) { return random_() % n; }
   glm::dvec2 place() { return {double(below(480)), double(below(360))}; }
@@ -65,17 +63,22 @@ class RandomHands {
 TEST(ViewerEvents, HarmNothing) {
   const char* wanted = std::getenv("PSIVOX_EVENTS");
   const int events = wanted ? std::atoi(wanted) : 400;
+  const fs::path before = fs::current_path();
+  const fs::path folder = fs::path(testing::TempDir()) / "psivox_events";
+  fs::create_directories(folder);
+  fs::current_path(folder);  // some hit the button that saves the transfer function
   Hands hands(small(asset("blobs.vdb")));
   RandomHands random(hands, unsigned(events));
   for (int n = 0; n < events; ++n) random.act();
   ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
-  fs::remove(RandomHands::saved);
   hands.viewer.compare(Comparison::none, {});
   hands.viewer.show(ShownLayer::picture);
   hands.drop(asset("slab.vdb"));
   hands.frames(3);
   ASSERT_TRUE(hands.until_exact());
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  fs::current_path(before);
+  fs::remove_all(folder);
 }
 
 }  // namespace
