@@ -3,7 +3,8 @@
 // Each language supplies the ids of the grids (density_grid and so on), the constants of
 // src/march/shader_constants.h, and the functions fetch_page(grid, i), fetch_constant(grid, i),
 // fetch_constant3, fetch_texel(grid, i), fetch_texel3, filtered_texel(grid, slot, local),
-// filtered_texel3, fetch_table(i), fetch_interval(i).
+// filtered_texel3, fetch_table(i), fetch_interval(i); fetch_pair(i): the density's texel and, where
+// `paired`, the luminance's beside it, whose bricks have the same slots.
 
 // A box of cells of one kind: of an entry, or the cube of empty entries around one.
 struct Node {
@@ -94,6 +95,40 @@ real trilinear(Corners c, real3 u) {
   real y0 = x.x + (x.z - x.x) * u.y;
   real y1 = x.y + (x.w - x.y) * u.y;
   return y0 + (y1 - y0) * u.z;
+}
+
+// The 8 corners of a cell of a brick, by their place along x, y and z: the density, and a luminance of
+// up to three channels beside it.
+struct Pairs {
+  real4 v_000;
+  real4 v_001;
+  real4 v_010;
+  real4 v_011;
+  real4 v_100;
+  real4 v_101;
+  real4 v_110;
+  real4 v_111;
+};
+
+Pairs fetch_pairs(Node brick, int3 cell) {
+  int i = texel_index(brick.payload, cell - brick.lo);
+  int k = i + NEXT_X;
+  return Pairs(fetch_pair(i), fetch_pair(i + NEXT_Z), fetch_pair(i + NEXT_Y),
+               fetch_pair(i + NEXT_Y + NEXT_Z), fetch_pair(k), fetch_pair(k + NEXT_Z),
+               fetch_pair(k + NEXT_Y), fetch_pair(k + NEXT_Y + NEXT_Z));
+}
+
+Corners densities(IN(Pairs) p) {
+  return Corners(real4(p.v_000.x, p.v_001.x, p.v_010.x, p.v_011.x),
+                 real4(p.v_100.x, p.v_101.x, p.v_110.x, p.v_111.x));
+}
+
+real4 trilinear_pairs(IN(Pairs) p, real3 u) {
+  real4 v_00 = mix(p.v_000, p.v_100, u.x);
+  real4 v_01 = mix(p.v_001, p.v_101, u.x);
+  real4 v_10 = mix(p.v_010, p.v_110, u.x);
+  real4 v_11 = mix(p.v_011, p.v_111, u.x);
+  return mix(mix(v_00, v_10, u.y), mix(v_01, v_11, u.y), u.z);
 }
 
 // Coefficient of u.x u.y u.z in the trilinear polynomial.

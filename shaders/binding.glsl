@@ -93,8 +93,13 @@ vec4 filtered(sampler3D bricks, int slot, vec3 local) {
   return textureLod(bricks, (vec3(texel) + local.zyx + 0.5) / vec3(textureSize(bricks, 0)), 0.0);
 }
 
+// A luminance beside the density is in its texels' further channels, but in textures of its own for the
+// driver's filter.
+vec4 fetch_pair(int i) { return density_texel(i); }
+bool is_beside(int grid) { return paired && !hardware_filter && grid == luminance_grid; }
+
 uint fetch_page(int grid, int i) {
-  return
+  return is_beside(grid) ? texelFetch(density_pages, i).x :
 #define GRID(id, name) grid == id ? texelFetch(name##_pages, i).x :
 #include "grids.glsl"
 #undef GRID
@@ -102,7 +107,7 @@ uint fetch_page(int grid, int i) {
 }
 
 vec3 fetch_constant3(int grid, int i) {
-  return
+  return is_beside(grid) ? texelFetch(density_constants, i).xyz :
 #define GRID(id, name) grid == id ? texelFetch(name##_constants, i).xyz :
 #include "grids.glsl"
 #undef GRID
@@ -111,7 +116,7 @@ vec3 fetch_constant3(int grid, int i) {
 float fetch_constant(int grid, int i) { return fetch_constant3(grid, i).x; }
 
 vec3 fetch_texel3(int grid, int i) {
-  return
+  return is_beside(grid) ? fetch_pair(i).yzw :
 #define GRID(id, name) grid == id ? name##_texel(i).xyz :
 #include "grids.glsl"
 #undef GRID

@@ -71,6 +71,11 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
     seek(m, t_back, !middle_rule);
     back = point_at(m, t_back, sample_back, !middle_rule);
   }
+  if (beside_density) {
+    if (!m.paired_front) m.front.L = back.L;
+    front.L = m.front.L;
+    m.paired_front = m.paired_here;
+  }
   real mean = uniform_sampling
                   ? real(0.5) * (front.attenuation + back.attenuation)
                   : (front.attenuation + real(4.0) * middle.attenuation + back.attenuation)

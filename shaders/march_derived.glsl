@@ -4,6 +4,8 @@
 // march_constants.glsl. A line each: compilers miscount those behind a longer one.
 DERIVED(bool, constant_luminance, luminance_source == SOURCE_CONSTANT)
 DERIVED(bool, own_luminance, luminance_source == SOURCE_SCALAR || luminance_source == SOURCE_VECTOR)
+DERIVED(bool, beside_density, own_luminance && paired && !template_sampling)
+DERIVED(bool, tracks_luminance, own_luminance && !beside_density)
 DERIVED(bool, has_emission, emission_channels > 0)
 DERIVED(bool, colored_luminance, luminance_source == SOURCE_VECTOR || luminance_source == SOURCE_TRANSFER)
 DERIVED(bool, vector_radiance, colored_luminance || has_emission)

@@ -42,6 +42,10 @@ struct March {
   Track luminance;
   Track emission;
   Track gradient;      // its ray is the density's and is not used
+  Pairs pairs;         // paired: corners of the cell that the turn reads, whose first voxel is
+  real3 pairs_at;      // this; they hold only where
+  bool paired_here;    // this is set, else the turn reads no brick
+  bool paired_front;   // the front's luminance is one of a brick
 };
 
 #include "march_derived.glsl"
@@ -69,6 +73,11 @@ March begin_march(Ray ray) {
   m.luminance = Track(ray, no_node());
   m.emission = m.luminance;
   m.gradient = m.luminance;
+  real4 dark = real4(real(0.0));
+  m.pairs = Pairs(dark, dark, dark, dark, dark, dark, dark, dark);
+  m.pairs_at = real3(real(0.0));
+  m.paired_here = false;
+  m.paired_front = false;
   return m;
 }
 
@@ -115,7 +124,7 @@ void seek_gradient(INOUT(March) m, int3 cell) {
 
 // Moves the nodes of separate grids to t, of the luminance only where it counts; point_at(t) follows.
 void seek(INOUT(March) m, real t, bool luminous) {
-  if (own_luminance && luminous) {
+  if (tracks_luminance && luminous) {
     m.luminance.node = seek_node(luminance_grid, m.luminance, t);
     m.samples += look_ups(m.luminance.node);
   }
@@ -130,6 +139,28 @@ real3 sample_grid(int grid, int channels, IN(Track) track, real t) {
   if (channels == 3) return sample_vector(grid, track.node, position(track.ray, t));
   real v = sample_scalar(grid, track.node, position(track.ray, t));
   return real3(v, v, v);
+}
+
+real3 sample_luminance(IN(March) m, real t) {
+  return sample_grid(luminance_grid, luminance_source == SOURCE_VECTOR ? 3 : 1, m.luminance, t);
+}
+
+// Reads the corners of a cell of a brick for the turn's look-ups.
+void read_pairs(INOUT(March) m, Node brick, int3 cell) {
+  if (!hardware_filter) m.pairs = fetch_pairs(brick, cell);
+  m.pairs_at = real3(cell);
+  m.luminance.node = brick;
+  m.paired_here = true;
+}
+
+// The luminance beside the density at t. Where nothing is stored nothing attenuates, and it is as in
+// front: a segment that begins or ends there takes that of its other end.
+real3 paired_luminance(IN(March) m, real t) {
+  if (!m.paired_here) return m.front.L;
+  if (hardware_filter) return sample_luminance(m, t);
+  real4 v = trilinear_pairs(m.pairs, position(m.luminance.ray, t) - m.pairs_at);
+  if (luminance_source == SOURCE_VECTOR) return real3(v.y, v.z, v.w);
+  return real3(v.y, v.y, v.y);
 }
 
 Classified classify_at(IN(March) m, Sample s) {
@@ -160,8 +191,9 @@ bool glows(IN(March) m) { return has_emission && !(in_part && m.vacuum); }
 Point point_at(IN(March) m, real t, Sample s, bool luminous) {
   real3 none = real3(real(0.0));
   Point p = Point(s.value, s.value, real3(real(1.0)), none, real(0.0), none);
-  if (own_luminance && luminous)
-    p.L = sample_grid(luminance_grid, luminance_source == SOURCE_VECTOR ? 3 : 1, m.luminance, t);
+  if (beside_density && luminous) p.L = paired_luminance(m, t);
+  if (tracks_luminance && luminous)
+    p.L = sample_luminance(m, t);
   if (has_emission)
     p.glow = sample_grid(emission_grid, emission_channels, m.emission, t) * emission_scale;
   return with_value(m, p, s);

@@ -31,7 +31,7 @@ real next_face(int grid, IN(Track) track, real t) {
 // rounding (see part_end).
 real end_of_cubics(IN(March) m, real t_end) {
   real t = NEVER;
-  if (own_luminance) t = next_face(luminance_grid, m.luminance, m.t);
+  if (tracks_luminance) t = next_face(luminance_grid, m.luminance, m.t);
   if (has_emission) t = min(t, next_face(emission_grid, m.emission, m.t));
   if (t >= t_end - near_face) return t_end;
   return min(t_end, max(t, m.t + abs(m.t) * t_epsilon + t_epsilon));
@@ -101,8 +101,13 @@ Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
 }
 
 // The density along a cell of a brick.
-void sample_stretch(INOUT(Stretch) s, IN(March) m, Node node, Ray ray) {
+void sample_stretch(INOUT(Stretch) s, INOUT(March) m, Node node, Ray ray) {
   real t_half = m.t + real(0.5) * s.length;
+  if (beside_density) {
+    read_pairs(m, node, m.cell);
+    if (!cell_rule) m.front.L = paired_luminance(m, m.t);
+    m.paired_front = true;
+  }
   if (hardware_filter) {  // the driver's look-ups give no third difference
     s.f_half = sample_scalar(density_grid, node, position(ray, t_half));
     s.f_end = sample_scalar(density_grid, node, position(ray, s.t_exit));
@@ -110,7 +115,9 @@ void sample_stretch(INOUT(Stretch) s, IN(March) m, Node node, Ray ray) {
     s.noise = real(8.0) * t_epsilon * max(abs(s.f_half), max(abs(s.f_front), abs(s.f_end)));
     return;
   }
-  Corners corners = fetch_corners(density_grid, node, m.cell);
+  Corners corners;
+  if (beside_density) corners = densities(m.pairs);
+  else corners = fetch_corners(density_grid, node, m.cell);
   real3 base = real3(m.cell);
   s.f_half = trilinear(corners, position(ray, t_half) - base);
   s.f_end = trilinear(corners, position(ray, s.t_exit) - base);
@@ -193,6 +200,7 @@ void composite_segments(INOUT(March) m, Stretch s) {
 
 void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
   Stretch s = find_stretch(m, node, ray);
+  m.paired_here = false;
   if (node.kind == NODE_BRICK) {
     sample_stretch(s, m, node, ray);
     m.samples += look_ups(node);

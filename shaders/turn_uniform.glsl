@@ -125,14 +125,23 @@ Step find_step(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
   return s;
 }
 
+// The density in a brick at t. Where the luminance beside it counts too, reads both.
+real sample_brick(INOUT(March) m, Node brick, Ray ray, real t, bool luminous) {
+  real3 p = position(ray, t);
+  if (!beside_density || !luminous) return sample_scalar(density_grid, brick, p);
+  read_pairs(m, brick, brick.lo + local_cell(p - real3(brick.lo)));
+  if (hardware_filter) return sample_scalar(density_grid, brick, p);
+  return trilinear(densities(m.pairs), p - m.pairs_at);
+}
+
 // The density in the middle of a step, whose node may be one before the walk's.
 Sample sample_middle(INOUT(March) m, StepWalk w, Step s, Ray ray) {
   real t = m.t + real(0.5) * (s.t_back - m.t);
   Node node = w.node;
   if (!walks_middles && t < w.node_begin)
     node = find_node(density_grid, cell_at(ray, t, density.domain_min, density.domain_max));
-  real value = real(0.0);
-  if (node.kind != NODE_EMPTY) value = sample_scalar(density_grid, node, position(ray, t));
+  real value = node_value(node);
+  if (node.kind == NODE_BRICK) value = sample_brick(m, node, ray, t, middle_rule);
   if (middle_rule) m.vacuum = node.kind == NODE_EMPTY || s.outside;
   seek_gradient_at(m, ray, t);
   return Sample(value, sample_gradient(m, ray, t));
@@ -150,8 +159,8 @@ Samples sample_step(INOUT(March) m, StepWalk w, Step s, Ray ray) {
   Tangent end = Tangent(node_value(w.node), real(0.0));
   if (w.node.kind == NODE_BRICK) {
     if (end_corrections) end = tangent_scalar(density_grid, w.node, ray, s.t_back);
-    else if (!middle_rule)
-      end.value = sample_scalar(density_grid, w.node, position(ray, s.t_back));
+    if (!middle_rule && (!end_corrections || beside_density))
+      end.value = sample_brick(m, w.node, ray, s.t_back, true);
     m.samples += look_ups(w.node);
   }
   Sample middle = Sample(end.value, real(0.0));
@@ -173,12 +182,13 @@ void leave_run(INOUT(March) m, StepWalk w, Step s, Ray ray) {
   real t_last = to_the_end ? w.node_end : step * floor(w.node_end / step);
   if (t_last > m.t) {
     m.t = t_last;
-    m.known = !own_luminance;
+    m.known = !tracks_luminance;
   }
 }
 
 void turn_uniform(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
   Step s = find_step(m, w, ray);
+  m.paired_here = false;
   if (look_up_at(m.t, s.t_back) > w.node_end) return;  // the next turn looks up the next node
   Samples found = sample_step(m, w, s, ray);
   if (finds_maximum) {

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <glm/gtc/packing.hpp>
 #include <string>
+#include <tuple>
 
 #include "field_voxels.h"
 #include "psivox/error.h"
@@ -100,6 +101,42 @@ TEST(Atlas, SaturatedLeavesAreConstantsWithoutTexels) {
   EXPECT_EQ(atlas.size.textured_bricks, 7u * 7 * 7 - 5 * 5 * 5);
   for (const float value : atlas.constants) EXPECT_EQ(value, 0.75f);
   expect_all_values(field, atlas);
+}
+
+TEST(Atlas, BesideAnotherHasItsBricksAndAllValuesThere) {
+  // leaves, tiles of 8 and of 128 voxels, and empty space
+  Field field = make_field({{0, 0, 0}, {47, 47, 47}},
+                           [](glm::ivec3 v) { return v.x < 30 ? 0.75f : noise(v); });
+  field.tiles.push_back({{48, 0, 0}, 8, {0.5f, 0, 0}});
+  field.tiles.push_back({{128, 0, 0}, 128, {0.5f, 0, 0}});
+  field.active_box.max = {255, 127, 127};
+  const BrickAtlas layout = build_atlas(field, {.own_texels = true});
+  ASSERT_TRUE(layout.own_texels);
+  EXPECT_EQ(layout.size.constant_bricks, 0u);
+  expect_all_values(field, layout);
+  std::vector<glm::ivec3> places = layout.places;
+  const auto less = [](const glm::ivec3& a, const glm::ivec3& b) {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  };
+  std::sort(places.begin(), places.end(), less);
+  EXPECT_EQ(std::adjacent_find(places.begin(), places.end()), places.end());
+
+  Field other =
+      make_field({{-8, -8, -8}, {263, 135, 135}}, [](glm::ivec3 v) { return 1 + noise(v); });
+  const BrickAtlas beside = build_beside(other, layout, {});
+  EXPECT_EQ(beside.pages.entries, layout.pages.entries);
+  const FieldVoxels voxels(other);
+  for (const glm::ivec3& place : layout.places) {
+    const PageEntry entry = page_entry(beside.pages, 8 * place);
+    for (int i = 0; i < 8; ++i) {
+      const glm::ivec3 v = 8 * place + 8 * glm::ivec3(i >> 2, (i >> 1) & 1, i & 1);
+      ASSERT_EQ(atlas_value(beside, entry, v), voxels(v));
+    }
+  }
+  // a wide tile has too many bricks, and where 0 is visible all space has
+  field.tiles.push_back({{1024, 0, 0}, 1024, {0.5f, 0, 0}});
+  field.active_box.max = {2047, 1023, 1023};
+  EXPECT_FALSE(build_atlas(field, {.own_texels = true}).own_texels);
 }
 
 TEST(Atlas, LeavesOfZerosCostNothing) {

@@ -82,6 +82,9 @@ struct AtlasOptions {
   std::vector<Box> walked{};
   /// Bricks to store; outside these, cells are empty. Both ends are inclusive.
   std::optional<Box> region{};
+  /// Gives each visible brick texels of its own, so that another grid can be stored beside it
+  /// (build_beside). Left out where that takes far more bricks, or where 0 is visible.
+  bool own_texels = false;
   /// Largest dense top table before another level is put below it.
   std::uint64_t top_entries = std::uint64_t{1} << 22;
 };
@@ -93,9 +96,11 @@ struct BrickAtlas {
   TexelType texel = TexelType::float32;
   Box domain;  ///< voxels; cells run from min to max - 1
   PageTable pages;
-  std::vector<float> constants;               ///< `channels` floats each
-  std::vector<BrickStats> bricks;             ///< one per textured brick, in slot order
-  std::unique_ptr<float[]> texels32;          ///< brick_texels * channels a slot, or null
+  std::vector<float> constants;       ///< `channels` floats each
+  std::vector<BrickStats> bricks;     ///< one per textured brick, in slot order
+  std::vector<glm::ivec3> places;     ///< of these bricks [8 voxels]; of equal ones the first
+  bool own_texels = false;            ///< no two share a slot, and constants are 0
+  std::unique_ptr<float[]> texels32;  ///< brick_texels * channels a slot, or null
   std::unique_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
   AtlasSize size;
 
@@ -125,5 +130,10 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
 /// Throws Error(memory) over the limit, before allocating; Error(input) if a value does not fit
 /// float16.
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});
+
+/// Stores a field of the same transform in the bricks of `layout`, which must have own_texels:
+/// pages and slots are the same. Of the options texel and memory_limit count. Throws as build_atlas
+/// does.
+BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options);
 
 }  // namespace psivox

@@ -23,6 +23,9 @@ namespace {
 using atlas::BrickSource;
 
 constexpr float largest_half = 65504;
+
+/// So many bricks of one value get texels of their own, or as many as others have [bricks].
+constexpr std::uint64_t few_constants = 4096;
 constexpr Box everywhere{glm::ivec3(std::numeric_limits<int>::min()),
                          glm::ivec3(std::numeric_limits<int>::max())};
 
@@ -123,13 +126,41 @@ void find_visible_kind(const BrickSource& source, const BrickSource* companion,
 /// Topology of an atlas: everything except the texels.
 struct Plan {
   BrickSource source;
-  std::vector<glm::ivec3> textured;  ///< brick coordinates by slot
   BrickAtlas atlas;
 };
 
+std::uint64_t brick_count(const BrickSource::ConstantBox& box) {
+  const glm::u64vec3 size(box.max - box.min + 1);
+  return size.x * size.y * size.z;
+}
+
+/// Whether bricks of one value are few enough to store their texels.
+bool few_are_constant(const std::vector<Candidate>& candidates,
+                      const std::vector<BrickSource::ConstantBox>& tiles) {
+  std::uint64_t constants = 0, others = 0;
+  for (const Candidate& candidate : candidates) {
+    constants += candidate.kind == EntryKind::constant;
+    others += candidate.kind == EntryKind::brick;
+  }
+  for (const BrickSource::ConstantBox& tile : tiles) constants += brick_count(tile);
+  return constants <= std::max(few_constants, others);
+}
+
+std::uint64_t texel_bytes(std::size_t bricks, int channels, TexelType texel) {
+  return bricks * brick_texels * std::uint64_t(channels) * (texel == TexelType::float16 ? 2u : 4u);
+}
+
+/// Calls `each` for the bricks of a box, whose ends are inclusive.
+template <typename Each>
+void for_bricks(const Box& box, const Each& each) {
+  for (int x = box.min.x; x <= box.max.x; ++x)
+    for (int y = box.min.y; y <= box.max.y; ++y)
+      for (int z = box.min.z; z <= box.max.z; ++z) each(glm::ivec3(x, y, z));
+}
+
 Plan make_plan(const Field& field, const AtlasOptions& options) {
   BrickSource::check_width(field);
-  Plan plan{BrickSource(field), {}, {}};
+  Plan plan{BrickSource(field), {}};
   // for bricks of one value where the companion is 0
   const auto visible = [&](float value) {
     return options.visible ? options.visible({value, value}, {}) : value != 0;
@@ -181,9 +212,17 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
     const std::uint32_t zero = add_constant(glm::vec3(0));
     for (const Box& box : options.walked) set_box(box.min >> 3, (box.max - 1) >> 3, zero);
   }
+  const std::vector<BrickSource::ConstantBox> tiles = plan.source.wide_tiles();
+  result.own_texels = options.own_texels && !visible(0) && few_are_constant(candidates, tiles);
+  const auto add_brick = [&](const glm::ivec3& brick) {
+    pages.set_brick(brick, make_entry(EntryKind::brick, std::uint32_t(result.places.size())));
+    result.places.push_back(brick);
+  };
   constexpr std::uint32_t nothing = make_entry(EntryKind::empty, 1);
-  for (const BrickSource::ConstantBox& box : plan.source.wide_tiles()) {
-    if (keep_all || visible(box.value.x))
+  for (const BrickSource::ConstantBox& box : tiles) {
+    if (result.own_texels && visible(box.value.x))
+      for_bricks({glm::max(box.min, region.min), glm::min(box.max, region.max)}, add_brick);
+    else if (keep_all || visible(box.value.x))
       set_box(box.min, box.max, add_constant(box.value));
     else if (visible(0))
       set_box(box.min, box.max, nothing);
@@ -194,23 +233,24 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
     if (glm::any(glm::lessThan(b, first)) || glm::any(glm::greaterThan(b, last))) continue;
     if (candidate.kind == EntryKind::empty) {
       if (visible(0) && !keep_all) pages.set_brick(b, nothing);
+    } else if (result.own_texels) {
+      add_brick(b);
     } else if (candidate.kind == EntryKind::constant) {
       pages.set_brick(b, add_constant(candidate.value));
     } else {
-      const auto next = std::uint32_t(plan.textured.size());
+      const auto next = std::uint32_t(result.places.size());
       const std::uint32_t slot = alike.slot(plan.source.neighbours(b), next).value_or(next);
       pages.set_brick(b, make_entry(EntryKind::brick, slot));
-      if (slot == next) plan.textured.push_back(b);
+      if (slot == next) result.places.push_back(b);
     }
   }
   result.pages = pages.finish();
 
   AtlasSize& size = result.size;
-  size.textured_bricks = plan.textured.size();
+  size.textured_bricks = result.places.size();
   size.page_bytes = result.pages.entries.size() * sizeof(std::uint32_t);
   size.constant_bytes = result.constants.size() * sizeof(float);
-  size.texel_bytes = size.textured_bricks * brick_texels * std::uint64_t(field.channels) *
-                     (options.texel == TexelType::float16 ? 2u : 4u);
+  size.texel_bytes = texel_bytes(result.places.size(), field.channels, options.texel);
   return plan;
 }
 
@@ -236,10 +276,50 @@ BrickStats measure(const float* values, int channels) {
   return stats;
 }
 
+void check_limit(const AtlasSize& size, const std::string& grid, const AtlasOptions& options) {
+  const std::uint64_t needed = 2 * size.bytes();
+  if (options.memory_limit && needed > options.memory_limit)
+    throw Error(ExitCode::memory,
+                "grid '" + grid + "' needs an atlas of " + mebibytes(needed) +
+                    " (host and GPU), over the limit of " + mebibytes(options.memory_limit) +
+                    (options.texel == TexelType::float32 ? "; --texel float16 halves it" : ""));
+}
+
+/// Texels and statistics of the bricks at result.places.
+void fill(const BrickSource& source, const std::string& grid, BrickAtlas& result) {
+  const std::size_t per_brick = brick_texels * std::size_t(result.channels);
+  const std::size_t texels = result.places.size() * per_brick;
+  result.bricks.resize(result.places.size());
+  const bool half = result.texel == TexelType::float16;
+  if (half)
+    result.texels16 = std::make_unique_for_overwrite<std::uint16_t[]>(texels);
+  else
+    result.texels32 = std::make_unique_for_overwrite<float[]>(texels);
+
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.places.size(), 64),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      std::vector<float> values(half ? per_brick : 0);
+                      for (std::size_t slot = range.begin(); slot != range.end(); ++slot) {
+                        float* to = half ? values.data() : result.texels32.get() + slot * per_brick;
+                        source.gather(source.neighbours(result.places[slot]), to);
+                        result.bricks[slot] = measure(to, result.channels);
+                        if (!half) continue;
+                        for (std::size_t i = 0; i < per_brick; ++i) {
+                          if (std::abs(to[i]) > largest_half)
+                            throw Error(
+                                ExitCode::input,
+                                "grid '" + grid + "' has the value " + std::to_string(to[i]) +
+                                    ", beyond float16's largest, 65504; use --texel float32");
+                          result.texels16[slot * per_brick + i] = glm::packHalf1x16(to[i]);
+                        }
+                      }
+                    });
+}
+
 }  // namespace
 
 std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options) {
-  return make_plan(field, options).textured;
+  return make_plan(field, options).atlas.places;
 }
 
 AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
@@ -248,42 +328,27 @@ AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
 
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
   Plan plan = make_plan(field, options);
-  BrickAtlas& result = plan.atlas;
-  const std::uint64_t needed = 2 * result.size.bytes();
-  if (options.memory_limit && needed > options.memory_limit)
-    throw Error(ExitCode::memory,
-                "grid '" + field.name + "' needs an atlas of " + mebibytes(needed) +
-                    " (host and GPU), over the limit of " + mebibytes(options.memory_limit) +
-                    (options.texel == TexelType::float32 ? "; --texel float16 halves it" : ""));
+  check_limit(plan.atlas.size, field.name, options);
+  fill(plan.source, field.name, plan.atlas);
+  return std::move(plan.atlas);
+}
 
-  const std::size_t per_brick = brick_texels * std::size_t(field.channels);
-  const std::size_t texels = plan.textured.size() * per_brick;
-  result.bricks.resize(plan.textured.size());
-  const bool half = options.texel == TexelType::float16;
-  if (half)
-    result.texels16 = std::make_unique_for_overwrite<std::uint16_t[]>(texels);
-  else
-    result.texels32 = std::make_unique_for_overwrite<float[]>(texels);
-
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, plan.textured.size(), 64),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      std::vector<float> values(half ? per_brick : 0);
-                      for (std::size_t slot = range.begin(); slot != range.end(); ++slot) {
-                        float* to = half ? values.data() : result.texels32.get() + slot * per_brick;
-                        plan.source.gather(plan.source.neighbours(plan.textured[slot]), to);
-                        result.bricks[slot] = measure(to, field.channels);
-                        if (!half) continue;
-                        for (std::size_t i = 0; i < per_brick; ++i) {
-                          if (std::abs(to[i]) > largest_half)
-                            throw Error(
-                                ExitCode::input,
-                                "grid '" + field.name + "' has the value " + std::to_string(to[i]) +
-                                    ", beyond float16's largest, 65504; use --texel float32");
-                          result.texels16[slot * per_brick + i] = glm::packHalf1x16(to[i]);
-                        }
-                      }
-                    });
-  return std::move(result);
+BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options) {
+  BrickAtlas result;
+  result.channels = field.channels;
+  result.texel = options.texel;
+  result.domain = layout.domain;
+  result.pages = layout.pages;
+  result.places = layout.places;
+  result.own_texels = true;
+  const auto channels = std::uint64_t(field.channels);
+  result.constants.assign(layout.constants.size() * channels, 0.0f);
+  result.size = layout.size;
+  result.size.constant_bytes = result.constants.size() * sizeof(float);
+  result.size.texel_bytes = texel_bytes(result.places.size(), field.channels, options.texel);
+  check_limit(result.size, field.name, options);
+  fill(BrickSource(field), field.name, result);
+  return result;
 }
 
 }  // namespace psivox

@@ -8,6 +8,7 @@ namespace psivox {
 struct MethodView {
   View view;
   BrickSteps brick_steps;  ///< null: one step everywhere
+  bool paired = false;     ///< the luminance is stored beside the density
 };
 
 /// The view by that method, without a tolerance.

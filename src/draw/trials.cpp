@@ -50,7 +50,7 @@ Trial Trials::run_exact() {
   const Method method = exact_method(view_);
   if (pilot_.has_opacity(1 - *view_.scene.early_termination)) return run(method);
   return finish({.method = method, .rms = arithmetic_error, .samples = pilot_.exact_samples()},
-                {view_, {}});
+                {view_, {}, atlas_.paired});
 }
 
 Trial Trials::finish(Trial trial, const MethodView& marched) {
@@ -72,7 +72,7 @@ std::vector<float> Trials::brick_parts(const Trial& trial) {
 double Trials::widest(double brick) { return bounds().widest(brick * tolerance_); }
 
 MethodView Trials::marched(const Trial& trial) {
-  MethodView result{with_method(view_, trial.method), {}};
+  MethodView result{with_method(view_, trial.method), {}, atlas_.paired};
   if (trial.method.sampling != Sampling::uniform || tolerance_ <= 0) return result;
   std::vector<float> parts = brick_parts(trial);
   if (std::any_of(parts.begin(), parts.end(), [](float part) { return part < 1; }))

@@ -1,5 +1,8 @@
 #include "gl/atlas_textures.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -21,6 +24,21 @@ std::vector<std::uint16_t> padded(const std::uint16_t* texels, std::size_t count
   return result;
 }
 
+/// Texels of one channel, each followed by another grid's of one channel or three.
+template <typename T>
+std::vector<T> pairs(const T* own, const T* beside, std::size_t count, bool vector) {
+  const std::size_t others = vector ? 3 : 1;
+  std::vector<T> result(count * (1 + others));
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 65536), [&](const auto& some) {
+    for (std::size_t i = some.begin(); i != some.end(); ++i) {
+      T* to = result.data() + i * (1 + others);
+      to[0] = own[i];
+      for (std::size_t c = 0; c < others; ++c) to[1 + c] = beside[i * others + c];
+    }
+  });
+  return result;
+}
+
 GLenum buffer_format(const BrickAtlas& atlas) {
   if (atlas.texel == TexelType::float32) return atlas.channels == 1 ? GL_R32F : GL_RGB32F;
   return atlas.channels == 1 ? GL_R16F : GL_RGBA16F;
@@ -28,7 +46,7 @@ GLenum buffer_format(const BrickAtlas& atlas) {
 
 }  // namespace
 
-AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter) {
+AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside) {
   GLint limit = 0;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
   max_texels_ = std::uint64_t(limit);
@@ -44,7 +62,7 @@ AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter) {
   if (filter == Filter::hardware)
     upload_bricks(atlas);
   else
-    upload_buffers(atlas);
+    upload_buffers(atlas, beside);
 }
 
 AtlasTextures::~AtlasTextures() {
@@ -71,7 +89,7 @@ void AtlasTextures::upload_pages(const std::vector<std::uint32_t>& entries) {
   pages_ = buffer_texture(GL_R32UI, entries.data(), entries.size() * sizeof(std::uint32_t));
 }
 
-void AtlasTextures::upload_buffers(const BrickAtlas& atlas) {
+void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside) {
   upload_pages(atlas.pages.entries);
   const std::uint64_t bricks = atlas.bricks.size();
   const std::uint64_t per_buffer = std::max<std::uint64_t>(max_texels_ / brick_texels, 1);
@@ -85,7 +103,9 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas) {
   do {
     const std::uint64_t count = std::min(bricks - first, per_buffer) * brick_texels;
     const std::uint64_t at = first * brick_texels * channels;
-    if (atlas.texel == TexelType::float32) {
+    if (beside) {
+      texels_.push_back(upload_pairs(atlas, *beside, first * brick_texels, count));
+    } else if (atlas.texel == TexelType::float32) {
       texels_.push_back(buffer_texture(buffer_format(atlas), atlas.texels32.get() + at,
                                        count * channels * sizeof(float)));
     } else if (channels == 1) {
@@ -96,6 +116,19 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas) {
     }
     first += per_buffer;
   } while (first < bricks);
+}
+
+GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside,
+                                   std::uint64_t first, std::uint64_t count) {
+  const bool vector = beside.channels == 3;
+  if (atlas.texel == TexelType::float32) {
+    const auto texels = pairs(atlas.texels32.get() + first,
+                              beside.texels32.get() + first * (vector ? 3u : 1u), count, vector);
+    return buffer_texture(vector ? GL_RGBA32F : GL_RG32F, texels.data(), texels.size() * 4);
+  }
+  const auto texels = pairs(atlas.texels16.get() + first,
+                            beside.texels16.get() + first * (vector ? 3u : 1u), count, vector);
+  return buffer_texture(vector ? GL_RGBA16F : GL_RG16F, texels.data(), texels.size() * 2);
 }
 
 void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {

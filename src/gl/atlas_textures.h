@@ -13,9 +13,10 @@ namespace psivox::gl {
 /// Needs a current context for its whole life.
 class AtlasTextures {
  public:
-  /// Throws Error(graphics) where the device's limits are too small, Error(memory) where its memory
-  /// is.
-  AtlasTextures(const BrickAtlas& atlas, Filter filter);
+  /// `beside`: an atlas of the same bricks, whose texels become further channels of this one's; for
+  /// exact filtering only. Throws Error(graphics) where the device's limits are too small,
+  /// Error(memory) where its memory is.
+  AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside = nullptr);
   ~AtlasTextures();
   AtlasTextures(const AtlasTextures&) = delete;
   AtlasTextures& operator=(const AtlasTextures&) = delete;
@@ -32,7 +33,10 @@ class AtlasTextures {
  private:
   GLuint buffer_texture(GLenum format, const void* data, std::size_t bytes);
   void upload_pages(const std::vector<std::uint32_t>& entries);
-  void upload_buffers(const BrickAtlas& atlas);
+  void upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside);
+  /// A texture of `count` texels of both atlases, from the `first` on.
+  GLuint upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside, std::uint64_t first,
+                      std::uint64_t count);
   void upload_bricks(const BrickAtlas& atlas);
 
   GLuint pages_ = 0, constants_ = 0, bricks_ = 0;

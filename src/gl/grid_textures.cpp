@@ -9,10 +9,12 @@ namespace psivox::gl {
 GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter)
     : atlas_(atlas), filter_(filter) {
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
+  const bool pairs = atlas.paired && filter == Filter::exact;
   int needed = MarchProgram::first_grid_unit;
   for (std::size_t i = 0; i < grids.size(); ++i) {
-    if (!grids[i]) continue;
-    textures_[i] = std::make_unique<const AtlasTextures>(*grids[i], filter);
+    if (!grids[i] || (pairs && i == luminance_grid)) continue;
+    const BrickAtlas* beside = pairs && i == density_grid ? grids[luminance_grid] : nullptr;
+    textures_[i] = std::make_unique<const AtlasTextures>(*grids[i], filter, beside);
     needed += textures_[i]->units();
   }
   GLint units = 0;

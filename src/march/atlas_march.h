@@ -36,6 +36,12 @@ struct AtlasMarch {
     const std::size_t at = 3 * std::size_t(i);
     return {value(grid, at), value(grid, at + 1), value(grid, at + 2)};
   }
+  real4 fetch_pair(int i) const {
+    const std::size_t at = std::size_t(i), first = luminance_source == SOURCE_VECTOR ? 3 * at : at;
+    const real v = value(density_grid, at), x = value(luminance_grid, first);
+    if (luminance_source != SOURCE_VECTOR) return {v, x, x, x};
+    return {v, x, value(luminance_grid, first + 1), value(luminance_grid, first + 2)};
+  }
   // Filtering in hardware is what the GPU alone does; in double the weights are exact.
   real filtered_texel(int, int, real3) const { return 0; }
   real3 filtered_texel3(int, int, real3) const { return real3(0); }

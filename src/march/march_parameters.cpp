@@ -48,6 +48,7 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
   }
 #include "grids.glsl"
 #undef GRID
+  setup.constants.paired = atlas.paired;
   setup.constants.constant_runs = atlas.density.size.constant_bricks > 0;
   if (atlas.emission && medium.emission)
     setup.constants.emission_channels = atlas.emission->channels;

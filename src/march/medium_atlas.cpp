@@ -86,6 +86,7 @@ AtlasOptions density_options(const View& view) {
                                        glm::dvec2(gradients.min, gradients.max)) > 0;
     };
   }
+  options.own_texels = medium.light.has_value();  // add_luminance stores the light beside it
   if (medium.emission) options.walked = where_values_are(*medium.emission, *medium.density);
   return options;
 }
@@ -103,6 +104,10 @@ class Builder {
     BrickAtlas atlas = build_atlas(field, options);
     use(atlas);
     return atlas;
+  }
+
+  BrickAtlas build_beside(const Field& field, const BrickAtlas& layout) {
+    return psivox::build_beside(field, layout, {.texel = view_.scene.texel, .memory_limit = left_});
   }
 
   void use(const BrickAtlas& atlas) {
@@ -135,7 +140,8 @@ MediumAtlas build_region_atlas(const View& view, const Box& region) {
     options.region = part;
     return build_atlas(field, options);
   };
-  MediumAtlas result{build(*medium.density, density_options(view), region), {}, {}, {}, true};
+  MediumAtlas result{build(*medium.density, density_options(view), region), {}, {}, {}};
+  result.part = true;
   if (medium.luminance) {
     // a value on a region's face may be looked up in the brick beyond it
     std::optional<Box> grown;
@@ -153,7 +159,10 @@ void add_luminance(MediumAtlas& atlas, const View& view) {
   atlas.luminance.reset();
   for (const BrickAtlas* grid : grids_of(atlas))
     if (grid) builder.use(*grid);
-  atlas.luminance = builder.build(*view.medium.luminance, {});
+  const Field& luminance = *view.medium.luminance;
+  atlas.paired = atlas.density.own_texels;
+  atlas.luminance =
+      atlas.paired ? builder.build_beside(luminance, atlas.density) : builder.build(luminance, {});
 }
 
 }  // namespace psivox

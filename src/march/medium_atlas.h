@@ -13,6 +13,7 @@ struct MediumAtlas {
   std::optional<BrickAtlas> luminance;  ///< where the luminance has a grid of its own
   std::optional<BrickAtlas> emission;
   std::optional<BrickAtlas> gradient;  ///< where the transfer function has one
+  bool paired = false;                 ///< luminance has the density's bricks in the same slots
   bool part = false;  ///< density and gradient are a region's: cells beside it may have values
 
   /// Sum over the grids.
