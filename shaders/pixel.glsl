@@ -72,10 +72,37 @@ void aim(INOUT(March) m, Pixel p) {
   }
 }
 
+// The density at a point of its domain, where a cell beside it is stored.
+real density_at(real3 p) {
+  int3 cell = clamp(int3(floor(p)), density.domain_min, density.domain_max - 1);
+  Node node = find_node(density_grid, cell);
+  return node.kind == NODE_EMPTY ? real(0.0) : sample_scalar(density_grid, node, p);
+}
+
+// Central difference of the density along an axis of voxels, one voxel to each side; at the domain's
+// faces only as far as it reaches. The trilinear field's own gradient jumps from cell to cell.
+real central_difference(real3 p, real3 axis) {
+  real3 before = max(p - axis, real3(density.domain_min));
+  real3 after = min(p + axis, real3(density.domain_max));
+  return (density_at(after) - density_at(before)) / dot(after - before, axis);
+}
+
+// Where the ray hits a surface: its normal in the world, 0 where the field has none.
+real3 surface_normal(Ray ray, real t) {
+  real3 p = position(ray, t);
+  real one = real(1.0);
+  real none = real(0.0);
+  real3 n = normal_x * central_difference(p, real3(one, none, none))
+          + normal_y * central_difference(p, real3(none, one, none))
+          + normal_z * central_difference(p, real3(none, none, one));
+  real size = sqrt(dot(n, n));
+  return n * (size > none ? one / size : none);
+}
+
 // A surface is lit by the scene's lights, or by one from the camera, and from everywhere.
 real3 shade(IN(March) m, Pixel p) {
   real3 w = (world_0 + world_u * p.u + world_v * p.v) * p.inverse_length;
-  real3 normal = m.radiance;
+  real3 normal = surface_normal(march_ray_of(p), m.half_depth);
   if (dot(normal, w) > real(0.0)) normal = -normal;  // seen from either side
   real3 light = real3(real(0.0));
   if (surface_lights == 0) light = real3(max(-dot(normal, w), real(0.0)));

@@ -1,18 +1,6 @@
 // Cells: a turn crosses one cell, a piece of a cell, or a whole run of one value. Trilinear data along
 // a ray is a cubic in each cell, and Simpson's rule is exact for it.
 
-// The ray hits a surface at t: keeps the normal there, the field's gradient in the world.
-void hit_surface(INOUT(March) m, Ray ray, Node node, real t) {
-  real3 p = position(ray, t);
-  real3 local = p - real3(m.cell);
-  real3 g = trilinear_gradient(fetch_corners(density_grid, node, m.cell), clamp(local, real(0.0), real(1.0)));
-  real3 n = normal_x * g.x + normal_y * g.y + normal_z * g.z;
-  real size = sqrt(dot(n, n));
-  m.radiance = n * (size > real(0.0) ? real(1.0) / size : real(0.0));
-  m.half_depth = t;
-  m.done = true;
-}
-
 // Faces nearer than this are taken as met [unit of t]: two lattices that are the same differ by rounding.
 const real near_face = real(1e-4);
 
@@ -217,7 +205,10 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
     see_cell(m, s.value, s.t_end);
   } else if (mode == MODE_ISOSURFACE) {
     real at = first_crossing(s.value, isovalue);
-    if (node.kind == NODE_BRICK && at <= real(1.0)) hit_surface(m, ray, node, m.t + at * s.length);
+    if (node.kind == NODE_BRICK && at <= real(1.0)) {
+      m.half_depth = m.t + at * s.length;
+      m.done = true;
+    }
     m.t = s.t_end;
     m.front.value = s.f_end;
   } else if (cell_rule && !depth_only) {

@@ -139,6 +139,29 @@ TEST(Atlas, BesideAnotherHasItsBricksAndAllValuesThere) {
   EXPECT_FALSE(build_atlas(field, {.own_texels = true}).own_texels);
 }
 
+TEST(Atlas, MarginIsWhatALookUpBesideAVisibleCellFinds) {
+  // the surface 7.4 lies in the cells from 7 to 8, the last ones of the bricks at 0
+  const Field field =
+      make_field({{-16, -8, -8}, {31, 23, 23}}, [](glm::ivec3 v) { return float(v.x) + 100; });
+  AtlasOptions options;
+  options.visible = [](const ValueRange& own, const ValueRange&) {
+    return own.min <= 107.4f && 107.4f <= own.max;
+  };
+  const auto kind = [&](const BrickAtlas& atlas, int x) {
+    return page_entry(atlas.pages, {x, 2, 2}).kind;
+  };
+  const BrickAtlas alone = build_atlas(field, options);
+  EXPECT_EQ(kind(alone, 2), EntryKind::brick);
+  EXPECT_EQ(kind(alone, 10), EntryKind::empty);
+  options.with_margin = true;
+  const BrickAtlas more = build_atlas(field, options);
+  EXPECT_EQ(kind(more, 2), EntryKind::brick);
+  EXPECT_EQ(kind(more, 10), EntryKind::brick);
+  EXPECT_EQ(atlas_value(more, page_entry(more.pages, {10, 2, 2}), {10, 2, 2}).x, 110);
+  EXPECT_EQ(kind(more, -6), EntryKind::empty);
+  EXPECT_EQ(kind(more, 18), EntryKind::empty);
+}
+
 TEST(Atlas, LeavesOfZerosCostNothing) {
   const Field field = make_field({{0, 0, 0}, {63, 63, 63}},
                                  [](glm::ivec3 v) { return v == glm::ivec3(30) ? 1.0f : 0.0f; });

@@ -64,7 +64,7 @@ TEST(Look, GoesByTheFilesGrids) {
                                    {"mri_t1.vdb", "scan"},
                                    {"carotid.vdb", "scan"},
                                    {"edge/levelset_sphere.vdb", "surface"},
-                                   {"edge/velocity_tiles.vdb", "plain"},
+                                   {"edge/velocity_tiles.vdb", "vectors"},
                                    {"edge/torus_density100.vdb", "smoke"}}) {
     const fs::path path = shared_data() / file;
     if (!fs::exists(path)) continue;
@@ -207,7 +207,7 @@ TEST_F(LookPicture, DefaultPicturesCanBeShown) {
   for (const char* file :
        {"smoke.vdb", "cloud_tiles.vdb", "heptane.vdb", "mri_t1.vdb", "frogtissue.vdb", "neghip.vdb",
         "carotid.vdb", "edge/levelset_sphere.vdb", "edge/levelset_unnamed.vdb",
-        "edge/torus_density100.vdb", "edge/sphere.vdb"})
+        "edge/torus_density100.vdb", "edge/sphere.vdb", "edge/velocity_tiles.vdb"})
     if (fs::exists(shared_data() / file)) files.push_back(shared_data() / file);
   for (const fs::path& file : files) {
     const LookedScene looked = auto_look(scene_of(file.string()));

@@ -167,18 +167,25 @@ TEST(MarchModesDouble, SurfacesAreTheReference) {
     }
 }
 
+/// Places are accurate to 1e-5 voxels, over the gradient's length. Over noise central differences
+/// all but cancel in a few pixels, whose normals turn by more than the others'.
+void expect_shades(const Image& gpu, const Image& in_double) {
+  EXPECT_LE(difference("surface", gpu, in_double).max, 2e-4);
+  const auto [count, rms] = outliers(gpu, in_double, 3e-5);
+  EXPECT_LE(rms, 1e-6);
+  EXPECT_LE(count, 3);
+}
+
 TEST_F(MarchModes, SurfacesOnTheGpuAreTheMarchInDouble) {
   for (const bool second : {false, true}) {
     View view = either(second, mixed(), Mode::isosurface);
     const Image reference = render_reference(view).image, gpu = deep_gpu(view);
-    const Comparison c = difference(what(Mode::isosurface, second), gpu, double_picture(view));
-    EXPECT_LE(c.rms, 1e-6);
-    EXPECT_LE(c.max, 2e-4);  // places are accurate to 1e-5 voxels, over that gradient
+    expect_shades(gpu, double_picture(view));
     expect_depth(view, gpu, reference);
     view.scene.lights = {{{-1, -2, 0.5}, {1, 1, 1}}, {{1, 0.5, 0.2}, {0.1, 0.2, 0.3}}};
     const Image lit = double_picture(view);
     EXPECT_LE(difference("lit, double", lit, render_reference(view).image).rms, 1e-6);
-    EXPECT_LE(difference("lit, gpu", gl_picture(view), lit).rms, 1e-6);
+    expect_shades(gl_picture(view), lit);
   }
 }
 

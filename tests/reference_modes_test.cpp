@@ -218,6 +218,38 @@ TEST(ReferenceModes, APlaneIsHitAndShadedExactly) {
   }
 }
 
+TEST(ReferenceModes, NormalsOfASphereErrBySecondOrder) {
+  const glm::dvec3 middle(0.3, 0.1, -0.2);
+  for (const double R : {8.0, 16.0}) {
+    const int wide = int(R) + 4;
+    View view = view_of(Mode::isosurface,
+                        make_field({glm::ivec3(-wide), glm::ivec3(wide)}, [&](glm::ivec3 v) {
+                          return float(glm::length(glm::dvec3(v) - middle) - R);
+                        }));
+    view.medium.isovalue = 0;
+    double most = 0;
+    for (int i = 0; i < 200; ++i) {
+      const double z = (2 * i + 1) / 200.0 - 1, turn = 2.4 * i;
+      const double r = std::sqrt(1 - z * z);
+      const glm::dvec3 out(r * std::cos(turn), r * std::sin(turn), z);
+      const glm::dvec3 side = glm::normalize(glm::cross(out, glm::dvec3(0.6, 0, 0.8)));
+      for (const double sign : {1.0, -1.0}) {  // a light from 45 degrees beside the normal
+        const glm::dvec3 light = glm::normalize(sign * side - out);
+        view.scene.lights = {{light, {1, 1, 1}}};
+        const double lit = picture(view, {middle + (R + 1.5) * out, -out}).radiance.x;
+        most = std::max(most, std::abs((lit - 0.2) / 0.8 + glm::dot(out, light)));
+      }
+    }
+    std::printf("  radius %g: off by up to %.1e\n", R, most);
+    // Third derivatives of a distance are at most 1.2 / r^2 along an axis and their sum over the
+    // axes 2 / r^2. A difference over two voxels misses a sixth of the first, and trilinear
+    // interpolation an eighth of the second; r >= R - 1, and three components add up. The gradient
+    // of a cell would be off by 0.5 / R.
+    EXPECT_LE(most, std::sqrt(3.0) * 0.45 / ((R - 1) * (R - 1)));
+    EXPECT_GT(most, 0);
+  }
+}
+
 TEST(ReferenceModes, SurfacesAgreeWithSamples) {
   View view = view_of(Mode::isosurface, make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared));
   const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));

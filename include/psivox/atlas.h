@@ -77,6 +77,8 @@ struct AtlasOptions {
   /// A scalar field of the same transform and domain that also decides visibility. It must be 0
   /// wherever the field has no leaf and no tile 8 voxels wide. Null means 0 everywhere.
   std::shared_ptr<const Field> companion{};
+  /// Also stores what a look-up one voxel along an axis from a visible cell finds, bricks of 0 too.
+  bool with_margin = false;
   /// Boxes of voxels that the march must walk cell by cell because another grid is not empty there.
   /// Where this grid is empty they become constants of 0. The domain grows to hold them.
   std::vector<Box> walked{};

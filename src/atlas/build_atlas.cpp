@@ -123,6 +123,49 @@ void find_visible_kind(const BrickSource& source, const BrickSource* companion,
     candidate.kind = EntryKind::constant;
 }
 
+/// Least and greatest corner of the cells of a brick that touch one of its faces.
+ValueRange face_range(const float* values, int axis, bool upper) {
+  glm::ivec3 low(0), high(brick_values - 1);
+  (upper ? low : high)[axis] = upper ? brick_values - 2 : 1;
+  ValueRange range{HUGE_VALF, -HUGE_VALF};
+  for (int x = low.x; x <= high.x; ++x)
+    for (int y = low.y; y <= high.y; ++y)
+      for (int z = low.z; z <= high.z; ++z) {
+        const float value = values[(x * brick_values + y) * brick_values + z];
+        range = {std::min(range.min, value), std::max(range.max, value)};
+      }
+  return range;
+}
+
+/// Makes bricks visible, with their values, beside faces at which another's cells are.
+void add_margin(const BrickSource& source, const AtlasOptions& options,
+                std::vector<Candidate>& candidates) {
+  std::vector<std::uint8_t> reached(candidates.size());  // a bit for each face
+  tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
+    if (candidates[i].kind != EntryKind::brick) return;
+    std::array<float, brick_texels> values;
+    source.gather(source.neighbours(candidates[i].brick), values.data());
+    for (int face = 0; face < 6; ++face)
+      if (options.visible(face_range(values.data(), face >> 1, face & 1), {}))
+        reached[i] = std::uint8_t(reached[i] | 1 << face);
+  });
+  atlas::BlockMap numbers(candidates.size());
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    numbers.insert(candidates[i].brick, std::int32_t(i));
+  for (std::size_t i = 0; i < reached.size(); ++i)
+    for (int face = 0; face < 6; ++face) {
+      if (!(reached[i] >> face & 1)) continue;
+      glm::ivec3 brick = candidates[i].brick;
+      brick[face >> 1] += face & 1 ? 1 : -1;
+      const auto number = std::size_t(numbers.insert(brick, std::int32_t(candidates.size())));
+      if (number == candidates.size()) candidates.push_back({brick});
+      if (candidates[number].kind != EntryKind::empty) continue;
+      find_kind(source, candidates[number]);
+      if (candidates[number].kind == EntryKind::empty)
+        candidates[number].kind = EntryKind::constant;
+    }
+}
+
 /// Topology of an atlas: everything except the texels.
 struct Plan {
   BrickSource source;
@@ -183,6 +226,8 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
                           find_kind(plan.source, candidates[i]);
                       }
                     });
+
+  if (options.with_margin) add_margin(plan.source, options, candidates);
 
   BrickAtlas& result = plan.atlas;
   result.channels = field.channels;

@@ -9,6 +9,7 @@
 #include "look/look_file.h"
 #include "psivox/error.h"
 #include "psivox/text.h"
+#include "scene/vector_part.h"
 
 namespace psivox {
 namespace {
@@ -50,6 +51,9 @@ bool is_surface(Scene scene, KeptFields& fields) {
 std::string suitable_look(const Scene& scene, const VdbFile& file, KeptFields& fields) {
   if (scene.mode == Mode::xray) return "xray";
   const std::string grid = density_grid(scene, file);
+  const VectorPart part = vector_part(file, grid);
+  // a component has two signs, and a map for them
+  if (!part.part.empty()) return part.part == "length" ? "vectors" : "plain";
   if (file.channels(grid) != 1) return "plain";
   if (file.grid_class(grid) == "level set" && is_surface(scene, fields)) return "surface";
   if (!flame_grid(file, grid).empty()) return "fire";

@@ -73,6 +73,7 @@ AtlasOptions density_options(const View& view) {
     options.visible = [isovalue](const ValueRange& own, const ValueRange&) {
       return own.min <= isovalue && isovalue <= own.max;
     };
+    options.with_margin = true;  // normals are central differences
   } else if (medium.transfer && mode != Mode::mip && mode != Mode::lmip) {
     // A uniform step reaches from brick to brick, so that a rule which applies the function between
     // its ends needs every value.

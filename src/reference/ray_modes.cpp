@@ -63,14 +63,34 @@ glm::dvec3 shown(const Medium& medium, double value) {
   return medium.color * value;
 }
 
-/// Gradient of a cell's trilinear interpolant at a point inside it [value/voxel].
-glm::dvec3 gradient(const std::array<double, 8>& corners, const glm::dvec3& at) {
-  glm::dvec3 g(0);
+/// The field's trilinear interpolant at a point of its domain, given from the voxel `anchor`.
+double interpolated(BlockCache& cache, const Box& domain, const glm::ivec3& anchor,
+                    const glm::dvec3& at) {
+  const glm::ivec3 cell =
+      glm::clamp(anchor + glm::ivec3(glm::floor(at)), domain.min, domain.max - 1);
+  const glm::dvec3 u = at - glm::dvec3(cell - anchor);
+  const std::array<double, 8> corners = cache.at(cell >> 3).corners(cell, 0);
+  double value = 0;
   for (int i = 0; i < 8; ++i) {
-    const glm::ivec3 d(i >> 2, (i >> 1) & 1, i & 1);
-    const glm::dvec3 w = glm::mix(1.0 - at, at, glm::dvec3(d));
-    const glm::dvec3 sign = 2.0 * glm::dvec3(d) - 1.0;
-    g += corners[static_cast<std::size_t>(i)] * sign * glm::dvec3(w.y * w.z, w.x * w.z, w.x * w.y);
+    const glm::dvec3 w = glm::mix(1.0 - u, u, glm::dvec3(i >> 2, (i >> 1) & 1, i & 1));
+    value += corners[static_cast<std::size_t>(i)] * w.x * w.y * w.z;
+  }
+  return value;
+}
+
+/// Central differences over two voxels along each axis [value/voxel]; at the domain's faces
+/// shorter.
+glm::dvec3 gradient(BlockCache& cache, const Box& domain, const IndexRay& ray, double s) {
+  const glm::dvec3 low(domain.min - ray.anchor), high(domain.max - ray.anchor);
+  const glm::dvec3 at = glm::clamp(ray.P + s * ray.D, low, high);
+  glm::dvec3 g;
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::dvec3 before = at, after = at;
+    before[axis] = std::max(at[axis] - 1, low[axis]);
+    after[axis] = std::min(at[axis] + 1, high[axis]);
+    g[axis] = (interpolated(cache, domain, ray.anchor, after) -
+               interpolated(cache, domain, ray.anchor, before)) /
+              (after[axis] - before[axis]);
   }
   return g;
 }
@@ -184,11 +204,11 @@ RayPicture RayModes::surface(const WorldRay& ray) {
     const Cubic value = walk.value();
     const std::optional<double> u = first_passage(value, medium.isovalue, below);
     if (!u) continue;
-    const IndexRay& r = walk.grid.ray();
     const auto shade_at = [&](double v) {
       if (!walk.grid.in_cell()) return glm::dvec3(0.2);
-      const glm::dvec3 at = r.in_cell(walk.grid.cell(), walk.s(std::clamp(v, 0.0, 1.0)));
-      return shade(*view_, gradient(walk.grid.corners(), at), ray.direction);
+      const glm::dvec3 g = gradient(*cache_, medium.density->domain(), walk.grid.ray(),
+                                    walk.s(std::clamp(v, 0.0, 1.0)));
+      return shade(*view_, g, ray.direction);
     };
     const glm::dvec3 color =
         medium.source == LuminanceSource::transfer ? shown(medium, medium.isovalue) : medium.color;

@@ -67,7 +67,8 @@ Rows output_rows() {
 Rows look_rows() {
   return {
       {"look", "NAME", "", "auto in render and view, where nothing else of the look is set",
-       "scene parameters that suit the file (auto: plain, smoke, fire, surface, scan or xray), or "
+       "scene parameters that suit the file (auto: plain, smoke, fire, surface, scan, vectors or "
+       "xray), or "
        "a "
        ".json "
        "of them; what is given beside it counts",
