@@ -41,7 +41,7 @@ Archive::Archive(FileBlocks& file, Progress progress)
     setLibraryVersion(stream_);
     setDataCompression(stream_);
     openvdb::MetaMap metadata;
-    metadata.readMeta(stream_);
+    read_metadata(metadata, stream_);
     file_metadata_ = text_of(metadata);
     read_directory();
   } catch (const std::exception& e) {
@@ -76,6 +76,8 @@ void Archive::read_directory() {
 
 void Archive::read_entry(GridEntry& entry) {
   GridDescriptor& descriptor = entry.descriptor;
+  const bool has_parent = fileVersion() >= openvdb::OPENVDB_FILE_VERSION_GRID_INSTANCING;
+  check_strings(stream_, has_parent ? 3 : 2);  // name, type, name of the grid that has the tree
   try {
     descriptor.read(stream_);
   } catch (const openvdb::LookupError&) {
@@ -204,10 +206,11 @@ void Archive::read_head(openvdb::GridBase& grid) {
   readGridCompression(stream_);
   openvdb::io::setHalfFloat(stream_, grid.saveFloatAsHalf());
   openvdb::io::setGridBackgroundValuePtr(stream_, nullptr);
-  grid.readMeta(stream_);
+  read_metadata(grid, stream_);
   // It has the places of leaves, for OpenVDB's own skipping. They can be wrong.
   grid.removeMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD);
   openvdb::io::setGridClass(stream_, grid.getGridClass());
+  check_strings(stream_, 1);  // the type
   grid.readTransform(stream_);
 }
 
@@ -234,7 +237,7 @@ MetadataText Archive::metadata_of(const GridEntry& entry) {
     entry.descriptor.seekToGrid(stream_);
     readGridCompression(stream_);
     openvdb::MetaMap metadata;
-    metadata.readMeta(stream_);
+    read_metadata(metadata, stream_);
     return text_of(metadata);
   } catch (const std::exception&) {  // reading the grid says what is wrong with it
     return {};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdint>
 #include <utility>
 
 namespace psivox::vdb {
@@ -27,7 +28,30 @@ std::string lower_case(std::string text) {
   return text;
 }
 
+/// Of a string, or of a value of metadata: a length, and that many bytes.
+void skip_block(std::istream& stream) {
+  std::uint32_t length = 0;
+  stream.read(reinterpret_cast<char*>(&length), sizeof length);
+  stream.seekg(length, std::ios_base::cur);
+}
+
 }  // namespace
+
+void check_strings(std::istream& stream, int count) {
+  const auto begin = stream.tellg();
+  for (; count > 0; --count) skip_block(stream);
+  stream.seekg(begin);
+}
+
+void read_metadata(openvdb::MetaMap& metadata, std::istream& stream) {
+  const auto begin = stream.tellg();
+  std::uint32_t count = 0;
+  stream.read(reinterpret_cast<char*>(&count), sizeof count);
+  for (; count > 0; --count)
+    for (int block = 0; block < 3; ++block) skip_block(stream);  // name, type, value
+  stream.seekg(begin);
+  metadata.readMeta(stream);
+}
 
 MetadataText text_of(const openvdb::MetaMap& metadata) {
   MetadataText text;

@@ -2,6 +2,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include <istream>
 #include <map>
 #include <string>
 #include <vector>
@@ -10,6 +11,14 @@ namespace psivox::vdb {
 
 /// Metadata as text, by name.
 using MetadataText = std::map<std::string, std::string>;
+
+/// Reads metadata. OpenVDB allocates what lengths in the file claim, so they are compared with the
+/// rest of the file first: the stream throws at its end.
+void read_metadata(openvdb::MetaMap& metadata, std::istream& stream);
+
+/// Throws if strings that OpenVDB is to read next are longer than the rest of the file. The stream
+/// stays.
+void check_strings(std::istream& stream, int count);
 
 MetadataText text_of(const openvdb::MetaMap& metadata);
 

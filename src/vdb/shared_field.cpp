@@ -3,16 +3,19 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include <sys/uio.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <memory>
 #include <new>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "psivox/error.h"
 #include "sanitise.h"
@@ -34,38 +37,75 @@ std::size_t leaf_bytes(int channels, bool stored) {
   return stored ? 0 : kLeafVoxels * static_cast<std::size_t>(channels) * sizeof(float);
 }
 
-/// A mapping of shared memory.
+/// A mapping of shared memory, to be read.
 class Mapping {
  public:
-  Mapping(int memory, std::size_t size, bool writable)
-      : size_(size),
-        bytes_(mmap(nullptr, size, writable ? PROT_READ | PROT_WRITE : PROT_READ,
-                    MAP_SHARED | MAP_POPULATE, memory, 0)) {
+  Mapping(int memory, std::size_t size)
+      : size_(size), bytes_(mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, memory, 0)) {
     if (bytes_ == MAP_FAILED) throw std::bad_alloc();
   }
   ~Mapping() { munmap(bytes_, size_); }
   Mapping(const Mapping&) = delete;
   Mapping& operator=(const Mapping&) = delete;
 
-  char* bytes() const { return static_cast<char*>(bytes_); }
+  const char* bytes() const { return static_cast<const char*>(bytes_); }
 
  private:
   std::size_t size_;
   void* bytes_;
 };
 
-void write(const Field& field, const Layout& layout, std::size_t leaf, char* bytes) {
-  auto* const origins = reinterpret_cast<glm::ivec3*>(bytes + layout.origins);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, field.leaves.size(), 64),
-                    [&](const auto& range) {
-                      for (std::size_t n = range.begin(); n != range.end(); ++n) {
-                        if (leaf > 0) std::memcpy(bytes + n * leaf, field.leaves[n].values, leaf);
-                        origins[n] = field.leaves[n].origin;
-                      }
-                    });
-  if (!field.tiles.empty())
-    std::memcpy(bytes + layout.tiles_at, field.tiles.data(), field.tiles.size() * sizeof(Tile));
-}
+/// The parts of a field in the order of its layout. They must live as long.
+class Parts {
+ public:
+  Parts(const Field& field, std::size_t leaf) {
+    if (leaf > 0)
+      for (const Leaf& some : field.leaves) add(some.values, leaf);
+    origins_.reserve(field.leaves.size());
+    for (const Leaf& some : field.leaves) origins_.push_back(some.origin);
+    add(origins_.data(), origins_.size() * sizeof(glm::ivec3));
+    add(field.tiles.data(), field.tiles.size() * sizeof(Tile));
+  }
+
+  /// Writes all to a file that is empty. Faster than through a mapping, which the system fills page
+  /// by page. Returns an error number or 0.
+  int write(int file) {
+    std::span<iovec> rest = parts_;
+    std::int64_t at = 0;
+    while (!rest.empty()) {
+      constexpr std::size_t most = 512;  // 1 MiB of scalars
+      const ssize_t written =
+          pwritev(file, rest.data(), static_cast<int>(std::min(most, rest.size())), at);
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) return errno;
+      at += written;
+      for (auto left = static_cast<std::size_t>(written); !rest.empty();) {
+        iovec& first = rest.front();
+        const std::size_t done = std::min(left, first.iov_len);
+        first = {static_cast<char*>(first.iov_base) + done, first.iov_len - done};
+        left -= done;
+        if (first.iov_len > 0) break;
+        rest = rest.subspan(1);
+      }
+    }
+    return 0;
+  }
+
+  std::string text() const {
+    std::string text;
+    for (const iovec& part : parts_)
+      text.append(static_cast<const char*>(part.iov_base), part.iov_len);
+    return text;
+  }
+
+ private:
+  void add(const void* bytes, std::size_t size) {
+    if (size > 0) parts_.push_back({const_cast<void*>(bytes), size});
+  }
+
+  std::vector<glm::ivec3> origins_;
+  std::vector<iovec> parts_;
+};
 
 }  // namespace
 
@@ -78,19 +118,12 @@ Descriptor shared_memory() {
 void write_shared(const Field& field, int memory, FieldFacts& facts) {
   const std::size_t leaf = leaf_bytes(field.channels, field.reader != nullptr);
   const Layout layout(leaf, field.leaves.size(), field.tiles.size());
-  if (layout.size == 0) return;
-  // at once: page by page takes longer, and a lack of memory would come as a signal
-  if (fallocate(memory, 0, 0, static_cast<off_t>(layout.size)) == 0) {
-    const Mapping mapping(memory, layout.size, /*writable=*/true);
-    write(field, layout, leaf, mapping.bytes());
-  } else if (errno == EFBIG && layout.size < MessageInput::longest / 2) {
-    facts.bytes.resize(layout.size);
-    write(field, layout, leaf, facts.bytes.data());
-  } else if (errno == EFBIG) {
+  const int error = Parts(field, leaf).write(memory);
+  if (error == 0) return;
+  if (error != EFBIG || ftruncate(memory, 0) != 0) throw std::bad_alloc();
+  if (layout.size > MessageInput::longest / 2)
     throw std::runtime_error("its values are larger than the limit of file sizes (ulimit -f)");
-  } else {
-    throw std::bad_alloc();
-  }
+  facts.bytes = Parts(field, leaf).text();
 }
 
 void take_shared(FieldFacts& facts, int memory) {
@@ -118,7 +151,7 @@ void take_shared(FieldFacts& facts, int memory) {
     bytes = text->data();
     storage = text;
   } else {
-    const auto mapping = std::make_shared<const Mapping>(memory, size, /*writable=*/false);
+    const auto mapping = std::make_shared<const Mapping>(memory, size);
     bytes = mapping->bytes();
     storage = mapping;
   }
