@@ -148,7 +148,7 @@ void serve_reader(int connection) {
     while (input.receive(connection)) {
       while (std::optional<Message> message = input.next()) {
         if (!service && message->kind == MessageKind::open) {
-          const std::uint64_t memory = available_memory();
+          const std::uint64_t memory = available_memory() / 5 * 4;
           service = std::make_unique<Service>(connection, message->content,
                                               std::move(message->descriptor));
           restrict_process(memory);

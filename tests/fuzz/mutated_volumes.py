@@ -1,0 +1,298 @@
+#!/usr/bin/env python3
+"""Changes small volumes at random and gives each to psivox. All must end in exit code 0 or 3 within
+the time limit, with one line on stderr for 3, and a whole picture or none.
+
+    mutated_volumes.py PSIVOX SEED.vdb... [--count N] [--first N] [--jobs N] [--keep FOLDER]
+
+A file's number decides everything about it, so that a finding can be made again with
+--first NUMBER --count 1. Prints a table, and the findings.
+"""
+import argparse
+import collections
+import concurrent.futures
+import ctypes
+import os
+import random
+import resource
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+
+TIME_LIMIT = 10  # [s]
+ADDRESSES = 16 << 30  # [bytes] of each process, so that a finding does not take the machine's memory
+try:
+    BLOSC = ctypes.CDLL("libblosc.so.1")
+except OSError:
+    BLOSC = None
+
+EXTREMES = [0, 1, 2, 7, 0x7F, 0xFF, 0x7FFF, 0xFFFF, 1 << 20, 1 << 30, (1 << 31) - 1, 1 << 31,
+            (1 << 32) - 1, 1 << 40, (1 << 63) - 1, 1 << 63, (1 << 64) - 1]
+FLOATS = [float("nan"), float("inf"), float("-inf"), -1.0, 1e38, -1e38, 1e-40, 0.0, 1e30]
+
+
+class Block:
+    """A compressed block of values: its length is the integer of 64 bits at `at`."""
+
+    def __init__(self, at, length, values, codec):
+        self.at, self.length, self.values, self.codec = at, length, values, codec
+
+
+def unpack(data, at, length):
+    """The values of the block at `at`, and its codec; None if there is none."""
+    begin = at + 8
+    if data[begin] == 0x78:
+        try:
+            return zlib.decompress(data[begin:begin + length]), "zip"
+        except zlib.error:
+            return None
+    if BLOSC and length >= 16 and data[begin] == 2:
+        size, _, packed = struct.unpack_from("<iii", data, begin + 4)
+        if packed != length or not 0 < size < 1 << 22:
+            return None
+        values = ctypes.create_string_buffer(size)
+        if BLOSC.blosc_decompress_ctx(bytes(data[begin:begin + length]), values, size, 1) == size:
+            return values.raw, "blosc"
+    return None
+
+
+def pack(values, codec):
+    if codec == "zip":
+        return zlib.compress(values)
+    room = ctypes.create_string_buffer(len(values) + 16)
+    n = BLOSC.blosc_compress_ctx(9, 1, ctypes.c_size_t(4), ctypes.c_size_t(len(values)),
+                                 bytes(values), room, ctypes.c_size_t(len(room)), b"lz4",
+                                 ctypes.c_size_t(0), 1)
+    return room.raw[:n]
+
+
+def find_blocks(data):
+    blocks = []
+    for at in range(len(data) - 24):
+        (length,) = struct.unpack_from("<q", data, at)
+        if 0 < length <= len(data) - at - 8:
+            found = unpack(data, at, length)
+            if found:
+                blocks.append(Block(at, length, *found))
+    return blocks
+
+
+def find_positions(data):
+    """Places of the three positions that end each entry of the directory."""
+    places = []
+    for at in range(len(data) - 24):
+        grid, block, end = struct.unpack_from("<qqq", data, at)
+        if grid == at + 24 and grid <= block <= end <= len(data):
+            places.append(at)
+    return places
+
+
+class Seed:
+    def __init__(self, path):
+        with open(path, "rb") as file:
+            self.data = file.read()
+        self.blocks, self.positions = find_blocks(self.data), find_positions(self.data)
+
+
+def change_bytes(data, rng, count):
+    for _ in range(count):
+        at = rng.randrange(len(data))
+        if rng.random() < 0.5:
+            data[at] ^= 1 << rng.randrange(8)
+        else:
+            data[at] = rng.randrange(256)
+
+
+def anywhere(seed, rng):
+    data = bytearray(seed.data)
+    change_bytes(data, rng, rng.randint(1, 20))
+    return data
+
+
+def structure(seed, rng):
+    """Extreme numbers in the header, the directory, metadata and upper nodes."""
+    data = bytearray(seed.data)
+    near = rng.choice([0] + seed.positions)
+    for _ in range(rng.randint(1, 4)):
+        at = near + int(rng.random() ** 2 * 1500)
+        size = rng.choice([1, 4, 8])
+        if at + size <= len(data):
+            value = rng.choice(EXTREMES) % (1 << 8 * size)
+            data[at:at + size] = value.to_bytes(size, "little")
+    return data
+
+
+def header(seed, rng):
+    """Magic number, versions, codec, half precision."""
+    data = bytearray(seed.data)
+    if rng.random() < 0.5:
+        struct.pack_into("<I", data, 8, rng.choice([rng.randrange(300), *EXTREMES[:12]]) % (1 << 32))
+    else:
+        data[rng.randrange(60)] ^= 1 << rng.randrange(8)
+    return data
+
+
+def inside_blocks(seed, rng):
+    """Values inside compressed blocks, with right lengths and positions around them."""
+    if not seed.blocks:
+        return anywhere(seed, rng)
+    data = bytearray(seed.data)
+    chosen = rng.sample(seed.blocks, min(rng.randint(1, 5), len(seed.blocks)))
+    for block in sorted(chosen, key=lambda b: -b.at):  # from the back: places before stay
+        values = bytearray(block.values)
+        for _ in range(rng.randint(1, 20)):
+            at = rng.randrange(max(1, len(values) // 4)) * 4
+            if rng.random() < 0.7 and at + 4 <= len(values):
+                struct.pack_into("<f", values, at, rng.choice(FLOATS))
+            else:
+                change_bytes(values, rng, 1)
+        if rng.random() < 0.1:  # another number of values
+            values = values[:rng.randrange(len(values))] if rng.random() < 0.5 else values * 2
+        packed = pack(values, block.codec)
+        more = len(packed) - block.length
+        data[block.at:block.at + 8 + block.length] = struct.pack("<q", len(packed)) + packed
+        for place in seed.positions:
+            for at in range(place, place + 24, 8):
+                (position,) = struct.unpack_from("<q", data, at)
+                if position > block.at:
+                    struct.pack_into("<q", data, at, position + more)
+    return data
+
+
+def codec_bytes(seed, rng):
+    """The compressed bytes themselves and their lengths."""
+    if not seed.blocks:
+        return anywhere(seed, rng)
+    data = bytearray(seed.data)
+    for _ in range(rng.randint(1, 5)):
+        block = rng.choice(seed.blocks)
+        at = block.at + rng.choice([rng.randrange(8), 8 + rng.randrange(16),
+                                    8 + rng.randrange(block.length)])
+        if at < len(data):
+            data[at] = rng.choice([rng.randrange(256), data[at] ^ 1 << rng.randrange(8)])
+    return data
+
+
+def runs(seed, rng):
+    """Runs of equal bytes, which reach whole masks of nodes."""
+    data = bytearray(seed.data)
+    for _ in range(rng.randint(1, 3)):
+        at, length = rng.randrange(len(data)), rng.choice([8, 16, 64, 512, 4096])
+        end = min(len(data), at + length)
+        data[at:end] = bytes([rng.choice([0, 0xFF, rng.randrange(256)])]) * (end - at)
+    return data
+
+
+def moved(seed, rng):
+    """Cut, extended, or with bytes left out or doubled."""
+    data = bytearray(seed.data)
+    at, length = rng.randrange(len(data)), rng.randint(1, 200)
+    kind = rng.randrange(4)
+    if kind == 0:
+        del data[at:]
+    elif kind == 1:
+        del data[at:at + length]
+    elif kind == 2:
+        data[at:at] = data[at:at + length]
+    else:
+        other = rng.randrange(len(data))
+        data[at:at + length] = data[other:other + length]
+    return data
+
+
+MUTATIONS = [anywhere, structure, header, inside_blocks, inside_blocks, codec_bytes, runs, moved]
+
+
+def limit_addresses():
+    resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES, ADDRESSES))
+
+
+def try_file(psivox, seed, number, folder):
+    """The mutation's name, its result, and the seconds."""
+    rng = random.Random(number)
+    mutation = MUTATIONS[number % len(MUTATIONS)]
+    path = os.path.join(folder, f"{number}.vdb")
+    picture = os.path.join(folder, f"{number}.exr")
+    with open(path, "wb") as file:
+        file.write(mutation(seed, rng))
+    if number // len(MUTATIONS) % 4 == 0:
+        command = [psivox, "render", path, "-o", picture, "--resolution", "16x16", "-q"]
+        if rng.random() < 0.5:
+            command += ["--look", "plain"]
+    else:
+        command = [psivox, "info", path, "--json"]
+    begin = time.monotonic()
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=4 * TIME_LIMIT,
+                              preexec_fn=limit_addresses, check=False)
+        result = judge(done, picture, "-o" in command)
+    except subprocess.TimeoutExpired:
+        result = "hangs"
+    seconds = time.monotonic() - begin
+    if seconds > TIME_LIMIT and result in ("read", "refused"):
+        result = "slow"
+    if os.path.exists(picture):
+        os.remove(picture)
+    if result in ("read", "refused"):
+        os.remove(path)
+    return mutation.__name__, result, seconds
+
+
+def judge(done, picture, renders):
+    lines = done.stderr.decode(errors="replace").strip("\n").split("\n")
+    if done.returncode == 0:
+        return "read" if not renders or whole(picture) else "no whole picture"
+    if done.returncode == 3:
+        if os.path.exists(picture):
+            return "picture of an error"
+        return "refused" if len(lines) == 1 and lines[0] else f"{len(lines)} lines: {lines}"
+    return f"exit code {done.returncode}: {lines[-1][:200]}"
+
+
+def whole(picture):
+    if not os.path.exists(picture):
+        return False
+    with open(picture, "rb") as file:
+        return file.read(4) == b"\x76\x2f\x31\x01" and os.path.getsize(picture) > 300
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
+    parser.add_argument("psivox")
+    parser.add_argument("seeds", nargs="+")
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--keep", help="folder for the files of findings")
+    call = parser.parse_args()
+    seeds = [Seed(path) for path in sorted(call.seeds)]
+    table, findings, slowest = collections.Counter(), [], 0
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = call.keep or scratch
+        os.makedirs(folder, exist_ok=True)
+        with concurrent.futures.ThreadPoolExecutor(call.jobs) as pool:
+            numbers = range(call.first, call.first + call.count)
+            tries = pool.map(lambda n: try_file(call.psivox, seeds[n // 7 % len(seeds)], n, folder),
+                             numbers)
+            for number, (mutation, result, seconds) in zip(numbers, tries):
+                table[mutation, result if result in ("read", "refused") else "finding"] += 1
+                slowest = max(slowest, seconds)
+                if result not in ("read", "refused"):
+                    findings.append(f"{number} ({mutation}, {seconds:.1f} s): {result}")
+                    print(findings[-1], flush=True)
+        hidden = [name for name in os.listdir(folder) if name.startswith(".")]
+    if hidden:
+        findings.append(f"unfinished files are left: {hidden}")
+    print(f"{'mutation':<14}{'read':>8}{'refused':>9}{'findings':>10}")
+    for mutation in dict.fromkeys(m.__name__ for m in MUTATIONS):
+        row = [table[mutation, result] for result in ("read", "refused", "finding")]
+        print(f"{mutation:<14}{row[0]:>8}{row[1]:>9}{row[2]:>10}")
+    print(f"{call.count} files of {len(seeds)} seeds, {len(findings)} findings; the slowest took "
+          f"{slowest:.1f} s")
+    return 1 if findings else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
