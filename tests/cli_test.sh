@@ -45,6 +45,8 @@ code=$?
 { [ $code -eq 5 ] && grep -qF "cannot write 'a.exr'" <<<"$limited" && cmp -s a.exr old.exr &&
   ! compgen -G '.psivox*' >/dev/null; } ||
   { echo "FAILED: limited size: exit $code: $limited"; failed=$((failed + 1)); }
+# A look that takes percentiles draws a grid of one value, too.
+t 0 - render "$assets/slab.vdb" -o b.exr --resolution 32x32 -q --look scan
 # Planes.
 t 0 - render "$S" -o a.exr $R --clip-plane -x=0.1
 t 0 - render "$S" -o a.exr $R --clip -1,-1,-1,0.5,1,1 --clip-plane=0,0,0,1,1,0

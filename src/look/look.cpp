@@ -9,6 +9,7 @@
 #include "look/look_file.h"
 #include "psivox/error.h"
 #include "psivox/text.h"
+#include "scene/value_range.h"
 #include "scene/vector_part.h"
 
 namespace psivox {
@@ -87,9 +88,14 @@ void choose(const std::string& what, const VdbFile& file, KeptFields& fields, Sc
     const std::string grid = flame_grid(file, density_grid(scene, file));
     if (!grid.empty() && scene.emission_grid.empty()) set_flame(scene, file, grid);
   } else if (what == "range") {
-    if (!scene.range)
-      set_parameter(scene, "range",
-                    is_mostly_low(*fields.of(scene).density) ? "50%,99.5%" : "2%,96%");
+    if (scene.range) return;
+    set_parameter(scene, "range",
+                  is_mostly_low(*fields.of(scene).density) ? "50%,99.5%" : "2%,96%");
+    const Field& density = *fields.of(scene).density;
+    const glm::dvec2& percent = scene.range->ends;
+    // almost all values are equal
+    if (active_percentile(density, percent.x) >= active_percentile(density, percent.y))
+      scene.range.reset();
   } else if (what == "brightness") {
     set_brightness(fields, scene);
   } else if (!scene.extinction) {

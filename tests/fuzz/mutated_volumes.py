@@ -218,9 +218,9 @@ def try_file(psivox, seed, number, folder):
     with open(path, "wb") as file:
         file.write(mutation(seed, rng))
     if number // len(MUTATIONS) % 4 == 0:
-        command = [psivox, "render", path, "-o", picture, "--resolution", "16x16", "-q"]
-        if rng.random() < 0.5:
-            command += ["--look", "plain"]
+        # plain: light at the voxels of a volume that became huge takes its time
+        command = [psivox, "render", path, "-o", picture, "--resolution", "16x16", "-q",
+                   "--look", "plain"]
     else:
         command = [psivox, "info", path, "--json"]
     begin = time.monotonic()
