@@ -204,6 +204,10 @@ openvdb::GridBase::Ptr Archive::begin_tree(const GridEntry& entry) {
 /// What stands before a grid's tree.
 void Archive::read_head(openvdb::GridBase& grid) {
   readGridCompression(stream_);
+  constexpr std::uint32_t known =
+      openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC;
+  if (openvdb::io::getDataCompression(stream_) & ~known)
+    throw openvdb::IoError("it is compressed by an unknown codec");
   openvdb::io::setHalfFloat(stream_, grid.saveFloatAsHalf());
   openvdb::io::setGridBackgroundValuePtr(stream_, nullptr);
   read_metadata(grid, stream_);
