@@ -132,7 +132,8 @@ void render_command(Arguments arguments) {
   if (!call.output.empty())
     opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
   const Stopwatch reading;
-  const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto", shows_background(call));
+  const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto", shows_background(call),
+                                       /*in_parts=*/true);
   if (!call.quiet) print_look(looked);
   scene = looked.scene;
   Session session(make_view(scene, looked.fields));

@@ -1,6 +1,7 @@
 // make_assets DIR: writes the small .vdb files of assets/, with the same bytes on every run.
 // make_assets --plume DIR FRAMES VOXELS: writes a sequence, plume.0001.vdb and so on.
 // make_assets --empty FILE: writes a density without voxels.
+// make_assets --fog FILE VOXELS: writes a dense fog, VOXELS wide, for tests of large volumes.
 
 #include <openvdb/openvdb.h>
 
@@ -223,6 +224,26 @@ openvdb::GridCPtrVec plume(int n, double time) {
   return {grid};
 }
 
+/// A dense fog in a cube of n voxels, n a multiple of 8, that no codec makes much smaller: each
+/// voxel is rough. It has n^3 / 512 leaves.
+openvdb::GridCPtrVec fog(int n) {
+  auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(2.0 / n));
+  for (int x = 0; x < n; x += 8)
+    for (int y = 0; y < n; y += 8)
+      for (int z = 0; z < n; z += 8) {
+        auto* leaf = grid->tree().touchLeaf(Coord(x, y, z));
+        leaf->setValuesOn();
+        float* values = leaf->buffer().data();
+        for (int i = 0; i < 512; ++i) {
+          const Coord c(x + (i >> 6), y + (i >> 3 & 7), z + (i & 7));
+          const Vec3d p = (c.asVec3d() * 2.0 - Vec3d(n - 1)) / n;
+          const double smooth = 1.0 - 0.3 * p.lengthSqr();
+          values[i] = static_cast<float>(smooth * (0.8 + 0.2 * hash(c.x(), c.y(), c.z(), 9)));
+        }
+      }
+  return {grid};
+}
+
 /// OpenVDB gives each file a random identity, after 8 bytes of magic number, three 4-byte versions
 /// and one flag. Zeros instead make the bytes reproducible.
 void clear_identity(const std::filesystem::path& path) {
@@ -246,11 +267,16 @@ void write(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids)
 int main(int argc, char** argv) try {
   const bool of_plume = argc == 5 && std::string(argv[1]) == "--plume";
   const bool of_nothing = argc == 3 && std::string(argv[1]) == "--empty";
-  if (argc != 2 && !of_plume && !of_nothing) {
+  const bool of_fog = argc == 4 && std::string(argv[1]) == "--fog";
+  if (argc != 2 && !of_plume && !of_nothing && !of_fog) {
     std::fprintf(stderr, "usage: make_assets DIR, or make_assets --plume DIR FRAMES VOXELS\n");
     return 2;
   }
   openvdb::initialize();
+  if (of_fog) {
+    write(argv[2], fog(std::stoi(argv[3])));
+    return 0;
+  }
   if (of_nothing) {
     write(argv[2], {new_grid<FloatGrid>("density", Transform::createLinearTransform(1.0))});
     return 0;

@@ -120,6 +120,10 @@ AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {});
 /// Coordinates of the atlas's textured bricks, each brick 8 voxels.
 std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options = {});
 
+/// Coordinates of the bricks that a leaf reaches into, each once. They follow from the topology
+/// alone.
+std::vector<glm::ivec3> leaf_bricks(const Field& field);
+
 /// Origins of the domain's blocks of 8^3 voxels that hold a corner of a visible cell, sorted by
 /// coordinates. A quantity computed at voxels must be known in these blocks to be interpolated
 /// wherever the medium is visible. The field must be scalar. Throws Error(memory) beyond 2^24

@@ -13,6 +13,9 @@ namespace psivox {
 /// Bytes of the values of all leaves.
 std::uint64_t value_bytes(const Field& field);
 
+/// Throws Error(memory) if the values of leaves are not in memory, for what needs all of them.
+void check_in_memory(const Field& field);
+
 using VisitLeaves = std::function<void(std::span<const Leaf> leaves)>;
 using WantLeaf = std::function<bool(const Leaf& leaf)>;
 

@@ -90,12 +90,16 @@ struct MediumFields {
 };
 
 /// Reads the grids that the picture depends on under the scene's mode. `empty`: grids without
-/// active voxels count, as zeros. Throws Error(input).
-MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty = false);
+/// active voxels count, as zeros. `in_parts`: the values of a density that takes more than half of
+/// grid_memory() may stay in the file, if the scene can be drawn in parts. Throws Error(input),
+/// Error(memory).
+MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty = false,
+                         bool in_parts = false);
 /// Equal for scenes to which read_fields gives the same fields of a file.
 std::string fields_key(const Scene& scene);
 
-/// Resolves the scene's unset optionals and reads its transfer function.
+/// Resolves the scene's unset optionals and reads its transfer function. Of a density whose values
+/// stay in the file the picture must be one that is drawn in parts.
 /// Throws Error(input), Error(usage), Error(memory).
 View make_view(const Scene& scene, const MediumFields& fields);
 View make_view(const Scene& scene, const VdbFile& file);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox::atlas {
 namespace {
@@ -18,6 +19,7 @@ glm::ivec3 floor_divide(const glm::ivec3& a, int width) {
 }  // namespace
 
 BrickSource::BrickSource(const Field& field) : field_(field), leaves_(field.leaves.size()) {
+  check_in_memory(field);
   for (std::size_t i = 0; i < field.leaves.size(); ++i)
     leaves_.insert(field.leaves[i].origin >> 3, std::int32_t(i));
   for (std::size_t i = 0; i < field.tiles.size(); ++i) {

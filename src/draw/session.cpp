@@ -207,7 +207,11 @@ MarchPlan Session::Impl::plan(Marcher& marcher, const View& marched, const Wish&
 
 Session::Session(View view) : impl_(std::make_unique<Impl>(std::move(view))) {}
 Session::Session(const Scene& scene)
-    : Session(make_view(with_default_tolerance(scene), VdbFile(scene.input))) {}
+    : Session([&] {
+        const Scene complete = with_default_tolerance(scene);
+        validate(complete);
+        return make_view(complete, read_fields(complete, VdbFile(scene.input), false, true));
+      }()) {}
 Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 Session::~Session() = default;

@@ -1,6 +1,8 @@
 #include "psivox/look.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 #include "look/draft.h"
 #include "look/file_kind.h"
@@ -8,6 +10,7 @@
 #include "look/light_extinction.h"
 #include "look/look_file.h"
 #include "psivox/error.h"
+#include "psivox/parts.h"
 #include "psivox/text.h"
 #include "scene/value_range.h"
 #include "scene/vector_part.h"
@@ -28,16 +31,17 @@ std::string density_grid(const Scene& scene, const VdbFile& file) {
 /// Fields of a file, read again only for a scene that needs others.
 class KeptFields {
  public:
-  explicit KeptFields(const VdbFile& file) : file_(file) {}
+  KeptFields(const VdbFile& file, bool in_parts) : file_(file), in_parts_(in_parts) {}
   const MediumFields& of(const Scene& scene) {
     std::string key = fields_key(scene);
-    if (!fields_ || key != key_) fields_ = read_fields(scene, file_);
+    if (!fields_ || key != key_) fields_ = read_fields(scene, file_, false, in_parts_);
     key_ = std::move(key);
     return *fields_;
   }
 
  private:
   const VdbFile& file_;
+  bool in_parts_;
   std::optional<MediumFields> fields_;
   std::string key_;
 };
@@ -59,6 +63,15 @@ std::string suitable_look(const Scene& scene, const VdbFile& file, KeptFields& f
   if (file.grid_class(grid) == "level set" && is_surface(scene, fields)) return "surface";
   if (!flame_grid(file, grid).empty()) return "fire";
   return is_scan(*fields.of(scene).density) ? "scan" : "smoke";
+}
+
+/// Whether the density's values stay in the file: looks need them in memory, all but `plain`. A
+/// file that is too small for that is not read here: values are 16 times its bytes at most, or 48
+/// times if they are vectors.
+bool stays_in_file(const Scene& scene, KeptFields& fields) {
+  std::error_code unknown;
+  const auto bytes = std::uint64_t(std::filesystem::file_size(scene.input, unknown));
+  return !unknown && 2 * 48 * bytes > grid_memory(scene) && fields.of(scene).density->reader;
 }
 
 void take_open(const Scene& look, bool background, Scene& scene) {
@@ -143,11 +156,13 @@ Scene without_look(Scene scene) {
 }
 
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open,
-                      bool background) {
+                      bool background, bool in_parts) {
   LookedScene result{scene, scene.look.empty() ? "plain" : scene.look, {}, {}, {}};
   if (leaves_look_open(scene)) result.look = open;
-  KeptFields fields(file);
-  if (result.look == "auto") result.look = suitable_look(scene, file, fields);
+  KeptFields fields(file, in_parts);
+  if (result.look == "auto")
+    result.look =
+        in_parts && stays_in_file(scene, fields) ? "plain" : suitable_look(scene, file, fields);
   const LookFile look = read_look(result.look);
   take_open(look.scene, background, result.scene);
   result.scene.look = "plain";

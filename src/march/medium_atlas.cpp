@@ -7,6 +7,7 @@
 #include <glm/matrix.hpp>
 
 #include "march/grids.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {
@@ -134,12 +135,20 @@ MediumAtlas build_medium_atlas(const View& view) {
   return result;
 }
 
+constexpr std::uint64_t region_top_entries = std::uint64_t{1} << 15;
+constexpr glm::ivec3 most_bricks(1 << 27);
+
 MediumAtlas build_region_atlas(const View& view, const Box& region) {
   const Medium& medium = view.medium;
   const auto build = [&](const Field& field, AtlasOptions options, std::optional<Box> part) {
     options.texel = view.scene.texel;
     options.region = part;
-    return build_atlas(field, options);
+    // a region is a small part of the domain: a dense table of it would be the largest of all
+    options.top_entries = region_top_entries;
+    if (!part || !field.reader) return build_atlas(field, options);
+    // the outermost regions reach farther than there are voxels
+    const Box bricks{glm::max(part->min, -most_bricks), glm::min(part->max, most_bricks)};
+    return build_atlas(part_of_field(field, {8 * bricks.min, 8 * bricks.max + 15}), options);
   };
   MediumAtlas result{build(*medium.density, density_options(view), region), {}, {}, {}};
   result.part = true;

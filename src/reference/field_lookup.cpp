@@ -7,6 +7,8 @@
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "psivox/leaf_values.h"
+
 namespace psivox {
 namespace {
 
@@ -57,6 +59,7 @@ std::uint32_t BlockMap::find(const glm::ivec3& key) const {
 }
 
 FieldLookup::FieldLookup(const Field& field) : field_(&field) {
+  check_in_memory(field);
   // Voxels [o, o + w) are corners of the blocks of W cells from (o - 1) / W to (o + w - 1) / W.
   auto occupy = [this](const glm::ivec3& origin, int width) {
     for (std::size_t level = 0; level < occupied_.size(); ++level) {

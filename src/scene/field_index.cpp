@@ -5,6 +5,8 @@
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 
+#include "psivox/leaf_values.h"
+
 namespace psivox {
 namespace {
 
@@ -21,6 +23,7 @@ std::size_t VoxelHash::operator()(const glm::ivec3& v) const {
 }
 
 FieldIndex::FieldIndex(const Field& field) : field_(&field) {
+  check_in_memory(field);
   leaves_.reserve(field.leaves.size());
   const auto occupy = [&](const glm::ivec3& origin, int width) {
     for (std::size_t level = 0; level < 2; ++level)

@@ -1,9 +1,13 @@
 #include "psivox/leaf_values.h"
 
+#include <algorithm>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 #include <memory>
 #include <vector>
+
+#include "psivox/error.h"
+#include "psivox/text.h"
 
 namespace psivox {
 namespace {
@@ -12,10 +16,12 @@ constexpr std::size_t leaves_at_once = 2048;  // 4 MiB of scalars
 
 std::size_t floats_per_leaf(const Field& field) { return 512 * std::size_t(field.channels); }
 
-/// Reads some leaves of a file.
+/// Reads some leaves of a file, a few at a time: another process may read them.
 std::vector<Leaf> read_leaves(const Field& field, std::span<const std::uint32_t> numbers,
                               float* values) {
-  field.reader->read(numbers, values);
+  for (std::size_t n = 0; n < numbers.size(); n += leaves_at_once)
+    field.reader->read(numbers.subspan(n, std::min(leaves_at_once, numbers.size() - n)),
+                       values + n * floats_per_leaf(field));
   std::vector<Leaf> leaves;
   leaves.reserve(numbers.size());
   for (const std::uint32_t n : numbers) {
@@ -29,6 +35,15 @@ std::vector<Leaf> read_leaves(const Field& field, std::span<const std::uint32_t>
 
 std::uint64_t value_bytes(const Field& field) {
   return field.leaves.size() * floats_per_leaf(field) * sizeof(float);
+}
+
+void check_in_memory(const Field& field) {
+  if (field.reader)
+    throw Error(ExitCode::memory,
+                "grid " + in_quotes(field.name) + " has values of " +
+                    mebibytes(value_bytes(field)) +
+                    ", more than the memory limit leaves room for: only pictures are drawn from it,"
+                    " in parts; raise --memory-limit");
 }
 
 void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted) {

@@ -48,6 +48,7 @@ Field black_bodies(const Scene& scene, const Field& temperature) {
 namespace {
 
 bool has_negative_values(const Field& field) {
+  if (field.reader) return field.stored_range->x < 0;
   const auto negative = [](float v) { return v < 0; };
   return std::any_of(field.leaves.begin(), field.leaves.end(),
                      [&](const Leaf& leaf) {

@@ -6,9 +6,12 @@
 #include <cstddef>
 #include <memory>
 
+#include "psivox/leaf_values.h"
+
 namespace psivox {
 
 Field map_field(const Field& field, int channels, const VoxelMap& map) {
+  check_in_memory(field);
   Field result = field;
   result.channels = channels;
   result.active_range.reset();

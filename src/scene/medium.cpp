@@ -7,6 +7,7 @@
 
 #include "psivox/clip.h"
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
 #include "scene/classify_voxels.h"
@@ -86,9 +87,25 @@ void set_density(const Scene& scene, const std::shared_ptr<const Field>& density
     medium.extinction = auto_extinction(*medium.density, medium.transfer.get());
 }
 
+/// Throws if what the scene asks for needs all values of the density in memory, and they are not.
+void check_parts(const Scene& scene, const Field& density, const TransferFunction* function) {
+  if (!density.reader) return;
+  std::string what;
+  if (function && function->has_gradient()) what = "a function of the gradient";
+  if (function && scene.classification == Classification::pre) what = "--classification pre";
+  if (scene.lit()) what = "light";
+  if (what.empty()) return;
+  throw Error(ExitCode::memory, "grid " + in_quotes(density.name) + " has values of " +
+                                    mebibytes(value_bytes(density)) +
+                                    ", more than the memory limit leaves room for, and " + what +
+                                    " needs all of them at once; raise --memory-limit or"
+                                    " leave that out");
+}
+
 Medium make_medium(const Scene& scene, const MediumFields& fields) {
   Medium medium;
   const auto function = density_function(scene, *fields.density);
+  check_parts(scene, *fields.density, function.get());
   set_density(scene, fields.density, function, medium);
   set_luminance(scene, fields, function, medium);
   if (scene.mode == Mode::isosurface && function && function->has_color())

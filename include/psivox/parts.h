@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "psivox/scene.h"
+
+// Drawing a volume in parts, because it takes more memory than it may.
+
+namespace psivox {
+
+/// Which pictures can be drawn in parts, if the scene's cannot, as the rest of a sentence; else
+/// empty.
+std::string parts_obstacle(const Scene& scene);
+
+/// Bytes that a scene's grids may take on host and GPU together: its memory limit without what the
+/// program itself and the picture take, but no less than 32 MiB or the limit; or four fifths of the
+/// memory that is free, if it has no limit. 0: not known.
+std::uint64_t grid_memory(const Scene& scene);
+
+/// Makes the process give freed memory back to the system at once, which costs some time. glibc
+/// otherwise keeps blocks of up to 32 MiB, so that parts of a volume would add up.
+void give_back_freed_memory();
+
+}  // namespace psivox

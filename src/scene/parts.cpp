@@ -1,0 +1,44 @@
+#include "psivox/parts.h"
+
+#include <algorithm>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "psivox/memory.h"
+
+namespace psivox {
+namespace {
+
+/// What psivox takes without grids, most of it the code of libraries and Mesa's software driver with
+/// its compiler, and what a picture in parts takes on host and GPU for each pixel [bytes]. Measured;
+/// see docs/performance.md.
+constexpr std::uint64_t of_program = 168 << 20, of_pixel = 80;
+/// Grids may take this much under any limit that is as large [bytes].
+constexpr std::uint64_t least = 32 << 20;
+
+}  // namespace
+
+std::string parts_obstacle(const Scene& scene) {
+  if (scene.mode != Mode::alpha) return "--mode alpha";
+  if (!scene.tolerance && scene.resolved_sampling() != Sampling::cells)
+    return "cells (--tolerance or --sampling cells)";
+  return {};
+}
+
+std::uint64_t grid_memory(const Scene& scene) {
+  const std::uint64_t limit = scene.memory_limit;
+  if (limit == 0) return available_memory() / 5 * 4;
+  const auto pixels = std::uint64_t(scene.resolution.x) * std::uint64_t(scene.resolution.y);
+  const std::uint64_t others = of_program + of_pixel * pixels;
+  return std::max(limit > others ? limit - others : 0, std::min(limit, least));
+}
+
+void give_back_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 128 << 10);  // as it is at first; to set it ends its growth
+#endif
+}
+
+}  // namespace psivox

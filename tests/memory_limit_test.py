@@ -1,0 +1,55 @@
+#!/usr/bin/env python3
+"""memory_limit_test.py PSIVOX MAKE_ASSETS: a volume that is several times as large as --memory-limit
+is drawn within the limit + 10 %, by the peak of resident memory that the system reports, and the
+picture is that of the whole."""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+program, make_assets = (os.path.abspath(path) for path in sys.argv[1:3])
+MIB = 1 << 20
+os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"  # the driver's compiler takes its memory each time
+
+
+devices = subprocess.run([program, "render", "--list-devices"], capture_output=True, text=True)
+if not re.search(r"4\.[5-9]", devices.stdout):
+    sys.exit(77)  # no EGL device
+
+
+def peak_of(*arguments):
+    """Runs a command; what it printed to stderr, and the peak of its resident memory [bytes]."""
+    child = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    said = child.stderr.read()
+    _, status, usage = os.wait4(child.pid, 0)
+    assert os.waitstatus_to_exitcode(status) == 0, said
+    return said, usage.ru_maxrss * 1024
+
+
+def render(output, *options):
+    return peak_of(program, "render", "fog.vdb", "-o", output, "--sampling", "cells",
+                   "--early-termination", "0", "--resolution", "160x90", *options)
+
+
+with tempfile.TemporaryDirectory() as folder:
+    os.chdir(folder)
+    subprocess.run([make_assets, "--fog", "fog.vdb", "256"], check=True, stdout=subprocess.DEVNULL)
+    _, whole = render("whole.exr", "--memory-limit", "4G", "--look", "plain")
+    limit = 216 * MIB
+    # 64 MiB of values, which become 187 MiB of atlases, beside 168 MiB of the program's own
+    said, parts = render("parts.exr", "--memory-limit", str(limit))
+    print(f"peak: whole {whole / MIB:.0f} MiB, in parts {parts / MIB:.0f} MiB")
+    assert "64.00 MiB, stay in the file" in said, said
+    assert re.search(r"drawn in \d+ parts", said), said
+    assert whole > 1.3 * limit, "the volume is too small to tell"
+    assert parts < 1.1 * limit, parts / limit
+    subprocess.run([program, "compare", "whole.exr", "parts.exr", "--max-rms", "1e-6"], check=True)
+
+    # what needs all values at once says so
+    for options, word in ((["--light", "0,-1,0"], "light"), (["--check-error", "10"], "raise"),
+                          (["--explain"], "raise"), (["--aov", "depth"], "transmittance"),
+                          (["--time-budget", "50"], "time-budget")):
+        child = subprocess.run([program, "render", "fog.vdb", "-o", "a.exr", "--resolution", "32x18",
+                                "--memory-limit", "170M", *options], capture_output=True, text=True)
+        assert child.returncode == 6 and word in child.stderr.splitlines()[-1], (options, child)
