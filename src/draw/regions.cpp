@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec4.hpp>
 #include <string>
@@ -24,18 +25,23 @@ class Rays {
  public:
   Rays(const glm::ivec2& size, int samples)
       : samples_(std::size_t(samples)),
-        pixels_(std::size_t(size.x) * std::size_t(size.y)),
+        width_(std::size_t(size.x)),
+        pixels_(width_ * std::size_t(size.y)),
         rays_(samples_ * pixels_, glm::dvec4(0, 0, 0, 1)) {}
 
-  /// Adds what a region shows to one sample of all pixels.
-  void add(const Image& region, std::size_t sample) {
+  /// Adds what a region shows to one sample of the pixels that its image begins at.
+  void add(const Image& region, const glm::ivec2& origin, std::size_t sample) {
     const auto rgba = region.rgba();
     const std::vector<float>& transmittance = region.layers[1].values;  // there is no depth
-    for (std::size_t i = 0; i < pixels_; ++i) {
-      glm::dvec4& ray = rays_[sample * pixels_ + i];
-      const double before = ray.a;
-      for (int c = 0; c < 3; ++c) ray[c] += before * double(rgba[4 * i + std::size_t(c)]);
-      ray.a *= double(transmittance[i]);
+    std::size_t i = 0;
+    for (int y = 0; y < region.height; ++y) {
+      glm::dvec4* ray = rays_.data() + sample * pixels_ + std::size_t(origin.y + y) * width_ +
+                        std::size_t(origin.x);
+      for (int x = 0; x < region.width; ++x, ++i, ++ray) {
+        const double before = ray->a;
+        for (int c = 0; c < 3; ++c) (*ray)[c] += before * double(rgba[4 * i + std::size_t(c)]);
+        ray->a *= double(transmittance[i]);
+      }
     }
   }
 
@@ -57,9 +63,42 @@ class Rays {
   }
 
  private:
-  std::size_t samples_, pixels_;
+  std::size_t samples_, width_, pixels_;
   std::vector<glm::dvec4> rays_;  ///< R G B and transmittance, sample by sample
 };
+
+/// Pixels whose rays may meet a region, and one around them, for rounding.
+PixelBox pixels_of(const View& view, const Box& bricks) {
+  const PixelBox all{{}, view.scene.resolution};
+  const Field& density = *view.medium.density;
+  const Camera& camera = view.camera;
+  if (view.medium.emission) return all;  // it may reach beyond the density
+  const Box domain = density.domain();
+  const glm::dvec3 low = glm::max(8.0 * glm::dvec3(bricks.min), glm::dvec3(domain.min));
+  const glm::dvec3 high = glm::min(8.0 * glm::dvec3(bricks.max) + 8.0, glm::dvec3(domain.max));
+  if (low.x >= high.x || low.y >= high.y || low.z >= high.z) return {};
+  const glm::dvec2 size(all.size);
+  glm::dvec2 first(HUGE_VAL), last(-HUGE_VAL);
+  int behind = 0, beside = 0;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
+    const glm::dvec3 to =
+        glm::dvec3(density.world_from_index * glm::dvec4(corner, 1)) - camera.position;
+    const double along = camera.orthographic ? 1 : glm::dot(to, camera.forward);
+    behind += along <= 0;
+    beside += along <= 1e-3 * glm::length(to) && !camera.orthographic;
+    const glm::dvec2 on(glm::dot(to, camera.right) / (along * camera.half_width),
+                        glm::dot(to, camera.up) / (along * camera.half_height));
+    const glm::dvec2 pixel(0.5 * (1 + on.x) * size.x, 0.5 * (1 - on.y) * size.y);
+    first = glm::min(first, pixel);
+    last = glm::max(last, pixel);
+  }
+  if (behind == 8) return {};
+  if (beside > 0) return all;
+  const glm::ivec2 from(glm::clamp(glm::floor(first) - 1.0, glm::dvec2(0), size));
+  const glm::ivec2 to(glm::clamp(glm::floor(last) + 2.0, glm::dvec2(0), size));
+  return {from, to - from};
+}
 
 void add_counts(const RenderStats& part, RenderStats& sum) {
   sum.renderer = part.renderer;
@@ -294,13 +333,20 @@ RenderResult RegionMarcher::render(const View& view, const RenderOptions& option
     part.progress = [&](double fraction) { options.progress(share * (done + fraction)); };
   Rays rays(size, samples);
   RenderResult result;
+  result.stats.renderer = marcher_.description();
   for (const Box& box : boxes) {
+    const PixelBox pixels = pixels_of(view, box);
+    if (pixels.empty()) {
+      done += samples;
+      continue;
+    }
+    part.pixels = pixels;
     const MediumAtlas atlas = build_region_atlas(view, box);
     marcher_.upload(atlas, view.scene.filter);
     for (int sample = 0; sample < samples; ++sample, ++done) {
       part.place = pixel_sample(sample, samples);
       const RenderResult drawn = marcher_.render(one, part);
-      rays.add(drawn.image, std::size_t(sample));
+      rays.add(drawn.image, pixels.origin, std::size_t(sample));
       add_counts(drawn.stats, result.stats);
     }
   }

@@ -41,7 +41,8 @@ Image PicturePass::draw(RenderStats& stats) {
   Timer timer(context_.renderer());
   Film film(view_, options_);
   Readback readback(film, view_, options_);
-  for (TileOrder order(view_.scene.resolution, largest_side); !order.empty();) {
+  const glm::ivec2 size = options_.pixels ? options_.pixels->size : view_.scene.resolution;
+  for (TileOrder order(size, largest_side); !order.empty();) {
     const int side = target_->side();
     const Tile tile = order.take(side);
     const Stopwatch drawing;
@@ -58,7 +59,8 @@ void PicturePass::draw_tile(const Tile& tile, Readback& readback, Timer& timer,
                             RenderStats& stats) {
   const int samples = view_.scene.pixel_samples;
   Exposure exposure{tile.origin.x, tile.origin.y, tile.size.x, tile.size.y};
-  march_.program().set("tile_origin", tile.origin);
+  const glm::ivec2 first = options_.pixels ? options_.pixels->origin : glm::ivec2(0);
+  march_.program().set("tile_origin", first + tile.origin);
   for (; exposure.sample < samples; ++exposure.sample) {
     march_.program().set("given.sample_offset",
                          options_.place.value_or(pixel_sample(exposure.sample, samples)));

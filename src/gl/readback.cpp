@@ -8,7 +8,7 @@ Readback::Readback(Film& film, const View& view, const RenderOptions& options)
     : film_(film),
       options_(options),
       samples_(view.scene.pixel_samples),
-      all_pixels_(double(view.scene.resolution.x) * double(view.scene.resolution.y)) {}
+      all_pixels_(double(film.width()) * double(film.height())) {}
 
 void Readback::read(const TileTarget& target, const Exposure& tile) {
   waiting_ = tile;

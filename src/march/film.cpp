@@ -15,8 +15,9 @@ void PixelSums::add(const glm::dvec4& ray_picture, const glm::dvec4& ray_layers)
 
 Film::Film(const View& view, const RenderOptions& options)
     : pixel_samples_(view.scene.pixel_samples) {
-  image_.width = view.scene.resolution.x;
-  image_.height = view.scene.resolution.y;
+  const glm::ivec2 size = options.pixels ? options.pixels->size : view.scene.resolution;
+  image_.width = size.x;
+  image_.height = size.y;
   image_.layers.reserve(5);  // the pointers into them must stay
   image_.layers.push_back({"", {"R", "G", "B", "A"}, {}});
   image_.layers[0].values.resize(std::size_t(image_.width) * std::size_t(image_.height) * 4);

@@ -33,6 +33,7 @@ class Film {
   /// R G B A of a pixel: where each has one sample it may be written there, rows `width()` apart.
   glm::vec4* pixel(int x, int y) { return reinterpret_cast<glm::vec4*>(picture_) + index(x, y); }
   int width() const { return image_.width; }
+  int height() const { return image_.height; }
 
   /// The layers of a row of pixels that have one sample each, as march.frag writes them.
   void set_layers(int x, int y, std::span<const glm::vec4> layers);

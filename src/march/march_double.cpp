@@ -31,7 +31,8 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
   const Stopwatch watch;
   MarchSetup setup = make_march_setup(view, atlas, options);
   setup.constants.hardware_filter = false;
-  const glm::ivec2 size = view.scene.resolution;
+  const PixelBox pixels = options.pixels.value_or(PixelBox{{}, view.scene.resolution});
+  const glm::ivec2 size = pixels.size;
   const int n = view.scene.pixel_samples;
 
   Film film(view, options);
@@ -45,8 +46,8 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
             PixelSums sums;
             for (int i = 0; i < n; ++i) {
               march.sample_offset = options.place.value_or(pixel_sample(i, n));
-              const auto m = march_pixel(march, {x, y});
-              const auto p = march.make_pixel({x, y});
+              const auto m = march_pixel(march, pixels.origin + glm::ivec2(x, y));
+              const auto p = march.make_pixel(pixels.origin + glm::ivec2(x, y));
               sums.add(march.picture(m, p),
                        {march.depth_of(m, p), march.decay(m.optical_depth).e, m.steps, m.samples});
             }

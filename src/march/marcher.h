@@ -11,6 +11,12 @@ namespace psivox {
 /// above 0 and at most 1. Null: 1.
 using BrickSteps = std::shared_ptr<const std::vector<float>>;
 
+/// A rectangle of pixels.
+struct PixelBox {
+  glm::ivec2 origin{0}, size{0};
+  bool empty() const { return size.x <= 0 || size.y <= 0; }
+};
+
 struct RenderOptions {
   bool count = false;  ///< count segments and look-ups: layers `steps` and `samples`, and the stats
   bool depth = false;  ///< layer `depth`
@@ -22,6 +28,8 @@ struct RenderOptions {
   BrickSteps brick_steps{};
   /// Place of a pixel's only sample, in [0, 1)^2; unset: as the view samples pixels.
   std::optional<glm::dvec2> place{};
+  /// Part of the picture to draw, alone in the result's image; unset: all of it.
+  std::optional<PixelBox> pixels{};
 };
 
 struct RenderResult {

@@ -82,6 +82,7 @@ class Service {
     facts.same_values = request.holds_last && shares_values(field, last_);
     if (!facts.same_values) write_shared(field, memory, facts);
     last_ = std::move(field);
+    if (facts.stored) last_.leaves = {};  // its reader knows their places
     facts.field = without_values(last_);
     return facts;
   }
