@@ -104,6 +104,25 @@ TEST(Look, RangeFollowsTheValues) {
   EXPECT_EQ(parameter_text(auto_look(scene).scene, *find_parameter("range")), "0.2,0.9");
 }
 
+TEST(Look, IsTheSameForAnyMethod) {
+  for (const char* file : {"blobs.vdb", "ramp.vdb"}) {  // by a draft: fire and scan
+    const LookedScene looked = auto_look(scene_of(asset(file)));
+    for (const std::vector<Setting>& method :
+         {std::vector<Setting>{{"integrator", "cell-exact"}},
+          {{"integrator", "psi-weighted"}, {"segments", "4"}},
+          {{"sampling", "template"}, {"connectivity", "6"}, {"projection", "orthographic"}}}) {
+      Scene scene = scene_of(asset(file));
+      apply_over(scene, method);
+      const LookedScene other = auto_look(scene);
+      EXPECT_EQ(other.look, looked.look) << file;
+      if (scene.projection != Projection::orthographic) {
+        EXPECT_EQ(other.scene.emission_scale, looked.scene.emission_scale) << file;
+        EXPECT_EQ(other.scene.luminance, looked.scene.luminance) << file;
+      }
+    }
+  }
+}
+
 TEST(Look, NamesTheGridsThatThePictureDoesNotShow) {
   EXPECT_EQ(auto_look(scene_of(asset("blobs.vdb"))).unused_grids,
             std::vector<std::string>{"color"});

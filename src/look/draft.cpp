@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "psivox/draw.h"
+#include "psivox/method.h"
 
 namespace psivox {
 namespace {
@@ -26,9 +28,11 @@ double Draft::level(double part) const {
 
 Image draft_picture(Scene scene, const MediumFields& fields) {
   scene.background.reset();
-  scene.tolerance.reset();
-  scene.sampling = Sampling::uniform;
-  scene.step = 2;
+  // whatever method is given for the picture
+  scene = with_method(
+      std::move(scene),
+      {.integrator = Integrator::psi_balanced, .sampling = Sampling::uniform, .step = 2});
+  scene.connectivity = Scene{}.connectivity;
   scene.resolution = {96, 54};
   scene.pixel_samples = 1;
   scene.memory_limit = 0;  // its march in double needs the whole atlas, on the host alone
