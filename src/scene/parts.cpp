@@ -11,9 +11,9 @@
 namespace psivox {
 namespace {
 
-/// What psivox takes without grids, most of it the code of libraries and Mesa's software driver with
-/// its compiler, and what a picture in parts takes on host and GPU for each pixel [bytes]. Measured;
-/// see docs/performance.md.
+/// What psivox takes without grids, most of it the code of libraries and Mesa's software driver
+/// with its compiler, and what a picture in parts takes on host and GPU for each pixel [bytes].
+/// Measured; see docs/performance.md.
 constexpr std::uint64_t of_program = 168 << 20, of_pixel = 80;
 /// Grids may take this much under any limit that is as large [bytes].
 constexpr std::uint64_t least = 32 << 20;
