@@ -169,8 +169,8 @@ TEST(GuardedReading, GivesWhatReadingInPlaceGives) {
 }
 
 TEST(GuardedReading, EveryVdbFileIsGuardedOnceItHasStarted) {
-  EXPECT_EQ(reading_guard(),
-            sanitised ? "resource limits, without seccomp" : "seccomp and resource limits");
+  if (sanitised) GTEST_SKIP() << "sanitizers end a process in their own way";
+  EXPECT_EQ(reading_guard(), "seccomp and resource limits");
   const std::string message = test::input_error([] { VdbFile file(file_named("segfault.vdb")); });
   EXPECT_NE(message.find("segfault.vdb: is damaged: reading it crashed (Segmentation fault)"),
             std::string::npos)
@@ -178,6 +178,7 @@ TEST(GuardedReading, EveryVdbFileIsGuardedOnceItHasStarted) {
 }
 
 TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
+  if (sanitised) GTEST_SKIP() << "sanitizers end a process in their own way";
   const Limits limits({.seconds = 0.3, .per_mebibyte = 0, .idle = 0.5});
   const std::map<std::string, std::string> expected = {
       {"abort.vdb", "reading it crashed (Aborted)"},

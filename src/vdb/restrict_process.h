@@ -4,7 +4,7 @@
 
 namespace psivox::vdb {
 
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool sanitised = true;  ///< slow, with terabytes of addresses, and it opens files
 #else
 inline constexpr bool sanitised = false;
