@@ -5,14 +5,18 @@ add_library(psivox_flags INTERFACE)
 target_compile_features(psivox_flags INTERFACE cxx_std_20)
 target_compile_options(psivox_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow
-  -Wno-restrict  # gcc 12 reports overlaps in std::string's operator+ that do not exist (bug 105651)
+  # gcc 12 reports overlaps in std::string's operator+ that do not exist (bug 105651)
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # a study measures rounding: no contraction into fused multiply-adds, and no -ffast-math
   -ffp-contract=off)
 target_compile_definitions(psivox_flags INTERFACE
   PSIVOX_VERSION="${PROJECT_VERSION}")
 if(PSIVOX_SANITIZE)
+  # AddressSanitizer finds what `null` and `object-size` would, and x86 reads from any address: to
+  # compile these checks takes a quarter to a third of all time.
   target_compile_options(psivox_flags INTERFACE
-    -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+    -fsanitize=address,undefined -fno-sanitize=null,object-size,alignment
+    -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
   target_link_options(psivox_flags INTERFACE -fsanitize=address,undefined)
 endif()
 

@@ -261,6 +261,8 @@ TEST(VdbFileErrors, FilesThatAreNoneAreNamed) {
   const auto nothing = test::write_bytes("nothing.vdb", "");
   EXPECT_NE(input_error([&] { VdbFile{nothing}; }).find("nothing.vdb: is not a VDB file"),
             std::string::npos);
+  const auto nano = test::write_bytes("nano.nvdb", "NanoVDB1 and what follows");
+  EXPECT_NE(input_error([&] { VdbFile{nano}; }).find("nanovdb_convert"), std::string::npos);
   EXPECT_NE(input_error([&] { VdbFile("/dev/null"); }).find("/dev/null"), std::string::npos);
 }
 

@@ -25,11 +25,23 @@ std::string explain(const std::exception& e) {
   return text;
 }
 
+/// Throws for a format that users take for this one.
+void refuse_nanovdb(FileBlocks& file) {
+  constexpr std::string_view magic = "NanoVDB";
+  const FileRun first = file.run(0, 1);
+  if (first.size >= std::int64_t(magic.size()) &&
+      std::string_view(first.bytes.get(), magic.size()) == magic)
+    throw Error(ExitCode::input, file.path() +
+                                     ": is a NanoVDB file, which psivox does not read; "
+                                     "nanovdb_convert, a tool of OpenVDB, makes a .vdb of it");
+}
+
 }  // namespace
 
 Archive::Archive(FileBlocks& file, Progress progress)
     : file_(file), buffer_(file, std::move(progress)) {
   openvdb::initialize();
+  refuse_nanovdb(file);
   stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
   try {
     readHeader(stream_);
