@@ -32,8 +32,8 @@ struct Image {
 };
 
 struct WriteOptions {
-  /// Writes an EXR's R G B A as 16-bit floats. The largest is 65504; values that round above it
-  /// become Inf. Other layers stay 32-bit floats.
+  /// Writes an EXR's R G B A as 16-bit floats. The largest is 65504, which greater values become.
+  /// Other layers stay 32-bit floats.
   bool half = false;
   /// Bits per channel of sRGB codes in PNG and TIFF, 8 or 16. Without it, a PNG has 8, and a TIFF
   /// holds linear 32-bit floats.
