@@ -141,8 +141,7 @@ void EglContext::open(EGLDisplay display, bool debug) {
   const bool notifies = major > 1 || (major == 1 && minor >= 5);
   if (notifies) context_ = create_context(display, config, debug, true);
   if (context_ == EGL_NO_CONTEXT) context_ = create_context(display, config, debug, false);
-  if (context_ == EGL_NO_CONTEXT)
-    throw Obstacle{2, "4.5 core is needed; " + offered(config)};
+  if (context_ == EGL_NO_CONTEXT) throw Obstacle{2, "4.5 core is needed; " + offered(config)};
   if (!eglMakeCurrent(display, surface_, surface_, context_))
     throw Obstacle{2, "the OpenGL context cannot be made current"};
   if (debug) {

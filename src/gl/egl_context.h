@@ -27,8 +27,8 @@ class EglContext {
   std::string version() const;
 
   /// Throws DeviceFull if the device's memory is full, Error(graphics) if the driver has reset the
-  /// GPU. Throws Error(graphics) with the first KHR_debug message since the last call, if there was one
-  /// (contexts made with ContextOptions::debug only), or with glGetError's.
+  /// GPU. Throws Error(graphics) with the first KHR_debug message since the last call, if there was
+  /// one (contexts made with ContextOptions::debug only), or with glGetError's.
   void check(const std::string& doing) const;
 
  private:
