@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <glm/matrix.hpp>
 #include <sstream>
 #include <type_traits>
 
@@ -38,8 +39,7 @@ bool invertible(const openvdb::math::Transform& transform) {
       if (!std::isfinite(m[column][row])) return false;
     }
   }
-  const openvdb::Mat4d mat = transform.baseMap()->getAffineMap()->getMat4();
-  const double det = mat.det();
+  const double det = glm::determinant(m);
   return std::isfinite(det) && det != 0.0;
 }
 
@@ -102,8 +102,13 @@ std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary
 }
 
 glm::dmat4 world_from_index(const openvdb::math::Transform& transform) {
+  openvdb::Mat4d mat;
+  try {
+    mat = transform.baseMap()->getAffineMap()->getMat4();
+  } catch (const openvdb::Exception&) {  // it also inverts the matrix
+    return glm::dmat4(0.0);
+  }
   // OpenVDB's vectors are rows: its row i is the image of axis i, which is glm's column i.
-  const openvdb::Mat4d mat = transform.baseMap()->getAffineMap()->getMat4();
   glm::dmat4 result(1.0);
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) result[i][j] = mat(i, j);

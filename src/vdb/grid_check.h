@@ -36,7 +36,7 @@ std::string background_text(const GridSummary& summary);
 std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary);
 
 /// The affine transform to world space in glm's convention (columns, acting on column vectors).
-/// Meaningless unless the transform is linear.
+/// Meaningless unless the transform is linear; 0 if it is singular.
 glm::dmat4 world_from_index(const openvdb::math::Transform& transform);
 
 }  // namespace psivox::vdb

@@ -244,7 +244,9 @@ std::string why_whole(const openvdb::GridBase& grid, const GridSummary& summary)
 std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
                                   const std::shared_ptr<FileBlocks>& file,
                                   const ReadOptions& options) {
-  const auto in_file = std::uint64_t(entry.descriptor.getEndPos() - entry.descriptor.getGridPos());
+  const std::int64_t begin = entry.descriptor.getGridPos(), end = entry.descriptor.getEndPos();
+  if (begin < 0 || end < begin) return {};  // to read the grid whole says what is wrong
+  const auto in_file = std::uint64_t(end - begin);
   const auto channels = std::uint64_t(channels_of(entry.descriptor.gridType()));
   if (options.memory == 0 || in_file * most_growth * channels <= options.memory) return {};
   const openvdb::GridBase::Ptr grid = archive.begin_tree(entry);

@@ -10,6 +10,7 @@ shift
 targets=("$@")
 ((${#targets[@]})) || targets=(scene function gltf glb pvcc path frames parameter volume)
 
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
 status=0
