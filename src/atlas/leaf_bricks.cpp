@@ -13,7 +13,8 @@ std::vector<glm::ivec3> leaf_bricks(const Field& field) {
     for (int i = 0; i < 8; ++i) {
       const glm::ivec3 brick = (leaf.origin >> 3) - glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
       const glm::ivec3 cube = brick >> 3, in_cube = brick & 7;
-      cubes[{cube.x, cube.y, cube.z}].set(std::size_t((in_cube.x * 8 + in_cube.y) * 8 + in_cube.z));
+      const int place = (in_cube.x * 8 + in_cube.y) * 8 + in_cube.z;
+      cubes[{cube.x, cube.y, cube.z}].set(std::size_t(place));
     }
   std::vector<glm::ivec3> bricks;
   std::size_t count = 0;
