@@ -7,6 +7,7 @@
 #include <OpenEXR/ImfThreading.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -46,13 +47,13 @@ Imf::Header header_of(const Image& image) {
   return header;
 }
 
-/// Values that half cannot hold become its largest: infinity would spread wherever the picture is
-/// composited.
+/// Numbers that half cannot hold become its largest: infinity would spread wherever the picture is
+/// composited. What is infinite stays so.
 std::vector<half> as_halves(const std::vector<float>& values) {
   std::vector<half> halves;
   halves.reserve(values.size());
   for (const float value : values)
-    halves.emplace_back(std::clamp(value, -largest_half, largest_half));
+    halves.emplace_back(std::isinf(value) ? value : std::clamp(value, -largest_half, largest_half));
   return halves;
 }
 
