@@ -1,5 +1,5 @@
 #include <algorithm>
-#include <limits>
+#include <cmath>
 #include <set>
 #include <string>
 
@@ -68,18 +68,19 @@ void check_layers(const Image& image, const fs::path& path) {
 /// Of light beyond the numbers that the file holds; empty if there is none.
 std::string what_is_too_bright(const Image& image, const fs::path& path, Format format,
                                const WriteOptions& options) {
-  if (holds_codes(path, options)) return {};
-  float largest = std::numeric_limits<float>::max();
-  if (format == Format::hdr) largest = image_io::largest_rgbe;
-  if (options.half) largest = image_io::largest_half;
+  if (format != Format::hdr && !options.half) return {};
+  const float largest = options.half ? image_io::largest_half : image_io::largest_rgbe;
+  const auto too_bright = [&](float value) {
+    return value > largest && (format == Format::hdr || !std::isinf(value));
+  };
   const auto rgba = image.rgba();
   std::size_t beyond = 0;
   for (std::size_t i = 0; i < rgba.size(); i += 4)
-    beyond += !(rgba[i] <= largest && rgba[i + 1] <= largest && rgba[i + 2] <= largest);
+    beyond += too_bright(rgba[i]) || too_bright(rgba[i + 1]) || too_bright(rgba[i + 2]);
   if (beyond == 0) return {};
   return in_quotes(path.string()) + ": " + std::to_string(beyond) + " of " +
-         std::to_string(rgba.size() / 4) + " pixels are not numbers up to " +
-         formatted("%.4g", largest) + ", the largest that it holds" +
+         std::to_string(rgba.size() / 4) + " pixels are brighter than " +
+         formatted("%.4g", largest) + ", the largest number that it holds" +
          (options.half ? "; leave out --half" : "");
 }
 
