@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "blobs_scene.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
@@ -77,16 +78,6 @@ class GlTrouble : public testing::Test {
     epoxy_glDeleteBuffers = device_.remove;
     epoxy_glGetError = device_.get_error;
     epoxy_glGetGraphicsResetStatus = device_.reset_status;
-  }
-
-  static Scene blobs() {
-    Scene scene;
-    scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";
-    scene.extinction = 4;
-    scene.resolution = {64, 48};
-    scene.sampling = Sampling::cells;
-    scene.early_termination = 0;
-    return scene;
   }
 
   Device device_;

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <random>
 
+#include "blobs_scene.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 
@@ -75,16 +76,6 @@ TEST(Regions, ComeInTheOrderOfEveryRay) {
         }
       }
     }
-}
-
-Scene blobs() {
-  Scene scene;
-  scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";
-  scene.extinction = 4;
-  scene.resolution = {64, 48};
-  scene.sampling = Sampling::cells;
-  scene.early_termination = 0;
-  return scene;
 }
 
 /// Draws whole and in parts, and returns the largest difference of a pixel. The parts' values are
