@@ -10,10 +10,11 @@ struct Ray {
 };
 
 // So that 1/d is finite. A ray turned by 1e-15 moves by 1e-9 voxels over a million, and the times of
-// the faces of 2^24 voxels, 2^24 / 1e-15 = 2e22, are far from float32's largest number.
+// the faces of 2^24 voxels, 2^24 / 1e-15 = 2e22, are far from float32's largest number. A ray in a face
+// ascends through it, so that all of them meet regions in one order (Regions::front_to_back).
 real clamp_component(real d) {
   real least = real(1e-15);
-  return abs(d) < least ? (d < real(0.0) ? -least : least) : d;
+  return abs(d) < least ? least : d;
 }
 
 // The one expression for the t of faces: cells, bricks and the domain must agree bit for bit.
@@ -50,6 +51,21 @@ real3 position(Ray ray, real t) { return ray.anchor + ray.direction * t; }
 // nearest one inside.
 int3 cell_at(Ray ray, real t, int3 lo, int3 hi) {
   return clamp(int3(floor(position(ray, t))), lo, hi - 1);
+}
+
+// The cell that the ray is in at t by the times of faces, from `cell`, which holds the position: the two
+// differ by rounding where the ray is almost in a face. Regions must agree on which of them has the cell.
+int3 cell_between_faces(Ray ray, real t, int3 cell) {
+  real3 ends = face_times(ray, cell + ray.side);
+  real3 begins = face_times(ray, cell + 1 - ray.side);
+  int3 forward = ray.side * 2 - 1;
+  if (ends.x <= t) cell.x += forward.x;
+  else if (begins.x > t) cell.x -= forward.x;
+  if (ends.y <= t) cell.y += forward.y;
+  else if (begins.y > t) cell.y -= forward.y;
+  if (ends.z <= t) cell.z += forward.z;
+  else if (begins.z > t) cell.z -= forward.z;
+  return cell;
 }
 
 // Across the far face of a box of cells: when, and the cell on the other side. That cell is taken

@@ -74,6 +74,7 @@ Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
   s.run = closed_form(node);
   Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.hi : m.cell + 1);
   s.next = far.cell;
+  if (in_part && s.run) s.next = cell_between_faces(ray, far.t, far.cell);
   s.t_exit = max(m.t, min(far.t, ray.end));
   if (!s.run && !m.known) s.t_exit = m.t;
   s.t_end = s.t_exit;

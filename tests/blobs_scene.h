@@ -8,7 +8,7 @@ namespace psivox {
 
 /// A small picture of assets/blobs.vdb, marched from cell to cell to its end: whole or in parts, it
 /// is the same but for rounding.
-inline Scene blobs() {
+inline Scene blobs_scene() {
   Scene scene;
   scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";
   scene.extinction = 4;

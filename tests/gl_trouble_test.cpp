@@ -63,7 +63,7 @@ class GlTrouble : public testing::Test {
   void SetUp() override {
     marcher_ = open_gpu();
     for (int n = 0; n < 2; ++n)
-      Session(blobs()).draw(*marcher_);  // libepoxy finds each function when it is first called
+      Session(blobs_scene()).draw(*marcher_);  // libepoxy finds each function when it is first called
     device_ = Device();
     device = &device_;
     epoxy_glNamedBufferStorage = store;
@@ -86,7 +86,7 @@ class GlTrouble : public testing::Test {
 
 TEST_F(GlTrouble, AFullDeviceDrawsInParts) {
   for (const bool lit : {false, true}) {
-    Scene scene = blobs();
+    Scene scene = blobs_scene();
     if (lit) {
       scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
       scene.light_quality = LightQuality::exact;
@@ -112,7 +112,7 @@ TEST_F(GlTrouble, AFullDeviceDrawsInParts) {
 TEST_F(GlTrouble, ADeviceThatHoldsNothingSaysSo) {
   device_.capacity = 1000;
   try {
-    Session(blobs()).draw(*marcher_);
+    Session(blobs_scene()).draw(*marcher_);
     FAIL() << "drawn by a device without memory";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ExitCode::memory);
@@ -120,7 +120,7 @@ TEST_F(GlTrouble, ADeviceThatHoldsNothingSaysSo) {
     EXPECT_NE(std::string(error.what()).find("--texel"), std::string::npos) << error.what();
   }
   // what cannot be drawn in parts says the same
-  Scene uniform = blobs();
+  Scene uniform = blobs_scene();
   uniform.sampling = Sampling::uniform;
   try {
     Session(uniform).draw(*marcher_);
@@ -130,11 +130,11 @@ TEST_F(GlTrouble, ADeviceThatHoldsNothingSaysSo) {
   }
   // and the marcher draws again when there is memory
   device_.capacity = plenty;
-  EXPECT_NO_THROW(Session(blobs()).draw(*marcher_));
+  EXPECT_NO_THROW(Session(blobs_scene()).draw(*marcher_));
 }
 
 TEST_F(GlTrouble, ALostContextSaysSo) {
-  Session session(blobs());
+  Session session(blobs_scene());
   session.draw(*marcher_);
   const auto expect_lost = [&] {
     try {

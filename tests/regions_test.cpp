@@ -1,4 +1,4 @@
-#include "draw/regions.h"
+#include "psivox/regions.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,14 @@
 #include <random>
 
 #include "blobs_scene.h"
+#include "draw/carried_light.h"
+#include "draw/region_marcher.h"
+#include "march/atlas_march.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
+#include "verify/made_fields.h"
+#include "verify/made_views.h"
 
 namespace psivox {
 namespace {
@@ -20,6 +26,12 @@ std::vector<glm::ivec3> some_bricks(int count) {
   return bricks;
 }
 
+std::vector<Box> boxes_of(const std::vector<Region>& regions) {
+  std::vector<Box> boxes;
+  for (const Region& region : regions) boxes.push_back(region.bricks);
+  return boxes;
+}
+
 bool holds(const Box& box, const glm::ivec3& brick) {
   return glm::clamp(brick, box.min, box.max) == brick;
 }
@@ -28,7 +40,7 @@ TEST(Regions, HoldEachBrickOnceAndNoMoreThanAsked) {
   const std::vector<glm::ivec3> bricks = some_bricks(500);
   for (const std::size_t most : {1, 7, 100, 499, 500}) {
     const Regions regions(bricks, most);
-    const std::vector<Box> boxes = regions.boxes();
+    const std::vector<Box> boxes = boxes_of(regions.all());
     EXPECT_EQ(boxes.size(), regions.count());
     std::vector<std::size_t> in(boxes.size());
     for (const glm::ivec3& brick : bricks) {
@@ -44,6 +56,27 @@ TEST(Regions, HoldEachBrickOnceAndNoMoreThanAsked) {
   }
 }
 
+TEST(Regions, ArePartsOfAboutOneSize) {
+  for (const int count : {0, 1, 5, 500})
+    for (const std::size_t parts : {1, 2, 3, 7, 8, 64}) {
+      const std::vector<glm::ivec3> bricks = some_bricks(count);
+      const std::vector<Region> regions = Regions::in_parts(bricks, parts).all();
+      ASSERT_EQ(regions.size(), parts);
+      std::size_t filled = 0;
+      for (std::size_t i = 0; i < parts; ++i) {
+        EXPECT_EQ(regions[i].number, i);
+        std::size_t held = 0;
+        for (const glm::ivec3& brick : bricks) held += holds(regions[i].bricks, brick);
+        EXPECT_EQ(held, regions[i].count);
+        // these bricks have distinct places along the longest axis, so that each cut rounds by half
+        // a brick at most
+        EXPECT_LE(regions[i].count, std::size_t(count) / parts + 6) << count << " in " << parts;
+        filled += held > 0;
+      }
+      EXPECT_EQ(filled, std::min(parts, std::size_t(count)));
+    }
+}
+
 TEST(Regions, ComeInTheOrderOfEveryRay) {
   const Regions regions(some_bricks(300), 10);
   std::mt19937 random(3);
@@ -54,7 +87,7 @@ TEST(Regions, ComeInTheOrderOfEveryRay) {
       camera.orthographic = orthographic;
       camera.position = 300.0 * glm::dvec3(number(), number(), number());
       camera.forward = glm::normalize(glm::dvec3(number(), number(), number()));
-      const std::vector<Box> boxes = regions.front_to_back(camera, glm::dmat4(1));
+      const std::vector<Box> boxes = boxes_of(regions.front_to_back(camera, glm::dmat4(1)));
       for (int ray = 0; ray < 20; ++ray) {
         const glm::dvec3 way = orthographic
                                    ? camera.forward
@@ -78,6 +111,113 @@ TEST(Regions, ComeInTheOrderOfEveryRay) {
     }
 }
 
+// --- in double: the fold itself, without the device's rounding
+// -------------------------------------
+
+/// What the march in double collects along the ray through a pixel's centre.
+glm::dvec4 ray_of(glsl::AtlasMarch& march, const glm::ivec2& pixel) {
+  const auto m = march.march_ray(pixel);
+  return {glm::dvec3(march.picture(m, march.make_pixel(pixel))), march.decay(m.optical_depth).e};
+}
+
+struct Fold {
+  bool reversed = false;  ///< back to front
+  bool apron = true;      ///< regions have the voxels on their upper faces
+};
+
+/// The rays of all pixels, folded over regions front to back; one region is the whole.
+std::vector<glm::dvec4> folded(const View& view, std::size_t parts, Fold how = {}) {
+  const Field& density = *view.medium.density;
+  const glm::ivec2 size = view.scene.resolution;
+  std::vector<glm::dvec4> rays(std::size_t(size.x * size.y), glm::dvec4(0, 0, 0, 1));
+  std::vector<Region> regions = Regions::in_parts(leaf_bricks(density), parts)
+                                    .front_to_back(view.camera, density.world_from_index);
+  if (how.reversed) std::reverse(regions.begin(), regions.end());
+  for (const Region& region : regions) {
+    View part = view;
+    const glm::ivec3 most(1 << 20);
+    const Box voxels{8 * glm::max(region.bricks.min, -most),
+                     8 * glm::min(region.bricks.max, most) + 7};
+    if (!how.apron) part.medium.density = share(part_of_field(density, voxels));
+    const MediumAtlas atlas =
+        parts == 1 ? build_medium_atlas(view) : build_region_atlas(part, region.bricks);
+    const MarchSetup setup = make_march_setup(view, atlas);
+    glsl::AtlasMarch march(setup, atlas);
+    march.sample_offset = glm::dvec2(0.5);
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        add_behind(rays[std::size_t(y * size.x + x)], ray_of(march, {x, y}));
+  }
+  return rays;
+}
+
+double largest_difference(const std::vector<glm::dvec4>& a, const std::vector<glm::dvec4>& b) {
+  double most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (int c = 0; c < 4; ++c) most = std::max(most, std::abs(a[i][c] - b[i][c]));
+  return most;
+}
+
+/// Cameras that meet regions in different ways. The field is `mixed`, whose planes are at multiples
+/// of 8 voxels: its voxels are world units.
+std::vector<std::pair<std::string, Scene>> cameras() {
+  const Scene scene = small_scene(21);
+  const glm::dvec3 middle(12, 12, 12), far(100, 70, -60);
+  return {{"outside", looking(scene, far, middle)},
+          {"inside", looking(scene, {5.3, 13.1, 9.7}, {30, 20, 14})},
+          {"on planes", looking(scene, {8, 16, 8}, {30, 17, 3})},
+          {"on a plane, along it", looking(scene, {-60, 8, 16}, {10, 8, 16})},
+          {"parallel", looking(scene, far, middle, 70)},
+          // 21 pixels of 4 voxels: many rays lie in planes
+          {"parallel, along faces", looking(scene, {8, 16, 90}, {8, 16, 0}, 84)}};
+}
+
+// A fold of 64 regions multiplies and adds 64 times with a rounding of 1e-16 each. Values are below
+// 10, and each ray has the same segments whether whole or in parts.
+constexpr double rounding_of_double = 1e-12;
+
+TEST(RegionFold, EqualsOnePassInDouble) {
+  for (const Field& field : {mixed(), with_tiles(noise_beside_constant())})
+    for (const auto& [name, scene] : cameras()) {
+      const View view = view_of(scene, share(field), Glow::density);
+      const auto whole = folded(view, 1);
+      EXPECT_GT(largest_difference(whole, std::vector<glm::dvec4>(441, {0, 0, 0, 1})), 0.1);
+      for (const std::size_t parts : {2, 3, 8, 64})
+        EXPECT_LE(largest_difference(whole, folded(view, parts)), rounding_of_double)
+            << name << ", " << parts << " regions";
+    }
+}
+
+TEST(RegionFold, NeedsTheOrderAndTheApron) {
+  const Scene scene = cameras().front().second;
+  const View view = view_of(scene, share(mixed()), Glow::density);
+  const auto whole = folded(view, 1);
+  EXPECT_GT(largest_difference(whole, folded(view, 8, {.reversed = true})), 1e-3);
+  EXPECT_GT(largest_difference(whole, folded(view, 8, {.apron = false})), 1e-3);
+}
+
+// --- on the GPU
+// ------------------------------------------------------------------------------------
+
+// A region's picture is rounded to float32, 1e-7 of values about 1, as the whole's is.
+TEST(RegionFold, EqualsOnePassOnTheGpu) {
+  const auto gpu = open_gpu();
+  for (const auto& [name, scene] : cameras()) {
+    const View view = view_of(scene, share(mixed()), Glow::density);
+    const auto in_parts = [&, &view = view](std::size_t parts) {
+      const Regions regions = Regions::in_parts(leaf_bricks(*view.medium.density), parts);
+      return RegionMarcher(*gpu, regions).render(view).image;
+    };
+    // drawn whole, a ray in a face may look up cells beside it: in float32 5e-5 from the exact one
+    const bool in_faces = name == "parallel, along faces";
+    const Image whole = in_faces ? in_parts(1) : Session(view).draw(*gpu).image;
+    for (const std::size_t parts : {1, 2, 3, 8, 64}) {
+      EXPECT_LE(compare_images(whole, in_parts(parts)).rms, 1e-6)
+          << name << ", " << parts << " regions";
+    }
+  }
+}
+
 /// Draws whole and in parts, and returns the largest difference of a pixel. The parts' values are
 /// read from the file one after another, or at once into memory.
 double difference(Scene scene, std::uint64_t limit, bool from_file = true) {
@@ -97,7 +237,7 @@ constexpr double rounding = 1e-6;
 TEST(RegionMarcher, DrawsThePictureOfTheWhole) {
   for (const Integrator rule :
        {Integrator::psi_weighted, Integrator::cell_exact, Integrator::porter_duff}) {
-    Scene scene = blobs();
+    Scene scene = blobs_scene();
     scene.integrator = rule;
     EXPECT_LT(difference(scene, 600000), rounding) << int(rule);
     EXPECT_LT(difference(scene, 900000, /*from_file=*/false), rounding) << int(rule);
@@ -105,38 +245,38 @@ TEST(RegionMarcher, DrawsThePictureOfTheWhole) {
 }
 
 TEST(RegionMarcher, DrawsFromInsideAndInParallel) {
-  Scene scene = blobs();
+  Scene scene = blobs_scene();
   scene.camera_position = glm::dvec3(0.1, 0.4, 0.05);
   scene.camera_target = glm::dvec3(1, 0.7, -0.3);
   EXPECT_LT(difference(scene, 600000), rounding);
-  scene = blobs();
+  scene = blobs_scene();
   scene.projection = Projection::orthographic;
   scene.azimuth = 40;
   EXPECT_LT(difference(scene, 600000), rounding);
 }
 
 TEST(RegionMarcher, FoldsEachSampleOfAPixel) {
-  Scene scene = blobs();
+  Scene scene = blobs_scene();
   scene.pixel_samples = 4;
   scene.extinction = 30;  // a product of means would be far from the mean of products
   EXPECT_LT(difference(scene, 600000), rounding);
 }
 
 TEST(RegionMarcher, DrawsWhatHasOtherGrids) {
-  Scene scene = blobs();
+  Scene scene = blobs_scene();
   scene.luminance_grid = "color";
   EXPECT_LT(difference(scene, 1600000, false), rounding);
-  scene = blobs();
+  scene = blobs_scene();
   scene.emission_grid = "temperature";
   scene.emission_scale = 1e-4;  // radiance of about 1
   EXPECT_LT(difference(scene, 1600000, false), rounding);
-  scene = blobs();
+  scene = blobs_scene();
   scene.transfer_function = std::string(PSIVOX_ASSETS) + "/shells.json";
   EXPECT_LT(difference(scene, 1600000, false), rounding);
 }
 
 TEST(RegionMarcher, AddsUpDepthsTowardsTheLight) {
-  Scene scene = blobs();
+  Scene scene = blobs_scene();
   scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
   scene.light_quality = LightQuality::exact;
   EXPECT_LT(difference(scene, 1600000, false), rounding);
@@ -145,7 +285,7 @@ TEST(RegionMarcher, AddsUpDepthsTowardsTheLight) {
 }
 
 TEST(RegionMarcher, KeepsATolerance) {
-  Scene scene = blobs();
+  Scene scene = blobs_scene();
   scene.sampling.reset();
   scene.early_termination.reset();
   scene.tolerance = 1e-4;
@@ -164,13 +304,13 @@ TEST(RegionMarcher, SaysWhatItCannotDraw) {
     }
     return "drawn";
   };
-  Scene uniform = blobs();
+  Scene uniform = blobs_scene();
   uniform.sampling = Sampling::uniform;
   EXPECT_NE(message(uniform, 600000).find("only cells"), std::string::npos);
-  Scene maximum = blobs();
+  Scene maximum = blobs_scene();
   maximum.mode = Mode::mip;
   EXPECT_NE(message(maximum, 600000).find("only --mode alpha"), std::string::npos);
-  EXPECT_NE(message(blobs(), 1000).find("over the limit"), std::string::npos);
+  EXPECT_NE(message(blobs_scene(), 1000).find("over the limit"), std::string::npos);
 }
 
 }  // namespace

@@ -4,9 +4,10 @@
 #include <utility>
 
 #include "draw/lighting.h"
+#include "draw/needed_regions.h"
 #include "draw/pick.h"
 #include "draw/picture.h"
-#include "draw/regions.h"
+#include "draw/region_marcher.h"
 #include "march/explain.h"
 #include "march/march_double.h"
 #include "psivox/clip.h"

@@ -1,0 +1,93 @@
+#include "draw/carried_light.h"
+
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace psivox {
+
+CarriedLight::CarriedLight(const PixelBox& pixels, int samples)
+    : pixels_(pixels.empty() ? PixelBox{} : pixels),
+      samples_(std::size_t(samples)),
+      rays_(samples_ * std::size_t(pixels_.size.x) * std::size_t(pixels_.size.y),
+            glm::dvec4(0, 0, 0, 1)) {}
+
+std::size_t CarriedLight::index(const glm::ivec2& pixel, int sample) const {
+  const glm::ivec2 at = pixel - pixels_.origin;
+  const auto row = std::size_t(sample) * std::size_t(pixels_.size.y) + std::size_t(at.y);
+  return row * std::size_t(pixels_.size.x) + std::size_t(at.x);
+}
+
+void CarriedLight::add(const Image& region, const glm::ivec2& origin, int sample) {
+  const auto rgba = region.rgba();
+  const std::vector<float>& transmittance = region.layers[1].values;
+  std::size_t i = 0;
+  for (int y = 0; y < region.height; ++y) {
+    glm::dvec4* ray = rays_.data() + index(origin + glm::ivec2(0, y), sample);
+    for (int x = 0; x < region.width; ++x, ++i)
+      add_behind(*ray++, {rgba[4 * i], rgba[4 * i + 1], rgba[4 * i + 2], transmittance[i]});
+  }
+}
+
+void CarriedLight::add(std::span<const glm::vec4> row, const glm::ivec2& origin, int sample) {
+  glm::dvec4* ray = rays_.data() + index(origin, sample);
+  for (const glm::vec4& behind : row) add_behind(*ray++, glm::dvec4(behind));
+}
+
+std::span<const glm::dvec4> CarriedLight::row(const glm::ivec2& origin, int width,
+                                              int sample) const {
+  return std::span(rays_).subspan(index(origin, sample), std::size_t(width));
+}
+
+Image CarriedLight::picture(bool transmittance) const {
+  const std::size_t pixels = rays_.size() / samples_;
+  Image image{pixels_.size.x,
+              pixels_.size.y,
+              {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels)}},
+              {}};
+  std::vector<float> left(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    glm::dvec4 sum(0);
+    for (std::size_t sample = 0; sample < samples_; ++sample) sum += rays_[sample * pixels + i];
+    sum /= double(samples_);
+    for (int c = 0; c < 3; ++c) image.rgba()[4 * i + std::size_t(c)] = float(sum[c]);
+    image.rgba()[4 * i + 3] = float(1 - sum.a);
+    left[i] = float(sum.a);
+  }
+  if (transmittance) image.layers.push_back({"transmittance", {"transmittance"}, std::move(left)});
+  return image;
+}
+
+PixelBox pixels_of(const View& view, const Box& bricks) {
+  const PixelBox all{{}, view.scene.resolution};
+  const Field& density = *view.medium.density;
+  const Camera& camera = view.camera;
+  if (view.medium.emission) return all;  // it may reach beyond the density
+  const Box domain = density.domain();
+  const glm::dvec3 low = glm::max(8.0 * glm::dvec3(bricks.min), glm::dvec3(domain.min));
+  const glm::dvec3 high = glm::min(8.0 * glm::dvec3(bricks.max) + 8.0, glm::dvec3(domain.max));
+  if (low.x >= high.x || low.y >= high.y || low.z >= high.z) return {};
+  const glm::dvec2 size(all.size);
+  glm::dvec2 first(HUGE_VAL), last(-HUGE_VAL);
+  int behind = 0, beside = 0;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
+    const glm::dvec3 to =
+        glm::dvec3(density.world_from_index * glm::dvec4(corner, 1)) - camera.position;
+    const double along = camera.orthographic ? 1 : glm::dot(to, camera.forward);
+    behind += along <= 0;
+    beside += along <= 1e-3 * glm::length(to) && !camera.orthographic;
+    const glm::dvec2 on(glm::dot(to, camera.right) / (along * camera.half_width),
+                        glm::dot(to, camera.up) / (along * camera.half_height));
+    const glm::dvec2 pixel(0.5 * (1 + on.x) * size.x, 0.5 * (1 - on.y) * size.y);
+    first = glm::min(first, pixel);
+    last = glm::max(last, pixel);
+  }
+  if (behind == 8) return {};
+  if (beside > 0) return all;
+  const glm::ivec2 from(glm::clamp(glm::floor(first) - 1.0, glm::dvec2(0), size));
+  const glm::ivec2 to(glm::clamp(glm::floor(last) + 2.0, glm::dvec2(0), size));
+  return {from, to - from};
+}
+
+}  // namespace psivox

@@ -1,0 +1,127 @@
+#include "draw/needed_regions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "draw/lighting.h"
+#include "march/medium_atlas.h"
+#include "psivox/error.h"
+#include "psivox/leaf_values.h"
+#include "psivox/parts.h"
+#include "psivox/text.h"
+
+namespace psivox {
+namespace {
+
+/// Which pictures can be drawn region by region, if this one cannot; else empty.
+std::string region_obstacle(const View& view, const Wish& wish) {
+  if (std::string obstacle = parts_obstacle(view.scene); !obstacle.empty()) return obstacle;
+  if (wish.time_budget_ms) return "pictures without --time-budget";
+  const Layers& layers = wish.layers;
+  if (layers.depth || layers.steps || layers.samples || layers.error)
+    return "pictures without other layers than transmittance";
+  return {};
+}
+
+/// More than the field's bricks can take on host and GPU [bytes].
+double most_bytes(const Field& field) {
+  double blocks = double(field.leaves.size());
+  for (const Tile& tile : field.tiles) blocks += 6 * std::pow(tile.width / 8 + 1, 2);
+  return 2 * 8 * blocks * brick_texels * sizeof(float) * field.channels;
+}
+
+/// What a view's grids take, on host or GPU [bytes].
+struct Needs {
+  double fixed = 0;    ///< however the view is split
+  double texels = 0;   ///< of the density and its gradient, which are split
+  double light = 0;    ///< of the light's texels, which are split, too
+  double on_host = 0;  ///< values that a part reads from the file
+  double bricks = 1;   ///< of the density
+  /// On host and GPU, with all of them.
+  double whole() const { return 2 * (fixed + texels + light); }
+  /// The same with some of the bricks.
+  double of_part(double count) const {
+    // a part's light and the values that it reads have a margin of a brick
+    const double grown = std::pow(std::cbrt(count) + 2, 3) / bricks;
+    return 2 * (fixed + texels * count / bricks + light * grown) + on_host * grown;
+  }
+};
+
+AtlasSize size_of(const Field& field, AtlasOptions options, TexelType texel) {
+  options.texel = texel;
+  return predict_atlas(field, options);
+}
+
+/// Of a density in memory, or of one whose values stay in the file, which splits by its topology.
+Needs needs_of(const View& view, int light) {
+  const Medium& medium = view.medium;
+  const TexelType texel = view.scene.texel;
+  Needs needs;
+  if (medium.density->reader) {
+    const double texel_bytes = texel == TexelType::float16 ? 2 : 4;
+    needs.bricks = double(std::max<std::size_t>(leaf_bricks(*medium.density).size(), 1));
+    needs.texels = needs.bricks * brick_texels * texel_bytes;
+    needs.on_host = double(value_bytes(*medium.density));
+  } else {
+    const AtlasSize density = size_of(*medium.density, density_options(view), texel);
+    needs.bricks = double(std::max<std::uint64_t>(density.textured_bricks, 1));
+    needs.texels = double(density.texel_bytes);
+    needs.light = light * double(density.texel_bytes);
+    needs.fixed = double((1 + light) * (density.page_bytes + density.constant_bytes));
+  }
+  if (medium.gradient) {
+    const AtlasSize gradient = size_of(*medium.gradient, {}, texel);
+    needs.texels += double(gradient.texel_bytes);
+    needs.fixed += double(gradient.bytes() - gradient.texel_bytes);
+  }
+  for (const auto& field : {light ? nullptr : medium.luminance, medium.emission})
+    if (field) needs.fixed += double(size_of(*field, {}, texel).bytes());
+  return needs;
+}
+
+/// Memory that is left for atlases beside the fields, or half of it all [bytes].
+double left_beside_fields(const View& view, double limit) {
+  const Field& density = *view.medium.density;
+  constexpr double stored_leaf = 32;  // origin, pointer and place
+  const double fields =
+      density.reader ? stored_leaf * double(density.leaves.size()) : double(value_bytes(density));
+  return std::max(limit - fields, limit / 2);
+}
+
+}  // namespace
+
+std::optional<Regions> needed_regions(const View& view, const Wish& wish,
+                                      std::optional<double> given_limit) {
+  const Medium& medium = view.medium;
+  const bool in_file = medium.density->reader != nullptr;
+  const bool must = given_limit || view.scene.memory_limit > 0 || in_file;
+  const double limit =
+      given_limit ? *given_limit : left_beside_fields(view, double(grid_memory(view.scene)));
+  // light is a grid over the density's bricks
+  const int light = medium.light ? LitLuminance(view, light_beams(view)).channels() : 0;
+  double most = (1 + light) * most_bytes(*medium.density);
+  for (const auto& field : {medium.luminance, medium.emission, medium.gradient})
+    if (field) most += most_bytes(*field);
+  if (!in_file && (limit == 0 || most <= limit)) return {};
+
+  const Needs needs = needs_of(view, light);
+  if (!in_file && needs.whole() <= limit) return {};
+  const std::string obstacle = region_obstacle(view, wish);
+  if (!obstacle.empty() && !must) return {};
+  double count = needs.bricks;
+  while (count >= 1 && needs.of_part(count) > limit) count *= 0.95;
+  if (obstacle.empty() && count >= 1) {
+    auto bricks = in_file ? leaf_bricks(*medium.density)
+                          : textured_bricks(*medium.density, density_options(view));
+    return Regions(std::move(bricks), std::size_t(count));
+  }
+  std::string why = "; --texel float16 halves it";
+  if (!obstacle.empty()) why += ", and only " + obstacle + " are drawn in parts";
+  throw Error(ExitCode::memory, "grid '" + medium.density->name + "' needs an atlas of " +
+                                    mebibytes(std::uint64_t(needs.whole())) +
+                                    " (host and GPU), over the limit of " +
+                                    mebibytes(std::uint64_t(limit)) + why);
+}
+
+}  // namespace psivox

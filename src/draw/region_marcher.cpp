@@ -1,0 +1,93 @@
+#include "draw/region_marcher.h"
+
+#include <algorithm>
+
+#include "draw/trial_method.h"
+#include "psivox/parts.h"
+
+namespace psivox {
+namespace {
+
+void add_counts(const RenderStats& part, RenderStats& sum) {
+  sum.renderer = part.renderer;
+  sum.samples += part.samples;
+  sum.steps += part.steps;
+  sum.passes = std::max(sum.passes, part.passes);
+  for (double RenderStats::*time :
+       {&RenderStats::gl_init_ms, &RenderStats::shader_ms, &RenderStats::upload_ms,
+        &RenderStats::march_ms, &RenderStats::gpu_ms, &RenderStats::cpu_ms})
+    sum.*time += part.*time;
+}
+
+}  // namespace
+
+LightDepths RegionMarcher::light_depths(const View& view) {
+  return [this, &view](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+                       const Progress& progress) {
+    std::vector<double> sums(512 * blocks.wanted.size());
+    std::vector<std::size_t> rows(blocks.all.size());
+    for (std::size_t i = 0; i < blocks.wanted.size(); ++i) rows[blocks.wanted[i]] = 512 * i;
+    const TakeDepths add = [&](std::size_t block, std::span<const double> depths) {
+      double* sum = sums.data() + rows[block];
+      for (std::size_t i = 0; i < depths.size(); ++i) sum[i] += depths[i];
+    };
+    const std::vector<Region> regions = regions_.all();
+    for (std::size_t i = 0; i < regions.size(); ++i) {
+      const MediumAtlas atlas = build_region_atlas(view, regions[i].bricks);
+      marcher_.upload(atlas, Filter::exact);
+      Progress part;
+      if (progress)
+        part = [&](double fraction) { progress((double(i) + fraction) / double(regions.size())); };
+      marcher_.light_depths(view)(beam, blocks, add, part);
+    }
+    marcher_.holds = 0;
+    for (const std::size_t block : blocks.wanted)
+      take(block, std::span<const double>(sums).subspan(rows[block], 512));
+  };
+}
+
+CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options,
+                                  const PixelBox& pixels, RenderStats& stats) {
+  give_back_freed_memory();
+  View one = view.scene.tolerance ? with_method(view, exact_method(view)) : view;
+  one.scene.pixel_samples = 1;
+  const int samples = view.scene.pixel_samples;
+  const auto regions = regions_.front_to_back(view.camera, view.medium.density->world_from_index);
+  RenderOptions part = options;
+  part.transmittance = true;
+  part.tile = {};
+  double done = 0;
+  const double share = 1.0 / double(regions.size() * std::size_t(samples));
+  if (options.progress)
+    part.progress = [&](double fraction) { options.progress(share * (done + fraction)); };
+  CarriedLight light(pixels, samples);
+  stats.renderer = marcher_.description();
+  for (const Region& region : regions) {
+    const PixelBox seen = pixels_of(view, region.bricks);
+    if (seen.empty()) {
+      done += samples;
+      continue;
+    }
+    part.pixels = seen;
+    const MediumAtlas atlas = build_region_atlas(view, region.bricks);
+    marcher_.upload(atlas, view.scene.filter);
+    for (int sample = 0; sample < samples; ++sample, ++done) {
+      part.place = pixel_sample(sample, samples);
+      const RenderResult drawn = marcher_.render(one, part);
+      light.add(drawn.image, seen.origin, sample);
+      add_counts(drawn.stats, stats);
+    }
+  }
+  marcher_.holds = 0;
+  stats.rays = std::uint64_t(pixels.size.x) * std::uint64_t(pixels.size.y) * std::uint64_t(samples);
+  return light;
+}
+
+RenderResult RegionMarcher::render(const View& view, const RenderOptions& options) {
+  RenderResult result;
+  const CarriedLight light = carry(view, options, {{}, view.scene.resolution}, result.stats);
+  result.image = light.picture(options.transmittance);
+  return result;
+}
+
+}  // namespace psivox

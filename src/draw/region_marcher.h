@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include "draw/carried_light.h"
+#include "march/marcher.h"
+#include "psivox/regions.h"
+
+namespace psivox {
+
+/// Draws with another marcher, region by region, and joins what they show. Each region is
+/// converted, uploaded, drawn and dropped.
+///
+/// A picture's regions come front to back: radiance adds up weighted with the transmittance of the
+/// regions before, and transmittances multiply. In cells the picture is that of
+/// the whole, apart from rounding. A view with a tolerance is marched exactly. Optical depths
+/// towards a light add up over the regions.
+class RegionMarcher final : public Marcher {
+ public:
+  RegionMarcher(Marcher& marcher, const Regions& regions) : marcher_(marcher), regions_(regions) {}
+
+  std::string description() const override { return marcher_.description(); }
+  /// It needs no atlas of its session, and chooses no method.
+  bool marches() const override { return false; }
+  void upload(const MediumAtlas&, Filter) override {}
+  LightDepths light_depths(const View& view) override;
+  RenderResult render(const View& view, const RenderOptions& options = {}) override;
+  /// What the picture's rays collect in these pixels, which must have all that see the regions.
+  CarriedLight carry(const View& view, const RenderOptions& options, const PixelBox& pixels,
+                     RenderStats& stats);
+
+ private:
+  Marcher& marcher_;
+  const Regions& regions_;
+};
+
+}  // namespace psivox
