@@ -55,7 +55,7 @@ struct Stretch {
   int3 next;          // the cell behind the far face
   real t_exit;        // at the far face; m.t where the ray's first value is looked up, and nothing crossed
   real t_end;         // end of the piece that the turn crosses, t_exit at most
-  real length;        // of the stretch, later of the piece
+  real extent;        // length of the stretch, later of the piece
   real f_run;         // value of the run, 0 of a brick
   real f_front;       // values of the density at m.t, half way to t_exit, and there; later at t_end
   real f_half;
@@ -78,7 +78,7 @@ Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
   s.t_exit = max(m.t, min(far.t, ray.end));
   if (!s.run && !m.known) s.t_exit = m.t;
   s.t_end = s.t_exit;
-  s.length = s.t_exit - m.t;
+  s.extent = s.t_exit - m.t;
   s.f_run = node_value(node);
   // a constant's neighbour may have been skipped because it attenuates nothing, whatever its value
   s.f_front = node.kind == NODE_BRICK ? m.front.value : s.f_run;
@@ -91,7 +91,7 @@ Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
 
 // The density along a cell of a brick.
 void sample_stretch(INOUT(Stretch) s, INOUT(March) m, Node node, Ray ray) {
-  real t_half = m.t + real(0.5) * s.length;
+  real t_half = m.t + real(0.5) * s.extent;
   if (beside_density) {
     read_pairs(m, node, m.cell);
     if (!cell_rule) m.front.L = paired_luminance(m, m.t);
@@ -115,7 +115,7 @@ void sample_stretch(INOUT(Stretch) s, INOUT(March) m, Node node, Ray ray) {
   if (transfer) s.f_front = trilinear(corners, position(ray, m.t) - base);
   if (transfer && split_knots) s.noise = real(8.0) * t_epsilon * greatest_magnitude(corners);
   if (!depth_only || transfer) {
-    real3 d = ray.direction * s.length;
+    real3 d = ray.direction * s.extent;
     s.q_3 = third_difference(corners) * d.x * d.y * d.z;
   }
 }
@@ -137,7 +137,7 @@ void classify_stretch(INOUT(Stretch) s, INOUT(March) m) {
     Piece piece = piece_between_knots(s.value, s.noise);
     s.attenuation = Cubic(piece.a + piece.b * s.value.f_0, piece.b * s.value.q_1,
                           piece.b * s.value.q_2, piece.b * s.value.q_3);
-    s.t_end = part_end(m.t, s.length, piece.part, s.t_exit);
+    s.t_end = part_end(m.t, s.extent, piece.part, s.t_exit);
     m.interval = piece.interval;
     if (m.vacuum) s.attenuation = Cubic(real(0.0), real(0.0), real(0.0), real(0.0));
   } else {
@@ -150,28 +150,28 @@ void classify_stretch(INOUT(Stretch) s, INOUT(March) m) {
 // Ends the piece where a rule that integrates cubics would lose accuracy: where it becomes opaque, where
 // the cubic is too rough for its three nodes, where another grid's cubic ends.
 void limit_piece(INOUT(Stretch) s, IN(March) m) {
-  real x = extinction * s.length;
+  real x = extinction * s.extent;
   real values = greatest_coefficient(s.value);
   // between knots a value is monotone, but for rounding: it may end where it began
-  if (transfer && s.length > real(0.0))
-    values = max(abs(polynomial(s.value, (s.t_end - m.t) / s.length) - s.f_front), s.noise);
+  if (transfer && s.extent > real(0.0))
+    values = max(abs(polynomial(s.value, (s.t_end - m.t) / s.extent) - s.f_front), s.noise);
   real part = min(shallow_part(s.attenuation, x), smooth_part(s.value, s.attenuation, x, values));
-  s.t_end = end_of_cubics(m, min(s.t_end, part_end(m.t, s.length, part, s.t_exit)));
+  s.t_end = end_of_cubics(m, min(s.t_end, part_end(m.t, s.extent, part, s.t_exit)));
 }
 
 // Cuts the cubics to the piece.
 void cut_piece(INOUT(Stretch) s, IN(March) m) {
   if (s.t_end >= s.t_exit) return;
-  real part = (s.t_end - m.t) / s.length;
+  real part = (s.t_end - m.t) / s.extent;
   s.value = first_part(s.value, part);
   s.attenuation = first_part(s.attenuation, part);
   s.f_end = polynomial(s.value, real(1.0));
-  s.length = s.t_end - m.t;
+  s.extent = s.t_end - m.t;
 }
 
 // The piece as linear segments of equal length.
 void composite_segments(INOUT(March) m, Stretch s) {
-  real part = s.length / real(segments);
+  real part = s.extent / real(segments);
   real t_start = m.t;
   for (int i = 1; i <= segments; ++i) {
     real at = real(i) / real(segments);
@@ -182,7 +182,7 @@ void composite_segments(INOUT(March) m, Stretch s) {
       middle.value = max(middle.value, real(0.0));
       back.value = max(back.value, real(0.0));
     }
-    real t_back = i == segments ? s.t_end : t_start + at * s.length;
+    real t_back = i == segments ? s.t_end : t_start + at * s.extent;
     composite_segment(m, middle, back, t_back, part, s.run);
   }
 }
@@ -197,7 +197,7 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
   if (!s.run && !m.known) find_front(s, m);
   s.value = make_cubic(s.f_front, s.f_half, s.f_end, s.q_3);
   if (!m.vacuum) seek_gradient(m, m.cell);
-  s.slope = gradient_along(m, ray, s.length);
+  s.slope = gradient_along(m, ray, s.extent);
   classify_stretch(s, m);
   m.front = with_value(m, m.front, Sample(s.f_front, max(s.slope.f_0, real(0.0))));
   if (cell_rule && !s.run && !depth_only) limit_piece(s, m);
@@ -207,15 +207,15 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
   } else if (mode == MODE_ISOSURFACE) {
     real at = first_crossing(s.value, isovalue);
     if (node.kind == NODE_BRICK && at <= real(1.0)) {
-      m.half_depth = m.t + at * s.length;
+      m.half_depth = m.t + at * s.extent;
       m.done = true;
     }
     m.t = s.t_end;
     m.front.value = s.f_end;
   } else if (cell_rule && !depth_only) {
-    composite_cell(m, s.value, s.attenuation, s.t_end, s.length);
+    composite_cell(m, s.value, s.attenuation, s.t_end, s.extent);
   } else if (depth_only && !transfer) {
-    composite_segment(m, Sample(s.f_half, real(0.0)), Sample(s.f_end, real(0.0)), s.t_end, s.length,
+    composite_segment(m, Sample(s.f_half, real(0.0)), Sample(s.f_end, real(0.0)), s.t_end, s.extent,
                       s.run);
   } else {
     composite_segments(m, s);

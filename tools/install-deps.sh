@@ -38,10 +38,12 @@ case "${1-}" in
   --ci) packages+=(clang-format clang-tidy
     # a display for the window's tests, a browser for the page's, a farm for the sequences'; without
     # them these tests are skipped
-    xvfb xauth chromium chromium-driver python3 slurm-wlm) ;;
+    xvfb xauth chromium chromium-driver python3 slurm-wlm
+    # what programs cost on GPUs (docs/gpu.md): compilers for GPUs that need not be there
+    libvulkan-dev glslang-dev spirv-tools mesa-vulkan-drivers) ;;
   -h | --help)
     printf 'Usage: tools/install-deps.sh [--ci]\nInstalls with apt-get: %s\n' "${packages[*]}"
-    printf '%s\n' '--ci adds clang-format, clang-tidy, Xvfb, Chromium and Slurm.'
+    printf '%s\n' '--ci adds clang-format, clang-tidy, Xvfb, Chromium, Slurm and shader compilers.'
     exit 0
     ;;
   *) fail "unknown argument '$1'; the only one is --ci" ;;

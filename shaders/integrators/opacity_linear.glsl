@@ -11,7 +11,7 @@
 Weights opacity_linear(Segment s) {
   real front = s.tau_front * opacity_unit;
   real back = s.tau_back * opacity_unit;
-  real units = s.length / opacity_unit;
+  real units = s.extent / opacity_unit;
   real m = min(front, back);
   real a = decay(abs(front - back)).a;
   real v = a * (real(0.5) + real(0.108165) * decay(m).e * a);  // at most 0.61

@@ -3,7 +3,7 @@ struct Segment {
   real tau_front;   // attenuation at the front end [1 / unit of t]
   real tau_middle;  // at the middle; only where the rule reads it
   real tau_back;    // at the back end
-  real length;      // [unit of t]
+  real extent;      // its length [unit of t]; glslang takes no member named `length`
   real depth;       // optical depth of the whole segment: exact under cells, of linear tau else
 };
 
@@ -36,8 +36,8 @@ struct Ends {
 };
 
 Ends shifted_ends(Segment s) {
-  real front = s.tau_front * s.length;
-  real back = s.tau_back * s.length;
+  real front = s.tau_front * s.extent;
+  real back = s.tau_back * s.extent;
   real shift = s.depth - real(0.5) * (front + back);
   // Where one end would be negative it is 0, the other this. Rounding of the look-ups can leave a
   // depth of -1e-16; no end is below 0 all the same.

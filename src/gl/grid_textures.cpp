@@ -26,18 +26,15 @@ GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter)
 }
 
 ProgramKey GridTextures::key(MarchSetup& setup) const {
-  ProgramKey key;
-  key.constants = setup.constants;
+  PerGrid<int> buffers{};
+  int texels_per_buffer = brick_texels;
   for (std::size_t i = 0; i < textures_.size(); ++i) {
     if (!textures_[i]) continue;
-    key.buffers[i] = textures_[i]->buffers();
+    buffers[i] = textures_[i]->buffers();
     // grids of several buffers have the same: the device's limit
-    key.texels_per_buffer = std::max(key.texels_per_buffer, textures_[i]->texels_per_buffer());
+    texels_per_buffer = std::max(texels_per_buffer, textures_[i]->texels_per_buffer());
   }
-  int& turns = setup.parameters.max_turns;
-  key.resumable = turns > turns_per_pass(setup);
-  turns = std::min(turns, turns_per_pass(setup));
-  return key;
+  return program_key(setup, buffers, texels_per_buffer);
 }
 
 void GridTextures::bind(const MarchProgram& march) const {

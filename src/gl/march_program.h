@@ -1,30 +1,15 @@
 #pragma once
 
+#include "gl/march_source.h"
 #include "gl/program.h"
-#include "march/march_parameters.h"
 
 namespace psivox::gl {
 
-/// What a march shader is compiled for: the march's constants and how its textures are stored.
-struct ProgramKey {
-  MarchConstants constants;
-  PerGrid<int> buffers{};  ///< texel buffers of each grid, 0: there is no such grid
-  int texels_per_buffer = brick_texels;
-  bool resumable = false;  ///< rays may need several passes: state is read and written
-
-  /// The text that stands before march.frag; equal for equal keys.
-  std::string prelude() const;
-};
-
-/// What stands before every shader that includes binding.glsl: the constants that it shares with
-/// C++, and whether the driver wants uniforms held.
-std::string common_prelude();
+/// Whether the current context's driver wants uniforms copied before loops (binding.glsl).
+bool driver_gathers_uniforms();
 
 /// Sets every parameter but sample_offset and tile_origin of a shader that includes binding.glsl.
 void set_parameters(const Program& program, const MarchParameters& parameters);
-
-/// Loop turns that one pass may take.
-int turns_per_pass(const MarchSetup& setup);
 
 /// march.frag, or another shader over the same march, compiled for one key.
 class MarchProgram {

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "gl/shader_source.h"
 #include "psivox/error.h"
 
 namespace psivox::gl {
@@ -27,14 +26,16 @@ GLuint compile(GLenum stage, const std::string& name, const ShaderSource& source
 
 }  // namespace
 
-Program::Program(const std::string& fragment, const std::string& prelude,
-                 const std::map<std::string, std::string>& generated) {
+Program::Program(const std::string& name, const std::string& prelude,
+                 const std::map<std::string, std::string>& generated)
+    : Program(name, load_shader(name, prelude, generated)) {}
+
+Program::Program(const std::string& name, const ShaderSource& fragment) {
   const GLuint vertex_shader =
       compile(GL_VERTEX_SHADER, "march.vert", load_shader("march.vert", "", {}));
   GLuint fragment_shader = 0;
   try {
-    fragment_shader =
-        compile(GL_FRAGMENT_SHADER, fragment, load_shader(fragment, prelude, generated));
+    fragment_shader = compile(GL_FRAGMENT_SHADER, name, fragment);
   } catch (...) {
     glDeleteShader(vertex_shader);
     throw;
@@ -52,7 +53,7 @@ Program::Program(const std::string& fragment, const std::string& prelude,
     glGetProgramInfoLog(id_, GLsizei(log.size()), nullptr, log.data());
     glDeleteProgram(id_);
     throw Error(ExitCode::graphics,
-                "shader '" + fragment + "' does not link: " + first_line(log.data()));
+                "shader '" + name + "' does not link: " + first_line(log.data()));
   }
 }
 

@@ -9,14 +9,18 @@
 #include <span>
 #include <string>
 
+#include "gl/shader_source.h"
+
 namespace psivox::gl {
 
 /// A linked GL program; needs a current context for its whole life.
 class Program {
  public:
-  /// Compiles and links march.vert and a fragment shader (see load_shader).
+  /// Compiles and links march.vert and the fragment shader `name`, of that text.
   /// Throws Error(graphics) with the driver's first message, mapped to file and line.
-  Program(const std::string& fragment, const std::string& prelude,
+  Program(const std::string& name, const ShaderSource& fragment);
+  /// The same of the text that load_shader gives.
+  Program(const std::string& name, const std::string& prelude,
           const std::map<std::string, std::string>& generated);
   ~Program();
   Program(const Program&) = delete;

@@ -1,0 +1,167 @@
+// gpu_cost [--assets DIR] [--check] [SCENE.json|FILE.vdb ...]: what psivox's programs cost on GPUs,
+// without one: RADV compiles them for AMD's. Prints a table of listed programs; with scenes, what
+// the model predicts for their pictures of 1920x1080 at a tolerance of 1e-3. --check prints nothing
+// but faults: a program that glslang refuses, spills, or registers far above the list's.
+#include <cstdio>
+#include <filesystem>
+
+#include "model.h"
+#include "null_device.h"
+#include "psivox/parameters.h"
+#include "psivox/text_file.h"
+
+namespace {
+
+using namespace psivox;
+using namespace psivox::gpu_cost;
+
+constexpr int skipped = 77;        // ctest's code for a test that cannot run here
+constexpr int more_registers = 8;  // than the list's: one granule of the hardware's
+const char* const families[] = {"navi21", "gfx1100"};
+
+// The vertex shader, for Vulkan.
+const char* const triangle = R"(#version 450 core
+void main() { gl_Position = vec4(vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1) * 4.0 - 1.0, 0, 1); })";
+
+Scene scene_of(const Listed& program, const std::filesystem::path& assets) {
+  Scene scene = scene_from_json("{" + program.scene + "}");
+  scene.input = (assets / "blobs.vdb").string();
+  if (!scene.transfer_function.empty())
+    scene.transfer_function = (assets / scene.transfer_function).string();
+  scene.resolution = {64, 64};
+  return scene;
+}
+
+/// The listed program among those of its scene.
+Program find_program(const Listed& listed, const std::filesystem::path& assets) {
+  for (Program& program : programs_of(scene_of(listed, assets), false))
+    if (program.shader == listed.shader) return program;
+  throw std::runtime_error("'" + listed.name + "' needs no " + listed.shader);
+}
+
+struct Compiler {
+  explicit Compiler(const std::string& family)
+      : device(family), vertex(module_from_glsl(triangle, ShaderStage::vertex)) {}
+  Compiled operator()(const Module& fragment) const { return device.compile(vertex, fragment); }
+
+  NullDevice device;
+  Module vertex;
+};
+
+void print_table(const std::filesystem::path& assets) {
+  std::vector<Module> modules;
+  for (const Listed& listed : listed_programs())
+    modules.push_back(module_from_glsl(find_program(listed, assets).text, ShaderStage::fragment));
+  for (const char* family : families) {
+    const Compiler compile(family);
+    std::printf(
+        "\n%s\n\n| program | VGPRs | spills | waves per SIMD | instructions | branches | inverse "
+        "throughput | a turn: instructions | arithmetic | fetches |\n"
+        "|---|---|---|---|---|---|---|---|---|---|\n",
+        family);
+    for (std::size_t i = 0; i < modules.size(); ++i) {
+      const Compiled c = compile(modules[i]);
+      const TurnCost turn = turn_cost(c.assembly);
+      std::printf("| %s | %d | %d | %d | %d | %d | %d | %d | %d | %d |\n",
+                  listed_programs()[i].name.c_str(), c.registers, c.spills, c.waves, c.instructions,
+                  c.branches, c.inverse_throughput, turn.instructions, turn.lane_clocks(),
+                  turn.fetches);
+    }
+  }
+}
+
+/// Prints the faults of the listed programs; returns their number.
+int check_programs(const std::filesystem::path& assets) {
+  const Compiler compile(families[0]);
+  int faults = 0;
+  for (const Listed& listed : listed_programs()) {
+    std::string fault;
+    try {
+      const Compiled c =
+          compile(module_from_glsl(find_program(listed, assets).text, ShaderStage::fragment));
+      if (c.spills) fault = std::to_string(c.spills) + " registers are spilled";
+      if (c.registers > listed.registers + more_registers)
+        fault = std::to_string(c.registers) + " registers, " + std::to_string(listed.registers) +
+                " when the list was written";
+    } catch (const std::runtime_error& error) {
+      fault = error.what();
+    }
+    if (fault.empty()) continue;
+    std::printf("%s: %s\n", listed.name.c_str(), fault.c_str());
+    ++faults;
+  }
+  return faults;
+}
+
+/// The exit code of --check.
+int check_all(const std::filesystem::path& assets) {
+  try {
+    const NullDevice device(families[0]);
+  } catch (const std::runtime_error& error) {
+    std::printf("skipped: %s\n", error.what());
+    return skipped;
+  }
+  return check_programs(assets) ? 1 : 0;
+}
+
+Scene asked_scene(const std::string& path) {
+  Scene scene;
+  if (path.ends_with(".json"))
+    scene = scene_from_json(read_text(path, "scene"), path);
+  else
+    scene.input = path;
+  scene.resolution = {1920, 1080};
+  scene.tolerance = 1e-3;
+  return scene;
+}
+
+void predict_picture(const std::string& path) {
+  const Scene scene = asked_scene(path);
+  const Program program = programs_of(scene, true).back();
+  const double rays = double(scene.resolution.x) * scene.resolution.y;
+  std::printf("\n%s: %.1f look-ups and %.1f turns a ray, %.1f turns a wave\n\n", path.c_str(),
+              program.rays.look_ups, program.rays.turns, program.rays.wave_turns);
+  std::printf(
+      "| card | arithmetic [ms] | fetches [ms] | predicted [ms] | look-ups/s |\n"
+      "|---|---|---|---|---|\n");
+  const Module module = module_from_glsl(program.text, ShaderStage::fragment);
+  for (const char* family : families) {
+    const TurnCost turn = turn_cost(Compiler(family)(module).assembly);
+    for (const Card& card : cards()) {
+      if (card.family != family) continue;
+      const Prediction p = predict(card, turn, program.rays, rays);
+      std::printf("| %s | %.2f | %.2f | %.2f | %.1fe9 |\n", card.name.c_str(), p.arithmetic_ms,
+                  p.fetch_ms, p.ms(), 1e-9 * p.look_ups_per_second);
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string assets = "assets";
+  bool check = false;
+  std::vector<std::string> scenes;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument == "--check") {
+      check = true;
+    } else if (argument == "--assets" && i + 1 < argc) {
+      assets = argv[++i];
+    } else if (argument.starts_with("-")) {
+      std::fprintf(stderr, "usage: gpu_cost [--assets DIR] [--check] [SCENE.json|FILE.vdb ...]\n");
+      return 2;
+    } else {
+      scenes.push_back(argument);
+    }
+  }
+  try {
+    if (check) return check_all(assets);
+    if (scenes.empty()) print_table(assets);
+    for (const std::string& scene : scenes) predict_picture(scene);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "gpu_cost: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

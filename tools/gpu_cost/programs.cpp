@@ -1,0 +1,126 @@
+#include "programs.h"
+
+#include <algorithm>
+
+#include "gl/march_source.h"
+#include "march/atlas_march.h"
+#include "march/film.h"
+#include "march/light_lattice.h"
+#include "march/march_double.h"
+
+namespace psivox::gpu_cost {
+
+const std::vector<Listed>& listed_programs() {
+  static const std::vector<Listed> list = {
+      {"cells, constant L", R"("sampling": "cells")", 56},
+      {"cells, L from density", R"("sampling": "cells", "luminance-grid": "density")", 64},
+      {"cell-exact, L from density", R"("integrator": "cell-exact", "luminance-grid": "density")",
+       64},
+      {"cell-exact, function with shells",
+       R"("integrator": "cell-exact", "transfer-function": "shells.json", "split-knots": true)",
+       80},
+      {"cell-exact, three grids",
+       R"("integrator": "cell-exact", "luminance-grid": "color", "emission-grid": "temperature")",
+       216},
+      {"uniform, psi-balanced, constant L", R"("step": 1)", 48},
+      {"uniform, psi-balanced, L from density", R"("step": 1, "luminance-grid": "density")", 56},
+      {"uniform, function with shells", R"("step": 1, "transfer-function": "shells.json")", 64},
+      {"uniform, lit", R"("step": 1, "light": [1, -1, 0])", 88},
+      {"tolerance 1e-3, lit", R"("tolerance": 1e-3, "light": [1, -1, 0])", 80},
+      {"tolerance 1e-3, fire", R"("tolerance": 1e-3, "temperature-grid": "temperature")", 104},
+      {"MIP", R"("mode": "mip", "sampling": "cells")", 64},
+      {"isosurface", R"("mode": "isosurface", "sampling": "cells")", 64},
+      {"columns towards a light", R"("tolerance": 1e-2, "light": [1, -1, 0])", 56,
+       "light_lattice.frag"},
+      {"rays towards a light", R"("step": 1, "light": [1, -1, 0], "light-quality": "exact")", 56,
+       "light.frag"},
+  };
+  return list;
+}
+
+namespace {
+
+constexpr int block = 8;         ///< side of the pixels of a wave
+constexpr int block_place = 16;  ///< one of so many blocks along each axis is counted
+
+RayCounts count_rays(const MarchSetup& setup, const MediumAtlas& atlas, const glm::ivec2& size) {
+  glsl::AtlasMarch march(setup, atlas);
+  RayCounts sums;
+  int blocks = 0;
+  for (int y = block * block_place / 2; y < size.y; y += block * block_place)
+    for (int x = block * block_place / 2; x < size.x; x += block * block_place) {
+      int longest = 0;
+      for (int i = 0; i < block * block; ++i) {
+        const auto m = march.march_ray(glm::dvec2(x + i % block, y + i / block));
+        longest = std::max(longest, m.turns);
+        sums.turns += m.turns;
+        sums.look_ups += m.samples;
+      }
+      sums.wave_turns += longest;
+      ++blocks;
+    }
+  const double rays = double(blocks) * block * block;
+  return {sums.turns / rays, sums.wave_turns / blocks, sums.look_ups / rays};
+}
+
+/// A marcher that writes down the programs which it is asked to run. Its light is the march's in
+/// double, so that what follows from it is chosen as on a GPU.
+class Recorder : public Marcher {
+ public:
+  explicit Recorder(bool counts) : counts_(counts) {}
+
+  std::string description() const override { return "a GPU that is not there"; }
+  void upload(const MediumAtlas& atlas, Filter) override { atlas_ = &atlas; }
+
+  LightDepths light_depths(const View& view) override {
+    return [this, &view, depths = march_double_light_depths(view, *atlas_)](
+               const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+               const Progress& progress) {
+      if (beam.method.spacing == 0) {
+        add(make_march_setup(light_march(view, beam), *atlas_), "light.frag");
+      } else {
+        const LatticeFrame frame(view, *atlas_, beam);
+        add(lattice_setup(view, *atlas_, beam, frame), "light_lattice.frag");
+      }
+      depths(beam, blocks, take, progress);
+    };
+  }
+
+  RenderResult render(const View& view, const RenderOptions& options) override {
+    RenderOptions counted = options;
+    counted.count = counts_;
+    add(make_march_setup(view, *atlas_, options), "march.frag");
+    if (counts_)
+      programs.back().rays =
+          count_rays(make_march_setup(view, *atlas_, counted), *atlas_, view.scene.resolution);
+    RenderResult result;
+    result.image = Film(view, options).finish(result.stats);
+    return result;
+  }
+
+  std::vector<Program> programs;
+
+ private:
+  void add(MarchSetup setup, const std::string& shader) {
+    PerGrid<int> buffers{};
+    const auto grids = grids_of(*atlas_);
+    for (std::size_t i = 0; i < grids.size(); ++i)
+      buffers[i] = grids[i] && !(setup.constants.paired && i == luminance_grid);
+    gl::ProgramKey key = gl::program_key(setup, buffers);
+    if (shader == "light_lattice.frag") key.resumable = false;
+    programs.push_back({shader, gl::march_source(key, shader, false).text});
+  }
+
+  bool counts_;
+  const MediumAtlas* atlas_ = nullptr;
+};
+
+}  // namespace
+
+std::vector<Program> programs_of(const Scene& scene, bool count_rays) {
+  const auto recorder = std::make_shared<Recorder>(count_rays);
+  Session(scene).draw(*recorder, {.confirm = false});
+  return std::move(recorder->programs);
+}
+
+}  // namespace psivox::gpu_cost
