@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include "gl/embedded_shaders.h"
+#include "gl/reduce_source.h"
 #include "gl/shader_source.h"
 #include "march_cases.h"
 #include "shader_copy.h"
@@ -124,6 +126,81 @@ TEST(ShaderSource, EveryLineKnowsItsPlace) {
   EXPECT_EQ(source.places[2].file, "prelude");
   EXPECT_EQ(source.places[2].line, 2);
   EXPECT_EQ(source.text.find("#include"), std::string::npos);
+}
+
+/// The text of `reduced`, line by line with single spaces, and the lines' numbers.
+std::string reduced_text(const std::string& text) {
+  gl::ShaderSource source;
+  std::istringstream lines(text);
+  std::string line, result;
+  for (int i = 1; std::getline(lines, line); ++i) source.add_line(line, {"x", i});
+  const gl::ShaderSource reduced = gl::reduced(source);
+  std::istringstream left(reduced.text);
+  for (std::size_t i = 0; std::getline(left, line); ++i) {
+    result += std::to_string(reduced.places.at(i).line) + ":";
+    std::istringstream words(line);
+    for (std::string word; words >> word;) result += " " + word;
+    result += "\n";
+  }
+  return result;
+}
+
+TEST(ReducedSource, DropsBranchesOnConstantsAndWhatIsNotReached) {
+  EXPECT_EQ(reduced_text("const bool on = true;\n"
+                         "const int two = 2;\n"
+                         "DERIVED(bool, off, !on || two == 3)\n"
+                         "float unused(float x) { return x; }\n"
+                         "float only_if_off(float x) { return unused(x); }\n"
+                         "float wanted(float x) { return x; }\n"
+                         "void main() {\n"
+                         "  float x = 1.0;  // said\n"
+                         "  if (off && x > 0.0) x = only_if_off(x);\n"
+                         "  else x = wanted(x);\n"
+                         "  for (int i = 0; i < 2; ++i) if (off) x = unused(x);\n"
+                         "  if (x > 0.0 && on) x = 2.0;\n"
+                         "  if (on) { x = 3.0; return; }\n"
+                         "  x = unused(x);\n"
+                         "}\n"),
+            "1: const bool on = true;\n"
+            "2: const int two = 2;\n"
+            "3: DERIVED(bool, off, !on || two == 3)\n"
+            "6: float wanted(float x) { return x; }\n"
+            "7: void main() {\n"
+            "8: float x = 1.0;\n"
+            "10: x = wanted(x);\n"
+            "11: for (int i = 0; i < 2; ++i) ;\n"
+            "12: if (x > 0.0 && on) x = 2.0;\n"
+            "13: { x = 3.0; return; }\n"
+            "15: }\n");
+}
+
+TEST(ReducedSource, DecidesConditionalPartsAndKeepsWhatMacrosUse) {
+  EXPECT_EQ(reduced_text("#define BITS 32\n"
+                         "const bool on = false;\n"
+                         "float by_macro() { return 1.0; }\n"
+                         "#define CALL(x) x * by_macro()\n"
+                         "#if BITS == 64\n"
+                         "float narrow() { return 2.0; }\n"
+                         "#else\n"
+                         "float narrow(bool on) { if (on) return 3.0; return 4.0; }\n"
+                         "#endif\n"
+                         "void main() { CALL(narrow(on)); }\n"),
+            "1: #define BITS 32\n"
+            "2: const bool on = false;\n"
+            "3: float by_macro() { return 1.0; }\n"
+            "4: #define CALL(x) x * by_macro()\n"
+            "8: float narrow(bool on) { if (on) return 3.0; return 4.0; }\n"
+            "10: void main() { CALL(narrow(on)); }\n");
+}
+
+TEST(ReducedSource, LeavesWhatItDoesNotRead) {
+  const std::string condition = "#ifdef GL_ES\nfloat f() { return 1.0; }\n#endif\n";
+  EXPECT_EQ(reduced_text(condition), "1: #ifdef GL_ES\n2: float f() { return 1.0; }\n3: #endif\n");
+  // the driver's compiler finds the faults
+  for (const char* faulty :
+       {"#version 450\nvoid main() { if (true) {\n", "(", "{", "void main(", "a {", "const int",
+        "f() {", "void main() { if (", "#endif\n", "x DERIVED(", "void main() { if (true) x"})
+    EXPECT_NO_THROW(reduced_text(faulty)) << faulty;
 }
 
 }  // namespace

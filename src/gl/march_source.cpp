@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "gl/reduce_source.h"
 #include "gl/test_limits.h"
 #include "march/shader_constants.h"
 
@@ -92,7 +93,8 @@ ProgramKey program_key(MarchSetup& setup, const PerGrid<int>& buffers, int texel
 }
 
 ShaderSource march_source(const ProgramKey& key, const std::string& shader, bool holds_uniforms) {
-  return load_shader(shader, key.prelude() + common_prelude(holds_uniforms), generated_files(key));
+  return reduced(
+      load_shader(shader, key.prelude() + common_prelude(holds_uniforms), generated_files(key)));
 }
 
 }  // namespace psivox::gl

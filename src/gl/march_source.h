@@ -24,7 +24,8 @@ ProgramKey program_key(MarchSetup& setup, const PerGrid<int>& buffers,
 /// C++. `holds_uniforms`: the driver wants them copied before loops.
 std::string common_prelude(bool holds_uniforms);
 
-/// The text of march.frag, or of another shader over the same march, for one key.
+/// The text of march.frag, or of another shader over the same march, for one key: only what is
+/// used.
 ShaderSource march_source(const ProgramKey& key, const std::string& shader, bool holds_uniforms);
 
 /// Loop turns that one pass may take.
