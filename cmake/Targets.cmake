@@ -32,12 +32,22 @@ function(psivox_component name)
   target_link_libraries(psivox PRIVATE ${arg_USES})
 endfunction()
 
+# psivox_finds_library(TARGET PATH): once installed, it finds libpsivox at this path, where the system
+# does not look by itself.
+function(psivox_finds_library target path)
+  if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+    set_target_properties(${target} PROPERTIES INSTALL_RPATH "${path}")
+  endif()
+endfunction()
+
 # psivox_module(NAME SOURCES files... USES targets...): a component that libpsivox loads on demand
-# from its own folder. Anything that runs the library depends on it.
+# from the folder `psivox` beside itself. Anything that runs the library depends on it.
 function(psivox_module name)
   cmake_parse_arguments(arg "" "" "SOURCES;USES" ${ARGN})
   add_library(psivox_${name} MODULE ${arg_SOURCES})
-  set_target_properties(psivox_${name} PROPERTIES INSTALL_RPATH "$ORIGIN")
+  set_target_properties(psivox_${name} PROPERTIES
+    LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/src/psivox")
+  psivox_finds_library(psivox_${name} "$ORIGIN/..")
   target_include_directories(psivox_${name} PRIVATE "${PROJECT_SOURCE_DIR}/src")
   target_link_libraries(psivox_${name} PRIVATE psivox psivox_flags ${arg_USES})
 endfunction()

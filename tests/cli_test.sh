@@ -38,6 +38,20 @@ t 0 - render "$S" -o a.exr $R --camera-position=-.5,0,300 --camera-target -.5,0,
 t 0 - render "$S" -o b.exr $R --camera-position=-.5,0,300 --camera-target -.5,0,1 --trust
 t 0 rms compare a.exr b.exr --max-abs 1e-30
 t 0 "Reading is guarded by" --version
+# Forms of help: shells read their completion, and manual pages have every exit code of the guide.
+t 0 ".TH PSIVOX-RENDER 1" render --help=man
+t 0 "_psivox_render() {" --help=bash
+t 0 "#compdef psivox" --help=zsh
+t 0 "-l integrator" study --help=fish
+t 2 "expected one of man, bash, zsh, fish" --help=html
+completed=$(. <("$program" --help=bash) && COMP_WORDS=(psivox render --mode = mi) COMP_CWORD=4 &&
+  _psivox && echo "${COMPREPLY[*]}")
+[ "$completed" = mip ] || { echo "FAILED: bash completes 'mi' to '$completed'"; failed=$((failed + 1)); }
+# Thumbnails, also under a name without an extension.
+t 0 - render "$S" -o thumbnail --thumbnail 48
+t 0 rms compare thumbnail thumbnail
+t 2 "--thumbnail needs a file" render "$S" --print-scene --thumbnail 48
+t 2 "expected a whole number" render "$S" -o a.png --thumbnail 0
 # A write beyond the limit of a file's size, as of a full disk, leaves the old picture and no other.
 cp a.exr old.exr
 limited=$(ulimit -f 1 && "$program" render "$S" -o a.exr -q --look plain --resolution 64x64 2>&1)
@@ -47,6 +61,10 @@ code=$?
   { echo "FAILED: limited size: exit $code: $limited"; failed=$((failed + 1)); }
 # A look that takes percentiles draws a grid of one value, too.
 t 0 - render "$assets/slab.vdb" -o b.exr --resolution 32x32 -q --look scan
+# A look's background is for those who give none.
+t 0 - render "$S" -o a.png --resolution 32x32 -q --look smoke
+t 0 - render "$S" -o b.png --resolution 32x32 -q --look smoke --background none
+t 7 - compare a.png b.png --max-rms 1e-3
 # Planes.
 t 0 - render "$S" -o a.exr $R --clip-plane -x=0.1
 t 0 - render "$S" -o a.exr $R --clip -1,-1,-1,0.5,1,1 --clip-plane=0,0,0,1,1,0
@@ -393,7 +411,7 @@ fi
 # The program loads the module of OpenImageIO on demand. Without the module it prints one line.
 mkdir alone
 cp -L "$(ldd "$program" | awk '/libpsivox/ { print $3 }')" alone/libpsivox.so.0
-missing="psivox: cannot load the module that reads and writes pictures: alone/libpsivox_oiio.so"
+missing="psivox: cannot load the module that reads and writes pictures: alone/psivox/libpsivox_oiio.so"
 for picture in alone.exr alone.png; do LD_LIBRARY_PATH=alone t 0 - render "$S" -o $picture $R; done
 LD_LIBRARY_PATH=alone t 0 rms compare alone.png alone.png
 LD_LIBRARY_PATH=alone t 0 '"input"' render --scene alone.png --print-scene

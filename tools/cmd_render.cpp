@@ -30,6 +30,7 @@
 #include "render_frames.h"
 #include "render_report.h"
 #include "scene_options.h"
+#include "thumbnail.h"
 
 namespace psivox {
 namespace {
@@ -113,6 +114,7 @@ void render_command(Arguments arguments) {
   if (call.list_devices) return print_devices();
   Scene scene = call.scene.scene();
   take_layers(call, scene);
+  if (call.thumbnail) make_thumbnail(call, scene);
   check(call, scene);
   if (!call.time_budget) scene = with_default_tolerance(scene);
   if (scene.input.empty()) {  // only with --print-scene
@@ -147,6 +149,7 @@ void render_command(Arguments arguments) {
   if (call.output.empty()) return;
 
   render(call, session, std::move(opened), report);
+  if (call.thumbnail) name_thumbnail(call);
   report.total_ms = process_ms();
   if (!call.stats.empty()) write_text(call.stats, report.json());
   if (call.verbose) std::fputs(report.table().c_str(), stderr);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <sstream>
 
+#include "help_forms.h"
 #include "option_concepts.h"
 #include "psivox/error.h"
 #include "psivox/guarded_reading.h"
@@ -139,6 +140,12 @@ void CommandLine::add_trust() {
 }
 
 bool CommandLine::read(std::span<const std::string> arguments) {
+  if (arguments.size() == 1 && arguments.front().starts_with("--help=")) {
+    const std::string name = get_name().substr(get_name().find(' ') + 1);
+    std::cout
+        << help_form(arguments.front()).command({name, get_description()}, help_options(*this));
+    return false;
+  }
   try {
     parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::CallForHelp&) {

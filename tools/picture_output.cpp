@@ -44,6 +44,7 @@ std::string add_color_bar(const View& view, const Display& display, Image& image
 }  // namespace
 
 bool shows_background(const RenderCall& call) {
+  if (call.scene.gives("background")) return false;
   if (call.output.empty()) return !call.movie.empty();
   return !holds_layers(call.output) && !call.output.ends_with(".tif");
 }

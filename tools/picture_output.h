@@ -10,7 +10,8 @@
 
 namespace psivox {
 
-/// Whether a look's background is wanted: not where a picture may be composited as it is.
+/// Whether a look's background is wanted: not where a picture may be composited as it is, nor where
+/// --background is given, if only as `none`.
 bool shows_background(const RenderCall& call);
 
 /// The metadata of a picture of that scene, but for the renderer's name.

@@ -9,6 +9,7 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "help_forms.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/guarded_reading.h"
@@ -47,7 +48,20 @@ void print_help() {
     std::cout << "  " << name << std::string(12 - name.size(), ' ') << command.summary << '\n';
   }
   std::cout << "  --version   print the versions of psivox, its libraries and the GL renderer\n"
-               "  --help      print this\n";
+               "  --help      print this; --help=man, =bash, =zsh or =fish a manual page or a\n"
+               "              shell's completion\n";
+}
+
+/// `argument` is --help=FORM.
+void print_help_form(const std::string& argument) {
+  const HelpForm& form = help_form(argument);
+  std::vector<HelpCommand> all;
+  for (const Command& command : commands) all.push_back({command.name, command.summary});
+  std::cout << form.before(all);
+  const std::vector<std::string> arguments{argument};
+  for (const Command& command : commands)
+    if (form.whole) command.run(arguments);
+  std::cout << form.after(all);
 }
 
 /// The GL renderer that psivox would draw with.
@@ -71,6 +85,7 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
   if (arguments.empty()) throw Error(ExitCode::usage, "no command given; psivox --help lists them");
   const std::string& name = arguments.front();
   if (name == "--help" || name == "-h" || name == "help") return print_help();
+  if (name.starts_with("--help=")) return print_help_form(name);
   if (name == "--version") return print_version();
   std::vector<std::string> known = {"--help", "--version"};
   for (const Command& command : commands) {

@@ -43,6 +43,12 @@ void add_outputs(CommandLine& line, RenderCall& call) {
                     "; none drops those of --scene's picture")
       ->check(CLI::IsMember(layers).description(""))
       ->group(output);
+  line.add_option("--thumbnail", call.thumbnail,
+                  "make a picture of NxN pixels for a file manager: exact enough for 8 bits, "
+                  "within 1 GiB of memory and 20 s; .png if -o names no format")
+      ->type_name("N")
+      ->check(number_in<int>({.min = 1, .max = 4096}))
+      ->group(output);
   line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats")->group(output);
   line.add_option(
           "--bits", call.format.bits,

@@ -20,6 +20,8 @@ struct RenderCall {
   std::vector<std::string> layers;    ///< named by --aov
   std::optional<int> check_error;     ///< pixels
   std::optional<double> time_budget;  ///< [ms]
+  std::optional<int> thumbnail;       ///< side [pixels]
+  std::string thumbnail_name;         ///< may lack an extension, which `output` then has
   WriteOptions format;
   bool print_scene = false, explain = false, verbose = false, quiet = false, list_devices = false;
 

@@ -33,6 +33,11 @@ void SceneOptions::add_to(CommandLine& line, std::span<const std::string> withou
   });
 }
 
+bool SceneOptions::gives(const std::string& name) const {
+  return std::any_of(settings_.begin(), settings_.end(),
+                     [&](const Setting& setting) { return setting.name == name; });
+}
+
 /// The camera of the file, for the picture and the up axis that the settings name.
 void SceneOptions::use_camera(Scene& scene) const {
   Scene known = scene;

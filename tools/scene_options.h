@@ -19,6 +19,9 @@ class SceneOptions {
   /// Sets a parameter as the command line would.
   void set(const std::string& name, const std::string& text) { settings_.push_back({name, text}); }
 
+  /// Whether the command line gives a parameter, if only its default.
+  bool gives(const std::string& name) const;
+
   /// Returns the scene, validated but not resolved. `base` supplies what the file does not set.
   /// Throws Error(usage), Error(input).
   Scene scene(Scene base = {});

@@ -2,10 +2,12 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <thread>
 
+#include "psivox/error.h"
 #include "psivox/hidden_file.h"
 
 namespace psivox {
@@ -28,6 +30,15 @@ void end_cleanly_on_signals() {
     remove_hidden_files();
     if (isatty(STDERR_FILENO) == 1) std::fputs("\r\033[K", stderr);
     _exit(128 + number);
+  }).detach();
+}
+
+void end_after(int seconds, const char* message) {
+  std::thread([=] {
+    std::this_thread::sleep_for(std::chrono::seconds(seconds));
+    remove_hidden_files();
+    std::fprintf(stderr, "psivox: %s\n", message);
+    _exit(static_cast<int>(ExitCode::failure));
   }).detach();
 }
 

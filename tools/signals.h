@@ -10,4 +10,7 @@ void report_failed_writes();
 /// other threads start.
 void end_cleanly_on_signals();
 
+/// The process ends with exit code 1, this message and no unfinished files, if it still runs then.
+void end_after(int seconds, const char* message);
+
 }  // namespace psivox

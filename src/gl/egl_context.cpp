@@ -1,5 +1,6 @@
 #include "gl/egl_context.h"
 
+#include <dlfcn.h>
 #include <epoxy/gl.h>
 
 #include <algorithm>
@@ -26,6 +27,17 @@ bool has_extension(const char* extensions, const char* name) {
   return false;
 }
 
+bool has_library(const char* name) { return dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr; }
+
+/// libepoxy ends the process where it does not find them.
+void require_libraries() {
+  if (!has_library("libEGL.so.1"))
+    throw Error(ExitCode::graphics, std::string("libEGL.so.1 is missing") + install_advice);
+  if (!has_library("libOpenGL.so.0") && !has_library("libGL.so.1"))
+    throw Error(ExitCode::graphics,
+                "libOpenGL.so.0 is missing; install it (Debian: libopengl0)");
+}
+
 const char* client_extensions() { return eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS); }
 
 /// A display to try, and its index among the EGL devices (-1: none of them).
@@ -36,6 +48,7 @@ struct Candidate {
 };
 
 std::vector<Candidate> device_displays() {
+  require_libraries();
   std::vector<Candidate> result;
   const char* client = client_extensions();
   if (!has_extension(client, "EGL_EXT_platform_device") ||

@@ -7,12 +7,12 @@
 namespace psivox::image_io {
 namespace {
 
-/// The module lies beside the library that this function is in.
+/// The module lies in a folder beside the library that this function is in.
 std::filesystem::path module_path() {
   Dl_info self{};
   if (dladdr(reinterpret_cast<const void*>(&read_image), &self) == 0 || !self.dli_fname)
     return PSIVOX_OIIO_MODULE;
-  return std::filesystem::path(self.dli_fname).parent_path() / PSIVOX_OIIO_MODULE;
+  return std::filesystem::path(self.dli_fname).parent_path() / "psivox" / PSIVOX_OIIO_MODULE;
 }
 
 const PictureFiles* load_module(ExitCode if_missing) {

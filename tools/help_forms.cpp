@@ -1,0 +1,143 @@
+#include "help_forms.h"
+
+#include "psivox/error.h"
+#include "psivox/text.h"
+
+namespace psivox {
+namespace {
+
+using Commands = std::span<const HelpCommand>;
+using Options = std::span<const HelpOption>;
+
+std::string nothing(Commands) { return {}; }
+
+/// As one word of a shell, between single quotes.
+std::string shell_word(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+std::string names_of(Commands commands) {
+  std::string names;
+  for (const HelpCommand& command : commands) names += command.name + " ";
+  return names;
+}
+
+// --- bash: one function for each command, which sets `words` to what may stand there
+
+std::string bash_command(const HelpCommand& command, Options options) {
+  std::string text = "_psivox_" + command.name + "() {\n  case $previous in\n", all;
+  for (const HelpOption& option : options) {
+    for (const std::string& name : option.names) all += name + " ";
+    if (option.names.empty() || option.value.empty()) continue;
+    text += "    " + joined(option.names, "|") +
+            ") words=" + shell_word(joined(option.choices, " ")) + " ;;\n";
+  }
+  return text + "    *) [[ $current != -* ]] || words=" + shell_word(all) + " ;;\n  esac\n}\n";
+}
+
+std::string bash_after(Commands commands) {
+  return "_psivox() {\n"
+         "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]} words=\n"
+         "  if [[ $current == '=' ]]; then current=\n"
+         "  elif [[ $previous == '=' ]]; then previous=${COMP_WORDS[COMP_CWORD-2]}; fi\n"
+         "  if ((COMP_CWORD == 1)); then words=" +
+         shell_word(names_of(commands) + "--help --version") +
+         "\n"
+         "  elif declare -F \"_psivox_${COMP_WORDS[1]}\" >/dev/null; then "
+         "\"_psivox_${COMP_WORDS[1]}\"; fi\n"
+         "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$current\")\n"
+         "}\n"
+         "complete -o bashdefault -o default -F _psivox psivox\n";  // files where there are no
+                                                                    // words
+}
+
+// --- zsh
+
+/// In a description or message of _arguments.
+std::string zsh_text(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '[' || c == ']' || c == ':' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+std::string zsh_command(const HelpCommand& command, Options options) {
+  std::string text = "_psivox_" + command.name + "() {\n  _arguments";
+  for (const HelpOption& option : options) {
+    std::string value;
+    if (!option.value.empty())
+      value = ":" + zsh_text(option.value) + ":" +
+              (!option.choices.empty() ? "(" + joined(option.choices, " ") + ")"
+               : option.takes_file     ? "_files"
+                                       : "");
+    if (option.names.empty()) text += " \\\n    " + shell_word("*" + value);
+    for (const std::string& name : option.names)
+      text += " \\\n    " + shell_word("(" + joined(option.names, " ") + ")" + name +
+                                       (!value.empty() && name.starts_with("--") ? "=" : "") + "[" +
+                                       zsh_text(option.help) + "]" + value);
+  }
+  return text + "\n}\n";
+}
+
+std::string zsh_before(Commands) { return "#compdef psivox\n"; }
+
+std::string zsh_after(Commands commands) {
+  std::string text = "_psivox() {\n  local -a commands=(\n";
+  for (const HelpCommand& command : commands)
+    text += "    " + shell_word(command.name + ":" + zsh_text(command.summary)) + "\n";
+  return text +
+         "  )\n"
+         "  if ((CURRENT == 2)); then _describe command commands; return; fi\n"
+         "  local command=$words[2]\n"
+         "  shift words\n"
+         "  ((CURRENT--))\n"
+         "  ((! $+functions[_psivox_$command])) || _psivox_$command\n"
+         "}\n"
+         "_psivox \"$@\"\n";
+}
+
+// --- fish
+
+std::string fish_command(const HelpCommand& command, Options options) {
+  const std::string here =
+      "complete -c psivox -n '__fish_seen_subcommand_from " + command.name + "'";
+  std::string text = "complete -c psivox -n __fish_use_subcommand -f -a " + command.name + " -d " +
+                     shell_word(command.summary) + "\n";
+  for (const HelpOption& option : options) {
+    if (option.names.empty()) continue;
+    text += here;
+    for (const std::string& name : option.names)
+      text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
+    if (!option.choices.empty())
+      text += " -x -a " + shell_word(joined(option.choices, " "));
+    else if (!option.value.empty())
+      text += option.takes_file ? " -r" : " -x";
+    text += " -d " + shell_word(option.help) + "\n";
+  }
+  return text;
+}
+
+constexpr HelpForm forms[] = {
+    {"man", false, manual_page, manual_of_program, nothing},
+    {"bash", true, bash_command, nothing, bash_after},
+    {"zsh", true, zsh_command, zsh_before, zsh_after},
+    {"fish", true, fish_command, nothing, nothing},
+};
+
+}  // namespace
+
+const HelpForm& help_form(std::string_view argument) {
+  const std::string_view name = argument.substr(argument.find('=') + 1);
+  std::string known;
+  for (const HelpForm& form : forms) {
+    if (form.name == name) return form;
+    known += (known.empty() ? "" : ", ") + std::string(form.name);
+  }
+  throw Error(ExitCode::usage, "--help=" + std::string(name) + ": expected one of " + known);
+}
+
+}  // namespace psivox

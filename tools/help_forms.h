@@ -1,0 +1,35 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "help_option.h"
+
+namespace psivox {
+
+/// A command of psivox in a list of them.
+struct HelpCommand {
+  std::string name, summary;
+};
+
+/// What `--help=NAME` prints, made from the same options as --help, so that it cannot be stale:
+/// manual pages and completions of shells. psivox's own is `before`, then that of each command if
+/// `whole`, then `after`.
+struct HelpForm {
+  std::string_view name;
+  bool whole;  ///< whether psivox's own contains that of each command
+  std::string (*command)(const HelpCommand&, std::span<const HelpOption>);
+  std::string (*before)(std::span<const HelpCommand>);
+  std::string (*after)(std::span<const HelpCommand>);
+};
+
+/// The form that an argument `--help=NAME` asks for. Throws Error(usage).
+const HelpForm& help_form(std::string_view argument);
+
+// in roff, for man
+std::string manual_page(const HelpCommand& command, std::span<const HelpOption> options);
+std::string manual_of_program(std::span<const HelpCommand> commands);
+
+}  // namespace psivox
