@@ -20,6 +20,10 @@ if(PSIVOX_SANITIZE)
   target_link_options(psivox_flags INTERFACE -fsanitize=address,undefined)
 endif()
 
+set(PSIVOX_COMPONENTS "" CACHE STRING
+  "Components of libpsivox, for tests that need no others; empty: all of them")
+mark_as_advanced(PSIVOX_COMPONENTS)
+
 # psivox_component(NAME SOURCES files... USES targets...)
 function(psivox_component name)
   cmake_parse_arguments(arg "" "" "SOURCES;USES" ${ARGN})
@@ -28,8 +32,10 @@ function(psivox_component name)
   target_include_directories(psivox_${name} PRIVATE
     "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/src" "${PROJECT_BINARY_DIR}/generated")
   target_link_libraries(psivox_${name} PRIVATE psivox_flags glm::glm ${arg_USES})
-  target_sources(psivox PRIVATE $<TARGET_OBJECTS:psivox_${name}>)
-  target_link_libraries(psivox PRIVATE ${arg_USES})
+  if(NOT PSIVOX_COMPONENTS OR name IN_LIST PSIVOX_COMPONENTS)
+    target_sources(psivox PRIVATE $<TARGET_OBJECTS:psivox_${name}>)
+    target_link_libraries(psivox PRIVATE ${arg_USES})
+  endif()
 endfunction()
 
 # psivox_finds_library(TARGET PATH): once installed, it finds libpsivox at this path, where the system

@@ -1,6 +1,7 @@
 // Cameras of glTF and of ParaView: the axes, the field of view, nested nodes, bad files.
 
 #include "psivox/camera_file.h"
+#include "expect_near.h"
 
 #include <gtest/gtest.h>
 
@@ -16,11 +17,6 @@
 
 namespace psivox {
 namespace {
-
-void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance) {
-  EXPECT_LE(glm::length(a - b), tolerance)
-      << a.x << ' ' << a.y << ' ' << a.z << " against " << b.x << ' ' << b.y << ' ' << b.z;
-}
 
 std::string written(const std::string& name, const std::string& text) {
   const std::string path = (std::filesystem::path(testing::TempDir()) / name).string();

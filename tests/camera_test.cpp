@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "expect_near.h"
 #include "psivox/camera.h"
 #include "psivox/error.h"
 #include "verify/make_field.h"
@@ -17,11 +18,6 @@ namespace psivox {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-
-void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance) {
-  EXPECT_LE(glm::length(a - b), tolerance)
-      << a.x << ' ' << a.y << ' ' << a.z << " against " << b.x << ' ' << b.y << ' ' << b.z;
-}
 
 Camera camera_for(const Scene& scene) { return make_camera(scene, {-1, -2, -3}, {5, 4, 9}); }
 

@@ -7,17 +7,13 @@
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 
+#include "expect_near.h"
 #include "psivox/medium.h"
 #include "verify/made_views.h"
 #include "verify/make_field.h"
 
 namespace psivox {
 namespace {
-
-void expect_near(const glm::dvec3& a, const glm::dvec3& b, double tolerance) {
-  EXPECT_LE(glm::length(a - b), tolerance)
-      << a.x << ' ' << a.y << ' ' << a.z << " against " << b.x << ' ' << b.y << ' ' << b.z;
-}
 
 Scene picture() {
   Scene scene;

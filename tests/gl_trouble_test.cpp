@@ -63,7 +63,8 @@ class GlTrouble : public testing::Test {
   void SetUp() override {
     marcher_ = open_gpu();
     for (int n = 0; n < 2; ++n)
-      Session(blobs_scene()).draw(*marcher_);  // libepoxy finds each function when it is first called
+      Session(blobs_scene())
+          .draw(*marcher_);  // libepoxy finds each function when it is first called
     device_ = Device();
     device = &device_;
     epoxy_glNamedBufferStorage = store;

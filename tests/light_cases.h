@@ -7,10 +7,26 @@
 
 #include "march/light.h"
 #include "march/medium_atlas.h"
+#include "verify/made_views.h"
 
 // Shared by the tests of light.
 
 namespace psivox {
+
+inline Scene lit_scene(const glm::dvec3& direction, int side = 48) {
+  Scene scene = small_scene(side);
+  scene.lights = {{direction, {1, 1, 1}}};
+  return scene;
+}
+
+inline std::vector<glm::ivec3> blocks_of(const View& view) {
+  return visible_blocks(*view.medium.density, density_options(view));
+}
+
+/// Of transmittances.
+struct Difference {
+  double max = 0, rms = 0;
+};
 
 /// Optical depths at the voxels of `blocks`, 512 a block: towards the view's first light, or the
 /// sky's first direction, by a method.

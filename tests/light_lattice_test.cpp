@@ -16,20 +16,7 @@
 namespace psivox {
 namespace {
 
-Scene lit_scene(const glm::dvec3& direction) {
-  Scene scene = small_scene(48);
-  scene.lights = {{direction, {1, 1, 1}}};
-  return scene;
-}
-
-std::vector<glm::ivec3> blocks_of(const View& view) {
-  return visible_blocks(*view.medium.density, density_options(view));
-}
-
 /// Difference of transmittances at the voxels of the domain.
-struct Difference {
-  double max = 0, rms = 0;
-};
 Difference difference_of(const View& view, const std::vector<glm::ivec3>& blocks,
                          const std::vector<double>& a, const std::vector<double>& b) {
   const Box domain = view.medium.density->domain();
@@ -71,7 +58,7 @@ class ExactLight {
   std::vector<double> depths_;
 };
 
-std::string function_file() {
+std::string lattice_function_file() {
   const auto path = std::filesystem::temp_directory_path() /
                     ("psivox_lattice_" + std::to_string(::getpid()) + ".json");
   std::ofstream(path) << R"({"points": [
@@ -104,7 +91,7 @@ TEST(LightLattice, ConvergesToExactLight) {
     for (const glm::dvec3& direction : oblique) {
       Scene scene = lit_scene(direction);
       scene.extinction = 0.05;
-      if (function) scene.transfer_function = function_file();
+      if (function) scene.transfer_function = lattice_function_file();
       Field field = mixed();
       field.world_from_index = turned;
       const ExactLight exact(view_of(scene, field));
@@ -127,7 +114,7 @@ TEST(LightLattice, ColumnsEndAtTheDomain) {
   // comes in. Left out are voxels that the light reaches by another face, or whose columns lie
   // beyond one.
   Scene scene = lit_scene({0.3, 0.1, -1});
-  scene.transfer_function = function_file();
+  scene.transfer_function = lattice_function_file();
   scene.extinction = 1;
   const View view =
       view_of(scene, make_field({{0, 0, 0}, {20, 20, 20}}, [](glm::ivec3) { return 0.f; }));

@@ -18,12 +18,6 @@
 namespace psivox {
 namespace {
 
-Scene lit_scene(const glm::dvec3& direction, int side = 48) {
-  Scene scene = small_scene(side);
-  scene.lights = {{direction, {1, 1, 1}}};
-  return scene;
-}
-
 /// A function whose attenuation turns at several values, in a file of its own.
 std::string function_file() {
   const auto path = std::filesystem::temp_directory_path() /
@@ -56,15 +50,6 @@ std::vector<double> double_depths(const View& view, const std::vector<glm::ivec3
   const MediumAtlas atlas = build_medium_atlas(view);
   return depths_of(view, march_double_light_depths(view, atlas), origins);
 }
-std::vector<glm::ivec3> blocks_of(const View& view) {
-  return visible_blocks(*view.medium.density, density_options(view));
-}
-
-struct Difference {
-  double max = 0;
-  double rms = 0;
-};
-
 /// Difference of the transmittances.
 Difference difference_of(const std::vector<double>& a, const std::vector<double>& b) {
   EXPECT_EQ(a.size(), b.size());

@@ -50,7 +50,7 @@ Scene with_function(Scene scene) {
 
 const glm::dvec3 white(1);
 
-std::vector<LitScene> lit_scenes() {
+std::vector<LitScene> tolerance_scenes() {
   Scene bright = lit_by({{{-0.3, -1, 0.2}, {3, 2, 1}}});
   bright.albedo = 0.6;
   Scene glowing = lit_by({{{0.6, 0.1, -0.8}, white}});
@@ -84,7 +84,7 @@ using LitTolerance = GpuTest;
 
 TEST_F(LitTolerance, HoldsAgainstTheReference) {
   ReferenceMarcher reference;
-  for (const LitScene& lit : lit_scenes()) {
+  for (const LitScene& lit : tolerance_scenes()) {
     const Image truth = Session(lit_view(lit, {})).draw(reference).image;
     expect_content(truth);
     for (const double E : {1e-2, 1e-3, 1e-4}) {

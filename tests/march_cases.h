@@ -64,6 +64,9 @@ class GpuTest : public testing::Test {
 
 // --- pictures ------------------------------------------------------------------------------------
 
+inline const RenderOptions all_layers{
+    .count = true, .depth = true, .transmittance = true, .progress = {}};
+
 struct GlOptions {
   RenderOptions render;
   gl::TestLimits limits{};

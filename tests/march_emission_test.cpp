@@ -16,7 +16,7 @@ Field glow_in(const Box& box, const glm::dmat4& m = glm::dmat4(1)) {
 }
 
 /// Finer voxels, rotated, so that its faces lie anywhere in the density's cells.
-glm::dmat4 tilted() {
+glm::dmat4 tilted_grid() {
   const glm::dmat4 m =
       glm::rotate(glm::translate(glm::dmat4(1), glm::dvec3(-4, 5, 3)), 0.5, glm::dvec3(1, 2, 3));
   return glm::scale(m, glm::dvec3(0.9, 0.8, 0.9));
@@ -38,7 +38,7 @@ std::vector<Place> places() {
   all.push_back({"disjoint",
                  make_field({{50, 10, 10}, {61, 21, 21}}, [](glm::ivec3) { return 0.04f; }),
                  false});
-  all.push_back({"own lattice", glow_in({{-2, -2, -2}, {41, 37, 33}}, tilted()), true});
+  all.push_back({"own lattice", glow_in({{-2, -2, -2}, {41, 37, 33}}, tilted_grid()), true});
   return all;
 }
 

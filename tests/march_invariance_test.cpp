@@ -15,7 +15,7 @@ namespace {
 
 class MarchInvariance : public GpuTest {};
 
-Scene oblique(std::optional<double> step = {}) {
+Scene slanted(std::optional<double> step = {}) {
   Scene scene = looking(small_scene(), {95, 60, 70}, {20, 18, 16});
   scene.extinction = 0.15;
   scene.step = step;
@@ -33,13 +33,13 @@ std::string name_of(const std::optional<double>& step) { return step ? "uniform"
 
 TEST_F(MarchInvariance, ShiftedAgainstTheBricks) {
   for (const auto& step : samplings) {
-    const Image expected = gl_picture(view_of(oblique(step), blobs(), Glow::density));
+    const Image expected = gl_picture(view_of(slanted(step), blobs(), Glow::density));
     for (int i = 1; i <= 7; ++i) {
       const glm::ivec3 shift(i, -i, 2 * i + 1);
       const Field moved = blobs(shift, glm::translate(glm::dmat4(1), -glm::dvec3(shift)));
       // The lattice is anchored in the middle of the domain, which moves with the voxels.
       expect_same(name_of(step) + " shifted by " + std::to_string(i), expected,
-                  gl_picture(view_of(oblique(step), moved, Glow::density)));
+                  gl_picture(view_of(slanted(step), moved, Glow::density)));
     }
   }
 }
@@ -52,7 +52,7 @@ TEST_F(MarchInvariance, QuarterTurns) {
   const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(90.0), glm::dvec3(0, 0, 1));
   const auto along = [&](const glm::dvec3& p) { return glm::dvec3(turn * glm::dvec4(p, 1)); };
   for (const auto& step : samplings) {
-    const Scene scene = oblique(step);
+    const Scene scene = slanted(step);
     const Image expected = gl_picture(view_of(scene, blobs(), Glow::density));
     expect_same(
         name_of(step) + ", turned back by the transform", expected,
@@ -81,7 +81,7 @@ TEST_F(MarchInvariance, EmptyBricksAreNextToNothing) {
   for (const Integrator rule :
        {Integrator::midpoint, Integrator::porter_duff, Integrator::psi_balanced})
     for (const double step : {0.9, 5.0}) {
-      Scene scene = looking(oblique(step), {-60, -40, -50}, {16, 16, 16});
+      Scene scene = looking(slanted(step), {-60, -40, -50}, {16, 16, 16});
       scene.integrator = rule;
       const View empty = view_of(scene, block(0), Glow::density);
       const View filled = view_of(scene, block(1e-9f), Glow::density);
@@ -95,8 +95,8 @@ TEST_F(MarchInvariance, TilesAreTheirVoxels) {
   const Field voxels = noise_beside_constant(), tiles = with_tiles(voxels);
   ASSERT_FALSE(tiles.tiles.empty());
   for (const auto& step : samplings)
-    expect_same(name_of(step), gl_picture(view_of(oblique(step), voxels, Glow::density)),
-                gl_picture(view_of(oblique(step), tiles, Glow::density)), 0);
+    expect_same(name_of(step), gl_picture(view_of(slanted(step), voxels, Glow::density)),
+                gl_picture(view_of(slanted(step), tiles, Glow::density)), 0);
 }
 
 TEST_F(MarchInvariance, CloudOfTilesIsItsVoxels) {
@@ -119,7 +119,7 @@ TEST_F(MarchInvariance, CloudOfTilesIsItsVoxels) {
 
 TEST_F(MarchInvariance, FarOriginsAndScales) {
   for (const auto& step : samplings) {
-    const Image expected = gl_picture(view_of(oblique(step), blobs(), Glow::density));
+    const Image expected = gl_picture(view_of(slanted(step), blobs(), Glow::density));
     struct Case {
       glm::dvec3 origin;
       double scale;
@@ -127,7 +127,7 @@ TEST_F(MarchInvariance, FarOriginsAndScales) {
     for (const Case& c : {Case{{0, 0, 0}, 1e-4}, Case{{0, 0, 0}, 1e4}, Case{{1e6, -1e6, 1e6}, 1},
                           Case{{1e6, 1e6, 0}, 1e4}, Case{{-1e6, 3, 0}, 0.1}}) {
       const glm::dmat4 m = glm::scale(glm::translate(glm::dmat4(1), c.origin), glm::dvec3(c.scale));
-      Scene scene = oblique(step);
+      Scene scene = slanted(step);
       const auto moved = [&](const glm::dvec3& p) { return glm::dvec3(m * glm::dvec4(p, 1)); };
       scene.camera_position = moved(*scene.camera_position);
       scene.camera_target = moved(*scene.camera_target);
@@ -139,7 +139,7 @@ TEST_F(MarchInvariance, FarOriginsAndScales) {
     // Voxels a million from index 0; the transform brings them back.
     const glm::ivec3 far(1'000'000, -1'000'003, 999'998);
     expect_same(name_of(step) + " far voxels", expected,
-                gl_picture(view_of(oblique(step),
+                gl_picture(view_of(slanted(step),
                                    blobs(far, glm::translate(glm::dmat4(1), -glm::dvec3(far))),
                                    Glow::density)));
   }

@@ -20,9 +20,7 @@ namespace {
 
 class MarchLayers : public GpuTest {};
 
-const RenderOptions all_layers{.count = true, .depth = true, .transmittance = true, .progress = {}};
-
-Scene oblique(int side = 40) {
+Scene across_plate(int side = 40) {
   Scene scene = looking(small_scene(side), {95, 60, 70}, {11, 12, 11});
   scene.extinction = 0.3;
   return scene;
@@ -60,7 +58,7 @@ TEST_F(MarchLayers, DepthIsWhereHalfTheLightIsLeft) {
 }
 
 TEST_F(MarchLayers, DepthIsInfiniteWhereMostLightGoesThrough) {
-  Scene scene = oblique();
+  Scene scene = across_plate();
   const View view = view_of(scene, mixed());
   const Image image = render_gl(view, build_medium_atlas(view), {.render = all_layers}).image;
   std::size_t near = 0, far = 0;
@@ -77,7 +75,7 @@ TEST_F(MarchLayers, DepthIsInfiniteWhereMostLightGoesThrough) {
 
 TEST_F(MarchLayers, TransmittanceIsWhatOpacityLeaves) {
   for (const std::optional<double> step : {std::optional<double>{}, std::optional<double>(1.0)}) {
-    Scene scene = oblique();
+    Scene scene = across_plate();
     scene.step = step;
     const View view = view_of(scene, mixed(), Glow::density);
     const Image image = render_gl(view, build_medium_atlas(view), {.render = all_layers}).image;
@@ -87,7 +85,7 @@ TEST_F(MarchLayers, TransmittanceIsWhatOpacityLeaves) {
 }
 
 TEST_F(MarchLayers, LayersAreThoseAskedFor) {
-  const View view = view_of(oblique(), mixed());
+  const View view = view_of(across_plate(), mixed());
   const MediumAtlas atlases = build_medium_atlas(view);
   EXPECT_EQ(render_gl(view, atlases).image.layers.size(), 1u);
   const Image plain = render_gl(view, atlases).image;
@@ -102,7 +100,7 @@ TEST_F(MarchLayers, LayersAreThoseAskedFor) {
 
 TEST_F(MarchLayers, PixelSamplesAreTheMeanOfTheirRays) {
   for (const int n : {2, 5, 16}) {
-    Scene scene = oblique(20);
+    Scene scene = across_plate(20);
     scene.pixel_samples = n;
     const View view = view_of(scene, mixed());
     const RenderResult gpu = render_gl(view, build_medium_atlas(view), {.render = all_layers});
@@ -182,8 +180,8 @@ void expect_look_ups(const std::string& what, const View& view, std::uint64_t be
 TEST_F(MarchLayers, LookUpsAreTheCellsCrossed) {
   Scene inside = looking(small_scene(24), {12.3, 9.1, 10.7}, {-20, 14, 2});
   const auto field = share(mixed());
-  expect_look_ups("outside", view_of(oblique(32), field), 1024);
-  expect_look_ups("L from grid", view_of(oblique(32), field, Glow::density), 1024);
+  expect_look_ups("outside", view_of(across_plate(32), field), 1024);
+  expect_look_ups("L from grid", view_of(across_plate(32), field, Glow::density), 1024);
   expect_look_ups("inside", view_of(inside, field), 576);
   expect_look_ups("orthographic",
                   view_of(looking(small_scene(32), {95, 60, 70}, {11, 12, 11}, 60.0), field), 1024);
@@ -221,7 +219,7 @@ TEST_F(MarchLayers, StepsAreSegments) {
 /// rays of the reference measure them.
 TEST_F(MarchLayers, TheErrorLayerHoldsWhatBothPicturesShare) {
   for (const Glow glow : {Glow::constant, Glow::density}) {
-    View view = exact_view(view_of(oblique(96), mixed(), glow));
+    View view = exact_view(view_of(across_plate(96), mixed(), glow));
     const MediumAtlas atlas = build_medium_atlas(view);
     const Image picture = render_gl(view, atlas).image;
     const CheckedError left = exact_error(view, render_gl(pilot_view(view), atlas).image);

@@ -37,13 +37,13 @@ void expect_continued(const std::string& what, const View& view, const Image& on
     EXPECT_EQ(one.layers[i].values, many.layers[i].values) << what << one.layers[i].name;
 }
 
-Scene oblique(int side = 40) {
+Scene near_limits(int side = 40) {
   Scene scene = looking(small_scene(side), {95, 60, 70}, {11, 12, 11});
   scene.extinction = 0.12;
   return scene;
 }
 
-Field vector_glow() {
+Field three_glows() {
   return make_vector_field({{-14, -9, -6}, {30, 32, 33}}, [](glm::ivec3 v) {
     return glm::vec3(noise(v), 0.5f * blobs_at(glm::dvec3(v)), 0.5f);
   });
@@ -52,11 +52,11 @@ Field vector_glow() {
 /// The views that test the limits.
 std::vector<std::pair<std::string, View>> views() {
   std::vector<std::pair<std::string, View>> result;
-  const auto density = share(mixed()), colour = share(vector_glow());
+  const auto density = share(mixed()), colour = share(three_glows());
   const std::pair<Integrator, std::optional<double>> samplings[] = {
       {Integrator::psi_weighted, {}}, {Integrator::psi_balanced, 0.8}, {Integrator::midpoint, 3.0}};
   for (const auto& [rule, step] : samplings) {
-    const Scene scene = with(oblique(), rule, step);
+    const Scene scene = with(near_limits(), rule, step);
     const std::string name =
         std::string(info(rule).name) + (step ? " step " + std::to_string(*step) : " cells");
     result.emplace_back(name + " constant", view_of(scene, density));
@@ -65,8 +65,6 @@ std::vector<std::pair<std::string, View>> views() {
   }
   return result;
 }
-
-const RenderOptions all_layers{.count = true, .depth = true, .transmittance = true, .progress = {}};
 
 // --- passes --------------------------------------------------------------------------------------
 
@@ -87,7 +85,7 @@ TEST_F(MarchLimits, PassesOfSevenTurnsAreOnePass) {
 
 TEST_F(MarchLimits, CountsSurvivePasses) {
   for (const double step : {0.0, 0.8}) {
-    Scene scene = oblique();
+    Scene scene = near_limits();
     if (step > 0) scene.step = step;
     const View view = view_of(scene, mixed(), Glow::density);
     const MediumAtlas atlases = build_medium_atlas(view);
@@ -166,9 +164,9 @@ TEST_F(MarchLimits, ManyTexelBuffersAreOne) {
 }
 
 TEST_F(MarchLimits, ManyHalfBuffersAreOne) {
-  Scene base = oblique();
+  Scene base = near_limits();
   base.texel = TexelType::float16;
-  const auto density = share(mixed()), colour = share(vector_glow());
+  const auto density = share(mixed()), colour = share(three_glows());
   const View view = make_view(base, density, colour);
   const MediumAtlas atlases = build_medium_atlas(view);
   const std::uint64_t limit = (atlases.density.bricks.size() / 6 + 1) * 729;
@@ -235,7 +233,7 @@ TEST_F(MarchLimits, HugeSparseBoxes) {
 
 TEST_F(MarchLimits, TilesHaveNoSeams) {
   // 300 x 200 pixels: a tile of 256 and a rest; resumable pictures start with tiles of 64.
-  Scene scene = oblique();
+  Scene scene = near_limits();
   scene.resolution = {300, 200};
   for (const double step : {0.0, 1.3}) {
     if (step > 0) scene.step = step;
@@ -254,7 +252,7 @@ TEST_F(MarchLimits, TilesHaveNoSeams) {
 }
 
 TEST_F(MarchLimits, TheFirstTileHasTheCentre) {
-  const View view = view_of(oblique(300), mixed());
+  const View view = view_of(near_limits(300), mixed());
   std::optional<DoneTile> first;
   const auto tile = [&](const DoneTile& done) {
     if (!first) first = done;
@@ -269,7 +267,7 @@ TEST_F(MarchLimits, TheFirstTileHasTheCentre) {
 }
 
 TEST_F(MarchLimits, ProgressReachesOne) {
-  Scene scene = oblique();
+  Scene scene = near_limits();
   scene.resolution = {300, 200};
   const View view = view_of(scene, mixed());
   double last = 0;
@@ -309,10 +307,10 @@ TEST_F(MarchLimits, MoreTexturesThanTheDeviceHasIsALimitByName) {
 }
 
 TEST_F(MarchLimits, RenderNeedsItsUpload) {
-  const View view = view_of(oblique(), mixed());
+  const View view = view_of(near_limits(), mixed());
   const MediumAtlas atlases = build_medium_atlas(view);
   render_gl(view, atlases);
-  Scene scene = oblique();
+  Scene scene = near_limits();
   scene.filter = Filter::hardware;
   EXPECT_THROW(Gpu::renderer()->render(view_of(scene, mixed())), Error);
 }

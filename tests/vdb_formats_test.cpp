@@ -22,6 +22,7 @@ using openvdb::FloatGrid;
 using openvdb::math::Transform;
 using test::FieldSampler;
 using test::input_error;
+using test::named;
 using test::write_vdb;
 
 /// Null on a machine without a device for OpenGL.
@@ -35,14 +36,6 @@ Marcher* gpu() {
     }
   }();
   return opened.get();
-}
-
-template <typename GridT = FloatGrid>
-typename GridT::Ptr named(const std::string& name) {
-  openvdb::initialize();
-  auto grid = vdb::new_grid<GridT>();
-  grid->setName(name);
-  return grid;
 }
 
 /// A block of 14 x 11 x 9 voxels of different values up to `largest`, across leaves.

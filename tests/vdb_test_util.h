@@ -17,6 +17,7 @@
 
 #include "psivox/error.h"
 #include "psivox/vdb.h"
+#include "vdb/grid_types.h"
 
 #ifndef PSIVOX_SHARED_DATA
 #define PSIVOX_SHARED_DATA ""
@@ -38,6 +39,15 @@ inline std::filesystem::path scratch_dir() {
                    (std::string(info->test_suite_name()) + "." + info->name());
   std::filesystem::create_directories(dir);
   return dir;
+}
+
+/// An empty grid of background 0.
+template <typename GridT = openvdb::FloatGrid>
+typename GridT::Ptr named(const std::string& name) {
+  openvdb::initialize();
+  auto grid = vdb::new_grid<GridT>();
+  grid->setName(name);
+  return grid;
 }
 
 /// Writes the grids to a file of the running test.

@@ -22,19 +22,11 @@ using openvdb::FloatGrid;
 using openvdb::math::Transform;
 using test::FieldSampler;
 using test::input_error;
+using test::named;
 using test::write_vdb;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-/// An empty grid of background 0.
-template <typename GridT>
-typename GridT::Ptr named(const std::string& name) {
-  openvdb::initialize();
-  auto grid = vdb::new_grid<GridT>();
-  grid->setName(name);
-  return grid;
-}
 
 /// One leaf voxel, one 8^3 tile, one inactive stored voxel.
 template <typename GridT, typename ValueT>
