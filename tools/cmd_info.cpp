@@ -5,7 +5,7 @@
 
 #include "command_line.h"
 #include "commands.h"
-#include "file_report.h"
+#include "psivox/file_report.h"
 
 namespace psivox {
 

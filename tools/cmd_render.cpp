@@ -14,7 +14,6 @@
 #include "command_line.h"
 #include "commands.h"
 #include "notices.h"
-#include "picture_memory.h"
 #include "picture_output.h"
 #include "progress_bar.h"
 #include "psivox/camera_file.h"

@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include "help_forms.h"
-#include "option_concepts.h"
 #include "psivox/error.h"
 #include "psivox/guarded_reading.h"
+#include "psivox/option_concepts.h"
 
 namespace psivox {
 namespace {

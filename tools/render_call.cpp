@@ -4,30 +4,12 @@
 
 #include "command_line.h"
 #include "overwriting.h"
-#include "picture_memory.h"
+#include "psivox/picture_file.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 
 namespace psivox {
 namespace {
-
-/// --aov's names.
-constexpr std::pair<const char*, bool Layers::*> layer_names[] = {
-    {"depth", &Layers::depth},
-    {"transmittance", &Layers::transmittance},
-    {"steps", &Layers::steps},
-    {"samples", &Layers::samples},
-    {"error", &Layers::error}};
-
-std::vector<std::string> known_layers() {
-  std::vector<std::string> names;
-  for (const auto& [name, member] : layer_names) names.emplace_back(name);
-  return names;
-}
-
-bool wants(const RenderCall& call, const char* layer) {
-  return std::find(call.layers.begin(), call.layers.end(), layer) != call.layers.end();
-}
 
 void add_outputs(CommandLine& line, RenderCall& call) {
   const std::string output = group_name(ParameterGroup::output);
@@ -36,10 +18,10 @@ void add_outputs(CommandLine& line, RenderCall& call) {
                   "alpha: .jpg or .webp (sRGB), .hdr (linear)")
       ->type_name("FILE")
       ->group(output);
-  std::vector<std::string> layers = known_layers();
+  std::vector<std::string> layers = layer_names();
   layers.emplace_back("none");
   line.add_list("--aov", call.layers,
-                "extra layers of the .exr: " + joined(known_layers(), ", ") +
+                "extra layers of the .exr: " + joined(layer_names(), ", ") +
                     "; none drops those of --scene's picture")
       ->check(CLI::IsMember(layers).description(""))
       ->group(output);
@@ -135,20 +117,6 @@ bool parse(RenderCall& call, Arguments arguments) {
 
 namespace {
 
-/// Why the scene's picture cannot have a layer; empty if it can.
-std::string layer_obstacle(const std::string& layer, const Scene& scene) {
-  if (layer == "depth" && scene.mode == Mode::back_to_front)
-    return "--aov depth is where a ray's transmittance falls below 1/2 from the camera on, which "
-           "--mode back-to-front does not follow; take --mode alpha";
-  if (layer == "error" && scene.mode == Mode::slice)
-    return "--mode slice does not march: it has no error to estimate";
-  const bool reference = scene.renderer == RendererKind::reference;
-  if (reference && layer != "transmittance" && layer != "error")
-    return "--aov " + layer + " is not available with --renderer " +
-           parameter_text(scene, *find_parameter("renderer"));
-  return {};
-}
-
 void check_layers(const RenderCall& call, const Scene& scene) {
   if (scene.mode == Mode::slice && (call.check_error || call.explain))
     usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
@@ -164,7 +132,7 @@ void take_layers(RenderCall& call, const Scene& scene) {
   const bool given = !call.layers.empty();
   std::erase(call.layers, "none");
   if (given || !holds_layers(call.output)) return;
-  const std::vector<std::string> known = known_layers();
+  const std::vector<std::string>& known = layer_names();
   for (const std::string& layer : call.scene.layers())
     if (std::find(known.begin(), known.end(), layer) != known.end() &&
         layer_obstacle(layer, scene).empty())
@@ -207,7 +175,7 @@ void check(const RenderCall& call, const Scene& scene) {
 
 Wish wish_of(const RenderCall& call) {
   Wish wish;
-  for (const auto& [name, member] : layer_names) wish.layers.*member = wants(call, name);
+  wish.layers = layers_of(call.layers);
   wish.count = call.verbose || !call.stats.empty();
   wish.time_budget_ms = call.time_budget;
   return wish;

@@ -5,9 +5,9 @@
 
 #include "psivox/camera_file.h"
 #include "psivox/parameters.h"
+#include "psivox/scene_file.h"
 #include "psivox/sequence.h"
 #include "psivox/vdb.h"
-#include "scene_file.h"
 
 namespace psivox {
 

@@ -41,7 +41,7 @@ struct ContextOptions {
 
 /// Draws rays: on the GPU, in double precision on the CPU, or by the reference. A marcher keeps
 /// what it needs between pictures and sessions (a context, programs, textures). Any thread may use
-/// it, but only one at a time.
+/// it, but only one at a time; see release().
 class Marcher;
 
 /// The march on the GPU. Opening it takes as long as reading a small file, so it may be done on
@@ -58,6 +58,9 @@ std::shared_ptr<Marcher> open_reference();
 
 /// The marcher that the scene asks for (--renderer, --device).
 std::shared_ptr<Marcher> open_marcher(const Scene& scene);
+
+/// Lets another thread use the marcher. The thread that has used it calls this.
+void release(Marcher& marcher);
 
 /// GL_RENDERER and GL_VERSION, or the name of a CPU marcher.
 std::string description(const Marcher& marcher);
@@ -117,6 +120,15 @@ struct Layers {
   bool error = false;    ///< estimated RMS error of each pixel over R G B A
   bool any() const { return depth || transmittance || steps || samples || error; }
 };
+
+/// `depth`, `transmittance`, ...
+const std::vector<std::string>& layer_names();
+
+/// Layers by their names; others are ignored.
+Layers layers_of(const std::vector<std::string>& names);
+
+/// Why the scene's picture cannot have the layer of that name; empty if it can.
+std::string layer_obstacle(const std::string& layer, const Scene& scene);
 
 /// A description of the wanted picture. The default is the session's own scene.
 struct Wish {

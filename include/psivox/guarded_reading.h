@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 namespace psivox {
@@ -12,6 +13,14 @@ namespace psivox {
 /// the readers. That process ends with this one. Without this call, VdbFile reads in place, and
 /// such a file can end the program. Throws Error(failure) if the system starts no process.
 void start_guarded_reading();
+
+/// The same for a process that may have threads already, such as an interpreter's. In place of a
+/// fork it starts `server`, a program that calls serve_guarded_reading(). Any thread may call it,
+/// at any time. Throws Error(failure).
+void start_guarded_reading(const std::filesystem::path& server);
+
+/// The main() of that program.
+[[noreturn]] void serve_guarded_reading();
 
 /// VdbFiles that are opened from now on are read in place, as `--trust` asks for.
 void trust_files();

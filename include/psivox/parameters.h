@@ -80,6 +80,10 @@ void set_parameter(Scene& scene, std::string_view name, std::string_view text);
 /// The value as set_parameter reads it, with enough digits to give the same number.
 std::string parameter_text(const Scene& scene, const Parameter& parameter);
 
+/// Whether the medium may depend on the parameter: its grids, atlases or light. If not, one Session
+/// draws scenes that differ in it.
+bool belongs_to_medium(const Parameter& parameter);
+
 bool has_default(const Scene& scene, const Parameter& parameter);
 void set_default(Scene& scene, const Parameter& parameter);
 

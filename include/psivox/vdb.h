@@ -64,14 +64,28 @@ struct ReadOptions {
   std::uint64_t memory = 0;
 };
 
-/// An open .vdb. Grids are read on demand; a broken grid does not keep the others from being read.
-/// Its const functions may be called from several threads.
+class VdbFile;
+
+/// A grid of a file, under the name that it has elsewhere.
+struct NamedGrid {
+  std::string name;
+  std::shared_ptr<const VdbFile> file;
+  std::string grid;  ///< as the file has it
+};
+
+/// An open .vdb, or grids in memory that are used like one. Grids are read on demand; a broken grid
+/// does not keep the others from being read. Its const functions may be called from several
+/// threads.
 class VdbFile {
  public:
   /// `progress` now and then receives the fraction of a grid that has been read. To end the reading
   /// it may throw anything but a std::exception, which would count as the file's error. Throws
   /// Error(input) if the file is missing, is no .vdb, or ends before its first grid's name.
   explicit VdbFile(const std::filesystem::path& path, Progress progress = {});
+  /// A grid in memory, such as make_dense_field's. Its voxels other than 0 are active.
+  explicit VdbFile(std::shared_ptr<const Field> grid);
+  /// Grids of other files, as if one file had them. Throws Error(usage) if names repeat.
+  explicit VdbFile(std::vector<NamedGrid> grids);
   ~VdbFile();
   VdbFile(const VdbFile&) = delete;
   VdbFile& operator=(const VdbFile&) = delete;

@@ -24,6 +24,8 @@ std::shared_ptr<Marcher> open_marcher(const Scene& scene) {
   return open_gpu({.device = scene.device});
 }
 
+void release(Marcher& marcher) { marcher.release(); }
+
 std::string description(const Marcher& marcher) { return marcher.description(); }
 
 }  // namespace psivox

@@ -22,7 +22,12 @@ struct GlRenderer::Impl {
   std::map<std::string, std::unique_ptr<gl::MarchProgram>> programs;
 
   explicit Impl(const ContextOptions& options) : context(options) {}
-  ~Impl() { context.make_current(); }
+  ~Impl() {
+    try {
+      context.make_current();
+    } catch (const Error&) {  // lost: there is nothing to delete
+    }
+  }
 
   /// The textures of an upload for that filter. Makes the context current.
   const gl::GridTextures& uploaded(Filter filter, const char* what) const {
@@ -51,6 +56,8 @@ GlRenderer::GlRenderer(const ContextOptions& options) {
 }
 
 GlRenderer::~GlRenderer() = default;
+
+void GlRenderer::release() { impl_->context.release(); }
 
 std::string GlRenderer::description() const {
   impl_->context.make_current();

@@ -19,6 +19,7 @@ class GlRenderer : public Marcher {
   void upload(const MediumAtlas& atlas, Filter filter = Filter::exact) override;
   LightDepths light_depths(const View& view) override;
   RenderResult render(const View& view, const RenderOptions& options = {}) override;
+  void release() override;
 
  private:
   struct Impl;

@@ -69,6 +69,9 @@ class Marcher {
   /// Draws the view's picture from the uploaded atlas, which must be its own.
   virtual RenderResult render(const View& view, const RenderOptions& options = {}) = 0;
 
+  /// Lets another thread draw next.
+  virtual void release() {}
+
   /// The upload that it holds: a number that its session gave.
   std::uint64_t holds = 0;
 };

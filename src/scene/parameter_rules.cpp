@@ -212,6 +212,18 @@ void check_method_unset(const Scene& scene, std::string_view chooser) {
   }
 }
 
+bool belongs_to_medium(const Parameter& parameter) {
+  static constexpr const char* march_only[] = {
+      "slice",           "clip",         "clip-plane",   "lmip-threshold",
+      "integrator",      "sampling",     "segments",     "step",
+      "end-corrections", "connectivity", "opacity-unit", "early-termination",
+      "filter",          "renderer",     "device",       "tolerance"};
+  if (parameter.group == ParameterGroup::camera || parameter.group == ParameterGroup::output)
+    return false;
+  return std::find(std::begin(march_only), std::end(march_only), parameter.name) ==
+         std::end(march_only);
+}
+
 void validate(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   validate_medium(scene);

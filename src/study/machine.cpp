@@ -27,17 +27,39 @@ std::string system_name() {
   return std::string(name.sysname) + " " + name.release + " " + name.machine;
 }
 
+namespace {
+
+/// FNV-1a.
+class Hash {
+ public:
+  void add(const char* bytes, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i)
+      value_ = (value_ ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3u;
+  }
+  std::string text() const { return formatted("%016llx", static_cast<unsigned long long>(value_)); }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325u;
+};
+
+}  // namespace
+
 std::string file_hash(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
-  std::uint64_t hash = 0xcbf29ce484222325u;
+  Hash hash;
   std::vector<char> block(1 << 20);
   while (file.read(block.data(), std::streamsize(block.size())) || file.gcount() > 0)
-    for (std::streamsize i = 0; i < file.gcount(); ++i)
-      hash = (hash ^ static_cast<unsigned char>(block[std::size_t(i)])) * 0x100000001b3u;
+    hash.add(block.data(), std::size_t(file.gcount()));
   if (!file.eof()) throw Error(ExitCode::input, "cannot read " + in_quotes(path.string()));
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
+  return hash.text();
+}
+
+std::string values_hash(const Field& field) {
+  Hash hash;
+  for (const Leaf& leaf : field.leaves)
+    hash.add(reinterpret_cast<const char*>(leaf.values),
+             512 * std::size_t(field.channels) * sizeof(float));
+  return hash.text();
 }
 
 }  // namespace psivox

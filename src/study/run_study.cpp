@@ -113,8 +113,10 @@ StudyRun::StudyRun(View view, const StudyOptions& options)
   base_.system = system_name();
   base_.threads = static_cast<int>(std::thread::hardware_concurrency());
   base_.renderer = description(*gpu_);
-  base_.input = scene_.input;
-  base_.input_hash = file_hash(scene_.input);
+  const bool of_file = !scene_.input.empty();
+  base_.input = of_file ? scene_.input : "grids in memory";
+  base_.input_hash =
+      of_file ? file_hash(scene_.input) : values_hash(*session_.view().medium.density);
   base_.scene = to_json(scene_);
   base_.repeats = options.repeats;
 }

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <openvdb/openvdb.h>
 #include <poll.h>
+#include <spawn.h>
 #include <sys/prctl.h>
 #include <sys/signalfd.h>
 #include <sys/socket.h>
@@ -12,10 +13,13 @@
 #include <atomic>
 #include <csignal>
 #include <exception>
+#include <mutex>
+#include <system_error>
 #include <vector>
 
 #include "psivox/error.h"
 #include "psivox/guarded_reading.h"
+#include "psivox/text.h"
 #include "reader_service.h"
 #include "restrict_process.h"
 
@@ -142,6 +146,9 @@ ReaderEnds start_reader() {
 
 }  // namespace vdb
 
+/// The descriptor of a server that was started as a program.
+static constexpr int requests_of_program = 3;
+
 void start_guarded_reading() {
   if (vdb::server >= 0) return;
   auto [program, requests] = vdb::socket_pair(SOCK_SEQPACKET);
@@ -150,6 +157,35 @@ void start_guarded_reading() {
   if (process == 0) vdb::serve(requests.get());
   vdb::server = fcntl(program.get(), F_DUPFD_CLOEXEC, 3);  // 0, 1 and 2 may be closed
 }
+
+void start_guarded_reading(const std::filesystem::path& program) {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  if (vdb::server >= 0) return;
+  auto [here, requests] = vdb::socket_pair(SOCK_SEQPACKET);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, requests.get(), requests_of_program);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  // Ctrl-C in a terminal is for the process that reads
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK);
+  sigset_t none;
+  sigemptyset(&none);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  std::string name = program.string();
+  char* arguments[] = {name.data(), nullptr};
+  pid_t process = 0;
+  const int failed = posix_spawn(&process, name.c_str(), &actions, &attributes, arguments, environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failed)
+    throw Error(ExitCode::failure, in_quotes(name) + ", which reads files, cannot be started: " +
+                                       std::generic_category().message(failed));
+  vdb::server = fcntl(here.get(), F_DUPFD_CLOEXEC, 3);
+}
+
+void serve_guarded_reading() { vdb::serve(requests_of_program); }
 
 void trust_files() { vdb::trusted = true; }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "field_reader.h"
 #include "file_blocks.h"
 #include "guarded_reader.h"
 #include "in_place_reader.h"
@@ -22,8 +23,13 @@ struct VdbFile::Impl {
       reader = std::make_unique<vdb::InPlaceReader>(file, std::move(progress));
     facts = reader->facts();
   }
+  explicit Impl(std::unique_ptr<vdb::Reader> given) : reader(std::move(given)) {
+    facts = reader->facts();
+  }
 
-  std::shared_ptr<vdb::FileBlocks> file;  ///< shared with the readers of fields
+  std::string path() const { return file ? file->path() : "grids in memory"; }
+
+  std::shared_ptr<vdb::FileBlocks> file;  ///< shared with the readers of fields; null: no file
   std::unique_ptr<vdb::Reader> reader;
   vdb::FileFacts facts;
 
@@ -32,6 +38,12 @@ struct VdbFile::Impl {
 
 VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
     : impl_(std::make_unique<Impl>(path, std::move(progress))) {}
+
+VdbFile::VdbFile(std::shared_ptr<const Field> grid)
+    : impl_(std::make_unique<Impl>(std::make_unique<vdb::FieldReader>(std::move(grid)))) {}
+
+VdbFile::VdbFile(std::vector<NamedGrid> grids)
+    : impl_(std::make_unique<Impl>(std::make_unique<vdb::GatheredReader>(std::move(grids)))) {}
 
 VdbFile::~VdbFile() = default;
 
@@ -77,14 +89,14 @@ std::string VdbFile::default_grid() const {
     const auto only = std::find(channels.begin(), channels.end(), wanted);
     return names[static_cast<std::size_t>(only - channels.begin())];
   }
-  std::string message = impl_->file->path() +
+  std::string message = impl_->path() +
                         ": has neither a grid 'density' nor exactly one scalar grid; choose one"
                         " with --grid:";
   for (std::size_t i = 0; i < names.size(); ++i) {
     message += " '" + names[i] + "'" + (channels[i] == 3 ? " (vec3)" : "") +
                (channels[i] == 0 ? " (unreadable)" : "");
   }
-  if (names.empty()) message = impl_->file->path() + ": holds no grid";
+  if (names.empty()) message = impl_->path() + ": holds no grid";
   throw Error(ExitCode::input, message);
 }
 

@@ -13,18 +13,6 @@
 namespace psivox::view {
 namespace {
 
-/// Parameters of the march that neither grids nor atlases depend on.
-constexpr const char* march_only[] = {
-    "slice",           "clip",         "clip-plane",   "lmip-threshold",
-    "integrator",      "sampling",     "segments",     "step",
-    "end-corrections", "connectivity", "opacity-unit", "early-termination",
-    "filter",          "renderer",     "device",       "tolerance"};
-
-bool belongs_to_volume(const Parameter& p) {
-  if (p.group == ParameterGroup::camera || p.group == ParameterGroup::output) return false;
-  return std::find(std::begin(march_only), std::end(march_only), p.name) == std::end(march_only);
-}
-
 /// Changes when the file does.
 std::string stamp_of(const std::string& path) {
   std::error_code missing;
@@ -163,7 +151,7 @@ void collect_notices(Volume& volume) {
 std::string volume_key(const Scene& scene, int generation) {
   std::string key = std::to_string(generation);
   for (const Parameter& p : parameters())
-    if (belongs_to_volume(p)) key += "\n" + parameter_text(scene, p);
+    if (belongs_to_medium(p)) key += "\n" + parameter_text(scene, p);
   if (!scene.transfer_function.empty()) key += "\n" + stamp_of(scene.transfer_function);
   // A rule that applies the function to values across bricks needs more of them.
   if (is_transfer_rule(scene.resolved_integrator()) && scene.resolved_sampling() != Sampling::cells)
@@ -210,7 +198,7 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
 Scene with_medium_of(const Volume& volume, const Scene& scene) {
   Scene mixed = volume.scene;
   for (const Parameter& p : parameters()) {
-    if (belongs_to_volume(p)) continue;
+    if (belongs_to_medium(p)) continue;
     std::visit([&](auto member) { mixed.*member = scene.*member; }, p.member);
   }
   return mixed;

@@ -1,4 +1,4 @@
-#include "scene_file.h"
+#include "psivox/scene_file.h"
 
 #include "psivox/error.h"
 #include "psivox/image.h"

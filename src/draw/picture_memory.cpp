@@ -1,4 +1,4 @@
-#include "picture_memory.h"
+#include "psivox/picture_file.h"
 
 #include <sys/resource.h>
 #include <unistd.h>

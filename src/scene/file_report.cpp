@@ -1,4 +1,4 @@
-#include "file_report.h"
+#include "psivox/file_report.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -11,7 +11,7 @@
 namespace psivox {
 namespace {
 
-using json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
 
 GridReport describe(const VdbFile& file, const GridInfo& grid) {
   GridReport row{grid, {}, {}};
@@ -27,27 +27,27 @@ GridReport describe(const VdbFile& file, const GridInfo& grid) {
   return row;
 }
 
-json vector_json(const glm::ivec3& v) { return {v.x, v.y, v.z}; }
-json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+Json vector_json(const glm::ivec3& v) { return {v.x, v.y, v.z}; }
+Json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 template <typename Vector>
-json box_json(const Vector& min, const Vector& max) {
+Json box_json(const Vector& min, const Vector& max) {
   return {{"min", vector_json(min)}, {"max", vector_json(max)}};
 }
 
-json matrix_json(const glm::dmat4& matrix) {
-  json rows = json::array();
+Json matrix_json(const glm::dmat4& matrix) {
+  Json rows = Json::array();
   for (int r = 0; r < 4; ++r) {
-    json values = json::array();
+    Json values = Json::array();
     for (int c = 0; c < 4; ++c) values.push_back(matrix[c][r]);
     rows.push_back(values);
   }
   return rows;
 }
 
-json to_json(const GridReport& row) {
+Json to_json(const GridReport& row) {
   const GridInfo& grid = row.grid;
-  json out = {{"name", grid.name},
+  Json out = {{"name", grid.name},
               {"type", grid.type},
               {"value_type", grid.value_type},
               {"class", grid.grid_class},
@@ -62,8 +62,8 @@ json to_json(const GridReport& row) {
                      {"mean", grid.values->mean},
                      {"not_finite", grid.values->not_finite}};
   const Box& box = grid.active_box;
-  out["active_box"] = box.empty() ? json(nullptr) : box_json(box.min, box.max);
-  out["world_box"] = box.empty() ? json(nullptr) : box_json(grid.world_min, grid.world_max);
+  out["active_box"] = box.empty() ? Json(nullptr) : box_json(box.min, box.max);
+  out["world_box"] = box.empty() ? Json(nullptr) : box_json(grid.world_min, grid.world_max);
   out["transform"] = grid.transform;
   out["voxel_size"] = vector_json(grid.voxel_size);
   out["world_from_index"] = matrix_json(grid.world_from_index);
@@ -128,18 +128,18 @@ FileReport report_of(const std::string& path, bool values) {
 }
 
 std::string FileReport::json() const {
-  psivox::json rows = psivox::json::array();
+  Json rows = Json::array();
   for (const GridReport& row : grids) rows.push_back(to_json(row));
-  psivox::json out = {{"file", path}, {"bytes", bytes}, {"metadata", metadata}};
-  out["z_up"] = z_up.empty() ? psivox::json(nullptr) : psivox::json(z_up);
+  Json out = {{"file", path}, {"bytes", bytes}, {"metadata", metadata}};
+  out["z_up"] = z_up.empty() ? Json(nullptr) : Json(z_up);
   out["auto"] = nullptr;
   if (chosen) {
-    const psivox::json scene = psivox::json::parse(psivox::to_json(*chosen));
+    const Json scene = Json::parse(psivox::to_json(*chosen));
     for (const std::string& name : chosen_by_auto()) out["auto"][name] = scene.at(name);
   }
   out["grids"] = rows;
   if (!advice.empty()) out["advice"] = advice;
-  return out.dump(2, ' ', false, psivox::json::error_handler_t::replace) + "\n";
+  return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace psivox

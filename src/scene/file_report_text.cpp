@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "file_report.h"
+#include "psivox/file_report.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"

@@ -1,0 +1,48 @@
+#include <algorithm>
+#include <utility>
+
+#include "psivox/draw.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+constexpr std::pair<const char*, bool Layers::*> layer_members[] = {
+    {"depth", &Layers::depth},
+    {"transmittance", &Layers::transmittance},
+    {"steps", &Layers::steps},
+    {"samples", &Layers::samples},
+    {"error", &Layers::error}};
+
+}  // namespace
+
+const std::vector<std::string>& layer_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> list;
+    for (const auto& [name, member] : layer_members) list.emplace_back(name);
+    return list;
+  }();
+  return names;
+}
+
+Layers layers_of(const std::vector<std::string>& names) {
+  Layers layers;
+  for (const auto& [name, member] : layer_members)
+    layers.*member = std::find(names.begin(), names.end(), name) != names.end();
+  return layers;
+}
+
+std::string layer_obstacle(const std::string& layer, const Scene& scene) {
+  if (layer == "depth" && scene.mode == Mode::back_to_front)
+    return "--aov depth is where a ray's transmittance falls below 1/2 from the camera on, which "
+           "--mode back-to-front does not follow; take --mode alpha";
+  if (layer == "error" && scene.mode == Mode::slice)
+    return "--mode slice does not march: it has no error to estimate";
+  const bool reference = scene.renderer == RendererKind::reference;
+  if (reference && layer != "transmittance" && layer != "error")
+    return "--aov " + layer + " is not available with --renderer " +
+           parameter_text(scene, *find_parameter("renderer"));
+  return {};
+}
+
+}  // namespace psivox

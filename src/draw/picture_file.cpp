@@ -1,0 +1,86 @@
+#include "psivox/picture_file.h"
+
+#include <filesystem>
+
+#include "psivox/scene_file.h"
+#include "psivox/stopwatch.h"
+#include "psivox/text.h"
+
+namespace psivox {
+namespace {
+
+/// Of codes that are brighter than white; empty if they are few.
+std::string clipping_notice(std::size_t clipped, const Image& image, const Scene& scene) {
+  const double share = double(clipped) / double(image.rgba().size() / 4);
+  if (share <= 0.01) return {};
+  std::string advice = "--exposure auto";
+  if (scene.tone_map == ToneMap::none) advice += ", perhaps with --tone-map filmic,";
+  return percent_text(share) + " of the pixels are brighter than white; " + advice +
+         " shows their light";
+}
+
+/// Returns why there is no bar.
+std::string add_color_bar(const std::optional<ColorScale>& scale, const Display& display,
+                          Image& image) {
+  if (!scale) return "--color-bar: the transfer function has no colours";
+  if (!draw_color_bar(image, *scale, display))
+    return "--color-bar: the picture is too small for it";
+  return {};
+}
+
+}  // namespace
+
+bool shows_background(const std::string& path) {
+  return !holds_layers(path) && !path.ends_with(".tif");
+}
+
+std::map<std::string, std::string> picture_metadata(const PictureFile& file, const Scene& scene) {
+  std::map<std::string, std::string> metadata;
+  add_scene(scene, file.layers, file.path, metadata);
+  metadata["psivox:version"] = PSIVOX_VERSION;
+  if (file.format.bits) metadata["psivox:bits"] = std::to_string(*file.format.bits);
+  if (file.format.half) metadata["psivox:half"] = "true";
+  return metadata;
+}
+
+void add_background(Image& image, const glm::dvec3& background) {
+  const auto rgba = image.rgba();
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    const double behind = 1 - static_cast<double>(rgba[i + 3]);
+    for (int c = 0; c < 3; ++c) {
+      float& value = rgba[i + static_cast<std::size_t>(c)];
+      value = static_cast<float>(static_cast<double>(value) + behind * background[c]);
+    }
+    rgba[i + 3] = 1;
+  }
+}
+
+WrittenPicture write_picture(Image& image, Scene scene, const std::optional<ColorScale>& scale,
+                             const std::string& renderer, const PictureFile& file) {
+  WrittenPicture written;
+  const auto say = [&](const std::string& notice) {
+    if (!notice.empty()) written.notices.push_back(notice);
+  };
+  WriteOptions format = file.format;
+  const bool codes = holds_codes(file.path, format);
+  if (!scene.exposure && codes) {
+    scene.exposure = auto_exposure(image, scene.tone_map);
+    say("exposure " + number_text(*scene.exposure) + " [powers of 2], chosen by auto");
+  }
+  if (codes) format.display = {scene.exposure.value_or(0), scene.tone_map};
+  if (scene.background) add_background(image, *scene.background);
+  if (scene.color_bar && codes) say(add_color_bar(scale, format.display, image));
+  image.metadata = picture_metadata(file, scene);
+  image.metadata["psivox:renderer"] = renderer;
+  const Stopwatch writing;
+  say(write_image(image, file.path, format));
+  written.write_ms = writing.ms();
+  written.clipped = clipping(image, file.path, format).clipped;
+  say(clipping_notice(written.clipped, image, scene));
+  std::error_code not_a_file;
+  const std::uintmax_t bytes = std::filesystem::file_size(file.path, not_a_file);
+  written.bytes = not_a_file ? 0 : bytes;
+  return written;
+}
+
+}  // namespace psivox

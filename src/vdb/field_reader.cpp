@@ -1,0 +1,165 @@
+#include "field_reader.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <utility>
+
+#include "psivox/error.h"
+#include "psivox/text.h"
+#include "psivox/value_percentile.h"
+#include "sanitise.h"
+
+namespace psivox::vdb {
+namespace {
+
+std::string subject_of(const Field& field) { return "grid '" + field.name + "'"; }
+
+/// The values of a field in memory may be read by others: these become its own.
+std::vector<float*> copy_values(Field& field) {
+  const std::size_t floats = kLeafVoxels * static_cast<std::size_t>(field.channels);
+  const auto values = std::make_shared_for_overwrite<float[]>(field.leaves.size() * floats);
+  std::vector<float*> leaves(field.leaves.size());
+  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t n) {
+    leaves[n] = values.get() + n * floats;
+    std::memcpy(leaves[n], field.leaves[n].values, floats * sizeof(float));
+  });
+  for (std::size_t n = 0; n < leaves.size(); ++n) field.leaves[n].values = leaves[n];
+  field.storage = values;
+  return leaves;
+}
+
+bool has_only_good_values(const Field& field, GridRole role) {
+  const auto channels = static_cast<std::size_t>(field.channels);
+  const auto good = [&](const float* values, std::size_t count) {
+    return all_good({values, count}, role);
+  };
+  return std::ranges::all_of(
+             field.leaves,
+             [&](const Leaf& leaf) { return good(leaf.values, kLeafVoxels * channels); }) &&
+         std::ranges::all_of(field.tiles,
+                             [&](const Tile& tile) { return good(&tile.value.x, channels); });
+}
+
+/// Calls take(value, count) for the first channel of the active voxels of `stored`, as `field` has
+/// them.
+template <typename Take>
+void visit_active(const Field& stored, const Field& field, const Take& take) {
+  const int channels = stored.channels;
+  for (std::size_t n = 0; n < stored.leaves.size(); ++n) {
+    const float* was = stored.leaves[n].values;
+    const float* is = field.leaves[n].values;
+    for (std::size_t i = 0; i < kLeafVoxels; ++i, was += channels, is += channels)
+      if (std::any_of(was, was + channels, [](float value) { return value != 0; })) take(*is, 1);
+  }
+  for (const Tile& tile : field.tiles) take(tile.value.x, tile_voxels(tile));
+}
+
+}  // namespace
+
+FileFacts FieldReader::facts() {
+  FileFacts facts;
+  facts.names = facts.base_names = {field_->name};
+  facts.channels = {field_->channels};
+  facts.classes = {"unknown"};
+  return facts;
+}
+
+std::vector<GridInfo> FieldReader::info(bool values) {
+  GridInfo info;
+  info.name = field_->name;
+  info.value_type = field_->value_type;
+  info.grid_class = "unknown";
+  info.channels = field_->channels;
+  info.active_voxels = field_->active_voxels;
+  info.leaves = field_->leaves.size();
+  info.active_tiles = field_->tiles.size();
+  info.active_box = field_->active_box;
+  info.world_from_index = field_->world_from_index;
+  info.values_read = values;
+  for (int axis = 0; axis < 3; ++axis)
+    info.voxel_size[axis] = glm::length(glm::dvec3(field_->world_from_index[axis]));
+  if (field_->active_voxels == 0) info.problem = "has no voxel other than 0";
+  return {info};
+}
+
+Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
+  if (grid != field_->name)
+    throw Error(ExitCode::input, "there is no grid " + in_quotes(grid) + "; there is only " +
+                                     in_quotes(field_->name));
+  Field field = *field_;
+  if (field.active_voxels == 0) {
+    if (!options.empty)
+      throw Error(ExitCode::input, subject_of(field) + " has no voxel other than 0");
+    field.active_box = {glm::ivec3(0), glm::ivec3(0)};
+    return field;
+  }
+  if (!has_only_good_values(field, options.role)) {
+    const BadValues bad = sanitise(copy_values(field), field.tiles, field.channels, options.role);
+    if (options.strict)
+      throw Error(ExitCode::input,
+                  subject_of(field) + " is refused by strict reading: " + bad.describe());
+    field.notices.push_back(subject_of(field) + ": " + bad.describe());
+  }
+  if (options.role == GridRole::data) {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    glm::vec2 range(infinity, -infinity);
+    visit_active(*field_, field, [&](float value, std::uint64_t) {
+      range = {std::min(range.x, value), std::max(range.y, value)};
+    });
+    field.active_range = range;
+  }
+  for (const double percent : options.percentiles)
+    field.active_percentiles[percent] =
+        value_percentile([&](const auto& take) { visit_active(*field_, field, take); }, percent);
+  return field;
+}
+
+GatheredReader::GatheredReader(std::vector<NamedGrid> grids) : grids_(std::move(grids)) {
+  for (std::size_t n = 0; n < grids_.size(); ++n)
+    for (std::size_t m = 0; m < n; ++m)
+      if (grids_[n].name == grids_[m].name)
+        throw Error(ExitCode::usage, "two grids have the name " + in_quotes(grids_[n].name));
+}
+
+FileFacts GatheredReader::facts() {
+  FileFacts facts;
+  for (const NamedGrid& grid : grids_) {
+    facts.names.push_back(grid.name);
+    facts.channels.push_back(grid.file->channels(grid.grid));
+    facts.classes.push_back(grid.file->grid_class(grid.grid));
+    if (facts.z_up.empty()) facts.z_up = grid.file->z_up();
+  }
+  facts.base_names = facts.names;
+  return facts;
+}
+
+std::vector<GridInfo> GatheredReader::info(bool values) {
+  std::vector<GridInfo> rows;
+  for (const NamedGrid& grid : grids_)
+    for (GridInfo& row : grid.file->info(values)) {
+      if (row.name != grid.grid) continue;
+      row.name = grid.name;
+      rows.push_back(std::move(row));
+    }
+  return rows;
+}
+
+Field GatheredReader::read(const std::string& grid, const ReadOptions& options) {
+  std::vector<std::string> names;
+  for (const NamedGrid& named : grids_) {
+    names.push_back(named.name);
+    if (named.name != grid) continue;
+    Field field = named.file->read(named.grid, options);
+    field.name = named.name;
+    return field;
+  }
+  throw Error(ExitCode::input, "there is no grid " + in_quotes(grid) + suggestion(grid, names) +
+                                   "; there are " + joined(names, ", "));
+}
+
+}  // namespace psivox::vdb
