@@ -20,8 +20,10 @@ packages=(
   # the plots of a study's page; the text of colour bars
   libjs-chart.js
   libstb-dev fonts-dejavu-core
+  # the Python package
+  pybind11-dev python3-dev python3-numpy
   # tests
-  libgtest-dev
+  libgtest-dev python3-pytest
   # EGL, and Mesa's software renderer for machines without a GPU
   libegl1 libgl1-mesa-dri
   # GL of a window (GLFW loads these libraries at run time)
@@ -38,7 +40,7 @@ case "${1-}" in
   --ci) packages+=(clang-format clang-tidy
     # a display for the window's tests, a browser for the page's, a farm for the sequences'; without
     # them these tests are skipped
-    xvfb xauth chromium chromium-driver python3 slurm-wlm
+    xvfb xauth chromium chromium-driver python3 python3-matplotlib slurm-wlm
     # what programs cost on GPUs (docs/gpu.md): compilers for GPUs that need not be there
     libvulkan-dev glslang-dev spirv-tools mesa-vulkan-drivers) ;;
   -h | --help)

@@ -1,0 +1,195 @@
+#include "drawing.h"
+
+#include <algorithm>
+#include <set>
+
+#include "psivox/camera.h"
+#include "psivox/camera_file.h"
+#include "psivox/clip.h"
+#include "psivox/error.h"
+#include "psivox/look.h"
+#include "psivox/scene_file.h"
+
+namespace psivox::python {
+namespace {
+
+void add_once(std::vector<std::string>& notices, const std::string& notice) {
+  if (!notice.empty() && std::find(notices.begin(), notices.end(), notice) == notices.end())
+    notices.push_back(notice);
+}
+
+bool same(const Scene& a, const Scene& b, const Parameter& p) {
+  return std::visit([&](auto member) { return a.*member == b.*member; }, p.member);
+}
+
+void take(const Scene& from, const Parameter& p, Scene& to) {
+  std::visit([&](auto member) { to.*member = from.*member; }, p.member);
+}
+
+/// Checks what needs no work.
+void check(const Scene& scene, const PictureWords& wanted) {
+  for (const std::string& layer : wanted.layers) {
+    const std::string obstacle = layer_obstacle(layer, scene);
+    if (!obstacle.empty()) throw Error(ExitCode::usage, obstacle);
+  }
+  if (wanted.time_budget_ms) {
+    if (scene.renderer == RendererKind::reference)
+      throw Error(ExitCode::usage,
+                  "--time-budget is for a march; --renderer reference does not march");
+    check_method_unset(scene, "--time-budget");
+  }
+  if (wanted.check_error > 0 && scene.mode == Mode::slice)
+    throw Error(ExitCode::usage, "--mode slice does not march: it has no error to check");
+  check_picture_memory(scene.resolution.x, scene.resolution.y, int(wanted.layers.size()), 0);
+}
+
+/// A marcher that another thread may take afterwards.
+struct Released {
+  Marcher& marcher;
+  ~Released() { release(marcher); }
+};
+
+constexpr std::uint64_t large_atlas = 64 << 20;  // [bytes]
+
+}  // namespace
+
+bool SceneWords::give(const std::string& name) const {
+  return std::ranges::any_of(settings, [&](const auto& setting) { return setting.first == name; });
+}
+
+Scene scene_of(const SceneWords& words, const VdbFile& file, Scene scene) {
+  if (!words.base.empty()) scene = scene_from_json(words.base);
+  if (!words.base_file.empty()) scene = read_scene_file(words.base_file).scene;
+  std::vector<Setting> settings;
+  for (const auto& [name, text] : words.settings) settings.push_back({name, text});
+  if (!words.camera.empty()) {
+    Scene known = scene;
+    apply_over(known, settings);
+    const bool z_up =
+        known.up_axis == UpAxis::automatic ? !file.z_up().empty() : known.up_axis == UpAxis::z;
+    const FileCamera camera = read_camera(words.camera, z_up);
+    scene.resolution = known.resolution;
+    set_camera(scene, camera);
+  }
+  apply_over(scene, settings);
+  validate(scene);
+  return scene;
+}
+
+std::vector<std::string> write(const Picture& picture, const std::string& path,
+                               const WriteOptions& format) {
+  check_writable(path, format, picture.image.width, picture.image.height);
+  Image image = picture.image;
+  Scene scene = picture.scene;
+  if (!scene.background && shows_background(path)) scene.background = picture.look_background;
+  if (holds_codes(path, format) && !scene.exposure) scene.exposure = picture.auto_exposure;
+  PictureFile file{path, format, {}};
+  if (holds_layers(path)) file.layers = picture.layers;
+  return write_picture(image, scene, picture.colors, picture.renderer, file).notices;
+}
+
+Drawing::Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words)
+    : file_(std::move(file)),
+      given_(scene_of(words, *file_)),
+      gives_background_(words.give("background")) {}
+
+void Drawing::prepare(const Scene& given, bool in_time) {
+  session_.reset();
+  const Scene scene = in_time ? given : with_default_tolerance(given);
+  LookedScene looked = with_look(scene, *file_, "auto", true, /*in_parts=*/true);
+  look_background_.reset();
+  if (!given.background) look_background_ = std::exchange(looked.scene.background, {});
+  notices_.clear();
+  for (const auto& field : {looked.fields.density, looked.fields.luminance,
+                            looked.fields.temperature, looked.fields.emission})
+    if (field)
+      for (const std::string& notice : field->notices) add_once(notices_, notice);
+  prepared_ = given;
+  in_time_ = in_time;
+  looked_ = looked.scene;
+  session_.emplace(make_view(looked.scene, looked.fields));
+}
+
+std::optional<Scene> Drawing::moved(const Scene& given, bool in_time) const {
+  if (in_time == in_time_ && std::ranges::all_of(parameters(), [&](const Parameter& p) {
+        return same(given, prepared_, p);
+      }))
+    return {};
+  Scene scene = session_->view().scene;
+  for (const Parameter& p : parameters())
+    if (!belongs_to_medium(p)) take(same(given, prepared_, p) ? looked_ : given, p, scene);
+  scene.tolerance = given.tolerance;  // the method is chosen anew
+  return scene;
+}
+
+Picture Drawing::finish(Drawn drawn, const Wish& wish, const PictureWords& wanted) {
+  View view = session_->view();
+  if (wish.scene) {
+    view.scene = with_planes(drawn.scene, *view.subject);
+    view.camera = make_camera(view.scene, *view.subject);
+    keep_camera(view.scene, view.camera);
+    view.scene.up_axis = z_is_up(view.scene, *view.subject) ? UpAxis::z : UpAxis::y;
+  }
+  Picture picture;
+  picture.notices = notices_;
+  for (const std::string& notice : drawn.notices) add_once(picture.notices, notice);
+  add_once(picture.notices, blank_reason(view, drawn.image));
+  picture.image = std::move(drawn.image);
+  picture.scene = view.scene;
+  picture.look_background = look_background_;
+  if (!view.scene.exposure)
+    picture.auto_exposure = auto_exposure(picture.image, view.scene.tone_map);
+  if (view.scene.color_bar) picture.colors = color_scale(view);
+  if (view.scene.background) add_background(picture.image, *view.scene.background);
+  picture.layers = wanted.layers;
+  picture.renderer = drawn.stats.renderer;
+  picture.plan = std::move(drawn.plan);
+  if (picture.plan) picture.plan->march.reset();
+  return picture;
+}
+
+Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
+                      const StageCall& progress) {
+  const std::lock_guard lock(mutex_);
+  const bool in_time = wanted.time_budget_ms.has_value();
+  const Scene given = scene_of(words, *file_, given_);
+  check(given, wanted);
+  const bool prepared = session_ && std::ranges::all_of(parameters(), [&](const Parameter& p) {
+                          return !belongs_to_medium(p) || same(given, prepared_, p);
+                        });
+  // pixels are checked in the session's own scene
+  if (!prepared || (wanted.check_error > 0 && moved(given, in_time))) prepare(given, in_time);
+  Wish wish;
+  wish.scene = moved(given, in_time);
+  wish.layers = layers_of(wanted.layers);
+  wish.time_budget_ms = wanted.time_budget_ms;
+  wish.progress = progress;
+  try {
+    const Released used{marcher_.get(given)};
+    Drawn drawn = session_->draw(used.marcher, wish);
+    large_ = drawn.atlas.bytes() > large_atlas;
+    std::optional<CheckedError> checked;
+    if (wanted.check_error > 0)
+      checked = session_->check_error(drawn.image, wanted.check_error, [&](double fraction) {
+        if (progress) progress(Stage::checking, fraction);
+      });
+    Picture picture = finish(std::move(drawn), wish, wanted);
+    if (gives_background_ || words.give("background")) picture.look_background.reset();
+    picture.checked = checked;
+    return picture;
+  } catch (const Error& error) {
+    if (error.code() == ExitCode::graphics) marcher_.end(/*large=*/true);
+    throw;
+  }
+}
+
+void Drawing::close() {
+  const std::lock_guard lock(mutex_);
+  marcher_.end(large_);
+}
+
+View study_view(const VdbFile& file, const SceneWords& words) {
+  return make_view(scene_of(words, file), file);
+}
+
+}  // namespace psivox::python

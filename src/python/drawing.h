@@ -1,0 +1,95 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "marchers.h"
+#include "psivox/draw.h"
+#include "psivox/parameters.h"
+#include "psivox/picture_file.h"
+#include "psivox/vdb.h"
+
+namespace psivox::python {
+
+using StageCall = std::function<void(Stage stage, double fraction)>;
+
+/// A scene as a call gives it: keywords over a camera's file over another scene.
+struct SceneWords {
+  std::string base;       ///< JSON; empty: the defaults
+  std::string base_file;  ///< .json, or a picture that psivox wrote; empty: none
+  std::string camera;     ///< FILE[:NAME]; empty: none
+  std::vector<std::pair<std::string, std::string>> settings;  ///< in the command line's syntax
+
+  bool give(const std::string& name) const;
+};
+
+/// The scene for a file. Throws Error(usage), Error(input).
+Scene scene_of(const SceneWords& words, const VdbFile& file, Scene scene = {});
+
+/// What one picture is to have beside its scene.
+struct PictureWords {
+  std::vector<std::string> layers;
+  std::optional<double> time_budget_ms;
+  int check_error = 0;  ///< pixels to compare with the reference
+};
+
+/// A picture and what drew it.
+struct Picture {
+  Image image;                                ///< composited with a background that the caller gave
+  Scene scene;                                ///< complete, but for the next two
+  std::optional<glm::dvec3> look_background;  ///< of files that show one
+  std::optional<double> auto_exposure;        ///< where the scene leaves it to the picture
+  std::optional<ColorScale> colors;           ///< of a colour bar
+  std::vector<std::string> layers, notices;
+  std::string renderer;
+  std::optional<MarchPlan> plan;
+  std::optional<CheckedError> checked;
+};
+
+/// Writes as the command line does; returns notices.
+std::vector<std::string> write(const Picture& picture, const std::string& path,
+                               const WriteOptions& format);
+
+/// A volume in a look that is chosen once, and what its pictures share. Any thread may draw.
+class Drawing {
+ public:
+  Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words);
+  ~Drawing() { close(); }
+  Drawing(const Drawing&) = delete;
+  Drawing& operator=(const Drawing&) = delete;
+
+  /// The scene with these words over the drawing's own. Where the medium depends on them it is made
+  /// anew, else atlas, light and context are those of the picture before.
+  Picture draw(const SceneWords& words, const PictureWords& wanted, const StageCall& progress);
+
+  /// Lets others draw with its context, until the next picture.
+  void close();
+
+ private:
+  void prepare(const Scene& given, bool in_time);
+  /// The session's scene, with what another picture may change taken from `given`.
+  std::optional<Scene> moved(const Scene& given, bool in_time) const;
+  Picture finish(Drawn drawn, const Wish& wish, const PictureWords& wanted);
+
+  std::mutex mutex_;
+  std::shared_ptr<const VdbFile> file_;
+  Scene given_;              ///< of the constructor
+  bool gives_background_;    ///< so that a look's is not wanted
+  Scene prepared_, looked_;  ///< of the session: as it was given, and in its look
+  bool in_time_ = false;     ///< prepared for a time budget, so without a tolerance
+  std::optional<glm::dvec3> look_background_;
+  std::optional<Session> session_;
+  std::vector<std::string> notices_;
+  Lease marcher_;
+  bool large_ = false;  ///< the marcher holds a large atlas
+};
+
+/// The view of a study, whose look is plain.
+View study_view(const VdbFile& file, const SceneWords& words);
+
+}  // namespace psivox::python

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <chrono>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "marchers.h"
+#include "psivox/error.h"
+
+namespace psivox::python {
+
+namespace py = pybind11;
+
+/// Carries a Python exception through the library, which must not take it for an error of its own.
+struct Stop {
+  py::error_already_set exception;
+};
+
+/// Lets Python handle signals, and so Ctrl-C, at most every 50 ms. Call it without the GIL.
+class SignalCheck {
+ public:
+  void operator()() {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < std::chrono::milliseconds(50)) return;
+    last_ = now;
+    const py::gil_scoped_acquire python;
+    if (PyErr_CheckSignals() != 0) throw Stop{py::error_already_set()};
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_{};
+};
+
+/// Runs work of the library without the GIL. What it throws becomes an Error or Python's exception.
+template <typename Work>
+auto run(Work&& work) {
+  try {
+    const py::gil_scoped_release others;
+    check_process();
+    return work();
+  } catch (Stop& stop) {
+    throw py::error_already_set(std::move(stop.exception));
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw Error(ExitCode::memory, "out of memory; try a smaller --resolution, or --texel float16");
+  } catch (const py::builtin_exception&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Error(ExitCode::failure, error.what());
+  }
+}
+
+/// A message of the command line's with the names that keywords have: `--early-termination` becomes
+/// `early_termination`.
+std::string with_keywords(const std::string& message);
+
+}  // namespace psivox::python

@@ -1,0 +1,319 @@
+"""Pictures: drawing, measuring and comparing them."""
+
+import csv
+import json
+import os
+import tempfile
+import typing
+import warnings
+
+import numpy as np
+
+from . import _core
+from .grids import Source, usage
+from .scene import documented, words_of
+
+__all__ = ["Comparison", "Image", "Session", "compare", "devices", "reference", "render", "study",
+           "verify"]
+
+# keywords of a call that are not the scene's
+_call_names = ("aov", "camera", "check_error", "progress", "scene", "time_budget")
+
+
+class Image:
+    """A picture in linear radiance, premultiplied, as an .exr holds it.
+
+    `numpy.asarray(image)` is a float32 array of shape (height, width, 4): R, G, B and A, from the
+    top left pixel. `image["transmittance"]`, or another layer of `aov`, has shape (height, width),
+    and so has `image["A"]`. The arrays are not copied and cannot be written to.
+    """
+
+    def __init__(self, picture):
+        self._picture = picture
+        self._pixels = np.asarray(picture)
+
+    def __array__(self, dtype=None, copy=None):
+        return self._pixels if dtype is None else self._pixels.astype(dtype)
+
+    def __buffer__(self, flags):
+        return self._pixels.__buffer__(flags)
+
+    def __getitem__(self, name):
+        if name in ("R", "G", "B", "A"):
+            return self._pixels[:, :, "RGBA".index(name)]
+        if name and name in self._picture.layers:
+            return self._picture.layer(self._picture.layers.index(name))
+        if name in _core.layer_names:
+            usage(f"the picture has no layer '{name}': draw it with aov=['{name}']")
+        usage(f"no layer '{name}'"
+              f"{_core.hint(str(name), ['R', 'G', 'B', 'A', *_core.layer_names])}")
+
+    @property
+    def shape(self):
+        """(height, width, 4) [pixels, channels]."""
+        return self._pixels.shape
+
+    @property
+    def layers(self):
+        """Names of the layers beside the picture."""
+        return [name for name in self._picture.layers if name]
+
+    @property
+    def scene(self):
+        """The complete scene as a dict, which `render(source, scene=...)` draws again."""
+        return json.loads(self._picture.scene)
+
+    @property
+    def notices(self):
+        """What was not as expected: one line each."""
+        return [str(text) for text in self._picture.notices]
+
+    @property
+    def renderer(self):
+        """What drew it: the OpenGL renderer, or the name of an integrator."""
+        return self._picture.renderer
+
+    @property
+    def estimate(self):
+        """The estimated error where a tolerance chose the method, else None: a dict of method, rms
+        and max [radiance, opacity], and reached, whether the tolerance was kept."""
+        return self._picture.estimate
+
+    @property
+    def checked(self):
+        """The error that `check_error` measured, else None: a dict of pixels, rms, max, max_x and
+        max_y."""
+        return self._picture.checked
+
+    def write(self, path, half=False, bits=None):
+        """Writes .exr or .tif (linear), .png, .jpg or .webp (sRGB), .hdr: the file that
+        `psivox render -o` writes. half: an .exr of 16-bit floats; bits: 8 or 16, of .png or .tif.
+        """
+        for notice in self._picture.write(os.fspath(path), half, bits):
+            warnings.warn(notice, stacklevel=2)
+
+    def _repr_png_(self):
+        with tempfile.TemporaryDirectory(prefix="psivox-") as folder:
+            path = os.path.join(folder, "picture.png")
+            self._picture.write(path, False, None)
+            with open(path, "rb") as file:
+                return file.read()
+
+    def __repr__(self):
+        height, width, _ = self.shape
+        return f"<psivox.Image: {width}x{height}, {', '.join(['RGBA', *self.layers])}>"
+
+
+class _Progress:
+    """Calls what `progress` was given: a function of the finished fraction, or tqdm."""
+
+    def __init__(self, progress):
+        self._bar, self._call, self._done = None, None, 0.0
+        if progress is None:
+            return
+        if hasattr(progress, "update"):  # tqdm, or a bar of it
+            if isinstance(progress, type):
+                progress = progress(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}")
+            self._bar = progress
+            self._scale = progress.total or 100
+        elif callable(progress):
+            self._call = progress
+        else:
+            usage(f"progress: expected a function or tqdm, not {type(progress).__name__}")
+
+    @property
+    def report(self):
+        return self._report if self._bar is not None or self._call else None
+
+    def _report(self, stage, fraction):
+        if stage != "marching":
+            return
+        if self._call:
+            self._call(fraction)
+        elif fraction > self._done:
+            self._bar.update(self._scale * (fraction - self._done))
+            self._done = fraction
+
+    def close(self):
+        if self._bar is not None:
+            self._bar.close()
+
+
+def _layers(aov):
+    names = [aov] if isinstance(aov, str) else list(aov)
+    for name in names:
+        if name not in _core.layer_names:
+            usage(f"aov: unknown layer '{name}'{_core.hint(str(name), _core.layer_names)}")
+    return names
+
+
+class Session:
+    """A volume whose pictures share its grids, its light, its atlas and an OpenGL context.
+
+        with psivox.Session("smoke.vdb", look="smoke") as session:
+            for angle in range(0, 360, 10):
+                session.render(azimuth=angle).write(f"turn.{angle:03}.png")
+
+    The look is chosen once. `render` takes every keyword of a scene; those of camera, picture and
+    accuracy need no new atlas. Several threads may draw with a session, one at a time; two sessions
+    draw at the same time.
+    """
+
+    def __init__(self, source, *, scene=None, camera=None, **keywords):
+        """Opens a source; see psivox.render for it and for the keywords."""
+        opened = Source(source)
+        if opened.grid is not None and "grid" not in keywords:
+            keywords["grid"] = opened.grid
+        words = words_of(keywords, _call_names, scene, camera)
+        words.settings = [("input", opened.path), *words.settings]
+        self._drawing = _core.Drawing(opened.file, words)
+
+    def render(self, *, aov=(), time_budget=None, check_error=0, progress=None, camera=None,
+               **scene):
+        """Draws the session's scene with these keywords in place of its own; see psivox.render."""
+        bar = _Progress(progress)
+        try:
+            picture = self._drawing.draw(words_of(scene, _call_names, None, camera), _layers(aov),
+                                         time_budget, check_error, bar.report)
+        finally:
+            bar.close()
+        image = Image(picture)
+        for notice in image.notices:
+            warnings.warn(notice, stacklevel=3)
+        return image
+
+    def close(self):
+        """Lets other sessions use the OpenGL context. Drawing again takes another."""
+        self._drawing.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.close()
+
+
+def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, scene=None,
+           camera=None, **keywords):
+    """Draws a picture, the one that `psivox render` draws with the same options.
+
+    source: a .vdb's path, a grid of `psivox.open`, an array by [x, y, z] (see `psivox.field`), or a
+        dict of these by the names of grids.
+    aov: extra layers: depth, transmittance, steps, samples, error.
+    time_budget: chooses the most accurate method for this time [ms], in place of a tolerance.
+    check_error: compares so many pixels with the reference; see Image.checked.
+    progress: a function of the finished fraction, or tqdm.
+    scene: a scene that the keywords override: a dict such as Image.scene, a .json, or a picture
+        that psivox wrote.
+    camera: FILE[:NAME], a camera of a .gltf, .glb or ParaView's .pvcc.
+    A keyword that is None counts as not given; "auto" and "none" are values.
+
+    Returns an Image. Ctrl-C ends the work. Raises psivox.Error.
+    """
+    with Session(source, scene=scene, camera=camera, **keywords) as session:
+        return session.render(aov=aov, time_budget=time_budget, check_error=check_error,
+                              progress=progress)
+
+
+def reference(source, **keywords):
+    """Draws with the reference: another algorithm, in double precision on the CPU. Takes the
+    keywords of `psivox.render`."""
+    return render(source, renderer="reference", **keywords)
+
+
+class Comparison(typing.NamedTuple):
+    """The difference a - b of two pictures over R, G, B and A, in linear radiance."""
+    rms: float  #: over all finite pixels and the four channels
+    max: float  #: largest absolute difference
+    max_x: int  #: its pixel, from the top left
+    max_y: int
+    max_channel: str  #: "R", "G", "B", "A", or "" where the pictures are equal
+    channel_rms: typing.List[float]
+    channel_mean: typing.List[float]  #: signed
+    not_finite: int  #: pixels with NaN or Inf in either, which are left out
+
+
+def _picture(source):
+    if isinstance(source, (str, os.PathLike)):
+        return os.fspath(source)
+    pixels = np.asarray(source)
+    if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or pixels.dtype.kind not in "biuf":
+        usage(f"a picture of shape {pixels.shape}: expected (height, width, 3 or 4)")
+    return np.ascontiguousarray(pixels, dtype=np.float32)
+
+
+def compare(a, b):
+    """Compares two pictures of one size: Images, files, or arrays (height, width, 3 or 4)."""
+    return Comparison(**_core.compare(_picture(a), _picture(b)))
+
+
+def _value(text):
+    for number in (int, float):
+        try:
+            return number(text)
+        except ValueError:
+            pass
+    return text or None
+
+
+def study(source, folder=None, *, repeats=3, split=True, resume=False, progress=None, scene=None,
+          camera=None, **keywords):
+    """Draws one scene by many methods and measures the error and the time of each.
+
+    folder: for the tables, plots and pictures of `psivox study`; by default they are not kept.
+    repeats: timed runs of each method.
+    split: also measures step error and arithmetic error apart, which takes most of the time.
+    resume: goes on with the study in the folder.
+    integrators, samplings, segments, steps, filters, texels, tolerances, resolutions: lists of what
+        to vary; all combinations are drawn.
+    Other keywords are the scene's. The look is plain.
+
+    Returns a list of dicts, one for each method: the rows of results.csv, for pandas.DataFrame.
+    """
+    names = _core.sweep_lists()
+    lists = {name: ",".join(_item(item) for item in _list(keywords.pop(name)))
+             for name in names if name in keywords}
+    for name in _core.swept_parameters():
+        if name.replace("-", "_") in keywords:
+            usage(f"a study varies {name} itself")
+    opened = Source(source)
+    if opened.grid is not None:
+        keywords.setdefault("grid", opened.grid)
+    words = words_of(keywords, (*_call_names, *names), scene, camera)
+    words.settings = [("input", opened.path), *words.settings]
+    bar = _Progress(progress)
+    with tempfile.TemporaryDirectory(prefix="psivox-") as kept:
+        where = os.path.join(kept, "study") if folder is None else os.fspath(folder)
+        try:
+            _core.study(opened.file, words, where, lists, repeats, split, resume, bar.report)
+        finally:
+            bar.close()
+        with open(os.path.join(where, "results.csv"), newline="", encoding="utf-8") as file:
+            return [{key: _value(text) for key, text in row.items()}
+                    for row in csv.DictReader(file)]
+
+
+def _list(value):
+    return [value] if isinstance(value, str) or not hasattr(value, "__iter__") else list(value)
+
+
+def _item(value):
+    return "x".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+def verify(filter="exact", device=-1):
+    """Draws cases whose results are known, to check this machine's OpenGL driver.
+
+    Returns a list of dicts: name, error, bound, reason, passed.
+    """
+    return _core.verify(filter, device)
+
+
+def devices():
+    """The EGL devices: a list of dicts with index, renderer, version, problem and software."""
+    return _core.devices()
+
+
+documented(render)
+documented(Session.render)
+documented(Session.__init__)

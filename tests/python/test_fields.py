@@ -1,0 +1,195 @@
+"""Volumes from arrays and files."""
+
+import gc
+
+import numpy as np
+import pytest
+
+import psivox
+
+SMALL = (48, 32)
+
+
+@pytest.fixture(scope="module")
+def cloud():
+    """Two blobs, 0 around them."""
+    x, y, z = np.meshgrid(*[np.linspace(-1, 1, n) for n in (21, 18, 30)], indexing="ij")
+    values = np.maximum(0, 0.6 - (x + 0.2)**2 - y**2 - z**2) + (np.abs(z - 0.7) < 0.1) * (x > 0.5)
+    return values.astype("f4")
+
+
+def picture(array, **keywords):
+    return np.array(psivox.render(array, resolution=SMALL, **keywords))
+
+
+@pytest.fixture(scope="module")
+def of_cloud(cloud):
+    pixels = picture(cloud)
+    assert pixels[:, :, 3].max() > 0.3
+    return pixels
+
+
+def test_an_array_is_the_grid_that_it_came_from(blobs):
+    """Every bit of the picture, where both have their voxels at the same indices."""
+    grid = psivox.open(blobs)["density"]
+    values = np.asarray(grid)
+    assert values.shape == grid.shape
+    at_index = np.pad(values, [(first, 0) for first in grid.index_min])
+    again = psivox.field(at_index, voxel_size=grid.voxel_size,
+                         origin=grid.world_from_index[:3, 3])
+    assert np.array_equal(np.asarray(again), values) and again.index_min == grid.index_min
+    a = psivox.render({"density": grid}, resolution=(96, 64))
+    b = psivox.render(again, resolution=(96, 64))
+    assert psivox.compare(a, b).max == 0
+
+
+@pytest.mark.parametrize("change", [
+    lambda a: np.asfortranarray(a),
+    lambda a: a.astype(">f4"),
+    lambda a: a.astype("f8"),
+    lambda a: np.repeat(a, 2, axis=1)[:, ::2],
+    lambda a: a[::-1, :, ::-1][::-1, :, ::-1],
+    lambda a: np.ascontiguousarray(a.transpose(2, 0, 1)).transpose(1, 2, 0),
+    lambda a: np.ma.masked_array(a),
+    lambda a: memoryview(a),
+])
+def test_layouts(cloud, of_cloud, change):
+    assert np.array_equal(picture(change(cloud)), of_cloud)
+
+
+@pytest.mark.parametrize("dtype", ["i1", "u1", "i2", ">u2", "i4", "i8", "u8", "f2", "bool"])
+def test_types(cloud, dtype):
+    whole = np.round(cloud * 3)
+    if dtype == "bool":
+        whole = np.minimum(whole, 1)
+    assert np.array_equal(picture(whole.astype(dtype)), picture(whole))
+
+
+def test_a_freed_array(cloud, of_cloud):
+    copy = cloud.copy()
+    grid = psivox.field(copy)
+    copy[:] = 7
+    del copy
+    gc.collect()
+    assert np.array_equal(picture(grid), of_cloud)
+
+
+def test_array_of_a_field(cloud):
+    grid = psivox.field(cloud, voxel_size=(1, 2, 3), origin=(5, 6, 7), name="smoke")
+    first = np.array(grid.index_min)
+    part = tuple(slice(a, a + n) for a, n in zip(first, grid.shape))
+    assert np.array_equal(np.asarray(grid), cloud[part])
+    assert grid.active_voxels == np.count_nonzero(cloud) == np.count_nonzero(cloud[part])
+    assert grid.name == "smoke" and grid.voxel_size == (1, 2, 3)
+    assert grid.origin == tuple(np.array([5, 6, 7]) + first * [1, 2, 3])
+
+
+def test_place(cloud):
+    """voxel_size and origin: a sphere of 0.5 voxels' worth of light moves with its camera."""
+    a = picture(cloud, look="plain", camera_position=(10, 9, 100), camera_target=(10, 9, 15))
+    grid = psivox.field(cloud, voxel_size=2, origin=(-4, 8, 0))
+    b = picture(grid, look="plain", camera_position=(16, 26, 200), camera_target=(16, 26, 30))
+    # lengths are doubled and auto halves the extinction: the same but for rounding
+    assert np.abs(a - b).max() < 1e-5 and a[:, :, 3].max() > 0.3
+
+
+def test_vectors(cloud):
+    vectors = np.stack([cloud, -2 * cloud, 0 * cloud], axis=3)
+    # the length, of which each side rounds another way
+    length = picture(vectors, colormap="viridis", range=(0, 1))
+    assert np.abs(picture(np.sqrt(5) * cloud, colormap="viridis", range=(0, 1)) - length).max() < 1e-5
+    grid = psivox.field(vectors, name="v")
+    assert grid.channels == 3 and grid.shape[3] == 3
+    x = picture(grid, grid="v:x", colormap="viridis", range=(0, 1))
+    assert np.array_equal(x, picture(cloud, colormap="viridis", range=(0, 1)))
+
+
+def test_grids_by_name(cloud, blobs):
+    alone = picture(cloud, look="plain")
+    both = {"density": cloud, "glow": 2 * cloud}
+    assert np.array_equal(picture(both, look="plain"), alone)
+    lit = picture(both, luminance_grid="glow", extinction=0.5)
+    assert np.array_equal(lit, picture({"density": cloud, "other": cloud}, luminance_grid="other",
+                                       luminance_scale=2, extinction=0.5))
+    mixed = {"density": psivox.open(blobs)["density"], "glow": cloud}
+    assert picture(mixed, emission_grid="glow").max() > 0
+
+
+@pytest.mark.parametrize("array", [
+    np.zeros((0, 3, 3)), np.zeros((3, 3)), np.zeros((3, 3, 3, 2)), np.zeros((2, 2, 2, 2, 2)),
+    np.zeros((3, 3, 3), complex), np.zeros((3, 3, 3), "U3"), np.zeros((3, 3, 3), object),
+    np.zeros((3, 3, 3)), np.full((3, 3, 3), np.nan), 5, None, [[1, 2], [3]],
+])
+def test_refused_arrays(array, refused):
+    def draw():
+        image = psivox.render(array, resolution=SMALL, strict=True)
+        return image
+    with pytest.raises(psivox.Error) as raised:
+        draw()
+    assert raised.value.exit_code in (2, 3) and "\n" not in str(raised.value)
+
+
+def test_refused_places(cloud, refused):
+    refused(2, psivox.field, cloud, voxel_size=0)
+    refused(2, psivox.field, cloud, voxel_size=(1, 2))
+    refused(2, psivox.field, cloud, origin="there")
+    refused(2, psivox.field, cloud, origin=(0, np.inf, 0))
+    refused(2, psivox.render, {})
+
+
+def test_infinity_and_negative_values(cloud):
+    bad = cloud.astype("f8")
+    bad[3, 3, 3], bad[4, 4, 4], bad[5, 5, 5] = 1e300, -1, np.inf
+    good = cloud.copy()
+    good[3, 3, 3] = good[5, 5, 5] = cloud.max()
+    good[4, 4, 4] = 0
+    with pytest.warns(UserWarning, match="1 negative value taken as 0; 2 .Inf taken as"):
+        pixels = picture(bad, look="plain")
+    assert np.array_equal(pixels, picture(good, look="plain"))
+
+
+def test_many_voxels_of_one_value_take_no_memory():
+    """Through strides of 0: 2^24 voxels, as tiles."""
+    values = np.broadcast_to(np.float32(1), (256, 256, 256))
+    grid = psivox.field(values)
+    assert grid.active_voxels == 256**3
+    pixels = picture(grid, look="plain", projection="orthographic", extinction=1 / 256)
+    # the value falls to 0 over a voxel before the first and behind the last: depth 255 + 2/2
+    assert pixels[16, 24, 3] == pytest.approx(1 - np.exp(-1), abs=1e-3)
+
+
+def test_files(blobs, refused, tmp_path):
+    file = psivox.open(blobs)
+    assert list(file) == ["density", "temperature", "color"] and len(file) == 3
+    assert "density" in file and file["color"].channels == 3
+    assert np.array_equal(picture(file), picture(blobs))
+    assert np.array_equal(picture(file["temperature"]), picture(blobs, grid="temperature"))
+    assert "did you mean density" in refused(3, lambda: file["densty"])
+    refused(3, psivox.open, tmp_path / "none.vdb")
+    refused(3, psivox.info, tmp_path)
+
+
+def test_info(blobs, command):
+    import json
+    assert psivox.info(blobs) == json.loads(command("info", "--json", blobs))
+
+
+def test_damaged_files(blobs, refused, tmp_path):
+    """Read in a process of its own: a crash there is an error here."""
+    from psivox import _core
+    data = open(blobs, "rb").read()
+    path = tmp_path / "bad.vdb"
+    random = np.random.RandomState(1)
+    for cut in (10, 200, len(data) // 2):
+        path.write_bytes(data[:cut])
+        refused(3, psivox.render, path, resolution=SMALL)
+    for _ in range(5):
+        changed = bytearray(data)
+        for at in random.randint(300, len(data), 40):
+            changed[at] = random.randint(256)
+        path.write_bytes(changed)
+        try:
+            psivox.render(path, resolution=(4, 4))
+        except psivox.Error as error:
+            assert error.exit_code in (3, 6)
+    assert _core.reading_guard() != "nothing"

@@ -1,0 +1,196 @@
+"""Pictures: the command line's, their layers, files and measurements."""
+
+import ast
+import inspect
+import re
+
+import numpy as np
+import pytest
+
+import psivox
+
+SMALL = (48, 32)
+
+
+@pytest.mark.parametrize("keywords, options", [
+    ({}, ""),
+    ({"light": [(0, -1, 0), (1, 0, 0, 0.5, 0.5, 1)], "background": (0.1, 0.2, 0.3),
+      "exposure": "auto", "azimuth": 30, "fov": 20.5, "tolerance": 1e-2},
+     "--azimuth 30 --fov 20.5 --tolerance 1e-2 --light 0,-1,0 --light 1,0,0,0.5,0.5,1 "
+     "--background 0.1,0.2,0.3 --exposure auto"),
+    ({"colormap": "viridis", "opacity": [(0, 0), (1, 0.5)], "range": ("1%", "99%"),
+      "color_bar": True, "aov": ["transmittance", "depth"]},
+     "--colormap viridis --opacity 0:0,1:0.5 --range 1%,99% --color-bar --aov transmittance,depth"),
+    ({"mode": "isosurface", "isovalue": 0.5, "projection": "orthographic", "device": None},
+     "--mode isosurface --isovalue 0.5 --projection orthographic"),
+    ({"background": "none", "time_budget": 1e6}, "--background none --time-budget 1e6"),
+    ({"grid": "temperature", "renderer": "march-double", "step": 1, "clip_plane": "x=0"},
+     "--grid temperature --renderer march-double --step 1 --clip-plane x=0"),
+])
+def test_files_are_the_command_lines(blobs, command, tmp_path, keywords, options):
+    """Every byte: pixels, layers and metadata."""
+    image = psivox.render(blobs, resolution=(160, 120), **keywords)
+    for name in ("a.exr", "a.png"):
+        if name == "a.png":
+            options = re.sub("--aov [^ ]*", "", options)
+        image.write(tmp_path / name)
+        written = (tmp_path / name).read_bytes()
+        command("render", blobs, "-q", "-o", tmp_path / name, "--resolution", "160x120",
+                *options.split())
+        assert written == (tmp_path / name).read_bytes()
+
+
+def test_reference_is_the_command_lines(blobs, command, tmp_path):
+    image = psivox.reference(blobs, resolution=(24, 16), look="plain")
+    command("render", blobs, "-q", "-o", tmp_path / "a.exr", "--resolution", "24x16",
+            "--renderer", "reference", "--look", "plain")
+    assert psivox.compare(image, tmp_path / "a.exr").max == 0
+    march = psivox.render(blobs, resolution=(24, 16), look="plain", tolerance=1e-4)
+    assert psivox.compare(march, image).rms < 1e-4  # what the tolerance promises
+
+
+def test_keywords_are_the_options(command):
+    options = command("render", "--help")
+    for name, row in psivox.parameters().items():
+        assert re.search(rf"--{name.replace('_', '-')}\b", options)
+        assert name in inspect.signature(psivox.render).parameters
+        assert f"    {name}:" in psivox.render.__doc__
+
+
+def test_types_are_complete():
+    with open(psivox.__file__ + "i", encoding="utf-8") as file:
+        tree = ast.parse(file.read())
+    defined = {node.name: node for node in tree.body if hasattr(node, "name")}
+    assert set(psivox.__all__) <= set(defined)
+    assert {row.target.id for row in defined["Scene"].body} == set(psivox.parameters())
+
+
+def test_arrays_of_a_picture(blobs):
+    image = psivox.render(blobs, resolution=SMALL, look="plain", aov="transmittance")
+    pixels = np.asarray(image)
+    assert pixels.shape == image.shape == (32, 48, 4) and pixels.dtype == np.float32
+    assert np.shares_memory(pixels, np.asarray(image)) and not pixels.flags.writeable
+    assert image.layers == ["transmittance"]
+    # A is 1 - transmittance, both rounded to float32
+    assert np.abs(image["A"] + image["transmittance"] - 1).max() <= 2**-23
+    assert np.array_equal(image["G"], pixels[:, :, 1])
+    layer = image["transmittance"]
+    del image, pixels
+    assert layer.shape == (32, 48) and np.isfinite(layer).all()
+
+
+def test_layers_are_refused(blobs, refused):
+    image = psivox.render(blobs, resolution=SMALL)
+    assert "aov=['depth']" in refused(2, lambda: image["depth"])
+    assert "transmittance" in refused(2, lambda: image["transmitance"])
+    assert "did you mean depth" in refused(2, psivox.render, blobs, aov="deepth")
+
+
+def test_png_of_a_notebook(blobs):
+    png = psivox.render(blobs, resolution=SMALL)._repr_png_()
+    assert png.startswith(b"\x89PNG") and len(png) > 500
+
+
+def test_the_scene_draws_the_picture_again(blobs):
+    image = psivox.render(blobs, resolution=SMALL, elevation=20)
+    again = psivox.render(blobs, scene=image.scene)
+    assert image.scene["resolution"] == list(SMALL)
+    assert psivox.compare(image, again).max == 0
+
+
+def test_a_transparent_picture_stays_so_beside_an_opaque_file(blobs, tmp_path):
+    image = psivox.render(blobs, resolution=SMALL, look="surface")
+    before = np.array(image)
+    image.write(tmp_path / "a.png")
+    assert np.array_equal(before, np.asarray(image))
+
+
+def test_errors_are_estimated_and_checked(blobs):
+    image = psivox.render(blobs, resolution=SMALL, tolerance=1e-3, check_error=50)
+    assert image.estimate["reached"] and image.estimate["rms"] <= 1e-3
+    assert image.checked["pixels"] > 0 and image.checked["rms"] < 2e-3
+
+
+def test_compare():
+    a = np.zeros((4, 5, 4), "f4")
+    b = a.copy()
+    b[1, 2, 0] = 0.5
+    found = psivox.compare(a, b)
+    assert found.rms == pytest.approx(0.5 / np.sqrt(80)) and found.max == 0.5
+    assert (found.max_x, found.max_y, found.max_channel) == (2, 1, "R")
+
+
+def test_compare_refuses(refused, tmp_path):
+    refused(3, psivox.compare, np.zeros((4, 5, 4)), np.zeros((5, 4, 4)))
+    refused(2, psivox.compare, np.zeros((4, 5)), np.zeros((4, 5)))
+    refused(3, psivox.compare, tmp_path / "none.exr", np.zeros((4, 5, 4)))
+
+
+def test_study(blobs):
+    rows = psivox.study(blobs, resolution=(16, 16), integrators=["psi-weighted", "porter-duff"],
+                        samplings="cells", segments=[1, 2], repeats=1, split=False)
+    assert len(rows) == 4
+    assert {row["integrator"] for row in rows} == {"psi-weighted", "porter-duff"}
+    assert all(0 < row["rms"] < 1 for row in rows)
+
+
+def test_devices():
+    for device in psivox.devices():
+        assert {"index", "renderer", "problem", "software"} <= set(device)
+
+
+def test_progress(blobs):
+    seen = []
+    psivox.render(blobs, resolution=SMALL, progress=seen.append)
+    assert seen and seen == sorted(seen) and seen[-1] == 1
+
+    class Bar:  # as tqdm's
+        total, n, closed = 50, 0, False
+
+        def update(self, by):
+            self.n += by
+
+        def close(self):
+            self.closed = True
+    bar = Bar()
+    psivox.render(blobs, resolution=SMALL, progress=bar)
+    assert bar.n == pytest.approx(50) and bar.closed
+
+
+def test_an_exception_in_progress_ends_the_picture(blobs):
+    def stop(fraction):
+        raise KeyError("enough")
+    with psivox.Session(blobs) as session:
+        with pytest.raises(KeyError):
+            session.render(resolution=SMALL, progress=stop)
+        assert session.render(resolution=SMALL).shape == (32, 48, 4)
+
+
+def test_wrong_keywords(blobs, refused):
+    assert "did you mean extinction" in refused(2, psivox.render, blobs, extintion=3)
+    assert "extinction does that" in refused(2, psivox.render, blobs, absorb=3)
+    assert "aov does that" in refused(2, psivox.render, blobs, passes=3)
+    assert refused(2, psivox.render, blobs, early_termination=2).startswith("early_termination ")
+    assert "isosurface" in refused(2, psivox.render, blobs, mode="isosurfaces")
+    refused(2, psivox.render, blobs, step=1, tolerance=1e-3)
+    refused(2, psivox.render, blobs, fov=object())
+    refused(2, psivox.render, blobs, progress=3)
+    refused(2, psivox.render, blobs, camera_position=(1, float("nan"), 0))
+
+
+def test_other_errors(blobs, refused, tmp_path):
+    image = psivox.render(blobs, resolution=SMALL)
+    refused(5, image.write, tmp_path / "none" / "a.exr")
+    assert ".exr" in refused(2, image.write, tmp_path / "a.xyz")
+    refused(6, psivox.render, blobs, resolution=(65536, 65536))
+    refused(4, psivox.render, blobs, device=900)
+    refused(3, psivox.render, blobs, camera=tmp_path / "none.gltf")
+    refused(3, psivox.render, blobs, scene=tmp_path / "none.json")
+
+
+def test_notices_are_warnings():
+    values = np.full((8, 8, 8), 0.5, "f4")
+    values[2, 2, 2] = np.nan
+    with pytest.warns(UserWarning, match="1 NaN value taken as 0"):
+        image = psivox.render(values, resolution=SMALL)
+    assert any("NaN" in notice for notice in image.notices)
