@@ -299,7 +299,7 @@ void define_pictures(py::module_& m) {
       .def_readwrite("base_file", &SceneWords::base_file)
       .def_readwrite("camera", &SceneWords::camera)
       .def_readwrite("settings", &SceneWords::settings);
-  py::class_<Picture>(m, "Picture", py::buffer_protocol())
+  py::class_<Picture>(m, "Image", py::buffer_protocol())
       .def_buffer([](Picture& picture) {
         const Image& image = picture.image;
         const py::ssize_t width = image.width;
@@ -310,21 +310,21 @@ void define_pictures(py::module_& m) {
       })
       .def_property_readonly("width", [](const Picture& p) { return p.image.width; })
       .def_property_readonly("height", [](const Picture& p) { return p.image.height; })
-      .def_property_readonly("layers",
+      .def_property_readonly("_layers",
                              [](const Picture& p) {
                                std::vector<std::string> names;
                                for (const Layer& layer : p.image.layers)
                                  names.push_back(layer.name);
                                return names;
                              })
-      .def("layer", &layer_array)
+      .def("_layer", &layer_array)
       .def_property_readonly("notices",
                              [](const Picture& p) { return all_with_keywords(p.notices); })
       .def_readonly("renderer", &Picture::renderer)
-      .def_property_readonly("scene", [](const Picture& p) { return to_json(p.scene); })
+      .def_property_readonly("_scene", [](const Picture& p) { return to_json(p.scene); })
       .def_property_readonly("estimate", &plan_dict)
       .def_property_readonly("checked", &checked_dict)
-      .def("write",
+      .def("_write",
            [](const Picture& picture, const std::string& path, bool half, std::optional<int> bits) {
              return all_with_keywords(
                  run([&] { return write(picture, path, {.half = half, .bits = bits}); }));

@@ -70,6 +70,7 @@ def test_arrays_of_a_picture(blobs):
     pixels = np.asarray(image)
     assert pixels.shape == image.shape == (32, 48, 4) and pixels.dtype == np.float32
     assert np.shares_memory(pixels, np.asarray(image)) and not pixels.flags.writeable
+    assert np.array_equal(np.frombuffer(memoryview(image), "f4"), pixels.ravel())
     assert image.layers == ["transmittance"]
     # A is 1 - transmittance, both rounded to float32
     assert np.abs(image["A"] + image["transmittance"] - 1).max() <= 2**-23

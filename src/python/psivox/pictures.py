@@ -20,29 +20,36 @@ __all__ = ["Comparison", "Image", "Session", "compare", "devices", "reference", 
 _call_names = ("aov", "camera", "check_error", "progress", "scene", "time_budget")
 
 
+def _extends(compiled):
+    """Adds a class's members to a compiled class, which has the buffer protocol."""
+    def add(body):
+        for name, member in vars(body).items():
+            if name not in ("__dict__", "__weakref__"):
+                setattr(compiled, name, member)
+        return compiled
+    return add
+
+
+@_extends(_core.Image)
 class Image:
     """A picture in linear radiance, premultiplied, as an .exr holds it.
 
     `numpy.asarray(image)` is a float32 array of shape (height, width, 4): R, G, B and A, from the
     top left pixel. `image["transmittance"]`, or another layer of `aov`, has shape (height, width),
     and so has `image["A"]`. The arrays are not copied and cannot be written to.
+
+    `width` and `height` [pixels]. `renderer`: the OpenGL renderer, or the name of an integrator.
+    `notices`: what was not as expected, one line each. `estimate`: the estimated error where a
+    tolerance chose the method, a dict of method, rms and max [radiance, opacity] and reached,
+    whether the tolerance was kept; else None. `checked`: the error that `check_error` measured, a
+    dict of pixels, rms, max, max_x and max_y; else None.
     """
-
-    def __init__(self, picture):
-        self._picture = picture
-        self._pixels = np.asarray(picture)
-
-    def __array__(self, dtype=None, copy=None):
-        return self._pixels if dtype is None else self._pixels.astype(dtype)
-
-    def __buffer__(self, flags):
-        return self._pixels.__buffer__(flags)
 
     def __getitem__(self, name):
         if name in ("R", "G", "B", "A"):
-            return self._pixels[:, :, "RGBA".index(name)]
-        if name and name in self._picture.layers:
-            return self._picture.layer(self._picture.layers.index(name))
+            return np.asarray(self)[:, :, "RGBA".index(name)]
+        if name and name in self._layers:
+            return self._layer(self._layers.index(name))
         if name in _core.layer_names:
             usage(f"the picture has no layer '{name}': draw it with aov=['{name}']")
         usage(f"no layer '{name}'"
@@ -51,57 +58,35 @@ class Image:
     @property
     def shape(self):
         """(height, width, 4) [pixels, channels]."""
-        return self._pixels.shape
+        return (self.height, self.width, 4)
 
     @property
     def layers(self):
         """Names of the layers beside the picture."""
-        return [name for name in self._picture.layers if name]
+        return [name for name in self._layers if name]
 
     @property
     def scene(self):
         """The complete scene as a dict, which `render(source, scene=...)` draws again."""
-        return json.loads(self._picture.scene)
-
-    @property
-    def notices(self):
-        """What was not as expected: one line each."""
-        return [str(text) for text in self._picture.notices]
-
-    @property
-    def renderer(self):
-        """What drew it: the OpenGL renderer, or the name of an integrator."""
-        return self._picture.renderer
-
-    @property
-    def estimate(self):
-        """The estimated error where a tolerance chose the method, else None: a dict of method, rms
-        and max [radiance, opacity], and reached, whether the tolerance was kept."""
-        return self._picture.estimate
-
-    @property
-    def checked(self):
-        """The error that `check_error` measured, else None: a dict of pixels, rms, max, max_x and
-        max_y."""
-        return self._picture.checked
+        return json.loads(self._scene)
 
     def write(self, path, half=False, bits=None):
         """Writes .exr or .tif (linear), .png, .jpg or .webp (sRGB), .hdr: the file that
         `psivox render -o` writes. half: an .exr of 16-bit floats; bits: 8 or 16, of .png or .tif.
         """
-        for notice in self._picture.write(os.fspath(path), half, bits):
+        for notice in self._write(os.fspath(path), half, bits):
             warnings.warn(notice, stacklevel=2)
 
     def _repr_png_(self):
         with tempfile.TemporaryDirectory(prefix="psivox-") as folder:
             path = os.path.join(folder, "picture.png")
-            self._picture.write(path, False, None)
+            self._write(path, False, None)
             with open(path, "rb") as file:
                 return file.read()
 
     def __repr__(self):
-        height, width, _ = self.shape
-        return f"<psivox.Image: {width}x{height}, {', '.join(['RGBA', *self.layers])}>"
+        layers = ", ".join(["RGBA", *self.layers])
+        return f"<psivox.Image: {self.width}x{self.height}, {layers}>"
 
 
 class _Progress:
@@ -173,11 +158,10 @@ class Session:
         """Draws the session's scene with these keywords in place of its own; see psivox.render."""
         bar = _Progress(progress)
         try:
-            picture = self._drawing.draw(words_of(scene, _call_names, None, camera), _layers(aov),
-                                         time_budget, check_error, bar.report)
+            image = self._drawing.draw(words_of(scene, _call_names, None, camera), _layers(aov),
+                                       time_budget, check_error, bar.report)
         finally:
             bar.close()
-        image = Image(picture)
         for notice in image.notices:
             warnings.warn(notice, stacklevel=3)
         return image
