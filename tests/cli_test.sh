@@ -61,6 +61,11 @@ code=$?
   { echo "FAILED: limited size: exit $code: $limited"; failed=$((failed + 1)); }
 # A look that takes percentiles draws a grid of one value, too.
 t 0 - render "$assets/slab.vdb" -o b.exr --resolution 32x32 -q --look scan
+t 0 "isovalue 0.50390625, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32
+t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
+t 3 "it has 'temperature' 'color' 'density'" render "$S" -o a.exr --grid temp
+points=$assets/../../shared/data/edge/points.vdb
+[ ! -e "$points" ] || t 0 "nothing here can be rendered" info "$points"
 # A look's background is for those who give none.
 t 0 - render "$S" -o a.png --resolution 32x32 -q --look smoke
 t 0 - render "$S" -o b.png --resolution 32x32 -q --look smoke --background none

@@ -41,6 +41,7 @@ TEST(Text, NearNamesComeFirstAndTheRestKeepTheirOrder) {
   const Items names = {"heat", "flame", "density", "v"};
   EXPECT_EQ(nearest_first("desnity", names), (Items{"density", "heat", "flame", "v"}));
   EXPECT_EQ(nearest_first("density", Items{}), Items{});
+  EXPECT_EQ(nearest_first("fla", names).front(), "flame");  // `v` is nearer by letters alone
 }
 
 TEST(Text, NumbersReadBackAsTheSameBits) {

@@ -21,7 +21,8 @@ std::string joined(std::span<const std::string> items, std::string_view between 
 /// neighbours swapped); empty if none is near. It ignores case, and `_` is `-`.
 std::string nearest_name(std::string_view name, std::span<const std::string> candidates);
 
-/// The candidates by rising edit distance, otherwise in their order.
+/// The candidates by rising edit distance, those first that are a part of the name or have it as
+/// one; otherwise in their order.
 std::vector<std::string> nearest_first(std::string_view name,
                                        std::span<const std::string> candidates);
 

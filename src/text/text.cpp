@@ -89,8 +89,14 @@ std::string nearest_name(std::string_view name, std::span<const std::string> can
 std::vector<std::string> nearest_first(std::string_view name,
                                        std::span<const std::string> candidates) {
   std::vector<std::pair<std::size_t, std::string>> ranked;
-  for (const std::string& candidate : candidates)
-    ranked.emplace_back(edit_distance(folded(name), folded(candidate)), candidate);
+  const std::string wanted = folded(name);
+  for (const std::string& candidate : candidates) {
+    const std::string known = folded(candidate);
+    const bool part =
+        !known.empty() && !wanted.empty() &&
+        (known.find(wanted) != std::string::npos || wanted.find(known) != std::string::npos);
+    ranked.emplace_back(part ? 0 : edit_distance(wanted, known), candidate);
+  }
   std::ranges::stable_sort(ranked, {}, [](const auto& entry) { return entry.first; });
   std::vector<std::string> names;
   names.reserve(ranked.size());

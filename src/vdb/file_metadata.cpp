@@ -1,9 +1,14 @@
 #include "file_metadata.h"
 
+#include <openvdb/io/DelayedLoadMetadata.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstdint>
+#include <memory>
+#include <sstream>
+#include <string>
 #include <utility>
 
 namespace psivox::vdb {
@@ -35,6 +40,15 @@ void skip_block(std::istream& stream) {
   stream.seekg(length, std::ios_base::cur);
 }
 
+std::string read_block(std::istream& stream) {
+  const auto begin = stream.tellg();
+  skip_block(stream);  // throws before memory is allocated
+  std::string bytes(static_cast<std::size_t>(stream.tellg() - begin) - sizeof(std::uint32_t), '\0');
+  stream.seekg(begin + std::streamoff(sizeof(std::uint32_t)));
+  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return bytes;
+}
+
 }  // namespace
 
 void check_strings(std::istream& stream, int count) {
@@ -44,13 +58,26 @@ void check_strings(std::istream& stream, int count) {
 }
 
 void read_metadata(openvdb::MetaMap& metadata, std::istream& stream) {
-  const auto begin = stream.tellg();
   std::uint32_t count = 0;
   stream.read(reinterpret_cast<char*>(&count), sizeof count);
-  for (; count > 0; --count)
-    for (int block = 0; block < 3; ++block) skip_block(stream);  // name, type, value
-  stream.seekg(begin);
-  metadata.readMeta(stream);
+  for (; count > 0; --count) {
+    const std::string name = read_block(stream), type = read_block(stream);
+    const std::string value = read_block(stream);
+    // of delayed loading, which is not done here; its own lengths can claim any memory
+    if (type == openvdb::io::DelayedLoadMetadata::staticTypeName()) continue;
+    openvdb::Metadata::Ptr made;
+    if (openvdb::Metadata::isRegisteredType(type))
+      made = openvdb::Metadata::createMetadata(type);
+    else
+      made = std::make_shared<openvdb::UnknownMetadata>(type);
+    // types of one size read that size, whatever the file's length says
+    const auto length = static_cast<std::uint32_t>(value.size());
+    std::istringstream own(std::string(reinterpret_cast<const char*>(&length), sizeof length) +
+                           value);
+    made->read(own);
+    if (!own) OPENVDB_THROW(openvdb::IoError, "the metadata '" + name + "' are cut off");
+    metadata.insertMeta(name, *made);
+  }
 }
 
 MetadataText text_of(const openvdb::MetaMap& metadata) {

@@ -12,8 +12,8 @@ namespace psivox::vdb {
 /// Metadata as text, by name.
 using MetadataText = std::map<std::string, std::string>;
 
-/// Reads metadata. OpenVDB allocates what lengths in the file claim, so they are compared with the
-/// rest of the file first: the stream throws at its end.
+/// Reads metadata, each from its own bytes. OpenVDB would allocate what lengths in the file claim
+/// and go on where a value ends by its type; here the stream throws if a length is beyond its end.
 void read_metadata(openvdb::MetaMap& metadata, std::istream& stream);
 
 /// Throws if strings that OpenVDB is to read next are longer than the rest of the file. The stream
