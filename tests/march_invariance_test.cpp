@@ -28,11 +28,11 @@ void expect_same(const std::string& what, const Image& a, const Image& b, double
   EXPECT_LE(difference(what, a, b).max, tolerance) << what;
 }
 
-const std::optional<double> samplings[] = {{}, 0.9};
+const std::optional<double> both_samplings[] = {{}, 0.9};
 std::string name_of(const std::optional<double>& step) { return step ? "uniform" : "cells"; }
 
 TEST_F(MarchInvariance, ShiftedAgainstTheBricks) {
-  for (const auto& step : samplings) {
+  for (const auto& step : both_samplings) {
     const Image expected = gl_picture(view_of(slanted(step), blobs(), Glow::density));
     for (int i = 1; i <= 7; ++i) {
       const glm::ivec3 shift(i, -i, 2 * i + 1);
@@ -51,7 +51,7 @@ TEST_F(MarchInvariance, QuarterTurns) {
   const auto turned = [](glm::ivec3 v) { return blobs_at(glm::dvec3(v.y, -v.x, v.z)); };
   const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(90.0), glm::dvec3(0, 0, 1));
   const auto along = [&](const glm::dvec3& p) { return glm::dvec3(turn * glm::dvec4(p, 1)); };
-  for (const auto& step : samplings) {
+  for (const auto& step : both_samplings) {
     const Scene scene = slanted(step);
     const Image expected = gl_picture(view_of(scene, blobs(), Glow::density));
     expect_same(
@@ -94,7 +94,7 @@ TEST_F(MarchInvariance, EmptyBricksAreNextToNothing) {
 TEST_F(MarchInvariance, TilesAreTheirVoxels) {
   const Field voxels = noise_beside_constant(), tiles = with_tiles(voxels);
   ASSERT_FALSE(tiles.tiles.empty());
-  for (const auto& step : samplings)
+  for (const auto& step : both_samplings)
     expect_same(name_of(step), gl_picture(view_of(slanted(step), voxels, Glow::density)),
                 gl_picture(view_of(slanted(step), tiles, Glow::density)), 0);
 }
@@ -105,7 +105,7 @@ TEST_F(MarchInvariance, CloudOfTilesIsItsVoxels) {
   for (const auto& path : {tiles, voxels})
     if (!std::filesystem::exists(path)) GTEST_SKIP() << "no file " << path << " (PSIVOX_DATA)";
   for (const char* luminance : {"", "density"})
-    for (const auto& step : samplings) {
+    for (const auto& step : both_samplings) {
       Scene scene;
       scene.resolution = {128, 128};
       scene.extinction = 0.03;
@@ -118,7 +118,7 @@ TEST_F(MarchInvariance, CloudOfTilesIsItsVoxels) {
 }
 
 TEST_F(MarchInvariance, FarOriginsAndScales) {
-  for (const auto& step : samplings) {
+  for (const auto& step : both_samplings) {
     const Image expected = gl_picture(view_of(slanted(step), blobs(), Glow::density));
     struct Case {
       glm::dvec3 origin;

@@ -9,10 +9,10 @@
 namespace psivox {
 namespace {
 
-const glm::dvec3 outside(60, 70, 90), middle(12, 11, 12);
+const glm::dvec3 modes_eye(60, 70, 90), modes_middle(12, 11, 12);
 
-Scene perspective() { return looking(small_scene(40), outside, middle); }
-Scene parallel() { return looking(small_scene(40), outside, middle, 60); }
+Scene perspective() { return looking(small_scene(40), modes_eye, modes_middle); }
+Scene parallel() { return looking(small_scene(40), modes_eye, modes_middle, 60); }
 
 /// Vacuum below 1/2, then a ramp.
 std::shared_ptr<const TransferFunction> ramp() {

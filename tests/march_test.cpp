@@ -13,10 +13,10 @@ namespace {
 
 class March : public GpuTest {};
 
-const glm::dvec3 outside(95, 60, 70), middle(11, 12, 11);
+const glm::dvec3 eye_outside(95, 60, 70), blobs_middle(11, 12, 11);
 
 Scene oblique(int side = 64) {
-  Scene scene = looking(small_scene(side), outside, middle);
+  Scene scene = looking(small_scene(side), eye_outside, blobs_middle);
   scene.extinction = 0.12;
   scene.luminance = {1, 0.5, 0.25};
   return scene;
@@ -68,16 +68,16 @@ void expect_arithmetic(const std::string& what, const View& view) {
   EXPECT_LE(c.max, 2e-5) << what;
 }
 
-const char* names[] = {"constant", "density", "scalar", "vector"};
+const char* source_names[] = {"constant", "density", "scalar", "vector"};
 
 class MarchSource : public March, public testing::WithParamInterface<Source> {
  protected:
-  std::string name() const { return names[int(GetParam())]; }
+  std::string name() const { return source_names[int(GetParam())]; }
 };
 INSTANTIATE_TEST_SUITE_P(L, MarchSource,
                          testing::Values(Source::constant, Source::density, Source::scalar,
                                          Source::vector),
-                         [](const auto& i) { return std::string(names[int(i.param)]); });
+                         [](const auto& i) { return std::string(source_names[int(i.param)]); });
 
 TEST_P(MarchSource, GpuIsTheMarchInDouble) {
   for (const IntegratorInfo& rule : integrators)
@@ -130,9 +130,10 @@ TEST_F(March, GpuIsTheMarchInDoubleAtAnySegments) {
 }
 
 TEST_F(March, GpuIsTheMarchInDoubleOrthographic) {
-  Scene scene = looking(oblique(), outside, middle, 70.0);
+  Scene scene = looking(oblique(), eye_outside, blobs_middle, 70.0);
   for (const Source source : {Source::constant, Source::density, Source::vector})
-    expect_arithmetic(std::string("orthographic ") + names[int(source)], scene_of(scene, source));
+    expect_arithmetic(std::string("orthographic ") + source_names[int(source)],
+                      scene_of(scene, source));
 }
 
 // --- against the reference -----------------------------------------------------------------------
@@ -145,8 +146,9 @@ TEST_F(March, CellsAreTheReferenceForConstantLuminance) {
       Scene scene = with(oblique(), rule.id, {});
       if (inside) scene = looking(scene, {12.3, 9.1, 10.7}, {-20, 14, 2});
       const View view = scene_of(scene, Source::constant);
-      const Comparison c = difference(std::string(rule.name) + (inside ? " inside" : " outside"),
-                                      gl_picture(view), render_reference(view).image);
+      const Comparison c =
+          difference(std::string(rule.name) + (inside ? " inside" : " outside"),
+                     gl_picture(view), render_reference(view).image);
       EXPECT_LE(c.max, 1e-6);
     }
   }
@@ -163,10 +165,10 @@ TEST_F(March, CellsConvergeToTheReferenceForLuminanceFromGrids) {
       scene.segments = segments;
       scene.luminance = {1, 1, 1};
       const View view = scene_of(scene, source);
-      const double rms =
-          difference(std::string(names[int(source)]) + " segments " + std::to_string(segments),
-                     double_picture(view), render_reference(view).image)
-              .rms;
+      const double rms = difference(std::string(source_names[int(source)]) + " segments " +
+                                        std::to_string(segments),
+                                    double_picture(view), render_reference(view).image)
+                             .rms;
       if (last > 0) {
         EXPECT_LE(rms, 0.45 * last);
       }
@@ -229,8 +231,8 @@ TEST_F(March, HardwareFilterIsNearTheExactOne) {
       scene.filter = Filter::hardware;
       const Image hardware = gl_picture(scene_of(scene, source));
       const Comparison c = difference(
-          std::string("hardware ") + names[int(source)] + (step > 0 ? " uniform" : " cells"), exact,
-          hardware);
+          std::string("hardware ") + source_names[int(source)] + (step > 0 ? " uniform" : " cells"),
+          exact, hardware);
       // Range over mean along a ray is at most 8 here (values up to 2, means from 0.25 on); L
       // doubles it.
       EXPECT_LE(c.max, 2 * 8 * 3.0 / 512 / 2.718);
