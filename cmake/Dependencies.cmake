@@ -20,6 +20,20 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
 pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
 pkg_check_modules(SECCOMP REQUIRED IMPORTED_TARGET libseccomp)
+# MPI: several processes draw one picture. Optional.
+pkg_check_modules(PSIVOX_MPI_openmpi QUIET IMPORTED_TARGET ompi-c)
+pkg_check_modules(PSIVOX_MPI_mpich QUIET IMPORTED_TARGET mpich)
+set(PSIVOX_MPIS "")
+foreach(mpi openmpi mpich)
+  if(PSIVOX_MPI_${mpi}_FOUND)
+    set(PSIVOX_MPI_${mpi} TRUE)
+    list(APPEND PSIVOX_MPIS ${mpi})
+  endif()
+endforeach()
+if(NOT PSIVOX_MPIS)
+  message(STATUS "psivox without MPI: a picture is drawn by one process "
+    "(Debian: libopenmpi-dev, libmpich-dev)")
+endif()
 
 # Debian's OpenVDB has no package configuration file, and its find module requires too much.
 find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h REQUIRED)

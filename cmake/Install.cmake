@@ -9,6 +9,10 @@ install(TARGETS psivox EXPORT psivoxTargets
   INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 install(TARGETS psivox_oiio
   LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/psivox" COMPONENT psivox)
+foreach(mpi IN LISTS PSIVOX_MPIS)
+  install(TARGETS psivox_${mpi}
+    LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/psivox" COMPONENT ${mpi})
+endforeach()
 install(TARGETS psivox_program RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT psivox)
 install(DIRECTORY include/psivox DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT dev)
 install(EXPORT psivoxTargets NAMESPACE psivox:: DESTINATION "${package_dir}" COMPONENT dev)

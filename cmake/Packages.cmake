@@ -4,6 +4,7 @@ set(CPACK_COMPONENTS_ALL psivox dev)
 if(TARGET psivox_python)
   list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
+list(APPEND CPACK_COMPONENTS_ALL ${PSIVOX_MPIS})
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_PACKAGING_INSTALL_PREFIX "${CMAKE_INSTALL_PREFIX}")
 set(CPACK_STRIP_FILES ON)
@@ -38,6 +39,15 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "psivox (= ${PROJECT_VERSION}-1), python3, python3-numpy")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "The Python module: it draws .vdb files and numpy arrays, and measures the
 error of its pictures.")
+
+foreach(mpi IN LISTS PSIVOX_MPIS)
+  string(TOUPPER ${mpi} MPI)
+  set(name_${mpi} psivox-${mpi})
+  set(CPACK_DEBIAN_${MPI}_PACKAGE_SECTION graphics)
+  set(CPACK_DEBIAN_${MPI}_PACKAGE_DEPENDS "psivox (= ${PROJECT_VERSION}-1)")
+  set(CPACK_DEBIAN_${MPI}_DESCRIPTION
+    "What psivox needs to draw one picture by several processes of this MPI.")
+endforeach()
 
 # each with the licence and the changes, as Debian wants them
 set(doc_dir "${PROJECT_BINARY_DIR}/package_docs")

@@ -27,6 +27,7 @@
 #include "psivox/vdb.h"
 #include "render_call.h"
 #include "render_frames.h"
+#include "render_on_ranks.h"
 #include "render_report.h"
 #include "scene_options.h"
 #include "thumbnail.h"
@@ -91,21 +92,14 @@ void print_check(const RenderCall& call, Session& session, RenderReport& report)
 void render(const RenderCall& call, Session& session, FutureMarcher opened, RenderReport& report) {
   const std::shared_ptr<Marcher> marcher = opened.get();
   report.drawn = draw(call, session, *marcher);
-  if (!call.quiet) print_notices(report.drawn.notices);
   if (call.check_error) print_check(call, session, report);
-  const std::string blank = blank_reason(session.view(), report.drawn.image);
-  if (!blank.empty() && !call.quiet) std::fprintf(stderr, "psivox: %s\n", blank.c_str());
-  constexpr double long_write = 5e7;  // [pixels]; some seconds
-  const Image& image = report.drawn.image;
-  if (!call.quiet && double(image.width) * image.height > long_write)
-    std::fprintf(stderr, "psivox: writing %s\n", in_quotes(call.output).c_str());
-  const auto notices = write_picture(call, call.output, session.view(), report);
-  if (!call.quiet) print_notices(notices);
+  put_out(call, session.view(), report);
 }
 
 }  // namespace
 
 void render_command(Arguments arguments) {
+  if (const auto ranks = open_ranks()) return render_on_ranks(arguments, ranks);
   RenderReport report;
   report.startup_ms = process_ms();
   RenderCall call;
@@ -133,8 +127,8 @@ void render_command(Arguments arguments) {
   if (!call.output.empty())
     opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
   const Stopwatch reading;
-  const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto", shows_background(call),
-                                       /*in_parts=*/true);
+  const LookedScene looked =
+      with_look(scene, VdbFile(scene.input), "auto", shows_background(call), {.allowed = true});
   if (!call.quiet) print_look(looked);
   scene = looked.scene;
   Session session(make_view(scene, looked.fields));

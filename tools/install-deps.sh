@@ -42,10 +42,12 @@ case "${1-}" in
     # them these tests are skipped
     xvfb xauth chromium chromium-driver python3 python3-matplotlib slurm-wlm
     # what programs cost on GPUs (docs/gpu.md): compilers for GPUs that need not be there
-    libvulkan-dev glslang-dev spirv-tools mesa-vulkan-drivers) ;;
+    libvulkan-dev glslang-dev spirv-tools mesa-vulkan-drivers
+    # one picture by several processes, under both MPIs
+    openmpi-bin libopenmpi-dev mpich libmpich-dev) ;;
   -h | --help)
     printf 'Usage: tools/install-deps.sh [--ci]\nInstalls with apt-get: %s\n' "${packages[*]}"
-    printf '%s\n' '--ci adds clang-format, clang-tidy, Xvfb, Chromium, Slurm and shader compilers.'
+    printf '%s\n' '--ci adds clang-format, clang-tidy, Xvfb, Chromium, Slurm, MPI and shader compilers.'
     exit 0
     ;;
   *) fail "unknown argument '$1'; the only one is --ci" ;;

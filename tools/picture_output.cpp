@@ -1,6 +1,10 @@
 #include "picture_output.h"
 
+#include <cstdio>
+
+#include "notices.h"
 #include "psivox/picture_file.h"
+#include "psivox/text.h"
 
 namespace psivox {
 
@@ -25,6 +29,19 @@ std::vector<std::string> write_picture(const RenderCall& call, const std::string
   report.clipped = written.clipped;
   report.output_bytes = written.bytes;
   return std::move(written.notices);
+}
+
+void put_out(const RenderCall& call, const View& view, RenderReport& report) {
+  const auto say = [&](const std::string& notice) {
+    if (!call.quiet && !notice.empty()) std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+  };
+  if (!call.quiet) print_notices(report.drawn.notices);
+  say(blank_reason(view, report.drawn.image));
+  constexpr double long_write = 5e7;  // [pixels]; some seconds
+  const Image& image = report.drawn.image;
+  if (double(image.width) * image.height > long_write) say("writing " + in_quotes(call.output));
+  const auto notices = write_picture(call, call.output, view, report);
+  if (!call.quiet) print_notices(notices);
 }
 
 }  // namespace psivox

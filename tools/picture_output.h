@@ -24,4 +24,7 @@ std::map<std::string, std::string> picture_metadata(const RenderCall& call,
 std::vector<std::string> write_picture(const RenderCall& call, const std::string& output,
                                        const View& view, RenderReport& report);
 
+/// Writes the picture of `psivox render` as write_picture does, and prints what there is to say.
+void put_out(const RenderCall& call, const View& view, RenderReport& report);
+
 }  // namespace psivox

@@ -47,9 +47,8 @@ struct LookedScene {
 /// mode and the grids: `xray` for that mode, `surface` for level sets, `fire` where there is a
 /// density and a flame, `scan` for digitised values and those that do not fade to 0, else `smoke`.
 /// Vectors stay `plain`, and so does a density whose values stay in the file. `background`: whether
-/// the look may set one. `in_parts`: see read_fields. Throws Error(input), Error(usage),
-/// Error(memory).
+/// the look may set one. Throws Error(input), Error(usage), Error(memory).
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open = "plain",
-                      bool background = true, bool in_parts = false);
+                      bool background = true, const Parts& parts = {});
 
 }  // namespace psivox

@@ -9,6 +9,7 @@
 #include "psivox/camera.h"
 #include "psivox/field.h"
 #include "psivox/image.h"
+#include "psivox/parts.h"
 #include "psivox/scene.h"
 #include "psivox/transfer_function.h"
 #include "psivox/vdb.h"
@@ -90,11 +91,9 @@ struct MediumFields {
 };
 
 /// Reads the grids that the picture depends on under the scene's mode. `empty`: grids without
-/// active voxels count, as zeros. `in_parts`: the values of a density that takes more than half of
-/// grid_memory() may stay in the file, if the scene can be drawn in parts. Throws Error(input),
-/// Error(memory).
+/// active voxels count, as zeros. Throws Error(input), Error(memory).
 MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty = false,
-                         bool in_parts = false);
+                         const Parts& parts = {});
 /// Equal for scenes to which read_fields gives the same fields of a file.
 std::string fields_key(const Scene& scene);
 

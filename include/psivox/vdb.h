@@ -62,6 +62,7 @@ struct ReadOptions {
   /// Most bytes of leaves' values to keep in memory. Those of a larger grid stay in the file
   /// (Field::reader), unless the grid must be converted whole. 0: no limit.
   std::uint64_t memory = 0;
+  bool in_file = false;  ///< they stay there, however few
 };
 
 class VdbFile;

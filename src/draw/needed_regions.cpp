@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <string>
 
 #include "draw/lighting.h"
@@ -12,9 +13,7 @@
 #include "psivox/text.h"
 
 namespace psivox {
-namespace {
 
-/// Which pictures can be drawn region by region, if this one cannot; else empty.
 std::string region_obstacle(const View& view, const Wish& wish) {
   if (std::string obstacle = parts_obstacle(view.scene); !obstacle.empty()) return obstacle;
   if (wish.time_budget_ms) return "pictures without --time-budget";
@@ -23,6 +22,8 @@ std::string region_obstacle(const View& view, const Wish& wish) {
     return "pictures without other layers than transmittance";
   return {};
 }
+
+namespace {
 
 /// More than the field's bricks can take on host and GPU [bytes].
 double most_bytes(const Field& field) {
@@ -89,6 +90,21 @@ double left_beside_fields(const View& view, double limit) {
   return std::max(limit - fields, limit / 2);
 }
 
+/// The most bricks of a region that keeps within the limit [bytes]. Throws Error(memory) if one
+/// brick is too many, or the picture cannot be drawn in parts.
+std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, double limit) {
+  const std::string obstacle = region_obstacle(view, wish);
+  double count = needs.bricks;
+  while (count >= 1 && needs.of_part(count) > limit) count *= 0.95;
+  if (obstacle.empty() && count >= 1) return std::size_t(count);
+  std::string why = "; --texel float16 halves it";
+  if (!obstacle.empty()) why += ", and only " + obstacle + " are drawn in parts";
+  throw Error(ExitCode::memory, "grid '" + view.medium.density->name + "' needs an atlas of " +
+                                    mebibytes(std::uint64_t(needs.whole())) +
+                                    " (host and GPU), over the limit of " +
+                                    mebibytes(std::uint64_t(limit)) + why);
+}
+
 }  // namespace
 
 std::optional<Regions> needed_regions(const View& view, const Wish& wish,
@@ -107,21 +123,24 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
 
   const Needs needs = needs_of(view, light);
   if (!in_file && needs.whole() <= limit) return {};
-  const std::string obstacle = region_obstacle(view, wish);
-  if (!obstacle.empty() && !must) return {};
-  double count = needs.bricks;
-  while (count >= 1 && needs.of_part(count) > limit) count *= 0.95;
-  if (obstacle.empty() && count >= 1) {
-    auto bricks = in_file ? leaf_bricks(*medium.density)
-                          : textured_bricks(*medium.density, density_options(view));
-    return Regions(std::move(bricks), std::size_t(count));
-  }
-  std::string why = "; --texel float16 halves it";
-  if (!obstacle.empty()) why += ", and only " + obstacle + " are drawn in parts";
-  throw Error(ExitCode::memory, "grid '" + medium.density->name + "' needs an atlas of " +
-                                    mebibytes(std::uint64_t(needs.whole())) +
-                                    " (host and GPU), over the limit of " +
-                                    mebibytes(std::uint64_t(limit)) + why);
+  if (!must && !region_obstacle(view, wish).empty()) return {};
+  const std::size_t count = most_bricks(view, wish, needs, limit);
+  return Regions(in_file ? leaf_bricks(*medium.density)
+                         : textured_bricks(*medium.density, density_options(view)),
+                 count);
+}
+
+Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ivec3> bricks,
+                        const Region& part, int local_ranks) {
+  const bool limited = view.scene.memory_limit > 0;
+  const double all = double(grid_memory(view.scene));
+  const double limit = left_beside_fields(view, limited ? all : all / local_ranks);
+  const std::size_t most =
+      all > 0 ? most_bricks(view, wish, needs_of(view, /*light=*/0), limit) : bricks.size();
+  std::erase_if(bricks, [&](const glm::ivec3& brick) {
+    return glm::clamp(brick, part.bricks.min, part.bricks.max) != brick;
+  });
+  return Regions(std::move(bricks), most, part.bricks);
 }
 
 }  // namespace psivox

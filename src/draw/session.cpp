@@ -7,6 +7,7 @@
 #include "draw/needed_regions.h"
 #include "draw/pick.h"
 #include "draw/picture.h"
+#include "draw/rank_marcher.h"
 #include "draw/region_marcher.h"
 #include "march/explain.h"
 #include "march/march_double.h"
@@ -84,6 +85,7 @@ struct Session::Impl {
   std::optional<Regions> regions(const View& wanted, const Wish& wish) const;
   Drawn draw_whole(Marcher& marcher, const Wish& wish);
   Drawn draw_in(const Regions& regions, Marcher& marcher, const Wish& wish);
+  Drawn draw_on(Ranks& ranks, Marcher& marcher, const Wish& wish);
   /// After the device was too small for the whole.
   Drawn draw_in_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure);
 
@@ -211,7 +213,8 @@ Session::Session(const Scene& scene)
     : Session([&] {
         const Scene complete = with_default_tolerance(scene);
         validate(complete);
-        return make_view(complete, read_fields(complete, VdbFile(scene.input), false, true));
+        return make_view(complete,
+                         read_fields(complete, VdbFile(scene.input), false, {.allowed = true}));
       }()) {}
 Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
@@ -275,6 +278,25 @@ Drawn Session::Impl::draw_in(const Regions& regions, Marcher& marcher, const Wis
   return drawn;
 }
 
+Drawn Session::Impl::draw_on(Ranks& ranks, Marcher& marcher, const Wish& wish) {
+  std::optional<Regions> parts, own;
+  ranks.agree([&] {
+    const View wanted = viewed(wish);
+    std::string obstacle = region_obstacle(wanted, wish);
+    if (obstacle.empty() && lighting) obstacle = "pictures without light (--look plain)";
+    if (!obstacle.empty())
+      throw Error(ExitCode::usage, "several processes draw only " + obstacle + " together");
+    const std::vector<glm::ivec3> bricks = leaf_bricks(*wanted.medium.density);
+    parts = Regions::in_parts(bricks, std::size_t(ranks.count()));
+    own = regions_of_part(wanted, wish, bricks, parts->all()[std::size_t(ranks.rank())],
+                          ranks.place().local_count);
+  });
+  RankMarcher together(marcher, ranks, *parts, *own);
+  Drawn drawn = draw_whole(together, wish);
+  if (drawn.scene.tolerance) drawn.plan = exact_plan(viewed(wish));
+  return drawn;
+}
+
 Drawn Session::Impl::draw_in_smaller(Marcher& marcher, const Wish& wish,
                                      const DeviceFull& failure) {
   double bytes = 0;
@@ -300,6 +322,7 @@ Drawn Session::Impl::draw_in_smaller(Marcher& marcher, const Wish& wish,
 }
 
 Drawn Session::draw(Marcher& marcher, const Wish& wish) {
+  if (wish.ranks) return impl_->draw_on(*wish.ranks, marcher, wish);
   if (impl_->view.scene.mode == Mode::slice || !marcher.marches())
     return impl_->draw_whole(marcher, wish);
   if (const auto regions = impl_->regions(impl_->viewed(wish), wish))

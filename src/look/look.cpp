@@ -31,17 +31,17 @@ std::string density_grid(const Scene& scene, const VdbFile& file) {
 /// Fields of a file, read again only for a scene that needs others.
 class KeptFields {
  public:
-  KeptFields(const VdbFile& file, bool in_parts) : file_(file), in_parts_(in_parts) {}
+  KeptFields(const VdbFile& file, const Parts& parts) : file_(file), parts_(parts) {}
   const MediumFields& of(const Scene& scene) {
     std::string key = fields_key(scene);
-    if (!fields_ || key != key_) fields_ = read_fields(scene, file_, false, in_parts_);
+    if (!fields_ || key != key_) fields_ = read_fields(scene, file_, false, parts_);
     key_ = std::move(key);
     return *fields_;
   }
 
  private:
   const VdbFile& file_;
-  bool in_parts_;
+  const Parts& parts_;
   std::optional<MediumFields> fields_;
   std::string key_;
 };
@@ -156,13 +156,14 @@ Scene without_look(Scene scene) {
 }
 
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open,
-                      bool background, bool in_parts) {
+                      bool background, const Parts& parts) {
   LookedScene result{scene, scene.look.empty() ? "plain" : scene.look, {}, {}, {}};
   if (leaves_look_open(scene)) result.look = open;
-  KeptFields fields(file, in_parts);
+  KeptFields fields(file, parts);
   if (result.look == "auto")
-    result.look =
-        in_parts && stays_in_file(scene, fields) ? "plain" : suitable_look(scene, file, fields);
+    result.look = parts.allowed && stays_in_file(scene, fields)
+                      ? "plain"
+                      : suitable_look(scene, file, fields);
   const LookFile look = read_look(result.look);
   take_open(look.scene, background, result.scene);
   result.scene.look = "plain";

@@ -96,7 +96,7 @@ Drawing::Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words)
 void Drawing::prepare(const Scene& given, bool in_time) {
   session_.reset();
   const Scene scene = in_time ? given : with_default_tolerance(given);
-  LookedScene looked = with_look(scene, *file_, "auto", true, /*in_parts=*/true);
+  LookedScene looked = with_look(scene, *file_, "auto", true, {.allowed = true});
   look_background_.reset();
   if (!given.background) look_background_ = std::exchange(looked.scene.background, {});
   notices_.clear();

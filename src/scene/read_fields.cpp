@@ -22,7 +22,7 @@ ReadOptions options_of(const Scene& scene, GridRole role, bool empty) {
 
 std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& file,
                                           const std::string& name, bool data, bool empty,
-                                          bool in_parts) {
+                                          const Parts& parts) {
   const VectorPart part = vector_part(file, name);
   if (!part.part.empty())
     return std::make_shared<const Field>(
@@ -32,11 +32,12 @@ std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& fil
   if (scene.range)
     for (int i = 0; i < 2; ++i)
       if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
-  if (in_parts && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
+  if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
+  options.in_file = parts.ranks != nullptr;
   if (options.memory && scene.memory_limit) give_back_freed_memory();
   Field field = file.read(name, options);
-  if (field.reader)
+  if (field.reader && !parts.ranks)
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
   return std::make_shared<const Field>(std::move(field));
@@ -44,13 +45,13 @@ std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& fil
 
 }  // namespace
 
-MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, bool in_parts) {
+MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, const Parts& parts) {
   MediumFields fields;
   fields.z_up = file.z_up();
   const bool data =
       scene.has_function() || scene.mode == Mode::isosurface || scene.mode == Mode::slice;
   const std::string grid = scene.grid.empty() ? file.default_grid() : scene.grid;
-  fields.density = read_density(scene, file, grid, data, empty, in_parts);
+  fields.density = read_density(scene, file, grid, data, empty, parts);
   if (!scene.composites()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values

@@ -70,8 +70,8 @@ void describe(Pack& pack, T& facts) {
 
 template <typename Pack, Is<ReadOptions> T>
 void describe(Pack& pack, T& options) {
-  auto& [role, strict, distances, empty, background, percentiles, memory] = options;
-  pack(role, strict, distances, empty, background, percentiles, memory);
+  auto& [role, strict, distances, empty, background, percentiles, memory, in_file] = options;
+  pack(role, strict, distances, empty, background, percentiles, memory, in_file);
 }
 
 template <typename Pack, Is<ReadRequest> T>

@@ -248,17 +248,20 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
   if (begin < 0 || end < begin) return {};  // to read the grid whole says what is wrong
   const auto in_file = std::uint64_t(end - begin);
   const auto channels = std::uint64_t(channels_of(entry.descriptor.gridType()));
-  if (options.memory == 0 || in_file * most_growth * channels <= options.memory) return {};
+  const bool must = options.in_file;
+  if (!must && (options.memory == 0 || in_file * most_growth * channels <= options.memory))
+    return {};
   const openvdb::GridBase::Ptr grid = archive.begin_tree(entry);
   if (!grid) return {};
   Topology topology;
   archive.guarded(entry, [&] { topology = read_topology(*grid, archive.stream()); });
   const GridSummary& summary = topology.summary;
   const std::uint64_t bytes = summary.leaves * kLeafVoxels * sizeof(float) * channels;
-  if (bytes <= options.memory || summary.active_voxels == 0) return {};
+  if ((!must && bytes <= options.memory) || summary.active_voxels == 0) return {};
   const std::string subject = archive.subject(entry.name);
   if (const std::string why = why_whole(*grid, summary); !why.empty()) {
-    if (bytes <= 2 * options.memory || (has_background(*grid, summary) && !options.background))
+    if (must || bytes <= 2 * options.memory ||
+        (has_background(*grid, summary) && !options.background))
       return {};
     throw Error(ExitCode::memory, subject + "has values of " + mebibytes(bytes) +
                                       ", more than the memory limit leaves room for, and " + why);
@@ -266,7 +269,7 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
   if (const std::string problem = problem_of(*grid, summary); !problem.empty())
     throw Error(ExitCode::input, subject + problem);
 
-  file->keep_at_most(std::int64_t(std::min(most_kept, options.memory / 8)));
+  if (options.memory) file->keep_at_most(std::int64_t(std::min(most_kept, options.memory / 8)));
   Field field = field_of_head(*grid, entry.name, summary);
   const float smallest = smallest_good(options.role);
   const auto leaves = std::make_shared<FileLeaves>(

@@ -1,0 +1,139 @@
+#include "draw/rank_marcher.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+namespace psivox {
+namespace {
+
+/// The rows that a rank folds.
+PixelBox strip_of(const glm::ivec2& size, int rank, int count) {
+  const auto row = [&](int n) { return int(std::int64_t(size.y) * n / count); };
+  return {{0, row(rank)}, {size.x, row(rank + 1) - row(rank)}};
+}
+
+PixelBox common(const PixelBox& a, const PixelBox& b) {
+  const glm::ivec2 from = glm::max(a.origin, b.origin);
+  const glm::ivec2 to = glm::min(a.origin + a.size, b.origin + b.size);
+  const PixelBox box{from, to - from};
+  return box.empty() ? PixelBox{} : box;
+}
+
+}  // namespace
+
+CarriedLight RankMarcher::carry_own(const View& view, const RenderOptions& options,
+                                    const PixelBox& pixels, RenderStats& stats) {
+  using std::chrono::steady_clock;
+  RenderOptions mine = options;
+  auto reported = steady_clock::now();
+  mine.progress = [&](double fraction) {
+    constexpr std::chrono::milliseconds pause(200);
+    if (fraction >= 1 || steady_clock::now() - reported < pause) return;
+    reported = steady_clock::now();
+    ranks_.report(fraction);
+    if (ranks_.first() && options.progress) options.progress(ranks_.reported().mean);
+  };
+  CarriedLight light(pixels, view.scene.pixel_samples);
+  ranks_.agree([&] {
+    // also if it fails, for the first rank waits for it
+    const struct Reporter {
+      Ranks& ranks;
+      ~Reporter() { ranks.report(1); }
+    } reporter{ranks_};
+    light = own_.carry(view, mine, pixels, stats);
+    if (!ranks_.first()) return;
+    ranks_.report(1);
+    for (Ranks::Reported all = ranks_.reported(); all.least < 1; all = ranks_.reported()) {
+      if (options.progress) options.progress(all.mean);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  });
+  return light;
+}
+
+CarriedLight RankMarcher::fold(const View& view, const CarriedLight& own,
+                               const std::vector<PixelBox>& seen) {
+  const int count = ranks_.count(), samples = own.samples();
+  const glm::ivec2 size = view.scene.resolution;
+  const PixelBox strip = strip_of(size, ranks_.rank(), count);
+  const auto order = parts_.front_to_back(view.camera, view.medium.density->world_from_index);
+  CarriedLight light(strip, samples);
+  for (int sample = 0; sample < samples; ++sample) {
+    std::vector<std::vector<glm::vec4>> sent(std::size_t(count), std::vector<glm::vec4>{});
+    for (int rank = 0; rank < count; ++rank) {
+      const PixelBox box = common(own.pixels(), strip_of(size, rank, count));
+      for (int y = 0; y < box.size.y; ++y)
+        for (const glm::dvec4& ray : own.row(box.origin + glm::ivec2(0, y), box.size.x, sample))
+          sent[std::size_t(rank)].emplace_back(ray);
+    }
+    const auto received = ranks_.exchange(sent);
+    for (const Region& part : order) {
+      const PixelBox box = common(seen[part.number], strip);
+      std::span<const glm::vec4> rows = received[part.number];
+      for (int y = 0; y < box.size.y; ++y, rows = rows.subspan(std::size_t(box.size.x)))
+        light.add(rows.first(std::size_t(box.size.x)), box.origin + glm::ivec2(0, y), sample);
+    }
+  }
+  return light;
+}
+
+Image RankMarcher::collect(const Image& strip, const glm::ivec2& size) {
+  Image picture;
+  for (const Layer& layer : strip.layers) {
+    const auto strips = ranks_.collect(layer.values);
+    if (!ranks_.first()) continue;
+    picture.layers.push_back({layer.name, layer.channels, {}});
+    std::vector<float>& values = picture.layers.back().values;
+    values.reserve(std::size_t(size.x) * std::size_t(size.y) * layer.channels.size());
+    for (const auto& part : strips) values.insert(values.end(), part.begin(), part.end());
+  }
+  if (ranks_.first()) {
+    picture.width = size.x;
+    picture.height = size.y;
+  }
+  return picture;
+}
+
+/// Counts of all ranks, and the times of the slowest.
+void RankMarcher::add_up(RenderStats& stats) {
+  struct Numbers {
+    std::uint64_t samples, steps;
+    double shader_ms, upload_ms, march_ms, gpu_ms, cpu_ms;
+  };
+  const Numbers own{stats.samples,  stats.steps,  stats.shader_ms, stats.upload_ms,
+                    stats.march_ms, stats.gpu_ms, stats.cpu_ms};
+  std::string bytes(sizeof own, '\0');
+  std::memcpy(bytes.data(), &own, sizeof own);
+  stats.samples = stats.steps = 0;
+  stats.cpu_ms = 0;
+  for (const std::string& others : ranks_.gather(bytes)) {
+    Numbers n;
+    std::memcpy(&n, others.data(), sizeof n);
+    stats.samples += n.samples;
+    stats.steps += n.steps;
+    stats.shader_ms = std::max(stats.shader_ms, n.shader_ms);
+    stats.upload_ms = std::max(stats.upload_ms, n.upload_ms);
+    stats.march_ms = std::max(stats.march_ms, n.march_ms);
+    stats.gpu_ms = std::max(stats.gpu_ms, n.gpu_ms);
+    stats.cpu_ms += n.cpu_ms;
+  }
+}
+
+RenderResult RankMarcher::render(const View& view, const RenderOptions& options) {
+  std::vector<PixelBox> seen;
+  for (const Region& part : parts_.all())
+    seen.push_back(part.empty() ? PixelBox{} : pixels_of(view, part.bricks));
+  const PixelBox& own = seen[std::size_t(ranks_.rank())];
+  RenderResult result;
+  const CarriedLight light = carry_own(view, options, own, result.stats);
+  const glm::ivec2 size = view.scene.resolution;
+  result.image = collect(fold(view, light, seen).picture(options.transmittance), size);
+  add_up(result.stats);
+  result.stats.rays =
+      std::uint64_t(size.x) * std::uint64_t(size.y) * std::uint64_t(view.scene.pixel_samples);
+  return result;
+}
+
+}  // namespace psivox

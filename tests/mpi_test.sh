@@ -1,0 +1,98 @@
+#!/usr/bin/env bash
+# mpi_test.sh PSIVOX ASSETS: several processes draw one picture, by each MPI that there is a module
+# and an mpirun for. It must be that of one process. Jobs that fail must end with one line of psivox,
+# its exit code and no picture. Without MPI or an EGL device it is skipped (exit 77).
+set -u
+program=$(realpath "$1") assets=$(realpath "$2")
+libraries=$(dirname "$(ldd "$program" | sed -n 's/.*libpsivox\.so[^ ]* => \([^ ]*\) .*/\1/p')")
+mpis=()
+for mpi in openmpi mpich; do
+  [ -e "$libraries/psivox/libpsivox_$mpi.so" ] && command -v "mpirun.$mpi" >/dev/null && mpis+=("$mpi")
+done
+if ((${#mpis[@]} == 0)); then
+  echo "skipped: no MPI (Debian: libopenmpi-dev openmpi-bin, libmpich-dev mpich)"
+  exit 77
+fi
+if ! "$program" render --list-devices | grep -q "4\.[5-9]"; then
+  echo "skipped: no EGL device"
+  exit 77
+fi
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+# as root, in a container, with more processes than cores
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
+export OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_hwloc_base_binding_policy=none
+
+failures=0
+fail() {
+  echo "FAILED: $1"
+  [ -e output ] && tail -n 5 output
+  failures=$((failures + 1))
+}
+V=$assets/blobs.vdb
+scene=(--look plain --sampling cells --early-termination 0 --resolution 64x48 --pixel-samples 2)
+# on MPI COUNT ARGUMENTS...: psivox render in so many processes.
+on() {
+  local mpi=$1 count=$2
+  shift 2
+  timeout 60 "mpirun.$mpi" -n "$count" "$program" render "$@" >output 2>&1
+}
+
+# --- the same picture -----------------------------------------------------------------------------
+"$program" render "$V" -o one.exr "${scene[@]}" --aov transmittance -q || fail "one process"
+for mpi in "${mpis[@]}"; do
+  on "$mpi" 1 "$V" -o alone.exr "${scene[@]}" --aov transmittance || fail "$mpi: one rank ends with $?"
+  cmp -s one.exr alone.exr || fail "$mpi: one rank draws another picture than one process"
+  on "$mpi" 4 "$V" -o "$mpi.exr" "${scene[@]}" --aov transmittance || fail "$mpi: four ranks end with $?"
+  # each rank's part and the fold are rounded to float32, 1e-7 of values about 1
+  "$program" compare one.exr "$mpi.exr" --max-rms 1e-6 >/dev/null ||
+    fail "$mpi: four ranks draw another picture than one process"
+  cmp -s "${mpis[0]}.exr" "$mpi.exr" || fail "$mpi: another picture than by ${mpis[0]}"
+  lines=$(grep -c '^psivox:' output)
+  [ "$lines" -le 1 ] || fail "$mpi: $lines lines of psivox"  # what auto has chosen, if anything
+done
+
+# --- failures: one line, its exit code, no picture ---------------------------------------------------
+mpi=${mpis[0]}
+# by_rank ARGUMENTS...: psivox render, in folder b for rank 1 and in a for the others. Where the folder
+# has a file `dies`, it is killed.
+cat >by_rank <<END
+#!/usr/bin/env bash
+rank=\${OMPI_COMM_WORLD_RANK:-\${PMI_RANK:-0}}
+if [ "\$rank" = 1 ]; then cd b; else cd a; fi
+[ -e dies ] && exec timeout --signal=KILL 2 "$program" render "\$@"
+exec "$program" render "\$@"
+END
+chmod +x by_rank
+mkdir a b
+# ends CODE TEXT ARGUMENTS...: that job of two ranks ends like this, within ten seconds.
+ends() {
+  local code=$1 text=$2 begin=$SECONDS got
+  shift 2
+  timeout 60 "mpirun.$mpi" -n 2 ./by_rank "${scene[@]}" --renderer march-double "$@" -o ../fails.exr >output 2>&1
+  got=$?
+  [ "$got" -eq "$code" ] || fail "exit code $got instead of $code: $*"
+  ((SECONDS - begin <= 10)) || fail "it took $((SECONDS - begin)) s to fail: $*"
+  if [ -n "$text" ]; then
+    grep -q "^psivox.*$text" output || fail "no word of '$text': $*"
+    [ "$(grep -c '^psivox' output)" -eq 1 ] || fail "more than one line of psivox: $*"
+  fi
+  stray=$(find . -name '*fails*')
+  [ -z "$stray" ] || fail "a half picture: $stray"
+}
+ends 2 "unknown option" "$V" --resolutoin 4x4
+ends 2 "without light" "$V" --light 1,0,0
+ends 2 "not a sequence" "$V" --turntable 3
+cp "$V" a/x.vdb
+ends 3 "rank 1 of 2, on .*x.vdb" x.vdb
+cp "$assets/ramp.vdb" b/x.vdb
+ends 3 "rank 1 sees another volume" x.vdb
+cp "$V" b/x.vdb
+echo '{"extinction": 2}' >a/scene.json && echo '{"extinction": 3}' >b/scene.json
+ends 3 "rank 1 has other options" x.vdb --scene scene.json
+touch b/dies  # as by the system, out of memory
+ends 137 "" x.vdb --resolution 2000x2000 --pixel-samples 100
+((failures == 0)) && echo "one picture by 4 processes, under ${mpis[*]}: that of one process"
+exit $((failures > 0))

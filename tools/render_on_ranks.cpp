@@ -1,0 +1,176 @@
+#include "render_on_ranks.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <future>
+#include <iostream>
+#include <optional>
+#include <utility>
+
+#include "frame_list.h"
+#include "notices.h"
+#include "picture_output.h"
+#include "progress_bar.h"
+#include "psivox/camera_file.h"
+#include "psivox/look.h"
+#include "psivox/parts.h"
+#include "psivox/text.h"
+#include "psivox/text_file.h"
+#include "render_call.h"
+#include "render_report.h"
+
+namespace psivox {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+  usage("several processes draw one picture together, " + what + "; start one process for that");
+}
+
+/// Throws if the call asks for what several processes cannot do.
+void check_scope(const RenderCall& call, const Scene& scene) {
+  if (call.list_devices) refuse("and do not list devices");
+  if (call.explain) refuse("without --explain");
+  if (call.check_error) refuse("without --check-error");
+  if (!call.camera_path.empty() || call.turntable || !call.movie.empty() ||
+      list_frames(call, scene, nullptr))
+    refuse("not a sequence");
+  if (scene.renderer == RendererKind::reference) refuse("not by --renderer reference");
+  if (call.output.empty()) refuse("and need -o");
+  if (scene.lit()) refuse("without light (--look plain)");
+  if (const std::string obstacle = parts_obstacle(scene); !obstacle.empty())
+    refuse("in " + obstacle + " only");
+  if (scene.range && (scene.range->percent[0] || scene.range->percent[1]))
+    refuse("without percentages in --range");
+}
+
+/// A number that differs, in all likelihood, between files of different leaves (FNV-1a).
+std::string topology_of(const Field& field) {
+  std::uint64_t hash = 14695981039346656037u;
+  const auto add = [&hash](int number) {
+    hash = (hash ^ static_cast<std::uint32_t>(number)) * 1099511628211u;
+  };
+  for (const Leaf& leaf : field.leaves)
+    for (int axis = 0; axis < 3; ++axis) add(leaf.origin[axis]);
+  return std::to_string(hash) + " " + std::to_string(field.active_voxels);
+}
+
+/// The marcher of this rank: the ranks of a machine take its GPUs in turn.
+std::shared_ptr<Marcher> open_own(Scene scene, const RankPlace& place) {
+  if (scene.renderer == RendererKind::gl && scene.device < 0 && place.local_count > 1) {
+    std::vector<int> gpus;
+    for (const DeviceInfo& device : list_devices())
+      if (device.problem.empty() && !device.software) gpus.push_back(device.index);
+    if (gpus.size() > 1) scene.device = gpus[std::size_t(place.local_rank) % gpus.size()];
+  }
+  return open_marcher(scene);
+}
+
+struct Together {
+  std::shared_ptr<Ranks> ranks;
+  RenderCall call;
+  Scene scene;
+  RenderReport report;
+
+  /// Returns false if there is nothing to draw.
+  bool understand(Arguments arguments);
+  std::optional<Session> read();
+  void draw(Session& session, std::future<std::shared_ptr<Marcher>> opened);
+  void write(Session& session);
+};
+
+bool Together::understand(Arguments arguments) {
+  bool draws = true;
+  ranks->agree([&] {
+    draws = parse(call, arguments);
+    if (!draws) return;
+    scene = call.scene.scene();
+    take_layers(call, scene);
+    if (ranks->first()) check(call, scene);
+    check_scope(call, scene);
+    if (!call.time_budget) scene = with_default_tolerance(scene);
+  });
+  if (!draws) return false;
+  if (!ranks->first()) call.quiet = true;
+  ranks->check_same(to_json(scene) + joined(call.layers, ","), "has other options");
+  report.input = scene.input;
+  report.output = call.output;
+  return true;
+}
+
+std::optional<Session> Together::read() {
+  std::optional<Session> session;
+  ranks->agree([&] {
+    const Stopwatch watch;
+    const LookedScene looked =
+        with_look(scene, VdbFile(scene.input), "plain", shows_background(call), {true, ranks});
+    scene = looked.scene;
+    check_scope(call, scene);
+    session.emplace(make_view(scene, looked.fields));
+    report.read_ms = watch.ms();
+  });
+  ranks->check_same(topology_of(*session->view().medium.density), "sees another volume");
+  return session;
+}
+
+void Together::draw(Session& session, std::future<std::shared_ptr<Marcher>> opened) {
+  std::shared_ptr<Marcher> marcher;
+  ranks->agree([&] { marcher = opened.get(); });
+  ProgressBar bar(call.quiet);
+  Wish wish = wish_of(call);
+  wish.ranks = ranks;
+  if (const Progress show = bar.progress())
+    wish.progress = [show](Stage stage, double fraction) {
+      if (stage == Stage::marching) show(fraction);
+    };
+  report.drawn = session.draw(*marcher, wish);
+}
+
+void Together::write(Session& session) {
+  ranks->agree([&] {
+    if (!ranks->first()) return;
+    const View& view = session.view();
+    if (!call.camera.empty())
+      write_camera(call.camera, view.camera, z_is_up(view.scene, *view.subject));
+    put_out(call, view, report);
+    report.total_ms = process_ms();
+    if (!call.stats.empty()) write_text(call.stats, report.json());
+    if (call.verbose) std::fputs(report.table().c_str(), stderr);
+  });
+}
+
+}  // namespace
+
+void render_on_ranks(Arguments arguments, const std::shared_ptr<Ranks>& ranks) {
+  if (!ranks->first())
+    if (const int nothing = open("/dev/null", O_WRONLY | O_CLOEXEC); nothing >= 0)
+      dup2(nothing, STDOUT_FILENO);
+  try {
+    Together work{ranks, {}, {}, {}};
+    work.report.startup_ms = process_ms();
+    if (!work.understand(arguments)) return;
+    auto opened = std::async(std::launch::async, [scene = work.scene, place = ranks->place()] {
+      return open_own(scene, place);
+    });
+    const bool open_look = leaves_look_open(work.scene);
+    std::optional<Session> session = work.read();
+    if (open_look && !work.call.quiet)
+      std::fprintf(stderr, "psivox: --look plain: several processes draw no light together\n");
+    if (!work.call.quiet) print_notices(session->view(), work.scene);
+    if (work.call.print_scene) std::cout << to_json(session->view().scene) << std::flush;
+    work.draw(*session, std::move(opened));
+    work.write(*session);
+  } catch (const AgreedError& error) {
+    if (!ranks->first()) std::exit(static_cast<int>(error.code()));
+    throw;
+  } catch (const std::exception& error) {
+    // the others wait for this one
+    std::fprintf(stderr, "psivox: rank %d of %d, on %s: %s\n", ranks->rank(), ranks->count(),
+                 ranks->place().machine.c_str(), error.what());
+    ranks->abort(static_cast<int>(ExitCode::failure));
+  }
+}
+
+}  // namespace psivox
