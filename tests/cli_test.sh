@@ -66,6 +66,9 @@ t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
 t 3 "it has 'temperature' 'color' 'density'" render "$S" -o a.exr --grid temp
 points=$assets/../../shared/data/edge/points.vdb
 [ ! -e "$points" ] || t 0 "nothing here can be rendered" info "$points"
+t 0 "in 4 regions; the largest has" info --regions 4 "$assets/blobs.vdb"
+t 0 '"imbalance"' info --regions 4 --json "$assets/blobs.vdb"
+t 2 "--regions: expected" info --regions 0 "$assets/blobs.vdb"
 # A look's background is for those who give none.
 t 0 - render "$S" -o a.png --resolution 32x32 -q --look smoke
 t 0 - render "$S" -o b.png --resolution 32x32 -q --look smoke --background none
