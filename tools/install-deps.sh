@@ -40,7 +40,8 @@ case "${1-}" in
   --ci) packages+=(clang-format clang-tidy
     # a display for the window's tests, a browser for the page's, a farm for the sequences'; without
     # them these tests are skipped
-    xvfb xauth chromium chromium-driver python3 python3-matplotlib slurm-wlm
+    xvfb xauth chromium chromium-driver python3 python3-matplotlib
+    python3-openvdb slurm-wlm
     # what programs cost on GPUs (docs/gpu.md): compilers for GPUs that need not be there
     libvulkan-dev glslang-dev spirv-tools mesa-vulkan-drivers
     # one picture by several processes, under both MPIs

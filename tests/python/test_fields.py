@@ -1,6 +1,8 @@
 """Volumes from arrays and files."""
 
 import gc
+import os
+import re
 
 import numpy as np
 import pytest
@@ -193,3 +195,20 @@ def test_damaged_files(blobs, refused, tmp_path):
         except psivox.Error as error:
             assert error.exit_code in (3, 6)
     assert _core.reading_guard() != "nothing"
+
+
+def test_documented_exchange(tmp_path, monkeypatch):
+    """The code of docs/interchange.md, and that its file draws as its array."""
+    assets = os.environ["PSIVOX_ASSETS"]
+    with open(os.path.join(assets, "..", "docs", "interchange.md"), encoding="utf-8") as file:
+        blocks = re.findall("```python\n(.*?)```", file.read(), re.S)
+    monkeypatch.chdir(tmp_path)
+    os.symlink(assets, "assets")
+    names = {}
+    exec(blocks[0], names)
+    pytest.importorskip("pyopenvdb", reason="no pyopenvdb (python3-openvdb)")
+    exec(blocks[1] + blocks[2], names)
+    alike = psivox.field(names["array"], voxel_size=0.1)
+    assert np.array_equal(picture("array.vdb"), picture(alike))
+    assert np.array_equal(names["array"], psivox.open("assets/blobs.vdb")["density"])
+    assert os.path.exists("scan.png") and os.path.exists("blobs.png")

@@ -192,6 +192,8 @@ def test_other_errors(blobs, refused, tmp_path):
 def test_notices_are_warnings():
     values = np.full((8, 8, 8), 0.5, "f4")
     values[2, 2, 2] = np.nan
-    with pytest.warns(UserWarning, match="1 NaN value taken as 0"):
-        image = psivox.render(values, resolution=SMALL)
+    for draw in psivox.render, lambda *source, **scene: psivox.Session(*source).render(**scene):
+        with pytest.warns(UserWarning, match="1 NaN value taken as 0") as caught:
+            image = draw(values, resolution=SMALL)
+        assert caught[0].filename == __file__
     assert any("NaN" in notice for notice in image.notices)

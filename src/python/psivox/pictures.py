@@ -156,14 +156,17 @@ class Session:
     def render(self, *, aov=(), time_budget=None, check_error=0, progress=None, camera=None,
                **scene):
         """Draws the session's scene with these keywords in place of its own; see psivox.render."""
+        return self._draw(words_of(scene, _call_names, None, camera), aov, time_budget, check_error,
+                          progress)
+
+    def _draw(self, words, aov, time_budget, check_error, progress):
         bar = _Progress(progress)
         try:
-            image = self._drawing.draw(words_of(scene, _call_names, None, camera), _layers(aov),
-                                       time_budget, check_error, bar.report)
+            image = self._drawing.draw(words, _layers(aov), time_budget, check_error, bar.report)
         finally:
             bar.close()
         for notice in image.notices:
-            warnings.warn(notice, stacklevel=3)
+            warnings.warn(notice, stacklevel=3)  # where `render` was called
         return image
 
     def close(self):
@@ -195,8 +198,7 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
     Returns an Image. Ctrl-C ends the work. Raises psivox.Error.
     """
     with Session(source, scene=scene, camera=camera, **keywords) as session:
-        return session.render(aov=aov, time_budget=time_budget, check_error=check_error,
-                              progress=progress)
+        return session._draw(words_of({}), aov, time_budget, check_error, progress)
 
 
 def reference(source, **keywords):
