@@ -9,8 +9,8 @@ namespace psivox::gl {
 /// it before they fold constants, which takes them minutes (docs/gpu.md). The lines that remain
 /// keep their places.
 ///
-/// Constants are `const int` and `const bool` with known values, and rows of DERIVED. A function that
-/// holds lines of the preprocessor stays whole, and so does a text with #ifdef or the like.
+/// Constants are `const int` and `const bool` with known values, and rows of DERIVED. A function
+/// that holds lines of the preprocessor stays whole, and so does a text with #ifdef or the like.
 ShaderSource reduced(const ShaderSource& source);
 
 }  // namespace psivox::gl
