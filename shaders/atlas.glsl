@@ -6,19 +6,26 @@
 // filtered_texel3, fetch_table(i), fetch_interval(i); fetch_pair(i): the density's texel and, where
 // `paired`, the luminance's beside it, whose bricks have the same slots.
 
-// A box of cells of one kind: of an entry, or the cube of empty entries around one.
+// A cube of cells of one kind: of an entry, or of the empty entries around one.
 struct Node {
   int kind;
   int payload;
-  int3 lo;  // first cell
-  int3 hi;  // one past the last
+  int3 lo;   // first cell
+  int side;  // cells along each axis
 };
 
-Node no_node() { return Node(NODE_EMPTY, 0, int3(0), int3(0)); }
+Node empty_node(int3 lo, int side) { return Node(NODE_EMPTY, 0, lo, side); }
+Node no_node() { return empty_node(int3(0), 0); }
 
+// In the cube: a negative difference is a large one without its sign.
 bool inside(Node node, int3 cell) {
-  return cell.x >= node.lo.x && cell.y >= node.lo.y && cell.z >= node.lo.z &&
-         cell.x < node.hi.x && cell.y < node.hi.y && cell.z < node.hi.z;
+  int3 d = cell - node.lo;
+  return max(max(uint(d.x), uint(d.y)), uint(d.z)) < uint(node.side);
+}
+
+bool inside_box(int3 lo, int3 hi, int3 cell) {
+  return cell.x >= lo.x && cell.y >= lo.y && cell.z >= lo.z && cell.x < hi.x && cell.y < hi.y &&
+         cell.z < hi.z;
 }
 
 IN(Grid) grid_of(int grid) {
@@ -53,13 +60,8 @@ Node find_node(int grid, int3 cell) {
   int kind = int(entry >> PAYLOAD_BITS);
   int payload = int(entry) & PAYLOAD_MASK;
   int3 lo = cell - (at & ((1 << shift) - 1));
-  int3 hi = lo + (1 << shift);
-  if (kind == NODE_EMPTY) {
-    int grow = (payload - 1) << shift;
-    lo = lo - grow;
-    hi = hi + grow;
-  }
-  return Node(kind, payload, lo, hi);
+  int grow = kind == NODE_EMPTY ? (payload - 1) << shift : 0;
+  return Node(kind, payload, lo - grow, (1 << shift) + 2 * grow);
 }
 
 // A brick's value at a voxel, given from the brick's first one: its place among the texels.
@@ -135,6 +137,21 @@ real4 trilinear_pairs(IN(Pairs) p, real3 u) {
 real third_difference(Corners c) {
   real4 d = c.hi - c.lo;
   return (d.w - d.z) - (d.y - d.x);
+}
+
+// The polynomial along u + d s, s in [0, 1]: a cubic, whose coefficients follow axis by axis.
+Cubic cubic_along(Corners c, real3 u, real3 d) {
+  real4 dx = c.hi - c.lo;
+  real4 a = c.lo + dx * u.x;  // four edges along x: a + b s
+  real4 b = dx * d.x;
+  real2 da = real2(a.z - a.x, a.w - a.y);
+  real2 db = real2(b.z - b.x, b.w - b.y);
+  real2 y_0 = real2(a.x, a.y) + da * u.y;  // two lines along y: of second degree
+  real2 y_1 = real2(b.x, b.y) + db * u.y + da * d.y;
+  real2 y_2 = db * d.y;
+  real3 e = real3(y_0.y - y_0.x, y_1.y - y_1.x, y_2.y - y_2.x);
+  return Cubic(y_0.x + e.x * u.z, y_1.x + e.y * u.z + e.x * d.z, y_2.x + e.z * u.z + e.y * d.z,
+               e.z * d.z);
 }
 
 real greatest_magnitude(Corners c) {

@@ -65,7 +65,8 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
     seek(m, t_middle, middle_rule);
     middle = point_at(m, t_middle, sample_middle, middle_rule);
   } else if (!uniform_sampling) {
-    middle.attenuation = m.vacuum ? real(0.0) : attenuation_of(m, sample_middle);
+    middle.attenuation =
+        vacuum_differs && m.vacuum ? real(0.0) : attenuation_of(m, sample_middle);
   }
   if (!middle_rule || has_emission) {
     seek(m, t_back, !middle_rule);
@@ -114,6 +115,14 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   m.t = t_back;
 }
 
+// A cell from m.t to t_back whose optical depth is all that counts.
+void composite_depth(INOUT(March) m, Cubic attenuation, real t_back, real length) {
+  real depth = max(extinction * length * antiderivative(attenuation, real(1.0)), real(0.0));
+  if (count_steps && depth > real(0.0)) m.steps += 1;
+  deepen(m, depth, length);
+  m.t = t_back;
+}
+
 // A piece of a cell from m.t to t_back by a rule that integrates its cubic from three nodes;
 // `attenuation` is the cubic of tau / extinction, `value` that of the density grid.
 void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back, real length) {
@@ -135,9 +144,9 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   Weights w = integrate_cell(tau, x);
   real3 glow = real3(real(0.0));
   if (glows(m))
-    glow = (p_1.glow * (real(5.0) * decay(x * antiderivative(tau, cell_node_1)).e)
-            + p_2.glow * (real(8.0) * decay(x * antiderivative(tau, real(0.5))).e)
-            + p_3.glow * (real(5.0) * decay(x * antiderivative(tau, cell_node_3)).e))
+    glow = (p_1.glow * (real(5.0) * shallow_decay(x * antiderivative(tau, cell_node_1)))
+            + p_2.glow * (real(8.0) * shallow_decay(x * antiderivative(tau, real(0.5))))
+            + p_3.glow * (real(5.0) * shallow_decay(x * antiderivative(tau, cell_node_3))))
            * (length / real(18.0));
   composite(m, w, p_1.L, p_2.L, p_3.L, glow, length);
   m.t = t_back;

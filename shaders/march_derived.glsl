@@ -19,5 +19,18 @@ DERIVED(bool, integrates, !finds_maximum && mode != MODE_ISOSURFACE)
 DERIVED(bool, own_depth, exact_depth && !transfer_rule && !(transfer && cell_rule))
 DERIVED(bool, depth_only, integrates && constant_luminance && !has_emission && own_depth)
 
+// Where nothing is stored the value is 0, and so is the attenuation unless a function says otherwise.
+DERIVED(bool, vacuum_differs, transfer || beyond)
+
+// A turn may end inside a cell.
+DERIVED(bool, cuts_pieces, (cell_rule && !depth_only) || (transfer && split_knots))
+
+// Under cells the cubic's coefficients come straight from a cell's corners. Else its values do: a
+// surface must not slip between two cells, and a maximum is a value.
+DERIVED(bool, from_corners, (cell_rule || depth_only || transfer) && integrates && !hardware_filter)
+
+// What the next cell reads at its front is no more than its corners tell.
+DERIVED(bool, front_is_free, from_corners && (cell_rule || (depth_only && !transfer)))
+
 // A piece between two knots has their function at its ends too: a jump's side that it lies on.
 DERIVED(bool, keeps_interval, split_knots && !uniform_sampling)

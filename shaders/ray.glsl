@@ -68,20 +68,21 @@ int3 cell_between_faces(Ray ray, real t, int3 cell) {
   return cell;
 }
 
-// Across the far face of a box of cells: when, and the cell on the other side. That cell is taken
+// Across the far face of a cube of cells: when, and the cell on the other side. That cell is taken
 // from the face, not from the position, which may round back.
 struct Crossing {
   real t;
   int3 cell;
 };
 
-Crossing leave(Ray ray, int3 lo, int3 hi) {
-  real3 times = face_times(ray, far_faces(ray, lo, hi));
+Crossing leave(Ray ray, int3 lo, int side) {
+  int3 far = far_faces(ray, lo, lo + side);
+  real3 times = face_times(ray, far);
   real t = least(times);
-  int3 cell = cell_at(ray, t, lo, hi);
-  if (times.x <= t) cell.x = ray.side.x == 1 ? hi.x : lo.x - 1;
-  if (times.y <= t) cell.y = ray.side.y == 1 ? hi.y : lo.y - 1;
-  if (times.z <= t) cell.z = ray.side.z == 1 ? hi.z : lo.z - 1;
+  int3 cell = cell_at(ray, t, lo, lo + side);
+  if (times.x <= t) cell.x = ray.side.x == 1 ? far.x : far.x - 1;
+  if (times.y <= t) cell.y = ray.side.y == 1 ? far.y : far.y - 1;
+  if (times.z <= t) cell.z = ray.side.z == 1 ? far.z : far.z - 1;
   return Crossing(t, cell);
 }
 

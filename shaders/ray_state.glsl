@@ -91,7 +91,7 @@ bool closed_form(Node node) { return node.kind == NODE_EMPTY || constant_run(nod
 
 // Where the walk goes on for the sake of another grid: no medium, whatever 0 means.
 bool beyond_density(int3 cell) {
-  return beyond && !inside(Node(0, 0, density_field_min, density_field_max), cell);
+  return beyond && !inside_box(density_field_min, density_field_max, cell);
 }
 
 real node_value(Node node) {
@@ -102,8 +102,8 @@ real node_value(Node node) {
 // The node of another grid that covers a cell.
 Node seek_cell(int grid, int3 cell, Node node, int3 domain_min, int3 domain_max) {
   if (inside(node, cell)) return node;
-  if (inside(Node(0, 0, domain_min, domain_max), cell)) return find_node(grid, cell);
-  return Node(NODE_EMPTY, 1, cell, cell + 1);
+  if (inside_box(domain_min, domain_max, cell)) return find_node(grid, cell);
+  return empty_node(cell, 1);
 }
 
 // The node of another grid at t.
@@ -179,7 +179,7 @@ Point with_value(IN(March) m, Point p, Sample s) {
   Classified c = Classified(value, real3(real(1.0)));
   if (transfer) c = classify_at(m, s);
   p.value = value;
-  p.attenuation = m.vacuum ? real(0.0) : c.attenuation;
+  p.attenuation = vacuum_differs && m.vacuum ? real(0.0) : c.attenuation;
   if (luminance_source == SOURCE_DENSITY) p.L = real3(value, value, value);
   if (luminance_source == SOURCE_TRANSFER) p.L = c.color;
   return p;

@@ -12,7 +12,7 @@ real next_face(int grid, IN(Track) track, real t) {
   Node node = seek_node(grid, track, t);
   int3 cell = int3(floor(position(track.ray, t)));
   bool brick = node.kind == NODE_BRICK;
-  return leave(track.ray, brick ? cell : node.lo, brick ? cell + 1 : node.hi).t;
+  return leave(track.ray, brick ? cell : node.lo, brick ? 1 : node.side).t;
 }
 
 // How far the other grids are cubics too, from m.t on: at most t_end, and ahead of m.t by more than
@@ -72,11 +72,11 @@ Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
   m.vacuum = node.kind == NODE_EMPTY || beyond_density(m.cell);
   Stretch s;
   s.run = closed_form(node);
-  Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.hi : m.cell + 1);
+  Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.side : 1);
   s.next = far.cell;
   if (in_part && s.run) s.next = cell_between_faces(ray, far.t, far.cell);
   s.t_exit = max(m.t, min(far.t, ray.end));
-  if (!s.run && !m.known) s.t_exit = m.t;
+  if (!front_is_free && !s.run && !m.known) s.t_exit = m.t;
   s.t_end = s.t_exit;
   s.extent = s.t_exit - m.t;
   s.f_run = node_value(node);
@@ -86,6 +86,7 @@ Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
   s.f_end = s.f_run;
   s.q_3 = real(0.0);
   s.noise = real(0.0);
+  s.value = Cubic(s.f_run, real(0.0), real(0.0), real(0.0));
   return s;
 }
 
@@ -108,16 +109,21 @@ void sample_stretch(INOUT(Stretch) s, INOUT(March) m, Node node, Ray ray) {
   if (beside_density) corners = densities(m.pairs);
   else corners = fetch_corners(density_grid, node, m.cell);
   real3 base = real3(m.cell);
+  if (transfer && split_knots) s.noise = real(8.0) * t_epsilon * greatest_magnitude(corners);
+  if (from_corners) {
+    s.value = cubic_along(corners, position(ray, m.t) - base, ray.direction * s.extent);
+    // the cell before may have been skipped because it attenuates nothing, whatever its value
+    s.f_front = s.value.f_0;
+    s.f_half = polynomial(s.value, real(0.5));
+    s.f_end = polynomial(s.value, real(1.0));
+    return;
+  }
   s.f_half = trilinear(corners, position(ray, t_half) - base);
   s.f_end = trilinear(corners, position(ray, s.t_exit) - base);
   if (!transfer) s.f_end = max(s.f_end, real(0.0));
-  // the cell before may have been skipped because it attenuates nothing, whatever its value
   if (transfer) s.f_front = trilinear(corners, position(ray, m.t) - base);
-  if (transfer && split_knots) s.noise = real(8.0) * t_epsilon * greatest_magnitude(corners);
-  if (!depth_only || transfer) {
-    real3 d = ray.direction * s.extent;
-    s.q_3 = third_difference(corners) * d.x * d.y * d.z;
-  }
+  real3 d = ray.direction * s.extent;
+  s.q_3 = third_difference(corners) * d.x * d.y * d.z;
 }
 
 // The ray's first value: it is looked up and nothing is crossed. A resumed ray has it already.
@@ -194,14 +200,14 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
     sample_stretch(s, m, node, ray);
     m.samples += look_ups(node);
   }
-  if (!s.run && !m.known) find_front(s, m);
-  s.value = make_cubic(s.f_front, s.f_half, s.f_end, s.q_3);
+  if (!front_is_free && !s.run && !m.known) find_front(s, m);
+  if (!from_corners) s.value = make_cubic(s.f_front, s.f_half, s.f_end, s.q_3);
   if (!m.vacuum) seek_gradient(m, m.cell);
   s.slope = gradient_along(m, ray, s.extent);
   classify_stretch(s, m);
   m.front = with_value(m, m.front, Sample(s.f_front, max(s.slope.f_0, real(0.0))));
   if (cell_rule && !s.run && !depth_only) limit_piece(s, m);
-  cut_piece(s, m);
+  if (cuts_pieces) cut_piece(s, m);
   if (finds_maximum) {
     see_cell(m, s.value, s.t_end);
   } else if (mode == MODE_ISOSURFACE) {
@@ -214,13 +220,15 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
     m.front.value = s.f_end;
   } else if (cell_rule && !depth_only) {
     composite_cell(m, s.value, s.attenuation, s.t_end, s.extent);
+  } else if (depth_only && !transfer && from_corners) {
+    composite_depth(m, s.attenuation, s.t_end, s.extent);
   } else if (depth_only && !transfer) {
     composite_segment(m, Sample(s.f_half, real(0.0)), Sample(s.f_end, real(0.0)), s.t_end, s.extent,
                       s.run);
   } else {
     composite_segments(m, s);
   }
-  if (m.t >= s.t_exit) m.cell = s.next;
+  if (!cuts_pieces || m.t >= s.t_exit) m.cell = s.next;
   // a brick without the isovalue is empty too, whatever its values, and so is what lies beside a region
   m.known = !((mode == MODE_ISOSURFACE || in_part) && m.vacuum);
   if (!m.known) m.front.value = UNKNOWN;

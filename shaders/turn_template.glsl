@@ -38,7 +38,7 @@ VoxelWalk begin_voxels(INOUT(March) m, Ray ray) {
 
 // Skips empty voxels, up to a few before their end.
 void skip_voxels(INOUT(March) m, VoxelWalk w) {
-  real t_end = leave(w.centred, w.node.lo, w.node.hi).t;
+  real t_end = leave(w.centred, w.node.lo, w.node.side).t;
   int last = min(int((t_end - w.t_0) / template_spacing) - 4, template_entries - 2);
   if (last <= m.lattice) return;
   m.lattice = last;
@@ -51,8 +51,8 @@ void turn_template(INOUT(March) m, INOUT(VoxelWalk) w, Ray ray) {
   int3 voxel = w.base + int3(real3(entry));
   real t = w.t_0 + entry.w;
   // the last voxels are not active
-  bool outside = !inside(Node(0, 0, density.domain_min, density.domain_max), voxel);
-  if (outside) w.node = Node(NODE_EMPTY, 1, voxel, voxel + 1);
+  bool outside = !inside_box(density.domain_min, density.domain_max, voxel);
+  if (outside) w.node = empty_node(voxel, 1);
   else if (!inside(w.node, voxel)) w.node = find_node(density_grid, voxel);
   m.vacuum = w.node.kind == NODE_EMPTY;
   seek_gradient(m, voxel);

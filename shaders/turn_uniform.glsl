@@ -80,7 +80,7 @@ StepWalk begin_steps(INOUT(March) m, Ray ray) {
 // The walk goes on to the node of m.cell.
 void enter_node(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
   w.node = find_node(density_grid, m.cell);
-  Crossing far = leave(ray, w.node.lo, w.node.hi);
+  Crossing far = leave(ray, w.node.lo, w.node.side);
   w.node_begin = w.node_end;
   w.node_end = max(w.node_begin, min(far.t, ray.end));
   m.cell = far.cell;

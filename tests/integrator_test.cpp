@@ -57,6 +57,19 @@ TYPED_TEST(ShaderMath, DecayAndOpacity) {
   EXPECT_EQ(this->math.decay(0).a, 0);
 }
 
+TYPED_TEST(ShaderMath, ShallowDecay) {
+  using real = typename TypeParam::real;
+  Worst worst;
+  for (const double value : log_spaced(1e-12, 0.79, 4000)) {
+    const real x = real(value);
+    worst.see(relative(this->math.shallow_decay(x), exact_decay(wide(x))), double(x));
+  }
+  report("shallow_decay", worst);
+  EXPECT_LE(worst.error, Bounds<TypeParam>::decay);
+  EXPECT_EQ(this->math.shallow_decay(0), 1);
+  EXPECT_GT(this->math.shallow_decay(real(1e30)), real(-1e-30));  // a weight, whatever the depth
+}
+
 TYPED_TEST(ShaderMath, MinusLogOneMinus) {
   using real = typename TypeParam::real;
   Worst worst;

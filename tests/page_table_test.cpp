@@ -68,7 +68,7 @@ TEST_P(PageTableLevels, EveryCellFindsItsNode) {
           ASSERT_EQ(node.payload, int(page_entry(atlas.pages, cell).payload));
           if (expected == EntryKind::brick) {
             ASSERT_EQ(node.lo, 8 * brick);
-            ASSERT_EQ(node.hi, 8 * brick + 8);
+            ASSERT_EQ(node.side, 8);
           }
           if (expected == EntryKind::constant) {
             ASSERT_EQ(march.fetch_constant(0, node.payload), voxels(cell).x);
@@ -98,8 +98,9 @@ TEST_P(PageTableLevels, SkipsNeverPassAFullBrick) {
         ++empty;
         ASSERT_GE(node.payload, 1);
         for (const glm::ivec3& b : full)
-          ASSERT_TRUE(b.x >= node.hi.x || b.y >= node.hi.y || b.z >= node.hi.z ||
-                      b.x + 8 <= node.lo.x || b.y + 8 <= node.lo.y || b.z + 8 <= node.lo.z)
+          ASSERT_TRUE(b.x >= node.lo.x + node.side || b.y >= node.lo.y + node.side ||
+                      b.z >= node.lo.z + node.side || b.x + 8 <= node.lo.x ||
+                      b.y + 8 <= node.lo.y || b.z + 8 <= node.lo.z)
               << x << ' ' << y << ' ' << z;
       }
   EXPECT_GT(empty, 1000u);

@@ -9,6 +9,8 @@ struct Decay {
 #if REAL_BITS == 64
 Decay decay(real x) { return Decay(exp(-x), -expm1(-x)); }
 
+real shallow_decay(real x) { return exp(-x); }
+
 // -ln(1 - v), 0 <= v <= 0.75
 real minus_log_1m(real v) { return -log1p(-v); }
 #else
@@ -24,6 +26,14 @@ Decay decay(real x) {
          + r * (real(8.33333333e-3) + r * (real(1.38888889e-3) + r * real(1.98412698e-4)))))));
   real s = power_of_two(int(n));
   return Decay(s + s * q, (real(1.0) - s) - s * q);
+}
+
+// e^{-x}, 0 <= x <= 0.8, and beyond as at 0.8: a third of decay's instructions. The polynomial that
+// meets it in seven Chebyshev nodes is off by 7e-9 of it, by 2e-7 with float32's rounding.
+real shallow_decay(real x) {
+  real y = min(x, real(0.8));
+  return real(1.0) + y * (real(-0.999999583) + y * (real(0.499991119) + y * (real(-0.166599423)
+       + y * (real(0.0414219126) + y * (real(-0.00786894094) + y * real(0.000935665448))))));
 }
 
 // -ln(1 - v), 0 <= v <= 0.75, relative error of a few 1e-7 (llvmpipe's log has 7.5e-5):

@@ -17,7 +17,7 @@ using namespace psivox;
 using namespace psivox::gpu_cost;
 
 constexpr int skipped = 77;        // ctest's code for a test that cannot run here
-constexpr int more_registers = 8;  // than the list's: one granule of the hardware's
+constexpr int more_registers = 8;  // than the list's are allowed: one granule of the hardware's
 const char* const families[] = {"navi21", "gfx1100"};
 
 // The vertex shader, for Vulkan.
@@ -96,7 +96,7 @@ int check_programs(const std::filesystem::path& assets) {
       if (c.spills) fault = std::to_string(c.spills) + " registers are spilled";
       if (c.registers > listed.registers + more_registers)
         fault = std::to_string(c.registers) + " registers, " + std::to_string(listed.registers) +
-                " when the list was written";
+                " were enough before";
     } catch (const std::runtime_error& error) {
       fault = error.what();
     }

@@ -12,7 +12,7 @@ namespace psivox::gpu_cost {
 struct Listed {
   std::string name;
   std::string scene;  ///< JSON, as --scene reads it; transfer functions by their names in assets/
-  int registers = 0;  ///< vector registers on navi21 when the row was last written
+  int registers = 0;  ///< least so far: vector registers on navi21
   std::string shader = "march.frag";
 };
 
