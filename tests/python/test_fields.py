@@ -205,9 +205,13 @@ def test_documented_exchange(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     os.symlink(assets, "assets")
     names = {}
+    draw = psivox.render
+    monkeypatch.setattr(psivox, "render", lambda source: draw(source, resolution=SMALL))
     exec(blocks[0], names)
     pytest.importorskip("pyopenvdb", reason="no pyopenvdb (python3-openvdb)")
     exec(blocks[1] + blocks[2], names)
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
     alike = psivox.field(names["array"], voxel_size=0.1)
     assert np.array_equal(picture("array.vdb"), picture(alike))
     assert np.array_equal(names["array"], psivox.open("assets/blobs.vdb")["density"])
