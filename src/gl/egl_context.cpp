@@ -34,8 +34,7 @@ void require_libraries() {
   if (!has_library("libEGL.so.1"))
     throw Error(ExitCode::graphics, std::string("libEGL.so.1 is missing") + install_advice);
   if (!has_library("libOpenGL.so.0") && !has_library("libGL.so.1"))
-    throw Error(ExitCode::graphics,
-                "libOpenGL.so.0 is missing; install it (Debian: libopengl0)");
+    throw Error(ExitCode::graphics, "libOpenGL.so.0 is missing; install it (Debian: libopengl0)");
 }
 
 const char* client_extensions() { return eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS); }
