@@ -146,9 +146,8 @@ TEST_F(March, CellsAreTheReferenceForConstantLuminance) {
       Scene scene = with(oblique(), rule.id, {});
       if (inside) scene = looking(scene, {12.3, 9.1, 10.7}, {-20, 14, 2});
       const View view = scene_of(scene, Source::constant);
-      const Comparison c =
-          difference(std::string(rule.name) + (inside ? " inside" : " outside"),
-                     gl_picture(view), render_reference(view).image);
+      const Comparison c = difference(std::string(rule.name) + (inside ? " inside" : " outside"),
+                                      gl_picture(view), render_reference(view).image);
       EXPECT_LE(c.max, 1e-6);
     }
   }
