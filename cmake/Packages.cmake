@@ -36,7 +36,12 @@ set(CPACK_DEBIAN_DEV_DESCRIPTION "Headers of libpsivox, for programs that draw v
 
 set(name_python python3-psivox)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "psivox (= ${PROJECT_VERSION}-1), python3, python3-numpy")
+# a module is for one version of Python
+math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")
+string(CONCAT CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+  "psivox (= ${PROJECT_VERSION}-1), python3-numpy, "
+  "python3 (>= ${Python3_VERSION_MAJOR}.${Python3_VERSION_MINOR}), "
+  "python3 (<< ${Python3_VERSION_MAJOR}.${next_minor})")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "The Python module: it draws .vdb files and numpy arrays, and measures the
 error of its pictures.")
 
