@@ -115,3 +115,20 @@ again=$(comm -23 <(sort <<<"$before") <(stat -c '%n %i %y' farm.* | sort))
 stray=$(find . -name 'farm.*' -o -name '.farm*' | grep -cv '/farm\.[0-9]*\.exr$')
 [ "$stray" -eq 0 ] || fail "$stray stray files"
 echo "$frames frames by an array of 3 tasks, one of them killed: those of one process"
+
+# One frame over 4 ranks, by Open MPI through PMIx, which Slurm starts.
+libraries=$(dirname "$(ldd "$program" | sed -n 's/.*libpsivox\.so[^ ]* => \([^ ]*\) .*/\1/p')")
+if [ -e "$libraries/psivox/libpsivox_openmpi.so" ] && srun --mpi=list 2>&1 | grep -qw pmix; then
+  scene=(--look plain --sampling cells --early-termination 0 --resolution 64x48)
+  "$program" render "$assets/blobs.vdb" -o one.exr "${scene[@]}" -q || fail "one process"
+  OMPI_MCA_btl_vader_single_copy_mechanism=none timeout 120 srun --mpi=pmix --overcommit -n 4 \
+    "$program" render "$assets/blobs.vdb" -o ranks.exr "${scene[@]}" >srun.log 2>&1 ||
+    fail "srun of 4 ranks ends with $?"
+  # rounded to float32 in each rank and in the fold, 1e-7 of values about 1
+  "$program" compare one.exr ranks.exr --max-rms 1e-6 >/dev/null || fail "4 ranks draw another picture"
+  # the first rank speaks for all; processes that know nothing of each other would say it four times
+  [ "$(grep -c 'chosen by auto' srun.log)" -eq 1 ] || fail "srun: not one job of 4 ranks"
+  echo "one frame over 4 ranks: that of one process"
+else
+  echo "one frame over ranks: left out, no Open MPI or no PMIx in Slurm"
+fi
