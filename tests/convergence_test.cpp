@@ -55,7 +55,7 @@ double order(Integrator rule, const SmoothRay& field, double first, double last,
 const std::vector<double> halving{1, 0.5, 0.25, 0.125, 0.0625};
 // If a ray ends inside the medium, terms of several signs and orders meet: at coarse steps they can
 // cancel.
-const std::vector<double> fine{1.0 / 8, 1.0 / 16, 1.0 / 32, 1.0 / 64, 1.0 / 128};
+const std::vector<double> fine_steps{1.0 / 8, 1.0 / 16, 1.0 / 32, 1.0 / 64, 1.0 / 128};
 
 class Convergence : public testing::TestWithParam<double> {
  protected:
@@ -91,8 +91,8 @@ TEST_P(Convergence, ApproximationsFollowPsiExact) {
   for (const auto& [rule, d] : rules)
     for (const bool inside : {false, true}) {
       const double from = inside ? first : -far, to = inside ? last : far;
-      order(rule, field, from, to, inside ? fine : halving);
-      for (const double h : inside ? fine : halving)
+      order(rule, field, from, to, inside ? fine_steps : halving);
+      for (const double h : inside ? fine_steps : halving)
         EXPECT_NEAR(errors(rule, field, from, to, h).radiance,
                     errors(Integrator::psi_exact, field, from, to, h).radiance, d * h * 0.0975)
             << info(rule).name << ' ' << h;
@@ -113,9 +113,9 @@ TEST_P(Convergence, FromInside) {
   // The camera at s = -0.6 and the box's face at s = 0.9, both off every lattice.
   const double first = -0.6 * 8 + 0.0123, last = 0.9 * 8 - 0.0077;
   for (const Integrator rule : second_order)
-    EXPECT_GE(order(rule, field, first, last, fine), 1.9) << info(rule).name;
-  EXPECT_GE(order(Integrator::psi_balanced, field, first, last, fine), 1.9);
-  EXPECT_NEAR(order(Integrator::porter_duff, field, first, last, fine), 1.0, 0.15);
+    EXPECT_GE(order(rule, field, first, last, fine_steps), 1.9) << info(rule).name;
+  EXPECT_GE(order(Integrator::psi_balanced, field, first, last, fine_steps), 1.9);
+  EXPECT_NEAR(order(Integrator::porter_duff, field, first, last, fine_steps), 1.0, 0.15);
 }
 
 TEST_P(Convergence, EndCorrectionsKeepTheOrderFromInside) {
@@ -132,11 +132,11 @@ TEST_P(Convergence, IntoTheBoxFace) {
   // From vacuum to the face of a cropped box in the middle of the medium.
   const double last = 0.25 * 8 + 0.0123;
   for (const Integrator rule : second_order)
-    EXPECT_GE(order(rule, field, -far, last, fine), 1.9) << info(rule).name;
-  EXPECT_GE(order(Integrator::psi_balanced, field, -far, last, fine), 1.9);
+    EXPECT_GE(order(rule, field, -far, last, fine_steps), 1.9) << info(rule).name;
+  EXPECT_GE(order(Integrator::psi_balanced, field, -far, last, fine_steps), 1.9);
   // At K 30 the face is invisible: this is vacuum to vacuum.
   const double expected = GetParam() == 30 ? 2.0 : 1.0;
-  EXPECT_NEAR(order(Integrator::porter_duff, field, -far, last, fine), expected, 0.15);
+  EXPECT_NEAR(order(Integrator::porter_duff, field, -far, last, fine_steps), expected, 0.15);
 }
 
 TEST_P(Convergence, ConstantLuminanceIsFurnaceExact) {
