@@ -53,10 +53,14 @@ GridSummary summarise(const openvdb::GridBase& grid) {
   summary.active_voxels = tree.activeVoxelCount();
   summary.leaves = tree.leafCount();
   summary.active_tiles = tree.activeTileCount();
-  with_typed_grid(
-      grid, [&](const auto& typed) { summary.background = to_vec3d(typed.tree().background()); });
   openvdb::CoordBBox box;
-  if (tree.evalActiveVoxelBoundingBox(box)) {
+  with_typed_grid(grid, [&](const auto& typed) {
+    summary.background = to_vec3d(typed.tree().background());
+    // not the tree's evalActiveVoxelBoundingBox: to see whether the tree is empty, it divides the
+    // differences of tiles and background, for some integers by 0
+    typed.tree().root().evalActiveBoundingBox(box);
+  });
+  if (!box.empty()) {
     summary.active_box = {{box.min().x(), box.min().y(), box.min().z()},
                           {box.max().x(), box.max().y(), box.max().z()}};
   }
