@@ -1,4 +1,4 @@
-// The parts of a study that need no GPU: arithmetic, plan, files. tests/study_cli_test.sh runs a
+// The parts of a study that need no GPU: plan, files, conclusion. tests/study_cli_test.sh runs a
 // study.
 
 #include <gtest/gtest.h>
@@ -12,105 +12,16 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/statistics.h"
 #include "psivox/study.h"
 #include "psivox/text_file.h"
 #include "study/conclusion.h"
 #include "study/needs.h"
 #include "study/orders.h"
-#include "study/pareto.h"
-#include "study/plot_page.h"
 #include "study/results_table.h"
 #include "study/study_plots.h"
 
 namespace psivox {
 namespace {
-
-Image picture(int width, int height, float value) {
-  Image image;
-  image.width = width;
-  image.height = height;
-  image.layers.push_back(
-      {"", {"R", "G", "B", "A"}, std::vector<float>(std::size_t(width * height) * 4, value)});
-  return image;
-}
-
-TEST(Percentile, IsAValueThatTheFractionDoesNotExceed) {
-  std::vector<double> hundred;
-  for (int i = 100; i >= 1; --i) hundred.push_back(i);
-  EXPECT_EQ(percentile(hundred, 0.99), 99);
-  EXPECT_EQ(percentile(hundred, 0.991), 100);
-  EXPECT_EQ(percentile(hundred, 1), 100);
-  EXPECT_EQ(percentile(hundred, 0), 1);
-  EXPECT_EQ(percentile({7}, 0.99), 7);
-  EXPECT_EQ(percentile({}, 0.99), 0);
-}
-
-TEST(Spread, MedianOfOddAndEven) {
-  const Spread odd = spread_of({5, 1, 3});
-  EXPECT_EQ(odd.median, 3);
-  EXPECT_EQ(odd.min, 1);
-  EXPECT_EQ(odd.max, 5);
-  EXPECT_EQ(spread_of({4, 1, 3, 2}).median, 2.5);
-  EXPECT_EQ(spread_of({}).median, 0);
-}
-
-TEST(ErrorSum, HasTheMeanTheRmsAndTheFirstLargestMagnitude) {
-  ErrorSum sum;
-  EXPECT_EQ(sum.rms(), 0);
-  EXPECT_EQ(sum.mean(), 0);
-  std::size_t at = 10;
-  for (const double value : {1.0, -5.0, 5.0, -1.0}) sum.add(value, at++);
-  EXPECT_EQ(sum.rms(), std::sqrt(13.0));
-  EXPECT_EQ(sum.mean(), 0);
-  EXPECT_EQ(sum.max, 5);
-  EXPECT_EQ(sum.max_at, 11u);
-  ErrorSum earlier;
-  earlier.add(-5, 3);
-  sum += earlier;
-  EXPECT_EQ(sum.max_at, 3u);
-  EXPECT_EQ(sum.mean(), -1);
-  EXPECT_EQ(sum.rms(), std::sqrt(77.0 / 5));
-}
-
-TEST(PictureError, CountsRadianceAndAlphaApart) {
-  Image a = picture(4, 3, 0.5f);
-  const Image b = picture(4, 3, 0.5f);
-  a.rgba()[4 * 6 + 1] += 0.25f;  // G of pixel (2, 1)
-  a.rgba()[4 * 9 + 3] -= 0.5f;   // A of pixel (1, 2)
-  const PictureError e = picture_error(a, b);
-  EXPECT_EQ(e.radiance.max, 0.25);
-  EXPECT_EQ(e.radiance.max_x, 2);
-  EXPECT_EQ(e.radiance.max_y, 1);
-  EXPECT_NEAR(e.radiance.mean, 0.25 / 36, 1e-16);
-  EXPECT_NEAR(e.radiance.rms, 0.25 / 6, 1e-16);
-  EXPECT_EQ(e.radiance.p99, 0.25);  // the 36th of 36 values
-  EXPECT_EQ(e.alpha.max, 0.5);
-  EXPECT_EQ(e.alpha.max_x, 1);
-  EXPECT_EQ(e.alpha.max_y, 2);
-  EXPECT_NEAR(e.alpha.mean, -0.5 / 12, 1e-16);
-  EXPECT_NEAR(e.rms(), compare_images(a, b).rms, 1e-16);
-}
-
-TEST(PictureError, LeavesOutWhatIsNotFinite) {
-  Image a = picture(2, 2, 1);
-  a.rgba()[0] = std::numeric_limits<float>::quiet_NaN();
-  a.rgba()[7] = std::numeric_limits<float>::infinity();
-  const PictureError e = picture_error(a, picture(2, 2, 0));
-  EXPECT_EQ(e.radiance.not_finite, 1u);
-  EXPECT_EQ(e.alpha.not_finite, 1u);
-  EXPECT_EQ(e.radiance.rms, 1);
-  EXPECT_EQ(e.alpha.rms, 1);
-  EXPECT_THROW(picture_error(a, picture(2, 3, 0)), Error);
-}
-
-TEST(ParetoFront, KeepsWhatNothingBeats) {
-  //                                0        1        2        3        4        5
-  const std::vector<Cost> costs = {{3, 1}, {1, 5}, {2, 5}, {2, 2}, {5, 0.5}, {4, 3}};
-  EXPECT_EQ(pareto_front(costs), (std::vector<std::size_t>{1, 3, 0, 4}));
-  EXPECT_EQ(pareto_front(costs, 0.55), (std::vector<std::size_t>{1, 3, 4}));
-  EXPECT_TRUE(pareto_front({}).empty());
-}
 
 Sweep small_sweep() {
   Sweep sweep;
@@ -501,58 +412,6 @@ TEST(Orders, AreFittedToTheFinestAboveRounding) {
   ASSERT_EQ(fitted.size(), 4u);
   EXPECT_EQ(fitted.back().first, 1.0 / 16);  // 3/32^3 is 9e-5
   EXPECT_EQ(finest_four(errors, 0.1).size(), 2u);
-}
-
-TEST(Plot, PointsLieWhereTheirLogarithmsSay) {
-  // Three decades of x, evenly: the marks are evenly spaced. Points not above 0 are left out.
-  Plot plot;
-  plot.series.push_back({{{1, 1e-3}, {10, 1e-4}, {100, 1e-5}, {0, 1}, {1, 0}}, Ink{9, 9, 9}});
-  std::vector<glm::dvec2> marks;
-  const std::string svg = svg_of(plot);
-  const std::regex circle("<circle cx=\"([0-9.]+)\" cy=\"([0-9.]+)\"");
-  for (std::sregex_iterator at(svg.begin(), svg.end(), circle), end; at != end; ++at)
-    marks.emplace_back(std::stod((*at)[1]), std::stod((*at)[2]));
-  ASSERT_EQ(marks.size(), 3u);
-  constexpr double rounding = 0.01;  // of numbers written with two decimals
-  EXPECT_NEAR(marks[1].x - marks[0].x, marks[2].x - marks[1].x, 2 * rounding);
-  EXPECT_NEAR(marks[1].y - marks[0].y, marks[2].y - marks[1].y, 2 * rounding);
-  EXPECT_GT(marks[1].x, marks[0].x);
-  EXPECT_GT(marks[1].y, marks[0].y);  // downwards: smaller
-}
-
-TEST(Plot, SvgHasItsColoursAndText) {
-  const std::string page = svg_page(40, 20,
-                                    svg(SvgLine{5, 10, 35, 10, 2, {255, 0, 0}}) +
-                                        svg(SvgMark{20, 5, 3, Shape::square, {0, 0, 255}}) +
-                                        svg(SvgText{1, 2, "a < b"}));
-  for (const char* part : {"stroke=\"#ff0000\"", "fill=\"#0000ff\"", ">a &lt; b<", "</svg>"})
-    EXPECT_NE(page.find(part), std::string::npos) << part;
-}
-
-TEST(Plot, PageHoldsItsData) {
-  NamedPlot named{"name", {}};
-  named.plot.title = "a < b";
-  named.plot.series.push_back({{{1, 0.5, "</script>"}, {2, 0.25, "b"}, {0, 1, "no place"}},
-                               Ink{31, 119, 180},
-                               Shape::square,
-                               true,
-                               {"rule", "cells"}});
-  named.plot.legend.push_back({"rule", Ink{31, 119, 180}});
-  named.plot.front = {{2, 0.25, "b"}};
-  const std::filesystem::path folder = testing::TempDir();
-  const std::string html = write_plot(named, folder);
-  EXPECT_NE(html.find("<h3>a &lt; b</h3><a href=\"name.svg\">"), std::string::npos) << html;
-  EXPECT_NE(html.find(read_text((folder / "name.svg").string(), "plot")), std::string::npos);
-
-  const std::string open = "<script type=\"application/json\">", close = "</script>";
-  const std::size_t begin = html.find(open) + open.size();
-  const std::string text = html.substr(begin, html.find(close, begin) - begin);
-  EXPECT_NE(text.find("[[1.0,0.5,\"\\u003c/script>\"],[2.0,0.25,\"b\"]]"), std::string::npos)
-      << text;
-  for (const char* part : {R"("title":"a \u003c b")", R"("entries":["rule","cells"])",
-                           R"("color":"#1f77b4")", R"("shape":"square")", R"("dashed":true)",
-                           R"("entries":["Pareto front"])", R"("front":true)"})
-    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in " << text;
 }
 
 TEST(Plots, EveryPointNamesItsVariantAndItsEntriesOfTheLegend) {

@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -68,6 +70,19 @@ inline std::filesystem::path write_bytes(const std::string& name, const std::str
   const auto path = scratch_dir() / name;
   std::ofstream(path, std::ios::binary) << bytes;
   return path;
+}
+
+inline bool same(const std::vector<Leaf>& a, const std::vector<Leaf>& b, int channels) {
+  const std::size_t bytes = 512 * sizeof(float) * static_cast<std::size_t>(channels);
+  return std::ranges::equal(a, b, [&](const Leaf& x, const Leaf& y) {
+    return x.origin == y.origin && std::memcmp(x.values, y.values, bytes) == 0;
+  });
+}
+
+inline bool same(const std::vector<Tile>& a, const std::vector<Tile>& b) {
+  return std::ranges::equal(a, b, [](const Tile& x, const Tile& y) {
+    return x.origin == y.origin && x.width == y.width && x.value == y.value;
+  });
 }
 
 /// The message of the Error(input) that f throws; fails the test if f throws another or none.

@@ -125,19 +125,28 @@ VkPipelineExecutableInfoKHR executable(VkPipeline pipeline, std::uint32_t index)
   return info;
 }
 
+/// All that a function of Vulkan lists: it is asked for their number, then for so many.
+template <typename T, typename F>
+std::vector<T> listed(const F& list, VkStructureType type) {
+  std::uint32_t count = 0;
+  list(&count, static_cast<T*>(nullptr));
+  T empty{};
+  empty.sType = type;
+  std::vector<T> all(count, empty);
+  list(&count, all.data());
+  return all;
+}
+
 std::uint32_t fragment_index(VkDevice device, VkPipeline pipeline) {
   VkPipelineInfoKHR info{};
   info.sType = VK_STRUCTURE_TYPE_PIPELINE_INFO_KHR;
   info.pipeline = pipeline;
   const auto properties =
       get<PFN_vkGetPipelineExecutablePropertiesKHR>(device, "vkGetPipelineExecutablePropertiesKHR");
-  std::uint32_t count = 0;
-  properties(device, &info, &count, nullptr);
-  VkPipelineExecutablePropertiesKHR none{};
-  none.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_PROPERTIES_KHR;
-  std::vector<VkPipelineExecutablePropertiesKHR> all(count, none);
-  properties(device, &info, &count, all.data());
-  for (std::uint32_t i = 0; i < count; ++i)
+  const auto all = listed<VkPipelineExecutablePropertiesKHR>(
+      [&](std::uint32_t* count, auto* out) { properties(device, &info, count, out); },
+      VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_PROPERTIES_KHR);
+  for (std::uint32_t i = 0; i < all.size(); ++i)
     if (all[i].stages & VK_SHADER_STAGE_FRAGMENT_BIT) return i;
   throw std::runtime_error("the pipeline has no fragment shader");
 }
@@ -145,26 +154,21 @@ std::uint32_t fragment_index(VkDevice device, VkPipeline pipeline) {
 std::map<std::string, int> numbers_of(VkDevice device, const VkPipelineExecutableInfoKHR& info) {
   const auto read =
       get<PFN_vkGetPipelineExecutableStatisticsKHR>(device, "vkGetPipelineExecutableStatisticsKHR");
-  std::uint32_t count = 0;
-  read(device, &info, &count, nullptr);
-  VkPipelineExecutableStatisticKHR none{};
-  none.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR;
-  std::vector<VkPipelineExecutableStatisticKHR> all(count, none);
-  read(device, &info, &count, all.data());
   std::map<std::string, int> numbers;
-  for (const auto& s : all) numbers[s.name] = int(s.value.u64);
+  for (const auto& s : listed<VkPipelineExecutableStatisticKHR>(
+           [&](std::uint32_t*count, auto*out) { read(device, &info, count, out); },
+           VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR))
+    numbers[s.name] = int(s.value.u64);
   return numbers;
 }
 
 std::string assembly_of(VkDevice device, const VkPipelineExecutableInfoKHR& info) {
   const auto read = get<PFN_vkGetPipelineExecutableInternalRepresentationsKHR>(
       device, "vkGetPipelineExecutableInternalRepresentationsKHR");
-  std::uint32_t count = 0;
-  read(device, &info, &count, nullptr);
-  VkPipelineExecutableInternalRepresentationKHR none{};
-  none.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INTERNAL_REPRESENTATION_KHR;
-  std::vector<VkPipelineExecutableInternalRepresentationKHR> all(count, none);
-  read(device, &info, &count, all.data());
+  auto all = listed<VkPipelineExecutableInternalRepresentationKHR>(
+      [&](std::uint32_t* count, auto* out) { read(device, &info, count, out); },
+      VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INTERNAL_REPRESENTATION_KHR);
+  auto count = std::uint32_t(all.size());
   std::vector<std::string> texts(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     texts[i].resize(all[i].dataSize);

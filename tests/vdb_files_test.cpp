@@ -1,0 +1,177 @@
+// VdbFile on files made here: names of grids, parts of vectors, and grids that cannot be rendered.
+
+#include <openvdb/io/Stream.h>
+#include <openvdb/tools/Interpolation.h>
+
+#include <limits>
+#include <numbers>
+
+#include "psivox/medium.h"
+#include "psivox/parameters.h"
+#include "psivox/vdb.h"
+#include "vdb/grid_types.h"
+#include "vdb_test_util.h"
+
+namespace psivox {
+namespace {
+
+using openvdb::Coord;
+using openvdb::CoordBBox;
+using openvdb::FloatGrid;
+using openvdb::math::Transform;
+using test::FieldSampler;
+using test::input_error;
+using test::named;
+using test::write_vdb;
+
+TEST(VdbNames, GridsAreListedInFileOrderAndFoundByName) {
+  auto voxel = [](const std::string& name, float value) {
+    auto grid = named<FloatGrid>(name);
+    grid->tree().setValue(Coord(0), value);
+    return grid;
+  };
+  const VdbFile vdb(
+      write_vdb({voxel("z", 1), voxel("", 2), voxel("a", 3), voxel("", 4), voxel("a", 5)}));
+  EXPECT_EQ(vdb.names(), (std::vector<std::string>{"z", "[0]", "a[0]", "[1]", "a[1]"}));
+  const auto value = [&](const std::string& name) {
+    return FieldSampler(vdb.read(name)).voxel({0, 0, 0}, 0);
+  };
+  EXPECT_EQ(value("z"), 1);
+  EXPECT_EQ(value("[0]"), 2);
+  EXPECT_EQ(value(""), 2);
+  EXPECT_EQ(value("[1]"), 4);
+  EXPECT_EQ(value("a[1]"), 5);
+  EXPECT_EQ(value("a"), 3);
+  EXPECT_NE(
+      input_error([&] { vdb.read("b"); }).find("has no grid 'b'; it has 'z' '[0]' '[1]' 'a[0]'"),
+      std::string::npos);
+  EXPECT_NE(input_error([&] { vdb.default_grid(); }).find("choose one with --grid"),
+            std::string::npos);
+  EXPECT_EQ(VdbFile(write_vdb({voxel("heat", 1), named<openvdb::Vec3SGrid>("v")})).default_grid(),
+            "heat");
+  EXPECT_NE(input_error([&] { VdbFile(write_vdb({})).default_grid(); }).find("holds no grid"),
+            std::string::npos);
+}
+
+TEST(VdbNames, NamesThatAnotherWriterRepeatedAreNumbered) {
+  auto a = named<FloatGrid>("density"), b = named<FloatGrid>("densitx");
+  a->tree().setValue(Coord(0), 1.0f);
+  b->tree().setValue(Coord(0), 2.0f);
+  std::string bytes = test::file_bytes(write_vdb({a, b}));
+  for (std::size_t at; (at = bytes.find("densitx")) != std::string::npos;) bytes[at + 6] = 'y';
+  const VdbFile vdb(test::write_bytes("repeated.vdb", bytes));
+  EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density[0]", "density[1]"}));
+  EXPECT_EQ(FieldSampler(vdb.read("density[1]")).voxel({0, 0, 0}, 0), 2.0);
+  EXPECT_EQ(vdb.read("density").notices.size(), 1u);
+}
+
+TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
+  auto density = named<FloatGrid>("density"), other = named<FloatGrid>("other");
+  density->tree().setValue(Coord(0), 1.0f);
+  other->tree().setValue(Coord(0), 2.0f);
+  std::string bytes = test::file_bytes(write_vdb({density, other}));
+  bytes.replace(bytes.find("Tree_float"), 10, "Tree_quark");
+  const VdbFile vdb(test::write_bytes("unknown.vdb", bytes));
+  EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density", "other"}));
+  EXPECT_EQ(vdb.info().at(0).channels, 0);
+  EXPECT_NE(vdb.info().at(0).problem.find("has type Tree_quark_5_4_3"), std::string::npos);
+  EXPECT_EQ(FieldSampler(vdb.read("other")).voxel({0, 0, 0}, 0), 2.0);
+  EXPECT_NE(input_error([&] { vdb.read("density"); }).find("supported value types: float, double"),
+            std::string::npos);
+}
+
+TEST(VdbFiles, GridsThatShareATreeAndFilesWithoutPositions) {
+  auto a = named<FloatGrid>("a");
+  a->tree().setValue(Coord(1, 2, 3), -4.0f);
+  const openvdb::GridBase::Ptr b = a->copyGrid();  // the same tree
+  b->setName("b");
+  const auto shared = write_vdb({a, b});
+  EXPECT_EQ(FieldSampler(VdbFile(shared).read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
+
+  const auto piped = test::scratch_dir() / "piped.vdb";
+  {
+    std::ofstream out(piped, std::ios::binary);
+    openvdb::io::Stream(out).write(openvdb::GridCPtrVec{a, b});
+  }
+  const VdbFile vdb(piped);
+  EXPECT_EQ(vdb.names(), (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(vdb.read("b").notices.at(0), "grid 'b': 1 negative value taken as 0");
+  EXPECT_EQ(FieldSampler(vdb.read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
+}
+
+TEST(VdbFiles, WhatCannotBeRenderedIsRefused) {
+  auto mask = named<openvdb::MaskGrid>("mask");
+  mask->tree().setValueOn(Coord(0));
+  auto far = named<FloatGrid>("far");
+  far->tree().setValue(Coord(0), 1.0f);
+  far->tree().setValue(Coord(1 << 30, 0, 0), 1.0f);
+  auto background = named<openvdb::Int32Grid>("background");
+  background->tree().root().setBackground(-2, /*updateChildNodes=*/false);
+  background->tree().setValue(Coord(0), 1);
+  auto hollow = named<FloatGrid>("hollow");
+  hollow->tree().root().setBackground(0.3f, /*updateChildNodes=*/false);
+  hollow->setGridClass(openvdb::GRID_LEVEL_SET);
+  hollow->tree().setValue(Coord(0), 0.1f);
+  const VdbFile vdb(write_vdb({mask, far, background, hollow}));
+  EXPECT_NE(input_error([&] { vdb.read("mask"); }).find("(topology without values)"),
+            std::string::npos);
+  EXPECT_NE(input_error([&] { vdb.read("far"); }).find("2^30 or more apart"), std::string::npos);
+  EXPECT_NE(input_error([&] { vdb.read("background"); }).find("has background -2"),
+            std::string::npos);
+  EXPECT_NE(input_error([&] { vdb.read("hollow"); }).find("level set without an inside"),
+            std::string::npos);
+}
+
+TEST(Vectors, AreDrawnByLengthOrComponent) {
+  const auto voxel = [](const std::string& name, float value) {
+    const auto grid = named<FloatGrid>(name);
+    grid->tree().setValue(Coord(0), value);
+    return grid;
+  };
+  const auto velocity = named<openvdb::Vec3SGrid>("velocity");
+  velocity->tree().setValue(Coord(1, 2, 3), openvdb::Vec3s(2, -3, 6));
+  velocity->tree().setValue(Coord(1, 2, 4), openvdb::Vec3s(0, 1, 0));
+  const VdbFile vdb(write_vdb({voxel("a", 1), voxel("b", 2), velocity}));
+  const auto at = [&](const std::string& name) {
+    Scene scene;
+    scene.grid = name;
+    const View view = make_view(scene, vdb);
+    EXPECT_EQ(view.scene.grid, name.find(':') == name.npos ? name + ":length" : name);
+    EXPECT_NE(view.medium.transfer, nullptr);
+    return view;
+  };
+  const auto value = [](const View& view) {
+    return FieldSampler(*view.medium.density).voxel({1, 2, 3}, 0);
+  };
+  EXPECT_EQ(value(at("velocity")), 7);
+  EXPECT_EQ(value(at("velocity:length")), 7);
+  EXPECT_EQ(value(at("velocity:x")), 2);
+  EXPECT_EQ(value(at("velocity:z")), 6);
+  const View y = at("velocity:y");
+  EXPECT_EQ(value(y), -3);
+  EXPECT_EQ(y.scene.colormap, Colormap::coolwarm);
+  EXPECT_EQ(y.scene.range, glm::dvec2(-3, 3));
+  EXPECT_EQ(y.medium.transfer->at(-3).attenuation, 3);
+  EXPECT_EQ(y.medium.transfer->at(1).attenuation, 1);
+  // the printed scene draws the same
+  EXPECT_EQ(to_json(make_view(y.scene, vdb).scene), to_json(y.scene));
+
+  const auto refused = [&](const std::string& name) {
+    Scene scene;
+    scene.grid = name;
+    return input_error([&] { make_view(scene, vdb); });
+  };
+  EXPECT_NE(refused("velocity:w").find("a vector has x, y, z and length"), std::string::npos);
+  EXPECT_NE(refused("a:x").find("is scalar"), std::string::npos);
+  EXPECT_NE(refused("c:x").find("has no grid 'c:x'"), std::string::npos);
+  // the only grid of vectors, where no grid is scalar
+  EXPECT_EQ(VdbFile(write_vdb({velocity})).default_grid(), "velocity");
+  // a grid whose own name has a colon
+  const VdbFile odd(write_vdb({voxel("fire:x", 5)}));
+  Scene scene;
+  scene.grid = "fire:x";
+  EXPECT_EQ(read_fields(scene, odd).density->name, "fire:x");
+}
+
+}  // namespace
+}  // namespace psivox
