@@ -54,20 +54,10 @@ void print_devices() {
 /// Opens the marcher while the file is read. get() throws the marcher's error.
 using FutureMarcher = std::future<std::shared_ptr<Marcher>>;
 
-/// Computing the light takes half of the bar; stages after the march take none.
-StageProgress on_bar(const Progress& bar, bool lit) {
-  if (!bar) return {};
-  const double light_share = lit ? 0.5 : 0;
-  return [=](Stage stage, double fraction) {
-    if (stage == Stage::lighting) bar(fraction * light_share);
-    if (stage == Stage::marching) bar(light_share + fraction * (1 - light_share));
-  };
-}
-
 Drawn draw(const RenderCall& call, Session& session, Marcher& marcher) {
   ProgressBar bar(call.quiet);
   Wish wish = wish_of(call);
-  wish.progress = on_bar(bar.progress(), session.view().medium.light.has_value());
+  wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
   return session.draw(marcher, wish);
 }
 

@@ -108,9 +108,8 @@ std::shared_ptr<FrameLoop::DrawnFrame> FrameLoop::draw(const Frame& frame, const
   Wish wish = wish_of(call_);
   wish.scene = read.scene;
   if (progress_)
-    wish.progress = [this](Stage stage, double fraction) {
-      progress_(done_ + part_ * (stage == Stage::marching ? fraction : 0));
-    };
+    wish.progress = over_stages([this](double done) { progress_(done_ + part_ * done); },
+                                read.session->view().medium.light.has_value());
   const Stopwatch drawing;
   auto drawn = std::make_shared<DrawnFrame>();
   drawn->frame = frame;

@@ -121,10 +121,7 @@ void Together::draw(Session& session, std::future<std::shared_ptr<Marcher>> open
   ProgressBar bar(call.quiet);
   Wish wish = wish_of(call);
   wish.ranks = ranks;
-  if (const Progress show = bar.progress())
-    wish.progress = [show](Stage stage, double fraction) {
-      if (stage == Stage::marching) show(fraction);
-    };
+  wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
   report.drawn = session.draw(*marcher, wish);
 }
 

@@ -105,6 +105,10 @@ const char* stage_text(Stage stage);
 /// It may throw to end the work; the session stays usable.
 using StageProgress = std::function<void(Stage stage, double fraction)>;
 
+/// One bar for all stages of a picture: light takes the first half of a lit one, the march the
+/// rest.
+StageProgress over_stages(Progress bar, bool lit);
+
 /// A finished part of a picture; x and y count from the top left pixel.
 struct DoneTile {
   int x = 0, y = 0, width = 0, height = 0;

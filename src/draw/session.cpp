@@ -66,6 +66,25 @@ const char* stage_text(Stage stage) {
   return "checking";
 }
 
+StageProgress over_stages(Progress bar, bool lit) {
+  if (!bar) return {};
+  return [bar = std::move(bar), before = lit ? 0.5 : 0](Stage stage, double fraction) {
+    switch (stage) {
+      case Stage::converting:
+        return bar(0);
+      case Stage::lighting:
+        return bar(before * fraction);
+      case Stage::uploading:
+      case Stage::choosing:
+        return bar(before);
+      case Stage::marching:
+        return bar(before + (1 - before) * fraction);
+      case Stage::checking:
+        return bar(1);
+    }
+  };
+}
+
 struct Session::Impl {
   explicit Impl(View given) : view(std::move(given)), unlit(view.medium) {
     if (view.medium.light) lighting.emplace(view);

@@ -58,24 +58,19 @@ std::vector<std::string> all_with_keywords(std::vector<std::string> notices) {
 using Floats = py::array_t<float, py::array::c_style>;
 using File = std::shared_ptr<const VdbFile>;
 
-/// Makes py::object callbacks of the library's: `report` is called with (stage, fraction) or null.
-StageCall stage_call(const py::object& report) {
+/// Calls `report`, unless it is None, and lets Ctrl-C end the work.
+Progress reporting(const py::object& report) {
   const bool reports = !report.is_none();
-  return [report = report.ptr(), reports, check = SignalCheck()](Stage stage,
-                                                                 double fraction) mutable {
+  return [report = report.ptr(), reports, check = SignalCheck()](double fraction) mutable {
     check();
     if (!reports) return;
     const py::gil_scoped_acquire python;
     try {
-      py::reinterpret_borrow<py::object>(report)(stage_text(stage), fraction);
+      py::reinterpret_borrow<py::object>(report)(fraction);
     } catch (py::error_already_set& error) {
       throw Stop{std::move(error)};
     }
   };
-}
-
-Progress interruptible() {
-  return [check = SignalCheck()](double) mutable { check(); };
 }
 
 std::string kind_of(const Parameter& p) {
@@ -238,7 +233,8 @@ void define_errors(py::module_& m) {
 void define_grids(py::module_& m) {
   py::class_<VdbFile, std::shared_ptr<VdbFile>>(m, "File")
       .def(py::init([](const std::string& path) {
-        return run([&] { return std::make_shared<VdbFile>(path, interruptible()); });
+        const Progress interruptible = reporting(py::none());
+        return run([&] { return std::make_shared<VdbFile>(path, interruptible); });
       }))
       .def_property_readonly("names", &VdbFile::names)
       .def("channels", &VdbFile::channels)
@@ -337,9 +333,9 @@ void define_pictures(py::module_& m) {
            [](Drawing& drawing, const SceneWords& words, const std::vector<std::string>& layers,
               std::optional<double> budget, int check_error, const py::object& report) {
              const PictureWords wanted{layers, budget, check_error};
-             const StageCall call = stage_call(report);
+             const Progress progress = reporting(report);
              return run(
-                 [&] { return std::make_unique<Picture>(drawing.draw(words, wanted, call)); });
+                 [&] { return std::make_unique<Picture>(drawing.draw(words, wanted, progress)); });
            })
       .def("close", [](Drawing& drawing) { run([&] { drawing.close(); }); });
 }
@@ -350,7 +346,7 @@ void define_studies(py::module_& m) {
   m.def("study", [](const std::shared_ptr<VdbFile>& file, const SceneWords& words,
                     const std::string& folder, const std::map<std::string, std::string>& lists,
                     int repeats, bool split, bool resume, const py::object& report) {
-    const StageCall call = stage_call(report);
+    const Progress progress = reporting(report);
     return run([&] {
       StudyOptions options;
       options.folder = folder;
@@ -358,7 +354,7 @@ void define_studies(py::module_& m) {
       options.repeats = repeats;
       options.split = split;
       options.resume = resume;
-      options.progress = [&](double fraction) { call(Stage::marching, fraction); };
+      options.progress = progress;
       check_study_folder(folder, resume);
       return run_study(study_view(*file, words), options);
     });

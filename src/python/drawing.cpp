@@ -93,10 +93,12 @@ Drawing::Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words)
       given_(scene_of(words, *file_)),
       gives_background_(words.give("background")) {}
 
-void Drawing::prepare(const Scene& given, bool in_time) {
+void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress) {
   session_.reset();
+  progress(0);
   const Scene scene = in_time ? given : with_default_tolerance(given);
   LookedScene looked = with_look(scene, *file_, "auto", true, {.allowed = true});
+  progress(0);
   look_background_.reset();
   if (!given.background) look_background_ = std::exchange(looked.scene.background, {});
   notices_.clear();
@@ -149,7 +151,7 @@ Picture Drawing::finish(Drawn drawn, const Wish& wish, const PictureWords& wante
 }
 
 Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
-                      const StageCall& progress) {
+                      const Progress& progress) {
   const std::lock_guard lock(mutex_);
   const bool in_time = wanted.time_budget_ms.has_value();
   const Scene given = scene_of(words, *file_, given_);
@@ -158,21 +160,21 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
                           return !belongs_to_medium(p) || same(given, prepared_, p);
                         });
   // pixels are checked in the session's own scene
-  if (!prepared || (wanted.check_error > 0 && moved(given, in_time))) prepare(given, in_time);
+  if (!prepared || (wanted.check_error > 0 && moved(given, in_time)))
+    prepare(given, in_time, progress);
   Wish wish;
   wish.scene = moved(given, in_time);
   wish.layers = layers_of(wanted.layers);
   wish.time_budget_ms = wanted.time_budget_ms;
-  wish.progress = progress;
+  wish.progress = over_stages(progress, session_->view().medium.light.has_value());
   try {
     const Released used{marcher_.get(given)};
     Drawn drawn = session_->draw(used.marcher, wish);
     large_ = drawn.atlas.bytes() > large_atlas;
     std::optional<CheckedError> checked;
     if (wanted.check_error > 0)
-      checked = session_->check_error(drawn.image, wanted.check_error, [&](double fraction) {
-        if (progress) progress(Stage::checking, fraction);
-      });
+      checked =
+          session_->check_error(drawn.image, wanted.check_error, [&](double) { progress(1); });
     Picture picture = finish(std::move(drawn), wish, wanted);
     if (gives_background_ || words.give("background")) picture.look_background.reset();
     picture.checked = checked;

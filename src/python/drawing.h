@@ -12,11 +12,10 @@
 #include "psivox/draw.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
+#include "psivox/progress.h"
 #include "psivox/vdb.h"
 
 namespace psivox::python {
-
-using StageCall = std::function<void(Stage stage, double fraction)>;
 
 /// A scene as a call gives it: keywords over a camera's file over another scene.
 struct SceneWords {
@@ -65,13 +64,13 @@ class Drawing {
 
   /// The scene with these words over the drawing's own. Where the medium depends on them it is made
   /// anew, else atlas, light and context are those of the picture before.
-  Picture draw(const SceneWords& words, const PictureWords& wanted, const StageCall& progress);
+  Picture draw(const SceneWords& words, const PictureWords& wanted, const Progress& progress);
 
   /// Lets others draw with its context, until the next picture.
   void close();
 
  private:
-  void prepare(const Scene& given, bool in_time);
+  void prepare(const Scene& given, bool in_time, const Progress& progress);
   /// The session's scene, with what another picture may change taken from `given`.
   std::optional<Scene> moved(const Scene& given, bool in_time) const;
   Picture finish(Drawn drawn, const Wish& wish, const PictureWords& wanted);

@@ -146,7 +146,8 @@ def test_devices():
 def test_progress(blobs):
     seen = []
     psivox.render(blobs, resolution=SMALL, progress=seen.append)
-    assert seen and seen == sorted(seen) and seen[-1] == 1
+    assert seen == sorted(seen) and seen[0] == 0 and seen[-1] == 1
+    assert 0.5 in seen  # the light of the look is half of the work
 
     class Bar:  # as tqdm's
         total, n, closed = 50, 0, False

@@ -110,9 +110,7 @@ class _Progress:
     def report(self):
         return self._report if self._bar is not None or self._call else None
 
-    def _report(self, stage, fraction):
-        if stage != "marching":
-            return
+    def _report(self, fraction):
         if self._call:
             self._call(fraction)
         elif fraction > self._done:
