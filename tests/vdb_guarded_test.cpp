@@ -87,9 +87,17 @@ const std::map<std::string, std::function<void(int connection)>> accidents = {
     {"calls.vdb", try_forbidden_calls},
 };
 
-void have_accident(const std::string& path, int connection) {
-  const auto accident = accidents.find(std::filesystem::path(path).filename().string());
+void have_accident(const std::string& path, const Message& message, int connection) {
+  const std::string name = std::filesystem::path(path).filename().string();
+  const auto accident = accidents.find(name);
   if (accident != accidents.end()) accident->second(connection);
+  // in one grid of several, and where all are asked for
+  const auto asks = [&](const char* grid) {
+    return message.content.find(grid) != message.content.npos;
+  };
+  if (name == "bad_color.vdb" && message.kind != MessageKind::open && !asks("density") &&
+      !asks("temperature"))
+    *nowhere = 1;
 }
 
 std::filesystem::path asset(const std::string& name) { return test::assets_dir() / name; }
@@ -205,6 +213,15 @@ TEST(GuardedReading, AFileThatLiesIsAnErrorThatNamesIt) {
   const std::string good = test::file_bytes(asset("single_voxel.vdb"));
   ASSERT_EQ(good.substr(name, 7), "density");
   ASSERT_EQ(good.substr(type, 16), "Tree_float_5_4_3");
+  // of the tree: one buffer, the background, no tile, one node, whose place follows
+  const std::string root(
+      "\1\0\0\0"
+      "\0\0\0\0"
+      "\0\0\0\0"
+      "\1\0\0\0",
+      16);
+  const std::size_t node = good.find(root) + root.size();
+  ASSERT_NE(good.find(root), good.npos);
   constexpr std::uint32_t most = ~0u;
   constexpr auto size = std::int64_t{1} << 62;
   const std::vector<std::pair<const char*, std::string>> lies = {
@@ -226,6 +243,7 @@ TEST(GuardedReading, AFileThatLiesIsAnErrorThatNamesIt) {
       {"other codec", with(good, compression, 4u)},
       {"count of metadata", with(good, metadata, most)},
       {"length of metadata", with(good, metadata_name_length, most - 8)},
+      {"place of the root's node", with(good, node, 2147483647)},
       {"half of the file", good.substr(0, good.size() / 2)},
       {"without its last byte", good.substr(0, good.size() - 1)},
       {"header alone", good.substr(0, file_metadata)},
@@ -265,6 +283,28 @@ TEST(GuardedReading, LengthsOfMetadataAreNotAllocated) {
   getrusage(RUSAGE_SELF, &after);
   constexpr long mebibyte = 1024;                                // [KiB]
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 * mebibyte);  // of 4 GiB
+}
+
+TEST(GuardedReading, ACrashInOneGridLeavesTheRowsOfTheOthers) {
+  if (sanitised) GTEST_SKIP() << "sanitizers end a process in their own way";
+  const VdbFile file(test::write_bytes("bad_color.vdb", test::file_bytes(asset("blobs.vdb"))));
+  const std::vector<GridInfo> expected = VdbFile(asset("blobs.vdb")).info();
+  const std::vector<GridInfo> rows = file.info();
+  ASSERT_EQ(rows.size(), expected.size());
+  ASSERT_GE(rows.size(), 2u);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].name, expected[i].name);
+    if (rows[i].name == "color") {
+      EXPECT_EQ(rows[i].problem, "is damaged: reading it crashed (Segmentation fault)");
+    } else {
+      EXPECT_EQ(rows[i].problem, "");
+      EXPECT_EQ(rows[i].active_voxels, expected[i].active_voxels);
+    }
+  }
+  const std::string message = test::input_error([&] { file.read("color"); });
+  EXPECT_NE(message.find("bad_color.vdb: grid 'color' is damaged: reading it crashed"),
+            std::string::npos)
+      << message;
 }
 
 TEST(GuardedReading, WhatAReaderSaysIsOneLine) {

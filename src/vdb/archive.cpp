@@ -236,12 +236,14 @@ void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor
   if (channels_of(descriptor.gridType()) == 0 ||
       fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) {
     readGrid(grid, descriptor, stream_);
+    check_root(*grid);
     return;
   }
   read_head(*grid);
   if (descriptor.isInstance()) return;
   check_topology(*grid, stream_);
   grid->readTopology(stream_);
+  check_root(*grid);
   if (values) read_leaves(*grid, stream_, buffer_);
 }
 

@@ -51,4 +51,14 @@ void check_topology(openvdb::GridBase& grid, std::istream& stream) {
   stream.seekg(begin);
 }
 
+void check_root(const openvdb::GridBase& grid) {
+  with_typed_grid(grid, [](const auto& typed) {
+    const auto& root = typed.tree().root();
+    constexpr int width = std::decay_t<decltype(root)>::ChildNodeType::DIM;
+    for (auto it = root.cbeginChildAll(); it; ++it)
+      if ((it.getCoord() & ~(width - 1)) != it.getCoord())
+        throw openvdb::IoError("a node of its root is at an impossible place");
+  });
+}
+
 }  // namespace psivox::vdb

@@ -28,7 +28,7 @@ void GuardedLeaves::read(std::span<const std::uint32_t> leaves, float* values) c
     std::string bytes;
     try {
       const std::string answer =
-          process_->ask(MessageKind::leaves, request.text(), /*descriptor=*/-1, {});
+          process_->ask(MessageKind::leaves, request.text(), /*descriptor=*/-1, /*grid=*/"", {});
       Unpacker unpack(answer);
       unpack(bytes);
       unpack.end();

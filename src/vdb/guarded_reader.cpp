@@ -10,20 +10,26 @@
 
 namespace psivox::vdb {
 
+std::string GuardedReader::without_subject(std::string message, const std::string& grid) const {
+  for (const std::string& start : {file_->path() + ": ", "grid '" + grid + "' "})
+    if (message.starts_with(start)) message.erase(0, start.size());
+  return message;
+}
+
 GuardedReader::GuardedReader(std::shared_ptr<FileBlocks> file, Progress progress)
     : file_(std::move(file)), progress_(std::move(progress)) {}
 
 template <typename Take>
 void GuardedReader::ask(MessageKind kind, const std::string& content, int descriptor,
-                        const Take& take) {
+                        const std::string& grid, const Take& take) {
   try {
     if (!process_) {
       last_storage_.reset();
       process_ = std::make_unique<ReaderProcess>(file_);
       if (kind != MessageKind::open)
-        process_->ask(MessageKind::open, file_->path(), file_->descriptor(), {});
+        process_->ask(MessageKind::open, file_->path(), file_->descriptor(), "", {});
     }
-    const std::string answer = process_->ask(kind, content, descriptor, progress_);
+    const std::string answer = process_->ask(kind, content, descriptor, grid, progress_);
     Unpacker unpack(answer);
     take(unpack);
     unpack.end();
@@ -42,23 +48,49 @@ void GuardedReader::ask(MessageKind kind, const std::string& content, int descri
 FileFacts GuardedReader::facts() {
   const std::lock_guard lock(mutex_);
   FileFacts facts;
-  ask(MessageKind::open, file_->path(), file_->descriptor(), [&](Unpacker& answer) {
+  ask(MessageKind::open, file_->path(), file_->descriptor(), "", [&](Unpacker& answer) {
     answer(facts);
     const std::size_t grids = facts.names.size();
     if (facts.base_names.size() != grids || facts.channels.size() != grids ||
         facts.classes.size() != grids)
       throw std::runtime_error("lists of different lengths");
   });
+  facts_ = facts;
   return facts;
+}
+
+std::vector<GridInfo> GuardedReader::rows(const std::string& grid, bool values) {
+  Packer request;
+  request(grid, values);
+  std::vector<GridInfo> rows;
+  ask(MessageKind::info, request.text(), -1, grid, [&](Unpacker& answer) { answer(rows); });
+  return rows;
 }
 
 std::vector<GridInfo> GuardedReader::info(bool values) {
   const std::lock_guard lock(mutex_);
-  Packer request;
-  request(values);
-  std::vector<GridInfo> rows;
-  ask(MessageKind::info, request.text(), -1, [&](Unpacker& answer) { answer(rows); });
-  return rows;
+  try {
+    return rows("", values);
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::input) throw;
+  }
+  // one grid ended the reader: each is asked for by itself
+  std::vector<GridInfo> all;
+  for (std::size_t i = 0; i < facts_.names.size(); ++i) {
+    const std::string& grid = facts_.names[i];
+    try {
+      const std::vector<GridInfo> row = rows(grid, values);
+      if (row.size() == 1) all.push_back(row.front());
+    } catch (const Error& error) {
+      if (error.code() != ExitCode::input) throw;
+      GridInfo bad;
+      bad.name = grid;
+      bad.channels = facts_.channels[i];
+      bad.problem = without_subject(error.what(), grid);
+      all.push_back(bad);
+    }
+  }
+  return all;
 }
 
 Field GuardedReader::read(const std::string& grid, const ReadOptions& options) {
@@ -68,7 +100,7 @@ Field GuardedReader::read(const std::string& grid, const ReadOptions& options) {
   Packer request;
   request(ReadRequest{grid, options, held != nullptr});
   FieldFacts facts;
-  ask(MessageKind::read, request.text(), memory.get(), [&](Unpacker& answer) {
+  ask(MessageKind::read, request.text(), memory.get(), grid, [&](Unpacker& answer) {
     answer(facts);
     Field& field = facts.field;
     if (facts.same_values) {

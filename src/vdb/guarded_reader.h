@@ -21,14 +21,19 @@ class GuardedReader final : public Reader {
   Field read(const std::string& grid, const ReadOptions& options) override;
 
  private:
-  /// Calls take(answer) with an Unpacker. Throws Error(input).
+  /// Calls take(answer) with an Unpacker. The request may be about a grid. Throws Error(input).
   template <typename Take>
-  void ask(MessageKind kind, const std::string& content, int descriptor, const Take& take);
+  void ask(MessageKind kind, const std::string& content, int descriptor, const std::string& grid,
+           const Take& take);
+  std::string without_subject(std::string message, const std::string& grid) const;
+  /// The rows of a grid, or of all: "".
+  std::vector<GridInfo> rows(const std::string& grid, bool values);
 
   std::shared_ptr<FileBlocks> file_;
   Progress progress_;
   std::mutex mutex_;  ///< of what follows: one request at a time
   std::unique_ptr<ReaderProcess> process_;
+  FileFacts facts_;
   std::weak_ptr<const void> last_storage_;  ///< of the process's last field
   Field last_;                              ///< leaves and tiles of the last field, without storage
 };

@@ -54,6 +54,11 @@ std::vector<GridInfo> InPlaceReader::info(bool values) {
   return rows;
 }
 
+GridInfo InPlaceReader::info(const std::string& grid, bool values) const {
+  Archive archive(*file_);
+  return grid_info(archive, archive.find(grid), values);
+}
+
 Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
   Archive archive(*file_, progress_);
   const GridEntry& entry = archive.find(grid);

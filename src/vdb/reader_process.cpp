@@ -88,7 +88,7 @@ ReaderProcess::ReaderProcess(std::shared_ptr<FileBlocks> file)
     : file_(std::move(file)), ends_(start_reader()) {}
 
 void ReaderProcess::fail(const std::string& what) const {
-  throw Error(ExitCode::input, file_->path() + ": " + what);
+  throw Error(ExitCode::input, subject_ + what);
 }
 
 pid_t ReaderProcess::process() {
@@ -127,7 +127,9 @@ std::optional<std::string> ReaderProcess::take_answer(const Progress& progress) 
 }
 
 std::string ReaderProcess::ask(MessageKind kind, std::string_view content, int descriptor,
-                               const Progress& progress) {
+                               const std::string& grid, const Progress& progress) {
+  subject_ = file_->path() + ": ";
+  if (!grid.empty()) subject_ += "grid '" + grid + "' ";
   const double limit = most_seconds(file_->size());
   // if the reader has ended, receiving says why
   send(ends_.connection.get(), kind, content, descriptor);

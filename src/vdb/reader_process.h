@@ -30,10 +30,10 @@ class ReaderProcess {
   /// Starts the process.
   explicit ReaderProcess(std::shared_ptr<FileBlocks> file);
 
-  /// The content of the answer to a request. Throws Error: the reader's own, or Error(input)
-  /// about what became of it. Passes on what `progress` throws.
+  /// The content of the answer to a request, which may be about a grid. Throws Error: the reader's
+  /// own, or Error(input) about what became of it. Passes on what `progress` throws.
   std::string ask(MessageKind kind, std::string_view content, int descriptor,
-                  const Progress& progress);
+                  const std::string& grid, const Progress& progress);
 
  private:
   class Watch;
@@ -46,7 +46,8 @@ class ReaderProcess {
   std::shared_ptr<FileBlocks> file_;
   ReaderEnds ends_;
   MessageInput input_;
-  pid_t process_ = 0;  ///< 0: not known yet
+  pid_t process_ = 0;    ///< 0: not known yet
+  std::string subject_;  ///< of messages: the file, and the grid if the request is about one
 };
 
 }  // namespace psivox::vdb

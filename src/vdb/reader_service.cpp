@@ -22,7 +22,7 @@
 
 namespace psivox::vdb {
 
-std::function<void(const std::string& path, int connection)> before_answer;
+std::function<void(const std::string& path, const Message& message, int connection)> before_answer;
 
 namespace {
 
@@ -36,7 +36,7 @@ class Service {
   /// Answers a message.
   void answer(const Message& message) {
     try {
-      if (before_answer) before_answer(file_->path(), connection_);
+      if (before_answer) before_answer(file_->path(), message, connection_);
       const std::string content = answer_to(message);
       reply(MessageKind::answer, content);
     } catch (const Error& error) {
@@ -55,9 +55,10 @@ class Service {
     if (message.kind == MessageKind::open) {
       answer(reader_.facts());
     } else if (message.kind == MessageKind::info) {
+      std::string grid;
       bool values = false;
-      request(values);
-      answer(reader_.info(values));
+      request(grid, values);
+      answer(grid.empty() ? reader_.info(values) : std::vector{reader_.info(grid, values)});
     } else if (message.kind == MessageKind::read) {
       ReadRequest read;
       request(read);

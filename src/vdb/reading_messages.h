@@ -16,7 +16,7 @@ namespace psivox::vdb {
 
 enum class MessageKind : std::uint32_t {
   open,      ///< path; with the file's descriptor. The answer: FileFacts
-  info,      ///< whether values too. The answer: rows
+  info,      ///< a grid, or "" for all, and whether values too. The answer: rows
   read,      ///< ReadRequest; with a descriptor of shared memory. The answer: FieldFacts
   leaves,    ///< numbers of the last field's leaves, which stay in the file. The answer: floats
   progress,  ///< a fraction

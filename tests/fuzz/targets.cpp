@@ -5,8 +5,10 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "psivox/atlas.h"
 #include "psivox/camera_file.h"
@@ -19,6 +21,7 @@
 #include "psivox/sequence.h"
 #include "psivox/transfer_function.h"
 #include "psivox/vdb.h"
+#include "render_call.h"
 
 namespace psivox::fuzz {
 namespace {
@@ -43,11 +46,12 @@ std::filesystem::path file_with(std::string_view bytes, const std::string& exten
   return path;
 }
 
-void read_scene(std::string_view bytes) {
-  const Scene scene = scene_from_json(bytes);
+void require_same_again(const Scene& scene) {
   const std::string text = to_json(scene);
   require(to_json(scene_from_json(text)) == text, "a scene changes when it is read again");
 }
+
+void read_scene(std::string_view bytes) { require_same_again(scene_from_json(bytes)); }
 
 void read_function(std::string_view bytes) {
   const TransferFunction function = transfer_function_from_json(bytes, "fuzz");
@@ -96,6 +100,21 @@ void read_parameter(std::string_view bytes) {
   validate(scene);
 }
 
+/// The arguments of `psivox render`, one in a line. Files that they name do not exist.
+void read_command_line(std::string_view bytes) {
+  std::filesystem::current_path(file_with({}, ".empty").parent_path());
+  std::vector<std::string> arguments;
+  std::istringstream lines{std::string(bytes)};
+  for (std::string line; std::getline(lines, line);) arguments.push_back(line);
+  RenderCall call;
+  if (!parse(call, arguments)) return;
+  const Scene scene = call.scene.scene();
+  require_same_again(scene);
+  take_layers(call, scene);
+  wish_of(call);
+  if (!call.sequence.frames.empty()) read_frames(call.sequence.frames, "--frames");
+}
+
 void read_picture(std::string_view bytes) {
   const auto path = file_with(bytes, ".picture");
   read_metadata(path);
@@ -127,6 +146,7 @@ std::span<const Target> targets() {
       {"path", read_path},
       {"frames", read_frame_names},
       {"parameter", read_parameter},
+      {"command", read_command_line},
       {"volume", read_volume},
       {"picture", read_picture},
   });
