@@ -140,6 +140,17 @@ TEST(Camera, RefusesWhatHasNoPicture) {
   EXPECT_EQ(code(scene), ExitCode::usage);
 }
 
+TEST(Camera, AVolumeThatNoCameraSeesIsTheFilesFault) {
+  for (const double size : {1e-10, 1e300}) {
+    try {
+      make_camera({}, glm::dvec3(1e300), glm::dvec3(1e300 + size));
+      ADD_FAILURE() << size;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::input) << error.what();
+    }
+  }
+}
+
 TEST(CameraRay, IsTheConventionsFormula) {
   Scene scene;
   scene.resolution = {64, 48};

@@ -94,9 +94,12 @@ Direction direction_of(const Scene& scene, const glm::dvec3& forward, const glm:
   return {moved, upright ? up : moved.up};
 }
 
-/// Distance from the camera to its target.
-double view_length(const Camera& camera) {
+/// Distance from the camera to its target. `given`: the scene has the position, else the volume.
+double view_length(const Camera& camera, bool given) {
   const double length = glm::length(camera.target - camera.position);
+  if (!given && !(length > 0 && std::isfinite(length)))
+    throw Error(ExitCode::input,
+                "the volume is too large, or too far from the origin, for a camera to see it");
   if (!(length > 0))
     throw Error(ExitCode::usage,
                 "the camera's position equals its target; set --camera-position or "
@@ -160,7 +163,7 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
   if (scene.camera_position) {
     camera.target = scene.camera_target ? *scene.camera_target : middle_of(subject);
     camera.position = *scene.camera_position;
-    const double length = view_length(camera);
+    const double length = view_length(camera, true);
     direction = direction_of(scene, (camera.target - camera.position) / length, up);
     if (scene.azimuth != 0 || scene.elevation != 0)
       camera.position = camera.target - length * direction.frame.forward;
@@ -176,7 +179,7 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
   // The frame always comes from the two points, even if they came from a frame. So a scene printed
   // with its resolved points gives the same camera to the last bit.
   camera.camera_up = direction.up;
-  const double length = view_length(camera);
+  const double length = view_length(camera, scene.camera_position.has_value());
   const Frame frame = make_frame((camera.target - camera.position) / length, camera.camera_up,
                                  scene.camera_up.has_value());
   camera.right = frame.right;
