@@ -14,6 +14,7 @@
 #include <cstring>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <thread>
 
 #include "psivox/guarded_reading.h"
@@ -349,6 +350,14 @@ TEST(GuardedReading, LeavesThatStayInTheFileAreReadThere) {
   const Field whole = VdbFile(asset("blobs.vdb")).read("density");
   const Field stored = VdbFile(asset("blobs.vdb")).read("density", {.memory = 1});
   ASSERT_TRUE(stored.reader);
+  const Field open = VdbFile(asset("blobs.vdb")).read("density", {.memory = 1, .unsurveyed = true});
+  std::vector<std::uint32_t> all(open.leaves.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<float> values(512 * all.size());
+  Field surveyed = open;
+  take_survey(surveyed, open.reader->survey(all, values.data()), {}, "");
+  EXPECT_EQ(surveyed.active_range, stored.active_range);
+  EXPECT_EQ(surveyed.stored_range, stored.stored_range);
   EXPECT_TRUE(same(part_of_field(stored, whole.active_box).leaves,
                    part_of_field(whole, whole.active_box).leaves, 1));
 }

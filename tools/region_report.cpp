@@ -45,7 +45,8 @@ RegionRow row_of(const Field& field, const Region& region) {
 RegionReport regions_of(const std::string& path, int count) {
   const VdbFile file(path);
   RegionReport report{path, file.default_grid(), {}};
-  const Field field = file.read(report.grid, {.role = GridRole::data, .in_file = true});
+  const Field field =
+      file.read(report.grid, {.role = GridRole::data, .in_file = true, .unsurveyed = true});
   report.grid = field.name;
   for (const Region& region : Regions::in_parts(leaf_bricks(field), std::size_t(count)).all())
     report.rows.push_back(row_of(field, region));

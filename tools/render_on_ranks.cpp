@@ -46,17 +46,6 @@ void check_scope(const RenderCall& call, const Scene& scene) {
     refuse("without percentages in --range");
 }
 
-/// A number that differs, in all likelihood, between files of different leaves (FNV-1a).
-std::string topology_of(const Field& field) {
-  std::uint64_t hash = 14695981039346656037u;
-  const auto add = [&hash](int number) {
-    hash = (hash ^ static_cast<std::uint32_t>(number)) * 1099511628211u;
-  };
-  for (const Leaf& leaf : field.leaves)
-    for (int axis = 0; axis < 3; ++axis) add(leaf.origin[axis]);
-  return std::to_string(hash) + " " + std::to_string(field.active_voxels);
-}
-
 /// The marcher of this rank: the ranks of a machine take its GPUs in turn.
 std::shared_ptr<Marcher> open_own(Scene scene, const RankPlace& place) {
   if (scene.renderer == RendererKind::gl && scene.device < 0 && place.local_count > 1) {
@@ -111,7 +100,6 @@ std::optional<Session> Together::read() {
     session.emplace(make_view(scene, looked.fields));
     report.read_ms = watch.ms();
   });
-  ranks->check_same(topology_of(*session->view().medium.density), "sees another volume");
   return session;
 }
 

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "psivox/value_survey.h"
+
 namespace psivox {
 
 /// A box of voxels, both ends inclusive, in index space. Empty when max < min.
@@ -34,13 +36,22 @@ struct Tile {
   glm::vec3 value;    ///< first `channels` components
 };
 
-/// Leaves whose values stay in a file.
+/// Leaves whose values stay in a file. Of several processes that draw one picture, each has some of
+/// the leaves as its own.
 class LeafReader {
  public:
   virtual ~LeafReader() = default;
   /// Reads leaves, by their numbers in Field::leaves: 512 * channels floats each, one leaf after
   /// another. Several threads may call it. Throws Error(input).
   virtual void read(std::span<const std::uint32_t> leaves, float* values) const = 0;
+  /// Reads them and returns what it has found, for a field that has Field::survey.
+  virtual ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const = 0;
+
+  virtual bool is_own(std::uint32_t) const { return true; }
+  /// What each process gives, by its number. All must call it.
+  virtual std::vector<std::string> gather(const std::string& bytes) const { return {bytes}; }
+  /// Its own leaves need not stay in memory any longer.
+  virtual void forget() const {}
 };
 
 /// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.
@@ -66,9 +77,11 @@ struct Field {
   std::vector<Leaf> leaves;             ///< in OpenVDB's tree order; origins distinct
   std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves
   std::shared_ptr<const void> storage;  ///< keeps Leaf::values alive
-  /// Set if the values of leaves stay in the file, see leaf_values.h. Both ranges are known then.
+  /// Set if the values of leaves stay in the file, see leaf_values.h. Both ranges are known then,
+  /// unless `survey` is set.
   std::shared_ptr<const LeafReader> reader;
-  std::vector<std::string> notices;  ///< one line each, for stderr: what reading changed
+  std::optional<ValueSurvey> survey;  ///< of tiles, if the caller is to survey the leaves
+  std::vector<std::string> notices;   ///< one line each, for stderr: what reading changed
 
   /// Smallest and largest voxel of the domain: active_box grown by one.
   Box domain() const { return {active_box.min - glm::ivec3(1), active_box.max + glm::ivec3(1)}; }

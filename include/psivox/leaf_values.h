@@ -1,8 +1,14 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "psivox/field.h"
 
@@ -22,6 +28,42 @@ using WantLeaf = std::function<bool(const Leaf& leaf)>;
 /// Visits the leaves with their values, in their order: all at once if they are in memory, else a
 /// few thousand at a time. Those that are not wanted may be left out; by default all are wanted.
 void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted = {});
+
+/// The same for the leaves that are this process's own, where several draw one picture. All must
+/// then sum up or gather what they have found.
+void visit_own_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted = {});
+
+/// What each process gives, by its number, where several have leaves of their own; else what this
+/// one gives. All must call it.
+std::vector<std::string> gather_found(const Field& field, const std::string& bytes);
+
+/// Sums numbers over those processes, in their order.
+template <typename Number>
+void sum_found(const Field& field, std::span<Number> numbers) {
+  const std::string own(reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes());
+  std::ranges::fill(numbers, Number(0));
+  for (const std::string& found : gather_found(field, own))
+    for (std::size_t n = 0; n < std::min(numbers.size(), found.size() / sizeof(Number)); ++n) {
+      Number number;
+      std::memcpy(&number, found.data() + n * sizeof number, sizeof number);
+      numbers[n] += number;
+    }
+}
+
+/// Sorts blocks in the order of OpenVDB's trees, in which a field's leaves are: by nodes of 4096
+/// voxels, of 128, of 8.
+using TreeOrder = std::array<int, 9>;
+
+inline TreeOrder tree_order(const glm::ivec3& origin) {
+  TreeOrder key{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<std::size_t>(axis);
+    key[at] = origin[axis] >> 12;
+    key[at + 3] = (origin[axis] >> 7) & 31;
+    key[at + 6] = (origin[axis] >> 3) & 15;
+  }
+  return key;
+}
 
 /// The field with those leaves only that have voxels in the box, and their values in memory. It
 /// keeps all tiles and everything else.

@@ -63,6 +63,8 @@ struct ReadOptions {
   /// (Field::reader), unless the grid must be converted whole. 0: no limit.
   std::uint64_t memory = 0;
   bool in_file = false;  ///< they stay there, however few
+  /// Leaves of such a grid are not surveyed: its ranges are open, and +Inf stays (see take_survey).
+  bool unsurveyed = false;
 };
 
 class VdbFile;
@@ -139,6 +141,12 @@ class VdbFile {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Completes a field that was read with ReadOptions::unsurveyed, by a survey of all its leaves:
+/// sets its ranges, replaces bad values of tiles, and adds a notice. Returns what stands for +Inf.
+/// `subject` begins messages. Throws Error(input) under ReadOptions::strict.
+float take_survey(Field& field, const ValueSurvey& leaves, const ReadOptions& options,
+                  const std::string& subject);
 
 /// OpenVDB's version, as its library reports it.
 std::string openvdb_version();

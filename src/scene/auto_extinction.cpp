@@ -39,12 +39,13 @@ class LineBundle {
         across_1_(std::move(across_1)),
         across_2_(std::move(across_2)),
         sums_(across_1_.size() * across_2_.size()) {
-    visit_leaves(
+    visit_own_leaves(
         field,
         [&](std::span<const Leaf> leaves) {
           for (const Leaf& leaf : leaves) add(leaf, field.channels);
         },
         [&](const Leaf& leaf) { return is_met(leaf.origin); });
+    sum_found(field, std::span(sums_));
     for (const Tile& tile : field.tiles) add(tile);
     length_ = glm::length(glm::dvec3(field.world_from_index[axis]));
   }
@@ -135,24 +136,35 @@ std::vector<int> lattice(int min, int max, double part) {
 
 /// A voxel with the largest attenuation; any voxel if all are 0.
 glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
-  glm::ivec3 place = field.active_box.min;
-  double largest = 0;
-  for (const Tile& tile : field.tiles) {
-    const double value = attenuation(tile.value.x);
-    if (value <= largest) continue;
-    largest = value;
-    place = glm::clamp(tile.origin + tile.width / 2, field.active_box.min, field.active_box.max);
-  }
-  visit_leaves(field, [&](std::span<const Leaf> leaves) {
+  struct Voxel {
+    glm::ivec3 place;
+    double largest;
+  };
+  Voxel densest{field.active_box.min, 0};
+  visit_own_leaves(field, [&](std::span<const Leaf> leaves) {
     for (const Leaf& leaf : leaves)
       for (int i = 0; i < 512; ++i) {
         const double value = attenuation(leaf.values[i * field.channels]);
-        if (value <= largest) continue;
-        largest = value;
-        place = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
+        if (value > densest.largest)
+          densest = {leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7), value};
       }
   });
-  return place;
+  const std::string own(reinterpret_cast<const char*>(&densest), sizeof densest);
+  for (const std::string& found : gather_found(field, own)) {
+    Voxel other;
+    std::memcpy(&other, found.data(), sizeof other);
+    if (other.largest > densest.largest ||
+        (other.largest == densest.largest && tree_order(other.place) < tree_order(densest.place)))
+      densest = other;
+  }
+  for (const Tile& tile : field.tiles) {
+    const double value = attenuation(tile.value.x);
+    if (value > densest.largest)
+      densest = {
+          glm::clamp(tile.origin + tile.width / 2, field.active_box.min, field.active_box.max),
+          value};
+  }
+  return densest.place;
 }
 
 /// Mean integral over the lines that meet something; 0 if none does.

@@ -4,7 +4,9 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/parts.h"
+#include "psivox/ranks.h"
 #include "psivox/text.h"
+#include "scene/rank_leaves.h"
 #include "scene/vector_part.h"
 
 namespace psivox {
@@ -20,26 +22,35 @@ ReadOptions options_of(const Scene& scene, GridRole role, bool empty) {
       .role = role, .strict = scene.strict, .empty = empty, .background = scene.background_value};
 }
 
-std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& file,
-                                          const std::string& name, bool data, bool empty,
-                                          const Parts& parts) {
-  const VectorPart part = vector_part(file, name);
-  if (!part.part.empty())
-    return std::make_shared<const Field>(
-        part_of_vectors(file.read(part.grid, options_of(scene, GridRole::data, empty)), part));
-  ReadOptions options = options_of(scene, data ? GridRole::data : GridRole::attenuation, empty);
+Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::string& name,
+                          ReadOptions& options, const Parts& parts) {
   options.distances = scene.mode == Mode::isosurface;
   if (scene.range)
     for (int i = 0; i < 2; ++i)
       if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
   if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
-  options.in_file = parts.ranks != nullptr;
+  options.in_file = options.unsurveyed = parts.ranks != nullptr;
   if (options.memory && scene.memory_limit) give_back_freed_memory();
-  Field field = file.read(name, options);
-  if (field.reader && !parts.ranks)
+  return file.read(name, options);
+}
+
+std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& file,
+                                          const std::string& name, bool data, bool empty,
+                                          const Parts& parts) {
+  const VectorPart part = vector_part(file, name);
+  ReadOptions options =
+      options_of(scene, data || !part.part.empty() ? GridRole::data : GridRole::attenuation, empty);
+  Field field = part.part.empty() ? read_scalar_density(scene, file, name, options, parts)
+                                  : part_of_vectors(file.read(part.grid, options), part);
+  if (parts.ranks) {
+    const auto sharing = std::uint64_t(scene.memory_limit ? 1 : parts.ranks->place().local_count);
+    share_leaves(field, parts.ranks, options, grid_memory(scene) / sharing,
+                 scene.input + ": grid '" + field.name + "' ");
+  } else if (field.reader) {
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
+  }
   return std::make_shared<const Field>(std::move(field));
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "psivox/leaf_values.h"
 #include "psivox/value_percentile.h"
 
 namespace psivox {
@@ -50,6 +51,7 @@ glm::dvec2 active_range(const Field& field) {
 double active_percentile(const Field& field, double percent) {
   const auto known = field.active_percentiles.find(percent);
   if (known != field.active_percentiles.end()) return known->second;
+  check_in_memory(field);
   return value_percentile(
       [&](const auto& take) {
         for (const Leaf& leaf : field.leaves)

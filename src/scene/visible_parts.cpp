@@ -9,10 +9,12 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <glm/common.hpp>
 #include <map>
-#include <utility>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "psivox/leaf_values.h"
@@ -61,6 +63,7 @@ class WeightCounts {
     if (weight > 0)
       counts_[std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 21] += voxels;
   }
+  std::span<std::uint64_t> counts() { return counts_; }
   WeightCounts& operator+=(const WeightCounts& other) {
     for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
     return *this;
@@ -94,22 +97,49 @@ class MergedBlocks {
     for (; leaves > most; leaves /= 8) ++shift_;
   }
   void add(const glm::ivec3& origin, const VisibleBlock& block) {
-    if (shift_ == 3) return blocks_.push_back(block);
+    if (shift_ == 3) return blocks_.push_back({origin, block});
     const glm::ivec3 at = origin >> shift_;
     const auto [place, added] = places_.try_emplace({at.x, at.y, at.z}, blocks_.size());
-    if (added) return blocks_.push_back(block);
-    VisibleBlock& joined = blocks_[place->second];
+    if (added) return blocks_.push_back({origin, block});
+    VisibleBlock& joined = blocks_[place->second].block;
     joined.min = glm::min(joined.min, block.min);
     joined.max = glm::max(joined.max, block.max);
     joined.amount += block.amount;
   }
-  std::vector<VisibleBlock> take() { return std::move(blocks_); }
+  /// In the order of their first leaves. Joins what all processes have, where there are several.
+  std::vector<VisibleBlock> take(const Field& field) {
+    if (field.reader) join(field);
+    std::vector<VisibleBlock> blocks;
+    blocks.reserve(blocks_.size());
+    for (const Merged& some : blocks_) blocks.push_back(some.block);
+    return blocks;
+  }
 
  private:
+  struct Merged {
+    glm::ivec3 first;  ///< of its leaves
+    VisibleBlock block;
+  };
+
+  void join(const Field& field) {
+    const std::string own(reinterpret_cast<const char*>(blocks_.data()),
+                          blocks_.size() * sizeof(Merged));
+    std::vector<Merged> all;
+    for (const std::string& found : gather_found(field, own)) {
+      const std::size_t first = all.size();
+      all.resize(first + found.size() / sizeof(Merged));
+      std::memcpy(all.data() + first, found.data(), (all.size() - first) * sizeof(Merged));
+    }
+    std::ranges::stable_sort(all, std::less{}, [](const Merged& m) { return tree_order(m.first); });
+    blocks_.clear();
+    places_.clear();
+    for (const Merged& some : all) add(some.first, some.block);
+  }
+
   static constexpr std::size_t most = std::size_t{1} << 17;  // with all that framing needs: 20 MB
   int shift_ = 3;                                            ///< of voxels to cubes
   std::map<std::array<int, 3>, std::size_t> places_;
-  std::vector<VisibleBlock> blocks_;
+  std::vector<Merged> blocks_;
 };
 
 /// Collects the blocks of one grid. `Weight` gives what the voxel with these channels hides.
@@ -126,7 +156,7 @@ class BlockFinder {
     const float vacuum[3] = {0, 0, 0};
     if (weight_(vacuum) >= least) return {domain_block(field_)};
     MergedBlocks merged(field_.leaves.size());
-    visit_leaves(field_, [&](std::span<const Leaf> leaves) {
+    visit_own_leaves(field_, [&](std::span<const Leaf> leaves) {
       std::vector<VisibleBlock> found(leaves.size());
       tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 64),
                         [&](const auto& some) {
@@ -136,7 +166,7 @@ class BlockFinder {
       for (std::size_t n = 0; n < leaves.size(); ++n)
         if (found[n].amount > 0) merged.add(leaves[n].origin, found[n]);
     });
-    blocks = merged.take();
+    blocks = merged.take(field_);
     for (const Tile& tile : field_.tiles) add(tile, least, blocks);
     return blocks;
   }
@@ -146,7 +176,7 @@ class BlockFinder {
   double greatest_weight() const {
     const auto stride = static_cast<std::size_t>(field_.channels);
     WeightCounts counts;
-    visit_leaves(field_, [&](std::span<const Leaf> leaves) {
+    visit_own_leaves(field_, [&](std::span<const Leaf> leaves) {
       counts += tbb::parallel_reduce(
           tbb::blocked_range<std::size_t>(0, leaves.size(), 256), WeightCounts(),
           [&](const auto& range, WeightCounts some) {
@@ -157,6 +187,7 @@ class BlockFinder {
           },
           [](WeightCounts a, const WeightCounts& b) { return a += b; });
     });
+    sum_found(field_, counts.counts());
     for (const Tile& tile : field_.tiles)
       counts.add(weight_(&tile.value.x), static_cast<std::uint64_t>(std::pow(tile.width, 3)));
     return counts.exceeded_by(odd_share);

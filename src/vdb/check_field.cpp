@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "grid_check.h"
+#include "psivox/leaf_values.h"
 #include "sanitise.h"
 
 namespace psivox::vdb {
@@ -30,21 +31,6 @@ bool is_finite(const glm::dmat4& m) {
   return true;
 }
 
-/// The place of a cube in the order of OpenVDB's trees: by the root's cube that has it, then by
-/// that of the next level, and so on.
-using TreeOrder = std::array<glm::ivec3, 3>;
-
-TreeOrder tree_order(const glm::ivec3& origin) {
-  return {origin >> 12, (origin >> 7) & 31, (origin >> 3) & 15};
-}
-
-bool before(const TreeOrder& a, const TreeOrder& b) {
-  for (std::size_t level = 0; level < a.size(); ++level)
-    for (int axis = 0; axis < 3; ++axis)
-      if (a[level][axis] != b[level][axis]) return a[level][axis] < b[level][axis];
-  return false;
-}
-
 /// A cube of leaves of one width, in a list in the tree's order.
 struct Cube {
   TreeOrder order;
@@ -56,13 +42,13 @@ void check_order(const std::vector<Cube>& cubes, int width) {
     for (int axis = 0; axis < 3; ++axis)
       require(cube.origin[axis] % width == 0, "a block lies between the places of blocks");
   for (std::size_t n = 1; n < cubes.size(); ++n)
-    require(before(cubes[n - 1].order, cubes[n].order), "blocks are not in order");
+    require(cubes[n - 1].order < cubes[n].order, "blocks are not in order");
 }
 
 /// No small cube may lie in a wide one. All that lie in it would follow its origin.
 void check_apart(const std::vector<Cube>& wide, int width, const std::vector<Cube>& small) {
   for (const Cube& cube : wide) {
-    const auto first = std::ranges::lower_bound(small, cube.order, before, &Cube::order);
+    const auto first = std::ranges::lower_bound(small, cube.order, std::less{}, &Cube::order);
     const bool inside = first != small.end() && (first->origin & ~(width - 1)) == cube.origin;
     require(!inside, "blocks overlap");
   }
@@ -92,7 +78,9 @@ void check_range(const std::optional<glm::vec2>& range) {
 
 void check_values(const Field& field, GridRole role, bool stored) {
   for (const Tile& tile : field.tiles)
-    require(all_good({&tile.value.x, static_cast<std::size_t>(field.channels)}, role), bad_values);
+    require(all_good({&tile.value.x, static_cast<std::size_t>(field.channels)}, role,
+                     /*infinite=*/field.survey.has_value()),
+            bad_values);
   if (stored) return;
   std::atomic<bool> good = true;
   tbb::parallel_for(
@@ -108,6 +96,13 @@ void check_values(const Field& field, GridRole role, bool stored) {
 
 }  // namespace
 
+bool is_possible(const ValueSurvey& survey) {
+  if (!std::isfinite(survey.largest) || survey.largest < 0) return false;
+  for (const Extent& extent : {survey.all, survey.active, survey.in_box})
+    if (std::isnan(extent.min) || std::isnan(extent.max)) return false;
+  return true;
+}
+
 void check_field(const FieldFacts& facts, GridRole role) {
   const Field& field = facts.field;
   require(field.channels == 1 || field.channels == 3, "an impossible number of channels");
@@ -117,7 +112,8 @@ void check_field(const FieldFacts& facts, GridRole role) {
   require(std::isfinite(field.half_width) && field.half_width >= 0, "an impossible half width");
   check_range(field.active_range);
   check_range(field.stored_range);
-  require(!facts.stored || (field.active_range && field.stored_range), "no ranges");
+  require(!field.survey || (facts.stored && is_possible(*field.survey)), "an impossible survey");
+  require(!facts.stored || field.survey || (field.active_range && field.stored_range), "no ranges");
   for (const auto& [percent, value] : field.active_percentiles)
     require(std::isfinite(percent) && !std::isnan(value), "an impossible percentile");
   check_places(field);

@@ -9,4 +9,7 @@ namespace psivox::vdb {
 /// places break the rules of field.h. A process that a file has taken over could send such a field.
 void check_field(const FieldFacts& facts, GridRole role);
 
+/// Whether values can have been found like this.
+bool is_possible(const ValueSurvey& survey);
+
 }  // namespace psivox::vdb

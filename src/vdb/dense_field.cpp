@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <glm/common.hpp>
@@ -12,6 +11,7 @@
 #include <limits>
 
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
 #include "psivox/memory.h"
 #include "psivox/text.h"
 
@@ -22,18 +22,6 @@ constexpr int leaf_width = 8;
 
 /// Voxels along an axis that make the active box empty.
 constexpr int no_voxel = std::numeric_limits<int>::max();
-
-/// A key that sorts leaves and tiles in OpenVDB's order: by nodes of 4096 voxels, of 128, of 8.
-std::array<int, 9> tree_order(const glm::ivec3& origin) {
-  std::array<int, 9> key{};
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto at = static_cast<std::size_t>(axis);
-    key[at] = origin[axis] >> 12;
-    key[at + 3] = (origin[axis] >> 7) & 31;
-    key[at + 6] = (origin[axis] >> 3) & 15;
-  }
-  return key;
-}
 
 void check_transform(const std::string& name, const glm::dmat4& m) {
   bool finite = true;

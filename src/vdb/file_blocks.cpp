@@ -58,23 +58,27 @@ FileRun FileBlocks::run(std::int64_t position, std::int64_t wanted) {
     if (const FileRun* kept = find(position)) return *kept;
     run = missing(position, wanted);
   }
-  if (run.size <= 0) return {position, 0, nullptr};
-  const auto bytes = std::make_shared_for_overwrite<char[]>(static_cast<std::size_t>(run.size));
-  std::int64_t read = 0;
-  while (read < run.size) {
-    const ssize_t got = pread(file_, bytes.get() + read, static_cast<std::size_t>(run.size - read),
-                              run.begin + read);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw std::runtime_error(std::generic_category().message(errno));
-    if (got == 0) break;  // the file is shorter than it was
-    read += got;
-  }
-  run.size = read;
-  run.bytes = bytes;
+  run = read(run.begin, run.size);
   if (!run.has(position)) return {position, 0, nullptr};
   const std::lock_guard lock(mutex_);
   keep(run);
   return run;
+}
+
+FileRun FileBlocks::read(std::int64_t begin, std::int64_t size) const {
+  size = std::min(size, size_ - begin);
+  if (size <= 0) return {begin, 0, nullptr};
+  const auto bytes = std::make_shared_for_overwrite<char[]>(static_cast<std::size_t>(size));
+  std::int64_t done = 0;
+  while (done < size) {
+    const ssize_t got =
+        pread(file_, bytes.get() + done, static_cast<std::size_t>(size - done), begin + done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw std::runtime_error(std::generic_category().message(errno));
+    if (got == 0) break;  // the file is shorter than it was
+    done += got;
+  }
+  return {begin, done, bytes};
 }
 
 void FileBlocks::announce(std::int64_t begin, std::int64_t length) const {

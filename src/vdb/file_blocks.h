@@ -51,6 +51,9 @@ class FileBlocks {
   /// Throws std::runtime_error if the system cannot read.
   FileRun run(std::int64_t position, std::int64_t wanted);
 
+  /// Reads these bytes, fewer where the file ends, and does not keep them. Throws as `run` does.
+  FileRun read(std::int64_t begin, std::int64_t size) const;
+
   /// Keeps no more than these bytes from now on, apart from the last run.
   void keep_at_most(std::int64_t bytes);
 

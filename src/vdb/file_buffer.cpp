@@ -30,7 +30,7 @@ void FileBuffer::report(std::int64_t reached) {
 bool FileBuffer::fetch(std::int64_t position) {
   const bool goes_on = position >= run_.end() && position < run_.end() + first_run;
   wanted_ = goes_on ? std::min(2 * wanted_, longest_run) : first_run;
-  FileRun next = file_.run(position, wanted_);
+  FileRun next = only_ > 0 ? file_.read(position, only_) : file_.run(position, wanted_);
   if (next.size == 0) return false;
   run_ = std::move(next);
   return true;

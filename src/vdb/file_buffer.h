@@ -20,6 +20,10 @@ class FileBuffer final : public std::streambuf {
   /// The next `bytes` are what `progress` receives the fraction of.
   void expect(std::int64_t bytes);
 
+  /// From now on reads so many bytes wherever the stream is beside the last ones, and keeps them
+  /// for no other reader. 0: larger runs that are kept, as at first.
+  void read_only(std::int64_t bytes) { only_ = bytes; }
+
   /// Reads ahead of the stream's position, from the last run of bytes up to `end`.
   void read_to(std::int64_t end);
 
@@ -40,6 +44,7 @@ class FileBuffer final : public std::streambuf {
   FileRun run_;                                    ///< the last one
   std::int64_t begin_ = 0;                         ///< of what is between eback and egptr
   std::int64_t wanted_;                            ///< how much to read at a time [bytes]
+  std::int64_t only_ = 0;                          ///< see read_only
 };
 
 }  // namespace psivox::vdb

@@ -15,6 +15,11 @@ namespace psivox::vdb {
 
 using LeafMask = openvdb::util::NodeMask<3>;
 
+/// Where a leaf's values are in the file [bytes].
+struct LeafPlace {
+  std::int64_t begin, end;
+};
+
 /// Decodes a grid's leaves, each from its place in the file, without the grid's tree.
 class LeafDecoder {
  public:
@@ -28,14 +33,19 @@ class LeafDecoder {
   /// Moves the stream from the beginning of a leaf's values behind their end. Throws if a length is
   /// impossible.
   void skip(std::istream& stream) const;
+  /// The same for a leaf that has so many active voxels, whose mask it does not read.
+  void skip(std::istream& stream, int active) const;
 
-  /// Decodes the leaves that begin at these places, in all threads: 512 * channels floats each, and
-  /// their active voxels unless `active` is null. The places must have been skipped over before.
-  void decode(std::span<const std::int64_t> places, float* values, LeafMask* active) const;
+  /// Decodes the leaves at these places, in all threads: 512 * channels floats each, and their
+  /// active voxels unless `active` is null. Reads large runs, which the file keeps, or nothing but
+  /// the leaves. Throws if a leaf's lengths are not those of its place.
+  void decode(std::span<const LeafPlace> places, bool in_runs, float* values,
+              LeafMask* active) const;
 
  private:
   template <typename LeafT>
-  void decode_some(std::span<const std::int64_t> places, float* values, LeafMask* active) const;
+  void decode_some(std::span<const LeafPlace> places, bool in_runs, float* values,
+                   LeafMask* active) const;
 
   std::shared_ptr<FileBlocks> file_;
   openvdb::GridBase::Ptr empty_;

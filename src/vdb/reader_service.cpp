@@ -64,9 +64,9 @@ class Service {
       request(read);
       answer(this->read(read, message.descriptor.get()));
     } else if (message.kind == MessageKind::leaves && last_.reader) {
-      std::vector<std::uint32_t> numbers;
-      request(numbers);
-      answer(values_of(numbers));
+      LeavesRequest leaves;
+      request(leaves);
+      answer(values_of(leaves));
     } else {
       throw std::runtime_error("an unknown request");
     }
@@ -88,12 +88,16 @@ class Service {
     return facts;
   }
 
-  /// The bytes of floats.
-  std::string values_of(const std::vector<std::uint32_t>& numbers) const {
-    std::vector<float> values(numbers.size() * kLeafVoxels *
-                              static_cast<std::size_t>(last_.channels));
-    last_.reader->read(numbers, values.data());
-    return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)};
+  LeavesAnswer values_of(const LeavesRequest& request) const {
+    LeavesAnswer answer;
+    answer.values.resize(request.numbers.size() * kLeafVoxels *
+                         static_cast<std::size_t>(last_.channels) * sizeof(float));
+    auto* const values = reinterpret_cast<float*>(answer.values.data());
+    if (request.survey)
+      answer.survey = last_.reader->survey(request.numbers, values);
+    else
+      last_.reader->read(request.numbers, values);
+    return answer;
   }
 
   /// A notice would tell that values were changed.

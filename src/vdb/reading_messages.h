@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "message.h"
 #include "psivox/field.h"
@@ -18,7 +19,7 @@ enum class MessageKind : std::uint32_t {
   open,      ///< path; with the file's descriptor. The answer: FileFacts
   info,      ///< a grid, or "" for all, and whether values too. The answer: rows
   read,      ///< ReadRequest; with a descriptor of shared memory. The answer: FieldFacts
-  leaves,    ///< numbers of the last field's leaves, which stay in the file. The answer: floats
+  leaves,    ///< LeavesRequest. The answer: LeavesAnswer
   progress,  ///< a fraction
   answer,
   failure,  ///< Failure
@@ -28,6 +29,17 @@ struct ReadRequest {
   std::string grid;
   ReadOptions options;
   bool holds_last = false;  ///< the values of the last field that was read are still used
+};
+
+/// Of the last field's leaves, which stay in the file.
+struct LeavesRequest {
+  std::vector<std::uint32_t> numbers;
+  bool survey = false;
+};
+
+struct LeavesAnswer {
+  std::string values;  ///< the bytes of floats
+  ValueSurvey survey{};
 };
 
 /// An Error.
@@ -70,14 +82,45 @@ void describe(Pack& pack, T& facts) {
 
 template <typename Pack, Is<ReadOptions> T>
 void describe(Pack& pack, T& options) {
-  auto& [role, strict, distances, empty, background, percentiles, memory, in_file] = options;
-  pack(role, strict, distances, empty, background, percentiles, memory, in_file);
+  auto& [role, strict, distances, empty, background, percentiles, memory, in_file, unsurveyed] =
+      options;
+  pack(role, strict, distances, empty, background, percentiles, memory, in_file, unsurveyed);
 }
 
 template <typename Pack, Is<ReadRequest> T>
 void describe(Pack& pack, T& request) {
   auto& [grid, options, holds_last] = request;
   pack(grid, options, holds_last);
+}
+
+template <typename Pack, Is<BadValues> T>
+void describe(Pack& pack, T& bad) {
+  auto& [nan, positive, negative_infinite, negative, largest] = bad;
+  pack(nan, positive, negative_infinite, negative, largest);
+}
+
+template <typename Pack, Is<Extent> T>
+void describe(Pack& pack, T& extent) {
+  auto& [min, max, infinite] = extent;
+  pack(min, max, infinite);
+}
+
+template <typename Pack, Is<ValueSurvey> T>
+void describe(Pack& pack, T& survey) {
+  auto& [bad, largest, all, active, in_box] = survey;
+  pack(bad, largest, all, active, in_box);
+}
+
+template <typename Pack, Is<LeavesRequest> T>
+void describe(Pack& pack, T& request) {
+  auto& [numbers, survey] = request;
+  pack(numbers, survey);
+}
+
+template <typename Pack, Is<LeavesAnswer> T>
+void describe(Pack& pack, T& answer) {
+  auto& [values, survey] = answer;
+  pack(values, survey);
 }
 
 template <typename Pack, Is<Failure> T>
@@ -89,9 +132,9 @@ void describe(Pack& pack, T& failure) {
 template <typename Pack, Is<FieldFacts> T>
 void describe(Pack& pack, T& facts) {
   auto& [name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
-         percentiles, width, leaves, tiles, storage, reader, notices] = facts.field;
+         percentiles, width, leaves, tiles, storage, reader, survey, notices] = facts.field;
   pack(name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
-       percentiles, width, notices);
+       percentiles, width, survey, notices);
   pack(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes);
 }
 

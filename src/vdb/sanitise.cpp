@@ -8,8 +8,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <sstream>
-#include <vector>
 
 namespace psivox::vdb {
 namespace {
@@ -83,14 +81,6 @@ void replace_infinite(std::span<float* const> leaves, std::span<Tile> tiles, int
 
 }  // namespace
 
-BadValues operator+(BadValues a, const BadValues& b) {
-  a.nan += b.nan;
-  a.positive_infinite += b.positive_infinite;
-  a.negative_infinite += b.negative_infinite;
-  a.negative += b.negative;
-  return a;
-}
-
 float smallest_good(GridRole role) { return role == GridRole::data ? -kMaxFloat : 0.0f; }
 
 BadValues sanitise_leaf(float* values, int channels, float smallest) {
@@ -123,28 +113,14 @@ BadValues sanitise(std::span<float* const> leaves, std::span<Tile> tiles, int ch
   return count;
 }
 
-bool all_good(std::span<const float> values, GridRole role) {
+bool all_good(std::span<const float> values, GridRole role, bool infinite) {
   const float lo = smallest_good(role);
+  if (infinite) return std::ranges::all_of(values, [&](float v) { return v >= lo; });
   while (values.size() >= kLeafVoxels) {
     if (has_bad_value(values.data(), lo)) return false;
     values = values.subspan(kLeafVoxels);
   }
   return std::ranges::all_of(values, [&](float v) { return v >= lo && v <= kMaxFloat; });
-}
-
-std::string BadValues::describe() const {
-  std::vector<std::string> zeroed;
-  if (nan > 0) zeroed.push_back(std::to_string(nan) + " NaN");
-  if (negative_infinite > 0) zeroed.push_back(std::to_string(negative_infinite) + " -Inf");
-  if (negative > 0) zeroed.push_back(std::to_string(negative) + " negative");
-  std::ostringstream text;
-  for (std::size_t i = 0; i < zeroed.size(); ++i) text << (i ? ", " : "") << zeroed[i];
-  const bool one = nan + negative_infinite + negative == 1;
-  if (!zeroed.empty()) text << (one ? " value" : " values") << " taken as 0";
-  if (positive_infinite > 0) {
-    text << (zeroed.empty() ? "" : "; ") << positive_infinite << " +Inf taken as " << largest;
-  }
-  return text.str();
 }
 
 }  // namespace psivox::vdb

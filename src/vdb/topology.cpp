@@ -135,6 +135,7 @@ class TopologyReader {
     mask.load(stream_);
     const glm::ivec3 at = to_ivec3(origin);
     found_.leaves.push_back(at);
+    found_.active.push_back(static_cast<std::uint16_t>(mask.countOn()));
     if (mask.isOff()) return;
     found_.summary.active_voxels += mask.countOn();
     const Box box = active_box_of(mask);

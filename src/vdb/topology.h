@@ -2,6 +2,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include <cstdint>
 #include <istream>
 #include <vector>
 
@@ -12,8 +13,9 @@ namespace psivox::vdb {
 
 /// A grid's tree without values of leaves.
 struct Topology {
-  std::vector<glm::ivec3> leaves;  ///< their origins, in the tree's order
-  std::vector<TilePart> tiles;     ///< as TreeParts::tiles
+  std::vector<glm::ivec3> leaves;     ///< their origins, in the tree's order
+  std::vector<std::uint16_t> active;  ///< voxels of each leaf
+  std::vector<TilePart> tiles;        ///< as TreeParts::tiles
   GridSummary summary;
 };
 

@@ -1,0 +1,141 @@
+#include "scene/rank_leaves.h"
+
+#include <algorithm>
+#include <cstring>
+#include <glm/common.hpp>
+#include <mutex>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "psivox/atlas.h"
+#include "psivox/leaf_values.h"
+#include "psivox/regions.h"
+
+namespace psivox {
+namespace {
+
+/// A number that differs, in all likelihood, between files of different leaves (FNV-1a).
+std::string topology_of(const Field& field) {
+  std::uint64_t hash = 14695981039346656037u;
+  const auto add = [&hash](int number) {
+    hash = (hash ^ static_cast<std::uint32_t>(number)) * 1099511628211u;
+  };
+  for (const Leaf& leaf : field.leaves)
+    for (int axis = 0; axis < 3; ++axis) add(leaf.origin[axis]);
+  return std::to_string(hash) + " " + std::to_string(field.active_voxels);
+}
+
+std::vector<std::uint32_t> leaves_in(const Box& bricks, const Field& field) {
+  std::vector<std::uint32_t> numbers;
+  for (std::size_t n = 0; n < field.leaves.size(); ++n) {
+    const glm::ivec3 brick = field.leaves[n].origin >> 3;
+    if (glm::clamp(brick, bricks.min, bricks.max) == brick) numbers.push_back(std::uint32_t(n));
+  }
+  return numbers;
+}
+
+/// The leaves of one rank.
+class RankLeaves final : public LeafReader {
+ public:
+  RankLeaves(const Field& field, std::shared_ptr<Ranks> ranks, std::vector<std::uint32_t> own)
+      : file_(field.reader),
+        ranks_(std::move(ranks)),
+        own_(std::move(own)),
+        floats_per_leaf_(512 * std::size_t(field.channels)) {}
+
+  /// Surveys its own leaves, and keeps their values if they are to stay.
+  ValueSurvey survey_own(bool keep) {
+    constexpr std::size_t at_once = 4096;  // 8 MiB of scalars
+    std::vector<float> values((keep ? own_.size() : std::min(at_once, own_.size())) *
+                              floats_per_leaf_);
+    ValueSurvey survey;
+    for (std::size_t n = 0; n < own_.size(); n += at_once) {
+      const auto some = std::span(own_).subspan(n, std::min(at_once, own_.size() - n));
+      survey = survey + file_->survey(some, values.data() + (keep ? n * floats_per_leaf_ : 0));
+    }
+    if (keep) kept_ = std::move(values);
+    return survey;
+  }
+
+  /// What stands for +Inf from now on.
+  void replace_infinite(float largest) {
+    largest_ = largest;
+    replace_infinite(kept_);
+  }
+
+  void read(std::span<const std::uint32_t> leaves, float* values) const override {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t n = 0; n < leaves.size();) {
+      if (const float* kept = kept_values(leaves[n])) {
+        std::memcpy(values + n * floats_per_leaf_, kept, floats_per_leaf_ * sizeof(float));
+        ++n;
+        continue;
+      }
+      std::size_t end = n + 1;
+      while (end < leaves.size() && !kept_values(leaves[end])) ++end;
+      const std::span<float> from_file(values + n * floats_per_leaf_, (end - n) * floats_per_leaf_);
+      file_->read(leaves.subspan(n, end - n), from_file.data());
+      replace_infinite(from_file);
+      n = end;
+    }
+  }
+  ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const override {
+    return file_->survey(leaves, values);
+  }
+
+  bool is_own(std::uint32_t leaf) const override { return std::ranges::binary_search(own_, leaf); }
+  std::vector<std::string> gather(const std::string& bytes) const override {
+    return ranks_->gather(bytes);
+  }
+  void forget() const override {
+    const std::lock_guard lock(mutex_);
+    kept_ = std::vector<float>();  // {} would keep the memory
+  }
+
+ private:
+  void replace_infinite(std::span<float> values) const {
+    for (float& value : values) value = std::min(value, largest_);
+  }
+
+  /// Null if they are not kept.
+  const float* kept_values(std::uint32_t leaf) const {
+    if (kept_.empty()) return nullptr;
+    const auto place = std::ranges::lower_bound(own_, leaf);
+    if (place == own_.end() || *place != leaf) return nullptr;
+    return kept_.data() + std::size_t(place - own_.begin()) * floats_per_leaf_;
+  }
+
+  std::shared_ptr<const LeafReader> file_;
+  std::shared_ptr<Ranks> ranks_;
+  std::vector<std::uint32_t> own_;  ///< ascending
+  std::size_t floats_per_leaf_;
+  float largest_ = 0;  ///< in place of +Inf
+  mutable std::mutex mutex_;
+  mutable std::vector<float> kept_;  ///< values of its own leaves, or nothing
+};
+
+}  // namespace
+
+void share_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadOptions& options,
+                  std::uint64_t memory, const std::string& subject) {
+  ranks->check_same(topology_of(field), "sees another volume");
+  if (!field.reader) return;
+  const Regions parts = Regions::in_parts(leaf_bricks(field), std::size_t(ranks->count()));
+  std::vector<std::uint32_t> own = leaves_in(parts.all()[std::size_t(ranks->rank())].bricks, field);
+  // an atlas on host and GPU has 5.7 KiB for the 2 KiB of a leaf
+  const std::uint64_t needed = 4 * own.size() * 512 * sizeof(float) * std::uint64_t(field.channels);
+  const auto leaves = std::make_shared<RankLeaves>(field, ranks, std::move(own));
+  const ValueSurvey found = leaves->survey_own(/*keep=*/memory == 0 || needed <= memory);
+  ValueSurvey all;
+  for (const std::string& bytes :
+       ranks->gather(std::string(reinterpret_cast<const char*>(&found), sizeof found))) {
+    ValueSurvey of_rank;
+    std::memcpy(&of_rank, bytes.data(), std::min(bytes.size(), sizeof of_rank));
+    all = all + of_rank;
+  }
+  leaves->replace_infinite(take_survey(field, all, options, subject));
+  field.reader = leaves;
+}
+
+}  // namespace psivox
