@@ -439,8 +439,9 @@ else
 fi
 
 # Mesa with too old an OpenGL. Other drivers do not know the variable.
-if "$program" --version | grep -q "GL .*Mesa"; then
-  MESA_GL_VERSION_OVERRIDE=3.3 t 4 "4.5 core is needed; llvmpipe" render "$S" -o n.exr $R
+renderer=$("$program" --version | sed -n 's/^GL \(.*\), 4\..*Mesa.*/\1/p')
+if [ -n "$renderer" ]; then
+  MESA_GL_VERSION_OVERRIDE=3.3 t 4 "4.5 core is needed; $renderer" render "$S" -o n.exr $R
 fi
 
 echo "$passed passed, $failed failed"

@@ -41,6 +41,22 @@ TEST_F(ImageTest, AFileCutShortIsAnErrorAndPrintsNothingItself) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
+TEST_F(ImageTest, AnAttributeThatIsLongerThanItsExrIsNotAllocated) {
+  Image image = noise(4, 4);
+  image.metadata["psivox:scene"] = "{}";
+  write_image(image, file("a.exr"));
+  std::string bytes = contents(file("a.exr"));
+  const std::string before("psivox:scene\0string\0", 20);
+  ASSERT_NE(bytes.find(before), bytes.npos);
+  for (const std::int32_t length : {1 << 30, -1}) {
+    std::memcpy(bytes.data() + bytes.find(before) + before.size(), &length, sizeof length);
+    put_contents(file("long.exr"), bytes);
+    const std::string text = error_text(ExitCode::input, [&] { read_image(file("long.exr")); });
+    EXPECT_NE(text.find("an attribute of type 'string' is longer than the file"), text.npos)
+        << text;
+  }
+}
+
 TEST_F(ImageTest, EveryDamagedByteOfAPngIsAnError) {
   Image image = noise(4, 4);
   image.metadata["psivox:scene"] = "{}";

@@ -53,6 +53,21 @@ TEST(VdbNames, GridsAreListedInFileOrderAndFoundByName) {
             std::string::npos);
 }
 
+TEST(VdbNames, ControlCharactersAreEscaped) {
+  auto grid = named<FloatGrid>("densitx");
+  grid->tree().setValue(Coord(0), 2.0f);
+  std::string bytes = test::file_bytes(write_vdb({grid}));
+  const std::string odd("de\x1b[2\0y", 7);
+  for (std::size_t at; (at = bytes.find("densitx")) != std::string::npos;)
+    bytes.replace(at, odd.size(), odd);
+  const VdbFile vdb(test::write_bytes("odd_name.vdb", bytes));
+  const std::string name = "de\\x1b[2\\x00y";
+  EXPECT_EQ(vdb.names(), std::vector{name});
+  EXPECT_EQ(vdb.info().front().name, name);
+  EXPECT_EQ(vdb.info().front().problem, "");
+  EXPECT_EQ(FieldSampler(vdb.read(name)).voxel({0, 0, 0}, 0), 2.0);
+}
+
 TEST(VdbNames, NamesThatAnotherWriterRepeatedAreNumbered) {
   auto a = named<FloatGrid>("density"), b = named<FloatGrid>("densitx");
   a->tree().setValue(Coord(0), 1.0f);

@@ -10,6 +10,7 @@
 #include "image/error_text.h"
 #include "image/picture_size.h"
 #include "oiio/channels.h"
+#include "oiio/exr_header.h"
 #include "oiio/picture_module.h"
 #include "oiio/tags.h"
 
@@ -19,6 +20,7 @@ namespace {
 using Input = OIIO::ImageInput::unique_ptr;
 
 Input open_picture(const std::filesystem::path& path, Format format) {
+  if (format == Format::exr) check_exr_header(path);
   Input input = OIIO::ImageInput::create(facts_of(format).openimageio);
   if (!input) throw read_error(path, OIIO::geterror());
   // sRGB codes come as they are stored; they are decoded before they are multiplied by alpha.

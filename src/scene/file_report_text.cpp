@@ -6,6 +6,7 @@
 #include "psivox/file_report.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
+#include "psivox/printable.h"
 #include "psivox/text.h"
 
 namespace psivox {
@@ -70,7 +71,8 @@ void print_metadata(const std::map<std::string, std::string>& metadata, std::ost
   for (const auto& [name, value] : metadata) {
     std::string line = value.substr(0, 200);
     std::replace(line.begin(), line.end(), '\n', ' ');
-    out << "  metadata    " << name << ": " << line << (value.size() > 200 ? "..." : "") << '\n';
+    out << "  metadata    " << printable(name) << ": " << printable(line)
+        << (value.size() > 200 ? "..." : "") << '\n';
   }
 }
 

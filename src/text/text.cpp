@@ -1,5 +1,7 @@
 #include "psivox/text.h"
 
+#include "psivox/printable.h"
+
 #include <algorithm>
 #include <cctype>
 #include <cstdarg>
@@ -39,14 +41,16 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-std::string in_quotes(std::string_view text) {
-  std::string out = "'";
+std::string printable(std::string_view text) {
+  std::string out;
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
     out += byte >= 0x20 && byte != 0x7f ? std::string(1, c) : formatted("\\x%02x", byte);
   }
-  return out + "'";
+  return out;
 }
+
+std::string in_quotes(std::string_view text) { return "'" + printable(text) + "'"; }
 
 std::vector<std::string> split(std::string_view text, char separator) {
   std::vector<std::string> items;

@@ -8,8 +8,10 @@
 #include "check_topology.h"
 #include "grid_types.h"
 #include "psivox/error.h"
+#include "psivox/printable.h"
 #include "psivox/text.h"
 #include "read_leaves.h"
+#include "subject.h"
 
 namespace psivox::vdb {
 namespace {
@@ -22,7 +24,7 @@ std::string explain(const std::exception& e) {
   if (dynamic_cast<const std::bad_alloc*>(&e)) return "it asks for more memory than there is";
   std::string text = e.what();
   std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
+  return printable(text);
 }
 
 /// Throws for a format that users take for this one.
@@ -57,7 +59,8 @@ Archive::Archive(FileBlocks& file, Progress progress)
     file_metadata_ = text_of(metadata);
     read_directory();
   } catch (const std::exception& e) {
-    throw Error(ExitCode::input, file_.path() + ": is not a VDB file or is damaged: " + explain(e));
+    throw Error(ExitCode::input,
+                subject(path()) + "is not a VDB file or is damaged: " + explain(e));
   }
   name_entries();
 }
@@ -126,12 +129,13 @@ void Archive::stream_grid(GridEntry& entry) {
   read_here(entry.streamed, entry.descriptor, /*values=*/true);
 }
 
-/// OpenVDB's names, `density` or `density[1]`. It writes grids without a name as `[0]`, `[1]`;
-/// where another program repeats a name without numbers, they are numbered here.
+/// OpenVDB's names, `density` or `density[1]`, with control characters escaped. It writes grids
+/// without a name as `[0]`, `[1]`; where another program repeats a name without numbers, they are
+/// numbered here.
 void Archive::name_entries() {
   std::map<std::string, int> uses;
   for (GridEntry& entry : entries_) {
-    entry.name = GridDescriptor::nameAsString(entry.descriptor.uniqueName());
+    entry.name = printable(GridDescriptor::nameAsString(entry.descriptor.uniqueName()));
     ++uses[entry.name];
   }
   std::map<std::string, int> next;
@@ -150,20 +154,21 @@ const GridEntry& Archive::find(std::string_view name) const {
   }
   std::vector<std::string> names;
   for (const GridEntry& entry : entries_) names.push_back(entry.name);
-  std::string message = file_.path() + ": has no grid " + in_quotes(name) + "; it has";
+  std::string message = subject(path()) + "has no grid " + in_quotes(name) + "; it has";
   for (const std::string& known : nearest_first(name, names)) message += " " + in_quotes(known);
   if (names.empty()) message += " none";
   throw Error(ExitCode::input, message);
 }
 
 void Archive::guarded(const GridEntry& entry, const std::function<void()>& work) const {
-  if (!entry.problem.empty()) throw Error(ExitCode::input, subject(entry.name) + entry.problem);
+  if (!entry.problem.empty())
+    throw Error(ExitCode::input, subject(path(), entry.name) + entry.problem);
   try {
     work();
   } catch (const Error&) {
     throw;
   } catch (const std::exception& e) {
-    throw Error(ExitCode::input, subject(entry.name) + "cannot be read: " + explain(e));
+    throw Error(ExitCode::input, subject(path(), entry.name) + "cannot be read: " + explain(e));
   }
 }
 
@@ -260,10 +265,6 @@ MetadataText Archive::metadata_of(const GridEntry& entry) {
   } catch (const std::exception&) {  // reading the grid says what is wrong with it
     return {};
   }
-}
-
-std::string Archive::subject(std::string_view grid_name) const {
-  return file_.path() + ": grid '" + std::string(grid_name) + "' ";
 }
 
 }  // namespace psivox::vdb

@@ -67,8 +67,7 @@ class Archive final : private openvdb::io::Archive {
   /// Does work that reads the entry. Throws Error(input) that names it, for any exception.
   void guarded(const GridEntry& entry, const std::function<void()>& work) const;
 
-  /// The beginning of messages: `FILE: grid 'NAME' `.
-  std::string subject(std::string_view grid_name) const;
+  const std::string& path() const { return file_.path(); }
 
  private:
   void read_directory();

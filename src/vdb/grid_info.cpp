@@ -9,6 +9,8 @@
 #include "grid_check.h"
 #include "grid_types.h"
 #include "psivox/error.h"
+#include "psivox/printable.h"
+#include "subject.h"
 
 namespace psivox::vdb {
 namespace {
@@ -77,7 +79,7 @@ MetadataText other_metadata(const openvdb::GridBase& grid) {
 GridInfo grid_info(Archive& archive, const GridEntry& entry, bool values) {
   GridInfo info;
   info.name = entry.name;
-  info.type = entry.descriptor.gridType();
+  info.type = printable(entry.descriptor.gridType());
   info.value_type = value_type_of(info.type);
   info.channels = channels_of(info.type);
   info.saved_as_half = entry.descriptor.saveFloatAsHalf();
@@ -89,7 +91,7 @@ GridInfo grid_info(Archive& archive, const GridEntry& entry, bool values) {
     grid = values ? archive.read(entry) : archive.read_topology(entry);
   } catch (const Error& e) {
     // The row names the grid already.
-    info.problem = std::string(e.what()).substr(archive.subject(entry.name).size());
+    info.problem = without_subject(e.what(), archive.path(), entry.name);
     return info;
   }
   const GridSummary summary = summarise(*grid);

@@ -7,14 +7,9 @@
 #include "guarded_leaves.h"
 #include "psivox/error.h"
 #include "shared_field.h"
+#include "subject.h"
 
 namespace psivox::vdb {
-
-std::string GuardedReader::without_subject(std::string message, const std::string& grid) const {
-  for (const std::string& start : {file_->path() + ": ", "grid '" + grid + "' "})
-    if (message.starts_with(start)) message.erase(0, start.size());
-  return message;
-}
 
 GuardedReader::GuardedReader(std::shared_ptr<FileBlocks> file, Progress progress)
     : file_(std::move(file)), progress_(std::move(progress)) {}
@@ -86,7 +81,7 @@ std::vector<GridInfo> GuardedReader::info(bool values) {
       GridInfo bad;
       bad.name = grid;
       bad.channels = facts_.channels[i];
-      bad.problem = without_subject(error.what(), grid);
+      bad.problem = without_subject(error.what(), file_->path(), grid);
       all.push_back(bad);
     }
   }

@@ -25,7 +25,6 @@ class GuardedReader final : public Reader {
   template <typename Take>
   void ask(MessageKind kind, const std::string& content, int descriptor, const std::string& grid,
            const Take& take);
-  std::string without_subject(std::string message, const std::string& grid) const;
   /// The rows of a grid, or of all: "".
   std::vector<GridInfo> rows(const std::string& grid, bool values);
 

@@ -9,6 +9,7 @@
 #include "grid_types.h"
 #include "read_grid.h"
 #include "stored_grid.h"
+#include "subject.h"
 
 namespace psivox::vdb {
 
@@ -66,8 +67,9 @@ Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
   std::optional<Field> stored;
   if (!values) stored = stored_field(archive, entry, file_, options);
   if (!values && !stored) values = archive.read(entry);
-  Field field = stored ? std::move(*stored)
-                       : field_from_grid(values, entry.name, archive.subject(entry.name), options);
+  Field field =
+      stored ? std::move(*stored)
+             : field_from_grid(values, entry.name, subject(archive.path(), entry.name), options);
   if (!stored) last_.set(values, field, options.role);
   if (entry.name != grid && !grid.empty()) {
     const auto same = std::ranges::count(archive.entries(), grid, [](const GridEntry& other) {

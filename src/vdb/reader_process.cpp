@@ -15,6 +15,7 @@
 
 #include "psivox/error.h"
 #include "restrict_process.h"
+#include "subject.h"
 
 namespace psivox::vdb {
 
@@ -128,8 +129,7 @@ std::optional<std::string> ReaderProcess::take_answer(const Progress& progress) 
 
 std::string ReaderProcess::ask(MessageKind kind, std::string_view content, int descriptor,
                                const std::string& grid, const Progress& progress) {
-  subject_ = file_->path() + ": ";
-  if (!grid.empty()) subject_ += "grid '" + grid + "' ";
+  subject_ = subject(file_->path(), grid);
   const double limit = most_seconds(file_->size());
   // if the reader has ended, receiving says why
   send(ends_.connection.get(), kind, content, descriptor);

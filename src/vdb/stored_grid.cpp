@@ -12,6 +12,7 @@
 #include "psivox/value_percentile.h"
 #include "read_grid.h"
 #include "sanitise.h"
+#include "subject.h"
 #include "topology.h"
 
 namespace psivox::vdb {
@@ -86,7 +87,7 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
   const GridSummary& summary = topology.summary;
   const std::uint64_t bytes = summary.leaves * kLeafVoxels * sizeof(float) * channels;
   if ((!must && bytes <= options.memory) || summary.active_voxels == 0) return {};
-  const std::string subject = archive.subject(entry.name);
+  const std::string subject = vdb::subject(archive.path(), entry.name);
   if (const std::string why = why_whole(*grid, summary); !why.empty()) {
     if (must || bytes <= 2 * options.memory ||
         (has_background(*grid, summary) && !options.background))
