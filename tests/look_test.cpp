@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "look/draft.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/vdb.h"
@@ -102,6 +103,23 @@ TEST(Look, RangeFollowsTheValues) {
   scene.look = "scan";
   set_parameter(scene, "range", "0.2,0.9");
   EXPECT_EQ(parameter_text(auto_look(scene).scene, *find_parameter("range")), "0.2,0.9");
+}
+
+TEST(Look, DraftByRaysIsAsBrightAsThePicture) {
+  Scene scene = scene_of(asset("blobs.vdb"));
+  scene.grid = "density";
+  set_parameter(scene, "light", "camera:0.8,-1,-0.7");
+  set_parameter(scene, "luminance", "0.3,0.3,0.3");
+  set_parameter(scene, "colormap", "inferno");
+  const MediumFields fields = read_fields(scene, VdbFile(scene.input));
+  const Draft drawn = make_draft(scene, fields);
+  const std::optional<Draft> by_rays = ray_draft(make_view(scene, fields));
+  ASSERT_TRUE(by_rays);
+  // steps of a voxel instead of two, and about 300 pixels instead of 700
+  EXPECT_NEAR(by_rays->mean_luminance() / drawn.mean_luminance(), 1, 0.05);
+  EXPECT_NEAR(by_rays->level(0.03) / drawn.level(0.03), 1, 0.05);
+  set_parameter(scene, "sky", "1,1,1");
+  EXPECT_FALSE(ray_draft(make_view(scene, fields)));
 }
 
 TEST(Look, IsTheSameForAnyMethod) {

@@ -11,7 +11,7 @@ namespace psivox {
 namespace {
 
 /// A pixel counts if it hides this much or is that bright.
-constexpr float covered_alpha = 0.5f;
+constexpr double covered_alpha = 0.5;
 constexpr double covered_luminance = 0.1;
 
 }  // namespace
@@ -24,6 +24,18 @@ double Draft::mean_luminance() const {
 double Draft::level(double part) const {
   if (brightest.empty()) return 0;
   return brightest[std::size_t(double(brightest.size() - 1) * (1 - part))];
+}
+
+void Draft::see(const glm::dvec3& radiance, double alpha) {
+  const double light = 0.2126 * radiance.x + 0.7152 * radiance.y + 0.0722 * radiance.z;
+  if (alpha < covered_alpha && light < covered_luminance) return;
+  luminance.push_back(light);
+  brightest.push_back(std::max({radiance.x, radiance.y, radiance.z}));
+}
+
+void Draft::sort() {
+  std::sort(luminance.begin(), luminance.end());
+  std::sort(brightest.begin(), brightest.end());
 }
 
 Image draft_picture(Scene scene, const MediumFields& fields) {
@@ -43,15 +55,9 @@ Draft make_draft(const Scene& scene, const MediumFields& fields) {
   const Image image = draft_picture(scene, fields);
   Draft draft;
   const auto rgba = image.rgba();
-  for (std::size_t i = 0; i < rgba.size(); i += 4) {
-    const double r = double(rgba[i]), g = double(rgba[i + 1]), b = double(rgba[i + 2]);
-    const double luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    if (rgba[i + 3] < covered_alpha && luminance < covered_luminance) continue;
-    draft.luminance.push_back(luminance);
-    draft.brightest.push_back(std::max({r, g, b}));
-  }
-  std::sort(draft.luminance.begin(), draft.luminance.end());
-  std::sort(draft.brightest.begin(), draft.brightest.end());
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    draft.see(glm::dvec3(rgba[i], rgba[i + 1], rgba[i + 2]), double(rgba[i + 3]));
+  draft.sort();
   return draft;
 }
 

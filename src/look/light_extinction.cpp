@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 #include <vector>
 
-#include "scene/field_index.h"
+#include "look/voxel_lines.h"
 
 namespace psivox {
 namespace {
@@ -29,18 +26,16 @@ struct Probe {
 
 class Probes {
  public:
-  Probes(const View& view, const glm::dvec3& light)
-      : medium_(view.medium),
-        index_(*medium_.density),
-        way_(glm::inverse(glm::dmat3(medium_.density->world_from_index)) * -light),
-        step_(1 / glm::length(way_)) {
-    const std::vector<Leaf>& leaves = medium_.density->leaves;
+  Probes(const View& view, const glm::dvec3& light) {
+    VoxelLines lines(view.medium);
+    const VoxelLines::Line towards = lines.line({}, -light);
+    const std::vector<Leaf>& leaves = view.medium.density->leaves;
     const std::size_t stride = std::max<std::size_t>(leaves.size() * 8 / most_voxels, 1);
     for (std::size_t i = 0; i < leaves.size(); i += stride)
       for (int n = 0; n < 512; n += 73) {  // seven voxels, spread over the leaf
-        const double here = attenuation(leaves[i].values[n]);
+        const double here = lines.attenuation(double(leaves[i].values[n]));
         const glm::ivec3 voxel = leaves[i].origin + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7);
-        if (here > 0) probes_.push_back({here, depth_from(voxel)});
+        if (here > 0) probes_.push_back({here, lines.depth_behind(voxel, towards)});
       }
   }
 
@@ -55,30 +50,6 @@ class Probes {
   }
 
  private:
-  double attenuation(double value) const {
-    return medium_.transfer ? medium_.transfer->at(value).attenuation : std::max(value, 0.0);
-  }
-
-  double depth_from(const glm::ivec3& voxel) const {
-    const Box domain = medium_.density->domain();
-    const bool empty_is_clear = attenuation(0) == 0;
-    double depth = 0;
-    for (std::size_t k = 1;;) {
-      const glm::dvec3 point = glm::dvec3(voxel) + double(k) * step_ * way_;
-      const glm::ivec3 at(glm::round(point));
-      if (glm::clamp(at, domain.min, domain.max) != at) return depth;
-      const double value = index_.at(at).x;
-      const std::size_t skipped =
-          value == 0 && empty_is_clear ? index_.empty_steps(point, step_ * way_) : 0;
-      if (skipped == 0) depth += step_ * attenuation(value);
-      k += std::max<std::size_t>(skipped, 1);
-    }
-  }
-
-  const Medium& medium_;
-  FieldIndex index_;
-  glm::dvec3 way_;  ///< towards the light [voxels/world unit]
-  double step_;     ///< a voxel [world units]
   std::vector<Probe> probes_;
 };
 

@@ -86,9 +86,10 @@ void take_open(const Scene& look, bool background, Scene& scene) {
 
 /// Scales light and luminance so that the mean luminance of what is covered is as wanted, or less
 /// where 3 % would be brighter than white.
-void set_brightness(KeptFields& fields, Scene& scene) {
+void set_brightness(KeptFields& fields, const View& view, Scene& scene) {
   constexpr double wanted_mean = 0.25, white = 0.95, highlights = 0.03;
-  const Draft draft = make_draft(scene, fields.of(scene));
+  const std::optional<Draft> by_rays = ray_draft(view);
+  const Draft draft = by_rays ? *by_rays : make_draft(scene, fields.of(scene));
   if (!(draft.mean_luminance() > 0)) return;
   const double gain =
       std::min(wanted_mean / draft.mean_luminance(), white / draft.level(highlights));
@@ -96,7 +97,11 @@ void set_brightness(KeptFields& fields, Scene& scene) {
   if (scene.luminance) *scene.luminance *= gain;
 }
 
-void choose(const std::string& what, const VdbFile& file, KeptFields& fields, Scene& scene) {
+/// `view`: the scene's, or nothing if it is not known; making it takes longer than most choices.
+void choose(const std::string& what, const VdbFile& file, KeptFields& fields,
+            std::optional<View>& view, Scene& scene) {
+  std::optional<View> known = std::move(view);
+  view.reset();
   if (what == "flame") {
     const std::string grid = flame_grid(file, density_grid(scene, file));
     if (!grid.empty() && scene.emission_grid.empty()) set_flame(scene, file, grid);
@@ -110,11 +115,11 @@ void choose(const std::string& what, const VdbFile& file, KeptFields& fields, Sc
     if (active_percentile(density, percent.x) >= active_percentile(density, percent.y))
       scene.range.reset();
   } else if (what == "brightness") {
-    set_brightness(fields, scene);
+    set_brightness(fields, known ? *known : make_view(scene, fields.of(scene)), scene);
   } else if (!scene.extinction) {
-    const View view = make_view(scene, fields.of(scene));
-    const bool sparse = view.medium.transfer && is_mostly_low(*view.medium.density);
-    scene.extinction = light_extinction(view, sparse);
+    view = known ? std::move(*known) : make_view(scene, fields.of(scene));
+    const bool sparse = view->medium.transfer && is_mostly_low(*view->medium.density);
+    scene.extinction = view->medium.extinction = light_extinction(*view, sparse);
   }
 }
 
@@ -167,7 +172,8 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   const LookFile look = read_look(result.look);
   take_open(look.scene, background, result.scene);
   result.scene.look = "plain";
-  for (const std::string& what : look.choices) choose(what, file, fields, result.scene);
+  std::optional<View> view;
+  for (const std::string& what : look.choices) choose(what, file, fields, view, result.scene);
   validate(result.scene);
   result.settings = changed_settings(scene, result.scene);
   result.fields = fields.of(result.scene);
