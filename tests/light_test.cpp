@@ -123,6 +123,10 @@ TEST(VisibleBlocks, HoldEveryCornerOfACellWithAttenuation) {
       }
   EXPECT_GT(cells, 1000);
   for (std::size_t i = 1; i < origins.size(); ++i) EXPECT_NE(origins[i], origins[i - 1]);
+  const BrickAtlas atlas = build_atlas(field, {.own_texels = true});
+  ASSERT_TRUE(atlas.own_texels);
+  EXPECT_EQ(visible_blocks(field, {}, atlas), origins);
+  EXPECT_FALSE(visible_blocks(field, {}, build_atlas(field)));
   // A field of 0 has no visible blocks; with a function that attenuates at 0 the whole domain is
   // visible.
   EXPECT_TRUE(

@@ -130,6 +130,12 @@ std::vector<glm::ivec3> leaf_bricks(const Field& field);
 /// blocks.
 std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options);
 
+/// The same from the field's atlas, which was built by these options with own_texels and float32:
+/// nothing is gathered again. Nothing if it was not, or if the options have a companion.
+std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
+                                                      const AtlasOptions& options,
+                                                      const BrickAtlas& atlas);
+
 /// Builds the atlas by walking leaves, in parallel; the result does not depend on the threads.
 /// Bricks also cover absent lower neighbours, because the interpolation of a leaf's values reaches
 /// into them.

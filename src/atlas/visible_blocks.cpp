@@ -5,6 +5,7 @@
 #include <array>
 #include <glm/common.hpp>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "atlas/brick_source.h"
@@ -18,6 +19,9 @@ using atlas::BlockMap;
 using atlas::BrickSource;
 
 constexpr std::size_t most_blocks = std::size_t{1} << 24;  // 32 GiB of floats
+
+/// A brick's blocks of voxels: its own, and the seven that the far faces of its cells lie in.
+glm::ivec3 neighbour(int i) { return {i >> 2, i >> 1 & 1, i & 1}; }
 
 /// Distinct blocks inside a field's domain.
 class BlockList {
@@ -44,6 +48,12 @@ class BlockList {
     for (int x = lo.x; x <= hi.x; ++x)
       for (int y = lo.y; y <= hi.y; ++y)
         for (int z = lo.z; z <= hi.z; ++z) add({x, y, z});
+  }
+  /// Of each brick those neighbours whose bits are set.
+  void add_reached(std::span<const glm::ivec3> bricks, std::span<const std::uint8_t> reached) {
+    for (std::size_t k = 0; k < bricks.size(); ++k)
+      for (int i = 0; i < 8; ++i)
+        if (reached[k] >> i & 1) add(bricks[k] + neighbour(i));
   }
   void add_domain() { add_box(first_, last_); }
 
@@ -102,17 +112,33 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
       source.gather(source.neighbours(bricks[k]), values.data());
       if (companion) companion->gather(companion->neighbours(bricks[k]), others.data());
       for (int i = 0; i < 8; ++i) {
-        const glm::ivec3 offset(i >> 2, i >> 1 & 1, i & 1);
+        const glm::ivec3 offset = neighbour(i);
         if (visible(range_towards(values.data(), offset), range_towards(others.data(), offset)))
           reached[k] = std::uint8_t(reached[k] | 1 << i);
       }
     }
   });
-  for (std::size_t k = 0; k < bricks.size(); ++k)
-    for (int i = 0; i < 8; ++i)
-      if (reached[k] >> i & 1) blocks.add(bricks[k] + glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
+  blocks.add_reached(bricks, reached);
   for (const BrickSource::ConstantBox& box : source.wide_tiles())
     if (visible({box.value.x, box.value.x}, {})) blocks.add_box(box.min, box.max + 1);
+  return blocks.origins();
+}
+
+std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
+                                                      const AtlasOptions& options,
+                                                      const BrickAtlas& atlas) {
+  if (!atlas.own_texels || !atlas.texels32 || options.companion) return {};
+  std::vector<std::uint8_t> reached(atlas.places.size());
+  tbb::parallel_for(std::size_t{0}, reached.size(), [&](std::size_t k) {
+    const float* values = atlas.texels32.get() + k * brick_texels;
+    for (int i = 0; i < 8; ++i) {
+      const ValueRange range = range_towards(values, neighbour(i));
+      if (options.visible ? options.visible(range, {}) : range.min != 0 || range.max != 0)
+        reached[k] = std::uint8_t(reached[k] | 1 << i);
+    }
+  });
+  BlockList blocks(field);
+  blocks.add_reached(atlas.places, reached);
   return blocks.origins();
 }
 

@@ -69,6 +69,15 @@ std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
   return places;
 }
 
+/// Blocks of the density whose light is seen.
+std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas) {
+  const AtlasOptions options = density_options(view);
+  const Field& density = *view.medium.density;
+  if (atlas)
+    if (auto blocks = visible_blocks(density, options, atlas->density)) return std::move(*blocks);
+  return visible_blocks(density, options);
+}
+
 /// Methods for some beams, by what they miss and cost.
 class LightTrials {
  public:
@@ -223,7 +232,7 @@ Medium Lighting::exact_medium(const Camera& camera, const Scene& scene,
 void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scene,
                        const MediumAtlas* atlas, LightNeed need, const Progress& progress) {
   const View view = seen(camera, scene);
-  if (blocks_.empty()) blocks_ = visible_blocks(*view.medium.density, density_options(view));
+  if (blocks_.empty()) blocks_ = blocks_of(view, atlas);
   const LightDepths depths = marcher.light_depths(view);
   camera_ = camera;
   beams_ = light_beams(view);
