@@ -47,6 +47,7 @@ LatticePoint column_point(INOUT(Column) c, real t) {
 // Mean attenuation between two points by a function of the value: exact where the value is linear.
 real function_mean(LatticePoint a, LatticePoint b) {
   if (a.vacuum || b.vacuum) return real(0.5) * (a.attenuation + b.attenuation);
+  if (ramps) return ramp_mean(a.value, b.value);
   return transfer_average(a.value, b.value).attenuation;
 }
 

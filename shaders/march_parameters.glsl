@@ -41,6 +41,9 @@ PARAMETER(int, transfer_bins_first)
 PARAMETER(int, transfer_bins)
 PARAMETER(real, transfer_min)
 PARAMETER(real, transfer_bin_scale)
+PARAMETER(real, ramp_base)            // its attenuation where `ramps`, see transfer.glsl
+PARAMETER(real4, ramp_knots)
+PARAMETER(real4, ramp_slopes)
 PARAMETER(int, gradient_first)        // where `tables` has the function's gradient part, see
 PARAMETER(int, gradient_columns)      // src/march/transfer_table.h
 PARAMETER(int, isosurfaces_first)

@@ -9,6 +9,7 @@
 #include <random>
 #include <string>
 
+#include "march/transfer_table.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -153,6 +154,38 @@ TEST(TransferFunction, IntegralIsTheAntiderivative) {
                   (d - c) * r.at((c + d) / 2).attenuation, 1e-14);
     }
   }
+}
+
+TEST(TransferFunction, AttenuationAloneLeavesOutWhatOnlyColoursNeed) {
+  std::vector<TransferPoint> points;
+  for (int k = 0; k <= 100; ++k) {
+    const double v = 0.01 * k, bend = 0.4;
+    points.push_back({v, v < bend ? 0.5 * v : 0.2 + 3 * (v - bend), glm::dvec3(v * v)});
+  }
+  const TransferFunction colored(points), alone = colored.attenuation_alone();
+  EXPECT_EQ(alone.points().size(), 3u);
+  EXPECT_FALSE(alone.has_color());
+  // points within a unit of float32 of a line were left out
+  for (double v = -0.1; v < 1.1; v += 0.0037)
+    EXPECT_NEAR(alone.at(v).attenuation, colored.at(v).attenuation, std::ldexp(2.0, -23)) << v;
+  // both ends of a jump stay
+  EXPECT_EQ(TransferFunction({{0, 0}, {1, 0}, {1, 2}, {3, 2}}).attenuation_alone().points().size(),
+            4u);
+}
+
+TEST(TransferRamps, SumUpToTheAttenuation) {
+  const TransferFunction function({{-1, 0.25}, {0.5, 0.25}, {1, 0.5}, {3, 0.75}});
+  const std::optional<Ramps> ramps = make_ramps(function);
+  ASSERT_TRUE(ramps);
+  for (double v = -2; v < 4; v += 0.01) {
+    double sum = ramps->base;
+    for (int i = 0; i < 4; ++i) sum += ramps->slopes[i] * std::max(v - ramps->knots[i], 0.0);
+    EXPECT_NEAR(sum, function.at(v).attenuation, 1e-14) << v;
+  }
+  // four bends at most; none that falls; no jump, whose ramps would cancel
+  EXPECT_FALSE(make_ramps(TransferFunction({{0, 0}, {1, 1}, {2, 3}, {3, 4}, {4, 7}})));
+  EXPECT_FALSE(make_ramps(TransferFunction({{0, 0}, {1, 1}, {2, 0}})));
+  EXPECT_FALSE(make_ramps(TransferFunction({{0, 0}, {1, 0}, {1, 1}, {2, 1}})));
 }
 
 TEST(TransferFunction, RefusesWhatItSays) {

@@ -75,6 +75,10 @@ class TransferFunction {
   /// infinite. It is 0 only if attenuation() is.
   double max_attenuation(const glm::dvec2& values, const glm::dvec2& gradients) const;
 
+  /// The function without its colours: points in which the attenuation does not bend, to float32,
+  /// are left out.
+  TransferFunction attenuation_alone() const;
+
   /// Index k of the interval [point k, point k + 1) that holds the value: -1 before the first
   /// point, points().size() - 1 from the last one on.
   int interval(double value) const;

@@ -59,6 +59,19 @@ FunctionBend bend_of(const TransferFunction& function, double min, double max) {
   return bend;
 }
 
+/// Most that a brick's values change along a unit of length of any direction [1/voxel].
+double greatest_slope(const float* values) {
+  constexpr std::size_t n = brick_values;
+  double sum = 0;
+  for (const std::size_t along : {n * n, n, std::size_t{1}}) {
+    float most = 0;
+    for (std::size_t at = along; at < brick_texels; ++at)
+      if (at / along % n > 0) most = std::max(most, std::abs(values[at] - values[at - along]));
+    sum += double(most) * double(most);
+  }
+  return std::sqrt(sum);
+}
+
 float greatest_of(const BrickAtlas& grid) {
   float most = 0;
   if (grid.channels == 1)
@@ -115,7 +128,12 @@ StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double bright
       bend.turn = 1e38;
     }
     bound.first = scale * bend.range / 2;
-    bound.second = scale * kinks_share * (bend.slope * double(kinks[i]) + bend.turn * range);
+    // where the function bends, the attenuation's slope changes by that of the values times the
+    // bend
+    double steepest = range;
+    if (bend.turn > 0)
+      steepest = std::min(range, greatest_slope(atlas.density.texels32.get() + i * brick_texels));
+    bound.second = scale * kinks_share * (bend.slope * double(kinks[i]) + bend.turn * steepest);
   }
   if (atlas.emission) bound_emission(view, *atlas.emission);
 }

@@ -79,6 +79,9 @@ void Program::set(const char* name, const glm::dvec2& v) const {
 void Program::set(const char* name, const glm::dvec3& v) const {
   glProgramUniform3f(id_, location(name), float(v.x), float(v.y), float(v.z));
 }
+void Program::set(const char* name, const glm::dvec4& v) const {
+  glProgramUniform4f(id_, location(name), float(v.x), float(v.y), float(v.z), float(v.w));
+}
 void Program::set(const char* name, std::span<const glm::vec4> values) const {
   glProgramUniform4fv(id_, location(name), GLsizei(values.size()),
                       reinterpret_cast<const float*>(values.data()));

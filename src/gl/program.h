@@ -35,6 +35,7 @@ class Program {
   void set(const char* name, const glm::ivec3& value) const;
   void set(const char* name, const glm::dvec2& value) const;
   void set(const char* name, const glm::dvec3& value) const;
+  void set(const char* name, const glm::dvec4& value) const;
   /// An array's, as many as there are.
   void set(const char* name, std::span<const glm::vec4> values) const;
 

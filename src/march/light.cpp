@@ -22,12 +22,54 @@ constexpr std::size_t batch = 512;
 
 }  // namespace
 
+/// The colours of a transfer function, for many values: its intervals are found by bins, several to
+/// an interval.
+class FunctionColors {
+ public:
+  explicit FunctionColors(const TransferFunction& function) {
+    const std::vector<TransferPoint>& points = function.points();
+    first_ = points.front().value;
+    last_ = points.back().value;
+    for (std::size_t k = 0; k + 1 < points.size(); ++k)
+      intervals_.push_back(
+          {points[k].value, points[k + 1].value, points[k].color,
+           (points[k + 1].color - points[k].color) / (points[k + 1].value - points[k].value)});
+    if (intervals_.empty()) intervals_.push_back({first_, HUGE_VAL, points[0].color, {}});
+    const auto bins = 4 * intervals_.size();
+    scale_ = last_ > first_ ? double(bins) / (last_ - first_) : 0;
+    for (std::size_t bin = 0; bin < bins; ++bin) {
+      // a bin earlier than it begins, whatever rounding does
+      const double from = scale_ > 0 ? first_ + (double(bin) - 1) / scale_ : first_;
+      begins_.push_back(
+          std::size_t(std::clamp(function.interval(from), 0, int(intervals_.size()) - 1)));
+    }
+  }
+
+  glm::dvec3 at(float value) const {
+    const double v = std::clamp(double(value), first_, last_);
+    const auto bin = std::min(std::size_t((v - first_) * scale_), begins_.size() - 1);
+    const Interval* in = &intervals_[begins_[bin]];
+    while (v > in->end) ++in;
+    return in->color + in->slope * (v - in->begin);
+  }
+
+ private:
+  struct Interval {
+    double begin, end;
+    glm::dvec3 color, slope;
+  };
+  std::vector<Interval> intervals_;
+  std::vector<std::size_t> begins_;  ///< of each bin, an interval that is not behind it
+  double first_ = 0, last_ = 0, scale_ = 0;
+};
+
 /// The luminance of the medium before its light and without `color`, at voxels of the density.
 class OwnLuminance {
  public:
   explicit OwnLuminance(const Medium& medium) : medium_(medium) {
     if (medium.transfer || medium.source == LuminanceSource::density)
       index_.emplace(*medium.density);
+    if (medium.source == LuminanceSource::transfer) colors_.emplace(*medium.transfer);
     if (medium.luminance) {
       index_.emplace(*medium.luminance);
       to_luminance_ =
@@ -43,13 +85,7 @@ class OwnLuminance {
       return;
     }
     const FieldIndex::Block block = index_->block(origin);
-    float last = block.value(0);
-    glm::dvec3 color = medium_.transfer->at(last).color;
-    for (int i = 0; i < 512; ++i) {
-      const float value = block.value(i);
-      if (value != last) color = medium_.transfer->at(last = value).color;
-      to[std::size_t(i)] = color;
-    }
+    for (int i = 0; i < 512; ++i) to[std::size_t(i)] = colors_->at(block.value(i));
   }
 
   glm::dvec3 at(const glm::ivec3& voxel) const {
@@ -59,7 +95,7 @@ class OwnLuminance {
       case LuminanceSource::density:
         return glm::dvec3(index_->at(voxel).x);
       case LuminanceSource::transfer:
-        return medium_.transfer->at(index_->at(voxel).x).color;
+        return colors_->at(float(index_->at(voxel).x));
       case LuminanceSource::scalar:
         return glm::dvec3(other(voxel).x);
       case LuminanceSource::vector:
@@ -77,6 +113,7 @@ class OwnLuminance {
 
   const Medium& medium_;
   std::optional<FieldIndex> index_;  ///< of the grid that L comes from
+  std::optional<FunctionColors> colors_;
   glm::dmat4 to_luminance_{1};
 };
 
@@ -111,6 +148,11 @@ Field field_of_blocks(const Field& density, const LightBlocks& blocks, int chann
 }
 
 }  // namespace
+
+std::shared_ptr<const TransferFunction> without_colors(const Medium& medium) {
+  if (!medium.transfer) return nullptr;
+  return std::make_shared<const TransferFunction>(medium.transfer->attenuation_alone());
+}
 
 std::string light_method_text(const LightMethod& method) {
   if (method.spacing > 0)
@@ -254,6 +296,7 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
   medium.source = channels == 3 ? LuminanceSource::vector : LuminanceSource::scalar;
   medium.color = impl.common.value_or(glm::dvec3(1));
   medium.ambient = impl.ambient;
+  medium.transfer = without_colors(medium);
   if (impl.by_ray) {
     medium.phase_axis = impl.beams.front().direction;
     medium.phase_g = impl.g;
@@ -301,6 +344,7 @@ View light_march(const View& view, const Beam& beam) {
   scene.pixel_samples = 1;
   Medium& medium = towards.medium;
   medium.source = LuminanceSource::constant;
+  medium.transfer = without_colors(medium);
   medium.luminance.reset();
   medium.emission.reset();
   medium.light.reset();

@@ -94,6 +94,9 @@ void in_batches(const LightBlocks& blocks, const Progress& progress,
 /// exact.
 View lit(View view, const LightDepths& depths);
 
+/// The medium's transfer function without its colours, which are in the light's luminance.
+std::shared_ptr<const TransferFunction> without_colors(const Medium& medium);
+
 /// The view whose march gives exact depths: orthographic, looking towards the light, cells only.
 View light_march(const View& view, const Beam& beam);
 

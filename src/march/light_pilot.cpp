@@ -24,26 +24,28 @@ constexpr double most_light_rays = 400, fewest_light_rays = 64;
 /// Attenuation of a medium at its voxels.
 class Attenuation {
  public:
-  explicit Attenuation(const Medium& medium) : medium_(medium), density_(*medium.density) {
+  explicit Attenuation(const Medium& medium)
+      : medium_(medium), density_(*medium.density), function_(without_colors(medium)) {
     if (medium.gradient) gradient_.emplace(*medium.gradient);
   }
   /// At the voxel nearest to a point of index space.
   double near(const glm::dvec3& point) const {
     const glm::ivec3 voxel(glm::round(point));
     const double value = density_.at(voxel).x;
-    if (!medium_.transfer) return medium_.extinction * value;
+    if (!function_) return medium_.extinction * value;
     const double slope = gradient_ ? gradient_->at(voxel).x : 0;
-    return medium_.extinction * medium_.transfer->attenuation(value, slope);
+    return medium_.extinction * function_->attenuation(value, slope);
   }
   /// Steps from a point on that meet nothing that is stored, nor attenuates; 0 if this one does.
   std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) const {
-    const bool clear = !medium_.transfer || medium_.transfer->attenuation(0, 0) == 0;
+    const bool clear = !function_ || function_->attenuation(0, 0) == 0;
     return clear ? density_.empty_steps(point, step) : 0;
   }
 
  private:
   const Medium& medium_;
   FieldIndex density_;
+  std::shared_ptr<const TransferFunction> function_;
   std::optional<FieldIndex> gradient_;
 };
 

@@ -9,6 +9,7 @@
 #include "march/end_corrections.h"
 #include "march/march_tables.h"
 #include "march/ray_bounds.h"
+#include "march/transfer_table.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -127,6 +128,8 @@ void place_function(const View& view, const RenderOptions& options, MarchSetup& 
   c.transfer = true;
   c.split_knots = view.scene.split_knots || c.cell_rule;
   place_transfer(*medium.transfer, setup);
+  const std::optional<Ramps> ramps = make_ramps(*medium.transfer);
+  if (ramps && medium.source != LuminanceSource::transfer) place_ramps(*ramps, setup);
   if (c.integrator == Integrator::preintegrated)
     place_preintegration(view, options.may_update_tables, setup);
   if (medium.gradient) place_gradient(*medium.transfer, setup);

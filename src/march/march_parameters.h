@@ -18,6 +18,7 @@ struct MarchParameters {
   using real = double;
   using real2 = glm::dvec2;
   using real3 = glm::dvec3;
+  using real4 = glm::dvec4;
   using int3 = glm::ivec3;
   using Grid = glsl::Grid;
 #define PARAMETER(type, name) type name{};

@@ -46,6 +46,13 @@ void place_transfer(const TransferFunction& function, MarchSetup& setup) {
   setup.constants.transfer_search = table.search_steps > 0;
 }
 
+void place_ramps(const Ramps& ramps, MarchSetup& setup) {
+  setup.constants.ramps = true;
+  setup.parameters.ramp_base = ramps.base;
+  setup.parameters.ramp_knots = ramps.knots;
+  setup.parameters.ramp_slopes = ramps.slopes;
+}
+
 void place_gradient(const TransferFunction& function, MarchSetup& setup) {
   MarchParameters& p = setup.parameters;
   setup.constants.with_gradient = true;

@@ -4,11 +4,16 @@
 
 namespace psivox {
 
+struct Ramps;
+
 // Each appends a table to those of the setup and sets the parameters and constants that tell the
 // march of it.
 
 /// Knots and bins of a transfer function.
 void place_transfer(const TransferFunction& function, MarchSetup& setup);
+
+/// Its attenuation as ramps.
+void place_ramps(const Ramps& ramps, MarchSetup& setup);
 
 /// The gradient's part of a transfer function.
 void place_gradient(const TransferFunction& function, MarchSetup& setup);

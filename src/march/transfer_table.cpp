@@ -90,4 +90,30 @@ TransferTable make_transfer_table(const TransferFunction& function) {
   return table;
 }
 
+std::optional<Ramps> make_ramps(const TransferFunction& function) {
+  if (function.has_gradient()) return {};
+  const std::vector<TransferPoint>& points = function.points();
+  // a sum of what is this many times the attenuation loses as many units of float32
+  constexpr double most_cancelling = 16;
+  const double most = points.back().attenuation;
+  Ramps ramps{.base = points.front().attenuation};
+  double slope = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    double next = 0;
+    if (k + 1 < points.size())
+      next = (points[k + 1].attenuation - points[k].attenuation) /
+             (points[k + 1].value - points[k].value);
+    const double reach = points.back().value - points[k].value;
+    if (next < 0 || next * reach > most_cancelling * most) return {};
+    if (next == slope) continue;
+    if (count == 4) return {};
+    ramps.knots[count] = points[k].value;
+    ramps.slopes[count] = next - slope;
+    slope = next;
+    ++count;
+  }
+  return ramps;
+}
+
 }  // namespace psivox

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <glm/vec4.hpp>
+#include <optional>
 #include <vector>
 
 #include "psivox/transfer_function.h"
@@ -37,5 +38,16 @@ struct GradientEntries {
 GradientEntries make_gradient_entries(const TransferFunction& function);
 
 TransferTable make_transfer_table(const TransferFunction& function);
+
+/// An attenuation that never falls, as a constant and ramps: each is 0 up to its knot and linear
+/// from there on. A look-up reads no table.
+struct Ramps {
+  double base = 0;
+  glm::dvec4 knots{0}, slopes{0};  ///< those that are not needed have slope 0
+};
+
+/// Nothing if the attenuation falls, bends more than four times, depends on the gradient, or is so
+/// steep that the ramps' sum would cancel.
+std::optional<Ramps> make_ramps(const TransferFunction& function);
 
 }  // namespace psivox

@@ -72,6 +72,29 @@ TransferFunction::TransferFunction(std::vector<TransferPoint> points, bool has_c
   }
 }
 
+TransferFunction TransferFunction::attenuation_alone() const {
+  double most = 0;
+  for (const TransferPoint& point : points_) most = std::max(most, point.attenuation);
+  const double rounding = std::ldexp(most, -23);
+  const auto straight = [&](std::size_t from, std::size_t to) {
+    for (std::size_t i = from + 1; i < to; ++i) {
+      const TransferPoint on_line = between(points_[from], points_[to], points_[i].value);
+      if (std::abs(on_line.attenuation - points_[i].attenuation) > rounding) return false;
+    }
+    return true;
+  };
+  std::vector<TransferPoint> kept;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    kept.push_back({points_[i].value, points_[i].attenuation});
+    // a table of gradients has a row for each point
+    if (!part_.gradients.empty()) continue;
+    std::size_t next = i + 1;
+    while (next + 1 < points_.size() && straight(i, next + 1)) ++next;
+    i = next - 1;
+  }
+  return TransferFunction(std::move(kept), false, part_);
+}
+
 int TransferFunction::interval(double value) const {
   const auto above =
       std::upper_bound(points_.begin(), points_.end(), value,
