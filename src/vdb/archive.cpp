@@ -205,7 +205,7 @@ openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry, bool values) {
   return grid;
 }
 
-openvdb::GridBase::Ptr Archive::begin_tree(const GridEntry& entry) {
+openvdb::GridBase::Ptr Archive::begin_tree(const GridEntry& entry, std::string* delayed_load) {
   openvdb::GridBase::Ptr grid;
   guarded(entry, [&] {
     if (entry.streamed || entry.descriptor.isInstance() ||
@@ -213,13 +213,13 @@ openvdb::GridBase::Ptr Archive::begin_tree(const GridEntry& entry) {
         fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION)
       return;
     grid = begin_grid(entry);
-    read_head(*grid);
+    read_head(*grid, delayed_load);
   });
   return grid;
 }
 
 /// What stands before a grid's tree.
-void Archive::read_head(openvdb::GridBase& grid) {
+void Archive::read_head(openvdb::GridBase& grid, std::string* delayed_load) {
   readGridCompression(stream_);
   constexpr std::uint32_t known =
       openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC;
@@ -227,7 +227,7 @@ void Archive::read_head(openvdb::GridBase& grid) {
     throw openvdb::IoError("it is compressed by an unknown codec");
   openvdb::io::setHalfFloat(stream_, grid.saveFloatAsHalf());
   openvdb::io::setGridBackgroundValuePtr(stream_, nullptr);
-  read_metadata(grid, stream_);
+  read_metadata(grid, stream_, delayed_load);
   // It has the places of leaves, for OpenVDB's own skipping. They can be wrong.
   grid.removeMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD);
   openvdb::io::setGridClass(stream_, grid.getGridClass());

@@ -60,7 +60,8 @@ class Archive final : private openvdb::io::Archive {
 
   /// The entry's grid without its tree, at which the stream is now; null if the file has it in
   /// another place or format than `read_topology` (topology.h) takes. Throws Error(input).
-  openvdb::GridBase::Ptr begin_tree(const GridEntry& entry);
+  /// `delayed_load` gets the bytes of the metadata of that name, if the grid has them.
+  openvdb::GridBase::Ptr begin_tree(const GridEntry& entry, std::string* delayed_load = nullptr);
   std::istream& stream() { return stream_; }
   FileBuffer& buffer() { return buffer_; }
 
@@ -77,7 +78,7 @@ class Archive final : private openvdb::io::Archive {
   openvdb::GridBase::Ptr read(const GridEntry& entry, bool values);
   openvdb::GridBase::Ptr read_tree(const GridEntry& entry, bool values);
   openvdb::GridBase::Ptr begin_grid(const GridEntry& entry);
-  void read_head(openvdb::GridBase& grid);
+  void read_head(openvdb::GridBase& grid, std::string* delayed_load = nullptr);
   void read_here(const openvdb::GridBase::Ptr& grid, const openvdb::io::GridDescriptor& descriptor,
                  bool values);
 

@@ -8,8 +8,10 @@
 #include <cmath>
 #include <functional>
 #include <glm/common.hpp>
+#include <numeric>
 #include <utility>
 
+#include "leaf_lengths.h"
 #include "psivox/error.h"
 #include "sanitise.h"
 
@@ -77,18 +79,23 @@ void FileLeaves::find(std::size_t leaves, std::istream& stream, FileBuffer& buff
   });
 }
 
-void FileLeaves::find(const Topology& topology, std::istream& stream, FileBuffer& buffer,
-                      std::int64_t bytes) {
-  const std::size_t leaves = topology.leaves.size();
-  places_.reserve(leaves + 1);
-  places_.push_back(stream.tellg());
-  // small leaves are read in fewer calls than skipped
-  if (bytes > 4 * head_bytes * static_cast<std::int64_t>(leaves)) buffer.read_only(head_bytes);
-  for (const std::uint16_t active : topology.active) {
-    decoder_.skip(stream, active);
-    places_.push_back(stream.tellg());
+void FileLeaves::find(const Topology& topology, std::string_view delayed_load, std::istream& stream,
+                      FileBuffer& buffer, std::int64_t end) {
+  const std::int64_t begin = stream.tellg();
+  places_ = leaf_lengths(delayed_load, topology, decoder_.coding(), decoder_.value_bytes());
+  places_.insert(places_.begin(), begin);
+  std::partial_sum(places_.begin(), places_.end(), places_.begin());
+  if (places_.size() <= topology.leaves.size() || places_.back() != end) {
+    places_.assign(1, begin);
+    // small leaves are read in fewer calls than skipped
+    const auto leaves = static_cast<std::int64_t>(topology.leaves.size());
+    if (end - begin > 4 * head_bytes * leaves) buffer.read_only(head_bytes);
+    for (const std::uint16_t active : topology.active) {
+      decoder_.skip(stream, active);
+      places_.push_back(stream.tellg());
+    }
+    buffer.read_only(0);
   }
-  buffer.read_only(0);
   origins_ = topology.leaves;
   active_box_ = topology.summary.active_box;
 }

@@ -6,6 +6,8 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "leaf_decoder.h"
@@ -39,8 +41,11 @@ class FileLeaves final : public LeafReader {
   /// Finds the leaves' places in a stream that is at the first, and visits their values on the way.
   void find(std::size_t leaves, std::istream& stream, FileBuffer& buffer, const Visit& visit);
 
-  /// Finds their places alone, by a few bytes of each, and can survey them from then on.
-  void find(const Topology& topology, std::istream& stream, FileBuffer& buffer, std::int64_t bytes);
+  /// Finds their places alone, in a stream that is at the first, and can survey them from then on.
+  /// Their lengths come from the grid's metadata for delayed loading; if these do not lead to
+  /// `end`, from a few bytes of each leaf.
+  void find(const Topology& topology, std::string_view delayed_load, std::istream& stream,
+            FileBuffer& buffer, std::int64_t end);
 
   /// Visits all values, as the file has them.
   void visit(const Visit& visit) const;

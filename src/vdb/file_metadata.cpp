@@ -57,14 +57,17 @@ void check_strings(std::istream& stream, int count) {
   stream.seekg(begin);
 }
 
-void read_metadata(openvdb::MetaMap& metadata, std::istream& stream) {
+void read_metadata(openvdb::MetaMap& metadata, std::istream& stream, std::string* delayed_load) {
   std::uint32_t count = 0;
   stream.read(reinterpret_cast<char*>(&count), sizeof count);
   for (; count > 0; --count) {
     const std::string name = read_block(stream), type = read_block(stream);
-    const std::string value = read_block(stream);
-    // of delayed loading, which is not done here; its own lengths can claim any memory
-    if (type == openvdb::io::DelayedLoadMetadata::staticTypeName()) continue;
+    std::string value = read_block(stream);
+    // its own lengths can claim any memory
+    if (type == openvdb::io::DelayedLoadMetadata::staticTypeName()) {
+      if (delayed_load) *delayed_load = std::move(value);
+      continue;
+    }
     openvdb::Metadata::Ptr made;
     if (openvdb::Metadata::isRegisteredType(type))
       made = openvdb::Metadata::createMetadata(type);

@@ -42,6 +42,14 @@ LeafDecoder::LeafDecoder(std::shared_ptr<FileBlocks> file, openvdb::GridBase::Pt
   });
 }
 
+std::int64_t LeafDecoder::value_bytes() const {
+  std::int64_t size = 0;
+  with_leaf_type(*empty_, [&](const auto* type) {
+    size = sizeof(typename std::decay_t<decltype(*type)>::ValueType);
+  });
+  return size;
+}
+
 namespace {
 
 /// Number of a leaf's active voxels, in place of its mask.

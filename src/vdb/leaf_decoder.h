@@ -29,6 +29,9 @@ class LeafDecoder {
               const openvdb::io::StreamMetadata& settings);
 
   int channels() const { return channels_; }
+  const ValueCoding& coding() const { return coding_; }
+  /// Size of a value in the grid's own type.
+  std::int64_t value_bytes() const;
 
   /// Moves the stream from the beginning of a leaf's values behind their end. Throws if a length is
   /// impossible.

@@ -80,7 +80,8 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
   const bool must = options.in_file;
   if (!must && (options.memory == 0 || in_file * most_growth * channels <= options.memory))
     return {};
-  const openvdb::GridBase::Ptr grid = archive.begin_tree(entry);
+  std::string delayed_load;
+  const openvdb::GridBase::Ptr grid = archive.begin_tree(entry, &delayed_load);
   if (!grid) return {};
   Topology topology;
   archive.guarded(entry, [&] { topology = read_topology(*grid, archive.stream()); });
@@ -107,8 +108,7 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
       std::make_shared<FileLeaves>(LeafDecoder(file, grid, settings), subject, smallest);
   archive.guarded(entry, [&] {
     if (options.unsurveyed)
-      return leaves->find(topology, archive.stream(), archive.buffer(),
-                          end - archive.stream().tellg());
+      return leaves->find(topology, delayed_load, archive.stream(), archive.buffer(), end);
     ValueSurvey survey;
     leaves->find(topology.leaves.size(), archive.stream(), archive.buffer(), [&](LeafBatch& batch) {
       survey = survey + survey_values(batch.active, batch.values.data(), summary.channels, smallest,
