@@ -227,6 +227,9 @@ t 0 rms compare loose.exr a.exr --max-abs 1e-30
 t 0 '"tolerance": "none"' render "$S" --print-scene --step 1
 t 0 '"tolerance": "none"' render --scene loose.exr --print-scene --step 1
 t 0 '"method": "cells cell-exact"' render "$S" -o tight.exr --tolerance 2e-6 --stats - --luminance-grid color $R
+# Exact cells have an error too, that of their arithmetic.
+stats=$("$program" render "$S" -o tight.exr --tolerance 2e-6 --aov error --stats - --luminance-grid color $R)
+grep -q '"layer_rms": [1-9]' <<<"$stats" || { echo "FAILED: the error of exact cells is 0"; failed=$((failed + 1)); }
 t 0 "above --tolerance" render "$S" -o a.exr --tolerance 1e-12 --resolution 32x32
 t 0 "estimate  RMS" render "$S" -o a.exr --tolerance 1e-2 --check-error 200 $R
 t 0 "200 pixels" render "$S" -o a.exr --step 4 --check-error 200 --resolution 20x10 -q
