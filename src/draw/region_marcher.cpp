@@ -1,6 +1,8 @@
 #include "draw/region_marcher.h"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/matrix.hpp>
 
 #include "draw/trial_method.h"
 #include "psivox/parts.h"
@@ -19,6 +21,34 @@ void add_counts(const RenderStats& part, RenderStats& sum) {
     sum.*time += part.*time;
 }
 
+/// Whether a ray from 0 meets a box.
+bool meets(const glm::dvec3& min, const glm::dvec3& max, const glm::dvec3& direction) {
+  double enter = 0, leave = INFINITY;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double d = direction[axis];
+    if (d == 0 && (min[axis] > 0 || max[axis] < 0)) return false;
+    if (d == 0) continue;
+    enter = std::max(enter, (d > 0 ? min : max)[axis] / d);
+    leave = std::min(leave, (d > 0 ? max : min)[axis] / d);
+  }
+  return enter <= leave;
+}
+
+/// Those of the wanted blocks from which rays towards the light meet a region, a box of bricks.
+std::vector<std::size_t> behind(const Box& region, const LightBlocks& blocks,
+                                const glm::dvec3& towards) {
+  // its cells reach a voxel beyond its bricks
+  const glm::dvec3 min = 8.0 * glm::dvec3(region.min) - 1.0;
+  const glm::dvec3 max = 8.0 * (glm::dvec3(region.max) + 1.0) + 1.0;
+  std::vector<std::size_t> some;
+  for (const std::size_t block : blocks.wanted) {
+    const glm::dvec3 first(blocks.all[block]);
+    // the differences between a point of the region and a voxel of the block
+    if (meets(min - (first + 7.0), max - first, towards)) some.push_back(block);
+  }
+  return some;
+}
+
 }  // namespace
 
 LightDepths RegionMarcher::light_depths(const View& view) {
@@ -32,13 +62,17 @@ LightDepths RegionMarcher::light_depths(const View& view) {
       for (std::size_t i = 0; i < depths.size(); ++i) sum[i] += depths[i];
     };
     const std::vector<Region> regions = regions_.all();
+    const glm::dvec3 towards =
+        glm::inverse(glm::dmat3(view.medium.density->world_from_index)) * -beam.direction;
     for (std::size_t i = 0; i < regions.size(); ++i) {
+      const std::vector<std::size_t> wanted = behind(regions[i].bricks, blocks, towards);
+      if (wanted.empty()) continue;
       const MediumAtlas atlas = build_region_atlas(view, regions[i].bricks);
       marcher_.upload(atlas, Filter::exact);
       Progress part;
       if (progress)
         part = [&](double fraction) { progress((double(i) + fraction) / double(regions.size())); };
-      marcher_.light_depths(view)(beam, blocks, add, part);
+      marcher_.light_depths(view)(beam, {blocks.all, wanted}, add, part);
     }
     marcher_.holds = 0;
     for (const std::size_t block : blocks.wanted)
