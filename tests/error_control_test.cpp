@@ -68,6 +68,23 @@ TEST(PlanMarch, TheSameViewHasTheSamePlan) {
   EXPECT_EQ(a.chosen.rms, b.chosen.rms);
 }
 
+TEST(PlanMarch, ThePilotIsASmallPartOfThePicture) {
+  for (const bool own_luminance : {false, true})
+    for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+      const View view = with_tolerance(blobs(own_luminance, {512, 512}), tolerance);
+      const MarchPlan plan = plan_march(view, build_medium_atlas(view));
+      // the method that is chosen has passed on every ray
+      EXPECT_TRUE(plan.chosen.accepted);
+      EXPECT_EQ(plan.chosen.rays, plan.rays);
+      // a look-up of the pilot takes about 8 times llvmpipe's (docs/performance.md)
+      EXPECT_LT(double(plan.samples), 0.04 * 512 * 512 * plan.chosen.samples);
+      // what the truth and every trial would take on all rays
+      double whole = plan.trials.front().samples;
+      for (const Trial& trial : plan.trials) whole += trial.samples;
+      EXPECT_LT(double(plan.samples), 0.6 * whole * plan.rays);
+    }
+}
+
 TEST(PlanMarch, TighterTolerancesTakeMoreLookUps) {
   double before = 0;
   for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4}) {

@@ -66,8 +66,10 @@ std::string RenderReport::json() const {
     error["estimated_rms"] = plan->chosen.rms;
     error["estimated_max"] = plan->chosen.max;
     error["pilot_rays"] = plan->rays;
+    error["pilot_samples"] = plan->samples;
     for (const Trial& trial : plan->trials)
       error["trials"].push_back({{"method", method_text(trial.method)},
+                                 {"rays", trial.rays},
                                  {"rms", trial.rms},
                                  {"max", trial.max},
                                  {"samples_per_ray", trial.samples},
@@ -98,6 +100,7 @@ std::string RenderReport::json() const {
         {"light", times.light_ms},
         {"light_cpu", times.light_cpu_ms},
         {"plan", times.plan_ms},
+        {"plan_cpu", times.plan_cpu_ms},
         {"gl_init", stats.gl_init_ms},
         {"shader", stats.shader_ms},
         {"upload", stats.upload_ms},

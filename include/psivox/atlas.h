@@ -111,8 +111,9 @@ struct BrickAtlas {
 
 /// The largest |v[i-1] - 2 v[i] + v[i+1]| of each textured brick's channels, in slot order. It is
 /// taken along the three axes about every voxel, including those on the faces, whose neighbours lie
-/// in the next brick. The texels must be float32.
-std::vector<float> brick_kinks(const BrickAtlas& atlas);
+/// in the next brick. The texels must be float32. Bricks that are not wanted have 0; if none are
+/// listed, all are.
+std::vector<float> brick_kinks(const BrickAtlas& atlas, const std::vector<bool>& wanted = {});
 
 /// Sizes of the atlas that build_atlas would make.
 AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {});

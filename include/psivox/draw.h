@@ -68,16 +68,17 @@ std::string description(const Marcher& marcher);
 
 // --- the method of the march ---------------------------------------------------------------------
 
-/// A method that was tried on a few hundred of the picture's rays, the pilot. Errors are of
-/// radiance and alpha, over R G B A.
+/// A method that was tried on a few hundred of the picture's rays, the pilot, or on some of them if
+/// these told enough. Errors are of radiance and alpha, over R G B A.
 struct Trial {
   Method method;
   double worst_brick = 0;  ///< under uniform: largest error bound of a brick [tolerances]
-  double rms = 0;          ///< over the pilot's rays
+  int rays = 0;            ///< of the pilot, that it marched
+  double rms = 0;          ///< over these rays
   double max = 0;          ///< of one ray
   double samples = 0;      ///< field look-ups per ray
   double cost = 0;  ///< expected time of a ray [look-ups of psi-balanced between uniform samples]
-  bool accepted = false;  ///< its error is small enough
+  bool accepted = false;  ///< its error is small enough on these rays
 };
 
 /// A plan's march and its pilot, which only a session reads.
@@ -89,6 +90,7 @@ struct MarchPlan {
   std::vector<Trial> trials{};  ///< all that were tried
   bool reached = true;          ///< whether the estimate is within the tolerance
   int rays = 0;                 ///< of the pilot; 0 if nothing had to be tried
+  std::uint64_t samples = 0;    ///< field look-ups of the pilot, for all trials together
   bool by_brick = false;        ///< some bricks have a smaller step than the rest
   double light_rms = 0;         ///< part of the estimate: what the light at voxels misses
   std::shared_ptr<const PlannedMarch> march{};

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "atlas/block_map.h"
@@ -57,22 +60,34 @@ class BrickPlaces {
   atlas::BlockMap numbers_;  ///< of places, by brick
 };
 
+/// The largest |low - 2 face + high| of values beside each other. Floats of one sign are ordered as
+/// their bits are, and compilers vectorise the maximum of integers.
+std::int32_t kink_bits(const float* low, const float* face, const float* high, std::size_t count) {
+  std::int32_t largest = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    largest =
+        std::max(largest, std::bit_cast<std::int32_t>(std::abs(low[i] - 2 * face[i] + high[i])));
+  return largest;
+}
+
 /// The largest kink on the face between two bricks; `before` has the smaller coordinates. A missing
 /// brick continues the values of the face.
 float face_kink(const float* before, const float* behind, int axis, std::size_t channels) {
   constexpr std::size_t n = brick_values;
-  const std::size_t strides[] = {n * n * channels, n * channels, channels};
-  const std::size_t along = strides[axis], u = strides[(axis + 1) % 3], v = strides[(axis + 2) % 3];
-  float largest = 0;
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t k = 0; k < n; ++k)
-      for (std::size_t at = i * u + k * v; at < i * u + k * v + channels; ++at) {
-        const float face = behind ? behind[at] : before[at + 8 * along];
-        const float low = before ? before[at + 7 * along] : face;
-        const float high = behind ? behind[at + along] : face;
-        largest = std::max(largest, std::abs(low - 2 * face + high));
-      }
-  return largest;
+  const std::size_t along = axis == 0 ? n * n * channels : axis == 1 ? n * channels : channels;
+  const float* face = behind ? behind : before + 8 * along;
+  const float* low = before ? before + 7 * along : face;
+  const float* high = behind ? behind + along : face;
+  // what is side by side in memory
+  const std::size_t run = along, runs = n * n * channels / run;
+  std::int32_t largest = 0;
+  for (std::size_t i = 0; i < runs; ++i) {
+    const std::size_t at = i * n * along;
+    largest = std::max(largest, kink_bits(low + at, face + at, high + at, run));
+  }
+  // NaN where values overflow
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  return std::bit_cast<float>(std::min(largest, std::bit_cast<std::int32_t>(infinite)));
 }
 
 /// The largest kink inside a brick.
@@ -89,11 +104,14 @@ float inner_kink(const float* values, std::size_t channels) {
 
 }  // namespace
 
-std::vector<float> brick_kinks(const BrickAtlas& atlas) {
+std::vector<float> brick_kinks(const BrickAtlas& atlas, const std::vector<bool>& wanted) {
   if (!atlas.texels32 && !atlas.bricks.empty())
     throw Error(ExitCode::failure, "kinks are of float32 texels");
   const BrickPlaces places(atlas);
   const auto channels = std::size_t(atlas.channels);
+  const auto wanted_at = [&](std::optional<std::size_t> place) {
+    return place && (wanted.empty() || wanted[places.slot(*place)]);
+  };
   const auto texels = [&](std::optional<std::size_t> place) -> const float* {
     return place ? atlas.texels32.get() + places.slot(*place) * brick_texels * channels : nullptr;
   };
@@ -102,12 +120,16 @@ std::vector<float> brick_kinks(const BrickAtlas& atlas) {
   std::vector<float> own(places.size());
   tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t place) {
     const float* values = texels(place);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto before = places.beside(place, axis, -1);
+      if (wanted_at(place) || wanted_at(before))
+        lower[place][std::size_t(axis)] = face_kink(texels(before), values, axis, channels);
+    }
+    if (!wanted_at(place)) return;
     float kink = channels == 1 ? atlas.bricks[places.slot(place)].second_difference
                                : inner_kink(values, channels);
     for (int axis = 0; axis < 3; ++axis) {
-      float& face = lower[place][std::size_t(axis)];
-      face = face_kink(texels(places.beside(place, axis, -1)), values, axis, channels);
-      kink = std::max(kink, face);
+      kink = std::max(kink, lower[place][std::size_t(axis)]);
       if (!places.beside(place, axis, 1))
         kink = std::max(kink, face_kink(values, nullptr, axis, channels));
     }
@@ -115,6 +137,7 @@ std::vector<float> brick_kinks(const BrickAtlas& atlas) {
   });
   std::vector<float> kinks(atlas.bricks.size());
   for (std::size_t place = 0; place < places.size(); ++place) {
+    if (!wanted_at(place)) continue;
     float& kink = kinks[places.slot(place)];
     kink = std::max(kink, own[place]);
     for (int axis = 0; axis < 3; ++axis)

@@ -5,7 +5,6 @@
 #include <glm/common.hpp>
 
 #include "draw/plan.h"
-#include "march/march_double.h"
 
 namespace psivox {
 namespace {
@@ -23,36 +22,58 @@ glm::ivec2 pilot_size(const glm::ivec2& picture) {
   return glm::min(picture, glm::ivec2(int(width), int(rays / width)));
 }
 
-View sized(View view, const glm::ivec2& size) {
-  // keeps the aspect ratio to a fraction of a pixel, and the rays' positions in their pixels
-  view.scene.resolution = size;
-  view.scene.pixel_samples = 1;
-  return view;
+/// The pixels of a picture, first those that a sequence of low discrepancy visits.
+std::vector<int> spread_evenly(const glm::ivec2& size) {
+  const std::size_t count = std::size_t(size.x) * std::size_t(size.y);
+  std::vector<int> order;
+  std::vector<bool> seen(count);
+  const auto see = [&](int pixel) {
+    if (seen[std::size_t(pixel)]) return;
+    seen[std::size_t(pixel)] = true;
+    order.push_back(pixel);
+  };
+  // powers of 1/p, where p^3 = p + 1: the plane's counterpart of the golden section
+  glm::dvec2 at(0.5);
+  for (std::size_t i = 0; i < 4 * count; ++i) {
+    const glm::ivec2 pixel = glm::min(glm::ivec2(at * glm::dvec2(size)), size - 1);
+    see(pixel.y * size.x + pixel.x);
+    at = glm::fract(at + glm::dvec2(0.7548776662466927, 0.5698402909980532));
+  }
+  for (int pixel = 0; pixel < int(count); ++pixel) see(pixel);
+  return order;
 }
 
 }  // namespace
 
-View pilot_view(const View& view) { return sized(view, pilot_size(view.scene.resolution)); }
+View pilot_view(const View& view) {
+  // keeps the aspect ratio to a fraction of a pixel, and the rays' positions in their pixels
+  View small = view;
+  small.scene.resolution = pilot_size(view.scene.resolution);
+  small.scene.pixel_samples = 1;
+  return small;
+}
 
-Pilot::Pilot(const View& exact, const MediumAtlas& atlas, const Progress& progress)
+Pilot::Pilot(const View& exact, const View& ended, const MediumAtlas& atlas,
+             const Progress& progress)
     : atlas_(atlas) {
   if (progress) progress_ = [progress](double) { progress(0); };
-  truth_ = march({exact, {}}, pilot_size(exact.scene.resolution), exact_samples_);
-}
+  const glm::ivec2 size = pilot_size(exact.scene.resolution);
+  order_ = spread_evenly(size);
+  const std::size_t count = order_.size();
+  truth_ = {size.x, size.y, {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * count)}}, {}};
+  exact_samples_.resize(count);
+  exact_errors_.resize(count);
 
-Image Pilot::march(const MethodView& marched, const glm::ivec2& size, double& samples) const {
-  RenderResult result = render_march_double(
-      sized(marched.view, size), atlas_,
-      {.count = true, .progress = progress_, .brick_steps = marched.brick_steps});
-  samples = double(result.stats.samples) / double(result.stats.rays);
-  return std::move(result.image);
-}
-
-bool Pilot::has_opacity(double opacity) const {
-  const auto rgba = truth_.rgba();
-  for (std::size_t i = 3; i < rgba.size(); i += 4)
-    if (double(rgba[i]) > opacity) return true;
-  return false;
+  std::vector<MarchedRay> rays(count), sooner(count);
+  march_of({exact, {}}).march(pixels_of(order_), rays, march_of({ended, {}}), sooner, progress_);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto ray = std::size_t(order_[i]);
+    for (std::size_t c = 0; c < 4; ++c)
+      truth_.rgba()[4 * ray + c] = rays[i].picture[glm::length_t(c)];
+    exact_samples_[ray] = rays[i].samples;
+    exact_errors_[ray] = error_of(order_[i], sooner[i]);
+    all_samples_ += std::uint64_t(rays[i].samples);
+  }
 }
 
 double Pilot::brightest() const {
@@ -63,17 +84,35 @@ double Pilot::brightest() const {
   return most;
 }
 
-double Pilot::rough_samples(const MethodView& marched) const {
-  double samples = 0;
-  march(marched, glm::min(glm::ivec2(truth_.width, truth_.height), glm::ivec2(5)), samples);
-  return samples;
+PixelMarch Pilot::march_of(const MethodView& marched) const {
+  return PixelMarch(pilot_view(marched.view), atlas_, marched.brick_steps);
 }
 
-void Pilot::run(Trial& trial, const MethodView& marched) const {
-  const Image image = march(marched, {truth_.width, truth_.height}, trial.samples);
-  const Comparison c = compare_images(image, truth_);
-  trial.rms = std::hypot(c.rms, arithmetic_error);
-  trial.max = c.max;
+void Pilot::march(const PixelMarch& march, std::span<const int> rays, std::span<RayError> errors) {
+  std::vector<MarchedRay> marched(rays.size());
+  march.march(pixels_of(rays), marched, progress_);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    errors[i] = error_of(rays[i], marched[i]);
+    all_samples_ += std::uint64_t(marched[i].samples);
+  }
+}
+
+std::vector<glm::ivec2> Pilot::pixels_of(std::span<const int> rays) const {
+  std::vector<glm::ivec2> pixels;
+  for (const int ray : rays) pixels.emplace_back(ray % truth_.width, ray / truth_.width);
+  return pixels;
+}
+
+RayError Pilot::error_of(int ray, const MarchedRay& marched) const {
+  RayError error{.samples = marched.samples};
+  for (std::size_t c = 0; c < 4; ++c) {
+    const double difference =
+        double(marched.picture[glm::length_t(c)]) - double(truth_.rgba()[4 * std::size_t(ray) + c]);
+    if (!std::isfinite(difference)) continue;  // the device's picture tells, see confirm()
+    error.squares += difference * difference;
+    error.largest = std::max(error.largest, std::abs(difference));
+  }
+  return error;
 }
 
 }  // namespace psivox

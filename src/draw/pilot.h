@@ -1,40 +1,59 @@
 #pragma once
 
+#include <span>
+
 #include "draw/trial_method.h"
+#include "march/pixel_march.h"
 
 namespace psivox {
 
 /// Contribution of float32 arithmetic to a picture's RMS error (docs/method.md).
 inline constexpr double arithmetic_error = 4e-7;
 
-/// A small picture of a view, marched in double precision, for trying methods.
+/// What a method shows on one ray of the pilot, against the truth.
+struct RayError {
+  double squares = 0;  ///< sum over R G B A of the squared errors
+  double largest = 0;  ///< of a channel
+  double samples = 0;  ///< field look-ups
+};
+
+/// Some of a picture's rays, marched in double precision, for trying methods.
 class Pilot {
  public:
-  /// `exact`: the view by the method that counts as the truth. `progress`: see plan_march.
-  Pilot(const View& exact, const MediumAtlas& atlas, const Progress& progress);
+  /// `exact`: the view by the method that counts as the truth. `ended`: the same, but its rays end
+  /// as the picture's do. `progress`: see plan_march.
+  Pilot(const View& exact, const View& ended, const MediumAtlas& atlas, const Progress& progress);
 
   /// The pilot's picture, marched exactly.
   const Image& truth() const { return truth_; }
-  /// Field look-ups per ray of the truth.
-  double exact_samples() const { return exact_samples_; }
-  /// Whether any ray is more opaque than `opacity`.
-  bool has_opacity(double opacity) const;
+  /// Errors of the exact method, by ray, with the picture's early termination.
+  std::span<const RayError> exact_errors() const { return exact_errors_; }
+  /// Field look-ups of the truth, by ray.
+  std::span<const double> exact_samples() const { return exact_samples_; }
   /// Largest radiance of a ray.
   double brightest() const;
 
-  /// Field look-ups per ray, estimated from a few rays.
-  double rough_samples(const MethodView& marched) const;
-  /// Sets the errors and the look-ups of a trial, which `marched` marches.
-  void run(Trial& trial, const MethodView& marched) const;
+  /// All rays, in an order whose every beginning is spread evenly over the picture.
+  std::span<const int> even_order() const { return order_; }
+  /// The march of a method on the pilot's rays.
+  PixelMarch march_of(const MethodView& marched) const;
+  /// Marches some rays and sets their errors. Both lists are of all rays and of these, in turn.
+  void march(const PixelMarch& march, std::span<const int> rays, std::span<RayError> errors);
+
+  /// Field look-ups of all that was marched.
+  std::uint64_t all_samples() const { return all_samples_; }
 
  private:
-  /// The view's picture in another size. Sets `samples` to the look-ups per ray.
-  Image march(const MethodView& marched, const glm::ivec2& size, double& samples) const;
+  std::vector<glm::ivec2> pixels_of(std::span<const int> rays) const;
+  RayError error_of(int ray, const MarchedRay& marched) const;
 
   const MediumAtlas& atlas_;
   Progress progress_;
-  double exact_samples_ = 0;
   Image truth_;
+  std::vector<int> order_;
+  std::vector<RayError> exact_errors_;
+  std::vector<double> exact_samples_;
+  std::uint64_t all_samples_ = 0;
 };
 
 }  // namespace psivox

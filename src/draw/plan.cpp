@@ -20,6 +20,7 @@ MarchPlan plan_of(Trials& trials, const Trial& chosen, bool reached) {
   MethodView marched = trials.marched(chosen);
   const Image& truth = trials.pilot().truth();
   plan.rays = truth.width * truth.height;
+  plan.samples = trials.pilot().all_samples();
   plan.by_brick = bool(marched.brick_steps);
   plan.march = std::make_shared<PlannedMarch>(
       PlannedMarch{std::move(marched.view), std::move(marched.brick_steps), truth});
@@ -31,9 +32,25 @@ void consider(const Trial& trial, Trial& best) {
 }
 
 /// Linear segments in cells, for functions of the gradient, where the exact method is expensive.
+/// More segments take more time.
 void try_segments(Trials& trials, Trial& best) {
-  for (const int segments : {1, 2, 4, 8, 16})
+  for (const int segments : {1, 2, 4, 8, 16}) {
     consider(trials.run({.integrator = Integrator::psi_weighted, .segments = segments}), best);
+    if (best.method.segments == segments) return;
+  }
+}
+
+/// Simpler rules by the steps of a lattice, where they take less time than `best`.
+void try_simpler_rules(Trials& trials, const Trial& found, Trial& best) {
+  for (const Integrator rule : {Integrator::porter_duff, Integrator::midpoint}) {
+    // porter-duff is of first order where the step changes
+    if (rule == Integrator::porter_duff && trials.marched(found).brick_steps) continue;
+    if (best.accepted && trials.cost_by(rule, found) >= best.cost) continue;
+    Method method = found.method;
+    method.integrator = rule;
+    consider(trials.run(method, found.worst_brick), best);
+    if (best.method.integrator == rule) return;
+  }
 }
 
 /// The cheapest lattice, and the same lattice by simpler rules, which may beat `best` even if it
@@ -41,17 +58,11 @@ void try_segments(Trials& trials, Trial& best) {
 void try_lattices(Trials& trials, Trial& best) {
   LatticeSearch search(trials, best);
   search.search();
-  if (!search.found()) return;
-  const Trial found = *search.found();
-  consider(found, best);
-  for (const Integrator rule : {Integrator::porter_duff, Integrator::midpoint}) {
-    // porter-duff is of first order where the step changes
-    if (rule == Integrator::porter_duff && trials.marched(found).brick_steps) continue;
-    if (trials.cost_by(rule, found) >= best.cost) continue;
-    Method method = found.method;
-    method.integrator = rule;
-    consider(trials.run(method, found.worst_brick), best);
-    if (best.method.integrator == rule) return;
+  while (search.found()) {
+    const std::optional<Trial> settled = search.settle();
+    if (!settled) continue;
+    consider(*settled, best);
+    return try_simpler_rules(trials, *settled, best);
   }
 }
 

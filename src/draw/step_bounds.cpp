@@ -1,5 +1,7 @@
 #include "draw/step_bounds.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -65,8 +67,9 @@ double greatest_slope(const float* values) {
   double sum = 0;
   for (const std::size_t along : {n * n, n, std::size_t{1}}) {
     float most = 0;
-    for (std::size_t at = along; at < brick_texels; ++at)
-      if (at / along % n > 0) most = std::max(most, std::abs(values[at] - values[at - along]));
+    for (std::size_t first = 0; first < brick_texels; first += n * along)
+      for (std::size_t at = first + along; at < first + n * along; ++at)
+        most = std::max(most, std::abs(values[at] - values[at - along]));
     sum += double(most) * double(most);
   }
   return std::sqrt(sum);
@@ -107,35 +110,43 @@ class Peak {
 }  // namespace
 
 StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double brightest)
-    : bounds_(atlas.density.bricks.size()) {
+    : density_(atlas.density), bounds_(atlas.density.bricks.size()) {
   const Medium& medium = view.medium;
   const std::vector<BrickStats>& bricks = atlas.density.bricks;
-  const std::vector<float> kinks = brick_kinks(atlas.density);
   const Peak peak(view, atlas);
   const double scale = medium.extinction * finest_voxel_of(*medium.density);
+  kink_scale_ = scale * kinks_share;
   for (std::size_t i = 0; i < bricks.size(); ++i) {
     const double min = bricks[i].min, max = bricks[i].max, range = max - min;
-    Bound& bound = bounds_[i];
-    bound.effect = std::max({1.0, brightest, peak.at(min, max)});
-    if (!medium.transfer) {
-      bound.first = scale * range / 2;
-      bound.second = scale * kinks_share * double(kinks[i]);
-      continue;
-    }
-    FunctionBend bend = bend_of(*medium.transfer, min, max);
+    FunctionBend bend{1, 0, range};
+    if (medium.transfer) bend = bend_of(*medium.transfer, min, max);
     if (medium.gradient) {
       bend.range = medium.transfer->max_attenuation({min, max}, {0.0, 1e38});
       bend.turn = 1e38;
     }
+    Bound& bound = bounds_[i];
+    bound.effect = std::max({1.0, brightest, peak.at(min, max)});
     bound.first = scale * bend.range / 2;
-    // where the function bends, the attenuation's slope changes by that of the values times the
-    // bend
-    double steepest = range;
-    if (bend.turn > 0)
-      steepest = std::min(range, greatest_slope(atlas.density.texels32.get() + i * brick_texels));
-    bound.second = scale * kinks_share * (bend.slope * double(kinks[i]) + bend.turn * steepest);
+    bound.slope = bend.slope;
+    bound.turn = bend.turn;
+    bound.second = kink_scale_ * bend.slope * double(bricks[i].second_difference);
   }
   if (atlas.emission) bound_emission(view, *atlas.emission);
+}
+
+void StepBounds::complete(const std::vector<bool>& wanted) {
+  const std::vector<float> kinks = brick_kinks(density_, wanted);
+  tbb::parallel_for(std::size_t{0}, kinks.size(), [&](std::size_t i) {
+    if (!wanted[i]) return;
+    Bound& bound = bounds_[i];
+    // where the function bends, the attenuation's slope changes by that of the values times the
+    // bend
+    double steepest = double(density_.bricks[i].max) - double(density_.bricks[i].min);
+    if (bound.turn > 0)
+      steepest = std::min(steepest, greatest_slope(density_.texels32.get() + i * brick_texels));
+    bound.second = kink_scale_ * (bound.slope * double(kinks[i]) + bound.turn * steepest);
+    bound.complete = true;
+  });
 }
 
 void StepBounds::bound_emission(const View& view, const BrickAtlas& emission) {
@@ -153,18 +164,45 @@ void StepBounds::bound_emission(const View& view, const BrickAtlas& emission) {
   }
 }
 
-std::vector<float> StepBounds::parts(double step, double error) const {
-  std::vector<float> result(bounds_.size(), 1.0f);
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    const Bound& bound = bounds_[i];
-    // missing a depth d loses the fraction 1 - e^{-d} of the light there and behind it
-    const double share = error / bound.effect;
-    const double depth = share < 1 ? -std::log1p(-share) : 1e30;
-    const double allowed = std::max(bound.first > 0 ? depth / bound.first : 1e30,
-                                    bound.second > 0 ? std::sqrt(depth / bound.second) : 1e30);
-    result[i] = float(std::clamp(allowed / step, least_part, 1.0));
+double StepBounds::Bound::step(double depth) const {
+  return std::max(first > 0 ? depth / first : 1e30, second > 0 ? std::sqrt(depth / second) : 1e30);
+}
+
+const std::vector<double>& StepBounds::steps(double error) {
+  const auto [place, added] = steps_.try_emplace(error);
+  std::vector<double>& steps = place->second;
+  if (!added) return steps;
+  std::vector<double> depths;
+  double effect = 0, depth = 0;
+  for (const Bound& bound : bounds_) {
+    if (bound.effect != effect) {
+      // missing a depth d loses the fraction 1 - e^{-d} of the light there and behind it
+      effect = bound.effect;
+      const double share = error / effect;
+      depth = share < 1 ? -std::log1p(-share) : 1e30;
+    }
+    depths.push_back(depth);
   }
-  return result;
+  // the second order takes a while to find, and does not matter where the first decides
+  std::vector<bool> wanted;
+  for (std::size_t i = 0; i < bounds_.size(); ++i) {
+    const Bound& bound = bounds_[i];
+    const double by_first = bound.first > 0 ? depths[i] / bound.first : 1e30;
+    wanted.push_back(!bound.complete && by_first < widest_step && by_first < bound.step(depths[i]));
+  }
+  if (std::find(wanted.begin(), wanted.end(), true) != wanted.end()) complete(wanted);
+  for (std::size_t i = 0; i < bounds_.size(); ++i) steps.push_back(bounds_[i].step(depths[i]));
+  return steps;
+}
+
+BrickSteps StepBounds::parts(double step, double error) {
+  const std::vector<double>& allowed = steps(error);
+  if (std::all_of(allowed.begin(), allowed.end(), [&](double most) { return most >= step; }))
+    return {};
+  auto parts = std::make_shared<std::vector<float>>(allowed.size());
+  std::transform(allowed.begin(), allowed.end(), parts->begin(),
+                 [&](double most) { return float(std::clamp(most / step, least_part, 1.0)); });
+  return parts;
 }
 
 double StepBounds::widest(double error) const {

@@ -1,21 +1,25 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
-#include "march/medium_atlas.h"
+#include "march/marcher.h"
 
 namespace psivox {
+
+/// Widest and narrowest step tried [voxels].
+inline constexpr double widest_step = 16, narrowest_step = 1.0 / 64;
 
 /// Bounds, from the values stored in each brick, how much a uniform step can miss there, so that no
 /// feature between samples is lost. (docs/method.md, "Asked for an error")
 class StepBounds {
  public:
-  /// `brightest`: the largest radiance behind any brick.
+  /// `brightest`: the largest radiance behind any brick. The atlas must outlive it.
   StepBounds(const View& view, const MediumAtlas& atlas, double brightest);
 
   /// For each brick, the fraction of the step at which its bound is `error` [radiance, opacity], at
-  /// most 1.
-  std::vector<float> parts(double step, double error) const;
+  /// most 1. Null where all are 1.
+  BrickSteps parts(double step, double error);
 
   /// The widest step at which the bound of the emission is `error` [radiance]; infinite without
   /// emission. It holds everywhere, since a flame goes beyond the density's bricks.
@@ -27,11 +31,25 @@ class StepBounds {
     double first = 0;
     double second = 0;
     double effect = 1;  ///< error of opacity or radiance if everything is missed
-  };
-  void bound_emission(const View& view, const BrickAtlas& emission);
+    double slope = 1;   ///< greatest of the attenuation by the values
+    double turn = 0;    ///< sum of its changes
+    /// `second` counts all; if unset, only the kinks inside the brick.
+    bool complete = false;
 
+    /// The step at which it is `depth` [optical depth].
+    double step(double depth) const;
+  };
+  /// Adds to those bounds the kinks on faces and where a function bends.
+  void complete(const std::vector<bool>& wanted);
+  void bound_emission(const View& view, const BrickAtlas& emission);
+  /// For each brick, the step at which its bound is `error`.
+  const std::vector<double>& steps(double error);
+
+  const BrickAtlas& density_;
+  double kink_scale_;  ///< optical depth that a step of 1 may miss at a kink of 1
   std::vector<Bound> bounds_;
-  std::vector<Bound> emission_;  ///< of the emission's bricks [radiance]
+  std::map<double, std::vector<double>> steps_;  ///< by error
+  std::vector<Bound> emission_;                  ///< of the emission's bricks [radiance]
 };
 
 }  // namespace psivox

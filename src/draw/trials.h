@@ -1,8 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 
-#include "draw/pilot.h"
+#include "draw/attempt.h"
 #include "draw/step_bounds.h"
 
 namespace psivox {
@@ -20,37 +21,48 @@ class Trials {
 
   const View& view() const { return view_; }
   const Pilot& pilot() const { return pilot_; }
-  const std::vector<Trial>& done() const { return done_; }
+  std::vector<Trial> done() const;
 
   /// RMS that a trial must reach. It is below the tolerance because the pilot's rays are a sample.
   double target() const;
 
-  /// Runs the method on the pilot's rays.
+  /// Runs the method on the pilot's rays, until it is refused.
   Trial run(const Method& method, double brick = 0);
-  /// Runs the exact method. Its picture is the pilot's truth, unless rays end early.
+  /// The exact method, which the pilot has marched already.
   Trial run_exact();
+  /// Tries the method on a part of the rays, fewer if it is refused or may no longer win. In both
+  /// cases it is not accepted.
+  Trial try_out(const Method& method, double brick,
+                const std::function<bool(const Trial&)>& may_win);
+  /// Runs what was tried out on the other rays.
+  Trial finish(const Trial& tried);
 
   /// Widest step that the emission allows where its bricks may miss `brick` tolerances.
   double widest(double brick);
-  /// The view as a trial's method marches it.
-  MethodView marched(const Trial& trial);
+  /// The view as the method of a trial that was made marches it.
+  const MethodView& marched(const Trial& trial);
   /// Cost of the trial's steps by another rule [look-ups of psi-balanced].
   double cost_by(Integrator rule, const Trial& trial);
-  /// Whether a lattice costs far more than `cost` because its bricks ask for small steps. If the
-  /// bricks' mean step suggests it, a few rays decide.
-  bool costs_far_more(const Trial& lattice, double cost);
 
  private:
-  const StepBounds& bounds();
-  std::vector<float> brick_parts(const Trial& trial);
-  Trial finish(Trial trial, const MethodView& marched);
+  StepBounds& bounds();
+  ErrorLimits limits() const;
+  MethodView view_of(const Method& method, double brick);
+  Attempt& attempt(const Method& method, double brick);
+  Attempt& attempt_of(const Trial& trial);
+  /// Runs it on the rays on which other methods were worst, which show soonest that it fails.
+  void march_suspects(Attempt& attempt);
+  /// Runs it on that part of the rays, unless it is refused before.
+  void march_to(Attempt& attempt, double part);
+  void keep_errors(const Attempt& attempt);
 
   View view_;
   const MediumAtlas& atlas_;
   double tolerance_;
   Pilot pilot_;
   std::optional<StepBounds> bounds_;
-  std::vector<Trial> done_;
+  std::vector<Attempt> attempts_;
+  std::vector<double> last_errors_;  ///< by ray, of the method that marched it last; else 0
 };
 
 }  // namespace psivox
