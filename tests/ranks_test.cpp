@@ -58,6 +58,27 @@ TEST(Ranks, DrawThePictureOfOne) {
   }
 }
 
+// Only cells are drawn in parts, of which the exact rule is the cheapest that keeps a tolerance.
+TEST(Ranks, KeepATolerance) {
+  Scene scene = blobs_scene();
+  scene.sampling.reset();
+  scene.early_termination.reset();
+  scene.tolerance = 1e-4;
+  const Image truth = Session(scene).draw(*open_reference()).image;
+  const auto errors = on_ranks(2, [&](const std::shared_ptr<Ranks>& ranks) {
+    Wish wish;
+    wish.ranks = ranks;
+    const Drawn drawn = Session(scene).draw(*open_double(), wish);
+    ASSERT_TRUE(drawn.plan);
+    EXPECT_TRUE(drawn.plan->reached);
+    EXPECT_EQ(drawn.plan->rays, 0);
+    if (ranks->first()) {
+      EXPECT_LT(compare_images(drawn.image, truth).rms, *scene.tolerance);
+    }
+  });
+  EXPECT_EQ(errors, std::vector<std::string>(2, ""));
+}
+
 TEST(Ranks, SayWhatTheyCannotDraw) {
   Scene scene = blobs_scene();
   scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
