@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "gl/test_limits.h"
@@ -24,19 +25,25 @@ std::vector<std::uint16_t> padded(const std::uint16_t* texels, std::size_t count
   return result;
 }
 
-/// Texels of one channel, each followed by another grid's of one channel or three.
+/// Fills a buffer with texels of one channel, each followed by another grid's of one channel or
+/// three. A piece at a time, so that what is written last is still in the processor's cache.
 template <typename T>
-std::vector<T> pairs(const T* own, const T* beside, std::size_t count, bool vector) {
-  const std::size_t others = vector ? 3 : 1;
-  std::vector<T> result(count * (1 + others));
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 65536), [&](const auto& some) {
-    for (std::size_t i = some.begin(); i != some.end(); ++i) {
-      T* to = result.data() + i * (1 + others);
-      to[0] = own[i];
-      for (std::size_t c = 0; c < others; ++c) to[1 + c] = beside[i * others + c];
-    }
-  });
-  return result;
+void fill_pairs(GLuint buffer, const T* own, const T* beside, std::size_t count, bool vector) {
+  const std::size_t others = vector ? 3 : 1, width = 1 + others;
+  constexpr std::size_t piece = std::size_t{1} << 18;
+  const auto texels = std::make_unique_for_overwrite<T[]>(std::min(count, piece) * width);
+  for (std::size_t first = 0; first < count; first += piece) {
+    const std::size_t size = std::min(count - first, piece);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size, 65536), [&](const auto& some) {
+      for (std::size_t i = some.begin(); i != some.end(); ++i) {
+        T* to = texels.get() + i * width;
+        to[0] = own[first + i];
+        for (std::size_t c = 0; c < others; ++c) to[1 + c] = beside[(first + i) * others + c];
+      }
+    });
+    glNamedBufferSubData(buffer, GLintptr(first * width * sizeof(T)),
+                         GLsizeiptr(size * width * sizeof(T)), texels.get());
+  }
 }
 
 GLenum buffer_format(const BrickAtlas& atlas) {
@@ -71,15 +78,16 @@ AtlasTextures::~AtlasTextures() {
   glDeleteBuffers(GLsizei(storage_.size()), storage_.data());
 }
 
-GLuint AtlasTextures::buffer_texture(GLenum format, const void* data, std::size_t bytes) {
+GLuint AtlasTextures::buffer_texture(GLenum format, const void* data, std::size_t bytes,
+                                     GLbitfield flags) {
   GLuint buffer = 0, texture = 0;
   glCreateBuffers(1, &buffer);
   storage_.push_back(buffer);
   // An empty store is not allowed; 16 bytes are a texel of any format.
   std::array<std::byte, 16> padded{};
-  if (bytes > 0 && bytes < padded.size()) std::memcpy(padded.data(), data, bytes);
+  if (data && bytes > 0 && bytes < padded.size()) std::memcpy(padded.data(), data, bytes);
   if (bytes < padded.size()) data = padded.data();
-  glNamedBufferStorage(buffer, GLsizeiptr(std::max(bytes, padded.size())), data, 0);
+  glNamedBufferStorage(buffer, GLsizeiptr(std::max(bytes, padded.size())), data, flags);
   glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
   glTextureBuffer(texture, format, buffer);
   return texture;
@@ -121,14 +129,18 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* be
 GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside,
                                    std::uint64_t first, std::uint64_t count) {
   const bool vector = beside.channels == 3;
-  if (atlas.texel == TexelType::float32) {
-    const auto texels = pairs(atlas.texels32.get() + first,
-                              beside.texels32.get() + first * (vector ? 3u : 1u), count, vector);
-    return buffer_texture(vector ? GL_RGBA32F : GL_RG32F, texels.data(), texels.size() * 4);
-  }
-  const auto texels = pairs(atlas.texels16.get() + first,
-                            beside.texels16.get() + first * (vector ? 3u : 1u), count, vector);
-  return buffer_texture(vector ? GL_RGBA16F : GL_RG16F, texels.data(), texels.size() * 2);
+  const bool half = atlas.texel == TexelType::float16;
+  const std::uint64_t other = first * (vector ? 3u : 1u);
+  const std::uint64_t bytes = count * (vector ? 4u : 2u) * (half ? 2u : 4u);
+  const GLenum format = vector ? (half ? GL_RGBA16F : GL_RGBA32F) : (half ? GL_RG16F : GL_RG32F);
+  const GLuint texture = buffer_texture(format, nullptr, bytes, GL_DYNAMIC_STORAGE_BIT);
+  if (half)
+    fill_pairs(storage_.back(), atlas.texels16.get() + first, beside.texels16.get() + other, count,
+               vector);
+  else
+    fill_pairs(storage_.back(), atlas.texels32.get() + first, beside.texels32.get() + other, count,
+               vector);
+  return texture;
 }
 
 void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {

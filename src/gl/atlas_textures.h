@@ -31,7 +31,7 @@ class AtlasTextures {
   int units() const { return 3 + buffers(); }
 
  private:
-  GLuint buffer_texture(GLenum format, const void* data, std::size_t bytes);
+  GLuint buffer_texture(GLenum format, const void* data, std::size_t bytes, GLbitfield flags = 0);
   void upload_pages(const std::vector<std::uint32_t>& entries);
   void upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside);
   /// A texture of `count` texels of both atlases, from the `first` on.

@@ -76,21 +76,23 @@ TransferFunction TransferFunction::attenuation_alone() const {
   double most = 0;
   for (const TransferPoint& point : points_) most = std::max(most, point.attenuation);
   const double rounding = std::ldexp(most, -23);
-  const auto straight = [&](std::size_t from, std::size_t to) {
-    for (std::size_t i = from + 1; i < to; ++i) {
-      const TransferPoint on_line = between(points_[from], points_[to], points_[i].value);
-      if (std::abs(on_line.attenuation - points_[i].attenuation) > rounding) return false;
-    }
-    return true;
-  };
   std::vector<TransferPoint> kept;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (std::size_t i = 0; i < points_.size();) {
     kept.push_back({points_[i].value, points_[i].attenuation});
-    // a table of gradients has a row for each point
-    if (!part_.gradients.empty()) continue;
+    // slopes of the lines from here that pass all points so far
+    double least = -HUGE_VAL, greatest = HUGE_VAL;
     std::size_t next = i + 1;
-    while (next + 1 < points_.size() && straight(i, next + 1)) ++next;
-    i = next - 1;
+    for (std::size_t k = i + 1; k < points_.size(); ++k) {
+      const double width = points_[k].value - points_[i].value;
+      const double rise = points_[k].attenuation - points_[i].attenuation;
+      if (rise < least * width || rise > greatest * width) break;
+      next = k;
+      least = std::max(least, (rise - rounding) / width);
+      greatest = std::min(greatest, (rise + rounding) / width);
+      // a table of gradients has a row for each point
+      if (!part_.gradients.empty()) break;
+    }
+    i = next;
   }
   return TransferFunction(std::move(kept), false, part_);
 }
