@@ -8,6 +8,13 @@
 namespace psivox {
 namespace {
 
+double light_depth(glsl::AtlasMarch& march, const glm::ivec3& voxel) {
+  const auto ray = march.light_ray(voxel);
+  auto state = march.begin_march(ray);
+  march_on(march, state, ray);
+  return state.optical_depth;
+}
+
 void exact_depths(const View& view, const MediumAtlas& atlas, const Beam& beam,
                   const LightBlocks& blocks, const TakeDepths& take, const Progress& progress) {
   const MarchSetup setup = make_march_setup(light_march(view, beam), atlas);
@@ -17,7 +24,8 @@ void exact_depths(const View& view, const MediumAtlas& atlas, const Beam& beam,
       std::vector<double> depths(512);
       const glm::ivec3 first = blocks.all[some[k]] - setup.origin;
       for (int i = 0; i < 512; ++i)
-        depths[std::size_t(i)] = march.light_depth(first + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
+        depths[std::size_t(i)] =
+            light_depth(march, first + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
       take(some[k], depths);
     });
   });
@@ -61,7 +69,7 @@ std::vector<double> march_double_light_depths(const View& view, const MediumAtla
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, voxels.size(), 64), [&](const auto& some) {
     glsl::AtlasMarch march(setup, atlas);
     for (std::size_t i = some.begin(); i != some.end(); ++i)
-      depths[i] = march.light_depth(voxels[i] - setup.origin);
+      depths[i] = light_depth(march, voxels[i] - setup.origin);
   });
   return depths;
 }

@@ -19,6 +19,12 @@
 #endif
 
 namespace psivox {
+
+PSIVOX_INLINED void glsl::march_on(AtlasMarch& march, AtlasMarch::March& state,
+                                   const AtlasMarch::Ray& ray) {
+  march.march(state, ray);
+}
+
 namespace {
 
 using glsl::AtlasMarch;
@@ -35,12 +41,6 @@ struct RayOfPixel {
   }
   glm::dvec4 picture(AtlasMarch& march) const { return march.picture(state, pixel); }
 };
-
-/// Marches a ray to its end, in one function: a fifth faster than what the compiler inlines by
-/// itself.
-PSIVOX_INLINED void march_on(AtlasMarch& march, RayOfPixel& ray) {
-  march.march(ray.state, ray.ray);
-}
 
 MarchSetup setup_in_double(const View& view, const MediumAtlas& atlas,
                            const RenderOptions& options) {
@@ -86,7 +86,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
                for (int i = 0; i < n; ++i) {
                  march.sample_offset = options.place.value_or(pixel_sample(i, n));
                  RayOfPixel ray(march, pixels.origin + glm::ivec2(x, y));
-                 march_on(march, ray);
+                 march_on(march, ray.state, ray.ray);
                  const auto& m = ray.state;
                  sums.add(ray.picture(march), {march.depth_of(m, ray.pixel),
                                                march.decay(m.optical_depth).e, m.steps, m.samples});
@@ -126,7 +126,7 @@ void PixelMarch::march(std::span<const glm::ivec2> pixels, std::span<MarchedRay>
   for_each(*setup_, *atlas_, pixels.size(), rays_together, progress,
            [&](AtlasMarch& march, std::size_t i) {
              RayOfPixel ray(march, pixels[i]);
-             march_on(march, ray);
+             march_on(march, ray.state, ray.ray);
              rays[i] = shown(march, ray);
            });
 }
@@ -139,12 +139,12 @@ void PixelMarch::march(std::span<const glm::ivec2> pixels, std::span<MarchedRay>
            [&](AtlasMarch& march, std::size_t i) {
              RayOfPixel ray(march, pixels[i]);
              march.stop_depth = first;
-             march_on(march, ray);
+             march_on(march, ray.state, ray.ray);
              ended[i] = shown(march, ray);
              march.stop_depth = last;
              if (ray.state.t < ray.ray.end) {
                ray.state.done = false;
-               march_on(march, ray);
+               march_on(march, ray.state, ray.ray);
              }
              rays[i] = shown(march, ray);
            });

@@ -97,13 +97,6 @@ March march_ray(real2 pixel) {
   return m;
 }
 
-real light_depth(int3 voxel) {
-  const Ray ray = light_ray(voxel);
-  March m = begin_march(ray);
-  march(m, ray);
-  return m.optical_depth;
-}
-
 #undef precise
 #undef IN
 #undef INOUT
