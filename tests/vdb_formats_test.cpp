@@ -16,14 +16,7 @@
 namespace psivox {
 namespace {
 
-using openvdb::Coord;
-using openvdb::CoordBBox;
-using openvdb::FloatGrid;
-using openvdb::math::Transform;
-using test::FieldSampler;
-using test::input_error;
-using test::named;
-using test::write_vdb;
+using namespace test;
 
 /// Null on a machine without a device for OpenGL.
 Marcher* gpu() {

@@ -19,79 +19,19 @@
 #include "scene/value_range.h"
 #include "thread_ranks.h"
 #include "vdb/grid_types.h"
-#include "vdb_test_util.h"
+#include "vdb_made_files.h"
 
 namespace psivox {
 namespace {
 
 using openvdb::Coord;
+using test::ball;
+using test::codecs;
 using test::input_error;
-
-/// What the process has read so far. The system counts every call, of all libraries.
-struct Reads {
-  std::int64_t bytes = 0, calls = 0;
-};
-
-Reads reads_of_process() {
-  Reads reads;
-  std::ifstream file("/proc/self/io");
-  std::string key;
-  for (std::int64_t value; file >> key >> value;) {
-    if (key == "rchar:") reads.bytes = value;
-    if (key == "syscr:") reads.calls = value;
-  }
-  return reads;
-}
-
-/// A number that looks random, so that no codec makes it much smaller.
-std::uint32_t noise(const Coord& p) {
-  std::uint32_t hash =
-      static_cast<std::uint32_t>(p.x() * 73856093 ^ p.y() * 19349663 ^ p.z() * 83492791);
-  hash ^= hash >> 13;
-  hash *= 0x5bd1e995u;
-  return hash ^ hash >> 15;
-}
-
-template <typename ValueT>
-ValueT value_at(const Coord& p) {
-  const double value = 1 + noise(p) % 4093 / 64.0;
-  if constexpr (openvdb::VecTraits<ValueT>::IsVec)
-    return ValueT(static_cast<typename ValueT::value_type>(value));
-  else
-    return static_cast<ValueT>(value);
-}
-
-/// A ball with leaves that are full, leaves that are not, and inactive voxels of one, two and many
-/// values, each of which the format stores in another way.
-template <typename GridT>
-openvdb::GridBase::Ptr ball(const std::string& name, int radius, bool half = false) {
-  openvdb::initialize();
-  const auto grid = vdb::new_grid<GridT>();
-  using ValueT = typename GridT::ValueType;
-  auto to = grid->getAccessor();
-  const auto inside = [&](const Coord& p) {
-    return p.x() * p.x() + p.y() * p.y() + p.z() * p.z() < radius * radius;
-  };
-  for (const Coord& p : openvdb::CoordBBox(Coord(-radius), Coord(radius))) {
-    if (inside(p)) {
-      to.setValue(p, value_at<ValueT>(p));
-    } else if (const std::uint32_t kinds = noise(p & ~7) % 4; kinds > 0 && to.isVoxel(p)) {
-      to.setValueOff(p, value_at<ValueT>(Coord(static_cast<int>(noise(p) % (3 * kinds - 2)))));
-    }
-  }
-  grid->setName(name);
-  grid->setSaveFloatAsHalf(half);
-  return grid;
-}
-
-std::filesystem::path written(const openvdb::GridCPtrVec& grids, std::uint32_t compression,
-                              const std::string& name = "made.vdb") {
-  const auto path = test::scratch_dir() / name;
-  openvdb::io::File file(path.string());
-  file.setCompression(compression);
-  file.write(grids);
-  return path;
-}
+using test::Reads;
+using test::reads_of;
+using test::reads_of_process;
+using test::written;
 
 /// All values of all leaves are those of OpenVDB's reader. Both convert by static_cast<float>.
 template <typename GridT>
@@ -115,18 +55,6 @@ void expect_values_of_openvdb(const std::filesystem::path& path, const std::stri
   }
 }
 
-std::vector<std::uint32_t> codecs() {
-  using namespace openvdb::io;
-  std::vector<std::uint32_t> all{COMPRESS_NONE, COMPRESS_ACTIVE_MASK};
-  for (const std::uint32_t codec : {COMPRESS_ZIP, COMPRESS_BLOSC}) {
-    if (codec == COMPRESS_ZIP && !Archive::hasZLibCompression()) continue;
-    if (codec == COMPRESS_BLOSC && !Archive::hasBloscCompression()) continue;
-    all.push_back(codec);
-    all.push_back(codec | COMPRESS_ACTIVE_MASK);
-  }
-  return all;
-}
-
 TEST(VdbReading, EveryCodecAndTypeGivesTheValuesOfOpenVdb) {
   for (const std::uint32_t codec : codecs()) {
     SCOPED_TRACE(openvdb::io::compressionToString(codec));
@@ -148,15 +76,6 @@ TEST(VdbReading, EveryCodecAndTypeGivesTheValuesOfOpenVdb) {
     expect_values_of_openvdb<openvdb::Vec3DGrid>(path, "vec3d");
     expect_values_of_openvdb<openvdb::Vec3IGrid>(path, "vec3i");
   }
-}
-
-/// What `use` reads of a file, by the system's count.
-Reads reads_of(const std::filesystem::path& path, const std::function<void(const VdbFile&)>& use) {
-  VdbFile(path).info();  // threads, and what else a process reads once
-  const Reads before = reads_of_process();
-  use(VdbFile(path));
-  const Reads after = reads_of_process();
-  return {after.bytes - before.bytes, after.calls - before.calls};
 }
 
 void expect_read_once(const std::filesystem::path& path, const Reads& reads) {
@@ -259,255 +178,6 @@ TEST(VdbReading, AFileThatShrinksMeanwhileIsAnError) {
             std::string::npos);
 }
 
-/// A grid's values stay in the file: its field has all that the whole one has, and the same values.
-void expect_stored_like_whole(const std::filesystem::path& path, const std::string& name,
-                              ReadOptions options) {
-  SCOPED_TRACE(name);
-  const auto file = std::make_unique<VdbFile>(path);
-  options.percentiles = {1, 50};
-  const Field whole = file->read(name, options);
-  options.memory = 1;
-  const Field stored = VdbFile(path).read(name, options);  // the field outlives the file's object
-  ASSERT_TRUE(stored.reader);
-  EXPECT_FALSE(whole.reader);
-  EXPECT_EQ(stored.name, whole.name);
-  EXPECT_EQ(stored.value_type, whole.value_type);
-  EXPECT_EQ(stored.active_box, whole.active_box);
-  EXPECT_EQ(stored.active_voxels, whole.active_voxels);
-  EXPECT_EQ(stored.world_from_index, whole.world_from_index);
-  EXPECT_EQ(stored.notices, whole.notices);
-  EXPECT_EQ(stored.active_percentiles, whole.active_percentiles);
-  EXPECT_EQ(glm::dvec2(*stored.stored_range), stored_range(whole));
-  EXPECT_EQ(glm::dvec2(*stored.active_range), active_range(whole));
-  ASSERT_EQ(stored.tiles.size(), whole.tiles.size());
-  for (std::size_t n = 0; n < whole.tiles.size(); ++n) {
-    EXPECT_EQ(stored.tiles[n].origin, whole.tiles[n].origin);
-    EXPECT_EQ(stored.tiles[n].value, whole.tiles[n].value);
-  }
-  ASSERT_EQ(stored.leaves.size(), whole.leaves.size());
-  std::size_t seen = 0;
-  const auto length = 512 * std::size_t(whole.channels);
-  visit_leaves(stored, [&](std::span<const Leaf> leaves) {
-    for (const Leaf& leaf : leaves) {
-      ASSERT_EQ(leaf.origin, whole.leaves[seen].origin);
-      ASSERT_EQ(std::memcmp(leaf.values, whole.leaves[seen].values, length * sizeof(float)), 0);
-      ++seen;
-    }
-  });
-  EXPECT_EQ(seen, whole.leaves.size());
-}
-
-/// The same of a grid whose leaves the caller surveys, here in two parts.
-void expect_surveyed_like_whole(const std::filesystem::path& path, const std::string& name,
-                                ReadOptions options) {
-  SCOPED_TRACE(name + ", surveyed in parts");
-  const Field whole = VdbFile(path).read(name, options);
-  options.in_file = options.unsurveyed = true;
-  Field stored = VdbFile(path).read(name, options);
-  ASSERT_TRUE(stored.reader && stored.survey);
-  ASSERT_EQ(stored.leaves.size(), whole.leaves.size());
-  std::vector<std::uint32_t> odd, even;
-  for (std::uint32_t n = 0; n < stored.leaves.size(); ++n) (n % 2 ? odd : even).push_back(n);
-  const auto length = 512 * std::size_t(whole.channels);
-  std::vector<float> values(even.size() * length);
-  const ValueSurvey some = stored.reader->survey(odd, values.data());
-  const ValueSurvey all = some + stored.reader->survey(even, values.data());
-  const float largest = take_survey(stored, all, options, "it ");
-  for (std::size_t n = 0; n < even.size(); ++n)
-    for (std::size_t i = 0; i < length; ++i)
-      ASSERT_EQ(std::min(values[n * length + i], largest), whole.leaves[even[n]].values[i]);
-  EXPECT_EQ(stored.notices, whole.notices);
-  EXPECT_EQ(glm::dvec2(*stored.stored_range), stored_range(whole));
-  EXPECT_EQ(glm::dvec2(*stored.active_range), active_range(whole));
-  for (std::size_t n = 0; n < whole.tiles.size(); ++n)
-    EXPECT_EQ(stored.tiles.at(n).value, whole.tiles[n].value);
-}
-
-TEST(VdbReading, ValuesThatStayInTheFileAreThoseOfTheWhole) {
-  for (const std::uint32_t codec : codecs()) {
-    SCOPED_TRACE(openvdb::io::compressionToString(codec));
-    const auto tiles = ball<openvdb::FloatGrid>("tiles", 20);
-    auto& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(tiles)->tree();
-    tree.addTile(1, Coord(-64, 8, 16), 7.0f, true);
-    tree.addTile(2, Coord(-256, 0, 0), 3.0f, false);
-    tree.addTile(3, Coord(8192, 0, -4096), 5.0f, true);
-    const auto path = written(
-        {ball<openvdb::FloatGrid>("float", 40), ball<openvdb::FloatGrid>("half", 20, /*half=*/true),
-         ball<openvdb::DoubleGrid>("double", 20), ball<openvdb::Int64Grid>("int64", 20),
-         ball<openvdb::BoolGrid>("bool", 20), ball<openvdb::Vec3SGrid>("vec3s", 20),
-         ball<openvdb::Vec3DGrid>("vec3d", 20, /*half=*/true), tiles},
-        codec);
-    for (const char* name :
-         {"float", "half", "double", "int64", "bool", "vec3s", "vec3d", "tiles"}) {
-      expect_stored_like_whole(path, name, {GridRole::attenuation});
-      expect_stored_like_whole(path, name, {GridRole::data});
-      expect_surveyed_like_whole(path, name, {GridRole::data});
-    }
-  }
-}
-
-TEST(VdbReading, BadValuesThatStayInTheFileAreReplacedAsInTheWhole) {
-  constexpr float infinite = std::numeric_limits<float>::infinity();
-  const auto grid = ball<openvdb::FloatGrid>("density", 20);
-  auto& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree();
-  tree.setValue(Coord(1, 2, 3), infinite);
-  tree.setValue(Coord(9, 2, 3), -infinite);
-  tree.setValue(Coord(1, -2, 3), std::numeric_limits<float>::quiet_NaN());
-  tree.setValue(Coord(-1, -2, 3), -4.0f);
-  tree.addTile(1, Coord(-64, 8, 16), infinite, true);
-  tree.addTile(1, Coord(-72, 8, 16), -1.0f, true);
-  tree.addTile(1, Coord(-80, 8, 16), 900.0f, true);
-  const auto path = written({grid}, openvdb::io::COMPRESS_ACTIVE_MASK);
-  for (const GridRole role : {GridRole::attenuation, GridRole::data}) {
-    expect_stored_like_whole(path, "density", {role});
-    expect_surveyed_like_whole(path, "density", {role});
-    ReadOptions strict{.role = role, .strict = true, .memory = 1};
-    EXPECT_NE(input_error([&] { VdbFile(path).read("density", strict); }).find("refused by strict"),
-              std::string::npos);
-  }
-}
-
-TEST(VdbReading, APartReadsItsLeavesAlone) {
-  if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
-  const auto path = written({ball<openvdb::FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
-  const Field whole = VdbFile(path).read("density");
-  const Field stored = VdbFile(path).read("density", {.memory = 1});
-  const Box box{glm::ivec3(-20, 3, 10), glm::ivec3(15, 16, 31)};
-  const Reads before = reads_of_process();
-  const Field part = part_of_field(stored, box);
-  const Reads after = reads_of_process();
-  EXPECT_FALSE(part.reader);
-  // from leaves -24..8, 0..16 and 8..24, which are 2113 bytes each, and gaps of one leaf at most
-  EXPECT_EQ(part.leaves.size(), 5u * 3 * 3);
-  EXPECT_LT(after.bytes - before.bytes, 45 * 2 * 2113);
-  const test::FieldSampler sampler(whole);
-  for (const Leaf& leaf : part.leaves)
-    EXPECT_EQ(double(leaf.values[74]), sampler.voxel(leaf.origin + glm::ivec3(1, 1, 2), 0));
-  const Field same = part_of_field(whole, box);
-  ASSERT_EQ(same.leaves.size(), part.leaves.size());
-  std::filesystem::resize_file(path, 1000);
-  EXPECT_NE(input_error([&] {
-              part_of_field(stored, Box{glm::ivec3(-60), glm::ivec3(60)});
-            }).find("cannot be read again"),
-            std::string::npos);
-}
-
-/// The place of text in a file [bytes].
-std::streamoff place_of(const std::filesystem::path& path, const std::string& text) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes(std::istreambuf_iterator<char>(file), {});
-  const auto place = bytes.find(text);
-  EXPECT_NE(place, std::string::npos) << text;
-  return static_cast<std::streamoff>(place);
-}
-
-void change_byte(const std::filesystem::path& path, std::streamoff place) {
-  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-  file.seekg(place);
-  const int byte = file.get();
-  file.seekp(place);
-  file.put(static_cast<char>(byte ^ 0x15));
-}
-
-const std::string delayed_load =
-    "__delayedload";  // type of the metadata that have lengths of leaves
-
-TEST(VdbReading, PlacesOfLeavesComeFromMetadataOrFromTheLeaves) {
-  if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
-  const auto grids = {
-      ball<openvdb::FloatGrid>("float", 40), ball<openvdb::FloatGrid>("half", 40, /*half=*/true),
-      ball<openvdb::DoubleGrid>("double", 40), ball<openvdb::Vec3SGrid>("vec3s", 40)};
-  for (const std::uint32_t codec : codecs()) {
-    if (!(codec & (openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_BLOSC))) continue;
-    SCOPED_TRACE(openvdb::io::compressionToString(codec));
-    for (const auto& grid : grids) {
-      SCOPED_TRACE(grid->getName());
-      const auto path = written({grid}, codec);
-      const ReadOptions options{.role = GridRole::data, .in_file = true, .unsurveyed = true};
-      const auto read = [&](const VdbFile& file) { file.read(grid->getName(), options); };
-      const std::int64_t few = 50;
-      ASSERT_GT(VdbFile(path).read(grid->getName()).leaves.size(), 4 * few);
-      EXPECT_LT(reads_of(path, read).calls, few);
-      change_byte(path, place_of(path, delayed_load));
-      EXPECT_GT(reads_of(path, read).calls, 4 * few);
-      expect_surveyed_like_whole(path, grid->getName(), {GridRole::data});
-    }
-  }
-}
-
-/// The metadata may claim anything: psivox reads the values that are there, or none.
-TEST(VdbReading, WrongLengthsOfLeavesGiveNoWrongValues) {
-  const auto grid = ball<openvdb::FloatGrid>("density", 20);
-  const auto path = written({grid}, openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
-  const Field whole = VdbFile(path).read("density");
-  std::vector<std::uint32_t> all(whole.leaves.size());
-  std::iota(all.begin(), all.end(), 0);
-  std::vector<float> values(512 * all.size());
-  const std::streamoff first = place_of(path, delayed_load) + std::streamoff(delayed_load.size());
-  std::uint32_t length = 0;
-  std::ifstream(path, std::ios::binary)
-      .seekg(first)
-      .read(reinterpret_cast<char*>(&length), sizeof length);
-  ASSERT_GT(length, 100u);
-  std::size_t refused = 0;
-  for (std::uint32_t n = 4; n < 4 + length; n += 1 + length / 200) {
-    change_byte(path, first + n);
-    std::ranges::fill(values, -1.0f);
-    try {
-      const Field stored = VdbFile(path).read("density", {.in_file = true, .unsurveyed = true});
-      stored.reader->survey(all, values.data());
-      for (const std::uint32_t leaf : all)
-        ASSERT_EQ(std::memcmp(values.data() + 512 * leaf, whole.leaves[leaf].values, 2048), 0) << n;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::input) << error.what();
-      ++refused;
-    }
-    change_byte(path, first + n);  // as it was
-  }
-  EXPECT_LT(refused, 100u) << "most changes only make it walk";
-}
-
-/// What four ranks read of a file together, to know ranges, extinction and camera: each value
-/// once, and each rank the topology and some bytes of each leaf.
-TEST(VdbReading, RanksShareTheValuesOfAFile) {
-  if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
-  using namespace openvdb::io;
-  const auto path = written({ball<openvdb::FloatGrid>("density", 60)},
-                            Archive::hasBloscCompression() ? COMPRESS_BLOSC : COMPRESS_ZIP);
-  Scene scene;
-  scene.input = path.string();
-  const View alone = make_view(scene, VdbFile(path));
-  const auto size = static_cast<double>(std::filesystem::file_size(path));
-  const Reads before = reads_of_process();
-  const auto errors = test::on_ranks(4, [&](const std::shared_ptr<Ranks>& ranks) {
-    const View view = make_view(
-        scene, read_fields(scene, VdbFile(path), false, {.allowed = true, .ranks = ranks}));
-    EXPECT_EQ(active_range(*view.medium.density), active_range(*alone.medium.density));
-    EXPECT_EQ(view.camera.position, alone.camera.position);
-    // a sum of 289 integrals for each axis, added up in another order
-    EXPECT_NEAR(view.medium.extinction / alone.medium.extinction, 1, 1e-12);
-  });
-  EXPECT_EQ(errors, std::vector<std::string>(4, ""));
-  const auto reads = static_cast<double>(reads_of_process().bytes - before.bytes);
-  // of about 1000 bytes that a leaf has, each rank reads 64 of topology and a few of its length
-  EXPECT_LT(reads, (1 + 4 * 0.1) * size);
-  EXPECT_GT(reads, size);
-}
-
-TEST(VdbReading, AGridThatMustBeConvertedWholeIsRefusedBeyondItsMemory) {
-  const auto grid = ball<openvdb::FloatGrid>("distance", 40);
-  grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree().root().setBackground(3.0f, true);
-  const auto path = written({grid}, openvdb::io::COMPRESS_NONE);
-  try {
-    VdbFile(path).read("distance", {.memory = 1000});
-    FAIL() << "no error";
-  } catch (const Error& e) {
-    EXPECT_EQ(e.code(), ExitCode::memory);
-    EXPECT_NE(std::string(e.what()).find("a level set is converted whole"), std::string::npos);
-  }
-}
-
 /// Whether a block of values may begin here: an integer of 64 bits, as short as this file's blocks.
 bool is_length(const std::string& bytes, std::size_t at) {
   std::int64_t length = 0;
@@ -542,7 +212,7 @@ TEST(VdbReading, ABlockOfImpossibleLengthIsAnError) {
   const auto grid = vdb::new_grid<openvdb::FloatGrid>();
   grid->setName("density");
   for (const Coord& p : openvdb::CoordBBox(Coord(0), Coord(6)))
-    grid->tree().setValue(p, value_at<float>(p));
+    grid->tree().setValue(p, test::value_at<float>(p));
   for (const openvdb::Index level : {1, 2})  // so that the blocks of both inner nodes have a value
     grid->tree().addTile(level, Coord(128 * static_cast<int>(level), 0, 0), 1.0f, true);
   constexpr int blocks = 3;  // of the leaf and the two nodes above it

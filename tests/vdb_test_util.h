@@ -27,6 +27,11 @@
 
 namespace psivox::test {
 
+using openvdb::Coord;
+using openvdb::CoordBBox;
+using openvdb::FloatGrid;
+using openvdb::math::Transform;
+
 inline std::filesystem::path data_dir() {
   const char* dir = std::getenv("PSIVOX_DATA");
   return dir ? dir : PSIVOX_SHARED_DATA;

@@ -15,14 +15,7 @@
 namespace psivox {
 namespace {
 
-using openvdb::Coord;
-using openvdb::CoordBBox;
-using openvdb::FloatGrid;
-using openvdb::math::Transform;
-using test::FieldSampler;
-using test::input_error;
-using test::named;
-using test::write_vdb;
+using namespace test;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();

@@ -1,0 +1,110 @@
+#pragma once
+
+// Files whose every leaf is stored in another way, and what is read of them.
+
+#include <openvdb/io/Compression.h>
+#include <openvdb/io/Stream.h>
+
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "psivox/vdb.h"
+#include "vdb/grid_types.h"
+#include "vdb_test_util.h"
+
+namespace psivox::test {
+
+/// What the process has read so far. The system counts every call, of all libraries.
+struct Reads {
+  std::int64_t bytes = 0, calls = 0;
+};
+
+inline Reads reads_of_process() {
+  Reads reads;
+  std::ifstream file("/proc/self/io");
+  std::string key;
+  for (std::int64_t value; file >> key >> value;) {
+    if (key == "rchar:") reads.bytes = value;
+    if (key == "syscr:") reads.calls = value;
+  }
+  return reads;
+}
+
+/// A number that looks random, so that no codec makes it much smaller.
+inline std::uint32_t noise(const openvdb::Coord& p) {
+  std::uint32_t hash =
+      static_cast<std::uint32_t>(p.x() * 73856093 ^ p.y() * 19349663 ^ p.z() * 83492791);
+  hash ^= hash >> 13;
+  hash *= 0x5bd1e995u;
+  return hash ^ hash >> 15;
+}
+
+template <typename ValueT>
+ValueT value_at(const openvdb::Coord& p) {
+  const double value = 1 + noise(p) % 4093 / 64.0;
+  if constexpr (openvdb::VecTraits<ValueT>::IsVec)
+    return ValueT(static_cast<typename ValueT::value_type>(value));
+  else
+    return static_cast<ValueT>(value);
+}
+
+/// A ball with leaves that are full, leaves that are not, and inactive voxels of one, two and many
+/// values, each of which the format stores in another way.
+template <typename GridT>
+openvdb::GridBase::Ptr ball(const std::string& name, int radius, bool half = false) {
+  openvdb::initialize();
+  const auto grid = vdb::new_grid<GridT>();
+  using ValueT = typename GridT::ValueType;
+  auto to = grid->getAccessor();
+  const auto inside = [&](const openvdb::Coord& p) {
+    return p.x() * p.x() + p.y() * p.y() + p.z() * p.z() < radius * radius;
+  };
+  for (const openvdb::Coord& p :
+       openvdb::CoordBBox(openvdb::Coord(-radius), openvdb::Coord(radius))) {
+    if (inside(p)) {
+      to.setValue(p, value_at<ValueT>(p));
+    } else if (const std::uint32_t kinds = noise(p & ~7) % 4; kinds > 0 && to.isVoxel(p)) {
+      to.setValueOff(
+          p, value_at<ValueT>(openvdb::Coord(static_cast<int>(noise(p) % (3 * kinds - 2)))));
+    }
+  }
+  grid->setName(name);
+  grid->setSaveFloatAsHalf(half);
+  return grid;
+}
+
+inline std::filesystem::path written(const openvdb::GridCPtrVec& grids, std::uint32_t compression,
+                                     const std::string& name = "made.vdb") {
+  const auto path = scratch_dir() / name;
+  openvdb::io::File file(path.string());
+  file.setCompression(compression);
+  file.write(grids);
+  return path;
+}
+
+inline std::vector<std::uint32_t> codecs() {
+  using namespace openvdb::io;
+  std::vector<std::uint32_t> all{COMPRESS_NONE, COMPRESS_ACTIVE_MASK};
+  for (const std::uint32_t codec : {COMPRESS_ZIP, COMPRESS_BLOSC}) {
+    if (codec == COMPRESS_ZIP && !Archive::hasZLibCompression()) continue;
+    if (codec == COMPRESS_BLOSC && !Archive::hasBloscCompression()) continue;
+    all.push_back(codec);
+    all.push_back(codec | COMPRESS_ACTIVE_MASK);
+  }
+  return all;
+}
+
+/// What `use` reads of a file, by the system's count.
+inline Reads reads_of(const std::filesystem::path& path,
+                      const std::function<void(const VdbFile&)>& use) {
+  VdbFile(path).info();  // threads, and what else a process reads once
+  const Reads before = reads_of_process();
+  use(VdbFile(path));
+  const Reads after = reads_of_process();
+  return {after.bytes - before.bytes, after.calls - before.calls};
+}
+
+}  // namespace psivox::test
