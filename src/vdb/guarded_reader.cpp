@@ -62,6 +62,12 @@ std::vector<GridInfo> GuardedReader::rows(const std::string& grid, bool values) 
   return rows;
 }
 
+GridInfo GuardedReader::row(const std::string& grid, bool values) {
+  const std::vector<GridInfo> answer = rows(grid, values);
+  if (answer.size() != 1) throw Error(ExitCode::input, nonsense(*file_, "another number of rows"));
+  return answer.front();
+}
+
 std::vector<GridInfo> GuardedReader::info(bool values) {
   const std::lock_guard lock(mutex_);
   try {
@@ -69,21 +75,24 @@ std::vector<GridInfo> GuardedReader::info(bool values) {
   } catch (const Error& error) {
     if (error.code() != ExitCode::input) throw;
   }
-  // one grid ended the reader: each is asked for by itself
+  // a grid ended the reader: each is asked for by itself, until several have ended theirs, which
+  // may take the time that an answer has
+  constexpr int most_ends = 2;
+  int ends = 0;
   std::vector<GridInfo> all;
   for (std::size_t i = 0; i < facts_.names.size(); ++i) {
-    const std::string& grid = facts_.names[i];
+    GridInfo row;
+    row.name = facts_.names[i];
+    row.channels = facts_.channels[i];
+    row.problem = "was not read, because reading other grids failed";
     try {
-      const std::vector<GridInfo> row = rows(grid, values);
-      if (row.size() == 1) all.push_back(row.front());
+      if (ends < most_ends) row = this->row(row.name, values);
     } catch (const Error& error) {
       if (error.code() != ExitCode::input) throw;
-      GridInfo bad;
-      bad.name = grid;
-      bad.channels = facts_.channels[i];
-      bad.problem = without_subject(error.what(), file_->path(), grid);
-      all.push_back(bad);
+      row.problem = without_subject(error.what(), file_->path(), row.name);
+      ++ends;
     }
+    all.push_back(row);
   }
   return all;
 }

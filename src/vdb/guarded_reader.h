@@ -27,6 +27,7 @@ class GuardedReader final : public Reader {
            const Take& take);
   /// The rows of a grid, or of all: "".
   std::vector<GridInfo> rows(const std::string& grid, bool values);
+  GridInfo row(const std::string& grid, bool values);
 
   std::shared_ptr<FileBlocks> file_;
   Progress progress_;
