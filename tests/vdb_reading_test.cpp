@@ -24,14 +24,7 @@
 namespace psivox {
 namespace {
 
-using openvdb::Coord;
-using test::ball;
-using test::codecs;
-using test::input_error;
-using test::Reads;
-using test::reads_of;
-using test::reads_of_process;
-using test::written;
+using namespace test;
 
 /// All values of all leaves are those of OpenVDB's reader. Both convert by static_cast<float>.
 template <typename GridT>

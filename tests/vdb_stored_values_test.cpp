@@ -16,14 +16,7 @@
 namespace psivox {
 namespace {
 
-using openvdb::Coord;
-using test::ball;
-using test::codecs;
-using test::input_error;
-using test::Reads;
-using test::reads_of;
-using test::reads_of_process;
-using test::written;
+using namespace test;
 
 /// A grid's values stay in the file: its field has all that the whole one has, and the same values.
 void expect_stored_like_whole(const std::filesystem::path& path, const std::string& name,
