@@ -161,7 +161,7 @@ const real least_fall = real(1e-12);
 const real least_fall = real(4e-6);
 #endif
 void see_value(INOUT(March) m, real value, real t) {
-  if (m.done) return;
+  if (m.done || !m.own) return;
   real fallen = m.radiance.x - least_fall * abs(m.radiance.x);
   if (mode == MODE_LMIP && value < fallen && m.radiance.x >= lmip_threshold) m.done = true;
   else if (value > m.radiance.x) {

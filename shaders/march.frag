@@ -21,6 +21,6 @@ void main() {
 #if RESUMABLE
   save_march(m);
 #endif
-  out_picture = picture(m, p);
+  out_picture = drawn(m, p);
   out_layers = vec4(depth_of(m, p), decay(m.optical_depth).e, float(m.steps), float(m.samples));
 }

@@ -11,7 +11,7 @@ CONSTANT(bool, one_interval)      // which has two knots: nothing is searched
 CONSTANT(bool, transfer_search)   // several of its knots may lie in one bin of its table
 CONSTANT(bool, ramps)             // whose attenuation is a sum of ramps, and nothing asks for colours
 CONSTANT(bool, with_gradient)     // of the gradient's magnitude too, a grid of its own
-CONSTANT(bool, in_part)           // the atlas is a region's: cells beside it may have values
+CONSTANT(bool, in_part)           // of a region alone: cells beside it may have values
 CONSTANT(bool, beyond)            // the walk goes beyond the density, where 0 would be a medium
 CONSTANT(bool, split_knots)       // segments end where the value crosses its knots
 CONSTANT(int, segments)           // linear segments a cell

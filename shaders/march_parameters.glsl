@@ -9,6 +9,8 @@
 #undef GRID
 PARAMETER(int3, density_field_min)    // domain of the density's own field: another grid may have
 PARAMETER(int3, density_field_max)    // widened that of the atlas
+PARAMETER(int3, part_min)             // in_part: the region that the ray collects from, to the
+PARAMETER(int3, part_max)             // cells before this
 PARAMETER(real3, world_0)             // world direction, not normalised
 PARAMETER(real3, world_u)
 PARAMETER(real3, world_v)

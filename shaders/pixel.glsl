@@ -72,37 +72,37 @@ void aim(INOUT(March) m, Pixel p) {
   }
 }
 
-// The density at a point of its domain, where a cell beside it is stored.
-real density_at(real3 p) {
-  int3 cell = clamp(int3(floor(p)), density.domain_min, density.domain_max - 1);
-  Node node = find_node(density_grid, cell);
+// The density at a point of a cell.
+real density_at(int3 cell, real3 p) {
+  Node node = find_node(density_grid, clamp(cell, density.domain_min, density.domain_max - 1));
   return node.kind == NODE_EMPTY ? real(0.0) : sample_scalar(density_grid, node, p);
 }
 
-// Central difference of the density along an axis of voxels, one voxel to each side; at the domain's
-// faces only as far as it reaches. The trilinear field's own gradient jumps from cell to cell.
-real central_difference(real3 p, real3 axis) {
-  real3 before = max(p - axis, real3(density.domain_min));
-  real3 after = min(p + axis, real3(density.domain_max));
-  return (density_at(after) - density_at(before)) / dot(after - before, axis);
+// Central difference of the density along an axis of voxels about a point of a cell, one voxel to each
+// side; at the domain's faces only as far as it reaches. The trilinear field's own gradient jumps from
+// cell to cell. A point in a face has neighbours beside its cell, which are stored: those beside the
+// cell across the face may not be.
+real central_difference(int3 cell, real3 p, int3 axis) {
+  real3 before = max(p - real3(axis), real3(density.domain_min));
+  real3 after = min(p + real3(axis), real3(density.domain_max));
+  return (density_at(cell + axis, after) - density_at(cell - axis, before))
+         / dot(after - before, real3(axis));
 }
 
-// Where the ray hits a surface: its normal in the world, 0 where the field has none.
-real3 surface_normal(Ray ray, real t) {
+// Where the ray hits a surface, in a cell: its normal in the world, 0 where the field has none.
+real3 surface_normal(int3 cell, Ray ray, real t) {
   real3 p = position(ray, t);
-  real one = real(1.0);
-  real none = real(0.0);
-  real3 n = normal_x * central_difference(p, real3(one, none, none))
-          + normal_y * central_difference(p, real3(none, one, none))
-          + normal_z * central_difference(p, real3(none, none, one));
+  real3 n = normal_x * central_difference(cell, p, int3(1, 0, 0))
+          + normal_y * central_difference(cell, p, int3(0, 1, 0))
+          + normal_z * central_difference(cell, p, int3(0, 0, 1));
   real size = sqrt(dot(n, n));
-  return n * (size > none ? one / size : none);
+  return n * (size > real(0.0) ? real(1.0) / size : real(0.0));
 }
 
 // A surface is lit by the scene's lights, or by one from the camera, and from everywhere.
 real3 shade(IN(March) m, Pixel p) {
   real3 w = (world_0 + world_u * p.u + world_v * p.v) * p.inverse_length;
-  real3 normal = surface_normal(march_ray_of(p), m.half_depth);
+  real3 normal = surface_normal(m.cell, march_ray_of(p), m.half_depth);
   if (dot(normal, w) > real(0.0)) normal = -normal;  // seen from either side
   real3 light = real3(real(0.0));
   if (surface_lights == 0) light = real3(max(-dot(normal, w), real(0.0)));
@@ -148,4 +148,22 @@ real4 picture(IN(March) m, Pixel p) {
   if (!vector_radiance) shown = color * (m.phase * m.radiance.x);
   else if (!has_emission) shown = color * m.phase * m.radiance;
   return real4(shown + ambient * a, a);
+}
+
+// What a ray has collected in a region, for RayFold (src/march/ray_fold.h) to join with other regions':
+// radiance and transmittance, which is 0 behind a surface; of maxima the value, and 1 if LMIP ended there.
+real4 collected(IN(March) m, Pixel p) {
+  if (finds_maximum) {
+    bool found = mode == MODE_LMIP && m.done && m.t < march_ray_of(p).end;
+    return real4(m.radiance.x, real(found ? 1.0 : 0.0), real(0.0), real(0.0));
+  }
+  real4 shown = picture(m, p);
+  real through = mode == MODE_ISOSURFACE ? real(1.0) - shown.w : decay(m.optical_depth).e;
+  return real4(shown.x, shown.y, shown.z, through);
+}
+
+// What is drawn of a ray.
+real4 drawn(IN(March) m, Pixel p) {
+  if (in_part) return collected(m, p);
+  return picture(m, p);
 }

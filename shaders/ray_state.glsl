@@ -27,6 +27,7 @@ struct March {
   int lattice;         // template: the voxel that t is at
   bool known;          // `front` is that of t; if not, a turn of length 0 finds it
   bool vacuum;         // what the turn looks at is an empty run
+  bool own;            // and it begins in the region that the ray collects from
   int interval;        // of the transfer function, where pieces end at its knots
   real phase;          // factor of all luminance along the ray
   real3 radiance;      // without `color`, unless there is emission; of maxima x is the value
@@ -61,6 +62,7 @@ March begin_march(Ray ray) {
   m.lattice = 0;
   m.known = false;
   m.vacuum = false;
+  m.own = true;
   m.interval = 0;
   m.radiance = real3(finds_maximum ? UNKNOWN : real(0.0));
   m.optical_depth = real(0.0);

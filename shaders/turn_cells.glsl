@@ -70,6 +70,7 @@ struct Stretch {
 Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
   if (!inside(node, m.cell)) node = find_node(density_grid, m.cell);
   m.vacuum = node.kind == NODE_EMPTY || beyond_density(m.cell);
+  if (in_part) m.own = inside_box(part_min, part_max, m.cell);
   Stretch s;
   s.run = closed_form(node);
   Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.side : 1);
@@ -212,9 +213,10 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
     see_cell(m, s.value, s.t_end);
   } else if (mode == MODE_ISOSURFACE) {
     real at = first_crossing(s.value, isovalue);
-    if (node.kind == NODE_BRICK && at <= real(1.0)) {
+    if (node.kind == NODE_BRICK && at <= real(1.0) && m.own) {
       m.half_depth = m.t + at * s.extent;
       m.done = true;
+      s.next = m.cell;  // surface_normal looks around it
     }
     m.t = s.t_end;
     m.front.value = s.f_end;

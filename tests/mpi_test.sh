@@ -53,6 +53,12 @@ for mpi in "${mpis[@]}"; do
   lines=$(grep -c '^psivox:' output)
   [ "$lines" -le 1 ] || fail "$mpi: $lines lines of psivox"  # what auto has chosen, if anything
 done
+for mode in mip isosurface xray; do
+  on "${mpis[0]}" 1 "$V" -o one.exr "${scene[@]}" --mode $mode || fail "$mode: one rank ends with $?"
+  on "${mpis[0]}" 4 "$V" -o four.exr "${scene[@]}" --mode $mode || fail "$mode: four ranks end with $?"
+  "$program" compare one.exr four.exr --max-rms 1e-6 >/dev/null ||
+    fail "$mode: four ranks draw another picture than one process"
+done
 
 # --- failures: one line, its exit code, no picture ---------------------------------------------------
 mpi=${mpis[0]}

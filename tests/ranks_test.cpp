@@ -38,11 +38,9 @@ TEST(Ranks, RefuseToDiffer) {
 }
 
 // Parts are sent as float32, and the strips of 5 ranks have different heights: 9 or 10 rows.
-TEST(Ranks, DrawThePictureOfOne) {
-  Scene scene = blobs_scene();
-  scene.pixel_samples = 2;
+void expect_picture_of_one(const Scene& scene, std::initializer_list<int> counts) {
   const Image alone = Session(scene).draw(*open_double()).image;
-  for (const int count : {1, 2, 5}) {
+  for (const int count : counts) {
     Image together;
     const auto errors = on_ranks(count, [&](const std::shared_ptr<Ranks>& ranks) {
       Session session(scene);
@@ -55,6 +53,16 @@ TEST(Ranks, DrawThePictureOfOne) {
     EXPECT_EQ(errors, std::vector<std::string>(std::size_t(count), ""));
     ASSERT_EQ(together.layers.size(), 2u);
     EXPECT_LT(compare_images(alone, together).max, 1e-6) << count << " ranks";
+  }
+}
+
+TEST(Ranks, DrawThePictureOfOne) {
+  Scene scene = blobs_scene();
+  scene.pixel_samples = 2;
+  expect_picture_of_one(scene, {1, 2, 5});
+  for (const Mode mode : {Mode::mip, Mode::isosurface, Mode::xray}) {
+    scene.mode = mode;
+    expect_picture_of_one(scene, {3});
   }
 }
 

@@ -82,7 +82,7 @@ struct AtlasOptions {
   /// Boxes of voxels that the march must walk cell by cell because another grid is not empty there.
   /// Where this grid is empty they become constants of 0. The domain grows to hold them.
   std::vector<Box> walked{};
-  /// Bricks to store; outside these, cells are empty. Both ends are inclusive.
+  /// Bricks to store; outside these and their margin, cells are empty. Both ends are inclusive.
   std::optional<Box> region{};
   /// Gives each visible brick texels of its own, so that another grid can be stored beside it
   /// (build_beside). Left out where that takes far more bricks, or where 0 is visible.

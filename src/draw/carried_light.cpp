@@ -6,11 +6,11 @@
 
 namespace psivox {
 
-CarriedLight::CarriedLight(const PixelBox& pixels, int samples)
-    : pixels_(pixels.empty() ? PixelBox{} : pixels),
+CarriedLight::CarriedLight(const RayFold& fold, const PixelBox& pixels, int samples)
+    : fold_(fold),
+      pixels_(pixels.empty() ? PixelBox{} : pixels),
       samples_(std::size_t(samples)),
-      rays_(samples_ * std::size_t(pixels_.size.x) * std::size_t(pixels_.size.y),
-            glm::dvec4(0, 0, 0, 1)) {}
+      rays_(samples_ * std::size_t(pixels_.size.x) * std::size_t(pixels_.size.y), fold.nothing()) {}
 
 std::size_t CarriedLight::index(const glm::ivec2& pixel, int sample) const {
   const glm::ivec2 at = pixel - pixels_.origin;
@@ -19,19 +19,17 @@ std::size_t CarriedLight::index(const glm::ivec2& pixel, int sample) const {
 }
 
 void CarriedLight::add(const Image& region, const glm::ivec2& origin, int sample) {
-  const auto rgba = region.rgba();
-  const std::vector<float>& transmittance = region.layers[1].values;
-  std::size_t i = 0;
+  const float* collected = region.rgba().data();
   for (int y = 0; y < region.height; ++y) {
     glm::dvec4* ray = rays_.data() + index(origin + glm::ivec2(0, y), sample);
-    for (int x = 0; x < region.width; ++x, ++i)
-      add_behind(*ray++, {rgba[4 * i], rgba[4 * i + 1], rgba[4 * i + 2], transmittance[i]});
+    for (int x = 0; x < region.width; ++x, collected += 4)
+      fold_.add_behind(*ray++, {collected[0], collected[1], collected[2], collected[3]});
   }
 }
 
 void CarriedLight::add(std::span<const glm::vec4> row, const glm::ivec2& origin, int sample) {
   glm::dvec4* ray = rays_.data() + index(origin, sample);
-  for (const glm::vec4& behind : row) add_behind(*ray++, glm::dvec4(behind));
+  for (const glm::vec4& behind : row) fold_.add_behind(*ray++, glm::dvec4(behind));
 }
 
 std::span<const glm::dvec4> CarriedLight::row(const glm::ivec2& origin, int width,
@@ -48,11 +46,15 @@ Image CarriedLight::picture(bool transmittance) const {
   std::vector<float> left(pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
     glm::dvec4 sum(0);
-    for (std::size_t sample = 0; sample < samples_; ++sample) sum += rays_[sample * pixels + i];
-    sum /= double(samples_);
-    for (int c = 0; c < 3; ++c) image.rgba()[4 * i + std::size_t(c)] = float(sum[c]);
-    image.rgba()[4 * i + 3] = float(1 - sum.a);
-    left[i] = float(sum.a);
+    double through = 0;
+    for (std::size_t sample = 0; sample < samples_; ++sample) {
+      const glm::dvec4& ray = rays_[sample * pixels + i];
+      sum += fold_.picture(ray);
+      through += fold_.transmittance(ray);
+    }
+    for (int c = 0; c < 4; ++c)
+      image.rgba()[4 * i + std::size_t(c)] = float(sum[c] / double(samples_));
+    left[i] = float(through / double(samples_));
   }
   if (transmittance) image.layers.push_back({"transmittance", {"transmittance"}, std::move(left)});
   return image;

@@ -35,7 +35,7 @@ CarriedLight RankMarcher::carry_own(const View& view, const RenderOptions& optio
     ranks_.report(fraction);
     if (ranks_.first() && options.progress) options.progress(ranks_.reported().mean);
   };
-  CarriedLight light(pixels, view.scene.pixel_samples);
+  CarriedLight light(RayFold(view), pixels, view.scene.pixel_samples);
   ranks_.agree([&] {
     // also if it fails, for the first rank waits for it
     const struct Reporter {
@@ -59,7 +59,7 @@ CarriedLight RankMarcher::fold(const View& view, const CarriedLight& own,
   const glm::ivec2 size = view.scene.resolution;
   const PixelBox strip = strip_of(size, ranks_.rank(), count);
   const auto order = parts_.front_to_back(view.camera, view.medium.density->world_from_index);
-  CarriedLight light(strip, samples);
+  CarriedLight light(RayFold(view), strip, samples);
   for (int sample = 0; sample < samples; ++sample) {
     std::vector<std::vector<glm::vec4>> sent(std::size_t(count), std::vector<glm::vec4>{});
     for (int rank = 0; rank < count; ++rank) {

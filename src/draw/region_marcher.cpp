@@ -88,13 +88,13 @@ CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options
   const int samples = view.scene.pixel_samples;
   const auto regions = regions_.front_to_back(view.camera, view.medium.density->world_from_index);
   RenderOptions part = options;
-  part.transmittance = true;
+  part.transmittance = false;  // it is in the picture
   part.tile = {};
   double done = 0;
   const double share = 1.0 / double(regions.size() * std::size_t(samples));
   if (options.progress)
     part.progress = [&](double fraction) { options.progress(share * (done + fraction)); };
-  CarriedLight light(pixels, samples);
+  CarriedLight light(RayFold(one), pixels, samples);
   stats.renderer = marcher_.description();
   for (const Region& region : regions) {
     const PixelBox seen = pixels_of(view, region.bricks);

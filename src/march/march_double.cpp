@@ -39,7 +39,7 @@ struct RayOfPixel {
       : pixel(march.make_pixel(at)), ray(march.march_ray_of(pixel)), state(march.begin_march(ray)) {
     march.aim(state, pixel);
   }
-  glm::dvec4 picture(AtlasMarch& march) const { return march.picture(state, pixel); }
+  glm::dvec4 picture(AtlasMarch& march) const { return march.drawn(state, pixel); }
 };
 
 MarchSetup setup_in_double(const View& view, const MediumAtlas& atlas,

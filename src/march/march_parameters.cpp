@@ -94,13 +94,23 @@ void place_medium(const View& view, MarchSetup& setup) {
   if (scene.mode == Mode::isosurface) place_surface_lights(view, setup);
 }
 
+/// The region that rays collect from. Where it reaches beyond the domain its faces do not matter,
+/// but their numbers must be small.
+void place_part(const Box& bricks, const Box& domain, MarchSetup& setup) {
+  const glm::ivec3 least = (domain.min >> 3) - 1, most = (domain.max >> 3) + 1;
+  MarchParameters& p = setup.parameters;
+  setup.constants.in_part = true;
+  p.part_min = 8 * glm::clamp(bricks.min, least, most) - setup.origin;
+  p.part_max = 8 * glm::clamp(bricks.max + 1, least, most) - setup.origin;
+}
+
 /// How the ray is integrated: rule, sampling, steps.
 void place_method(const View& view, const MediumAtlas& atlas, const RenderOptions& options,
                   MarchSetup& setup) {
   const Scene& scene = view.scene;
   MarchParameters& p = setup.parameters;
   MarchConstants& c = setup.constants;
-  c.in_part = atlas.part;
+  if (atlas.part) place_part(*atlas.part, atlas.density.domain, setup);
   const IntegratorInfo& rule = info(scene.resolved_integrator());
   c.integrator = rule.id;
   c.middle_rule = rule.samples_middle;

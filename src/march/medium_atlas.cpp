@@ -148,10 +148,12 @@ MediumAtlas build_region_atlas(const View& view, const Box& region) {
     if (!part || !field.reader) return build_atlas(field, options);
     // the outermost regions reach farther than there are voxels
     const Box bricks{glm::max(part->min, -most_bricks), glm::min(part->max, most_bricks)};
-    return build_atlas(part_of_field(field, {8 * bricks.min, 8 * bricks.max + 15}), options);
+    const int before = options.with_margin ? 8 : 0;
+    return build_atlas(part_of_field(field, {8 * bricks.min - before, 8 * bricks.max + 15}),
+                       options);
   };
   MediumAtlas result{build(*medium.density, density_options(view), region), {}, {}, {}};
-  result.part = true;
+  result.part = region;
   if (medium.luminance) {
     // a value on a region's face may be looked up in the brick beyond it
     std::optional<Box> grown;

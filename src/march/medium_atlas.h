@@ -14,7 +14,9 @@ struct MediumAtlas {
   std::optional<BrickAtlas> emission;
   std::optional<BrickAtlas> gradient;  ///< where the transfer function has one
   bool paired = false;                 ///< luminance has the density's bricks in the same slots
-  bool part = false;  ///< density and gradient are a region's: cells beside it may have values
+  /// The region whose density and gradient are stored, alone: cells beside it may have values
+  /// [8 voxels, inclusive]
+  std::optional<Box> part{};
 
   /// Sum over the grids.
   AtlasSize size() const;

@@ -21,7 +21,8 @@ constexpr std::uint64_t least = 32 << 20;
 }  // namespace
 
 std::string parts_obstacle(const Scene& scene) {
-  if (scene.mode != Mode::alpha) return "--mode alpha";
+  if (scene.mode == Mode::back_to_front || scene.mode == Mode::slice)
+    return "--mode alpha, mip, lmip, isosurface and xray";
   if (!scene.tolerance && scene.resolved_sampling() != Sampling::cells)
     return "cells (--tolerance or --sampling cells)";
   return {};

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <glm/vec4.hpp>
+#include <memory>
+
+#include "psivox/medium.h"
+
+namespace psivox {
+
+/// Joins what a ray collects in the regions that it passes, front to back, and makes a picture of
+/// it. What is collected has four numbers, which `collected` in shaders/pixel.glsl defines for each
+/// mode. Regions that follow each other may be joined first.
+class RayFold {
+ public:
+  /// Of a view whose light is computed.
+  explicit RayFold(const View& view);
+
+  /// What a ray has collected before its first region.
+  glm::dvec4 nothing() const;
+
+  /// Adds what lies behind: radiance weighted with the transmittance so far, and the product of
+  /// transmittances (Max 1995, eq. 8); optical depths add up; the greater of two maxima.
+  void add_behind(glm::dvec4& ray, const glm::dvec4& behind) const;
+
+  /// R G B A of a ray that has passed all regions.
+  glm::dvec4 picture(const glm::dvec4& ray) const;
+
+  /// Its transmittance; 1 in modes without.
+  double transmittance(const glm::dvec4& ray) const;
+
+ private:
+  struct Maxima;
+  Mode mode_;
+  std::shared_ptr<Maxima> maxima_;  ///< null in other modes
+};
+
+}  // namespace psivox
