@@ -84,7 +84,7 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   real depth = max(extinction * length * mean, real(0.0));
   if (end_corrections && length > real(0.0)) {
     real step_error = constant_run ? real(0.0) : length * length / real(12.0);
-    correct_step(m, m.step_error - step_error, depth);
+    if (m.own) correct_step(m, m.step_error - step_error, depth);
     m.step_error = step_error;
   }
   m.front = back;
@@ -105,6 +105,7 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
     w = integrate_segment(Segment(extinction * near.attenuation, extinction * middle.attenuation,
                                   extinction * back.attenuation, length, depth));
   }
+  if (!m.own) w = Weights(real(0.0), real(0.0), real(0.0), real(0.0));
   real3 glow = real3(real(0.0));
   if (glows(m)) {
     Weights e = Weights(real(1.0 / 6.0), real(4.0 / 6.0), real(1.0 / 6.0), real(0.0));

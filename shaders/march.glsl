@@ -28,8 +28,8 @@ Walk begin_walk(INOUT(March) m, Ray ray) {
   return w;
 }
 
-void end_walk(INOUT(March) m, Ray ray) {
-  if (uniform_sampling && !template_sampling) end_steps(m, ray);
+void end_walk(INOUT(March) m, Walk w, Ray ray) {
+  if (uniform_sampling && !template_sampling) end_steps(m, w.steps, ray);
 }
 
 // Marches on, up to max_turns turns.
@@ -45,5 +45,5 @@ void march(INOUT(March) m, Ray ray) {
     }
     if (!depth_only) m.transmittance = decay(m.optical_depth).e;
   }
-  end_walk(m, ray);
+  end_walk(m, w, ray);
 }

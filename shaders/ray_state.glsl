@@ -187,8 +187,10 @@ Point with_value(IN(March) m, Point p, Sample s) {
   return p;
 }
 
-// What glows in a region's empty runs is another region's, which walks it.
-bool glows(IN(March) m) { return has_emission && !(in_part && m.vacuum); }
+// What glows in a region's empty runs is another region's, which walks it. Steps may end in one.
+bool glows(IN(March) m) {
+  return has_emission && (uniform_sampling ? m.own : !(in_part && m.vacuum));
+}
 
 // The medium at t, where the density grid has `s`; seek(t, luminous) has found the other grids' nodes.
 Point point_at(IN(March) m, real t, Sample s, bool luminous) {

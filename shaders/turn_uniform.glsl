@@ -64,23 +64,54 @@ struct StepWalk {
   bool onward;      // the next turn looks up the next node
   real own_begin;   // the part of the ray inside the density's own box
   real own_end;
+  real part_begin;  // in_part: the part of the ray inside the region, where its segments begin
+  real part_end;
 };
+
+// When the ray crosses faces between regions. It has crossed those that it begins in, but for rounding:
+// in front of such a face would be a step of a region that comes later.
+real3 part_times(Ray ray, int3 faces) {
+  real3 t = face_times(ray, faces);
+  real size = greatest(real3(density.domain_max - density.domain_min)) + abs(ray.begin);
+  real3 noise = abs(ray.inverse) * (real(8.0) * t_epsilon * size);
+  return real3(t.x > ray.begin + noise.x ? t.x : min(t.x, ray.begin),
+               t.y > ray.begin + noise.y ? t.y : min(t.y, ray.begin),
+               t.z > ray.begin + noise.z ? t.z : min(t.z, ray.begin));
+}
 
 StepWalk begin_steps(INOUT(March) m, Ray ray) {
   if (walks_middles) m.known = true;  // no segment reads a value at its front
   m.cell = cell_at(ray, m.t, density.domain_min, density.domain_max);
-  StepWalk w = StepWalk(no_node(), m.t, m.t, step, step, true, ray.begin, ray.end);
+  StepWalk w = StepWalk(no_node(), m.t, m.t, step, step, true, ray.begin, ray.end, ray.begin, ray.end);
   if (beyond) {
     w.own_begin = greatest(face_times(ray, far_faces(ray, density_field_max, density_field_min)));
     w.own_end = least(face_times(ray, far_faces(ray, density_field_min, density_field_max)));
   }
+  if (in_part) {
+    w.part_begin = greatest(part_times(ray, far_faces(ray, part_max, part_min)));
+    w.part_end = least(part_times(ray, far_faces(ray, part_min, part_max)));
+  }
   return w;
+}
+
+// Whether a segment that begins at t is the region's own: of all regions, that of exactly one.
+bool begins_in_part(StepWalk w, real t) {
+  return !in_part || (t >= w.part_begin && t < w.part_end);
+}
+
+// A run ends at the region's faces, where another region's part of it begins.
+Crossing cut_at_part(StepWalk w, Ray ray, Crossing far) {
+  real face = w.node_end < w.part_begin ? w.part_begin : w.part_end;
+  if (face <= w.node_end || face >= far.t) return far;
+  int3 cell = cell_at(ray, face, w.node.lo, w.node.lo + w.node.side);
+  return Crossing(face, cell_between_faces(ray, face, cell));
 }
 
 // The walk goes on to the node of m.cell.
 void enter_node(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
   w.node = find_node(density_grid, m.cell);
   Crossing far = leave(ray, w.node.lo, w.node.side);
+  if (in_part && constant_run(w.node)) far = cut_at_part(w, ray, far);
   w.node_begin = w.node_end;
   w.node_end = max(w.node_begin, min(far.t, ray.end));
   m.cell = far.cell;
@@ -188,6 +219,7 @@ void leave_run(INOUT(March) m, StepWalk w, Step s, Ray ray) {
 
 void turn_uniform(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
   Step s = find_step(m, w, ray);
+  m.own = begins_in_part(w, m.t);
   m.paired_here = false;
   if (look_up_at(m.t, s.t_back) > w.node_end) return;  // the next turn looks up the next node
   Samples found = sample_step(m, w, s, ray);
@@ -206,8 +238,8 @@ void turn_uniform(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
 }
 
 // The end of the last step; a ray that ended early has nothing left to correct.
-void end_steps(INOUT(March) m, Ray ray) {
-  if (!end_corrections || m.t < ray.end || m.turns == 0) return;
+void end_steps(INOUT(March) m, StepWalk w, Ray ray) {
+  if (!end_corrections || m.t < ray.end || m.turns == 0 || !begins_in_part(w, m.t)) return;
   real length = sqrt(real(12.0) * m.step_error);
   correct_step(m, m.step_error, extinction * m.front.attenuation * length);
 }

@@ -53,11 +53,13 @@ for mpi in "${mpis[@]}"; do
   lines=$(grep -c '^psivox:' output)
   [ "$lines" -le 1 ] || fail "$mpi: $lines lines of psivox"  # what auto has chosen, if anything
 done
-for mode in mip isosurface xray; do
-  on "${mpis[0]}" 1 "$V" -o one.exr "${scene[@]}" --mode $mode || fail "$mode: one rank ends with $?"
-  on "${mpis[0]}" 4 "$V" -o four.exr "${scene[@]}" --mode $mode || fail "$mode: four ranks end with $?"
-  "$program" compare one.exr four.exr --max-rms 1e-6 >/dev/null ||
-    fail "$mode: four ranks draw another picture than one process"
+for how in "--mode mip" "--mode isosurface" "--mode xray" "--sampling uniform"; do
+  # shellcheck disable=SC2086
+  for count in 1 4; do
+    on "${mpis[0]}" $count "$V" -o $count.exr "${scene[@]}" $how || fail "$how: $count ranks end with $?"
+  done
+  "$program" compare 1.exr 4.exr --max-rms 1e-6 >/dev/null ||
+    fail "$how: four ranks draw another picture than one process"
 done
 
 # --- failures: one line, its exit code, no picture ---------------------------------------------------

@@ -64,9 +64,12 @@ TEST(Ranks, DrawThePictureOfOne) {
     scene.mode = mode;
     expect_picture_of_one(scene, {3});
   }
+  scene.mode = Mode::alpha;
+  scene.sampling = Sampling::uniform;
+  expect_picture_of_one(scene, {3});
 }
 
-// Only cells are drawn in parts, of which the exact rule is the cheapest that keeps a tolerance.
+// No method is chosen: the exact one keeps every tolerance.
 TEST(Ranks, KeepATolerance) {
   Scene scene = blobs_scene();
   scene.sampling.reset();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <glm/geometric.hpp>
 #include <random>
 
@@ -117,6 +118,7 @@ TEST(Regions, ComeInTheOrderOfEveryRay) {
 struct Fold {
   bool reversed = false;  ///< back to front
   bool apron = true;      ///< regions have the voxels around them that they need
+  bool ghost = true;      ///< and the bricks that steps reach
 };
 
 /// The pictures of all pixels' rays, R G B A and transmittance in place of A, folded over regions
@@ -136,7 +138,9 @@ std::vector<glm::dvec4> folded(const View& view, std::size_t parts, Fold how = {
                      8 * glm::min(region.bricks.max, most) + 7};
     if (!how.apron) part.medium.density = share(part_of_field(density, voxels));
     const MediumAtlas atlas =
-        parts == 1 ? build_medium_atlas(view) : build_region_atlas(part, region.bricks);
+        parts == 1 ? build_medium_atlas(view)
+                   : build_region_atlas(part, region.bricks,
+                                        how.ghost ? region_ghost(view) : glm::ivec3(0));
     const MarchSetup setup = make_march_setup(view, atlas);
     glsl::AtlasMarch march(setup, atlas);
     march.sample_offset = glm::dvec2(0.5);
@@ -217,28 +221,76 @@ TEST(RegionFold, NeedsTheOrderAndTheApron) {
   }
 }
 
+/// Steps that are shorter or longer than a cell, by a rule of the ends, of the middle, and with
+/// corrections at the ends.
+const Scene uniform_scenes[] = {with(small_scene(21), Integrator::psi_balanced, 0.7),
+                                with(small_scene(21), Integrator::midpoint, 1.3),
+                                with(small_scene(21), Integrator::psi_weighted, 9.5)};
+
+std::string text_of(const Scene& scene) {
+  return info(*scene.integrator).name + std::string(", step ") + std::to_string(*scene.step);
+}
+
+TEST(RegionFold, EqualsOnePassInUniformSteps) {
+  for (const Scene& steps : uniform_scenes)
+    for (const auto& [name, scene] : cameras()) {
+      const Scene both = with(scene, *steps.integrator, steps.step);
+      const std::string what = text_of(both) + ", " + name;
+      expect_one_pass(in_mode(both, Mode::alpha, mixed()), what);
+      // of one value: runs, that a step crosses, end at regions' faces
+      expect_one_pass(view_of(both, share(with_tiles(noise_beside_constant()))), what + ", runs");
+    }
+  const Scene steps = uniform_scenes[0];
+  for (const Mode mode : {Mode::mip, Mode::lmip, Mode::xray})
+    expect_one_pass(in_mode(steps, mode, mixed()), "mode " + std::to_string(int(mode)));
+  // where a voxel is longer along one axis than along another, a step is longer in voxels
+  expect_one_pass(in_mode(steps, Mode::alpha, mixed(sheared)), "sheared");
+}
+
+TEST(RegionFold, NeedsTheGhostOfUniformSteps) {
+  for (const Scene& steps : uniform_scenes) {
+    const View view = in_mode(steps, Mode::alpha, mixed());
+    const auto whole = folded(view, 1);
+    EXPECT_GT(largest_difference(whole, folded(view, 8, {.ghost = false})), 1e-3) << text_of(steps);
+  }
+}
+
 // --- on the GPU
 // ------------------------------------------------------------------------------------
 
-// A region's picture is rounded to float32, 1e-7 of values about 1, as the whole's is.
+/// How a device draws each of the cameras' views in parts and whole.
+void expect_one_pass_on(Marcher& gpu, const std::string& what, std::initializer_list<int> counts,
+                        const std::function<View(const Scene&)>& view_of_scene) {
+  for (const auto& [name, scene] : cameras()) {
+    const View view = view_of_scene(scene);
+    const auto in_parts = [&](int parts) {
+      const Regions regions =
+          Regions::in_parts(leaf_bricks(*view.medium.density), std::size_t(parts));
+      return RegionMarcher(gpu, regions).render(view).image;
+    };
+    // drawn whole, a ray in a face may look up cells beside it: in float32 5e-5 from the exact one
+    const bool in_faces = name == "parallel, along faces";
+    const Image whole = in_faces ? in_parts(1) : Session(view).draw(gpu).image;
+    // a region's picture is rounded to float32, 1e-7 of values about 1, as the whole's is
+    for (const int parts : counts)
+      EXPECT_LE(compare_images(whole, in_parts(parts)).rms, 1e-6)
+          << what << ", " << name << ", " << parts << " regions";
+  }
+}
+
 TEST(RegionFold, EqualsOnePassOnTheGpu) {
   const auto gpu = open_gpu();
-  for (const auto& [mode_name, mode] : modes)
-    for (const auto& [name, scene] : cameras()) {
-      const View view = in_mode(scene, mode, mixed());
-      const auto in_parts = [&, &view = view](std::size_t parts) {
-        const Regions regions = Regions::in_parts(leaf_bricks(*view.medium.density), parts);
-        return RegionMarcher(*gpu, regions).render(view).image;
-      };
-      // drawn whole, a ray in a face may look up cells beside it: in float32 5e-5 from the exact
-      const bool in_faces = name == "parallel, along faces";
-      const Image whole = in_faces ? in_parts(1) : Session(view).draw(*gpu).image;
-      for (const std::size_t parts : {1, 2, 3, 8, 64}) {
-        if (mode != Mode::alpha && parts % 2 == 1) continue;  // for time
-        const double rms = compare_images(whole, in_parts(parts)).rms;
-        EXPECT_LE(rms, 1e-6) << name << ", " << mode_name << ", " << parts << " regions";
-      }
-    }
+  for (const auto& [name, mode] : modes) {
+    const auto view = [mode = mode](const Scene& scene) { return in_mode(scene, mode, mixed()); };
+    if (mode == Mode::alpha)
+      expect_one_pass_on(*gpu, name, {1, 2, 3, 8, 64}, view);
+    else
+      expect_one_pass_on(*gpu, name, {2, 8, 64}, view);
+  }
+  const Scene steps = uniform_scenes[0];
+  expect_one_pass_on(*gpu, text_of(steps), {2, 8, 64}, [&](const Scene& scene) {
+    return in_mode(with(scene, *steps.integrator, steps.step), Mode::alpha, mixed());
+  });
 }
 
 /// Draws whole and in parts, and returns the largest difference of a pixel. The parts' values are
@@ -277,6 +329,17 @@ TEST(RegionMarcher, DrawsOtherModes) {
     EXPECT_LT(difference(scene, 700000), rounding) << name;
     EXPECT_LT(difference(scene, 900000, /*from_file=*/false), rounding) << name;
   }
+}
+
+TEST(RegionMarcher, DrawsInUniformSteps) {
+  Scene scene = blobs_scene();
+  scene.sampling = Sampling::uniform;
+  EXPECT_LT(difference(scene, 900000), rounding);
+  EXPECT_LT(difference(scene, 1200000, /*from_file=*/false), rounding);
+  scene.emission_grid = "temperature";
+  scene.emission_scale = 1e-4;
+  scene.step = 2.5;
+  EXPECT_LT(difference(scene, 2000000, false), rounding);
 }
 
 TEST(RegionMarcher, DrawsFromInsideAndInParallel) {
@@ -339,9 +402,10 @@ TEST(RegionMarcher, SaysWhatItCannotDraw) {
     }
     return "drawn";
   };
-  Scene uniform = blobs_scene();
-  uniform.sampling = Sampling::uniform;
-  EXPECT_NE(message(uniform, 600000).find("only cells"), std::string::npos);
+  Scene templates = blobs_scene();
+  templates.sampling = Sampling::template_;
+  templates.projection = Projection::orthographic;
+  EXPECT_NE(message(templates, 600000).find("only --sampling cells"), std::string::npos);
   Scene reversed = blobs_scene();
   reversed.mode = Mode::back_to_front;
   EXPECT_NE(message(reversed, 600000).find("only --mode alpha"), std::string::npos);

@@ -34,20 +34,20 @@ double most_bytes(const Field& field) {
 
 /// What a view's grids take, on host or GPU [bytes].
 struct Needs {
-  double fixed = 0;     ///< however the view is split
-  double texels = 0;    ///< of the density and its gradient, which are split
-  double light = 0;     ///< of the light's texels, which are split, too
-  double on_host = 0;   ///< values that a part reads from the file
-  double bricks = 1;    ///< of the density
-  bool margin = false;  ///< a part has some of the bricks around it, too
+  double fixed = 0;    ///< however the view is split
+  double texels = 0;   ///< of the density and its gradient, which are split
+  double light = 0;    ///< of the light's texels, which are split, too
+  double on_host = 0;  ///< values that a part reads from the file
+  double bricks = 1;   ///< of the density
+  int margin = 0;      ///< bricks around a part that are stored, too
   /// On host and GPU, with all of them.
   double whole() const { return 2 * (fixed + texels + light); }
   /// The same with some of the bricks.
   double of_part(double count) const {
-    // a part's light and the values that it reads have a margin of a brick
-    const double grown = std::pow(std::cbrt(count) + 2, 3) / bricks;
-    const double stored = margin ? grown : count / bricks;
-    return 2 * (fixed + texels * stored + light * grown) + on_host * grown;
+    const auto grown = [&](int by) { return std::pow(std::cbrt(count) + 2 * by, 3) / bricks; };
+    const double stored = std::min(grown(margin), 1.0);
+    // a part's light and the values that it reads have another brick
+    return 2 * (fixed + texels * stored + light * grown(margin + 1)) + on_host * grown(margin + 1);
   }
 };
 
@@ -61,7 +61,8 @@ Needs needs_of(const View& view, int light) {
   const Medium& medium = view.medium;
   const TexelType texel = view.scene.texel;
   Needs needs;
-  needs.margin = density_options(view).with_margin;
+  const glm::ivec3 ghost = region_ghost(view);
+  needs.margin = std::max({ghost.x, ghost.y, ghost.z, int(density_options(view).with_margin)});
   if (medium.density->reader) {
     const double texel_bytes = texel == TexelType::float16 ? 2 : 4;
     needs.bricks = double(std::max<std::size_t>(leaf_bricks(*medium.density).size(), 1));

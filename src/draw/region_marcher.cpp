@@ -86,6 +86,7 @@ CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options
   View one = view.scene.tolerance ? with_method(view, exact_method(view)) : view;
   one.scene.pixel_samples = 1;
   const int samples = view.scene.pixel_samples;
+  const glm::ivec3 ghost = region_ghost(one);
   const auto regions = regions_.front_to_back(view.camera, view.medium.density->world_from_index);
   RenderOptions part = options;
   part.transmittance = false;  // it is in the picture
@@ -103,7 +104,7 @@ CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options
       continue;
     }
     part.pixels = seen;
-    const MediumAtlas atlas = build_region_atlas(view, region.bricks);
+    const MediumAtlas atlas = build_region_atlas(view, region.bricks, ghost);
     marcher_.upload(atlas, view.scene.filter);
     for (int sample = 0; sample < samples; ++sample, ++done) {
       part.place = pixel_sample(sample, samples);

@@ -13,14 +13,14 @@
 #include "psivox/error.h"
 
 namespace psivox {
-namespace {
 
-/// Length of the shortest column of the transform: the finest voxel [world units].
 double finest_voxel(const Field& field) {
   const glm::dmat4& m = field.world_from_index;
   return std::min({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
                    glm::length(glm::dvec3(m[2]))});
 }
+
+namespace {
 
 /// The numbers of a grid: where its rays run, its domain and its page table.
 glsl::Grid grid_numbers(const RayBundle& bundle, const BrickAtlas& atlas, double unit) {

@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
 #include "march/grids.h"
+#include "march/march_parameters.h"
 #include "psivox/leaf_values.h"
 
 namespace psivox {
@@ -138,8 +140,21 @@ MediumAtlas build_medium_atlas(const View& view) {
 constexpr std::uint64_t region_top_entries = std::uint64_t{1} << 15;
 constexpr glm::ivec3 most_bricks(1 << 27);
 
-MediumAtlas build_region_atlas(const View& view, const Box& region) {
+glm::ivec3 region_ghost(const View& view) {
+  if (view.scene.resolved_sampling() == Sampling::cells) return {};
+  const Field& density = *view.medium.density;
+  const double step = view.scene.resolved_step() * finest_voxel(density);
+  // the most voxels along each axis in that length of the world
+  const glm::dmat3 rows = glm::transpose(glm::inverse(glm::dmat3(density.world_from_index)));
+  glm::ivec3 ghost;
+  for (int axis = 0; axis < 3; ++axis)
+    ghost[axis] = 1 + int(std::min(step * glm::length(rows[axis]) / 8, double(most_bricks.x)));
+  return ghost;
+}
+
+MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost) {
   const Medium& medium = view.medium;
+  const Box stored{region.min - ghost, region.max + ghost};
   const auto build = [&](const Field& field, AtlasOptions options, std::optional<Box> part) {
     options.texel = view.scene.texel;
     options.region = part;
@@ -152,17 +167,17 @@ MediumAtlas build_region_atlas(const View& view, const Box& region) {
     return build_atlas(part_of_field(field, {8 * bricks.min - before, 8 * bricks.max + 15}),
                        options);
   };
-  MediumAtlas result{build(*medium.density, density_options(view), region), {}, {}, {}};
+  MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}};
   result.part = region;
   if (medium.luminance) {
     // a value on a region's face may be looked up in the brick beyond it
     std::optional<Box> grown;
     if (medium.luminance->world_from_index == medium.density->world_from_index)
-      grown = Box{region.min - 1, region.max + 1};
+      grown = Box{stored.min - 1, stored.max + 1};
     result.luminance = build(*medium.luminance, {}, grown);
   }
   if (medium.emission) result.emission = build(*medium.emission, {}, {});
-  if (medium.gradient) result.gradient = build(*medium.gradient, {}, region);
+  if (medium.gradient) result.gradient = build(*medium.gradient, {}, stored);
   return result;
 }
 

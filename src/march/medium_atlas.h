@@ -30,9 +30,14 @@ AtlasOptions density_options(const View& view);
 /// view whose light is still to be computed the luminance is left out. Throws as build_atlas does.
 MediumAtlas build_medium_atlas(const View& view);
 
-/// The same with the density and its gradient in a region only, a box of bricks, and the other
-/// grids whole. The memory limit is not kept: it is what regions are made for.
-MediumAtlas build_region_atlas(const View& view, const Box& region);
+/// Bricks around a region that its rays read: a uniform step begins in the region and ends up to a
+/// step beside it. None in cells.
+glm::ivec3 region_ghost(const View& view);
+
+/// The same with the density and its gradient in a region only, a box of bricks, and in `ghost`
+/// bricks around it, and the other grids whole. The memory limit is not kept: it is what regions
+/// are made for.
+MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {});
 
 /// Adds the luminance of a view whose light has been computed since.
 void add_luminance(MediumAtlas& atlas, const View& view);

@@ -23,8 +23,7 @@ constexpr std::uint64_t least = 32 << 20;
 std::string parts_obstacle(const Scene& scene) {
   if (scene.mode == Mode::back_to_front || scene.mode == Mode::slice)
     return "--mode alpha, mip, lmip, isosurface and xray";
-  if (!scene.tolerance && scene.resolved_sampling() != Sampling::cells)
-    return "cells (--tolerance or --sampling cells)";
+  if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
   return {};
 }
 
