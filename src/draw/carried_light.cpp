@@ -37,6 +37,14 @@ std::span<const glm::dvec4> CarriedLight::row(const glm::ivec2& origin, int widt
   return std::span(rays_).subspan(index(origin, sample), std::size_t(width));
 }
 
+bool CarriedLight::ended(const PixelBox& pixels, double least) const {
+  for (int sample = 0; sample < samples(); ++sample)
+    for (int y = 0; y < pixels.size.y; ++y)
+      for (const glm::dvec4& ray : row(pixels.origin + glm::ivec2(0, y), pixels.size.x, sample))
+        if (!fold_.ended(ray, least)) return false;
+  return true;
+}
+
 Image CarriedLight::picture(bool transmittance) const {
   const std::size_t pixels = rays_.size() / samples_;
   Image image{pixels_.size.x,

@@ -28,6 +28,9 @@ class CarriedLight {
   /// A row of pixels of one sample that begins at `origin`.
   std::span<const glm::dvec4> row(const glm::ivec2& origin, int width, int sample) const;
 
+  /// Whether no ray of these pixels sees what lies behind (RayFold::ended).
+  bool ended(const PixelBox& pixels, double least) const;
+
   /// Means over the samples: R G B A, and the layer of transmittance if it is wanted.
   Image picture(bool transmittance) const;
 

@@ -99,7 +99,7 @@ CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options
   stats.renderer = marcher_.description();
   for (const Region& region : regions) {
     const PixelBox seen = pixels_of(view, region.bricks);
-    if (seen.empty()) {
+    if (seen.empty() || light.ended(seen, one.scene.resolved_early_termination())) {
       done += samples;
       continue;
     }

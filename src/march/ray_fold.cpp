@@ -40,6 +40,11 @@ void RayFold::add_behind(glm::dvec4& ray, const glm::dvec4& behind) const {
   ray.a *= behind.a;
 }
 
+bool RayFold::ended(const glm::dvec4& ray, double least) const {
+  if (maxima_) return ray.y > 0;
+  return mode_ != Mode::xray && ray.a <= least;
+}
+
 glm::dvec4 RayFold::picture(const glm::dvec4& ray) const {
   if (maxima_) return maxima_->picture(ray.x);
   return {glm::dvec3(ray), 1 - ray.a};

@@ -22,6 +22,10 @@ class RayFold {
   /// transmittances (Max 1995, eq. 8); optical depths add up; the greater of two maxima.
   void add_behind(glm::dvec4& ray, const glm::dvec4& behind) const;
 
+  /// Whether nothing behind would change the picture of a ray by more than `least`, the
+  /// transmittance below which rays end.
+  bool ended(const glm::dvec4& ray, double least) const;
+
   /// R G B A of a ray that has passed all regions.
   glm::dvec4 picture(const glm::dvec4& ray) const;
 
