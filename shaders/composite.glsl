@@ -1,13 +1,26 @@
-// Adds optical depth, compensated: 1e5 thin steps keep their sum.
+// Adds a term to a sum, compensated (Kahan): 1e5 thin steps keep it. `lost`: what rounding left out.
+void add_to(INOUT(real) total, INOUT(real) lost, real term) {
+  precise real y = term - lost;
+  precise real sum = total + y;
+  precise real left = (sum - total) - y;
+  total = sum;
+  lost = left;
+}
+
+// Adds light to the ray's sum; of a vector three.
+void add_light(INOUT(March) m, real3 C) {
+  add_to(m.radiance.x, m.radiance_lost.x, C.x);
+  if (!vector_radiance) return;
+  add_to(m.radiance.y, m.radiance_lost.y, C.y);
+  add_to(m.radiance.z, m.radiance_lost.z, C.z);
+}
+
+// Adds optical depth, and ends the ray behind which nothing is seen.
 void deepen(INOUT(March) m, real depth, real length) {
   if (find_depth && m.half_depth >= NEVER && m.optical_depth + depth > LN2)
     m.half_depth = m.t + length * ((LN2 - m.optical_depth) / depth);
-  precise real y = depth - m.lost;
-  precise real sum = m.optical_depth + y;
-  precise real lost = (sum - m.optical_depth) - y;
-  m.optical_depth = sum;
-  m.lost = lost;
-  if (ends_early && sum > stop_depth) m.done = true;
+  add_to(m.optical_depth, m.lost, depth);
+  if (ends_early && m.optical_depth > stop_depth) m.done = true;
 }
 
 // Composites a segment that starts at m.t: I += T C, T *= zeta = 1 - the sum of the weights; back to
@@ -16,15 +29,16 @@ void composite(INOUT(March) m, Weights w, real3 L_front, real3 L_middle, real3 L
                real length) {
   if (count_steps && w.depth > real(0.0)) m.steps += 1;
   real opacity = w.front + w.middle + w.back;
-  real before = mode == MODE_BACK_TO_FRONT ? real(1.0) - opacity : real(1.0);
-  real through = mode == MODE_BACK_TO_FRONT ? real(1.0) : m.transmittance;
+  bool back_to_front = mode == MODE_BACK_TO_FRONT;
   if (vector_radiance) {
     real3 C = L_front * w.front + L_middle * w.middle + L_back * w.back;
     if (has_emission) C = C * (color * m.phase) + glow;
-    m.radiance = m.radiance * before + C * through;
+    if (back_to_front) m.radiance = C + m.radiance * (real(1.0) - opacity);
+    else add_light(m, C * m.transmittance);
   } else if (!constant_luminance) {
     real C = L_front.x * w.front + L_middle.x * w.middle + L_back.x * w.back;
-    m.radiance.x = m.radiance.x * before + C * through;
+    if (back_to_front) m.radiance.x = C + m.radiance.x * (real(1.0) - opacity);
+    else add_light(m, real3(C * m.transmittance, real(0.0), real(0.0)));
   }
   m.transmittance -= m.transmittance * opacity;
   deepen(m, w.depth, length);
@@ -44,8 +58,7 @@ void correct_step(INOUT(March) m, real kappa, real x) {
   real opacity = y < real(0.0) ? -d.a / d.e : d.a;
   real3 C = m.front.L * opacity
           - m.front.L_slope * (fade * extinction * m.front.attenuation);
-  if (vector_radiance) m.radiance = m.radiance + C * m.transmittance;
-  else if (!constant_luminance) m.radiance.x += C.x * m.transmittance;
+  if (!constant_luminance || vector_radiance) add_light(m, C * m.transmittance);
   m.transmittance -= m.transmittance * opacity;
   deepen(m, y, real(0.0));
 }

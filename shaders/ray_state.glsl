@@ -31,6 +31,7 @@ struct March {
   int interval;        // of the transfer function, where pieces end at its knots
   real phase;          // factor of all luminance along the ray
   real3 radiance;      // without `color`, unless there is emission; of maxima x is the value
+  real3 radiance_lost; // what rounding left out of it (Kahan); a pass does not keep it
   real optical_depth;
   real lost;           // what rounding left out of optical_depth (Kahan)
   real transmittance;  // e^{-optical_depth}; kept only where the radiance needs it
@@ -65,6 +66,7 @@ March begin_march(Ray ray) {
   m.own = true;
   m.interval = 0;
   m.radiance = real3(finds_maximum ? UNKNOWN : real(0.0));
+  m.radiance_lost = real3(real(0.0));
   m.optical_depth = real(0.0);
   m.lost = real(0.0);
   m.transmittance = real(1.0);

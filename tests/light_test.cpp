@@ -186,14 +186,18 @@ TEST_F(LightGpu, PictureIsThatInDouble) {
   EXPECT_LE(c.rms, 1e-6);
 }
 
+/// The atlas of a view whose light is stored as any luminance is.
+MediumAtlas light_apart(View view) {
+  view.medium.lit = false;
+  return build_medium_atlas(view);
+}
+
 /// A view's light in the density's bricks, as a session stores it, and in bricks of its own.
 struct LitAtlases {
   View view;
   MediumAtlas beside, apart;
   explicit LitAtlases(const View& dark)
-      : view(lit_in_double(dark)),
-        beside(build_medium_atlas(dark)),
-        apart(build_medium_atlas(view)) {
+      : view(lit_in_double(dark)), beside(build_medium_atlas(dark)), apart(light_apart(view)) {
     add_luminance(beside, view);
   }
 };

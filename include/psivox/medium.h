@@ -58,6 +58,7 @@ struct Medium {
   double emission_scale = 1;              ///< emission = scale * value [radiance/world unit]
   double isovalue = 0;                    ///< under Mode::isosurface, in the density's own values
   std::optional<ScatteredLight> light;    ///< not in the luminance yet, see light.h
+  bool lit = false;          ///< the luminance has that light, wherever the density attenuates
   glm::dvec3 phase_axis{0};  ///< direction of the light if scattering depends on the ray's; else 0
   double phase_g = 0;        ///< mean cosine of scattering about it
 };

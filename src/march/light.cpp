@@ -302,6 +302,7 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
     medium.phase_g = impl.g;
   }
   medium.light.reset();
+  medium.lit = true;
   return medium;
 }
 

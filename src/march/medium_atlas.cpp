@@ -90,7 +90,7 @@ AtlasOptions density_options(const View& view) {
                                        glm::dvec2(gradients.min, gradients.max)) > 0;
     };
   }
-  options.own_texels = medium.light.has_value();  // add_luminance stores the light beside it
+  options.own_texels = medium.light || medium.lit;  // its light is stored beside it
   if (medium.emission) options.walked = where_values_are(*medium.emission, *medium.density);
   return options;
 }
@@ -110,8 +110,14 @@ class Builder {
     return atlas;
   }
 
-  BrickAtlas build_beside(const Field& field, const BrickAtlas& layout) {
-    return psivox::build_beside(field, layout, {.texel = view_.scene.texel, .memory_limit = left_});
+  /// Adds the view's luminance, light beside the density.
+  void add_luminance(MediumAtlas& atlas) {
+    const Field& luminance = *view_.medium.luminance;
+    atlas.paired = view_.medium.lit && atlas.density.own_texels;
+    atlas.luminance = atlas.paired
+                          ? build_beside(luminance, atlas.density,
+                                         {.texel = view_.scene.texel, .memory_limit = left_})
+                          : build(luminance, {});
   }
 
   void use(const BrickAtlas& atlas) {
@@ -131,7 +137,7 @@ MediumAtlas build_medium_atlas(const View& view) {
   const Medium& medium = view.medium;
   Builder builder(view);
   MediumAtlas result{builder.build(*medium.density, density_options(view)), {}, {}, {}};
-  if (medium.luminance && !medium.light) result.luminance = builder.build(*medium.luminance, {});
+  if (medium.luminance && !medium.light) builder.add_luminance(result);
   if (medium.emission) result.emission = builder.build(*medium.emission, {});
   if (medium.gradient) result.gradient = builder.build(*medium.gradient, {});
   return result;
@@ -169,7 +175,10 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   };
   MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}};
   result.part = region;
-  if (medium.luminance) {
+  result.paired = medium.lit && result.density.own_texels;
+  if (result.paired) {
+    result.luminance = build_beside(*medium.luminance, result.density, {.texel = view.scene.texel});
+  } else if (medium.luminance) {
     // a value on a region's face may be looked up in the brick beyond it
     std::optional<Box> grown;
     if (medium.luminance->world_from_index == medium.density->world_from_index)
@@ -186,10 +195,7 @@ void add_luminance(MediumAtlas& atlas, const View& view) {
   atlas.luminance.reset();
   for (const BrickAtlas* grid : grids_of(atlas))
     if (grid) builder.use(*grid);
-  const Field& luminance = *view.medium.luminance;
-  atlas.paired = atlas.density.own_texels;
-  atlas.luminance =
-      atlas.paired ? builder.build_beside(luminance, atlas.density) : builder.build(luminance, {});
+  builder.add_luminance(atlas);
 }
 
 }  // namespace psivox
