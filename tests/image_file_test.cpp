@@ -57,6 +57,28 @@ TEST_F(ImageTest, AnAttributeThatIsLongerThanItsExrIsNotAllocated) {
   }
 }
 
+TEST_F(ImageTest, AnAttributeOfAnotherLengthThanItsValueIsAnError) {
+  write_image(noise(4, 4), file("a.exr"));
+  const std::string bytes = contents(file("a.exr"));
+  const std::map<std::string, std::string> types = {{"channels", "chlist"},
+                                                    {"compression", "compression"},
+                                                    {"dataWindow", "box2i"},
+                                                    {"pixelAspectRatio", "float"}};
+  for (const auto& [name, type] : types) {
+    std::string wrong = bytes;
+    const std::string start = name + '\0' + type + '\0';
+    ASSERT_NE(wrong.find(start), wrong.npos);
+    const std::size_t length = wrong.find(start) + start.size();
+    const auto bytes_of_value = std::size_t(std::uint8_t(wrong[length]));
+    ++wrong[length];
+    wrong.insert(length + 4 + bytes_of_value, 1, 'x');
+    put_contents(file("wrong.exr"), wrong);
+    const std::string text = error_text(ExitCode::input, [&] { read_image(file("wrong.exr")); });
+    EXPECT_NE(text.find("an attribute of type '" + type + "' has a wrong length"), text.npos)
+        << text;
+  }
+}
+
 TEST_F(ImageTest, EveryDamagedByteOfAPngIsAnError) {
   Image image = noise(4, 4);
   image.metadata["psivox:scene"] = "{}";
