@@ -154,6 +154,29 @@ Cubic cubic_along(Corners c, real3 u, real3 d) {
                e.z * d.z);
 }
 
+// Up to three channels along a part of a ray: a cubic each.
+struct Cubics {
+  Cubic x;
+  Cubic y;
+  Cubic z;
+};
+
+real3 polynomials(IN(Cubics) c, real s) {
+  return real3(polynomial(c.x, s), polynomial(c.y, s), polynomial(c.z, s));
+}
+
+Cubics constant_cubics(real3 v) {
+  real none = real(0.0);
+  return Cubics(Cubic(v.x, none, none, none), Cubic(v.y, none, none, none), Cubic(v.z, none, none, none));
+}
+
+// Through the values at 0, 1/2 and 1.
+Cubics parabolas(real3 f_0, real3 f_half, real3 f_1) {
+  real none = real(0.0);
+  return Cubics(make_cubic(f_0.x, f_half.x, f_1.x, none), make_cubic(f_0.y, f_half.y, f_1.y, none),
+                make_cubic(f_0.z, f_half.z, f_1.z, none));
+}
+
 real greatest_magnitude(Corners c) {
   real4 m = max(abs(c.lo), abs(c.hi));
   return max(max(m.x, m.y), max(m.z, m.w));
@@ -201,6 +224,50 @@ real3 sample_vector(int grid, Node node, real3 p) {
   real3 x10 = along_x(grid, i + NEXT_Y, u.x);
   real3 x11 = along_x(grid, i + NEXT_Y + NEXT_Z, u.x);
   return mix(mix(x00, x10, u.y), mix(x01, x11, u.y), u.z);
+}
+
+// A grid along p + d s, s in [0, 1], inside one of its cells.
+Cubics cubics_along(int grid, int channels, Node node, real3 p, real3 d) {
+  if (node.kind == NODE_EMPTY) return constant_cubics(real3(real(0.0)));
+  if (channels == 1 && hardware_filter) {
+    Cubic c = make_cubic(sample_scalar(grid, node, p), sample_scalar(grid, node, p + d * real(0.5)),
+                         sample_scalar(grid, node, p + d), real(0.0));
+    return Cubics(c, c, c);
+  }
+  if (hardware_filter)
+    return parabolas(sample_vector(grid, node, p), sample_vector(grid, node, p + d * real(0.5)),
+                     sample_vector(grid, node, p + d));
+  int3 cell = local_cell(p + d * real(0.5) - real3(node.lo));
+  real3 u = p - real3(node.lo + cell);
+  if (channels == 1) {
+    Cubic c = cubic_along(fetch_corners(grid, node, node.lo + cell), u, d);
+    return Cubics(c, c, c);
+  }
+  if (node.kind == NODE_CONSTANT) return constant_cubics(fetch_constant3(grid, node.payload));
+  int i = texel_index(node.payload, cell);
+  real3 a = fetch_texel3(grid, i);
+  real3 b = fetch_texel3(grid, i + NEXT_Z);
+  real3 c = fetch_texel3(grid, i + NEXT_Y);
+  real3 e = fetch_texel3(grid, i + NEXT_Y + NEXT_Z);
+  real3 f = fetch_texel3(grid, i + NEXT_X);
+  real3 g = fetch_texel3(grid, i + NEXT_X + NEXT_Z);
+  real3 h = fetch_texel3(grid, i + NEXT_X + NEXT_Y);
+  real3 k = fetch_texel3(grid, i + NEXT_X + NEXT_Y + NEXT_Z);
+  return Cubics(cubic_along(Corners(real4(a.x, b.x, c.x, e.x), real4(f.x, g.x, h.x, k.x)), u, d),
+                cubic_along(Corners(real4(a.y, b.y, c.y, e.y), real4(f.y, g.y, h.y, k.y)), u, d),
+                cubic_along(Corners(real4(a.z, b.z, c.z, e.z), real4(f.z, g.z, h.z, k.z)), u, d));
+}
+
+// The luminance beside the density along u + d s inside the pairs' cell.
+Cubics cubics_along(IN(Pairs) p, int channels, real3 u, real3 d) {
+  Cubic x = cubic_along(Corners(real4(p.v_000.y, p.v_001.y, p.v_010.y, p.v_011.y),
+                                real4(p.v_100.y, p.v_101.y, p.v_110.y, p.v_111.y)), u, d);
+  if (channels == 1) return Cubics(x, x, x);
+  return Cubics(x,
+                cubic_along(Corners(real4(p.v_000.z, p.v_001.z, p.v_010.z, p.v_011.z),
+                                    real4(p.v_100.z, p.v_101.z, p.v_110.z, p.v_111.z)), u, d),
+                cubic_along(Corners(real4(p.v_000.w, p.v_001.w, p.v_010.w, p.v_011.w),
+                                    real4(p.v_100.w, p.v_101.w, p.v_110.w, p.v_111.w)), u, d));
 }
 
 // Half the way over which slopes are measured where the driver filters [unit of t].

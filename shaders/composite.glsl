@@ -23,25 +23,21 @@ void deepen(INOUT(March) m, real depth, real length) {
   if (ends_early && m.optical_depth > stop_depth) m.done = true;
 }
 
-// Composites a segment that starts at m.t: I += T C, T *= zeta = 1 - the sum of the weights; back to
-// front I = C + zeta I. `glow`: what the segment emits by itself, as seen at its front.
-void composite(INOUT(March) m, Weights w, real3 L_front, real3 L_middle, real3 L_back, real3 glow,
-               real length) {
-  if (count_steps && w.depth > real(0.0)) m.steps += 1;
-  real opacity = w.front + w.middle + w.back;
+// Composites what starts at m.t: I += T C, T *= zeta = 1 - opacity; back to front I = C + zeta I.
+// `glow`: what it emits by itself, as seen at its front.
+void composite(INOUT(March) m, real3 C, real opacity, real depth, real3 glow, real length) {
+  if (count_steps && depth > real(0.0)) m.steps += 1;
   bool back_to_front = mode == MODE_BACK_TO_FRONT;
   if (vector_radiance) {
-    real3 C = L_front * w.front + L_middle * w.middle + L_back * w.back;
     if (has_emission) C = C * (color * m.phase) + glow;
     if (back_to_front) m.radiance = C + m.radiance * (real(1.0) - opacity);
     else add_light(m, C * m.transmittance);
   } else if (!constant_luminance) {
-    real C = L_front.x * w.front + L_middle.x * w.middle + L_back.x * w.back;
-    if (back_to_front) m.radiance.x = C + m.radiance.x * (real(1.0) - opacity);
-    else add_light(m, real3(C * m.transmittance, real(0.0), real(0.0)));
+    if (back_to_front) m.radiance.x = C.x + m.radiance.x * (real(1.0) - opacity);
+    else add_light(m, real3(C.x * m.transmittance, real(0.0), real(0.0)));
   }
   m.transmittance -= m.transmittance * opacity;
-  deepen(m, w.depth, length);
+  deepen(m, depth, length);
   m.t += length;
 }
 
@@ -125,7 +121,8 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
     if (attenuates) e = glow_weights(w.depth);
     glow = (near.glow * e.front + middle.glow * e.middle + back.glow * e.back) * length;
   }
-  composite(m, w, near.L, middle.L, back.L, glow, length);
+  composite(m, near.L * w.front + middle.L * w.middle + back.L * w.back, w.front + w.middle + w.back,
+            w.depth, glow, length);
   m.t = t_back;
 }
 
@@ -137,32 +134,87 @@ void composite_depth(INOUT(March) m, Cubic attenuation, real t_back, real length
   m.t = t_back;
 }
 
-// A piece of a cell from m.t to t_back by a rule that integrates its cubic from three nodes;
+// What a piece of a cell holds: cubics from its front to its back.
+struct CellPiece {
+  real extent;  // its length [unit of t]
+  Cubic value;  // of the density grid
+  Cubic tau;    // tau / extinction, from the camera's end on
+  Cubics L;     // of a luminance grid
+  Cubics glow;  // of the emission grid
+};
+
+// The luminance grid along the piece, in whose middle its node was sought.
+Cubics luminance_along(IN(March) m, real length) {
+  int channels = luminance_source == SOURCE_VECTOR ? 3 : 1;
+  real3 p = position(m.luminance.ray, m.t);
+  real3 d = m.luminance.ray.direction * length;
+  if (beside_density && !m.paired_here) return constant_cubics(m.front.L);
+  if (beside_density && !hardware_filter) return cubics_along(m.pairs, channels, p - m.pairs_at, d);
+  return cubics_along(luminance_grid, channels, m.luminance.node, p, d);
+}
+
+// What the nodes of a piece add up to.
+struct NodeSum {
+  real weight;
+  real3 L;     // times its weight
+  real3 glow;  // as seen at the piece's front
+};
+
+// The node at `place` of the way through the piece: `share` is its part of the piece.
+void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, real share) {
+  real s = mode == MODE_BACK_TO_FRONT ? real(1.0) - place : place;
+  real3 none = real3(real(0.0));
+  Point p = Point(real(0.0), real(0.0), real3(real(1.0)), none, real(0.0), none);
+  if (own_luminance) p.L = polynomials(piece.L, place);
+  p = with_value(m, p, Sample(polynomial(piece.value, place), real(0.0)));
+  real depth = extinction * piece.extent * antiderivative(piece.tau, s);
+  real through = share * (cell_nodes == 4 ? shallow_decay(depth) : deep_decay(depth));
+  real weight = integrate_cell(piece.tau, through, s);
+  sum.weight += weight;
+  sum.L = sum.L + p.L * weight;
+  if (glows(m)) sum.glow = sum.glow + polynomials(piece.glow, place) * (emission_scale * through);
+}
+
+// A piece of a cell from m.t to t_back by a rule that integrates its cubic in Gauss-Legendre nodes;
 // `attenuation` is the cubic of tau / extinction, `value` that of the density grid.
 void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back, real length) {
-  bool reversed_ray = mode == MODE_BACK_TO_FRONT;
-  real s_1 = reversed_ray ? cell_node_3 : cell_node_1;  // the first node is the camera's
-  real s_3 = reversed_ray ? cell_node_1 : cell_node_3;
-  real t_1 = m.t + s_1 * length;
-  real t_2 = m.t + real(0.5) * length;
-  real t_3 = m.t + s_3 * length;
-  seek(m, t_1, true);
-  Point p_1 = point_at(m, t_1, Sample(polynomial(value, s_1), real(0.0)), true);
-  seek(m, t_2, true);
-  Point p_2 = point_at(m, t_2, Sample(polynomial(value, real(0.5)), real(0.0)), true);
-  seek(m, t_3, true);
-  Point p_3 = point_at(m, t_3, Sample(polynomial(value, s_3), real(0.0)), true);
-  Cubic tau = attenuation;
-  if (reversed_ray) tau = reversed(attenuation);
-  real x = extinction * length;
-  Weights w = integrate_cell(tau, x);
-  real3 glow = real3(real(0.0));
-  if (glows(m))
-    glow = (p_1.glow * (real(5.0) * shallow_decay(x * antiderivative(tau, cell_node_1)))
-            + p_2.glow * (real(8.0) * shallow_decay(x * antiderivative(tau, real(0.5))))
-            + p_3.glow * (real(5.0) * shallow_decay(x * antiderivative(tau, cell_node_3))))
-           * (length / real(18.0));
-  composite(m, w, p_1.L, p_2.L, p_3.L, glow, length);
+  CellPiece piece;
+  piece.extent = length;
+  piece.value = value;
+  piece.tau = attenuation;
+  if (mode == MODE_BACK_TO_FRONT) piece.tau = reversed(attenuation);
+  seek(m, m.t + real(0.5) * length, true);
+  if (own_luminance) piece.L = luminance_along(m, length);
+  if (has_emission)
+    piece.glow = cubics_along(emission_grid, emission_channels, m.emission.node,
+                              position(m.emission.ray, m.t), m.emission.ray.direction * length);
+  NodeSum sum = NodeSum(real(0.0), real3(real(0.0)), real3(real(0.0)));
+  if (cell_nodes == 4) {
+    add_node(sum, m, piece, real(0.0694318442029737), real(0.1739274225687269));
+    add_node(sum, m, piece, real(0.3300094782075719), real(0.3260725774312732));
+    add_node(sum, m, piece, real(0.6699905217924281), real(0.3260725774312732));
+    add_node(sum, m, piece, real(0.9305681557970262), real(0.1739274225687269));
+  } else if (cell_nodes == 6) {
+    add_node(sum, m, piece, real(0.0337652428984240), real(0.0856622461895852));
+    add_node(sum, m, piece, real(0.1693953067668677), real(0.1803807865240693));
+    add_node(sum, m, piece, real(0.3806904069584015), real(0.2339569672863456));
+    add_node(sum, m, piece, real(0.6193095930415985), real(0.2339569672863456));
+    add_node(sum, m, piece, real(0.8306046932331324), real(0.1803807865240693));
+    add_node(sum, m, piece, real(0.9662347571015760), real(0.0856622461895852));
+  } else {
+    add_node(sum, m, piece, real(0.0198550717512319), real(0.0506142681451884));
+    add_node(sum, m, piece, real(0.1016667612931866), real(0.1111905172266872));
+    add_node(sum, m, piece, real(0.2372337950418355), real(0.1568533229389437));
+    add_node(sum, m, piece, real(0.4082826787521751), real(0.1813418916891810));
+    add_node(sum, m, piece, real(0.5917173212478248), real(0.1813418916891810));
+    add_node(sum, m, piece, real(0.7627662049581645), real(0.1568533229389437));
+    add_node(sum, m, piece, real(0.8983332387068135), real(0.1111905172266872));
+    add_node(sum, m, piece, real(0.9801449282487682), real(0.0506142681451884));
+  }
+  real depth = max(extinction * length * antiderivative(attenuation, real(1.0)), real(0.0));
+  real opacity = decay(depth).a;
+  composite(m, sum.L * (opacity / max(sum.weight, real(1e-30))), opacity, depth, sum.glow * length,
+            length);
   m.t = t_back;
   m.front.value = polynomial(value, real(1.0));
 }

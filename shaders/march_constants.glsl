@@ -25,6 +25,8 @@ CONSTANT(bool, template_sampling) // the samples are the voxels of a template
 CONSTANT(bool, middle_rule)       // the integrator reads middles, not ends
 CONSTANT(bool, exact_depth)       // the integrator takes the segment's depth, not its own
 CONSTANT(bool, cell_rule)         // the integrator takes a cell's cubic, not segments
+CONSTANT(int, cell_nodes)         // in which it reads the luminance: 4, 6 or 8
+CONSTANT(bool, deep_cells)        // a cell may be deeper than it takes at a time
 CONSTANT(bool, transfer_rule)     // the integrator takes values and applies the function itself
 CONSTANT(bool, end_corrections)   // of psi-balanced, where a ray may begin or end inside the medium
 CONSTANT(bool, hardware_filter)

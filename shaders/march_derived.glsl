@@ -23,7 +23,8 @@ DERIVED(bool, depth_only, integrates && constant_luminance && !has_emission && o
 DERIVED(bool, vacuum_differs, transfer || beyond)
 
 // A turn may end inside a cell.
-DERIVED(bool, cuts_pieces, (cell_rule && !depth_only) || (transfer && split_knots))
+DERIVED(bool, limits_pieces, cell_rule && !depth_only && (deep_cells || tracks_luminance || has_emission))
+DERIVED(bool, cuts_pieces, limits_pieces || (transfer && split_knots))
 
 // Under cells the cubic's coefficients come straight from a cell's corners. Else its values do: a
 // surface must not slip between two cells, and a maximum is a value.

@@ -21,6 +21,7 @@ PARAMETER(real, extinction)           // attenuation of value 1 [1 / unit of t]
 PARAMETER(real3, color)               // factor of the luminance
 PARAMETER(real3, ambient)             // luminance that is added to it everywhere
 PARAMETER(real, stop_depth)           // optical depth at which a ray ends
+PARAMETER(real, piece_depth)          // largest of a piece of a cell, where cells are cut
 PARAMETER(real, step)                 // of the uniform lattice [unit of t]
 PARAMETER(int, brick_steps_first)     // where `tables` has the bricks' parts of the step
 PARAMETER(real, opacity_unit)         // length of which opacity_linear's opacities are [unit of t]

@@ -154,16 +154,14 @@ void classify_stretch(INOUT(Stretch) s, INOUT(March) m) {
   }
 }
 
-// Ends the piece where a rule that integrates cubics would lose accuracy: where it becomes opaque, where
-// the cubic is too rough for its three nodes, where another grid's cubic ends.
+// Ends the piece where a rule that integrates cubics would lose accuracy: where it becomes opaque, and
+// where another grid's cubic ends.
 void limit_piece(INOUT(Stretch) s, IN(March) m) {
-  real x = extinction * s.extent;
-  real values = greatest_coefficient(s.value);
-  // between knots a value is monotone, but for rounding: it may end where it began
-  if (transfer && s.extent > real(0.0))
-    values = max(abs(polynomial(s.value, (s.t_end - m.t) / s.extent) - s.f_front), s.noise);
-  real part = min(shallow_part(s.attenuation, x), smooth_part(s.value, s.attenuation, x, values));
-  s.t_end = end_of_cubics(m, min(s.t_end, part_end(m.t, s.extent, part, s.t_exit)));
+  if (deep_cells) {
+    real part = shallow_part(s.attenuation, extinction * s.extent, piece_depth);
+    s.t_end = min(s.t_end, part_end(m.t, s.extent, part, s.t_exit));
+  }
+  if (tracks_luminance || has_emission) s.t_end = end_of_cubics(m, s.t_end);
 }
 
 // Cuts the cubics to the piece.
@@ -207,7 +205,7 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
   s.slope = gradient_along(m, ray, s.extent);
   classify_stretch(s, m);
   m.front = with_value(m, m.front, Sample(s.f_front, max(s.slope.f_0, real(0.0))));
-  if (cell_rule && !s.run && !depth_only) limit_piece(s, m);
+  if (limits_pieces && !s.run) limit_piece(s, m);
   if (cuts_pieces) cut_piece(s, m);
   if (finds_maximum) {
     see_cell(m, s.value, s.t_end);

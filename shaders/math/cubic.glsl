@@ -115,36 +115,17 @@ Cubic first_part(Cubic c, real part) {
   return Cubic(c.f_0, c.q_1 * part, c.q_2 * part * part, c.q_3 * part * part * part);
 }
 
-// Where a rule that integrates cubics reads L: three-point Gauss-Legendre, the second node is 1/2.
-const real cell_node_1 = real(0.1127016653792583);  // 1/2 - sqrt(15)/10
-const real cell_node_3 = real(0.8872983346207417);
-// Largest optical depth that it is given at a time. Measured on dense smoke and cloud (extinction 2,
-// L from the grid, 256x256), RMS: 4e-7 and 1e-6 with 0.75; 1e-6 and 2e-6 with 1.
-const real cell_piece_depth = real(0.75);
-
-// Part of [0, 1], from 0 on, over which x f integrates to at most cell_piece_depth. Each of the four
+// Part of [0, 1], from 0 on, over which x f integrates to at most `most`. Each of the four
 // terms of p x (f_0 + q_1 p + q_2 p^2 + q_3 p^3), the negative ones left out, may have a quarter of
 // it. What a part shorter than 1 holds is at least 1/60 of that quarter for a cubic that is not
 // negative (worst case s -> (1 - s)(s - 1/3)^2), which bounds the number of parts of a ray.
-real shallow_part(Cubic c, real x) {
-  if (x * greatest_coefficient(c) <= cell_piece_depth) return real(1.0);
-  real quarter = real(0.25) * cell_piece_depth / x;
+real shallow_part(Cubic c, real x, real most) {
+  if (x * greatest_coefficient(c) <= most) return real(1.0);
+  real quarter = real(0.25) * most / x;
   real none = real(1e-30);
   real p_0 = quarter / max(c.f_0, none);
   real p_1 = sqrt(quarter / max(c.q_1, none));
   real p_2 = pow(quarter / max(c.q_2, none), real(1.0 / 3.0));
   real p_3 = sqrt(sqrt(quarter / max(c.q_3, none)));
   return min(min(min(p_0, p_1), min(p_2, p_3)), real(1.0));
-}
-
-// Three nodes are exact up to degree 5. L tau is of degree 6 where L follows the value's cubic, whose
-// changes it shows: off by x q_3 L_3 part^7 / 2800. Part of [0, 1], from 0 on, over which that is at
-// most rough_error for luminances that change by 1; `values`: how far the value changes in [0, 1].
-const real rough_error = real(1e-6);
-
-real smooth_part(Cubic value, Cubic attenuation, real x, real values) {
-  real error = x * abs(attenuation.q_3 * value.q_3) / real(2800.0);
-  real allowed = rough_error * values;
-  if (error <= allowed) return real(1.0);
-  return pow(allowed / error, real(1.0 / 6.0));
 }

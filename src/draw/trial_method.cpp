@@ -12,10 +12,10 @@ bool depth_alone(const Medium& medium) {
 }
 
 double cell_cost(const Medium& medium, bool paired) {
-  if (paired) return medium.transfer ? 2.9 : 2.1;  // one look-up reads the luminance too
-  if (medium.transfer) return 2.5;                 // the function's knots cut cells into pieces
-  if (medium.emission) return 2;
-  return depth_alone(medium) ? 1.15 : 1.75;
+  // the function's knots cut cells into pieces; one look-up may read the luminance too
+  if (medium.transfer) return paired ? 2.4 : 1.6;
+  if (medium.emission) return 1.3;
+  return depth_alone(medium) ? 1.15 : 1;
 }
 
 /// End corrections always look up slopes, needed or not.

@@ -37,15 +37,15 @@ Weights integrate_segment(Segment s) {
   }
 }
 
-Weights integrate_cell(Cubic c, real x) {
+real integrate_cell(Cubic c, real through, real s) {
   switch (integrator) {
 #define PSIVOX_ROW(name, middle, exact, cost, help) \
   case Integrator::name:                            \
-    return name(c, x);
+    return name(c, through, s);
     PSIVOX_CELL_INTEGRATORS(PSIVOX_ROW)
 #undef PSIVOX_ROW
     default:
-      return Weights(0, 0, 0, 0);
+      return 0;
   }
 }
 

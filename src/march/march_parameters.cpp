@@ -161,7 +161,14 @@ void place_bounds(const View& view, const MediumAtlas& atlas, const RenderOption
   p.stop_depth = least_transmittance > 0 ? std::min(-std::log(least_transmittance), 100.0) : 100.0;
   const Mode mode = view.scene.mode;
   if (mode == Mode::back_to_front || mode == Mode::xray) p.stop_depth = 1e30;
-  c.ends_early = depth_bound(view.medium, atlas.density) > p.stop_depth;
+  const DepthBounds depths = depth_bounds(view.medium, atlas.density);
+  c.ends_early = depths.whole > p.stop_depth;
+  if (c.cell_rule) {
+    const CellNodes nodes = cell_nodes(depths.cell);
+    c.cell_nodes = nodes.nodes;
+    c.deep_cells = depths.cell > nodes.depth;
+    p.piece_depth = nodes.depth;
+  }
   double finest = p.step;
   if (c.brick_steps)
     finest *= *std::min_element(options.brick_steps->begin(), options.brick_steps->end());

@@ -20,12 +20,9 @@ double cell_turns(const MarchSetup& setup, double cells) {
       c.luminance_source == int(LuminanceSource::vector))
     add(p.luminance.domain_max - p.luminance.domain_min);
   if (c.emission_channels) add(p.emission.domain_max - p.emission.domain_min);
-  // smooth_part leaves at least (2.8e-3 / (27 * 16))^(1/6) = 0.136 of a piece: a cubic that is not
-  // negative and has the integral 0.75 has a q_3 of 27 at most, one between -1/2 and 1/2 one of 16.
-  pieces *= 8;
-  // Opaque cells are crossed in parts of a depth of 0.75/4/60 at least (see shallow_part), until
-  // the depth at which every ray has ended.
-  return pieces * cells + 320 * std::min(p.stop_depth, 1e7);
+  // Deep cells are crossed in parts that hold at least a 240th of what they may (see shallow_part),
+  // until the depth at which every ray has ended.
+  return pieces * cells + 240 / p.piece_depth * std::min(p.stop_depth, 1e7);
 }
 
 /// Length of the longest ray [unit of t]: the domain's diagonal over the least speed in voxels.
@@ -61,19 +58,30 @@ double turn_bound(const MarchSetup& setup, double finest_step) {
   return cells + longest_ray(p) / finest_step + 2;
 }
 
-double depth_bound(const Medium& medium, const BrickAtlas& density) {
+DepthBounds depth_bounds(const Medium& medium, const BrickAtlas& density) {
   const double value = largest_value(density);
   // a value in between may have the largest attenuation
   const double attenuation =
       medium.transfer ? medium.transfer->max_attenuation(-std::numeric_limits<double>::max(), value)
                       : value;
   const glm::dmat3 m(medium.density->world_from_index);
-  const glm::dvec3 size(density.domain.max - density.domain.min);
-  double diagonal = 0;
-  for (const double y : {-1.0, 1.0})
-    for (const double z : {-1.0, 1.0})
-      diagonal = std::max(diagonal, glm::length(m * (size * glm::dvec3(1, y, z))));
-  return medium.extinction * attenuation * diagonal;
+  const auto diagonal = [&](const glm::dvec3& size) {
+    double longest = 0;
+    for (const double y : {-1.0, 1.0})
+      for (const double z : {-1.0, 1.0})
+        longest = std::max(longest, glm::length(m * (size * glm::dvec3(1, y, z))));
+    return longest;
+  };
+  const double per_length = medium.extinction * attenuation;
+  return {per_length * diagonal(density.domain.max - density.domain.min),
+          per_length * diagonal(glm::dvec3(1))};
+}
+
+CellNodes cell_nodes(double cell_depth) {
+  constexpr CellNodes choices[] = {{4, 1.5}, {6, 6}, {8, 12}};
+  for (const CellNodes& choice : choices)
+    if (cell_depth <= choice.depth) return choice;
+  return choices[2];
 }
 
 }  // namespace psivox
