@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "march/march_double.h"
+#include "reference/reference.h"
 
 namespace psivox {
 namespace {
@@ -78,17 +79,25 @@ std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas) {
   return visible_blocks(density, options);
 }
 
+/// Exact optical depths: by the atlas, or by the grids where there is none of the whole.
+LightPilot::Depths exact_depths(const View& view, const MediumAtlas* atlas) {
+  return [&view, atlas](const Beam& beam, std::span<const glm::ivec3> voxels) {
+    return atlas ? march_double_light_depths(view, *atlas, beam, voxels)
+                 : reference_light_depths(view, beam, voxels);
+  };
+}
+
 /// Methods for some beams, by what they miss and cost.
 class LightTrials {
  public:
-  LightTrials(const View& view, const MediumAtlas& atlas, const std::vector<glm::ivec3>& blocks,
+  LightTrials(const View& view, const MediumAtlas* atlas, const std::vector<glm::ivec3>& blocks,
               std::vector<Beam> beams, double rms)
       : view_(view),
         blocks_(blocks),
         beams_(std::move(beams)),
         rms_(rms),
         luminance_(view, beams_),
-        pilot_(view, atlas, luminance_) {}
+        pilot_(view, exact_depths(view, atlas), luminance_) {}
 
   /// What `lit` misses, as estimated.
   double miss(const Medium& lit) const { return pilot_.rms(lit); }
@@ -162,10 +171,10 @@ class LightTrials {
 /// (docs/notes/light.md), so that a trial with few tells how many it takes.
 class SkyTrial {
  public:
-  SkyTrial(const View& view, const MediumAtlas& atlas, double rms) {
+  SkyTrial(const View& view, const MediumAtlas* atlas, double rms) {
     const glm::dvec3& sky = view.medium.light->sky;
     const LitLuminance many(view, sky_beams(sky, 256)), few(view, sky_beams(sky, few_count));
-    const double off = LightPilot(view, atlas, many).rms(few);
+    const double off = LightPilot(view, exact_depths(view, atlas), many).rms(few);
     count_ = int(std::clamp(std::ceil(few_count * off / (light_safety * rms)), 8.0, 1024.0));
     miss_ = off * few_count / count_;
   }
@@ -211,7 +220,7 @@ bool Lighting::serves(const Camera& camera, const Scene& scene, const MediumAtla
   if (std::all_of(beams_.begin(), beams_.end(), exact)) return true;
   if (need.exact) return false;
   if (need.rms == 0) return true;
-  rms_ = std::hypot(LightPilot(view, *atlas, luminance).rms(*medium_), sky_rms_);
+  rms_ = std::hypot(LightPilot(view, exact_depths(view, atlas), luminance).rms(*medium_), sky_rms_);
   return rms_ <= need.rms;
 }
 
@@ -243,18 +252,18 @@ void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scen
     return sum_up(view, depths, progress);
   }
   const glm::dvec3 sky = view.medium.light->sky;
-  if (sky == glm::dvec3(0)) return settle_lights(view, *atlas, depths, need.rms, progress);
+  if (sky == glm::dvec3(0)) return settle_lights(view, atlas, depths, need.rms, progress);
   const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
   double lights_rms = 0;
   if (!beams_.empty()) {
-    settle_lights(view, *atlas, depths, part, progress);
+    settle_lights(view, atlas, depths, part, progress);
     lights_rms = rms_;
   }
   // the sky's share, in quadrature: for the number of its directions, and for the depths of each
-  const SkyTrial trial(typical_view(view), *atlas, 0.6 * part);
+  const SkyTrial trial(typical_view(view), atlas, 0.6 * part);
   const std::vector<Beam> some = sky_beams(sky, tried_sky_count);
   const View typical = typical_view(view);
-  LightTrials trials(typical, *atlas, blocks_, some, 0.8 * part);
+  LightTrials trials(typical, atlas, blocks_, some, 0.8 * part);
   const LightMethod method = trials.first(depths);
   const std::size_t lights = beams_.size();
   add_sky(view, trial.count());
@@ -264,12 +273,13 @@ void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scen
   rms_ = std::hypot(lights_rms, sky_rms_);
 }
 
-void Lighting::settle_lights(const View& view, const MediumAtlas& atlas, const LightDepths& depths,
+void Lighting::settle_lights(const View& view, const MediumAtlas* atlas, const LightDepths& depths,
                              double rms, const Progress& progress) {
   const View typical = typical_view(view);
   const LitLuminance luminance(view, beams_);
   std::optional<LightPilot> own;  // the trials' pilot serves the typical picture
-  if (!same_frame(view.camera, typical.camera)) own.emplace(view, atlas, luminance);
+  if (!same_frame(view.camera, typical.camera))
+    own.emplace(view, exact_depths(view, atlas), luminance);
   LightTrials trials(typical, atlas, blocks_, beams_, rms);
   LightMethod method = trials.first(depths);
   while (true) {

@@ -19,8 +19,8 @@ class Lighting {
   /// `view` has the medium without its light.
   explicit Lighting(const View& view) : view_(view) {}
 
-  /// Whether the light that is there serves the picture of a camera. Sets rms(). `atlas` may be
-  /// null where exact light is needed.
+  /// Whether the light that is there serves the picture of a camera. Sets rms(). `atlas` is null
+  /// where there is none of the whole.
   bool serves(const Camera& camera, const Scene& scene, const MediumAtlas* atlas, LightNeed need);
 
   /// Computes the light for it. The marcher holds the atlas, for exact filtering.
@@ -48,7 +48,7 @@ class Lighting {
   /// Computes medium_ from beams_.
   void sum_up(const View& view, const LightDepths& depths, const Progress& progress);
   /// Computes the light of the beams that are there within an RMS, and finds their method.
-  void settle_lights(const View& view, const MediumAtlas& atlas, const LightDepths& depths,
+  void settle_lights(const View& view, const MediumAtlas* atlas, const LightDepths& depths,
                      double rms, const Progress& progress);
 
   View view_;

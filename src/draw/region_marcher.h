@@ -21,6 +21,7 @@ class RegionMarcher final : public Marcher {
   std::string description() const override { return marcher_.description(); }
   /// It needs no atlas of its session, and chooses no method.
   bool marches() const override { return false; }
+  bool approximates_light() const override { return true; }
   void upload(const MediumAtlas&, Filter) override {}
   LightDepths light_depths(const View& view) override;
   RenderResult render(const View& view, const RenderOptions& options = {}) override;

@@ -39,7 +39,7 @@ constexpr double light_share = 0.5;
 
 LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish) {
   if (wish.any_light) return {};
-  if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)
+  if (wish.exact || !marcher.approximates_light() || scene.light_quality == LightQuality::exact)
     return {.exact = true};
   if (scene.tolerance) return {.rms = light_share * *scene.tolerance};
   if (wish.time_budget_ms) return {.rms = light_share * default_tolerance};

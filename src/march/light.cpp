@@ -212,7 +212,7 @@ struct LitLuminance::Impl {
     return own_color == glm::dvec3(0) ? glm::dvec3(0) : own_color * glow.at(voxel);
   }
 
-  /// Adds a beam to a block's values, which the first beam sets.
+  /// Adds a beam to a block's values, which the first beam sets. A depth below 0 is a lattice's.
   void add(std::size_t b, const glm::ivec3& origin, std::span<const double> depths,
            float* to) const {
     const Beam& beam = beams[b];
@@ -222,7 +222,7 @@ struct LitLuminance::Impl {
       const double all = glm::length(*common);
       const float ratio = all > 0 ? float(glm::length(beam.radiance) / all) : 1;
       for (int i = 0; i < 512; ++i) {
-        const float T = ratio * std::exp(float(-depths[std::size_t(i)]));
+        const float T = ratio * std::exp(-std::max(float(depths[std::size_t(i)]), 0.0f));
         const float L = phases ? float(double(T) * phase(beam, voxel(i))) : T;
         to[i] = b == 0 ? L : to[i] + L;
       }
@@ -234,7 +234,7 @@ struct LitLuminance::Impl {
     if (tinted || glows) glow.block(origin, glow_of);
     for (int i = 0; i < 512; ++i, to += 3) {
       const glm::dvec3& own_glow = glow_of[std::size_t(i)];
-      glm::dvec3 L = beam.radiance * std::exp(-depths[std::size_t(i)]);
+      glm::dvec3 L = beam.radiance * std::exp(-std::max(depths[std::size_t(i)], 0.0));
       if (phases) L *= phase(beam, voxel(i));
       if (tinted) L *= own_glow;
       if (glows) L += own_color * own_glow;

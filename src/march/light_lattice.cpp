@@ -176,9 +176,8 @@ class BlockDepths {
       for (int y = 0; y < 8; ++y) {
         voxel[frame_.axis_u] = x;
         voxel[frame_.axis_v] = y;
-        // a cubic goes below 0 beside a kink
         to[(voxel.x * 8 + voxel.y) * 8 + voxel.z] =
-            std::max(filtered(rows_.data() + y, 8, first.x, u[std::size_t(x)]), 0.0);
+            filtered(rows_.data() + y, 8, first.x, u[std::size_t(x)]);
       }
   }
 
@@ -197,6 +196,26 @@ class BlockDepths {
   std::vector<double> patch_, rows_;
 };
 
+/// Asks for those bricks alone that meet the atlas's part.
+void columns_of_part(const LatticeFrame& frame, std::span<const LatticeBrick> bricks,
+                     const LatticeColumns& columns, std::span<double> depths) {
+  std::vector<LatticeBrick> near;
+  for (const LatticeBrick& brick : bricks)
+    if (frame.meets_part(brick)) near.push_back(brick);
+  std::vector<double> found(near.size() * brick_depths);
+  if (!near.empty()) columns(near, found);
+  const double* next = found.data();
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    double* to = depths.data() + i * brick_depths;
+    if (!frame.meets_part(bricks[i])) {
+      std::fill_n(to, brick_depths, 0.0);
+      continue;
+    }
+    std::copy_n(next, brick_depths, to);
+    next += brick_depths;
+  }
+}
+
 }  // namespace
 
 LatticeFrame::LatticeFrame(const View& view, const MediumAtlas& atlas, const Beam& beam)
@@ -214,6 +233,21 @@ LatticeFrame::LatticeFrame(const View& view, const MediumAtlas& atlas, const Bea
   shear = glm::dvec2(towards[axis_u], towards[axis_v]) / size[axis];
   origin = glm::dvec2(across(domain.min));
   length = 1 / size[axis];
+  if (!atlas.part) return;
+  constexpr glm::ivec3 most(1 << 27);  // the outermost regions reach farther than there are voxels
+  part = Box{8 * glm::max(atlas.part->min, -most), 8 * glm::min(atlas.part->max, most) + 8};
+}
+
+bool LatticeFrame::meets_part(const LatticeBrick& brick) const {
+  const glm::dvec2 slices(brick.z - 1, brick.z + 7);
+  const glm::dvec2 along = double(first) - double(side) * slices;
+  if (std::max(along.x, along.y) < part->min[axis] || std::min(along.x, along.y) > part->max[axis])
+    return false;
+  const glm::dvec2 low = origin + spacing * glm::dvec2(brick), high = low + 7 * spacing;
+  const glm::dvec2 a = slices.x * shear, b = slices.y * shear;
+  const glm::dvec2 least = low - glm::max(a, b), most = high - glm::min(a, b);
+  return glm::all(glm::lessThanEqual(least, glm::dvec2(across(part->max)))) &&
+         glm::all(glm::greaterThanEqual(most, glm::dvec2(across(part->min))));
 }
 
 void LatticeFrame::place(MarchSetup& setup) const {
@@ -251,7 +285,10 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
     }
     buffer.resize(std::max(buffer.size(), bricks.size() * brick_depths));
     std::span<double> left = std::span(buffer).first(bricks.size() * brick_depths);
-    columns(bricks, left);
+    if (frame.part)
+      columns_of_part(frame, bricks, columns, left);
+    else
+      columns(bricks, left);
     for (std::size_t l = begin; l < next; ++l) {
       Slab& slab = slabs[l];
       const std::span<double> own = left.first(slab.bricks.size() * brick_depths);

@@ -3,6 +3,7 @@
 #include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,9 @@
 #include "psivox/progress.h"
 
 namespace psivox {
+
+/// 8 x 8 columns by 8 slices: the numbers of its first column and its first slice.
+using LatticeBrick = glm::ivec3;
 
 /// Where the lattice of a light lies in the density's voxels. Its slices are those of the voxels
 /// across the axis along which the light advances fastest, counted from the light's side; column
@@ -24,8 +28,9 @@ struct LatticeFrame {
   double spacing = 1;  ///< of columns along axis_u and axis_v [voxels]: 1/n or n, so that columns
                        ///< of a light along an axis pass through voxels
   glm::dvec2 origin{0};
-  glm::dvec2 shear{0};  ///< what a ray towards the light advances in a slice [voxels]
-  double length = 1;    ///< of a column from slice to slice [world units]
+  glm::dvec2 shear{0};        ///< what a ray towards the light advances in a slice [voxels]
+  double length = 1;          ///< of a column from slice to slice [world units]
+  std::optional<Box> part{};  ///< the atlas's region [voxels]: nothing attenuates beside it
 
   /// For a beam over the view's density, with the spacing of its method.
   LatticeFrame(const View& view, const MediumAtlas& atlas, const Beam& beam);
@@ -37,20 +42,21 @@ struct LatticeFrame {
   }
   glm::ivec2 across(const glm::ivec3& voxel) const { return {voxel[axis_u], voxel[axis_v]}; }
 
+  /// Whether the columns of a brick, from the slice before its first on, may meet the part.
+  bool meets_part(const LatticeBrick& brick) const;
+
   /// Sets the march's parameters lattice_...
   void place(MarchSetup& setup) const;
 };
-
-/// 8 x 8 columns by 8 slices: the numbers of its first column and its first slice.
-using LatticeBrick = glm::ivec3;
 
 /// Optical depths along the columns of bricks, each from the slice before the brick's first: 64
 /// columns, axis_v fastest, of 8 slices, which follow each other; 512 a brick.
 using LatticeColumns =
     std::function<void(std::span<const LatticeBrick> bricks, std::span<double> depths)>;
 
-/// Optical depths from the voxels of blocks to where the light comes in. It keeps one layer of
-/// bricks at a time, whatever the volume's size.
+/// Optical depths from the voxels of blocks to where the light comes in. Beside a kink they may
+/// fall below 0: a cubic is linear in the columns, so that depths of an atlas's parts add up. It
+/// keeps one layer of bricks at a time, whatever the volume's size.
 void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
                     const LatticeColumns& columns, const TakeDepths& take,
                     const Progress& progress = {});

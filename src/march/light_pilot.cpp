@@ -8,7 +8,6 @@
 #include <optional>
 #include <random>
 
-#include "march/march_double.h"
 #include "scene/field_index.h"
 
 namespace psivox {
@@ -65,8 +64,8 @@ glm::ivec2 rays_of(const glm::ivec2& picture, double count) {
 
 }  // namespace
 
-LightPilot::LightPilot(const View& view, const MediumAtlas& atlas, const LitLuminance& luminance)
-    : view_(view), atlas_(atlas), luminance_(luminance) {
+LightPilot::LightPilot(const View& view, Depths exact, const LitLuminance& luminance)
+    : view_(view), exact_(std::move(exact)), luminance_(luminance) {
   // the errors of many beams average
   const double beams = double(luminance.beams().size());
   place_points(std::max(most_light_rays / beams, fewest_light_rays));
@@ -132,7 +131,7 @@ std::vector<glm::dvec3> LightPilot::exact_light(const LitLuminance& luminance) c
   for (std::size_t b = 0; b < luminance.beams().size(); ++b) {
     Beam exact = luminance.beams()[b];
     exact.method = {};
-    const std::vector<double> depths = march_double_light_depths(view_, atlas_, exact, voxels_);
+    const std::vector<double> depths = exact_(exact, voxels_);
     for (std::size_t i = 0; i < voxels_.size(); ++i)
       light[i] += luminance.share(b, voxels_[i]) * std::exp(-depths[i]);
   }

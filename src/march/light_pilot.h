@@ -1,11 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <glm/vec3.hpp>
 #include <span>
 #include <vector>
 
 #include "march/light.h"
-#include "march/medium_atlas.h"
 
 namespace psivox {
 
@@ -14,9 +14,13 @@ namespace psivox {
 /// misses.
 class LightPilot {
  public:
+  /// Exact optical depths from some voxels towards a beam.
+  using Depths =
+      std::function<std::vector<double>(const Beam& beam, std::span<const glm::ivec3> voxels)>;
+
   /// `view`: its light is still to be computed. `luminance` is of that view and of the beams to
   /// compare with, whose methods do not matter. Both must outlive the pilot.
-  LightPilot(const View& view, const MediumAtlas& atlas, const LitLuminance& luminance);
+  LightPilot(const View& view, Depths exact, const LitLuminance& luminance);
 
   /// Voxels whose luminance is compared.
   std::span<const glm::ivec3> voxels() const { return voxels_; }
@@ -44,7 +48,7 @@ class LightPilot {
              const std::function<double(const Ray&)>& phase) const;
 
   const View& view_;
-  const MediumAtlas& atlas_;
+  Depths exact_;
   const LitLuminance& luminance_;
   std::vector<Ray> rays_;  ///< those that meet the medium
   std::size_t all_rays_ = 0;

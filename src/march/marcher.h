@@ -57,6 +57,8 @@ class Marcher {
   virtual std::string description() const = 0;
   /// Whether it marches the atlas by the view's method; the reference reads the grids.
   virtual bool marches() const { return true; }
+  /// Whether light within a tolerance will do for its pictures.
+  virtual bool approximates_light() const { return marches(); }
   /// Whether its arithmetic has an error to look for: it is float32.
   virtual bool rounds() const { return false; }
 
