@@ -14,7 +14,8 @@ Cubic make_cubic(real f_0, real f_half, real f_1, real q_3) {
   return Cubic(f_0, q_1 + real(0.5) * q_3, q_2 - real(1.5) * q_3, q_3);
 }
 
-real polynomial(Cubic c, real s) { return c.f_0 + s * (c.q_1 + s * (c.q_2 + s * c.q_3)); }
+// In pairs: a turn waits for the longest chain of operations.
+real polynomial(Cubic c, real s) { return (c.f_0 + s * c.q_1) + (s * s) * (c.q_2 + s * c.q_3); }
 
 // Of an attenuation, which is not negative; rounding could be.
 real evaluate(Cubic c, real s) { return max(polynomial(c, s), real(0.0)); }
@@ -98,7 +99,8 @@ real first_exit(Cubic c, real low, real high) {
 
 // Integral of f from 0 to s.
 real antiderivative(Cubic c, real s) {
-  return s * (c.f_0 + s * (c.q_1 / real(2.0) + s * (c.q_2 / real(3.0) + s * c.q_3 / real(4.0))));
+  return s * ((c.f_0 + (s * real(0.5)) * c.q_1)
+              + (s * s) * (real(1.0 / 3.0) * c.q_2 + (s * real(0.25)) * c.q_3));
 }
 
 // Greatest Bernstein coefficient, which no value on [0, 1] exceeds. Those of trilinear data that is
