@@ -156,22 +156,20 @@ Cubics luminance_along(IN(March) m, real length) {
 // What the nodes of a piece add up to.
 struct NodeSum {
   real weight;
-  real3 L;     // times its weight
+  real value;  // of the density grid, times its weight
+  real3 L;     // of a luminance grid, times its weight
   real3 glow;  // as seen at the piece's front
 };
 
 // The node at `place` of the way through the piece: `share` is its part of the piece.
 void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, real share) {
   real s = mode == MODE_BACK_TO_FRONT ? real(1.0) - place : place;
-  real3 none = real3(real(0.0));
-  Point p = Point(real(0.0), real(0.0), real3(real(1.0)), none, real(0.0), none);
-  if (own_luminance) p.L = polynomials(piece.L, place);
-  p = with_value(m, p, Sample(polynomial(piece.value, place), real(0.0)));
   real depth = extinction * piece.extent * antiderivative(piece.tau, s);
   real through = share * (cell_nodes == 4 ? shallow_decay(depth) : deep_decay(depth));
   real weight = integrate_cell(piece.tau, through, s);
   sum.weight += weight;
-  sum.L = sum.L + p.L * weight;
+  sum.value += polynomial(piece.value, place) * weight;
+  if (own_luminance) sum.L = sum.L + polynomials(piece.L, place) * weight;
   if (glows(m)) sum.glow = sum.glow + polynomials(piece.glow, place) * (emission_scale * through);
 }
 
@@ -188,7 +186,8 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   if (has_emission)
     piece.glow = cubics_along(emission_grid, emission_channels, m.emission.node,
                               position(m.emission.ray, m.t), m.emission.ray.direction * length);
-  NodeSum sum = NodeSum(real(0.0), real3(real(0.0)), real3(real(0.0)));
+  real3 none = real3(real(0.0));
+  NodeSum sum = NodeSum(real(0.0), real(0.0), none, none);
   if (cell_nodes == 4) {
     add_node(sum, m, piece, real(0.0694318442029737), real(0.1739274225687269));
     add_node(sum, m, piece, real(0.3300094782075719), real(0.3260725774312732));
@@ -213,8 +212,12 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   }
   real depth = max(extinction * length * antiderivative(attenuation, real(1.0)), real(0.0));
   real opacity = decay(depth).a;
-  composite(m, sum.L * (opacity / max(sum.weight, real(1e-30))), opacity, depth, sum.glow * length,
-            length);
+  // between knots the luminance is linear in the value: that of the mean value is its mean
+  real scale = real(1.0) / max(sum.weight, real(1e-30));
+  Point mean = Point(real(0.0), real(0.0), real3(real(1.0)), none, real(0.0), none);
+  if (own_luminance) mean.L = sum.L * scale;
+  mean = with_value(m, mean, Sample(sum.value * scale, real(0.0)));
+  composite(m, mean.L * opacity, opacity, depth, sum.glow * length, length);
   m.t = t_back;
   m.front.value = polynomial(value, real(1.0));
 }
