@@ -21,7 +21,7 @@ const std::vector<Listed>& listed_programs() {
        80},
       {"cell-exact, three grids",
        R"("integrator": "cell-exact", "luminance-grid": "color", "emission-grid": "temperature")",
-       200},
+       160},
       {"uniform, psi-balanced, constant L", R"("step": 1)", 48},
       {"uniform, psi-balanced, L from density", R"("step": 1, "luminance-grid": "density")", 56},
       {"uniform, function with shells", R"("step": 1, "transfer-function": "shells.json")", 64},
