@@ -92,6 +92,7 @@ ends() {
 }
 ends 2 "unknown option" "$V" --resolutoin 4x4
 ends 2 "without light" "$V" --light 1,0,0
+ends 2 "without --lod" "$V" --lod 1
 ends 2 "not a sequence" "$V" --turntable 3
 cp "$V" a/x.vdb
 ends 3 "rank 1 of 2, on .*x.vdb" x.vdb

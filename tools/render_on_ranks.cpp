@@ -40,6 +40,7 @@ void check_scope(const RenderCall& call, const Scene& scene) {
   if (scene.renderer == RendererKind::reference) refuse("not by --renderer reference");
   if (call.output.empty()) refuse("and need -o");
   if (scene.lit()) refuse("without light (--look plain)");
+  if (scene.lod) refuse("without --lod");
   if (const std::string obstacle = parts_obstacle(scene); !obstacle.empty())
     refuse("in " + obstacle + " only");
   if (scene.range && (scene.range->percent[0] || scene.range->percent[1]))

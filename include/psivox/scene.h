@@ -56,6 +56,7 @@ struct Scene {
   std::string grid;                        ///< empty: `density`, else the only scalar grid
   std::optional<double> background_value;  ///< in place of a grid's own, if that is not 0
   Centering centering = Centering::node;
+  int lod = 0;  ///< level of detail: voxels are made twice as wide so many times
   std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
   std::string transfer_function;     ///< file; empty: the value itself is the attenuation
   std::optional<Colormap> colormap;

@@ -18,6 +18,7 @@ constexpr Range segment_count{1, 64};
 constexpr Range pixel_count{1, 65536};
 constexpr Range sample_count{1, 4096};
 constexpr Range device_index{-1, 1024};
+constexpr Range halvings{0, 16};
 
 Parameter chosen(Parameter p) {
   p.under_tolerance = UnderTolerance::chosen;
@@ -44,6 +45,8 @@ Rows input_rows() {
        &Scene::background_value, any, "none"},
       {"centering", enum_metavar<Centering>(), "", "",
        "place value i at index i (node) or i + 1/2 (cell)", &Scene::centering},
+      {"lod", "N", "", "", "level of detail: make voxels twice as wide N times, of mean values",
+       &Scene::lod, halvings},
   };
 }
 

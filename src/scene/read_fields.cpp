@@ -6,15 +6,26 @@
 #include "psivox/parts.h"
 #include "psivox/ranks.h"
 #include "psivox/text.h"
+#include "scene/coarse_field.h"
 #include "scene/rank_leaves.h"
 #include "scene/vector_part.h"
 
 namespace psivox {
 namespace {
 
-std::shared_ptr<const Field> read(const VdbFile& file, const std::string& grid,
+/// The field at the scene's level of detail.
+std::shared_ptr<const Field> at_level(const Scene& scene, Field field) {
+  if (scene.lod == 0) return std::make_shared<const Field>(std::move(field));
+  Field coarse = coarse_field(field, scene.lod, scene.centering);
+  const std::string width = std::to_string(1 << scene.lod);
+  coarse.notices.push_back("grid '" + field.name + "': --lod " + std::to_string(scene.lod) +
+                           " makes one voxel of " + width + "x" + width + "x" + width);
+  return std::make_shared<const Field>(std::move(coarse));
+}
+
+std::shared_ptr<const Field> read(const Scene& scene, const VdbFile& file, const std::string& grid,
                                   const ReadOptions& options) {
-  return std::make_shared<const Field>(file.read(grid, options));
+  return at_level(scene, file.read(grid, options));
 }
 
 ReadOptions options_of(const Scene& scene, GridRole role, bool empty) {
@@ -47,11 +58,11 @@ std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& fil
     const auto sharing = std::uint64_t(scene.memory_limit ? 1 : parts.ranks->place().local_count);
     share_leaves(field, parts.ranks, options, grid_memory(scene) / sharing,
                  scene.input + ": grid '" + field.name + "' ");
-  } else if (field.reader) {
+  } else if (field.reader && scene.lod == 0) {
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }
-  return std::make_shared<const Field>(std::move(field));
+  return at_level(scene, std::move(field));
 }
 
 }  // namespace
@@ -69,7 +80,7 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   // may then be negative. One grid may have two names: `density` is also `density[0]`.
   const auto luminance = [&](const std::string& name) {
     if (name == grid && !data && !fields.density->of_vectors) return fields.density;
-    auto field = read(file, name, options_of(scene, GridRole::luminance, empty));
+    auto field = read(scene, file, name, options_of(scene, GridRole::luminance, empty));
     return field->name == fields.density->name && !data ? fields.density : field;
   };
   if (scene.shines() && !scene.luminance_grid.empty())
@@ -78,17 +89,18 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
     fields.emission = luminance(scene.emission_grid);
   if (scene.shines() && !scene.temperature_grid.empty())
     fields.temperature =
-        read(file, scene.temperature_grid, options_of(scene, GridRole::data, empty));
+        read(scene, file, scene.temperature_grid, options_of(scene, GridRole::data, empty));
   return fields;
 }
 
 std::string fields_key(const Scene& scene) {
   std::string key;
-  for (const char* name : {"input", "grid", "strict", "background-value", "luminance-grid",
+  for (const char* name : {"input", "grid", "strict", "background-value", "lod", "luminance-grid",
                            "temperature-grid", "emission-grid"})
     key += "\n" + parameter_text(scene, *find_parameter(name));
   if (scene.range && (scene.range->percent.x || scene.range->percent.y))
     key += "\n" + parameter_text(scene, *find_parameter("range"));
+  if (scene.lod) key += "\n" + parameter_text(scene, *find_parameter("centering"));
   for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
                             scene.mode == Mode::isosurface, scene.emission_scale > 0})
     key += choice ? "1" : "0";

@@ -1,0 +1,106 @@
+#include "scene/coarse_field.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <glm/gtc/matrix_transform.hpp>
+#include <map>
+#include <utility>
+
+#include "psivox/leaf_values.h"
+#include "scene/value_range.h"
+
+namespace psivox {
+namespace {
+
+/// Origin of the coarse leaf that a leaf is an eighth of.
+glm::ivec3 coarse_origin(const glm::ivec3& origin) { return (origin >> 4) * 8; }
+
+/// Means over 2^3 voxels each of a leaf, into its eighth of a coarse leaf.
+void add_means(const Leaf& leaf, int channels, float* coarse) {
+  const glm::ivec3 first = ((leaf.origin >> 3) & 1) * 4;
+  const auto index = [channels](int x, int y, int z) {
+    return std::size_t(((x * 8 + y) * 8 + z) * channels);
+  };
+  for (int x = 0; x < 4; ++x)
+    for (int y = 0; y < 4; ++y)
+      for (int z = 0; z < 4; ++z)
+        for (int c = 0; c < channels; ++c) {
+          double sum = 0;
+          for (int i = 0; i < 8; ++i)
+            sum += leaf.values[index(2 * x + (i >> 2), 2 * y + (i >> 1 & 1), 2 * z + (i & 1)) +
+                               std::size_t(c)];
+          coarse[index(first.x + x, first.y + y, first.z + z) + std::size_t(c)] = float(sum / 8);
+        }
+}
+
+/// A tile that is wider than a coarse leaf, in the widths that tiles may have.
+void add_tiles(const Tile& tile, std::vector<Tile>& coarse) {
+  const int width = tile.width / 2 < 128 ? 8 : 128;
+  const int count = tile.width / 2 / width;
+  for (int x = 0; x < count; ++x)
+    for (int y = 0; y < count; ++y)
+      for (int z = 0; z < count; ++z)
+        coarse.push_back({tile.origin / 2 + width * glm::ivec3(x, y, z), width, tile.value});
+}
+
+Field halved(const Field& field, Centering centering) {
+  const std::size_t floats = 512 * std::size_t(field.channels);
+  Field coarse = field;
+  coarse.leaves.clear();
+  coarse.tiles.clear();
+  coarse.reader = nullptr;
+  coarse.active_box = {field.active_box.min >> 1, field.active_box.max >> 1};
+  coarse.active_voxels = (field.active_voxels + 7) / 8;
+  // voxel i stands for voxels 2i and 2i + 1, and its middle is between theirs
+  const glm::dvec3 middle(centering == Centering::node ? 0.5 : 0);
+  coarse.world_from_index =
+      glm::scale(glm::translate(field.world_from_index, middle), glm::dvec3(2));
+
+  std::map<TreeOrder, std::size_t> numbers;  // of coarse leaves
+  const auto key = [](const glm::ivec3& origin) { return tree_order(coarse_origin(origin)); };
+  for (const Leaf& leaf : field.leaves) numbers.emplace(key(leaf.origin), 0);
+  for (const Tile& tile : field.tiles) {
+    if (tile.width > 8)
+      add_tiles(tile, coarse.tiles);
+    else
+      numbers.emplace(key(tile.origin), 0);
+  }
+  const auto values = std::make_shared<float[]>(numbers.size() * floats);
+  std::size_t count = 0;
+  for (auto& [order, number] : numbers) number = count++;
+  coarse.leaves.resize(count);
+  const auto place = [&](const glm::ivec3& origin) {
+    const std::size_t number = numbers.at(key(origin));
+    coarse.leaves[number] = {coarse_origin(origin), values.get() + number * floats};
+    return values.get() + number * floats;
+  };
+  for (const Leaf& leaf : field.leaves) place(leaf.origin);
+  std::vector<float> same(floats);
+  for (const Tile& tile : field.tiles) {
+    if (tile.width > 8) continue;
+    for (std::size_t i = 0; i < floats; ++i) same[i] = tile.value[int(i) % field.channels];
+    add_means({tile.origin, same.data()}, field.channels, place(tile.origin));
+  }
+  visit_leaves(field, [&](std::span<const Leaf> leaves) {
+    tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
+      add_means(leaves[i], field.channels,
+                values.get() + numbers.at(key(leaves[i].origin)) * floats);
+    });
+  });
+  coarse.storage = values;
+  return coarse;
+}
+
+}  // namespace
+
+Field coarse_field(const Field& field, int times, Centering centering) {
+  Field coarse = halved(field, centering);
+  coarse.active_range = glm::vec2(active_range(field));
+  coarse.stored_range = glm::vec2(stored_range(field));
+  for (int i = 1; i < times; ++i) coarse = halved(coarse, centering);
+  return coarse;
+}
+
+}  // namespace psivox

@@ -1,0 +1,81 @@
+// Levels of detail: --lod.
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "blobs_scene.h"
+#include "field_voxels.h"
+#include "psivox/draw.h"
+#include "psivox/error.h"
+#include "scene/coarse_field.h"
+#include "verify/made_fields.h"
+
+namespace psivox {
+namespace {
+
+TEST(CoarseField, KeepsALinearField) {
+  const auto linear = [](const glm::dvec3& at) { return at.x - 2 * at.y + 0.5 * at.z + 100; };
+  for (const Centering centering : {Centering::node, Centering::cell}) {
+    const glm::dvec3 shift(centering == Centering::cell ? 0.5 : 0);
+    const Field fine = make_field({{-32, -16, 0}, {31, 31, 31}}, [&](glm::ivec3 v) {
+      return float(linear(glm::dvec3(v) + shift));
+    });
+    const Field coarse = coarse_field(fine, 2, centering);
+    EXPECT_EQ(coarse.active_box, (Box{{-8, -4, 0}, {7, 7, 7}}));
+    const FieldVoxels values(coarse);
+    for (const glm::ivec3 v :
+         {glm::ivec3(-8, -4, 0), glm::ivec3(0), glm::ivec3(7), glm::ivec3(-1, 3, 5)}) {
+      const glm::dvec3 at(coarse.world_from_index * glm::dvec4(glm::dvec3(v) + shift, 1));
+      EXPECT_NEAR(values(v).x, linear(at), 1e-4);  // float32 of values about 100
+    }
+  }
+}
+
+TEST(CoarseField, TakesTilesAndLeavesAlike) {
+  const Field leaves = noise_beside_constant();
+  const Field from_leaves = coarse_field(leaves, 1, Centering::node);
+  const Field from_tiles = coarse_field(with_tiles(leaves), 1, Centering::node);
+  const FieldVoxels a(from_leaves), b(from_tiles);
+  for (int x = 0; x < 20; ++x)
+    for (int y = 0; y < 16; ++y)
+      for (int z = 0; z < 12; ++z) EXPECT_EQ(a({x, y, z}), b({x, y, z}));
+}
+
+TEST(CoarseField, HalvesWideTiles) {
+  Field field;
+  field.active_box = {{-4096, 0, 0}, {-1, 4095, 4095}};
+  field.tiles = {{{-4096, 0, 0}, 4096, glm::vec3(3)}};
+  const Field coarse = coarse_field(field, 1, Centering::node);
+  EXPECT_TRUE(coarse.leaves.empty());
+  EXPECT_EQ(coarse.tiles.size(), 16u * 16 * 16);  // of 128 voxels
+  const FieldVoxels values(coarse);
+  for (const glm::ivec3 v : {glm::ivec3(-2048, 0, 0), glm::ivec3(-1, 2047, 2047)})
+    EXPECT_EQ(values(v).x, 3);
+  EXPECT_EQ(values({-1, 2048, 0}).x, 0);
+}
+
+TEST(CoarseField, DrawsLessAndSaysSo) {
+  Scene scene = blobs_scene();
+  scene.camera_position = glm::dvec3(2, 1.5, 3);
+  scene.camera_target = glm::dvec3(0.3, 0.4, 0);
+  const auto picture = [&](int lod, std::uint64_t limit) {
+    scene.lod = lod;
+    scene.memory_limit = limit;
+    Session session(scene);
+    const auto& notices = session.view().medium.density->notices;
+    const bool said = std::ranges::any_of(
+        notices, [](const std::string& line) { return line.find("--lod") != std::string::npos; });
+    EXPECT_EQ(said, lod > 0);
+    return session.draw(*open_double()).image;
+  };
+  const Image whole = picture(0, 0), coarse = picture(1, 0);
+  const double rms = compare_images(whole, coarse).rms;
+  EXPECT_GT(rms, 1e-4);
+  EXPECT_LT(rms, 0.05);  // blobs are many voxels wide
+  // values that stay in the file are read for it; it is drawn in parts, which rounds to float32
+  EXPECT_LT(compare_images(coarse, picture(1, 300000)).max, 1e-6);
+}
+
+}  // namespace
+}  // namespace psivox
