@@ -6,15 +6,16 @@
 // filtered_texel3, fetch_table(i), fetch_interval(i); fetch_pair(i): the density's texel and, where
 // `paired`, the luminance's beside it, whose bricks have the same slots.
 
-// A cube of cells of one kind: of an entry, or of the empty entries around one.
+// A cube of cells of one kind: of an entry, of the empty entries around one, or an octant of a brick.
 struct Node {
   int kind;
-  int payload;
-  int3 lo;   // first cell
-  int side;  // cells along each axis
+  int payload;  // of a brick: its slot
+  int3 lo;      // first cell
+  int side;     // cells along each axis
+  int3 first;   // first cell of the entry
 };
 
-Node empty_node(int3 lo, int side) { return Node(NODE_EMPTY, 0, lo, side); }
+Node empty_node(int3 lo, int side) { return Node(NODE_EMPTY, 0, lo, side, lo); }
 Node no_node() { return empty_node(int3(0), 0); }
 
 // In the cube: a negative difference is a large one without its sign.
@@ -43,8 +44,21 @@ int levels_of(int grid) {
       0;
 }
 
-// The node that covers a cell of the domain.
-Node find_node(int grid, int3 cell) {
+// The octant of a brick that holds a cell; the brick itself if none of its octants hides. An octant
+// whose bit is set above the slot is empty.
+Node octant_of(Node brick, int3 cell) {
+  int hidden = brick.payload >> SLOT_BITS;
+  brick.payload = brick.payload & SLOT_MASK;
+  if (hidden == 0) return brick;
+  int3 octant = (cell - brick.lo) >> 2;
+  brick.lo = brick.lo + octant * 4;
+  brick.side = 4;
+  if (((hidden >> ((octant.x * 2 + octant.y) * 2 + octant.z)) & 1) != 0) brick.kind = NODE_EMPTY;
+  return brick;
+}
+
+// The entry that covers a cell of the domain.
+Node find_entry(int grid, int3 cell) {
   int3 at = cell - grid_of(grid).table_min;
   int3 size = grid_of(grid).table_size;
   int shift = 3 * levels_of(grid);
@@ -61,7 +75,21 @@ Node find_node(int grid, int3 cell) {
   int payload = int(entry) & PAYLOAD_MASK;
   int3 lo = cell - (at & ((1 << shift) - 1));
   int grow = kind == NODE_EMPTY ? (payload - 1) << shift : 0;
-  return Node(kind, payload, lo - grow, (1 << shift) + 2 * grow);
+  return Node(kind, payload, lo - grow, (1 << shift) + 2 * grow, lo);
+}
+
+// The node that covers a cell of the domain.
+Node find_node(int grid, int3 cell) {
+  Node node = find_entry(grid, cell);
+  if (octants && grid == density_grid && node.kind == NODE_BRICK) return octant_of(node, cell);
+  return node;
+}
+// The same for look-ups that need values that octants hide.
+Node find_stored(int grid, int3 cell) {
+  Node node = find_entry(grid, cell);
+  if (octants && grid == density_grid && node.kind == NODE_BRICK)
+    node.payload = node.payload & SLOT_MASK;
+  return node;
 }
 
 // A brick's value at a voxel, given from the brick's first one: its place among the texels.
@@ -87,7 +115,7 @@ Corners fetch_corners(int grid, Node node, int3 cell) {
     real v = fetch_constant(grid, node.payload);
     return Corners(real4(v, v, v, v), real4(v, v, v, v));
   }
-  int i = texel_index(node.payload, cell - node.lo);
+  int i = texel_index(node.payload, cell - node.first);
   return Corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
 }
 
@@ -113,7 +141,7 @@ struct Pairs {
 };
 
 Pairs fetch_pairs(Node brick, int3 cell) {
-  int i = texel_index(brick.payload, cell - brick.lo);
+  int i = texel_index(brick.payload, cell - brick.first);
   int k = i + NEXT_X;
   return Pairs(fetch_pair(i), fetch_pair(i + NEXT_Z), fetch_pair(i + NEXT_Y),
                fetch_pair(i + NEXT_Y + NEXT_Z), fetch_pair(k), fetch_pair(k + NEXT_Z),
@@ -201,10 +229,10 @@ int3 local_cell(real3 local) { return clamp(int3(floor(local)), int3(0), int3(BR
 // Value at a position inside a node that is not empty.
 real sample_scalar(int grid, Node node, real3 p) {
   if (node.kind == NODE_CONSTANT) return fetch_constant(grid, node.payload);
-  real3 local = p - real3(node.lo);
+  real3 local = p - real3(node.first);
   if (hardware_filter) return filtered_texel(grid, node.payload, local);
   int3 cell = local_cell(local);
-  return trilinear(fetch_corners(grid, node, node.lo + cell), local - real3(cell));
+  return trilinear(fetch_corners(grid, node, node.first + cell), local - real3(cell));
 }
 
 // Between a texel and the next one along x.
@@ -214,7 +242,7 @@ real3 along_x(int grid, int i, real u) {
 
 real3 sample_vector(int grid, Node node, real3 p) {
   if (node.kind == NODE_CONSTANT) return fetch_constant3(grid, node.payload);
-  real3 local = p - real3(node.lo);
+  real3 local = p - real3(node.first);
   if (hardware_filter) return filtered_texel3(grid, node.payload, local);
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
@@ -237,10 +265,10 @@ Cubics cubics_along(int grid, int channels, Node node, real3 p, real3 d) {
   if (hardware_filter)
     return parabolas(sample_vector(grid, node, p), sample_vector(grid, node, p + d * real(0.5)),
                      sample_vector(grid, node, p + d));
-  int3 cell = local_cell(p + d * real(0.5) - real3(node.lo));
-  real3 u = p - real3(node.lo + cell);
+  int3 cell = local_cell(p + d * real(0.5) - real3(node.first));
+  real3 u = p - real3(node.first + cell);
   if (channels == 1) {
-    Cubic c = cubic_along(fetch_corners(grid, node, node.lo + cell), u, d);
+    Cubic c = cubic_along(fetch_corners(grid, node, node.first + cell), u, d);
     return Cubics(c, c, c);
   }
   if (node.kind == NODE_CONSTANT) return constant_cubics(fetch_constant3(grid, node.payload));
@@ -290,9 +318,9 @@ Tangent tangent_scalar(int grid, Node node, Ray ray, real t) {
     return Tangent(sample_scalar(grid, node, p),
                    (sample_scalar(grid, node, position(ray, t + slope_step))
                     - sample_scalar(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step));
-  real3 local = p - real3(node.lo);
+  real3 local = p - real3(node.first);
   int3 cell = local_cell(local);
-  Corners corners = fetch_corners(grid, node, node.lo + cell);
+  Corners corners = fetch_corners(grid, node, node.first + cell);
   real3 u = local - real3(cell);
   return Tangent(trilinear(corners, u), dot(trilinear_gradient(corners, u), ray.direction));
 }
@@ -309,7 +337,7 @@ real3 slope_vector(int grid, Node node, Ray ray, real t) {
   if (hardware_filter)
     return (sample_vector(grid, node, position(ray, t + slope_step))
             - sample_vector(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step);
-  real3 local = position(ray, t) - real3(node.lo);
+  real3 local = position(ray, t) - real3(node.first);
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
   int i = texel_index(node.payload, cell);

@@ -21,7 +21,7 @@ struct Column {
 
 Node column_node(int grid, Node node, int3 cell) {
   if (inside(node, cell)) return node;
-  return find_node(grid, cell);
+  return find_stored(grid, cell);
 }
 
 LatticePoint column_point(INOUT(Column) c, real t) {

@@ -2,6 +2,7 @@
 // vanish; plain members in the march in double. No include guard, as march_parameters.glsl.
 CONSTANT(int, mode)               // Mode
 CONSTANT(int, luminance_source)   // LuminanceSource
+CONSTANT(bool, octants)           // entries of the density's bricks tell which of their octants hide
 CONSTANT(bool, paired)            // luminance is stored beside the density, in the same bricks
 CONSTANT(int, emission_channels)  // of the emission grid, 0: there is none
 CONSTANT(bool, attenuates)        // the extinction is not 0

@@ -74,7 +74,7 @@ void aim(INOUT(March) m, Pixel p) {
 
 // The density at a point of a cell.
 real density_at(int3 cell, real3 p) {
-  Node node = find_node(density_grid, clamp(cell, density.domain_min, density.domain_max - 1));
+  Node node = find_stored(density_grid, clamp(cell, density.domain_min, density.domain_max - 1));
   return node.kind == NODE_EMPTY ? real(0.0) : sample_scalar(density_grid, node, p);
 }
 

@@ -124,8 +124,18 @@ TEST_F(MarchLayers, PixelSamplesAreTheMeanOfTheirRays) {
 
 // --- counts --------------------------------------------------------------------------------------
 
-/// Counts the cells that the picture's rays cross in bricks whose values differ. It sorts the
-/// crossings of each ray with all faces and takes their middles; it shares no code with the march.
+/// Whether one of the values of 4^3 cells is not 0.
+bool holds_any(const FieldVoxels& voxels, const glm::ivec3& octant) {
+  for (int x = 0; x <= 4; ++x)
+    for (int y = 0; y <= 4; ++y)
+      for (int z = 0; z <= 4; ++z)
+        if (voxels(4 * octant + glm::ivec3(x, y, z)) != glm::vec3(0)) return true;
+  return false;
+}
+
+/// Counts the cells that the picture's rays cross in bricks whose values differ, but for octants of
+/// zeros. It sorts the crossings of each ray with all faces and takes their middles; it shares no
+/// code with the march.
 std::uint64_t cells_crossed(const View& view) {
   const Field& field = *view.medium.density;
   const FieldVoxels voxels(field);
@@ -146,12 +156,15 @@ std::uint64_t cells_crossed(const View& view) {
         if (glm::any(glm::lessThan(cell, domain.min)) ||
             glm::any(glm::greaterThanEqual(cell, domain.max)))
           continue;
-        const glm::ivec3 brick = cell >> 3;
+        const glm::ivec3 octant = cell >> 2;
         const auto part = [](int v) { return std::uint64_t(v + (1 << 20)); };
-        const std::uint64_t key = part(brick.x) << 42 | part(brick.y) << 21 | part(brick.z);
+        const std::uint64_t key = part(octant.x) << 42 | part(octant.y) << 21 | part(octant.z);
         auto found = textured.find(key);
         if (found == textured.end())
-          found = textured.emplace(key, voxels.kind(brick) == EntryKind::brick).first;
+          found = textured
+                      .emplace(key, voxels.kind(octant >> 1) == EntryKind::brick &&
+                                        holds_any(voxels, octant))
+                      .first;
         cells += found->second;
       }
     }

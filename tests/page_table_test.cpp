@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <glm/common.hpp>
 
 #include "field_voxels.h"
@@ -104,6 +105,49 @@ TEST_P(PageTableLevels, SkipsNeverPassAFullBrick) {
               << x << ' ' << y << ' ' << z;
       }
   EXPECT_GT(empty, 1000u);
+}
+
+/// Least and greatest corner of the 4^3 cells from `first` on.
+ValueRange range_of_octant(const FieldVoxels& voxels, const glm::ivec3& first) {
+  ValueRange range{voxels(first).x, voxels(first).x};
+  for (int x = 0; x <= 4; ++x)
+    for (int y = 0; y <= 4; ++y)
+      for (int z = 0; z <= 4; ++z) {
+        const float value = voxels(first + glm::ivec3(x, y, z)).x;
+        range = {std::min(range.min, value), std::max(range.max, value)};
+      }
+  return range;
+}
+
+TEST_P(PageTableLevels, OctantsHideWhatHasNoVisibleCell) {
+  const Field field = scattered();
+  options.visible = [](const ValueRange& own, const ValueRange&) { return own.max > 0.9f; };
+  options.mark_octants = true;
+  const BrickAtlas atlas = build_atlas(field, options);
+  ASSERT_TRUE(atlas.pages.octants);
+  const FieldVoxels voxels(field);
+  glsl::AtlasMarch march = march_over(atlas);
+  march.octants = true;
+  int hidden = 0, shown = 0;
+  for (const glm::ivec3& brick : atlas.places)
+    for (int i = 0; i < 8; ++i) {
+      const glm::ivec3 first = 8 * brick + 4 * glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
+      const bool visible = range_of_octant(voxels, first).max > 0.9f;
+      ++(visible ? shown : hidden);
+      for (const glm::ivec3 in : {glm::ivec3(0), glm::ivec3(3, 1, 2)}) {
+        const auto node = march.find_node(0, first + in);
+        ASSERT_TRUE(march.inside(node, first + in));
+        ASSERT_EQ(node.kind, int(visible ? EntryKind::brick : EntryKind::empty));
+        const auto stored = march.find_stored(0, first + in);
+        ASSERT_EQ(stored.kind, int(EntryKind::brick));
+        ASSERT_EQ(march.fetch_corners(0, stored, first + in).lo.x, voxels(first + in).x);
+        if (visible) {
+          ASSERT_EQ(march.fetch_corners(0, node, first + in).hi.w, voxels(first + in + 1).x);
+        }
+      }
+    }
+  EXPECT_GT(hidden, 20);
+  EXPECT_GT(shown, 20);
 }
 
 TEST(PageTable, OneLevelSkipsAreExactChebyshevDistances) {

@@ -34,6 +34,10 @@ constexpr std::uint32_t entry_payload(std::uint32_t entry) {
   return entry & ((1u << entry_payload_bits) - 1);
 }
 
+/// Of a brick in a table with octants: its slot, and above it a bit for each octant of 4^3 cells
+/// that holds no visible one, z fastest.
+inline constexpr std::uint32_t entry_slot_bits = 22;
+
 /// Statistics of a brick's first channel, used to choose how to march it.
 struct BrickStats {
   float min = 0;
@@ -47,7 +51,13 @@ struct PageTable {
   glm::ivec3 min{0};       ///< smallest voxel of entry (0,0,0), a multiple of 8
   glm::ivec3 top_size{0};  ///< entries of the dense top table, z fastest
   int levels = 1;
+  bool octants = false;                ///< entries of bricks tell which octants hide
   std::vector<std::uint32_t> entries;  ///< top table, then the tables of 512
+
+  /// Slot of a brick's entry.
+  std::uint32_t slot(std::uint32_t entry) const {
+    return entry_payload(entry) & ((1u << (octants ? entry_slot_bits : entry_payload_bits)) - 1);
+  }
 };
 
 /// Bytes and counts of an atlas; exact, and known before a texel is allocated.
@@ -87,6 +97,8 @@ struct AtlasOptions {
   /// Gives each visible brick texels of its own, so that another grid can be stored beside it
   /// (build_beside). Left out where that takes far more bricks, or where 0 is visible.
   bool own_texels = false;
+  /// Marks octants of bricks that hold no visible cell, where the field alone decides that.
+  bool mark_octants = false;
   /// Largest dense top table before another level is put below it.
   std::uint64_t top_entries = std::uint64_t{1} << 22;
 };

@@ -51,7 +51,7 @@ class BrickPlaces {
             visit(entry_payload(entry), glm::ivec3(8), level - 1, at);
           if (entry_kind(entry) != EntryKind::brick) continue;
           numbers_.insert(at, std::int32_t(places_.size()));
-          places_.push_back({at, entry_payload(entry)});
+          places_.push_back({at, pages_.slot(entry)});
         }
   }
 

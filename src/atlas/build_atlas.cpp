@@ -321,6 +321,40 @@ BrickStats measure(const float* values, int channels) {
   return stats;
 }
 
+/// A bit for each octant of a brick without a visible cell.
+std::uint32_t hidden_octants(const float* values, const AtlasOptions& options) {
+  constexpr int half = brick_cells / 2;
+  std::uint32_t hidden = 0;
+  for (int i = 0; i < 8; ++i) {
+    const glm::ivec3 from = half * glm::ivec3(i >> 2, i >> 1 & 1, i & 1), to = from + half;
+    ValueRange range{HUGE_VALF, -HUGE_VALF};
+    for (int x = from.x; x <= to.x; ++x)
+      for (int y = from.y; y <= to.y; ++y)
+        for (int z = from.z; z <= to.z; ++z) {
+          const float value = values[(x * brick_values + y) * brick_values + z];
+          range = {std::min(range.min, value), std::max(range.max, value)};
+        }
+    if (!(options.visible ? options.visible(range, {}) : range.min != 0 || range.max != 0))
+      hidden |= 1u << i;
+  }
+  return hidden;
+}
+
+/// Marks them in the page table, where its payloads have the room.
+void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
+  if (!options.mark_octants || options.companion || !options.walked.empty() ||
+      result.channels > 1 || !result.texels32 || result.bricks.size() >> entry_slot_bits)
+    return;
+  std::vector<std::uint32_t> hidden(result.bricks.size());
+  tbb::parallel_for(std::size_t{0}, hidden.size(), [&](std::size_t slot) {
+    hidden[slot] = hidden_octants(result.texels32.get() + slot * brick_texels, options);
+  });
+  result.pages.octants = true;
+  for (std::uint32_t& entry : result.pages.entries)
+    if (entry_kind(entry) == EntryKind::brick)
+      entry |= hidden[entry_payload(entry)] << entry_slot_bits;
+}
+
 void check_limit(const AtlasSize& size, const std::string& grid, const AtlasOptions& options) {
   const std::uint64_t needed = 2 * size.bytes();
   if (options.memory_limit && needed > options.memory_limit)
@@ -375,6 +409,7 @@ BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
   Plan plan = make_plan(field, options);
   check_limit(plan.atlas.size, field.name, options);
   fill(plan.source, field.name, plan.atlas);
+  mark_octants(options, plan.atlas);
   return std::move(plan.atlas);
 }
 

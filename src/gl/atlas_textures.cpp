@@ -174,7 +174,7 @@ void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {
   std::vector<std::uint32_t> entries = atlas.pages.entries;
   for (std::uint32_t& entry : entries) {
     if (entry_kind(entry) != EntryKind::brick) continue;
-    const glm::uvec3 at(place(entry_payload(entry)));
+    const glm::uvec3 at(place(atlas.pages.slot(entry)));
     entry = make_entry(EntryKind::brick, at.x | at.y << 10 | at.z << 20);
   }
   upload_pages(entries);

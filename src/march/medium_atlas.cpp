@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <optional>
 
 #include "march/grids.h"
 #include "march/march_parameters.h"
@@ -56,6 +57,17 @@ std::vector<Box> where_values_are(const Field& other, const Field& density) {
   return boxes;
 }
 
+/// The value up to which a function attenuates nothing and behind which it always does, if there is
+/// one.
+std::optional<double> threshold(const TransferFunction& function) {
+  const std::vector<TransferPoint>& points = function.points();
+  const auto clear = [](const TransferPoint& point) { return point.attenuation == 0; };
+  const auto first = std::find_if_not(points.begin(), points.end(), clear);
+  if (first == points.begin() || first == points.end()) return {};
+  if (std::any_of(first, points.end(), clear)) return {};
+  return (first - 1)->value;
+}
+
 }  // namespace
 
 AtlasSize MediumAtlas::size() const {
@@ -83,14 +95,18 @@ AtlasOptions density_options(const View& view) {
     const bool every_value = is_transfer_rule(view.scene.resolved_integrator()) &&
                              view.scene.resolved_sampling() != Sampling::cells;
     options.companion = medium.gradient;
-    options.visible = [transfer = medium.transfer, every_value](const ValueRange& own,
-                                                                const ValueRange& gradients) {
+    const std::optional<double> begins =
+        medium.gradient ? std::nullopt : threshold(*medium.transfer);
+    options.visible = [transfer = medium.transfer, every_value, begins](
+                          const ValueRange& own, const ValueRange& gradients) {
+      if (begins && !every_value) return double(own.max) > *begins;
       return (every_value && (own.min != 0 || own.max != 0)) ||
              transfer->max_attenuation(glm::dvec2(own.min, own.max),
                                        glm::dvec2(gradients.min, gradients.max)) > 0;
     };
   }
   options.own_texels = medium.light || medium.lit;  // its light is stored beside it
+  options.mark_octants = true;
   if (medium.emission) options.walked = where_values_are(*medium.emission, *medium.density);
   return options;
 }

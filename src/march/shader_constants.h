@@ -23,6 +23,8 @@
   X(NODE_CHILD, EntryKind::child)       /* payload: index of the first entry below */ \
   X(PAYLOAD_BITS, entry_payload_bits)   /* of an entry of the page table */           \
   X(PAYLOAD_MASK, (1u << entry_payload_bits) - 1)                                     \
+  X(SLOT_BITS, entry_slot_bits) /* of a payload with octants */                       \
+  X(SLOT_MASK, (1u << entry_slot_bits) - 1)                                           \
   X(BRICK_CELLS, brick_cells)           /* cells on a side of a brick */              \
   X(BRICK_VALUES, brick_values)         /* values on a side */                        \
   X(BRICK_TEXELS, brick_texels)         /* values of a brick */                       \
