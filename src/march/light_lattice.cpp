@@ -60,12 +60,30 @@ BrickRange bricks_of(const LatticeFrame& frame, const glm::ivec3& block, int fir
           (glm::ivec2(glm::floor(glm::max(c, d))) + 2) >> 3};
 }
 
+/// 4^3 cells with attenuation: their first corner, and the first slice that they reach.
+struct Octant {
+  glm::ivec3 corner;
+  int slice;
+};
+
+/// Bricks with columns that pass through an octant.
+BrickRange bricks_through(const LatticeFrame& frame, const Octant& octant) {
+  constexpr double rounding = 1e-3;  // of float32
+  const glm::dvec2 low(frame.across(octant.corner)), high = low + 4.0;
+  const glm::dvec2 a = frame.column(low, octant.slice), b = frame.column(low, octant.slice + 4);
+  const glm::dvec2 c = frame.column(high, octant.slice), d = frame.column(high, octant.slice + 4);
+  return {glm::ivec2(glm::ceil(glm::min(a, b) - rounding)) >> 3,
+          glm::ivec2(glm::floor(glm::max(c, d) + rounding)) >> 3};
+}
+
 /// The blocks of one slab across the light, and its bricks.
 struct Slab {
   int first_slice = 0;
   std::vector<std::size_t> blocks, wanted;                ///< their places among all
   std::vector<glm::ivec2> bricks;                         ///< in numbers of bricks, each once
   std::unordered_map<glm::ivec2, int, ColumnHash> index;  ///< of `bricks`
+  std::vector<Octant> octants;                            ///< with attenuation
+  std::vector<bool> dark;  ///< of each brick: something attenuates there; empty: not known
 
   void find_bricks(const LatticeFrame& frame, std::span<const glm::ivec3> all) {
     for (const std::size_t block : blocks) {
@@ -75,7 +93,47 @@ struct Slab {
           if (index.try_emplace({x, y}, int(bricks.size())).second) bricks.emplace_back(x, y);
     }
   }
+
+  /// Finds which bricks are dark, if octants are known.
+  void find_dark(const LatticeFrame& frame) {
+    if (octants.empty()) return;
+    dark.resize(bricks.size());
+    for (const Octant& octant : octants) {
+      const BrickRange range = bricks_through(frame, octant);
+      for (int x = range.min.x; x <= range.max.x; ++x)
+        for (int y = range.min.y; y <= range.max.y; ++y)
+          if (const auto brick = index.find({x, y}); brick != index.end())
+            dark[std::size_t(brick->second)] = true;
+    }
+  }
+  bool is_dark(std::size_t brick) const { return dark.empty() || dark[brick]; }
 };
+
+/// Octants of the density's bricks that hide nothing, a bit each; empty where they are not known.
+std::vector<std::uint8_t> dark_octants(const BrickAtlas& density) {
+  if (!density.own_texels || !density.pages.octants) return {};
+  std::vector<std::uint8_t> dark(density.places.size());
+  for (const std::uint32_t entry : density.pages.entries)
+    if (entry_kind(entry) == EntryKind::brick)
+      dark[density.pages.slot(entry)] = std::uint8_t(~(entry_payload(entry) >> entry_slot_bits));
+  return dark;
+}
+
+/// Adds the octants with attenuation to the slabs of their cells. A cell between two slices belongs
+/// to the second.
+void add_octants(const LatticeFrame& frame, std::map<int, Slab>& slabs) {
+  const std::vector<std::uint8_t> dark = dark_octants(*frame.density);
+  for (std::size_t k = 0; k < dark.size(); ++k)
+    for (int i = 0; i < 8; ++i) {
+      if (!(dark[k] >> i & 1)) continue;
+      const glm::ivec3 corner =
+          brick_cells * frame.density->places[k] + 4 * glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
+      const int z = corner[frame.axis], slice = std::min(frame.slice(z), frame.slice(z + 4));
+      for (int first = (slice + 1) & ~7; first <= slice + 4; first += 8)
+        if (const auto slab = slabs.find(first); slab != slabs.end())
+          slab->second.octants.push_back({corner, slice});
+    }
+}
 
 /// Slabs in the order in which light meets them.
 std::vector<Slab> slabs_of(const LatticeFrame& frame, const LightBlocks& blocks) {
@@ -86,6 +144,7 @@ std::vector<Slab> slabs_of(const LatticeFrame& frame, const LightBlocks& blocks)
   };
   for (std::size_t i = 0; i < blocks.all.size(); ++i) slab_of(i).blocks.push_back(i);
   for (const std::size_t i : blocks.wanted) slab_of(i).wanted.push_back(i);
+  add_octants(frame, slabs);
   std::vector<Slab> in_order;
   for (auto& [first_slice, slab] : slabs) {
     slab.first_slice = first_slice;
@@ -97,27 +156,38 @@ std::vector<Slab> slabs_of(const LatticeFrame& frame, const LightBlocks& blocks)
 /// Columns from the light to a slab and through it.
 class Columns {
  public:
-  /// Makes `depths`, which are from each brick's own start, those from the light on, and orders
-  /// them by slice, axis_v fastest.
-  void join(const Slab& slab, std::span<double> depths) {
+  /// Makes `own`, depths from the start of each dark brick, depths of all bricks from the light on,
+  /// ordered by slice, axis_v fastest. Returns the rest of `own`, which is not of this slab.
+  std::span<const double> join(const Slab& slab, std::span<const double> own,
+                               std::span<double> depths) {
     std::vector<Carry*> carries;
-    for (const glm::ivec2& brick : slab.bricks) carries.push_back(&carries_[brick]);
+    std::vector<const double*> starts;
+    for (std::size_t i = 0; i < slab.bricks.size(); ++i) {
+      carries.push_back(&carries_[slab.bricks[i]]);
+      starts.push_back(slab.is_dark(i) ? own.data() : nullptr);
+      if (starts.back()) own = own.subspan(brick_depths);
+    }
     tbb::parallel_for(std::size_t{0}, slab.bricks.size(), [&](std::size_t i) {
-      Carry& carry = *carries[i];
-      double* values = depths.data() + i * brick_depths;
-      std::array<double, brick_depths> own;
-      std::copy_n(values, brick_depths, own.data());
-      for (int column = 0; column < brick_columns; ++column) {
-        const double before = carry[std::size_t(column)];
-        for (int slice = 0; slice < 8; ++slice)
-          values[slice * brick_columns + column] = before + own[std::size_t(8 * column + slice)];
-        carry[std::size_t(column)] = before + own[std::size_t(8 * column + 7)];
-      }
+      double* to = depths.data() + i * brick_depths;
+      if (starts[i]) return add(*carries[i], starts[i], to);
+      for (int slice = 0; slice < 8; ++slice, to += brick_columns)
+        std::copy_n(carries[i]->data(), brick_columns, to);
     });
+    return own;
   }
 
  private:
   using Carry = std::array<double, brick_columns>;
+
+  static void add(Carry& carry, const double* own, double* to) {
+    for (std::size_t column = 0; column < brick_columns; ++column, own += 8) {
+      const double before = carry[column];
+      for (std::size_t slice = 0; slice < 8; ++slice)
+        to[slice * brick_columns + column] = before + own[slice];
+      carry[column] = before + own[7];
+    }
+  }
+
   std::unordered_map<glm::ivec2, Carry, ColumnHash> carries_;
 };
 
@@ -219,7 +289,7 @@ void columns_of_part(const LatticeFrame& frame, std::span<const LatticeBrick> br
 }  // namespace
 
 LatticeFrame::LatticeFrame(const View& view, const MediumAtlas& atlas, const Beam& beam)
-    : spacing(beam.method.spacing) {
+    : density(&atlas.density), spacing(beam.method.spacing) {
   const Medium& medium = view.medium;
   const Box& domain = atlas.density.domain;
   const glm::dvec3 towards(glm::inverse(glm::dmat3(medium.density->world_from_index)) *
@@ -272,7 +342,7 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
                     const Progress& progress) {
   std::vector<Slab> slabs = slabs_of(frame, blocks);
   Columns joined;
-  std::vector<double> buffer;
+  std::vector<double> found, depths;
   for (std::size_t next = 0; next < slabs.size();) {
     // several thin slabs at once: a device works on many bricks alike
     std::vector<LatticeBrick> bricks;
@@ -280,23 +350,25 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
     while (next < slabs.size() && bricks.size() < bricks_at_once) {
       Slab& slab = slabs[next++];
       slab.find_bricks(frame, blocks.all);
-      for (const glm::ivec2& brick : slab.bricks)
-        bricks.emplace_back(8 * brick.x, 8 * brick.y, slab.first_slice);
+      slab.find_dark(frame);
+      for (std::size_t i = 0; i < slab.bricks.size(); ++i)
+        if (slab.is_dark(i))
+          bricks.emplace_back(8 * slab.bricks[i].x, 8 * slab.bricks[i].y, slab.first_slice);
     }
-    buffer.resize(std::max(buffer.size(), bricks.size() * brick_depths));
-    std::span<double> left = std::span(buffer).first(bricks.size() * brick_depths);
+    found.resize(std::max(found.size(), bricks.size() * brick_depths));
+    std::span<double> own = std::span(found).first(bricks.size() * brick_depths);
     if (frame.part)
-      columns_of_part(frame, bricks, columns, left);
+      columns_of_part(frame, bricks, columns, own);
     else
-      columns(bricks, left);
+      columns(bricks, own);
+    std::span<const double> left = own;
     for (std::size_t l = begin; l < next; ++l) {
       Slab& slab = slabs[l];
-      const std::span<double> own = left.first(slab.bricks.size() * brick_depths);
-      left = left.subspan(own.size());
-      joined.join(slab, own);
+      depths.resize(std::max(depths.size(), slab.bricks.size() * brick_depths));
+      left = joined.join(slab, left, depths);
       tbb::parallel_for(std::size_t{0}, slab.wanted.size(), [&](std::size_t i) {
         std::array<double, brick_depths> of_block;
-        BlockDepths(frame, slab, own, blocks.all[slab.wanted[i]]).write(of_block.data());
+        BlockDepths(frame, slab, depths, blocks.all[slab.wanted[i]]).write(of_block.data());
         take(slab.wanted[i], of_block);
       });
       slab = {};

@@ -22,6 +22,7 @@ using LatticeBrick = glm::ivec3;
 ///   u = origin + i spacing - w shear   along `axis_u`, and the like with j along `axis_v`.
 /// All of it is affine in index space: any transform of the density will do.
 struct LatticeFrame {
+  const BrickAtlas* density;  ///< that the light shines on; must outlive the frame
   int axis = 2, axis_u = 0, axis_v = 1;
   int side = 1;   ///< 1: the light comes from large coordinates along `axis`, -1: from small ones
   int first = 0;  ///< coordinate of slice 0, such that blocks of 8 voxels are 8 k to 8 k + 7
