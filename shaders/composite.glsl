@@ -77,9 +77,9 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
     middle.attenuation =
         vacuum_differs && m.vacuum ? real(0.0) : attenuation_of(m, sample_middle);
   }
-  if (!middle_rule || has_emission) {
-    seek(m, t_back, !middle_rule);
-    back = point_at(m, t_back, sample_back, !middle_rule);
+  if (!middle_rule) {
+    seek(m, t_back, true);
+    back = point_at(m, t_back, sample_back, true);
   }
   if (beside_density) {
     if (!m.paired_front) m.front.L = back.L;
@@ -118,7 +118,11 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   real3 glow = real3(real(0.0));
   if (glows(m)) {
     Weights e = Weights(real(1.0 / 6.0), real(4.0 / 6.0), real(1.0 / 6.0), real(0.0));
-    if (attenuates) e = glow_weights(w.depth);
+    if (middle_rule) {  // a homogeneous step, as of the luminance
+      real opacity = w.front + w.middle + w.back;
+      real seen = w.depth > real(0.0) ? opacity / w.depth : real(1.0);
+      e = Weights(real(0.0), seen, real(0.0), w.depth);
+    } else if (attenuates) e = glow_weights(w.depth);
     glow = (near.glow * e.front + middle.glow * e.middle + back.glow * e.back) * length;
   }
   composite(m, near.L * w.front + middle.L * w.middle + back.L * w.back, w.front + w.middle + w.back,

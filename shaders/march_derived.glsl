@@ -12,7 +12,7 @@ DERIVED(bool, vector_radiance, colored_luminance || has_emission)
 DERIVED(bool, finds_maximum, mode == MODE_MIP || mode == MODE_LMIP)
 
 // All that a segment looks up is in its middle: the walk follows the middles.
-DERIVED(bool, walks_middles, uniform_sampling && middle_rule && !has_emission && !constant_runs && !brick_steps && !beyond)
+DERIVED(bool, walks_middles, uniform_sampling && middle_rule && !constant_runs && !brick_steps && !beyond)
 
 // The picture depends on the optical depth alone, and that is the segment's own: no weights.
 DERIVED(bool, integrates, !finds_maximum && mode != MODE_ISOSURFACE)

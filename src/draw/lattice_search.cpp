@@ -17,8 +17,7 @@ constexpr double worth = 0.03;
 }  // namespace
 
 void LatticeSearch::search() {
-  double widest = widest_step;
-  while (widest > trials_.widest(worst_brick) && widest >= narrowest_step) widest /= 2;
+  const double widest = std::min(widest_step, trials_.widest(worst_brick));
   search_steps(widest, 0, worst_brick);
   const std::optional<Trial> first = found();
   if (!first) return;
@@ -54,7 +53,7 @@ std::optional<Trial> LatticeSearch::settle() {
 }
 
 Trial LatticeSearch::run(double step, double brick) {
-  const Trial trial = trials_.try_out(lattice(step), brick,
+  const Trial trial = trials_.try_out(lattice(trials_.view(), step), brick,
                                       [&](const Trial& first) { return may_win(first, far_cost); });
   if (trial.accepted) accepted_.push_back(trial);
   return trial;

@@ -4,8 +4,8 @@
 
 namespace psivox {
 
-/// Finds the cheapest lattice that is accurate enough. It searches with psi-balanced, on a part of
-/// the pilot's rays.
+/// Finds the cheapest lattice that is accurate enough. It searches with the rule of lattice(), on a
+/// part of the pilot's rays.
 class LatticeSearch {
  public:
   /// `best`: the cheapest method so far, which a lattice must beat if that method is accepted.

@@ -10,7 +10,7 @@ namespace psivox {
 namespace {
 
 /// Time budgets are counted in this method's time.
-Method budget_method() { return lattice(4); }
+Method budget_method(const View& view) { return lattice(view, 4); }
 
 /// Maxima and surfaces have no step: cells find them.
 bool has_step(const Scene& scene) { return scene.composites() || scene.mode == Mode::xray; }
@@ -40,8 +40,23 @@ void try_segments(Trials& trials, Trial& best) {
   }
 }
 
+/// Linear segments in cells, for lit functions: the exact method cuts cells at the function's knots
+/// and looks its luminance up thrice in each piece.
+void try_lit_segments(Trials& trials, double exact_samples, Trial& best) {
+  const auto may_win = [&](const Trial& trial) { return !best.accepted || trial.cost < best.cost; };
+  for (const int segments : {1, 2}) {
+    const Method method{.integrator = Integrator::psi_weighted, .segments = segments};
+    if (best.accepted && trials.cost_of(method) * exact_samples >= best.cost) return;
+    const Trial tried = trials.try_out(method, 0, may_win);
+    if (!tried.accepted) continue;
+    consider(trials.finish(tried), best);
+    if (best.method == method) return;
+  }
+}
+
 /// Simpler rules by the steps of a lattice, where they take less time than `best`.
 void try_simpler_rules(Trials& trials, const Trial& found, Trial& best) {
+  if (found.method.integrator == Integrator::midpoint) return;
   for (const Integrator rule : {Integrator::porter_duff, Integrator::midpoint}) {
     // porter-duff is of first order where the step changes
     if (rule == Integrator::porter_duff && trials.marched(found).brick_steps) continue;
@@ -84,14 +99,16 @@ MarchPlan exact_plan(const View& view) {
   return plan;
 }
 
-View budget_unit(const View& view) { return with_method(view, budget_method()); }
+View budget_unit(const View& view) { return with_method(view, budget_method(view)); }
 
 MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress& progress) {
   if (!has_step(view.scene)) return exact_plan(view);
   Trials trials(view, atlas, *view.scene.tolerance, progress);
   Trial best = trials.run_exact();
+  const double exact_samples = best.samples;
   if (view.medium.gradient) try_segments(trials, best);
   try_lattices(trials, best);
+  if (view.medium.transfer && atlas.paired) try_lit_segments(trials, exact_samples, best);
   return plan_of(trials, best, best.accepted);
 }
 
@@ -99,7 +116,7 @@ MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
                       const Progress& progress) {
   if (!has_step(view.scene)) return exact_plan(view);
   Trials trials(view, atlas, 0, progress);
-  const double most = budget * trials.run(budget_method(), worst_brick).cost;
+  const double most = budget * trials.run(budget_method(view), worst_brick).cost;
   std::optional<Trial> best;
   const auto consider_time = [&](const Trial& trial) {
     const bool within = trial.cost <= most;
@@ -110,7 +127,7 @@ MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
   };
   const bool exact = consider_time(trials.run_exact());
   for (double step = widest_step; !exact && step >= narrowest_step; step /= 2)
-    if (!consider_time(trials.run(lattice(step), worst_brick))) break;
+    if (!consider_time(trials.run(lattice(view, step), worst_brick))) break;
   return plan_of(trials, *best, best->cost <= most);
 }
 

@@ -18,8 +18,8 @@ constexpr double least_part = 1.0 / 4096;
 /// psivox_bench_tolerance: the bound exceeds their largest errors.
 constexpr double kinks_share = 4.0 / 8;
 
-/// The same divided by the 24 of h^2/24, which is the most that Simpson's rule misses at one kink.
-constexpr double emission_kinks_share = 4.0 / 24;
+/// The same of the emission, which lattices are tried with in the middle of a step.
+constexpr double emission_kinks_share = 4.0 / 8;
 
 double finest_voxel_of(const Field& field) {
   const glm::dmat4& m = field.world_from_index;

@@ -13,10 +13,14 @@ bool depth_alone(const Medium& medium) {
 
 double cell_cost(const Medium& medium, bool paired) {
   // the function's knots cut cells into pieces; one look-up may read the luminance too
-  if (medium.transfer) return paired ? 2.4 : 1.6;
+  if (medium.transfer) return paired ? 3.5 : 1.6;
   if (medium.emission) return 1.3;
   return depth_alone(medium) ? 1.15 : 1;
 }
+
+/// Of a lit function's cells that are not cut at its knots: for one linear segment, and for each
+/// further one.
+constexpr double lit_segment_cost = 1.9, next_segment_cost = 0.45;
 
 /// End corrections always look up slopes, needed or not.
 constexpr double corrections_cost = 1.3;
@@ -42,12 +46,18 @@ Method exact_method(const View& view) {
   return {.integrator = Integrator::cell_exact, .segments = 1};
 }
 
-Method lattice(double step) {
-  return {.integrator = Integrator::psi_balanced, .sampling = Sampling::uniform, .step = step};
+Method lattice(const View& view, double step) {
+  return {.integrator = view.medium.emission ? Integrator::midpoint : Integrator::psi_balanced,
+          .sampling = Sampling::uniform,
+          .step = step};
 }
 
 double look_up_cost(const Method& method, const MethodView& marched) {
   if (method.sampling == Sampling::uniform) return lattice_cost(method, marched);
+  const Scene& scene = marched.view.scene;
+  if (marched.paired && marched.view.medium.transfer && !is_cell_rule(method.integrator) &&
+      !scene.split_knots)
+    return lit_segment_cost + next_segment_cost * (method.segments - 1);
   return cell_cost(marched.view.medium, marched.paired) * std::max(1.0, method.segments / 2.0);
 }
 

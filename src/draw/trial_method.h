@@ -17,8 +17,9 @@ View with_method(View view, const Method& method);
 /// The method with the least error, whatever its cost.
 Method exact_method(const View& view);
 
-/// Uniform steps by psi-balanced, the rule with which lattices are first tried.
-Method lattice(double step);
+/// Uniform steps by the rule with which lattices are first tried: psi-balanced, or midpoint where
+/// something emits, of which other rules look up two values a step.
+Method lattice(const View& view, double step);
 
 /// Time of one look-up of a method, with its share of the loop, relative to psi-balanced between
 /// uniform samples. Measured on llvmpipe by psivox_bench_tolerance (docs/performance.md).

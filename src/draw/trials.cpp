@@ -139,6 +139,8 @@ MethodView Trials::view_of(const Method& method, double brick) {
 
 const MethodView& Trials::marched(const Trial& trial) { return attempt_of(trial).marched(); }
 
+double Trials::cost_of(const Method& method) { return look_up_cost(method, view_of(method, 0)); }
+
 double Trials::cost_by(Integrator rule, const Trial& trial) {
   MethodView by_rule = marched(trial);
   Method method = trial.method;

@@ -41,6 +41,8 @@ class Trials {
   double widest(double brick);
   /// The view as the method of a trial that was made marches it.
   const MethodView& marched(const Trial& trial);
+  /// Cost of a look-up of a method in cells [look-ups of psi-balanced].
+  double cost_of(const Method& method);
   /// Cost of the trial's steps by another rule [look-ups of psi-balanced].
   double cost_by(Integrator rule, const Trial& trial);
 
