@@ -45,11 +45,16 @@ void Readback::add(const Exposure& tile) {
     return;
   }
   if (tile.sample == 0) sums_.assign(tile.pixels(), {});
-  if (!film_.has_layers()) layers_.assign(tile.pixels(), glm::vec4(0));
+  const bool layers = film_.has_layers();
   std::size_t k = 0;
   for (int y = tile.y; y < tile.y + tile.height; ++y)
     for (int x = tile.x; x < tile.x + tile.width; ++x, ++k) {
-      sums_[k].add(glm::dvec4(picture_[k]), glm::dvec4(layers_[k]));
+      if (layers) {
+        sums_[k].add(glm::dvec4(picture_[k]), glm::dvec4(layers_[k]));
+      } else {
+        sums_[k].picture += glm::dvec4(picture_[k]);
+        ++sums_[k].samples;
+      }
       if (tile.sample + 1 == samples_) film_.set(x, y, sums_[k]);
     }
 }

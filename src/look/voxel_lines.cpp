@@ -5,9 +5,17 @@
 #include <glm/matrix.hpp>
 
 namespace psivox {
+namespace {
+
+std::optional<TransferFunction> attenuation_of(const Medium& medium) {
+  if (!medium.transfer) return {};
+  return medium.transfer->attenuation_alone();
+}
+
+}  // namespace
 
 VoxelLines::VoxelLines(const Medium& medium)
-    : medium_(medium),
+    : function_(attenuation_of(medium)),
       index_(*medium.density),
       domain_(medium.density->domain()),
       to_index_(glm::inverse(glm::dmat3(medium.density->world_from_index))),
@@ -22,7 +30,7 @@ VoxelLines::Line VoxelLines::line(const glm::dvec3& from, const glm::dvec3& dire
 }
 
 double VoxelLines::attenuation(double value) const {
-  return medium_.transfer ? medium_.transfer->at(value).attenuation : std::max(value, 0.0);
+  return function_ ? function_->at(value).attenuation : std::max(value, 0.0);
 }
 
 double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along) {

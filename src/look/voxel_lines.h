@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 
 #include "psivox/medium.h"
 #include "scene/field_index.h"
@@ -54,7 +55,8 @@ class VoxelLines {
   }
 
  private:
-  const Medium& medium_;
+  /// Without colours, among whose many knots a search would take longer.
+  std::optional<TransferFunction> function_;
   FieldIndex index_;
   Box domain_;
   glm::dmat3 to_index_;

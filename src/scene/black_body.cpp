@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/mat3x3.hpp>
+#include <vector>
 
 namespace psivox {
 namespace {
@@ -45,8 +46,9 @@ constexpr double rgb_from_xyz[9] = {3.2409699419,  -0.9692436363, 0.0556300797,
 class XyzTable {
  public:
   XyzTable() {
+    const std::vector<Band> bands = make_bands();
     for (std::size_t i = 0; i < rows_.size(); ++i)
-      rows_[i] = glm::log(integral(static_cast<double>(i) * step));
+      rows_[i] = glm::log(integral(bands, static_cast<double>(i) * step));
     const glm::dvec3 white = (*this)(6500);
     for (glm::dvec3& row : rows_) row -= std::log(white.y);
   }
@@ -63,13 +65,27 @@ class XyzTable {
   static constexpr int intervals = 2048;
   static constexpr double step = 1 / coldest / intervals;  ///< [1/K]
 
-  /// The midpoint rule with steps of 2 nm, aligned with the change of formula at 680 nm.
-  static glm::dvec3 integral(double u) {
+  /// A step of the midpoint rule, 2 nm wide.
+  struct Band {
+    double nm;
+    glm::dvec3 weight;  ///< color_matching, with the fifth power of Planck's law
+  };
+
+  /// Aligned with the change of formula at 680 nm.
+  static std::vector<Band> make_bands() {
+    std::vector<Band> bands;
+    for (int nm = 361; nm < 830; nm += 2)
+      bands.push_back({double(nm), color_matching(nm) * std::pow(reference_nm / nm, 5)});
+    return bands;
+  }
+
+  static glm::dvec3 integral(const std::vector<Band>& bands, double u) {
+    const double reference = std::expm1(c2 / reference_nm * u);
     glm::dvec3 sum{0};
-    for (int nm = 361; nm < 830; nm += 2) {
+    for (const Band& band : bands) {
       const double ratio =
-          u == 0 ? nm / reference_nm : std::expm1(c2 / reference_nm * u) / std::expm1(c2 / nm * u);
-      sum += color_matching(nm) * (ratio * std::pow(reference_nm / nm, 5));
+          u == 0 ? band.nm / reference_nm : reference / std::expm1(c2 / band.nm * u);
+      sum += band.weight * ratio;
     }
     return sum;
   }
