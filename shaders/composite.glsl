@@ -180,17 +180,15 @@ void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, 
 // A piece of a cell from m.t to t_back by a rule that integrates its cubic in Gauss-Legendre nodes;
 // `attenuation` is the cubic of tau / extinction, `value` that of the density grid.
 void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back, real length) {
-  CellPiece piece;
-  piece.extent = length;
-  piece.value = value;
-  piece.tau = attenuation;
+  real3 none = real3(real(0.0));
+  Cubics dark = constant_cubics(none);
+  CellPiece piece = CellPiece(length, value, attenuation, dark, dark);
   if (mode == MODE_BACK_TO_FRONT) piece.tau = reversed(attenuation);
   seek(m, m.t + real(0.5) * length, true);
   if (own_luminance) piece.L = luminance_along(m, length);
   if (has_emission)
     piece.glow = cubics_along(emission_grid, emission_channels, m.emission.node,
                               position(m.emission.ray, m.t), m.emission.ray.direction * length);
-  real3 none = real3(real(0.0));
   NodeSum sum = NodeSum(real(0.0), real(0.0), none, none);
   if (cell_nodes == 4) {
     add_node(sum, m, piece, real(0.0694318442029737), real(0.1739274225687269));

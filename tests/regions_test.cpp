@@ -209,6 +209,16 @@ TEST(RegionFold, EqualsOnePassInDouble) {
         expect_one_pass(in_mode(scene, mode, field), name + ", " + mode_name);
 }
 
+TEST(RegionFold, EqualsOnePassInExactCells) {
+  // The number of a cell's nodes follows from the deepest cell, which only one region has.
+  Scene scene = looking(small_scene(21), {100, 70, -60}, {12, 12, 12});
+  scene.integrator = Integrator::cell_exact;
+  scene.extinction = 0.5;
+  Field field = make_field({{0, 0, 0}, {30, 30, 30}},
+                           [](glm::ivec3 v) { return v == glm::ivec3(29) ? 20.f : noise(v); });
+  expect_one_pass(view_of(scene, share(field), Glow::density), "cell-exact");
+}
+
 TEST(RegionFold, NeedsTheOrderAndTheApron) {
   const Scene scene = cameras().front().second;
   for (const auto& [name, mode] : modes) {

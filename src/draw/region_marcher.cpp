@@ -6,6 +6,7 @@
 
 #include "draw/trial_method.h"
 #include "psivox/parts.h"
+#include "scene/value_range.h"
 
 namespace psivox {
 namespace {
@@ -64,10 +65,11 @@ LightDepths RegionMarcher::light_depths(const View& view) {
     const std::vector<Region> regions = regions_.all();
     const glm::dvec3 towards =
         glm::inverse(glm::dmat3(view.medium.density->world_from_index)) * -beam.direction;
+    const double greatest = stored_range(*view.medium.density).y;
     for (std::size_t i = 0; i < regions.size(); ++i) {
       const std::vector<std::size_t> wanted = behind(regions[i].bricks, blocks, towards);
       if (wanted.empty()) continue;
-      const MediumAtlas atlas = build_region_atlas(view, regions[i].bricks);
+      const MediumAtlas atlas = build_region_atlas(view, regions[i].bricks, {}, greatest);
       marcher_.upload(atlas, Filter::exact);
       Progress part;
       if (progress)
@@ -87,6 +89,7 @@ CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options
   one.scene.pixel_samples = 1;
   const int samples = view.scene.pixel_samples;
   const glm::ivec3 ghost = region_ghost(one);
+  const double greatest = stored_range(*view.medium.density).y;
   const auto regions = regions_.front_to_back(view.camera, view.medium.density->world_from_index);
   RenderOptions part = options;
   part.transmittance = false;  // it is in the picture
@@ -104,7 +107,7 @@ CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options
       continue;
     }
     part.pixels = seen;
-    const MediumAtlas atlas = build_region_atlas(view, region.bricks, ghost);
+    const MediumAtlas atlas = build_region_atlas(view, region.bricks, ghost, greatest);
     marcher_.upload(atlas, view.scene.filter);
     for (int sample = 0; sample < samples; ++sample, ++done) {
       part.place = pixel_sample(sample, samples);

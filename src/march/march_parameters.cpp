@@ -162,7 +162,7 @@ void place_bounds(const View& view, const MediumAtlas& atlas, const RenderOption
   p.stop_depth = least_transmittance > 0 ? std::min(-std::log(least_transmittance), 100.0) : 100.0;
   const Mode mode = view.scene.mode;
   if (mode == Mode::back_to_front || mode == Mode::xray) p.stop_depth = 1e30;
-  const DepthBounds depths = depth_bounds(view.medium, atlas.density);
+  const DepthBounds depths = depth_bounds(view.medium, atlas);
   c.ends_early = depths.whole > p.stop_depth;
   if (c.cell_rule) {
     const CellNodes nodes = cell_nodes(depths.cell);

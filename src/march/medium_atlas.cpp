@@ -11,6 +11,7 @@
 #include "march/grids.h"
 #include "march/march_parameters.h"
 #include "psivox/leaf_values.h"
+#include "scene/value_range.h"
 
 namespace psivox {
 namespace {
@@ -174,7 +175,8 @@ glm::ivec3 region_ghost(const View& view) {
   return ghost;
 }
 
-MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost) {
+MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost,
+                               std::optional<double> greatest) {
   const Medium& medium = view.medium;
   const Box stored{region.min - ghost, region.max + ghost};
   const auto build = [&](const Field& field, AtlasOptions options, std::optional<Box> part) {
@@ -191,6 +193,7 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   };
   MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}};
   result.part = region;
+  result.greatest = greatest ? *greatest : stored_range(*medium.density).y;
   result.paired = medium.lit && result.density.own_texels;
   if (result.paired) {
     result.luminance = build_beside(*medium.luminance, result.density, {.texel = view.scene.texel});

@@ -17,6 +17,9 @@ struct MediumAtlas {
   /// The region whose density and gradient are stored, alone: cells beside it may have values
   /// [8 voxels, inclusive]
   std::optional<Box> part{};
+  /// Of a region: the greatest value of the whole density. What a march derives from it must not
+  /// differ from region to region.
+  std::optional<double> greatest{};
 
   /// Sum over the grids.
   AtlasSize size() const;
@@ -37,7 +40,8 @@ glm::ivec3 region_ghost(const View& view);
 /// The same with the density and its gradient in a region only, a box of bricks, and in `ghost`
 /// bricks around it, and the other grids whole. The memory limit is not kept: it is what regions
 /// are made for.
-MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {});
+MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {},
+                               std::optional<double> greatest = {});
 
 /// Adds the luminance of a view whose light has been computed since.
 void add_luminance(MediumAtlas& atlas, const View& view);

@@ -58,8 +58,8 @@ double turn_bound(const MarchSetup& setup, double finest_step) {
   return cells + longest_ray(p) / finest_step + 2;
 }
 
-DepthBounds depth_bounds(const Medium& medium, const BrickAtlas& density) {
-  const double value = largest_value(density);
+DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas) {
+  const double value = atlas.greatest ? *atlas.greatest : largest_value(atlas.density);
   // a value in between may have the largest attenuation
   const double attenuation =
       medium.transfer ? medium.transfer->max_attenuation(-std::numeric_limits<double>::max(), value)
@@ -73,7 +73,7 @@ DepthBounds depth_bounds(const Medium& medium, const BrickAtlas& density) {
     return longest;
   };
   const double per_length = medium.extinction * attenuation;
-  return {per_length * diagonal(density.domain.max - density.domain.min),
+  return {per_length * diagonal(atlas.density.domain.max - atlas.density.domain.min),
           per_length * diagonal(glm::dvec3(1))};
 }
 

@@ -12,7 +12,7 @@ struct DepthBounds {
   double whole = 0;
   double cell = 0;  ///< of its part in one cell
 };
-DepthBounds depth_bounds(const Medium& medium, const BrickAtlas& density);
+DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas);
 
 /// How cell_exact integrates a cell: Gauss-Legendre nodes, and the largest depth that they are
 /// given at a time. Up to there the error in cells of random corners is at most 5e-5 of the largest
