@@ -27,8 +27,8 @@ std::map<std::string, std::string> generated_files(const ProgramKey& key) {
       {"integrator.glsl",
        "#include \"" + folder + function + ".glsl\"\n" +
            call(IntegratorKind::segment, "Weights integrate_segment(Segment s)", "(s)", weights) +
-           call(IntegratorKind::cell, "float integrate_cell(Cubic c, float through, float s)", "(c, through, s)",
-                "0.0") +
+           call(IntegratorKind::cell, "float integrate_cell(Cubic c, float through, float s)",
+                "(c, through, s)", "0.0") +
            call(IntegratorKind::transfer,
                 "Mixture integrate_transfer(float front, float back, float length)",
                 "(front, back, length)", "Mixture(0.0, vec3(0.0))")}};
