@@ -12,10 +12,9 @@ struct Node {
   int payload;  // of a brick: its slot
   int3 lo;      // first cell
   int side;     // cells along each axis
-  int3 first;   // first cell of the entry
 };
 
-Node empty_node(int3 lo, int side) { return Node(NODE_EMPTY, 0, lo, side, lo); }
+Node empty_node(int3 lo, int side) { return Node(NODE_EMPTY, 0, lo, side); }
 Node no_node() { return empty_node(int3(0), 0); }
 
 // In the cube: a negative difference is a large one without its sign.
@@ -43,6 +42,9 @@ int levels_of(int grid) {
 #undef GRID
       0;
 }
+
+// First cell of the brick that a node is, or is an octant of. Bricks lie at multiples of their cells.
+int3 first_cell(Node brick) { return passes_octants ? brick.lo & ~(BRICK_CELLS - 1) : brick.lo; }
 
 // The octant of a brick that holds a cell; the brick itself if none of its octants hides. An octant
 // whose bit is set above the slot is empty.
@@ -75,20 +77,22 @@ Node find_entry(int grid, int3 cell) {
   int payload = int(entry) & PAYLOAD_MASK;
   int3 lo = cell - (at & ((1 << shift) - 1));
   int grow = kind == NODE_EMPTY ? (payload - 1) << shift : 0;
-  return Node(kind, payload, lo - grow, (1 << shift) + 2 * grow, lo);
+  return Node(kind, payload, lo - grow, (1 << shift) + 2 * grow);
 }
 
-// The node that covers a cell of the domain.
-Node find_node(int grid, int3 cell) {
-  Node node = find_entry(grid, cell);
-  if (octants && grid == density_grid && node.kind == NODE_BRICK) return octant_of(node, cell);
-  return node;
-}
-// The same for look-ups that need values that octants hide.
+// The same without the octants' bits, for look-ups that need values that octants hide.
 Node find_stored(int grid, int3 cell) {
   Node node = find_entry(grid, cell);
   if (octants && grid == density_grid && node.kind == NODE_BRICK)
     node.payload = node.payload & SLOT_MASK;
+  return node;
+}
+
+// The node that covers a cell of the domain.
+Node find_node(int grid, int3 cell) {
+  if (!passes_octants) return find_stored(grid, cell);
+  Node node = find_entry(grid, cell);
+  if (grid == density_grid && node.kind == NODE_BRICK) return octant_of(node, cell);
   return node;
 }
 
@@ -115,7 +119,7 @@ Corners fetch_corners(int grid, Node node, int3 cell) {
     real v = fetch_constant(grid, node.payload);
     return Corners(real4(v, v, v, v), real4(v, v, v, v));
   }
-  int i = texel_index(node.payload, cell - node.first);
+  int i = texel_index(node.payload, cell - first_cell(node));
   return Corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
 }
 
@@ -141,7 +145,7 @@ struct Pairs {
 };
 
 Pairs fetch_pairs(Node brick, int3 cell) {
-  int i = texel_index(brick.payload, cell - brick.first);
+  int i = texel_index(brick.payload, cell - first_cell(brick));
   int k = i + NEXT_X;
   return Pairs(fetch_pair(i), fetch_pair(i + NEXT_Z), fetch_pair(i + NEXT_Y),
                fetch_pair(i + NEXT_Y + NEXT_Z), fetch_pair(k), fetch_pair(k + NEXT_Z),
@@ -229,10 +233,10 @@ int3 local_cell(real3 local) { return clamp(int3(floor(local)), int3(0), int3(BR
 // Value at a position inside a node that is not empty.
 real sample_scalar(int grid, Node node, real3 p) {
   if (node.kind == NODE_CONSTANT) return fetch_constant(grid, node.payload);
-  real3 local = p - real3(node.first);
+  real3 local = p - real3(first_cell(node));
   if (hardware_filter) return filtered_texel(grid, node.payload, local);
   int3 cell = local_cell(local);
-  return trilinear(fetch_corners(grid, node, node.first + cell), local - real3(cell));
+  return trilinear(fetch_corners(grid, node, first_cell(node) + cell), local - real3(cell));
 }
 
 // Between a texel and the next one along x.
@@ -242,7 +246,7 @@ real3 along_x(int grid, int i, real u) {
 
 real3 sample_vector(int grid, Node node, real3 p) {
   if (node.kind == NODE_CONSTANT) return fetch_constant3(grid, node.payload);
-  real3 local = p - real3(node.first);
+  real3 local = p - real3(first_cell(node));
   if (hardware_filter) return filtered_texel3(grid, node.payload, local);
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
@@ -265,10 +269,10 @@ Cubics cubics_along(int grid, int channels, Node node, real3 p, real3 d) {
   if (hardware_filter)
     return parabolas(sample_vector(grid, node, p), sample_vector(grid, node, p + d * real(0.5)),
                      sample_vector(grid, node, p + d));
-  int3 cell = local_cell(p + d * real(0.5) - real3(node.first));
-  real3 u = p - real3(node.first + cell);
+  int3 cell = local_cell(p + d * real(0.5) - real3(first_cell(node)));
+  real3 u = p - real3(first_cell(node) + cell);
   if (channels == 1) {
-    Cubic c = cubic_along(fetch_corners(grid, node, node.first + cell), u, d);
+    Cubic c = cubic_along(fetch_corners(grid, node, first_cell(node) + cell), u, d);
     return Cubics(c, c, c);
   }
   if (node.kind == NODE_CONSTANT) return constant_cubics(fetch_constant3(grid, node.payload));
@@ -318,9 +322,9 @@ Tangent tangent_scalar(int grid, Node node, Ray ray, real t) {
     return Tangent(sample_scalar(grid, node, p),
                    (sample_scalar(grid, node, position(ray, t + slope_step))
                     - sample_scalar(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step));
-  real3 local = p - real3(node.first);
+  real3 local = p - real3(first_cell(node));
   int3 cell = local_cell(local);
-  Corners corners = fetch_corners(grid, node, node.first + cell);
+  Corners corners = fetch_corners(grid, node, first_cell(node) + cell);
   real3 u = local - real3(cell);
   return Tangent(trilinear(corners, u), dot(trilinear_gradient(corners, u), ray.direction));
 }
@@ -337,7 +341,7 @@ real3 slope_vector(int grid, Node node, Ray ray, real t) {
   if (hardware_filter)
     return (sample_vector(grid, node, position(ray, t + slope_step))
             - sample_vector(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step);
-  real3 local = position(ray, t) - real3(node.first);
+  real3 local = position(ray, t) - real3(first_cell(node));
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
   int i = texel_index(node.payload, cell);

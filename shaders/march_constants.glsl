@@ -3,6 +3,7 @@
 CONSTANT(int, mode)               // Mode
 CONSTANT(int, luminance_source)   // LuminanceSource
 CONSTANT(bool, octants)           // entries of the density's bricks tell which of their octants hide
+CONSTANT(bool, passes_octants)    // rays pass over those: a CPU gains by it, a GPU needs more registers
 CONSTANT(bool, paired)            // luminance is stored beside the density, in the same bricks
 CONSTANT(int, emission_channels)  // of the emission grid, 0: there is none
 CONSTANT(bool, attenuates)        // the extinction is not 0

@@ -11,7 +11,7 @@ real voxel_value(int grid, Node node, int3 voxel) {
   if (node.kind == NODE_EMPTY) return real(0.0);
   if (node.kind == NODE_CONSTANT) return fetch_constant(grid, node.payload);
   if (hardware_filter) return sample_scalar(grid, node, real3(voxel));
-  return fetch_texel(grid, texel_index(node.payload, voxel - node.first));
+  return fetch_texel(grid, texel_index(node.payload, voxel - first_cell(node)));
 }
 
 // A walk over the template's voxels.

@@ -160,7 +160,7 @@ Step find_step(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
 real sample_brick(INOUT(March) m, Node brick, Ray ray, real t, bool luminous) {
   real3 p = position(ray, t);
   if (!beside_density || !luminous) return sample_scalar(density_grid, brick, p);
-  read_pairs(m, brick, brick.first + local_cell(p - real3(brick.first)));
+  read_pairs(m, brick, first_cell(brick) + local_cell(p - real3(first_cell(brick))));
   if (hardware_filter) return sample_scalar(density_grid, brick, p);
   return trilinear(densities(m.pairs), p - m.pairs_at);
 }

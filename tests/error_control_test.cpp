@@ -170,9 +170,7 @@ TEST(PlanMarch, FlamesHaveLattices) {
     const View view = with_tolerance(make_view(scene, VdbFile(scene.input)), tolerance);
     const MediumAtlas atlas = build_medium_atlas(view);
     const MarchPlan plan = plan_march(view, atlas);
-    // below 1e-3 cells take fewer look-ups
-    const Sampling cheaper = tolerance < 1e-3 ? Sampling::cells : Sampling::uniform;
-    EXPECT_EQ(plan.march->view.scene.sampling, cheaper) << tolerance;
+    EXPECT_EQ(plan.march->view.scene.sampling, Sampling::uniform) << tolerance;
     const Comparison error = achieved(plan, atlas);
     EXPECT_LE(error.rms, tolerance) << method_text(plan.chosen.method);
     EXPECT_LE(error.max, 30 * tolerance) << method_text(plan.chosen.method);

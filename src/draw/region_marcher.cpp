@@ -6,7 +6,6 @@
 
 #include "draw/trial_method.h"
 #include "psivox/parts.h"
-#include "scene/value_range.h"
 
 namespace psivox {
 namespace {
@@ -65,7 +64,7 @@ LightDepths RegionMarcher::light_depths(const View& view) {
     const std::vector<Region> regions = regions_.all();
     const glm::dvec3 towards =
         glm::inverse(glm::dmat3(view.medium.density->world_from_index)) * -beam.direction;
-    const double greatest = stored_range(*view.medium.density).y;
+    const double greatest = greatest_value(view.medium);
     for (std::size_t i = 0; i < regions.size(); ++i) {
       const std::vector<std::size_t> wanted = behind(regions[i].bricks, blocks, towards);
       if (wanted.empty()) continue;
@@ -89,7 +88,7 @@ CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options
   one.scene.pixel_samples = 1;
   const int samples = view.scene.pixel_samples;
   const glm::ivec3 ghost = region_ghost(one);
-  const double greatest = stored_range(*view.medium.density).y;
+  const double greatest = greatest_value(view.medium);
   const auto regions = regions_.front_to_back(view.camera, view.medium.density->world_from_index);
   RenderOptions part = options;
   part.transmittance = false;  // it is in the picture

@@ -18,13 +18,13 @@ void set_parameter(const Program& program, const std::string& name, const glsl::
 
 }  // namespace
 
-bool driver_gathers_uniforms() {
+bool driver_is_software() {
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   return renderer && std::string(renderer).find("llvmpipe") != std::string::npos;
 }
 
 MarchProgram::MarchProgram(const ProgramKey& key, const std::string& shader)
-    : key_(key), program_(shader, march_source(key, shader, driver_gathers_uniforms())) {
+    : key_(key), program_(shader, march_source(key, shader, driver_is_software())) {
   program_.set("tables", tables_unit);
   const auto set_units = [&](int grid, const std::string& name) {
     const int unit = grid_unit(grid), buffers = key.buffers[std::size_t(grid)];

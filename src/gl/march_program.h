@@ -5,8 +5,9 @@
 
 namespace psivox::gl {
 
-/// Whether the current context's driver wants uniforms copied before loops (binding.glsl).
-bool driver_gathers_uniforms();
+/// Whether the current context's driver runs on the CPU: it wants uniforms copied before loops
+/// (binding.glsl), and gains by passing over octants (atlas.glsl).
+bool driver_is_software();
 
 /// Sets every parameter but sample_offset and tile_origin of a shader that includes binding.glsl.
 void set_parameters(const Program& program, const MarchParameters& parameters);

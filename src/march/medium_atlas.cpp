@@ -193,7 +193,7 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   };
   MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}};
   result.part = region;
-  result.greatest = greatest ? *greatest : stored_range(*medium.density).y;
+  result.greatest = greatest ? *greatest : greatest_value(medium);
   result.paired = medium.lit && result.density.own_texels;
   if (result.paired) {
     result.luminance = build_beside(*medium.luminance, result.density, {.texel = view.scene.texel});
@@ -208,6 +208,8 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   if (medium.gradient) result.gradient = build(*medium.gradient, {}, stored);
   return result;
 }
+
+double greatest_value(const Medium& medium) { return stored_range(*medium.density).y; }
 
 void add_luminance(MediumAtlas& atlas, const View& view) {
   Builder builder(view);

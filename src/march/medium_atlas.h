@@ -43,6 +43,9 @@ glm::ivec3 region_ghost(const View& view);
 MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {},
                                std::optional<double> greatest = {});
 
+/// The greatest value of a medium's density, for build_region_atlas.
+double greatest_value(const Medium& medium);
+
 /// Adds the luminance of a view whose light has been computed since.
 void add_luminance(MediumAtlas& atlas, const View& view);
 

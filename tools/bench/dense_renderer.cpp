@@ -50,7 +50,7 @@ DenseRenderer::~DenseRenderer() {
 double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   context_.make_current();
   const MarchSetup setup = make_march_setup(view, atlas);
-  const std::string prelude = gl::common_prelude(gl::driver_gathers_uniforms()) +
+  const std::string prelude = gl::common_prelude(gl::driver_is_software()) +
 #define GRID(id, name) "const int " #name "_buffers = 1;\n"
 #include "grids.glsl"
 #undef GRID

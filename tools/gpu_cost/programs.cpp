@@ -43,7 +43,8 @@ namespace {
 constexpr int block = 8;         ///< side of the pixels of a wave
 constexpr int block_place = 16;  ///< one of so many blocks along each axis is counted
 
-RayCounts count_rays(const MarchSetup& setup, const MediumAtlas& atlas, const glm::ivec2& size) {
+RayCounts count_rays(MarchSetup setup, const MediumAtlas& atlas, const glm::ivec2& size) {
+  setup.constants.passes_octants = false;
   glsl::AtlasMarch march(setup, atlas);
   RayCounts sums;
   int blocks = 0;
@@ -102,6 +103,7 @@ class Recorder : public Marcher {
 
  private:
   void add(MarchSetup setup, const std::string& shader) {
+    setup.constants.passes_octants = false;
     PerGrid<int> buffers{};
     const auto grids = grids_of(*atlas_);
     for (std::size_t i = 0; i < grids.size(); ++i)
