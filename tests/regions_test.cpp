@@ -113,9 +113,6 @@ TEST(Regions, ComeInTheOrderOfEveryRay) {
     }
 }
 
-// --- in double: the fold itself, without the device's rounding
-// -------------------------------------
-
 struct Fold {
   bool reversed = false;  ///< back to front
   bool apron = true;      ///< regions have the voxels around them that they need
@@ -265,9 +262,6 @@ TEST(RegionFold, NeedsTheGhostOfUniformSteps) {
     EXPECT_GT(largest_difference(whole, folded(view, 8, {.ghost = false})), 1e-3) << text_of(steps);
   }
 }
-
-// --- on the GPU
-// ------------------------------------------------------------------------------------
 
 /// How a device draws each of the cameras' views in parts and whole.
 void expect_one_pass_on(Marcher& gpu, const std::string& what, std::initializer_list<int> counts,
