@@ -22,7 +22,7 @@
   X(psi_fit,          false, true, 1,   "linear luminance and attenuation, Psi as a rational function: 1e-3")    \
   X(psi_table,        false, true, 1,   "linear luminance and attenuation, Psi from a table of 128 x 128 cells")  \
   X(linear_source,    false, true, 1,   "luminance times attenuation linear, attenuation linear, exactly")
-/// Rules for the cubic of a cell, with --sampling cells only, the weight of L at s: real name(Cubic, real through, real s).
+/// Rules for a cell's cubic (cells only), its weight at s: real name(Cubic, real through, real s).
 #define PSIVOX_CELL_INTEGRATORS(X)                                                                        \
   X(cell_exact,       false, true, 1,   "Gauss-Legendre on the cell's cubic, its own optical depth; cells only")
 /// Rules that apply the transfer function themselves to values that are linear along the segment:
