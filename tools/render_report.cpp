@@ -78,6 +78,7 @@ std::string RenderReport::json() const {
   if (drawn.light) {
     error["light_method"] = drawn.light->method;
     error["light_rms"] = drawn.light->rms;
+    error["light_max"] = drawn.light->max;
   }
   if (drawn.difference) {
     error["layer_rms"] = drawn.difference->rms;
@@ -136,7 +137,8 @@ std::string RenderReport::table() const {
                   method_text(plan->chosen.method).c_str(), plan->chosen.rms, plan->chosen.max,
                   plan->rays);
   if (const auto& light = drawn.light)
-    out += format("light     %s; estimated error RMS %.1e\n", light->method.c_str(), light->rms);
+    out += format("light     %s; estimated error RMS %.1e, max %.1e\n", light->method.c_str(),
+                  light->rms, light->max);
   if (const auto& difference = drawn.difference)
     out += format("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
   out += format("rays      %llu", static_cast<unsigned long long>(stats.rays));

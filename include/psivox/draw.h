@@ -92,7 +92,8 @@ struct MarchPlan {
   int rays = 0;                 ///< of the pilot; 0 if nothing had to be tried
   std::uint64_t samples = 0;    ///< field look-ups of the pilot, for all trials together
   bool by_brick = false;        ///< some bricks have a smaller step than the rest
-  double light_rms = 0;         ///< part of the estimate: what the light at voxels misses
+  double light_rms = 0;         ///< part of chosen.rms: what the light at voxels misses
+  double light_max = 0;         ///< part of chosen.max: the same, on one ray
   std::shared_ptr<const PlannedMarch> march{};
 };
 
@@ -194,6 +195,7 @@ struct DrawnLight {
   std::string method;  ///< "columns 1 voxel apart"
   int beams = 0;       ///< directions that light comes from
   double rms = 0;      ///< estimated error, RMS over the picture and R G B A; 0: exact
+  double max = 0;      ///< of one channel of a ray, among some hundred rays
 };
 
 struct Drawn {

@@ -100,7 +100,7 @@ class LightTrials {
         pilot_(view, exact_depths(view, atlas), luminance_) {}
 
   /// What `lit` misses, as estimated.
-  double miss(const Medium& lit) const { return pilot_.rms(lit); }
+  LightError miss(const Medium& lit) const { return pilot_.error(lit); }
   bool enough(double miss, double spacing) const {
     return miss <= (spacing > 1 ? coarse_safety : light_safety) * rms_;
   }
@@ -111,16 +111,16 @@ class LightTrials {
     std::vector<Beam> beams = beams_;
     set_method(beams, {.spacing = coarsest});
     const std::vector<std::size_t> wanted = blocks_with(pilot_.voxels(), blocks_);
-    const double off = miss(LitLuminance(view_, beams).medium({blocks_, wanted}, depths));
-    LightMethod method = from(coarse, off * halving_above);
+    const LightError off = miss(LitLuminance(view_, beams).medium({blocks_, wanted}, depths));
+    LightMethod method = from(coarse, off.rms * halving_above);
     if (method.spacing > 0) method.spacing = std::max(method.spacing, 1.0);
     first_miss_ = method.spacing == 0
-                      ? 0
+                      ? LightError{}
                       : off * std::pow(halving_above, std::log2(coarsest / method.spacing));
     return method;
   }
   /// What first()'s method is expected to miss.
-  double first_miss() const { return first_miss_; }
+  const LightError& first_miss() const { return first_miss_; }
 
   /// The next method after one that missed too much.
   LightMethod after(const LightMethod& method, double miss) const {
@@ -162,7 +162,7 @@ class LightTrials {
   const std::vector<glm::ivec3>& blocks_;
   std::vector<Beam> beams_;
   double rms_;
-  double first_miss_ = 0;
+  LightError first_miss_;
   LitLuminance luminance_;
   LightPilot pilot_;
 };
@@ -174,17 +174,17 @@ class SkyTrial {
   SkyTrial(const View& view, const MediumAtlas* atlas, double rms) {
     const glm::dvec3& sky = view.medium.light->sky;
     const LitLuminance many(view, sky_beams(sky, 256)), few(view, sky_beams(sky, few_count));
-    const double off = LightPilot(view, exact_depths(view, atlas), many).rms(few);
-    count_ = int(std::clamp(std::ceil(few_count * off / (light_safety * rms)), 8.0, 1024.0));
-    miss_ = off * few_count / count_;
+    const LightError off = LightPilot(view, exact_depths(view, atlas), many).error(few);
+    count_ = int(std::clamp(std::ceil(few_count * off.rms / (light_safety * rms)), 8.0, 1024.0));
+    miss_ = off * (double(few_count) / count_);
   }
   int count() const { return count_; }
-  double miss() const { return miss_; }
+  const LightError& miss() const { return miss_; }
 
  private:
   static constexpr int few_count = 32;
   int count_ = 0;
-  double miss_ = 0;
+  LightError miss_;
 };
 
 }  // namespace
@@ -205,7 +205,7 @@ View Lighting::typical_view(const View& view) const {
 }
 
 DrawnLight Lighting::description() const {
-  return {light_method_text(beams_.front().method), int(beams_.size()), rms_};
+  return {light_method_text(beams_.front().method), int(beams_.size()), error_.rms, error_.max};
 }
 
 bool Lighting::serves(const Camera& camera, const Scene& scene, const MediumAtlas* atlas,
@@ -220,8 +220,8 @@ bool Lighting::serves(const Camera& camera, const Scene& scene, const MediumAtla
   if (std::all_of(beams_.begin(), beams_.end(), exact)) return true;
   if (need.exact) return false;
   if (need.rms == 0) return true;
-  rms_ = std::hypot(LightPilot(view, exact_depths(view, atlas), luminance).rms(*medium_), sky_rms_);
-  return rms_ <= need.rms;
+  error_ = sum(LightPilot(view, exact_depths(view, atlas), luminance).error(*medium_), sky_error_);
+  return error_.rms <= need.rms;
 }
 
 void Lighting::compute(Marcher& marcher, const Camera& camera, const Scene& scene,
@@ -245,7 +245,7 @@ void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scen
   const LightDepths depths = marcher.light_depths(view);
   camera_ = camera;
   beams_ = light_beams(view);
-  sky_rms_ = rms_ = 0;
+  sky_error_ = error_ = {};
   if (need.exact || need.rms == 0) {
     add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);
     set_method(beams_, {.spacing = need.exact ? 0 : coarsest});
@@ -254,10 +254,10 @@ void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scen
   const glm::dvec3 sky = view.medium.light->sky;
   if (sky == glm::dvec3(0)) return settle_lights(view, atlas, depths, need.rms, progress);
   const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
-  double lights_rms = 0;
+  LightError lights_error;
   if (!beams_.empty()) {
     settle_lights(view, atlas, depths, part, progress);
-    lights_rms = rms_;
+    lights_error = error_;
   }
   // the sky's share, in quadrature: for the number of its directions, and for the depths of each
   const SkyTrial trial(typical_view(view), atlas, 0.6 * part);
@@ -269,8 +269,8 @@ void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scen
   add_sky(view, trial.count());
   for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = method;
   sum_up(view, depths, progress);
-  sky_rms_ = std::hypot(trial.miss(), trials.first_miss());
-  rms_ = std::hypot(lights_rms, sky_rms_);
+  sky_error_ = sum(trial.miss(), trials.first_miss());
+  error_ = sum(lights_error, sky_error_);
 }
 
 void Lighting::settle_lights(const View& view, const MediumAtlas* atlas, const LightDepths& depths,
@@ -285,10 +285,12 @@ void Lighting::settle_lights(const View& view, const MediumAtlas* atlas, const L
   while (true) {
     set_method(beams_, method);
     sum_up(view, depths, progress);
-    const double typical_miss = trials.miss(*medium_);
-    rms_ = own ? own->rms(*medium_) : typical_miss;
-    if (method.spacing == 0 || (trials.enough(typical_miss, method.spacing) && rms_ <= rms)) return;
-    method = trials.after(method, typical_miss);
+    const LightError typical_miss = trials.miss(*medium_);
+    error_ = own ? own->error(*medium_) : typical_miss;
+    if (method.spacing == 0 ||
+        (trials.enough(typical_miss.rms, method.spacing) && error_.rms <= rms))
+      return;
+    method = trials.after(method, typical_miss.rms);
   }
 }
 

@@ -19,7 +19,7 @@ class Lighting {
   /// `view` has the medium without its light.
   explicit Lighting(const View& view) : view_(view) {}
 
-  /// Whether the light that is there serves the picture of a camera. Sets rms(). `atlas` is null
+  /// Whether the light that is there serves the picture of a camera. Sets error(). `atlas` is null
   /// where there is none of the whole.
   bool serves(const Camera& camera, const Scene& scene, const MediumAtlas* atlas, LightNeed need);
 
@@ -33,7 +33,7 @@ class Lighting {
   /// The medium with the light.
   const Medium& medium() const { return *medium_; }
   /// Estimated error of the light in the last picture asked for; 0: exact.
-  double rms() const { return rms_; }
+  const LightError& error() const { return error_; }
   DrawnLight description() const;
 
  private:
@@ -56,8 +56,8 @@ class Lighting {
   std::optional<Medium> medium_;
   std::vector<Beam> beams_;
   Camera camera_;
-  double rms_ = 0;
-  double sky_rms_ = 0;  ///< what the sky's directions miss
+  LightError error_;
+  LightError sky_error_;  ///< what the sky's directions miss
 };
 
 }  // namespace psivox

@@ -135,7 +135,7 @@ void confirm(MarchPlan& plan, const Image& drawn) {
   const Comparison c = compare_images(drawn, plan.march->truth);
   const double broken = std::numeric_limits<double>::infinity();
   plan.chosen.rms = c.not_finite ? broken : std::hypot(c.rms, plan.light_rms);
-  plan.chosen.max = c.not_finite ? broken : c.max;
+  plan.chosen.max = c.not_finite ? broken : c.max + plan.light_max;
 }
 
 CheckedError exact_error(const View& exact, const Image& drawn) {

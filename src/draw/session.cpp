@@ -165,8 +165,8 @@ void Session::Impl::light(Marcher& marcher, const View& wanted, LightNeed need,
 void Session::Impl::finer_light(Marcher& marcher, const View& drawn, const StageProgress& progress,
                                 PreparationTimes& times) {
   // a quarter changes an estimate by 3 %
-  if (lighting && lighting->rms() > 0)
-    light(marcher, drawn, {.rms = lighting->rms() / 4}, progress, times);
+  if (lighting && lighting->error().rms > 0)
+    light(marcher, drawn, {.rms = lighting->error().rms / 4}, progress, times);
 }
 
 void Session::Impl::upload(Marcher& marcher, const Scene& scene, PreparationTimes& times) {
@@ -207,7 +207,7 @@ MarchPlan Session::Impl::plan(Marcher& marcher, const View& marched, const Wish&
   enter(wish.progress, Stage::choosing);
   const Stopwatch watch;
   const MediumAtlas& grids = atlas(marched.scene.texel, times);
-  const double light_rms = lighting ? lighting->rms() : 0;
+  const LightError missed = lighting ? lighting->error() : LightError{};
   MarchPlan result;
   if (wish.time_budget_ms) {
     const glm::dvec2 size(marched.scene.resolution);
@@ -216,12 +216,15 @@ MarchPlan Session::Impl::plan(Marcher& marcher, const View& marched, const Wish&
     result = plan_within(marched, grids, budget, of_stage(wish.progress, Stage::choosing));
   } else {
     View with_rest = marched;
-    if (double& rest = *with_rest.scene.tolerance; light_rms < rest)
-      rest = std::sqrt(rest * rest - light_rms * light_rms);
+    if (double& rest = *with_rest.scene.tolerance; missed.rms < rest)
+      rest = std::sqrt(rest * rest - missed.rms * missed.rms);
     result = plan_march(with_rest, grids, of_stage(wish.progress, Stage::choosing));
   }
-  result.light_rms = light_rms;
-  result.chosen.rms = std::hypot(result.chosen.rms, light_rms);
+  result.light_rms = missed.rms;
+  result.light_max = missed.max;
+  const LightError all = sum({result.chosen.rms, result.chosen.max}, missed);
+  result.chosen.rms = all.rms;
+  result.chosen.max = all.max;
   times.plan_ms += watch.ms();
   times.plan_cpu_ms += watch.cpu_ms();
   return result;

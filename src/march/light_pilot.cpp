@@ -64,6 +64,10 @@ glm::ivec2 rays_of(const glm::ivec2& picture, double count) {
 
 }  // namespace
 
+LightError sum(const LightError& a, const LightError& b) {
+  return {std::hypot(a.rms, b.rms), a.max + b.max};
+}
+
 LightPilot::LightPilot(const View& view, Depths exact, const LitLuminance& luminance)
     : view_(view), exact_(std::move(exact)), luminance_(luminance) {
   // the errors of many beams average
@@ -170,7 +174,7 @@ double LightPilot::mean_cells(double termination) const {
   return rays ? cells / double(rays) : 1;
 }
 
-double LightPilot::rms(const Medium& lit) const {
+LightError LightPilot::error(const Medium& lit) const {
   const FieldIndex field(*lit.luminance);
   std::vector<glm::dvec3> light;
   light.reserve(voxels_.size());
@@ -181,16 +185,16 @@ double LightPilot::rms(const Medium& lit) const {
       light.push_back(factor * (lit.luminance->channels == 3 ? value : glm::dvec3(value.x)));
     }
   }
-  return rms(light, [&](const Ray& ray) { return phase_factor(lit, ray.direction); });
+  return error(light, [&](const Ray& ray) { return phase_factor(lit, ray.direction); });
 }
 
-double LightPilot::rms(const LitLuminance& luminance) const {
-  return rms(exact_light(luminance), [](const Ray&) { return 1.0; });
+LightError LightPilot::error(const LitLuminance& luminance) const {
+  return error(exact_light(luminance), [](const Ray&) { return 1.0; });
 }
 
-double LightPilot::rms(const std::vector<glm::dvec3>& light,
-                       const std::function<double(const Ray&)>& phase) const {
-  double sum = 0, sum_of_squares = 0;
+LightError LightPilot::error(const std::vector<glm::dvec3>& light,
+                             const std::function<double(const Ray&)>& phase) const {
+  double sum = 0, sum_of_squares = 0, max = 0;
   for (const Ray& ray : rays_) {
     const double factor = phase(ray);
     // The mean over pairs of different points is the square of the mean error, free of the points'
@@ -206,9 +210,12 @@ double LightPilot::rms(const std::vector<glm::dvec3>& light,
     const double share = ray.opacity * ray.opacity * (square.x + square.y + square.z);
     sum += share;
     sum_of_squares += share * share;
+    const glm::dvec3 mean = glm::abs(total) * (ray.opacity / double(points_per_ray));
+    max = std::max({max, mean.x, mean.y, mean.z});
   }
   // the mean and its standard error: a sample that happens to miss little proves little
-  return std::sqrt((std::max(sum, 0.0) + std::sqrt(sum_of_squares)) / (4 * double(all_rays_)));
+  const double squares = std::max(sum, 0.0) + std::sqrt(sum_of_squares);
+  return {std::sqrt(squares / (4 * double(all_rays_))), max};
 }
 
 }  // namespace psivox

@@ -9,6 +9,17 @@
 
 namespace psivox {
 
+/// What a picture misses in its light.
+struct LightError {
+  double rms = 0;  ///< over the pixels and R G B A
+  double max = 0;  ///< of one channel of a ray
+
+  LightError operator*(double factor) const { return {rms * factor, max * factor}; }
+};
+
+/// The error of independent parts of the light together.
+LightError sum(const LightError& a, const LightError& b);
+
 /// Some points of a picture, spread over its rays by what is seen of them, and the exact light at
 /// voxels beside them. From what a computed light misses there it estimates what the picture
 /// misses.
@@ -29,11 +40,11 @@ class LightPilot {
   /// it ends at that transmittance, on average.
   double mean_cells(double termination) const;
 
-  /// RMS over the picture's pixels and R G B A of what they miss in the light of `lit`, which has
-  /// its luminance at `voxels`.
-  double rms(const Medium& lit) const;
+  /// What the picture misses in the light of `lit`, which has its luminance at `voxels`. The
+  /// maximum is of these rays, whose points' own noise enlarges it.
+  LightError error(const Medium& lit) const;
   /// The same of other beams, whose light is computed exactly.
-  double rms(const LitLuminance& luminance) const;
+  LightError error(const LitLuminance& luminance) const;
 
  private:
   struct Ray {
@@ -44,8 +55,8 @@ class LightPilot {
   void place_points(double rays);
   std::vector<glm::dvec3> exact_light(const LitLuminance& luminance) const;
   /// `light` at the voxels, and the factor of each ray that is in it.
-  double rms(const std::vector<glm::dvec3>& light,
-             const std::function<double(const Ray&)>& phase) const;
+  LightError error(const std::vector<glm::dvec3>& light,
+                   const std::function<double(const Ray&)>& phase) const;
 
   const View& view_;
   Depths exact_;
