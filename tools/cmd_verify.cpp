@@ -14,7 +14,7 @@
 namespace psivox {
 namespace {
 
-using json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
 
 std::string short_number(double value) { return formatted("%.1e", value); }
 
@@ -38,14 +38,14 @@ std::string summary(const VerifyReport& report, double seconds) {
 }
 
 void print_json(const VerifyReport& report, Filter filter, double seconds) {
-  json cases = json::array();
+  Json cases = Json::array();
   for (const VerifyCase& c : report.cases)
     cases.push_back({{"name", c.name},
                      {"error", c.error},
                      {"bound", c.bound},
                      {"reason", c.reason},
                      {"passed", c.passed()}});
-  const json out = {{"version", PSIVOX_VERSION},
+  const Json out = {{"version", PSIVOX_VERSION},
                     {"renderer", report.renderer},
                     {"filter", filter == Filter::hardware ? "hardware" : "exact"},
                     {"note", verify_note(filter)},
@@ -54,7 +54,7 @@ void print_json(const VerifyReport& report, Filter filter, double seconds) {
                     {"failed", report.failed()},
                     {"passed", report.failed() == 0},
                     {"seconds", seconds}};
-  std::cout << out.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
+  std::cout << out.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
 }
 
 }  // namespace

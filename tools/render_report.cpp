@@ -46,19 +46,19 @@ double process_ms() {
 }
 
 std::string RenderReport::json() const {
-  using json = nlohmann::ordered_json;
+  using Json = nlohmann::ordered_json;
   const RenderStats& stats = drawn.stats;
   const PreparationTimes& times = drawn.times;
   const AtlasSize& atlas = drawn.atlas;
   const std::optional<MarchPlan>& plan = drawn.plan;
-  json counts = {{"rays", stats.rays},
+  Json counts = {{"rays", stats.rays},
                  {"samples", stats.samples},
                  {"steps", stats.steps},
                  {"cells", stats.cells},
                  {"samples_per_ray", per_ray(stats.samples, stats)},
                  {"passes", stats.passes},
                  {"clipped_pixels", clipped}};
-  json error = json::object();
+  Json error = Json::object();
   if (drawn.scene.tolerance) error["tolerance"] = *drawn.scene.tolerance;
   if (plan) {
     error["method"] = method_text(plan->chosen.method);
@@ -89,7 +89,7 @@ std::string RenderReport::json() const {
     error["checked_rms"] = checked->rms;
     error["checked_max"] = checked->max;
   }
-  const json report = {
+  const Json report = {
       {"version", PSIVOX_VERSION},
       {"renderer", stats.renderer},
       {"input", input},
@@ -118,7 +118,7 @@ std::string RenderReport::json() const {
         {"atlas_constants", atlas.constant_bytes},
         {"output", output_bytes}}},
       {"bricks", {{"textured", atlas.textured_bricks}, {"constant", atlas.constant_bricks}}}};
-  return report.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string RenderReport::table() const {

@@ -7,6 +7,7 @@
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
+#include "scene/vector_json.h"
 
 namespace psivox {
 namespace {
@@ -26,9 +27,6 @@ GridReport describe(const VdbFile& file, const GridInfo& grid) {
   }
   return row;
 }
-
-Json vector_json(const glm::ivec3& v) { return {v.x, v.y, v.z}; }
-Json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 template <typename Vector>
 Json box_json(const Vector& min, const Vector& max) {

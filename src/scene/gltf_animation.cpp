@@ -19,7 +19,7 @@
 namespace psivox {
 namespace {
 
-using json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
 
 [[noreturn]] void refuse(const std::string& source, const char* why) {
   throw Error(ExitCode::input, source + ": " + why);
@@ -51,10 +51,10 @@ std::string decoded_base64(std::string_view text) {
   return bytes;
 }
 
-std::vector<std::string> buffers_of(const json& gltf, const std::string& glb,
+std::vector<std::string> buffers_of(const Json& gltf, const std::string& glb,
                                     const std::string& source) {
   std::vector<std::string> buffers;
-  for (const json& buffer : gltf.value("buffers", json::array())) {
+  for (const Json& buffer : gltf.value("buffers", Json::array())) {
     const std::string uri = buffer.value("uri", "");
     const std::size_t data = uri.find(";base64,");
     if (uri.empty())
@@ -69,11 +69,11 @@ std::vector<std::string> buffers_of(const json& gltf, const std::string& glb,
 }
 
 /// The floats of an accessor.
-std::vector<double> numbers_of(const json& gltf, const std::vector<std::string>& buffers,
+std::vector<double> numbers_of(const Json& gltf, const std::vector<std::string>& buffers,
                                std::size_t index, const std::string& source) {
   constexpr int float_type = 5126;
-  const json& accessor = gltf.at("accessors").at(index);
-  const json& view = gltf.at("bufferViews").at(accessor.at("bufferView").get<std::size_t>());
+  const Json& accessor = gltf.at("accessors").at(index);
+  const Json& view = gltf.at("bufferViews").at(accessor.at("bufferView").get<std::size_t>());
   if (accessor.at("componentType") != float_type || accessor.contains("sparse"))
     refuse(source, "its animation has other numbers than floats");
   const std::string type = accessor.at("type");
@@ -146,16 +146,16 @@ std::vector<double> Channel::at(double seconds) const {
   return a;
 }
 
-std::vector<Channel> channels_of(const json& gltf, const std::vector<std::string>& buffers,
+std::vector<Channel> channels_of(const Json& gltf, const std::vector<std::string>& buffers,
                                  const std::string& source) {
   std::vector<Channel> channels;
-  for (const json& animation : gltf.value("animations", json::array()))
-    for (const json& entry : animation.at("channels")) {
-      const json& target = entry.at("target");
+  for (const Json& animation : gltf.value("animations", Json::array()))
+    for (const Json& entry : animation.at("channels")) {
+      const Json& target = entry.at("target");
       const std::string property = target.at("path");
       const bool moves = property == "translation" || property == "rotation" || property == "scale";
       if (!moves || !target.contains("node")) continue;
-      const json& sampler = animation.at("samplers").at(entry.at("sampler").get<std::size_t>());
+      const Json& sampler = animation.at("samplers").at(entry.at("sampler").get<std::size_t>());
       Channel channel{target.at("node"),
                       property,
                       sampler.value("interpolation", "LINEAR"),
@@ -177,7 +177,7 @@ CameraAnimation animation_from_gltf(const std::string& bytes, const std::string&
   const bool binary = source.ends_with(".glb");
   try {
     const auto gltf =
-        std::make_shared<const json>(json::parse(binary ? json_of_glb(bytes, source) : bytes));
+        std::make_shared<const Json>(Json::parse(binary ? json_of_glb(bytes, source) : bytes));
     const auto channels = std::make_shared<const std::vector<Channel>>(channels_of(
         *gltf, buffers_of(*gltf, binary ? buffer_of_glb(bytes, source) : "", source), source));
     if (channels->empty()) refuse(source, "nothing in it is animated; --camera takes a still one");
@@ -188,17 +188,17 @@ CameraAnimation animation_from_gltf(const std::string& bytes, const std::string&
     }
     animation.at = [gltf, channels, name, source](double seconds) {
       try {
-        json moved = {{"scene", 0}};
+        Json moved = {{"scene", 0}};
         for (const char* part : {"nodes", "cameras"}) moved[part] = gltf->at(part);
         for (const Channel& channel : *channels)
           moved["nodes"].at(channel.node)[channel.property] = channel.at(seconds);
         return camera_from_gltf(moved, name, source);
-      } catch (const json::exception&) {
+      } catch (const Json::exception&) {
         refuse(source, "is not a valid glTF file");
       }
     };
     return animation;
-  } catch (const json::exception&) {
+  } catch (const Json::exception&) {
     refuse(source, "is not a valid glTF file");
   }
 }

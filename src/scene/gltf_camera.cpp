@@ -14,21 +14,22 @@
 
 #include "psivox/error.h"
 #include "psivox/text.h"
+#include "scene/vector_json.h"
 
 namespace psivox {
 namespace {
 
-using json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
 
 constexpr const char* distance_name = "target_distance";  // among a node's extras
 
-glm::dvec3 vector(const json& node, const char* name, const glm::dvec3& absent) {
+glm::dvec3 vector(const Json& node, const char* name, const glm::dvec3& absent) {
   if (!node.contains(name)) return absent;
-  const json& v = node.at(name);
+  const Json& v = node.at(name);
   return {v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()};
 }
 
-glm::dmat4 local_transform(const json& node) {
+glm::dmat4 local_transform(const Json& node) {
   if (node.contains("matrix")) {
     glm::dmat4 m;
     for (int i = 0; i < 16; ++i)
@@ -37,7 +38,7 @@ glm::dmat4 local_transform(const json& node) {
   }
   glm::dmat4 m = glm::translate(glm::dmat4(1), vector(node, "translation", glm::dvec3(0)));
   if (node.contains("rotation")) {
-    const json& q = node["rotation"];
+    const Json& q = node["rotation"];
     m *= glm::mat4_cast(glm::dquat(q.at(3).get<double>(), q.at(0).get<double>(),
                                    q.at(1).get<double>(), q.at(2).get<double>()));
   }
@@ -53,10 +54,10 @@ struct CameraNode {
 };
 
 /// Collects a node's cameras and those below it. A tree is no deeper than it has nodes.
-void collect(const json& nodes, const json& cameras, std::size_t index, const glm::dmat4& parent,
+void collect(const Json& nodes, const Json& cameras, std::size_t index, const glm::dmat4& parent,
              std::size_t depth, std::vector<CameraNode>& found) {
-  if (depth > nodes.size()) throw json::other_error::create(500, "nodes form a circle", nullptr);
-  const json& node = nodes.at(index);
+  if (depth > nodes.size()) throw Json::other_error::create(500, "nodes form a circle", nullptr);
+  const Json& node = nodes.at(index);
   const glm::dmat4 world = parent * local_transform(node);
   if (node.contains("camera")) {
     CameraNode row{node.value("name", ""), "", node["camera"].get<std::size_t>(), world, {}};
@@ -65,17 +66,17 @@ void collect(const json& nodes, const json& cameras, std::size_t index, const gl
       row.target_distance = node["extras"][distance_name].get<double>();
     found.push_back(row);
   }
-  for (const json& child : node.value("children", json::array()))
+  for (const Json& child : node.value("children", Json::array()))
     collect(nodes, cameras, child.get<std::size_t>(), world, depth + 1, found);
 }
 
-std::vector<CameraNode> camera_nodes(const json& gltf) {
+std::vector<CameraNode> camera_nodes(const Json& gltf) {
   std::vector<CameraNode> found;
-  const json nodes = gltf.value("nodes", json::array());
-  const json cameras = gltf.value("cameras", json::array());
+  const Json nodes = gltf.value("nodes", Json::array());
+  const Json cameras = gltf.value("cameras", Json::array());
   std::vector<bool> is_child(nodes.size());
-  for (const json& node : nodes)
-    for (const json& child : node.value("children", json::array()))
+  for (const Json& node : nodes)
+    for (const Json& child : node.value("children", Json::array()))
       if (child.get<std::size_t>() < is_child.size()) is_child[child.get<std::size_t>()] = true;
   for (std::size_t i = 0; i < nodes.size(); ++i)
     if (!is_child[i]) collect(nodes, cameras, i, glm::dmat4(1), 0, found);
@@ -102,8 +103,8 @@ double distance_of(const CameraNode& row, const glm::dvec3& position, const glm:
   return nearest > 0 ? nearest : 1;
 }
 
-FileCamera camera_of(const json& gltf, const CameraNode& row) {
-  const json& data = gltf.at("cameras").at(row.camera);
+FileCamera camera_of(const Json& gltf, const CameraNode& row) {
+  const Json& data = gltf.at("cameras").at(row.camera);
   FileCamera camera;
   const glm::dmat3 axes(row.world_from_node);
   const glm::dvec3 forward = -glm::normalize(axes[2]);
@@ -119,11 +120,9 @@ FileCamera camera_of(const json& gltf, const CameraNode& row) {
   return camera;
 }
 
-json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
-
 }  // namespace
 
-FileCamera camera_from_gltf(const json& gltf, const std::string& name, const std::string& source) {
+FileCamera camera_from_gltf(const Json& gltf, const std::string& name, const std::string& source) {
   const std::vector<CameraNode> found = camera_nodes(gltf);
   return camera_of(gltf, choose(found, name, source));
 }
@@ -131,8 +130,8 @@ FileCamera camera_from_gltf(const json& gltf, const std::string& name, const std
 FileCamera camera_from_gltf(const std::string& text, const std::string& name,
                             const std::string& source) {
   try {
-    return camera_from_gltf(json::parse(text), name, source);
-  } catch (const json::exception&) {
+    return camera_from_gltf(Json::parse(text), name, source);
+  } catch (const Json::exception&) {
     throw Error(ExitCode::input, source + ": is not a valid glTF file");
   }
 }
@@ -142,7 +141,7 @@ std::string gltf_of(const FileCamera& camera, double aspect) {
   const glm::dvec3 forward = (camera.target - camera.position) / distance;
   const glm::dvec3 right = glm::normalize(glm::cross(forward, camera.up));
   const glm::dquat turn = glm::quat_cast(glm::dmat3(right, glm::cross(right, forward), -forward));
-  json data = {{"name", "psivox"}};
+  Json data = {{"name", "psivox"}};
   if (camera.projection == Projection::orthographic) {
     data["type"] = "orthographic";
     data["orthographic"] = {{"xmag", camera.height / 2 * aspect},
@@ -156,12 +155,12 @@ std::string gltf_of(const FileCamera& camera, double aspect) {
                            {"znear", distance / 1000},
                            {"zfar", 100 * distance}};
   }
-  const json node = {{"name", "psivox"},
+  const Json node = {{"name", "psivox"},
                      {"camera", 0},
                      {"translation", vector_json(camera.position)},
                      {"rotation", {turn.x, turn.y, turn.z, turn.w}},
                      {"extras", {{distance_name, distance}}}};
-  const json gltf = {
+  const Json gltf = {
       {"asset", {{"version", "2.0"}, {"generator", std::string("psivox ") + PSIVOX_VERSION}}},
       {"scene", 0},
       {"scenes", {{{"nodes", {0}}}}},

@@ -10,25 +10,25 @@
 namespace psivox {
 namespace {
 
-using json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
 
 const char* shape_name(Shape shape) {
   constexpr const char* names[] = {"disc", "square", "diamond", "ring"};
   return names[static_cast<int>(shape)];
 }
 
-json json_of(const Series& series) {
-  json out = {{"entries", series.entries},
+Json json_of(const Series& series) {
+  Json out = {{"entries", series.entries},
               {"color", hex(series.ink)},
               {"shape", shape_name(series.shape)},
               {"dashed", series.dashed},
-              {"points", json::array()}};
+              {"points", Json::array()}};
   for (const PlotPoint& point : series.points)
     if (has_place(point)) out["points"].push_back({point.x, point.y, point.name});
   return out;
 }
 
-json json_of(const LegendEntry& entry) {
+Json json_of(const LegendEntry& entry) {
   return {{"text", entry.text},
           {"color", hex(entry.ink)},
           {"shape", shape_name(entry.shape)},
@@ -36,12 +36,12 @@ json json_of(const LegendEntry& entry) {
           {"dashed", entry.dashed}};
 }
 
-json json_of(const Plot& plot) {
-  json out = {{"title", plot.title},
+Json json_of(const Plot& plot) {
+  Json out = {{"title", plot.title},
               {"x", plot.x_label},
               {"y", plot.y_label},
-              {"legend", json::array()},
-              {"series", json::array()}};
+              {"legend", Json::array()},
+              {"series", Json::array()}};
   for (const LegendEntry& entry : plot.legend) out["legend"].push_back(json_of(entry));
   for (const Series& series : plot.series) out["series"].push_back(json_of(series));
   if (!plot.front.empty()) {
@@ -52,9 +52,9 @@ json json_of(const Plot& plot) {
 }
 
 /// JSON inside HTML. It must not contain `<`, because `</script>` would end it.
-std::string html_json(const std::string& attributes, const json& data) {
+std::string html_json(const std::string& attributes, const Json& data) {
   std::string text;
-  for (const char c : data.dump(-1, ' ', false, json::error_handler_t::replace))
+  for (const char c : data.dump(-1, ' ', false, Json::error_handler_t::replace))
     text += c == '<' ? "\\u003c" : std::string(1, c);
   return "<script type=\"application/json\"" + attributes + ">" + text + "</script>\n";
 }

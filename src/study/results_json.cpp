@@ -10,13 +10,13 @@
 namespace psivox {
 namespace {
 
-using json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
 constexpr int format_version = 1;
 
-json json_of(const Variant& v) {
+Json json_of(const Variant& v) {
   const Scene scene = scene_of(v, {});
   const auto text = [&](const char* name) { return parameter_text(scene, *find_parameter(name)); };
-  json j;
+  Json j;
   if (v.tolerance)
     j["tolerance"] = *v.tolerance;
   else
@@ -27,7 +27,7 @@ json json_of(const Variant& v) {
   return j;
 }
 
-Variant variant_from(const json& j) {
+Variant variant_from(const Json& j) {
   Scene scene;
   Variant v;
   if (j.contains("tolerance")) {
@@ -47,12 +47,12 @@ Variant variant_from(const json& j) {
   return v;
 }
 
-json json_of(const Deviation& d) {
+Json json_of(const Deviation& d) {
   return {{"rms", d.rms}, {"max", d.max},   {"max_x", d.max_x},          {"max_y", d.max_y},
           {"p99", d.p99}, {"mean", d.mean}, {"not_finite", d.not_finite}};
 }
 
-Deviation deviation_from(const json& j) {
+Deviation deviation_from(const Json& j) {
   return {j.at("rms").get<double>(),
           j.at("max").get<double>(),
           j.at("max_x").get<int>(),
@@ -62,21 +62,21 @@ Deviation deviation_from(const json& j) {
           j.at("not_finite").get<std::uint64_t>()};
 }
 
-json json_of(const PictureError& e) {
+Json json_of(const PictureError& e) {
   return {{"rms", e.rms()}, {"radiance", json_of(e.radiance)}, {"alpha", json_of(e.alpha)}};
 }
-json json_of(const std::optional<PictureError>& e) { return e ? json_of(*e) : json(nullptr); }
+Json json_of(const std::optional<PictureError>& e) { return e ? json_of(*e) : Json(nullptr); }
 
-PictureError error_from(const json& j) {
+PictureError error_from(const Json& j) {
   return {deviation_from(j.at("radiance")), deviation_from(j.at("alpha"))};
 }
 
-std::optional<PictureError> optional_error_from(const json& j) {
+std::optional<PictureError> optional_error_from(const Json& j) {
   return j.is_null() ? std::nullopt : std::optional(error_from(j));
 }
 
-json json_of(const StudyPoint& p) {
-  json j = json_of(p.variant);
+Json json_of(const StudyPoint& p) {
+  Json j = json_of(p.variant);
   if (p.chosen) {
     j["chosen"] = json_of(*p.chosen);
     j["chosen"]["rms"] = p.estimate;
@@ -88,13 +88,13 @@ json json_of(const StudyPoint& p) {
   j["steps_per_ray"] = p.steps_per_ray;
   j["atlas_bytes"] = p.atlas_bytes;
   j["difference_scale"] = p.difference_scale;
-  j["times_ms"] = json::array();
+  j["times_ms"] = Json::array();
   for (const TimeSample& t : p.times)
     j["times_ms"].push_back({{"wall", t.wall_ms}, {"gpu", t.gpu_ms}, {"cpu", t.cpu_ms}});
   return j;
 }
 
-StudyPoint point_from(const json& j) {
+StudyPoint point_from(const Json& j) {
   StudyPoint p;
   p.variant = variant_from(j);
   if (j.contains("chosen")) {
@@ -108,21 +108,21 @@ StudyPoint point_from(const json& j) {
   p.steps_per_ray = j.at("steps_per_ray").get<double>();
   p.atlas_bytes = j.at("atlas_bytes").get<std::uint64_t>();
   p.difference_scale = j.at("difference_scale").get<double>();
-  for (const json& t : j.at("times_ms"))
+  for (const Json& t : j.at("times_ms"))
     p.times.push_back(
         {t.at("wall").get<double>(), t.at("gpu").get<double>(), t.at("cpu").get<double>()});
   return p;
 }
 
-json conclusion_json(const StudyResults& results) {
+Json conclusion_json(const StudyResults& results) {
   const Conclusion conclusion = conclusion_of(results);
-  const auto advice = [](const StudyPoint* p) -> json {
+  const auto advice = [](const StudyPoint* p) -> Json {
     if (!p) return nullptr;
     return {{"options", options_of(p->variant)},
             {"rms", p->error.rms()},
             {"samples_per_ray", p->samples_per_ray}};
   };
-  json out = {{"sentence", conclusion_text(results)},
+  Json out = {{"sentence", conclusion_text(results)},
               {"eight_bits", advice(conclusion.eight_bits)},
               {"fine", advice(conclusion.fine)}};
   if (conclusion.fine) out["fine"]["from_rms"] = conclusion.fine_rms;
@@ -130,8 +130,8 @@ json conclusion_json(const StudyResults& results) {
 }
 
 /// The scene without the name of its file, because the same file may have another name.
-json scene_without_input(const std::string& text) {
-  json scene = json::parse(text);
+Json scene_without_input(const std::string& text) {
+  Json scene = Json::parse(text);
   scene.erase("input");
   return scene;
 }
@@ -139,30 +139,30 @@ json scene_without_input(const std::string& text) {
 }  // namespace
 
 std::string results_json(const StudyResults& r) {
-  json out = {
+  Json out = {
       {"psivox_study", format_version},
       {"version", r.version},
       {"git", r.git},
       {"machine", {{"processor", r.processor}, {"threads", r.threads}, {"system", r.system}}},
       {"renderer", r.renderer},
       {"input", {{"file", r.input}, {"fnv1a", r.input_hash}}},
-      {"scene", json::parse(r.scene)},
+      {"scene", Json::parse(r.scene)},
       {"reference", {{"error_bound", r.reference_bound}}},
       {"repeats", r.repeats}};
   out["conclusion"] = conclusion_json(r);
-  out["skipped"] = json::array();
+  out["skipped"] = Json::array();
   for (const SkippedVariant& s : r.skipped) {
     out["skipped"].push_back(json_of(s.variant));
     out["skipped"].back()["reason"] = s.reason;
   }
-  out["points"] = json::array();
+  out["points"] = Json::array();
   for (const StudyPoint& point : r.points) out["points"].push_back(json_of(point));
-  return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 StudyResults results_from_json(std::string_view text, std::string_view source) {
   try {
-    const json j = json::parse(text);
+    const Json j = Json::parse(text);
     if (j.at("psivox_study").get<int>() != format_version)
       throw Error(ExitCode::input, std::string(source) + ": results of another version of psivox");
     StudyResults r;
@@ -177,11 +177,11 @@ StudyResults results_from_json(std::string_view text, std::string_view source) {
     r.scene = j.at("scene").dump();
     r.reference_bound = j.at("reference").at("error_bound").get<double>();
     r.repeats = j.at("repeats").get<int>();
-    for (const json& s : j.at("skipped"))
+    for (const Json& s : j.at("skipped"))
       r.skipped.push_back({variant_from(s), s.at("reason").get<std::string>()});
-    for (const json& p : j.at("points")) r.points.push_back(point_from(p));
+    for (const Json& p : j.at("points")) r.points.push_back(point_from(p));
     return r;
-  } catch (const json::exception& error) {
+  } catch (const Json::exception& error) {
     throw Error(ExitCode::input,
                 std::string(source) + ": not the results of a study: " + error.what());
   }
@@ -193,7 +193,7 @@ std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
     return "was made by psivox " + begun.version + " " + begun.git;
   if (begun.renderer != next.renderer) return "was made with " + begun.renderer;
   if (begun.input_hash != next.input_hash) return "is of another file, " + in_quotes(begun.input);
-  const json a = scene_without_input(begun.scene), b = scene_without_input(next.scene);
+  const Json a = scene_without_input(begun.scene), b = scene_without_input(next.scene);
   for (const auto& [name, value] : b.items())
     if (!a.contains(name) || a.at(name) != value) return "has another --" + name;
   for (const StudyPoint& point : begun.points)
