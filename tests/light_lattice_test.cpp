@@ -136,6 +136,29 @@ TEST(LightLattice, DepthsOfPartsAddUp) {
   }
 }
 
+TEST(LightLattice, WantedBlocksAreThoseOfAll) {
+  for (const glm::dvec3& direction : oblique) {
+    const View view = view_of(lit_scene(direction), mixed());
+    const std::vector<glm::ivec3> blocks = blocks_of(view);
+    const MediumAtlas atlas = build_medium_atlas(view);
+    const LightDepths depths = march_double_light_depths(view, atlas);
+    const LightMethod method{.spacing = 0.5};
+    const std::vector<double> all = depths_of(view, depths, blocks, method);
+    for (std::size_t first : {std::size_t{0}, blocks.size() / 2, blocks.size() - 1}) {
+      const std::vector<std::size_t> wanted{first};
+      Beam beam = light_beams(view).front();
+      beam.method = method;
+      depths(beam, {blocks, wanted},
+             [&](std::size_t block, std::span<const double> own) {
+               EXPECT_EQ(block, first);
+               EXPECT_TRUE(
+                   std::equal(own.begin(), own.end(), all.begin() + std::ptrdiff_t(512 * block)));
+             },
+             {});
+    }
+  }
+}
+
 TEST(LightLattice, ColumnsEndAtTheDomain) {
   // One attenuation, 1/64, everywhere: the depth is the length to the upper face, where the light
   // comes in. Left out are voxels that the light reaches by another face, or whose columns lie

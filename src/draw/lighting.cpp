@@ -123,16 +123,17 @@ class LightTrials {
   const LightError& first_miss() const { return first_miss_; }
 
   /// The next method after one that missed too much.
-  LightMethod after(const LightMethod& method, double miss) const {
+  LightMethod after(const LightMethod& method, double miss) {
     return from(method.spacing / 2, miss * halving_below);
   }
 
  private:
   /// The coarsest lattice from `spacing` on, which is expected to miss `miss`.
-  LightMethod from(double spacing, double miss) const {
+  LightMethod from(double spacing, double miss) {
     const LightMethod rays{.termination = termination_share * rms_};
+    if (!exact_look_ups_) exact_look_ups_ = exact_look_ups(rays.termination);
     for (; spacing >= finest; spacing /= 2) {
-      if (lattice_look_ups(spacing) > exact_look_ups(rays.termination)) break;
+      if (lattice_look_ups(spacing) > *exact_look_ups_) break;
       if (enough(miss, spacing)) return {.spacing = spacing};
       miss *= spacing > 1 ? halving_above : halving_below;
     }
@@ -163,6 +164,7 @@ class LightTrials {
   std::vector<Beam> beams_;
   double rms_;
   LightError first_miss_;
+  std::optional<double> exact_look_ups_;
   LitLuminance luminance_;
   LightPilot pilot_;
 };

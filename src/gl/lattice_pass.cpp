@@ -17,7 +17,7 @@ void LatticePass::columns(std::span<const LatticeBrick> bricks, std::span<double
   textures_.bind(march_);
   for (std::size_t first = 0; first < bricks.size(); first += most_bricks)
     draw(bricks.subspan(first, std::min(bricks.size() - first, most_bricks)),
-         depths.data() + first * 512);
+         depths.data() + first * lattice_depths_of_brick);
 }
 
 void LatticePass::draw(std::span<const LatticeBrick> bricks, double* depths) const {
@@ -34,7 +34,8 @@ void LatticePass::draw(std::span<const LatticeBrick> bricks, double* depths) con
   last_.resize(first_.size());
   target_.read_picture(side, rows, first_.data(), side);
   target_.read_layers(side, rows, last_.data(), side);
-  for (std::size_t i = 0; i < 64 * bricks.size(); ++i)
+  constexpr std::size_t columns = lattice_columns * lattice_columns;
+  for (std::size_t i = 0; i < columns * bricks.size(); ++i)
     for (const glm::vec4& part : {first_[i], last_[i]})
       for (int n = 0; n < 4; ++n) *depths++ = double(part[n]);
 }

@@ -20,8 +20,8 @@ class LatticePass {
   void columns(std::span<const LatticeBrick> bricks, std::span<double> depths) const;
 
  private:
-  static constexpr int side = 512;      ///< of the target
-  static constexpr int row_bricks = 8;  ///< of 64 columns each
+  static constexpr int side = 512;  ///< of the target
+  static constexpr int row_bricks = side / (lattice_columns * lattice_columns);
   static constexpr std::size_t most_bricks = std::size_t(side) * row_bricks;
 
   void draw(std::span<const LatticeBrick> bricks, double* depths) const;

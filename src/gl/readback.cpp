@@ -44,19 +44,32 @@ void Readback::add(const Exposure& tile) {
       film_.set_layers(tile.x, tile.y + row, layers.subspan(std::size_t(row) * width, width));
     return;
   }
+  if (!film_.has_layers()) return add_picture(tile);
   if (tile.sample == 0) sums_.assign(tile.pixels(), {});
-  const bool layers = film_.has_layers();
   std::size_t k = 0;
   for (int y = tile.y; y < tile.y + tile.height; ++y)
     for (int x = tile.x; x < tile.x + tile.width; ++x, ++k) {
-      if (layers) {
-        sums_[k].add(glm::dvec4(picture_[k]), glm::dvec4(layers_[k]));
-      } else {
-        sums_[k].picture += glm::dvec4(picture_[k]);
-        ++sums_[k].samples;
-      }
+      sums_[k].add(glm::dvec4(picture_[k]), glm::dvec4(layers_[k]));
       if (tile.sample + 1 == samples_) film_.set(x, y, sums_[k]);
     }
+}
+
+void Readback::add_picture(const Exposure& tile) {
+  picture_sums_.resize(tile.pixels());
+  const bool first = tile.sample == 0, last = tile.sample + 1 == samples_;
+  const auto width = std::size_t(tile.width);
+  for (int row = 0; row < tile.height; ++row) {
+    const std::size_t from = std::size_t(row) * width;
+    glm::vec4* pixels = film_.pixel(tile.x, tile.y + row);
+    for (std::size_t i = 0; i < width; ++i) {
+      glm::dvec4 sum(picture_[from + i]);
+      if (!first) sum += picture_sums_[from + i];
+      if (last)
+        pixels[i] = glm::vec4(sum / double(samples_));
+      else
+        picture_sums_[from + i] = sum;
+    }
+  }
 }
 
 }  // namespace psivox::gl

@@ -29,6 +29,8 @@ class Readback {
 
  private:
   void add(const Exposure& tile);
+  /// The same for several samples a pixel without layers.
+  void add_picture(const Exposure& tile);
 
   Film& film_;
   const RenderOptions& options_;
@@ -37,7 +39,8 @@ class Readback {
   std::uint64_t pixels_done_ = 0;
   std::optional<Exposure> waiting_;
   std::vector<glm::vec4> picture_, layers_;
-  std::vector<PixelSums> sums_;  ///< of the tile, where a pixel has several samples
+  std::vector<PixelSums> sums_;  ///< of the tile, where a pixel has several samples and layers
+  std::vector<glm::dvec4> picture_sums_;  ///< where it has no layers
 };
 
 }  // namespace psivox::gl

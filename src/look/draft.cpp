@@ -40,10 +40,12 @@ void Draft::sort() {
 
 Image draft_picture(Scene scene, const MediumFields& fields) {
   scene.background.reset();
-  // whatever method is given for the picture
-  scene = with_method(
-      std::move(scene),
-      {.integrator = Integrator::psi_balanced, .sampling = Sampling::uniform, .step = 2});
+  // whatever method is given for the picture; of what emits, a step looks up one value
+  const bool emits = !scene.emission_grid.empty();
+  scene = with_method(std::move(scene),
+                      {.integrator = emits ? Integrator::midpoint : Integrator::psi_balanced,
+                       .sampling = Sampling::uniform,
+                       .step = emits ? 4.0 : 2.0});
   scene.connectivity = Scene{}.connectivity;
   scene.resolution = {96, 54};
   scene.pixel_samples = 1;

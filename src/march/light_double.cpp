@@ -35,11 +35,11 @@ LatticeColumns columns_of(const MarchSetup& setup, const MediumAtlas& atlas) {
   return [&](std::span<const LatticeBrick> bricks, std::span<double> depths) {
     tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
       glsl::AtlasMarch march(setup, atlas);
-      for (int column = 0; column < 64; ++column) {
+      double* to = depths.data() + b * lattice_depths_of_brick;
+      for (int column = 0; column < lattice_columns * lattice_columns; ++column, to += 8) {
+        const int u = column / lattice_columns, v = column % lattice_columns;
         const auto own =
-            march.column_depths(glm::dvec2(bricks[b].x + (column >> 3), bricks[b].y + (column & 7)),
-                                double(bricks[b].z));
-        double* to = depths.data() + b * 512 + std::size_t(8 * column);
+            march.column_depths(glm::dvec2(bricks[b].x + u, bricks[b].y + v), double(bricks[b].z));
         for (int n = 0; n < 4; ++n) {
           to[n] = own.first[n];
           to[n + 4] = own.last[n];

@@ -17,10 +17,10 @@ namespace {
 /// (Catmull and Rom 1974), the voxel between the middle two.
 constexpr int taps = 4;
 /// Bricks that are asked for at once.
-constexpr std::size_t bricks_at_once = 1024;
-/// Columns of a brick, and their depths.
-constexpr int brick_columns = 64;
-constexpr int brick_depths = 512;
+constexpr std::size_t bricks_at_once = 4096;
+/// A tile is four bricks, 8 x 8 columns: as wide as blocks of voxels.
+constexpr int tile_columns = 64, tile_depths = 512;
+static_assert(tile_columns == 4 * lattice_columns * lattice_columns);
 
 struct ColumnHash {
   std::size_t operator()(const glm::ivec2& v) const {
@@ -35,6 +35,7 @@ struct Tap {
   int first = 0;
   std::array<double, taps> weights{};
 
+  Tap() = default;
   explicit Tap(double at) {
     const double below = std::floor(at);
     const double f = at - below, f2 = f * f, f3 = f2 * f;
@@ -44,15 +45,15 @@ struct Tap {
   }
 };
 
-/// Bricks across the light, both ends inclusive, in numbers of bricks.
-struct BrickRange {
+/// Of tiles or bricks across the light, both ends inclusive, in their numbers.
+struct TileRange {
   glm::ivec2 min, max;
   glm::ivec2 size() const { return max - min + 1; }
 };
 
-/// Bricks that the voxels of a block are interpolated from, and those around them that the cells
+/// Tiles that the voxels of a block are interpolated from, and those around them that the cells
 /// reach into which the block's voxels are corners of.
-BrickRange bricks_of(const LatticeFrame& frame, const glm::ivec3& block, int first_slice) {
+TileRange tiles_of(const LatticeFrame& frame, const glm::ivec3& block, int first_slice) {
   const glm::dvec2 low = glm::dvec2(frame.across(block)) - 1.0, high = low + 9.0;
   const glm::dvec2 a = frame.column(low, first_slice), b = frame.column(low, first_slice + 7);
   const glm::dvec2 c = frame.column(high, first_slice), d = frame.column(high, first_slice + 7);
@@ -67,46 +68,61 @@ struct Octant {
 };
 
 /// Bricks with columns that pass through an octant.
-BrickRange bricks_through(const LatticeFrame& frame, const Octant& octant) {
+TileRange bricks_through(const LatticeFrame& frame, const Octant& octant) {
   constexpr double rounding = 1e-3;  // of float32
   const glm::dvec2 low(frame.across(octant.corner)), high = low + 4.0;
   const glm::dvec2 a = frame.column(low, octant.slice), b = frame.column(low, octant.slice + 4);
   const glm::dvec2 c = frame.column(high, octant.slice), d = frame.column(high, octant.slice + 4);
-  return {glm::ivec2(glm::ceil(glm::min(a, b) - rounding)) >> 3,
-          glm::ivec2(glm::floor(glm::max(c, d) + rounding)) >> 3};
+  return {glm::ivec2(glm::ceil(glm::min(a, b) - rounding)) >> 2,
+          glm::ivec2(glm::floor(glm::max(c, d) + rounding)) >> 2};
 }
 
-/// The blocks of one slab across the light, and its bricks.
+using TileNumbers = std::unordered_map<glm::ivec2, int, ColumnHash>;
+
+/// The blocks of one slab across the light, and its tiles.
 struct Slab {
   int first_slice = 0;
-  std::vector<std::size_t> blocks, wanted;                ///< their places among all
-  std::vector<glm::ivec2> bricks;                         ///< in numbers of bricks, each once
-  std::unordered_map<glm::ivec2, int, ColumnHash> index;  ///< of `bricks`
-  std::vector<Octant> octants;                            ///< with attenuation
-  std::vector<bool> dark;  ///< of each brick: something attenuates there; empty: not known
+  std::vector<std::size_t> blocks, wanted;  ///< their places among all
+  std::vector<glm::ivec2> tiles;            ///< in numbers of tiles, each once
+  TileNumbers index;                        ///< of `tiles`
+  std::vector<Octant> octants;              ///< with attenuation
+  /// Of each tile a bit for each brick in which something attenuates; empty: not known.
+  std::vector<std::uint8_t> dark;
 
-  void find_bricks(const LatticeFrame& frame, std::span<const glm::ivec3> all) {
+  /// `last`: of each tile that is needed, the last slab that is; null: all are.
+  void find_tiles(const LatticeFrame& frame, std::span<const glm::ivec3> all,
+                  const TileNumbers* last) {
     for (const std::size_t block : blocks) {
-      const BrickRange range = bricks_of(frame, all[block], first_slice);
+      const TileRange range = tiles_of(frame, all[block], first_slice);
       for (int x = range.min.x; x <= range.max.x; ++x)
         for (int y = range.min.y; y <= range.max.y; ++y)
-          if (index.try_emplace({x, y}, int(bricks.size())).second) bricks.emplace_back(x, y);
+          if (is_needed({x, y}, last) && index.try_emplace({x, y}, int(tiles.size())).second)
+            tiles.emplace_back(x, y);
     }
   }
 
   /// Finds which bricks are dark, if octants are known.
   void find_dark(const LatticeFrame& frame) {
     if (octants.empty()) return;
-    dark.resize(bricks.size());
+    dark.resize(tiles.size());
     for (const Octant& octant : octants) {
-      const BrickRange range = bricks_through(frame, octant);
+      const TileRange range = bricks_through(frame, octant);
       for (int x = range.min.x; x <= range.max.x; ++x)
         for (int y = range.min.y; y <= range.max.y; ++y)
-          if (const auto brick = index.find({x, y}); brick != index.end())
-            dark[std::size_t(brick->second)] = true;
+          if (const auto tile = index.find({x >> 1, y >> 1}); tile != index.end())
+            dark[std::size_t(tile->second)] |= std::uint8_t(1 << (2 * (x & 1) + (y & 1)));
     }
   }
-  bool is_dark(std::size_t brick) const { return dark.empty() || dark[brick]; }
+  bool is_dark(std::size_t tile, int brick) const {
+    return dark.empty() || (dark[tile] >> brick & 1) != 0;
+  }
+
+ private:
+  bool is_needed(const glm::ivec2& tile, const TileNumbers* last) const {
+    if (!last) return true;
+    const auto found = last->find(tile);
+    return found != last->end() && found->second >= first_slice;
+  }
 };
 
 /// Octants of the density's bricks that hide nothing, a bit each; empty where they are not known.
@@ -153,38 +169,55 @@ std::vector<Slab> slabs_of(const LatticeFrame& frame, const LightBlocks& blocks)
   return in_order;
 }
 
+/// Of each tile that wanted blocks are interpolated from, the first slice of the last such slab.
+TileNumbers last_slabs(const LatticeFrame& frame, std::span<const glm::ivec3> all,
+                       std::span<const Slab> slabs) {
+  TileNumbers last;
+  for (const Slab& slab : slabs)
+    for (const std::size_t block : slab.wanted) {
+      const TileRange range = tiles_of(frame, all[block], slab.first_slice);
+      for (int x = range.min.x; x <= range.max.x; ++x)
+        for (int y = range.min.y; y <= range.max.y; ++y) last[{x, y}] = slab.first_slice;
+    }
+  return last;
+}
+
 /// Columns from the light to a slab and through it.
 class Columns {
  public:
-  /// Makes `own`, depths from the start of each dark brick, depths of all bricks from the light on,
+  /// Makes `own`, depths from the start of each dark brick, depths of all tiles from the light on,
   /// ordered by slice, axis_v fastest. Returns the rest of `own`, which is not of this slab.
   std::span<const double> join(const Slab& slab, std::span<const double> own,
                                std::span<double> depths) {
     std::vector<Carry*> carries;
-    std::vector<const double*> starts;
-    for (std::size_t i = 0; i < slab.bricks.size(); ++i) {
-      carries.push_back(&carries_[slab.bricks[i]]);
-      starts.push_back(slab.is_dark(i) ? own.data() : nullptr);
-      if (starts.back()) own = own.subspan(brick_depths);
+    std::vector<Starts> starts(slab.tiles.size());
+    for (std::size_t i = 0; i < slab.tiles.size(); ++i) {
+      carries.push_back(&carries_[slab.tiles[i]]);
+      for (int brick = 0; brick < 4; ++brick) {
+        if (!slab.is_dark(i, brick)) continue;
+        starts[i][std::size_t(brick)] = own.data();
+        own = own.subspan(lattice_depths_of_brick);
+      }
     }
-    tbb::parallel_for(std::size_t{0}, slab.bricks.size(), [&](std::size_t i) {
-      double* to = depths.data() + i * brick_depths;
-      if (starts[i]) return add(*carries[i], starts[i], to);
-      for (int slice = 0; slice < 8; ++slice, to += brick_columns)
-        std::copy_n(carries[i]->data(), brick_columns, to);
+    tbb::parallel_for(std::size_t{0}, slab.tiles.size(), [&](std::size_t i) {
+      add(*carries[i], starts[i], depths.data() + i * tile_depths);
     });
     return own;
   }
 
  private:
-  using Carry = std::array<double, brick_columns>;
+  using Carry = std::array<double, tile_columns>;
+  using Starts = std::array<const double*, 4>;  ///< of a tile's bricks; null: not dark
 
-  static void add(Carry& carry, const double* own, double* to) {
-    for (std::size_t column = 0; column < brick_columns; ++column, own += 8) {
-      const double before = carry[column];
-      for (std::size_t slice = 0; slice < 8; ++slice)
-        to[slice * brick_columns + column] = before + own[slice];
-      carry[column] = before + own[7];
+  static void add(Carry& carry, const Starts& starts, double* to) {
+    for (int column = 0; column < tile_columns; ++column) {
+      const int u = column >> 3, v = column & 7, inside = (u & 3) * lattice_columns + (v & 3);
+      const double* own = starts[std::size_t(2 * (u >> 2) + (v >> 2))];
+      double& carried = carry[std::size_t(column)];
+      for (int slice = 0; slice < lattice_slices; ++slice)
+        to[slice * tile_columns + column] =
+            own ? carried + own[inside * lattice_slices + slice] : carried;
+      carried = to[(lattice_slices - 1) * tile_columns + column];
     }
   }
 
@@ -197,12 +230,12 @@ class BlockDepths {
   BlockDepths(const LatticeFrame& frame, const Slab& slab, std::span<const double> depths,
               const glm::ivec3& block)
       : frame_(frame),
-        range_(bricks_of(frame, block, slab.first_slice)),
+        range_(tiles_of(frame, block, slab.first_slice)),
         block_(block),
         first_slice_(slab.first_slice) {
     for (int x = range_.min.x; x <= range_.max.x; ++x)
       for (int y = range_.min.y; y <= range_.max.y; ++y)
-        bricks_.push_back(depths.data() + std::size_t(slab.index.at({x, y})) * brick_depths);
+        tiles_.push_back(depths.data() + std::size_t(slab.index.at({x, y})) * tile_depths);
   }
 
   /// 512 depths, z fastest.
@@ -215,22 +248,22 @@ class BlockDepths {
   void gather(int n, const glm::ivec2& first, const glm::ivec2& size) {
     patch_.resize(std::size_t(size.x) * std::size_t(size.y));
     double* to = patch_.data();
-    const glm::ivec2 bricks = range_.size();
+    const glm::ivec2 tiles = range_.size();
     for (int i = first.x; i < first.x + size.x; ++i) {
-      const int row = ((i >> 3) - range_.min.x) * bricks.y - range_.min.y;
+      const int row = ((i >> 3) - range_.min.x) * tiles.y - range_.min.y;
       for (int j = first.y; j < first.y + size.y; ++j)
-        *to++ = bricks_[std::size_t(row + (j >> 3))][(n * 8 + (i & 7)) * 8 + (j & 7)];
+        *to++ = tiles_[std::size_t(row + (j >> 3))][(n * 8 + (i & 7)) * 8 + (j & 7)];
     }
   }
 
   void write_slice(int n, double* to) {
     const int slice = first_slice_ + n;
-    std::vector<Tap> u, v;
+    std::array<Tap, 8> u, v;
     const glm::dvec2 corner(frame_.across(block_));
-    for (int i = 0; i < 8; ++i) {
+    for (std::size_t i = 0; i < 8; ++i) {
       const glm::dvec2 column = frame_.column(corner + double(i), slice);
-      u.emplace_back(column.x);
-      v.emplace_back(column.y);
+      u[i] = Tap(column.x);
+      v[i] = Tap(column.y);
     }
     const glm::ivec2 first(u.front().first, v.front().first);
     const glm::ivec2 size = glm::ivec2(u.back().first, v.back().first) + taps - first;
@@ -259,10 +292,10 @@ class BlockDepths {
   }
 
   const LatticeFrame& frame_;
-  BrickRange range_;
+  TileRange range_;
   glm::ivec3 block_;
   int first_slice_;
-  std::vector<const double*> bricks_;  ///< of range_, axis_v fastest
+  std::vector<const double*> tiles_;  ///< of range_, axis_v fastest
   std::vector<double> patch_, rows_;
 };
 
@@ -272,17 +305,17 @@ void columns_of_part(const LatticeFrame& frame, std::span<const LatticeBrick> br
   std::vector<LatticeBrick> near;
   for (const LatticeBrick& brick : bricks)
     if (frame.meets_part(brick)) near.push_back(brick);
-  std::vector<double> found(near.size() * brick_depths);
+  std::vector<double> found(near.size() * lattice_depths_of_brick);
   if (!near.empty()) columns(near, found);
   const double* next = found.data();
   for (std::size_t i = 0; i < bricks.size(); ++i) {
-    double* to = depths.data() + i * brick_depths;
+    double* to = depths.data() + i * lattice_depths_of_brick;
     if (!frame.meets_part(bricks[i])) {
-      std::fill_n(to, brick_depths, 0.0);
+      std::fill_n(to, lattice_depths_of_brick, 0.0);
       continue;
     }
-    std::copy_n(next, brick_depths, to);
-    next += brick_depths;
+    std::copy_n(next, lattice_depths_of_brick, to);
+    next += lattice_depths_of_brick;
   }
 }
 
@@ -313,7 +346,8 @@ bool LatticeFrame::meets_part(const LatticeBrick& brick) const {
   const glm::dvec2 along = double(first) - double(side) * slices;
   if (std::max(along.x, along.y) < part->min[axis] || std::min(along.x, along.y) > part->max[axis])
     return false;
-  const glm::dvec2 low = origin + spacing * glm::dvec2(brick), high = low + 7 * spacing;
+  const glm::dvec2 low = origin + spacing * glm::dvec2(brick),
+                   high = low + (lattice_columns - 1) * spacing;
   const glm::dvec2 a = slices.x * shear, b = slices.y * shear;
   const glm::dvec2 least = low - glm::max(a, b), most = high - glm::min(a, b);
   return glm::all(glm::lessThanEqual(least, glm::dvec2(across(part->max)))) &&
@@ -343,20 +377,24 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
   std::vector<Slab> slabs = slabs_of(frame, blocks);
   Columns joined;
   std::vector<double> found, depths;
+  std::optional<TileNumbers> last;
+  if (blocks.wanted.size() < blocks.all.size()) last = last_slabs(frame, blocks.all, slabs);
   for (std::size_t next = 0; next < slabs.size();) {
     // several thin slabs at once: a device works on many bricks alike
     std::vector<LatticeBrick> bricks;
     const std::size_t begin = next;
     while (next < slabs.size() && bricks.size() < bricks_at_once) {
       Slab& slab = slabs[next++];
-      slab.find_bricks(frame, blocks.all);
+      slab.find_tiles(frame, blocks.all, last ? &*last : nullptr);
       slab.find_dark(frame);
-      for (std::size_t i = 0; i < slab.bricks.size(); ++i)
-        if (slab.is_dark(i))
-          bricks.emplace_back(8 * slab.bricks[i].x, 8 * slab.bricks[i].y, slab.first_slice);
+      for (std::size_t i = 0; i < slab.tiles.size(); ++i)
+        for (int brick = 0; brick < 4; ++brick)
+          if (slab.is_dark(i, brick))
+            bricks.emplace_back(8 * slab.tiles[i].x + 4 * (brick >> 1),
+                                8 * slab.tiles[i].y + 4 * (brick & 1), slab.first_slice);
     }
-    found.resize(std::max(found.size(), bricks.size() * brick_depths));
-    std::span<double> own = std::span(found).first(bricks.size() * brick_depths);
+    found.resize(std::max(found.size(), bricks.size() * lattice_depths_of_brick));
+    std::span<double> own = std::span(found).first(bricks.size() * lattice_depths_of_brick);
     if (frame.part)
       columns_of_part(frame, bricks, columns, own);
     else
@@ -364,10 +402,10 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
     std::span<const double> left = own;
     for (std::size_t l = begin; l < next; ++l) {
       Slab& slab = slabs[l];
-      depths.resize(std::max(depths.size(), slab.bricks.size() * brick_depths));
+      depths.resize(std::max(depths.size(), slab.tiles.size() * tile_depths));
       left = joined.join(slab, left, depths);
       tbb::parallel_for(std::size_t{0}, slab.wanted.size(), [&](std::size_t i) {
-        std::array<double, brick_depths> of_block;
+        std::array<double, 512> of_block;
         BlockDepths(frame, slab, depths, blocks.all[slab.wanted[i]]).write(of_block.data());
         take(slab.wanted[i], of_block);
       });

@@ -13,7 +13,12 @@
 
 namespace psivox {
 
-/// 8 x 8 columns by 8 slices: the numbers of its first column and its first slice.
+/// Columns of a brick along each axis across the light, and its slices.
+inline constexpr int lattice_columns = 4, lattice_slices = 8;
+/// Depths of a brick.
+inline constexpr int lattice_depths_of_brick = lattice_columns * lattice_columns * lattice_slices;
+
+/// The numbers of a brick's first column and its first slice.
 using LatticeBrick = glm::ivec3;
 
 /// Where the lattice of a light lies in the density's voxels. Its slices are those of the voxels
@@ -50,8 +55,8 @@ struct LatticeFrame {
   void place(MarchSetup& setup) const;
 };
 
-/// Optical depths along the columns of bricks, each from the slice before the brick's first: 64
-/// columns, axis_v fastest, of 8 slices, which follow each other; 512 a brick.
+/// Optical depths along the columns of bricks, each from the slice before the brick's first:
+/// columns, axis_v fastest, of slices, which follow each other.
 using LatticeColumns =
     std::function<void(std::span<const LatticeBrick> bricks, std::span<double> depths)>;
 
