@@ -1,15 +1,22 @@
-// Devices that fail: their functions are replaced by those of this file.
+// Functions of OpenGL are replaced by those of this file: devices that fail, and draws that count.
 
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <map>
+#include <set>
 #include <utility>
+#include <vector>
 
 #include "blobs_scene.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/study.h"
+#include "psivox/text_file.h"
+#include "study/results.h"
 
 namespace psivox {
 namespace {
@@ -157,6 +164,59 @@ TEST_F(GlTrouble, ALostContextSaysSo) {
   device_.reset = GL_NO_ERROR;
   device_.error = GL_CONTEXT_LOST;
   expect_lost();
+}
+
+/// Programs that draws were made with. A driver compiles a program at its first draw.
+struct Draws {
+  GLuint program = 0;
+  std::set<GLuint> programs{};
+  decltype(epoxy_glUseProgram) use = epoxy_glUseProgram;
+  decltype(epoxy_glDrawArrays) draw = epoxy_glDrawArrays;
+};
+
+Draws* draws = nullptr;
+
+void use_program(GLuint program) {
+  draws->program = program;
+  draws->use(program);
+}
+
+void draw_arrays(GLenum kind, GLint first, GLsizei count) {
+  draws->programs.insert(draws->program);
+  draws->draw(kind, first, count);
+}
+
+TEST_F(GlTrouble, WhatAStudyTimesHasDrawnBefore) {
+  Draws counted;
+  draws = &counted;
+  epoxy_glUseProgram = use_program;
+  epoxy_glDrawArrays = draw_arrays;
+  StudyOptions options;
+  options.folder = std::filesystem::path(testing::TempDir()) / "study_of_one_round";
+  std::filesystem::remove_all(options.folder);
+  options.repeats = 1;
+  options.split = false;
+  set_sweep(options.sweep, "integrators", "porter-duff,midpoint,psi-weighted");
+  set_sweep(options.sweep, "segments", "1");
+  set_sweep(options.sweep, "steps", "1");
+  const std::string file = (options.folder / "results.json").string();
+  std::vector<std::size_t> before, timed;  // programs, when nothing was timed and since then
+  options.progress = [&](double) {
+    if (!std::filesystem::exists(file)) return;
+    const StudyResults results = results_from_json(read_text(file, "study"), file);
+    const bool any = std::ranges::any_of(
+        results.points, [](const StudyPoint& point) { return !point.times.empty(); });
+    (any ? timed : before).push_back(counted.programs.size());
+  };
+  Scene scene = blobs_scene();
+  scene.luminance_grid = "density";
+  run_study(Session(scene).view(), options);
+  epoxy_glUseProgram = counted.use;
+  epoxy_glDrawArrays = counted.draw;
+  ASSERT_FALSE(before.empty());
+  ASSERT_GE(timed.size(), 6u);  // three rules in two samplings
+  EXPECT_GE(before.back(), 6u);
+  EXPECT_EQ(timed.back(), before.back()) << "a program was built in one rule's time";
 }
 
 }  // namespace

@@ -314,5 +314,23 @@ TEST_F(MarchLimits, RenderNeedsItsUpload) {
   EXPECT_THROW(Gpu::renderer()->render(view_of(scene, mixed())), Error);
 }
 
+// No picture is silent: whatever its size, no more than a tile passes between two reports. A tile
+// has 1024^2 pixels at most (gl/picture_pass.cpp), and fewer where it takes long.
+TEST_F(MarchLimits, EveryTileOfALargePictureIsReported) {
+  Scene scene = looking(small_scene(40), {95, 60, 70}, {300, 60, 70});  // past the volume: quick
+  scene.resolution = {4096, 768};
+  std::vector<double> reports{0};
+  RenderOptions options;
+  options.progress = [&](double fraction) { reports.push_back(fraction); };
+  const View view = view_of(scene, mixed());
+  render_gl(view, build_medium_atlas(view), {.render = options});
+  const double pixels = 4096 * 768;
+  double widest = 0;
+  for (std::size_t i = 1; i < reports.size(); ++i)
+    widest = std::max(widest, reports[i] - reports[i - 1]);
+  EXPECT_LE(widest, 1024 * 1024 / pixels + 1e-9);
+  EXPECT_EQ(reports.back(), 1);
+}
+
 }  // namespace
 }  // namespace psivox

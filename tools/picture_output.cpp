@@ -37,7 +37,7 @@ void put_out(const RenderCall& call, const View& view, RenderReport& report) {
   };
   if (!call.quiet) print_notices(report.drawn.notices);
   say(blank_reason(view, report.drawn.image));
-  constexpr double long_write = 5e7;  // [pixels]; some seconds
+  constexpr double long_write = 1e7;  // [pixels]; a second and more
   const Image& image = report.drawn.image;
   if (double(image.width) * image.height > long_write) say("writing " + in_quotes(call.output));
   const auto notices = write_picture(call, call.output, view, report);
