@@ -243,6 +243,16 @@ def test_zoom(browser, plot):
     expect(plot.axes() == whole, f"double click: {plot.axes()}, not {whole}")
 
 
+def test_phone(browser, page):
+    """At a phone's width the page scrolls down alone: wide tables scroll by themselves."""
+    metrics = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+    browser.call("/goog/cdp/execute", {"cmd": "Emulation.setDeviceMetricsOverride", "params": metrics})
+    browser.open(page)
+    width = browser.run("return document.documentElement.scrollWidth")
+    expect(width <= 390, f"at a width of 390 pixels {page} is {width} wide")
+    browser.call("/goog/cdp/execute", {"cmd": "Emulation.clearDeviceMetricsOverride", "params": {}})
+
+
 def main(folder):
     with Browser() as browser:
         page = folder / "study/index.html"
@@ -255,6 +265,8 @@ def main(folder):
         test_hover(browser, plot, folder)
         test_legend(browser, plot)
         test_zoom(browser, plot)
+        test_phone(browser, page)
+        test_phone(browser, folder / "summary/index.html")
 
         browser.open(folder / "summary/index.html")
         plot = Plot(browser, "needs-samples")

@@ -51,7 +51,7 @@ std::string html_page(const std::string& title, const std::string& body) {
   const bool has_plots = body.find("class=\"plot\"") != std::string::npos;
   const std::string scripts = has_plots ? script("chart.min.js") + script("plots.js") : "";
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
-         "name=\"viewport\" content=\"width=device-width\">\n<title>" +
+         "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
          escaped(title) + "</title>\n<style>\n" + page_files().at("page.css") +
          "</style>\n</head>\n<body>\n<h1>" + escaped(title) + "</h1>\n" + body + scripts +
          "</body>\n</html>\n";

@@ -21,26 +21,36 @@ constexpr int thumbnail_width = 256;
 
 std::string head(const StudyResults& r) {
   const std::string version = r.version + (r.git.empty() ? "" : " (" + r.git + ")");
-  return html_table({{"study", ""},
-                     {"file", escaped(r.input) + ", FNV-1a " + r.input_hash},
-                     {"psivox", escaped(version)},
-                     {"GL", escaped(r.renderer)},
-                     {"machine", escaped(r.processor) + ", " + std::to_string(r.threads) +
-                                     " threads, " + escaped(r.system)},
-                     {"reference", "adaptive quadrature in double; its error is at most " +
-                                       two_digits(r.reference_bound) + " at any pixel"},
-                     {"points", std::to_string(r.points.size()) + ", each timed " +
-                                    std::to_string(r.repeats) + " times"}},
-                    Cells::words);
+  return html_table(
+      {{"study", ""},
+       {"file", escaped(r.input) + ", FNV-1a " + r.input_hash},
+       {"psivox", escaped(version)},
+       {"GL", escaped(r.renderer)},
+       {"machine",
+        escaped(r.processor) + ", " + std::to_string(r.threads) + " threads, " + escaped(r.system)},
+       {"reference", "adaptive quadrature in double; its error is at most " +
+                         two_digits(r.reference_bound) + " at any pixel"},
+       {"points", std::to_string(r.points.size()) + ", each timed " +
+                      (r.repeats == 1 ? "once" : std::to_string(r.repeats) + " times")}},
+      Cells::words);
 }
 
-/// The page's first sentence, and what it means by 8 bits.
+/// The page's first sentence, and what it means by 8 bits. Lines break between options.
 std::string conclusion_html(const StudyResults& results) {
-  std::string sentence = escaped(conclusion_text(results));
-  const char* tags[] = {"<code>", "</code>"};
-  for (std::size_t at = 0, i = 0; (at = sentence.find('`', at)) != std::string::npos; ++i)
-    sentence.replace(at, 1, tags[i % 2]);
-  return "<p class=\"conclusion\">" + sentence + "</p>\n<p>" + eight_bits_note + "</p>\n";
+  const std::string sentence = escaped(conclusion_text(results));
+  std::string html;
+  bool code = false;
+  for (std::size_t i = 0; i < sentence.size(); ++i) {
+    if (sentence[i] == '`') {
+      code = !code;
+      html += code ? "<code>" : "</code>";
+    } else if (code && sentence.compare(i, 3, " --") == 0) {
+      html += "</code> <code>";
+    } else {
+      html += sentence[i];
+    }
+  }
+  return "<p class=\"conclusion\">" + html + "</p>\n<p>" + eight_bits_note + "</p>\n";
 }
 
 std::string spread_text(const Spread& s) {

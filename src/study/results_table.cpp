@@ -125,9 +125,13 @@ TextTable rules_table(const StudyResults& results) {
   for (const std::string& column : names(results, sampling_name)) rows[0].push_back(column);
   for (const std::string& rule : names(results, rule_name)) {
     rows.push_back({rule});
-    for (std::size_t i = 1; i < rows[0].size(); ++i)
-      rows.back().push_back(
-          cell(find(results, rule, rows[0][i]), find(results, "porter-duff", rows[0][i])));
+    bool measured = false;  // what a tolerance chooses is in no column
+    for (std::size_t i = 1; i < rows[0].size(); ++i) {
+      const StudyPoint* point = find(results, rule, rows[0][i]);
+      measured |= point != nullptr;
+      rows.back().push_back(cell(point, find(results, "porter-duff", rows[0][i])));
+    }
+    if (!measured) rows.pop_back();
   }
   return rows;
 }

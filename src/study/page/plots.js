@@ -60,7 +60,8 @@
     return {
       type: 'logarithmic',
       ...range,
-      title: {display: true, text: title, font: {size: 14}},
+      // a longer title would be squeezed
+      title: {display: true, text: title, font: ({chart}) => ({size: chart.width < 480 ? 11 : 14})},
       afterBuildTicks: scale => { scale.ticks = logTicks(scale.min, scale.max); },
       ticks: {
         autoSkip: false,
