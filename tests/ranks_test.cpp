@@ -3,8 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <glm/geometric.hpp>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <tuple>
 
 #include "blobs_scene.h"
+#include "draw/rank_marcher.h"
+#include "march/march_double.h"
 #include "psivox/draw.h"
 #include "thread_ranks.h"
 
@@ -69,6 +77,86 @@ TEST(Ranks, DrawThePictureOfOne) {
   expect_picture_of_one(scene, {3});
 }
 
+// Depths are sent as float32, 1e-7 of depths of a few; and see above.
+TEST(Ranks, LightThePictureOfOne) {
+  Scene scene = blobs_scene();
+  scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
+  expect_picture_of_one(scene, {1, 2, 5});
+  // steps begin in one part and end in another; the glow of each voxel is its own
+  scene.sampling = Sampling::uniform;
+  scene.colormap = Colormap::viridis;
+  scene.lights.push_back({glm::dvec3(1, 0.1, 0.2), glm::dvec3(0.2, 0.3, 0.9)});
+  expect_picture_of_one(scene, {3});
+}
+
+/// Depths at voxels towards a light, by blocks' origins.
+using BlockDepths = std::map<std::array<int, 3>, std::vector<double>>;
+
+BlockDepths depths_of(Marcher& marcher, const View& view, const Beam& beam,
+                      const std::vector<glm::ivec3>& blocks) {
+  std::vector<std::size_t> all(blocks.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  BlockDepths found;
+  std::mutex finding;
+  marcher.light_depths(view)(beam, {blocks, all},
+                             [&](std::size_t block, std::span<const double> depths) {
+                               const glm::ivec3& at = blocks[block];
+                               const std::lock_guard lock(finding);
+                               found[{at.x, at.y, at.z}] = {depths.begin(), depths.end()};
+                             },
+                             {});
+  return found;
+}
+
+// A rank that asks in one order of slabs gets what others hide before them, within them and beside
+// them: along each axis, leaning, from both sides, by coarse and fine columns.
+TEST(Ranks, JoinTheColumnsOfALattice) {
+  Scene scene = blobs_scene();
+  scene.lights = {{glm::dvec3(0, -1, 0), glm::dvec3(1)}};
+  const View view = make_view(scene, VdbFile(scene.input));
+  const auto options = density_options(view);
+  DoubleMarcher whole;
+  const MediumAtlas atlas = build_medium_atlas(view);
+  whole.upload(atlas, Filter::exact);
+  for (const auto& [direction, spacing, most_bricks] :
+       {std::tuple(glm::dvec3(0.3, -1, -0.5), 1.0, 1000),
+        {glm::dvec3(-0.8, 0.5, 0.9), 2.0, 1000},
+        {glm::dvec3(1, 0.9, -0.2), 0.5, 1000},
+        {glm::dvec3(0.3, -1, -0.5), 4.0, 40}}) {
+    const Beam beam{glm::normalize(direction), glm::dvec3(1), {.spacing = spacing}};
+    const BlockDepths truth =
+        depths_of(whole, view, beam, visible_blocks(*view.medium.density, options));
+    double greatest = 0;
+    for (const auto& [at, depths] : truth) greatest = std::max(greatest, std::ranges::max(depths));
+    EXPECT_GT(greatest, 1);
+    for (const int count : {1, 3, 8}) {
+      const auto errors = on_ranks(count, [&](const std::shared_ptr<Ranks>& ranks) {
+        const auto bricks = leaf_bricks(*view.medium.density);
+        const Regions parts = Regions::in_parts(bricks, std::size_t(count));
+        const Region part = parts.all()[std::size_t(ranks->rank())];
+        std::vector<glm::ivec3> mine;
+        for (const glm::ivec3& brick : bricks)
+          if (brick == glm::clamp(brick, part.bricks.min, part.bricks.max)) mine.push_back(brick);
+        const Regions own(mine, std::size_t(most_bricks), part.bricks);
+        AtlasOptions there = options;
+        there.region = part.bricks;
+        DoubleMarcher marcher;
+        RankMarcher together(marcher, *ranks, parts, own);
+        const BlockDepths joined =
+            depths_of(together, view, beam, visible_blocks(*view.medium.density, there));
+        EXPECT_FALSE(joined.empty());
+        for (const auto& [at, depths] : joined)
+          for (std::size_t i = 0; i < 512; ++i)
+            // rounded to float32, as parts, which are less
+            ASSERT_NEAR(depths[i], truth.at(at)[i], 1e-6 * greatest)
+                << at[0] << ' ' << at[1] << ' ' << at[2] << ": " << i << ", rank " << ranks->rank()
+                << " of " << count << ", " << spacing;
+      });
+      EXPECT_EQ(errors, std::vector<std::string>(std::size_t(count), ""));
+    }
+  }
+}
+
 // No method is chosen: the exact one keeps every tolerance.
 TEST(Ranks, KeepATolerance) {
   Scene scene = blobs_scene();
@@ -90,16 +178,40 @@ TEST(Ranks, KeepATolerance) {
   EXPECT_EQ(errors, std::vector<std::string>(2, ""));
 }
 
-TEST(Ranks, SayWhatTheyCannotDraw) {
+TEST(Ranks, LightWithinATolerance) {
   Scene scene = blobs_scene();
   scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
+  const Image truth = Session(scene).draw(*open_double()).image;
+  scene.sampling.reset();
+  scene.early_termination.reset();
+  scene.tolerance = 1e-3;
+  const Drawn alone = Session(scene).draw(*open_double());
+  const auto errors = on_ranks(3, [&](const std::shared_ptr<Ranks>& ranks) {
+    Wish wish;
+    wish.ranks = ranks;
+    const Drawn drawn = Session(scene).draw(*open_double(), wish);
+    ASSERT_TRUE(drawn.light);
+    EXPECT_EQ(drawn.light->method, alone.light->method);
+    EXPECT_GT(drawn.light->rms, 0);
+    // of the same points and depths, whose parts are summed in another order and sent as float32
+    EXPECT_NEAR(drawn.light->rms, alone.light->rms, 1e-4 * alone.light->rms);
+    if (ranks->first()) {
+      EXPECT_LT(compare_images(drawn.image, truth).rms, *scene.tolerance);
+    }
+  });
+  EXPECT_EQ(errors, std::vector<std::string>(3, ""));
+}
+
+TEST(Ranks, SayWhatTheyCannotDraw) {
+  Scene scene = blobs_scene();
   const auto errors = on_ranks(2, [&](const std::shared_ptr<Ranks>& ranks) {
     Session session(scene);
     Wish wish;
     wish.ranks = ranks;
+    wish.layers.depth = true;
     session.draw(*open_double(), wish);
   });
-  EXPECT_NE(errors[0].find("without light"), std::string::npos);
+  EXPECT_NE(errors[0].find("without other layers"), std::string::npos);
   EXPECT_EQ(errors[0], errors[1]);
 }
 

@@ -31,13 +31,6 @@ class ThreadRank final : public Ranks {
   ThreadRank(Exchange& shared, int rank)
       : Ranks({rank, int(shared.texts.size()), 0, 1, "here"}), shared_(shared) {}
 
-  std::vector<std::vector<glm::vec4>> exchange(
-      const std::vector<std::vector<glm::vec4>>& to) override {
-    const auto all = meet(shared_.pixels, to);
-    std::vector<std::vector<glm::vec4>> received;
-    for (const auto& from : all) received.push_back(from[std::size_t(rank())]);
-    return received;
-  }
   std::vector<std::vector<float>> collect(const std::vector<float>& part) override {
     const auto all = meet(shared_.floats, part);
     return first() ? all : std::vector<std::vector<float>>{};
@@ -56,6 +49,13 @@ class ThreadRank final : public Ranks {
  protected:
   std::vector<std::string> all_gather(const std::string& bytes) override {
     return meet(shared_.texts, bytes);
+  }
+  std::vector<std::vector<glm::vec4>> all_exchange(
+      const std::vector<std::vector<glm::vec4>>& to) override {
+    const auto all = meet(shared_.pixels, to);
+    std::vector<std::vector<glm::vec4>> received;
+    for (const auto& from : all) received.push_back(from[std::size_t(rank())]);
+    return received;
   }
 
  private:

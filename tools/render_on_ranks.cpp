@@ -39,7 +39,6 @@ void check_scope(const RenderCall& call, const Scene& scene) {
     refuse("not a sequence");
   if (scene.renderer == RendererKind::reference) refuse("not by --renderer reference");
   if (call.output.empty()) refuse("and need -o");
-  if (scene.lit()) refuse("without light (--look plain)");
   if (scene.lod) refuse("without --lod");
   if (const std::string obstacle = parts_obstacle(scene); !obstacle.empty())
     refuse("in " + obstacle + " only");
@@ -95,7 +94,8 @@ std::optional<Session> Together::read() {
   ranks->agree([&] {
     const Stopwatch watch;
     const LookedScene looked =
-        with_look(scene, VdbFile(scene.input), "plain", shows_background(call), {true, ranks});
+        with_look(scene, VdbFile(scene.input), "auto", shows_background(call), {true, ranks});
+    if (leaves_look_open(scene) && !call.quiet) print_look(looked);
     scene = looked.scene;
     check_scope(call, scene);
     session.emplace(make_view(scene, looked.fields));
@@ -140,10 +140,7 @@ void render_on_ranks(Arguments arguments, const std::shared_ptr<Ranks>& ranks) {
     auto opened = std::async(std::launch::async, [scene = work.scene, place = ranks->place()] {
       return open_own(scene, place);
     });
-    const bool open_look = leaves_look_open(work.scene);
     std::optional<Session> session = work.read();
-    if (open_look && !work.call.quiet)
-      std::fprintf(stderr, "psivox: --look plain: several processes draw no light together\n");
     if (!work.call.quiet) print_notices(session->view(), work.scene);
     if (work.call.print_scene) std::cout << to_json(session->view().scene) << std::flush;
     work.draw(*session, std::move(opened));

@@ -137,10 +137,10 @@ std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& 
 /// alone.
 std::vector<glm::ivec3> leaf_bricks(const Field& field);
 
-/// Origins of the domain's blocks of 8^3 voxels that hold a corner of a visible cell, sorted by
-/// coordinates. A quantity computed at voxels must be known in these blocks to be interpolated
-/// wherever the medium is visible. The field must be scalar. Throws Error(memory) beyond 2^24
-/// blocks.
+/// Origins of the domain's blocks of 8^3 voxels that hold a corner of a visible cell, of a region's
+/// if there is one, sorted by coordinates. A quantity computed at voxels must be known there
+/// to be interpolated wherever the medium is visible. The field must be scalar. Throws
+/// Error(memory) beyond 2^24 blocks.
 std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options);
 
 /// The same from the field's atlas, which was built by these options with own_texels and float32:

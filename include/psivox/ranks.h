@@ -50,9 +50,8 @@ class Ranks {
   /// rank 0".
   void check_same(const std::string& bytes, const std::string& differs);
 
-  /// Sends `to[r]` to each rank r. Returns what each has sent to this one.
-  virtual std::vector<std::vector<glm::vec4>> exchange(
-      const std::vector<std::vector<glm::vec4>>& to) = 0;
+  /// Sends `to[r]` to each rank r. Returns what each has sent to this one. Throws as gather().
+  std::vector<std::vector<glm::vec4>> exchange(const std::vector<std::vector<glm::vec4>>& to);
   /// Returns what each rank gives, by rank, in the first; in others nothing.
   virtual std::vector<std::vector<float>> collect(const std::vector<float>& part) = 0;
 
@@ -72,6 +71,9 @@ class Ranks {
  protected:
   /// What each gives, by rank.
   virtual std::vector<std::string> all_gather(const std::string& bytes) = 0;
+  /// exchange(), where all exchange.
+  virtual std::vector<std::vector<glm::vec4>> all_exchange(
+      const std::vector<std::vector<glm::vec4>>& to) = 0;
 
  private:
   std::vector<std::string> checked(const std::vector<std::string>& messages) const;

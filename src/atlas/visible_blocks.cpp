@@ -26,10 +26,15 @@ glm::ivec3 neighbour(int i) { return {i >> 2, i >> 1 & 1, i & 1}; }
 /// Distinct blocks inside a field's domain.
 class BlockList {
  public:
-  BlockList(const Field& field) : name_(field.name), seen_(field.leaves.size()) {
+  /// Inside a box of bricks, too, and beside its far faces, if there is one.
+  BlockList(const Field& field, const std::optional<Box>& region)
+      : name_(field.name), seen_(field.leaves.size()) {
     const Box domain = field.domain();
     first_ = domain.min >> 3;
     last_ = domain.max >> 3;
+    if (!region) return;
+    first_ = glm::max(first_, region->min);
+    last_ = glm::min(last_, region->max + 1);
   }
 
   void add(const glm::ivec3& block) {
@@ -95,7 +100,7 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
   const auto visible = [&](const ValueRange& own, const ValueRange& companions) {
     return options.visible ? options.visible(own, companions) : own.min != 0 || own.max != 0;
   };
-  BlockList blocks(field);
+  BlockList blocks(field, options.region);
   if (visible({}, {})) {
     blocks.add_domain();
     return blocks.origins();
@@ -103,7 +108,11 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
   const BrickSource source(field);
   std::optional<BrickSource> companion;
   if (options.companion) companion.emplace(*options.companion);
-  const std::vector<glm::ivec3> bricks = source.candidates();
+  std::vector<glm::ivec3> bricks = source.candidates();
+  if (const std::optional<Box>& region = options.region)
+    std::erase_if(bricks, [&](const glm::ivec3& brick) {
+      return brick != glm::clamp(brick, region->min, region->max);
+    });
   std::vector<std::uint8_t> reached(bricks.size());  // a bit for each of 8 neighbours
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bricks.size(), 16), [&](const auto& some) {
     std::array<float, brick_texels> values;
@@ -137,7 +146,7 @@ std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
         reached[k] = std::uint8_t(reached[k] | 1 << i);
     }
   });
-  BlockList blocks(field);
+  BlockList blocks(field, {});
   blocks.add_reached(atlas.places, reached);
   return blocks.origins();
 }

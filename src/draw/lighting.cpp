@@ -71,33 +71,27 @@ std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
 }
 
 /// Blocks of the density whose light is seen.
-std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas) {
-  const AtlasOptions options = density_options(view);
+std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas,
+                                  const std::optional<Box>& bricks) {
+  AtlasOptions options = density_options(view);
+  options.region = bricks;
   const Field& density = *view.medium.density;
   if (atlas)
     if (auto blocks = visible_blocks(density, options, atlas->density)) return std::move(*blocks);
   return visible_blocks(density, options);
 }
 
-/// Exact optical depths: by the atlas, or by the grids where there is none of the whole.
-LightPilot::Depths exact_depths(const View& view, const MediumAtlas* atlas) {
-  return [&view, atlas](const Beam& beam, std::span<const glm::ivec3> voxels) {
-    return atlas ? march_double_light_depths(view, *atlas, beam, voxels)
-                 : reference_light_depths(view, beam, voxels);
-  };
-}
-
 /// Methods for some beams, by what they miss and cost.
 class LightTrials {
  public:
-  LightTrials(const View& view, const MediumAtlas* atlas, const std::vector<glm::ivec3>& blocks,
-              std::vector<Beam> beams, double rms)
+  LightTrials(const View& view, LightPilot::Depths exact, const LightShare& share,
+              const std::vector<glm::ivec3>& blocks, std::vector<Beam> beams, double rms)
       : view_(view),
         blocks_(blocks),
         beams_(std::move(beams)),
         rms_(rms),
         luminance_(view, beams_),
-        pilot_(view, exact_depths(view, atlas), luminance_) {}
+        pilot_(view, std::move(exact), luminance_, share) {}
 
   /// What `lit` misses, as estimated.
   LightError miss(const Medium& lit) const { return pilot_.error(lit); }
@@ -140,19 +134,17 @@ class LightTrials {
     return rays;
   }
 
-  double voxels() const { return 512 * double(blocks_.size()); }
-
-  /// Look-ups of a lattice, for one beam.
-  double lattice_look_ups(double spacing) const {
+  /// Look-ups of a lattice for a voxel, for one beam.
+  static double lattice_look_ups(double spacing) {
     // two a slice of voxels; bricks at the rim are half empty, and a look-up's time each for the
     // rest
     const double across = 1 / (spacing * spacing), along = std::max(2.0, 1 / spacing);
-    return (1 + 0.5 * std::min(spacing, 1.0)) * voxels() * across * along + voxels();
+    return (1 + 0.5 * std::min(spacing, 1.0)) * across * along + 1;
   }
 
-  /// Time of rays from each voxel, in look-ups of a lattice.
+  /// Time of a ray from each voxel, in look-ups of a lattice.
   double exact_look_ups(double termination) const {
-    return cell_cost * voxels() * pilot_.mean_cells(termination);
+    return cell_cost * pilot_.mean_cells(termination);
   }
 
   /// Time of a cell that a ray crosses, in look-ups of a lattice, on llvmpipe
@@ -173,10 +165,10 @@ class LightTrials {
 /// (docs/notes/light.md), so that a trial with few tells how many it takes.
 class SkyTrial {
  public:
-  SkyTrial(const View& view, const MediumAtlas* atlas, double rms) {
+  SkyTrial(const View& view, LightPilot::Depths exact, const LightShare& share, double rms) {
     const glm::dvec3& sky = view.medium.light->sky;
     const LitLuminance many(view, sky_beams(sky, 256)), few(view, sky_beams(sky, few_count));
-    const LightError off = LightPilot(view, exact_depths(view, atlas), many).error(few);
+    const LightError off = LightPilot(view, std::move(exact), many, share).error(few);
     count_ = int(std::clamp(std::ceil(few_count * off.rms / (light_safety * rms)), 8.0, 1024.0));
     miss_ = off * (double(few_count) / count_);
   }
@@ -206,6 +198,14 @@ View Lighting::typical_view(const View& view) const {
   return typical;
 }
 
+LightPilot::Depths Lighting::exact_depths(const View& view, const MediumAtlas* atlas) const {
+  if (shared_.exact_depths) return shared_.exact_depths(view);
+  return [&view, atlas](const Beam& beam, std::span<const glm::ivec3> voxels) {
+    return atlas ? march_double_light_depths(view, *atlas, beam, voxels)
+                 : reference_light_depths(view, beam, voxels);
+  };
+}
+
 DrawnLight Lighting::description() const {
   return {light_method_text(beams_.front().method), int(beams_.size()), error_.rms, error_.max};
 }
@@ -222,7 +222,8 @@ bool Lighting::serves(const Camera& camera, const Scene& scene, const MediumAtla
   if (std::all_of(beams_.begin(), beams_.end(), exact)) return true;
   if (need.exact) return false;
   if (need.rms == 0) return true;
-  error_ = sum(LightPilot(view, exact_depths(view, atlas), luminance).error(*medium_), sky_error_);
+  const LightPilot pilot(view, exact_depths(view, atlas), luminance, shared_.share);
+  error_ = sum(pilot.error(*medium_), sky_error_);
   return error_.rms <= need.rms;
 }
 
@@ -243,7 +244,7 @@ Medium Lighting::exact_medium(const Camera& camera, const Scene& scene,
 void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scene,
                        const MediumAtlas* atlas, LightNeed need, const Progress& progress) {
   const View view = seen(camera, scene);
-  if (blocks_.empty()) blocks_ = blocks_of(view, atlas);
+  if (blocks_.empty()) blocks_ = blocks_of(view, atlas, bricks_);
   const LightDepths depths = marcher.light_depths(view);
   camera_ = camera;
   beams_ = light_beams(view);
@@ -262,10 +263,11 @@ void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scen
     lights_error = error_;
   }
   // the sky's share, in quadrature: for the number of its directions, and for the depths of each
-  const SkyTrial trial(typical_view(view), atlas, 0.6 * part);
-  const std::vector<Beam> some = sky_beams(sky, tried_sky_count);
   const View typical = typical_view(view);
-  LightTrials trials(typical, atlas, blocks_, some, 0.8 * part);
+  const SkyTrial trial(typical, exact_depths(typical, atlas), shared_.share, 0.6 * part);
+  const std::vector<Beam> some = sky_beams(sky, tried_sky_count);
+  LightTrials trials(typical, exact_depths(typical, atlas), shared_.share, blocks_, some,
+                     0.8 * part);
   const LightMethod method = trials.first(depths);
   const std::size_t lights = beams_.size();
   add_sky(view, trial.count());
@@ -281,8 +283,8 @@ void Lighting::settle_lights(const View& view, const MediumAtlas* atlas, const L
   const LitLuminance luminance(view, beams_);
   std::optional<LightPilot> own;  // the trials' pilot serves the typical picture
   if (!same_frame(view.camera, typical.camera))
-    own.emplace(view, exact_depths(view, atlas), luminance);
-  LightTrials trials(typical, atlas, blocks_, beams_, rms);
+    own.emplace(view, exact_depths(view, atlas), luminance, shared_.share);
+  LightTrials trials(typical, exact_depths(typical, atlas), shared_.share, blocks_, beams_, rms);
   LightMethod method = trials.first(depths);
   while (true) {
     set_method(beams_, method);

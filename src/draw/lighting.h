@@ -13,11 +13,24 @@ struct LightNeed {
   double rms = 0;  ///< largest error, RMS over the picture and R G B A; 0: any light will do
 };
 
+/// How processes that share a medium know their light's error.
+struct SharedLight {
+  LightShare share{};
+  /// Exact depths through the whole; unset: it is all here.
+  std::function<LightPilot::Depths(const View& view)> exact_depths{};
+};
+
 /// The light of a medium, as far as it is computed, for pictures by several cameras.
 class Lighting {
  public:
-  /// `view` has the medium without its light.
-  explicit Lighting(const View& view) : view_(view) {}
+  /// `view` has the medium without its light. `bricks`: where light is asked for, if not wherever
+  /// it is seen.
+  explicit Lighting(const View& view, const std::optional<Box>& bricks = {})
+      : view_(view), bricks_(bricks) {}
+
+  /// To be called before the first light, where others have parts of the medium. All then ask the
+  /// same of their light together.
+  void share(SharedLight shared) { shared_ = std::move(shared); }
 
   /// Whether the light that is there serves the picture of a camera. Sets error(). `atlas` is null
   /// where there is none of the whole.
@@ -38,6 +51,8 @@ class Lighting {
 
  private:
   View seen(const Camera& camera, const Scene& scene) const;
+  /// Exact optical depths: by the atlas, or by the grids where there is none of the whole.
+  LightPilot::Depths exact_depths(const View& view, const MediumAtlas* atlas) const;
   void replace(Marcher& marcher, const Camera& camera, const Scene& scene, const MediumAtlas* atlas,
                LightNeed need, const Progress& progress);
   /// The view by which methods are chosen. Its camera is the same for all pictures of a medium, so
@@ -52,6 +67,8 @@ class Lighting {
                      double rms, const Progress& progress);
 
   View view_;
+  std::optional<Box> bricks_;
+  SharedLight shared_;
   std::vector<glm::ivec3> blocks_;  ///< visible; empty until they are needed
   std::optional<Medium> medium_;
   std::vector<Beam> beams_;

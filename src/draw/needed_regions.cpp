@@ -67,6 +67,7 @@ Needs needs_of(const View& view, int light) {
     const double texel_bytes = texel == TexelType::float16 ? 2 : 4;
     needs.bricks = double(std::max<std::size_t>(leaf_bricks(*medium.density).size(), 1));
     needs.texels = needs.bricks * brick_texels * texel_bytes;
+    needs.light = light * needs.texels;
     needs.on_host = double(value_bytes(*medium.density));
   } else {
     const AtlasSize density = size_of(*medium.density, density_options(view), texel);
@@ -109,6 +110,20 @@ std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, 
                                     mebibytes(std::uint64_t(limit)) + why);
 }
 
+/// Of the light's grid over the density's bricks; 0: no light is to be computed.
+int light_channels(const View& view) {
+  return view.medium.light ? LitLuminance(view, light_beams(view)).channels() : 0;
+}
+
+/// What stays in memory while a rank lights and draws its part: the density's values, if they do
+/// not stay in the file, and the light's [bytes].
+double held_bytes(const View& view, const Needs& needs, const Region& part, int light) {
+  const Field& density = *view.medium.density;
+  const double grown = std::pow(std::cbrt(double(part.count)) + 2 * needs.margin + 1, 3);
+  const double share = std::min(grown / needs.bricks, 1.0);
+  return share * double(value_bytes(density)) * (light + (density.reader ? 1 : 0));
+}
+
 }  // namespace
 
 std::optional<Regions> needed_regions(const View& view, const Wish& wish,
@@ -118,8 +133,7 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
   const bool must = given_limit || view.scene.memory_limit > 0 || in_file;
   const double limit =
       given_limit ? *given_limit : left_beside_fields(view, double(grid_memory(view.scene)));
-  // light is a grid over the density's bricks
-  const int light = medium.light ? LitLuminance(view, light_beams(view)).channels() : 0;
+  const int light = light_channels(view);
   double most = (1 + light) * most_bytes(*medium.density);
   for (const auto& field : {medium.luminance, medium.emission, medium.gradient})
     if (field) most += most_bytes(*field);
@@ -138,9 +152,25 @@ Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ive
                         const Region& part, int local_ranks) {
   const bool limited = view.scene.memory_limit > 0;
   const double all = double(grid_memory(view.scene));
-  const double limit = left_beside_fields(view, limited ? all : all / local_ranks);
-  const std::size_t most =
-      all > 0 ? most_bricks(view, wish, needs_of(view, /*light=*/0), limit) : bricks.size();
+  std::size_t most = bricks.size();
+  if (all > 0) {
+    double limit = left_beside_fields(view, limited ? all : all / local_ranks);
+    const int light = light_channels(view);
+    Needs needs = needs_of(view, light);
+    if (light > 0) {
+      const double held = held_bytes(view, needs, part, light);
+      if (held >= limit)
+        throw Error(ExitCode::memory,
+                    "grid " + in_quotes(view.medium.density->name) + ": light needs " +
+                        mebibytes(std::uint64_t(held)) +
+                        " for the values of a process's part, and " +
+                        mebibytes(std::uint64_t(limit)) +
+                        " are left; start more processes, raise --memory-limit or leave light out");
+      limit -= held;
+      needs.on_host = 0;
+    }
+    most = most_bricks(view, wish, needs, limit);
+  }
   std::erase_if(bricks, [&](const glm::ivec3& brick) {
     return glm::clamp(brick, part.bricks.min, part.bricks.max) != brick;
   });

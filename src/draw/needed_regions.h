@@ -22,7 +22,8 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
 
 /// The regions by which a rank draws its part of the volume, one or as many as memory asks for.
 /// `bricks`: the density's. `local_ranks`: those that share the machine's memory, unless the scene
-/// has a limit, which is each rank's. Throws Error(memory) if the limit cannot be kept.
+/// has a limit, which is each rank's. With light the part's values are in memory. Throws
+/// Error(memory) if the limit cannot be kept.
 Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ivec3> bricks,
                         const Region& part, int local_ranks);
 

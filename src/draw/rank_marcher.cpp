@@ -1,5 +1,7 @@
 #include "draw/rank_marcher.h"
 
+#include "draw/rank_lattice.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cstring>
@@ -21,7 +23,79 @@ PixelBox common(const PixelBox& a, const PixelBox& b) {
   return box.empty() ? PixelBox{} : box;
 }
 
+template <typename Number>
+std::vector<Number> numbers_of(const std::string& bytes) {
+  std::vector<Number> numbers(bytes.size() / sizeof(Number));
+  std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(Number));
+  return numbers;
+}
+
+template <typename Number>
+std::string bytes_of(const std::vector<Number>& numbers) {
+  return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number)};
+}
+
 }  // namespace
+
+RankMarcher::RankMarcher(Marcher& marcher, Ranks& ranks, const Regions& parts, const Regions& own)
+    : own_(marcher, own), ranks_(ranks), parts_(parts) {
+  for (const std::string& count : ranks.gather(std::to_string(own.count())))
+    most_regions_ = std::max<std::size_t>(most_regions_, std::stoul(count));
+}
+
+LightDepths RankMarcher::light_depths(const View& view) {
+  return [this, &view, by_rays = joined_depths(ranks_, own_.light_depths(view))](
+             const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+             const Progress& progress) {
+    if (beam.method.spacing == 0)
+      by_rays(beam, blocks, take, progress);
+    else
+      lattice(view, beam, blocks, take, progress);
+  };
+}
+
+void RankMarcher::lattice(const View& view, const Beam& beam, const LightBlocks& blocks,
+                          const TakeDepths& take, const Progress& progress) {
+  const glm::ivec3 ghost = region_ghost(view);
+  std::vector<Box> bricks;
+  for (const Region& part : parts_.all())
+    bricks.push_back({part.bricks.min - ghost, part.bricks.max + ghost});
+  RankLattice lattice(ranks_, std::move(bricks));
+  std::vector<double> sums(most_regions_ > 1 ? 512 * blocks.all.size() : 0);
+  const TakeDepths add = [&](std::size_t block, std::span<const double> depths) {
+    for (std::size_t i = 0; i < 512; ++i) sums[512 * block + i] += depths[i];
+  };
+  for (std::size_t region = 0; region < most_regions_; ++region)
+    own_.with_lattice_of(
+        region, view, beam, [&](const LatticeFrame& frame, const LatticeColumns& columns) {
+          lattice.depths(frame, columns, blocks, most_regions_ > 1 ? add : take, [&](double done) {
+            if (progress) progress((double(region) + done) / double(most_regions_));
+          });
+        });
+  if (most_regions_ > 1)
+    for (const std::size_t block : blocks.wanted)
+      take(block, std::span<const double>(sums).subspan(512 * block, 512));
+}
+
+LightShare RankMarcher::light_share(const std::shared_ptr<const Field>& whole) {
+  constexpr glm::ivec3 most(1 << 27);  // the outermost parts reach farther than there are voxels
+  const Box bricks = parts_.all()[std::size_t(ranks_.rank())].bricks;
+  return {{8 * glm::max(bricks.min, -most), 8 * glm::min(bricks.max, most) + 7},
+          whole,
+          [this](const std::string& bytes) { return ranks_.gather(bytes); }};
+}
+
+LightPilot::Depths RankMarcher::exact_depths(const View& view) {
+  return [this, &view](const Beam& beam, std::span<const glm::ivec3> voxels) {
+    std::vector<double> sums(voxels.size());
+    for (const std::string& found :
+         ranks_.gather(bytes_of(own_.exact_depths(view, beam, voxels)))) {
+      const auto depths = numbers_of<double>(found);
+      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += depths[i];
+    }
+    return sums;
+  };
+}
 
 CarriedLight RankMarcher::carry_own(const View& view, const RenderOptions& options,
                                     const PixelBox& pixels, RenderStats& stats) {

@@ -2,7 +2,10 @@
 
 #include <vector>
 
+#include "draw/rank_light.h"
 #include "draw/region_marcher.h"
+#include "march/light_pilot.h"
+#include "march/light_share.h"
 #include "psivox/ranks.h"
 
 namespace psivox {
@@ -16,13 +19,17 @@ namespace psivox {
 class RankMarcher final : public Marcher {
  public:
   /// `parts`: one for each rank. `own`: the regions of this rank's part.
-  RankMarcher(Marcher& marcher, Ranks& ranks, const Regions& parts, const Regions& own)
-      : own_(marcher, own), ranks_(ranks), parts_(parts) {}
+  RankMarcher(Marcher& marcher, Ranks& ranks, const Regions& parts, const Regions& own);
 
   std::string description() const override { return own_.description(); }
   bool marches() const override { return false; }
   void upload(const MediumAtlas&, Filter) override {}
-  LightDepths light_depths(const View& view) override { return own_.light_depths(view); }
+  bool approximates_light() const override { return true; }
+  /// All ranks must ask for them together, each for its own voxels.
+  LightDepths light_depths(const View& view) override;
+  /// What light is chosen by.
+  LightShare light_share(const std::shared_ptr<const Field>& whole);
+  LightPilot::Depths exact_depths(const View& view);
   RenderResult render(const View& view, const RenderOptions& options = {}) override;
 
  private:
@@ -31,10 +38,13 @@ class RankMarcher final : public Marcher {
   CarriedLight fold(const View& view, const CarriedLight& own, const std::vector<PixelBox>& seen);
   Image collect(const Image& strip, const glm::ivec2& size);
   void add_up(RenderStats& stats);
+  void lattice(const View& view, const Beam& beam, const LightBlocks& blocks,
+               const TakeDepths& take, const Progress& progress);
 
   RegionMarcher own_;
   Ranks& ranks_;
   const Regions& parts_;
+  std::size_t most_regions_ = 0;  ///< of a rank's part
 };
 
 }  // namespace psivox

@@ -5,6 +5,8 @@
 #include <glm/matrix.hpp>
 
 #include "draw/trial_method.h"
+#include "march/light_lattice.h"
+#include "march/march_double.h"
 #include "psivox/parts.h"
 
 namespace psivox {
@@ -64,26 +66,57 @@ LightDepths RegionMarcher::light_depths(const View& view) {
     const std::vector<Region> regions = regions_.all();
     const glm::dvec3 towards =
         glm::inverse(glm::dmat3(view.medium.density->world_from_index)) * -beam.direction;
-    const double greatest = greatest_value(view.medium);
     for (std::size_t i = 0; i < regions.size(); ++i) {
       const std::vector<std::size_t> wanted = behind(regions[i].bricks, blocks, towards);
       if (wanted.empty()) continue;
-      const MediumAtlas atlas = build_region_atlas(view, regions[i].bricks, {}, greatest);
-      marcher_.upload(atlas, Filter::exact);
+      upload_dark(view, regions[i]);
       Progress part;
       if (progress)
         part = [&](double fraction) { progress((double(i) + fraction) / double(regions.size())); };
       marcher_.light_depths(view)(beam, {blocks.all, wanted}, add, part);
     }
-    marcher_.holds = 0;
     for (const std::size_t block : blocks.wanted)
       take(block, std::span<const double>(sums).subspan(rows[block], 512));
   };
 }
 
+void RegionMarcher::with_lattice_of(std::size_t region, const View& view, const Beam& beam,
+                                    const UseLattice& use) {
+  if (region < regions()) {
+    upload_dark(view, regions_.all()[region]);
+    return marcher_.with_lattice(view, beam, use);
+  }
+  const MediumAtlas nothing = build_region_atlas(view, {}, {}, 0.0);
+  use(LatticeFrame(view, nothing, beam),
+      [](std::span<const LatticeBrick>, std::span<double> depths) {
+        std::ranges::fill(depths, 0.0);
+      });
+}
+
+std::vector<double> RegionMarcher::exact_depths(const View& view, const Beam& beam,
+                                                std::span<const glm::ivec3> voxels) {
+  std::vector<double> sums(voxels.size());
+  for (const Region& region : regions_.all()) {
+    upload_dark(view, region);
+    const std::vector<double> depths = march_double_light_depths(view, dark_, beam, voxels);
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += depths[i];
+  }
+  return sums;
+}
+
+void RegionMarcher::upload_dark(const View& view, const Region& region) {
+  if (only_is_uploaded_) return;
+  marcher_.holds = 0;
+  dark_ = build_region_atlas(view, region.bricks, {}, greatest_value(view.medium));
+  marcher_.upload(dark_, Filter::exact);
+  only_is_uploaded_ = regions_.count() == 1;
+}
+
 CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options,
                                   const PixelBox& pixels, RenderStats& stats) {
   give_back_freed_memory();
+  dark_ = {};
+  only_is_uploaded_ = false;
   View one = view.scene.tolerance ? with_method(view, exact_method(view)) : view;
   one.scene.pixel_samples = 1;
   const int samples = view.scene.pixel_samples;

@@ -24,14 +24,26 @@ class RegionMarcher final : public Marcher {
   bool approximates_light() const override { return true; }
   void upload(const MediumAtlas&, Filter) override {}
   LightDepths light_depths(const View& view) override;
+  std::size_t regions() const { return regions_.count(); }
+  /// Gives the lattice through a region. One that there is not hides nothing.
+  void with_lattice_of(std::size_t region, const View& view, const Beam& beam,
+                       const UseLattice& use);
+  /// Exact depths of the regions from some voxels.
+  std::vector<double> exact_depths(const View& view, const Beam& beam,
+                                   std::span<const glm::ivec3> voxels);
   RenderResult render(const View& view, const RenderOptions& options = {}) override;
   /// What the picture's rays collect in these pixels, which must have all that see the regions.
   CarriedLight carry(const View& view, const RenderOptions& options, const PixelBox& pixels,
                      RenderStats& stats);
 
  private:
+  /// Uploads a region for light. The only region stays uploaded from light to light.
+  void upload_dark(const View& view, const Region& region);
+
   Marcher& marcher_;
   const Regions& regions_;
+  MediumAtlas dark_;  ///< of the region uploaded last
+  bool only_is_uploaded_ = false;
 };
 
 }  // namespace psivox

@@ -105,6 +105,8 @@ struct Session::Impl {
   Drawn draw_whole(Marcher& marcher, const Wish& wish);
   Drawn draw_in(const Regions& regions, Marcher& marcher, const Wish& wish);
   Drawn draw_on(Ranks& ranks, Marcher& marcher, const Wish& wish);
+  /// Keeps some bricks of the density alone, in memory, and lights these.
+  void hold(const Box& bricks);
   /// After the device was too small for the whole.
   Drawn draw_in_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure);
 
@@ -112,6 +114,8 @@ struct Session::Impl {
   const Medium unlit;                  ///< the medium without its light
   std::optional<Lighting> lighting;    ///< of a medium that a light shines on
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
+  std::optional<Box> held;             ///< bricks of the density, if not all
+  Ranks* together = nullptr;           ///< processes that draw this picture
   std::map<TexelType, MediumAtlas> atlases;
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads;  ///< their numbers
 };
@@ -143,14 +147,23 @@ void Session::Impl::light(Marcher& marcher, const View& wanted, LightNeed need,
   if (!lighting) return;
   const MediumAtlas* dark = marcher.marches() ? &atlas(view.scene.texel, times) : nullptr;
   const Stopwatch watch;
-  if (lighting->serves(wanted.camera, wanted.scene, dark, need)) return;
-  if (marcher.marches()) {
-    Scene exact = view.scene;
-    exact.filter = Filter::exact;
-    upload(marcher, exact, times);
-  }
-  lighting->compute(marcher, wanted.camera, wanted.scene, dark, need,
-                    of_stage(progress, Stage::lighting));
+  bool served = false;
+  const auto compute = [&] {
+    served = lighting->serves(wanted.camera, wanted.scene, dark, need);
+    if (served) return;
+    if (marcher.marches()) {
+      Scene exact = view.scene;
+      exact.filter = Filter::exact;
+      upload(marcher, exact, times);
+    }
+    lighting->compute(marcher, wanted.camera, wanted.scene, dark, need,
+                      of_stage(progress, Stage::lighting));
+  };
+  if (together)
+    together->agree(compute);
+  else
+    compute();
+  if (served) return;
   view.medium = lighting->medium();
   View shining = view;
   for (auto& [texel, lit] : atlases) {
@@ -303,20 +316,35 @@ Drawn Session::Impl::draw_in(const Regions& regions, Marcher& marcher, const Wis
 Drawn Session::Impl::draw_on(Ranks& ranks, Marcher& marcher, const Wish& wish) {
   std::optional<Regions> parts, own;
   ranks.agree([&] {
-    const View wanted = viewed(wish);
-    std::string obstacle = region_obstacle(wanted, wish);
-    if (obstacle.empty() && lighting) obstacle = "pictures without light (--look plain)";
+    View wanted = viewed(wish);
+    const std::string obstacle = region_obstacle(wanted, wish);
     if (!obstacle.empty())
       throw Error(ExitCode::usage, "several processes draw only " + obstacle + " together");
-    const std::vector<glm::ivec3> bricks = leaf_bricks(*wanted.medium.density);
+    wanted.medium = unlit;
+    const std::vector<glm::ivec3> bricks = leaf_bricks(*unlit.density);
     parts = Regions::in_parts(bricks, std::size_t(ranks.count()));
-    own = regions_of_part(wanted, wish, bricks, parts->all()[std::size_t(ranks.rank())],
-                          ranks.place().local_count);
+    const Region part = parts->all()[std::size_t(ranks.rank())];
+    own = regions_of_part(wanted, wish, bricks, part, ranks.place().local_count);
+    const glm::ivec3 ghost = region_ghost(wanted);
+    if (lighting) hold({part.bricks.min - ghost, part.bricks.max + ghost});
   });
-  RankMarcher together(marcher, ranks, *parts, *own);
-  Drawn drawn = draw_whole(together, wish);
+  RankMarcher rank_marcher(marcher, ranks, *parts, *own);
+  if (lighting)
+    lighting->share({rank_marcher.light_share(unlit.density),
+                     [&](const View& seen) { return rank_marcher.exact_depths(seen); }});
+  Drawn drawn = draw_whole(rank_marcher, wish);
   if (drawn.scene.tolerance) drawn.plan = exact_plan(viewed(wish));
   return drawn;
+}
+
+void Session::Impl::hold(const Box& bricks) {
+  if (held == bricks) return;
+  view.medium = unlit;
+  const bool margin = density_options(view).with_margin;
+  view.medium.density =
+      std::make_shared<const Field>(field_of_bricks(*unlit.density, bricks, margin));
+  lighting.emplace(view, bricks);
+  held = bricks;
 }
 
 Drawn Session::Impl::draw_in_smaller(Marcher& marcher, const Wish& wish,
@@ -344,6 +372,7 @@ Drawn Session::Impl::draw_in_smaller(Marcher& marcher, const Wish& wish,
 }
 
 Drawn Session::draw(Marcher& marcher, const Wish& wish) {
+  impl_->together = wish.ranks.get();
   if (wish.ranks) return impl_->draw_on(*wish.ranks, marcher, wish);
   if (impl_->view.scene.mode == Mode::slice || !marcher.marches())
     return impl_->draw_whole(marcher, wish);

@@ -79,28 +79,34 @@ LightDepths GlRenderer::light_depths(const View& view) {
   Impl& impl = *impl_;
   const gl::GridTextures& textures =
       impl.uploaded(Filter::exact, "light needs an upload for exact filtering");
-  return [&](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
-             const Progress& progress) {
+  return [&, this](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+                   const Progress& progress) {
+    if (beam.method.spacing > 0)
+      return with_lattice(view, beam,
+                          [&](const LatticeFrame& frame, const LatticeColumns& columns) {
+                            lattice_depths(frame, blocks, columns, take, progress);
+                          });
     impl.context.make_current();
-    if (beam.method.spacing == 0) {
-      MarchSetup setup = make_march_setup(light_march(view, beam), textures.atlas());
-      const gl::MarchProgram& program = impl.program(textures.key(setup), "light.frag");
-      gl::LightPass(setup, textures, program).depths(blocks, take, progress);
-    } else {
-      const LatticeFrame frame(view, textures.atlas(), beam);
-      MarchSetup setup = lattice_setup(view, textures.atlas(), beam, frame);
-      gl::ProgramKey key = textures.key(setup);
-      key.resumable = false;
-      const gl::LatticePass pass(setup, textures, impl.program(key, "light_lattice.frag"));
-      lattice_depths(
-          frame, blocks,
-          [&](std::span<const LatticeBrick> bricks, std::span<double> depths) {
-            pass.columns(bricks, depths);
-          },
-          take, progress);
-    }
+    MarchSetup setup = make_march_setup(light_march(view, beam), textures.atlas());
+    const gl::MarchProgram& program = impl.program(textures.key(setup), "light.frag");
+    gl::LightPass(setup, textures, program).depths(blocks, take, progress);
     impl.context.check("lighting");
   };
+}
+
+void GlRenderer::with_lattice(const View& view, const Beam& beam, const UseLattice& use) {
+  Impl& impl = *impl_;
+  const gl::GridTextures& textures =
+      impl.uploaded(Filter::exact, "light needs an upload for exact filtering");
+  const LatticeFrame frame(view, textures.atlas(), beam);
+  MarchSetup setup = lattice_setup(view, textures.atlas(), beam, frame);
+  gl::ProgramKey key = textures.key(setup);
+  key.resumable = false;
+  const gl::LatticePass pass(setup, textures, impl.program(key, "light_lattice.frag"));
+  use(frame, [&](std::span<const LatticeBrick> bricks, std::span<double> depths) {
+    pass.columns(bricks, depths);
+  });
+  impl.context.check("lighting");
 }
 
 RenderResult GlRenderer::render(const View& view, const RenderOptions& options) {

@@ -18,6 +18,7 @@ class GlRenderer : public Marcher {
   /// Copies the atlas to the GPU. Throws Error(graphics).
   void upload(const MediumAtlas& atlas, Filter filter = Filter::exact) override;
   LightDepths light_depths(const View& view) override;
+  void with_lattice(const View& view, const Beam& beam, const UseLattice& use) override;
   RenderResult render(const View& view, const RenderOptions& options = {}) override;
   void release() override;
 

@@ -1,7 +1,11 @@
 #include "look/file_kind.h"
 
 #include <algorithm>
+#include <cstring>
 #include <unordered_set>
+#include <vector>
+
+#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {
@@ -16,13 +20,36 @@ constexpr float faded = 0.02f;
 /// A mean in this part of the range is low.
 constexpr double low = 0.25;
 
+/// Values of some leaves that are spread over a density, wherever its values are.
+std::vector<float> sample(const Field& density) {
+  const std::size_t stride = std::max<std::size_t>(density.leaves.size() / most_leaves, 1);
+  std::vector<float> own;
+  const auto take = [&](const Leaf& leaf) {
+    own.insert(own.end(), leaf.values, leaf.values + 512);
+  };
+  if (!density.reader) {
+    for (std::size_t i = 0; i < density.leaves.size(); i += stride) take(density.leaves[i]);
+    return own;
+  }
+  visit_own_leaves(
+      density, [&](std::span<const Leaf> leaves) { std::ranges::for_each(leaves, take); },
+      [&](const Leaf& leaf) { return std::size_t(&leaf - density.leaves.data()) % stride == 0; });
+  std::vector<float> all;
+  const auto* bytes = reinterpret_cast<const char*>(own.data());
+  for (const std::string& found :
+       gather_found(density, std::string(bytes, own.size() * sizeof(float)))) {
+    const std::size_t first = all.size();
+    all.resize(first + found.size() / sizeof(float));
+    std::memcpy(all.data() + first, found.data(), found.size());
+  }
+  return all;
+}
+
 /// Calls `see` for a sample of the values other than 0.
 template <typename See>
 void for_sample(const Field& density, See&& see) {
-  const std::size_t stride = std::max<std::size_t>(density.leaves.size() / most_leaves, 1);
-  for (std::size_t i = 0; i < density.leaves.size(); i += stride)
-    for (int n = 0; n < 512; ++n)
-      if (const float value = density.leaves[i].values[n]; value != 0) see(value);
+  for (const float value : sample(density))
+    if (value != 0) see(value);
 }
 
 }  // namespace

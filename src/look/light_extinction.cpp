@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "look/voxel_lines.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {
@@ -27,16 +28,27 @@ struct Probe {
 class Probes {
  public:
   Probes(const View& view, const glm::dvec3& light) {
+    const Field& density = *view.medium.density;
     VoxelLines lines(view.medium);
     const VoxelLines::Line towards = lines.line({}, -light);
-    const std::vector<Leaf>& leaves = view.medium.density->leaves;
+    const std::vector<Leaf>& leaves = density.leaves;
     const std::size_t stride = std::max<std::size_t>(leaves.size() * 8 / most_voxels, 1);
+    std::vector<glm::ivec3> voxels;
     for (std::size_t i = 0; i < leaves.size(); i += stride)
-      for (int n = 0; n < 512; n += 73) {  // seven voxels, spread over the leaf
-        const double here = lines.attenuation(double(leaves[i].values[n]));
-        const glm::ivec3 voxel = leaves[i].origin + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7);
-        if (here > 0) probes_.push_back({here, lines.depth_behind(voxel, towards)});
-      }
+      for (int n = 0; n < 512; n += 73)  // seven voxels, spread over the leaf
+        voxels.push_back(leaves[i].origin + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7));
+    // each process knows its own voxels and what its part hides
+    std::vector<double> values;
+    for (const glm::ivec3& voxel : voxels) values.push_back(lines.own(voxel) ? lines.at(voxel) : 0);
+    sum_found(density, std::span(values));
+    std::vector<double> depths;
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+      depths.push_back(lines.attenuation(values[i]) > 0 ? lines.depth_behind(voxels[i], towards)
+                                                        : 0);
+    sum_found(density, std::span(depths));
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+      if (const double here = lines.attenuation(values[i]); here > 0)
+        probes_.push_back({here, depths[i]});
   }
 
   /// Mean transmittance towards the light, by what each voxel attenuates.

@@ -12,6 +12,7 @@
 #include "psivox/error.h"
 #include "psivox/parts.h"
 #include "psivox/text.h"
+#include "scene/rank_leaves.h"
 #include "scene/value_range.h"
 #include "scene/vector_part.h"
 
@@ -115,6 +116,11 @@ void choose(const std::string& what, const VdbFile& file, KeptFields& fields,
     if (active_percentile(density, percent.x) >= active_percentile(density, percent.y))
       scene.range.reset();
   } else if (what == "brightness") {
+    if (is_shared(*fields.of(scene).density))
+      throw Error(
+          ExitCode::usage,
+          "several processes draw no look that chooses its brightness: start one process, or "
+          "give the options of the look that --print-scene of one prints");
     set_brightness(fields, known ? *known : make_view(scene, fields.of(scene)), scene);
   } else if (!scene.extinction) {
     view = known ? std::move(*known) : make_view(scene, fields.of(scene));
@@ -165,10 +171,12 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   LookedScene result{scene, scene.look.empty() ? "plain" : scene.look, {}, {}, {}};
   if (leaves_look_open(scene)) result.look = open;
   KeptFields fields(file, parts);
-  if (result.look == "auto")
-    result.look = parts.allowed && stays_in_file(scene, fields)
-                      ? "plain"
-                      : suitable_look(scene, file, fields);
+  if (result.look == "auto") {
+    const bool out_of_reach = parts.allowed && !parts.ranks && stays_in_file(scene, fields);
+    result.look = out_of_reach ? "plain" : suitable_look(scene, file, fields);
+    // its brightness is that of a picture of the whole
+    if (parts.ranks && result.look == "scan") result.look = "plain";
+  }
   const LookFile look = read_look(result.look);
   take_open(look.scene, background, result.scene);
   result.scene.look = "plain";

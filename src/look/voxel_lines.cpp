@@ -16,7 +16,8 @@ std::optional<TransferFunction> attenuation_of(const Medium& medium) {
 
 VoxelLines::VoxelLines(const Medium& medium)
     : function_(attenuation_of(medium)),
-      index_(*medium.density),
+      part_(own_part(medium.density)),
+      index_(*part_.field),
       domain_(medium.density->domain()),
       to_index_(glm::inverse(glm::dmat3(medium.density->world_from_index))),
       empty_is_clear_(attenuation(0) == 0),
@@ -35,8 +36,8 @@ double VoxelLines::attenuation(double value) const {
 
 double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along) {
   double sum = 0;
-  walk({glm::dvec3(voxel), along.way, along.step}, 1, [&](const glm::dvec3&, double value) {
-    sum += attenuation(value);
+  walk({glm::dvec3(voxel), along.way, along.step}, 1, [&](const glm::dvec3& point, double value) {
+    if (own(glm::ivec3(glm::round(point)))) sum += attenuation(value);
     return true;
   });
   return along.step * sum;

@@ -9,11 +9,13 @@
 
 #include "psivox/medium.h"
 #include "scene/field_index.h"
+#include "scene/rank_leaves.h"
 
 namespace psivox {
 
 /// The density of a medium along straight lines, at points that are a voxel apart. It keeps the
-/// block that it read last: not for several threads.
+/// block that it read last: not for several threads. Of a density that several processes share it
+/// knows this one's own part.
 class VoxelLines {
  public:
   explicit VoxelLines(const Medium& medium);
@@ -27,6 +29,11 @@ class VoxelLines {
   /// The line through an index-space point along a direction [world].
   Line line(const glm::dvec3& from, const glm::dvec3& direction) const;
 
+  /// Whether a voxel is in this process's part.
+  bool own(const glm::ivec3& voxel) const {
+    return voxel == glm::clamp(voxel, part_.voxels.min, part_.voxels.max);
+  }
+
   /// Attenuation of a value at extinction 1.
   double attenuation(double value) const;
 
@@ -35,6 +42,7 @@ class VoxelLines {
   double at(const glm::dvec3& point);
 
   /// Optical depth at extinction 1 from a voxel on, by nearest voxels, without the voxel itself.
+  /// Those that processes find in their own parts add up.
   double depth_behind(const glm::ivec3& voxel, const Line& along);
 
   /// Calls see(point, value) at points k, k + 1, ... of a line while they are in the domain and it
@@ -57,6 +65,7 @@ class VoxelLines {
  private:
   /// Without colours, among whose many knots a search would take longer.
   std::optional<TransferFunction> function_;
+  OwnPart part_;
   FieldIndex index_;
   Box domain_;
   glm::dmat3 to_index_;

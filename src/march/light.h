@@ -56,6 +56,17 @@ using TakeDepths = std::function<void(std::size_t block, std::span<const double>
 using LightDepths = std::function<void(const Beam& beam, const LightBlocks& blocks,
                                        const TakeDepths& take, const Progress& progress)>;
 
+/// Where the lattice of a light lies (light_lattice.h).
+struct LatticeFrame;
+
+/// A brick of it: the numbers of its first column and its first slice.
+using LatticeBrick = glm::ivec3;
+
+/// Optical depths along the columns of bricks, each from the slice before the brick's first:
+/// columns, axis_v fastest, of slices, which follow each other.
+using LatticeColumns =
+    std::function<void(std::span<const LatticeBrick> bricks, std::span<double> depths)>;
+
 /// Luminance at voxels of a view's medium in the light of some beams:
 ///   L = luminance + sum of radiance * phase * e^-depth over the beams,
 /// all of it times the colour where a transfer function gives colours. A luminance of another grid

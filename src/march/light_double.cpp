@@ -51,6 +51,12 @@ LatticeColumns columns_of(const MarchSetup& setup, const MediumAtlas& atlas) {
 
 }  // namespace
 
+void DoubleMarcher::with_lattice(const View& view, const Beam& beam, const UseLattice& use) {
+  const LatticeFrame frame(view, *atlas_, beam);
+  const MarchSetup setup = lattice_setup(view, *atlas_, beam, frame);
+  use(frame, columns_of(setup, *atlas_));
+}
+
 LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas) {
   return [&](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
              const Progress& progress) {

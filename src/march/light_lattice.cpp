@@ -10,6 +10,8 @@
 #include <map>
 #include <unordered_map>
 
+#include "march/march_parameters.h"
+
 namespace psivox {
 namespace {
 
@@ -378,7 +380,7 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
   Columns joined;
   std::vector<double> found, depths;
   std::optional<TileNumbers> last;
-  if (blocks.wanted.size() < blocks.all.size()) last = last_slabs(frame, blocks.all, slabs);
+  if (take && blocks.wanted.size() < blocks.all.size()) last = last_slabs(frame, blocks.all, slabs);
   for (std::size_t next = 0; next < slabs.size();) {
     // several thin slabs at once: a device works on many bricks alike
     std::vector<LatticeBrick> bricks;
@@ -399,6 +401,7 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
       columns_of_part(frame, bricks, columns, own);
     else
       columns(bricks, own);
+    if (!take) continue;
     std::span<const double> left = own;
     for (std::size_t l = begin; l < next; ++l) {
       Slab& slab = slabs[l];

@@ -8,18 +8,17 @@
 #include <vector>
 
 #include "march/light.h"
-#include "march/march_parameters.h"
+#include "march/medium_atlas.h"
 #include "psivox/progress.h"
 
 namespace psivox {
+
+struct MarchSetup;
 
 /// Columns of a brick along each axis across the light, and its slices.
 inline constexpr int lattice_columns = 4, lattice_slices = 8;
 /// Depths of a brick.
 inline constexpr int lattice_depths_of_brick = lattice_columns * lattice_columns * lattice_slices;
-
-/// The numbers of a brick's first column and its first slice.
-using LatticeBrick = glm::ivec3;
 
 /// Where the lattice of a light lies in the density's voxels. Its slices are those of the voxels
 /// across the axis along which the light advances fastest, counted from the light's side; column
@@ -55,14 +54,10 @@ struct LatticeFrame {
   void place(MarchSetup& setup) const;
 };
 
-/// Optical depths along the columns of bricks, each from the slice before the brick's first:
-/// columns, axis_v fastest, of slices, which follow each other.
-using LatticeColumns =
-    std::function<void(std::span<const LatticeBrick> bricks, std::span<double> depths)>;
-
 /// Optical depths from the voxels of blocks to where the light comes in. Beside a kink they may
 /// fall below 0: a cubic is linear in the columns, so that depths of an atlas's parts add up. It
-/// keeps one layer of bricks at a time, whatever the volume's size.
+/// keeps one layer of bricks at a time, whatever the volume's size. Without `take` it asks for the
+/// columns alone, those of slabs of 8 slices after each other.
 void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
                     const LatticeColumns& columns, const TakeDepths& take,
                     const Progress& progress = {});

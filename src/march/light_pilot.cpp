@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -19,6 +21,9 @@ constexpr std::size_t points_per_ray = 16;
 /// the points' noise makes the mean square uncertain by sqrt(2) n / 16 / sqrt(400): a quarter of it
 /// for 50 voxels.
 constexpr double most_light_rays = 400, fewest_light_rays = 64;
+
+/// What lies behind this transmittance is not looked at.
+constexpr double least_transmittance = 1e-6, most_depth = 14;
 
 /// Attenuation of a medium at its voxels.
 class Attenuation {
@@ -48,6 +53,81 @@ class Attenuation {
   std::optional<FieldIndex> gradient_;
 };
 
+/// Points of index space along which to look, from the first on.
+struct Line {
+  glm::dvec3 first, step;
+  double length = 0;  ///< of a step [world units]
+  std::size_t points = 0;
+};
+
+/// A point of a line that attenuates: its number, and the optical depth of a step there.
+struct Met {
+  std::uint32_t point;
+  double depth;
+};
+
+/// Looks along lines, together with all who share the medium.
+class Looks {
+ public:
+  Looks(const Medium& medium, const LightShare& share) : attenuation_(medium), share_(share) {}
+
+  /// What each line meets, up to an optical depth or farther.
+  std::vector<std::vector<Met>> met(std::span<const Line> lines, double most) const {
+    std::vector<std::vector<Met>> all;
+    for (const Line& line : lines) all.push_back(own(line, most));
+    return share_.gather ? joined(std::move(all)) : all;
+  }
+
+ private:
+  std::vector<Met> own(const Line& line, double most) const {
+    std::vector<Met> points;
+    double sum = 0;
+    for (std::size_t k = 0; k < line.points && sum < most;) {
+      const glm::dvec3 point = line.first + double(k) * line.step;
+      if (!share_.has(glm::ivec3(glm::round(point)))) {
+        ++k;
+        continue;
+      }
+      const double depth = line.length * attenuation_.near(point);
+      if (depth > 0) points.push_back({std::uint32_t(k), depth});
+      sum += depth;
+      const std::size_t skipped = depth == 0 ? attenuation_.empty_steps(point, line.step) : 0;
+      k += std::max<std::size_t>(skipped, 1);
+    }
+    return points;
+  }
+
+  std::vector<std::vector<Met>> joined(std::vector<std::vector<Met>> lines) const {
+    std::string bytes;
+    const auto write = [&](const void* from, std::size_t size) {
+      bytes.append(static_cast<const char*>(from), size);
+    };
+    for (std::vector<Met>& line : lines) {
+      const std::size_t count = line.size();
+      write(&count, sizeof count);
+      write(line.data(), count * sizeof(Met));
+      line.clear();
+    }
+    for (const std::string& found : share_.gather(bytes)) {
+      const char* from = found.data();
+      for (std::vector<Met>& line : lines) {
+        std::size_t count = 0;
+        std::memcpy(&count, from, sizeof count);
+        from += sizeof count;
+        const std::size_t first = line.size();
+        line.resize(first + count);
+        std::memcpy(line.data() + first, from, count * sizeof(Met));
+        from += count * sizeof(Met);
+      }
+    }
+    for (std::vector<Met>& line : lines) std::ranges::sort(line, std::less{}, &Met::point);
+    return lines;
+  }
+
+  Attenuation attenuation_;
+  const LightShare& share_;
+};
+
 /// Where a line is inside a box: from and to, in its own units.
 std::pair<double, double> inside(const Box& box, const glm::dvec3& from, const glm::dvec3& way) {
   const glm::dvec3 a = (glm::dvec3(box.min) - from) / way, b = (glm::dvec3(box.max) - from) / way;
@@ -68,8 +148,9 @@ LightError sum(const LightError& a, const LightError& b) {
   return {std::hypot(a.rms, b.rms), a.max + b.max};
 }
 
-LightPilot::LightPilot(const View& view, Depths exact, const LitLuminance& luminance)
-    : view_(view), exact_(std::move(exact)), luminance_(luminance) {
+LightPilot::LightPilot(const View& view, Depths exact, const LitLuminance& luminance,
+                       const LightShare& share)
+    : view_(view), exact_(std::move(exact)), luminance_(luminance), share_(share) {
   // the errors of many beams average
   const double beams = double(luminance.beams().size());
   place_points(std::max(most_light_rays / beams, fewest_light_rays));
@@ -77,51 +158,42 @@ LightPilot::LightPilot(const View& view, Depths exact, const LitLuminance& lumin
 }
 
 void LightPilot::place_points(double rays) {
-  const View& view = view_;
-  const Medium& medium = view.medium;
-  const Attenuation attenuation(medium);
+  const Medium& medium = view_.medium;
+  const Looks looks(medium, share_);
   const glm::dmat4 to_index = glm::inverse(medium.density->world_from_index);
   const glm::dmat3 turn(to_index);
+  const Box domain = medium.density->domain();
   std::mt19937 random(1);
   const auto uniform = [&] { return double(random()) / 4294967296.0; };
-  const glm::ivec2 size = rays_of(view.scene.resolution, rays);
+  const glm::ivec2 size = rays_of(view_.scene.resolution, rays);
   all_rays_ = std::size_t(size.x) * std::size_t(size.y);
-  std::vector<double> opacities;    // of a ray up to each step that meets something
-  std::vector<std::size_t> places;  // of those steps
+  std::vector<double> opacities;  // of a ray up to each point that attenuates
   for (int y = 0; y < size.y; ++y)
     for (int x = 0; x < size.x; ++x) {
-      const WorldRay ray = camera_ray(view.camera, size, x + uniform(), y + uniform());
+      const WorldRay ray = camera_ray(view_.camera, size, x + uniform(), y + uniform());
       const glm::dvec3 from(to_index * glm::dvec4(ray.origin, 1)), way = turn * ray.direction;
-      const auto [first, last] = inside(medium.density->domain(), from, way);
+      const auto [first, last] = inside(domain, from, way);
       const double begin = std::max(first, 0.0);
       if (!(last > begin)) continue;
       const double step = 1 / glm::length(way);  // a voxel
-      const auto steps = std::size_t(std::ceil((last - begin) / step));
+      const Line line{from + (begin + 0.5 * step) * way, step * way, step,
+                      std::size_t(std::ceil((last - begin) / step))};
+      const std::vector<Met> met = looks.met({&line, 1}, most_depth).front();
       double T = 1;
       opacities.clear();
-      places.clear();
-      for (std::size_t k = 0; k < steps && T > 1e-6;) {
-        const glm::dvec3 middle = from + (begin + (double(k) + 0.5) * step) * way;
-        const double depth = step * attenuation.near(middle);
-        const std::size_t skipped = depth == 0 ? attenuation.empty_steps(middle, step * way) : 0;
-        if (skipped == 0) {
-          T *= std::exp(-depth);
-          opacities.push_back(1 - T);
-          places.push_back(k);
-        }
-        k += std::max<std::size_t>(skipped, 1);
+      for (std::size_t i = 0; i < met.size() && T > least_transmittance; ++i) {
+        T *= std::exp(-met[i].depth);
+        opacities.push_back(1 - T);
       }
       if (opacities.empty() || !(opacities.back() > 0)) continue;
       rays_.push_back({voxels_.size(), opacities.back(), ray.direction});
       for (std::size_t i = 0; i < points_per_ray; ++i) {
         const double wanted = (double(i) + uniform()) / points_per_ray * opacities.back();
         const auto k = std::upper_bound(opacities.begin(), opacities.end() - 1, wanted);
-        const auto place = places[std::size_t(k - opacities.begin())];
-        const double at = begin + (double(place) + uniform()) * step;
+        const std::uint32_t place = met[std::size_t(k - opacities.begin())].point;
         // one of the cell's corners, each as often as its weight: the mean is the interpolation
-        const glm::dvec3 point = from + at * way;
+        const glm::dvec3 point = line.first + (place + uniform() - 0.5) * line.step;
         const glm::dvec3 share(uniform(), uniform(), uniform());
-        const Box domain = medium.density->domain();
         voxels_.push_back(
             glm::clamp(glm::ivec3(glm::floor(point + share)), domain.min, domain.max));
       }
@@ -129,63 +201,82 @@ void LightPilot::place_points(double rays) {
 }
 
 std::vector<glm::dvec3> LightPilot::exact_light(const LitLuminance& luminance) const {
-  std::vector<glm::dvec3> light;
+  std::vector<Known> light;
   light.reserve(voxels_.size());
-  for (const glm::ivec3& voxel : voxels_) light.push_back(luminance.own(voxel));
+  for (const glm::ivec3& voxel : voxels_)
+    light.push_back(share_.has(voxel) ? Known{luminance.own(voxel), true} : Known{});
   for (std::size_t b = 0; b < luminance.beams().size(); ++b) {
     Beam exact = luminance.beams()[b];
     exact.method = {};
     const std::vector<double> depths = exact_(exact, voxels_);
     for (std::size_t i = 0; i < voxels_.size(); ++i)
-      light[i] += luminance.share(b, voxels_[i]) * std::exp(-depths[i]);
+      if (light[i].known) light[i].light += luminance.share(b, voxels_[i]) * std::exp(-depths[i]);
+  }
+  return known(light);
+}
+
+std::vector<glm::dvec3> LightPilot::known(const std::vector<Known>& own) const {
+  std::vector<glm::dvec3> light(own.size());
+  const auto take = [&](const std::vector<Known>& some) {
+    for (std::size_t i = 0; i < light.size(); ++i)
+      if (some[i].known) light[i] = some[i].light;
+  };
+  if (!share_.gather) {
+    take(own);
+    return light;
+  }
+  std::vector<Known> some(own.size());
+  for (const std::string& found :
+       share_.gather({reinterpret_cast<const char*>(own.data()), own.size() * sizeof(Known)})) {
+    std::memcpy(some.data(), found.data(), some.size() * sizeof(Known));
+    take(some);
   }
   return light;
 }
 
 double LightPilot::mean_cells(double termination) const {
   const Medium& medium = view_.medium;
-  const Attenuation attenuation(medium);
-  const Box domain = medium.density->domain();
   const glm::dmat3 to_index(glm::inverse(medium.density->world_from_index));
-  const double stop = -std::log(termination);
-  double cells = 0;
-  std::size_t rays = 0;
   // a sample of the medium's voxels, not of those that are seen
-  const std::vector<Leaf>& leaves = medium.density->leaves;
+  const std::vector<Leaf>& leaves = (share_.whole ? share_.whole : medium.density)->leaves;
   const std::size_t stride = std::max<std::size_t>(leaves.size() / 256, 1);
+  std::vector<Line> lines;
   for (std::size_t i = 0; i < leaves.size(); i += stride) {
-    const Beam& beam = luminance_.beams()[rays % luminance_.beams().size()];
+    const Beam& beam = luminance_.beams()[lines.size() % luminance_.beams().size()];
     const glm::dvec3 way = to_index * -beam.direction;
     const double step = 1 / glm::length(way);
-    const glm::dvec3 one = step * glm::abs(way);
-    const glm::dvec3 from = glm::dvec3(leaves[i].origin + 4);
-    const double steps = inside(domain, from, way).second / step;
-    double depth = 0;
-    for (double k = 0; k < steps && depth < stop;) {
-      const glm::dvec3 point = from + k * step * way;
-      const double here = attenuation.near(point);
-      depth += step * here;
-      if (here > 0) cells += one.x + one.y + one.z;  // empty nodes are crossed in one piece
-      const std::size_t skipped = here == 0 ? attenuation.empty_steps(point, step * way) : 0;
-      k += double(std::max<std::size_t>(skipped, 1));
-    }
-    ++rays;
+    const glm::dvec3 from(leaves[i].origin + 4);
+    const double points = inside(medium.density->domain(), from, way).second / step;
+    lines.push_back({from, step * way, step, std::size_t(std::ceil(std::max(points, 0.0)))});
   }
-  return rays ? cells / double(rays) : 1;
+  const double stop = -std::log(termination);
+  const auto found = Looks(medium, share_).met(lines, stop);
+  double cells = 0;
+  for (std::size_t n = 0; n < lines.size(); ++n) {
+    const glm::dvec3 one = glm::abs(lines[n].step);  // empty nodes are crossed in one piece
+    double depth = 0;
+    for (std::size_t i = 0; i < found[n].size() && depth < stop; ++i) {
+      depth += found[n][i].depth;
+      cells += one.x + one.y + one.z;
+    }
+  }
+  return lines.empty() ? 1 : cells / double(lines.size());
 }
 
 LightError LightPilot::error(const Medium& lit) const {
   const FieldIndex field(*lit.luminance);
-  std::vector<glm::dvec3> light;
+  std::vector<Known> light;
   light.reserve(voxels_.size());
   for (const Ray& ray : rays_) {
     const glm::dvec3 factor = lit.color * phase_factor(lit, ray.direction);
     for (std::size_t i = ray.first; i < ray.first + points_per_ray; ++i) {
       const glm::dvec3 value = field.at(voxels_[i]);
-      light.push_back(factor * (lit.luminance->channels == 3 ? value : glm::dvec3(value.x)));
+      // beside its own part a process has some of the light, and no other value for it
+      const bool has = !share_.gather || field.stores(voxels_[i]);
+      light.push_back({factor * (lit.luminance->channels == 3 ? value : glm::dvec3(value.x)), has});
     }
   }
-  return error(light, [&](const Ray& ray) { return phase_factor(lit, ray.direction); });
+  return error(known(light), [&](const Ray& ray) { return phase_factor(lit, ray.direction); });
 }
 
 LightError LightPilot::error(const LitLuminance& luminance) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "march/light.h"
+#include "march/light_share.h"
 
 namespace psivox {
 
@@ -25,13 +26,15 @@ LightError sum(const LightError& a, const LightError& b);
 /// misses.
 class LightPilot {
  public:
-  /// Exact optical depths from some voxels towards a beam.
+  /// Exact optical depths from some voxels towards a beam, through the whole medium.
   using Depths =
       std::function<std::vector<double>(const Beam& beam, std::span<const glm::ivec3> voxels)>;
 
   /// `view`: its light is still to be computed. `luminance` is of that view and of the beams to
-  /// compare with, whose methods do not matter. Both must outlive the pilot.
-  LightPilot(const View& view, Depths exact, const LitLuminance& luminance);
+  /// compare with, whose methods do not matter. All must outlive the pilot. Where others share the
+  /// medium, all make the same pilot together, and ask it the same.
+  LightPilot(const View& view, Depths exact, const LitLuminance& luminance,
+             const LightShare& share);
 
   /// Voxels whose luminance is compared.
   std::span<const glm::ivec3> voxels() const { return voxels_; }
@@ -52,6 +55,14 @@ class LightPilot {
     double opacity = 0;
     glm::dvec3 direction{0};
   };
+  /// Luminance at a voxel, where this process knows it.
+  struct Known {
+    glm::dvec3 light{0};
+    bool known = false;
+  };
+  /// That of all voxels, which those who share the medium know together.
+  std::vector<glm::dvec3> known(const std::vector<Known>& own) const;
+
   void place_points(double rays);
   std::vector<glm::dvec3> exact_light(const LitLuminance& luminance) const;
   /// `light` at the voxels, and the factor of each ray that is in it.
@@ -61,6 +72,7 @@ class LightPilot {
   const View& view_;
   Depths exact_;
   const LitLuminance& luminance_;
+  const LightShare& share_;
   std::vector<Ray> rays_;  ///< those that meet the medium
   std::size_t all_rays_ = 0;
   std::vector<glm::ivec3> voxels_;  ///< points_per_ray of each ray

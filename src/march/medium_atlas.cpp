@@ -175,6 +175,15 @@ glm::ivec3 region_ghost(const View& view) {
   return ghost;
 }
 
+Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin) {
+  // the outermost regions reach farther than there are voxels
+  const glm::ivec3 min = glm::max(bricks.min, -most_bricks);
+  const glm::ivec3 max = glm::min(bricks.max, most_bricks);
+  Field part = part_of_field(field, {8 * min - (with_margin ? 8 : 0), 8 * max + 15});
+  part.stored_range = glm::vec2(stored_range(field));
+  return part;
+}
+
 MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost,
                                std::optional<double> greatest) {
   const Medium& medium = view.medium;
@@ -185,11 +194,7 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
     // a region is a small part of the domain: a dense table of it would be the largest of all
     options.top_entries = region_top_entries;
     if (!part || !field.reader) return build_atlas(field, options);
-    // the outermost regions reach farther than there are voxels
-    const Box bricks{glm::max(part->min, -most_bricks), glm::min(part->max, most_bricks)};
-    const int before = options.with_margin ? 8 : 0;
-    return build_atlas(part_of_field(field, {8 * bricks.min - before, 8 * bricks.max + 15}),
-                       options);
+    return build_atlas(field_of_bricks(field, *part, options.with_margin), options);
   };
   MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}};
   result.part = region;

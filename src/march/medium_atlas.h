@@ -43,6 +43,10 @@ glm::ivec3 region_ghost(const View& view);
 MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {},
                                std::optional<double> greatest = {});
 
+/// A field with the leaves alone that an atlas of some bricks reads, in memory. Its domain and
+/// range stay those of the whole.
+Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin);
+
 /// The greatest value of a medium's density, for build_region_atlas.
 double greatest_value(const Medium& medium);
 

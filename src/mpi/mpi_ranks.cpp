@@ -50,24 +50,6 @@ class MpiRanks final : public Ranks {
     MPI_Type_commit(&pixel_);
   }
 
-  std::vector<std::vector<glm::vec4>> exchange(
-      const std::vector<std::vector<glm::vec4>>& to) override {
-    std::vector<int> sent;
-    std::vector<glm::vec4> all;
-    for (const auto& part : to) {
-      sent.push_back(checked_size(part.size()));
-      all.insert(all.end(), part.begin(), part.end());
-    }
-    checked_size(all.size());
-    std::vector<int> received(sent.size());
-    MPI_Alltoall(sent.data(), 1, MPI_INT, received.data(), 1, MPI_INT, MPI_COMM_WORLD);
-    const std::vector<int> from = begins(sent), at = begins(received);
-    std::vector<glm::vec4> taken(static_cast<std::size_t>(at.back() + received.back()));
-    MPI_Alltoallv(all.data(), sent.data(), from.data(), pixel_, taken.data(), received.data(),
-                  at.data(), pixel_, MPI_COMM_WORLD);
-    return parts(taken, at, received);
-  }
-
   std::vector<std::vector<float>> collect(const std::vector<float>& part) override {
     const int size = checked_size(part.size());
     std::vector<int> sizes(first() ? static_cast<std::size_t>(count()) : 0);
@@ -127,6 +109,24 @@ class MpiRanks final : public Ranks {
       result.push_back(
           all.substr(static_cast<std::size_t>(at[rank]), static_cast<std::size_t>(sizes[rank])));
     return result;
+  }
+
+  std::vector<std::vector<glm::vec4>> all_exchange(
+      const std::vector<std::vector<glm::vec4>>& to) override {
+    std::vector<int> sent;
+    std::vector<glm::vec4> all;
+    for (const auto& part : to) {
+      sent.push_back(checked_size(part.size()));
+      all.insert(all.end(), part.begin(), part.end());
+    }
+    checked_size(all.size());
+    std::vector<int> received(sent.size());
+    MPI_Alltoall(sent.data(), 1, MPI_INT, received.data(), 1, MPI_INT, MPI_COMM_WORLD);
+    const std::vector<int> from = begins(sent), at = begins(received);
+    std::vector<glm::vec4> taken(static_cast<std::size_t>(at.back() + received.back()));
+    MPI_Alltoallv(all.data(), sent.data(), from.data(), pixel_, taken.data(), received.data(),
+                  at.data(), pixel_, MPI_COMM_WORLD);
+    return parts(taken, at, received);
   }
 
  private:

@@ -33,6 +33,11 @@ std::vector<std::string> Ranks::gather(const std::string& bytes) {
   return checked(all_gather(content + bytes));
 }
 
+std::vector<std::vector<glm::vec4>> Ranks::exchange(const std::vector<std::vector<glm::vec4>>& to) {
+  gather("");  // where a rank that has failed is met
+  return all_exchange(to);
+}
+
 void Ranks::check_same(const std::string& bytes, const std::string& differs) {
   const std::vector<std::string> all = gather(bytes);
   for (std::size_t rank = 1; rank < all.size(); ++rank)

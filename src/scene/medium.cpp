@@ -15,6 +15,7 @@
 #include "scene/gradient_field.h"
 #include "scene/isovalue.h"
 #include "scene/luminance_sources.h"
+#include "scene/rank_leaves.h"
 #include "scene/value_range.h"
 #include "scene/visible_parts.h"
 
@@ -93,7 +94,7 @@ void check_parts(const Scene& scene, const Field& density, const TransferFunctio
   std::string what;
   if (function && function->has_gradient()) what = "a function of the gradient";
   if (function && scene.classification == Classification::pre) what = "--classification pre";
-  if (scene.lit()) what = "light";
+  if (scene.lit() && !is_shared(density)) what = "light";
   if (what.empty()) return;
   throw Error(ExitCode::memory, "grid " + in_quotes(density.name) + " has values of " +
                                     mebibytes(value_bytes(density)) +

@@ -38,10 +38,12 @@ std::vector<std::uint32_t> leaves_in(const Box& bricks, const Field& field) {
 /// The leaves of one rank.
 class RankLeaves final : public LeafReader {
  public:
-  RankLeaves(const Field& field, std::shared_ptr<Ranks> ranks, std::vector<std::uint32_t> own)
+  /// `part`: the box of bricks that this rank's leaves are in.
+  RankLeaves(const Field& field, std::shared_ptr<Ranks> ranks, const Box& part)
       : file_(field.reader),
         ranks_(std::move(ranks)),
-        own_(std::move(own)),
+        part_(part),
+        own_(leaves_in(part, field)),
         floats_per_leaf_(512 * std::size_t(field.channels)) {}
 
   /// Surveys its own leaves, and keeps their values if they are to stay.
@@ -84,6 +86,8 @@ class RankLeaves final : public LeafReader {
     return file_->survey(leaves, values);
   }
 
+  const Box& part() const { return part_; }
+  std::span<const std::uint32_t> own() const { return own_; }
   bool is_own(std::uint32_t leaf) const override { return std::ranges::binary_search(own_, leaf); }
   std::vector<std::string> gather(const std::string& bytes) const override {
     return ranks_->gather(bytes);
@@ -108,6 +112,7 @@ class RankLeaves final : public LeafReader {
 
   std::shared_ptr<const LeafReader> file_;
   std::shared_ptr<Ranks> ranks_;
+  Box part_;                        ///< [bricks]
   std::vector<std::uint32_t> own_;  ///< ascending
   std::size_t floats_per_leaf_;
   float largest_ = 0;  ///< in place of +Inf
@@ -122,10 +127,11 @@ void share_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadO
   ranks->check_same(topology_of(field), "sees another volume");
   if (!field.reader) return;
   const Regions parts = Regions::in_parts(leaf_bricks(field), std::size_t(ranks->count()));
-  std::vector<std::uint32_t> own = leaves_in(parts.all()[std::size_t(ranks->rank())].bricks, field);
+  const auto leaves =
+      std::make_shared<RankLeaves>(field, ranks, parts.all()[std::size_t(ranks->rank())].bricks);
   // an atlas on host and GPU has 5.7 KiB for the 2 KiB of a leaf
-  const std::uint64_t needed = 4 * own.size() * 512 * sizeof(float) * std::uint64_t(field.channels);
-  const auto leaves = std::make_shared<RankLeaves>(field, ranks, std::move(own));
+  const std::uint64_t needed =
+      4 * leaves->own().size() * 512 * sizeof(float) * std::uint64_t(field.channels);
   const ValueSurvey found = leaves->survey_own(/*keep=*/memory == 0 || needed <= memory);
   ValueSurvey all;
   for (const std::string& bytes :
@@ -136,6 +142,28 @@ void share_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadO
   }
   leaves->replace_infinite(take_survey(field, all, options, subject));
   field.reader = leaves;
+}
+
+bool is_shared(const Field& field) {
+  return dynamic_cast<const RankLeaves*>(field.reader.get()) != nullptr;
+}
+
+OwnPart own_part(const std::shared_ptr<const Field>& field) {
+  constexpr glm::ivec3 most(1 << 30);  // the outermost parts reach farther than there are voxels
+  const auto* leaves = dynamic_cast<const RankLeaves*>(field->reader.get());
+  if (!leaves) return {field, {-most, most}};
+  Field own = *field;
+  own.reader = nullptr;
+  own.leaves.clear();
+  const std::size_t floats = 512 * std::size_t(field->channels);
+  const auto values = std::make_shared_for_overwrite<float[]>(leaves->own().size() * floats);
+  leaves->read(leaves->own(), values.get());
+  for (const std::uint32_t n : leaves->own())
+    own.leaves.push_back({field->leaves[n].origin, values.get() + own.leaves.size() * floats});
+  own.storage = values;
+  const Box& part = leaves->part();
+  return {std::make_shared<const Field>(std::move(own)),
+          {8 * glm::max(part.min, -most / 8), 8 * glm::min(part.max, most / 8 - 1) + 7}};
 }
 
 }  // namespace psivox

@@ -17,4 +17,15 @@ namespace psivox {
 void share_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadOptions& options,
                   std::uint64_t memory, const std::string& subject);
 
+/// Whether share_leaves has shared the field's leaves.
+bool is_shared(const Field& field);
+
+/// This process's own part of such a field: its own leaves alone, in memory, and the box of voxels
+/// that none but this process has. Of another field all of it.
+struct OwnPart {
+  std::shared_ptr<const Field> field;
+  Box voxels;
+};
+OwnPart own_part(const std::shared_ptr<const Field>& field);
+
 }  // namespace psivox
