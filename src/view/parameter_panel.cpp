@@ -25,11 +25,13 @@ std::string help_of(const Parameter& p) {
 
 bool choose(const char* label, std::string& text, const std::vector<std::string>& words) {
   bool changed = false;
-  if (!ImGui::BeginCombo(label, text.c_str())) return false;
-  for (const std::string& word : words)
-    if (ImGui::Selectable(word.c_str(), word == text)) {
-      changed = word != text;
-      text = word;
+  const auto shown = [](const std::string& word) { return word.empty() ? "none" : word; };
+  if (!ImGui::BeginCombo(label, shown(text).c_str())) return false;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    // ImGui aborts on an empty label, and takes two that are alike for one
+    if (ImGui::Selectable((shown(words[i]) + "##" + std::to_string(i)).c_str(), words[i] == text)) {
+      changed = words[i] != text;
+      text = words[i];
     }
   ImGui::EndCombo();
   return changed;
