@@ -8,7 +8,6 @@
 
 #include <random>
 
-#include "psivox/dense_field.h"
 #include "vdb_test_util.h"
 
 namespace psivox {
@@ -325,74 +324,6 @@ TEST(UpAxis, IsKnownByTheCreatorAndTheGrids) {
   const auto cache = grid("density");
   cache->insertMeta("file_base_resolution", openvdb::Vec3IMetadata({16, 16, 16}));
   EXPECT_EQ(written("", {grid("heat"), cache}), "a cache of Blender's fluids");
-}
-
-/// Value of channel c at voxel (x, y, z): 0 in parts, of one value in others, else all different.
-float dense_value(const glm::ivec3& v, int c) {
-  if (v.x < 8 && v.y < 8) return 0;
-  if (v.x >= 8 && v.y >= 8) return 2;
-  return float(v.x * 1000 + v.y * 30 + v.z - 500 * c);
-}
-
-std::shared_ptr<const Field> dense_field(const glm::ivec3& shape, int channels) {
-  DenseField field("density", shape, channels, glm::dmat4(1));
-  for (int x = 0; x < shape.x; x += 8) {
-    std::vector<float> slab;
-    for (glm::ivec3 v(x, 0, 0); v.x < std::min(x + 8, shape.x); ++v.x)
-      for (v.y = 0; v.y < shape.y; ++v.y)
-        for (v.z = 0; v.z < shape.z; ++v.z)
-          for (int c = 0; c < channels; ++c) slab.push_back(dense_value(v, c));
-    field.add(slab);
-  }
-  return std::make_shared<const Field>(field.finish());
-}
-
-TEST(Dense, FieldsHaveTheirArraysValues) {
-  for (const int channels : {1, 3})
-    for (const glm::ivec3& shape : {glm::ivec3(19, 17, 23), glm::ivec3(16, 16, 16)}) {
-      const VdbFile file(dense_field(shape, channels));
-      const Field field = file.read("density", {.role = GridRole::data});
-      EXPECT_EQ(field.tiles.empty(), false);
-      EXPECT_EQ(field.active_box, (Box{{0, 0, 0}, shape - 1}));
-      const FieldSampler sampler(field);
-      std::uint64_t active = 0;
-      for (glm::ivec3 v(0); v.x < shape.x; ++v.x)
-        for (v.y = 0; v.y < shape.y; ++v.y)
-          for (v.z = 0; v.z < shape.z; ++v.z) {
-            for (int c = 0; c < channels; ++c)
-              EXPECT_EQ(sampler.voxel(v, c), double(dense_value(v, c)));
-            active += dense_value(v, 0) != 0;
-          }
-      if (channels == 1) {
-        EXPECT_EQ(field.active_voxels, active);
-      }
-    }
-}
-
-TEST(Dense, ValuesAreCheckedForTheirRole) {
-  const VdbFile file(dense_field({8, 16, 40}, 3));
-  EXPECT_TRUE(file.read("density", {.role = GridRole::data}).notices.empty());
-  const Field light = file.read("density", {.role = GridRole::luminance});
-  ASSERT_EQ(light.notices.size(), 1u);
-  EXPECT_NE(light.notices[0].find("negative values taken as 0"), std::string::npos);
-  EXPECT_NE(input_error([&] {
-              file.read("density", {.role = GridRole::luminance, .strict = true});
-            }).find("strict"),
-            std::string::npos);
-  EXPECT_NE(input_error([&] { file.read("smoke"); }).find("'density'"), std::string::npos);
-}
-
-TEST(Dense, GridsOfFilesAreGathered) {
-  const auto one = std::make_shared<VdbFile>(dense_field({16, 16, 16}, 1));
-  const auto three = std::make_shared<VdbFile>(dense_field({16, 16, 16}, 3));
-  const VdbFile both(std::vector<NamedGrid>{{"smoke", one, "density"}, {"v", three, "density"}});
-  EXPECT_EQ(both.names(), (std::vector<std::string>{"smoke", "v"}));
-  EXPECT_EQ(both.channels("v"), 3);
-  EXPECT_EQ(both.default_grid(), "smoke");
-  EXPECT_EQ(both.read("v", {.role = GridRole::data}).name, "v");
-  EXPECT_EQ(both.info().size(), 2u);
-  EXPECT_THROW(VdbFile(std::vector<NamedGrid>{{"a", one, "density"}, {"a", three, "density"}}),
-               Error);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
@@ -25,8 +26,21 @@ struct Box {
 
 /// 8x8x8 voxels in OpenVDB's order: value (x,y,z) of channel c at ((x*8+y)*8+z)*channels + c.
 struct Leaf {
-  glm::ivec3 origin;    ///< smallest voxel, a multiple of 8
-  const float* values;  ///< 512 * channels floats, owned by Field::storage; null if in a file
+  glm::ivec3 origin;  ///< smallest voxel, a multiple of 8
+  /// 512 * channels floats, owned by Field::storage. Null if they lie in Field::array or in a file;
+  /// see leaf_values.h.
+  const float* values;
+};
+
+/// Distances in memory between neighbouring values [floats].
+struct Strides {
+  std::ptrdiff_t x, y, z, channel;
+};
+
+/// A dense array of floats in any order, to be read in place.
+struct ArrayValues {
+  const float* first;  ///< of voxel (0, 0, 0), owned by Field::storage
+  Strides strides;
 };
 
 /// A cube of voxels of one value (an OpenVDB tile whose value is not 0).
@@ -76,7 +90,8 @@ struct Field {
   double half_width = 0;
   std::vector<Leaf> leaves;             ///< in OpenVDB's tree order; origins distinct
   std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves
-  std::shared_ptr<const void> storage;  ///< keeps Leaf::values alive
+  std::optional<ArrayValues> array;     ///< of the leaves without values of their own
+  std::shared_ptr<const void> storage;  ///< keeps Leaf::values and the array alive
   /// Set if the values of leaves stay in the file, see leaf_values.h. Both ranges are known then,
   /// unless `survey` is set.
   std::shared_ptr<const LeafReader> reader;

@@ -12,9 +12,48 @@
 
 #include "psivox/field.h"
 
-// Values of a field whose leaves may stay in its file.
+// Values of a field whose leaves may lie in an array, or stay in its file.
 
 namespace psivox {
+
+/// Strides of OpenVDB's order.
+constexpr Strides tree_strides(int channels) { return {64 * channels, 8 * channels, channels, 1}; }
+
+/// Where 8^3 voxels have their values.
+struct LeafValues {
+  const float* first = nullptr;  ///< of the smallest voxel
+  Strides strides{};
+
+  /// The first channel of a voxel, each coordinate from 0 to 7.
+  const float* at(const glm::ivec3& voxel) const {
+    return first + (voxel.x * strides.x + voxel.y * strides.y + voxel.z * strides.z);
+  }
+};
+
+/// The values of a leaf that is in memory.
+LeafValues values_of(const Field& field, const Leaf& leaf);
+
+/// Copies 512 * channels floats into OpenVDB's order.
+void copy_values(const LeafValues& from, int channels, float* to);
+
+/// The values of a leaf in OpenVDB's order: the field's own, or a copy out of its array.
+class OrderedValues {
+ public:
+  OrderedValues(const Field& field, const Leaf& leaf);
+  OrderedValues(const OrderedValues&) = delete;
+  OrderedValues& operator=(const OrderedValues&) = delete;
+
+  const float* data() const { return values_; }
+  float operator[](std::size_t i) const { return values_[i]; }
+  const float* begin() const { return values_; }
+  const float* end() const { return values_ + size_; }
+  std::size_t size() const { return size_; }
+
+ private:
+  const float* values_;
+  std::size_t size_;  ///< 512 * channels
+  std::array<float, 512 * 3> copy_;
+};
 
 /// Bytes of the values of all leaves.
 std::uint64_t value_bytes(const Field& field);

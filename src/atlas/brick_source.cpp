@@ -6,7 +6,6 @@
 #include <string>
 
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 
 namespace psivox::atlas {
 namespace {
@@ -17,6 +16,19 @@ glm::ivec3 floor_divide(const glm::ivec3& a, int width) {
 }
 
 }  // namespace
+
+const float* Block::row(int x, int y, int count, int channels, float* room) const {
+  if (is_constant()) {
+    for (int i = 0; i < count * channels; ++i) room[i] = constant[i % channels];
+    return room;
+  }
+  const float* from = values.at({x, y, 0});
+  const Strides& strides = values.strides;
+  if (strides.z == channels && strides.channel == 1) return from;
+  for (int z = 0; z < count; ++z, from += strides.z)
+    for (int c = 0; c < channels; ++c) room[z * channels + c] = from[c * strides.channel];
+  return room;
+}
 
 BrickSource::BrickSource(const Field& field) : field_(field), leaves_(field.leaves.size()) {
   check_in_memory(field);
@@ -45,12 +57,12 @@ void BrickSource::check_width(const Field& field) {
 
 Block BrickSource::block(const glm::ivec3& at) const {
   if (const auto i = leaves_.find(at); i != BlockMap::none)
-    return {field_.leaves[std::size_t(i)].values, {}};
+    return {values_of(field_, field_.leaves[std::size_t(i)]), {}};
   if (const auto i = narrow_tiles_.find(at); i != BlockMap::none)
-    return {nullptr, field_.tiles[std::size_t(i)].value};
+    return {{}, field_.tiles[std::size_t(i)].value};
   for (const auto& [width, map] : wide_maps_)
     if (const auto i = map.find(floor_divide(at * brick_cells, width)); i != BlockMap::none)
-      return {nullptr, field_.tiles[std::size_t(i)].value};
+      return {{}, field_.tiles[std::size_t(i)].value};
   return {};
 }
 
@@ -62,22 +74,17 @@ BrickSource::Neighbours BrickSource::neighbours(const glm::ivec3& brick) const {
 }
 
 void BrickSource::gather(const Neighbours& from, float* values) const {
-  const std::size_t channels = std::size_t(field_.channels);
-  const auto copy = [&](const Block& block, int row, std::size_t count, float* to) {
-    if (block.values) {
-      std::memcpy(to, block.values + std::size_t(row) * 8 * channels,
-                  count * channels * sizeof(float));
-    } else {
-      for (std::size_t i = 0; i < count * channels; ++i) to[i] = block.constant[int(i % channels)];
-    }
+  const int channels = field_.channels;
+  const auto copy = [&](const Block& block, int x, int y, int count, float* to) {
+    const float* row = block.row(x & 7, y & 7, count, channels, to);
+    if (row != to) std::memcpy(to, row, std::size_t(count * channels) * sizeof(float));
   };
   for (int x = 0; x < brick_values; ++x)
     for (int y = 0; y < brick_values; ++y) {
       const Block* pair = from.blocks + ((x >> 3) * 2 + (y >> 3)) * 2;
-      const int row = (x & 7) * 8 + (y & 7);
-      float* to = values + std::size_t(x * brick_values + y) * brick_values * channels;
-      copy(pair[0], row, 8, to);
-      copy(pair[1], row, 1, to + 8 * channels);
+      float* to = values + (x * brick_values + y) * brick_values * channels;
+      copy(pair[0], x, y, 8, to);
+      copy(pair[1], x, y, 1, to + 8 * channels);
     }
 }
 

@@ -4,13 +4,19 @@
 
 #include "atlas/block_map.h"
 #include "psivox/atlas.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox::atlas {
 
 /// 8^3 voxels of a field: a leaf's values, or one value.
 struct Block {
-  const float* values = nullptr;  ///< null: `constant` everywhere
+  LeafValues values{};  ///< without any: `constant` everywhere
   glm::vec3 constant{0};
+
+  bool is_constant() const { return !values.first; }
+  /// The first `count` voxels of the row (x, y), `channels` interleaved: in place, or written to
+  /// `room`.
+  const float* row(int x, int y, int count, int channels, float* room) const;
 };
 
 /// Finds the voxels of a field by block and puts them together into bricks.

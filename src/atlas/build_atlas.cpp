@@ -44,7 +44,7 @@ class AlikeBricks {
   std::optional<std::uint32_t> slot(const BrickSource::Neighbours& from, std::uint32_t next) {
     std::array<float, 24> key;
     for (std::size_t i = 0; i < 8; ++i) {
-      if (from.blocks[i].values) return {};
+      if (!from.blocks[i].is_constant()) return {};
       for (int c = 0; c < 3; ++c) key[3 * i + std::size_t(c)] = from.blocks[i].constant[c];
     }
     return slots_.try_emplace(key, next).first->second;
@@ -56,21 +56,24 @@ class AlikeBricks {
 
 /// Smallest and largest first channel of the blocks' parts that a brick holds.
 ValueRange value_range(const BrickSource::Neighbours& from, int channels) {
-  const float first = from.blocks[0].values ? from.blocks[0].values[0] : from.blocks[0].constant.x;
+  std::array<float, 24> room;
+  const float first = *from.blocks[0].row(0, 0, 1, channels, room.data());
   ValueRange range{first, first};
   const auto see = [&](float value) {
     range = {std::min(range.min, value), std::max(range.max, value)};
   };
   for (int i = 0; i < 8; ++i) {
     const atlas::Block& block = from.blocks[i];
-    if (!block.values) {
+    if (block.is_constant()) {
       see(block.constant.x);
       continue;
     }
     const int nx = i & 4 ? 1 : 8, ny = i & 2 ? 1 : 8, nz = i & 1 ? 1 : 8;
     for (int x = 0; x < nx; ++x)
-      for (int y = 0; y < ny; ++y)
-        for (int z = 0; z < nz; ++z) see(block.values[((x * 8 + y) * 8 + z) * channels]);
+      for (int y = 0; y < ny; ++y) {
+        const float* row = block.row(x, y, nz, channels, room.data());
+        for (int z = 0; z < nz; ++z) see(row[z * channels]);
+      }
   }
   return range;
 }
@@ -79,19 +82,20 @@ ValueRange value_range(const BrickSource::Neighbours& from, int channels) {
 void find_kind(const BrickSource& source, Candidate& candidate) {
   const BrickSource::Neighbours from = source.neighbours(candidate.brick);
   const int channels = source.channels();
+  std::array<float, 24> room;
+  const float* corner = from.blocks[0].row(0, 0, 1, channels, room.data());
   glm::vec3 first{0};
-  for (int c = 0; c < channels; ++c)
-    first[c] = from.blocks[0].values ? from.blocks[0].values[c] : from.blocks[0].constant[c];
+  for (int c = 0; c < channels; ++c) first[c] = corner[c];
   candidate.value = first;
 
-  const auto row_is = [&](const float* values, int count) {
+  const auto row_is_first = [&](const float* values, int count) {
     for (int i = 0; i < count * channels; ++i)
       if (values[i] != first[i % channels]) return false;
     return true;
   };
   for (int i = 0; i < 8; ++i) {
     const atlas::Block& block = from.blocks[i];
-    if (!block.values) {
+    if (block.is_constant()) {
       for (int c = 0; c < channels; ++c)
         if (block.constant[c] != first[c]) {
           candidate.kind = EntryKind::brick;
@@ -101,11 +105,11 @@ void find_kind(const BrickSource& source, Candidate& candidate) {
     }
     const int nx = i & 4 ? 1 : 8, ny = i & 2 ? 1 : 8, nz = i & 1 ? 1 : 8;
     for (int x = 0; x < nx; ++x)
-      for (int y = 0; y < ny; ++y)
-        if (!row_is(block.values + (x * 8 + y) * 8 * channels, nz)) {
-          candidate.kind = EntryKind::brick;
-          return;
-        }
+      for (int y = 0; y < ny; ++y) {
+        if (row_is_first(block.row(x, y, nz, channels, room.data()), nz)) continue;
+        candidate.kind = EntryKind::brick;
+        return;
+      }
   }
   candidate.kind = first == glm::vec3(0) ? EntryKind::empty : EntryKind::constant;
 }

@@ -25,7 +25,8 @@ std::vector<float> sample(const Field& density) {
   const std::size_t stride = std::max<std::size_t>(density.leaves.size() / most_leaves, 1);
   std::vector<float> own;
   const auto take = [&](const Leaf& leaf) {
-    own.insert(own.end(), leaf.values, leaf.values + 512);
+    const OrderedValues values(density, leaf);
+    own.insert(own.end(), values.begin(), values.begin() + 512);
   };
   if (!density.reader) {
     for (std::size_t i = 0; i < density.leaves.size(); i += stride) take(density.leaves[i]);

@@ -50,10 +50,9 @@ std::vector<Box> where_values_are(const Field& other, const Field& density) {
     boxes.push_back(mapped({glm::max(origin - 1, domain.min), glm::min(origin + width, domain.max)},
                            to_density));
   };
-  for (const Leaf& leaf : other.leaves) {
-    const float* end = leaf.values + 512 * other.channels;
-    if (std::any_of(leaf.values, end, [](float v) { return v != 0; })) add(leaf.origin, 8);
-  }
+  for (const Leaf& leaf : other.leaves)
+    if (std::ranges::any_of(OrderedValues(other, leaf), [](float v) { return v != 0; }))
+      add(leaf.origin, 8);
   for (const Tile& tile : other.tiles) add(tile.origin, tile.width);
   return boxes;
 }

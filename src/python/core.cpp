@@ -11,6 +11,7 @@
 #include <glm/ext/matrix_transform.hpp>
 #include <variant>
 
+#include "arrays.h"
 #include "drawing.h"
 #include "gl/object_counts.h"
 #include "interrupt.h"
@@ -156,10 +157,12 @@ py::array_t<float> dense_values(const VdbFile& file, const std::string& grid) {
         for (int y = from.y; y <= to.y; ++y)
           for (int z = from.z; z <= to.z; ++z) put({x, y, z}, &tile.value.x);
     }
-    for (const Leaf& leaf : field.leaves)
+    for (const Leaf& leaf : field.leaves) {
+      const OrderedValues values(field, leaf);
       for (int i = 0; i < 512; ++i)
         put(leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7),
-            leaf.values + std::size_t(i) * channels);
+            values.data() + std::size_t(i) * channels);
+    }
   });
   return array;
 }
@@ -278,6 +281,12 @@ void define_grids(py::module_& m) {
            [](DenseField& field, const Floats& slab) {
              const std::span<const float> values(slab.data(), std::size_t(slab.size()));
              run([&] { field.add(values); });
+           })
+      .def("hold",
+           [](DenseField& field, const py::array& values) {
+             const ArrayValues array = values_in_place(values);
+             std::shared_ptr<const void> owner = kept(values);
+             run([&] { field.hold(array, std::move(owner)); });
            })
       .def("finish", [](DenseField& field) {
         return run([&] {

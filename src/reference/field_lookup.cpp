@@ -7,12 +7,11 @@
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "psivox/leaf_values.h"
-
 namespace psivox {
 namespace {
 
 constexpr std::array<float, 3> zeros{0, 0, 0};
+constexpr Strides of_one_value{0, 0, 0, 1};
 
 int log2_of(int width) { return std::countr_zero(static_cast<unsigned>(width)); }
 
@@ -95,18 +94,16 @@ CellBlock FieldLookup::cell_block(const glm::ivec3& key) const {
   for (int i = 0; i < 8; ++i) {
     const auto n = static_cast<std::size_t>(i);
     const glm::ivec3 voxels = key + neighbour(i);
-    block.values[n] = zeros.data();
-    block.mask[n] = 0;
+    block.values[n] = {zeros.data(), of_one_value};
     if (const std::uint32_t leaf = leaves_.find(voxels); leaf != BlockMap::none) {
-      block.values[n] = field_->leaves[leaf].values;
-      block.mask[n] = 511;
+      block.values[n] = values_of(*field_, field_->leaves[leaf]);
       stored = true;
       continue;
     }
     for (const TileClass& c : tiles_) {
       const std::uint32_t tile = c.tiles.find(shifted(voxels, c.log2_width - 3));
       if (tile == BlockMap::none) continue;
-      block.values[n] = glm::value_ptr(field_->tiles[tile].value);
+      block.values[n] = {glm::value_ptr(field_->tiles[tile].value), of_one_value};
       stored = true;
     }
   }
@@ -130,8 +127,8 @@ bool FieldLookup::may_hold_values(int level, const glm::ivec3& key) const {
 double FieldLookup::max_magnitude() const {
   double largest = 0;
   for (const Leaf& leaf : field_->leaves)
-    for (int i = 0; i < 512 * field_->channels; ++i)
-      largest = std::max(largest, std::abs(static_cast<double>(leaf.values[i])));
+    for (const float value : OrderedValues(*field_, leaf))
+      largest = std::max(largest, std::abs(static_cast<double>(value)));
   for (const Tile& tile : field_->tiles)
     for (int c = 0; c < field_->channels; ++c)
       largest = std::max(largest, std::abs(static_cast<double>(tile.value[c])));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "psivox/field.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox {
 
@@ -14,17 +15,16 @@ namespace psivox {
 /// to eight leaves.
 struct CellBlock {
   glm::ivec3 key{0};
-  std::array<const float*, 8> values{};  ///< of voxel block key + (dx,dy,dz), at 4 dx + 2 dy + dz
-  std::array<int, 8> mask{};  ///< of voxel offsets: 511, or 0 if one value fills the block
+  /// Of voxel block key + (dx,dy,dz), at 4 dx + 2 dy + dz; strides of 0 if one value fills it.
+  std::array<LeafValues, 8> values{};
   int channels = 1;
   bool empty = true;  ///< all 9x9x9 voxels are 0 in every channel
 
   /// Value of one voxel, each coordinate relative to the block, 0 to 8.
   float value(const glm::ivec3& voxel, int channel) const {
     const int block = 4 * (voxel.x >> 3) + 2 * (voxel.y >> 3) + (voxel.z >> 3);
-    const int offset = ((voxel.x & 7) * 8 + (voxel.y & 7)) * 8 + (voxel.z & 7);
-    const auto b = static_cast<std::size_t>(block);
-    return values[b][(offset & mask[b]) * channels + channel];
+    const LeafValues& own = values[static_cast<std::size_t>(block)];
+    return own.at(voxel & 7)[channel * own.strides.channel];
   }
 
   /// The eight voxels around a cell of this block (in index space), at 4 dx + 2 dy + dz.

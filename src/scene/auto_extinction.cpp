@@ -42,7 +42,7 @@ class LineBundle {
     visit_own_leaves(
         field,
         [&](std::span<const Leaf> leaves) {
-          for (const Leaf& leaf : leaves) add(leaf, field.channels);
+          for (const Leaf& leaf : leaves) add(leaf.origin, values_of(field, leaf));
         },
         [&](const Leaf& leaf) { return is_met(leaf.origin); });
     sum_found(field, std::span(sums_));
@@ -96,15 +96,14 @@ class LineBundle {
             line_sum(across_1_[j] - origin[b_], across_2_[k] - origin[c_]);
   }
 
-  void add(const Leaf& leaf, int channels) {
-    for_lines_through(leaf.origin, 8, [&](int b, int c) {
-      return clipped_sum(leaf.origin[axis_], 8, [&](int a) {
+  void add(const glm::ivec3& leaf, const LeafValues& values) {
+    for_lines_through(leaf, 8, [&](int b, int c) {
+      return clipped_sum(leaf[axis_], 8, [&](int a) {
         glm::ivec3 voxel;
         voxel[axis_] = a;
         voxel[b_] = b;
         voxel[c_] = c;
-        return attenuation_(leaf.values[((voxel.x * 8 + voxel.y) * 8 + voxel.z) * channels]) -
-               vacuum_;
+        return attenuation_(*values.at(voxel)) - vacuum_;
       });
     });
   }
@@ -142,12 +141,14 @@ glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
   };
   Voxel densest{field.active_box.min, 0};
   visit_own_leaves(field, [&](std::span<const Leaf> leaves) {
-    for (const Leaf& leaf : leaves)
+    for (const Leaf& leaf : leaves) {
+      const LeafValues values = values_of(field, leaf);
       for (int i = 0; i < 512; ++i) {
-        const double value = attenuation(leaf.values[i * field.channels]);
-        if (value > densest.largest)
-          densest = {leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7), value};
+        const glm::ivec3 voxel(i >> 6, (i >> 3) & 7, i & 7);
+        const double value = attenuation(*values.at(voxel));
+        if (value > densest.largest) densest = {leaf.origin + voxel, value};
       }
+    }
   });
   const std::string own(reinterpret_cast<const char*>(&densest), sizeof densest);
   for (const std::string& found : gather_found(field, own)) {

@@ -58,6 +58,7 @@ Field attenuation_of_voxels(const Field& field, const Field& gradient,
                               static_cast<double>(v.value(i)), static_cast<double>(g.value(i))));
                       }
                     });
+  result.array.reset();
   result.storage = to;
   return result;
 }

@@ -18,8 +18,8 @@ namespace {
 glm::ivec3 coarse_origin(const glm::ivec3& origin) { return (origin >> 4) * 8; }
 
 /// Means over 2^3 voxels each of a leaf, into its eighth of a coarse leaf.
-void add_means(const Leaf& leaf, int channels, float* coarse) {
-  const glm::ivec3 first = ((leaf.origin >> 3) & 1) * 4;
+void add_means(const glm::ivec3& origin, const float* values, int channels, float* coarse) {
+  const glm::ivec3 first = ((origin >> 3) & 1) * 4;
   const auto index = [channels](int x, int y, int z) {
     return std::size_t(((x * 8 + y) * 8 + z) * channels);
   };
@@ -29,8 +29,8 @@ void add_means(const Leaf& leaf, int channels, float* coarse) {
         for (int c = 0; c < channels; ++c) {
           double sum = 0;
           for (int i = 0; i < 8; ++i)
-            sum += leaf.values[index(2 * x + (i >> 2), 2 * y + (i >> 1 & 1), 2 * z + (i & 1)) +
-                               std::size_t(c)];
+            sum += values[index(2 * x + (i >> 2), 2 * y + (i >> 1 & 1), 2 * z + (i & 1)) +
+                          std::size_t(c)];
           coarse[index(first.x + x, first.y + y, first.z + z) + std::size_t(c)] = float(sum / 8);
         }
 }
@@ -50,6 +50,7 @@ Field halved(const Field& field, Centering centering) {
   Field coarse = field;
   coarse.leaves.clear();
   coarse.tiles.clear();
+  coarse.array.reset();
   coarse.reader = nullptr;
   coarse.active_box = {field.active_box.min >> 1, field.active_box.max >> 1};
   coarse.active_voxels = (field.active_voxels + 7) / 8;
@@ -81,11 +82,12 @@ Field halved(const Field& field, Centering centering) {
   for (const Tile& tile : field.tiles) {
     if (tile.width > 8) continue;
     for (std::size_t i = 0; i < floats; ++i) same[i] = tile.value[int(i) % field.channels];
-    add_means({tile.origin, same.data()}, field.channels, place(tile.origin));
+    add_means(tile.origin, same.data(), field.channels, place(tile.origin));
   }
   visit_leaves(field, [&](std::span<const Leaf> leaves) {
     tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
-      add_means(leaves[i], field.channels,
+      const OrderedValues own(field, leaves[i]);
+      add_means(leaves[i].origin, own.data(), field.channels,
                 values.get() + numbers.at(key(leaves[i].origin)) * floats);
     });
   });

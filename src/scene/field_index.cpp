@@ -5,8 +5,6 @@
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 
-#include "psivox/leaf_values.h"
-
 namespace psivox {
 namespace {
 
@@ -30,7 +28,7 @@ FieldIndex::FieldIndex(const Field& field) : field_(&field) {
       if (widths[level] > width) occupied_[level].insert(origin_of(origin, widths[level]));
   };
   for (const Leaf& leaf : field.leaves) {
-    leaves_.emplace(leaf.origin, leaf.values);
+    leaves_.emplace(leaf.origin, &leaf);
     occupy(leaf.origin, 8);
   }
   for (const Tile& tile : field.tiles) {
@@ -42,10 +40,10 @@ FieldIndex::FieldIndex(const Field& field) : field_(&field) {
 
 FieldIndex::Block FieldIndex::block(const glm::ivec3& origin) const {
   const auto leaf = leaves_.find(origin);
-  if (leaf != leaves_.end()) return {leaf->second, field_->channels, 0};
+  if (leaf != leaves_.end()) return {values_of(*field_, *leaf->second), 0};
   for (std::size_t level = 0; level < widths.size(); ++level) {
     const auto tile = tiles_[level].find(origin_of(origin, widths[level]));
-    if (tile != tiles_[level].end()) return {nullptr, 1, tile->second.x};
+    if (tile != tiles_[level].end()) return {{}, tile->second.x};
   }
   return {};
 }
@@ -53,10 +51,11 @@ FieldIndex::Block FieldIndex::block(const glm::ivec3& origin) const {
 glm::dvec3 FieldIndex::at(const glm::ivec3& voxel) const {
   const auto leaf = leaves_.find(origin_of(voxel, 8));
   if (leaf != leaves_.end()) {
-    const glm::ivec3 local = voxel & 7;
-    const float* from = leaf->second + ((local.x * 8 + local.y) * 8 + local.z) * field_->channels;
+    const LeafValues values = values_of(*field_, *leaf->second);
+    const float* from = values.at(voxel & 7);
     glm::dvec3 value(0);
-    for (int c = 0; c < field_->channels; ++c) value[c] = static_cast<double>(from[c]);
+    for (int c = 0; c < field_->channels; ++c)
+      value[c] = static_cast<double>(from[c * values.strides.channel]);
     return value;
   }
   for (std::size_t level = 0; level < widths.size(); ++level) {

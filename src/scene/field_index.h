@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "psivox/field.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox {
 
@@ -26,10 +27,12 @@ class FieldIndex {
 
   /// 8^3 voxels: the first channels of a leaf's values, or one value.
   struct Block {
-    const float* values = nullptr;  ///< null: `constant` everywhere
-    int channels = 1;
+    LeafValues values{};  ///< without any: `constant` everywhere
     float constant = 0;
-    float value(int i) const { return values ? values[i * channels] : constant; }
+    /// Of voxel (x, y, z) at i = (x * 8 + y) * 8 + z.
+    float value(int i) const {
+      return values.first ? *values.at({i >> 6, (i >> 3) & 7, i & 7}) : constant;
+    }
   };
 
   /// The block at `origin`, a multiple of 8; 0 where nothing is stored.
@@ -57,7 +60,7 @@ class FieldIndex {
 
  private:
   const Field* field_;
-  std::unordered_map<glm::ivec3, const float*, VoxelHash> leaves_;             ///< by origin
+  std::unordered_map<glm::ivec3, const Leaf*, VoxelHash> leaves_;              ///< by origin
   std::array<std::unordered_map<glm::ivec3, glm::vec3, VoxelHash>, 3> tiles_;  ///< by origin
   std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;  ///< for the two wider ones
 };

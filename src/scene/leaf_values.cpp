@@ -33,6 +33,36 @@ std::vector<Leaf> read_leaves(const Field& field, std::span<const std::uint32_t>
 
 }  // namespace
 
+LeafValues values_of(const Field& field, const Leaf& leaf) {
+  if (leaf.values || !field.array) return {leaf.values, tree_strides(field.channels)};
+  const auto [x, y, z, channel] = field.array->strides;
+  const glm::ivec3& o = leaf.origin;
+  return {field.array->first + (o.x * x + o.y * y + o.z * z), field.array->strides};
+}
+
+void copy_values(const LeafValues& from, int channels, float* to) {
+  const Strides& strides = from.strides;
+  const std::size_t row = 8 * std::size_t(channels);
+  const bool together = strides.z == channels && strides.channel == 1;
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y, to += row) {
+      const float* value = from.at({x, y, 0});
+      if (together) {
+        std::memcpy(to, value, row * sizeof(float));
+        continue;
+      }
+      for (int z = 0; z < 8; ++z, value += strides.z)
+        for (int c = 0; c < channels; ++c) to[z * channels + c] = value[c * strides.channel];
+    }
+}
+
+OrderedValues::OrderedValues(const Field& field, const Leaf& leaf)
+    : values_(leaf.values), size_(floats_per_leaf(field)) {
+  if (values_) return;
+  copy_values(values_of(field, leaf), field.channels, copy_.data());
+  values_ = copy_.data();
+}
+
 std::uint64_t value_bytes(const Field& field) {
   return field.leaves.size() * floats_per_leaf(field) * sizeof(float);
 }
@@ -93,6 +123,7 @@ Field part_of_field(const Field& field, const Box& voxels) {
   part.half_width = field.half_width;
   part.tiles = field.tiles;
   if (!field.reader) {
+    part.array = field.array;
     part.storage = field.storage;
     for (const Leaf& leaf : field.leaves)
       if (inside(leaf)) part.leaves.push_back(leaf);

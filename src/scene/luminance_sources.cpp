@@ -7,6 +7,7 @@
 
 #include "psivox/black_body.h"
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
 #include "psivox/text.h"
 #include "scene/classify_voxels.h"
 #include "scene/map_field.h"
@@ -52,8 +53,7 @@ bool has_negative_values(const Field& field) {
   const auto negative = [](float v) { return v < 0; };
   return std::any_of(field.leaves.begin(), field.leaves.end(),
                      [&](const Leaf& leaf) {
-                       return std::any_of(leaf.values, leaf.values + 512 * field.channels,
-                                          negative);
+                       return std::ranges::any_of(OrderedValues(field, leaf), negative);
                      }) ||
          std::any_of(field.tiles.begin(), field.tiles.end(),
                      [&](const Tile& tile) { return glm::any(glm::lessThan(tile.value, {})); });

@@ -22,7 +22,8 @@ Field map_field(const Field& field, int channels, const VoxelMap& map) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, field.leaves.size(), 16),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t n = range.begin(); n != range.end(); ++n) {
-                        const float* from = field.leaves[n].values;
+                        const OrderedValues own(field, field.leaves[n]);
+                        const float* from = own.data();
                         float* to = values.get() + n * 512 * to_stride;
                         result.leaves[n].values = to;
                         for (int i = 0; i < 512; ++i, from += from_stride, to += to_stride) {
@@ -35,6 +36,7 @@ Field map_field(const Field& field, int channels, const VoxelMap& map) {
                     });
   for (Tile& tile : result.tiles) tile.value = map(tile.value);
   std::erase_if(result.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0); });
+  result.array.reset();
   result.storage = values;
   return result;
 }

@@ -21,13 +21,26 @@ bool inside(const Box& box, const glm::ivec3& voxel) {
          voxel.x <= box.max.x && voxel.y <= box.max.y && voxel.z <= box.max.z;
 }
 
+/// Calls take(value) for the first channel of the leaves' voxels in the active box.
+template <typename Take>
+void for_active(const Field& field, const Take& take) {
+  for (const Leaf& leaf : field.leaves) {
+    const LeafValues values = values_of(field, leaf);
+    for (int i = 0; i < 512; ++i) {
+      const glm::ivec3 voxel(i >> 6, (i >> 3) & 7, i & 7);
+      if (inside(field.active_box, leaf.origin + voxel)) take(*values.at(voxel));
+    }
+  }
+}
+
 }  // namespace
 
 glm::dvec2 stored_range(const Field& field) {
   if (field.stored_range) return glm::dvec2(*field.stored_range);
   glm::dvec2 range(0);
   for (const Leaf& leaf : field.leaves) {
-    const auto [low, high] = std::minmax_element(leaf.values, leaf.values + 512);
+    const OrderedValues values(field, leaf);
+    const auto [low, high] = std::minmax_element(values.data(), values.data() + 512);
     include(range, *low);
     include(range, *high);
   }
@@ -38,12 +51,7 @@ glm::dvec2 stored_range(const Field& field) {
 glm::dvec2 active_range(const Field& field) {
   if (field.active_range) return glm::dvec2(*field.active_range);
   glm::dvec2 range(infinity, -infinity);
-  for (const Leaf& leaf : field.leaves) {
-    for (int i = 0; i < 512; ++i) {
-      const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
-      if (inside(field.active_box, voxel)) include(range, leaf.values[i * field.channels]);
-    }
-  }
+  for_active(field, [&](float value) { include(range, value); });
   for (const Tile& tile : field.tiles) include(range, tile.value.x);
   return range.x <= range.y ? range : glm::dvec2(0);
 }
@@ -54,11 +62,7 @@ double active_percentile(const Field& field, double percent) {
   check_in_memory(field);
   return value_percentile(
       [&](const auto& take) {
-        for (const Leaf& leaf : field.leaves)
-          for (int i = 0; i < 512; ++i) {
-            const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
-            if (inside(field.active_box, voxel)) take(leaf.values[i * field.channels], 1);
-          }
+        for_active(field, [&](float value) { take(value, 1); });
         for (const Tile& tile : field.tiles) take(tile.value.x, tile_voxels(tile));
       },
       percent);

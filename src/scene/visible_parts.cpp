@@ -180,9 +180,11 @@ class BlockFinder {
       counts += tbb::parallel_reduce(
           tbb::blocked_range<std::size_t>(0, leaves.size(), 256), WeightCounts(),
           [&](const auto& range, WeightCounts some) {
-            for (std::size_t n = range.begin(); n != range.end(); ++n)
+            for (std::size_t n = range.begin(); n != range.end(); ++n) {
+              const OrderedValues values(field_, leaves[n]);
               for (std::size_t i = 0; i < 512; ++i)
-                some.add(weight_(leaves[n].values + i * stride), 1);
+                some.add(weight_(values.data() + i * stride), 1);
+            }
             return some;
           },
           [](WeightCounts a, const WeightCounts& b) { return a += b; });
@@ -204,9 +206,9 @@ class BlockFinder {
     const Box domain = field_.domain();
     glm::ivec3 min(std::numeric_limits<int>::max()), max(std::numeric_limits<int>::lowest());
     double amount = 0;
-    const float* values = leaf.values;
-    for (int i = 0; i < 512; ++i, values += field_.channels) {
-      const double weight = weight_(values);
+    const OrderedValues values(field_, leaf);
+    for (int i = 0; i < 512; ++i) {
+      const double weight = weight_(values.data() + i * field_.channels);
       if (weight < least) continue;
       const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
       if (glm::clamp(voxel, domain.min, domain.max) != voxel) continue;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
 #include "psivox/text.h"
 
 namespace psivox {
@@ -56,9 +57,10 @@ std::string file_hash(const std::filesystem::path& path) {
 
 std::string values_hash(const Field& field) {
   Hash hash;
-  for (const Leaf& leaf : field.leaves)
-    hash.add(reinterpret_cast<const char*>(leaf.values),
-             512 * std::size_t(field.channels) * sizeof(float));
+  for (const Leaf& leaf : field.leaves) {
+    const OrderedValues values(field, leaf);
+    hash.add(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+  }
   return hash.text();
 }
 

@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
 
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 #include "psivox/memory.h"
 #include "psivox/text.h"
 
@@ -52,88 +50,102 @@ DenseField::DenseField(const std::string& name, const glm::ivec3& shape, int cha
   field_.active_box = {glm::ivec3(no_voxel), glm::ivec3(-1)};
 }
 
-DenseField::Block DenseField::summarise(std::span<const float> slab, int planes, int y,
-                                        int z) const {
+glm::ivec3 DenseField::size_of_block(const glm::ivec3& origin) const {
+  return glm::min(shape_ - origin, glm::ivec3(leaf_width));
+}
+
+DenseField::Block DenseField::summarise(const LeafValues& values, const glm::ivec3& origin) const {
+  const glm::ivec3 size = size_of_block(origin);
+  const std::ptrdiff_t next = values.strides.channel;
   Block block;
-  const int rows = std::min(leaf_width, shape_.y - y), columns = std::min(leaf_width, shape_.z - z);
-  block.constant = planes == leaf_width && rows == leaf_width && columns == leaf_width;
-  const auto first =
-      (std::size_t(y) * std::size_t(shape_.z) + std::size_t(z)) * std::size_t(field_.channels);
-  for (int c = 0; c < field_.channels; ++c) block.value[c] = slab[first + std::size_t(c)];
-  for (int i = 0; i < planes; ++i)
-    for (int j = 0; j < rows; ++j) {
-      const float* value =
-          slab.data() +
-          ((std::size_t(i) * std::size_t(shape_.y) + std::size_t(y + j)) * std::size_t(shape_.z) +
-           std::size_t(z)) *
-              std::size_t(field_.channels);
-      for (int k = 0; k < columns; ++k, value += field_.channels) {
+  block.constant = size == glm::ivec3(leaf_width);
+  for (int c = 0; c < field_.channels; ++c) block.value[c] = values.first[c * next];
+  for (int x = 0; x < size.x; ++x)
+    for (int y = 0; y < size.y; ++y)
+      for (int z = 0; z < size.z; ++z) {
+        const float* value = values.at({x, y, z});
         bool active = false;
         for (int c = 0; c < field_.channels; ++c) {
-          active |= value[c] != 0;
-          block.constant &= value[c] == block.value[c];
+          active |= value[c * next] != 0;
+          block.constant &= value[c * next] == block.value[c];
         }
         if (!active) continue;
         ++block.active;
-        const glm::ivec3 voxel(next_plane_ + i, y + j, z + k);
+        const glm::ivec3 voxel = origin + glm::ivec3(x, y, z);
         block.min = glm::min(block.min, voxel);
         block.max = glm::max(block.max, voxel);
       }
-    }
   return block;
 }
 
-void DenseField::copy(std::span<const float> slab, int planes, int y, int z, float* leaf) const {
-  const auto channels = std::size_t(field_.channels);
-  std::fill_n(leaf, 512 * channels, 0.0f);
-  const int rows = std::min(leaf_width, shape_.y - y), columns = std::min(leaf_width, shape_.z - z);
-  for (int i = 0; i < planes; ++i)
-    for (int j = 0; j < rows; ++j)
-      std::memcpy(leaf + std::size_t(i * 64 + j * 8) * channels,
-                  slab.data() + ((std::size_t(i) * std::size_t(shape_.y) + std::size_t(y + j)) *
-                                     std::size_t(shape_.z) +
-                                 std::size_t(z)) *
-                                    channels,
-                  std::size_t(columns) * channels * sizeof(float));
+void DenseField::copy(const LeafValues& values, const glm::ivec3& origin, float* leaf) const {
+  const glm::ivec3 size = size_of_block(origin);
+  if (size == glm::ivec3(leaf_width)) return copy_values(values, field_.channels, leaf);
+  std::fill_n(leaf, 512 * field_.channels, 0.0f);
+  for (int x = 0; x < size.x; ++x)
+    for (int y = 0; y < size.y; ++y)
+      for (int z = 0; z < size.z; ++z)
+        for (int c = 0; c < field_.channels; ++c)
+          leaf[((x * 8 + y) * 8 + z) * field_.channels + c] =
+              values.at({x, y, z})[c * values.strides.channel];
 }
 
-void DenseField::add(std::span<const float> slab) {
-  const int planes = std::min(leaf_width, shape_.x - next_plane_);
+void DenseField::add(const ArrayValues& slab, bool in_place) {
   const int rows = (shape_.y + 7) / 8, columns = (shape_.z + 7) / 8;
   std::vector<Block> blocks(std::size_t(rows) * std::size_t(columns));
-  const auto row_of = [&](std::size_t n) { return 8 * int(n / std::size_t(columns)); };
-  const auto column_of = [&](std::size_t n) { return 8 * int(n % std::size_t(columns)); };
+  const auto origin_of = [&](std::size_t n) {
+    return 8 * glm::ivec3(next_plane_ / 8, n / std::size_t(columns), n % std::size_t(columns));
+  };
+  const auto values_at = [&](const glm::ivec3& origin) {
+    const LeafValues from{slab.first, slab.strides};
+    return LeafValues{from.at({0, origin.y, origin.z}), slab.strides};
+  };
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
-    blocks[n] = summarise(slab, planes, row_of(n), column_of(n));
+    blocks[n] = summarise(values_at(origin_of(n)), origin_of(n));
   });
-  std::vector<std::size_t> leaves;
+  std::vector<glm::ivec3> copied;
   for (std::size_t n = 0; n < blocks.size(); ++n) {
     const Block& block = blocks[n];
+    const glm::ivec3 origin = origin_of(n);
     if (block.active == 0) continue;
     field_.active_voxels += block.active;
     field_.active_box.min = glm::min(field_.active_box.min, block.min);
     field_.active_box.max = glm::max(field_.active_box.max, block.max);
     if (block.constant)
-      field_.tiles.push_back({{next_plane_, row_of(n), column_of(n)}, leaf_width, block.value});
+      field_.tiles.push_back({origin, leaf_width, block.value});
+    else if (in_place && size_of_block(origin) == glm::ivec3(leaf_width))
+      field_.leaves.push_back({origin, nullptr});
     else
-      leaves.push_back(n);
+      copied.push_back(origin);
   }
+  next_plane_ += leaf_width;
+  if (copied.empty()) return;
   const std::size_t floats = 512 * std::size_t(field_.channels);
-  const std::uint64_t bytes = leaves.size() * floats * sizeof(float), free = available_memory();
+  const std::uint64_t bytes = copied.size() * floats * sizeof(float), free = available_memory();
   if (free > 0 && bytes > free)
     throw Error(ExitCode::memory,
                 "grid " + in_quotes(field_.name) +
                     formatted(" of %dx%dx%d voxels", shape_.x, shape_.y, shape_.z) +
                     " takes more than the memory that is free");
-  const auto values = std::make_shared_for_overwrite<float[]>(leaves.size() * floats);
-  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
-    copy(slab, planes, row_of(leaves[i]), column_of(leaves[i]), values.get() + i * floats);
+  const auto values = std::make_shared_for_overwrite<float[]>(copied.size() * floats);
+  tbb::parallel_for(std::size_t{0}, copied.size(), [&](std::size_t i) {
+    copy(values_at(copied[i]), copied[i], values.get() + i * floats);
   });
-  for (std::size_t i = 0; i < leaves.size(); ++i)
-    field_.leaves.push_back(
-        {{next_plane_, row_of(leaves[i]), column_of(leaves[i])}, values.get() + i * floats});
+  for (std::size_t i = 0; i < copied.size(); ++i)
+    field_.leaves.push_back({copied[i], values.get() + i * floats});
   storage_.push_back(values);
-  next_plane_ += planes;
+}
+
+void DenseField::add(std::span<const float> slab) {
+  const std::ptrdiff_t z = field_.channels, y = shape_.z * z, x = shape_.y * y;
+  add({slab.data(), {x, y, z, 1}}, false);
+}
+
+void DenseField::hold(const ArrayValues& array, std::shared_ptr<const void> owner) {
+  field_.array = array;
+  storage_.push_back(std::move(owner));
+  for (ArrayValues slab = array; next_plane_ < shape_.x; slab.first += leaf_width * slab.strides.x)
+    add(slab, true);
 }
 
 Field DenseField::finish() {
@@ -143,8 +155,7 @@ Field DenseField::finish() {
   std::sort(field_.leaves.begin(), field_.leaves.end(), in_order);
   std::sort(field_.tiles.begin(), field_.tiles.end(), in_order);
   if (field_.active_voxels == 0) field_.active_box = {};
-  field_.storage =
-      std::make_shared<std::vector<std::shared_ptr<const float[]>>>(std::move(storage_));
+  field_.storage = std::make_shared<std::vector<std::shared_ptr<const void>>>(std::move(storage_));
   return std::move(field_);
 }
 

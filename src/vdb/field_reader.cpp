@@ -3,13 +3,14 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstring>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <utility>
 
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
 #include "psivox/text.h"
 #include "psivox/value_percentile.h"
 #include "sanitise.h"
@@ -19,30 +20,52 @@ namespace {
 
 std::string subject_of(const Field& field) { return "grid '" + field.name + "'"; }
 
-/// The values of a field in memory may be read by others: these become its own.
-std::vector<float*> copy_values(Field& field) {
-  const std::size_t floats = kLeafVoxels * static_cast<std::size_t>(field.channels);
-  const auto values = std::make_shared_for_overwrite<float[]>(field.leaves.size() * floats);
-  std::vector<float*> leaves(field.leaves.size());
-  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t n) {
-    leaves[n] = values.get() + n * floats;
-    std::memcpy(leaves[n], field.leaves[n].values, floats * sizeof(float));
+/// Leaves with values that sanitise replaces, and the largest value of the others.
+struct BadLeaves {
+  std::vector<std::size_t> numbers;
+  float largest_elsewhere = 0;
+};
+
+BadLeaves bad_leaves(const Field& field, GridRole role) {
+  struct Found {
+    bool good;
+    float largest;
+  };
+  std::vector<Found> found(field.leaves.size());
+  tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t n) {
+    const OrderedValues values(field, field.leaves[n]);
+    const bool good = all_good(values, role);
+    found[n] = {good, good ? *std::ranges::max_element(values) : 0};
   });
-  for (std::size_t n = 0; n < leaves.size(); ++n) field.leaves[n].values = leaves[n];
-  field.storage = values;
-  return leaves;
+  BadLeaves bad;
+  for (std::size_t n = 0; n < found.size(); ++n) {
+    if (found[n].good)
+      bad.largest_elsewhere = std::max(bad.largest_elsewhere, found[n].largest);
+    else
+      bad.numbers.push_back(n);
+  }
+  return bad;
 }
 
-bool has_only_good_values(const Field& field, GridRole role) {
-  const auto channels = static_cast<std::size_t>(field.channels);
-  const auto good = [&](const float* values, std::size_t count) {
-    return all_good({values, count}, role);
-  };
-  return std::ranges::all_of(
-             field.leaves,
-             [&](const Leaf& leaf) { return good(leaf.values, kLeafVoxels * channels); }) &&
-         std::ranges::all_of(field.tiles,
-                             [&](const Tile& tile) { return good(&tile.value.x, channels); });
+bool has_bad_tile(const Field& field, GridRole role) {
+  return std::ranges::any_of(field.tiles, [&](const Tile& tile) {
+    return !all_good({&tile.value.x, static_cast<std::size_t>(field.channels)}, role);
+  });
+}
+
+/// Others may read the field's values: these leaves get copies.
+std::vector<float*> with_own_values(const std::vector<std::size_t>& numbers, Field& field) {
+  const std::size_t floats = kLeafVoxels * static_cast<std::size_t>(field.channels);
+  const auto values = std::make_shared_for_overwrite<float[]>(numbers.size() * floats);
+  std::vector<float*> leaves;
+  for (const std::size_t n : numbers) {
+    leaves.push_back(values.get() + leaves.size() * floats);
+    copy_values(values_of(field, field.leaves[n]), field.channels, leaves.back());
+    field.leaves[n].values = leaves.back();
+  }
+  field.storage = std::make_shared<std::array<std::shared_ptr<const void>, 2>>(
+      std::array<std::shared_ptr<const void>, 2>{field.storage, values});
+  return leaves;
 }
 
 /// Calls take(value, count) for the first channel of the active voxels of `stored`, as `field` has
@@ -51,8 +74,8 @@ template <typename Take>
 void visit_active(const Field& stored, const Field& field, const Take& take) {
   const int channels = stored.channels;
   for (std::size_t n = 0; n < stored.leaves.size(); ++n) {
-    const float* was = stored.leaves[n].values;
-    const float* is = field.leaves[n].values;
+    const OrderedValues before(stored, stored.leaves[n]), after(field, field.leaves[n]);
+    const float *was = before.data(), *is = after.data();
     for (std::size_t i = 0; i < kLeafVoxels; ++i, was += channels, is += channels)
       if (std::any_of(was, was + channels, [](float value) { return value != 0; })) take(*is, 1);
   }
@@ -98,8 +121,10 @@ Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
     field.active_box = {glm::ivec3(0), glm::ivec3(0)};
     return field;
   }
-  if (!has_only_good_values(field, options.role)) {
-    const BadValues bad = sanitise(copy_values(field), field.tiles, field.channels, options.role);
+  const BadLeaves leaves = bad_leaves(field, options.role);
+  if (!leaves.numbers.empty() || has_bad_tile(field, options.role)) {
+    const BadValues bad = sanitise(with_own_values(leaves.numbers, field), field.tiles,
+                                   field.channels, options.role, leaves.largest_elsewhere);
     if (options.strict)
       throw Error(ExitCode::input,
                   subject_of(field) + " is refused by strict reading: " + bad.describe());

@@ -132,7 +132,7 @@ void describe(Pack& pack, T& failure) {
 template <typename Pack, Is<FieldFacts> T>
 void describe(Pack& pack, T& facts) {
   auto& [name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
-         percentiles, width, leaves, tiles, storage, reader, survey, notices] = facts.field;
+         percentiles, width, leaves, tiles, array, storage, reader, survey, notices] = facts.field;
   pack(name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
        percentiles, width, survey, notices);
   pack(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes);

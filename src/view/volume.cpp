@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
 
@@ -23,9 +24,11 @@ std::string stamp_of(const std::string& path) {
 
 void count(const Field& field, Histogram& histogram) {
   const auto each = [&](const auto& take) {
-    for (const Leaf& leaf : field.leaves)
-      for (int i = 0; i < 512; ++i)
-        if (leaf.values[i] != 0) take(static_cast<double>(leaf.values[i]), 1.0);
+    for (const Leaf& leaf : field.leaves) {
+      const OrderedValues values(field, leaf);
+      for (std::size_t i = 0; i < 512; ++i)
+        if (values[i] != 0) take(static_cast<double>(values[i]), 1.0);
+    }
     for (const Tile& tile : field.tiles)
       take(static_cast<double>(tile.value.x), std::pow(static_cast<double>(tile.width), 3.0));
   };

@@ -146,15 +146,17 @@ def _three(value, name):
     return numbers
 
 
-def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density"):
+def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density", copy=False):
     """A volume from an array.
 
     array: numbers by index [x, y, z], or [x, y, z, 3] for vectors, of any real dtype, byte order
-        and strides. Values become float32 and are copied; the array may change or go afterwards.
-        Voxels of value 0 are empty. NaN and Inf are replaced and reported, as those of a file.
+        and strides. float32 of any strides is read in place: leave it unchanged while the field or
+        a session of it is in use. Other types become float32, a copy. Voxels of value 0 are empty.
+        NaN and Inf are replaced and reported, as those of a file.
     voxel_size: length of a voxel, one number or three [world units].
     origin: centre of voxel [0, 0, 0] [world units].
     name: the grid's name.
+    copy: copies float32 too, so that the array may change.
     """
     try:
         values = np.asarray(array)
@@ -175,6 +177,9 @@ def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density"):
         usage(f"voxel_size {voxel_size!r}: expected numbers above 0")
     grid = _core.DenseField(str(name), list(values.shape[:3]), 3 if vectors else 1, size,
                             _three(origin, "origin"))
+    if not copy and values.dtype == np.float32 and values.flags.aligned:
+        grid.hold(values)
+        return Field(grid.finish(), str(name))
     with np.errstate(over="ignore", invalid="ignore"):  # too large for float32: Inf, reported
         for x in range(0, values.shape[0], 8):
             grid.add(np.ascontiguousarray(values[x:x + 8], dtype=np.float32))
