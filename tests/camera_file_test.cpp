@@ -5,10 +5,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <sstream>
+#include <vector>
 
 #include "psivox/error.h"
 #include "psivox/text_file.h"
@@ -148,6 +152,79 @@ TEST(ParaViewCamera, IsRead) {
   EXPECT_NE(refusal(written("bad.pvcc", "<a>")).find("not valid XML"), std::string::npos);
   EXPECT_NE(refusal(written("empty.pvcc", "<a/>")).find("has no CameraPosition"),
             std::string::npos);
+}
+
+const auto recorded = std::filesystem::path(PSIVOX_ASSETS) / "../tests/recorded";
+
+/// What another program sees through a camera of its own.
+struct Seen {
+  std::string camera;
+  int frame = 1;
+  std::vector<glm::dvec2> pixels;  ///< of each point, from the top left
+};
+
+struct Recorded {
+  explicit Recorded(const std::string& name) {
+    std::istringstream lines(read_text((recorded / name).string(), "recorded"));
+    lines.ignore(6);  // "points"
+    std::string line;
+    std::getline(lines, line);
+    std::istringstream numbers(line);
+    for (glm::dvec3 p; numbers >> p.x >> p.y >> p.z;) points.push_back(p);
+    while (std::getline(lines, line)) {
+      std::istringstream words(line);
+      Seen& row = seen.emplace_back();
+      words >> row.camera >> row.frame;
+      for (glm::dvec2 p; words >> p.x >> p.y;) row.pixels.push_back(p);
+    }
+  }
+
+  /// The largest distance of a point from the ray of its pixel [pixels].
+  double largest_distance(const Seen& row, const FileCamera& read) const {
+    EXPECT_EQ(row.pixels.size(), points.size());
+    Scene scene;
+    scene.resolution = {640, 360};
+    set_camera(scene, read);
+    const Camera camera = make_camera(scene, glm::dvec3(-1), glm::dvec3(1));
+    double largest = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const WorldRay ray = camera_ray(camera, scene.resolution, row.pixels[i].x, row.pixels[i].y);
+      const glm::dvec3 way = points[i] - ray.origin;
+      const double depth = camera.orthographic ? 1 : glm::dot(way, camera.forward);
+      const double pixel = depth * 2 * camera.half_width / scene.resolution.x;
+      largest = std::max(largest, glm::length(glm::cross(way, ray.direction)) / pixel);
+    }
+    return largest;
+  }
+
+  std::vector<glm::dvec3> points;
+  std::vector<Seen> seen;
+};
+
+TEST(RecordedCamera, SeesWhatBlenderSees) {
+  // Blender computes in float32: 2^-24 of some 100 units are 1e-4 pixels; it printed 1e-3
+  constexpr double bound = 2e-3;
+  const Recorded blender("blender-3.4.txt");
+  const std::string file = (recorded / "blender-3.4.gltf").string();
+  const CameraAnimation moving = read_camera_animation(file + ":Moving", true);
+  ASSERT_EQ(blender.seen.size(), 7u);
+  for (const Seen& row : blender.seen) {
+    const FileCamera camera = row.camera == "Moving" ? moving.at(row.frame / 24.0)
+                                                     : read_camera(file + ":" + row.camera, true);
+    EXPECT_LT(blender.largest_distance(row, camera), bound) << row.camera << " " << row.frame;
+  }
+  const FileCamera of_other_axes = read_camera(file + ":Camera", false);
+  EXPECT_GT(blender.largest_distance(blender.seen[0], of_other_axes), 10);
+}
+
+TEST(RecordedCamera, SeesWhatParaViewSees) {
+  constexpr double bound = 1e-3;  // it printed 1e-3, rounded, for x and for y
+  const Recorded other("paraview-5.11-cameras.txt");
+  ASSERT_EQ(other.seen.size(), 2u);
+  for (const Seen& row : other.seen) {
+    const auto file = recorded / ("paraview-5.11-" + row.camera + ".pvcc");
+    EXPECT_LT(other.largest_distance(row, read_camera(file.string(), true)), bound) << file;
+  }
 }
 
 TEST(CameraFile, KeepsTheVerticalFieldOfView) {

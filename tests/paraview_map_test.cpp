@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include "psivox/error.h"
+#include "psivox/text_file.h"
 #include "psivox/transfer_function.h"
 #include "scene/color_space.h"
 
@@ -58,6 +60,19 @@ TEST(ParaviewMap, KnowsTheColorSpaces) {
     expect_color(cool_to_warm, v,
                  255.0 * srgb_from_linear(colormap_color(Colormap::coolwarm, (v + 1) / 2)));
   }
+}
+
+TEST(ParaviewMap, IsWhatParaViewItselfMakesOfIt) {
+  const std::string files = PSIVOX_ASSETS "/../tests/recorded/paraview-5.11-";
+  std::istringstream rows(read_text(files + "maps.txt", "recorded"));
+  std::string map;
+  int count = 0;
+  for (double value, r, g, b, opacity; rows >> map >> value >> r >> g >> b >> opacity; ++count) {
+    const TransferFunction f = read_transfer_function(files + map + ".json");
+    expect_color(f, value, 255.0 * glm::dvec3(r, g, b));
+    EXPECT_NEAR(f.at(value).attenuation, opacity, 1.0 / 510) << map << " " << value;
+  }
+  EXPECT_EQ(count, 4 * 24);
 }
 
 TEST(ParaviewMap, StepsToTheColorOfTheUpperPoint) {
