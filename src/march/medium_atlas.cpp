@@ -192,7 +192,7 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
     options.region = part;
     // a region is a small part of the domain: a dense table of it would be the largest of all
     options.top_entries = region_top_entries;
-    if (!part || !field.reader) return build_atlas(field, options);
+    if (!part) return build_atlas(field, options);
     return build_atlas(field_of_bricks(field, *part, options.with_margin), options);
   };
   MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}};
