@@ -77,7 +77,8 @@ for mpi in "${mpis[@]}"; do
   [ "$lines" -le 1 ] || fail "$mpi: $lines lines of psivox"  # what auto has chosen, if anything
 done
 for how in "--mode mip" "--mode lmip --lmip-threshold 0.2" "--mode isosurface" "--mode xray" \
-  "--sampling uniform" "--extinction 4 --light 0.3,-1,-0.5"; do
+  "--sampling uniform" "--extinction 4 --light 0.3,-1,-0.5" "--colormap viridis --range 20%,95%" \
+  "--lod 1"; do
   # shellcheck disable=SC2086
   "$program" render "$V" -o 1.exr "${scene[@]}" $how -q || fail "$how: one process"
   for mpi in "${mpis[@]}"; do
@@ -117,7 +118,7 @@ ends() {
   [ -z "$stray" ] || fail "a half picture: $stray"
 }
 ends 2 "unknown option" "$V" --resolutoin 4x4
-ends 2 "without --lod" "$V" --lod 1
+ends 2 "without --explain" "$V" --explain
 ends 2 "not a sequence" "$V" --turntable 3
 cp "$V" a/x.vdb
 ends 3 "rank 1 of 2, on .*x.vdb" x.vdb

@@ -45,6 +45,17 @@ TEST(Ranks, RefuseToDiffer) {
             std::vector<std::string>(3, "rank 1 has another version of psivox than rank 0"));
 }
 
+TEST(Ranks, OfAMachineTakeItsGpusInTurn) {
+  // two machines of 3 ranks, in the order in which mpirun may number them: by machine, or dealt out
+  for (const bool dealt : {false, true}) {
+    std::vector<std::size_t> taken;
+    for (int rank = 0; rank < 6; ++rank)
+      taken.push_back(RankPlace{rank, 6, dealt ? rank / 2 : rank % 3, 3, "node"}.in_turn(2));
+    EXPECT_EQ(taken, dealt ? (std::vector<std::size_t>{0, 0, 1, 1, 0, 0})
+                           : (std::vector<std::size_t>{0, 1, 0, 0, 1, 0}));
+  }
+}
+
 // Parts are sent as float32, and the strips of 5 ranks have different heights: 9 or 10 rows.
 void expect_picture_of_one(const Scene& scene, std::initializer_list<int> counts) {
   const Image alone = Session(scene).draw(*open_double()).image;

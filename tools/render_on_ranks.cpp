@@ -39,11 +39,8 @@ void check_scope(const RenderCall& call, const Scene& scene) {
     refuse("not a sequence");
   if (scene.renderer == RendererKind::reference) refuse("not by --renderer reference");
   if (call.output.empty()) refuse("and need -o");
-  if (scene.lod) refuse("without --lod");
   if (const std::string obstacle = parts_obstacle(scene); !obstacle.empty())
     refuse("in " + obstacle + " only");
-  if (scene.range && (scene.range->percent[0] || scene.range->percent[1]))
-    refuse("without percentages in --range");
 }
 
 /// The marcher of this rank: the ranks of a machine take its GPUs in turn.
@@ -52,7 +49,7 @@ std::shared_ptr<Marcher> open_own(Scene scene, const RankPlace& place) {
     std::vector<int> gpus;
     for (const DeviceInfo& device : list_devices())
       if (device.problem.empty() && !device.software) gpus.push_back(device.index);
-    if (gpus.size() > 1) scene.device = gpus[std::size_t(place.local_rank) % gpus.size()];
+    if (gpus.size() > 1) scene.device = gpus[place.in_turn(gpus.size())];
   }
   return open_marcher(scene);
 }

@@ -17,6 +17,9 @@ struct RankPlace {
   int rank = 0, count = 1;
   int local_rank = 0, local_count = 1;  ///< among those on the same machine
   std::string machine;
+
+  /// Its own of so many things of the machine, which its processes take in turn.
+  std::size_t in_turn(std::size_t things) const { return std::size_t(local_rank) % things; }
 };
 
 /// An error that all ranks know of and throw. One of them should report it.

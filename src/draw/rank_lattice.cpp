@@ -219,8 +219,6 @@ void RankLattice::depths(const LatticeFrame& frame, const LatticeColumns& column
       const int end = std::min(done + slabs_at_once, slabs);
       std::vector<Message> messages(std::size_t(ranks_.count()));
       for (int s = done; s < end; ++s) own.send(s, wanted, messages);
-      for (int rank = 0; rank < ranks_.count(); ++rank)
-        if (rank != ranks_.rank()) sent_ += messages[std::size_t(rank)].size() * sizeof(glm::vec4);
       for (const Message& message : ranks_.exchange(messages)) joined.add(message);
       for (; done < end; ++done) {
         joined.enter(done);

@@ -23,13 +23,9 @@ class RankLattice {
   void depths(const LatticeFrame& frame, const LatticeColumns& columns, const LightBlocks& blocks,
               const TakeDepths& take, const Progress& progress);
 
-  /// Bytes that this rank has sent to others.
-  std::uint64_t sent() const { return sent_; }
-
  private:
   Ranks& ranks_;
   std::vector<Box> bricks_;
-  std::uint64_t sent_ = 0;
 };
 
 }  // namespace psivox

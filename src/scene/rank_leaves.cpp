@@ -1,6 +1,7 @@
 #include "scene/rank_leaves.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <glm/common.hpp>
 #include <mutex>
@@ -8,9 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "psivox/active_values.h"
 #include "psivox/atlas.h"
 #include "psivox/leaf_values.h"
 #include "psivox/regions.h"
+#include "psivox/value_percentile.h"
 
 namespace psivox {
 namespace {
@@ -48,16 +51,35 @@ class RankLeaves final : public LeafReader {
 
   /// Surveys its own leaves, and keeps their values if they are to stay.
   ValueSurvey survey_own(bool keep) {
-    constexpr std::size_t at_once = 4096;  // 8 MiB of scalars
-    std::vector<float> values((keep ? own_.size() : std::min(at_once, own_.size())) *
+    std::vector<float> values((keep ? own_.size() : std::min(leaves_at_once, own_.size())) *
                               floats_per_leaf_);
     ValueSurvey survey;
-    for (std::size_t n = 0; n < own_.size(); n += at_once) {
-      const auto some = std::span(own_).subspan(n, std::min(at_once, own_.size() - n));
+    for (std::size_t n = 0; n < own_.size(); n += leaves_at_once) {
+      const auto some = std::span(own_).subspan(n, std::min(leaves_at_once, own_.size() - n));
       survey = survey + file_->survey(some, values.data() + (keep ? n * floats_per_leaf_ : 0));
     }
     if (keep) kept_ = std::move(values);
     return survey;
+  }
+
+  /// Percentile of the active values of all ranks.
+  double percentile(double percent) const {
+    const auto* known = dynamic_cast<const ActiveValues*>(file_.get());
+    if (!known) throw Error(ExitCode::failure, "leaves do not tell which voxels are active");
+    std::vector<float> values(std::min(leaves_at_once, own_.size()) * floats_per_leaf_);
+    const auto each = [&](const auto& take) {
+      for (std::size_t n = 0; n < own_.size(); n += leaves_at_once) {
+        const auto some = std::span(own_).subspan(n, std::min(leaves_at_once, own_.size() - n));
+        known->read_active(some, values.data());
+        for (std::size_t i = 0; i < 512 * some.size(); ++i)
+          if (const float value = values[i * floats_per_leaf_ / 512]; !std::isnan(value))
+            take(std::min(value, largest_), 1);
+      }
+      if (!ranks_->first()) return;
+      for (const TileValue& tile : known->active_tiles())
+        take(std::min(tile.value, largest_), tile.voxels);
+    };
+    return value_percentile(each, percent, [&](std::span<std::uint64_t> counts) { sum(counts); });
   }
 
   /// What stands for +Inf from now on.
@@ -98,6 +120,19 @@ class RankLeaves final : public LeafReader {
   }
 
  private:
+  static constexpr std::size_t leaves_at_once = 4096;  // 8 MiB of scalars
+
+  void sum(std::span<std::uint64_t> counts) const {
+    const std::string own(reinterpret_cast<const char*>(counts.data()), counts.size_bytes());
+    std::ranges::fill(counts, std::uint64_t{0});
+    for (const std::string& found : ranks_->gather(own))
+      for (std::size_t i = 0; i < counts.size(); ++i) {
+        std::uint64_t count;
+        std::memcpy(&count, found.data() + i * sizeof count, sizeof count);
+        counts[i] += count;
+      }
+  }
+
   void replace_infinite(std::span<float> values) const {
     for (float& value : values) value = std::min(value, largest_);
   }
@@ -142,6 +177,8 @@ void share_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadO
   }
   leaves->replace_infinite(take_survey(field, all, options, subject));
   field.reader = leaves;
+  for (const double percent : options.percentiles)
+    field.active_percentiles[percent] = leaves->percentile(percent);
 }
 
 bool is_shared(const Field& field) {

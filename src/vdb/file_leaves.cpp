@@ -139,12 +139,26 @@ void FileLeaves::decode(std::span<const std::uint32_t> leaves, float* values,
 
 void FileLeaves::read(std::span<const std::uint32_t> leaves, float* values) const {
   decode(leaves, values, nullptr);
+  sanitise_all(leaves.size(), values);
+}
+
+void FileLeaves::sanitise_all(std::size_t leaves, float* values) const {
   const std::size_t length = floats_per_leaf();
-  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t n) {
+  tbb::parallel_for(std::size_t{0}, leaves, [&](std::size_t n) {
     float* const leaf = values + n * length;
     if (sanitise_leaf(leaf, decoder_.channels(), smallest_).positive_infinite == 0) return;
     for (std::size_t i = 0; i < length; ++i) leaf[i] = std::min(leaf[i], largest_);
   });
+}
+
+void FileLeaves::read_active(std::span<const std::uint32_t> leaves, float* values) const {
+  std::vector<LeafMask> active(leaves.size());
+  decode(leaves, values, active.data());
+  sanitise_all(leaves.size(), values);
+  const auto stride = static_cast<std::size_t>(decoder_.channels());
+  for (std::size_t n = 0; n < leaves.size(); ++n)
+    for (auto off = active[n].beginOff(); off; ++off)
+      values[n * floats_per_leaf() + off.pos() * stride] = std::numeric_limits<float>::quiet_NaN();
 }
 
 ValueSurvey FileLeaves::survey(std::span<const std::uint32_t> leaves, float* values) const {

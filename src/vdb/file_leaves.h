@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "leaf_decoder.h"
+#include "psivox/active_values.h"
 #include "psivox/field.h"
 #include "topology.h"
 
@@ -30,7 +31,7 @@ ValueSurvey survey_values(std::span<const LeafMask> active, float* values, int c
                           const std::function<glm::ivec3(std::size_t)>& origin_of);
 
 /// The leaves of a grid whose values stay in the file.
-class FileLeaves final : public LeafReader {
+class FileLeaves final : public LeafReader, public ActiveValues {
  public:
   using Visit = std::function<void(LeafBatch&)>;
 
@@ -56,8 +57,13 @@ class FileLeaves final : public LeafReader {
   void read(std::span<const std::uint32_t> leaves, float* values) const override;
   ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const override;
 
+  void set_active_tiles(std::vector<TileValue> tiles) { active_tiles_ = std::move(tiles); }
+  void read_active(std::span<const std::uint32_t> leaves, float* values) const override;
+  const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
+
  private:
   std::size_t floats_per_leaf() const;
+  void sanitise_all(std::size_t leaves, float* values) const;
   void for_batches(std::size_t leaves, const Visit& visit, bool in_runs,
                    const std::function<void(std::size_t end)>& prepare) const;
   void decode(std::span<const std::uint32_t> leaves, float* values, LeafMask* active) const;
@@ -68,6 +74,7 @@ class FileLeaves final : public LeafReader {
   std::vector<std::int64_t> places_;  ///< and the end of the last leaf
   std::vector<glm::ivec3> origins_;   ///< if they can be surveyed
   Box active_box_;                    ///< likewise
+  std::vector<TileValue> active_tiles_;
 };
 
 }  // namespace psivox::vdb

@@ -1,6 +1,7 @@
 #include "guarded_leaves.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 #include <vector>
@@ -12,22 +13,24 @@
 namespace psivox::vdb {
 
 GuardedLeaves::GuardedLeaves(std::unique_ptr<ReaderProcess> process,
-                             std::shared_ptr<FileBlocks> file, const Field& field, GridRole role)
+                             std::shared_ptr<FileBlocks> file, const FieldFacts& facts,
+                             GridRole role)
     : process_(std::move(process)),
       file_(std::move(file)),
-      floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(field.channels)),
+      floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(facts.field.channels)),
       role_(role),
-      infinite_(field.survey.has_value()) {}
+      infinite_(facts.field.survey.has_value()),
+      active_tiles_(facts.active_tiles) {}
 
-void GuardedLeaves::ask(std::span<const std::uint32_t> leaves, float* values,
-                        ValueSurvey* survey) const {
+void GuardedLeaves::ask(std::span<const std::uint32_t> leaves, float* values, ValueSurvey* survey,
+                        bool active) const {
   constexpr std::size_t at_once = 4096;  // 8 MiB of scalars
   const std::lock_guard lock(mutex_);
   while (!leaves.empty()) {
     const auto some = leaves.first(std::min(at_once, leaves.size()));
     const std::size_t floats = some.size() * floats_per_leaf_;
     Packer request;
-    request(LeavesRequest{{some.begin(), some.end()}, survey != nullptr});
+    request(LeavesRequest{{some.begin(), some.end()}, survey != nullptr, active});
     LeavesAnswer found;
     try {
       const std::string answer =
@@ -43,7 +46,11 @@ void GuardedLeaves::ask(std::span<const std::uint32_t> leaves, float* values,
     if (found.values.size() != floats * sizeof(float))
       throw Error(ExitCode::input, nonsense(*file_, "another number of values"));
     std::memcpy(values, found.values.data(), found.values.size());
-    if (!all_good({values, floats}, role_, infinite_) || !is_possible(found.survey))
+    std::vector<float> known(values, values + (active ? floats : 0));
+    for (float& value : known)
+      if (std::isnan(value)) value = 0;
+    const std::span<const float> to_check = active ? known : std::span<const float>(values, floats);
+    if (!all_good(to_check, role_, infinite_) || !is_possible(found.survey))
       throw Error(ExitCode::input, nonsense(*file_, "values are not finite, or negative"));
     if (survey) *survey = *survey + found.survey;
     values += floats;

@@ -122,7 +122,7 @@ Field GuardedReader::read(const std::string& grid, const ReadOptions& options) {
   // from now on that process reads leaves
   if (facts.stored)
     facts.field.reader =
-        std::make_shared<GuardedLeaves>(std::move(process_), file_, facts.field, options.role);
+        std::make_shared<GuardedLeaves>(std::move(process_), file_, facts, options.role);
   last_ = facts.field;
   last_storage_ = last_.storage;
   last_.storage.reset();

@@ -80,6 +80,8 @@ class Service {
     facts.leaves = field.leaves.size();
     facts.tiles = field.tiles.size();
     facts.stored = field.reader != nullptr;
+    if (const auto* values = dynamic_cast<const ActiveValues*>(field.reader.get()))
+      facts.active_tiles = values->active_tiles();
     facts.same_values = request.holds_last && shares_values(field, last_);
     if (!facts.same_values) write_shared(field, memory, facts);
     last_ = std::move(field);
@@ -95,6 +97,9 @@ class Service {
     auto* const values = reinterpret_cast<float*>(answer.values.data());
     if (request.survey)
       answer.survey = last_.reader->survey(request.numbers, values);
+    else if (const auto* leaves = dynamic_cast<const ActiveValues*>(last_.reader.get());
+             leaves && request.active)
+      leaves->read_active(request.numbers, values);
     else
       last_.reader->read(request.numbers, values);
     return answer;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "message.h"
+#include "psivox/active_values.h"
 #include "psivox/field.h"
 #include "psivox/vdb.h"
 #include "reader.h"
@@ -35,6 +36,7 @@ struct ReadRequest {
 struct LeavesRequest {
   std::vector<std::uint32_t> numbers;
   bool survey = false;
+  bool active = false;  ///< values of inactive voxels become NaN
 };
 
 struct LeavesAnswer {
@@ -55,6 +57,7 @@ struct FieldFacts {
   bool stored = false;       ///< the values of leaves stay in the file
   bool same_values = false;  ///< those of the last field; nothing was written
   std::string bytes{};       ///< instead of shared memory, where a limit of file sizes holds for it
+  std::vector<TileValue> active_tiles{};  ///< if stored
 };
 
 template <typename T, typename Struct>
@@ -113,8 +116,8 @@ void describe(Pack& pack, T& survey) {
 
 template <typename Pack, Is<LeavesRequest> T>
 void describe(Pack& pack, T& request) {
-  auto& [numbers, survey] = request;
-  pack(numbers, survey);
+  auto& [numbers, survey, active] = request;
+  pack(numbers, survey, active);
 }
 
 template <typename Pack, Is<LeavesAnswer> T>
@@ -129,13 +132,19 @@ void describe(Pack& pack, T& failure) {
   pack(code, message);
 }
 
+template <typename Pack, Is<TileValue> T>
+void describe(Pack& pack, T& tile) {
+  auto& [value, voxels] = tile;
+  pack(value, voxels);
+}
+
 template <typename Pack, Is<FieldFacts> T>
 void describe(Pack& pack, T& facts) {
   auto& [name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
          percentiles, width, leaves, tiles, array, storage, reader, survey, notices] = facts.field;
   pack(name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
        percentiles, width, survey, notices);
-  pack(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes);
+  pack(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes, facts.active_tiles);
 }
 
 }  // namespace psivox::vdb

@@ -25,9 +25,8 @@ constexpr std::uint64_t most_growth = kLeafVoxels * sizeof(float) / 129 + 1;
 
 /// Sanitised values of the active voxels, for percentiles.
 template <typename Take>
-void each_active(const FileLeaves& leaves, const Topology& topology, float smallest, float largest,
+void each_active(const FileLeaves& leaves, int channels, float smallest, float largest,
                  const Take& take) {
-  const int channels = topology.summary.channels;
   leaves.visit([&](LeafBatch& batch) {
     const std::size_t length = kLeafVoxels * static_cast<std::size_t>(channels);
     for (std::size_t n = 0; n < batch.count; ++n) {
@@ -37,8 +36,7 @@ void each_active(const FileLeaves& leaves, const Topology& topology, float small
         take(std::min(values[on.pos() * static_cast<std::size_t>(channels)], largest), 1);
     }
   });
-  for (const TilePart& part : topology.tiles)
-    if (part.active) take(part.tile.value.x, tile_voxels(part.tile));
+  for (const TileValue& tile : leaves.active_tiles()) take(tile.value, tile.voxels);
 }
 
 /// Sets tiles, and what is found in them. +Inf stays.
@@ -106,6 +104,10 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
   const openvdb::io::StreamMetadata settings(archive.stream());
   const auto leaves =
       std::make_shared<FileLeaves>(LeafDecoder(file, grid, settings), subject, smallest);
+  std::vector<TileValue> active_tiles;
+  for (const TilePart& part : topology.tiles)
+    if (part.active) active_tiles.push_back({part.tile.value.x, tile_voxels(part.tile)});
+  leaves->set_active_tiles(std::move(active_tiles));
   archive.guarded(entry, [&] {
     if (options.unsurveyed)
       return leaves->find(topology, delayed_load, archive.stream(), archive.buffer(), end);
@@ -120,7 +122,9 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
     leaves->replace_infinite(largest);
     for (const double percent : options.percentiles)
       field.active_percentiles[percent] = value_percentile(
-          [&](const auto& take) { each_active(*leaves, topology, smallest, largest, take); },
+          [&](const auto& take) {
+            each_active(*leaves, summary.channels, smallest, largest, take);
+          },
           percent);
   });
   field.leaves.reserve(topology.leaves.size());
