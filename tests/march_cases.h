@@ -109,6 +109,13 @@ inline Comparison difference(const std::string& what, const Image& a, const Imag
   return c;
 }
 
+inline const char* name_of(LuminanceSource source) {
+  return source == LuminanceSource::constant  ? ", constant L"
+         : source == LuminanceSource::density ? ", L = value"
+         : source == LuminanceSource::scalar  ? ", L from a grid"
+                                              : ", own colours";
+}
+
 /// Fails if a picture is blank, so that a comparison never accepts two blank pictures.
 inline void expect_content(const Image& image, double least = 0.02, double most = 0.999) {
   EXPECT_GE(mean_alpha(image), least);

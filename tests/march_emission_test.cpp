@@ -58,12 +58,6 @@ View emitting(const Field& emission, LuminanceSource source, double extinction =
   return view;
 }
 
-const char* name_of(LuminanceSource source) {
-  return source == LuminanceSource::constant  ? ", constant L"
-         : source == LuminanceSource::density ? ", L = value"
-         : source == LuminanceSource::scalar  ? ", L from a grid"
-                                              : ", own colours";
-}
 constexpr LuminanceSource sources[] = {LuminanceSource::constant, LuminanceSource::density,
                                        LuminanceSource::scalar, LuminanceSource::transfer};
 

@@ -59,17 +59,12 @@ View view_under(const Case& c, LuminanceSource source, int side = 40) {
   return view;
 }
 
-const char* name_of(LuminanceSource source) {
-  return source == LuminanceSource::constant  ? ", constant L"
-         : source == LuminanceSource::density ? ", L = value"
-                                              : ", own colours";
-}
-constexpr LuminanceSource sources[] = {LuminanceSource::constant, LuminanceSource::density,
-                                       LuminanceSource::transfer};
+constexpr LuminanceSource sources_of_classes[] = {
+    LuminanceSource::constant, LuminanceSource::density, LuminanceSource::transfer};
 
 TEST(MarchTransferDouble, CellsCutAtKnotsAreTheReference) {
   for (const Case& c : cases())
-    for (const LuminanceSource source : sources) {
+    for (const LuminanceSource source : sources_of_classes) {
       View view = view_under(c, source);
       const Image reference = render_reference(view).image;
       expect_content(reference);

@@ -12,7 +12,7 @@
 namespace psivox {
 namespace {
 
-constexpr float half_code = 0.5f / 255;  // less is no visible loss
+using image_io::half_code;
 
 float brightest(const float* rgba) { return std::max({rgba[0], rgba[1], rgba[2]}); }
 

@@ -97,9 +97,8 @@ std::string what_is_lost(const Image& image, const fs::path& path, Format format
            " pixels glow more than they cover, which alpha cannot hold; give --background R,G,B, "
            "or write an .exr";
   }
-  constexpr float half_code = 0.5f / 255;  // less is no visible loss
   std::size_t lost = 0;
-  for (std::size_t i = 3; i < rgba.size(); i += 4) lost += 1 > rgba[i] + half_code;
+  for (std::size_t i = 3; i < rgba.size(); i += 4) lost += 1 > rgba[i] + image_io::half_code;
   if (lost == 0) return {};
   return in_quotes(path.string()) + " has no alpha: " + std::to_string(lost) + " of " + all +
          " pixels are not opaque and stand over black; --background R,G,B sets another colour";

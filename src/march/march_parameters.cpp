@@ -159,8 +159,8 @@ void place_bounds(const View& view, const MediumAtlas& atlas, const RenderOption
   MarchParameters& p = setup.parameters;
   MarchConstants& c = setup.constants;
   // Beyond a depth of 100 nothing is left that a float32 holds, also where rays never end early.
-  const double least_transmittance = view.scene.resolved_early_termination();
-  p.stop_depth = least_transmittance > 0 ? std::min(-std::log(least_transmittance), 100.0) : 100.0;
+  const double last = view.scene.resolved_early_termination();  // transmittance
+  p.stop_depth = last > 0 ? std::min(-std::log(last), 100.0) : 100.0;
   const Mode mode = view.scene.mode;
   if (mode == Mode::back_to_front || mode == Mode::xray) p.stop_depth = 1e30;
   const DepthBounds depths = depth_bounds(view.medium, atlas);

@@ -34,9 +34,9 @@ class FunctionTable {
     constexpr int entries = 4096;
     low_ = range.x;
     scale_ = range.y > range.x ? entries / (range.y - range.x) : 0;
-    constexpr double any = std::numeric_limits<double>::infinity();
+    constexpr double unbounded = std::numeric_limits<double>::infinity();
     const auto attenuation = [&](double from, double to) {
-      return function.max_attenuation(glm::dvec2(from, to), glm::dvec2(0, any));
+      return function.max_attenuation(glm::dvec2(from, to), glm::dvec2(0, unbounded));
     };
     zero_ = attenuation(0, 0);
     for (int i = 0; i < entries; ++i)
@@ -152,22 +152,22 @@ class BlockFinder {
     const double greatest = greatest_weight();
     std::vector<VisibleBlock> blocks;
     if (!(greatest > 0)) return blocks;
-    const double least = least_weight * greatest;
+    const double faintest = least_weight * greatest;
     const float vacuum[3] = {0, 0, 0};
-    if (weight_(vacuum) >= least) return {domain_block(field_)};
+    if (weight_(vacuum) >= faintest) return {domain_block(field_)};
     MergedBlocks merged(field_.leaves.size());
     visit_own_leaves(field_, [&](std::span<const Leaf> leaves) {
       std::vector<VisibleBlock> found(leaves.size());
       tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 64),
                         [&](const auto& some) {
                           for (std::size_t n = some.begin(); n != some.end(); ++n)
-                            found[n] = block_of(leaves[n], least);
+                            found[n] = block_of(leaves[n], faintest);
                         });
       for (std::size_t n = 0; n < leaves.size(); ++n)
         if (found[n].amount > 0) merged.add(leaves[n].origin, found[n]);
     });
     blocks = merged.take(field_);
-    for (const Tile& tile : field_.tiles) add(tile, least, blocks);
+    for (const Tile& tile : field_.tiles) add(tile, faintest, blocks);
     return blocks;
   }
 
@@ -202,14 +202,14 @@ class BlockFinder {
             glm::min(glm::dvec3(max + 1), glm::dvec3(domain.max)), amount};
   }
 
-  VisibleBlock block_of(const Leaf& leaf, double least) const {
+  VisibleBlock block_of(const Leaf& leaf, double faintest) const {
     const Box domain = field_.domain();
     glm::ivec3 min(std::numeric_limits<int>::max()), max(std::numeric_limits<int>::lowest());
     double amount = 0;
     const OrderedValues values(field_, leaf);
     for (int i = 0; i < 512; ++i) {
       const double weight = weight_(values.data() + i * field_.channels);
-      if (weight < least) continue;
+      if (weight < faintest) continue;
       const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
       if (glm::clamp(voxel, domain.min, domain.max) != voxel) continue;
       amount += weight;
@@ -220,12 +220,12 @@ class BlockFinder {
     return grown(min, max, amount);
   }
 
-  void add(const Tile& tile, double least, std::vector<VisibleBlock>& blocks) const {
+  void add(const Tile& tile, double faintest, std::vector<VisibleBlock>& blocks) const {
     const double weight = weight_(&tile.value.x);
     const Box domain = field_.domain();
     const glm::ivec3 min = glm::max(tile.origin, domain.min);
     const glm::ivec3 max = glm::min(tile.origin + (tile.width - 1), domain.max);
-    if (weight < least || Box{min, max}.empty()) return;
+    if (weight < faintest || Box{min, max}.empty()) return;
     const glm::dvec3 size(max - min + 1);
     blocks.push_back(grown(min, max, weight * size.x * size.y * size.z));
   }
