@@ -114,5 +114,19 @@ TEST(ViewerFiles, ASizeThatIsNoneIsSaidAndHarmsNothing) {
   ASSERT_TRUE(hands.until_exact());
 }
 
+// The program that draws the window's picture is replaced while the panel is drawn.
+TEST(ViewerFiles, TheReloadButtonLeavesOpenGlInOrder) {
+  Hands hands(small(asset("blobs.vdb")));
+  ASSERT_TRUE(hands.until_exact());
+  hands.photograph("panel.png");
+  hands.click({60, 64});  // the section of files
+  hands.photograph("panel_file.png");
+  const std::uint64_t wished = hands.viewer.pictures().wished;
+  hands.click({60, 130});  // its button
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_GT(hands.viewer.pictures().wished, wished);
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+}
+
 }  // namespace
 }  // namespace psivox::view

@@ -70,6 +70,7 @@ PictureDisplay::~PictureDisplay() {
 }
 
 void PictureDisplay::reload_shader() {
+  glUseProgram(0);  // ImGui sets what was current again, after this has deleted it
   program_ = build_program();
   stale_ = true;
 }
