@@ -43,7 +43,7 @@ case "${1-}" in
     xvfb xauth chromium chromium-driver python3 python3-matplotlib
     python3-openvdb slurm-wlm
     # what programs cost on GPUs (docs/gpu.md): compilers for GPUs that need not be there
-    libvulkan-dev glslang-dev spirv-tools mesa-vulkan-drivers
+    libvulkan-dev glslang-dev glslang-tools spirv-tools mesa-vulkan-drivers
     # one picture by several processes, under both MPIs
     openmpi-bin libopenmpi-dev mpich libmpich-dev) ;;
   -h | --help)
