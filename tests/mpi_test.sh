@@ -89,15 +89,35 @@ for how in "--mode mip" "--mode lmip --lmip-threshold 0.2" "--mode isosurface" "
   done
 done
 
+# --- the same look ----------------------------------------------------------------------------------
+# Every parameter has the same bits: what auto chooses, from percentages, sums along lines and the
+# brightness of a draft, and the camera. A fire, a scan, a smoke, and a scan of many parts.
+for how in "$V" "$assets/ramp.vdb" "$assets/slab.vdb" "$V --grid density --look scan"; do
+  read -ra picture <<<"$how -q --print-scene --resolution 16x12"
+  "$program" render "${picture[@]}" -o 1.exr >one.json || fail "$how: one process"
+  for mpi in "${mpis[@]}"; do
+    on "$mpi" 4 "${picture[@]}" -o 4.exr || fail "$mpi, $how: four ranks end with $?"
+    diff one.json output >differences || fail "$mpi, $how: another look: $(<differences)"
+    # the light of both keeps the tolerance of 1e-3
+    "$program" compare 1.exr 4.exr --max-rms 2e-3 >/dev/null ||
+      fail "$mpi, $how: four ranks draw another picture than one process"
+  done
+done
+
 # --- failures: one line, its exit code, no picture ---------------------------------------------------
 mpi=${mpis[0]}
 # by_rank ARGUMENTS...: psivox render, in folder b for rank 1 and in a for the others. Where the folder
-# has a file `dies`, it is killed.
+# has a file `dies`, it is killed; with `dies_later`, when some of the work is done.
 cat >by_rank <<END
 #!/usr/bin/env bash
 rank=\${OMPI_COMM_WORLD_RANK:-\${PMI_RANK:-0}}
 if [ "\$rank" = 1 ]; then cd b; else cd a; fi
 [ -e dies ] && exec timeout --signal=KILL 2 "$program" render "\$@"
+[ -e dies_later ] && (
+  until grep -q "^psivox: [1-9].* %" ../output; do sleep 0.1; done
+  date +%s >../died
+  kill -KILL \$\$
+) &
 exec "$program" render "\$@"
 END
 chmod +x by_rank
@@ -129,5 +149,18 @@ echo '{"extinction": 2}' >a/scene.json && echo '{"extinction": 3}' >b/scene.json
 ends 3 "rank 1 has other options" x.vdb --scene scene.json
 touch b/dies  # as by the system, out of memory
 ends 137 "" x.vdb --resolution 2000x2000 --pixel-samples 100
+rm b/dies && touch b/dies_later  # in the middle of light: exact light of a sky would take minutes
+for mpi in "${mpis[@]}"; do
+  rm -f died
+  launch "$mpi" 2 ./by_rank "${scene[@]}" --renderer march-double x.vdb --extinction 3 --sky 1,1,1 \
+    --light-quality exact -o ../fails.exr && fail "$mpi: exit code 0 after a rank was killed"
+  if [ -e died ]; then
+    (($(date +%s) - $(<died) <= 10)) || fail "$mpi: it took $(($(date +%s) - $(<died))) s to end"
+  else
+    fail "$mpi: no rank was killed while there was light to compute"
+  fi
+  stray=$(find . -name '*fails*')
+  [ -z "$stray" ] || fail "$mpi: a half picture: $stray"
+done
 ((failures == 0)) && echo "one picture by 4 processes, under ${mpis[*]}: that of one process"
 exit $((failures > 0))

@@ -96,7 +96,7 @@ void add_frames(CommandLine& line, RenderCall& call) {
 bool parse(RenderCall& call, Arguments arguments) {
   CommandLine line("render",
                    "Renders a .vdb to a picture, without a window.\nUnder mpirun several "
-                   "processes draw it together, without light.");
+                   "processes draw it together.");
   add_outputs(line, call);
   add_frames(line, call);
   line.add_flag("--list-devices", call.list_devices, "print the EGL devices and exit");

@@ -76,6 +76,20 @@ void visit_own_leaves(const Field& field, const VisitLeaves& visit, const WantLe
 /// one gives. All must call it.
 std::vector<std::string> gather_found(const Field& field, const std::string& bytes);
 
+/// What all processes have found of a kind, one's after another's.
+template <typename Found>
+std::vector<Found> joined_found(const Field& field, const std::vector<Found>& own) {
+  const auto* bytes = reinterpret_cast<const char*>(own.data());
+  std::vector<Found> all;
+  for (const std::string& found :
+       gather_found(field, std::string(bytes, own.size() * sizeof(Found)))) {
+    const std::size_t first = all.size();
+    all.resize(first + found.size() / sizeof(Found));
+    std::memcpy(all.data() + first, found.data(), (all.size() - first) * sizeof(Found));
+  }
+  return all;
+}
+
 /// Sums numbers over those processes, in their order.
 template <typename Number>
 void sum_found(const Field& field, std::span<Number> numbers) {

@@ -46,7 +46,8 @@ struct LookedScene {
 /// The look `auto`, or no look where the scene leaves it open and `open` is `auto`, goes by the
 /// mode and the grids: `xray` for that mode, `surface` for level sets, `fire` where there is a
 /// density and a flame, `scan` for digitised values and those that do not fade to 0, else `smoke`.
-/// Vectors stay `plain`, and so does a density whose values stay in the file. `background`: whether
+/// Vectors stay `plain`, and so does a density whose values stay in the file, unless several
+/// processes share it: they choose what one process would, to the last bit. `background`: whether
 /// the look may set one. Throws Error(input), Error(usage), Error(memory).
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open = "plain",
                       bool background = true, const Parts& parts = {});

@@ -112,7 +112,7 @@ std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, 
 
 /// Of the light's grid over the density's bricks; 0: no light is to be computed.
 int light_channels(const View& view) {
-  return view.medium.light ? LitLuminance(view, light_beams(view)).channels() : 0;
+  return view.medium.light ? luminance_channels(view.medium, light_beams(view)) : 0;
 }
 
 /// What stays in memory while a rank lights and draws its part: the density's values, if they do

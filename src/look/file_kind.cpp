@@ -1,7 +1,6 @@
 #include "look/file_kind.h"
 
 #include <algorithm>
-#include <cstring>
 #include <unordered_set>
 #include <vector>
 
@@ -20,7 +19,7 @@ constexpr float faded = 0.02f;
 /// A mean in this part of the range is low.
 constexpr double low = 0.25;
 
-/// Values of some leaves that are spread over a density, wherever its values are.
+/// Values of some leaves that are spread over a density, wherever its values are, in no order.
 std::vector<float> sample(const Field& density) {
   const std::size_t stride = std::max<std::size_t>(density.leaves.size() / most_leaves, 1);
   std::vector<float> own;
@@ -35,21 +34,16 @@ std::vector<float> sample(const Field& density) {
   visit_own_leaves(
       density, [&](std::span<const Leaf> leaves) { std::ranges::for_each(leaves, take); },
       [&](const Leaf& leaf) { return std::size_t(&leaf - density.leaves.data()) % stride == 0; });
-  std::vector<float> all;
-  const auto* bytes = reinterpret_cast<const char*>(own.data());
-  for (const std::string& found :
-       gather_found(density, std::string(bytes, own.size() * sizeof(float)))) {
-    const std::size_t first = all.size();
-    all.resize(first + found.size() / sizeof(float));
-    std::memcpy(all.data() + first, found.data(), found.size());
-  }
-  return all;
+  return joined_found(density, own);
 }
 
-/// Calls `see` for a sample of the values other than 0.
+/// Calls `see` for a sample of the values other than 0, ascending: what they sum up to does not
+/// depend on which process has which.
 template <typename See>
 void for_sample(const Field& density, See&& see) {
-  for (const float value : sample(density))
+  std::vector<float> values = sample(density);
+  std::ranges::sort(values);
+  for (const float value : values)
     if (value != 0) see(value);
 }
 

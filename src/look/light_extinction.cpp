@@ -48,7 +48,7 @@ class Probes {
     sum_found(density, std::span(depths));
     for (std::size_t i = 0; i < voxels.size(); ++i)
       if (const double here = lines.attenuation(values[i]); here > 0)
-        probes_.push_back({here, depths[i]});
+        probes_.push_back({here, towards.step * depths[i]});
   }
 
   /// Mean transmittance towards the light, by what each voxel attenuates.

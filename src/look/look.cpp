@@ -90,6 +90,11 @@ void take_open(const Scene& look, bool background, Scene& scene) {
 void set_brightness(KeptFields& fields, const View& view, Scene& scene) {
   constexpr double wanted_mean = 0.25, white = 0.95, highlights = 0.03;
   const std::optional<Draft> by_rays = ray_draft(view);
+  if (!by_rays && is_shared(*view.medium.density))
+    throw Error(ExitCode::usage,
+                "several processes choose the brightness of a look without --clip, --clip-plane,"
+                " --sky, --phase-g, emission and functions of the gradient only: start one process,"
+                " or give the options that --print-scene of one prints");
   const Draft draft = by_rays ? *by_rays : make_draft(scene, fields.of(scene));
   if (!(draft.mean_luminance() > 0)) return;
   const double gain =
@@ -116,11 +121,6 @@ void choose(const std::string& what, const VdbFile& file, KeptFields& fields,
     if (active_percentile(density, percent.x) >= active_percentile(density, percent.y))
       scene.range.reset();
   } else if (what == "brightness") {
-    if (is_shared(*fields.of(scene).density))
-      throw Error(
-          ExitCode::usage,
-          "several processes draw no look that chooses its brightness: start one process, or "
-          "give the options of the look that --print-scene of one prints");
     set_brightness(fields, known ? *known : make_view(scene, fields.of(scene)), scene);
   } else if (!scene.extinction) {
     view = known ? std::move(*known) : make_view(scene, fields.of(scene));
@@ -174,8 +174,6 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   if (result.look == "auto") {
     const bool out_of_reach = parts.allowed && !parts.ranks && stays_in_file(scene, fields);
     result.look = out_of_reach ? "plain" : suitable_look(scene, file, fields);
-    // its brightness is that of a picture of the whole
-    if (parts.ranks && result.look == "scan") result.look = "plain";
   }
   const LookFile look = read_look(result.look);
   take_open(look.scene, background, result.scene);

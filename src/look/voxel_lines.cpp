@@ -4,12 +4,24 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "scene/value_range.h"
+
 namespace psivox {
 namespace {
 
 std::optional<TransferFunction> attenuation_of(const Medium& medium) {
   if (!medium.transfer) return {};
   return medium.transfer->attenuation_alone();
+}
+
+/// The most that the attenuations of voxels along a line can sum up to.
+double most_along(const Medium& medium) {
+  const glm::dvec2 range = stored_range(*medium.density);
+  const double greatest =
+      medium.transfer ? medium.transfer->max_attenuation(range.x, range.y) : range.y;
+  const Box domain = medium.density->domain();
+  const glm::dvec3 sides = glm::dvec3(domain.max) - glm::dvec3(domain.min) + 1.0;
+  return greatest * (sides.x + sides.y + sides.z);
 }
 
 }  // namespace
@@ -19,6 +31,7 @@ VoxelLines::VoxelLines(const Medium& medium)
       part_(own_part(medium.density)),
       index_(*part_.field),
       domain_(medium.density->domain()),
+      exact_(most_along(medium)),
       to_index_(glm::inverse(glm::dmat3(medium.density->world_from_index))),
       empty_is_clear_(attenuation(0) == 0),
       block_(index_.block(domain_.min & ~7)),
@@ -37,10 +50,10 @@ double VoxelLines::attenuation(double value) const {
 double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along) {
   double sum = 0;
   walk({glm::dvec3(voxel), along.way, along.step}, 1, [&](const glm::dvec3& point, double value) {
-    if (own(glm::ivec3(glm::round(point)))) sum += attenuation(value);
+    if (own(glm::ivec3(glm::round(point)))) sum += exact_(attenuation(value));
     return true;
   });
-  return along.step * sum;
+  return sum;
 }
 
 double VoxelLines::at(const glm::ivec3& voxel) {

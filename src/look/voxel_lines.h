@@ -1,13 +1,17 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <optional>
 
 #include "psivox/medium.h"
+#include "scene/exact_sum.h"
 #include "scene/field_index.h"
 #include "scene/rank_leaves.h"
 
@@ -41,8 +45,12 @@ class VoxelLines {
   double at(const glm::ivec3& voxel);
   double at(const glm::dvec3& point);
 
-  /// Optical depth at extinction 1 from a voxel on, by nearest voxels, without the voxel itself.
-  /// Those that processes find in their own parts add up.
+  /// Optical depth at extinction 1 of a voxel [voxels], from its middle on; 0 if it is not own.
+  double depth_of(const glm::ivec3& voxel) {
+    return own(voxel) ? exact_(0.5 * attenuation(at(voxel))) : 0;
+  }
+  /// The same from a voxel on, by nearest voxels, without the voxel itself. What processes find in
+  /// their own parts adds up without rounding.
   double depth_behind(const glm::ivec3& voxel, const Line& along);
 
   /// Calls see(point, value) at points k, k + 1, ... of a line while they are in the domain and it
@@ -62,12 +70,39 @@ class VoxelLines {
     }
   }
 
+  /// Calls see(n, value) for the interpolated values at the points k + n of a line, n = 0, 1, ...,
+  /// that are in this process's part, while they are in the domain and it returns true. Passes over
+  /// points around which nothing is stored, if that attenuates nothing.
+  template <typename See>
+  void walk_between(const Line& line, double k, See&& see) {
+    double first = 0, last = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (line.way[axis] == 0) continue;
+      const double a = (double(part_.voxels.min[axis]) - line.from[axis]) / line.way[axis] - k;
+      const double b = (double(part_.voxels.max[axis]) + 1 - line.from[axis]) / line.way[axis] - k;
+      // a point more at both ends: whether it is own is found below
+      first = std::max(first, std::floor(std::min(a, b)) - 1);
+      last = std::min(last, std::max(a, b) + 1);
+    }
+    for (double n = first; n <= last;) {
+      const glm::dvec3 point = line.from + (k + n) * line.way;
+      const glm::ivec3 nearest(glm::round(point));
+      if (glm::clamp(nearest, domain_.min, domain_.max) != nearest) return;
+      std::size_t empty = own(glm::ivec3(glm::floor(point))) ? 0 : 1;
+      if (empty == 0 && empty_is_clear_ && at(nearest) == 0)
+        empty = index_.empty_cells(point, line.way);
+      if (empty == 0 && !see(std::uint32_t(n), at(point))) return;
+      n += double(std::max<std::size_t>(empty, 1));
+    }
+  }
+
  private:
   /// Without colours, among whose many knots a search would take longer.
   std::optional<TransferFunction> function_;
-  OwnPart part_;
+  OwnPart part_;  ///< with the voxels of its outermost cells
   FieldIndex index_;
   Box domain_;
+  ExactSum exact_;  ///< of attenuations along a line
   glm::dmat3 to_index_;
   bool empty_is_clear_;
   FieldIndex::Block block_;  ///< at origin_

@@ -129,6 +129,13 @@ std::optional<glm::dvec3> common_color(std::span<const Beam> beams) {
   return color;
 }
 
+/// The colour of all of a medium's luminance in the light of some beams, if it has one.
+std::optional<glm::dvec3> common_color(const Medium& medium, std::span<const Beam> beams) {
+  const bool glows = medium.source != LuminanceSource::constant && medium.color != glm::dvec3(0);
+  if (glows || medium.light->tinted) return {};
+  return common_color(beams);
+}
+
 /// Values at all voxels of some blocks of the density, as a field of its transform.
 Field field_of_blocks(const Field& density, const LightBlocks& blocks, int channels,
                       std::shared_ptr<float[]> values) {
@@ -191,7 +198,7 @@ struct LitLuminance::Impl {
         glow(medium) {
     (medium.source == LuminanceSource::constant ? ambient : own_color) = medium.color;
     by_ray = g != 0 && beams.size() == 1 && own_color == glm::dvec3(0);
-    if (own_color == glm::dvec3(0) && !medium.light->tinted) common = common_color(beams);
+    common = common_color(medium, beams);
   }
 
   double phase(const Beam& beam, const glm::ivec3& voxel) const {
@@ -253,6 +260,10 @@ struct LitLuminance::Impl {
   bool by_ray = false;               ///< the phase is one factor of each ray
   std::optional<glm::dvec3> common;  ///< colour of all luminance: one channel will do
 };
+
+int luminance_channels(const Medium& medium, std::span<const Beam> beams) {
+  return common_color(medium, beams) ? 1 : 3;
+}
 
 LitLuminance::LitLuminance(const View& view, std::vector<Beam> beams)
     : impl_(std::make_unique<Impl>(view, std::move(beams))) {}

@@ -67,6 +67,9 @@ using LatticeBrick = glm::ivec3;
 using LatticeColumns =
     std::function<void(std::span<const LatticeBrick> bricks, std::span<double> depths)>;
 
+/// Channels of the luminance of a medium in the light of some beams: 1 or 3.
+int luminance_channels(const Medium& medium, std::span<const Beam> beams);
+
 /// Luminance at voxels of a view's medium in the light of some beams:
 ///   L = luminance + sum of radiance * phase * e^-depth over the beams,
 /// all of it times the colour where a transfer function gives colours. A luminance of another grid
@@ -83,7 +86,7 @@ class LitLuminance {
   glm::dvec3 own(const glm::ivec3& voxel) const;
   /// What a beam adds to L where nothing is in its way.
   glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel) const;
-  /// Channels of the lit medium's luminance: 1 or 3.
+  /// Channels of the lit medium's luminance.
   int channels() const;
   /// Whether the camera changes it: there are several phases, so each voxel has its own.
   bool sees_camera() const;

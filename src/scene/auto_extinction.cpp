@@ -6,6 +6,8 @@
 
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
+#include "scene/exact_sum.h"
+#include "scene/value_range.h"
 
 namespace psivox {
 namespace {
@@ -16,11 +18,19 @@ constexpr int rays_per_side = 17;
 /// Attenuation of a value, without the extinction.
 struct Attenuation {
   const TransferFunction* transfer;
+  double greatest;  ///< of all values, as a magnitude
   double operator()(float value) const {
     const double v = static_cast<double>(value);
     return transfer ? transfer->at(v).attenuation : v;
   }
 };
+
+/// The greatest magnitude of a field's attenuations.
+double greatest_attenuation(const Field& field, const TransferFunction* transfer) {
+  const glm::dvec2 range = stored_range(field);
+  if (transfer) return transfer->max_attenuation(range.x, range.y);
+  return std::max(-range.x, range.y);
+}
 
 /// Lines along one index axis through voxel centres, on a lattice over the two other axes. On such
 /// a line the interpolation is linear between values, so the integral is a sum of each value times
@@ -36,6 +46,7 @@ class LineBundle {
         b_((axis + 1) % 3),
         c_((axis + 2) % 3),
         domain_(field.domain()),
+        exact_(attenuation.greatest * (domain_.max[axis] - domain_.min[axis] + 1.0)),
         across_1_(std::move(across_1)),
         across_2_(std::move(across_2)),
         sums_(across_1_.size() * across_2_.size()) {
@@ -93,7 +104,7 @@ class LineBundle {
     for (std::size_t j = first(across_1_, origin[b_]); j < j_end; ++j)
       for (std::size_t k = k_begin; k < k_end; ++k)
         sums_[j * across_2_.size() + k] +=
-            line_sum(across_1_[j] - origin[b_], across_2_[k] - origin[c_]);
+            exact_(line_sum(across_1_[j] - origin[b_], across_2_[k] - origin[c_]));
   }
 
   void add(const glm::ivec3& leaf, const LeafValues& values) {
@@ -118,6 +129,7 @@ class LineBundle {
   double vacuum_;  ///< attenuation of 0, the value where nothing is stored
   int axis_, b_, c_;
   Box domain_;
+  ExactSum exact_;  ///< along a line
   std::vector<int> across_1_, across_2_;
   std::vector<double> sums_;
   double length_ = 1;
@@ -182,8 +194,8 @@ double mean_integral(const Field& field, const Attenuation& attenuation, Places 
 }  // namespace
 
 double auto_extinction(const Field& field, const TransferFunction* transfer) {
-  const Attenuation attenuation{transfer};
   if (field.active_box.empty()) return 1;
+  const Attenuation attenuation{transfer, greatest_attenuation(field, transfer)};
   const Box domain = field.domain();
   double mean = 0;
   for (const double part : {0.5, 1.0}) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
+#include <limits>
 
 namespace psivox {
 namespace {
@@ -100,6 +101,25 @@ std::size_t FieldIndex::empty_steps(const glm::dvec3& point, const glm::dvec3& s
     const glm::dvec3 low = glm::dvec3(origin) - 0.5, high = low + double(widths[level]);
     const glm::dvec3 left = glm::max((low - point) / step, (high - point) / step);
     return static_cast<std::size_t>(std::max(1.0, std::ceil(std::min({left.x, left.y, left.z}))));
+  }
+  return 0;
+}
+
+std::size_t FieldIndex::empty_cells(const glm::dvec3& point, const glm::dvec3& step) const {
+  constexpr double margin = 1e-3;  // beyond the rounding of any coordinate, 2^31 * 2^-52
+  const glm::ivec3 voxel(glm::floor(point));
+  for (std::size_t level = 0; level < widths.size(); ++level) {
+    const glm::ivec3 origin = origin_of(voxel, widths[level]);
+    if (holds_any(static_cast<int>(level), origin)) continue;
+    const glm::dvec3 low = glm::dvec3(origin) + margin;
+    const glm::dvec3 high = glm::dvec3(origin + (widths[level] - 1)) - margin;
+    double left = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (point[axis] <= low[axis] || point[axis] >= high[axis]) return 0;
+      if (step[axis] != 0)
+        left = std::min(left, ((step[axis] > 0 ? high : low)[axis] - point[axis]) / step[axis]);
+    }
+    return static_cast<std::size_t>(std::ceil(left));
   }
   return 0;
 }

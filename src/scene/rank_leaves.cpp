@@ -192,13 +192,15 @@ OwnPart own_part(const std::shared_ptr<const Field>& field) {
   Field own = *field;
   own.reader = nullptr;
   own.leaves.clear();
+  const Box& part = leaves->part();
+  const std::vector<std::uint32_t> numbers =
+      leaves_in({part.min, glm::min(part.max, most) + 1}, *field);
   const std::size_t floats = 512 * std::size_t(field->channels);
-  const auto values = std::make_shared_for_overwrite<float[]>(leaves->own().size() * floats);
-  leaves->read(leaves->own(), values.get());
-  for (const std::uint32_t n : leaves->own())
+  const auto values = std::make_shared_for_overwrite<float[]>(numbers.size() * floats);
+  leaves->read(numbers, values.get());
+  for (const std::uint32_t n : numbers)
     own.leaves.push_back({field->leaves[n].origin, values.get() + own.leaves.size() * floats});
   own.storage = values;
-  const Box& part = leaves->part();
   return {std::make_shared<const Field>(std::move(own)),
           {8 * glm::max(part.min, -most / 8), 8 * glm::min(part.max, most / 8 - 1) + 7}};
 }

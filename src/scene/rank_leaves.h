@@ -20,8 +20,9 @@ void share_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadO
 /// Whether share_leaves has shared the field's leaves.
 bool is_shared(const Field& field);
 
-/// This process's own part of such a field: its own leaves alone, in memory, and the box of voxels
-/// that none but this process has. Of another field all of it.
+/// This process's own part of such a field, in memory: the box of voxels that none but this process
+/// has, with its leaves, and the voxels that the cells of this box reach beyond it. Of another
+/// field all of it.
 struct OwnPart {
   std::shared_ptr<const Field> field;
   Box voxels;

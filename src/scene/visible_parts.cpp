@@ -9,7 +9,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <glm/common.hpp>
 #include <map>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "psivox/leaf_values.h"
+#include "scene/exact_sum.h"
 #include "scene/value_range.h"
 
 namespace psivox {
@@ -68,6 +68,12 @@ class WeightCounts {
     for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
     return *this;
   }
+  /// No weight is greater.
+  double most() const {
+    std::size_t end = counts_.size();
+    while (end > 0 && counts_[end - 1] == 0) --end;
+    return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(end) << 21));
+  }
   /// Lower end of the bin in which lies the weight that a share of the voxels exceeds; 0 if there
   /// are none.
   double exceeded_by(double share) const {
@@ -93,10 +99,11 @@ VisibleBlock domain_block(const Field& field) {
 /// Blocks of leaves, joined within cubes that are so wide that there are not too many.
 class MergedBlocks {
  public:
-  explicit MergedBlocks(std::size_t leaves) {
-    for (; leaves > most; leaves /= 8) ++shift_;
-  }
-  void add(const glm::ivec3& origin, const VisibleBlock& block) {
+  /// `most`: no voxel has a greater amount.
+  MergedBlocks(std::size_t leaves, double most)
+      : shift_(shift_for(leaves)), exact_(most * std::exp2(3 * shift_)) {}
+  void add(const glm::ivec3& origin, VisibleBlock block) {
+    block.amount = exact_(block.amount);
     if (shift_ == 3) return blocks_.push_back({origin, block});
     const glm::ivec3 at = origin >> shift_;
     const auto [place, added] = places_.try_emplace({at.x, at.y, at.z}, blocks_.size());
@@ -122,22 +129,22 @@ class MergedBlocks {
   };
 
   void join(const Field& field) {
-    const std::string own(reinterpret_cast<const char*>(blocks_.data()),
-                          blocks_.size() * sizeof(Merged));
-    std::vector<Merged> all;
-    for (const std::string& found : gather_found(field, own)) {
-      const std::size_t first = all.size();
-      all.resize(first + found.size() / sizeof(Merged));
-      std::memcpy(all.data() + first, found.data(), (all.size() - first) * sizeof(Merged));
-    }
+    std::vector<Merged> all = joined_found(field, blocks_);
     std::ranges::stable_sort(all, std::less{}, [](const Merged& m) { return tree_order(m.first); });
     blocks_.clear();
     places_.clear();
     for (const Merged& some : all) add(some.first, some.block);
   }
 
-  static constexpr std::size_t most = std::size_t{1} << 17;  // with all that framing needs: 20 MB
-  int shift_ = 3;                                            ///< of voxels to cubes
+  static int shift_for(std::size_t leaves) {
+    constexpr std::size_t most = std::size_t{1} << 17;  // with all that framing needs: 20 MB
+    int shift = 3;
+    for (; leaves > most; leaves /= 8) ++shift;
+    return shift;
+  }
+
+  int shift_;       ///< of voxels to cubes
+  ExactSum exact_;  ///< of the amounts in a cube, which several processes may have parts of
   std::map<std::array<int, 3>, std::size_t> places_;
   std::vector<Merged> blocks_;
 };
@@ -149,13 +156,14 @@ class BlockFinder {
   BlockFinder(const Field& field, const Weight& weight) : field_(field), weight_(weight) {}
 
   std::vector<VisibleBlock> find() const {
-    const double greatest = greatest_weight();
+    const WeightCounts counts = count_weights();
+    const double greatest = counts.exceeded_by(odd_share);
     std::vector<VisibleBlock> blocks;
     if (!(greatest > 0)) return blocks;
     const double faintest = least_weight * greatest;
     const float vacuum[3] = {0, 0, 0};
     if (weight_(vacuum) >= faintest) return {domain_block(field_)};
-    MergedBlocks merged(field_.leaves.size());
+    MergedBlocks merged(field_.leaves.size(), counts.most());
     visit_own_leaves(field_, [&](std::span<const Leaf> leaves) {
       std::vector<VisibleBlock> found(leaves.size());
       tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 64),
@@ -172,8 +180,7 @@ class BlockFinder {
   }
 
  private:
-  /// The weight that a thousandth of the voxels with any exceed, rounded down to a bin.
-  double greatest_weight() const {
+  WeightCounts count_weights() const {
     const auto stride = static_cast<std::size_t>(field_.channels);
     WeightCounts counts;
     visit_own_leaves(field_, [&](std::span<const Leaf> leaves) {
@@ -192,7 +199,7 @@ class BlockFinder {
     sum_found(field_, counts.counts());
     for (const Tile& tile : field_.tiles)
       counts.add(weight_(&tile.value.x), static_cast<std::uint64_t>(std::pow(tile.width, 3)));
-    return counts.exceeded_by(odd_share);
+    return counts;
   }
 
   /// Grown by a voxel, inside the domain.
