@@ -178,15 +178,14 @@ real attenuation_of(IN(March) m, Sample s) {
 }
 
 // The same point with another value of the density grid.
-Point with_value(IN(March) m, Point p, Sample s) {
-  real value = s.value;
-  Classified c = Classified(value, real3(real(1.0)));
+Point with_value(IN(March) m, IN(Point) p, Sample s) {
+  Classified c = Classified(s.value, real3(real(1.0)));
   if (transfer) c = classify_at(m, s);
-  p.value = value;
-  p.attenuation = vacuum_differs && m.vacuum ? real(0.0) : c.attenuation;
-  if (luminance_source == SOURCE_DENSITY) p.L = real3(value, value, value);
-  if (luminance_source == SOURCE_TRANSFER) p.L = c.color;
-  return p;
+  real attenuation = vacuum_differs && m.vacuum ? real(0.0) : c.attenuation;
+  real3 L = p.L;
+  if (luminance_source == SOURCE_DENSITY) L = real3(s.value, s.value, s.value);
+  if (luminance_source == SOURCE_TRANSFER) L = c.color;
+  return Point(s.value, attenuation, L, p.glow, p.slope, p.L_slope);
 }
 
 // What glows in a region's empty runs is another region's, which walks it. Steps may end in one.

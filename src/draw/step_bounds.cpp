@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <optional>
 
 namespace psivox {
 namespace {
@@ -34,32 +35,46 @@ struct FunctionBend {
   double range = 0;  ///< largest minus smallest attenuation
 };
 
-FunctionBend bend_of(const TransferFunction& function, double min, double max) {
-  const std::vector<TransferPoint>& points = function.points();
-  FunctionBend bend{0, 0, 0};
-  double least = function.at(min).attenuation, most = least, before = 0;
-  const auto see = [&](double value) {
-    least = std::min(least, value);
-    most = std::max(most, value);
-  };
-  see(function.at(max).attenuation);
-  const int last = int(points.size()) - 1;
-  const int from = function.interval(min), to = function.interval(max);
-  for (int k = from; k <= to; ++k) {
-    double slope = 0;
-    if (k >= 0 && k < last)
-      slope = (points[std::size_t(k + 1)].attenuation - points[std::size_t(k)].attenuation) /
-              (points[std::size_t(k + 1)].value - points[std::size_t(k)].value);
-    bend.slope = std::max(bend.slope, std::abs(slope));
-    if (k > from) {
-      bend.turn += std::abs(slope - before);
-      see(points[std::size_t(k)].attenuation);
+/// A function's slopes, found once: a colour map has hundreds of knots, and a volume many bricks.
+class FunctionBends {
+ public:
+  explicit FunctionBends(const TransferFunction& function) : function_(function) {
+    const std::vector<TransferPoint>& points = function.points();
+    for (std::size_t k = 0; k <= points.size(); ++k) {
+      double slope = 0;  // between the knots k - 1 and k
+      if (k > 0 && k < points.size())
+        slope = (points[k].attenuation - points[k - 1].attenuation) /
+                (points[k].value - points[k - 1].value);
+      turns_.push_back(k > 0 ? std::abs(slope - slopes_.back()) : 0);
+      slopes_.push_back(slope);
     }
-    before = slope;
   }
-  bend.range = most - least;
-  return bend;
-}
+
+  /// Between two values.
+  FunctionBend between(double min, double max) const {
+    FunctionBend bend{0, 0, 0};
+    double least = function_.at(min).attenuation, most = least;
+    const auto see = [&](double value) {
+      least = std::min(least, value);
+      most = std::max(most, value);
+    };
+    see(function_.at(max).attenuation);
+    const int from = function_.interval(min), to = function_.interval(max);
+    for (int k = from; k <= to; ++k) {
+      bend.slope = std::max(bend.slope, std::abs(slopes_[std::size_t(k + 1)]));
+      if (k == from) continue;
+      bend.turn += turns_[std::size_t(k + 1)];
+      see(function_.points()[std::size_t(k)].attenuation);
+    }
+    bend.range = most - least;
+    return bend;
+  }
+
+ private:
+  const TransferFunction& function_;
+  std::vector<double> slopes_;  ///< before each knot, and behind the last
+  std::vector<double> turns_;   ///< changes of the slope at the knots; first 0
+};
 
 /// Most that a brick's values change along a unit of length of any direction [1/voxel].
 double greatest_slope(const float* values) {
@@ -116,16 +131,25 @@ StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double bright
   const Peak peak(view, atlas);
   const double scale = medium.extinction * finest_voxel_of(*medium.density);
   kink_scale_ = scale * kinks_share;
+  const double floor = std::max(1.0, brightest);
+  double least = 0, most = 0;
+  for (const BrickStats& brick : bricks) {
+    least = std::min(least, double(brick.min));
+    most = std::max(most, double(brick.max));
+  }
+  const double highest = peak.at(least, most);  // of any brick
+  std::optional<FunctionBends> bends;
+  if (medium.transfer) bends.emplace(*medium.transfer);
   for (std::size_t i = 0; i < bricks.size(); ++i) {
     const double min = bricks[i].min, max = bricks[i].max, range = max - min;
     FunctionBend bend{1, 0, range};
-    if (medium.transfer) bend = bend_of(*medium.transfer, min, max);
+    if (bends) bend = bends->between(min, max);
     if (medium.gradient) {
       bend.range = medium.transfer->max_attenuation({min, max}, {0.0, 1e38});
       bend.turn = 1e38;
     }
     Bound& bound = bounds_[i];
-    bound.effect = std::max({1.0, brightest, peak.at(min, max)});
+    bound.effect = std::max(floor, highest > floor ? peak.at(min, max) : 0);
     bound.first = scale * bend.range / 2;
     bound.slope = bend.slope;
     bound.turn = bend.turn;
