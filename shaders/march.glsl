@@ -35,15 +35,16 @@ void end_walk(INOUT(March) m, Walk w, Ray ray) {
 // Marches on, up to max_turns turns.
 void march(INOUT(March) m, Ray ray) {
   Walk w = begin_walk(m, ray);
-  for (int turn = 0; turn < max_turns && !m.done;) {
+  int turn = 0;
+  while (turn < max_turns && !m.done) {
     for (int n = 0; n < turns_of_product && turn < max_turns && !m.done; ++n, ++turn) {
       if (template_sampling) turn_template(m, w.voxels, ray);
       else if (uniform_sampling) turn_uniform(m, w.steps, ray);
       else turn_cells(m, w.node, ray);
-      m.turns += 1;
       if (m.t >= ray.end) m.done = true;
     }
     if (!depth_only) m.transmittance = decay(m.optical_depth).e;
   }
+  m.turns += turn;
   end_walk(m, w, ray);
 }

@@ -33,5 +33,8 @@ DERIVED(bool, from_corners, (cell_rule || depth_only || transfer) && integrates 
 // What the next cell reads at its front is no more than its corners tell.
 DERIVED(bool, front_is_free, from_corners && (cell_rule || (depth_only && !transfer)))
 
+// The ray remembers a place: of a transmittance of 1/2, a maximum or a surface.
+DERIVED(bool, keeps_depth, find_depth || finds_maximum || mode == MODE_ISOSURFACE)
+
 // A piece between two knots has their function at its ends too: a jump's side that it lies on.
 DERIVED(bool, keeps_interval, split_knots && !uniform_sampling)

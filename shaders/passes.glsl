@@ -15,11 +15,13 @@ void load_march(INOUT(March) m, ivec2 at, float begin) {
   m.optical_depth = intBitsToFloat(a.z);
   m.lost = intBitsToFloat(a.w);
   m.cell = b.xyz;
-  m.lattice = b.w;
+  if (template_sampling) m.lattice = b.w;
   m.radiance = intBitsToFloat(c.xyz);
-  m.half_depth = intBitsToFloat(c.w);
-  m.steps = d.x;
-  m.samples = d.y;
+  if (keeps_depth) m.half_depth = intBitsToFloat(c.w);
+  if (count_steps) {
+    m.steps = d.x;
+    m.samples = d.y;
+  }
   m.turns = d.z >> 1;
   m.done = (d.z & 1) == 1;
   m.transmittance = intBitsToFloat(d.w);

@@ -160,16 +160,19 @@ Piece piece_between_knots(Cubic value, real noise) {
   real4 next = knot_head(k + 1);
   bool before = value.f_0 < head.x;
   bool behind = value.f_0 > next.x;
+  bool outside = before || behind;
+  real width = next.x - head.x;
+  bool narrow = width <= noise;
+  real b = outside || narrow ? real(0.0) : (next.y - head.y) / width;
+  real a = narrow ? real(0.5) * (head.y + next.y) : head.y - b * head.x;
+  if (outside) a = before ? head.y : next.y;
+  // all of the piece but its end by a knot, so that a GPU keeps few registers while that is searched
+  Piece piece = Piece(first_turn(value, noise), a, b, before ? -1 : behind ? knots() - 1 : k);
   real far = real(3e38);
   real low = before ? -far : (behind ? next.x : head.x) - noise;
   real high = behind ? far : (before ? head.x : next.x) + noise;
-  real part = min(first_exit(value, low, high), first_turn(value, noise));
-  if (before) return Piece(part, head.y, real(0.0), -1);
-  if (behind) return Piece(part, next.y, real(0.0), knots() - 1);
-  real width = next.x - head.x;
-  real slope = (next.y - head.y) / width;
-  if (width <= noise) return Piece(part, real(0.5) * (head.y + next.y), real(0.0), k);
-  return Piece(part, head.y - slope * head.x, slope, k);
+  piece.part = min(first_exit(value, low, high), piece.part);
+  return piece;
 }
 
 // What linear values from front to back, passed at a constant rate, hold on average.
