@@ -1,12 +1,12 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <numeric>
 #include <span>
+#include <vector>
 
 #include "psivox/field.h"
 
@@ -22,42 +22,62 @@ struct NoOthers {
   void operator()(std::span<std::uint64_t>) const {}
 };
 
-/// The smallest value that at least `percent` of the values do not exceed; 0 if there are none. NaN
-/// and Inf do not count. The values are visited twice and not stored: `each(take)` calls
-/// `take(value, count)` for each value. `join(counts)` adds the counts of other processes.
+/// For each of some percentages, the smallest value that at least so many of the values do not
+/// exceed; 0 if there are none. NaN and Inf do not count. The values are visited twice and not
+/// stored: `each(take)` calls `take(value, count)` for each value. `join(counts)` adds the counts
+/// of other processes.
 template <typename Each, typename Join = NoOthers>
-double value_percentile(const Each& each, double percent, const Join& join = {}) {
+std::vector<double> value_percentiles(const Each& each, std::span<const double> percents,
+                                      const Join& join = {}) {
+  if (percents.empty()) return {};
   // The bits of a float in the order of the numbers.
   const auto key_of = [](float value) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
   };
-  using Counts = std::array<std::uint64_t, 65536>;
-  const auto counts = std::make_unique<Counts>();
-  const auto find = [&](std::uint64_t& rank) {  // the bin of that rank, which becomes its own
+  using Counts = std::vector<std::uint64_t>;
+  constexpr std::size_t bins = 65536;
+  const auto find = [](const Counts& counts, std::uint64_t& rank) {  // which becomes the bin's own
     std::uint32_t bin = 0;
-    for (; bin < 65535 && rank > (*counts)[bin]; ++bin) rank -= (*counts)[bin];
+    for (; bin < bins - 1 && rank > counts[bin]; ++bin) rank -= counts[bin];
     return bin;
   };
+  Counts counts(bins);
   each([&](float value, std::uint64_t count) {
     if (!std::isfinite(value)) return;
-    (*counts)[key_of(value) >> 16] += count;
+    counts[key_of(value) >> 16] += count;
   });
-  join(std::span<std::uint64_t>(*counts));
-  const std::uint64_t all = std::accumulate(counts->begin(), counts->end(), std::uint64_t{0});
-  if (all == 0) return 0;
-  const double wanted = std::ceil(percent / 100 * static_cast<double>(all));
-  std::uint64_t rank = wanted < 1 ? 1 : static_cast<std::uint64_t>(wanted);
-  if (rank > all) rank = all;
-  const std::uint32_t high = find(rank);
-  counts->fill(0);
+  join(std::span(counts));
+  const std::uint64_t all = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+  if (all == 0) return std::vector<double>(percents.size(), 0);
+  std::vector<std::uint32_t> high;
+  std::vector<std::uint64_t> ranks;
+  for (const double percent : percents) {
+    const double wanted = std::ceil(percent / 100 * static_cast<double>(all));
+    ranks.push_back(std::min(wanted < 1 ? 1 : static_cast<std::uint64_t>(wanted), all));
+    high.push_back(find(counts, ranks.back()));
+  }
+  std::vector<Counts> low(percents.size(), Counts(bins));
   each([&](float value, std::uint64_t count) {
-    if (std::isfinite(value) && key_of(value) >> 16 == high)
-      (*counts)[key_of(value) & 0xffffu] += count;
+    if (!std::isfinite(value)) return;
+    const std::uint32_t key = key_of(value);
+    for (std::size_t i = 0; i < high.size(); ++i)
+      if (key >> 16 == high[i]) low[i][key & 0xffffu] += count;
   });
-  join(std::span<std::uint64_t>(*counts));
-  const std::uint32_t key = high << 16 | find(rank);
-  return static_cast<double>(std::bit_cast<float>(key & 0x80000000u ? key & 0x7fffffffu : ~key));
+  std::vector<double> values;
+  for (std::size_t i = 0; i < high.size(); ++i) {
+    join(std::span(low[i]));
+    const std::uint32_t key = high[i] << 16 | find(low[i], ranks[i]);
+    values.push_back(
+        static_cast<double>(std::bit_cast<float>(key & 0x80000000u ? key & 0x7fffffffu : ~key)));
+  }
+  return values;
+}
+
+/// One of them.
+template <typename Each>
+double value_percentile(const Each& each, double percent) {
+  return value_percentiles(each, std::span(&percent, 1)).front();
 }
 
 }  // namespace psivox

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <glm/common.hpp>
 #include <mutex>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -38,7 +39,13 @@ std::vector<std::uint32_t> leaves_in(const Box& bricks, const Field& field) {
   return numbers;
 }
 
-/// The leaves of one rank.
+std::vector<std::uint32_t> all_leaves(const Field& field) {
+  std::vector<std::uint32_t> numbers(field.leaves.size());
+  std::iota(numbers.begin(), numbers.end(), std::uint32_t{0});
+  return numbers;
+}
+
+/// The leaves of one rank, or of a process that is alone.
 class RankLeaves final : public LeafReader {
  public:
   /// `part`: the box of bricks that this rank's leaves are in.
@@ -49,21 +56,44 @@ class RankLeaves final : public LeafReader {
         own_(leaves_in(part, field)),
         floats_per_leaf_(512 * std::size_t(field.channels)) {}
 
-  /// Surveys its own leaves, and keeps their values if they are to stay.
-  ValueSurvey survey_own(bool keep) {
+  /// Of a process that is alone.
+  explicit RankLeaves(const Field& field)
+      : file_(field.reader),
+        own_(all_leaves(field)),
+        floats_per_leaf_(512 * std::size_t(field.channels)) {}
+
+  /// Surveys and weighs its own leaves, and keeps their values if they are to stay.
+  ValueSurvey survey_own(const Field& field, bool keep) {
     std::vector<float> values((keep ? own_.size() : std::min(leaves_at_once, own_.size())) *
                               floats_per_leaf_);
+    const auto weighed = std::make_shared<WeighedLeaves>();
+    weighed->leaves.reserve(own_.size());
     ValueSurvey survey;
+    std::vector<Leaf> leaves;
     for (std::size_t n = 0; n < own_.size(); n += leaves_at_once) {
       const auto some = std::span(own_).subspan(n, std::min(leaves_at_once, own_.size() - n));
-      survey = survey + file_->survey(some, values.data() + (keep ? n * floats_per_leaf_ : 0));
+      float* to = values.data() + (keep ? n * floats_per_leaf_ : 0);
+      survey = survey + file_->survey(some, to);
+      leaves.clear();
+      for (const std::uint32_t leaf : some) {
+        leaves.push_back({field.leaves[leaf].origin, to});
+        to += floats_per_leaf_;
+      }
+      weighed->add(field, leaves, ValueWeight());
     }
     if (keep) kept_ = std::move(values);
+    weighed_ = weighed;
     return survey;
   }
 
-  /// Percentile of the active values of all ranks.
-  double percentile(double percent) const {
+  /// Null once a part has been read.
+  std::shared_ptr<const WeighedLeaves> weighed() const {
+    const std::lock_guard lock(mutex_);
+    return weighed_;
+  }
+
+  /// Percentiles of the active values of all ranks.
+  std::vector<double> percentiles(std::span<const double> percents) const {
     const auto* known = dynamic_cast<const ActiveValues*>(file_.get());
     if (!known) throw Error(ExitCode::failure, "leaves do not tell which voxels are active");
     std::vector<float> values(std::min(leaves_at_once, own_.size()) * floats_per_leaf_);
@@ -75,17 +105,18 @@ class RankLeaves final : public LeafReader {
           if (const float value = values[i * floats_per_leaf_ / 512]; !std::isnan(value))
             take(std::min(value, largest_), 1);
       }
-      if (!ranks_->first()) return;
+      if (ranks_ && !ranks_->first()) return;
       for (const TileValue& tile : known->active_tiles())
         take(std::min(tile.value, largest_), tile.voxels);
     };
-    return value_percentile(each, percent, [&](std::span<std::uint64_t> counts) { sum(counts); });
+    return value_percentiles(each, percents, [&](std::span<std::uint64_t> counts) { sum(counts); });
   }
 
   /// What stands for +Inf from now on.
   void replace_infinite(float largest) {
     largest_ = largest;
     replace_infinite(kept_);
+    weighed_->counts.replace_infinite(double(largest));
   }
 
   void read(std::span<const std::uint32_t> leaves, float* values) const override {
@@ -110,13 +141,17 @@ class RankLeaves final : public LeafReader {
 
   const Box& part() const { return part_; }
   std::span<const std::uint32_t> own() const { return own_; }
-  bool is_own(std::uint32_t leaf) const override { return std::ranges::binary_search(own_, leaf); }
+  bool is_shared() const { return ranks_ != nullptr; }
+  bool is_own(std::uint32_t leaf) const override {
+    return !is_shared() || std::ranges::binary_search(own_, leaf);
+  }
   std::vector<std::string> gather(const std::string& bytes) const override {
-    return ranks_->gather(bytes);
+    return ranks_ ? ranks_->gather(bytes) : std::vector{bytes};
   }
   void forget() const override {
     const std::lock_guard lock(mutex_);
     kept_ = std::vector<float>();  // {} would keep the memory
+    weighed_.reset();
   }
 
  private:
@@ -125,7 +160,7 @@ class RankLeaves final : public LeafReader {
   void sum(std::span<std::uint64_t> counts) const {
     const std::string own(reinterpret_cast<const char*>(counts.data()), counts.size_bytes());
     std::ranges::fill(counts, std::uint64_t{0});
-    for (const std::string& found : ranks_->gather(own))
+    for (const std::string& found : gather(own))
       for (std::size_t i = 0; i < counts.size(); ++i) {
         std::uint64_t count;
         std::memcpy(&count, found.data() + i * sizeof count, sizeof count);
@@ -147,48 +182,62 @@ class RankLeaves final : public LeafReader {
 
   std::shared_ptr<const LeafReader> file_;
   std::shared_ptr<Ranks> ranks_;
-  Box part_;                        ///< [bricks]
+  Box part_;                        ///< [bricks], if it is shared
   std::vector<std::uint32_t> own_;  ///< ascending
   std::size_t floats_per_leaf_;
   float largest_ = 0;  ///< in place of +Inf
   mutable std::mutex mutex_;
   mutable std::vector<float> kept_;  ///< values of its own leaves, or nothing
+  mutable std::shared_ptr<WeighedLeaves> weighed_;
 };
 
 }  // namespace
 
-void share_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadOptions& options,
-                  std::uint64_t memory, const std::string& subject) {
-  ranks->check_same(topology_of(field), "sees another volume");
+void survey_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadOptions& options,
+                   std::uint64_t memory, const std::string& subject) {
+  if (ranks) ranks->check_same(topology_of(field), "sees another volume");
   if (!field.reader) return;
-  const Regions parts = Regions::in_parts(leaf_bricks(field), std::size_t(ranks->count()));
-  const auto leaves =
-      std::make_shared<RankLeaves>(field, ranks, parts.all()[std::size_t(ranks->rank())].bricks);
-  // an atlas on host and GPU has 5.7 KiB for the 2 KiB of a leaf
-  const std::uint64_t needed =
-      4 * leaves->own().size() * 512 * sizeof(float) * std::uint64_t(field.channels);
-  const ValueSurvey found = leaves->survey_own(/*keep=*/memory == 0 || needed <= memory);
+  std::shared_ptr<RankLeaves> leaves;
+  bool keep = false;
+  if (ranks) {
+    const Regions parts = Regions::in_parts(leaf_bricks(field), std::size_t(ranks->count()));
+    leaves =
+        std::make_shared<RankLeaves>(field, ranks, parts.all()[std::size_t(ranks->rank())].bricks);
+    // an atlas on host and GPU has 5.7 KiB for the 2 KiB of a leaf
+    keep = memory == 0 ||
+           4 * leaves->own().size() * 512 * sizeof(float) * std::uint64_t(field.channels) <= memory;
+  } else {
+    leaves = std::make_shared<RankLeaves>(field);
+  }
+  const ValueSurvey found = leaves->survey_own(field, keep);
   ValueSurvey all;
   for (const std::string& bytes :
-       ranks->gather(std::string(reinterpret_cast<const char*>(&found), sizeof found))) {
+       leaves->gather(std::string(reinterpret_cast<const char*>(&found), sizeof found))) {
     ValueSurvey of_rank;
     std::memcpy(&of_rank, bytes.data(), std::min(bytes.size(), sizeof of_rank));
     all = all + of_rank;
   }
   leaves->replace_infinite(take_survey(field, all, options, subject));
   field.reader = leaves;
-  for (const double percent : options.percentiles)
-    field.active_percentiles[percent] = leaves->percentile(percent);
+  const std::vector<double> values = leaves->percentiles(options.percentiles);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    field.active_percentiles[options.percentiles[i]] = values[i];
 }
 
 bool is_shared(const Field& field) {
-  return dynamic_cast<const RankLeaves*>(field.reader.get()) != nullptr;
+  const auto* leaves = dynamic_cast<const RankLeaves*>(field.reader.get());
+  return leaves && leaves->is_shared();
+}
+
+std::shared_ptr<const WeighedLeaves> weighed_leaves(const Field& field) {
+  const auto* leaves = dynamic_cast<const RankLeaves*>(field.reader.get());
+  return leaves ? leaves->weighed() : nullptr;
 }
 
 OwnPart own_part(const std::shared_ptr<const Field>& field) {
   constexpr glm::ivec3 most(1 << 30);  // the outermost parts reach farther than there are voxels
   const auto* leaves = dynamic_cast<const RankLeaves*>(field->reader.get());
-  if (!leaves) return {field, {-most, most}};
+  if (!leaves || !leaves->is_shared()) return {field, {-most, most}};
   Field own = *field;
   own.reader = nullptr;
   own.leaves.clear();

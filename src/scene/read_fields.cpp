@@ -41,7 +41,8 @@ Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::st
       if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
   if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
-  options.in_file = options.unsurveyed = parts.ranks != nullptr;
+  options.in_file = parts.ranks != nullptr;
+  options.unsurveyed = true;  // survey_leaves finds more
   if (options.memory && scene.memory_limit) give_back_freed_memory();
   return file.read(name, options);
 }
@@ -54,11 +55,11 @@ std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& fil
       options_of(scene, data || !part.part.empty() ? GridRole::data : GridRole::attenuation, empty);
   Field field = part.part.empty() ? read_scalar_density(scene, file, name, options, parts)
                                   : part_of_vectors(file.read(part.grid, options), part);
-  if (parts.ranks) {
-    const auto sharing = std::uint64_t(scene.memory_limit ? 1 : parts.ranks->place().local_count);
-    share_leaves(field, parts.ranks, options, grid_memory(scene) / sharing,
-                 scene.input + ": grid '" + field.name + "' ");
-  } else if (field.reader && scene.lod == 0) {
+  const bool alone = !parts.ranks || scene.memory_limit;
+  const auto sharing = std::uint64_t(alone ? 1 : parts.ranks->place().local_count);
+  survey_leaves(field, parts.ranks, options, grid_memory(scene) / sharing,
+                scene.input + ": grid '" + field.name + "' ");
+  if (!parts.ranks && field.reader && scene.lod == 0) {
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }

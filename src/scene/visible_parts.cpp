@@ -1,23 +1,22 @@
 #include "scene/visible_parts.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <glm/common.hpp>
 #include <map>
 #include <span>
-#include <string>
+#include <type_traits>
 #include <vector>
 
 #include "psivox/leaf_values.h"
 #include "scene/exact_sum.h"
+#include "scene/leaf_weights.h"
+#include "scene/rank_leaves.h"
 #include "scene/value_range.h"
 
 namespace psivox {
@@ -54,41 +53,6 @@ class FunctionTable {
   double low_ = 0, scale_ = 0;
   double zero_ = 0;  ///< attenuation of 0, the value of vacuum
   std::vector<double> entries_;
-};
-
-/// Counts voxels by their weight, four bins to a power of two.
-class WeightCounts {
- public:
-  void add(double weight, std::uint64_t voxels) {
-    if (weight > 0)
-      counts_[std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 21] += voxels;
-  }
-  std::span<std::uint64_t> counts() { return counts_; }
-  WeightCounts& operator+=(const WeightCounts& other) {
-    for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
-    return *this;
-  }
-  /// No weight is greater.
-  double most() const {
-    std::size_t end = counts_.size();
-    while (end > 0 && counts_[end - 1] == 0) --end;
-    return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(end) << 21));
-  }
-  /// Lower end of the bin in which lies the weight that a share of the voxels exceeds; 0 if there
-  /// are none.
-  double exceeded_by(double share) const {
-    std::uint64_t all = 0, above = 0;
-    for (const std::uint64_t count : counts_) all += count;
-    for (std::size_t i = counts_.size(); i-- > 0;) {
-      above += counts_[i];
-      if (above > 0 && static_cast<double>(above) >= share * static_cast<double>(all))
-        return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(i) << 21));
-    }
-    return 0;
-  }
-
- private:
-  std::array<std::uint64_t, 1024> counts_{};  // of the positive floats, by their upper 11 bits
 };
 
 VisibleBlock domain_block(const Field& field) {
@@ -156,23 +120,26 @@ class BlockFinder {
   BlockFinder(const Field& field, const Weight& weight) : field_(field), weight_(weight) {}
 
   std::vector<VisibleBlock> find() const {
-    const WeightCounts counts = count_weights();
-    const double greatest = counts.exceeded_by(odd_share);
+    WeighedLeaves found = weighed();
+    sum_found(field_, found.counts.counts());
+    for (const Tile& tile : field_.tiles)
+      found.counts.add(weight_(&tile.value.x), static_cast<std::uint64_t>(std::pow(tile.width, 3)));
+    const double greatest = found.counts.exceeded_by(odd_share);
     std::vector<VisibleBlock> blocks;
     if (!(greatest > 0)) return blocks;
     const double faintest = least_weight * greatest;
     const float vacuum[3] = {0, 0, 0};
     if (weight_(vacuum) >= faintest) return {domain_block(field_)};
-    MergedBlocks merged(field_.leaves.size(), counts.most());
-    visit_own_leaves(field_, [&](std::span<const Leaf> leaves) {
-      std::vector<VisibleBlock> found(leaves.size());
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, found.size(), 64),
-                        [&](const auto& some) {
-                          for (std::size_t n = some.begin(); n != some.end(); ++n)
-                            found[n] = block_of(leaves[n], faintest);
-                        });
-      for (std::size_t n = 0; n < leaves.size(); ++n)
-        if (found[n].amount > 0) merged.add(leaves[n].origin, found[n]);
+    leave_out(faintest, found.leaves);
+    MergedBlocks merged(field_.leaves.size(), found.counts.most());
+    auto next = found.leaves.begin();
+    for_own([&](const Leaf& leaf) {
+      const LeafWeights& weights = *next++;
+      if (double(weights.greatest) < faintest) return;
+      const auto at = [&](const std::array<std::uint8_t, 3>& place) {
+        return leaf.origin + glm::ivec3(place[0], place[1], place[2]);
+      };
+      merged.add(leaf.origin, grown(at(weights.low), at(weights.high), weights.amount));
     });
     blocks = merged.take(field_);
     for (const Tile& tile : field_.tiles) add(tile, faintest, blocks);
@@ -180,26 +147,42 @@ class BlockFinder {
   }
 
  private:
-  WeightCounts count_weights() const {
-    const auto stride = static_cast<std::size_t>(field_.channels);
-    WeightCounts counts;
-    visit_own_leaves(field_, [&](std::span<const Leaf> leaves) {
-      counts += tbb::parallel_reduce(
-          tbb::blocked_range<std::size_t>(0, leaves.size(), 256), WeightCounts(),
-          [&](const auto& range, WeightCounts some) {
-            for (std::size_t n = range.begin(); n != range.end(); ++n) {
-              const OrderedValues values(field_, leaves[n]);
-              for (std::size_t i = 0; i < 512; ++i)
-                some.add(weight_(values.data() + i * stride), 1);
-            }
-            return some;
-          },
-          [](WeightCounts a, const WeightCounts& b) { return a += b; });
+  /// The own leaves; those whose values stay in the file may have been weighed when they were
+  /// surveyed.
+  WeighedLeaves weighed() const {
+    if constexpr (std::is_same_v<Weight, ValueWeight>)
+      if (const auto known = weighed_leaves(field_)) return *known;
+    WeighedLeaves found;
+    visit_own_leaves(field_, [&](std::span<const Leaf> some) { found.add(field_, some, weight_); });
+    return found;
+  }
+
+  template <typename See>
+  void for_own(const See& see) const {
+    for (std::size_t n = 0; n < field_.leaves.size(); ++n)
+      if (!field_.reader || field_.reader->is_own(static_cast<std::uint32_t>(n)))
+        see(field_.leaves[n]);
+  }
+
+  /// Leaves fainter voxels out. Only leaves that have such ones beside others are looked at again.
+  void leave_out(double faintest, std::vector<LeafWeights>& found) const {
+    std::vector<std::size_t> cut;
+    for (std::size_t n = 0; n < found.size(); ++n)
+      if (found[n].is_cut_by(faintest)) cut.push_back(n);
+    if (cut.empty()) return;
+    std::size_t first = 0;
+    const auto look = [&](std::span<const Leaf> leaves) {
+      const bool all = !field_.reader;  // of them
+      const std::size_t count = all ? cut.size() : leaves.size();
+      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
+        const std::size_t n = cut[first + k];
+        found[n] = weigh_leaf(field_, leaves[all ? n : k], weight_, faintest, [](double) {});
+      });
+      first += count;
+    };
+    visit_own_leaves(field_, look, [&, n = std::size_t{0}](const Leaf&) mutable {
+      return found[n++].is_cut_by(faintest);
     });
-    sum_found(field_, counts.counts());
-    for (const Tile& tile : field_.tiles)
-      counts.add(weight_(&tile.value.x), static_cast<std::uint64_t>(std::pow(tile.width, 3)));
-    return counts;
   }
 
   /// Grown by a voxel, inside the domain.
@@ -207,24 +190,6 @@ class BlockFinder {
     const Box domain = field_.domain();
     return {glm::max(glm::dvec3(min - 1), glm::dvec3(domain.min)),
             glm::min(glm::dvec3(max + 1), glm::dvec3(domain.max)), amount};
-  }
-
-  VisibleBlock block_of(const Leaf& leaf, double faintest) const {
-    const Box domain = field_.domain();
-    glm::ivec3 min(std::numeric_limits<int>::max()), max(std::numeric_limits<int>::lowest());
-    double amount = 0;
-    const OrderedValues values(field_, leaf);
-    for (int i = 0; i < 512; ++i) {
-      const double weight = weight_(values.data() + i * field_.channels);
-      if (weight < faintest) continue;
-      const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
-      if (glm::clamp(voxel, domain.min, domain.max) != voxel) continue;
-      amount += weight;
-      min = glm::min(min, voxel);
-      max = glm::max(max, voxel);
-    }
-    if (!(amount > 0)) return {{}, {}, 0};
-    return grown(min, max, amount);
   }
 
   void add(const Tile& tile, double faintest, std::vector<VisibleBlock>& blocks) const {
@@ -256,9 +221,7 @@ void add_density(const Medium& medium, Mode mode, Subject& subject) {
           return static_cast<double>(*value) >= medium.isovalue ? 1.0 : 0.0;
         },
         subject);
-  if (!medium.transfer)
-    return add_grid(
-        field, [](const float* value) { return static_cast<double>(*value); }, subject);
+  if (!medium.transfer) return add_grid(field, ValueWeight(), subject);
   const FunctionTable table(*medium.transfer, field);
   add_grid(
       field, [&](const float* value) { return table(*value); }, subject);

@@ -120,12 +120,11 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
     });
     const float largest = take_survey(field, survey, options, subject);
     leaves->replace_infinite(largest);
-    for (const double percent : options.percentiles)
-      field.active_percentiles[percent] = value_percentile(
-          [&](const auto& take) {
-            each_active(*leaves, summary.channels, smallest, largest, take);
-          },
-          percent);
+    const std::vector<double> values = value_percentiles(
+        [&](const auto& take) { each_active(*leaves, summary.channels, smallest, largest, take); },
+        options.percentiles);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      field.active_percentiles[options.percentiles[i]] = values[i];
   });
   field.leaves.reserve(topology.leaves.size());
   for (const glm::ivec3& origin : topology.leaves) field.leaves.push_back({origin, nullptr});

@@ -1,0 +1,145 @@
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "psivox/leaf_values.h"
+
+// What the voxels of leaves weigh: their attenuation or emission.
+
+namespace psivox {
+
+/// Counts voxels by their weight, four bins to a power of two.
+class WeightCounts {
+ public:
+  void add(double weight, std::uint64_t voxels) {
+    if (weight > 0) counts_[bin_of(weight)] += voxels;
+  }
+  /// What has been counted as infinite has another weight.
+  void replace_infinite(double weight) {
+    const std::uint64_t voxels =
+        std::exchange(counts_[bin_of(std::numeric_limits<double>::infinity())], 0);
+    add(weight, voxels);
+  }
+  std::span<std::uint64_t> counts() { return counts_; }
+  WeightCounts& operator+=(const WeightCounts& other) {
+    for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
+    return *this;
+  }
+  /// No weight is greater.
+  double most() const {
+    std::size_t end = counts_.size();
+    while (end > 0 && counts_[end - 1] == 0) --end;
+    return begin_of(end);
+  }
+  /// Lower end of the bin in which lies the weight that a share of the voxels exceeds; 0 if there
+  /// are none.
+  double exceeded_by(double share) const {
+    std::uint64_t all = 0, above = 0;
+    for (const std::uint64_t count : counts_) all += count;
+    for (std::size_t i = counts_.size(); i-- > 0;) {
+      above += counts_[i];
+      if (above > 0 && static_cast<double>(above) >= share * static_cast<double>(all))
+        return begin_of(i);
+    }
+    return 0;
+  }
+
+ private:
+  static std::size_t bin_of(double weight) {
+    return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 21;
+  }
+  static double begin_of(std::size_t bin) {
+    return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bin) << 21));
+  }
+
+  std::array<std::uint64_t, 1024> counts_{};  // of the positive floats, by their upper 11 bits
+};
+
+/// The voxels of a leaf, inside the domain, that weigh more than 0.
+struct LeafWeights {
+  double amount = 0;                                 ///< sum of their weights
+  float least = 0, greatest = 0;                     ///< bounds of their weights
+  std::array<std::uint8_t, 3> low{7, 7, 7}, high{};  ///< their box, within the leaf
+
+  /// Whether some of them, but not all, may weigh as much as that.
+  bool is_cut_by(double weight) const {
+    return double(greatest) >= weight && double(least) < weight;
+  }
+};
+
+/// `faintest`: what weighs less does not count. `take(weight)` is called for each of the 512
+/// voxels.
+template <typename Weight, typename Take>
+LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weight, double faintest,
+                       const Take& take) {
+  const Box domain = field.domain();
+  const auto inside = [&](const glm::ivec3& voxel) {
+    return glm::clamp(voxel, domain.min, domain.max) == voxel;
+  };
+  const bool all_inside = inside(leaf.origin) && inside(leaf.origin + 7);
+  const OrderedValues values(field, leaf);
+  LeafWeights found;
+  double least = std::numeric_limits<double>::infinity(), greatest = 0;
+  for (int i = 0; i < 512; ++i) {
+    const double w = weight(values.data() + i * field.channels);
+    take(w);
+    if (!(w > 0) || w < faintest) continue;
+    const glm::ivec3 place(i >> 6, (i >> 3) & 7, i & 7);
+    if (!all_inside && !inside(leaf.origin + place)) continue;
+    found.amount += w;
+    least = std::min(least, w);
+    greatest = std::max(greatest, w);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto at = static_cast<std::size_t>(axis);
+      found.low[at] = std::min(found.low[at], static_cast<std::uint8_t>(place[axis]));
+      found.high[at] = std::max(found.high[at], static_cast<std::uint8_t>(place[axis]));
+    }
+  }
+  if (!(greatest > 0)) return {};
+  const float infinity = std::numeric_limits<float>::infinity();
+  found.least = std::isinf(greatest) ? 0 : static_cast<float>(least);  // it will be another value
+  if (double(found.least) > least) found.least = std::nextafter(found.least, 0.0f);
+  found.greatest = static_cast<float>(greatest);
+  if (double(found.greatest) < greatest) found.greatest = std::nextafter(found.greatest, infinity);
+  return found;
+}
+
+/// What is found in some leaves, one after another, and how many voxels weigh how much.
+struct WeighedLeaves {
+  std::vector<LeafWeights> leaves;
+  WeightCounts counts;
+
+  template <typename Weight>
+  void add(const Field& field, std::span<const Leaf> some, const Weight& weight) {
+    const std::size_t first = leaves.size();
+    leaves.resize(first + some.size());
+    counts += tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, some.size(), 64), WeightCounts(),
+        [&](const auto& range, WeightCounts own) {
+          for (std::size_t n = range.begin(); n != range.end(); ++n)
+            leaves[first + n] =
+                weigh_leaf(field, some[n], weight, 0, [&](double w) { own.add(w, 1); });
+          return own;
+        },
+        [](WeightCounts a, const WeightCounts& b) { return a += b; });
+  }
+};
+
+/// The weight of a density without a transfer function.
+struct ValueWeight {
+  double operator()(const float* value) const { return static_cast<double>(*value); }
+};
+
+}  // namespace psivox
