@@ -44,8 +44,8 @@ inline std::vector<double> depths_of(const View& view, const LightDepths& depths
   Beam beam = light_beams(view).front();
   beam.method = method;
   std::vector<double> result(512 * blocks.size());
-  depths(beam, {all, wanted},
-         [&](std::size_t block, std::span<const double> part) {
+  depths({&beam, 1}, {all, wanted},
+         [&](std::size_t, std::size_t block, std::span<const double> part) {
            const auto at = std::find(wanted.begin(), wanted.end(), block) - wanted.begin();
            std::copy(part.begin(), part.end(), result.begin() + 512 * at);
          },

@@ -148,8 +148,8 @@ TEST(LightLattice, WantedBlocksAreThoseOfAll) {
       const std::vector<std::size_t> wanted{first};
       Beam beam = light_beams(view).front();
       beam.method = method;
-      depths(beam, {blocks, wanted},
-             [&](std::size_t block, std::span<const double> own) {
+      depths({&beam, 1}, {blocks, wanted},
+             [&](std::size_t, std::size_t block, std::span<const double> own) {
                EXPECT_EQ(block, first);
                EXPECT_TRUE(
                    std::equal(own.begin(), own.end(), all.begin() + std::ptrdiff_t(512 * block)));

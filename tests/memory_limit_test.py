@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """memory_limit_test.py PSIVOX MAKE_ASSETS: a volume that is several times as large as --memory-limit
 is drawn within the limit + 10 %, by the peak of resident memory that the system reports, and the
-picture is that of the whole."""
+picture is that of the whole; in light, too."""
 import os
 import re
 import subprocess
@@ -45,6 +45,26 @@ with tempfile.TemporaryDirectory() as folder:
     assert whole > 1.3 * limit, "the volume is too small to tell"
     assert parts < 1.1 * limit, parts / limit
     subprocess.run([program, "compare", "whole.exr", "parts.exr", "--max-rms", "1e-6"], check=True)
+
+    # in light the values are in memory, and those of the light as well: 64 MiB each
+    def lit(output, limit):
+        return peak_of(program, "render", "fog.vdb", "-o", output, "--resolution", "160x90",
+                       "--light", "0.3,-1,0.2", "--memory-limit", str(limit))
+
+    _, whole = lit("whole.exr", 4096 * MIB)
+    limit = 320 * MIB
+    said, parts = lit("parts.exr", limit)
+    print(f"peak in light: whole {whole / MIB:.0f} MiB, in parts {parts / MIB:.0f} MiB")
+    assert re.search(r"drawn in \d+ parts", said), said
+    assert whole > 1.3 * limit, "the volume is too small to tell"
+    assert parts < 1.1 * limit, parts / limit
+    # each is within 1e-3 of the exact picture
+    subprocess.run([program, "compare", "whole.exr", "parts.exr", "--max-rms", "2e-3"], check=True)
+
+    child = subprocess.run([program, "render", "fog.vdb", "-o", "a.exr", "--resolution", "32x18",
+                            "--memory-limit", "299M", "--light", "0,-1,0"], capture_output=True,
+                           text=True)
+    assert child.returncode == 6 and "light needs" in child.stderr.splitlines()[-1], child
 
     # what needs all values at once says so
     for options, word in ((["--light", "0,-1,0"], "light"), (["--check-error", "10"], "raise"),

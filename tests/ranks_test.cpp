@@ -109,8 +109,8 @@ BlockDepths depths_of(Marcher& marcher, const View& view, const Beam& beam,
   std::iota(all.begin(), all.end(), std::size_t{0});
   BlockDepths found;
   std::mutex finding;
-  marcher.light_depths(view)(beam, {blocks, all},
-                             [&](std::size_t block, std::span<const double> depths) {
+  marcher.light_depths(view)({&beam, 1}, {blocks, all},
+                             [&](std::size_t, std::size_t block, std::span<const double> depths) {
                                const glm::ivec3& at = blocks[block];
                                const std::lock_guard lock(finding);
                                found[{at.x, at.y, at.z}] = {depths.begin(), depths.end()};

@@ -36,6 +36,8 @@ class Regions {
   static Regions in_parts(std::vector<glm::ivec3> bricks, std::size_t parts);
 
   std::size_t count() const { return count_; }
+  /// All bricks, in some order.
+  const std::vector<glm::ivec3>& bricks() const { return bricks_; }
   /// All regions by their number, the empty ones too.
   std::vector<Region> all() const;
   /// The regions that are not empty, in an order in which no ray meets one before an earlier one.
@@ -56,6 +58,7 @@ class Regions {
   std::vector<Region> ordered(const std::function<bool(const Node&)>& lower_first) const;
 
   Node root_;
+  std::vector<glm::ivec3> bricks_;
   std::size_t count_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "atlas/brick_source.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -10,9 +11,9 @@
 namespace psivox::atlas {
 namespace {
 
+/// `width` is a power of two.
 glm::ivec3 floor_divide(const glm::ivec3& a, int width) {
-  const auto one = [width](int v) { return v >= 0 ? v / width : -((width - 1 - v) / width); };
-  return {one(a.x), one(a.y), one(a.z)};
+  return a >> std::countr_zero(unsigned(width));
 }
 
 }  // namespace
@@ -56,10 +57,12 @@ void BrickSource::check_width(const Field& field) {
 }
 
 Block BrickSource::block(const glm::ivec3& at) const {
-  if (const auto i = leaves_.find(at); i != BlockMap::none)
-    return {values_of(field_, field_.leaves[std::size_t(i)]), {}};
-  if (const auto i = narrow_tiles_.find(at); i != BlockMap::none)
-    return {{}, field_.tiles[std::size_t(i)].value};
+  if (leaves_.size() > 0)
+    if (const auto i = leaves_.find(at); i != BlockMap::none)
+      return {values_of(field_, field_.leaves[std::size_t(i)]), {}};
+  if (narrow_tiles_.size() > 0)
+    if (const auto i = narrow_tiles_.find(at); i != BlockMap::none)
+      return {{}, field_.tiles[std::size_t(i)].value};
   for (const auto& [width, map] : wide_maps_)
     if (const auto i = map.find(floor_divide(at * brick_cells, width)); i != BlockMap::none)
       return {{}, field_.tiles[std::size_t(i)].value};
@@ -68,8 +71,14 @@ Block BrickSource::block(const glm::ivec3& at) const {
 
 BrickSource::Neighbours BrickSource::neighbours(const glm::ivec3& brick) const {
   Neighbours result;
+  // most blocks lie in the wide tile, or beside all, of the one before them along z
+  const bool wide_alone = leaves_.size() == 0 && narrow_tiles_.size() == 0;
+  constexpr int narrowest = 128 / brick_cells;
+  const bool one_along_z = wide_alone && (brick.z & (narrowest - 1)) != narrowest - 1;
   for (int i = 0; i < 8; ++i)
-    result.blocks[i] = block(brick + glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
+    result.blocks[i] = i % 2 == 1 && one_along_z
+                           ? result.blocks[i - 1]
+                           : block(brick + glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
   return result;
 }
 
@@ -77,7 +86,11 @@ void BrickSource::gather(const Neighbours& from, float* values) const {
   const int channels = field_.channels;
   const auto copy = [&](const Block& block, int x, int y, int count, float* to) {
     const float* row = block.row(x & 7, y & 7, count, channels, to);
-    if (row != to) std::memcpy(to, row, std::size_t(count * channels) * sizeof(float));
+    if (row == to) return;
+    if (channels == 1 && count == 8)
+      std::memcpy(to, row, 8 * sizeof(float));  // of a size that the compiler knows
+    else
+      for (int i = 0; i < count * channels; ++i) to[i] = row[i];
   };
   for (int x = 0; x < brick_values; ++x)
     for (int y = 0; y < brick_values; ++y) {

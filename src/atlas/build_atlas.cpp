@@ -79,8 +79,8 @@ ValueRange value_range(const BrickSource::Neighbours& from, int channels) {
 }
 
 /// Finds a brick's kind from its blocks, without copying the values.
-void find_kind(const BrickSource& source, Candidate& candidate) {
-  const BrickSource::Neighbours from = source.neighbours(candidate.brick);
+void find_kind(const BrickSource& source, const BrickSource::Neighbours& from,
+               Candidate& candidate) {
   const int channels = source.channels();
   std::array<float, 24> room;
   const float* corner = from.blocks[0].row(0, 0, 1, channels, room.data());
@@ -117,8 +117,9 @@ void find_kind(const BrickSource& source, Candidate& candidate) {
 /// Finds a brick's kind by options.visible, under which constants of 0 may be visible.
 void find_visible_kind(const BrickSource& source, const BrickSource* companion,
                        const AtlasOptions& options, Candidate& candidate) {
-  find_kind(source, candidate);
-  const ValueRange own = value_range(source.neighbours(candidate.brick), source.channels());
+  const BrickSource::Neighbours from = source.neighbours(candidate.brick);
+  find_kind(source, from, candidate);
+  const ValueRange own = value_range(from, source.channels());
   const ValueRange companions =
       companion ? value_range(companion->neighbours(candidate.brick), 1) : ValueRange{};
   if (!options.visible(own, companions))
@@ -164,7 +165,7 @@ void add_margin(const BrickSource& source, const AtlasOptions& options,
       const auto number = std::size_t(numbers.insert(brick, std::int32_t(candidates.size())));
       if (number == candidates.size()) candidates.push_back({brick});
       if (candidates[number].kind != EntryKind::empty) continue;
-      find_kind(source, candidates[number]);
+      find_kind(source, source.neighbours(brick), candidates[number]);
       if (candidates[number].kind == EntryKind::empty)
         candidates[number].kind = EntryKind::constant;
     }
@@ -227,7 +228,8 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
                           find_visible_kind(plan.source, companion ? &*companion : nullptr, options,
                                             candidates[i]);
                         else
-                          find_kind(plan.source, candidates[i]);
+                          find_kind(plan.source, plan.source.neighbours(candidates[i].brick),
+                                    candidates[i]);
                       }
                     });
 
@@ -401,8 +403,11 @@ void fill(const BrickSource& source, const std::string& grid, BrickAtlas& result
 
 }  // namespace
 
-std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options) {
-  return make_plan(field, options).atlas.places;
+std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options,
+                                        AtlasSize* size) {
+  Plan plan = make_plan(field, options);
+  if (size) *size = plan.atlas.size;
+  return std::move(plan.atlas.places);
 }
 
 AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {

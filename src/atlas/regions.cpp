@@ -55,16 +55,18 @@ Cut cut(std::span<glm::ivec3> bricks, double share) {
 
 Box Regions::everywhere() { return {glm::ivec3(-far_away), glm::ivec3(far_away)}; }
 
-Regions::Regions(std::vector<glm::ivec3> bricks, std::size_t most, const Box& box) {
+Regions::Regions(std::vector<glm::ivec3> bricks, std::size_t most, const Box& box)
+    : bricks_(std::move(bricks)) {
   root_.box = box;
-  split_to_most(root_, bricks, std::max<std::size_t>(most, 1));
+  split_to_most(root_, bricks_, std::max<std::size_t>(most, 1));
 }
 
 Regions Regions::in_parts(std::vector<glm::ivec3> bricks, std::size_t parts) {
   Regions result;
   result.root_.box = everywhere();
+  result.bricks_ = std::move(bricks);
   result.root_.regions = result.count_ = std::max<std::size_t>(parts, 1);
-  result.split_to_parts(result.root_, bricks);
+  result.split_to_parts(result.root_, result.bricks_);
   return result;
 }
 

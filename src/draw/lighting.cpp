@@ -307,6 +307,7 @@ void Lighting::add_sky(const View& view, int count) {
 void Lighting::sum_up(const View& view, const LightDepths& depths, const Progress& progress) {
   std::vector<std::size_t> all(blocks_.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
+  medium_.reset();  // not beside the next
   medium_ = LitLuminance(view, beams_).medium({blocks_, all}, depths, progress);
 }
 

@@ -43,6 +43,11 @@ class Lighting {
   /// The medium in exact light, for comparisons.
   Medium exact_medium(const Camera& camera, const Scene& scene, const MediumAtlas& atlas) const;
 
+  /// Forgets the light, so that it takes no memory beside the next.
+  void forget() { medium_.reset(); }
+
+  /// The medium without its light.
+  const Medium& dark() const { return view_.medium; }
   /// The medium with the light.
   const Medium& medium() const { return *medium_; }
   /// Estimated error of the light in the last picture asked for; 0: exact.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <string>
+#include <utility>
 
 #include "draw/lighting.h"
 #include "march/medium_atlas.h"
@@ -34,12 +35,13 @@ double most_bytes(const Field& field) {
 
 /// What a view's grids take, on host or GPU [bytes].
 struct Needs {
-  double fixed = 0;    ///< however the view is split
-  double texels = 0;   ///< of the density and its gradient, which are split
-  double light = 0;    ///< of the light's texels, which are split, too
-  double on_host = 0;  ///< values that a part reads from the file
-  double bricks = 1;   ///< of the density
-  int margin = 0;      ///< bricks around a part that are stored, too
+  double fixed = 0;                  ///< however the view is split
+  double texels = 0;                 ///< of the density and its gradient, which are split
+  double light = 0;                  ///< of the light's texels, which are split, too
+  double on_host = 0;                ///< values that a part reads from the file
+  double bricks = 1;                 ///< of the density
+  std::vector<glm::ivec3> places{};  ///< of these bricks
+  int margin = 0;                    ///< bricks around a part that are stored, too
   /// On host and GPU, with all of them.
   double whole() const { return 2 * (fixed + texels + light); }
   /// The same with some of the bricks.
@@ -65,12 +67,16 @@ Needs needs_of(const View& view, int light) {
   needs.margin = std::max({ghost.x, ghost.y, ghost.z, int(density_options(view).with_margin)});
   if (medium.density->reader) {
     const double texel_bytes = texel == TexelType::float16 ? 2 : 4;
-    needs.bricks = double(std::max<std::size_t>(leaf_bricks(*medium.density).size(), 1));
+    needs.places = leaf_bricks(*medium.density);
+    needs.bricks = double(std::max<std::size_t>(needs.places.size(), 1));
     needs.texels = needs.bricks * brick_texels * texel_bytes;
     needs.light = light * needs.texels;
     needs.on_host = double(value_bytes(*medium.density));
   } else {
-    const AtlasSize density = size_of(*medium.density, density_options(view), texel);
+    AtlasOptions options = density_options(view);
+    options.texel = texel;
+    AtlasSize density;
+    needs.places = textured_bricks(*medium.density, options, &density);
     needs.bricks = double(std::max<std::uint64_t>(density.textured_bricks, 1));
     needs.texels = double(density.texel_bytes);
     needs.light = light * double(density.texel_bytes);
@@ -86,14 +92,26 @@ Needs needs_of(const View& view, int light) {
   return needs;
 }
 
-/// Memory that is left for atlases beside the fields, or half of it all [bytes].
-double left_beside_fields(const View& view, double limit) {
+/// What the density's field takes on the host [bytes].
+double density_bytes(const View& view) {
   const Field& density = *view.medium.density;
   constexpr double stored_leaf = 32;  // origin, pointer and place
-  const double fields =
-      density.reader ? stored_leaf * double(density.leaves.size()) : double(value_bytes(density));
-  return std::max(limit - fields, limit / 2);
+  const double leaves = stored_leaf * double(density.leaves.size());
+  return leaves + (density.reader ? 0 : double(value_bytes(density)));
 }
+
+/// What the light's field takes on the host, with the places of its blocks in lists of all that are
+/// visible, of leaves and of those still to be computed [bytes].
+double light_bytes(const View& view, int light) {
+  if (light == 0 || view.medium.density->reader) return 0;
+  constexpr double places = 128;
+  const auto blocks = double(visible_blocks(*view.medium.density, density_options(view)).size());
+  return blocks * (512 * sizeof(float) * light + places);
+}
+
+/// Memory that is left for atlases beside fields, or a tenth of it all [bytes]: a limit is kept
+/// within a tenth.
+double left_beside(double fields, double limit) { return std::max(limit - fields, limit / 10); }
 
 /// The most bricks of a region that keeps within the limit [bytes]. Throws Error(memory) if one
 /// brick is too many, or the picture cannot be drawn in parts.
@@ -112,7 +130,11 @@ std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, 
 
 /// Of the light's grid over the density's bricks; 0: no light is to be computed.
 int light_channels(const View& view) {
-  return view.medium.light ? luminance_channels(view.medium, light_beams(view)) : 0;
+  if (!view.medium.light) return 0;
+  std::vector<Beam> beams = light_beams(view);
+  if (const glm::dvec3& sky = view.medium.light->sky; sky != glm::dvec3(0))
+    beams.push_back({{}, sky, {}});
+  return luminance_channels(view.medium, beams);
 }
 
 /// What stays in memory while a rank lights and draws its part: the density's values, if they do
@@ -131,21 +153,31 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
   const Medium& medium = view.medium;
   const bool in_file = medium.density->reader != nullptr;
   const bool must = given_limit || view.scene.memory_limit > 0 || in_file;
-  const double limit =
-      given_limit ? *given_limit : left_beside_fields(view, double(grid_memory(view.scene)));
+  const double all = given_limit ? *given_limit : double(grid_memory(view.scene));
   const int light = light_channels(view);
-  double most = (1 + light) * most_bytes(*medium.density);
+  // a block of light beside each of a leaf's blocks
+  double most =
+      (1 + light) * most_bytes(*medium.density) + 27 * light * double(value_bytes(*medium.density));
   for (const auto& field : {medium.luminance, medium.emission, medium.gradient})
     if (field) most += most_bytes(*field);
+  double limit = given_limit ? all : left_beside(density_bytes(view), all);
   if (!in_file && (limit == 0 || most <= limit)) return {};
 
-  const Needs needs = needs_of(view, light);
+  if (!given_limit) {
+    const double shine = light_bytes(view, light), fields = density_bytes(view) + shine;
+    if (must && shine > 0 && fields > all)
+      throw Error(ExitCode::memory, "grid " + in_quotes(medium.density->name) + ": light needs " +
+                                        mebibytes(std::uint64_t(shine)) + " beside the grid's " +
+                                        mebibytes(std::uint64_t(density_bytes(view))) +
+                                        ", over the limit of " + mebibytes(std::uint64_t(all)) +
+                                        " for grids; raise --memory-limit or leave light out");
+    limit = left_beside(fields, all);
+  }
+  Needs needs = needs_of(view, light);
   if (!in_file && needs.whole() <= limit) return {};
   if (!must && !region_obstacle(view, wish).empty()) return {};
   const std::size_t count = most_bricks(view, wish, needs, limit);
-  return Regions(in_file ? leaf_bricks(*medium.density)
-                         : textured_bricks(*medium.density, density_options(view)),
-                 count);
+  return Regions(std::move(needs.places), count);
 }
 
 Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ivec3> bricks,
@@ -154,7 +186,7 @@ Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ive
   const double all = double(grid_memory(view.scene));
   std::size_t most = bricks.size();
   if (all > 0) {
-    double limit = left_beside_fields(view, limited ? all : all / local_ranks);
+    double limit = left_beside(density_bytes(view), limited ? all : all / local_ranks);
     const int light = light_channels(view);
     Needs needs = needs_of(view, light);
     if (light > 0) {

@@ -166,7 +166,7 @@ std::vector<glm::ivec3> with_below(const LatticeFrame& frame, std::span<const gl
   std::vector<glm::ivec3> all(blocks.begin(), blocks.end());
   for (glm::ivec3 block : blocks) {
     block[frame.axis] -= 8;
-    if (block[frame.axis] + 7 >= frame.density->domain.min[frame.axis]) all.push_back(block);
+    if (block[frame.axis] + 7 >= frame.domain.min[frame.axis]) all.push_back(block);
   }
   const auto before = [](const glm::ivec3& a, const glm::ivec3& b) {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
@@ -181,7 +181,7 @@ std::vector<glm::ivec3> with_below(const LatticeFrame& frame, std::span<const gl
 void RankLattice::depths(const LatticeFrame& frame, const LatticeColumns& columns,
                          const LightBlocks& blocks, const TakeDepths& take,
                          const Progress& progress) {
-  const Box& domain = frame.density->domain;
+  const Box& domain = frame.domain;
   const int slabs =
       (std::max(frame.slice(domain.min[frame.axis]), frame.slice(domain.max[frame.axis])) >> 3) + 1;
   std::vector<Wanted> wanted;

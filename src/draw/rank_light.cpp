@@ -38,20 +38,20 @@ Message depths_towards(const LightDepths& own, const Beam& beam, const Message& 
   std::iota(wanted.begin(), wanted.end(), std::size_t{0});
   Message found;
   std::mutex finding;
-  const TakeDepths take = [&](std::size_t block, std::span<const double> depths) {
+  const TakeLight take = [&](std::size_t, std::size_t block, std::span<const double> depths) {
     if (std::ranges::all_of(depths, [](double depth) { return depth == 0; })) return;
     const std::lock_guard lock(finding);
     found.emplace_back(glm::vec3(0), float(block));
     for (std::size_t i = 0; i < 512; i += 4)
       found.emplace_back(depths[i], depths[i + 1], depths[i + 2], depths[i + 3]);
   };
-  own(beam, {all, wanted}, take, progress);
+  own({&beam, 1}, {all, wanted}, take, progress);
   return found;
 }
 
 }  // namespace
 
-LightDepths joined_depths(Ranks& ranks, LightDepths own) {
+BeamDepths joined_depths(Ranks& ranks, LightDepths own) {
   return [&ranks, own = std::move(own)](const Beam& beam, const LightBlocks& blocks,
                                         const TakeDepths& take, const Progress& progress) {
     const int count = ranks.count(), rank = ranks.rank();

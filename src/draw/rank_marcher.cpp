@@ -44,14 +44,14 @@ RankMarcher::RankMarcher(Marcher& marcher, Ranks& ranks, const Regions& parts, c
 }
 
 LightDepths RankMarcher::light_depths(const View& view) {
-  return [this, &view, by_rays = joined_depths(ranks_, own_.light_depths(view))](
-             const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
-             const Progress& progress) {
+  return one_by_one([this, &view, by_rays = joined_depths(ranks_, own_.light_depths(view))](
+                        const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+                        const Progress& progress) {
     if (beam.method.spacing == 0)
       by_rays(beam, blocks, take, progress);
     else
       lattice(view, beam, blocks, take, progress);
-  };
+  });
 }
 
 void RankMarcher::lattice(const View& view, const Beam& beam, const LightBlocks& blocks,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/matrix.hpp>
 
+#include "draw/region_lattice.h"
 #include "draw/trial_method.h"
 #include "march/light_lattice.h"
 #include "march/march_double.h"
@@ -54,36 +55,98 @@ std::vector<std::size_t> behind(const Box& region, const LightBlocks& blocks,
 }  // namespace
 
 LightDepths RegionMarcher::light_depths(const View& view) {
-  return [this, &view](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
-                       const Progress& progress) {
-    std::vector<double> sums(512 * blocks.wanted.size());
-    std::vector<std::size_t> rows(blocks.all.size());
-    for (std::size_t i = 0; i < blocks.wanted.size(); ++i) rows[blocks.wanted[i]] = 512 * i;
-    const TakeDepths add = [&](std::size_t block, std::span<const double> depths) {
-      double* sum = sums.data() + rows[block];
-      for (std::size_t i = 0; i < depths.size(); ++i) sum[i] += depths[i];
+  return [this, &view](std::span<const Beam> beams, const LightBlocks& blocks,
+                       const TakeLight& take, const Progress& progress) {
+    give_back_freed_memory();
+    std::vector<Beam> rays, lattices;
+    std::vector<std::size_t> of_rays, of_lattices;  // their numbers
+    for (std::size_t b = 0; b < beams.size(); ++b) {
+      const bool exact = beams[b].method.spacing == 0;
+      (exact ? rays : lattices).push_back(beams[b]);
+      (exact ? of_rays : of_lattices).push_back(b);
+    }
+    const double share = double(rays.size()) / double(beams.size());
+    const auto numbered = [&take](const std::vector<std::size_t>& numbers) -> TakeLight {
+      return [&](std::size_t beam, std::size_t block, std::span<const double> depths) {
+        take(numbers[beam], block, depths);
+      };
     };
-    const std::vector<Region> regions = regions_.all();
+    if (!rays.empty())
+      by_rays(view, rays, blocks, numbered(of_rays), [&](double done) {
+        if (progress) progress(share * done);
+      });
+    if (!lattices.empty())
+      by_lattices(view, lattices, blocks, numbered(of_lattices), [&](double done) {
+        if (progress) progress(share + (1 - share) * done);
+      });
+  };
+}
+
+std::size_t RegionMarcher::most_bricks() const {
+  std::size_t most = 1;
+  for (const Region& region : regions_.all()) most = std::max(most, region.count);
+  return most;
+}
+
+void RegionMarcher::by_lattices(const View& view, std::span<const Beam> beams,
+                                const LightBlocks& blocks, const TakeLight& take,
+                                const Progress& progress) {
+  const std::vector<glm::ivec3>& bricks = regions_.bricks();
+  // a layer is as large as a region, if they are one
+  const std::size_t most = regions_.count() == 1 ? bricks.size() : most_bricks();
+  // the picture stores light beside each texel, on host and GPU; while light is computed, lattices
+  // have one of the two
+  const double bytes = double(most * brick_texels * sizeof(float));
+  RegionLattice(marcher_, view, bricks, most, bytes, [&](const Box& box) {
+    upload_dark(view, box);
+  }).depths(beams, blocks, take, progress);
+}
+
+void RegionMarcher::by_rays(const View& view, std::span<const Beam> beams,
+                            const LightBlocks& blocks, const TakeLight& take,
+                            const Progress& progress) {
+  const std::vector<Region> regions = regions_.all();
+  // sums of depths take no more than a region's texels
+  const std::size_t at_once = std::max<std::size_t>(most_bricks(), 256);
+  std::vector<std::size_t> rows(blocks.all.size());
+  std::vector<double> sums;
+  double done = 0;
+  for (const Beam& beam : beams) {
     const glm::dvec3 towards =
         glm::inverse(glm::dmat3(view.medium.density->world_from_index)) * -beam.direction;
-    for (std::size_t i = 0; i < regions.size(); ++i) {
-      const std::vector<std::size_t> wanted = behind(regions[i].bricks, blocks, towards);
-      if (wanted.empty()) continue;
-      upload_dark(view, regions[i]);
-      Progress part;
-      if (progress)
-        part = [&](double fraction) { progress((double(i) + fraction) / double(regions.size())); };
-      marcher_.light_depths(view)(beam, {blocks.all, wanted}, add, part);
+    for (std::size_t first = 0; first < blocks.wanted.size(); first += at_once) {
+      const LightBlocks some{
+          blocks.all,
+          blocks.wanted.subspan(first, std::min(at_once, blocks.wanted.size() - first))};
+      sums.assign(512 * some.wanted.size(), 0.0);
+      for (std::size_t i = 0; i < some.wanted.size(); ++i) rows[some.wanted[i]] = 512 * i;
+      const TakeLight add = [&](std::size_t, std::size_t block, std::span<const double> depths) {
+        double* sum = sums.data() + rows[block];
+        for (std::size_t i = 0; i < depths.size(); ++i) sum[i] += depths[i];
+      };
+      const double share =
+          double(some.wanted.size()) / double(blocks.wanted.size() * beams.size() * regions.size());
+      for (const Region& region : regions) {
+        const std::vector<std::size_t> behind_it = behind(region.bricks, some, towards);
+        if (!behind_it.empty()) {
+          upload_dark(view, region.bricks);
+          marcher_.light_depths(view)({&beam, 1}, {blocks.all, behind_it}, add, [&](double part) {
+            if (progress) progress(done + share * part);
+          });
+        }
+        done += share;
+      }
+      const auto number = std::size_t(&beam - beams.data());
+      for (const std::size_t block : some.wanted)
+        take(number, block, std::span<const double>(sums).subspan(rows[block], 512));
     }
-    for (const std::size_t block : blocks.wanted)
-      take(block, std::span<const double>(sums).subspan(rows[block], 512));
-  };
+  }
 }
 
 void RegionMarcher::with_lattice_of(std::size_t region, const View& view, const Beam& beam,
                                     const UseLattice& use) {
   if (region < regions()) {
-    upload_dark(view, regions_.all()[region]);
+    upload_dark(view, regions_.all()[region].bricks);
     return marcher_.with_lattice(view, beam, use);
   }
   const MediumAtlas nothing = build_region_atlas(view, {}, {}, 0.0);
@@ -97,31 +160,40 @@ std::vector<double> RegionMarcher::exact_depths(const View& view, const Beam& be
                                                 std::span<const glm::ivec3> voxels) {
   std::vector<double> sums(voxels.size());
   for (const Region& region : regions_.all()) {
-    upload_dark(view, region);
+    upload_dark(view, region.bricks);
     const std::vector<double> depths = march_double_light_depths(view, dark_, beam, voxels);
     for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += depths[i];
   }
   return sums;
 }
 
-void RegionMarcher::upload_dark(const View& view, const Region& region) {
-  if (only_is_uploaded_) return;
+void RegionMarcher::upload_dark(const View& view, const Box& bricks) {
+  if (uploaded_ == bricks) return;
+  uploaded_.reset();
+  dark_ = {};  // not beside the next
   marcher_.holds = 0;
-  dark_ = build_region_atlas(view, region.bricks, {}, greatest_value(view.medium));
+  View dark = view;
+  dark.medium.luminance.reset();
+  dark_ = build_region_atlas(dark, bricks, {}, greatest_of(view));
   marcher_.upload(dark_, Filter::exact);
-  only_is_uploaded_ = regions_.count() == 1;
+  uploaded_ = bricks;
+}
+
+double RegionMarcher::greatest_of(const View& view) {
+  if (!greatest_) greatest_ = density_range(view.medium).y;
+  return *greatest_;
 }
 
 CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options,
                                   const PixelBox& pixels, RenderStats& stats) {
   give_back_freed_memory();
   dark_ = {};
-  only_is_uploaded_ = false;
+  uploaded_.reset();
   View one = view.scene.tolerance ? with_method(view, exact_method(view)) : view;
   one.scene.pixel_samples = 1;
   const int samples = view.scene.pixel_samples;
   const glm::ivec3 ghost = region_ghost(one);
-  const double greatest = greatest_value(view.medium);
+  const double greatest = greatest_of(view);
   const auto regions = regions_.front_to_back(view.camera, view.medium.density->world_from_index);
   RenderOptions part = options;
   part.transmittance = false;  // it is in the picture

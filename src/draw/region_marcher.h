@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "draw/carried_light.h"
@@ -37,13 +39,23 @@ class RegionMarcher final : public Marcher {
                      RenderStats& stats);
 
  private:
-  /// Uploads a region for light. The only region stays uploaded from light to light.
-  void upload_dark(const View& view, const Region& region);
+  /// Those of rays through all regions; and by lattices.
+  void by_rays(const View& view, std::span<const Beam> beams, const LightBlocks& blocks,
+               const TakeLight& take, const Progress& progress);
+  void by_lattices(const View& view, std::span<const Beam> beams, const LightBlocks& blocks,
+                   const TakeLight& take, const Progress& progress);
+  /// Of a region.
+  std::size_t most_bricks() const;
+  /// Uploads a box of bricks for light, if it is not uploaded.
+  void upload_dark(const View& view, const Box& bricks);
+  /// The density's greatest value.
+  double greatest_of(const View& view);
 
   Marcher& marcher_;
   const Regions& regions_;
-  MediumAtlas dark_;  ///< of the region uploaded last
-  bool only_is_uploaded_ = false;
+  MediumAtlas dark_;             ///< of the bricks uploaded last for light
+  std::optional<Box> uploaded_;  ///< these bricks
+  std::optional<double> greatest_;
 };
 
 }  // namespace psivox

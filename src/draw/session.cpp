@@ -155,6 +155,9 @@ void Session::Impl::light(Marcher& marcher, const View& wanted, LightNeed need,
       Scene exact = view.scene;
       exact.filter = Filter::exact;
       upload(marcher, exact, times);
+    } else {  // the light that is there may be half of what the memory holds
+      view.medium = lighting->dark();
+      lighting->forget();
     }
     lighting->compute(marcher, wanted.camera, wanted.scene, dark, need,
                       of_stage(progress, Stage::lighting));
@@ -192,7 +195,8 @@ void Session::Impl::upload(Marcher& marcher, const Scene& scene, PreparationTime
 }
 
 void Session::Impl::prepare(Marcher& marcher, const Wish& wish, PreparationTimes& times) {
-  const View wanted = viewed(wish);
+  View wanted = viewed(wish);
+  wanted.medium = unlit;  // keeps no light that is to be replaced
   light(marcher, wanted, light_need(marcher, wanted.scene, wish), wish.progress, times);
   if (!marcher.marches()) return;
   enter(wish.progress, Stage::uploading);
@@ -341,8 +345,9 @@ void Session::Impl::hold(const Box& bricks) {
   if (held == bricks) return;
   view.medium = unlit;
   const bool margin = density_options(view).with_margin;
-  view.medium.density =
-      std::make_shared<const Field>(field_of_bricks(*unlit.density, bricks, margin));
+  Field part = field_of_bricks(*unlit.density, bricks, margin);
+  part.stored_range = glm::vec2(density_range(unlit));
+  view.medium.density = std::make_shared<const Field>(std::move(part));
   lighting.emplace(view, bricks);
   held = bricks;
 }

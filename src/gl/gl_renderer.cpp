@@ -79,8 +79,8 @@ LightDepths GlRenderer::light_depths(const View& view) {
   Impl& impl = *impl_;
   const gl::GridTextures& textures =
       impl.uploaded(Filter::exact, "light needs an upload for exact filtering");
-  return [&, this](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
-                   const Progress& progress) {
+  return one_by_one([&, this](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+                              const Progress& progress) {
     if (beam.method.spacing > 0)
       return with_lattice(view, beam,
                           [&](const LatticeFrame& frame, const LatticeColumns& columns) {
@@ -91,7 +91,7 @@ LightDepths GlRenderer::light_depths(const View& view) {
     const gl::MarchProgram& program = impl.program(textures.key(setup), "light.frag");
     gl::LightPass(setup, textures, program).depths(blocks, take, progress);
     impl.context.check("lighting");
-  };
+  });
 }
 
 void GlRenderer::with_lattice(const View& view, const Beam& beam, const UseLattice& use) {

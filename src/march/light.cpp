@@ -219,10 +219,10 @@ struct LitLuminance::Impl {
     return own_color == glm::dvec3(0) ? glm::dvec3(0) : own_color * glow.at(voxel);
   }
 
-  /// Adds a beam to a block's values, which the first beam sets. A depth below 0 is a lattice's.
-  void add(std::size_t b, const glm::ivec3& origin, std::span<const double> depths,
+  /// Adds a beam to a block's values, which the first that comes sets. A depth below 0 is a
+  /// lattice's.
+  void add(const Beam& beam, bool first, const glm::ivec3& origin, std::span<const double> depths,
            float* to) const {
-    const Beam& beam = beams[b];
     const bool phases = g != 0 && !by_ray;
     const auto voxel = [&](int i) { return origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7); };
     if (common) {
@@ -231,11 +231,11 @@ struct LitLuminance::Impl {
       for (int i = 0; i < 512; ++i) {
         const float T = ratio * std::exp(-std::max(float(depths[std::size_t(i)]), 0.0f));
         const float L = phases ? float(double(T) * phase(beam, voxel(i))) : T;
-        to[i] = b == 0 ? L : to[i] + L;
+        to[i] = first ? L : to[i] + L;
       }
       return;
     }
-    const bool tinted = medium.light->tinted, glows = b == 0 && own_color != glm::dvec3(0);
+    const bool tinted = medium.light->tinted, glows = first && own_color != glm::dvec3(0);
     std::array<glm::dvec3, 512> glow_of;
     glow_of.fill(glm::dvec3(1));
     if (tinted || glows) glow.block(origin, glow_of);
@@ -245,7 +245,7 @@ struct LitLuminance::Impl {
       if (phases) L *= phase(beam, voxel(i));
       if (tinted) L *= own_glow;
       if (glows) L += own_color * own_glow;
-      if (b > 0) L += glm::dvec3(to[0], to[1], to[2]);
+      if (!first) L += glm::dvec3(to[0], to[1], to[2]);
       for (int c = 0; c < 3; ++c) to[c] = float(L[c]);
     }
   }
@@ -291,15 +291,14 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
   for (std::size_t i = 0; i < blocks.wanted.size(); ++i)
     places[blocks.wanted[i]] = values.get() + i * stride;
 
-  for (std::size_t b = 0; b < impl.beams.size(); ++b) {
-    const auto take = [&](std::size_t block, std::span<const double> part) {
-      impl.add(b, blocks.all[block], part, places[block]);
-    };
-    const double beams = double(impl.beams.size());
-    depths(impl.beams[b], blocks, take, [&](double done) {
-      if (progress) progress((double(b) + done) / beams);
-    });
-  }
+  std::vector<std::uint8_t> begun(blocks.all.size());
+  depths(
+      impl.beams, blocks,
+      [&](std::size_t beam, std::size_t block, std::span<const double> part) {
+        impl.add(impl.beams[beam], !begun[block], blocks.all[block], part, places[block]);
+        begun[block] = 1;
+      },
+      progress);
 
   Medium medium = impl.medium;
   medium.luminance =
@@ -315,6 +314,19 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
   medium.light.reset();
   medium.lit = true;
   return medium;
+}
+
+LightDepths one_by_one(BeamDepths depths) {
+  return [depths = std::move(depths)](std::span<const Beam> beams, const LightBlocks& blocks,
+                                      const TakeLight& take, const Progress& progress) {
+    for (std::size_t b = 0; b < beams.size(); ++b)
+      depths(
+          beams[b], blocks,
+          [&](std::size_t block, std::span<const double> part) { take(b, block, part); },
+          [&](double done) {
+            if (progress) progress((double(b) + done) / double(beams.size()));
+          });
+  };
 }
 
 void in_batches(const LightBlocks& blocks, const Progress& progress,

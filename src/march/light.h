@@ -53,8 +53,20 @@ using TakeDepths = std::function<void(std::size_t block, std::span<const double>
 /// Finds optical depths of a view's medium from voxels to where light of that direction comes in.
 /// They are those of trilinear data, whatever the view's rule; where the transfer function has a
 /// gradient, those of the view's segments, but for the reference's.
-using LightDepths = std::function<void(const Beam& beam, const LightBlocks& blocks,
-                                       const TakeDepths& take, const Progress& progress)>;
+using BeamDepths = std::function<void(const Beam& beam, const LightBlocks& blocks,
+                                      const TakeDepths& take, const Progress& progress)>;
+
+/// Takes a block's depths towards one of several beams, by its number. Several threads may call it
+/// at once, for different blocks.
+using TakeLight =
+    std::function<void(std::size_t beam, std::size_t block, std::span<const double> depths)>;
+
+/// The same for several beams. A block's come in any order of the beams.
+using LightDepths = std::function<void(std::span<const Beam> beams, const LightBlocks& blocks,
+                                       const TakeLight& take, const Progress& progress)>;
+
+/// Those of one beam after another.
+LightDepths one_by_one(BeamDepths depths);
 
 /// Where the lattice of a light lies (light_lattice.h).
 struct LatticeFrame;

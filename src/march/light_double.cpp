@@ -58,13 +58,13 @@ void DoubleMarcher::with_lattice(const View& view, const Beam& beam, const UseLa
 }
 
 LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas) {
-  return [&](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
-             const Progress& progress) {
+  return one_by_one([&](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+                        const Progress& progress) {
     if (beam.method.spacing == 0) return exact_depths(view, atlas, beam, blocks, take, progress);
     const LatticeFrame frame(view, atlas, beam);
     const MarchSetup setup = lattice_setup(view, atlas, beam, frame);
     lattice_depths(frame, blocks, columns_of(setup, atlas), take, progress);
-  };
+  });
 }
 
 std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,

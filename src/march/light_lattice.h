@@ -27,6 +27,7 @@ inline constexpr int lattice_depths_of_brick = lattice_columns * lattice_columns
 /// All of it is affine in index space: any transform of the density will do.
 struct LatticeFrame {
   const BrickAtlas* density;  ///< that the light shines on; must outlive the frame
+  Box domain;                 ///< of the density
   int axis = 2, axis_u = 0, axis_v = 1;
   int side = 1;   ///< 1: the light comes from large coordinates along `axis`, -1: from small ones
   int first = 0;  ///< coordinate of slice 0, such that blocks of 8 voxels are 8 k to 8 k + 7
@@ -46,6 +47,9 @@ struct LatticeFrame {
     return (voxel - origin + double(slice) * shear) / spacing;
   }
   glm::ivec2 across(const glm::ivec3& voxel) const { return {voxel[axis_u], voxel[axis_v]}; }
+
+  /// Makes a region, a box of bricks, the part.
+  void set_part(const Box& bricks);
 
   /// Whether the columns of a brick, from the slice before its first on, may meet the part.
   bool meets_part(const LatticeBrick& brick) const;

@@ -178,9 +178,7 @@ Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin) {
   // the outermost regions reach farther than there are voxels
   const glm::ivec3 min = glm::max(bricks.min, -most_bricks);
   const glm::ivec3 max = glm::min(bricks.max, most_bricks);
-  Field part = part_of_field(field, {8 * min - (with_margin ? 8 : 0), 8 * max + 15});
-  part.stored_range = glm::vec2(stored_range(field));
-  return part;
+  return part_of_field(field, {8 * min - (with_margin ? 8 : 0), 8 * max + 15});
 }
 
 MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost,
@@ -197,10 +195,11 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   };
   MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}};
   result.part = region;
-  result.greatest = greatest ? *greatest : greatest_value(medium);
+  result.greatest = greatest ? *greatest : density_range(medium).y;
   result.paired = medium.lit && result.density.own_texels;
   if (result.paired) {
-    result.luminance = build_beside(*medium.luminance, result.density, {.texel = view.scene.texel});
+    result.luminance = build_beside(field_of_bricks(*medium.luminance, stored, false),
+                                    result.density, {.texel = view.scene.texel});
   } else if (medium.luminance) {
     // a value on a region's face may be looked up in the brick beyond it
     std::optional<Box> grown;
@@ -213,7 +212,7 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   return result;
 }
 
-double greatest_value(const Medium& medium) { return stored_range(*medium.density).y; }
+glm::dvec2 density_range(const Medium& medium) { return stored_range(*medium.density); }
 
 void add_luminance(MediumAtlas& atlas, const View& view) {
   Builder builder(view);

@@ -43,12 +43,13 @@ glm::ivec3 region_ghost(const View& view);
 MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {},
                                std::optional<double> greatest = {});
 
-/// A field with the leaves alone that an atlas of some bricks reads, in memory. Its domain and
-/// range stay those of the whole.
+/// A field with the leaves alone that an atlas of some bricks reads, in memory. Its domain stays
+/// that of the whole.
 Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin);
 
-/// The greatest value of a medium's density, for build_region_atlas.
-double greatest_value(const Medium& medium);
+/// The least and the greatest value of a medium's density; build_region_atlas asks for the
+/// greatest.
+glm::dvec2 density_range(const Medium& medium);
 
 /// Adds the luminance of a view whose light has been computed since.
 void add_luminance(MediumAtlas& atlas, const View& view);

@@ -29,8 +29,8 @@ class VoxelDepths {
 }  // namespace
 
 LightDepths reference_light_depths(const View& view) {
-  return [&view](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
-                 const Progress& progress) {
+  return one_by_one([&view](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+                            const Progress& progress) {
     VoxelDepths depth(view, beam);
     in_batches(blocks, progress, [&](std::span<const std::size_t> some) {
       tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
@@ -41,7 +41,7 @@ LightDepths reference_light_depths(const View& view) {
         take(some[k], depths);
       });
     });
-  };
+  });
 }
 
 std::vector<double> reference_light_depths(const View& view, const Beam& beam,

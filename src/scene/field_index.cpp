@@ -1,6 +1,7 @@
 #include "scene/field_index.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -21,16 +22,29 @@ std::size_t VoxelHash::operator()(const glm::ivec3& v) const {
   return static_cast<std::size_t>(h ^ (h >> 32));
 }
 
+std::size_t FieldIndex::slot_of(const glm::ivec3& origin) const {
+  std::size_t slot = VoxelHash()(origin) & (slots_.size() - 1);
+  while (slots_[slot] != 0 && field_->leaves[slots_[slot] - 1].origin != origin)
+    slot = (slot + 1) & (slots_.size() - 1);
+  return slot;
+}
+
+const Leaf* FieldIndex::leaf(const glm::ivec3& origin) const {
+  const std::uint32_t number = slots_[slot_of(origin)];
+  return number == 0 ? nullptr : &field_->leaves[number - 1];
+}
+
 FieldIndex::FieldIndex(const Field& field) : field_(&field) {
   check_in_memory(field);
-  leaves_.reserve(field.leaves.size());
+  slots_.resize(std::bit_ceil(2 * field.leaves.size() + 1));
   const auto occupy = [&](const glm::ivec3& origin, int width) {
     for (std::size_t level = 0; level < 2; ++level)
       if (widths[level] > width) occupied_[level].insert(origin_of(origin, widths[level]));
   };
-  for (const Leaf& leaf : field.leaves) {
-    leaves_.emplace(leaf.origin, &leaf);
-    occupy(leaf.origin, 8);
+  for (std::size_t n = 0; n < field.leaves.size(); ++n) {
+    const glm::ivec3& origin = field.leaves[n].origin;
+    slots_[slot_of(origin)] = static_cast<std::uint32_t>(n + 1);
+    occupy(origin, 8);
   }
   for (const Tile& tile : field.tiles) {
     for (std::size_t level = 0; level < widths.size(); ++level)
@@ -40,8 +54,7 @@ FieldIndex::FieldIndex(const Field& field) : field_(&field) {
 }
 
 FieldIndex::Block FieldIndex::block(const glm::ivec3& origin) const {
-  const auto leaf = leaves_.find(origin);
-  if (leaf != leaves_.end()) return {values_of(*field_, *leaf->second), 0};
+  if (const Leaf* found = leaf(origin)) return {values_of(*field_, *found), 0};
   for (std::size_t level = 0; level < widths.size(); ++level) {
     const auto tile = tiles_[level].find(origin_of(origin, widths[level]));
     if (tile != tiles_[level].end()) return {{}, tile->second.x};
@@ -50,9 +63,8 @@ FieldIndex::Block FieldIndex::block(const glm::ivec3& origin) const {
 }
 
 glm::dvec3 FieldIndex::at(const glm::ivec3& voxel) const {
-  const auto leaf = leaves_.find(origin_of(voxel, 8));
-  if (leaf != leaves_.end()) {
-    const LeafValues values = values_of(*field_, *leaf->second);
+  if (const Leaf* found = leaf(origin_of(voxel, 8))) {
+    const LeafValues values = values_of(*field_, *found);
     const float* from = values.at(voxel & 7);
     glm::dvec3 value(0);
     for (int c = 0; c < field_->channels; ++c)
@@ -90,7 +102,7 @@ bool FieldIndex::holds_any(int level, const glm::ivec3& origin) const {
 
 bool FieldIndex::is_one(int level, const glm::ivec3& origin) const {
   if (tiles_[static_cast<std::size_t>(level)].contains(origin)) return true;
-  return widths[static_cast<std::size_t>(level)] == 8 && leaves_.contains(origin);
+  return widths[static_cast<std::size_t>(level)] == 8 && leaf(origin) != nullptr;
 }
 
 std::size_t FieldIndex::empty_steps(const glm::dvec3& point, const glm::dvec3& step) const {

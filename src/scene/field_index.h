@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 #include <unordered_map>
 #include <unordered_set>
+#include <vector>
 
 #include "psivox/field.h"
 #include "psivox/leaf_values.h"
@@ -64,8 +65,14 @@ class FieldIndex {
   bool stores(const glm::ivec3& voxel) const;
 
  private:
+  /// Slot of the leaf at `origin`, or a free one.
+  std::size_t slot_of(const glm::ivec3& origin) const;
+  /// Null if there is none.
+  const Leaf* leaf(const glm::ivec3& origin) const;
+
   const Field* field_;
-  std::unordered_map<glm::ivec3, const Leaf*, VoxelHash> leaves_;              ///< by origin
+  std::vector<std::uint32_t>
+      slots_;  ///< of leaves by the hashes of their origins: number + 1, or 0
   std::array<std::unordered_map<glm::ivec3, glm::vec3, VoxelHash>, 3> tiles_;  ///< by origin
   std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;  ///< for the two wider ones
 };

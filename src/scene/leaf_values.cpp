@@ -48,7 +48,10 @@ void copy_values(const LeafValues& from, int channels, float* to) {
     for (int y = 0; y < 8; ++y, to += row) {
       const float* value = from.at({x, y, 0});
       if (together) {
-        std::memcpy(to, value, row * sizeof(float));
+        if (row == 8)
+          std::memcpy(to, value, 8 * sizeof(float));  // of a size that the compiler knows
+        else
+          std::memcpy(to, value, row * sizeof(float));
         continue;
       }
       for (int z = 0; z < 8; ++z, value += strides.z)

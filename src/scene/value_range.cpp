@@ -1,5 +1,8 @@
 #include "scene/value_range.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -37,13 +40,20 @@ void for_active(const Field& field, const Take& take) {
 
 glm::dvec2 stored_range(const Field& field) {
   if (field.stored_range) return glm::dvec2(*field.stored_range);
-  glm::dvec2 range(0);
-  for (const Leaf& leaf : field.leaves) {
-    const OrderedValues values(field, leaf);
-    const auto [low, high] = std::minmax_element(values.data(), values.data() + 512);
-    include(range, *low);
-    include(range, *high);
-  }
+  glm::dvec2 range = tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, field.leaves.size(), 256), glm::dvec2(0),
+      [&](const auto& some, glm::dvec2 found) {
+        for (std::size_t n = some.begin(); n != some.end(); ++n) {
+          const OrderedValues values(field, field.leaves[n]);
+          const auto [low, high] = std::minmax_element(values.data(), values.data() + 512);
+          include(found, *low);
+          include(found, *high);
+        }
+        return found;
+      },
+      [](const glm::dvec2& a, const glm::dvec2& b) {
+        return glm::dvec2(std::min(a.x, b.x), std::max(a.y, b.y));
+      });
   for (const Tile& tile : field.tiles) include(range, tile.value.x);
   return range;
 }

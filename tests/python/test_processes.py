@@ -36,6 +36,19 @@ def resident_mib():
         return int(file.read().split()[1]) * resource.getpagesize() / 2**20
 
 
+def test_the_limit_of_memory_is_kept_in_light():
+    """128 MiB of values that all differ, as many of their light, and an atlas in parts beside them."""
+    limit = 480 << 20
+    drawn = subprocess.run([sys.executable, "-c", f"""
+import numpy as np, psivox, resource
+values = np.random.default_rng(1).random((320, 320, 320), dtype="f4")
+picture = psivox.render(values, resolution=(64, 36), light=(0.3, -1, 0.2), memory_limit={limit})
+assert any("parts" in line for line in picture.notices), picture.notices
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+"""], check=True, capture_output=True, text=True)
+    assert int(drawn.stdout) < 1.1 * limit
+
+
 def test_many_pictures_leak_nothing():
     """Memory and OpenGL objects: the last 700 of 1,000 pictures need none."""
     values = np.random.RandomState(1).rand(16, 16, 16).astype("f4")

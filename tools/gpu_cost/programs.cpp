@@ -75,15 +75,17 @@ class Recorder : public Marcher {
 
   LightDepths light_depths(const View& view) override {
     return [this, &view, depths = march_double_light_depths(view, *atlas_)](
-               const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+               std::span<const Beam> beams, const LightBlocks& blocks, const TakeLight& take,
                const Progress& progress) {
-      if (beam.method.spacing == 0) {
-        add(make_march_setup(light_march(view, beam), *atlas_), "light.frag");
-      } else {
-        const LatticeFrame frame(view, *atlas_, beam);
-        add(lattice_setup(view, *atlas_, beam, frame), "light_lattice.frag");
+      for (const Beam& beam : beams) {
+        if (beam.method.spacing == 0) {
+          add(make_march_setup(light_march(view, beam), *atlas_), "light.frag");
+        } else {
+          const LatticeFrame frame(view, *atlas_, beam);
+          add(lattice_setup(view, *atlas_, beam, frame), "light_lattice.frag");
+        }
       }
-      depths(beam, blocks, take, progress);
+      depths(beams, blocks, take, progress);
     };
   }
 

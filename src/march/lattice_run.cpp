@@ -1,0 +1,499 @@
+#include "march/lattice_run.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <optional>
+#include <unordered_map>
+
+namespace psivox {
+namespace lattice {
+
+/// Columns whose depths a voxel's is interpolated from, along each axis: a cubic through the four
+/// (Catmull and Rom 1974), the voxel between the middle two.
+constexpr int taps = 4;
+/// Bricks that are asked for at once.
+constexpr std::size_t bricks_at_once = 4096;
+/// A tile is four bricks, 8 x 8 columns: as wide as blocks of voxels.
+constexpr int tile_columns = 64, tile_depths = 512;
+static_assert(tile_columns == 4 * lattice_columns * lattice_columns);
+
+struct ColumnHash {
+  std::size_t operator()(const glm::ivec2& v) const {
+    const std::uint64_t key =
+        std::uint64_t(std::uint32_t(v.x)) << 32 | std::uint64_t(std::uint32_t(v.y));
+    return std::size_t((key * 0x9E3779B97F4A7C15ull) >> 17);
+  }
+};
+
+/// First of the taps along one axis, and their weights.
+struct Tap {
+  int first = 0;
+  std::array<double, taps> weights{};
+
+  Tap() = default;
+  explicit Tap(double at) {
+    const double below = std::floor(at);
+    const double f = at - below, f2 = f * f, f3 = f2 * f;
+    first = int(below) - 1;
+    weights = {-0.5 * f + f2 - 0.5 * f3, 1 - 2.5 * f2 + 1.5 * f3, 0.5 * f + 2 * f2 - 1.5 * f3,
+               -0.5 * f2 + 0.5 * f3};
+  }
+};
+
+/// Of tiles or bricks across the light, both ends inclusive, in their numbers.
+struct TileRange {
+  glm::ivec2 min, max;
+  glm::ivec2 size() const { return max - min + 1; }
+};
+
+/// Tiles that the voxels of a block are interpolated from, and those around them that the cells
+/// reach into which the block's voxels are corners of.
+TileRange tiles_of(const LatticeFrame& frame, const glm::ivec3& block, int first_slice) {
+  const glm::dvec2 low = glm::dvec2(frame.across(block)) - 1.0, high = low + 9.0;
+  const glm::dvec2 a = frame.column(low, first_slice), b = frame.column(low, first_slice + 7);
+  const glm::dvec2 c = frame.column(high, first_slice), d = frame.column(high, first_slice + 7);
+  return {(glm::ivec2(glm::floor(glm::min(a, b))) - 1) >> 3,
+          (glm::ivec2(glm::floor(glm::max(c, d))) + 2) >> 3};
+}
+
+/// Bricks with columns that pass through an octant.
+TileRange bricks_through(const LatticeFrame& frame, const Octant& octant) {
+  constexpr double rounding = 1e-3;  // of float32
+  const glm::dvec2 low(frame.across(octant.corner)), high = low + 4.0;
+  const glm::dvec2 a = frame.column(low, octant.slice), b = frame.column(low, octant.slice + 4);
+  const glm::dvec2 c = frame.column(high, octant.slice), d = frame.column(high, octant.slice + 4);
+  return {glm::ivec2(glm::ceil(glm::min(a, b) - rounding)) >> 2,
+          glm::ivec2(glm::floor(glm::max(c, d) + rounding)) >> 2};
+}
+
+using TileNumbers = std::unordered_map<glm::ivec2, int, ColumnHash>;
+
+/// Octants of the density's bricks that hide nothing, a bit each; empty where they are not known.
+std::vector<std::uint8_t> dark_octants(const BrickAtlas& density) {
+  if (!density.own_texels || !density.pages.octants) return {};
+  std::vector<std::uint8_t> dark(density.places.size());
+  for (const std::uint32_t entry : density.pages.entries)
+    if (entry_kind(entry) == EntryKind::brick)
+      dark[density.pages.slot(entry)] = std::uint8_t(~(entry_payload(entry) >> entry_slot_bits));
+  return dark;
+}
+
+/// A slab's tiles on their way from columns to depths at voxels, row by row of tiles.
+class SlabTiles {
+ public:
+  /// `last`: of each tile that is needed, the last slab that is; null: all are.
+  SlabTiles(const LatticeFrame& frame, const LightSlab& slab, std::span<const glm::ivec3> all,
+            const TileNumbers* last)
+      : slab_(slab) {
+    find_tiles(frame, all, last);
+    find_dark(frame);
+    depths_.resize(tiles_.size(), nullptr);
+  }
+
+  int first_slice() const { return slab_.first_slice; }
+  const LightSlab& slab() const { return slab_; }
+  const std::vector<glm::ivec2>& tiles() const { return tiles_; }
+  bool is_dark(std::size_t tile, int brick) const {
+    return dark_.empty() || (dark_[tile] >> brick & 1) != 0;
+  }
+  /// Depths of a tile whose row has them.
+  const double* depths(const glm::ivec2& tile) const {
+    return depths_[std::size_t(index_.at(tile))];
+  }
+  void set_depths(std::size_t tile, const double* depths) { depths_[tile] = depths; }
+
+  /// Number of the next wanted block.
+  std::size_t done = 0;
+
+ private:
+  void find_tiles(const LatticeFrame& frame, std::span<const glm::ivec3> all,
+                  const TileNumbers* last) {
+    for (const std::uint32_t block : slab_.blocks) {
+      const TileRange range = tiles_of(frame, all[block], slab_.first_slice);
+      for (int x = range.min.x; x <= range.max.x; ++x)
+        for (int y = range.min.y; y <= range.max.y; ++y)
+          if (is_needed({x, y}, last) && index_.try_emplace({x, y}, 0).second)
+            tiles_.emplace_back(x, y);
+    }
+    std::ranges::sort(tiles_, [](const glm::ivec2& a, const glm::ivec2& b) {
+      return a.x != b.x ? a.x < b.x : a.y < b.y;
+    });
+    for (std::size_t i = 0; i < tiles_.size(); ++i) index_[tiles_[i]] = int(i);
+  }
+
+  /// Finds which bricks are dark, if octants are known.
+  void find_dark(const LatticeFrame& frame) {
+    if (slab_.octants.empty()) return;
+    dark_.resize(tiles_.size());
+    for (const Octant& octant : slab_.octants) {
+      const TileRange range = bricks_through(frame, octant);
+      for (int x = range.min.x; x <= range.max.x; ++x)
+        for (int y = range.min.y; y <= range.max.y; ++y)
+          if (const auto tile = index_.find({x >> 1, y >> 1}); tile != index_.end())
+            dark_[std::size_t(tile->second)] |= std::uint8_t(1 << (2 * (x & 1) + (y & 1)));
+    }
+  }
+
+  bool is_needed(const glm::ivec2& tile, const TileNumbers* last) const {
+    if (!last) return true;
+    const auto found = last->find(tile);
+    return found != last->end() && found->second >= slab_.first_slice;
+  }
+
+  const LightSlab& slab_;
+  std::vector<glm::ivec2> tiles_;  ///< in numbers of tiles, each once, row by row
+  TileNumbers index_;              ///< of tiles_
+  /// Of each tile a bit for each brick in which something attenuates; empty: not known.
+  std::vector<std::uint8_t> dark_;
+  std::vector<const double*> depths_;  ///< of each tile, while its row has them
+};
+
+/// Rows of a slab's tiles whose columns are asked for together.
+struct Piece {
+  SlabTiles* slab;
+  std::size_t first, end;  ///< tiles
+};
+
+/// Columns from the light to a slab and through it.
+class Columns {
+ public:
+  /// Makes `own`, depths from the start of each dark brick, depths of the piece's tiles from the
+  /// light on, ordered by slice, axis_v fastest. Returns the rest of `own`, which is not of this
+  /// piece.
+  std::span<const double> join(const Piece& piece, std::span<const double> own, double* depths) {
+    const std::size_t count = piece.end - piece.first;
+    std::vector<Carry*> carries;
+    std::vector<Starts> starts(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t tile = piece.first + i;
+      carries.push_back(&carries_[piece.slab->tiles()[tile]]);
+      for (int brick = 0; brick < 4; ++brick) {
+        if (!piece.slab->is_dark(tile, brick)) continue;
+        starts[i][std::size_t(brick)] = own.data();
+        own = own.subspan(lattice_depths_of_brick);
+      }
+    }
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      add(*carries[i], starts[i], depths + i * tile_depths);
+    });
+    return own;
+  }
+
+  /// Forgets columns that have left the volume: tiles move along the shear from slab to slab.
+  void forget(const LatticeFrame& frame, const SlabTiles& slab) {
+    if (carries_.size() < 2 * slab.tiles().size() + 1024) return;
+    const glm::dvec2 low = glm::dvec2(frame.across(frame.domain.min)) - 9.0;
+    const glm::dvec2 high = glm::dvec2(frame.across(frame.domain.max)) + 9.0;
+    const glm::ivec2 least = glm::ivec2(glm::floor(frame.column(low, slab.first_slice()))) >> 3;
+    const glm::ivec2 most = glm::ivec2(glm::floor(frame.column(high, slab.first_slice()))) >> 3;
+    std::erase_if(carries_, [&](const auto& entry) {
+      for (int axis = 0; axis < 2; ++axis) {
+        const int at = entry.first[axis];
+        if (frame.shear[axis] >= 0 ? at < least[axis] - 2 : at > most[axis] + 2) return true;
+      }
+      return false;
+    });
+  }
+
+ private:
+  using Carry = std::array<double, tile_columns>;
+  using Starts = std::array<const double*, 4>;  ///< of a tile's bricks; null: not dark
+
+  static void add(Carry& carry, const Starts& starts, double* to) {
+    for (int column = 0; column < tile_columns; ++column) {
+      const int u = column >> 3, v = column & 7, inside = (u & 3) * lattice_columns + (v & 3);
+      const double* own = starts[std::size_t(2 * (u >> 2) + (v >> 2))];
+      double& carried = carry[std::size_t(column)];
+      for (int slice = 0; slice < lattice_slices; ++slice)
+        to[slice * tile_columns + column] =
+            own ? carried + own[inside * lattice_slices + slice] : carried;
+      carried = to[(lattice_slices - 1) * tile_columns + column];
+    }
+  }
+
+  std::unordered_map<glm::ivec2, Carry, ColumnHash> carries_;
+};
+
+/// Interpolates the voxels of one block.
+class BlockDepths {
+ public:
+  /// `slab` has the depths of the block's tiles.
+  BlockDepths(const LatticeFrame& frame, const SlabTiles& slab, const glm::ivec3& block)
+      : frame_(frame),
+        range_(tiles_of(frame, block, slab.first_slice())),
+        block_(block),
+        first_slice_(slab.first_slice()) {
+    for (int x = range_.min.x; x <= range_.max.x; ++x)
+      for (int y = range_.min.y; y <= range_.max.y; ++y) tiles_.push_back(slab.depths({x, y}));
+  }
+
+  /// 512 depths, z fastest.
+  void write(double* to) {
+    for (int n = 0; n < 8; ++n) write_slice(n, to);
+  }
+
+ private:
+  /// Depths of columns [first, last] of slice n, axis_v fastest.
+  void gather(int n, const glm::ivec2& first, const glm::ivec2& size) {
+    patch_.resize(std::size_t(size.x) * std::size_t(size.y));
+    double* to = patch_.data();
+    const glm::ivec2 tiles = range_.size();
+    for (int i = first.x; i < first.x + size.x; ++i) {
+      const int row = ((i >> 3) - range_.min.x) * tiles.y - range_.min.y;
+      for (int j = first.y; j < first.y + size.y; ++j)
+        *to++ = tiles_[std::size_t(row + (j >> 3))][(n * 8 + (i & 7)) * 8 + (j & 7)];
+    }
+  }
+
+  void write_slice(int n, double* to) {
+    const int slice = first_slice_ + n;
+    std::array<Tap, 8> u, v;
+    const glm::dvec2 corner(frame_.across(block_));
+    for (std::size_t i = 0; i < 8; ++i) {
+      const glm::dvec2 column = frame_.column(corner + double(i), slice);
+      u[i] = Tap(column.x);
+      v[i] = Tap(column.y);
+    }
+    const glm::ivec2 first(u.front().first, v.front().first);
+    const glm::ivec2 size = glm::ivec2(u.back().first, v.back().first) + taps - first;
+    gather(n, first, size);
+    rows_.resize(std::size_t(size.x) * 8);
+    for (int i = 0; i < size.x; ++i)
+      for (int y = 0; y < 8; ++y)
+        rows_[std::size_t(8 * i + y)] =
+            filtered(patch_.data() + i * size.y, 1, first.y, v[std::size_t(y)]);
+    glm::ivec3 voxel;
+    voxel[frame_.axis] = frame_.side > 0 ? 7 - n : n;
+    for (int x = 0; x < 8; ++x)
+      for (int y = 0; y < 8; ++y) {
+        voxel[frame_.axis_u] = x;
+        voxel[frame_.axis_v] = y;
+        to[(voxel.x * 8 + voxel.y) * 8 + voxel.z] =
+            filtered(rows_.data() + y, 8, first.x, u[std::size_t(x)]);
+      }
+  }
+
+  static double filtered(const double* values, int stride, int first, const Tap& tap) {
+    const double* from = values + (tap.first - first) * stride;
+    double sum = 0;
+    for (int k = 0; k < taps; ++k) sum += tap.weights[std::size_t(k)] * from[k * stride];
+    return sum;
+  }
+
+  const LatticeFrame& frame_;
+  TileRange range_;
+  glm::ivec3 block_;
+  int first_slice_;
+  std::vector<const double*> tiles_;  ///< of range_, axis_v fastest
+  std::vector<double> patch_, rows_;
+};
+
+/// Of each tile that wanted blocks are interpolated from, the first slice of the last such slab.
+TileNumbers last_slabs(const LatticeFrame& frame, std::span<const glm::ivec3> all,
+                       const LightSlabs& slabs) {
+  TileNumbers last;
+  for (const LightSlab& slab : slabs.all())
+    for (const std::uint32_t block : slab.wanted) {
+      const TileRange range = tiles_of(frame, all[block], slab.first_slice);
+      for (int x = range.min.x; x <= range.max.x; ++x)
+        for (int y = range.min.y; y <= range.max.y; ++y) last[{x, y}] = slab.first_slice;
+    }
+  return last;
+}
+
+}  // namespace lattice
+
+using namespace lattice;
+
+LightSlabs::LightSlabs(const LatticeFrame& frame, const LightBlocks& blocks) {
+  std::map<int, LightSlab> slabs;
+  const auto slab_of = [&](std::size_t i) -> LightSlab& {
+    const int z = blocks.all[i][frame.axis];
+    return slabs[std::min(frame.slice(z), frame.slice(z + 7))];
+  };
+  for (std::size_t i = 0; i < blocks.all.size(); ++i) slab_of(i).blocks.push_back(std::uint32_t(i));
+  for (const std::size_t i : blocks.wanted) slab_of(i).wanted.push_back(std::uint32_t(i));
+  for (auto& [first_slice, slab] : slabs) {
+    slab.first_slice = first_slice;
+    std::ranges::stable_sort(slab.wanted, std::less{},
+                             [&](std::uint32_t i) { return blocks.all[i][frame.axis_u]; });
+    slabs_.push_back(std::move(slab));
+  }
+}
+
+void LightSlabs::add_octants(const LatticeFrame& frame, const BrickAtlas& density, int begin,
+                             int end) {
+  const auto slab_from = [&](int slice) {
+    return std::ranges::lower_bound(slabs_, slice, std::less{}, &LightSlab::first_slice);
+  };
+  const std::vector<std::uint8_t> dark = dark_octants(density);
+  for (std::size_t k = 0; k < dark.size(); ++k)
+    for (int i = 0; i < 8; ++i) {
+      if (!(dark[k] >> i & 1)) continue;
+      const glm::ivec3 corner =
+          brick_cells * density.places[k] + 4 * glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
+      const int z = corner[frame.axis], slice = std::min(frame.slice(z), frame.slice(z + 4));
+      // a cell between two slices belongs to the second
+      for (int first = std::max((slice + 1) & ~7, begin); first <= slice + 4 && first < end;
+           first += 8)
+        if (const auto slab = slab_from(first); slab != slabs_.end() && slab->first_slice == first)
+          slab->octants.push_back({corner, slice});
+    }
+}
+
+void LightSlabs::drop_octants() {
+  for (LightSlab& slab : slabs_) slab.octants = {};
+}
+
+struct LatticeRun::Impl {
+  LatticeFrame frame;
+  const LightSlabs& slabs;
+  LightBlocks blocks;
+  TakeDepths take;
+  std::optional<TileNumbers> last;
+  std::size_t next = 0;  ///< slab
+  Columns columns{};
+  std::vector<double> found{};
+  std::map<int, std::vector<double>> rows{};  ///< depths of the slab's, by their number
+  std::vector<std::vector<double>> unused{};
+
+  /// Adds the slab's pieces of about bricks_at_once bricks.
+  std::vector<Piece> pieces_of(SlabTiles& slab) const {
+    std::vector<Piece> pieces;
+    const std::vector<glm::ivec2>& tiles = slab.tiles();
+    std::size_t bricks = 0;
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      const bool begins_row = i == 0 || tiles[i].x != tiles[i - 1].x;
+      if (i == 0 || (begins_row && bricks >= bricks_at_once)) {
+        pieces.push_back({&slab, i, i});
+        bricks = 0;
+      }
+      for (int brick = 0; brick < 4; ++brick) bricks += slab.is_dark(i, brick);
+      pieces.back().end = i + 1;
+    }
+    return pieces;
+  }
+
+  /// Joins a piece's columns and gives the depths of the blocks that have all theirs. Returns the
+  /// rest of `own`.
+  std::span<const double> finish(const Piece& piece, std::span<const double> own) {
+    SlabTiles& slab = *piece.slab;
+    const std::vector<glm::ivec2>& tiles = slab.tiles();
+    for (std::size_t i = piece.first, end = i; i < piece.end; i = end) {
+      while (end < piece.end && tiles[end].x == tiles[i].x) ++end;
+      std::vector<double>& row = rows[tiles[i].x];
+      if (!unused.empty()) {
+        row = std::move(unused.back());
+        unused.pop_back();
+      }
+      row.resize(std::max(row.size(), (end - i) * tile_depths));
+      own = columns.join({&slab, i, end}, own, row.data());
+      for (std::size_t tile = i; tile < end; ++tile)
+        slab.set_depths(tile, row.data() + (tile - i) * tile_depths);
+    }
+    const std::vector<std::uint32_t>& wanted = slab.slab().wanted;
+    const auto range = [&](std::size_t i) {
+      return tiles_of(frame, blocks.all[wanted[i]], slab.first_slice());
+    };
+    const bool complete = piece.end == tiles.size();
+    std::size_t ready = slab.done;
+    while (ready < wanted.size() && (complete || range(ready).max.x <= tiles[piece.end - 1].x))
+      ++ready;
+    tbb::parallel_for(slab.done, ready, [&](std::size_t i) {
+      std::array<double, 512> of_block;
+      BlockDepths(frame, slab, blocks.all[wanted[i]]).write(of_block.data());
+      take(wanted[i], of_block);
+    });
+    slab.done = ready;
+    while (!rows.empty() && (ready == wanted.size() || rows.begin()->first < range(ready).min.x)) {
+      unused.push_back(std::move(rows.begin()->second));
+      rows.erase(rows.begin());
+    }
+    if (complete) columns.forget(frame, slab);
+    return own;
+  }
+};
+
+LatticeRun::LatticeRun(const LatticeFrame& frame, const LightSlabs& slabs,
+                       const LightBlocks& blocks, TakeDepths take)
+    : impl_(std::make_unique<Impl>(Impl{frame, slabs, blocks, std::move(take), {}})) {
+  if (impl_->take && blocks.wanted.size() < blocks.all.size())
+    impl_->last = last_slabs(frame, blocks.all, slabs);
+}
+LatticeRun::~LatticeRun() = default;
+LatticeRun::LatticeRun(LatticeRun&&) noexcept = default;
+
+double LatticeRun::bytes(const LatticeFrame& frame) {
+  const glm::dvec2 size(frame.across(frame.domain.max - frame.domain.min + 17));
+  const glm::dvec2 tiles = size / (8 * frame.spacing) + 3.0;
+  constexpr double entry = tile_columns * sizeof(double) + 48;  // with a map's own
+  return 2 * tiles.x * tiles.y * entry;                         // forget() lets them double
+}
+
+void LatticeRun::go_on(int end, const LatticeColumns& columns, const Progress& progress) {
+  Impl& impl = *impl_;
+  const std::vector<LightSlab>& slabs = impl.slabs.all();
+  std::deque<SlabTiles> open;
+  std::vector<Piece> batch;
+  std::vector<LatticeBrick> bricks;
+  const auto flush = [&] {
+    const std::size_t count = bricks.size() * lattice_depths_of_brick;
+    impl.found.resize(std::max(impl.found.size(), count));
+    const std::span<double> own = std::span(impl.found).first(count);
+    columns(bricks, own);
+    if (impl.take) {
+      std::span<const double> left = own;
+      for (const Piece& piece : batch) left = impl.finish(piece, left);
+    }
+    batch.clear();
+    bricks.clear();
+    while (open.size() > 1) open.pop_front();
+  };
+  for (; impl.next < slabs.size() && slabs[impl.next].first_slice < end; ++impl.next) {
+    const LightSlab& slab = slabs[impl.next];
+    open.emplace_back(impl.frame, slab, impl.blocks.all, impl.last ? &*impl.last : nullptr);
+    // several thin slabs at once: a device works on many bricks alike
+    for (const Piece& piece : impl.pieces_of(open.back())) {
+      batch.push_back(piece);
+      for (std::size_t i = piece.first; i < piece.end; ++i) {
+        const glm::ivec2& tile = piece.slab->tiles()[i];
+        for (int brick = 0; brick < 4; ++brick)
+          if (piece.slab->is_dark(i, brick))
+            bricks.emplace_back(8 * tile.x + 4 * (brick >> 1), 8 * tile.y + 4 * (brick & 1),
+                                slab.first_slice);
+      }
+      if (bricks.size() >= bricks_at_once) flush();
+    }
+    if (progress && batch.empty()) progress(double(impl.next + 1) / double(slabs.size()));
+  }
+  if (!batch.empty()) flush();
+  if (progress) progress(double(impl.next) / double(slabs.size()));
+}
+
+LatticeColumns in_part(const LatticeFrame& frame, const LatticeColumns& columns) {
+  if (!frame.part) return columns;
+  return [&frame, &columns](std::span<const LatticeBrick> bricks, std::span<double> depths) {
+    std::vector<LatticeBrick> near;
+    for (const LatticeBrick& brick : bricks)
+      if (frame.meets_part(brick)) near.push_back(brick);
+    std::vector<double> found(near.size() * lattice_depths_of_brick);
+    if (!near.empty()) columns(near, found);
+    const double* next = found.data();
+    for (std::size_t i = 0; i < bricks.size(); ++i) {
+      double* to = depths.data() + i * lattice_depths_of_brick;
+      if (!frame.meets_part(bricks[i])) {
+        std::fill_n(to, lattice_depths_of_brick, 0.0);
+        continue;
+      }
+      std::copy_n(next, lattice_depths_of_brick, to);
+      next += lattice_depths_of_brick;
+    }
+  };
+}
+
+}  // namespace psivox
