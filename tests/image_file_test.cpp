@@ -79,6 +79,20 @@ TEST_F(ImageTest, AnAttributeOfAnotherLengthThanItsValueIsAnError) {
   }
 }
 
+TEST_F(ImageTest, AShortExrOfManyPixelsIsRefused) {
+  write_image(noise(4, 4), file("a.exr"));
+  std::string bytes = contents(file("a.exr"));
+  const std::int32_t window[] = {0, 0, 3999999, 63};
+  for (const std::string name : {"dataWindow", "displayWindow"}) {
+    const std::string start = name + '\0' + "box2i" + '\0';
+    ASSERT_NE(bytes.find(start), bytes.npos);
+    std::memcpy(bytes.data() + bytes.find(start) + start.size() + 4, window, sizeof window);
+  }
+  put_contents(file("short.exr"), bytes);
+  const std::string text = error_text(ExitCode::input, [&] { read_image(file("short.exr")); });
+  EXPECT_NE(text.find("4000000x64 pixels stored in so short a file"), text.npos) << text;
+}
+
 TEST_F(ImageTest, EveryDamagedByteOfAPngIsAnError) {
   Image image = noise(4, 4);
   image.metadata["psivox:scene"] = "{}";

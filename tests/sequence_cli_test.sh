@@ -187,6 +187,7 @@ for tool in grep tail; do ln -s "$(command -v $tool)" bin; done
 PATH=$PWD/bin run 0 "ffmpeg -framerate 24 -i out/m.%d.png" $pattern -o out/m.#.png "${small[@]}" \
   --movie film2.mp4
 PATH=$PWD/bin run 5 "ffmpeg, which is not installed" $pattern "${small[@]}" --movie film2.mp4
+PATH=$PWD/bin run 2 "expected .mp4" $pattern -o out/m.#.png "${small[@]}" --movie film.gif
 if compgen -G '.psivox*' || compgen -G 'out/.psivox*'; then fail "unfinished files"; fi
 
 # --- a choice that is kept ------------------------------------------------------------------------

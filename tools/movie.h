@@ -38,6 +38,9 @@ class Movie {
 /// The command that makes a film of pictures `out.####.png`.
 std::string movie_command(const std::string& pictures, const std::string& movie, double frame_rate);
 
+/// Throws Error(usage) for a name of a film that ffmpeg does not know.
+void check_movie_name(const std::string& path);
+
 /// Whether there is an ffmpeg.
 bool can_make_movies();
 

@@ -242,6 +242,7 @@ void render_frames(const RenderCall& call, const Scene& scene, const FrameList& 
   if (call.resume && !call.output.empty() && !holds_scene(call.output))
     throw Error(ExitCode::usage, "--resume reads a picture's scene, which " +
                                      in_quotes(call.output) + " cannot hold; write .png or .exr");
+  if (!call.movie.empty()) check_movie_name(call.movie);
   if (!call.movie.empty() && call.output.empty() && !can_make_movies())
     throw Error(ExitCode::output,
                 "--movie needs ffmpeg, which is not installed; -o out.####.png writes pictures");
