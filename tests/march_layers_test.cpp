@@ -84,6 +84,38 @@ TEST_F(MarchLayers, TransmittanceIsWhatOpacityLeaves) {
   }
 }
 
+TEST_F(MarchLayers, RaysThatAreNotDrawnAreThoseOfTheMarch) {
+  // The volume is in a corner of the picture; the GPU draws only there.
+  for (const Mode mode : {Mode::alpha, Mode::mip, Mode::isosurface, Mode::back_to_front})
+    for (const int samples : {1, 3}) {
+      Scene scene = looking(small_scene(64), {95, 60, 70}, {11, 52, -29});
+      scene.mode = mode;
+      if (mode == Mode::isosurface) scene.isovalue = 0.2;
+      scene.pixel_samples = samples;
+      scene.extinction = 0.3;
+      const View view = view_of(scene, mixed());
+      const MediumAtlas atlases = build_medium_atlas(view);
+      const Image drawn = render_gl(view, atlases, {.render = all_layers}).image;
+      const Image wide = render_double(view, atlases, all_layers).image;
+      const glm::dvec3 low(atlases.density.domain.min), high(atlases.density.domain.max);
+      const std::vector<PixelBox> missed = around(pixels_of(view, low, high), {{}, {64, 64}});
+      int pixels = 0;
+      for (const PixelBox& box : missed)
+        for (int y = box.origin.y; y < box.origin.y + box.size.y; ++y)
+          for (int x = box.origin.x; x < box.origin.x + box.size.x; ++x, ++pixels)
+            for (std::size_t k = 0; k < drawn.layers.size(); ++k) {
+              const std::size_t channels = drawn.layers[k].channels.size();
+              for (std::size_t c = 0; c < channels; ++c) {
+                const std::size_t at = std::size_t(y * 64 + x) * channels + c;
+                EXPECT_EQ(drawn.layers[k].values[at], wide.layers[k].values[at])
+                    << drawn.layers[k].name << ' ' << x << ' ' << y;
+              }
+            }
+      EXPECT_GT(pixels, 1000);
+      expect_content(drawn, 0.01);
+    }
+}
+
 TEST_F(MarchLayers, LayersAreThoseAskedFor) {
   const View view = view_of(across_plate(), mixed());
   const MediumAtlas atlases = build_medium_atlas(view);

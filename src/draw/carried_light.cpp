@@ -1,8 +1,6 @@
 #include "draw/carried_light.h"
 
-#include <cmath>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 namespace psivox {
 
@@ -71,33 +69,11 @@ Image CarriedLight::picture(bool transmittance) const {
 PixelBox pixels_of(const View& view, const Box& bricks) {
   const PixelBox all{{}, view.scene.resolution};
   const Field& density = *view.medium.density;
-  const Camera& camera = view.camera;
   if (view.medium.emission) return all;  // it may reach beyond the density
   const Box domain = density.domain();
   const glm::dvec3 low = glm::max(8.0 * glm::dvec3(bricks.min), glm::dvec3(domain.min));
   const glm::dvec3 high = glm::min(8.0 * glm::dvec3(bricks.max) + 8.0, glm::dvec3(domain.max));
-  if (low.x >= high.x || low.y >= high.y || low.z >= high.z) return {};
-  const glm::dvec2 size(all.size);
-  glm::dvec2 first(HUGE_VAL), last(-HUGE_VAL);
-  int behind = 0, beside = 0;
-  for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
-    const glm::dvec3 to =
-        glm::dvec3(density.world_from_index * glm::dvec4(corner, 1)) - camera.position;
-    const double along = camera.orthographic ? 1 : glm::dot(to, camera.forward);
-    behind += along <= 0;
-    beside += along <= 1e-3 * glm::length(to) && !camera.orthographic;
-    const glm::dvec2 on(glm::dot(to, camera.right) / (along * camera.half_width),
-                        glm::dot(to, camera.up) / (along * camera.half_height));
-    const glm::dvec2 pixel(0.5 * (1 + on.x) * size.x, 0.5 * (1 - on.y) * size.y);
-    first = glm::min(first, pixel);
-    last = glm::max(last, pixel);
-  }
-  if (behind == 8) return {};
-  if (beside > 0) return all;
-  const glm::ivec2 from(glm::clamp(glm::floor(first) - 1.0, glm::dvec2(0), size));
-  const glm::ivec2 to(glm::clamp(glm::floor(last) + 2.0, glm::dvec2(0), size));
-  return {from, to - from};
+  return pixels_of(view, low, high);
 }
 
 }  // namespace psivox

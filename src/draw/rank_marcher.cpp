@@ -16,13 +16,6 @@ PixelBox strip_of(const glm::ivec2& size, int rank, int count) {
   return {{0, row(rank)}, {size.x, row(rank + 1) - row(rank)}};
 }
 
-PixelBox common(const PixelBox& a, const PixelBox& b) {
-  const glm::ivec2 from = glm::max(a.origin, b.origin);
-  const glm::ivec2 to = glm::min(a.origin + a.size, b.origin + b.size);
-  const PixelBox box{from, to - from};
-  return box.empty() ? PixelBox{} : box;
-}
-
 template <typename Number>
 std::vector<Number> numbers_of(const std::string& bytes) {
   std::vector<Number> numbers(bytes.size() / sizeof(Number));

@@ -126,7 +126,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options) 
   const gl::Tables tables(setup.tables);
   tables.bind(gl::MarchProgram::tables_unit);
   textures.bind(march);
-  gl::PicturePass pass(impl.context, march, view, options);
+  gl::PicturePass pass(impl.context, march, view, textures.atlas().density.domain, options);
   stats.shader_ms = building.ms();
 
   const Stopwatch marching;

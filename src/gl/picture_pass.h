@@ -12,29 +12,35 @@
 
 namespace psivox::gl {
 
-/// march.frag over the pixels of a view, tile by tile. Its parameters, tables and grids are set and
-/// bound already, and stay so. Needs a current context for its whole life.
+/// march.frag over the pixels of a view whose rays may meet its domain, tile by tile. Its
+/// parameters, tables and grids are set and bound already, and stay so. Needs a current context for
+/// its whole life.
 class PicturePass {
  public:
-  /// Has the driver compile the program, by a first draw.
+  /// Has the driver compile the program, by a first draw. `domain` is the density's [voxels].
   PicturePass(const EglContext& context, const MarchProgram& march, const View& view,
-              const RenderOptions& options);
+              const Box& domain, const RenderOptions& options);
 
   /// Sets passes, gpu_ms and what the film counts of `stats`.
   Image draw(RenderStats& stats);
 
  private:
-  void draw_tile(const Tile& tile, Readback& readback, Timer& timer, RenderStats& stats);
+  void draw_tile(const PixelBox& tile, Readback& readback, Timer& timer, RenderStats& stats);
   /// Draws an exposure in as many passes as its rays need; returns their number.
   int draw_passes(const Exposure& tile, Timer& timer);
   void make_target(int side);
+  bool has_layers() const;
 
   const EglContext& context_;
   const MarchProgram& march_;
   const View& view_;
   const RenderOptions& options_;
+  PixelBox picture_;              ///< what is to be drawn
+  PixelBox drawn_;                ///< all of it whose rays may meet the domain
+  std::vector<PixelBox> beside_;  ///< the rest
   Triangle triangle_;
   std::unique_ptr<TileTarget> target_;
+  RayTexels missed_;  ///< what is drawn of a ray that does not meet the domain
 };
 
 }  // namespace psivox::gl

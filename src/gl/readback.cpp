@@ -4,11 +4,8 @@
 
 namespace psivox::gl {
 
-Readback::Readback(Film& film, const View& view, const RenderOptions& options)
-    : film_(film),
-      options_(options),
-      samples_(view.scene.pixel_samples),
-      all_pixels_(double(film.width()) * double(film.height())) {}
+Readback::Readback(Film& film, const View& view, const RenderOptions& options, double drawn)
+    : film_(film), options_(options), samples_(view.scene.pixel_samples), all_pixels_(drawn) {}
 
 void Readback::read(const TileTarget& target, const Exposure& tile) {
   waiting_ = tile;
@@ -34,6 +31,16 @@ void Readback::develop() {
   pixels_done_ += tile.pixels();
   if (options_.tile) options_.tile({tile.x, tile.y, tile.width, tile.height, film_.picture()});
   if (options_.progress) options_.progress(double(pixels_done_) / all_pixels_);
+}
+
+void Readback::add_missed(const PixelBox& pixels, const RayTexels& ray) {
+  PixelSums sums;
+  for (int i = 0; i < samples_; ++i) sums.add(glm::dvec4(ray.picture), glm::dvec4(ray.layers));
+  const auto& [origin, size] = pixels;
+  if (film_.has_layers() || ray.picture != glm::vec4(0))  // with which a film begins
+    for (int y = origin.y; y < origin.y + size.y; ++y)
+      for (int x = origin.x; x < origin.x + size.x; ++x) film_.set(x, y, sums);
+  if (options_.tile) options_.tile({origin.x, origin.y, size.x, size.y, film_.picture()});
 }
 
 void Readback::add(const Exposure& tile) {

@@ -19,10 +19,14 @@ struct Exposure {
 /// next tile is.
 class Readback {
  public:
-  Readback(Film& film, const View& view, const RenderOptions& options);
+  /// `drawn`: number of pixels that will be read, of which options.progress tells.
+  Readback(Film& film, const View& view, const RenderOptions& options, double drawn);
 
   /// Copies a tile from the GPU.
   void read(const TileTarget& target, const Exposure& tile);
+
+  /// Adds pixels whose rays were not drawn.
+  void add_missed(const PixelBox& pixels, const RayTexels& ray);
 
   /// Adds the tile that was read last, if it is not added yet, to the film, and reports it.
   void develop();

@@ -2,6 +2,7 @@
 
 #include "march/light.h"
 #include "march/medium_atlas.h"
+#include "march/pixel_box.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 
@@ -10,12 +11,6 @@ namespace psivox {
 /// Of each textured brick of the density's atlas the part of the uniform step that is taken in it,
 /// above 0 and at most 1. Null: 1.
 using BrickSteps = std::shared_ptr<const std::vector<float>>;
-
-/// A rectangle of pixels.
-struct PixelBox {
-  glm::ivec2 origin{0}, size{0};
-  bool empty() const { return size.x <= 0 || size.y <= 0; }
-};
 
 struct RenderOptions {
   bool count = false;  ///< count segments and look-ups: layers `steps` and `samples`, and the stats

@@ -1,0 +1,55 @@
+#include "march/pixel_box.h"
+
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace psivox {
+
+PixelBox common(const PixelBox& a, const PixelBox& b) {
+  const glm::ivec2 from = glm::max(a.origin, b.origin);
+  const glm::ivec2 to = glm::min(a.origin + a.size, b.origin + b.size);
+  const PixelBox box{from, to - from};
+  return box.empty() ? PixelBox{} : box;
+}
+
+std::vector<PixelBox> around(const PixelBox& inner, const PixelBox& all) {
+  if (inner.empty()) return {all};
+  const glm::ivec2 end = all.origin + all.size, inner_end = inner.origin + inner.size;
+  std::vector<PixelBox> parts{
+      {all.origin, {all.size.x, inner.origin.y - all.origin.y}},
+      {{all.origin.x, inner_end.y}, {all.size.x, end.y - inner_end.y}},
+      {{all.origin.x, inner.origin.y}, {inner.origin.x - all.origin.x, inner.size.y}},
+      {{inner_end.x, inner.origin.y}, {end.x - inner_end.x, inner.size.y}}};
+  std::erase_if(parts, [](const PixelBox& part) { return part.empty(); });
+  return parts;
+}
+
+PixelBox pixels_of(const View& view, const glm::dvec3& low, const glm::dvec3& high) {
+  const PixelBox all{{}, view.scene.resolution};
+  const Camera& camera = view.camera;
+  if (low.x >= high.x || low.y >= high.y || low.z >= high.z) return {};
+  const glm::dvec2 size(all.size);
+  glm::dvec2 first(HUGE_VAL), last(-HUGE_VAL);
+  int behind = 0, beside = 0;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
+    const glm::dvec3 to =
+        glm::dvec3(view.medium.density->world_from_index * glm::dvec4(corner, 1)) - camera.position;
+    const double along = camera.orthographic ? 1 : glm::dot(to, camera.forward);
+    behind += along <= 0;
+    beside += along <= 1e-3 * glm::length(to) && !camera.orthographic;
+    const glm::dvec2 on(glm::dot(to, camera.right) / (along * camera.half_width),
+                        glm::dot(to, camera.up) / (along * camera.half_height));
+    const glm::dvec2 pixel(0.5 * (1 + on.x) * size.x, 0.5 * (1 - on.y) * size.y);
+    first = glm::min(first, pixel);
+    last = glm::max(last, pixel);
+  }
+  if (behind == 8) return {};
+  if (beside > 0) return all;
+  const glm::ivec2 from(glm::clamp(glm::floor(first) - 1.0, glm::dvec2(0), size));
+  const glm::ivec2 to(glm::clamp(glm::floor(last) + 2.0, glm::dvec2(0), size));
+  return {from, to - from};
+}
+
+}  // namespace psivox
