@@ -3,6 +3,7 @@
 #define MPICH_SKIP_MPICXX 1
 #include <mpi.h>
 
+#include <algorithm>
 #include <chrono>
 #include <climits>
 #include <numeric>
@@ -53,14 +54,17 @@ class MpiRanks final : public Ranks {
   std::vector<std::vector<float>> collect(const std::vector<float>& part) override {
     const int size = checked_size(part.size());
     std::vector<int> sizes(first() ? static_cast<std::size_t>(count()) : 0);
-    MPI_Gather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, MPI_COMM_WORLD);
+    MPI_Request request = MPI_REQUEST_NULL;
+    MPI_Igather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, MPI_COMM_WORLD, &request);
+    wait(request);
     const std::vector<int> at = begins(sizes);
     std::vector<float> all(
         std::accumulate(sizes.begin(), sizes.end(), std::size_t{0},
                         [](std::size_t sum, int n) { return sum + static_cast<std::size_t>(n); }));
     checked_size(all.size());
-    MPI_Gatherv(part.data(), size, MPI_FLOAT, all.data(), sizes.data(), at.data(), MPI_FLOAT, 0,
-                MPI_COMM_WORLD);
+    MPI_Igatherv(part.data(), size, MPI_FLOAT, all.data(), sizes.data(), at.data(), MPI_FLOAT, 0,
+                 MPI_COMM_WORLD, &request);
+    wait(request);
     if (!first()) return {};
     return parts(all, at, sizes);
   }
@@ -96,14 +100,16 @@ class MpiRanks final : public Ranks {
 
  protected:
   std::vector<std::string> all_gather(const std::string& bytes) override {
-    wait();
     const int size = checked_size(bytes.size());
     std::vector<int> sizes(static_cast<std::size_t>(count()));
-    MPI_Allgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, MPI_COMM_WORLD);
+    MPI_Request request = MPI_REQUEST_NULL;
+    MPI_Iallgather(&size, 1, MPI_INT, sizes.data(), 1, MPI_INT, MPI_COMM_WORLD, &request);
+    wait(request);
     const std::vector<int> at = begins(sizes);
     std::string all(static_cast<std::size_t>(at.back() + sizes.back()), '\0');
-    MPI_Allgatherv(bytes.data(), size, MPI_CHAR, all.data(), sizes.data(), at.data(), MPI_CHAR,
-                   MPI_COMM_WORLD);
+    MPI_Iallgatherv(bytes.data(), size, MPI_CHAR, all.data(), sizes.data(), at.data(), MPI_CHAR,
+                    MPI_COMM_WORLD, &request);
+    wait(request);
     std::vector<std::string> result;
     for (std::size_t rank = 0; rank < sizes.size(); ++rank)
       result.push_back(
@@ -121,21 +127,27 @@ class MpiRanks final : public Ranks {
     }
     checked_size(all.size());
     std::vector<int> received(sent.size());
-    MPI_Alltoall(sent.data(), 1, MPI_INT, received.data(), 1, MPI_INT, MPI_COMM_WORLD);
+    MPI_Request request = MPI_REQUEST_NULL;
+    MPI_Ialltoall(sent.data(), 1, MPI_INT, received.data(), 1, MPI_INT, MPI_COMM_WORLD, &request);
+    wait(request);
     const std::vector<int> from = begins(sent), at = begins(received);
     std::vector<glm::vec4> taken(static_cast<std::size_t>(at.back() + received.back()));
-    MPI_Alltoallv(all.data(), sent.data(), from.data(), pixel_, taken.data(), received.data(),
-                  at.data(), pixel_, MPI_COMM_WORLD);
+    MPI_Ialltoallv(all.data(), sent.data(), from.data(), pixel_, taken.data(), received.data(),
+                   at.data(), pixel_, MPI_COMM_WORLD, &request);
+    wait(request);
     return parts(taken, at, received);
   }
 
  private:
-  /// For all ranks, without taking the processor from those that still work.
-  static void wait() {
-    MPI_Request request = MPI_REQUEST_NULL;
-    MPI_Ibarrier(MPI_COMM_WORLD, &request);
-    for (int done = 0; MPI_Test(&request, &done, MPI_STATUS_IGNORE), !done;)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  /// For a message to all ranks, without taking the processor from those that still work: MPICH
+  /// spins in calls that wait, and where ranks are more than cores each has to wait for another's
+  /// turn of the processor.
+  static void wait(MPI_Request& request) {
+    std::chrono::microseconds pause{20};
+    for (int done = 0; MPI_Test(&request, &done, MPI_STATUS_IGNORE), !done;) {
+      std::this_thread::sleep_for(pause);
+      pause = std::min(2 * pause, std::chrono::microseconds{1000});
+    }
   }
 
   template <typename T>
