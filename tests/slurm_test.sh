@@ -81,8 +81,9 @@ daemons+=($!)
 idle() { sinfo --noheader --format=%t | grep -qx idle; }
 wait_for "idle node" idle
 
-# Frames of different volumes. Each takes a second or so, so that a task can be killed between two.
-volumes=(blobs ramp slab rotated tiles single_voxel)
+# Frames of different volumes. The second task, 4 to 6, can be killed after its first frame, the
+# quickest, because its second takes longest.
+volumes=(blobs ramp slab rotated single_voxel tiles)
 frames=9
 for ((i = 1; i <= frames; i++)); do
   ln -s "$assets/${volumes[i % ${#volumes[@]}]}.vdb" "$(printf 'in.%04d.vdb' "$i")"
