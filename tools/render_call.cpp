@@ -96,7 +96,8 @@ void add_frames(CommandLine& line, RenderCall& call) {
 bool parse(RenderCall& call, Arguments arguments) {
   CommandLine line("render",
                    "Renders a .vdb to a picture, without a window.\nUnder mpirun several "
-                   "processes draw it together.");
+                   "processes draw it together, with light, in every mode but slice and\n"
+                   "back-to-front; no sequences.");
   add_outputs(line, call);
   add_frames(line, call);
   line.add_flag("--list-devices", call.list_devices, "print the EGL devices and exit");

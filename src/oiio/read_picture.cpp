@@ -69,12 +69,16 @@ Window picture_window(const OIIO::ImageSpec& spec, Format format) {
 }
 
 /// Throws Error(input) where a short EXR asks for pixels that OpenEXR and OpenImageIO would
-/// allocate line by line, many lines at a time, before they find that the file has none. Its codecs
-/// pack at most 9,200 values of a black picture into a byte (dwab; 340 the next).
+/// allocate before they find that the file has none: all of them, and up to 256 lines at a time.
+/// OpenEXR's codecs pack at most 9,200 values of a black picture into a byte (dwab; 340 the next).
 void check_packing(const std::filesystem::path& path, const OIIO::ImageSpec& spec) {
   constexpr double most_values_a_byte = 0x1p16;
-  const double values = double(spec.width) * spec.height * spec.nchannels;
-  if (values > most_values_a_byte * double(std::filesystem::file_size(path)))
+  // a file may have fewer lines than are allocated
+  constexpr double most_allocated_a_byte = 0x1p19, lines = 256;
+  const auto bytes = double(std::filesystem::file_size(path));
+  const double of_line = double(spec.width) * spec.nchannels;
+  if (of_line * spec.height > most_values_a_byte * bytes ||
+      of_line * lines > most_allocated_a_byte * bytes)
     throw read_error(
         path, "its header is damaged or asks for too much: " + std::to_string(spec.width) + "x" +
                   std::to_string(spec.height) + " pixels stored in so short a file");
