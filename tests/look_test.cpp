@@ -240,11 +240,16 @@ Showing showing(const Image& image) {
 }
 
 TEST_F(LookPicture, DefaultPicturesCanBeShown) {
-  std::vector<fs::path> files{asset("blobs.vdb"), asset("ramp.vdb")};
+  std::vector<fs::path> files;
+  for (const char* file :
+       {"blobs.vdb", "ramp.vdb", "rotated.vdb", "single_voxel.vdb", "slab.vdb", "tiles.vdb"})
+    files.push_back(asset(file));
   for (const char* file :
        {"smoke.vdb", "cloud_tiles.vdb", "heptane.vdb", "mri_t1.vdb", "frogtissue.vdb", "neghip.vdb",
         "carotid.vdb", "edge/levelset_sphere.vdb", "edge/levelset_unnamed.vdb",
-        "edge/torus_density100.vdb", "edge/sphere.vdb", "edge/velocity_tiles.vdb"})
+        "edge/torus_density100.vdb", "edge/sphere.vdb", "edge/velocity_tiles.vdb",
+        "edge/nan_and_negatives.vdb", "edge/three_same_names.vdb", "edge/cloud_voxelised.vdb",
+        "edge/smoke_format222.vdb"})
     if (fs::exists(shared_data() / file)) files.push_back(shared_data() / file);
   for (const fs::path& file : files) {
     const LookedScene looked = auto_look(scene_of(file.string()));

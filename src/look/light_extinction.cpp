@@ -75,6 +75,8 @@ double light_extinction(const View& view, bool sparse) {
   const Probes probes(view, lights.front().direction);
   if (probes.mean(least) <= wanted_share) return least;
   double low = least, high = most * view.medium.extinction;
+  // single voxels hide no others from the light, and more would only whiten them
+  if (probes.mean(high) > wanted_share) return view.medium.extinction;
   for (int i = 0; i < 40; ++i) {
     const double middle = std::sqrt(low * high);
     (probes.mean(middle) > wanted_share ? low : high) = middle;
