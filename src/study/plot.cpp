@@ -122,14 +122,14 @@ class Page {
     for (std::size_t i = 1; i < places.size(); ++i)
       line(places[i - 1].first, places[i - 1].second, places[i].first, places[i].second, 1.4,
            series.ink, series.dashed ? 4 : 0);
-    for (const auto& [x, y] : places) mark(x, y, 3.5, series.shape, series.ink);
+    for (const auto& [x, y] : places) mark(x, y, mark_radius, series.shape, series.ink);
   }
 
   void front() {
     const Series front = front_series(plot_);
     for (std::size_t i = 0; i < front.points.size(); ++i) {
       const double x = x_.at(front.points[i].x), y = y_.at(front.points[i].y);
-      mark(x, y, 7, front.shape, front.ink);
+      mark(x, y, front_radius, front.shape, front.ink);
       if (i + 1 == front.points.size()) continue;
       const double next_x = x_.at(front.points[i + 1].x);
       line(x, y, next_x, y, 1, front.ink, 3);
@@ -141,7 +141,7 @@ class Page {
     double y = top + 6;
     for (const LegendEntry& entry : plot_.legend) {
       if (entry.joined) line(right + 16, y, right + 44, y, 1.4, entry.ink, entry.dashed ? 4 : 0);
-      mark(right + 30, y, entry.shape == Shape::ring ? 6.0 : 3.5, entry.shape, entry.ink);
+      mark(right + 30, y, entry.radius, entry.shape, entry.ink);
       text(right + 52, y + 4, entry.text, Anchor::start);
       y += 19;
     }
@@ -159,7 +159,9 @@ bool has_place(const PlotPoint& point) {
   return point.x > 0 && point.y > 0 && std::isfinite(point.x) && std::isfinite(point.y);
 }
 
-LegendEntry front_entry() { return {"Pareto front", red, Shape::ring}; }
+LegendEntry front_entry() {
+  return {.text = "Pareto front", .ink = red, .shape = Shape::ring, .radius = front_radius};
+}
 
 Series front_series(const Plot& plot) {
   const LegendEntry entry = front_entry();

@@ -24,12 +24,16 @@ struct Series {
   std::vector<std::string> entries{};  ///< its texts in the legend
 };
 
+/// Radii of marks, and of the rings of the front around them [pixels].
+constexpr double mark_radius = 3.5, front_radius = 7;
+
 /// A line of the legend: a mark, and a line through it if `joined`.
 struct LegendEntry {
   std::string text;
   Ink ink;
   Shape shape = Shape::disc;
   bool joined = false, dashed = false;
+  double radius = mark_radius;
 };
 
 /// A plot with two logarithmic axes. It leaves out points that these cannot show.
