@@ -347,6 +347,7 @@ t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
 printf '{\n"step": 1,\n}' >broken.json
 t 2 "broken.json: not a scene in JSON: line 3" render "$S" --scene broken.json -o a.exr
 t 2 "unknown option --width; --resolution does that here" render "$S" -o a.exr --width 640
+t 2 "unknown option --samples; --pixel-samples does that here" render "$S" -o a.exr --samples 4
 t 2 "unknown option --density; --extinction does that here" view "$S" --density 2
 t 2 "unknown option --width" compare a.exr b.exr --width 3
 if "$program" compare a.exr b.exr --width 3 2>&1 | grep -q resolution; then

@@ -123,11 +123,10 @@ void CommandLine::check_remaining() const {
     for (const CLI::Option* option : get_options())
       if (option->nonpositional() && option->get_group() != hidden_group && name.starts_with("--"))
         known.push_back("--" + option->get_lnames().front());
-    const std::string near = suggestion(name, known);
-    if (!near.empty()) fail("unknown option " + name + near);
     const std::string meant = option_of_concept(name);
     const bool has = std::find(known.begin(), known.end(), meant) != known.end();
-    fail("unknown option " + name + (has ? "; " + meant + " does that here" : ""));
+    fail("unknown option " + name +
+         (has ? "; " + meant + " does that here" : suggestion(name, known)));
   }
 }
 

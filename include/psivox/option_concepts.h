@@ -8,7 +8,8 @@
 namespace psivox {
 
 /// The option that does what an option of that name does in vdb_render, F3D, ParaView, Blender or
-/// elsewhere; empty if none is known. Names that resemble an option's own are left to suggestion().
+/// elsewhere; empty if none is known. It comes before suggestion(): `--samples` resembles
+/// `--sampling`.
 inline std::string option_of_concept(std::string_view name) {
   struct Concept {
     std::string_view name, option;

@@ -113,13 +113,11 @@ py::list parameter_list() {
 
 /// "; did you mean extinction?", of the names that a call takes; empty if none is near.
 std::string hint(const std::string& name, const std::vector<std::string>& known) {
-  std::string near = suggestion(name, known);
-  if (!near.empty()) return near;
   std::string option = "--" + name;
   std::replace(option.begin(), option.end(), '_', '-');
   const std::string meant = with_keywords(option_of_concept(option));
   return std::find(known.begin(), known.end(), meant) == known.end()
-             ? ""
+             ? suggestion(name, known)
              : "; " + meant + " does that here";
 }
 

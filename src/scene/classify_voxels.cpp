@@ -33,6 +33,7 @@ Field attenuation_of_voxels(const Field& field, const Field& gradient,
   // Places where values or gradients vary become leaves; the rest are tiles without gradients.
   Field result = whole;
   result.active_range.reset();
+  result.stored_range.reset();
   result.tiles.clear();
   for (const Tile& tile : whole.tiles) {
     if (tile.width == 8 && gradients.stores(tile.origin)) {

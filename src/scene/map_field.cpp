@@ -15,6 +15,7 @@ Field map_field(const Field& field, int channels, const VoxelMap& map) {
   Field result = field;
   result.channels = channels;
   result.active_range.reset();
+  result.stored_range.reset();
   const std::size_t from_stride = static_cast<std::size_t>(field.channels);
   const std::size_t to_stride = static_cast<std::size_t>(channels);
   const auto values =

@@ -8,6 +8,7 @@
 #include "psivox/text.h"
 #include "scene/coarse_field.h"
 #include "scene/rank_leaves.h"
+#include "scene/value_range.h"
 #include "scene/vector_part.h"
 
 namespace psivox {
@@ -63,6 +64,7 @@ std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& fil
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }
+  if (!field.reader) field.stored_range = glm::vec2(stored_range(field));  // often asked for
   return at_level(scene, std::move(field));
 }
 

@@ -4,6 +4,7 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "psivox/leaf_values.h"
@@ -44,10 +45,18 @@ glm::dvec2 stored_range(const Field& field) {
       tbb::blocked_range<std::size_t>(0, field.leaves.size(), 256), glm::dvec2(0),
       [&](const auto& some, glm::dvec2 found) {
         for (std::size_t n = some.begin(); n != some.end(); ++n) {
+          // four ranges at once: a vector's
+          std::array<float, 4> low{}, high{};
           const OrderedValues values(field, field.leaves[n]);
-          const auto [low, high] = std::minmax_element(values.data(), values.data() + 512);
-          include(found, *low);
-          include(found, *high);
+          for (std::size_t i = 0; i < 512; i += 4)
+            for (std::size_t k = 0; k < 4; ++k) {
+              low[k] = std::min(low[k], values[i + k]);
+              high[k] = std::max(high[k], values[i + k]);
+            }
+          for (std::size_t k = 0; k < 4; ++k) {
+            include(found, low[k]);
+            include(found, high[k]);
+          }
         }
         return found;
       },
