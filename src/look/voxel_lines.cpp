@@ -49,8 +49,8 @@ double VoxelLines::attenuation(double value) const {
 
 double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along) {
   double sum = 0;
-  walk({glm::dvec3(voxel), along.way, along.step}, 1, [&](const glm::dvec3& point, double value) {
-    if (own(glm::ivec3(glm::round(point)))) sum += exact_(attenuation(value));
+  walk({glm::dvec3(voxel), along.way, along.step}, 1, [&](const glm::ivec3& at, double value) {
+    if (own(at)) sum += exact_(attenuation(value));
     return true;
   });
   return sum;
@@ -64,7 +64,7 @@ double VoxelLines::at(const glm::ivec3& voxel) {
 }
 
 double VoxelLines::at(const glm::dvec3& point) {
-  const glm::ivec3 cell(glm::floor(point));
+  const glm::ivec3 cell = nearest_voxel(point - 0.5);
   const glm::dvec3 u = point - glm::dvec3(cell);
   const auto along_z = [&](int x, int y) {
     return glm::mix(at(cell + glm::ivec3(x, y, 0)), at(cell + glm::ivec3(x, y, 1)), u.z);

@@ -17,6 +17,16 @@
 
 namespace psivox {
 
+/// The voxel that is nearest to a point, of 2^29 voxels to either side. Rounding by the library
+/// takes longer than all else along a line.
+inline glm::ivec3 nearest_voxel(const glm::dvec3& point) {
+  constexpr std::int64_t shift = std::int64_t{1} << 30;  // to positive numbers, which are cut off
+  const auto nearest = [](double x) {
+    return int(std::int64_t(x + (double(shift) + 0.5)) - shift);
+  };
+  return {nearest(point.x), nearest(point.y), nearest(point.z)};
+}
+
 /// The density of a medium along straight lines, at points that are a voxel apart. It keeps the
 /// block that it read last: not for several threads. Of a density that several processes share it
 /// knows this one's own part.
@@ -53,19 +63,18 @@ class VoxelLines {
   /// their own parts adds up without rounding.
   double depth_behind(const glm::ivec3& voxel, const Line& along);
 
-  /// Calls see(point, value) at points k, k + 1, ... of a line while they are in the domain and it
-  /// returns true; the value is that of the nearest voxel. Passes over what is not stored, if that
-  /// attenuates nothing.
+  /// Calls see(voxel, value) for those nearest to the points k, k + 1, ... of a line while they are
+  /// in the domain and it returns true. Passes over what is not stored, if that attenuates nothing.
   template <typename See>
   void walk(const Line& line, double k, See&& see) {
     while (true) {
       const glm::dvec3 point = line.from + k * line.way;
-      const glm::ivec3 voxel(glm::round(point));
+      const glm::ivec3 voxel = nearest_voxel(point);
       if (glm::clamp(voxel, domain_.min, domain_.max) != voxel) return;
       const double value = at(voxel);
       const std::size_t empty =
           value == 0 && empty_is_clear_ ? index_.empty_steps(point, line.way) : 0;
-      if (empty == 0 && !see(point, value)) return;
+      if (empty == 0 && !see(voxel, value)) return;
       k += double(std::max<std::size_t>(empty, 1));
     }
   }
@@ -86,7 +95,7 @@ class VoxelLines {
     }
     for (double n = first; n <= last;) {
       const glm::dvec3 point = line.from + (k + n) * line.way;
-      const glm::ivec3 nearest(glm::round(point));
+      const glm::ivec3 nearest = nearest_voxel(point);
       if (glm::clamp(nearest, domain_.min, domain_.max) != nearest) return;
       std::size_t empty = own(glm::ivec3(glm::floor(point))) ? 0 : 1;
       if (empty == 0 && empty_is_clear_ && at(nearest) == 0)
