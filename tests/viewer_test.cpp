@@ -94,6 +94,28 @@ TEST_P(Window_, ABadFileLeavesTheOldOne) {
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
 }
 
+TEST_P(Window_, ABadFileLeavesTheOneThatIsStillRead) {
+  Hands hands(small(asset("slab.vdb")), GetParam());
+  hands.drop(asset("shells.json"));
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.messages().error_count() == 1; }));
+  EXPECT_EQ(hands.viewer.scene().input, asset("slab.vdb"));
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+}
+
+TEST_P(Window_, ABadFileLeavesTheEmptyWindow) {
+  Scene none = small("");
+  Hands hands(none, GetParam());
+  hands.frames(2);
+  hands.drop(asset("shells.json"));
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.messages().error_count() == 1; }));
+  hands.frames(2);
+  EXPECT_EQ(hands.viewer.scene().input, "");
+  hands.drop(asset("slab.vdb"));
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+}
+
 TEST_P(Window_, PointsOfTheTransferFunctionAreDragged) {
   Scene scene = small(asset("blobs.vdb"));
   scene.resolution = {900, 600};

@@ -94,7 +94,7 @@ void Viewer::take_volume(bool first) {
 }
 
 void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
-  if (!volume()) {
+  if (!volume() && (!fallback_ || fallback_->scene.input == scene_.input)) {
     first_error_ = refusal;
     return;
   }
@@ -110,7 +110,7 @@ void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
   } else {
     scene_ = with_medium_of(*volume(), scene_);
   }
-  if (!camera_due_) return;
+  if (!camera_due_ || !volume()) return;
   camera_due_ = false;
   navigation_.hold();
 }

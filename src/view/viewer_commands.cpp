@@ -36,7 +36,7 @@ Scene for_another_file(Scene scene) {
 }  // namespace
 
 void Viewer::keep_fallback() {
-  if (volume() && !fallback_) fallback_ = Fallback{scene_, look_, sequence_, inputs_};
+  if (!fallback_) fallback_ = Fallback{scene_, look_, sequence_, inputs_};
 }
 
 void Viewer::open(const std::vector<std::string>& inputs) {
