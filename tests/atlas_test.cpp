@@ -223,6 +223,92 @@ TEST(Atlas, WideTilesSideBySideKeepTheirBorders) {
   expect_all_values(field, build_atlas(field));
 }
 
+TEST(Atlas, AWideTileIsStoredAsItsNarrowOnes) {
+  // two wide tiles with a leaf and a narrow tile at their faces: pieces of many bricks, and bricks
+  const Field leaf = make_field({{60, 60, 128}, {70, 75, 140}}, noise);
+  Field wide = tiles_only({{{0, 0, 0}, 128, {0.5f, 0, 0}},
+                           {{128, 0, 0}, 128, {0.75f, 0, 0}},
+                           {{-8, 64, 64}, 8, {0.25f, 0, 0}}});
+  wide.active_box.max.z = 143;
+  wide.leaves = leaf.leaves;
+  wide.storage = leaf.storage;
+  Field narrow = wide;
+  narrow.tiles.clear();
+  for (const Tile& tile : wide.tiles)
+    for (int x = 0; x < tile.width; x += 8)
+      for (int y = 0; y < tile.width; y += 8)
+        for (int z = 0; z < tile.width; z += 8)
+          narrow.tiles.push_back({tile.origin + glm::ivec3(x, y, z), 8, tile.value});
+
+  const auto between = [](float low, float high) {
+    return
+        [=](const ValueRange& own, const ValueRange&) { return own.min <= high && own.max >= low; };
+  };
+  std::vector<AtlasOptions> cases(6);
+  cases[1].region = Box{{3, -1, 2}, {20, 9, 15}};
+  cases[2].visible = between(0.3f, 0.3f);
+  cases[2].with_margin = true;
+  cases[3] = cases[2];
+  cases[3].region = Box{{3, -1, 2}, {20, 9, 15}};
+  cases[4].visible = between(0, 0.1f);
+  cases[5].visible = between(0.6f, 1);
+  cases[5].top_entries = 64;
+  for (std::size_t k = 0; k < cases.size(); ++k) {
+    SCOPED_TRACE(k);
+    EXPECT_EQ(visible_blocks(wide, cases[k]), visible_blocks(narrow, cases[k]));
+    const BrickAtlas a = build_atlas(wide, cases[k]), b = build_atlas(narrow, cases[k]);
+    ASSERT_EQ(a.domain, b.domain);
+    std::size_t wrong = 0;
+    for (int x = -2; x < 33; ++x)
+      for (int y = -1; y < 17; ++y)
+        for (int z = -1; z < 19; ++z) {
+          const glm::ivec3 voxel = glm::max(8 * glm::ivec3(x, y, z), a.domain.min);
+          if (voxel.x >= a.domain.max.x || voxel.y >= a.domain.max.y || voxel.z >= a.domain.max.z)
+            continue;
+          const PageEntry in_a = page_entry(a.pages, voxel), in_b = page_entry(b.pages, voxel);
+          wrong += in_a.kind != in_b.kind;
+          for (const glm::ivec3 corner : {voxel, 8 * glm::ivec3(x, y, z) + 8})
+            wrong += in_a.kind == in_b.kind &&
+                     atlas_value(a, in_a, corner) != atlas_value(b, in_b, corner);
+        }
+    EXPECT_EQ(wrong, 0u);
+  }
+}
+
+TEST(Atlas, TheWidestTilesKeepTheirBorders) {
+  // beside each other, and beside tiles and a leaf at their faces, edges and corners
+  Field field = tiles_only({{{0, 0, 0}, 4096, {0.5f, 0, 0}},
+                            {{0, 4096, 0}, 4096, {0.75f, 0, 0}},
+                            {{4096, 0, 3968}, 128, {0.25f, 0, 0}},
+                            {{4096, 4096, 4096}, 8, {1, 0, 0}}});
+  const Field leaf = make_field({{2049, 2050, -8}, {2056, 2063, -1}}, noise);
+  field.leaves = leaf.leaves;
+  field.storage = leaf.storage;
+  field.active_box.min.z = -8;
+  const BrickAtlas atlas = build_atlas(field);
+  const FieldVoxels voxels(field);
+  std::vector<int> at;
+  for (const int face : {0, 1920, 2048, 2056, 2064, 3968, 4096, 4104, 4224, 8192})
+    for (const int cell : {-9, -8, -1, 0, 7, 8}) at.push_back(face + cell);
+  std::size_t wrong = 0, compared = 0;
+  for (const int x : at)
+    for (const int y : at)
+      for (const int z : at) {
+        const glm::ivec3 cell(x, y, z);
+        if (cell != glm::clamp(cell, atlas.domain.min, atlas.domain.max - 1)) continue;
+        const PageEntry entry = page_entry(atlas.pages, cell);
+        for (int i = 0; i < 8; ++i) {
+          const glm::ivec3 v = cell + glm::ivec3(i >> 2, (i >> 1) & 1, i & 1);
+          wrong += atlas_value(atlas, entry, v) != voxels(v);
+          ++compared;
+        }
+      }
+  EXPECT_EQ(wrong, 0u);
+  EXPECT_GT(compared, 400000u);
+  // one by one, the faces' bricks would take 50 MiB of the table alone for each tile
+  EXPECT_LT(atlas.size.bytes(), 4u << 20);
+}
+
 TEST(Atlas, VectorsKeepTheirThreeChannels) {
   const auto colour = [](glm::ivec3 v) {
     return glm::vec3(noise(v), noise(v + 100), noise(v - 100));

@@ -15,9 +15,8 @@ class BlockMap {
   static constexpr std::int32_t none = -1;
 
   explicit BlockMap(std::size_t expected = 0) {
-    std::size_t slots = 16;
-    while (slots < expected * 2) slots *= 2;
-    slots_.resize(slots);
+    while (std::size_t{1} << bits_ < expected * 2) ++bits_;
+    slots_.resize(std::size_t{1} << bits_);
   }
 
   std::size_t size() const { return size_; }
@@ -57,13 +56,14 @@ class BlockMap {
            (std::uint64_t(std::uint32_t(at.y)) & mask) << 21 |
            (std::uint64_t(std::uint32_t(at.z)) & mask);
   }
-  /// Fibonacci hashing, top bits.
-  static std::size_t hash(std::uint64_t key) {
-    return std::size_t((key * 0x9E3779B97F4A7C15ull) >> 24);
+  /// Fibonacci hashing: the top bits alone follow from all of the key's.
+  std::size_t hash(std::uint64_t key) const {
+    return std::size_t((key * 0x9E3779B97F4A7C15ull) >> (64 - bits_));
   }
   void grow() {
     std::vector<Slot> old(slots_.size() * 2);
     old.swap(slots_);
+    ++bits_;
     for (const Slot& slot : old) {
       if (slot.value == none) continue;
       std::size_t i = hash(slot.key);
@@ -72,6 +72,7 @@ class BlockMap {
     }
   }
 
+  int bits_ = 4;  ///< of a slot's number
   std::vector<Slot> slots_;
   std::size_t size_ = 0;
 };

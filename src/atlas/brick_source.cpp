@@ -4,9 +4,14 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <functional>
+#include <glm/common.hpp>
+#include <iterator>
+#include <set>
 #include <string>
 
 #include "psivox/error.h"
+#include "psivox/memory.h"
 
 namespace psivox::atlas {
 namespace {
@@ -17,6 +22,33 @@ glm::ivec3 floor_divide(const glm::ivec3& a, int width) {
 }
 
 }  // namespace
+
+/// Throws Error(memory) if a list of pieces that doubles would take more than what is free.
+static void check_growth(const Field& field, std::size_t count) {
+  constexpr std::uint64_t planned = 128;  // of a piece: in the list, in maps, with its kind [bytes]
+  constexpr std::size_t few = std::size_t{1} << 22;
+  if (const std::uint64_t free = available_memory();
+      count > few && free > 0 && 2 * count * planned > free)
+    throw Error(ExitCode::memory,
+                "grid '" + field.name + "' has more than " + std::to_string(count) +
+                    " bricks beside leaves and tiles, more than there is memory for");
+}
+
+Box Piece::bricks(const Box& region) const {
+  const int last = width / brick_cells - 1;
+  Box box{first, first};
+  for (int axis = 0; axis < 3; ++axis)
+    if ((first[axis] & last) != last) box.max[axis] += last - 1;
+  return {glm::max(box.min, region.min), glm::min(box.max, region.max)};
+}
+
+Piece Piece::at(const glm::ivec3& brick, int width) {
+  const int last = width / brick_cells - 1;
+  Piece piece{brick, width};
+  for (int axis = 0; axis < 3; ++axis)
+    if ((brick[axis] & last) != last) piece.first[axis] &= ~last;
+  return piece;
+}
 
 const float* Block::row(int x, int y, int count, int channels, float* room) const {
   if (is_constant()) {
@@ -35,16 +67,25 @@ BrickSource::BrickSource(const Field& field) : field_(field), leaves_(field.leav
   check_in_memory(field);
   for (std::size_t i = 0; i < field.leaves.size(); ++i)
     leaves_.insert(field.leaves[i].origin >> 3, std::int32_t(i));
+  // a tile of OpenVDB is as wide as 16 or 32 narrower ones
+  std::set<int, std::greater<>> widths;
+  for (const Tile& tile : field.tiles)
+    if (tile.width > brick_cells) widths.insert({tile.width, std::min(tile.width, 128)});
+  for (const int width : widths) levels_.push_back({width});
+  const auto occupy = [&](const glm::ivec3& origin, int width) {
+    for (Level& level : levels_)
+      if (level.width > width) level.narrower.insert(floor_divide(origin, level.width), 0);
+  };
+  for (const Leaf& leaf : field.leaves) occupy(leaf.origin, brick_cells);
   for (std::size_t i = 0; i < field.tiles.size(); ++i) {
     const Tile& tile = field.tiles[i];
-    if (tile.width == brick_cells) {
+    occupy(tile.origin, tile.width);
+    if (tile.width == brick_cells)
       narrow_tiles_.insert(tile.origin >> 3, std::int32_t(i));
-      continue;
-    }
-    auto map = std::find_if(wide_maps_.begin(), wide_maps_.end(),
-                            [&](const auto& entry) { return entry.first == tile.width; });
-    if (map == wide_maps_.end()) map = wide_maps_.insert(map, {tile.width, BlockMap()});
-    map->second.insert(floor_divide(tile.origin, tile.width), std::int32_t(i));
+    else
+      for (Level& level : levels_)
+        if (level.width == tile.width)
+          level.tiles.insert(floor_divide(tile.origin, tile.width), std::int32_t(i));
   }
 }
 
@@ -63,10 +104,15 @@ Block BrickSource::block(const glm::ivec3& at) const {
   if (narrow_tiles_.size() > 0)
     if (const auto i = narrow_tiles_.find(at); i != BlockMap::none)
       return {{}, field_.tiles[std::size_t(i)].value};
-  for (const auto& [width, map] : wide_maps_)
-    if (const auto i = map.find(floor_divide(at * brick_cells, width)); i != BlockMap::none)
+  for (const Level& level : levels_)
+    if (const auto i = level.tiles.find(floor_divide(at * brick_cells, level.width));
+        i != BlockMap::none)
       return {{}, field_.tiles[std::size_t(i)].value};
   return {};
+}
+
+bool BrickSource::Neighbours::are_constant() const {
+  return std::all_of(std::begin(blocks), std::end(blocks), std::mem_fn(&Block::is_constant));
 }
 
 BrickSource::Neighbours BrickSource::neighbours(const glm::ivec3& brick) const {
@@ -101,16 +147,43 @@ void BrickSource::gather(const Neighbours& from, float* values) const {
     }
 }
 
-std::vector<glm::ivec3> BrickSource::candidates() const {
-  std::vector<glm::ivec3> result;
+bool BrickSource::alike(const glm::ivec3& first, const Level& level) const {
+  for (int i = 0; i < 8; ++i) {
+    const glm::ivec3 at = first + glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
+    if (level.narrower.find(floor_divide(at * brick_cells, level.width)) != BlockMap::none)
+      return false;
+  }
+  return true;
+}
+
+std::vector<Piece> BrickSource::candidates() const {
+  std::vector<Piece> result;
   result.reserve(field_.leaves.size() * 5 / 4);
   BlockMap seen(field_.leaves.size() + field_.leaves.size() / 2);
-  const auto add = [&](const glm::ivec3& brick) {
+  const auto add = [&](const glm::ivec3& first, int width) {
     const auto next = std::int32_t(result.size());
-    if (seen.insert(brick, next) == next) result.push_back(brick);
+    if (seen.insert(first, next) != next) return;
+    if (result.size() == result.capacity()) check_growth(field_, result.size());
+    result.push_back({first, width});
   };
   const auto add_lower = [&](const glm::ivec3& block) {
-    for (int i = 0; i < 8; ++i) add(block - glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
+    for (int i = 0; i < 8; ++i) add(block - glm::ivec3(i >> 2, i >> 1 & 1, i & 1), brick_cells);
+  };
+  // a piece as wide as a level's tiles, or the narrower ones in it
+  const auto add_alike = [&](const auto& self, const glm::ivec3& first, std::size_t level) -> void {
+    if (level == levels_.size()) return add(first, brick_cells);
+    const Piece piece{first, levels_[level].width};
+    if (alike(first, levels_[level])) return add(first, piece.width);
+    const int narrower = level + 1 < levels_.size() ? levels_[level + 1].width : brick_cells;
+    const Box box = piece.bricks();
+    const auto next = [&](int at, int axis) {
+      glm::ivec3 in = first;
+      in[axis] = at;
+      return Piece{in, narrower}.bricks().max[axis] + 1;
+    };
+    for (int x = box.min.x; x <= box.max.x; x = next(x, 0))
+      for (int y = box.min.y; y <= box.max.y; y = next(y, 1))
+        for (int z = box.min.z; z <= box.max.z; z = next(z, 2)) self(self, {x, y, z}, level + 1);
   };
   for (const Leaf& leaf : field_.leaves) add_lower(leaf.origin >> 3);
   for (const Tile& tile : field_.tiles) {
@@ -120,13 +193,20 @@ std::vector<glm::ivec3> BrickSource::candidates() const {
       add_lower(lo);
       continue;
     }
+    std::size_t level = 0;
+    while (levels_[level].width != tile.width) ++level;
     // the layer below the tile, and the tile's last layer, whose apron lies beyond the tile
-    for (int x = -1; x < n; ++x)
-      for (int y = -1; y < n; ++y) {
-        const bool side = x == -1 || x == n - 1 || y == -1 || y == n - 1;
-        for (int z = -1; z < n; z += side || z == n - 1 ? 1 : n) add(lo + glm::ivec3(x, y, z));
-      }
+    for (const int x : {-1, 0, n - 1})
+      for (const int y : {-1, 0, n - 1})
+        for (const int z : {-1, 0, n - 1})
+          if (x != 0 || y != 0 || z != 0) add_alike(add_alike, lo + glm::ivec3(x, y, z), level);
   }
+  return result;
+}
+
+std::vector<int> BrickSource::widths() const {
+  std::vector<int> result{brick_cells};
+  for (const Level& level : levels_) result.push_back(level.width);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "atlas/block_map.h"
@@ -19,6 +20,22 @@ struct Block {
   const float* row(int x, int y, int count, int channels, float* room) const;
 };
 
+inline constexpr Box everywhere{glm::ivec3(std::numeric_limits<int>::min()),
+                                glm::ivec3(std::numeric_limits<int>::max())};
+
+/// Bricks that are found as one: a single one, or many between wide tiles whose blocks are equal.
+/// Along each axis cells of `width` voxels are split into their last brick, whose apron lies in the
+/// next cell, and the others, so that pieces are disjoint.
+struct Piece {
+  glm::ivec3 first;  ///< brick
+  int width = brick_cells;
+
+  /// Those in a region.
+  Box bricks(const Box& region = everywhere) const;
+  /// The piece of a width that holds a brick.
+  static Piece at(const glm::ivec3& brick, int width);
+};
+
 /// Finds the voxels of a field by block and puts them together into bricks.
 class BrickSource {
  public:
@@ -35,6 +52,8 @@ class BrickSource {
   /// Blocks that a brick's 9^3 values come from: index (x*2 + y)*2 + z, 1 on the + side.
   struct Neighbours {
     Block blocks[8];
+
+    bool are_constant() const;
   };
   Neighbours neighbours(const glm::ivec3& brick) const;
 
@@ -42,8 +61,9 @@ class BrickSource {
   void gather(const Neighbours& from, float* values) const;
 
   /// Bricks that a leaf or a tile reaches into, each once, without those inside a wide tile, whose
-  /// values are all the tile's (see wide_tiles).
-  std::vector<glm::ivec3> candidates() const;
+  /// values are all the tile's (see wide_tiles). Bricks of one piece have equal neighbours, all
+  /// constant if there are several.
+  std::vector<Piece> candidates() const;
 
   /// Boxes of bricks whose values are all one tile's.
   struct ConstantBox {
@@ -51,12 +71,23 @@ class BrickSource {
     glm::vec3 value;
   };
   std::vector<ConstantBox> wide_tiles() const;
+  /// Of pieces: 8 voxels, and those of wide tiles.
+  std::vector<int> widths() const;
 
  private:
+  /// Tiles of one width, and what is narrower than they are.
+  struct Level {
+    int width;            ///< [voxels]
+    BlockMap tiles{};     ///< numbers, by cells of that width
+    BlockMap narrower{};  ///< cells that hold a leaf or a narrower tile
+  };
+  /// Whether the bricks of a piece have equal neighbours. `level` counts from the widest.
+  bool alike(const glm::ivec3& first, const Level& level) const;
+
   const Field& field_;
   BlockMap leaves_;
   BlockMap narrow_tiles_;
-  std::vector<std::pair<int, BlockMap>> wide_maps_;  ///< by width in voxels
+  std::vector<Level> levels_;  ///< of wide tiles, the widest first
 };
 
 }  // namespace psivox::atlas

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/gtc/packing.hpp>
@@ -26,12 +27,10 @@ constexpr float largest_half = 65504;
 
 /// So many bricks of one value get texels of their own, or as many as others have [bricks].
 constexpr std::uint64_t few_constants = 4096;
-constexpr Box everywhere{glm::ivec3(std::numeric_limits<int>::min()),
-                         glm::ivec3(std::numeric_limits<int>::max())};
 
-/// A candidate brick and its kind.
+/// Candidate bricks and their kind.
 struct Candidate {
-  glm::ivec3 brick;
+  Box bricks;
   EntryKind kind = EntryKind::empty;
   glm::vec3 value{0};
 };
@@ -117,11 +116,11 @@ void find_kind(const BrickSource& source, const BrickSource::Neighbours& from,
 /// Finds a brick's kind by options.visible, under which constants of 0 may be visible.
 void find_visible_kind(const BrickSource& source, const BrickSource* companion,
                        const AtlasOptions& options, Candidate& candidate) {
-  const BrickSource::Neighbours from = source.neighbours(candidate.brick);
+  const BrickSource::Neighbours from = source.neighbours(candidate.bricks.min);
   find_kind(source, from, candidate);
   const ValueRange own = value_range(from, source.channels());
   const ValueRange companions =
-      companion ? value_range(companion->neighbours(candidate.brick), 1) : ValueRange{};
+      companion ? value_range(companion->neighbours(candidate.bricks.min), 1) : ValueRange{};
   if (!options.visible(own, companions))
     candidate.kind = EntryKind::empty;
   else if (candidate.kind == EntryKind::empty)
@@ -142,32 +141,65 @@ ValueRange face_range(const float* values, int axis, bool upper) {
   return range;
 }
 
+/// Calls `each` for the bricks of a box, whose ends are inclusive.
+template <typename Each>
+void for_bricks(const Box& box, const Each& each) {
+  for (int x = box.min.x; x <= box.max.x; ++x)
+    for (int y = box.min.y; y <= box.max.y; ++y)
+      for (int z = box.min.z; z <= box.max.z; ++z) each(glm::ivec3(x, y, z));
+}
+
+/// A bit for each face of a brick at which one of its cells is visible.
+std::uint8_t visible_faces(const BrickSource& source, const AtlasOptions& options,
+                           const glm::ivec3& brick) {
+  std::array<float, brick_texels> values;
+  source.gather(source.neighbours(brick), values.data());
+  unsigned faces = 0;
+  for (int face = 0; face < 6; ++face)
+    if (options.visible(face_range(values.data(), face >> 1, face & 1), {})) faces |= 1u << face;
+  return std::uint8_t(faces);
+}
+
+/// The bricks beside a face of a box.
+Box beside(Box box, int face) {
+  const int axis = face >> 1;
+  box.min[axis] = box.max[axis] = face & 1 ? box.max[axis] + 1 : box.min[axis] - 1;
+  return box;
+}
+
 /// Makes bricks visible, with their values, beside faces at which another's cells are.
-void add_margin(const BrickSource& source, const AtlasOptions& options,
+void add_margin(const BrickSource& source, const AtlasOptions& options, const Box& region,
                 std::vector<Candidate>& candidates) {
-  std::vector<std::uint8_t> reached(candidates.size());  // a bit for each face
-  tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t i) {
-    if (candidates[i].kind != EntryKind::brick) return;
-    std::array<float, brick_texels> values;
-    source.gather(source.neighbours(candidates[i].brick), values.data());
-    for (int face = 0; face < 6; ++face)
-      if (options.visible(face_range(values.data(), face >> 1, face & 1), {}))
-        reached[i] = std::uint8_t(reached[i] | 1 << face);
+  const std::size_t own = candidates.size();
+  std::vector<std::uint8_t> reached(own);
+  tbb::parallel_for(std::size_t{0}, own, [&](std::size_t i) {
+    if (candidates[i].kind == EntryKind::brick)
+      reached[i] = visible_faces(source, options, candidates[i].bricks.min);
   });
-  atlas::BlockMap numbers(candidates.size());
-  for (std::size_t i = 0; i < candidates.size(); ++i)
-    numbers.insert(candidates[i].brick, std::int32_t(i));
-  for (std::size_t i = 0; i < reached.size(); ++i)
+  atlas::BlockMap numbers(own), added;
+  for (std::size_t i = 0; i < own; ++i) numbers.insert(candidates[i].bricks.min, std::int32_t(i));
+  const std::vector<int> widths = source.widths();
+  const auto is_stored = [&](const glm::ivec3& brick) {
+    return std::ranges::any_of(widths, [&](int width) {
+      const Box piece = atlas::Piece::at(brick, width).bricks(region);
+      const std::int32_t i = numbers.find(piece.min);
+      if (i == atlas::BlockMap::none) return false;
+      const Candidate& found = candidates[std::size_t(i)];
+      return found.kind != EntryKind::empty &&
+             glm::clamp(brick, found.bricks.min, found.bricks.max) == brick;
+    });
+  };
+  for (std::size_t i = 0; i < own; ++i)
     for (int face = 0; face < 6; ++face) {
       if (!(reached[i] >> face & 1)) continue;
-      glm::ivec3 brick = candidates[i].brick;
-      brick[face >> 1] += face & 1 ? 1 : -1;
-      const auto number = std::size_t(numbers.insert(brick, std::int32_t(candidates.size())));
-      if (number == candidates.size()) candidates.push_back({brick});
-      if (candidates[number].kind != EntryKind::empty) continue;
-      find_kind(source, source.neighbours(brick), candidates[number]);
-      if (candidates[number].kind == EntryKind::empty)
-        candidates[number].kind = EntryKind::constant;
+      for_bricks(beside(candidates[i].bricks, face), [&](const glm::ivec3& brick) {
+        const auto next = std::int32_t(candidates.size());
+        if (is_stored(brick) || added.insert(brick, next) != next) return;
+        Candidate candidate{{brick, brick}};
+        find_kind(source, source.neighbours(brick), candidate);
+        if (candidate.kind == EntryKind::empty) candidate.kind = EntryKind::constant;
+        candidates.push_back(candidate);
+      });
     }
 }
 
@@ -177,33 +209,29 @@ struct Plan {
   BrickAtlas atlas;
 };
 
-std::uint64_t brick_count(const BrickSource::ConstantBox& box) {
+/// Of a box that is not empty.
+std::uint64_t brick_count(const Box& box) {
   const glm::u64vec3 size(box.max - box.min + 1);
   return size.x * size.y * size.z;
 }
+
+Box common(const Box& a, const Box& b) { return {glm::max(a.min, b.min), glm::min(a.max, b.max)}; }
 
 /// Whether bricks of one value are few enough to store their texels.
 bool few_are_constant(const std::vector<Candidate>& candidates,
                       const std::vector<BrickSource::ConstantBox>& tiles) {
   std::uint64_t constants = 0, others = 0;
   for (const Candidate& candidate : candidates) {
-    constants += candidate.kind == EntryKind::constant;
-    others += candidate.kind == EntryKind::brick;
+    const std::uint64_t count = brick_count(candidate.bricks);
+    if (candidate.kind == EntryKind::constant) constants += count;
+    if (candidate.kind == EntryKind::brick) others += count;
   }
-  for (const BrickSource::ConstantBox& tile : tiles) constants += brick_count(tile);
+  for (const BrickSource::ConstantBox& tile : tiles) constants += brick_count({tile.min, tile.max});
   return constants <= std::max(few_constants, others);
 }
 
 std::uint64_t texel_bytes(std::size_t bricks, int channels, TexelType texel) {
   return bricks * brick_texels * std::uint64_t(channels) * (texel == TexelType::float16 ? 2u : 4u);
-}
-
-/// Calls `each` for the bricks of a box, whose ends are inclusive.
-template <typename Each>
-void for_bricks(const Box& box, const Each& each) {
-  for (int x = box.min.x; x <= box.max.x; ++x)
-    for (int y = box.min.y; y <= box.max.y; ++y)
-      for (int z = box.min.z; z <= box.max.z; ++z) each(glm::ivec3(x, y, z));
 }
 
 Plan make_plan(const Field& field, const AtlasOptions& options) {
@@ -218,9 +246,9 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
   // Bricks walked for another grid must stay distinct from the 0 around them.
   const bool keep_all = visible(0) && !options.walked.empty();
   std::vector<Candidate> candidates;
-  const Box region = options.region.value_or(everywhere);
-  for (const glm::ivec3& brick : plan.source.candidates())
-    if (glm::clamp(brick, region.min, region.max) == brick) candidates.push_back({brick});
+  const Box region = options.region.value_or(atlas::everywhere);
+  for (const atlas::Piece& piece : plan.source.candidates())
+    if (const Box bricks = piece.bricks(region); !bricks.empty()) candidates.push_back({bricks});
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, candidates.size(), 256),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i != range.end(); ++i) {
@@ -228,12 +256,12 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
                           find_visible_kind(plan.source, companion ? &*companion : nullptr, options,
                                             candidates[i]);
                         else
-                          find_kind(plan.source, plan.source.neighbours(candidates[i].brick),
+                          find_kind(plan.source, plan.source.neighbours(candidates[i].bricks.min),
                                     candidates[i]);
                       }
                     });
 
-  if (options.with_margin) add_margin(plan.source, options, candidates);
+  if (options.with_margin) add_margin(plan.source, options, region, candidates);
 
   BrickAtlas& result = plan.atlas;
   result.channels = field.channels;
@@ -247,12 +275,18 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
   const glm::ivec3 last = (result.domain.max - 1) >> 3;
   atlas::PageTableBuilder pages(first, last, options.top_entries);
   const auto set_box = [&](const glm::ivec3& min, const glm::ivec3& max, std::uint32_t entry) {
-    const Box box{glm::max(min, region.min), glm::min(max, region.max)};
+    const Box box = common({min, max}, region);
     if (!box.empty()) pages.set_box(box.min, box.max, entry);
   };
+  std::map<std::array<std::uint32_t, 3>, std::uint32_t> constants;  // their places, by their bits
   const auto add_constant = [&](const glm::vec3& value) {
-    const auto index = std::uint32_t(result.constants.size() / std::size_t(field.channels));
-    for (int c = 0; c < field.channels; ++c) result.constants.push_back(value[c]);
+    const auto next = std::uint32_t(result.constants.size() / std::size_t(field.channels));
+    std::array<std::uint32_t, 3> bits{};
+    for (int c = 0; c < field.channels; ++c)
+      bits[std::size_t(c)] = std::bit_cast<std::uint32_t>(value[c]);
+    const std::uint32_t index = constants.try_emplace(bits, next).first->second;
+    if (index == next)
+      for (int c = 0; c < field.channels; ++c) result.constants.push_back(value[c]);
     ++result.size.constant_bricks;
     return make_entry(EntryKind::constant, index);
   };
@@ -272,7 +306,7 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
   constexpr std::uint32_t nothing = make_entry(EntryKind::empty, 1);
   for (const BrickSource::ConstantBox& box : tiles) {
     if (result.own_texels && visible(box.value.x))
-      for_bricks({glm::max(box.min, region.min), glm::min(box.max, region.max)}, add_brick);
+      for_bricks(common({box.min, box.max}, region), add_brick);
     else if (keep_all || visible(box.value.x))
       set_box(box.min, box.max, add_constant(box.value));
     else if (visible(0))
@@ -280,19 +314,19 @@ Plan make_plan(const Field& field, const AtlasOptions& options) {
   }
   AlikeBricks alike;
   for (const Candidate& candidate : candidates) {
-    const glm::ivec3& b = candidate.brick;
-    if (glm::any(glm::lessThan(b, first)) || glm::any(glm::greaterThan(b, last))) continue;
+    const Box box = common(candidate.bricks, {first, last});
+    if (box.empty()) continue;
     if (candidate.kind == EntryKind::empty) {
-      if (visible(0) && !keep_all) pages.set_brick(b, nothing);
+      if (visible(0) && !keep_all) pages.set_box(box.min, box.max, nothing);
     } else if (result.own_texels) {
-      add_brick(b);
+      for_bricks(box, add_brick);
     } else if (candidate.kind == EntryKind::constant) {
-      pages.set_brick(b, add_constant(candidate.value));
+      pages.set_box(box.min, box.max, add_constant(candidate.value));
     } else {
       const auto next = std::uint32_t(result.places.size());
-      const std::uint32_t slot = alike.slot(plan.source.neighbours(b), next).value_or(next);
-      pages.set_brick(b, make_entry(EntryKind::brick, slot));
-      if (slot == next) result.places.push_back(b);
+      const std::uint32_t slot = alike.slot(plan.source.neighbours(box.min), next).value_or(next);
+      pages.set_box(box.min, box.max, make_entry(EntryKind::brick, slot));
+      if (slot == next) result.places.push_back(box.min);
     }
   }
   result.pages = pages.finish();

@@ -17,6 +17,7 @@ namespace {
 
 using atlas::BlockMap;
 using atlas::BrickSource;
+using atlas::Piece;
 
 constexpr std::size_t most_blocks = std::size_t{1} << 24;  // 32 GiB of floats
 
@@ -42,23 +43,26 @@ class BlockList {
     const auto next = std::int32_t(blocks_.size());
     if (seen_.insert(block, next) != next) return;
     blocks_.push_back(block);
-    if (blocks_.size() > most_blocks)
-      throw Error(ExitCode::memory, "grid '" + name_ + "' has something in more than " +
-                                        std::to_string(most_blocks) +
-                                        " blocks of 8^3 voxels, too many to light");
+    check(blocks_.size());
   }
 
   void add_box(const glm::ivec3& min, const glm::ivec3& max) {
-    const glm::ivec3 lo = glm::max(min, first_), hi = glm::min(max, last_);
-    for (int x = lo.x; x <= hi.x; ++x)
-      for (int y = lo.y; y <= hi.y; ++y)
-        for (int z = lo.z; z <= hi.z; ++z) add({x, y, z});
+    const Box box = inside({min, max});
+    check(volume(box));
+    for (int x = box.min.x; x <= box.max.x; ++x)
+      for (int y = box.min.y; y <= box.max.y; ++y)
+        for (int z = box.min.z; z <= box.max.z; ++z) add({x, y, z});
   }
-  /// Of each brick those neighbours whose bits are set.
-  void add_reached(std::span<const glm::ivec3> bricks, std::span<const std::uint8_t> reached) {
-    for (std::size_t k = 0; k < bricks.size(); ++k)
-      for (int i = 0; i < 8; ++i)
-        if (reached[k] >> i & 1) add(bricks[k] + neighbour(i));
+  /// Boxes that share no block. If they are too many, none is listed.
+  void add_disjoint(std::span<const Box> boxes) {
+    std::uint64_t count = 0;
+    for (const Box& box : boxes) check(count += volume(inside(box)));
+    for (const Box& box : boxes) add_box(box.min, box.max);
+  }
+  /// Of the bricks of a box those neighbours whose bits are set.
+  void add_reached(const Box& bricks, std::uint8_t reached) {
+    for (int i = 0; i < 8; ++i)
+      if (reached >> i & 1) add_box(bricks.min + neighbour(i), bricks.max + neighbour(i));
   }
   void add_domain() { add_box(first_, last_); }
 
@@ -73,6 +77,19 @@ class BlockList {
   }
 
  private:
+  Box inside(const Box& box) const { return {glm::max(box.min, first_), glm::min(box.max, last_)}; }
+  static std::uint64_t volume(const Box& box) {
+    if (box.empty()) return 0;
+    const glm::u64vec3 size(box.max - box.min + 1);
+    return size.x * size.y * size.z;
+  }
+  void check(std::uint64_t count) const {
+    if (count > most_blocks)
+      throw Error(ExitCode::memory, "grid '" + name_ + "' has something in more than " +
+                                        std::to_string(most_blocks) +
+                                        " blocks of 8^3 voxels, too many to light");
+  }
+
   std::string name_;
   BlockMap seen_;
   std::vector<glm::ivec3> blocks_;
@@ -93,6 +110,30 @@ ValueRange range_towards(const float* values, const glm::ivec3& offset) {
   return range;
 }
 
+/// The same of a brick in a field.
+class BrickRanges {
+ public:
+  void find(const BrickSource& source, const glm::ivec3& brick) {
+    const BrickSource::Neighbours from = source.neighbours(brick);
+    if (from.are_constant()) {  // each layer of cells has corners in all of them
+      all_ = {HUGE_VALF, -HUGE_VALF};
+      for (const atlas::Block& block : from.blocks)
+        all_ = {std::min(all_->min, block.constant.x), std::max(all_->max, block.constant.x)};
+      return;
+    }
+    all_.reset();
+    source.gather(from, values_.data());
+  }
+  /// The range towards a neighbour.
+  ValueRange towards(int i) const {
+    return all_ ? *all_ : range_towards(values_.data(), neighbour(i));
+  }
+
+ private:
+  std::optional<ValueRange> all_ = ValueRange{};  ///< of equal blocks: towards each
+  std::array<float, brick_texels> values_;
+};
+
 }  // namespace
 
 std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options) {
@@ -108,28 +149,26 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
   const BrickSource source(field);
   std::optional<BrickSource> companion;
   if (options.companion) companion.emplace(*options.companion);
-  std::vector<glm::ivec3> bricks = source.candidates();
-  if (const std::optional<Box>& region = options.region)
-    std::erase_if(bricks, [&](const glm::ivec3& brick) {
-      return brick != glm::clamp(brick, region->min, region->max);
-    });
-  std::vector<std::uint8_t> reached(bricks.size());  // a bit for each of 8 neighbours
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bricks.size(), 16), [&](const auto& some) {
-    std::array<float, brick_texels> values;
-    std::array<float, brick_texels> others{};
+  const Box region = options.region.value_or(atlas::everywhere);
+  std::vector<Piece> pieces = source.candidates();
+  std::erase_if(pieces, [&](const Piece& piece) { return piece.bricks(region).empty(); });
+  std::vector<std::uint8_t> reached(pieces.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pieces.size(), 16), [&](const auto& some) {
+    BrickRanges ranges, others;
     for (std::size_t k = some.begin(); k != some.end(); ++k) {
-      source.gather(source.neighbours(bricks[k]), values.data());
-      if (companion) companion->gather(companion->neighbours(bricks[k]), others.data());
-      for (int i = 0; i < 8; ++i) {
-        const glm::ivec3 offset = neighbour(i);
-        if (visible(range_towards(values.data(), offset), range_towards(others.data(), offset)))
+      ranges.find(source, pieces[k].first);
+      if (companion) others.find(*companion, pieces[k].first);
+      for (int i = 0; i < 8; ++i)
+        if (visible(ranges.towards(i), others.towards(i)))
           reached[k] = std::uint8_t(reached[k] | 1 << i);
-      }
     }
   });
-  blocks.add_reached(bricks, reached);
+  std::vector<Box> tiles;
   for (const BrickSource::ConstantBox& box : source.wide_tiles())
-    if (visible({box.value.x, box.value.x}, {})) blocks.add_box(box.min, box.max + 1);
+    if (visible({box.value.x, box.value.x}, {})) tiles.push_back({box.min, box.max + 1});
+  blocks.add_disjoint(tiles);
+  for (std::size_t k = 0; k < pieces.size(); ++k)
+    blocks.add_reached(pieces[k].bricks(region), reached[k]);
   return blocks.origins();
 }
 
@@ -147,7 +186,8 @@ std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
     }
   });
   BlockList blocks(field, {});
-  blocks.add_reached(atlas.places, reached);
+  for (std::size_t k = 0; k < reached.size(); ++k)
+    blocks.add_reached({atlas.places[k], atlas.places[k]}, reached[k]);
   return blocks.origins();
 }
 

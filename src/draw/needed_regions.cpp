@@ -26,11 +26,15 @@ std::string region_obstacle(const View& view, const Wish& wish) {
 
 namespace {
 
-/// More than the field's bricks can take on host and GPU [bytes].
-double most_bytes(const Field& field) {
-  double blocks = double(field.leaves.size());
-  for (const Tile& tile : field.tiles) blocks += 6 * std::pow(tile.width / 8 + 1, 2);
-  return 2 * 8 * blocks * brick_texels * sizeof(float) * field.channels;
+/// More than the field's bricks can take on host and GPU [bytes]. `own_texels`: bricks of one
+/// value, and those between wide tiles, may be stored one by one.
+double most_bytes(const Field& field, bool own_texels) {
+  double bricks = 8 * double(field.leaves.size());
+  for (const Tile& tile : field.tiles) {
+    const double faces = 8 * 6 * std::pow(tile.width / 8 + 1, 2);
+    bricks += own_texels || tile.width == 8 ? faces : 26;
+  }
+  return 2 * bricks * brick_texels * sizeof(float) * field.channels;
 }
 
 /// What a view's grids take, on host or GPU [bytes].
@@ -156,10 +160,10 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
   const double all = given_limit ? *given_limit : double(grid_memory(view.scene));
   const int light = light_channels(view);
   // a block of light beside each of a leaf's blocks
-  double most =
-      (1 + light) * most_bytes(*medium.density) + 27 * light * double(value_bytes(*medium.density));
+  double most = (1 + light) * most_bytes(*medium.density, density_options(view).own_texels) +
+                27 * light * double(value_bytes(*medium.density));
   for (const auto& field : {medium.luminance, medium.emission, medium.gradient})
-    if (field) most += most_bytes(*field);
+    if (field) most += most_bytes(*field, false);
   double limit = given_limit ? all : left_beside(density_bytes(view), all);
   if (!in_file && (limit == 0 || most <= limit)) return {};
 

@@ -21,7 +21,8 @@ GridReport describe(const VdbFile& file, const GridInfo& grid) {
     const GridRole role = grid.channels == 1 ? GridRole::attenuation : GridRole::luminance;
     const Field field = file.read(grid.name, {role, false});
     row.float32 = predict_atlas(field, {TexelType::float32});
-    row.float16 = predict_atlas(field, {TexelType::float16});
+    row.float16 = row.float32;
+    row.float16->texel_bytes /= 2;
   } catch (const Error& error) {
     row.grid.problem = error.what();
   }
