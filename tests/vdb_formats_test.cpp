@@ -8,6 +8,8 @@
 #include <optional>
 
 #include "psivox/draw.h"
+#include "psivox/error.h"
+#include "psivox/look.h"
 #include "psivox/medium.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
@@ -248,6 +250,43 @@ TEST(Formats, GridsWhoseBoxesDoNotTouch) {
   scene.camera_target = glm::dvec3(30, 5, 5);
   scene.extinction = 0.5;
   expect_reference("emission elsewhere", scene, file, /*slope=*/1);
+}
+
+TEST(Formats, WhatIsTooLargeToLightIsPlainUnlessLightIsAskedFor) {
+  auto wide = named("density");
+  wide->tree().addTile(3, Coord(0), 0.5f, true);  // 512^3 blocks, 2^24 can be lit
+  Scene scene;
+  scene.input = write_vdb({wide}).string();
+  scene.resolution = {32, 24};
+  const auto looked = [&] { return with_look(scene, VdbFile(scene.input), "auto"); };
+  const auto error = [&](const LookedScene& given) -> std::string {
+    try {
+      Session(make_view(given.scene, given.fields)).draw(*open_double());
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ExitCode::memory);
+      return e.what();
+    }
+    return "drawn";
+  };
+  EXPECT_EQ(looked().look, "plain");
+  EXPECT_NE(looked().dark_because.find("too many to light"), std::string::npos);
+  EXPECT_EQ(error(looked()), "drawn");
+  scene.lights = {{{0, -1, 0}, {1, 1, 1}}};
+  EXPECT_EQ(looked().dark_because, "");
+  EXPECT_NE(error(looked()).find("too many to light; leave light out"), std::string::npos);
+
+  // light over 2 MiB of values, which fits without a limit alone
+  scene.lights.clear();
+  auto dense = named("density");
+  dense->denseFill(openvdb::CoordBBox(Coord(0), Coord(79)), 1.0f);
+  for (const Coord& c : CoordBBox(Coord(0), Coord(79)))
+    dense->tree().setValue(c, float(c.x() % 7 + 1));
+  scene.input = write_vdb({dense}).string();
+  EXPECT_EQ(looked().dark_because, "");
+  EXPECT_NE(looked().look, "plain");
+  scene.memory_limit = 3 << 20;
+  EXPECT_NE(looked().dark_because.find("light needs"), std::string::npos);
+  EXPECT_EQ(looked().look, "plain");
 }
 
 TEST(Formats, ADamagedGridLeavesTheOthers) {

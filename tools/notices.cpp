@@ -36,6 +36,8 @@ void print_notices(const View& view, const Scene& scene) {
 }
 
 void print_look(const LookedScene& looked) {
+  if (!looked.dark_because.empty())
+    std::fprintf(stderr, "psivox: the picture has no light: %s\n", looked.dark_because.c_str());
   if (!looked.settings.empty()) {
     std::string options;
     for (const Setting& setting : looked.settings)

@@ -150,6 +150,9 @@ std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
                                                       const AtlasOptions& options,
                                                       const BrickAtlas& atlas);
 
+/// No more blocks are visible, unless cells of 0 are. It takes no time.
+double most_visible_blocks(const Field& field);
+
 /// Builds the atlas by walking leaves, in parallel; the result does not depend on the threads.
 /// Bricks also cover absent lower neighbours, because the interpolation of a leaf's values reaches
 /// into them.

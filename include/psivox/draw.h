@@ -60,6 +60,10 @@ std::shared_ptr<Marcher> open_reference();
 /// The marcher that the scene asks for (--renderer, --device).
 std::shared_ptr<Marcher> open_marcher(const Scene& scene);
 
+/// Why the light of a view takes more than the memory for its grids, in one line; empty: it does
+/// not. Of a density whose values stay in the file it is not known.
+std::string light_obstacle(const View& view);
+
 /// Lets another thread use the marcher. The thread that has used it calls this.
 void release(Marcher& marcher);
 

@@ -30,6 +30,7 @@ struct LookedScene {
   std::vector<Setting> settings;            ///< what the look has set
   std::vector<std::string> unused_grids{};  ///< grids that the picture does not show
   MediumFields fields;                      ///< read for the scene
+  std::string dark_because{};               ///< why psivox has chosen a look without light
 };
 
 /// Sets what the scene's look says and the scene itself leaves open. A look is a JSON file of scene
@@ -46,9 +47,10 @@ struct LookedScene {
 /// The look `auto`, or no look where the scene leaves it open and `open` is `auto`, goes by the
 /// mode and the grids: `xray` for that mode, `surface` for level sets, `fire` where there is a
 /// density and a flame, `scan` for digitised values and those that do not fade to 0, else `smoke`.
-/// Vectors stay `plain`, and so does a density whose values stay in the file, unless several
-/// processes share it: they choose what one process would, to the last bit. `background`: whether
-/// the look may set one. Throws Error(input), Error(usage), Error(memory).
+/// Vectors stay `plain`, and so does a volume whose light takes too much memory (light_obstacle),
+/// or whose values stay in the file, unless several processes share it: they choose what one
+/// process would, to the last bit. `background`: whether the look may set one. Throws Error(input),
+/// Error(usage), Error(memory).
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open = "plain",
                       bool background = true, const Parts& parts = {});
 

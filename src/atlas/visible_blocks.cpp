@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/common.hpp>
 #include <optional>
 #include <span>
@@ -85,9 +86,10 @@ class BlockList {
   }
   void check(std::uint64_t count) const {
     if (count > most_blocks)
-      throw Error(ExitCode::memory, "grid '" + name_ + "' has something in more than " +
-                                        std::to_string(most_blocks) +
-                                        " blocks of 8^3 voxels, too many to light");
+      throw Error(ExitCode::memory,
+                  "grid '" + name_ + "' has something in more than " + std::to_string(most_blocks) +
+                      " blocks of 8^3 voxels, too many to light; leave light out, or"
+                      " take a --lod");
   }
 
   std::string name_;
@@ -170,6 +172,12 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
   for (std::size_t k = 0; k < pieces.size(); ++k)
     blocks.add_reached(pieces[k].bricks(region), reached[k]);
   return blocks.origins();
+}
+
+double most_visible_blocks(const Field& field) {
+  double most = 8 * double(field.leaves.size());
+  for (const Tile& tile : field.tiles) most += std::pow(tile.width / brick_cells + 2, 3);
+  return most;
 }
 
 std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,

@@ -113,6 +113,15 @@ double light_bytes(const View& view, int light) {
   return blocks * (512 * sizeof(float) * light + places);
 }
 
+/// Error if a light's field does not fit beside the density's [bytes].
+Error too_much_light(const View& view, double shine, double all) {
+  return {ExitCode::memory, "grid " + in_quotes(view.medium.density->name) + ": light needs " +
+                                mebibytes(std::uint64_t(shine)) + " beside the grid's " +
+                                mebibytes(std::uint64_t(density_bytes(view))) +
+                                ", over the limit of " + mebibytes(std::uint64_t(all)) +
+                                " for grids; raise --memory-limit or leave light out"};
+}
+
 /// Memory that is left for atlases beside fields, or a tenth of it all [bytes]: a limit is kept
 /// within a tenth.
 double left_beside(double fields, double limit) { return std::max(limit - fields, limit / 10); }
@@ -152,6 +161,18 @@ double held_bytes(const View& view, const Needs& needs, const Region& part, int 
 
 }  // namespace
 
+std::string light_obstacle(const View& view) {
+  try {
+    const double shine = light_bytes(view, light_channels(view));
+    const auto all = double(grid_memory(view.scene));
+    if (shine == 0 || all == 0 || density_bytes(view) + shine <= all) return {};
+    return too_much_light(view, shine, all).what();
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::memory) throw;
+    return error.what();
+  }
+}
+
 std::optional<Regions> needed_regions(const View& view, const Wish& wish,
                                       std::optional<double> given_limit) {
   const Medium& medium = view.medium;
@@ -169,12 +190,7 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
 
   if (!given_limit) {
     const double shine = light_bytes(view, light), fields = density_bytes(view) + shine;
-    if (must && shine > 0 && fields > all)
-      throw Error(ExitCode::memory, "grid " + in_quotes(medium.density->name) + ": light needs " +
-                                        mebibytes(std::uint64_t(shine)) + " beside the grid's " +
-                                        mebibytes(std::uint64_t(density_bytes(view))) +
-                                        ", over the limit of " + mebibytes(std::uint64_t(all)) +
-                                        " for grids; raise --memory-limit or leave light out");
+    if (must && shine > 0 && fields > all) throw too_much_light(view, shine, all);
     limit = left_beside(fields, all);
   }
   Needs needs = needs_of(view, light);

@@ -9,6 +9,8 @@
 #include "look/flame.h"
 #include "look/light_extinction.h"
 #include "look/look_file.h"
+#include "psivox/atlas.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parts.h"
 #include "psivox/text.h"
@@ -73,6 +75,15 @@ bool stays_in_file(const Scene& scene, KeptFields& fields) {
   std::error_code unknown;
   const auto bytes = std::uint64_t(std::filesystem::file_size(scene.input, unknown));
   return !unknown && 2 * 48 * bytes > grid_memory(scene) && fields.of(scene).density->reader;
+}
+
+/// Why the light of a scene takes too much memory; empty: it does not.
+std::string too_dark(const Scene& scene, KeptFields& fields) {
+  if (!scene.lit()) return {};
+  const Field& density = *fields.of(scene).density;
+  constexpr double block = 3 * 512 * sizeof(float) + 128;  // of coloured light [bytes]
+  if (block * most_visible_blocks(density) < double(grid_memory(scene)) / 2) return {};
+  return light_obstacle(make_view(scene, fields.of(scene)));
 }
 
 void take_open(const Scene& look, bool background, Scene& scene) {
@@ -171,12 +182,20 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   LookedScene result{scene, scene.look.empty() ? "plain" : scene.look, {}, {}, {}};
   if (leaves_look_open(scene)) result.look = open;
   KeptFields fields(file, parts);
-  if (result.look == "auto") {
+  const bool by_itself = result.look == "auto";
+  if (by_itself) {
     const bool out_of_reach = parts.allowed && !parts.ranks && stays_in_file(scene, fields);
     result.look = out_of_reach ? "plain" : suitable_look(scene, file, fields);
   }
-  const LookFile look = read_look(result.look);
+  LookFile look = read_look(result.look);
   take_open(look.scene, background, result.scene);
+  if (by_itself && !parts.ranks) result.dark_because = too_dark(result.scene, fields);
+  if (!result.dark_because.empty()) {
+    result.scene = scene;
+    result.look = "plain";
+    look = read_look(result.look);
+    take_open(look.scene, background, result.scene);
+  }
   result.scene.look = "plain";
   std::optional<View> view;
   for (const std::string& what : look.choices) choose(what, file, fields, view, result.scene);
