@@ -17,8 +17,8 @@ void add_light(INOUT(March) m, real3 C) {
 
 // Adds optical depth, and ends the ray behind which nothing is seen.
 void deepen(INOUT(March) m, real depth, real length) {
-  if (find_depth && m.half_depth >= NEVER && m.optical_depth + depth > LN2)
-    m.half_depth = m.t + length * ((LN2 - m.optical_depth) / depth);
+  if (find_depth && m.half_depth >= NEVER && m.optical_depth + depth > m.half_at)
+    m.half_depth = m.t + length * ((m.half_at - m.optical_depth) / depth);
   add_to(m.optical_depth, m.lost, depth);
   if (ends_early && m.optical_depth > stop_depth) m.done = true;
 }

@@ -36,4 +36,5 @@ CONSTANT(bool, orthographic)
 CONSTANT(bool, clips)             // planes cut rays off
 CONSTANT(bool, anisotropic)       // the luminance has a phase, a factor of the ray's direction
 CONSTANT(bool, count_steps)
+CONSTANT(bool, has_passed)        // in_part: what rays have passed before is known
 CONSTANT(bool, find_depth)

@@ -5,13 +5,15 @@ struct Pixel {
   real u;
   real v;
   real inverse_length;  // of the world direction
+  int number;           // has_passed: among the rays that are drawn
 };
 
 Pixel make_pixel(real2 pixel) {
   real u = real(2.0) * (pixel.x + sample_offset.x) / image_size.x - real(1.0);
   real v = real(1.0) - real(2.0) * (pixel.y + sample_offset.y) / image_size.y;
   real3 w = world_0 + world_u * u + world_v * v;
-  return Pixel(u, v, real(1.0) / sqrt(dot(w, w)));
+  int number = (int(pixel.y) - passed_y) * passed_width + int(pixel.x) - passed_x;
+  return Pixel(u, v, real(1.0) / sqrt(dot(w, w)), number);
 }
 
 real camera_time(Pixel p) {
@@ -61,9 +63,17 @@ Ray march_ray_of(Pixel p) {
   return ray;
 }
 
-// The phase and the rays in the other grids, which no pass keeps.
+// Optical depth that a ray has passed before its region.
+real passed_depth(Pixel p) {
+  real4 four = fetch_table(passed_first + (p.number >> 2));
+  int i = p.number & 3;
+  return i < 2 ? (i == 0 ? four.x : four.y) : (i == 2 ? four.z : four.w);
+}
+
+// The phase, the rays in the other grids, and what was passed, which no pass keeps.
 void aim(INOUT(March) m, Pixel p) {
   m.phase = phase_of(p);
+  if (has_passed) m.half_at = LN2 - passed_depth(p);
   if (own_luminance) m.luminance.ray = grid_ray(p, luminance);
   if (has_emission) m.emission.ray = grid_ray(p, emission);
   if (mode == MODE_BACK_TO_FRONT) {

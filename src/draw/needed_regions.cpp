@@ -18,10 +18,16 @@ namespace psivox {
 std::string region_obstacle(const View& view, const Wish& wish) {
   if (std::string obstacle = parts_obstacle(view.scene); !obstacle.empty()) return obstacle;
   if (wish.time_budget_ms) return "pictures without --time-budget";
+  if (wish.layers.error) return "pictures without layer error";
+  return {};
+}
+
+std::string rank_obstacle(const View& view, const Wish& wish) {
   const Layers& layers = wish.layers;
   if (layers.depth || layers.steps || layers.samples || layers.error)
     return "pictures without other layers than transmittance";
-  return {};
+  if (view.scene.mode == Mode::slice) return "pictures in other modes than slice";
+  return region_obstacle(view, wish);
 }
 
 namespace {

@@ -11,6 +11,8 @@ namespace psivox {
 
 /// Which pictures can be drawn region by region, if this one cannot; else empty.
 std::string region_obstacle(const View& view, const Wish& wish);
+/// Which several processes can draw, if not this one; else empty.
+std::string rank_obstacle(const View& view, const Wish& wish);
 
 /// The regions by which a view must be drawn because its atlases, on host and GPU, take more than
 /// its memory limit, or than four fifths of the memory that is free if it has none; unset if they

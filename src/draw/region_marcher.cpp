@@ -202,7 +202,7 @@ CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options
   const double share = 1.0 / double(regions.size() * std::size_t(samples));
   if (options.progress)
     part.progress = [&](double fraction) { options.progress(share * (done + fraction)); };
-  CarriedLight light(RayFold(one), pixels, samples);
+  CarriedLight light(RayFold(one), pixels, samples, options);
   stats.renderer = marcher_.description();
   for (const Region& region : regions) {
     const PixelBox seen = pixels_of(view, region.bricks);
@@ -215,6 +215,7 @@ CarriedLight RegionMarcher::carry(const View& view, const RenderOptions& options
     marcher_.upload(atlas, view.scene.filter);
     for (int sample = 0; sample < samples; ++sample, ++done) {
       part.place = pixel_sample(sample, samples);
+      if (part.depth) part.passed = light.passed(seen, sample);
       const RenderResult drawn = marcher_.render(one, part);
       light.add(drawn.image, seen.origin, sample);
       add_counts(drawn.stats, stats);

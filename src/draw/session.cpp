@@ -321,7 +321,7 @@ Drawn Session::Impl::draw_on(Ranks& ranks, Marcher& marcher, const Wish& wish) {
   std::optional<Regions> parts, own;
   ranks.agree([&] {
     View wanted = viewed(wish);
-    const std::string obstacle = region_obstacle(wanted, wish);
+    const std::string obstacle = rank_obstacle(wanted, wish);
     if (!obstacle.empty())
       throw Error(ExitCode::usage, "several processes draw only " + obstacle + " together");
     wanted.medium = unlit;

@@ -13,6 +13,11 @@ void PixelSums::add(const glm::dvec4& ray_picture, const glm::dvec4& ray_layers)
   ++samples;
 }
 
+float PixelSums::depth() const {
+  return 2 * with_depth > samples ? float(layers.x / with_depth)
+                                  : std::numeric_limits<float>::infinity();
+}
+
 Film::Film(const View& view, const RenderOptions& options)
     : pixel_samples_(view.scene.pixel_samples) {
   const glm::ivec2 size = options.pixels ? options.pixels->size : view.scene.resolution;
@@ -49,9 +54,7 @@ void Film::set_layers(int x, int y, std::span<const glm::vec4> layers) {
 }
 
 void Film::set_layers(std::size_t i, const PixelSums& sums) {
-  if (depth_)
-    depth_[i] = 2 * sums.with_depth > sums.samples ? float(sums.layers.x / sums.with_depth)
-                                                   : std::numeric_limits<float>::infinity();
+  if (depth_) depth_[i] = sums.depth();
   if (transmittance_) transmittance_[i] = float(sums.layers.y / sums.samples);
   if (steps_) steps_[i] = float(sums.layers.z);
   if (samples_) samples_[i] = float(sums.layers.w);

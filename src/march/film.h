@@ -19,6 +19,8 @@ struct PixelSums {
   int with_depth = 0;
 
   void add(const glm::dvec4& ray_picture, const glm::dvec4& ray_layers);
+  /// The mean where most samples have one, else +Inf.
+  float depth() const;
 };
 
 /// A picture and its layers in the making. Different pixels may be set from different threads.

@@ -194,6 +194,7 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,
   place_method(view, atlas, options, setup);
   place_function(view, options, setup);
   place_bounds(view, atlas, options, setup);
+  place_passed(options.passed, options.pixels.value_or(PixelBox{}), setup);
   return setup;
 }
 

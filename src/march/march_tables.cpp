@@ -74,6 +74,18 @@ void place_surface_lights(const View& view, MarchSetup& setup) {
   setup.parameters.surface_lights = int(entries.size() / 2);
 }
 
+void place_passed(const std::vector<float>& depths, const PixelBox& pixels, MarchSetup& setup) {
+  if (depths.empty()) return;
+  std::vector<glm::vec4> entries((depths.size() + 3) / 4);
+  for (std::size_t i = 0; i < depths.size(); ++i) entries[i / 4][int(i % 4)] = depths[i];
+  MarchParameters& p = setup.parameters;
+  p.passed_first = append(entries, setup);
+  p.passed_x = pixels.origin.x;
+  p.passed_y = pixels.origin.y;
+  p.passed_width = pixels.size.x;
+  setup.constants.has_passed = true;
+}
+
 void place_clip(const View& view, double anchor_distance, MarchSetup& setup) {
   const std::vector<HalfSpace> clip = clip_of(view.scene);
   if (clip.empty()) return;

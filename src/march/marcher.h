@@ -23,6 +23,9 @@ struct RenderOptions {
   BrickSteps brick_steps{};
   /// Place of a pixel's only sample, in [0, 1)^2; unset: as the view samples pixels.
   std::optional<glm::dvec2> place{};
+  /// Optical depths that the rays of `pixels` have passed before this region, row by row, if layer
+  /// `depth` is wanted. Empty: none.
+  std::vector<float> passed{};
   /// Part of the picture to draw, alone in the result's image; unset: all of it.
   std::optional<PixelBox> pixels{};
 };

@@ -1,6 +1,7 @@
 #include "march/ray_fold.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "march/atlas_march.h"
 
@@ -38,6 +39,12 @@ void RayFold::add_behind(glm::dvec4& ray, const glm::dvec4& behind) const {
   const double weight = mode_ == Mode::xray ? 1 : ray.a;
   for (int c = 0; c < 3; ++c) ray[c] += weight * behind[c];
   ray.a *= behind.a;
+}
+
+float RayFold::depth(const glm::dvec4& ray, float own, const glm::dvec4& behind,
+                     float others) const {
+  if (maxima_) return ray.y == 0 && behind.x > ray.x ? others : own;
+  return std::isfinite(own) ? own : others;
 }
 
 bool RayFold::ended(const glm::dvec4& ray, double least) const {

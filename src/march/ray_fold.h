@@ -22,6 +22,11 @@ class RayFold {
   /// transmittances (Max 1995, eq. 8); optical depths add up; the greater of two maxima.
   void add_behind(glm::dvec4& ray, const glm::dvec4& behind) const;
 
+  /// The depth that a ray has with what lies behind: the greater maximum's, else the first. +Inf:
+  /// none. Given are those of both before they are joined. Of the transmittance's half the region
+  /// must have been marched behind the others, see RenderOptions::passed.
+  float depth(const glm::dvec4& ray, float own, const glm::dvec4& behind, float others) const;
+
   /// Whether nothing behind would change the picture of a ray by more than `least`, the
   /// transmittance below which rays end.
   bool ended(const glm::dvec4& ray, double least) const;

@@ -3,32 +3,85 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <memory>
+#include <span>
+#include <vector>
 
 #include "march/film.h"
 #include "psivox/clip.h"
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
+#include "psivox/parts.h"
 #include "psivox/stopwatch.h"
+#include "psivox/text.h"
 #include "scene/field_index.h"
 
 namespace psivox {
 namespace {
 
+Plane placed_plane(const Scene& scene) {
+  if (!scene.slice || !scene.slice->point)
+    throw Error(ExitCode::failure, "the slice's plane is still to be placed");
+  return *scene.slice;
+}
+
+/// Whether a point of the plane is interpolated from a leaf's values.
+bool passes(const Plane& plane, const Leaf& leaf, const glm::dmat4& world_from_index) {
+  double least = HUGE_VAL, most = -HUGE_VAL;
+  for (int i = 0; i < 8; ++i) {
+    const glm::ivec3 corner = leaf.origin - 1 + 9 * glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
+    const glm::dvec3 at(world_from_index * glm::dvec4(corner, 1));
+    const double distance = glm::dot(plane.normal, at - *plane.point);
+    least = std::min(least, distance);
+    most = std::max(most, distance);
+  }
+  const double rounding = 1e-9 * (most - least);
+  return least <= rounding && most >= -rounding;
+}
+
+/// A density whose values stay in the file with the leaves alone that a plane passes, in memory.
+std::shared_ptr<const Field> on_plane(const std::shared_ptr<const Field>& density,
+                                      const Scene& scene) {
+  const Field& field = *density;
+  if (!field.reader) return density;
+  const Plane plane = placed_plane(scene);
+  std::vector<std::uint32_t> numbers;
+  for (std::size_t n = 0; n < field.leaves.size(); ++n)
+    if (passes(plane, field.leaves[n], field.world_from_index)) numbers.push_back(std::uint32_t(n));
+  const std::size_t per_leaf = 512 * std::size_t(field.channels);
+  const std::uint64_t needed = numbers.size() * per_leaf * sizeof(float);
+  if (const std::uint64_t most = grid_memory(scene); most > 0 && needed > most)
+    throw Error(ExitCode::memory, "grid '" + field.name + "': the slice passes " +
+                                      mebibytes(needed) + " of its values, over the limit of " +
+                                      mebibytes(most) + " for grids; raise --memory-limit");
+  const glm::ivec3 nowhere(1 << 30);
+  Field part = part_of_field(field, {nowhere, nowhere});
+  const auto values = std::make_shared_for_overwrite<float[]>(numbers.size() * per_leaf);
+  constexpr std::size_t at_once = 4096;
+  for (std::size_t n = 0; n < numbers.size(); n += at_once)
+    field.reader->read(std::span(numbers).subspan(n, std::min(at_once, numbers.size() - n)),
+                       values.get() + n * per_leaf);
+  for (std::size_t n = 0; n < numbers.size(); ++n)
+    part.leaves.push_back({field.leaves[numbers[n]].origin, values.get() + n * per_leaf});
+  part.storage = values;
+  return std::make_shared<const Field>(std::move(part));
+}
+
 class Slice {
  public:
   explicit Slice(const View& view)
       : view_(view),
-        values_(*view.medium.density),
+        density_(on_plane(view.medium.density, view.scene)),
+        values_(*density_),
         domain_(view.medium.density->domain()),
         index_from_world_(glm::inverse(view.medium.density->world_from_index)),
-        clip_(clip_of(view.scene)) {
-    if (!view.scene.slice || !view.scene.slice->point)
-      throw Error(ExitCode::failure, "the slice's plane is still to be placed");
-    plane_ = *view.scene.slice;
-  }
+        clip_(clip_of(view.scene)),
+        plane_(placed_plane(view.scene)) {}
 
   /// Adds the pixel's ray: opaque where it meets the plane inside the domain and the clip.
   void add(const glm::dvec2& pixel, PixelSums& sums) const {
@@ -58,6 +111,7 @@ class Slice {
   }
 
   const View& view_;
+  std::shared_ptr<const Field> density_;
   FieldIndex values_;
   Box domain_;
   glm::dmat4 index_from_world_;
