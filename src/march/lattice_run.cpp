@@ -10,6 +10,8 @@
 #include <optional>
 #include <unordered_map>
 
+#include "march/slab_tiles.h"
+
 namespace psivox {
 namespace lattice {
 
@@ -18,17 +20,6 @@ namespace lattice {
 constexpr int taps = 4;
 /// Bricks that are asked for at once.
 constexpr std::size_t bricks_at_once = 4096;
-/// A tile is four bricks, 8 x 8 columns: as wide as blocks of voxels.
-constexpr int tile_columns = 64, tile_depths = 512;
-static_assert(tile_columns == 4 * lattice_columns * lattice_columns);
-
-struct ColumnHash {
-  std::size_t operator()(const glm::ivec2& v) const {
-    const std::uint64_t key =
-        std::uint64_t(std::uint32_t(v.x)) << 32 | std::uint64_t(std::uint32_t(v.y));
-    return std::size_t((key * 0x9E3779B97F4A7C15ull) >> 17);
-  }
-};
 
 /// First of the taps along one axis, and their weights.
 struct Tap {
@@ -43,114 +34,6 @@ struct Tap {
     weights = {-0.5 * f + f2 - 0.5 * f3, 1 - 2.5 * f2 + 1.5 * f3, 0.5 * f + 2 * f2 - 1.5 * f3,
                -0.5 * f2 + 0.5 * f3};
   }
-};
-
-/// Of tiles or bricks across the light, both ends inclusive, in their numbers.
-struct TileRange {
-  glm::ivec2 min, max;
-  glm::ivec2 size() const { return max - min + 1; }
-};
-
-/// Tiles that the voxels of a block are interpolated from, and those around them that the cells
-/// reach into which the block's voxels are corners of.
-TileRange tiles_of(const LatticeFrame& frame, const glm::ivec3& block, int first_slice) {
-  const glm::dvec2 low = glm::dvec2(frame.across(block)) - 1.0, high = low + 9.0;
-  const glm::dvec2 a = frame.column(low, first_slice), b = frame.column(low, first_slice + 7);
-  const glm::dvec2 c = frame.column(high, first_slice), d = frame.column(high, first_slice + 7);
-  return {(glm::ivec2(glm::floor(glm::min(a, b))) - 1) >> 3,
-          (glm::ivec2(glm::floor(glm::max(c, d))) + 2) >> 3};
-}
-
-/// Bricks with columns that pass through an octant.
-TileRange bricks_through(const LatticeFrame& frame, const Octant& octant) {
-  constexpr double rounding = 1e-3;  // of float32
-  const glm::dvec2 low(frame.across(octant.corner)), high = low + 4.0;
-  const glm::dvec2 a = frame.column(low, octant.slice), b = frame.column(low, octant.slice + 4);
-  const glm::dvec2 c = frame.column(high, octant.slice), d = frame.column(high, octant.slice + 4);
-  return {glm::ivec2(glm::ceil(glm::min(a, b) - rounding)) >> 2,
-          glm::ivec2(glm::floor(glm::max(c, d) + rounding)) >> 2};
-}
-
-using TileNumbers = std::unordered_map<glm::ivec2, int, ColumnHash>;
-
-/// Octants of the density's bricks that hide nothing, a bit each; empty where they are not known.
-std::vector<std::uint8_t> dark_octants(const BrickAtlas& density) {
-  if (!density.own_texels || !density.pages.octants) return {};
-  std::vector<std::uint8_t> dark(density.places.size());
-  for (const std::uint32_t entry : density.pages.entries)
-    if (entry_kind(entry) == EntryKind::brick)
-      dark[density.pages.slot(entry)] = std::uint8_t(~(entry_payload(entry) >> entry_slot_bits));
-  return dark;
-}
-
-/// A slab's tiles on their way from columns to depths at voxels, row by row of tiles.
-class SlabTiles {
- public:
-  /// `last`: of each tile that is needed, the last slab that is; null: all are.
-  SlabTiles(const LatticeFrame& frame, const LightSlab& slab, std::span<const glm::ivec3> all,
-            const TileNumbers* last)
-      : slab_(slab) {
-    find_tiles(frame, all, last);
-    find_dark(frame);
-    depths_.resize(tiles_.size(), nullptr);
-  }
-
-  int first_slice() const { return slab_.first_slice; }
-  const LightSlab& slab() const { return slab_; }
-  const std::vector<glm::ivec2>& tiles() const { return tiles_; }
-  bool is_dark(std::size_t tile, int brick) const {
-    return dark_.empty() || (dark_[tile] >> brick & 1) != 0;
-  }
-  /// Depths of a tile whose row has them.
-  const double* depths(const glm::ivec2& tile) const {
-    return depths_[std::size_t(index_.at(tile))];
-  }
-  void set_depths(std::size_t tile, const double* depths) { depths_[tile] = depths; }
-
-  /// Number of the next wanted block.
-  std::size_t done = 0;
-
- private:
-  void find_tiles(const LatticeFrame& frame, std::span<const glm::ivec3> all,
-                  const TileNumbers* last) {
-    for (const std::uint32_t block : slab_.blocks) {
-      const TileRange range = tiles_of(frame, all[block], slab_.first_slice);
-      for (int x = range.min.x; x <= range.max.x; ++x)
-        for (int y = range.min.y; y <= range.max.y; ++y)
-          if (is_needed({x, y}, last) && index_.try_emplace({x, y}, 0).second)
-            tiles_.emplace_back(x, y);
-    }
-    std::ranges::sort(tiles_, [](const glm::ivec2& a, const glm::ivec2& b) {
-      return a.x != b.x ? a.x < b.x : a.y < b.y;
-    });
-    for (std::size_t i = 0; i < tiles_.size(); ++i) index_[tiles_[i]] = int(i);
-  }
-
-  /// Finds which bricks are dark, if octants are known.
-  void find_dark(const LatticeFrame& frame) {
-    if (slab_.octants.empty()) return;
-    dark_.resize(tiles_.size());
-    for (const Octant& octant : slab_.octants) {
-      const TileRange range = bricks_through(frame, octant);
-      for (int x = range.min.x; x <= range.max.x; ++x)
-        for (int y = range.min.y; y <= range.max.y; ++y)
-          if (const auto tile = index_.find({x >> 1, y >> 1}); tile != index_.end())
-            dark_[std::size_t(tile->second)] |= std::uint8_t(1 << (2 * (x & 1) + (y & 1)));
-    }
-  }
-
-  bool is_needed(const glm::ivec2& tile, const TileNumbers* last) const {
-    if (!last) return true;
-    const auto found = last->find(tile);
-    return found != last->end() && found->second >= slab_.first_slice;
-  }
-
-  const LightSlab& slab_;
-  std::vector<glm::ivec2> tiles_;  ///< in numbers of tiles, each once, row by row
-  TileNumbers index_;              ///< of tiles_
-  /// Of each tile a bit for each brick in which something attenuates; empty: not known.
-  std::vector<std::uint8_t> dark_;
-  std::vector<const double*> depths_;  ///< of each tile, while its row has them
 };
 
 /// Rows of a slab's tiles whose columns are asked for together.
@@ -309,46 +192,6 @@ TileNumbers last_slabs(const LatticeFrame& frame, std::span<const glm::ivec3> al
 }  // namespace lattice
 
 using namespace lattice;
-
-LightSlabs::LightSlabs(const LatticeFrame& frame, const LightBlocks& blocks) {
-  std::map<int, LightSlab> slabs;
-  const auto slab_of = [&](std::size_t i) -> LightSlab& {
-    const int z = blocks.all[i][frame.axis];
-    return slabs[std::min(frame.slice(z), frame.slice(z + 7))];
-  };
-  for (std::size_t i = 0; i < blocks.all.size(); ++i) slab_of(i).blocks.push_back(std::uint32_t(i));
-  for (const std::size_t i : blocks.wanted) slab_of(i).wanted.push_back(std::uint32_t(i));
-  for (auto& [first_slice, slab] : slabs) {
-    slab.first_slice = first_slice;
-    std::ranges::stable_sort(slab.wanted, std::less{},
-                             [&](std::uint32_t i) { return blocks.all[i][frame.axis_u]; });
-    slabs_.push_back(std::move(slab));
-  }
-}
-
-void LightSlabs::add_octants(const LatticeFrame& frame, const BrickAtlas& density, int begin,
-                             int end) {
-  const auto slab_from = [&](int slice) {
-    return std::ranges::lower_bound(slabs_, slice, std::less{}, &LightSlab::first_slice);
-  };
-  const std::vector<std::uint8_t> dark = dark_octants(density);
-  for (std::size_t k = 0; k < dark.size(); ++k)
-    for (int i = 0; i < 8; ++i) {
-      if (!(dark[k] >> i & 1)) continue;
-      const glm::ivec3 corner =
-          brick_cells * density.places[k] + 4 * glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
-      const int z = corner[frame.axis], slice = std::min(frame.slice(z), frame.slice(z + 4));
-      // a cell between two slices belongs to the second
-      for (int first = std::max((slice + 1) & ~7, begin); first <= slice + 4 && first < end;
-           first += 8)
-        if (const auto slab = slab_from(first); slab != slabs_.end() && slab->first_slice == first)
-          slab->octants.push_back({corner, slice});
-    }
-}
-
-void LightSlabs::drop_octants() {
-  for (LightSlab& slab : slabs_) slab.octants = {};
-}
 
 struct LatticeRun::Impl {
   LatticeFrame frame;

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "march/light_slabs.h"
+
+namespace psivox::lattice {
+
+/// A tile is four bricks, 8 x 8 columns: as wide as blocks of voxels.
+constexpr int tile_columns = 64, tile_depths = 512;
+static_assert(tile_columns == 4 * lattice_columns * lattice_columns);
+
+/// Of the numbers of a tile.
+struct ColumnHash {
+  std::size_t operator()(const glm::ivec2& v) const {
+    const std::uint64_t key =
+        std::uint64_t(std::uint32_t(v.x)) << 32 | std::uint64_t(std::uint32_t(v.y));
+    return std::size_t((key * 0x9E3779B97F4A7C15ull) >> 17);
+  }
+};
+
+/// Of tiles or bricks across the light, both ends inclusive, in their numbers.
+struct TileRange {
+  glm::ivec2 min, max;
+  glm::ivec2 size() const { return max - min + 1; }
+};
+
+/// Tiles that the voxels of a block are interpolated from, and those around them that the cells
+/// reach into which the block's voxels are corners of.
+TileRange tiles_of(const LatticeFrame& frame, const glm::ivec3& block, int first_slice);
+
+using TileNumbers = std::unordered_map<glm::ivec2, int, ColumnHash>;
+
+/// A slab's tiles on their way from columns to depths at voxels, row by row of tiles.
+class SlabTiles {
+ public:
+  /// `last`: of each tile that is needed, the last slab that is; null: all are.
+  SlabTiles(const LatticeFrame& frame, const LightSlab& slab, std::span<const glm::ivec3> all,
+            const TileNumbers* last);
+
+  int first_slice() const { return slab_.first_slice; }
+  const LightSlab& slab() const { return slab_; }
+  const std::vector<glm::ivec2>& tiles() const { return tiles_; }
+  bool is_dark(std::size_t tile, int brick) const {
+    return dark_.empty() || (dark_[tile] >> brick & 1) != 0;
+  }
+  /// Depths of a tile whose row has them.
+  const double* depths(const glm::ivec2& tile) const {
+    return depths_[std::size_t(index_.at(tile))];
+  }
+  void set_depths(std::size_t tile, const double* depths) { depths_[tile] = depths; }
+
+  /// Number of the next wanted block.
+  std::size_t done = 0;
+
+ private:
+  void find_tiles(const LatticeFrame& frame, std::span<const glm::ivec3> all,
+                  const TileNumbers* last);
+  /// Finds which bricks are dark, if octants are known.
+  void find_dark(const LatticeFrame& frame);
+  bool is_needed(const glm::ivec2& tile, const TileNumbers* last) const;
+
+  const LightSlab& slab_;
+  std::vector<glm::ivec2> tiles_;  ///< in numbers of tiles, each once, row by row
+  TileNumbers index_;              ///< of tiles_
+  /// Of each tile a bit for each brick in which something attenuates; empty: not known.
+  std::vector<std::uint8_t> dark_;
+  std::vector<const double*> depths_;  ///< of each tile, while its row has them
+};
+
+}  // namespace psivox::lattice
