@@ -105,7 +105,7 @@ Block BrickSource::block(const glm::ivec3& at) const {
     if (const auto i = narrow_tiles_.find(at); i != BlockMap::none)
       return {{}, field_.tiles[std::size_t(i)].value};
   for (const Level& level : levels_)
-    if (const auto i = level.tiles.find(floor_divide(at * brick_cells, level.width));
+    if (const auto i = level.tiles.find(floor_divide(at, level.width / brick_cells));
         i != BlockMap::none)
       return {{}, field_.tiles[std::size_t(i)].value};
   return {};
@@ -150,7 +150,7 @@ void BrickSource::gather(const Neighbours& from, float* values) const {
 bool BrickSource::alike(const glm::ivec3& first, const Level& level) const {
   for (int i = 0; i < 8; ++i) {
     const glm::ivec3 at = first + glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
-    if (level.narrower.find(floor_divide(at * brick_cells, level.width)) != BlockMap::none)
+    if (level.narrower.find(floor_divide(at, level.width / brick_cells)) != BlockMap::none)
       return false;
   }
   return true;
