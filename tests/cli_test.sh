@@ -287,6 +287,10 @@ t 0 - render "$S" -o b.exr --colormap viridis --resolution 320x180 -q
 t 0 rms compare a.exr b.exr --max-abs 0
 t 0 "too small" render "$S" -o a.png --colormap viridis --color-bar --resolution 40x30
 t 2 "give --colormap" render "$S" -o a.png --color-bar $R
+# The look that psivox chooses may bring the map.
+t 0 "look scan" render "$assets/ramp.vdb" -o a.png --color-bar --resolution 320x180
+t 0 - render "$assets/ramp.vdb" -o b.png --resolution 320x180 -q
+t 7 - compare a.png b.png --max-rms 0.01
 # Maxima end at white by default, and at 1/4 of it over four times the range.
 t 0 '"clipped_pixels": 0' render "$S" -o a.png --mode mip --stats - --resolution 32x32
 t 0 - render "$S" -o a.exr --mode mip --range 0,1 $R
@@ -347,6 +351,7 @@ t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
 printf '{\n"step": 1,\n}' >broken.json
 t 2 "broken.json: not a scene in JSON: line 3" render "$S" --scene broken.json -o a.exr
 t 2 "unknown option --width; --resolution does that here" render "$S" -o a.exr --width 640
+t 2 "unknown option --slice-axis; --slice does that here" render "$S" -o a.exr --slice-axis x
 t 2 "unknown option --samples; --pixel-samples does that here" render "$S" -o a.exr --samples 4
 t 2 "unknown option --density; --extinction does that here" view "$S" --density 2
 t 2 "unknown option --width" compare a.exr b.exr --width 3
@@ -398,6 +403,12 @@ t 0 "mean " info "$S"
 t 0 "values not read" info "$S" --topology
 t 0 "[world units]" info "$S"
 t 0 "auto: --grid=density --extinction=" info "$S"
+t 0 "look fire: --background=" info "$S"
+t 0 '"look": "fire"' info "$S" --json
+# What info says is what render draws.
+diff <("$program" render "$S" --print-scene -q | tr -d '\n ' | grep -oE '"(extinction|emission-scale)":[^,]*' | sort) \
+  <("$program" info "$S" --json | tr -d '\n ' | grep -oE '"(extinction|emission-scale)":[^,]*' | sort) ||
+  { echo "FAILED: info and render choose different looks"; failed=$((failed + 1)); }
 t 0 '"world_box"' info "$S" --json
 t 0 '"mean"' info "$S" --json
 t 0 '"up-axis": "y"' info "$S" --json

@@ -255,6 +255,8 @@ TEST(VdbFileErrors, FilesThatAreNoneAreNamed) {
   EXPECT_NE(input_error([&] { VdbFile(dir / "absent.vdb"); }).find("absent.vdb: no such file"),
             std::string::npos);
   EXPECT_NE(input_error([&] { VdbFile{dir}; }).find("is a directory"), std::string::npos);
+  EXPECT_NE(input_error([&] { VdbFile{"/dev/null"}; }).find("is no regular file"),
+            std::string::npos);
   const auto text = test::write_bytes("text.vdb", "This is a text, not a volume.\n");
   EXPECT_NE(input_error([&] { VdbFile{text}; }).find("text.vdb: is not a VDB file"),
             std::string::npos);

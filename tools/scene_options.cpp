@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "psivox/camera_file.h"
+#include "psivox/look.h"
 #include "psivox/parameters.h"
 #include "psivox/scene_file.h"
 #include "psivox/sequence.h"
@@ -55,7 +56,9 @@ Scene SceneOptions::scene(Scene scene) {
   }
   if (!camera_.empty()) use_camera(scene);
   apply_over(scene, settings_);
-  validate(scene);
+  Scene given = scene;
+  if (leaves_look_open(scene)) given.color_bar = false;  // the look may bring a map
+  validate(given);
   return scene;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "psivox/atlas.h"
+#include "psivox/parameters.h"
 #include "psivox/scene.h"
 #include "psivox/vdb.h"
 
@@ -28,9 +29,13 @@ struct FileReport {
   std::map<std::string, std::string> metadata;
   std::string z_up;  ///< what tells that Z is up; empty: nothing
   std::vector<GridReport> grids;
-  /// The scene of `psivox render FILE` with what psivox chooses; unset if it cannot be drawn.
+  /// The scene of `psivox render FILE -o x.png` with what psivox chooses; unset if it cannot be
+  /// drawn.
   std::optional<Scene> chosen;
-  std::string advice;  ///< what to do if no picture can be drawn; else empty
+  std::string look;          ///< that auto has chosen for it
+  std::vector<Setting> set;  ///< by that look, beside what depends on the file anyway
+  std::string dark_because;  ///< why a look with light was not chosen; else empty
+  std::string advice;        ///< what to do if no picture can be drawn; else empty
 
   std::string json() const;
   std::string text() const;

@@ -51,6 +51,8 @@ inline std::string option_of_concept(std::string_view name) {
       {"--scattering", "--albedo"},
       {"--shadow", "--light"},
       {"--size", "--resolution"},
+      {"--slice-axis", "--slice"},
+      {"--slice-position", "--slice"},
       {"--spp", "--pixel-samples"},
       {"--style", "--look"},
       {"--sun", "--light"},

@@ -27,6 +27,9 @@ std::int64_t size_of(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(status)) {
     throw Error(ExitCode::input, path.string() + ": is a directory, not a .vdb file");
   }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw Error(ExitCode::input, path.string() + ": is no regular file");
+  }
   const std::uintmax_t size = std::filesystem::file_size(path, code);
   if (code) throw Error(ExitCode::input, path.string() + ": " + code.message());
   return static_cast<std::int64_t>(size);

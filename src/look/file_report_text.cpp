@@ -63,6 +63,9 @@ void print_chosen(const FileReport& report, std::ostream& out) {
     const std::string text = parameter_text(scene, p);
     if (text != parameter_text(defaults, p)) out << " --" << name << "=" << text;
   }
+  out << "\n  look " << report.look << (report.set.empty() ? "" : ":");
+  for (const Setting& setting : report.set) out << " --" << setting.name << "=" << setting.text;
+  if (!report.dark_because.empty()) out << ", without light: " << report.dark_because;
   out << '\n';
   if (!report.z_up.empty()) out << "  Z is up: " << report.z_up << '\n';
 }

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "psivox/error.h"
+#include "psivox/look.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "scene/vector_json.h"
@@ -119,7 +121,12 @@ FileReport report_of(const std::string& path, bool values) {
   try {
     Scene scene;
     scene.input = path;
-    report.chosen = make_view(scene, file).scene;
+    LookedScene looked = with_look(scene, file, "auto", true, {.allowed = true});
+    report.chosen = make_view(looked.scene, looked.fields).scene;
+    report.look = std::move(looked.look);
+    report.dark_because = std::move(looked.dark_because);
+    for (const Setting& setting : looked.settings)
+      if (!std::ranges::count(chosen_by_auto(), setting.name)) report.set.push_back(setting);
   } catch (const Error& error) {
     report.advice = advice_for(report, error.what());
   }
@@ -135,6 +142,8 @@ std::string FileReport::json() const {
   if (chosen) {
     const Json scene = Json::parse(psivox::to_json(*chosen));
     for (const std::string& name : chosen_by_auto()) out["auto"][name] = scene.at(name);
+    out["auto"]["look"] = look;
+    for (const Setting& setting : set) out["auto"][setting.name] = scene.at(setting.name);
   }
   out["grids"] = rows;
   if (!advice.empty()) out["advice"] = advice;
