@@ -21,6 +21,12 @@
 namespace psivox {
 namespace {
 
+/// Whether it cuts a part of the volume off.
+bool cuts(const Parameter& p) { return p.name == "clip" || p.name == "clip-plane"; }
+
+/// Whether it shows some values more than others, in any look.
+bool windows(const Parameter& p) { return p.name == "range" || p.name == "opacity"; }
+
 bool says_how_it_looks(const Parameter& p) {
   if (p.name == "look" || p.name == "extinction") return false;
   return p.group == ParameterGroup::look || p.name == "light" || p.name == "sky" ||
@@ -103,9 +109,9 @@ void set_brightness(KeptFields& fields, const View& view, Scene& scene) {
   const std::optional<Draft> by_rays = ray_draft(view);
   if (!by_rays && is_shared(*view.medium.density))
     throw Error(ExitCode::usage,
-                "several processes choose the brightness of a look without --clip, --clip-plane,"
-                " --sky, --phase-g, emission and functions of the gradient only: start one process,"
-                " or give the options that --print-scene of one prints");
+                "several processes choose the brightness of a look without --sky, --phase-g,"
+                " emission and functions of the gradient only: start one process, or give the"
+                " options that --print-scene of one prints");
   const Draft draft = by_rays ? *by_rays : make_draft(scene, fields.of(scene));
   if (!(draft.mean_luminance() > 0)) return;
   const double gain =
@@ -158,17 +164,15 @@ std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
 bool leaves_look_open(const Scene& scene) {
   if (!scene.look.empty()) return false;
   return std::all_of(parameters().begin(), parameters().end(), [&](const Parameter& p) {
-    return !says_how_it_looks(p) || has_default(scene, p) ||
+    return !says_how_it_looks(p) || cuts(p) || windows(p) || has_default(scene, p) ||
            (p.name == "mode" && scene.mode == Mode::xray);
   });
 }
 
 Scene without_look(Scene scene) {
   if (scene.mode == Mode::xray && !scene.exposure) scene.exposure = Scene{}.exposure;
-  for (const Parameter& p : parameters()) {
-    const bool stays = p.name == "clip" || p.name == "clip-plane";
-    if (says_how_it_looks(p) && !stays) set_default(scene, p);
-  }
+  for (const Parameter& p : parameters())
+    if (says_how_it_looks(p) && !cuts(p)) set_default(scene, p);
   scene.extinction.reset();
   scene.look.clear();
   // what only a function or a map may have

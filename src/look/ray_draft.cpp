@@ -36,6 +36,7 @@ class RayDraft {
  public:
   explicit RayDraft(const View& view)
       : medium_(view.medium),
+        clip_(clip_of(view.scene)),
         lines_(medium_),
         to_index_(glm::inverse(medium_.density->world_from_index)) {
     if (!medium_.light) return;
@@ -77,10 +78,11 @@ class RayDraft {
   }
 
  private:
-  /// A ray from where it enters the domain.
+  /// A ray from where it enters the domain and what the clip leaves.
   struct Ray {
     VoxelLines::Line line;
     double begin;
+    double end;  ///< of what the clip leaves
     bool meets;
     glm::dvec3 at(std::uint32_t n) const { return line.from + (begin + double(n)) * line.way; }
   };
@@ -99,8 +101,9 @@ class RayDraft {
     const glm::dvec3 a = (glm::dvec3(domain.min) - line.from) / line.way;
     const glm::dvec3 b = (glm::dvec3(domain.max) - line.from) / line.way;
     const glm::dvec3 near = glm::min(a, b), far = glm::max(a, b);
-    const double begin = std::max({near.x, near.y, near.z, 0.0});
-    return {line, begin + 0.5, begin < std::min({far.x, far.y, far.z})};
+    const glm::dvec2 left = clip_interval(clip_, ray) / line.step;
+    const double begin = std::max({near.x, near.y, near.z, 0.0, left.x});
+    return {line, begin + 0.5, left.y, begin < std::min({far.x, far.y, far.z, left.y})};
   }
 
   double depth_at(const Ray& ray, float value) const {
@@ -114,6 +117,7 @@ class RayDraft {
       double through = 1;
       if (rays[ray].meets)
         lines_.walk_between(rays[ray].line, rays[ray].begin, [&](std::uint32_t n, double between) {
+          if (rays[ray].begin + double(n) > rays[ray].end) return false;
           const auto value = float(between);
           const double depth = depth_at(rays[ray], value);
           if (!(depth > 0)) return true;
@@ -149,6 +153,7 @@ class RayDraft {
   }
 
   const Medium& medium_;
+  std::vector<HalfSpace> clip_;
   VoxelLines lines_;
   glm::dmat4 to_index_;
   std::vector<DraftLight> lights_;
@@ -161,7 +166,7 @@ bool suits_rays(const View& view) {
       medium.source == LuminanceSource::constant || medium.source == LuminanceSource::transfer;
   const bool sky = medium.light && medium.light->sky != glm::dvec3(0);
   return view.scene.mode == Mode::alpha && source && !sky && !medium.emission && !medium.gradient &&
-         view.scene.phase_g == 0 && clip_of(view.scene).empty();
+         view.scene.phase_g == 0;
 }
 
 }  // namespace

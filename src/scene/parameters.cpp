@@ -69,7 +69,7 @@ Rows output_rows() {
 
 Rows look_rows() {
   return {
-      {"look", "NAME", "", "auto in render and view, where nothing else of the look is set",
+      {"look", "NAME", "", "auto in render and view, unless light, colours, a mode or a background are set",
        "scene parameters that suit the file (auto: plain, smoke, fire, surface, scan, vectors or "
        "xray), or "
        "a "
