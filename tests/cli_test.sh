@@ -287,7 +287,9 @@ t 0 - render "$S" -o b.exr --colormap viridis --resolution 320x180 -q
 t 0 rms compare a.exr b.exr --max-abs 0
 t 0 "too small" render "$S" -o a.png --colormap viridis --color-bar --resolution 40x30
 t 2 "give --colormap" render "$S" -o a.png --color-bar $R
-# The look that psivox chooses may bring the map.
+# A look may bring the surface, and the map.
+t 0 "look surface" render "$S" -o a.png --look surface --isovalue 0.3 --resolution 32x32
+t 2 "--isovalue is for --mode isosurface" render "$S" -o a.png --isovalue 0.3 --resolution 32x32
 t 0 "look scan" render "$assets/ramp.vdb" -o a.png --color-bar --resolution 320x180
 t 0 - render "$assets/ramp.vdb" -o b.png --resolution 320x180 -q
 t 7 - compare a.png b.png --max-rms 0.01

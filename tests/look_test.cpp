@@ -38,11 +38,12 @@ TEST(Look, IsOpenUnlessSomethingOfItIsGiven) {
   scene.extinction = 2;
   scene.camera_position = glm::dvec3(1);
   scene.tolerance = 1e-3;
-  // what cuts a part off, or shows some values more than others, does so in any look
+  // what cuts a part off, or says which values are shown, does so in any look
   set_parameter(scene, "clip", "0,0,0,1,1,1");
   set_parameter(scene, "clip-plane", "x=3");
   set_parameter(scene, "range", "10%,90%");
   set_parameter(scene, "opacity", "0:0,1:1");
+  set_parameter(scene, "isovalue", "0.5");
   EXPECT_TRUE(leaves_look_open(scene));
   for (const auto& [name, text] : {std::pair("luminance", "1,1,1"),
                                    {"light", "0,-1,0"},

@@ -57,7 +57,10 @@ Scene SceneOptions::scene(Scene scene) {
   if (!camera_.empty()) use_camera(scene);
   apply_over(scene, settings_);
   Scene given = scene;
-  if (leaves_look_open(scene)) given.color_bar = false;  // the look may bring a map
+  if (leaves_look_open(scene) || !scene.look.empty()) {
+    given.color_bar = false;  // the look may bring a map
+    given.isovalue.reset();   // and a surface
+  }
   validate(given);
   return scene;
 }

@@ -16,7 +16,7 @@ std::vector<std::string> available_looks();
 
 /// Whether the scene sets nothing of how a picture looks: neither luminance, light, colours,
 /// temperature, emission, background nor any mode but xray. `auto` then chooses a look. A range, an
-/// opacity and a clip go with any look.
+/// opacity, an isovalue and a clip go with any look.
 bool leaves_look_open(const Scene& scene);
 
 /// The scene without anything of how a picture looks, and without its look. Its grids, camera, clip

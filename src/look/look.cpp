@@ -24,8 +24,10 @@ namespace {
 /// Whether it cuts a part of the volume off.
 bool cuts(const Parameter& p) { return p.name == "clip" || p.name == "clip-plane"; }
 
-/// Whether it shows some values more than others, in any look.
-bool windows(const Parameter& p) { return p.name == "range" || p.name == "opacity"; }
+/// Whether it says which values are shown, in any look.
+bool windows(const Parameter& p) {
+  return p.name == "range" || p.name == "opacity" || p.name == "isovalue";
+}
 
 bool says_how_it_looks(const Parameter& p) {
   if (p.name == "look" || p.name == "extinction") return false;

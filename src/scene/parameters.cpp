@@ -69,7 +69,8 @@ Rows output_rows() {
 
 Rows look_rows() {
   return {
-      {"look", "NAME", "", "auto in render and view, unless light, colours, a mode or a background are set",
+      {"look", "NAME", "",
+       "auto in render and view, unless light, colours, a mode or a background are set",
        "scene parameters that suit the file (auto: plain, smoke, fire, surface, scan, vectors or "
        "xray), or "
        "a "
