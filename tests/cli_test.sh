@@ -256,6 +256,8 @@ done
 t 0 rms compare exact.exr hardware.exr --max-rms 1e-2
 t 5 "no directory" render "$S" -o /nonexistent/a.exr $R
 t 3 "no such file" render nope.vdb -o a.exr $R
+t 2 "no output; give -o a.png" render "$S" a.png $R
+t 2 "psivox render b.vdb -o FILE.png draws it" b.vdb
 t 3 nope render "$S" -o a.exr --grid nope $R
 t 3 nope render "$S" -o a.exr --luminance-grid nope $R
 t 6 "over the limit of 0.00 MiB" render "$S" -o a.exr --memory-limit 2K $R

@@ -123,14 +123,19 @@ exec "$program" render "\$@"
 END
 chmod +x by_rank
 mkdir a b
-# ends CODE TEXT ARGUMENTS...: that job of two ranks ends like this, within ten seconds.
+# A job of that kind that ends well takes so long here; one that fails may take ten seconds more.
+begin=$SECONDS
+launch "$mpi" 2 ./by_rank "${scene[@]}" --renderer march-double "$V" -o ../well.exr ||
+  fail "two ranks in two folders end with $?"
+most=$((SECONDS - begin + 10))
+# ends CODE TEXT ARGUMENTS...: that job of two ranks ends like this, in time.
 ends() {
   local code=$1 text=$2 begin=$SECONDS got
   shift 2
   launch "$mpi" 2 ./by_rank "${scene[@]}" --renderer march-double "$@" -o ../fails.exr
   got=$?
   [ "$got" -eq "$code" ] || fail "exit code $got instead of $code: $*"
-  ((SECONDS - begin <= 10)) || fail "it took $((SECONDS - begin)) s to fail: $*"
+  ((SECONDS - begin <= most)) || fail "it took $((SECONDS - begin)) s to fail: $*"
   if [ -n "$text" ]; then
     grep -q "^psivox.*$text" output || fail "no word of '$text': $*"
     [ "$(grep -c '^psivox' output)" -eq 1 ] || fail "more than one line of psivox: $*"
@@ -156,7 +161,7 @@ for mpi in "${mpis[@]}"; do
   launch "$mpi" 2 ./by_rank "${scene[@]}" --renderer march-double x.vdb --extinction 3 --sky 1,1,1 \
     --light-quality exact -o ../fails.exr && fail "$mpi: exit code 0 after a rank was killed"
   if [ -e died ]; then
-    (($(date +%s) - $(<died) <= 10)) || fail "$mpi: it took $(($(date +%s) - $(<died))) s to end"
+    (($(date +%s) - $(<died) <= most)) || fail "$mpi: it took $(($(date +%s) - $(<died))) s to end"
   else
     fail "$mpi: no rank was killed while there was light to compute"
   fi

@@ -4,6 +4,7 @@
 
 #include "command_line.h"
 #include "overwriting.h"
+#include "psivox/image.h"
 #include "psivox/picture_file.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
@@ -129,6 +130,13 @@ void check_layers(const RenderCall& call, const Scene& scene) {
   }
 }
 
+/// What gives the picture that vdb_render takes as its last argument, or any.
+std::string likely_output(const RenderCall& call) {
+  const std::vector<std::string>& inputs = call.sequence.inputs;
+  if (inputs.size() > 1 && has_picture_extension(inputs.back())) return "-o " + inputs.back();
+  return "-o FILE.exr or -o FILE.png";
+}
+
 }  // namespace
 
 void take_layers(RenderCall& call, const Scene& scene) {
@@ -158,7 +166,7 @@ void check(const RenderCall& call, const Scene& scene) {
   check_overwriting(written, read);
   if (call.output.empty() && call.movie.empty()) {
     const bool of_volume = call.explain || !call.camera.empty();
-    if (!call.print_scene && !of_volume) usage("no output; give -o FILE.exr or -o FILE.png");
+    if (!call.print_scene && !of_volume) usage("no output; give " + likely_output(call));
     if (of_volume && scene.input.empty()) usage("no input; give IN.vdb");
     return;
   }

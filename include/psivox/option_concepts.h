@@ -39,6 +39,7 @@ inline std::string option_of_concept(std::string_view name) {
       {"--levels", "--range"},
       {"--lookat", "--camera-target"},
       {"--lut", "--colormap"},
+      {"--output-file", "--output"},
       {"--palette", "--colormap"},
       {"--passes", "--aov"},
       {"--plane", "--mode"},
