@@ -14,8 +14,9 @@ namespace psivox {
 /// converted, uploaded, drawn and dropped. One that no ray sees is left out.
 ///
 /// A picture's regions come front to back, and a RayFold joins what rays collect in them. The
-/// picture is that of the whole, apart from rounding. A view with a tolerance is marched exactly.
-/// Optical depths towards a light add up over the regions.
+/// picture is that of the whole, apart from rounding and from what rays of the whole leave out when
+/// they end early: a ray ends in a region by what that region hides alone. A view with a tolerance
+/// is marched exactly. Optical depths towards a light add up over the regions.
 class RegionMarcher final : public Marcher {
  public:
   RegionMarcher(Marcher& marcher, const Regions& regions) : marcher_(marcher), regions_(regions) {}
