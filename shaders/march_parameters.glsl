@@ -66,9 +66,3 @@ PARAMETER(int, preintegration_size)   // values along each axis
 PARAMETER(int, preintegration_layers)
 PARAMETER(real, preintegration_scale)   // entries per unit of value
 PARAMETER(real, preintegration_length)  // of the last layer [unit of t]
-PARAMETER(real3, lattice_anchor)      // of the light's lattice: where column (0, 0) crosses slice 0,
-PARAMETER(real3, lattice_u)           // from there to columns (1, 0) and (0, 1),
-PARAMETER(real3, lattice_v)
-PARAMETER(real3, lattice_step)        // and along a column to slice 1, away from the light
-PARAMETER(real, lattice_length)       // of lattice_step [unit of t]
-PARAMETER(int, lattice_parts)         // that a column is integrated in from slice to slice

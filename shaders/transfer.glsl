@@ -115,16 +115,6 @@ real4 ramps_at(real value) {
 }
 real ramp_sum(real4 values) { return ramp_base + dot(values, ramp_slopes); }
 
-// Its mean over linear values: of a ramp whose knot is between the ends only a part counts.
-real ramp_mean(real front, real back) {
-  real lo = min(front, back);
-  real hi = max(front, back);
-  real4 high = ramps_at(hi);
-  real4 part = min(high * (real(1.0) / max(hi - lo, real(1e-30))),
-                   real4(real(1.0), real(1.0), real(1.0), real(1.0)));
-  return ramp_sum((ramps_at(lo) + high * part) * real(0.5));
-}
-
 Classified classify(Sample s) {
   if (ramps) return Classified(ramp_sum(ramps_at(s.value)), real3(real(1.0)));
   int k = transfer_interval(s.value);

@@ -291,12 +291,14 @@ TEST_F(MarchLimits, AnEmptyFieldIsAnEmptyPicture) {
 
 TEST_F(MarchLimits, MoreTexturesThanTheDeviceHasIsALimitByName) {
   // A column of 400 bricks, one a buffer; its table of 404 entries fits one.
-  const Field column = make_field({{0, 0, 0}, {7, 7, 799}}, [](glm::ivec3 v) { return noise(v); });
-  MediumAtlas atlas{build_atlas(column), {}, {}, {}};
+  const View view = view_of(
+      small_scene(8), make_field({{0, 0, 0}, {7, 7, 799}}, [](glm::ivec3 v) { return noise(v); }));
+  MediumAtlas atlas{build_atlas(*view.medium.density), {}, {}, {}};
   ASSERT_GE(atlas.density.bricks.size(), 400u);
   const Limited limited({.buffer_texels = 729});
   try {
     Gpu::renderer()->upload(atlas);
+    Gpu::renderer()->render(view);
     ADD_FAILURE() << "no Error";
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ExitCode::graphics);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "march/light_lattice.h"
 #include "march/march_double.h"
 #include "reference/reference.h"
 
@@ -12,7 +13,7 @@ namespace {
 
 /// Spacings of columns, from coarse to fine [voxels]: for any light and the first trial, for light
 /// of a known error (a wider one may leave a few pixels far off), and the least.
-constexpr double coarsest = 4, coarse = 2, finest = 0.25;
+constexpr double coarsest = widest_spacing, coarse = 2, finest = 0.25;
 
 /// Part of the error that is left at half the spacing, above a voxel and below: on smoke and clouds
 /// it was 0.23 and 0.13 (docs/notes/light.md). What is computed by it is compared again.

@@ -5,20 +5,24 @@
 
 #include "gl/egl_context.h"
 #include "gl/grid_textures.h"
-#include "gl/lattice_pass.h"
 #include "gl/light_pass.h"
 #include "gl/picture_pass.h"
 #include "gl/tables.h"
+#include "march/light_columns.h"
 #include "psivox/error.h"
 #include "psivox/stopwatch.h"
 
 namespace psivox {
 
+static constexpr auto light_needs = "light needs an upload for exact filtering";
+
 struct GlRenderer::Impl {
   gl::EglContext context;
   double init_ms = 0;
   double upload_ms = 0;
-  std::optional<gl::GridTextures> textures;
+  const MediumAtlas* atlas = nullptr;  ///< that upload() was given, for that filter
+  Filter filter = Filter::exact;
+  std::optional<gl::GridTextures> textures;  ///< of it, made for the first program that reads them
   std::map<std::string, std::unique_ptr<gl::MarchProgram>> programs;
 
   explicit Impl(const ContextOptions& options) : context(options) {}
@@ -29,11 +33,23 @@ struct GlRenderer::Impl {
     }
   }
 
-  /// The textures of an upload for that filter. Makes the context current.
-  const gl::GridTextures& uploaded(Filter filter, const char* what) const {
-    context.make_current();
-    if (textures && textures->filter() == filter) return *textures;
+  /// The atlas of an upload for that filter.
+  const MediumAtlas& given(Filter wanted, const char* what) const {
+    if (atlas && filter == wanted) return *atlas;
     throw Error(ExitCode::failure, what);
+  }
+
+  /// Its textures. Makes the context current.
+  const gl::GridTextures& uploaded(Filter wanted, const char* what) {
+    given(wanted, what);
+    context.make_current();
+    if (textures) return *textures;
+    const Stopwatch watch;
+    textures.emplace(*atlas, filter);
+    context.check("copying the atlas");
+    glFinish();
+    upload_ms = watch.ms();
+    return *textures;
   }
 
   /// The program for a key, built once a process.
@@ -65,28 +81,25 @@ std::string GlRenderer::description() const {
 }
 
 void GlRenderer::upload(const MediumAtlas& atlas, Filter filter) {
-  const Stopwatch watch;
   Impl& impl = *impl_;
-  impl.context.make_current();
-  impl.textures.reset();
-  impl.textures.emplace(atlas, filter);
-  impl.context.check("copying the atlas");
-  glFinish();
-  impl.upload_ms = watch.ms();
+  if (impl.textures) {
+    impl.context.make_current();
+    impl.textures.reset();
+  }
+  impl.atlas = &atlas;
+  impl.filter = filter;
 }
 
 LightDepths GlRenderer::light_depths(const View& view) {
-  Impl& impl = *impl_;
-  const gl::GridTextures& textures =
-      impl.uploaded(Filter::exact, "light needs an upload for exact filtering");
-  return one_by_one([&, this](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
-                              const Progress& progress) {
+  return one_by_one([&view, this](const Beam& beam, const LightBlocks& blocks,
+                                  const TakeDepths& take, const Progress& progress) {
     if (beam.method.spacing > 0)
       return with_lattice(view, beam,
                           [&](const LatticeFrame& frame, const LatticeColumns& columns) {
                             lattice_depths(frame, blocks, columns, take, progress);
                           });
-    impl.context.make_current();
+    Impl& impl = *impl_;
+    const gl::GridTextures& textures = impl.uploaded(Filter::exact, light_needs);
     MarchSetup setup = make_march_setup(light_march(view, beam), textures.atlas());
     const gl::MarchProgram& program = impl.program(textures.key(setup), "light.frag");
     gl::LightPass(setup, textures, program).depths(blocks, take, progress);
@@ -95,18 +108,9 @@ LightDepths GlRenderer::light_depths(const View& view) {
 }
 
 void GlRenderer::with_lattice(const View& view, const Beam& beam, const UseLattice& use) {
-  Impl& impl = *impl_;
-  const gl::GridTextures& textures =
-      impl.uploaded(Filter::exact, "light needs an upload for exact filtering");
-  const LatticeFrame frame(view, textures.atlas(), beam);
-  MarchSetup setup = lattice_setup(view, textures.atlas(), beam, frame);
-  gl::ProgramKey key = textures.key(setup);
-  key.resumable = false;
-  const gl::LatticePass pass(setup, textures, impl.program(key, "light_lattice.frag"));
-  use(frame, [&](std::span<const LatticeBrick> bricks, std::span<double> depths) {
-    pass.columns(bricks, depths);
-  });
-  impl.context.check("lighting");
+  const MediumAtlas& atlas = impl_->given(Filter::exact, light_needs);
+  const LatticeFrame frame(view, atlas, beam);
+  use(frame, light_columns<float>(frame, view, atlas, beam));
 }
 
 RenderResult GlRenderer::render(const View& view, const RenderOptions& options) {

@@ -2,7 +2,7 @@
 
 #include "march/atlas_march.h"
 #include "march/light.h"
-#include "march/light_lattice.h"
+#include "march/light_columns.h"
 #include "march/march_double.h"
 
 namespace psivox {
@@ -31,30 +31,11 @@ void exact_depths(const View& view, const MediumAtlas& atlas, const Beam& beam,
   });
 }
 
-LatticeColumns columns_of(const MarchSetup& setup, const MediumAtlas& atlas) {
-  return [&](std::span<const LatticeBrick> bricks, std::span<double> depths) {
-    tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
-      glsl::AtlasMarch march(setup, atlas);
-      double* to = depths.data() + b * lattice_depths_of_brick;
-      for (int column = 0; column < lattice_columns * lattice_columns; ++column, to += 8) {
-        const int u = column / lattice_columns, v = column % lattice_columns;
-        const auto own =
-            march.column_depths(glm::dvec2(bricks[b].x + u, bricks[b].y + v), double(bricks[b].z));
-        for (int n = 0; n < 4; ++n) {
-          to[n] = own.first[n];
-          to[n + 4] = own.last[n];
-        }
-      }
-    });
-  };
-}
-
 }  // namespace
 
 void DoubleMarcher::with_lattice(const View& view, const Beam& beam, const UseLattice& use) {
   const LatticeFrame frame(view, *atlas_, beam);
-  const MarchSetup setup = lattice_setup(view, *atlas_, beam, frame);
-  use(frame, columns_of(setup, *atlas_));
+  use(frame, light_columns<double>(frame, view, *atlas_, beam));
 }
 
 LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas) {
@@ -62,8 +43,7 @@ LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas
                         const Progress& progress) {
     if (beam.method.spacing == 0) return exact_depths(view, atlas, beam, blocks, take, progress);
     const LatticeFrame frame(view, atlas, beam);
-    const MarchSetup setup = lattice_setup(view, atlas, beam, frame);
-    lattice_depths(frame, blocks, columns_of(setup, atlas), take, progress);
+    lattice_depths(frame, blocks, light_columns<double>(frame, view, atlas, beam), take, progress);
   });
 }
 

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "march/lattice_run.h"
-#include "march/march_parameters.h"
 
 namespace psivox {
 
@@ -47,23 +46,6 @@ bool LatticeFrame::meets_part(const LatticeBrick& brick) const {
          glm::all(glm::greaterThanEqual(most, glm::dvec2(across(part->min))));
 }
 
-void LatticeFrame::place(MarchSetup& setup) const {
-  MarchParameters& p = setup.parameters;
-  p.lattice_anchor = p.lattice_u = p.lattice_v = p.lattice_step = glm::dvec3(0);
-  p.lattice_anchor[axis] = double(first - setup.origin[axis]);
-  p.lattice_anchor[axis_u] = origin.x - double(setup.origin[axis_u]);
-  p.lattice_anchor[axis_v] = origin.y - double(setup.origin[axis_v]);
-  p.lattice_u[axis_u] = spacing;
-  p.lattice_v[axis_v] = spacing;
-  p.lattice_step[axis] = double(-side);
-  p.lattice_step[axis_u] = -shear.x;
-  p.lattice_step[axis_v] = -shear.y;
-  p.lattice_length = length / p.world_unit;
-  // Look-ups along a column are as near as columns are: between faces of cells an error of either
-  // kind falls with the fourth power, across them with the second.
-  p.lattice_parts = std::max(1, int(std::lround(0.5 / spacing)));
-}
-
 void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
                     const LatticeColumns& columns, const TakeDepths& take,
                     const Progress& progress) {
@@ -71,13 +53,6 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
   LightSlabs slabs(frame, blocks);
   slabs.add_octants(frame, *frame.density, least, most);
   LatticeRun(frame, slabs, blocks, take).go_on(most, in_part(frame, columns), progress);
-}
-
-MarchSetup lattice_setup(const View& view, const MediumAtlas& atlas, const Beam& beam,
-                         const LatticeFrame& frame) {
-  MarchSetup setup = make_march_setup(light_march(view, beam), atlas);
-  frame.place(setup);
-  return setup;
 }
 
 }  // namespace psivox

@@ -13,10 +13,10 @@
 
 namespace psivox {
 
-struct MarchSetup;
-
 /// Columns of a brick along each axis across the light, and its slices.
 inline constexpr int lattice_columns = 4, lattice_slices = 8;
+/// Largest distance between columns [voxels].
+inline constexpr int widest_spacing = 4;
 /// Depths of a brick.
 inline constexpr int lattice_depths_of_brick = lattice_columns * lattice_columns * lattice_slices;
 
@@ -53,9 +53,6 @@ struct LatticeFrame {
 
   /// Whether the columns of a brick, from the slice before its first on, may meet the part.
   bool meets_part(const LatticeBrick& brick) const;
-
-  /// Sets the march's parameters lattice_...
-  void place(MarchSetup& setup) const;
 };
 
 /// Optical depths from the voxels of blocks to where the light comes in. Beside a kink they may
@@ -65,9 +62,5 @@ struct LatticeFrame {
 void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
                     const LatticeColumns& columns, const TakeDepths& take,
                     const Progress& progress = {});
-
-/// The setup of the march along the lattice's columns.
-MarchSetup lattice_setup(const View& view, const MediumAtlas& atlas, const Beam& beam,
-                         const LatticeFrame& frame);
 
 }  // namespace psivox

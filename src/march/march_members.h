@@ -67,7 +67,6 @@ Mixture integrate_transfer(real front, real back, real length) {
 // clang-format off
 #include "pixel.glsl"
 #include "light.glsl"
-#include "light_lattice.glsl"
 // clang-format on
 
 /// Sets what follows from the constants.

@@ -60,8 +60,8 @@ class Marcher {
   /// Whether its arithmetic has an error to look for: it is float32.
   virtual bool rounds() const { return false; }
 
-  /// Takes the atlas, which must stay until the last render. Later renders must ask for the same
-  /// filter.
+  /// Takes the atlas, which must stay until the last render, and may copy it when something first
+  /// needs the copy. Later renders must ask for the same filter.
   virtual void upload(const MediumAtlas& atlas, Filter filter = Filter::exact) = 0;
   /// Optical depths towards the light of a view whose density is uploaded, with exact filtering:
   /// for lit() (light.h), before the next upload. View and atlas must outlive them.

@@ -5,7 +5,6 @@
 #include "gl/march_source.h"
 #include "march/atlas_march.h"
 #include "march/film.h"
-#include "march/light_lattice.h"
 #include "march/march_double.h"
 
 namespace psivox::gpu_cost {
@@ -30,8 +29,6 @@ const std::vector<Listed>& listed_programs() {
       {"tolerance 1e-3, fire", R"("tolerance": 1e-3, "temperature-grid": "temperature")", 96},
       {"MIP", R"("mode": "mip", "sampling": "cells")", 64},
       {"isosurface", R"("mode": "isosurface", "sampling": "cells")", 56},
-      {"columns towards a light", R"("tolerance": 1e-2, "light": [1, -1, 0])", 48,
-       "light_lattice.frag"},
       {"rays towards a light", R"("step": 1, "light": [1, -1, 0], "light-quality": "exact")", 48,
        "light.frag"},
   };
@@ -78,12 +75,8 @@ class Recorder : public Marcher {
                std::span<const Beam> beams, const LightBlocks& blocks, const TakeLight& take,
                const Progress& progress) {
       for (const Beam& beam : beams) {
-        if (beam.method.spacing == 0) {
+        if (beam.method.spacing == 0)
           add(make_march_setup(light_march(view, beam), *atlas_), "light.frag");
-        } else {
-          const LatticeFrame frame(view, *atlas_, beam);
-          add(lattice_setup(view, *atlas_, beam, frame), "light_lattice.frag");
-        }
       }
       depths(beams, blocks, take, progress);
     };
@@ -111,7 +104,6 @@ class Recorder : public Marcher {
     for (std::size_t i = 0; i < grids.size(); ++i)
       buffers[i] = grids[i] && !(setup.constants.paired && i == luminance_grid);
     gl::ProgramKey key = gl::program_key(setup, buffers);
-    if (shader == "light_lattice.frag") key.resumable = false;
     programs.push_back({shader, gl::march_source(key, shader, false).text});
   }
 

@@ -1,0 +1,259 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <glm/common.hpp>
+#include <vector>
+
+#include "march/atlas_march.h"
+#include "march/light_lattice.h"
+
+namespace psivox::columns {
+
+/// Planes of voxels that a brick's columns cross, from the slice before its first on.
+inline constexpr int planes = lattice_slices + 1;
+
+/// The cell of a coordinate. std::floor is a call on machines that all programs run on.
+inline int cell_of(double at) {
+  const int toward_zero = int(at);
+  return toward_zero - (at < toward_zero);
+}
+
+/// Copies a few values without a call.
+inline void copy_few(const float* from, int length, float* to) {
+  for (; length >= 4; length -= 4, from += 4, to += 4) std::memcpy(to, from, 4 * sizeof(float));
+  if (length & 2) std::memcpy(to, from, 2 * sizeof(float));
+  if (length & 1) to[length & 2] = from[length & 2];
+}
+
+/// A cell along an axis, and a place in it.
+struct Place {
+  int cell = 0;
+  double part = 0;
+
+  Place() = default;
+  /// In the nearest cell of [first, end) if it is in none.
+  Place(double at, int first, int end)
+      : cell(std::clamp(cell_of(at), first, end - 1)), part(at - cell) {}
+};
+
+/// The places of a brick's columns across the axis at a time.
+struct Places {
+  Place along;
+  std::array<Place, lattice_columns> u, v;
+};
+
+/// Voxels of each plane that a brick's columns are interpolated from.
+struct Window {
+  int first = 0;  ///< coordinate of the lowest plane
+  std::array<glm::ivec2, planes> low, high;
+};
+
+/// The values of a grid in a window, and whether the cells behind each voxel are stored.
+template <typename Real>
+class Values {
+ public:
+  Values(const LatticeFrame& frame, glsl::AtlasMarch& march, const glm::ivec3& origin, int grid)
+      : frame_(frame), march_(march), origin_(origin), grid_(grid) {
+    constexpr glm::ivec3 of_axes(brick_values * brick_values, brick_values, 1);
+    stride_ = {of_axes[frame.axis], of_axes[frame.axis_u], of_axes[frame.axis_v]};
+  }
+
+  /// Returns whether any cell is stored.
+  bool gather(const Window& window) {
+    find_bricks(window);
+    if (std::ranges::none_of(nodes_, stored)) return false;
+    const bool all = std::ranges::all_of(nodes_, stored);
+    std::size_t size = 0;
+    for (int p = 0; p < planes; ++p) {
+      Plane& plane = planes_[std::size_t(p)];
+      plane.low = window.low[std::size_t(p)];
+      plane.width = window.high[std::size_t(p)].y - plane.low.y + 1;
+      plane.first = size;
+      size +=
+          std::size_t(plane.width) * std::size_t(window.high[std::size_t(p)].x - plane.low.x + 1);
+    }
+    values_.assign(size + usual_reach, 0);  // whose rows are read in lengths of at least that
+    all_stored_ = all;
+    if (!all) is_stored_.assign(size, 0);
+    for (std::size_t i = 0; i < nodes_.size(); ++i)
+      if (stored(nodes_[i])) copy(window, nodes_[i], brick_at(i), all);
+    first_ = window.first;
+    return true;
+  }
+
+  bool all_stored() const { return all_stored_; }
+  /// Whether the cell of a place is stored.
+  bool has(const Place& along, const Place& u, const Place& v) const {
+    if (all_stored_) return true;
+    const Plane& plane = planes_[std::size_t(along.cell - first_)];
+    return is_stored_[plane.at(u.cell, v.cell)] != 0;
+  }
+
+  Real at(const Place& along, const Place& u, const Place& v) const {
+    const Real near = in_plane(planes_[std::size_t(along.cell - first_)], u, v);
+    if (along.part == 0) return near;
+    const Real far = in_plane(planes_[std::size_t(along.cell + 1 - first_)], u, v);
+    return near + (far - near) * Real(along.part);
+  }
+
+  /// At all of a brick's columns, v fastest.
+  void at(const Places& places, Real* to) const {
+    const Place& first = places.v.front();
+    const auto reach = std::size_t(places.v.back().cell - first.cell + 2);
+    const bool between = places.along.part != 0;
+    const Plane& near = planes_[std::size_t(places.along.cell - first_)];
+    const Plane& far = planes_[std::size_t(places.along.cell + between - first_)];
+    Row row, far_row;
+    for (const Place& u : places.u) {
+      along_u(near, u, first.cell, reach, row);
+      if (between) {
+        along_u(far, u, first.cell, reach, far_row);
+        mix(row, far_row, Real(places.along.part), reach, row);
+      }
+      for (const Place& v : places.v) {
+        const Real* low = row.data() + (v.cell - first.cell);
+        *to++ = low[0] + (low[1] - low[0]) * Real(v.part);
+      }
+    }
+  }
+
+ private:
+  using Node = glsl::AtlasMarch::Node;
+
+  struct Plane {
+    glm::ivec2 low{0};
+    int width = 0;
+    std::size_t first = 0;
+
+    std::size_t at(int u, int v) const {
+      return first + std::size_t((u - low.x) * width + (v - low.y));
+    }
+  };
+
+  /// Values along v that a row of columns is interpolated from, at most; those that are always
+  /// computed, since a loop whose length is known is faster: columns a voxel apart take 5.
+  static constexpr std::size_t most_reach = (lattice_columns - 1) * widest_spacing + 3,
+                               usual_reach = 8;
+  using Row = std::array<Real, most_reach>;
+
+  /// The values between those at a and b.
+  static void mix(const auto& a, const auto& b, Real part, std::size_t reach, Row& to) {
+    for (std::size_t k = 0; k < usual_reach; ++k)
+      to[k] = Real(a[k]) + (Real(b[k]) - Real(a[k])) * part;
+    for (std::size_t k = usual_reach; k < reach; ++k)
+      to[k] = Real(a[k]) + (Real(b[k]) - Real(a[k])) * part;
+  }
+
+  /// Values of a plane between two voxels along u, from v on.
+  void along_u(const Plane& plane, const Place& u, int v, std::size_t reach, Row& to) const {
+    const float* low = values_.data() + plane.at(u.cell, v);
+    mix(low, low + plane.width, Real(u.part), reach, to);
+  }
+
+  static bool stored(const Node& node) { return node.kind != glsl::AtlasMarch::NODE_EMPTY; }
+
+  Real in_plane(const Plane& plane, const Place& u, const Place& v) const {
+    const float* low = values_.data() + plane.at(u.cell, v.cell);
+    const float* high = low + plane.width;
+    const Real a = Real(low[0]) + (Real(high[0]) - Real(low[0])) * Real(u.part);
+    const Real b = Real(low[1]) + (Real(high[1]) - Real(low[1])) * Real(u.part);
+    return a + (b - a) * Real(v.part);
+  }
+
+  /// The voxel, brick or size with those components along the frame's axes.
+  glm::ivec3 turned(int along, int u, int v) const {
+    glm::ivec3 voxel;
+    voxel[frame_.axis] = along;
+    voxel[frame_.axis_u] = u;
+    voxel[frame_.axis_v] = v;
+    return voxel;
+  }
+
+  /// Bricks with a value of the window, those whose last values alone are in it too.
+  void find_bricks(const Window& window) {
+    glm::ivec2 low = window.low[0], high = window.high[0];
+    for (int p = 1; p < planes; ++p) {
+      low = glm::min(low, window.low[std::size_t(p)]);
+      high = glm::max(high, window.high[std::size_t(p)]);
+    }
+    bricks_ = {glm::ivec3(window.first - 1, low - 1) >> 3,
+               glm::ivec3(window.first + planes - 1, high) >> 3};
+    nodes_.clear();
+    for (int w = bricks_.min.x; w <= bricks_.max.x; ++w)
+      for (int u = bricks_.min.y; u <= bricks_.max.y; ++u)
+        for (int v = bricks_.min.z; v <= bricks_.max.z; ++v) {
+          const glm::ivec3 cell = 8 * turned(w, u, v);
+          const glm::ivec3 near = glm::clamp(cell, frame_.domain.min, frame_.domain.max - 1);
+          nodes_.push_back((cell >> 3) == (near >> 3) ? march_.find_stored(grid_, near - origin_)
+                                                      : march_.no_node());
+        }
+  }
+  glm::ivec3 brick_at(std::size_t i) const {
+    const glm::ivec3 size = bricks_.max - bricks_.min + 1;
+    const int k = int(i);
+    return bricks_.min + glm::ivec3(k / (size.y * size.z), k / size.z % size.y, k % size.z);
+  }
+
+  /// A brick's values that are in the window. If all bricks are stored, its last ones are the
+  /// next one's first.
+  void copy(const Window& window, const Node& node, const glm::ivec3& brick, bool all) {
+    const int last = all ? 7 : 8;
+    const glm::ivec3 from = 8 * brick;
+    for (int w = std::max(window.first, from.x);
+         w <= std::min(window.first + planes - 1, from.x + last); ++w) {
+      const auto p = std::size_t(w - window.first);
+      const Plane& plane = planes_[p];
+      const glm::ivec2 low = glm::max(plane.low, glm::ivec2(from.y, from.z));
+      const glm::ivec2 high =
+          glm::min(window.high[p], glm::ivec2(from.y, from.z) + glm::ivec2(last));
+      if (high.y < low.y) continue;
+      for (int u = low.x; u <= high.x; ++u) {
+        const glm::ivec3 first = glm::ivec3(w, u, low.y) - from;
+        const std::size_t to = plane.at(u, low.y);
+        read_row(node, first, high.y - low.y + 1, values_.data() + to);
+        if (!all && first.x < 8 && first.y < 8)
+          std::fill_n(is_stored_.begin() + std::ptrdiff_t(to),
+                      std::max(std::min(high.y - from.z, 7) - first.z + 1, 0), 1);
+      }
+    }
+  }
+
+  /// Some of a brick's values along v.
+  void read_row(const Node& node, const glm::ivec3& first, int length, float* to) const {
+    if (node.kind == glsl::AtlasMarch::NODE_CONSTANT) {
+      std::fill_n(to, length, float(march_.fetch_constant(grid_, node.payload)));
+      return;
+    }
+    const glm::ivec3 steps = stride_ * first;
+    const std::size_t texel =
+        std::size_t(node.payload) * brick_texels + std::size_t(steps.x + steps.y + steps.z);
+    if (const float* from = march_.grids[std::size_t(grid_)]->texels32.get()) {
+      from += texel;
+      if (stride_.z == 1)
+        copy_few(from, length, to);
+      else
+        for (int i = 0; i < length; ++i) to[i] = from[i * brick_values];
+    } else {
+      const std::uint16_t* half = march_.grids[std::size_t(grid_)]->texels16.get() + texel;
+      for (int i = 0; i < length; ++i) to[i] = glm::unpackHalf1x16(half[i * stride_.z]);
+    }
+  }
+
+  const LatticeFrame& frame_;
+  glsl::AtlasMarch& march_;
+  glm::ivec3 origin_;
+  int grid_;
+  glm::ivec3 stride_{0};     ///< of a brick's texels along the axis, u and v
+  Box bricks_;               ///< along the axis, u and v
+  std::vector<Node> nodes_;  ///< of bricks_, v fastest
+  int first_ = 0;            ///< coordinate of the first plane
+  std::array<Plane, planes> planes_;
+  std::vector<float> values_;
+  bool all_stored_ = false;
+  std::vector<std::uint8_t> is_stored_;  ///< unless all are
+};
+
+}  // namespace psivox::columns
