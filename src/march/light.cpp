@@ -237,7 +237,6 @@ struct LitLuminance::Impl {
     }
     const bool tinted = medium.light->tinted, glows = first && own_color != glm::dvec3(0);
     std::array<glm::dvec3, 512> glow_of;
-    glow_of.fill(glm::dvec3(1));
     if (tinted || glows) glow.block(origin, glow_of);
     for (int i = 0; i < 512; ++i, to += 3) {
       const glm::dvec3& own_glow = glow_of[std::size_t(i)];

@@ -138,9 +138,10 @@ Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
     });
     field.active_range = range;
   }
-  for (const double percent : options.percentiles)
-    field.active_percentiles[percent] =
-        value_percentile([&](const auto& take) { visit_active(*field_, field, take); }, percent);
+  const std::vector<double> values = value_percentiles(
+      [&](const auto& take) { visit_active(*field_, field, take); }, options.percentiles);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    field.active_percentiles[options.percentiles[i]] = values[i];
   return field;
 }
 

@@ -58,8 +58,7 @@ BadValues take_values(const openvdb::GridBase::Ptr& grid, const ReadOptions& opt
   if (bad.any())
     std::erase_if(field.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0.0f); });
   if (role == GridRole::data) field.active_range = active_range(parts);
-  for (const double percent : options.percentiles)
-    field.active_percentiles[percent] = active_percentile(parts, percent);
+  field.active_percentiles = active_percentiles(parts, options.percentiles);
   return bad;
 }
 

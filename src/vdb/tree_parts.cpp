@@ -107,9 +107,10 @@ glm::vec2 active_range(const TreeParts& parts) {
   return range;
 }
 
-double active_percentile(const TreeParts& parts, double percent) {
+std::map<double, double> active_percentiles(const TreeParts& parts,
+                                            std::span<const double> percents) {
   const auto channels = static_cast<openvdb::Index>(parts.channels);
-  return value_percentile(
+  const std::vector<double> values = value_percentiles(
       [&](const auto& take) {
         for (std::size_t n = 0; n < parts.leaves.size(); ++n)
           for (auto on = parts.active[n]->beginOn(); on; ++on)
@@ -117,7 +118,10 @@ double active_percentile(const TreeParts& parts, double percent) {
         for (const TilePart& part : parts.tiles)
           if (part.active) take(part.tile.value.x, tile_voxels(part.tile));
       },
-      percent);
+      percents);
+  std::map<double, double> found;
+  for (std::size_t i = 0; i < values.size(); ++i) found[percents[i]] = values[i];
+  return found;
 }
 
 }  // namespace psivox::vdb

@@ -2,7 +2,9 @@
 
 #include <openvdb/openvdb.h>
 
+#include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "psivox/field.h"
@@ -38,8 +40,9 @@ TreeParts parts_of(const openvdb::GridBase::Ptr& grid);
 /// count, and leaves must have none.
 glm::vec2 active_range(const TreeParts& parts);
 
-/// The smallest value of the first channel that at least `percent` of the active voxels do not
-/// exceed. A tile counts as its voxels.
-double active_percentile(const TreeParts& parts, double percent);
+/// For each of some percentages, the smallest value of the first channel that at least so many of
+/// the active voxels do not exceed. A tile counts as its voxels.
+std::map<double, double> active_percentiles(const TreeParts& parts,
+                                            std::span<const double> percents);
 
 }  // namespace psivox::vdb
