@@ -96,6 +96,7 @@ struct Field {
   /// unless `survey` is set.
   std::shared_ptr<const LeafReader> reader;
   std::optional<ValueSurvey> survey;  ///< of tiles, if the caller is to survey the leaves
+  BadValues replaced;                 ///< what reading has replaced; a notice tells of it
   std::vector<std::string> notices;   ///< one line each, for stderr: what reading changed
 
   /// Smallest and largest voxel of the domain: active_box grown by one.

@@ -129,6 +129,7 @@ Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
       throw Error(ExitCode::input,
                   subject_of(field) + " is refused by strict reading: " + bad.describe());
     field.notices.push_back(subject_of(field) + ": " + bad.describe());
+    field.replaced = bad;
   }
   if (options.role == GridRole::data) {
     constexpr float infinity = std::numeric_limits<float>::infinity();

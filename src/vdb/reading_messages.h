@@ -98,8 +98,8 @@ void describe(Pack& pack, T& request) {
 
 template <typename Pack, Is<BadValues> T>
 void describe(Pack& pack, T& bad) {
-  auto& [nan, positive, negative_infinite, negative, largest] = bad;
-  pack(nan, positive, negative_infinite, negative, largest);
+  auto& [nan, positive, negative_infinite, negative, largest, least] = bad;
+  pack(nan, positive, negative_infinite, negative, largest, least);
 }
 
 template <typename Pack, Is<Extent> T>
@@ -141,9 +141,10 @@ void describe(Pack& pack, T& tile) {
 template <typename Pack, Is<FieldFacts> T>
 void describe(Pack& pack, T& facts) {
   auto& [name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
-         percentiles, width, leaves, tiles, array, storage, reader, survey, notices] = facts.field;
+         percentiles, width, leaves, tiles, array, storage, reader, survey, replaced, notices] =
+      facts.field;
   pack(name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
-       percentiles, width, survey, notices);
+       percentiles, width, survey, replaced, notices);
   pack(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes, facts.active_tiles);
 }
 
