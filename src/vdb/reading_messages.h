@@ -19,6 +19,7 @@ namespace psivox::vdb {
 enum class MessageKind : std::uint32_t {
   open,      ///< path; with the file's descriptor. The answer: FileFacts
   info,      ///< a grid, or "" for all, and whether values too. The answer: rows
+  content,   ///< a grid. The answer: GridContent
   read,      ///< ReadRequest; with a descriptor of shared memory. The answer: FieldFacts
   leaves,    ///< LeavesRequest. The answer: LeavesAnswer
   progress,  ///< a fraction
@@ -77,17 +78,24 @@ void describe(Pack& pack, T& info) {
        transform, map, background, values_read, values, lo, hi, metadata, problem);
 }
 
+template <typename Pack, Is<GridContent> T>
+void describe(Pack& pack, T& content) {
+  auto& [active_voxels, nothing] = content;
+  pack(active_voxels, nothing);
+}
+
 template <typename Pack, Is<FileFacts> T>
 void describe(Pack& pack, T& facts) {
-  auto& [names, base_names, channels, classes, metadata, z_up] = facts;
-  pack(names, base_names, channels, classes, metadata, z_up);
+  auto& [names, base_names, channels, value_types, classes, metadata, z_up] = facts;
+  pack(names, base_names, channels, value_types, classes, metadata, z_up);
 }
 
 template <typename Pack, Is<ReadOptions> T>
 void describe(Pack& pack, T& options) {
-  auto& [role, strict, distances, empty, background, percentiles, memory, in_file, unsurveyed] =
-      options;
-  pack(role, strict, distances, empty, background, percentiles, memory, in_file, unsurveyed);
+  auto& [role, strict, distances, empty, active, background, percentiles, memory, in_file,
+         unsurveyed] = options;
+  pack(role, strict, distances, empty, active, background, percentiles, memory, in_file,
+       unsurveyed);
 }
 
 template <typename Pack, Is<ReadRequest> T>
