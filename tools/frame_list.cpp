@@ -66,6 +66,7 @@ void name_outputs(const RenderCall& call, FrameList& list) {
 FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
   FrameList list;
   list.first = files.begin()->first;
+  for (const auto& [frame, path] : files) list.files.push_back(path);
   list.samples = samples_of(options.auto_from, files);
   std::vector<int> numbers, missing;
   if (options.frames.empty()) {

@@ -19,6 +19,7 @@ struct Frame {
 struct FrameList {
   std::vector<Frame> frames;         ///< ascending
   int first = 1;                     ///< number of the sequence's first frame, drawn or not
+  std::vector<std::string> files;    ///< of the sequence, drawn or not
   std::vector<std::string> samples;  ///< files from which `auto` chooses
   std::vector<std::string> notices;  ///< one line each
 };

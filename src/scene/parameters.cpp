@@ -69,13 +69,10 @@ Rows output_rows() {
 
 Rows look_rows() {
   return {
-      {"look", "NAME", "",
-       "auto in render and view, unless light, colours, a mode or a background are set",
-       "scene parameters that suit the file (auto: plain, smoke, fire, surface, scan, vectors or "
-       "xray), or "
-       "a "
-       ".json "
-       "of them; what is given beside it counts",
+      {"look", "NAME", "", "auto in render, view and study",
+       "scene parameters that suit the file: auto, plain, smoke, fire, surface, scan, signed, "
+       "points, colors, vectors or xray, or a .json of them; each option given replaces its own "
+       "part",
        &Scene::look},
       {"extinction", "K", "1/world unit", "auto: mean optical depth 3 through the grid's middle",
        "scale of the attenuation: K * value, or K * transfer function", &Scene::extinction,
@@ -161,9 +158,9 @@ Rows camera_rows() {
        &Scene::camera_up, any, "auto"},
       {"up-axis", enum_metavar<UpAxis>(), "", "auto: z for files of Z-up programs, else y",
        "axis that is up: y is seen along -Z, z along +Y", &Scene::up_axis},
-      {"azimuth", "DEG", "degrees", "", "turn the camera about the up axis, to the right",
+      {"azimuth", "DEG", "degrees", "0; 30 in looks", "turn the camera about the up axis, to the right",
        &Scene::azimuth},
-      {"elevation", "DEG", "degrees", "", "then raise it over its target", &Scene::elevation},
+      {"elevation", "DEG", "degrees", "0; 20 in looks", "then raise it over its target", &Scene::elevation},
       {"zoom", "F", "", "", "show everything F times as large; narrows the field of view",
        &Scene::zoom, above_0},
       {"fov", "DEG", "degrees", "from --focal-length and --aperture", "horizontal field of view",

@@ -69,12 +69,4 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs)
   return files;
 }
 
-std::vector<std::string> auto_samples(const SequenceFiles& files) {
-  std::vector<std::string> paths;
-  const auto middle = std::next(files.begin(), std::ptrdiff_t(files.size() / 2));
-  for (const std::string& path : {files.begin()->second, middle->second, files.rbegin()->second})
-    if (paths.empty() || paths.back() != path) paths.push_back(path);
-  return paths;
-}
-
 }  // namespace psivox
