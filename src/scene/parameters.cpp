@@ -35,12 +35,13 @@ using Rows = std::vector<Parameter>;
 Rows input_rows() {
   return {
       {"input", "IN.vdb", "", "", "volume to render", &Scene::input, any, "", true},
-      {"grid", "NAME[:PART]", "", "density, or the only scalar grid",
-       "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length",
+      {"grid", "NAME[:PART]", "", "the best usable grid",
+       "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length; "
+       ":active is 1 at active voxels",
        &Scene::grid},
-      {"strict", "", "", "", "refuse NaN, Inf, negative values and non-linear transforms",
-       &Scene::strict},
-      {"background-value", "V", "", "none: such a grid is refused",
+      {"strict", "", "", "",
+       "refuse NaN, Inf, negative values, backgrounds and non-linear transforms", &Scene::strict},
+      {"background-value", "V", "", "none: 0, said in a notice",
        "value of a grid outside its voxels and tiles, where the file's own is not 0; 0: empty",
        &Scene::background_value, any, "none"},
       {"centering", enum_metavar<Centering>(), "", "",
