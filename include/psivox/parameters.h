@@ -85,8 +85,9 @@ std::string parameter_text(const Scene& scene, const Parameter& parameter);
 /// are sRGB, which is decoded.
 bool is_color(const Parameter& parameter);
 
-/// What to say about a colour's text of whole numbers up to 255: three of them behind the medium are
-/// read as sRGB codes, while light may be brighter than white. Empty if there is nothing to say.
+/// What to say about a colour's text of whole numbers up to 255: three of them behind the medium
+/// are read as sRGB codes, while light may be brighter than white. Empty if there is nothing to
+/// say.
 std::string color_notice(const Parameter& parameter, std::string_view text);
 
 /// Whether the medium may depend on the parameter: its grids, atlases or light. If not, one Session
