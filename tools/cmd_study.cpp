@@ -46,9 +46,13 @@ const std::map<std::string, std::pair<const char*, const char*>> list_help = {
     {"resolutions", {"of WxH [pixels]", "--resolution's"}}};
 
 bool parse(StudyCall& call, Arguments arguments) {
-  CommandLine line("study",
-                   "Renders a .vdb by many methods and measures the error and time of each. Writes "
-                   "tables, plots, pictures and a page that shows them.");
+  CommandLine line(
+      "study",
+      "Renders a .vdb by many methods and measures the error and time of each. Writes "
+      "tables, plots, pictures and a page that shows them.",
+      {"output", "integrators", "steps", "resume", "quiet"},
+      {"smoke.vdb -o study", "smoke.vdb -o study --resume",
+       "smoke.vdb -o study --resolution 256x256 --integrators psi-weighted,cell-exact"});
   line.add_option("-o,--output", call.output, "folder for the results; created if missing")
       ->type_name("DIR")
       ->required();

@@ -32,7 +32,7 @@ FrameList list_files(const FrameOptions& options, const SequenceFiles& files);
 std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
                                      const CameraPath* path);
 
-/// Prints to stderr what was chosen for all frames, as options.
-void print_choice(const SequenceScene& sequence, const FrameList& list);
+/// Prints to stderr the look that was chosen for all frames, or what it sets, as options.
+void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy = true);
 
 }  // namespace psivox

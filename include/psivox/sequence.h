@@ -55,8 +55,8 @@ using SequenceFiles = std::map<int, std::string>;
 /// folder. Throws Error(input): no file; Error(usage): a folder that holds several sequences.
 std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs);
 
-/// The frames between a sequence's first and last that have no file, where the sequence's files are
-/// as far apart as its two nearest frames.
+/// The frames between a sequence's first and last that have no file, where all distances of the
+/// sequence's files are multiples of the least; none if they are not.
 std::vector<int> gaps(const SequenceFiles& files);
 
 /// The files from which `auto` chooses unless others are named: the first, the middle, the last,

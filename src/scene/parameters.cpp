@@ -1,5 +1,7 @@
 #include "psivox/parameters.h"
 
+#include <algorithm>
+
 #include "psivox/text.h"
 #include "scene/enum_names.h"
 
@@ -30,6 +32,11 @@ Parameter unchanged(Parameter p) {
   return p;
 }
 
+/// Those that --help lists; --help-all lists all.
+constexpr std::string_view common_names[] = {"grid",       "resolution", "background", "look",
+                                             "extinction", "colormap",   "mode",       "azimuth",
+                                             "elevation",  "tolerance"};
+
 using Rows = std::vector<Parameter>;
 
 Rows input_rows() {
@@ -54,7 +61,8 @@ Rows input_rows() {
 Rows output_rows() {
   return {
       {"resolution", "WxH", "pixels", "", "size of the picture", &Scene::resolution, pixel_count},
-      {"background", "R,G,B", "", "none: premultiplied, with alpha", "colour behind the medium",
+      {"background", "COLOUR", "", "none: premultiplied, with alpha",
+       "colour behind the medium: R,G,B is linear, #rrggbb and the names of CSS are sRGB",
        &Scene::background, at_least_0, "none"},
       {"exposure", "STOPS", "powers of 2", "0; auto under --mode xray",
        "brightness of .png, .jpg, .webp, 8-bit .tif and the window; auto: just below white",
@@ -92,7 +100,7 @@ Rows look_rows() {
        &Scene::opacity, any, "none"},
       {"classification", enum_metavar<Classification>(), "", "",
        "apply the function after (post) or before (pre) the interpolation", &Scene::classification},
-      {"luminance", "R,G,B", "", "1,1,1; 0,0,0 with --light alone",
+      {"luminance", "COLOUR", "", "1,1,1; 0,0,0 with --light alone",
        "luminance of the medium; a grid or a function multiplies it", &Scene::luminance, at_least_0,
        "auto"},
       {"luminance-grid", "NAME", "", "none", "scalar or vec3 grid that multiplies the luminance",
@@ -134,11 +142,11 @@ Rows look_rows() {
 
 Rows light_rows() {
   return {
-      {"light", "X,Y,Z[,R,G,B]", "", "none",
+      {"light", "X,Y,Z[,COLOUR]", "", "none",
        "direction and colour of parallel light, scattered once; several may be given; camera:X,Y,Z "
-       "turns with the camera (right, up, backwards); the colour is 1,1,1 if left out",
+       "turns with the camera (right, up, backwards); the colour is white if left out",
        &Scene::lights, at_least_0, "none"},
-      {"sky", "R,G,B", "", "none", "light that comes alike from all directions, scattered once",
+      {"sky", "COLOUR", "", "none", "light that comes alike from all directions, scattered once",
        &Scene::sky, at_least_0, "none"},
       {"albedo", "A", "", "", "scattered part of the attenuated light", &Scene::albedo, fraction},
       {"phase-g", "G", "", "", "mean cosine of the scattering angle: 0 isotropic, near 1 forward",
@@ -236,6 +244,7 @@ std::vector<Parameter> make_table() {
   for (const auto& [group, rows] : groups) {
     for (Parameter row : rows) {
       row.group = group;
+      row.common = std::ranges::count(common_names, row.name) > 0;
       if (row.default_text.empty()) row.default_text = parameter_text(defaults, row);
       table.push_back(std::move(row));
     }

@@ -10,6 +10,7 @@
 #include "grid_types.h"
 #include "point_counts.h"
 #include "psivox/error.h"
+#include "psivox/foreign_format.h"
 #include "psivox/printable.h"
 #include "psivox/text.h"
 #include "read_leaves.h"
@@ -29,15 +30,14 @@ std::string explain(const std::exception& e) {
   return printable(text);
 }
 
-/// Throws for a format that users take for this one.
-void refuse_nanovdb(FileBlocks& file) {
-  constexpr std::string_view magic = "NanoVDB";
+/// Throws for a file of another format.
+void refuse_foreign(FileBlocks& file) {
+  constexpr std::string_view magic = " BDV";  // OpenVDB's number 0x56444220, least byte first
   const FileRun first = file.run(0, 1);
-  if (first.size >= std::int64_t(magic.size()) &&
-      std::string_view(first.bytes.get(), magic.size()) == magic)
-    throw Error(ExitCode::input, file.path() +
-                                     ": is a NanoVDB file, which psivox does not read; "
-                                     "nanovdb_convert, a tool of OpenVDB, makes a .vdb of it");
+  const std::string_view head(first.bytes.get(), std::size_t(first.size));
+  if (head.starts_with(magic)) return;
+  if (const std::string format = foreign_format(file.path(), head); !format.empty())
+    throw Error(ExitCode::input, file.path() + ": " + format);
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ void refuse_nanovdb(FileBlocks& file) {
 Archive::Archive(FileBlocks& file, Progress progress)
     : file_(file), buffer_(file, std::move(progress)) {
   openvdb::initialize();
-  refuse_nanovdb(file);
+  refuse_foreign(file);
   stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
   try {
     readHeader(stream_);
