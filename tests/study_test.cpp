@@ -89,7 +89,7 @@ TEST(Plan, ResolutionsAreADimensionOfTheirOwn) {
   ASSERT_EQ(plan.variants.size(), 4u);
   EXPECT_EQ(variant_name(plan.variants[0]), "psi-exact step 1 64x48");
   EXPECT_EQ(scene_of(plan.variants[1], base).resolution, glm::ivec2(32, 24));
-  EXPECT_EQ(without_sweep(base).resolution, base.resolution);
+  EXPECT_EQ(studied_scene(base).resolution, base.resolution);
   const auto& swept = swept_parameters();  // --resolution stays an option
   EXPECT_EQ(std::find(swept.begin(), swept.end(), "resolution"), swept.end());
 }
