@@ -109,7 +109,7 @@ std::string settings_text(const Scene& scene, const std::vector<Variant>& same) 
 
 std::string no_winner_note(const Scene& scene, bool lists_rules) {
   if (!has_rules(scene)) return " " + no_rules_note(scene) + ".";
-  return lists_rules ? " Pictures by the rules of one list differ by rounding alone." : "";
+  return lists_rules ? " Pictures by the rules of one list are the same but for rounding." : "";
 }
 
 std::string options_of(const Variant& variant, bool with_rule) {

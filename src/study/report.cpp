@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <regex>
 
 #include "psivox/command_text.h"
 #include "psivox/parameters.h"
@@ -103,13 +104,20 @@ std::string conclusion_html(const StudyResults& results) {
   return "<p class=\"conclusion\">" + html + "</p>\n";
 }
 
+/// The command that draws the picture. Lines break between options.
+std::string command_html(const StudyResults& results) {
+  static const std::regex option(" --");
+  return "<pre class=\"command\"><span>" +
+         std::regex_replace(escaped(command_of(results)), option, "</span> <span>--") +
+         "</span></pre>\n";
+}
+
 /// The first screen: what was found, and of what.
 std::string first_screen(const StudyResults& results, const std::string& pictures) {
   return conclusion_html(results) + "<div class=\"first\">\n<div>" + pictures +
-         "</div>\n<div>\n<p>This command draws the picture; add the options of a setting for that "
-         "setting:</p>\n<pre class=\"command\">" +
-         escaped(command_of(results)) + "</pre>\n" + head(results) + "</div>\n</div>\n<p>" +
-         eight_bits_note + "</p>\n";
+         "</div>\n<div>\n<p>This command draws this picture; append a setting's options to draw it "
+         "that way:</p>\n" +
+         command_html(results) + head(results) + "</div>\n</div>\n<p>" + eight_bits_note + "</p>\n";
 }
 
 std::string spread_text(const Spread& s) {
