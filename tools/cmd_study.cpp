@@ -164,7 +164,7 @@ void study_command(Arguments arguments) {
     return study_frames(call, scene, list_files(call.sequence, *files), options);
   check_study_folder(options.folder, options.resume);
   const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto");
-  if (!call.quiet) print_look(looked);
+  if (!call.quiet) print_look(looked, false);
   View view = make_view(looked.scene, looked.fields);
   if (!call.quiet) {
     print_notices(view, looked.scene);

@@ -9,7 +9,6 @@
 namespace psivox {
 
 bool shows_background(const RenderCall& call) {
-  if (call.scene.gives("background")) return false;
   return call.output.empty() ? !call.movie.empty() : shows_background(call.output);
 }
 
