@@ -67,15 +67,47 @@ class WeightCounts {
   std::array<std::uint64_t, 1024> counts_{};  // of the positive floats, by their upper 11 bits
 };
 
-/// The voxels of a leaf, inside the domain, that weigh more than 0.
+/// Cubes of 8^3 voxels that begin at the active box, wherever a tree's leaves begin: what is found
+/// in them depends on the values alone. A leaf has parts of up to eight.
+struct CellLattice {
+  explicit CellLattice(const Field& field)
+      : first(field.active_box.min), offset(field.active_box.min & 7) {}
+
+  glm::ivec3 cell_of(const glm::ivec3& voxel) const { return (voxel - first) >> 3; }
+  /// Number of a leaf's part, 0 to 7, that has a voxel of the leaf.
+  std::size_t part_of(const glm::ivec3& place) const {
+    std::size_t part = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      part = 2 * part + (offset[axis] > 0 && place[axis] >= offset[axis]);
+    return part;
+  }
+
+  glm::ivec3 first, offset;
+};
+
+/// The voxels of a leaf, inside the domain, that weigh more than 0, by the leaf's parts.
 struct LeafWeights {
-  double amount = 0;                                 ///< sum of their weights
-  float least = 0, greatest = 0;                     ///< bounds of their weights
-  std::array<std::uint8_t, 3> low{7, 7, 7}, high{};  ///< their box, within the leaf
+  float least = 0, greatest = 0;           ///< bounds of their weights
+  std::array<float, 8> amounts{};          ///< sums of the weights of each part
+  std::array<std::uint32_t, 8> corners{};  ///< of each part's box in the leaf, three bits each
+
+  glm::ivec3 low(std::size_t part) const { return corner(corners[part]); }
+  glm::ivec3 high(std::size_t part) const { return corner(corners[part] >> 9); }
+  void set_box(std::size_t part, const glm::ivec3& low, const glm::ivec3& high) {
+    corners[part] = packed(low) | packed(high) << 9;
+  }
 
   /// Whether some of them, but not all, may weigh as much as that.
   bool is_cut_by(double weight) const {
     return double(greatest) >= weight && double(least) < weight;
+  }
+
+ private:
+  static std::uint32_t packed(const glm::ivec3& v) {
+    return std::uint32_t(v.x << 6 | v.y << 3 | v.z);
+  }
+  static glm::ivec3 corner(std::uint32_t bits) {
+    return {(bits >> 6) & 7, (bits >> 3) & 7, bits & 7};
   }
 };
 
@@ -84,13 +116,18 @@ struct LeafWeights {
 template <typename Weight, typename Take>
 LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weight, double faintest,
                        const Take& take) {
+  struct Part {
+    double amount = 0;
+    glm::ivec3 low{7}, high{0};
+  };
   const Box domain = field.domain();
+  const CellLattice lattice(field);
   const auto inside = [&](const glm::ivec3& voxel) {
     return glm::clamp(voxel, domain.min, domain.max) == voxel;
   };
   const bool all_inside = inside(leaf.origin) && inside(leaf.origin + 7);
   const OrderedValues values(field, leaf);
-  LeafWeights found;
+  std::array<Part, 8> parts;
   double least = std::numeric_limits<double>::infinity(), greatest = 0;
   for (int i = 0; i < 512; ++i) {
     const double w = weight(values.data() + i * field.channels);
@@ -98,16 +135,19 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
     if (!(w > 0) || w < faintest) continue;
     const glm::ivec3 place(i >> 6, (i >> 3) & 7, i & 7);
     if (!all_inside && !inside(leaf.origin + place)) continue;
-    found.amount += w;
     least = std::min(least, w);
     greatest = std::max(greatest, w);
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto at = static_cast<std::size_t>(axis);
-      found.low[at] = std::min(found.low[at], static_cast<std::uint8_t>(place[axis]));
-      found.high[at] = std::max(found.high[at], static_cast<std::uint8_t>(place[axis]));
-    }
+    Part& part = parts[lattice.part_of(place)];
+    part.amount += w;
+    part.low = glm::min(part.low, place);
+    part.high = glm::max(part.high, place);
   }
-  if (!(greatest > 0)) return {};
+  LeafWeights found;
+  if (!(greatest > 0)) return found;
+  for (std::size_t n = 0; n < parts.size(); ++n) {
+    found.amounts[n] = static_cast<float>(parts[n].amount);
+    if (parts[n].amount > 0) found.set_box(n, parts[n].low, parts[n].high);
+  }
   const float infinity = std::numeric_limits<float>::infinity();
   found.least = std::isinf(greatest) ? 0 : static_cast<float>(least);  // it will be another value
   if (double(found.least) > least) found.least = std::nextafter(found.least, 0.0f);

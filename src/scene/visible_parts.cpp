@@ -3,13 +3,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <glm/common.hpp>
-#include <map>
 #include <span>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
@@ -60,26 +59,26 @@ VisibleBlock domain_block(const Field& field) {
   return {glm::dvec3(domain.min), glm::dvec3(domain.max), 1};
 }
 
-/// Blocks of leaves, joined within cubes that are so wide that there are not too many.
+/// Blocks in the cells of a lattice, one a cell; or one a cube of cells, so wide that there are not
+/// too many.
 class MergedBlocks {
  public:
   /// `most`: no voxel has a greater amount.
   MergedBlocks(std::size_t leaves, double most)
-      : shift_(shift_for(leaves)), exact_(most * std::exp2(3 * shift_)) {}
-  void add(const glm::ivec3& origin, VisibleBlock block) {
+      : shift_(shift_for(leaves)), exact_(most * std::exp2(3 * (shift_ + 3))) {}
+
+  void add(const glm::ivec3& cell, VisibleBlock block) {
     block.amount = exact_(block.amount);
-    if (shift_ == 3) return blocks_.push_back({origin, block});
-    const glm::ivec3 at = origin >> shift_;
-    const auto [place, added] = places_.try_emplace({at.x, at.y, at.z}, blocks_.size());
-    if (added) return blocks_.push_back({origin, block});
-    VisibleBlock& joined = blocks_[place->second].block;
-    joined.min = glm::min(joined.min, block.min);
-    joined.max = glm::max(joined.max, block.max);
-    joined.amount += block.amount;
+    blocks_.push_back({cell >> shift_, block});
+    if (blocks_.size() >= full_) merge();
   }
-  /// In the order of their first leaves. Joins what all processes have, where there are several.
-  std::vector<VisibleBlock> take(const Field& field) {
-    if (field.reader) join(field);
+  /// Takes what other processes have, if they share the field.
+  void join(const Field& field) {
+    merge();
+    if (field.reader) blocks_ = joined_found(field, blocks_);
+  }
+  std::vector<VisibleBlock> take() {
+    merge();
     std::vector<VisibleBlock> blocks;
     blocks.reserve(blocks_.size());
     for (const Merged& some : blocks_) blocks.push_back(some.block);
@@ -88,28 +87,39 @@ class MergedBlocks {
 
  private:
   struct Merged {
-    glm::ivec3 first;  ///< of its leaves
+    glm::ivec3 cube;
     VisibleBlock block;
   };
 
-  void join(const Field& field) {
-    std::vector<Merged> all = joined_found(field, blocks_);
-    std::ranges::stable_sort(all, std::less{}, [](const Merged& m) { return tree_order(m.first); });
-    blocks_.clear();
-    places_.clear();
-    for (const Merged& some : all) add(some.first, some.block);
+  /// Sums have no rounding, so that their order makes no difference.
+  void merge() {
+    std::ranges::sort(blocks_, {},
+                      [](const Merged& m) { return std::tuple(m.cube.x, m.cube.y, m.cube.z); });
+    std::size_t count = 0;
+    for (const Merged& some : blocks_) {
+      if (count == 0 || blocks_[count - 1].cube != some.cube) {
+        blocks_[count++] = some;
+        continue;
+      }
+      VisibleBlock& joined = blocks_[count - 1].block;
+      joined.min = glm::min(joined.min, some.block.min);
+      joined.max = glm::max(joined.max, some.block.max);
+      joined.amount += some.block.amount;
+    }
+    blocks_.resize(count);
+    full_ = std::max(full_, 2 * count);
   }
 
   static int shift_for(std::size_t leaves) {
     constexpr std::size_t most = std::size_t{1} << 17;  // with all that framing needs: 20 MB
-    int shift = 3;
+    int shift = 0;
     for (; leaves > most; leaves /= 8) ++shift;
     return shift;
   }
 
-  int shift_;       ///< of voxels to cubes
+  int shift_;       ///< of cells to cubes
   ExactSum exact_;  ///< of the amounts in a cube, which several processes may have parts of
-  std::map<std::array<int, 3>, std::size_t> places_;
+  std::size_t full_ = std::size_t{1} << 18;
   std::vector<Merged> blocks_;
 };
 
@@ -117,7 +127,8 @@ class MergedBlocks {
 template <typename Weight>
 class BlockFinder {
  public:
-  BlockFinder(const Field& field, const Weight& weight) : field_(field), weight_(weight) {}
+  BlockFinder(const Field& field, const Weight& weight)
+      : field_(field), weight_(weight), lattice_(field) {}
 
   std::vector<VisibleBlock> find() const {
     WeighedLeaves found = weighed();
@@ -125,8 +136,7 @@ class BlockFinder {
     for (const Tile& tile : field_.tiles)
       found.counts.add(weight_(&tile.value.x), static_cast<std::uint64_t>(std::pow(tile.width, 3)));
     const double greatest = found.counts.exceeded_by(odd_share);
-    std::vector<VisibleBlock> blocks;
-    if (!(greatest > 0)) return blocks;
+    if (!(greatest > 0)) return {};
     const double faintest = least_weight * greatest;
     const float vacuum[3] = {0, 0, 0};
     if (weight_(vacuum) >= faintest) return {domain_block(field_)};
@@ -135,15 +145,13 @@ class BlockFinder {
     auto next = found.leaves.begin();
     for_own([&](const Leaf& leaf) {
       const LeafWeights& weights = *next++;
-      if (double(weights.greatest) < faintest) return;
-      const auto at = [&](const std::array<std::uint8_t, 3>& place) {
-        return leaf.origin + glm::ivec3(place[0], place[1], place[2]);
-      };
-      merged.add(leaf.origin, grown(at(weights.low), at(weights.high), weights.amount));
+      if (double(weights.greatest) >= faintest) add(leaf, weights, merged);
     });
-    blocks = merged.take(field_);
-    for (const Tile& tile : field_.tiles) add(tile, faintest, blocks);
-    return blocks;
+    merged.join(field_);
+    for (const Tile& tile : field_.tiles)
+      if (const double weight = weight_(&tile.value.x); weight >= faintest)
+        add(tile, weight, merged);
+    return merged.take();
   }
 
  private:
@@ -192,18 +200,48 @@ class BlockFinder {
             glm::min(glm::dvec3(max + 1), glm::dvec3(domain.max)), amount};
   }
 
-  void add(const Tile& tile, double faintest, std::vector<VisibleBlock>& blocks) const {
-    const double weight = weight_(&tile.value.x);
+  void add(const Leaf& leaf, const LeafWeights& weights, MergedBlocks& merged) const {
+    for (std::size_t part = 0; part < weights.amounts.size(); ++part) {
+      if (!(weights.amounts[part] > 0)) continue;
+      const glm::ivec3 low = leaf.origin + weights.low(part),
+                       high = leaf.origin + weights.high(part);
+      merged.add(lattice_.cell_of(low), grown(low, high, double(weights.amounts[part])));
+    }
+  }
+
+  /// The cells that the tile fills are one block, which is as visible as they are.
+  void add(const Tile& tile, double weight, MergedBlocks& merged) const {
     const Box domain = field_.domain();
-    const glm::ivec3 min = glm::max(tile.origin, domain.min);
-    const glm::ivec3 max = glm::min(tile.origin + (tile.width - 1), domain.max);
-    if (weight < faintest || Box{min, max}.empty()) return;
-    const glm::dvec3 size(max - min + 1);
-    blocks.push_back(grown(min, max, weight * size.x * size.y * size.z));
+    const Box whole{glm::max(tile.origin, domain.min),
+                    glm::min(tile.origin + (tile.width - 1), domain.max)};
+    if (whole.empty()) return;
+    const auto add_box = [&](const glm::ivec3& min, const glm::ivec3& max) {
+      const glm::dvec3 size(max - min + 1);
+      merged.add(lattice_.cell_of(min), grown(min, max, weight * size.x * size.y * size.z));
+    };
+    const glm::ivec3 first = lattice_.cell_of(whole.min), last = lattice_.cell_of(whole.max);
+    const auto start = [&](const glm::ivec3& cell) { return lattice_.first + 8 * cell; };
+    glm::ivec3 inner_first = first, inner_last = last;
+    for (int axis = 0; axis < 3; ++axis) {
+      inner_first[axis] += start(first)[axis] < whole.min[axis];
+      inner_last[axis] -= start(last)[axis] + 7 > whole.max[axis];
+    }
+    const Box inner{inner_first, inner_last};
+    constexpr int widest = 128;  // a wider one has millions of cells at its faces
+    if (tile.width > widest && !inner.empty()) return add_box(whole.min, whole.max);
+    if (!inner.empty()) add_box(start(inner.min), start(inner.max) + 7);
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z) {
+          const glm::ivec3 cell(x, y, z);
+          if (!inner.empty() && glm::clamp(cell, inner.min, inner.max) == cell) continue;
+          add_box(glm::max(start(cell), whole.min), glm::min(start(cell) + 7, whole.max));
+        }
   }
 
   const Field& field_;
   const Weight& weight_;
+  CellLattice lattice_;
 };
 
 template <typename Weight>
