@@ -327,7 +327,7 @@ t 0 - render "$S" -o a.exr --transfer-function "$f" --classification pre --integ
 for wrong in "--mode mip" "--integrator preintegrated" "--integrator cell-exact" --split-knots; do
   t 2 "has gradients" render "$S" -o a.exr --transfer-function "$f" $wrong $R
 done
-t 2 "three or six numbers" render "$S" -o a.exr --light 1,0,0,1 $R
+t 2 "expected none or X,Y,Z[,COLOUR]" render "$S" -o a.exr --light 1,0,0,1 $R
 t 2 "no direction" render "$S" -o a.exr --light 0,0,0 $R
 t 2 "from 0 to 1" render "$S" -o a.exr --albedo 2 $R
 t 2 "below 1" render "$S" -o a.exr --phase-g 1 $R
@@ -417,12 +417,10 @@ t 0 "the picture is empty: --clip leaves nothing of the volume, which lies from"
 t 0 "the picture is empty: --clip-plane leaves nothing" render "$S" -o a.png $r --clip-plane x=50
 t 0 "the picture is empty: --slice does not meet the volume" render "$S" -o a.png $r --mode slice \
   --slice z=50
-t 0 "the picture is empty: no value of grid 'density'" render "$S" -o a.png $r --opacity 0:0,1:0
+t 0 "the picture is empty: no value of grid 'density'" render "$S" -o a.png $r --opacity 0:0,1:0 --look plain
 t 0 "the picture is black: --luminance-scale is 0" render "$S" -o a.png $r --luminance-grid density \
   --luminance-scale 0
-t 0 "the picture is black: --range begins at 5, not below" render "$S" -o a.png $r --mode mip --range 5,6
-t 0 "the picture is black: --lmip-threshold 5 is not below" render "$S" -o a.png $r --mode lmip \
-  --lmip-threshold 5
+t 0 "the picture is empty: --range begins at 5, not below" render "$S" -o a.png $r --mode mip --range 5,6
 t 0 "the picture is black: the colour of --light or --sky is black" render "$S" -o a.png $r \
   --light 0,-1,0,black
 # Colours: codes from 0 to 255 are recognised and said; light may be brighter than white.
@@ -440,7 +438,7 @@ t 2 "expected none or #rrggbb, a name of CSS" render "$S" -o b.png $R --backgrou
 t 2 "expected none or #rrggbb, a name of CSS" render "$S" -o b.png $R --background oranje
 # Other formats are named, with what reads them.
 printf 'NRRD0005\n' >x.vdb
-t 3 "x.vdb: is a NRRD volume, not a .vdb; in Python psivox.render(psivox.field(nrrd.read('x.vdb')[0]))" info x.vdb
+t 3 "x.vdb: is an NRRD volume, not a .vdb; in Python psivox.render(psivox.field(nrrd.read('x.vdb')[0]))" info x.vdb
 printf '\037\213' >x.nii.gz
 t 3 "nibabel.load('x.nii.gz').get_fdata())).write('x.png') draws it" render x.nii.gz -o a.png
 printf '<?xml version="1.0"?>\n<VTKFile type="ImageData">' >y.vdb
@@ -453,6 +451,10 @@ printf 'abc' >x.raw
 t 3 "is a file of raw values" render x.raw -o a.png
 mkdir x.zarr
 t 3 "is a Zarr array" render x.zarr -o a.png
+t 3 "is a Zarr array" info x.zarr
+mkdir scans
+touch scans/1.dcm
+t 3 "has no .vdb file, but 'scans/1.dcm'; see docs/interchange.md" render scans -o a.png
 t 2 "-o writes pictures; --movie x.mp4 writes a film" render "$S" -o x.mp4 --turntable 12
 t 2 "several files are frames of a sequence: 2 frames need a place for their number: -o a.####.png" \
   render "$S" "$assets/slab.vdb" -o a.png

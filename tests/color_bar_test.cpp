@@ -84,10 +84,24 @@ TEST(ColorBar, HasEachColourFromBottomToTopAtTheRightEdge) {
     EXPECT_LT(y, last_y);
     last_y = y;
   }
+  const int strip = color_bar_strip({640, 360});
+  EXPECT_LT(strip, 640 / 6);
   for (int y = 0; y < 360; ++y)
-    for (int x = 0; x < 320; ++x)
-      EXPECT_EQ(image.rgba()[std::size_t(4 * (640 * y + x) + 3)], 0);  // the left half is untouched
+    for (int x = 0; x < 640 - strip; ++x)
+      EXPECT_EQ(image.rgba()[std::size_t(4 * (640 * y + x) + 3)], 0);  // what is beside the strip
   EXPECT_FALSE(draw_color_bar(image = blank(40, 30), scale, {}));
+  EXPECT_EQ(color_bar_strip({40, 30}), 0);
+}
+
+TEST(ColorBar, LongTextStaysInTheStrip) {
+  Image image = blank(640, 360);
+  const ColorScale scale{"a grid of quite a long name", -1.2345e-7, 9.87654e-7, {glm::dvec3(0.5)}};
+  ASSERT_TRUE(draw_color_bar(image, scale, {}));
+  const int strip = color_bar_strip({640, 360});
+  const int edge = int(std::lround(0.6 * strip / 7.0));  // the margin
+  for (int y = 0; y < 360; ++y)
+    for (int x : {640 - strip - 1, 640 - edge + 1, 639})
+      EXPECT_EQ(image.rgba()[std::size_t(4 * (640 * y + x) + 3)], 0) << x << "," << y;
 }
 
 TEST(TextPicture, DrawsWhatNoMachinesFontsAreNeededFor) {

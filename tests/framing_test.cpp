@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "expect_near.h"
+#include "psivox/color_scale.h"
 #include "psivox/medium.h"
 #include "verify/made_views.h"
 #include "verify/make_field.h"
@@ -41,7 +42,7 @@ Extent extent_of(const Camera& camera) {
     const double r = std::sqrt(1 - z * z);
     const glm::dvec3 q =
         middle + radius * glm::dvec3(r * std::cos(angle), r * std::sin(angle), z) - camera.position;
-    const double depth = glm::dot(q, camera.forward);
+    const double depth = camera.orthographic ? 1 : glm::dot(q, camera.forward);
     const glm::dvec2 place(glm::dot(q, camera.right) / (depth * camera.half_width),
                            glm::dot(q, camera.up) / (depth * camera.half_height));
     extent.low = glm::min(extent.low, place);
@@ -64,6 +65,40 @@ TEST(Framing, KeepsACompactBodyWholeAndFillsTheFrame) {
     EXPECT_NEAR(extent.low.x, -extent.high.x, 0.1);
     EXPECT_NEAR(extent.low.y, -extent.high.y, 0.1);
   }
+}
+
+TEST(Framing, LeavesAStripForTheColourBar) {
+  const Field field = make_field({{0, 0, 0}, {60, 60, 60}}, ball);
+  for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+    Scene scene = picture();
+    scene.resolution = {200, 200};
+    scene.projection = projection;
+    scene.azimuth = 30;
+    scene.colormap = Colormap::viridis;
+    const Extent whole = extent_of(camera_of(scene, field));
+    scene.color_bar = true;
+    const Extent extent = extent_of(camera_of(scene, field));
+    const double right_end = 1 - 2 * color_bar_strip(scene.resolution) / 200.0;
+    EXPECT_LT(right_end, 0.5);
+    EXPECT_LT(extent.high.x, right_end);
+    EXPECT_GT(extent.low.x, -1);
+    // as large as fits, in the middle of what is free
+    EXPECT_NEAR(extent.high.x - extent.low.x, (whole.high.x - whole.low.x) * (1 + right_end) / 2,
+                0.1 * (1 + right_end));
+    EXPECT_NEAR(extent.high.x + extent.low.x, right_end - 1, 0.1);
+  }
+}
+
+TEST(Framing, AGivenCameraIsNotMovedForTheColourBar) {
+  Scene scene = picture();
+  scene.resolution = {200, 200};
+  scene.colormap = Colormap::viridis;
+  scene.camera_position = glm::dvec3(28, 30, 200);
+  scene.camera_target = middle;
+  const Field field = make_field({{0, 0, 0}, {60, 60, 60}}, ball);
+  const Extent before = extent_of(camera_of(scene, field));
+  scene.color_bar = true;
+  EXPECT_EQ(extent_of(camera_of(scene, field)).high, before.high);
 }
 
 TEST(Framing, StrayVoxelsAndFaintOnesDoNotCount) {

@@ -84,7 +84,8 @@ std::string help_text(const Parameter& p) {
 CommandLine::CommandLine(const std::string& command, const std::string& summary,
                          std::vector<std::string> common, const std::vector<std::string>& examples)
     : CLI::App(summary, "psivox " + command), common_(std::move(common)) {
-  for (const std::string& example : examples) examples_.push_back(get_name() + " " + example);
+  for (const std::string& example : examples)
+    examples_.push_back(get_name() + (example.empty() ? "" : " ") + example);
   formatter(std::make_shared<HelpFormatter>(common_));
   set_help_flag("-h,--help", "print a short help; --help=man, =bash, =zsh or =fish in that form");
   set_help_all_flag("--help-all", "print every option");

@@ -56,8 +56,9 @@ void add_outputs(CommandLine& line, RenderCall& call) {
                   "write times, counts and bytes as JSON; - is the standard output")
       ->type_name("FILE")
       ->group(output);
-  CLI::Option* verbose =
-      line.add_flag("-v,--verbose", call.verbose, "print times, counts and bytes")->group(output);
+  CLI::Option* verbose = line.add_flag("-v,--verbose", call.verbose,
+                                       "print the look's options, times, counts and bytes")
+                             ->group(output);
   line.add_flag("-q,--quiet", call.quiet, "print errors only")->excludes(verbose)->group(output);
 }
 

@@ -91,7 +91,10 @@ std::vector<std::string> write(const Picture& picture, const std::string& path,
 Drawing::Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words)
     : file_(std::move(file)),
       given_(scene_of(words, *file_)),
-      gives_background_(words.give("background")) {}
+      gives_background_(words.give("background")) {
+  for (const auto& [name, text] : words.settings)
+    if (const Parameter* p = find_parameter(name)) add_once(color_notices_, color_notice(*p, text));
+}
 
 void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress) {
   session_.reset();
@@ -101,7 +104,7 @@ void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress
   progress(0);
   look_background_.reset();
   if (!given.background) look_background_ = std::exchange(looked.scene.background, {});
-  notices_.clear();
+  notices_ = color_notices_;
   for (const auto& field : {looked.fields.density, looked.fields.luminance,
                             looked.fields.temperature, looked.fields.emission})
     if (field)

@@ -83,7 +83,7 @@ class Drawing {
   bool in_time_ = false;     ///< prepared for a time budget, so without a tolerance
   std::optional<glm::dvec3> look_background_;
   std::optional<Session> session_;
-  std::vector<std::string> notices_;
+  std::vector<std::string> color_notices_, notices_;
   Lease marcher_;
   bool large_ = false;  ///< the marcher holds a large atlas
 };

@@ -106,9 +106,6 @@ std::string why_empty(const View& view) {
 std::string why_low(const View& view) {
   const Scene& scene = view.scene;
   const double greatest = stored_range(*view.medium.density).y;
-  if (scene.mode == Mode::lmip && greatest <= scene.lmip_threshold)
-    return "--lmip-threshold " + formatted("%.4g", scene.lmip_threshold) +
-           " is not below the values of " + grid_text(view);
   if (scene.range && greatest <= scene.range->ends.x)
     return "--range begins at " + formatted("%.4g", scene.range->ends.x) +
            ", not below the values of " + grid_text(view);

@@ -13,14 +13,20 @@ namespace fs = std::filesystem;
 
 std::vector<std::string> files_in(const std::string& folder) {
   std::vector<std::string> paths;
+  std::string foreign = foreign_format(folder);
   std::error_code unreadable;
-  for (const auto& entry : fs::directory_iterator(folder, unreadable))
+  for (const auto& entry : fs::directory_iterator(folder, unreadable)) {
+    const std::string path = (fs::path(folder) / entry.path().filename()).string();
     if (entry.path().extension() == ".vdb" && !entry.is_directory(unreadable))
-      paths.push_back((fs::path(folder) / entry.path().filename()).string());
-  if (const std::string format = foreign_format(folder); paths.empty() && !format.empty())
-    throw Error(ExitCode::input, folder + ": " + format);
+      paths.push_back(path);
+    else if (foreign.empty() && !foreign_format(path).empty())
+      foreign =
+          "has no .vdb file, but " + in_quotes(path) + "; see docs/interchange.md for such formats";
+  }
   if (paths.empty())
-    throw Error(ExitCode::input, "folder " + in_quotes(folder) + " has no .vdb file");
+    throw Error(ExitCode::input, foreign.empty()
+                                     ? "folder " + in_quotes(folder) + " has no .vdb file"
+                                     : folder + ": " + foreign);
   std::sort(paths.begin(), paths.end());
   return paths;
 }

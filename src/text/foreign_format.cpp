@@ -18,23 +18,23 @@ struct Format {
 };
 
 constexpr Format formats[] = {
-    {"NIfTI volume", "n+1\0"sv, 344, ".nii .nii.gz", "nibabel.load($).get_fdata()"},
-    {"NIfTI volume", "n+2\0"sv, 4, "", "nibabel.load($).get_fdata()"},
-    {"NRRD volume", "NRRD00", 0, ".nrrd .nhdr", "nrrd.read($)[0]"},
-    {"DICOM image", "DICM", 128, ".dcm .dicom", "pydicom.dcmread($).pixel_array.T"},
-    {"VTK file", "# vtk DataFile", 0, ".vtk",
+    {"a NIfTI volume", "n+1\0"sv, 344, ".nii .nii.gz", "nibabel.load($).get_fdata()"},
+    {"a NIfTI volume", "n+2\0"sv, 4, "", "nibabel.load($).get_fdata()"},
+    {"an NRRD volume", "NRRD00", 0, ".nrrd .nhdr", "nrrd.read($)[0]"},
+    {"a DICOM image", "DICM", 128, ".dcm .dicom", "pydicom.dcmread($).pixel_array.T"},
+    {"a VTK file", "# vtk DataFile", 0, ".vtk",
      "(g := pyvista.read($)).active_scalars.reshape(g.dimensions, order='F')"},
-    {"VTK file", "<VTKFile", 0, ".vti",
+    {"a VTK file", "<VTKFile", 0, ".vti",
      "(g := pyvista.read($)).active_scalars.reshape(g.dimensions, order='F')"},
-    {"HDF5 file", "\x89HDF\r\n\x1a\n"sv, 0, ".h5 .hdf5", "h5py.File($)['NAME'][:].T"},
-    {"TIFF file", "II*\0"sv, 0, ".tif .tiff", "tifffile.imread($).T"},
-    {"TIFF file", "II+\0"sv, 0, "", "tifffile.imread($).T"},
-    {"TIFF file", "MM\0*"sv, 0, "", "tifffile.imread($).T"},
-    {"numpy array", "\x93NUMPY", 0, ".npy", "numpy.load($)"},
-    {"MetaImage", "ObjectType = Image", 0, ".mhd .mha",
+    {"an HDF5 file", "\x89HDF\r\n\x1a\n"sv, 0, ".h5 .hdf5", "h5py.File($)['NAME'][:].T"},
+    {"a TIFF file", "II*\0"sv, 0, ".tif .tiff", "tifffile.imread($).T"},
+    {"a TIFF file", "II+\0"sv, 0, "", "tifffile.imread($).T"},
+    {"a TIFF file", "MM\0*"sv, 0, "", "tifffile.imread($).T"},
+    {"a numpy array", "\x93NUMPY", 0, ".npy", "numpy.load($)"},
+    {"a MetaImage", "ObjectType = Image", 0, ".mhd .mha",
      "SimpleITK.GetArrayFromImage(SimpleITK.ReadImage($)).T"},
-    {"Zarr array", "", 0, ".zarr", "zarr.open($)[:].T"},
-    {"file of raw values", "", 0, ".raw",
+    {"a Zarr array", "", 0, ".zarr", "zarr.open($)[:].T"},
+    {"a file of raw values", "", 0, ".raw",
      "numpy.fromfile($, 'u1').reshape(DEPTH, HEIGHT, WIDTH).T"},
 };
 
@@ -55,9 +55,8 @@ std::string with_name(std::string_view array, const std::string& path) {
 }
 
 std::string advice(const Format& format, const std::string& path) {
-  return "is a " + std::string(format.name) +
-         ", not a .vdb; in Python psivox.render(psivox.field(" + with_name(format.array, path) +
-         ")).write('x.png') draws it, see docs/interchange.md";
+  return "is " + std::string(format.name) + ", not a .vdb; in Python psivox.render(psivox.field(" +
+         with_name(format.array, path) + ")).write('x.png') draws it, see docs/interchange.md";
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "psivox/error.h"
+#include "psivox/foreign_format.h"
 
 namespace psivox::vdb {
 namespace {
@@ -25,7 +26,9 @@ std::int64_t size_of(const std::filesystem::path& path) {
     throw Error(ExitCode::input, path.string() + ": no such file");
   }
   if (std::filesystem::is_directory(status)) {
-    throw Error(ExitCode::input, path.string() + ": is a directory, not a .vdb file");
+    const std::string format = foreign_format(path.string());
+    throw Error(ExitCode::input, path.string() + ": " +
+                                     (format.empty() ? "is a directory, not a .vdb file" : format));
   }
   if (!std::filesystem::is_regular_file(status)) {
     throw Error(ExitCode::input, path.string() + ": is no regular file");
