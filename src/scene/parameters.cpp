@@ -70,7 +70,7 @@ Rows output_rows() {
 Rows look_rows() {
   return {
       {"look", "NAME", "",
-       "auto in render and view, unless light, colours, a mode or a background are set",
+       "auto in render, view and study, unless light, colours, a mode or a background are set",
        "scene parameters that suit the file (auto: plain, smoke, fire, surface, scan, vectors or "
        "xray), or "
        "a "
