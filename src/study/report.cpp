@@ -36,8 +36,7 @@ std::string lights_text(const Scene& scene) {
 
 std::string light_text(const Scene& scene) {
   if (scene.mode == Mode::isosurface)
-    return "on the surface: " + lights_text(scene) + "; and " + text(scene, "luminance") +
-           " from everywhere";
+    return "shades the surface: " + lights_text(scene) + "; a fifth of white from everywhere";
   if (!scene.lit()) return "none";
   return lights_text(scene) +
          "; scattered once. A ray in double from each voxel to each light, once for the reference "
@@ -46,6 +45,7 @@ std::string light_text(const Scene& scene) {
 }
 
 std::string luminance_text(const Scene& scene) {
+  if (scene.mode == Mode::isosurface) return text(scene, "luminance") + ", the surface's colour";
   if (!scene.composites()) return "none under --mode " + text(scene, "mode");
   std::string luminance = text(scene, "luminance");
   if (!scene.luminance_grid.empty())
