@@ -22,15 +22,17 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // --- shapes: values of a voxel, around the origin -----------------------------------------------
 
-/// 1 at the most, and fading to 0 at about 12 voxels, in lumps that the light shows.
+/// 1 at the most, and fading to 0 at about 12 voxels: lumps that the light shows, narrow at the
+/// top, which leans to +x.
 inline double cloud(const Coord& p) {
-  const double lumps = std::sin(0.6 * p.x() + 1) * std::sin(0.5 * p.y()) * std::sin(0.7 * p.z());
-  return std::clamp(1.2 * (1 - p.asVec3d().lengthSqr() / 144) + 0.5 * lumps, 0.0, 1.0);
+  const double x = p.x() - 0.25 * (p.y() + 8), y = p.y(), z = p.z();
+  const double lumps = std::sin(0.6 * x + 1) * std::sin(0.5 * y) * std::sin(0.7 * z);
+  const double wide = 1.1 - 0.03 * y;
+  const double distance2 = (x * x + z * z) / (wide * wide) + y * y;
+  return std::clamp(1.2 * (1 - distance2 / 144) + 0.5 * lumps, 0.0, 1.0);
 }
-/// A part of the cloud, where it burns: most at the bottom.
-inline double flame(const Coord& p) {
-  return std::clamp(cloud(p.offsetBy(0, -2, 0)) - 0.06 * (p.y() + 8), 0.0, 1.0);
-}
+/// The part of the cloud that burns: its lower half.
+inline double flame(const Coord& p) { return cloud(p) * std::clamp(-0.12 * p.y() + 0.1, 0.0, 1.0); }
 /// Distance to a torus that lies around the y axis.
 inline double torus(const Coord& p) {
   return std::hypot(std::hypot(p.x(), p.z()) - 8, p.y()) - 3.5;

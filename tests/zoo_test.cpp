@@ -265,7 +265,7 @@ std::vector<Animal> places() {
       {"frustum", "smoke", "density", at(frustum)},
       {"far_away", "smoke", "density",
        at(axes({0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}, {1e5, -3e5, 2e5}))},
-      {"tiny_voxels", "smoke", "density", at(Transform::createLinearTransform(1e-5))},
+      {"tiny_voxels", "smoke", "density", at(Transform::createLinearTransform(2e-5))},
       {"huge_voxels", "smoke", "density", at(Transform::createLinearTransform(1e5))},
   };
 }
