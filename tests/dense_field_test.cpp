@@ -137,6 +137,7 @@ TEST(Dense, ValuesAreCheckedForTheirRole) {
   const Field light = file.read("density", {.role = GridRole::luminance});
   ASSERT_EQ(light.notices.size(), 1u);
   EXPECT_NE(light.notices[0].find("negative values taken as 0"), std::string::npos);
+  EXPECT_LT(light.replaced.least, 0);
   EXPECT_NE(input_error([&] {
               file.read("density", {.role = GridRole::luminance, .strict = true});
             }).find("strict"),

@@ -5,10 +5,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
+#include <memory>
 
 #include "look/draft.h"
 #include "march_cases.h"
@@ -33,33 +38,89 @@ Scene scene_of(const std::string& file) {
 
 LookedScene auto_look(const Scene& scene) { return with_look(scene, VdbFile(scene.input), "auto"); }
 
-TEST(Look, IsOpenUnlessSomethingOfItIsGiven) {
-  Scene scene;
-  EXPECT_TRUE(leaves_look_open(scene));
-  scene.extinction = 2;
-  scene.camera_position = glm::dvec3(1);
-  scene.tolerance = 1e-3;
-  // what cuts a part off, or says which values are shown, does so in any look
-  set_parameter(scene, "clip", "0,0,0,1,1,1");
-  set_parameter(scene, "clip-plane", "x=3");
-  set_parameter(scene, "range", "10%,90%");
-  set_parameter(scene, "opacity", "0:0,1:1");
-  set_parameter(scene, "isovalue", "0.5");
-  EXPECT_TRUE(leaves_look_open(scene));
-  for (const auto& [name, text] : {std::pair("luminance", "1,1,1"),
+TEST(Look, IsOpenUnlessTheSceneSaysHowTheMediumShines) {
+  for (const auto& [name, text] : {std::pair("extinction", "2"),
+                                   {"camera-position", "1,1,1"},
+                                   {"tolerance", "1e-3"},
+                                   {"clip", "0,0,0,1,1,1"},
+                                   {"range", "10%,90%"},
+                                   {"opacity", "0:0,1:1"},
+                                   {"isovalue", "0.5"},
                                    {"light", "0,-1,0"},
                                    {"sky", "1,1,1"},
                                    {"colormap", "viridis"},
-                                   {"mode", "mip"},
+                                   {"mode", "isosurface"},
+                                   {"mode", "back-to-front"},
                                    {"background", "0,0,0"},
-                                   {"look", "plain"},
-                                   {"temperature-grid", "t"},
-                                   {"emission-grid", "e"},
-                                   {"transfer-function", "f.json"}}) {
-    Scene given = scene;
+                                   {"emission-grid", "e"}}) {
+    Scene given;
     set_parameter(given, name, text);
-    EXPECT_FALSE(leaves_look_open(given)) << name;
+    EXPECT_TRUE(leaves_look_open(given)) << name << " " << text;
   }
+  for (const auto& [name, text] : {std::pair("luminance", "1,1,1"),
+                                   {"luminance-grid", "l"},
+                                   {"temperature-grid", "t"},
+                                   {"transfer-function", "f.json"},
+                                   {"mode", "mip"},
+                                   {"mode", "slice"},
+                                   {"look", "plain"}}) {
+    Scene given;
+    set_parameter(given, name, text);
+    EXPECT_FALSE(leaves_look_open(given)) << name << " " << text;
+  }
+}
+
+/// The look of a file beside these options, and what it leaves of the scene.
+LookedScene beside(const char* file, const std::vector<Setting>& options) {
+  Scene scene = scene_of(asset(file));
+  apply_over(scene, options);
+  return auto_look(scene);
+}
+
+TEST(Look, IsWhatOptionsLeave) {
+  const Scene smoke = beside("tiles.vdb", {}).scene;
+  ASSERT_EQ(smoke.lights.size(), 1u);
+  // a light replaces the look's lights, and leaves its faint luminance
+  for (const auto& option : {Setting{"sky", "0.2,0.2,0.2"}, {"light", "none"}}) {
+    const Scene other = beside("tiles.vdb", {option}).scene;
+    EXPECT_TRUE(other.lights.empty()) << option.name;
+    EXPECT_EQ(other.luminance, smoke.luminance) << option.name;
+    EXPECT_EQ(other.background, smoke.background) << option.name;
+  }
+  // a background replaces the background alone
+  for (const char* color : {"0,0,0", "1,1,1"}) {
+    Scene other = beside("tiles.vdb", {{"background", color}}).scene;
+    EXPECT_NE(other.background, smoke.background);
+    other.background = smoke.background;
+    EXPECT_EQ(to_json(other), to_json(smoke)) << color;
+  }
+  EXPECT_FALSE(beside("tiles.vdb", {{"background", "none"}}).scene.background);
+  // an emission replaces the look's, and leaves the smoke lit
+  const LookedScene glows =
+      beside("blobs.vdb", {{"emission-grid", "density"}, {"emission-scale", "1"}});
+  EXPECT_EQ(glows.look, "fire");
+  EXPECT_EQ(glows.scene.emission_scale, 1);
+  EXPECT_EQ(glows.scene.emission_color, EmissionColor::white);
+  EXPECT_EQ(glows.scene.lights.size(), 1u);
+  // a default that is given is no less given
+  const Scene front = beside("tiles.vdb", {{"azimuth", "0"}, {"elevation", "0"}}).scene;
+  EXPECT_EQ(front.azimuth, 0);
+  EXPECT_EQ(front.elevation, 0);
+  EXPECT_NE(smoke.azimuth, 0);
+  EXPECT_EQ(beside("tiles.vdb", {{"camera-position", "9,9,9"}}).scene.azimuth, 0);
+  // these mean a look of their own
+  EXPECT_EQ(beside("tiles.vdb", {{"isovalue", "0.5"}}).look, "surface");
+  EXPECT_EQ(beside("tiles.vdb", {{"mode", "isosurface"}}).look, "surface");
+  const LookedScene mapped = beside("blobs.vdb", {{"colormap", "viridis"}});
+  EXPECT_EQ(mapped.look, "scan");
+  EXPECT_EQ(mapped.scene.colormap, Colormap::viridis);
+  EXPECT_FALSE(mapped.scene.lights.empty());
+  // what says how the medium shines replaces all sources of a look that is named
+  const Scene named = beside("blobs.vdb", {{"look", "fire"}, {"luminance", "0.3,0,0"}}).scene;
+  EXPECT_EQ(named.luminance, glm::dvec3(0.3, 0, 0));
+  EXPECT_TRUE(named.lights.empty());
+  EXPECT_TRUE(named.emission_grid.empty());
+  EXPECT_TRUE(named.background);
 }
 
 TEST(Look, GoesByTheFilesGrids) {
@@ -165,22 +226,71 @@ TEST(Look, NamesTheGridsThatThePictureDoesNotShow) {
             std::vector<std::string>{"density_tiles"});
 }
 
-TEST(Look, WhatIsGivenCounts) {
+TEST(Look, SetsNothingUnlessAskedTo) {
   Scene scene = scene_of(asset("ramp.vdb"));
   scene.look = "smoke";
-  scene.luminance = glm::dvec3(0.3);
   scene.extinction = 2;
-  const LookedScene looked = with_look(scene, VdbFile(scene.input));
-  EXPECT_EQ(looked.look, "smoke");
-  EXPECT_EQ(looked.scene.luminance, glm::dvec3(0.3));
-  EXPECT_EQ(looked.scene.extinction, 2);
-  EXPECT_EQ(looked.scene.lights.size(), 1u);
-  EXPECT_TRUE(looked.scene.background);
+  EXPECT_EQ(auto_look(scene).scene.extinction, 2);
+  EXPECT_TRUE(with_look(scene, VdbFile(scene.input)).scene.background);
   EXPECT_FALSE(with_look(scene, VdbFile(scene.input), "plain", false).scene.background);
-  // without a look, nothing is set
   const LookedScene plain = with_look(scene_of(asset("ramp.vdb")), VdbFile(asset("ramp.vdb")));
   EXPECT_EQ(plain.look, "plain");
   EXPECT_TRUE(plain.settings.empty());
+}
+
+/// A scalar field whose voxels are value(voxel) in a cube from `from` to `to`, in leaves that begin
+/// at `origin` of its own index space, which `origin` moves back; `tiles`: blocks of one value are
+/// tiles.
+std::shared_ptr<const Field> ball(const glm::ivec3& origin, bool tiles) {
+  Field field;
+  field.name = "density";
+  field.value_type = "float";
+  field.channels = 1;
+  const auto value = [&](const glm::ivec3& voxel) {
+    const double r = glm::length(glm::dvec3(voxel - origin));
+    return float(std::clamp(3 - r / 8, 0.0, 1.0));  // 1 within 16 voxels, 0 beyond 24
+  };
+  auto storage = std::make_shared<std::vector<std::array<float, 512>>>();
+  std::vector<glm::ivec3> origins;
+  const auto block = [](int x) { return (x >> 3) * 8; };
+  for (int x = block(origin.x - 24); x <= origin.x + 24; x += 8)
+    for (int y = block(origin.y - 24); y <= origin.y + 24; y += 8)
+      for (int z = block(origin.z - 24); z <= origin.z + 24; z += 8) {
+        std::array<float, 512> values;
+        for (int i = 0; i < 512; ++i)
+          values[std::size_t(i)] = value(glm::ivec3(x + (i >> 6), y + ((i >> 3) & 7), z + (i & 7)));
+        if (tiles && std::ranges::all_of(values, [](float v) { return v == 1; })) {
+          field.tiles.push_back({{x, y, z}, 8, glm::vec3(1)});
+        } else if (std::ranges::any_of(values, [](float v) { return v != 0; })) {
+          storage->push_back(values);
+          origins.emplace_back(x, y, z);
+        }
+      }
+  for (std::size_t n = 0; n < origins.size(); ++n)
+    field.leaves.push_back({origins[n], (*storage)[n].data()});
+  field.storage = storage;
+  field.active_box = {origin - 23, origin + 23};
+  for (int x = -23; x <= 23; ++x)
+    for (int y = -23; y <= 23; ++y)
+      for (int z = -23; z <= 23; ++z)
+        field.active_voxels += value(origin + glm::ivec3(x, y, z)) > 0;
+  field.active_range = glm::vec2(0.01f, 1);
+  field.world_from_index = glm::translate(glm::dmat4(1), -glm::dvec3(origin));
+  return std::make_shared<const Field>(std::move(field));
+}
+
+TEST(Look, OfEqualValuesIsEqual) {
+  const auto chosen = [](const std::shared_ptr<const Field>& field) {
+    const VdbFile file(field);
+    LookedScene looked = with_look({}, file, "auto");
+    return make_view(looked.scene, looked.fields).scene;
+  };
+  const auto voxels = ball({0, 0, 0}, false), tiles = ball({0, 0, 0}, true);
+  ASSERT_FALSE(tiles->tiles.empty());
+  EXPECT_EQ(to_json(chosen(tiles)), to_json(chosen(voxels)));
+  const Scene moved = chosen(ball({3, 5, 6}, true)), at_rest = chosen(voxels);
+  EXPECT_NEAR(*moved.extinction, *at_rest.extinction, 1e-12 * *at_rest.extinction);
+  EXPECT_LE(glm::length(*moved.camera_position - *at_rest.camera_position), 1e-9);
 }
 
 TEST(Look, StudiosHaveTheirOwn) {

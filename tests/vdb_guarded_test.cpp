@@ -127,6 +127,17 @@ std::string facts_of(Reader& reader, const std::string& grid, const ReadOptions&
   }
 }
 
+/// What GridContent says, or the error.
+std::string content_of(Reader& reader, const std::string& grid) {
+  try {
+    Packer pack;
+    pack(reader.content(grid));
+    return pack.text();
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
 void expect_same_as_in_place(const std::filesystem::path& path) {
   const auto file = std::make_shared<FileBlocks>(path);
   InPlaceReader in_place(file);
@@ -136,6 +147,7 @@ void expect_same_as_in_place(const std::filesystem::path& path) {
   got(guarded.facts(), guarded.info(true), guarded.info(false));
   EXPECT_EQ(expected.text(), got.text());
   for (const std::string& grid : in_place.facts().names) {
+    EXPECT_EQ(content_of(in_place, grid), content_of(guarded, grid)) << grid;
     for (const GridRole role : {GridRole::data, GridRole::attenuation}) {
       for (const bool distances : {false, true}) {
         const ReadOptions options{

@@ -37,6 +37,8 @@ void expect_stored_like_whole(const std::filesystem::path& path, const std::stri
   EXPECT_EQ(stored.world_from_index, whole.world_from_index);
   EXPECT_EQ(stored.notices, whole.notices);
   EXPECT_EQ(stored.active_percentiles, whole.active_percentiles);
+  EXPECT_EQ(stored.replaced.negative, whole.replaced.negative);
+  EXPECT_EQ(stored.replaced.least, whole.replaced.least);
   EXPECT_EQ(glm::dvec2(*stored.stored_range), stored_range(whole));
   EXPECT_EQ(glm::dvec2(*stored.active_range), active_range(whole));
   ASSERT_EQ(stored.tiles.size(), whole.tiles.size());

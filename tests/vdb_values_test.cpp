@@ -116,6 +116,8 @@ TEST(VdbValues, BadValuesAreReplacedAndCounted) {
   ASSERT_EQ(field.notices.size(), 1u);
   EXPECT_EQ(field.notices[0],
             "grid 'x': 2 NaN, 1 -Inf, 3 negative values taken as 0; 2 +Inf taken as 6.5");
+  EXPECT_EQ(field.replaced.negative, 3u);
+  EXPECT_EQ(field.replaced.least, -3);
   ASSERT_EQ(field.tiles.size(), 2u);
   const FieldSampler sampler(field);
   const double expected[] = {0, 6.5, 0, 0, 5.5, 0, 0};
@@ -126,6 +128,8 @@ TEST(VdbValues, BadValuesAreReplacedAndCounted) {
   // The transfer function decides how negative data is used.
   const Field data = vdb.read("x", {GridRole::data});
   EXPECT_EQ(data.notices.at(0), "grid 'x': 2 NaN, 1 -Inf values taken as 0; 2 +Inf taken as 6.5");
+  EXPECT_EQ(data.replaced.nan, 2u);
+  EXPECT_EQ(data.replaced.least, 0);
   EXPECT_EQ(FieldSampler(data).voxel({0, 0, 3}, 0), -3.0);
 
   const std::string message = input_error([&] { vdb.read("x", {GridRole::attenuation, true}); });

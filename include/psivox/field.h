@@ -75,7 +75,7 @@ class LeafReader {
 /// active box grown by one voxel on every side; outside it is vacuum.
 struct Field {
   std::string name;         ///< selectable name, `density` or `density[1]`
-  std::string value_type;   ///< OpenVDB's: float, double, int32, int64, bool, vec3s, vec3d, vec3i
+  std::string value_type;   ///< GridInfo's: float, ..., points, vec3i
   int channels = 1;         ///< 1 or 3
   bool of_vectors = false;  ///< a component of a vector grid, or its length
   Box active_box;           ///< of active voxels and tiles
@@ -96,6 +96,7 @@ struct Field {
   /// unless `survey` is set.
   std::shared_ptr<const LeafReader> reader;
   std::optional<ValueSurvey> survey;  ///< of tiles, if the caller is to survey the leaves
+  BadValues replaced;                 ///< what reading has replaced; a notice tells of it
   std::vector<std::string> notices;   ///< one line each, for stderr: what reading changed
 
   /// Smallest and largest voxel of the domain: active_box grown by one.

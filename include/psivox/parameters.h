@@ -85,7 +85,11 @@ std::string parameter_text(const Scene& scene, const Parameter& parameter);
 bool belongs_to_medium(const Parameter& parameter);
 
 bool has_default(const Scene& scene, const Parameter& parameter);
+/// The parameter is then not given (see is_given).
 void set_default(Scene& scene, const Parameter& parameter);
+/// Whether a text has set the parameter, or it differs from its default.
+bool is_given(const Scene& scene, const Parameter& parameter);
+bool is_given(const Scene& scene, std::string_view name);
 
 /// A parameter that the command line sets.
 struct Setting {

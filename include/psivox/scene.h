@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -128,6 +130,9 @@ struct Scene {
   bool strict = false;
   int device = -1;  ///< EGL device; -1: the first that works, hardware before software
   std::uint64_t memory_limit = 0;  ///< [bytes] for the atlas, host and GPU; 0: none
+
+  /// Parameters that a text has set, if only to their defaults: no look replaces them.
+  std::set<std::string, std::less<>> given;
 
   Sampling resolved_sampling() const {
     return sampling.value_or(step ? Sampling::uniform : Sampling::cells);

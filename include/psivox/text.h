@@ -29,6 +29,9 @@ std::vector<std::string> nearest_first(std::string_view name,
 /// "; did you mean X?", or empty if no candidate is near.
 std::string suggestion(std::string_view name, std::span<const std::string> candidates);
 
+/// With ASCII letters in lower case.
+std::string lower_case(std::string_view text);
+
 /// Formats text like printf.
 [[gnu::format(printf, 1, 2)]] std::string formatted(const char* pattern, ...);
 

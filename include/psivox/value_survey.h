@@ -16,6 +16,7 @@ struct BadValues {
   std::uint64_t negative_infinite = 0;
   std::uint64_t negative = 0;
   float largest = 1.0f;  ///< what +Inf became
+  float least = 0.0f;    ///< of the negative values
 
   bool any() const { return nan + positive_infinite + negative_infinite + negative > 0; }
 

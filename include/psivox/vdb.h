@@ -22,9 +22,10 @@ struct ValueStatistics {
 
 /// Information about one grid of a .vdb. `problem` is empty if the grid can be rendered.
 struct GridInfo {
-  std::string name;        ///< as --grid takes it: `density`, or `density[1]` where names repeat
-  std::string type;        ///< OpenVDB's grid type, such as Tree_float_5_4_3
-  std::string value_type;  ///< float, double, int32, int64, bool, vec3s, ...; empty if unsupported
+  std::string name;  ///< as --grid takes it: `density`, or `density[1]` where names repeat
+  std::string type;  ///< OpenVDB's grid type, such as Tree_float_5_4_3
+  /// float, double, int32, int64, bool, mask, points, vec3s, vec3d, vec3i; empty if unsupported
+  std::string value_type;
   std::string grid_class;  ///< `fog volume`, `level set`, `staggered`, `unknown`
   int channels = 0;        ///< 1 scalar, 3 vector, 0 unsupported
   bool saved_as_half = false;
@@ -43,6 +44,14 @@ struct GridInfo {
   std::string problem;                          ///< why this grid cannot be rendered, in one line
 };
 
+/// What a picture could be made of.
+struct GridContent {
+  std::uint64_t active_voxels = 0;  ///< 0 if the grid cannot be read
+  /// Why there is nothing to draw, as the rest of a sentence: no voxel is active, all active values
+  /// are 0, or the grid cannot be read. Empty: there is something.
+  std::string nothing;
+};
+
 /// How a grid's values are used. NaN and +-Inf are always bad values; negative values are bad
 /// unless they are mapped first.
 enum class GridRole {
@@ -56,7 +65,8 @@ struct ReadOptions {
   bool strict = false;     ///< bad values and non-linear transforms are errors
   bool distances = false;  ///< a level set keeps its distances (Field::half_width), else it is fog
   bool empty = false;      ///< a grid without active voxels is a field of zeros, not an error
-  /// Taken in place of a background other than 0; unset: such a background is an error.
+  bool active = false;     ///< 1 at active voxels and tiles, in place of the values
+  /// Taken in place of a background other than 0; unset: 0, and an error if `strict`.
   std::optional<double> background = {};
   std::vector<double> percentiles = {};  ///< of the active values, to be found [%]
   /// Most bytes of leaves' values to keep in memory. Those of a larger grid stay in the file
@@ -103,6 +113,9 @@ class VdbFile {
   /// read.
   int channels(const std::string& grid) const;
 
+  /// GridInfo::value_type of a grid by `read`'s names; empty if there is none.
+  std::string value_type(const std::string& grid) const;
+
   /// OpenVDB's class of a grid by `read`'s names: `fog volume`, `level set`, `unknown`; empty if
   /// there is no such grid.
   std::string grid_class(const std::string& grid) const;
@@ -119,11 +132,18 @@ class VdbFile {
   /// throws for a bad grid.
   std::vector<GridInfo> info(bool values = true) const;
 
+  /// What a grid holds, by `read`'s names. The first call reads the grid's topology, and its values
+  /// until one is not 0; the answer is kept. Throws Error(memory) alone.
+  GridContent content(const std::string& grid) const;
+  bool holds_something(const std::string& grid) const { return content(grid).nothing.empty(); }
+
   /// The grid to use if `--grid` is unset: the only one (if it cannot be rendered, `read` says
-  /// why), else `density` (the first, if repeated), else the only scalar grid of the file's
-  /// directory, else the only vector grid if none is scalar. Throws Error(input) that lists the
-  /// grids if there is none of these.
-  std::string default_grid() const;
+  /// why), else the best that holds something. Known names come first (density, fog, smoke, ...,
+  /// then temperature and the like), then fog volumes, level sets, other scalars, points, vectors
+  /// and masks; of these the one with the most active voxels. Throws Error(input), which names all
+  /// grids and why each is not drawn, if none holds something; `empty`: then it is the first in
+  /// that order.
+  std::string default_grid(bool empty = false) const;
 
   /// Reads one grid: int, bool and double become float; level sets become fog by OpenVDB's own
   /// conversion, unless the options ask for distances; frustum transforms are resampled; NaN, Inf

@@ -13,6 +13,15 @@ namespace {
 /// A pixel counts if it hides this much or is that bright.
 constexpr double covered_alpha = 0.5;
 constexpr double covered_luminance = 0.1;
+/// And glows with this part of the brightest one.
+constexpr float glowing = 0.01f;
+
+/// The value that this part of ascending ones exceeds.
+template <typename Number>
+Number exceeded_by(const std::vector<Number>& ascending, double part) {
+  if (ascending.empty()) return 0;
+  return ascending[std::size_t(double(ascending.size() - 1) * (1 - part))];
+}
 
 }  // namespace
 
@@ -21,10 +30,7 @@ double Draft::mean_luminance() const {
   return std::accumulate(luminance.begin(), luminance.end(), 0.0) / double(luminance.size());
 }
 
-double Draft::level(double part) const {
-  if (brightest.empty()) return 0;
-  return brightest[std::size_t(double(brightest.size() - 1) * (1 - part))];
-}
+double Draft::level(double part) const { return exceeded_by(brightest, part); }
 
 void Draft::see(const glm::dvec3& radiance, double alpha) {
   const double light = 0.2126 * radiance.x + 0.7152 * radiance.y + 0.0722 * radiance.z;
@@ -61,6 +67,17 @@ Draft make_draft(const Scene& scene, const MediumFields& fields) {
     draft.see(glm::dvec3(rgba[i], rgba[i + 1], rgba[i + 2]), double(rgba[i + 3]));
   draft.sort();
   return draft;
+}
+
+double glow_level(const Image& image, double part) {
+  std::vector<float> glow;
+  const auto rgba = image.rgba();
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    glow.push_back(std::max({rgba[i], rgba[i + 1], rgba[i + 2]}));
+  const float least = glowing * std::ranges::max(glow);
+  std::erase_if(glow, [&](float value) { return !(value > 0 && value >= least); });
+  std::ranges::sort(glow);
+  return double(exceeded_by(glow, part));
 }
 
 }  // namespace psivox

@@ -30,4 +30,8 @@ std::optional<Draft> ray_draft(const View& view);
 /// The small picture itself.
 Image draft_picture(Scene scene, const MediumFields& fields);
 
+/// The brightest channel that this part of the glowing pixels exceeds, however bright they are: of
+/// those that have a hundredth of the greatest. 0 if none glows.
+double glow_level(const Image& image, double part);
+
 }  // namespace psivox

@@ -1,21 +1,19 @@
 #pragma once
 
-#include <string>
-
-#include "psivox/vdb.h"
+#include "psivox/field.h"
 
 namespace psivox {
 
-/// The scalar grid of a file that glows, if there is one beside its density: the first of flame,
-/// flames, fire, temperature, heat, temp and fuel. Empty: none.
-std::string flame_grid(const VdbFile& file, const std::string& density);
+/// Whether the values look like those of a scan or a simulation. Whole steps of their greatest one,
+/// at most 255 of them, tell so of any grid; in one that is not known to be a fog, also values that
+/// do not fade to 0.
+bool is_scan(const Field& density, bool known_fog);
 
-/// Whether the values look like those of a scan or a simulation stored as steps: at most 256
-/// different ones, or none near 0, so that the field does not fade into its surroundings.
-bool is_scan(const Field& density);
-
-/// Whether most values are low, as those of vessels or plumes in their surroundings: their mean is
-/// in the lowest quarter of the range.
+/// Whether most values are low, like those of vessels or plumes in their surroundings: their mean
+/// is in the lowest quarter of the range.
 bool is_mostly_low(const Field& density);
+
+/// Whether values of both signs matter: the lower ones reach a twentieth of the greatest magnitude.
+bool is_signed(const Field& density);
 
 }  // namespace psivox

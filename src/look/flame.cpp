@@ -1,33 +1,63 @@
 #include "look/flame.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "look/draft.h"
+#include "psivox/parameters.h"
 
 namespace psivox {
 namespace {
 
-constexpr double least_kelvin = 200, coldest = 1000, hottest = 2500;
+constexpr const char* names[] = {"flame", "flames", "fire", "temperature", "heat", "temp", "fuel"};
+constexpr std::size_t flames = 3;
+constexpr double least_kelvin = 200, coldest = 900, hottest = 2600;
 /// Radiance of the flame's brightest hundredth, in its brightest channel.
-constexpr double brightest = 0.9, bright_part = 0.01;
+constexpr double brightest = 4, bright_part = 0.01;
+/// Solvers leave rounding where nothing burns.
+constexpr float no_flame = 1e-5f;
 
 }  // namespace
 
-void set_flame(Scene& scene, const VdbFile& file, const std::string& grid) {
-  const Field flame = file.read(grid, {.role = GridRole::data});
-  const double greatest = flame.active_range ? double(flame.active_range->y) : 1;
-  scene.emission_grid = grid;
-  scene.emission_color = EmissionColor::black_body;
-  if (greatest <= least_kelvin) {
-    scene.temperature_scale = (hottest - coldest) / std::max(greatest, 1e-6);
-    scene.temperature_offset = coldest;
+std::span<const char* const> flame_names() { return names; }
+
+Flame find_flame(const VdbFile& file, const std::string& density) {
+  for (std::size_t i = 0; i < std::size(names); ++i) {
+    const std::string grid = names[i];
+    if (grid == density || file.channels(grid) != 1) continue;
+    const Field field = file.read(grid, {.role = GridRole::data, .empty = true});
+    if (field.active_voxels && field.active_range && field.active_range->y > no_flame)
+      return {grid, double(field.active_range->y)};
+    if (i < flames) return {};  // it says that nothing burns
   }
-  Scene alone = scene;
-  alone.emission_scale = 1;
+  return {};
+}
+
+void set_flame(const Scene& asked, const VdbFile& file, const Flame& flame, Scene& scene) {
+  Scene glowing = scene;
+  const auto set = [&](const char* name, auto Scene::*member, const auto& value) {
+    if (!is_given(asked, name)) glowing.*member = value;
+  };
+  set("emission-grid", &Scene::emission_grid, flame.grid);
+  set("emission-color", &Scene::emission_color, EmissionColor::black_body);
+  if (flame.greatest <= least_kelvin) {
+    set("temperature-scale", &Scene::temperature_scale, (hottest - coldest) / flame.greatest);
+    set("temperature-offset", &Scene::temperature_offset, coldest);
+  }
+  Scene alone = glowing;
+  alone.emission_scale = 1;  // the radiance is proportional to it
   alone.lights.clear();
+  alone.sky.reset();
   alone.luminance = glm::dvec3(0);
-  const double level = make_draft(alone, read_fields(alone, file)).level(bright_part);
-  if (level > 0) scene.emission_scale = brightest / level;
+  const MediumFields fields = read_fields(alone, file);
+  double level = glow_level(draft_picture(alone, fields), bright_part);
+  if (level == 0) {  // the smoke hides it
+    alone.extinction = 0;
+    level = glow_level(draft_picture(alone, fields), bright_part);
+  }
+  if (level == 0) return;
+  set("emission-scale", &Scene::emission_scale, brightest / level);
+  scene = std::move(glowing);
 }
 
 }  // namespace psivox

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "look/field_sample.h"
 #include "look/voxel_lines.h"
 #include "psivox/leaf_values.h"
 
@@ -31,23 +32,15 @@ class Probes {
     const Field& density = *view.medium.density;
     VoxelLines lines(view.medium);
     const VoxelLines::Line towards = lines.line({}, -light);
-    const std::vector<Leaf>& leaves = density.leaves;
-    const std::size_t stride = std::max<std::size_t>(leaves.size() * 8 / most_voxels, 1);
-    std::vector<glm::ivec3> voxels;
-    for (std::size_t i = 0; i < leaves.size(); i += stride)
-      for (int n = 0; n < 512; n += 73)  // seven voxels, spread over the leaf
-        voxels.push_back(leaves[i].origin + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7));
-    // each process knows its own voxels and what its part hides
-    std::vector<double> values;
-    for (const glm::ivec3& voxel : voxels) values.push_back(lines.own(voxel) ? lines.at(voxel) : 0);
-    sum_found(density, std::span(values));
+    const std::vector<SampledVoxel> voxels = sample_voxels(density, most_voxels);
     std::vector<double> depths;
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-      depths.push_back(lines.attenuation(values[i]) > 0 ? lines.depth_behind(voxels[i], towards)
-                                                        : 0);
+    // each process knows what its own part hides
+    for (const auto& [voxel, value] : voxels)
+      depths.push_back(lines.attenuation(double(value)) > 0 ? lines.depth_behind(voxel, towards)
+                                                            : 0);
     sum_found(density, std::span(depths));
     for (std::size_t i = 0; i < voxels.size(); ++i)
-      if (const double here = lines.attenuation(values[i]); here > 0)
+      if (const double here = lines.attenuation(double(voxels[i].value)); here > 0)
         probes_.push_back({here, towards.step * depths[i]});
   }
 

@@ -4,76 +4,99 @@
 #include <filesystem>
 #include <system_error>
 
-#include "look/draft.h"
+#include "look/choices.h"
 #include "look/file_kind.h"
-#include "look/flame.h"
-#include "look/light_extinction.h"
 #include "look/look_file.h"
-#include "psivox/atlas.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parts.h"
 #include "psivox/text.h"
-#include "scene/rank_leaves.h"
-#include "scene/value_range.h"
 #include "scene/vector_part.h"
 
 namespace psivox {
 namespace {
 
-/// Whether it cuts a part of the volume off.
-bool cuts(const Parameter& p) { return p.name == "clip" || p.name == "clip-plane"; }
+/// What a scene says with one of its options. A look leaves it alone.
+struct OptionPart {
+  std::vector<std::string_view> given;     ///< one of these is enough
+  std::vector<std::string_view> replaced;  ///< parameters and choices of a look
+};
 
-/// Whether it says which values are shown, in any look.
-bool windows(const Parameter& p) {
-  return p.name == "range" || p.name == "opacity" || p.name == "isovalue";
+/// An option replaces its own parameter. These replace more.
+const OptionPart parts_of_looks[] = {
+    // what says how the medium shines replaces all its sources
+    {{"luminance", "luminance-grid", "temperature-grid", "transfer-function"},
+     {"luminance", "luminance-grid", "light", "sky", "colormap", "opacity", "range", "balance",
+      "colors", "emission-grid", "flame", "brightness"}},
+    {{"light", "sky"}, {"light", "sky"}},
+    {{"emission-grid"}, {"flame"}},
+    {{"camera-position"}, {"azimuth", "elevation"}},
+};
+
+bool gives_any(const Scene& scene, const std::vector<std::string_view>& names) {
+  return std::ranges::any_of(names, [&](std::string_view name) { return is_given(scene, name); });
 }
 
+/// Whether a look may set a parameter or make a choice beside what the scene gives.
+bool is_open(const Scene& scene, std::string_view name) {
+  for (const OptionPart& part : parts_of_looks)
+    if (std::ranges::count(part.replaced, name) && gives_any(scene, part.given)) return false;
+  const Parameter* p = find_parameter(name);
+  return !p || !is_given(scene, *p);
+}
+
+/// Whether the picture of a mode has a look that goes by the file.
+bool has_looks(Mode mode) {
+  return mode == Mode::alpha || mode == Mode::back_to_front || mode == Mode::isosurface ||
+         mode == Mode::xray;
+}
+
+/// Whether it says how a picture looks; a range, an opacity and an isovalue too.
 bool says_how_it_looks(const Parameter& p) {
-  if (p.name == "look" || p.name == "extinction") return false;
+  if (p.name == "look" || p.name == "clip" || p.name == "clip-plane") return false;
   return p.group == ParameterGroup::look || p.name == "light" || p.name == "sky" ||
          p.name == "background";
 }
 
-std::string density_grid(const Scene& scene, const VdbFile& file) {
-  return scene.grid.empty() ? file.default_grid() : scene.grid;
-}
-
-/// Fields of a file, read again only for a scene that needs others.
-class KeptFields {
- public:
-  KeptFields(const VdbFile& file, const Parts& parts) : file_(file), parts_(parts) {}
-  const MediumFields& of(const Scene& scene) {
-    std::string key = fields_key(scene);
-    if (!fields_ || key != key_) fields_ = read_fields(scene, file_, false, parts_);
-    key_ = std::move(key);
-    return *fields_;
-  }
-
- private:
-  const VdbFile& file_;
-  const Parts& parts_;
-  std::optional<MediumFields> fields_;
-  std::string key_;
-};
-
-/// Whether a grid of the class is a level set, and not a fog that some program gave the class.
-bool is_surface(Scene scene, KeptFields& fields) {
+bool is_level_set(Scene scene, KeptFields& fields) {
   scene.mode = Mode::isosurface;
   return fields.of(scene).density->half_width > 0;
 }
 
-/// The name of the look that suits a file; the density is read only where its values decide.
-std::string suitable_look(const Scene& scene, const VdbFile& file, KeptFields& fields) {
+bool is_any_of(std::string name, std::initializer_list<const char*> names) {
+  name = lower_case(name.substr(0, name.find('[')));
+  return std::ranges::find(names, name) != names.end();
+}
+
+bool is_color(const std::string& grid) {
+  return is_any_of(grid, {"cd", "color", "colour", "rgb", "albedo", "diffuse"});
+}
+
+/// The name of the look that suits vectors, or one of their components.
+std::string look_of_vectors(const Scene& scene, const VectorPart& part, KeptFields& fields) {
+  if (is_color(part.grid) && (scene.grid.empty() || part.part == "length")) return "colors";
+  if (part.part == "active") return "smoke";
+  return is_signed(*fields.of(scene).density) ? "signed" : "vectors";
+}
+
+/// The name of the look that suits a file.
+std::string suitable_look(const Scene& scene, KeptFields& fields) {
+  const VdbFile& file = fields.file();
   if (scene.mode == Mode::xray) return "xray";
+  if (scene.mode == Mode::isosurface || scene.isovalue) return "surface";
   const std::string grid = density_grid(scene, file);
   const VectorPart part = vector_part(file, grid);
-  // a component has two signs, and a map for them
-  if (!part.part.empty()) return part.part == "length" ? "vectors" : "plain";
-  if (file.channels(grid) != 1) return "plain";
-  if (file.grid_class(grid) == "level set" && is_surface(scene, fields)) return "surface";
-  if (!flame_grid(file, grid).empty()) return "fire";
-  return is_scan(*fields.of(scene).density) ? "scan" : "smoke";
+  if (!part.part.empty()) return look_of_vectors(scene, part, fields);
+  const std::string grid_class = file.grid_class(grid);
+  if (grid_class == "level set" && is_level_set(scene, fields)) return "surface";
+  const Field& density = *fields.of(scene).density;
+  if (density.value_type == "points") return "points";
+  if (is_signed(density)) return "signed";
+  if (scene.colormap) return "scan";
+  if (is_given(scene, "emission-grid") || !fields.flame(scene).grid.empty()) return "fire";
+  const bool known_fog =
+      grid_class == "fog volume" && is_any_of(grid, {"density", "fog", "smoke", "cloud", "soot"});
+  return is_scan(density, known_fog) ? "scan" : "smoke";
 }
 
 /// Whether the density's values stay in the file: looks need them in memory, all but `plain`. A
@@ -94,57 +117,13 @@ std::string too_dark(const Scene& scene, KeptFields& fields) {
   return light_obstacle(make_view(scene, fields.of(scene)));
 }
 
-void take_open(const Scene& look, bool background, Scene& scene) {
+void take_open(const Scene& asked, const Scene& look, bool background, Scene& scene) {
   for (const Parameter& p : parameters()) {
-    if (has_default(look, p) || !has_default(scene, p)) continue;
+    if (!is_given(look, p) || !is_open(asked, p.name)) continue;
     if (p.name == "background" && !background) continue;
     // a scene of that mode has decided about its exposure
-    if (p.name == "exposure" && scene.mode == Mode::xray) continue;
+    if (p.name == "exposure" && asked.mode == Mode::xray) continue;
     std::visit([&](auto member) { scene.*member = look.*member; }, p.member);
-  }
-}
-
-/// Scales light and luminance so that the mean luminance of what is covered is as wanted, or less
-/// where 3 % would be brighter than white.
-void set_brightness(KeptFields& fields, const View& view, Scene& scene) {
-  constexpr double wanted_mean = 0.25, white = 0.95, highlights = 0.03;
-  const std::optional<Draft> by_rays = ray_draft(view);
-  if (!by_rays && is_shared(*view.medium.density))
-    throw Error(ExitCode::usage,
-                "several processes choose the brightness of a look without --sky, --phase-g,"
-                " emission and functions of the gradient only: start one process, or give the"
-                " options that --print-scene of one prints");
-  const Draft draft = by_rays ? *by_rays : make_draft(scene, fields.of(scene));
-  if (!(draft.mean_luminance() > 0)) return;
-  const double gain =
-      std::min(wanted_mean / draft.mean_luminance(), white / draft.level(highlights));
-  for (DirectionalLight& light : scene.lights) light.color *= gain;
-  if (scene.luminance) *scene.luminance *= gain;
-}
-
-/// `view`: the scene's, or nothing if it is not known; making it takes longer than most choices.
-void choose(const std::string& what, const VdbFile& file, KeptFields& fields,
-            std::optional<View>& view, Scene& scene) {
-  std::optional<View> known = std::move(view);
-  view.reset();
-  if (what == "flame") {
-    const std::string grid = flame_grid(file, density_grid(scene, file));
-    if (!grid.empty() && scene.emission_grid.empty()) set_flame(scene, file, grid);
-  } else if (what == "range") {
-    if (scene.range) return;
-    set_parameter(scene, "range",
-                  is_mostly_low(*fields.of(scene).density) ? "50%,99.5%" : "2%,96%");
-    const Field& density = *fields.of(scene).density;
-    const glm::dvec2& percent = scene.range->ends;
-    // almost all values are equal
-    if (active_percentile(density, percent.x) >= active_percentile(density, percent.y))
-      scene.range.reset();
-  } else if (what == "brightness") {
-    set_brightness(fields, known ? *known : make_view(scene, fields.of(scene)), scene);
-  } else if (!scene.extinction) {
-    view = known ? std::move(*known) : make_view(scene, fields.of(scene));
-    const bool sparse = view->medium.transfer && is_mostly_low(*view->medium.density);
-    scene.extinction = view->medium.extinction = light_extinction(*view, sparse);
   }
 }
 
@@ -164,19 +143,14 @@ std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
 }  // namespace
 
 bool leaves_look_open(const Scene& scene) {
-  if (!scene.look.empty()) return false;
-  return std::all_of(parameters().begin(), parameters().end(), [&](const Parameter& p) {
-    return !says_how_it_looks(p) || cuts(p) || windows(p) || has_default(scene, p) ||
-           (p.name == "mode" && scene.mode == Mode::xray);
-  });
+  return scene.look.empty() && has_looks(scene.mode) && !gives_any(scene, parts_of_looks[0].given);
 }
 
 Scene without_look(Scene scene) {
   if (scene.mode == Mode::xray && !scene.exposure) scene.exposure = Scene{}.exposure;
   for (const Parameter& p : parameters())
-    if (says_how_it_looks(p) && !cuts(p)) set_default(scene, p);
-  scene.extinction.reset();
-  scene.look.clear();
+    if (says_how_it_looks(p)) set_default(scene, p);
+  set_default(scene, *find_parameter("look"));
   // what only a function or a map may have
   scene.color_bar = scene.split_knots = false;
   if (is_transfer_rule(scene.resolved_integrator())) scene.integrator.reset();
@@ -191,20 +165,21 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   const bool by_itself = result.look == "auto";
   if (by_itself) {
     const bool out_of_reach = parts.allowed && !parts.ranks && stays_in_file(scene, fields);
-    result.look = out_of_reach ? "plain" : suitable_look(scene, file, fields);
+    result.look = out_of_reach ? "plain" : suitable_look(scene, fields);
   }
   LookFile look = read_look(result.look);
-  take_open(look.scene, background, result.scene);
+  take_open(scene, look.scene, background, result.scene);
   if (by_itself && !parts.ranks) result.dark_because = too_dark(result.scene, fields);
   if (!result.dark_because.empty()) {
     result.scene = scene;
     result.look = "plain";
     look = read_look(result.look);
-    take_open(look.scene, background, result.scene);
+    take_open(scene, look.scene, background, result.scene);
   }
   result.scene.look = "plain";
-  std::optional<View> view;
-  for (const std::string& what : look.choices) choose(what, file, fields, view, result.scene);
+  Choosing all{scene, fields, result.scene};
+  for (const std::string& what : look.choices)
+    if (is_open(scene, what)) choose(what, all);
   validate(result.scene);
   result.settings = changed_settings(scene, result.scene);
   result.fields = fields.of(result.scene);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "look/choices.h"
 #include "look/embedded_looks.h"
 #include "psivox/error.h"
 #include "psivox/look.h"
@@ -17,8 +18,6 @@ namespace psivox {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* known_choices[] = {"range", "extinction", "flame", "brightness"};
 
 bool is_path(const std::string& name) {
   return name.find('/') != std::string::npos || name.ends_with(".json");
@@ -51,9 +50,8 @@ LookFile parsed(const std::string& text, const std::string& source) {
     if (!choose->is_array()) fail("choose: expected a list of names");
     for (const nlohmann::json& item : *choose) {
       const std::string name = item.is_string() ? item.get<std::string>() : item.dump();
-      if (std::find(std::begin(known_choices), std::end(known_choices), name) ==
-          std::end(known_choices))
-        fail("choose: " + in_quotes(name) + " is none of range, extinction, flame, brightness");
+      if (const auto known = choice_names(); std::ranges::find(known, name) == known.end())
+        fail("choose: " + in_quotes(name) + " is none of " + joined(known, ", "));
       file.choices.push_back(name);
     }
     look.erase(choose);

@@ -9,7 +9,7 @@ namespace psivox {
 
 /// A look as its file has it.
 struct LookFile {
-  Scene scene;                       ///< parameters that are not the default
+  Scene scene;                       ///< its parameters: those that are given
   std::vector<std::string> choices;  ///< its list `choose`
 };
 

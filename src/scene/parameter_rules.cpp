@@ -15,17 +15,19 @@ bool contains(std::span<const Setting> settings, std::string_view name) {
   return false;
 }
 
+void clear(Scene& scene, std::string_view name) { set_default(scene, *find_parameter(name)); }
+
 /// The file's range and curve stay unless what they belong to is replaced: `before` is the scene of
 /// the file.
 void apply_window(Scene& scene, const Scene& before, std::span<const Setting> settings) {
   const bool function = contains(settings, "transfer-function") && !scene.transfer_function.empty();
   const bool map_gone = before.colormap && !scene.colormap;
   const bool other_mode = before.finds_maximum() != scene.finds_maximum();
-  if ((function || map_gone || other_mode) && !contains(settings, "range")) scene.range.reset();
-  if (function && !contains(settings, "opacity")) scene.opacity.reset();
+  if ((function || map_gone || other_mode) && !contains(settings, "range")) clear(scene, "range");
+  if (function && !contains(settings, "opacity")) clear(scene, "opacity");
   const bool window = (contains(settings, "range") && scene.range) ||
                       (contains(settings, "opacity") && scene.opacity);
-  if (window && !contains(settings, "transfer-function")) scene.transfer_function.clear();
+  if (window && !contains(settings, "transfer-function")) clear(scene, "transfer-function");
   if (scene.has_function()) return;
   if (!contains(settings, "classification")) scene.classification = Classification::post;
   if (!contains(settings, "split-knots")) scene.split_knots = false;
@@ -38,10 +40,10 @@ void apply_luminance(Scene& scene, std::span<const Setting> settings) {
   const bool map = given("colormap") && scene.colormap;
   const bool grid = given("luminance-grid") && !scene.luminance_grid.empty();
   const bool temperature = given("temperature-grid") && !scene.temperature_grid.empty();
-  if (map && !given("transfer-function")) scene.transfer_function.clear();
-  if ((function || grid || temperature) && !given("colormap")) scene.colormap.reset();
-  if ((map || temperature) && !given("luminance-grid")) scene.luminance_grid.clear();
-  if ((map || grid) && !given("temperature-grid")) scene.temperature_grid.clear();
+  if (map && !given("transfer-function")) clear(scene, "transfer-function");
+  if ((function || grid || temperature) && !given("colormap")) clear(scene, "colormap");
+  if ((map || temperature) && !given("luminance-grid")) clear(scene, "luminance-grid");
+  if ((map || grid) && !given("temperature-grid")) clear(scene, "temperature-grid");
 }
 
 void apply_sampling(Scene& scene, std::span<const Setting> settings) {
@@ -157,7 +159,7 @@ void validate_cuts(const Scene& scene) {
 void apply_exposure(Scene& scene, const Scene& before, std::span<const Setting> settings) {
   const bool integral = scene.mode == Mode::xray;
   if (integral == (before.mode == Mode::xray) || contains(settings, "exposure")) return;
-  scene.exposure = Scene{}.exposure;
+  clear(scene, "exposure");
   if (integral) scene.exposure.reset();
 }
 
@@ -174,6 +176,8 @@ std::vector<Setting> changed_settings(const Scene& from, const Scene& to) {
 
 void apply_over(Scene& scene, std::span<const Setting> settings) {
   if (contains(settings, "step") && !contains(settings, "sampling")) scene.sampling.reset();
+  // a look on the command line completes the file's scene, which names every parameter
+  if (contains(settings, "look")) scene.given.clear();
   const Scene before = scene;
   for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);
   apply_luminance(scene, settings);

@@ -313,6 +313,7 @@ void set_parameter(Scene& scene, std::string_view name, std::string_view text) {
     throw Error(ExitCode::usage, "unknown parameter " + in_quotes(name) + suggestion(name, names));
   }
   std::visit([&](auto member) { assign(*p, text, scene.*member); }, p->member);
+  scene.given.insert(p->name);
 }
 
 bool has_default(const Scene& scene, const Parameter& parameter) {
@@ -323,6 +324,15 @@ bool has_default(const Scene& scene, const Parameter& parameter) {
 
 void set_default(Scene& scene, const Parameter& parameter) {
   std::visit([&](auto member) { scene.*member = Scene{}.*member; }, parameter.member);
+  scene.given.erase(parameter.name);
+}
+
+bool is_given(const Scene& scene, const Parameter& parameter) {
+  return scene.given.contains(parameter.name) || !has_default(scene, parameter);
+}
+
+bool is_given(const Scene& scene, std::string_view name) {
+  return is_given(scene, *find_parameter(name));
 }
 
 std::string parameter_text(const Scene& scene, const Parameter& parameter) {

@@ -27,16 +27,29 @@ Sample sample_of(Scene scene, const std::string& path, const std::string& open_l
   return {std::move(sample.looked), std::move(view.scene), std::move(view.subject)};
 }
 
-/// The look of most samples, of the later one if there is no most.
+/// What most of some names are, of the later one if there is no most; `first` if it is among them.
+std::string common_name(const std::vector<std::string>& names, const std::string& first) {
+  std::string best;
+  for (const std::string& name : names) {
+    if (name == first) return first;
+    if (best.empty() || std::ranges::count(names, name) >= std::ranges::count(names, best))
+      best = name;
+  }
+  return best;
+}
+
+/// A film with a fire in any frame is one of fire.
 std::string common_look(const std::vector<Sample>& samples) {
-  const auto votes = [&](const Sample& one) {
-    return std::ranges::count(samples, one.looked.look,
-                              [](const Sample& other) { return other.looked.look; });
-  };
-  const Sample* best = &samples.front();
-  for (const Sample& sample : samples)
-    if (votes(sample) >= votes(*best)) best = &sample;
-  return best->looked.look;
+  std::vector<std::string> looks;
+  for (const Sample& sample : samples) looks.push_back(sample.looked.look);
+  return common_name(looks, "fire");
+}
+
+/// One grid for all: where it is empty in a frame, that frame shows nothing of it.
+std::string common_grid(std::span<const std::string> paths) {
+  std::vector<std::string> grids;
+  for (const std::string& path : paths) grids.push_back(VdbFile(path).default_grid());
+  return common_name(grids, "density");
 }
 
 double extinction_of(const Sample& sample) { return sample.scene.extinction.value_or(1); }
@@ -148,8 +161,9 @@ double least_exposure(const Scene& scene, std::span<const std::string> paths) {
 
 SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> paths,
                                const std::string& open_look, bool background) {
-  std::vector<Sample> samples = samples_of(scene, paths, open_look, background);
   Scene common = scene;
+  if (common.grid.empty()) common.grid = common_grid(paths);
+  std::vector<Sample> samples = samples_of(common, paths, open_look, background);
   const std::string look = common_look(samples);
   if (look != "plain") {
     common.look = look;

@@ -13,11 +13,8 @@ namespace psivox {
 namespace {
 
 std::string folded(std::string_view name) {
-  std::string out(name);
-  for (char& c : out) {
-    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (c == '_') c = '-';
-  }
+  std::string out = lower_case(name);
+  std::ranges::replace(out, '_', '-');
   return out;
 }
 
@@ -111,6 +108,12 @@ std::vector<std::string> nearest_first(std::string_view name,
 std::string suggestion(std::string_view name, std::span<const std::string> candidates) {
   const std::string nearest = nearest_name(name, candidates);
   return nearest.empty() ? "" : "; did you mean " + nearest + "?";
+}
+
+std::string lower_case(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
 }
 
 std::string formatted(const char* pattern, ...) {

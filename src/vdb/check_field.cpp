@@ -110,6 +110,7 @@ void check_field(const FieldFacts& facts, GridRole role) {
   require(is_finite(field.world_from_index) && glm::determinant(field.world_from_index) != 0,
           "an impossible transform");
   require(std::isfinite(field.half_width) && field.half_width >= 0, "an impossible half width");
+  require(std::isfinite(field.replaced.least), "an impossible least value");
   check_range(field.active_range);
   check_range(field.stored_range);
   require(!field.survey || (facts.stored && is_possible(*field.survey)), "an impossible survey");

@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "grid_content.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/text.h"
@@ -88,6 +89,7 @@ FileFacts FieldReader::facts() {
   FileFacts facts;
   facts.names = facts.base_names = {field_->name};
   facts.channels = {field_->channels};
+  facts.value_types = {field_->value_type};
   facts.classes = {"unknown"};
   return facts;
 }
@@ -110,10 +112,19 @@ std::vector<GridInfo> FieldReader::info(bool values) {
   return {info};
 }
 
+GridContent FieldReader::content(const std::string& grid) {
+  check_name(grid);
+  return content_of(field_->active_voxels, field_->active_voxels > 0);
+}
+
+void FieldReader::check_name(const std::string& grid) const {
+  if (grid == field_->name) return;
+  throw Error(ExitCode::input,
+              "there is no grid " + in_quotes(grid) + "; there is only " + in_quotes(field_->name));
+}
+
 Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
-  if (grid != field_->name)
-    throw Error(ExitCode::input, "there is no grid " + in_quotes(grid) + "; there is only " +
-                                     in_quotes(field_->name));
+  check_name(grid);
   Field field = *field_;
   if (field.active_voxels == 0) {
     if (!options.empty)
@@ -129,6 +140,7 @@ Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
       throw Error(ExitCode::input,
                   subject_of(field) + " is refused by strict reading: " + bad.describe());
     field.notices.push_back(subject_of(field) + ": " + bad.describe());
+    field.replaced = bad;
   }
   if (options.role == GridRole::data) {
     constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -157,6 +169,7 @@ FileFacts GatheredReader::facts() {
   for (const NamedGrid& grid : grids_) {
     facts.names.push_back(grid.name);
     facts.channels.push_back(grid.file->channels(grid.grid));
+    facts.value_types.push_back(grid.file->value_type(grid.grid));
     facts.classes.push_back(grid.file->grid_class(grid.grid));
     if (facts.z_up.empty()) facts.z_up = grid.file->z_up();
   }
@@ -175,14 +188,23 @@ std::vector<GridInfo> GatheredReader::info(bool values) {
   return rows;
 }
 
+GridContent GatheredReader::content(const std::string& grid) {
+  const NamedGrid& named = find(grid);
+  return named.file->content(named.grid);
+}
+
 Field GatheredReader::read(const std::string& grid, const ReadOptions& options) {
+  const NamedGrid& named = find(grid);
+  Field field = named.file->read(named.grid, options);
+  field.name = named.name;
+  return field;
+}
+
+const NamedGrid& GatheredReader::find(const std::string& grid) const {
   std::vector<std::string> names;
   for (const NamedGrid& named : grids_) {
     names.push_back(named.name);
-    if (named.name != grid) continue;
-    Field field = named.file->read(named.grid, options);
-    field.name = named.name;
-    return field;
+    if (named.name == grid) return named;
   }
   throw Error(ExitCode::input, "there is no grid " + in_quotes(grid) + suggestion(grid, names) +
                                    "; there are " + joined(names, ", "));

@@ -15,9 +15,12 @@ class FieldReader final : public Reader {
 
   FileFacts facts() override;
   std::vector<GridInfo> info(bool values) override;
+  GridContent content(const std::string& grid) override;
   Field read(const std::string& grid, const ReadOptions& options) override;
 
  private:
+  void check_name(const std::string& grid) const;  ///< throws Error(input)
+
   std::shared_ptr<const Field> field_;
 };
 
@@ -29,9 +32,12 @@ class GatheredReader final : public Reader {
 
   FileFacts facts() override;
   std::vector<GridInfo> info(bool values) override;
+  GridContent content(const std::string& grid) override;
   Field read(const std::string& grid, const ReadOptions& options) override;
 
  private:
+  const NamedGrid& find(const std::string& grid) const;  ///< throws Error(input)
+
   std::vector<NamedGrid> grids_;
 };
 

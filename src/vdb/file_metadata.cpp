@@ -28,11 +28,6 @@ constexpr const char* blender_grid_metadata = "file_base_resolution";
 /// Names of grids that only Blender's smoke and fire have, beside `density`.
 constexpr std::array<const char*, 3> blender_grids{"shadow", "react", "density_noise"};
 
-std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 /// Of a string, or of a value of metadata: a length, and that many bytes.
 void skip_block(std::istream& stream) {
   std::uint32_t length = 0;
@@ -50,6 +45,11 @@ std::string read_block(std::istream& stream) {
 }
 
 }  // namespace
+
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
 
 void check_strings(std::istream& stream, int count) {
   const auto begin = stream.tellg();

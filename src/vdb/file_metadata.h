@@ -22,6 +22,8 @@ void read_metadata(openvdb::MetaMap& metadata, std::istream& stream,
 /// stays.
 void check_strings(std::istream& stream, int count);
 
+std::string lower_case(std::string text);
+
 MetadataText text_of(const openvdb::MetaMap& metadata);
 
 /// What VdbFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the metadata

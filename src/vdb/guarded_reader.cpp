@@ -47,7 +47,7 @@ FileFacts GuardedReader::facts() {
     answer(facts);
     const std::size_t grids = facts.names.size();
     if (facts.base_names.size() != grids || facts.channels.size() != grids ||
-        facts.classes.size() != grids)
+        facts.value_types.size() != grids || facts.classes.size() != grids)
       throw std::runtime_error("lists of different lengths");
   });
   facts_ = facts;
@@ -95,6 +95,15 @@ std::vector<GridInfo> GuardedReader::info(bool values) {
     all.push_back(row);
   }
   return all;
+}
+
+GridContent GuardedReader::content(const std::string& grid) {
+  const std::lock_guard lock(mutex_);
+  Packer request;
+  request(grid);
+  GridContent content;
+  ask(MessageKind::content, request.text(), -1, grid, [&](Unpacker& answer) { answer(content); });
+  return content;
 }
 
 Field GuardedReader::read(const std::string& grid, const ReadOptions& options) {

@@ -18,6 +18,7 @@ class GuardedReader final : public Reader {
 
   FileFacts facts() override;
   std::vector<GridInfo> info(bool values) override;
+  GridContent content(const std::string& grid) override;
   Field read(const std::string& grid, const ReadOptions& options) override;
 
  private:

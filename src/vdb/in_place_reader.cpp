@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "archive.h"
+#include "grid_content.h"
 #include "grid_info.h"
 #include "grid_types.h"
 #include "read_grid.h"
@@ -39,6 +40,7 @@ FileFacts InPlaceReader::facts() {
     facts.names.push_back(entry.name);
     facts.base_names.push_back(entry.descriptor.gridName());
     facts.channels.push_back(entry.problem.empty() ? channels_of(entry.descriptor.gridType()) : 0);
+    facts.value_types.push_back(value_type_of(entry.descriptor.gridType()));
     grids.push_back(archive.metadata_of(entry));
     const auto grid_class = grids.back().find("class");
     facts.classes.push_back(grid_class == grids.back().end() ? "unknown" : grid_class->second);
@@ -58,6 +60,11 @@ std::vector<GridInfo> InPlaceReader::info(bool values) {
 GridInfo InPlaceReader::info(const std::string& grid, bool values) const {
   Archive archive(*file_);
   return grid_info(archive, archive.find(grid), values);
+}
+
+GridContent InPlaceReader::content(const std::string& grid) {
+  Archive archive(*file_);
+  return content_of(archive, archive.find(grid), file_);
 }
 
 Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {

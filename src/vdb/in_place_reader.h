@@ -38,6 +38,7 @@ class InPlaceReader final : public Reader {
   FileFacts facts() override;
   std::vector<GridInfo> info(bool values) override;
   GridInfo info(const std::string& grid, bool values) const;
+  GridContent content(const std::string& grid) override;
   Field read(const std::string& grid, const ReadOptions& options) override;
 
  private:

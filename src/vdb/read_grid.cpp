@@ -154,6 +154,7 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
       throw Error(ExitCode::input, subject + "is refused by strict reading: " + bad.describe());
     }
     notice(bad.describe());
+    field.replaced = bad;
   }
   return field;
 }

@@ -13,6 +13,7 @@ struct FileFacts {
   std::vector<std::string> names;       ///< as VdbFile::read takes them
   std::vector<std::string> base_names;  ///< as the file has them: names may repeat
   std::vector<int> channels;            ///< 0 if the grid cannot be read
+  std::vector<std::string> value_types;
   std::vector<std::string> classes;
   MetadataText metadata;
   std::string z_up;
@@ -29,6 +30,7 @@ class Reader {
 
   virtual FileFacts facts() = 0;
   virtual std::vector<GridInfo> info(bool values) = 0;
+  virtual GridContent content(const std::string& grid) = 0;
   virtual Field read(const std::string& grid, const ReadOptions& options) = 0;
 };
 

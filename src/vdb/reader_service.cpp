@@ -59,6 +59,10 @@ class Service {
       bool values = false;
       request(grid, values);
       answer(grid.empty() ? reader_.info(values) : std::vector{reader_.info(grid, values)});
+    } else if (message.kind == MessageKind::content) {
+      std::string grid;
+      request(grid);
+      answer(reader_.content(grid));
     } else if (message.kind == MessageKind::read) {
       ReadRequest read;
       request(read);

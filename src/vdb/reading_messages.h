@@ -19,6 +19,7 @@ namespace psivox::vdb {
 enum class MessageKind : std::uint32_t {
   open,      ///< path; with the file's descriptor. The answer: FileFacts
   info,      ///< a grid, or "" for all, and whether values too. The answer: rows
+  content,   ///< a grid. The answer: GridContent
   read,      ///< ReadRequest; with a descriptor of shared memory. The answer: FieldFacts
   leaves,    ///< LeavesRequest. The answer: LeavesAnswer
   progress,  ///< a fraction
@@ -77,17 +78,24 @@ void describe(Pack& pack, T& info) {
        transform, map, background, values_read, values, lo, hi, metadata, problem);
 }
 
+template <typename Pack, Is<GridContent> T>
+void describe(Pack& pack, T& content) {
+  auto& [active_voxels, nothing] = content;
+  pack(active_voxels, nothing);
+}
+
 template <typename Pack, Is<FileFacts> T>
 void describe(Pack& pack, T& facts) {
-  auto& [names, base_names, channels, classes, metadata, z_up] = facts;
-  pack(names, base_names, channels, classes, metadata, z_up);
+  auto& [names, base_names, channels, value_types, classes, metadata, z_up] = facts;
+  pack(names, base_names, channels, value_types, classes, metadata, z_up);
 }
 
 template <typename Pack, Is<ReadOptions> T>
 void describe(Pack& pack, T& options) {
-  auto& [role, strict, distances, empty, background, percentiles, memory, in_file, unsurveyed] =
-      options;
-  pack(role, strict, distances, empty, background, percentiles, memory, in_file, unsurveyed);
+  auto& [role, strict, distances, empty, active, background, percentiles, memory, in_file,
+         unsurveyed] = options;
+  pack(role, strict, distances, empty, active, background, percentiles, memory, in_file,
+       unsurveyed);
 }
 
 template <typename Pack, Is<ReadRequest> T>
@@ -98,8 +106,8 @@ void describe(Pack& pack, T& request) {
 
 template <typename Pack, Is<BadValues> T>
 void describe(Pack& pack, T& bad) {
-  auto& [nan, positive, negative_infinite, negative, largest] = bad;
-  pack(nan, positive, negative_infinite, negative, largest);
+  auto& [nan, positive, negative_infinite, negative, largest, least] = bad;
+  pack(nan, positive, negative_infinite, negative, largest, least);
 }
 
 template <typename Pack, Is<Extent> T>
@@ -141,9 +149,10 @@ void describe(Pack& pack, T& tile) {
 template <typename Pack, Is<FieldFacts> T>
 void describe(Pack& pack, T& facts) {
   auto& [name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
-         percentiles, width, leaves, tiles, array, storage, reader, survey, notices] = facts.field;
+         percentiles, width, leaves, tiles, array, storage, reader, survey, replaced, notices] =
+      facts.field;
   pack(name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
-       percentiles, width, survey, notices);
+       percentiles, width, survey, replaced, notices);
   pack(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes, facts.active_tiles);
 }
 

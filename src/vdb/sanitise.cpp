@@ -38,6 +38,7 @@ void sanitise_value(float& value, float lo, BadValues& count) {
     ++count.negative_infinite;
   } else {
     ++count.negative;
+    count.least = std::min(count.least, value);
   }
   value = 0.0f;
 }

@@ -1,5 +1,6 @@
 #include "psivox/value_survey.h"
 
+#include <algorithm>
 #include <glm/common.hpp>
 #include <sstream>
 #include <vector>
@@ -15,6 +16,7 @@ BadValues operator+(BadValues a, const BadValues& b) {
   a.positive_infinite += b.positive_infinite;
   a.negative_infinite += b.negative_infinite;
   a.negative += b.negative;
+  a.least = std::min(a.least, b.least);
   return a;
 }
 
@@ -41,6 +43,7 @@ float take_survey(Field& field, const ValueSurvey& of_leaves, const ReadOptions&
     if (options.strict)
       throw Error(ExitCode::input, subject + "is refused by strict reading: " + all.bad.describe());
     field.notices.push_back("grid '" + field.name + "': " + all.bad.describe());
+    field.replaced = all.bad;
   }
   const float largest = all.bad.largest;
   for (Tile& tile : field.tiles) tile.value = glm::min(tile.value, glm::vec3(largest));

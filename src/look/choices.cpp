@@ -1,0 +1,131 @@
+#include "look/choices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "look/draft.h"
+#include "look/file_kind.h"
+#include "look/light_extinction.h"
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/text.h"
+#include "scene/rank_leaves.h"
+#include "scene/value_range.h"
+#include "scene/vector_part.h"
+
+namespace psivox {
+namespace {
+
+/// The view so far, for the last time.
+View take_view(Choosing& all) {
+  if (std::optional<View> known = std::exchange(all.view, {})) return std::move(*known);
+  return make_view(all.scene, all.fields.of(all.scene));
+}
+
+void choose_extinction(Choosing& all) {
+  if (all.scene.extinction) return;
+  View view = take_view(all);
+  const bool sparse = view.medium.transfer && is_mostly_low(*view.medium.density);
+  all.scene.extinction = view.medium.extinction = light_extinction(view, sparse);
+  all.view = std::move(view);
+}
+
+void choose_range(Choosing& all) {
+  all.view.reset();
+  if (all.scene.range) return;
+  const bool low = is_mostly_low(*all.fields.of(all.scene).density);
+  set_parameter(all.scene, "range", low ? "50%,99.5%" : "2%,96%");
+  const Field& density = *all.fields.of(all.scene).density;
+  const glm::dvec2& percent = all.scene.range->ends;
+  // almost all values are equal
+  if (active_percentile(density, percent.x) >= active_percentile(density, percent.y))
+    set_default(all.scene, *find_parameter("range"));
+}
+
+/// 0 is in the middle of the range.
+void choose_balance(Choosing& all) {
+  all.view.reset();
+  if (all.scene.range) return;
+  constexpr double low = 0.5, high = 99.5;
+  set_parameter(all.scene, "range", number_text(low) + "%," + number_text(high) + "%");
+  const Field& density = *all.fields.of(all.scene).density;
+  const double end = std::max(std::abs(active_percentile(density, low)),
+                              std::abs(active_percentile(density, high)));
+  if (end > 0)
+    set_parameter(all.scene, "range", number_text(-end) + "," + number_text(end));
+  else
+    set_default(all.scene, *find_parameter("range"));
+}
+
+void choose_colors(Choosing& all) {
+  all.view.reset();
+  const VdbFile& file = all.fields.file();
+  const std::string grid = vector_part(file, density_grid(all.scene, file)).grid;
+  all.scene.grid = grid + ":active";
+  all.scene.luminance_grid = grid;
+}
+
+void choose_flame(Choosing& all) {
+  all.view.reset();
+  const Flame& flame = all.fields.flame(all.scene);
+  if (!flame.grid.empty()) set_flame(all.asked, all.fields.file(), flame, all.scene);
+}
+
+/// Scales light and luminance so that the mean luminance of what is covered is as wanted, or less
+/// where 3 % would be brighter than white.
+void choose_brightness(Choosing& all) {
+  constexpr double wanted_mean = 0.25, white = 0.95, highlights = 0.03;
+  const View view = take_view(all);
+  const std::optional<Draft> by_rays = ray_draft(view);
+  if (!by_rays && is_shared(*view.medium.density))
+    throw Error(ExitCode::usage,
+                "several processes choose the brightness of a look without --sky, --phase-g,"
+                " emission and functions of the gradient only: start one process, or give the"
+                " options that --print-scene of one prints");
+  const Draft draft = by_rays ? *by_rays : make_draft(all.scene, all.fields.of(all.scene));
+  if (!(draft.mean_luminance() > 0)) return;
+  const double gain =
+      std::min(wanted_mean / draft.mean_luminance(), white / draft.level(highlights));
+  if (!is_given(all.asked, "light"))
+    for (DirectionalLight& light : all.scene.lights) light.color *= gain;
+  if (all.scene.luminance) *all.scene.luminance *= gain;
+}
+
+struct Choice {
+  const char* name;
+  void (*make)(Choosing&);
+};
+constexpr Choice choices[] = {{"range", choose_range},   {"balance", choose_balance},
+                              {"colors", choose_colors}, {"extinction", choose_extinction},
+                              {"flame", choose_flame},   {"brightness", choose_brightness}};
+
+}  // namespace
+
+const MediumFields& KeptFields::of(const Scene& scene) {
+  std::string key = fields_key(scene);
+  if (!fields_ || key != key_) fields_ = read_fields(scene, file_, false, parts_);
+  key_ = std::move(key);
+  return *fields_;
+}
+
+const Flame& KeptFields::flame(const Scene& scene) {
+  if (!flame_) flame_ = find_flame(file_, density_grid(scene, file_));
+  return *flame_;
+}
+
+std::string density_grid(const Scene& scene, const VdbFile& file) {
+  return scene.grid.empty() ? file.default_grid() : scene.grid;
+}
+
+std::vector<std::string> choice_names() {
+  std::vector<std::string> names;
+  for (const Choice& choice : choices) names.emplace_back(choice.name);
+  return names;
+}
+
+void choose(const std::string& name, Choosing& all) {
+  std::ranges::find(choices, name, &Choice::name)->make(all);
+}
+
+}  // namespace psivox

@@ -1,0 +1,114 @@
+// Which grids of a file hold something, and which of them is drawn.
+
+#include <limits>
+
+#include "psivox/dense_field.h"
+#include "vdb_made_files.h"
+
+namespace psivox {
+namespace {
+
+using namespace test;
+
+FloatGrid::Ptr voxels(const std::string& name, float value, int count = 1) {
+  const auto grid = named<FloatGrid>(name);
+  for (int i = 0; i < count; ++i) grid->tree().setValue(Coord(8 * i, 0, 0), value);
+  return grid;
+}
+
+TEST(VdbContent, AGridHoldsSomethingIfAnActiveValueIsNot0) {
+  const auto late = voxels("late", 0, 100), tile = voxels("tile", 0), off = voxels("off", 0);
+  late->tree().setValue(Coord(8 * 60, 0, 0), -0.5f);
+  tile->tree().addTile(2, Coord(1024, 0, 0), 3.0f, true);
+  off->tree().setValueOff(Coord(1, 0, 0), 7.0f);
+  off->tree().addTile(1, Coord(64, 0, 0), 7.0f, false);
+  const auto vectors = named<openvdb::Vec3SGrid>("vectors");
+  vectors->tree().setValue(Coord(0), openvdb::Vec3f(0, 0, 1));
+  const VdbFile file(write_vdb({late, tile, off, vectors, named<FloatGrid>("empty"),
+                                voxels("zeros", 0, 5000), voxels("again", 1), voxels("again", 0),
+                                voxels("nan", std::numeric_limits<float>::quiet_NaN())}));
+  for (const char* name : {"late", "tile", "vectors", "again", "again[0]"})
+    EXPECT_TRUE(file.holds_something(name)) << name;
+  EXPECT_EQ(file.content("late").active_voxels, 100u);
+  EXPECT_EQ(file.content("tile").active_voxels, 1u + 128 * 128 * 128);
+  for (const char* name : {"off", "zeros", "again[1]", "nan"})
+    EXPECT_EQ(file.content(name).nothing, "is 0 everywhere") << name;
+  EXPECT_EQ(file.content("zeros").active_voxels, 5000u);
+  EXPECT_EQ(file.content("empty").nothing, "has no active voxel");
+  EXPECT_FALSE(file.holds_something("no such grid"));
+}
+
+TEST(VdbContent, AFirstValueIsEnough) {
+  if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
+  const auto path = written({ball<FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
+  const Reads reads = reads_of(path, [](const VdbFile& file) {
+    EXPECT_TRUE(file.holds_something("density"));
+    EXPECT_TRUE(file.holds_something("density"));
+  });
+  // 5 million bytes of values; the topology and the first run are a tenth of it
+  EXPECT_LT(reads.bytes, 500'000);
+}
+
+TEST(VdbContent, IsKnownOfGridsInMemory) {
+  const auto file_of = [](float value) {
+    DenseField dense("a", {8, 8, 8}, 1, glm::dmat4(1));
+    dense.add(std::vector<float>(512, value));
+    return std::make_shared<VdbFile>(std::make_shared<const Field>(dense.finish()));
+  };
+  const VdbFile both({{"some", file_of(2), "a"}, {"none", file_of(0), "a"}});
+  EXPECT_TRUE(both.holds_something("some"));
+  EXPECT_EQ(both.content("some").active_voxels, 512u);
+  EXPECT_EQ(both.content("none").nothing, "has no active voxel");
+}
+
+/// The grid that is drawn of these.
+std::string chosen(const openvdb::GridCPtrVec& grids) {
+  return VdbFile(write_vdb(grids)).default_grid();
+}
+
+template <typename GridPtr>
+GridPtr of_class(openvdb::GridClass grid_class, GridPtr grid) {
+  grid->setGridClass(grid_class);
+  return grid;
+}
+
+openvdb::Vec3SGrid::Ptr vectors(const std::string& name) {
+  const auto grid = named<openvdb::Vec3SGrid>(name);
+  grid->tree().setValue(Coord(0), openvdb::Vec3f(1));
+  return grid;
+}
+
+TEST(VdbChoice, KnownNamesComeFirstThenClassesThenTheMostVoxels) {
+  const auto few = [](const std::string& name) { return voxels(name, 1); };
+  const auto many = [](const std::string& name) { return voxels(name, 1, 9); };
+  EXPECT_EQ(chosen({many("heat"), many("SMOKE"), few("Density")}), "Density");
+  EXPECT_EQ(chosen({many("flame"), few("smoke"), many("temperature")}), "smoke");
+  EXPECT_EQ(chosen({many("other"), many("flame"), few("temperature")}), "temperature");
+  const auto fog = openvdb::GRID_FOG_VOLUME, level_set = openvdb::GRID_LEVEL_SET;
+  EXPECT_EQ(chosen({many("a"), of_class(level_set, many("b")), of_class(fog, few("c")),
+                    of_class(fog, many("d"))}),
+            "d");
+  EXPECT_EQ(chosen({many("a"), of_class(level_set, few("b")), vectors("v")}), "b");
+  EXPECT_EQ(chosen({vectors("v"), few("a"), many("b")}), "b");
+  EXPECT_EQ(chosen({vectors("v"), vectors("w")}), "v");
+}
+
+TEST(VdbChoice, AGridThatHoldsNothingDoesNotCount) {
+  EXPECT_EQ(chosen({voxels("density", 0), voxels("heat", 0, 5), vectors("v")}), "v");
+  EXPECT_EQ(chosen({voxels("a", 1), voxels("density", 0), named<FloatGrid>("flame")}), "a");
+  EXPECT_EQ(chosen({named<FloatGrid>("density")}), "density");  // reading it says what is wrong
+  const VdbFile nothing(write_vdb({voxels("density", 0), named<FloatGrid>("flame")}));
+  EXPECT_NE(input_error([&] { nothing.default_grid(); })
+                .find("has nothing to draw: grid 'density' is 0 everywhere; grid 'flame' has no"
+                      " active voxel"),
+            std::string::npos);
+  EXPECT_EQ(nothing.default_grid(/*empty=*/true), "density");
+}
+
+TEST(VdbChoice, ARepeatedNameIsItsFirstGridThatHoldsSomething) {
+  EXPECT_EQ(chosen({voxels("density", 1), voxels("density", 1, 9)}), "density");
+  EXPECT_EQ(chosen({voxels("density", 0), voxels("density", 1)}), "density[1]");
+}
+
+}  // namespace
+}  // namespace psivox
