@@ -47,6 +47,19 @@ t 2 "expected one of man, bash, zsh, fish" --help=html
 completed=$(. <("$program" --help=bash) && COMP_WORDS=(psivox render --mode = mi) COMP_CWORD=4 &&
   _psivox && echo "${COMPREPLY[*]}")
 [ "$completed" = mip ] || { echo "FAILED: bash completes 'mi' to '$completed'"; failed=$((failed + 1)); }
+# --help is short and ends with examples; --help-all has every option.
+t 0 "psivox render --help-all prints all" render --help
+t 0 "--end-corrections" render --help-all
+t 0 "--extinction" help render
+t 2 "unknown command" help rendr
+for command in render view info compare study verify; do
+  lines=$("$program" help $command | tee help.txt | wc -l)
+  { [ "$lines" -le 60 ] && tail -n 1 help.txt | grep -q "^  psivox $command" &&
+    [ "$(grep -c '^  psivox' help.txt)" -eq 3 ]; } ||
+    { echo "FAILED: help $command has $lines lines, and ends in: $(tail -n 1 help.txt)"; failed=$((failed + 1)); }
+done
+[ "$("$program" help render | grep -c '^  -')" -eq 15 ] ||
+  { echo "FAILED: help render lists other than 15 options"; failed=$((failed + 1)); }
 # Thumbnails, also under a name without an extension.
 t 0 - render "$S" -o thumbnail --thumbnail 48
 t 0 rms compare thumbnail thumbnail
@@ -61,7 +74,8 @@ code=$?
   { echo "FAILED: limited size: exit $code: $limited"; failed=$((failed + 1)); }
 # A look that takes percentiles draws a grid of one value, too.
 t 0 - render "$assets/slab.vdb" -o b.exr --resolution 32x32 -q --look scan
-t 0 "isovalue 0.50390625, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32
+t 0 "isovalue 0.504, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32
+t 0 "--isovalue=0.50390625, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32 -v
 t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
 t 3 "it has 'temperature' 'color' 'density'" render "$S" -o a.exr --grid temp
 points=$assets/../../shared/data/edge/points.vdb
@@ -161,7 +175,8 @@ for picture in a.tif a.jpg; do
 done
 t 0 "'a.jpg' has no alpha: 1024 of 1024 pixels" render "$S" -o a.jpg --resolution 32x32 --look plain
 # A file without options gets a look, which is stored and drawn again.
-t 0 "look fire: --background=" render "$S" -o a.png --resolution 32x32
+t 0 "look fire; -v prints its options" render "$S" -o a.png --resolution 32x32
+t 0 "look fire: --background=" render "$S" -o a.png --resolution 32x32 -v
 t 0 "not shown: color" render "$S" -o a.exr --resolution 32x32
 t 0 - render --scene a.exr -o b.exr -q
 t 0 rms compare a.exr b.exr --max-abs 1e-30
@@ -284,11 +299,14 @@ t 2 "goes from" render "$S" -o a.exr --range 99%,0.1 $R
 t 0 - render "$S" -o a.png --colormap viridis --color-bar --resolution 320x180 -q
 t 0 - render "$S" -o b.png --colormap viridis --resolution 320x180 -q
 t 7 - compare a.png b.png --max-rms 0.01
-t 0 - render "$S" -o a.exr --colormap viridis --color-bar --resolution 320x180 -q
-t 0 - render "$S" -o b.exr --colormap viridis --resolution 320x180 -q
+C="--camera-position 1,1,3 --resolution 320x180 -q"  # which nothing moves
+t 0 - render "$S" -o a.exr --colormap viridis --color-bar $C
+t 0 - render "$S" -o b.exr --colormap viridis $C
 t 0 rms compare a.exr b.exr --max-abs 0
 t 0 "too small" render "$S" -o a.png --colormap viridis --color-bar --resolution 40x30
 t 2 "give --colormap" render "$S" -o a.png --color-bar $R
+# A vector's component has a map of its own.
+t 0 - render "$S" -o a.png --grid color:x --color-bar --resolution 320x180 -q
 # A look may bring the surface, and the map.
 t 0 "look surface" render "$S" -o a.png --look surface --isovalue 0.3 --resolution 32x32
 t 2 "--isovalue is for --mode isosurface" render "$S" -o a.png --isovalue 0.3 --resolution 32x32
@@ -369,7 +387,7 @@ t 0 "isovalue 0.5" render "$S" -o a.exr --mode isosurface --resolution 32x32
 t 0 '"clipped_pixels": 0' render "$S" -o a.png --stats - $R
 t 0 "of the pixels are brighter than white; --exposure auto" render "$S" -o a.png --luminance 9,9,9 \
   --background 0,0,0 --resolution 32x32
-t 0 "exposure -3.21 [powers of 2], chosen by auto" render "$S" -o a.png --luminance 9,9,9 \
+t 0 "exposure -3.21, chosen by auto" render "$S" -o a.png --luminance 9,9,9 \
   --background 0,0,0 --resolution 32x32 --exposure auto
 t 0 '"exposure": -3.21' render --scene a.png --print-scene
 t 0 "loses 1" render "$S" -o a.png --emission-grid temperature --emission-scale 0.001 --extinction 0.01 \
@@ -392,11 +410,57 @@ t 0 "the picture is black: nothing in grid 'temperature' is hot enough" render "
 t 0 "hottest voxel has" render "$S" -o a.exr $r --temperature-grid temperature --temperature-scale 0.1
 t 0 "the picture is black: its brightest light is 9.8e-07; --exposure auto" render "$S" -o a.exr $r \
   --luminance 1e-6,0,0
+t 0 "the picture shows only its background: what is seen is as bright as --background 1,1,1" \
+  render "$S" -o a.png $r --background white --look plain
+t 0 "the picture is empty: --clip leaves nothing of the volume, which lies from" render "$S" -o a.png $r \
+  --clip 50,50,50,60,60,60
+t 0 "the picture is empty: --clip-plane leaves nothing" render "$S" -o a.png $r --clip-plane x=50
+t 0 "the picture is empty: --slice does not meet the volume" render "$S" -o a.png $r --mode slice \
+  --slice z=50
+t 0 "the picture is empty: no value of grid 'density'" render "$S" -o a.png $r --opacity 0:0,1:0
+t 0 "the picture is black: --luminance-scale is 0" render "$S" -o a.png $r --luminance-grid density \
+  --luminance-scale 0
+t 0 "the picture is black: --range begins at 5, not below" render "$S" -o a.png $r --mode mip --range 5,6
+t 0 "the picture is black: --lmip-threshold 5 is not below" render "$S" -o a.png $r --mode lmip \
+  --lmip-threshold 5
+t 0 "the picture is black: the colour of --light or --sky is black" render "$S" -o a.png $r \
+  --light 0,-1,0,black
+# Colours: codes from 0 to 255 are recognised and said; light may be brighter than white.
+t 0 - render "$S" -o a.png $R --background 0.2158605001138992,1,0
+t 0 - render "$S" -o b.png $R --background '#80FF00'
+t 0 rms compare a.png b.png --max-abs 0.004
+t 0 "--background 128,255,0 is taken as #80ff00, codes from 0 to 255" render "$S" -o b.png $r --look plain \
+  --background 128,255,0
+t 0 rms compare a.png b.png --max-abs 0.004
+t 0 "--luminance 255,128,0 is linear, where 1 is white; write #ff8000" render "$S" -o b.png $r \
+  --luminance 255,128,0
+t 0 "write 0,-1,0,#ff8000 for the codes" render "$S" -o b.png $r --light 0,-1,0,255,128,0
+t 0 - render "$S" -o b.png $R --luminance orange --sky '#fff' --light camera:0,-1,0,rebeccapurple
+t 2 "expected none or #rrggbb, a name of CSS" render "$S" -o b.png $R --background '#12345'
+t 2 "expected none or #rrggbb, a name of CSS" render "$S" -o b.png $R --background oranje
+# Other formats are named, with what reads them.
+printf 'NRRD0005\n' >x.vdb
+t 3 "x.vdb: is a NRRD volume, not a .vdb; in Python psivox.render(psivox.field(nrrd.read('x.vdb')[0]))" info x.vdb
+printf '\037\213' >x.nii.gz
+t 3 "nibabel.load('x.nii.gz').get_fdata())).write('x.png') draws it" render x.nii.gz -o a.png
+printf '<?xml version="1.0"?>\n<VTKFile type="ImageData">' >y.vdb
+t 3 "is a VTK file" render y.vdb -o a.png
+{ head -c 128 /dev/zero; printf DICM; } >z.vdb
+t 3 "is a DICOM image" render z.vdb -o a.png
+printf 'NanoVDB2' >x.nvdb
+t 3 "nanovdb_convert" render x.nvdb -o a.png
+printf 'abc' >x.raw
+t 3 "is a file of raw values" render x.raw -o a.png
+mkdir x.zarr
+t 3 "is a Zarr array" render x.zarr -o a.png
+t 2 "-o writes pictures; --movie x.mp4 writes a film" render "$S" -o x.mp4 --turntable 12
+t 2 "several files are frames of a sequence: 2 frames need a place for their number: -o a.####.png" \
+  render "$S" "$assets/slab.vdb" -o a.png
 for lit in "" "--mode isosurface" "--mode mip" "--temperature-grid temperature"; do
   ! "$program" render "$S" -o a.exr $r $lit 2>&1 | grep -q "the picture is" ||
     { echo "FAILED: a picture with $lit is called blank"; failed=$((failed + 1)); }
 done
-t 6 "65536x65536 takes 64.0 GiB" render nope.vdb -o a.exr --resolution 65536x65536
+t 6 "65536x65536 takes 64.0 GiB of memory, and" render nope.vdb -o a.exr --resolution 65536x65536
 t 2 - rendr
 t 0 - --help
 t 0 "OpenVDB" --version
@@ -431,9 +495,9 @@ t 2 "at least 0" view "$S" --frame-budget fast
 t 2 "--benchmark-orbit: expected a whole number at least 2" view "$S" --benchmark-orbit 1
 t 2 "no input" view --benchmark-session 10
 t 2 "did you mean --watch?" view "$S" --wacht
-t 0 "--frame-budget" view --help
+t 0 "--frame-budget" view --help-all
 t 2 "expected a number at least 0, not 'nan'" view "$S" --frame-budget nan
-if "$program" view --help | grep -q benchmark; then
+if "$program" view --help-all | grep -q benchmark; then
   echo "FAILED: --help lists hidden options"
   failed=$((failed + 1))
 fi

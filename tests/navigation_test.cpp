@@ -11,10 +11,10 @@
 #include <glm/geometric.hpp>
 #include <semaphore>
 
+#include "psivox/command_text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
-#include "view/command_text.h"
 #include "view/current_volume.h"
 #include "view/keys.h"
 #include "view/pace.h"
@@ -216,8 +216,10 @@ TEST(CommandText, IsWhatRenderReads) {
   scene.split_knots = true;
   scene.colormap = Colormap::turbo;
   EXPECT_EQ(render_command_line(scene, "out.exr"),
-            "psivox render --output=out.exr --extinction=0.1 --colormap=turbo "
-            "--camera-position=-1.5,2,1e-07 --split-knots=true -- 'it'\\''s a file.vdb'");
+            "psivox render 'it'\\''s a file.vdb' --output=out.exr --extinction=0.1 "
+            "--colormap=turbo --camera-position=-1.5,2,1e-07 --split-knots=true");
+  scene.input = "-a.vdb";
+  EXPECT_EQ(render_arguments(scene, "out.exr").front(), "./-a.vdb");
 }
 
 TEST(Window, PlacesAreThoseOfTheFramebuffer) {

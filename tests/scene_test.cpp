@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "colour/srgb.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "usage_error.h"
@@ -102,6 +103,46 @@ TEST(Parameters, ReadsEveryKind) {
             (Lights{{{1, -1, -2}, {3, 2, 0}, true}, {{0, 0, 1}, glm::dvec3(1)}}));
 }
 
+TEST(Parameters, ReadsColoursAsLinearNumbersOrCodesOfSrgb) {
+  const double half = linear_from_srgb(128 / 255.0);
+  EXPECT_EQ(with("luminance", "0.5,1,2").luminance, glm::dvec3(0.5, 1, 2));
+  EXPECT_EQ(with("background", "#ff8000").background, glm::dvec3(1, half, 0));
+  EXPECT_EQ(with("background", "#F80").background, glm::dvec3(1, linear_from_srgb(136 / 255.0), 0));
+  EXPECT_EQ(with("sky", "White").sky, glm::dvec3(1));
+  EXPECT_EQ(with("luminance", "aliceblue").luminance->z, 1);
+  EXPECT_EQ(with("luminance", "yellowgreen").luminance->x, linear_from_srgb(154 / 255.0));
+  EXPECT_EQ(with("light", "0,-1,0,lime").lights.front().color, glm::dvec3(0, 1, 0));
+  for (const char* bad :
+       {"", "re", "red=ff0000 rosybrown", "#", "#12", "#1234567", "#gggggg", "#+12345"})
+    EXPECT_NE(refusal("luminance", bad), "no error") << bad;
+}
+
+TEST(Parameters, TakesWholeNumbersUpTo255ForCodesBehindTheMediumAlone) {
+  const double half = linear_from_srgb(128 / 255.0);
+  EXPECT_EQ(with("background", "255,128,0").background, glm::dvec3(1, half, 0));
+  EXPECT_EQ(with("background", "1,1,0").background, glm::dvec3(1, 1, 0));
+  EXPECT_EQ(with("background", "256,0,0").background, glm::dvec3(256, 0, 0));
+  EXPECT_EQ(with("background", "2.0,2,2").background, glm::dvec3(2));
+  EXPECT_EQ(with("luminance", "255,128,0").luminance, glm::dvec3(255, 128, 0));
+  const auto notice = [](const char* name, const char* text) {
+    return color_notice(*find_parameter(name), text);
+  };
+  EXPECT_NE(notice("background", "255,128,0").find("#ff8000"), std::string::npos);
+  EXPECT_NE(notice("luminance", "255,128,0").find("#ff8000"), std::string::npos);
+  EXPECT_NE(notice("light", "1,0,0;0,-1,0,255,0,9").find("0,-1,0,#ff0009"), std::string::npos);
+  EXPECT_EQ(notice("luminance", "9,9,9"), "");
+  EXPECT_EQ(notice("light", "0,-1,0,3,3,3"), "");
+  EXPECT_EQ(notice("light", "0,0,100"), "");
+  EXPECT_EQ(notice("camera-position", "0,0,100"), "");
+  // what is written reads back as the same number
+  const Scene bright = with("background", "2.0,2,2");
+  const std::string text = parameter_text(bright, *find_parameter("background"));
+  EXPECT_EQ(with("background", text.c_str()).background, bright.background);
+  EXPECT_EQ(scene_from_json(to_json(bright)).background, bright.background);
+  EXPECT_EQ(scene_from_json(R"({"background": [2, 2, 2]})").background, bright.background);
+  EXPECT_EQ(scene_from_json(R"({"background": "red"})").background, glm::dvec3(1, 0, 0));
+}
+
 TEST(Parameters, ReadsSizesLikeGnuTools) {
   EXPECT_EQ(with("memory-limit", "0").memory_limit, 0u);
   EXPECT_EQ(with("memory-limit", "123456789012345678").memory_limit, 123456789012345678u);
@@ -126,13 +167,15 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
             "--fov '180': expected auto or a number above 0 and below 180 [degrees]");
   EXPECT_EQ(refusal("resolution", "640"),
             "--resolution '640': expected WxH in whole numbers, each from 1 to 65536 [pixels]");
-  EXPECT_EQ(refusal("luminance", "1,2"),
-            "--luminance '1,2': expected auto or three numbers R,G,B, each at least 0");
+  EXPECT_EQ(
+      refusal("luminance", "1,2"),
+      "--luminance '1,2': expected auto or #rrggbb, a name of CSS, or three linear numbers R,G,B, "
+      "each at least 0");
   EXPECT_EQ(refusal("range", "1"),
             "--range '1': expected auto or two numbers MIN,MAX or percentiles such as 1%,99%");
   EXPECT_EQ(refusal("light", "1,0,0,1"),
-            "--light '1,0,0,1': expected none or three or six numbers X,Y,Z[,R,G,B], colours at "
-            "least 0");
+            "--light '1,0,0,1': expected none or X,Y,Z[,COLOUR], colours as #rrggbb, names of CSS, "
+            "or R,G,B at least 0");
   EXPECT_EQ(refusal("phase-g", "1"), "--phase-g '1': expected a number above -1 and below 1");
   EXPECT_EQ(
       refusal("colormap", "virdis"),

@@ -66,6 +66,8 @@ run 0 "1 frame has no file: 3" $pattern -o out/b.####.png "${small[@]}" --frames
 run 0 "the frame before is drawn" $pattern -o out/c.####.png "${small[@]}" --frames 2-4 --missing hold
 same out/c.0002.png out/c.0003.png "--missing hold"
 run 0 "1 frame has no file: 3" $pattern -o out/d.####.png "${small[@]}"
+run 0 "look" in/plume.000{2,4,5}.vdb -o out/d.####.png "${small[@]}"
+grep -q "no file" printed.txt && fail "files that were named one by one have gaps: $(cat printed.txt)"
 mv plume.0003.vdb in
 
 # --- frames that cannot be read -------------------------------------------------------------------

@@ -111,6 +111,8 @@ TEST(SequenceFiles, KnowTheirGaps) {
   EXPECT_EQ(gaps({{1, ""}, {2, ""}, {5, ""}}), (std::vector<int>{3, 4}));
   EXPECT_TRUE(gaps({{2, ""}, {4, ""}, {6, ""}}).empty()) << "every second frame";
   EXPECT_TRUE(gaps({{7, ""}}).empty());
+  EXPECT_TRUE(gaps({{45, ""}, {50, ""}, {52, ""}}).empty()) << "no step";
+  EXPECT_EQ(gaps({{2, ""}, {4, ""}, {8, ""}}), std::vector<int>{6});
 }
 
 /// slab.vdb and blobs.vdb differ in density, place and size.

@@ -89,9 +89,25 @@ TEST(Plan, ResolutionsAreADimensionOfTheirOwn) {
   ASSERT_EQ(plan.variants.size(), 4u);
   EXPECT_EQ(variant_name(plan.variants[0]), "psi-exact step 1 64x48");
   EXPECT_EQ(scene_of(plan.variants[1], base).resolution, glm::ivec2(32, 24));
-  EXPECT_EQ(without_sweep(base).resolution, base.resolution);
+  EXPECT_EQ(studied_scene(base).resolution, base.resolution);
   const auto& swept = swept_parameters();  // --resolution stays an option
   EXPECT_EQ(std::find(swept.begin(), swept.end(), "resolution"), swept.end());
+}
+
+TEST(Plan, MaximaAndSurfacesHaveNoRules) {
+  Sweep sweep = small_sweep();
+  Scene base;
+  base.mode = Mode::isosurface;  // found in cells alone
+  const StudyPlan surface = plan_study(sweep, base);
+  ASSERT_EQ(surface.variants.size(), 1u);
+  EXPECT_EQ(variant_name(surface.variants[0]), "porter-duff cells 1");
+  const auto lines = skipped_lines(surface.skipped);
+  EXPECT_EQ(lines[0].first, "porter-duff: cells 2");
+  EXPECT_NE(lines[0].second.find("isosurface integrates nothing"), std::string::npos);
+  base.mode = Mode::mip;
+  EXPECT_EQ(plan_study(sweep, base).variants.size(), 3u);  // cells, and two steps
+  base.mode = Mode::xray;                                  // its optical depths are the rules'
+  EXPECT_EQ(plan_study(sweep, base).variants.size(), plan_study(sweep, Scene{}).variants.size());
 }
 
 TEST(Plan, TolerancesLeaveTheWayOpen) {
@@ -140,7 +156,9 @@ StudyResults some_results() {
   r.renderer = "GL";
   r.input = "a.vdb";
   r.input_hash = "0123";
-  r.scene = to_json(Scene{});
+  Scene scene;
+  scene.input = r.input;
+  r.scene = to_json(scene);
   r.reference_bound = 1e-13;
   r.repeats = 2;
   StudyPlan plan = plan_study(small_sweep(), Scene{});
@@ -156,6 +174,7 @@ StudyResults some_results() {
     p.error.radiance = {x, 2 * x, 3, 4, x / 3, -x / 7, 0};
     p.error.alpha = {x / 9, x, 5, 6, x / 2, x / 11, 1};
     if (variant.method.sampling == Sampling::cells) p.step_error = p.arithmetic = p.error;
+    if (variant.method.step == 1) p.same_as = "porter-duff step 1";
     if (variant.tolerance) {
       p.chosen = {Integrator::midpoint, Sampling::uniform, 0, 9.5};
       p.estimate = x / 2;
@@ -177,6 +196,8 @@ TEST(Results, JsonRoundTrip) {
   EXPECT_EQ(back.points, r.points);
   EXPECT_EQ(results_json(back), results_json(r));
   EXPECT_EQ(results_csv(back), results_csv(r));
+  EXPECT_NE(results_json(r).find("\"command\": \"psivox render a.vdb --output=picture.png"),
+            std::string::npos);
   for (const char* text : {"", "{}", "[]", R"({"psivox_study": 2})"})
     EXPECT_THROW(results_from_json(text, "test"), Error) << text;
 }
@@ -280,9 +301,42 @@ TEST(Conclusion, NamesTheCheapestForEightBitsAndForSmallErrors) {
       "cheaper.");
 }
 
+TEST(Conclusion, NamesNoWinnerWhereRulesCannotDiffer) {
+  const auto uniform = [](Integrator rule) { return Variant{{rule, Sampling::uniform, 0, 2}}; };
+  StudyResults r;
+  r.scene = to_json(Scene{});
+  r.points = {point_of(uniform(Integrator::porter_duff), 1e-3, 30, 1),
+              point_of(uniform(Integrator::average), 4e-4, 30, 1),
+              point_of(uniform(Integrator::psi_balanced), 4e-4, 30, 5),
+              point_of(uniform(Integrator::psi_exact), 4e-4, 30, 9)};
+  for (std::size_t i : {2u, 3u}) r.points[i].same_as = variant_name(r.points[1].variant);
+  EXPECT_EQ(conclusion_text(r),
+            "For 8 bits use `--step 2` with average, psi-balanced or psi-exact: RMS 4.0e-4, 30 "
+            "look-ups a ray; no setting is cheaper. Pictures by the rules of one list are the same "
+            "but for rounding.");
+  // the default rule stands for all, whatever their times
+  EXPECT_EQ(conclusion_of(r).eight_bits, &r.points[2]);
+  EXPECT_NE(results_json(r).find(R"("--step 2 --integrator psi-balanced")"), std::string::npos);
+
+  Scene surface;
+  surface.mode = Mode::isosurface;
+  r.scene = to_json(surface);
+  r.points = {point_of({{Integrator::porter_duff, Sampling::cells, 1, 0}}, 1e-7, 5, 1)};
+  EXPECT_EQ(conclusion_text(r),
+            "For 8 bits use `--sampling cells`: RMS 1.0e-7, 5 look-ups a ray; no setting is "
+            "cheaper. --mode isosurface integrates nothing, so that the rule and the segments "
+            "change no picture.");
+}
+
+TEST(Conclusion, RoundingIsSmallBesideThePicture) {
+  Image image{2, 1, {{"", {"R", "G", "B", "A"}, {3, 3, 3, 3, 0, 0, 0, NAN}}}, {}};
+  EXPECT_NEAR(rounding_rms(image), 8 * 0x1p-23 * std::sqrt(36 / 7.0), 1e-12);
+}
+
 TEST(Conclusion, SaysWhatIsOutOfReach) {
   StudyResults r;
   EXPECT_EQ(conclusion_text(r), "");
+  r.scene = to_json(Scene{});
   const Variant coarse{{Integrator::porter_duff, Sampling::cells, 4, 0}};
   r.points = {point_of(coarse, 2e-3, 12, 1)};
   EXPECT_EQ(

@@ -157,8 +157,18 @@ typename GridT::Ptr with_background(typename GridT::ValueType background) {
 template <typename GridT>
 void expect_background_as(typename GridT::ValueType background, double given) {
   const VdbFile file(write_vdb({with_background<GridT>(background)}));
-  EXPECT_NE(input_error([&] { file.read("density"); }).find("--background-value 0"),
+  EXPECT_NE(input_error([&] {
+              file.read("density", {.strict = true});
+            }).find("--background-value 0 leaves the outside empty"),
             std::string::npos);
+  if (given == 0)
+    for (const GridRole role : {GridRole::attenuation, GridRole::luminance, GridRole::data}) {
+      const Field chosen = file.read("density", {.role = role});
+      EXPECT_EQ(chosen.notices.at(0), file.read("density", {.background = 0}).notices.at(0) +
+                                          "; --background-value gives another value");
+      EXPECT_TRUE(same(chosen.tiles, file.read("density", {.background = 0}).tiles));
+      EXPECT_EQ(FieldSampler(chosen).voxel({5, 5, 5}, 0), 0);
+    }
   const Field field = file.read("density", {.background = given});
   ASSERT_EQ(field.notices.size(), 1u);
   EXPECT_NE(field.notices[0].find("grid 'density': its background "), std::string::npos);
@@ -176,7 +186,7 @@ void expect_background_as(typename GridT::ValueType background, double given) {
   }
 }
 
-TEST(Formats, ABackgroundOtherThan0IsRefusedOrTakenAsAnother) {
+TEST(Formats, ABackgroundOtherThan0IsVacuumOrAnotherValue) {
   for (const double given : {0.0, 3.0}) {
     expect_background_as<FloatGrid>(1, given);
     expect_background_as<openvdb::DoubleGrid>(1, given);

@@ -298,18 +298,43 @@ TEST(VdbStoredValues, WhatIsVisibleIsFoundWhileValuesAreSurveyed) {
   expect_same(4);
 }
 
+TEST(VdbStoredValues, ABackgroundThatStaysInTheFileIsVacuumAsInTheWhole) {
+  for (const std::uint32_t codec : codecs()) {
+    SCOPED_TRACE(openvdb::io::compressionToString(codec));
+    const auto grid = ball<openvdb::FloatGrid>("density", 20);
+    const auto vectors = ball<openvdb::Vec3SGrid>("vectors", 20);
+    openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree().root().setBackground(7, true);
+    openvdb::gridPtrCast<openvdb::Vec3SGrid>(vectors)->tree().root().setBackground(
+        openvdb::Vec3f(7), true);
+    const auto path = written({grid, vectors}, codec);
+    for (const char* name : {"density", "vectors"}) {
+      expect_stored_like_whole(path, name, {GridRole::data});
+      expect_surveyed_like_whole(path, name, {GridRole::data});
+    }
+  }
+}
+
 TEST(VdbStoredValues, AGridThatMustBeConvertedWholeIsRefusedBeyondItsMemory) {
   const auto grid = ball<openvdb::FloatGrid>("distance", 40);
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree().root().setBackground(3.0f, true);
   const auto path = written({grid}, openvdb::io::COMPRESS_NONE);
-  try {
-    VdbFile(path).read("distance", {.memory = 1000});
-    FAIL() << "no error";
-  } catch (const Error& e) {
-    EXPECT_EQ(e.code(), ExitCode::memory);
-    EXPECT_NE(std::string(e.what()).find("a level set is converted whole"), std::string::npos);
-  }
+  const auto expect_refused = [](const std::filesystem::path& file, const char* name,
+                                 const ReadOptions& options, const char* why) {
+    try {
+      VdbFile(file).read(name, options);
+      ADD_FAILURE() << "no error";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.code(), ExitCode::memory);
+      EXPECT_NE(std::string(e.what()).find(why), std::string::npos);
+    }
+  };
+  expect_refused(path, "distance", {.memory = 1000}, "a level set is converted whole");
+  expect_refused(path, "distance", {.active = true, .memory = 1000}, "active voxels are marked");
+  const auto filled = ball<openvdb::FloatGrid>("filled", 40);
+  openvdb::gridPtrCast<openvdb::FloatGrid>(filled)->tree().root().setBackground(3.0f, true);
+  expect_refused(written({filled}, openvdb::io::COMPRESS_NONE, "filled.vdb"), "filled",
+                 {.background = 2, .memory = 1000}, "a background is replaced");
 }
 
 }  // namespace

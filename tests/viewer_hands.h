@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "psivox/command_text.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "view/command_text.h"
 #include "view/viewer.h"
 
 // A viewer driven by a test, and the program whose pictures it must show.

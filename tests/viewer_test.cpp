@@ -14,7 +14,6 @@
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
 #include "view/benchmark.h"
-#include "view/command_text.h"
 #include "viewer_hands.h"
 
 namespace psivox::view {

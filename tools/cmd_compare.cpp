@@ -27,7 +27,9 @@ std::string per_channel(const std::array<double, 4>& values) {
 void compare_command(Arguments arguments) {
   std::string a, b, diff;
   std::optional<double> max_rms, max_abs;
-  CommandLine line("compare", "Prints the difference of two pictures in linear radiance.");
+  CommandLine line(
+      "compare", "Prints the difference of two pictures in linear radiance.", {},
+      {"a.exr b.exr", "a.exr b.exr --diff difference.png", "a.exr b.exr --max-rms 1e-3"});
   line.add_option("A", a, "picture: any that psivox writes")->type_name("")->required();
   line.add_option("B", b, "another of the same size")->type_name("")->required();
   line.add_option("--diff", diff,

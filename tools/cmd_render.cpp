@@ -13,6 +13,7 @@
 
 #include "command_line.h"
 #include "commands.h"
+#include "movie.h"
 #include "notices.h"
 #include "picture_output.h"
 #include "progress_bar.h"
@@ -98,7 +99,10 @@ void render_command(Arguments arguments) {
   Scene scene = call.scene.scene();
   take_layers(call, scene);
   if (call.thumbnail) make_thumbnail(call, scene);
+  if (is_movie_name(call.output))
+    usage("-o writes pictures; --movie " + call.output + " writes a film");
   check(call, scene);
+  if (!call.quiet) print_notices(call.scene.notices());
   if (!call.time_budget) scene = with_default_tolerance(scene);
   if (scene.input.empty()) {  // only with --print-scene
     std::cout << to_json(scene);
@@ -119,11 +123,11 @@ void render_command(Arguments arguments) {
   const Stopwatch reading;
   const LookedScene looked =
       with_look(scene, VdbFile(scene.input), "auto", shows_background(call), {.allowed = true});
-  if (!call.quiet) print_look(looked);
+  if (!call.quiet) print_look(looked, call.verbose);
   scene = looked.scene;
   Session session(make_view(scene, looked.fields));
   report.read_ms = reading.ms();
-  if (!call.quiet) print_notices(session.view(), scene);
+  if (!call.quiet) print_notices(session.view(), scene, call.verbose);
   if (call.print_scene) std::cout << to_json(session.view().scene) << std::flush;
   if (!call.camera.empty())
     write_camera(call.camera, session.view().camera,

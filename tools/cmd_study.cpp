@@ -12,7 +12,9 @@
 #include "frame_list.h"
 #include "notices.h"
 #include "progress_bar.h"
+#include "psivox/command_text.h"
 #include "psivox/error.h"
+#include "psivox/look.h"
 #include "psivox/medium.h"
 #include "psivox/sequence.h"
 #include "psivox/study.h"
@@ -46,9 +48,13 @@ const std::map<std::string, std::pair<const char*, const char*>> list_help = {
     {"resolutions", {"of WxH [pixels]", "--resolution's"}}};
 
 bool parse(StudyCall& call, Arguments arguments) {
-  CommandLine line("study",
-                   "Renders a .vdb by many methods and measures the error and time of each. Writes "
-                   "tables, plots, pictures and a page that shows them.");
+  CommandLine line(
+      "study",
+      "Renders a .vdb by many methods and measures the error and time of each. Writes "
+      "tables, plots, pictures and a page that shows them.",
+      {"output", "integrators", "steps", "resume", "quiet"},
+      {"smoke.vdb -o study", "smoke.vdb -o study --resume",
+       "smoke.vdb -o study --resolution 256x256 --integrators psi-weighted,cell-exact"});
   line.add_option("-o,--output", call.output, "folder for the results; created if missing")
       ->type_name("DIR")
       ->required();
@@ -112,7 +118,7 @@ void stop_on_interrupt() {
 void study_frames(const StudyCall& call, const Scene& scene, const FrameList& list,
                   StudyOptions options) {
   const std::filesystem::path folder = options.folder;
-  const SequenceScene sequence = resolve_sequence(scene, list.samples);
+  const SequenceScene sequence = resolve_sequence(scene, list.samples, "auto");
   if (!call.quiet) print_choice(sequence, list);
   ProgressBar bar(call.quiet);
   const Progress progress = bar.progress();
@@ -150,8 +156,6 @@ void study_command(Arguments arguments) {
   StudyOptions options = options_of(call, file);
   const Scene scene = call.scene.scene(file.scene);
   if (scene.input.empty()) usage("no input; give IN.vdb");
-  if (scene.mode == Mode::slice)
-    usage("--mode slice does not march; a study has nothing to compare");
   std::vector<std::string> inputs = call.sequence.inputs;
   if (inputs.empty()) inputs.push_back(scene.input);
   stop_on_interrupt();
@@ -159,8 +163,14 @@ void study_command(Arguments arguments) {
   if (const auto files = sequence_files(inputs))
     return study_frames(call, scene, list_files(call.sequence, *files), options);
   check_study_folder(options.folder, options.resume);
-  View view = make_view(scene, VdbFile(scene.input));
-  if (!call.quiet) print_notices(view, scene);
+  const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto");
+  if (!call.quiet) print_look(looked);
+  View view = make_view(looked.scene, looked.fields);
+  if (!call.quiet) {
+    print_notices(view, looked.scene);
+    std::fprintf(stderr, "psivox: the scene: %s\n",
+                 render_command_line(studied_scene(view.scene), "picture.png").c_str());
+  }
   std::string conclusion;
   {
     ProgressBar bar(call.quiet);

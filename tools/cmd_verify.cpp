@@ -65,7 +65,8 @@ void verify_command(Arguments arguments) {
   CommandLine line(
       "verify",
       "Checks this machine's GL driver: draws cases whose results are known. Exits with "
-      "7 if one misses its bound.");
+      "7 if one misses its bound.",
+      {}, {"", "--device 1", "--filter hardware --json"});
   line.add_flag("--json", as_json, "print JSON");
   line.add_parameters(settings,
                       [](const Parameter& p) { return p.name == "filter" || p.name == "device"; });

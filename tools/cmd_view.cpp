@@ -44,7 +44,8 @@ void add_benchmarks(CommandLine& line, ViewCall& call) {
 }
 
 bool parse(ViewCall& call, Arguments arguments) {
-  CommandLine line("view", "Shows a .vdb in a window.");
+  CommandLine line("view", "Shows a .vdb in a window.", {"watch"},
+                   {"smoke.vdb", "'fire.####.vdb'", "smoke.vdb --watch --light camera:1,-1,-1"});
   line.add_option("--frame-budget", call.frame_budget_ms,
                   "time for one picture while the camera moves [ms]")
       ->type_name("MS")
@@ -120,6 +121,7 @@ void view_command(Arguments arguments) {
   ViewCall call;
   if (!parse(call, arguments)) return;
   const Scene scene = call.scene.scene();
+  if (!call.quiet) print_notices(call.scene.notices());
   if ((call.orbit || call.session) && scene.input.empty())
     usage("no input to orbit around; give IN.vdb");
 #ifdef PSIVOX_VIEWER
@@ -131,7 +133,9 @@ void view_command(Arguments arguments) {
   options.quiet = call.quiet;
   options.inputs = call.inputs;
   options.count_objects = call.session > 0;
-  options.tell_look = print_look;
+  options.tell_look = [](const LookedScene& looked) {
+    print_look(looked, false, "Ctrl+C in the window copies its options");
+  };
   options.render = [](const std::vector<std::string>& saved) { render_command(saved); };
   view::Viewer viewer(scene, options);
   if (call.orbit) print_orbit(viewer, call.orbit);

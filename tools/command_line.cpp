@@ -38,7 +38,7 @@ std::string wrapped(const std::string& text) {
 /// "--name METAVAR   help (default: value)".
 class HelpFormatter : public CLI::Formatter {
  public:
-  HelpFormatter() {
+  explicit HelpFormatter(const std::vector<std::string>& common) : common_(common) {
     column_width(option_width);
     label("Positionals", "Arguments");
   }
@@ -49,6 +49,17 @@ class HelpFormatter : public CLI::Formatter {
     const std::string text = CLI::Formatter::make_group(group, positional, options);
     return positional ? text + "\n" : text.substr(text.find_first_not_of('\n'));
   }
+  /// Normally with the common options alone, as one group.
+  std::string make_help(const CLI::App* app, std::string name,
+                        CLI::AppFormatMode mode) const override {
+    if (mode == CLI::AppFormatMode::All || common_.empty())
+      return CLI::Formatter::make_help(app, name, mode);
+    std::vector<const CLI::Option*> options = app->get_options([&](const CLI::Option* option) {
+      return option->nonpositional() && std::ranges::count(common_, option->get_lnames().front());
+    });
+    return make_description(app) + make_usage(app, std::move(name)) + make_positionals(app) +
+           make_group("Common options", false, std::move(options)) + "\n" + make_footer(app);
+  }
   std::string make_option_opts(const CLI::Option* option) const override {
     if (!option->get_option_text().empty()) return option->get_option_text();
     return option->get_type_size() == 0 ? "" : " " + option->get_type_name();
@@ -57,6 +68,9 @@ class HelpFormatter : public CLI::Formatter {
     const std::string usual = option->get_default_str();
     return wrapped(option->get_description() + (usual.empty() ? "" : " (default: " + usual + ")"));
   }
+
+ private:
+  const std::vector<std::string>& common_;  ///< names; empty: all are
 };
 
 std::string help_text(const Parameter& p) {
@@ -67,10 +81,13 @@ std::string help_text(const Parameter& p) {
 
 }  // namespace
 
-CommandLine::CommandLine(const std::string& command, const std::string& summary)
-    : CLI::App(summary, "psivox " + command) {
-  formatter(std::make_shared<HelpFormatter>());
-  set_help_flag("-h,--help", "print this help");
+CommandLine::CommandLine(const std::string& command, const std::string& summary,
+                         std::vector<std::string> common, const std::vector<std::string>& examples)
+    : CLI::App(summary, "psivox " + command), common_(std::move(common)) {
+  for (const std::string& example : examples) examples_.push_back(get_name() + " " + example);
+  formatter(std::make_shared<HelpFormatter>(common_));
+  set_help_flag("-h,--help", "print a short help; --help=man, =bash, =zsh or =fish in that form");
+  set_help_all_flag("--help-all", "print every option");
   option_defaults()->take_last();
   allow_extras();  // so that check_remaining() can suggest the right name
 }
@@ -110,6 +127,7 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
     else
       option = add_option_function("--" + p.name, take)
                    ->type_name(p.metavar.size() > longest_metavar ? "NAME" : p.metavar);
+    if (p.common) common_.push_back(p.name);
     option->description(help_text(p))->group(group_name(p.group))->default_str(p.default_text);
   }
 }
@@ -138,17 +156,30 @@ void CommandLine::add_trust() {
       ->group(group_name(ParameterGroup::input));
 }
 
+void CommandLine::print_help(CLI::AppFormatMode mode) {
+  std::string end;
+  if (mode == CLI::AppFormatMode::Normal && !common_.empty())
+    end = get_name() + " --help-all prints all " + std::to_string(help_options(*this).size()) +
+          " options.\n\n";
+  end += examples_.size() > 1 ? "Examples:\n  " : "Example:\n  ";
+  footer(end + joined(examples_, "\n  "));
+  std::cout << help("", mode);
+}
+
 bool CommandLine::read(std::span<const std::string> arguments) {
   if (arguments.size() == 1 && arguments.front().starts_with("--help=")) {
     const std::string name = get_name().substr(get_name().find(' ') + 1);
-    std::cout
-        << help_form(arguments.front()).command({name, get_description()}, help_options(*this));
+    std::cout << help_form(arguments.front())
+                     .command({name, get_description(), examples_}, help_options(*this));
     return false;
   }
   try {
     parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::CallForHelp&) {
-    std::cout << help();
+    print_help(CLI::AppFormatMode::Normal);
+    return false;
+  } catch (const CLI::CallForAllHelp&) {
+    print_help(CLI::AppFormatMode::All);
     return false;
   } catch (const CLI::ArgumentMismatch&) {  // thrown if an option at the end has no value
     fail(arguments.back() + " needs a value");

@@ -17,7 +17,10 @@ namespace psivox {
 /// help. If an option is given twice, the last value counts.
 class CommandLine : public CLI::App {
  public:
-  CommandLine(const std::string& command, const std::string& summary);
+  /// `common`: names of the command's own options that --help lists, beside the parameters that the
+  /// table calls common; without any, it lists all. `examples`: what follows `psivox COMMAND`.
+  CommandLine(const std::string& command, const std::string& summary,
+              std::vector<std::string> common = {}, const std::vector<std::string>& examples = {});
 
   /// `name` takes items separated by commas; several uses append their items.
   CLI::Option* add_list(const std::string& name, std::vector<std::string>& items,
@@ -35,6 +38,10 @@ class CommandLine : public CLI::App {
  private:
   /// Refuses arguments that CLI11 has left over.
   void check_remaining() const;
+  /// Prints the help with the examples at its end, where the eye is.
+  void print_help(CLI::AppFormatMode mode);
+
+  std::vector<std::string> common_, examples_;
 };
 
 /// The group of options that --help does not list. CLI11's own, "", omits their names from its

@@ -50,9 +50,11 @@ void name_outputs(const RenderCall& call, FrameList& list) {
   const auto pattern = FramePattern::of_placeholder(call.output);
   if (!pattern && list.frames.size() > 1) {
     const std::size_t dot = std::min(call.output.rfind('.'), call.output.size());
-    throw Error(ExitCode::usage,
-                std::to_string(list.frames.size()) + " frames need a place for their number: -o " +
-                    call.output.substr(0, dot) + ".####" + call.output.substr(dot));
+    throw Error(
+        ExitCode::usage,
+        (call.sequence.inputs.size() > 1 ? "several files are frames of a sequence: " : "") +
+            std::to_string(list.frames.size()) + " frames need a place for their number: -o " +
+            call.output.substr(0, dot) + ".####" + call.output.substr(dot));
   }
   for (Frame& frame : list.frames) {
     frame.output = pattern ? pattern->path(frame.number) : call.output;
@@ -66,11 +68,13 @@ void name_outputs(const RenderCall& call, FrameList& list) {
 FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
   FrameList list;
   list.first = files.begin()->first;
+  for (const auto& [frame, path] : files) list.files.push_back(path);
   list.samples = samples_of(options.auto_from, files);
   std::vector<int> numbers, missing;
   if (options.frames.empty()) {
     for (const auto& [frame, path] : files) numbers.push_back(frame);
-    missing = gaps(files);
+    // files that were named one by one are those that are wanted
+    if (options.inputs.size() == 1 || options.missing == "hold") missing = gaps(files);
     if (options.missing == "hold") numbers.insert(numbers.end(), missing.begin(), missing.end());
     std::ranges::sort(numbers);
   } else {
@@ -132,13 +136,11 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
   return list;
 }
 
-void print_choice(const SequenceScene& sequence, const FrameList& list) {
+void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy) {
   print_notices(list.notices);
-  std::string options;
-  for (const Setting& setting : sequence.settings)
-    options += " --" + setting.name + "=" + setting.text;
-  std::fprintf(stderr, "psivox: %zu frames in look %s, chosen from %zu:%s\n", list.frames.size(),
-               sequence.look.c_str(), list.samples.size(), options.c_str());
+  std::fprintf(
+      stderr, "psivox: %zu frames, chosen from %zu: %s\n", list.frames.size(), list.samples.size(),
+      look_text(sequence.look, sequence.settings, to_copy, "-v prints its options").c_str());
 }
 
 }  // namespace psivox

@@ -19,6 +19,7 @@ struct Frame {
 struct FrameList {
   std::vector<Frame> frames;         ///< ascending
   int first = 1;                     ///< number of the sequence's first frame, drawn or not
+  std::vector<std::string> files;    ///< of the sequence, drawn or not
   std::vector<std::string> samples;  ///< files from which `auto` chooses
   std::vector<std::string> notices;  ///< one line each
 };
@@ -31,7 +32,7 @@ FrameList list_files(const FrameOptions& options, const SequenceFiles& files);
 std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
                                      const CameraPath* path);
 
-/// Prints to stderr what was chosen for all frames, as options.
-void print_choice(const SequenceScene& sequence, const FrameList& list);
+/// Prints to stderr the look that was chosen for all frames, or what it sets, as options.
+void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy = true);
 
 }  // namespace psivox

@@ -7,7 +7,8 @@ namespace psivox {
 
 FrameMaker::FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
                        const CameraPath* path)
-    : sequence_(resolve_sequence(scene, list.samples, "auto", shows_background(call))),
+    : sequence_(resolve_sequence(scene, list.samples, "auto", shows_background(call),
+                                 call.keep_going ? list.files : std::vector<std::string>())),
       turntable_(call.turntable),
       path_(path),
       follow_(call.follow),

@@ -12,6 +12,7 @@ namespace psivox {
 /// A command of psivox in a list of them.
 struct HelpCommand {
   std::string name, summary;
+  std::vector<std::string> examples = {};
 };
 
 /// What `--help=NAME` prints, made from the same options as --help, so that it cannot be stale:

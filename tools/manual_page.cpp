@@ -46,6 +46,12 @@ std::string entry(const HelpOption& option) {
   return text + "\n";
 }
 
+std::string examples_section(std::span<const std::string> examples) {
+  std::string text = ".SH EXAMPLES\n.nf\n";
+  for (const std::string& example : examples) text += roff(example) + "\n";
+  return text + ".fi\n";
+}
+
 /// Of error.h.
 constexpr std::pair<ExitCode, const char*> exit_statuses[] = {
     {ExitCode::ok, "The work is done."},
@@ -73,7 +79,7 @@ std::string manual_page(const HelpCommand& command, std::span<const HelpOption> 
       page += ".SS " + roff(group = option.group) + "\n";
     page += entry(option);
   }
-  return page + ".SH SEE ALSO\n" + bold("psivox") + "(1)\n";
+  return page + examples_section(command.examples) + ".SH SEE ALSO\n" + bold("psivox") + "(1)\n";
 }
 
 std::string manual_of_program(std::span<const HelpCommand> commands) {
@@ -93,12 +99,10 @@ std::string manual_of_program(std::span<const HelpCommand> commands) {
           "the completion of a shell\n.SH EXIT STATUS\n";
   for (const auto& [code, meaning] : exit_statuses)
     page += ".TP\n" + bold(std::to_string(static_cast<int>(code))) + "\n" + roff(meaning) + "\n";
-  page += ".SH EXAMPLES\n.nf\n";
-  for (const char* example : {"psivox info smoke.vdb", "psivox render smoke.vdb -o smoke.png",
-                              "psivox render smoke.vdb -o smoke.exr --tolerance 1e-4 --aov depth",
-                              "psivox view smoke.vdb"})
-    page += roff(example) + "\n";
-  page += ".fi\n.SH SEE ALSO\n";
+  const std::string examples[] = {
+      "psivox info smoke.vdb", "psivox render smoke.vdb -o smoke.png",
+      "psivox render smoke.vdb -o smoke.exr --tolerance 1e-4 --aov depth", "psivox view smoke.vdb"};
+  page += examples_section(examples) + ".SH SEE ALSO\n";
   for (const HelpCommand& command : commands)
     page += (&command == &commands.front() ? "" : ", ") + bold("psivox-" + command.name) + "(1)";
   return page + "\n";

@@ -30,9 +30,15 @@ namespace fs = std::filesystem;
 constexpr std::array<std::pair<const char*, const char*>, 4> formats{
     {{".mp4", "mp4"}, {".mov", "mov"}, {".mkv", "matroska"}, {".avi", "avi"}}};
 
-const char* format_of(const std::string& path) {
+/// Null: none.
+const char* known_format(const std::string& path) {
   for (const auto& [extension, format] : formats)
     if (path.ends_with(extension)) return format;
+  return nullptr;
+}
+
+const char* format_of(const std::string& path) {
+  if (const char* format = known_format(path)) return format;
   throw Error(ExitCode::usage,
               "--movie " + in_quotes(path) + ": expected .mp4, .mov, .mkv or .avi");
 }
@@ -46,6 +52,8 @@ const std::vector<std::string>& encoding() {
 }
 
 }  // namespace
+
+bool is_movie_name(const std::string& path) { return known_format(path); }
 
 void check_movie_name(const std::string& path) { format_of(path); }
 

@@ -38,6 +38,9 @@ class Movie {
 /// The command that makes a film of pictures `out.####.png`.
 std::string movie_command(const std::string& pictures, const std::string& movie, double frame_rate);
 
+/// Whether the name is that of a film.
+bool is_movie_name(const std::string& path);
+
 /// Throws Error(usage) for a name of a film that ffmpeg does not know.
 void check_movie_name(const std::string& path);
 

@@ -10,7 +10,7 @@
 
 namespace psivox {
 
-void print_notices(const View& view, const Scene& scene) {
+void print_notices(const View& view, const Scene& scene, bool to_copy) {
   // Fields made from one grid repeat its notices.
   std::vector<std::string> printed;
   const Medium& medium = view.medium;
@@ -25,25 +25,31 @@ void print_notices(const View& view, const Scene& scene) {
   if (scene.up_axis == UpAxis::automatic && !scene.camera_up && !view.subject->z_up.empty())
     std::fprintf(stderr, "psivox: Z is up (%s); --up-axis y changes that\n",
                  view.subject->z_up.c_str());
-  const auto print_choice = [&](const char* name) {
-    const Parameter& p = *find_parameter(name);
-    const std::string unit = p.unit.empty() ? "" : " [" + p.unit + "]";
-    std::fprintf(stderr, "psivox: %s %s%s, chosen by auto\n", name,
-                 parameter_text(view.scene, p).c_str(), unit.c_str());
+  const auto print_choice = [&](const char* name, double value) {
+    const std::string text = to_copy ? "--" + std::string(name) + "=" + number_text(value)
+                                     : std::string(name) + formatted(" %.3g", value);
+    std::fprintf(stderr, "psivox: %s, chosen by auto\n", text.c_str());
   };
-  if (!scene.extinction && scene.attenuates()) print_choice("extinction");
-  if (!scene.isovalue && scene.mode == Mode::isosurface) print_choice("isovalue");
+  if (!scene.extinction && scene.attenuates()) print_choice("extinction", *view.scene.extinction);
+  if (!scene.isovalue && scene.mode == Mode::isosurface)
+    print_choice("isovalue", *view.scene.isovalue);
 }
 
-void print_look(const LookedScene& looked) {
+std::string look_text(const std::string& look, std::span<const Setting> settings, bool to_copy,
+                      const std::string& how) {
+  std::string text = "look " + look;
+  if (!to_copy) return text + "; " + how;
+  for (const Setting& setting : settings)
+    text += (&setting == &settings.front() ? ": --" : " --") + setting.name + "=" + setting.text;
+  return text;
+}
+
+void print_look(const LookedScene& looked, bool to_copy, const std::string& how) {
   if (!looked.dark_because.empty())
     std::fprintf(stderr, "psivox: the picture has no light: %s\n", looked.dark_because.c_str());
-  if (!looked.settings.empty()) {
-    std::string options;
-    for (const Setting& setting : looked.settings)
-      options += " --" + setting.name + "=" + setting.text;
-    std::fprintf(stderr, "psivox: look %s:%s\n", looked.look.c_str(), options.c_str());
-  }
+  if (!looked.settings.empty())
+    std::fprintf(stderr, "psivox: %s\n",
+                 look_text(looked.look, looked.settings, to_copy, how).c_str());
   if (!looked.unused_grids.empty())
     std::fprintf(stderr, "psivox: not shown: %s; --grid and others show them\n",
                  joined(looked.unused_grids, ", ").c_str());

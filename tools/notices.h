@@ -9,14 +9,18 @@
 namespace psivox {
 
 /// Prints to stderr how the grids were changed as they were read, and the numbers that `auto` chose
-/// where `scene`, which the view resolves, leaves them open.
-void print_notices(const View& view, const Scene& scene);
+/// where `scene`, which the view resolves, leaves them open: rounded, or as options to copy.
+void print_notices(const View& view, const Scene& scene, bool to_copy = false);
 
 /// Prints to stderr, one line each.
 void print_notices(std::span<const std::string> notices);
 
-/// Prints what a look has chosen, as options that give the same picture, and the grids that the
-/// picture does not show.
-void print_look(const LookedScene& looked);
+/// "look smoke" and how to see the options that give the same picture, or these options.
+std::string look_text(const std::string& look, std::span<const Setting> settings, bool to_copy,
+                      const std::string& how = "-v prints its options");
+
+/// Prints the look, and the grids that the picture does not show.
+void print_look(const LookedScene& looked, bool to_copy,
+                const std::string& how = "-v prints its options");
 
 }  // namespace psivox

@@ -39,17 +39,20 @@ constexpr Command commands[] = {
 void print_help() {
   std::cout << "psivox " PSIVOX_VERSION
                ": volume renderer for OpenVDB\n\n"
-               "Usage: psivox COMMAND [OPTIONS]\n"
-               "       psivox COMMAND --help\n"
-               "Example: psivox render smoke.vdb -o smoke.png\n\n"
+               "Usage: psivox COMMAND [OPTIONS]\n\n"
                "Commands:\n";
   for (const Command& command : commands) {
     const std::string name = command.name;
     std::cout << "  " << name << std::string(12 - name.size(), ' ') << command.summary << '\n';
   }
-  std::cout << "  --version   print the versions of psivox, its libraries and the GL renderer\n"
+  std::cout << "  help        print the help of a command: psivox help render\n"
+               "  --version   print the versions of psivox, its libraries and the GL renderer\n"
                "  --help      print this; --help=man, =bash, =zsh or =fish a manual page or a\n"
-               "              shell's completion\n";
+               "              shell's completion\n\n"
+               "Examples:\n"
+               "  psivox render smoke.vdb -o smoke.png\n"
+               "  psivox view smoke.vdb\n"
+               "  psivox render --help\n";
 }
 
 /// `argument` is --help=FORM.
@@ -84,10 +87,12 @@ void print_version() {
 void run(const std::vector<std::string>& arguments, std::string& who) {
   if (arguments.empty()) throw Error(ExitCode::usage, "no command given; psivox --help lists them");
   const std::string& name = arguments.front();
-  if (name == "--help" || name == "-h" || name == "help") return print_help();
+  if (name == "help" && arguments.size() > 1) return run({arguments[1], "--help"}, who);
+  if (name == "--help" || name == "--help-all" || name == "-h" || name == "help")
+    return print_help();
   if (name.starts_with("--help=")) return print_help_form(name);
   if (name == "--version") return print_version();
-  std::vector<std::string> known = {"--help", "--version"};
+  std::vector<std::string> known = {"--help", "--version", "help"};
   for (const Command& command : commands) {
     known.emplace_back(command.name);
     if (name != command.name) continue;

@@ -96,9 +96,12 @@ void add_frames(CommandLine& line, RenderCall& call) {
 
 bool parse(RenderCall& call, Arguments arguments) {
   CommandLine line("render",
-                   "Renders a .vdb to a picture, without a window.\nUnder mpirun several "
-                   "processes draw it together, with light, in every mode but slice and\n"
-                   "back-to-front; no sequences.");
+                   "Renders a .vdb to a picture, without a window. Under mpirun several processes\n"
+                   "draw it together, in every mode but slice and back-to-front; no sequences.",
+                   {"output", "frames", "turntable", "movie", "verbose"},
+                   {"smoke.vdb -o smoke.png",
+                    "smoke.vdb -o smoke.exr --azimuth 30 --background white --tolerance 1e-4",
+                    "'fire.####.vdb' -o 'fire.####.png' --movie fire.mp4"});
   add_outputs(line, call);
   add_frames(line, call);
   line.add_flag("--list-devices", call.list_devices, "print the EGL devices and exit");

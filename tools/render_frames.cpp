@@ -250,7 +250,7 @@ void render_frames(const RenderCall& call, const Scene& scene, const FrameList& 
   const bool draws = !call.output.empty() || !call.movie.empty();
   if (draws) opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
   FrameMaker maker(call, scene, list, path);
-  if (!call.quiet) print_choice(maker.sequence(), list);
+  if (!call.quiet) print_choice(maker.sequence(), list, call.verbose);
   if (call.print_scene) std::cout << to_json(maker.sequence().scene) << std::flush;
   if (!call.camera.empty()) {
     const Scene& chosen = maker.sequence().scene;

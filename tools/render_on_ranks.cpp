@@ -94,7 +94,7 @@ std::optional<Session> Together::read() {
     const Stopwatch watch;
     const LookedScene looked =
         with_look(scene, VdbFile(scene.input), "auto", shows_background(call), {true, ranks});
-    if (leaves_look_open(scene) && !call.quiet) print_look(looked);
+    if (leaves_look_open(scene) && !call.quiet) print_look(looked, call.verbose);
     scene = looked.scene;
     check_scope(call, scene);
     session.emplace(make_view(scene, looked.fields));
@@ -140,7 +140,8 @@ void render_on_ranks(Arguments arguments, const std::shared_ptr<Ranks>& ranks) {
       return open_own(scene, place);
     });
     std::optional<Session> session = work.read();
-    if (!work.call.quiet) print_notices(session->view(), work.scene);
+    if (!work.call.quiet) print_notices(work.call.scene.notices());
+    if (!work.call.quiet) print_notices(session->view(), work.scene, work.call.verbose);
     if (work.call.print_scene) std::cout << to_json(session->view().scene) << std::flush;
     work.draw(*session, std::move(opened));
     work.write(*session);

@@ -39,6 +39,15 @@ bool SceneOptions::gives(const std::string& name) const {
                      [&](const Setting& setting) { return setting.name == name; });
 }
 
+std::vector<std::string> SceneOptions::notices() const {
+  std::vector<std::string> notices;
+  for (const Setting& setting : settings_)
+    if (std::string notice = color_notice(*find_parameter(setting.name), setting.text);
+        !notice.empty())
+      notices.push_back(std::move(notice));
+  return notices;
+}
+
 /// The camera of the file, for the picture and the up axis that the settings name.
 void SceneOptions::use_camera(Scene& scene) const {
   Scene known = scene;
@@ -57,10 +66,8 @@ Scene SceneOptions::scene(Scene scene) {
   if (!camera_.empty()) use_camera(scene);
   apply_over(scene, settings_);
   Scene given = scene;
-  if (leaves_look_open(scene) || !scene.look.empty()) {
-    given.color_bar = false;  // the look may bring a map
-    given.isovalue.reset();   // and a surface
-  }
+  // the look may bring a surface
+  if (leaves_look_open(scene) || !scene.look.empty()) given.isovalue.reset();
   validate(given);
   return scene;
 }

@@ -19,6 +19,9 @@ class SceneOptions {
   /// Sets a parameter as the command line would.
   void set(const std::string& name, const std::string& text) { settings_.push_back({name, text}); }
 
+  /// What to say about the colours that the command line gives.
+  std::vector<std::string> notices() const;
+
   /// Whether the command line gives a parameter, if only its default.
   bool gives(const std::string& name) const;
 

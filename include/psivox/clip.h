@@ -27,7 +27,10 @@ glm::dvec2 clip_interval(const std::vector<HalfSpace>& clip, const WorldRay& ray
 /// middle for planes without a point.
 Scene with_planes(Scene scene, const Subject& subject);
 
-/// The subject without the blocks that the clip cuts off as a whole.
+/// Whether the clip cuts every block of the subject off.
+bool cuts_all(Subject subject, const std::vector<HalfSpace>& clip);
+
+/// The subject without the blocks that the clip cuts off as a whole; unchanged if those are all.
 Subject clipped(const Subject& subject, const std::vector<HalfSpace>& clip);
 
 }  // namespace psivox

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
@@ -20,8 +21,12 @@ struct ColorScale {
 /// Unset if no colour map, transfer function or maximum gives values a colour.
 std::optional<ColorScale> color_scale(const View& view);
 
-/// Draws the scale with numbers beside the right edge of the picture, on an opaque ground. Returns
-/// false if the picture is too small for it. `display`: that of the file to be written, so that
+/// Width of the strip at the picture's right edge that a colour bar fills [pixels]; 0 if the
+/// picture is too small for one. The default camera leaves the strip free.
+int color_bar_strip(const glm::ivec2& resolution);
+
+/// Draws the scale with numbers into that strip, on an opaque ground. Returns false if the picture
+/// is too small for it. `display`: that of the file to be written, so that
 /// text is white there.
 bool draw_color_bar(Image& image, const ColorScale& scale, const Display& display);
 

@@ -14,9 +14,10 @@ std::vector<std::string> look_names();
 /// Those, and the names of the files in PSIVOX_LOOKS that are not among them, ascending.
 std::vector<std::string> available_looks();
 
-/// Whether the scene sets nothing of how a picture looks: neither luminance, light, colours,
-/// temperature, emission, background nor any mode but xray. `auto` then chooses a look. A range, an
-/// opacity, an isovalue and a clip go with any look.
+/// Whether `auto` chooses a look: the scene names none, its mode is alpha, back-to-front,
+/// isosurface or xray, and nothing says how the medium shines (luminance, a grid of it,
+/// temperatures, a transfer function). Each other option replaces its own part of the look that is
+/// chosen.
 bool leaves_look_open(const Scene& scene);
 
 /// The scene without anything of how a picture looks, and without its look. Its grids, camera, clip
@@ -32,6 +33,7 @@ struct LookedScene {
   std::vector<std::string> unused_grids{};  ///< grids that the picture does not show
   MediumFields fields;                      ///< read for the scene
   std::string dark_because{};               ///< why psivox has chosen a look without light
+  bool guesses_up = false;                  ///< nothing tells which axis is up
 };
 
 /// Sets what the scene's look says and the scene itself leaves open. A look is a JSON file of scene
@@ -39,19 +41,27 @@ struct LookedScene {
 /// by colons), or a path. Its list `choose` names what comes from the file's values:
 ///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low, so that vessels or
 ///               plumes stand out
+///   balance     a range with 0 in its middle, to the greatest magnitude but for 0.5 % at either
+///   end colors      the active voxels of a grid of colours, as the density, in these colours
 ///   extinction  a third of a light's intensity reaches the medium, on average over what it
 ///               attenuates, but no less than auto_extinction; 0.6 of it for scans whose values
 ///               are mostly low
 ///   brightness  light and luminance, so that the mean luminance of what is covered is 0.25, unless
 ///               3 % of it would then be brighter than white
 ///   flame       grid, temperatures and brightness of a fire (see flame.h)
+/// What the scene gives (is_given) stays: an option replaces its own parameter, `--light` and
+/// `--sky` all lights, `--emission-grid` the flame, `--camera-position` the look's angles, and what
+/// says how the medium shines all sources of light, colour and emission.
+///
 /// The look `auto`, or no look where the scene leaves it open and `open` is `auto`, goes by the
-/// mode and the grids: `xray` for that mode, `surface` for level sets, `fire` where there is a
-/// density and a flame, `scan` for digitised values and those that do not fade to 0, else `smoke`.
-/// Vectors stay `plain`, and so does a volume whose light takes too much memory (light_obstacle),
-/// or whose values stay in the file, unless several processes share it: they choose what one
-/// process would, to the last bit. `background`: whether the look may set one. Throws Error(input),
-/// Error(usage), Error(memory).
+/// mode and the grids: `xray` for that mode, `surface` for level sets and where an isovalue or the
+/// mode asks for one, `vectors` and `colors` for grids of vectors, `points` for points, `signed`
+/// for values on both sides of 0, `scan` with a colour map, `fire` where something glows beside
+/// the density, `scan` for digitised values and those that do not fade to 0, else `smoke`. A volume
+/// stays `plain` whose light takes too much memory (light_obstacle) or whose values stay in the
+/// file, unless several processes share it: they choose what one process would, to the last bit.
+/// What is chosen depends on the values alone, not on how a tree stores them. `background`: whether
+/// the look may set one. Throws Error(input), Error(usage), Error(memory).
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open = "plain",
                       bool background = true, const Parts& parts = {});
 

@@ -108,8 +108,8 @@ View make_view(const Scene& scene, const VdbFile& file);
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                std::shared_ptr<const Field> luminance);
 
-/// Why a picture of the view shows nothing on a display, as a sentence for the user; empty if it
-/// shows something.
+/// Why a picture of the view shows nothing on a display, as a sentence for the user: it differs
+/// from the background in no pixel. Empty if it shows something.
 std::string blank_reason(const View& view, const Image& image);
 
 /// Extinction for which the mean ray through the grid's middle has optical depth 3. The mean is

@@ -63,6 +63,7 @@ struct Parameter {
   Range range = {};
   std::string unset = {};   ///< the word for an optional that is unset: `auto` or `none`
   bool positional = false;  ///< given by its place, not by --name
+  bool common = false;      ///< one of the few that --help lists; --help-all lists all
   UnderTolerance under_tolerance = UnderTolerance::free;
   ParameterGroup group = ParameterGroup::input;
 };
@@ -79,6 +80,15 @@ void set_parameter(Scene& scene, std::string_view name, std::string_view text);
 
 /// The value as set_parameter reads it, with enough digits to give the same number.
 std::string parameter_text(const Scene& scene, const Parameter& parameter);
+
+/// Whether its value is a colour: R,G,B are linear, 1 is white; #rgb, #rrggbb and the names of CSS
+/// are sRGB, which is decoded.
+bool is_color(const Parameter& parameter);
+
+/// What to say about a colour's text of whole numbers up to 255: three of them behind the medium
+/// are read as sRGB codes, while light may be brighter than white. Empty if there is nothing to
+/// say.
+std::string color_notice(const Parameter& parameter, std::string_view text);
 
 /// Whether the medium may depend on the parameter: its grids, atlases or light. If not, one Session
 /// draws scenes that differ in it.

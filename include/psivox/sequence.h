@@ -55,11 +55,12 @@ using SequenceFiles = std::map<int, std::string>;
 /// folder. Throws Error(input): no file; Error(usage): a folder that holds several sequences.
 std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs);
 
-/// The frames between a sequence's first and last that have no file, where the sequence's files are
-/// as far apart as its two nearest frames.
+/// The frames between a sequence's first and last that have no file, where all distances of the
+/// sequence's files are multiples of the least; none if they are not.
 std::vector<int> gaps(const SequenceFiles& files);
 
-/// The files from which `auto` chooses unless others are named: the first, the middle and the last.
+/// The files from which `auto` chooses unless others are named: the first, the middle, the last,
+/// and the one of up to 64 in which most voxels burn, if any has a flame.
 std::vector<std::string> auto_samples(const SequenceFiles& files);
 
 /// What `auto` chooses, once for all frames.
@@ -73,15 +74,17 @@ struct SequenceScene {
 };
 
 /// Resolves a scene for a sequence by some of its files:
-///   look        of most of them, of the later one if there is no most
-///   extinction  the least, so that the densest frame is as transparent as a picture of its own
-///   range       from the least to the greatest value
-///   brightness of light and flame: the least, so that the brightest frame is not clipped
-///   camera      frames the subjects of all
-///   grids, isovalue and what else: of the file with the least extinction
+///   grid        `density` if one of them has it, else that of most
+///   look        `fire` if one of them burns, else that of most, of the later one if there is no
+///   most extinction  the least, so that the densest frame is as transparent as a picture of its
+///   own range       from the least to the greatest value brightness of light and flame: the least,
+///   so that the brightest frame is not clipped camera      frames the subjects of all grids,
+///   isovalue and what else: of the file with the least extinction
+/// `instead`: the sequence's files, of which the nearest replaces one that cannot be read.
 /// Throws what make_view throws.
 SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> samples,
-                               const std::string& open_look = "plain", bool background = true);
+                               const std::string& open_look = "plain", bool background = true,
+                               std::span<const std::string> instead = {});
 
 /// The scene for one of the sequence's files, without grids of the look's that the file lacks.
 Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path);

@@ -10,7 +10,8 @@
 #include "psivox/medium.h"
 #include "psivox/progress.h"
 
-// A study renders one view by many methods and measures the error and the cost of each.
+// A study renders one view by many methods and measures the error and the cost of each. The
+// reference computes the light once, and all methods use it, so that their errors are their own.
 
 namespace psivox {
 
@@ -34,6 +35,10 @@ const std::vector<std::string>& sweep_lists();
 /// The scene's parameters that every sweep sets; a study's scene may not set them.
 const std::vector<std::string>& swept_parameters();
 
+/// What all pictures of a study have in common: the scene in exact light, with the defaults of all
+/// parameters that a sweep sets.
+Scene studied_scene(const Scene& scene);
+
 /// Replaces one list by items separated by commas; a list of names also takes `all`. Throws
 /// Error(usage).
 void set_sweep(Sweep& sweep, std::string_view list, std::string_view text);
@@ -55,8 +60,9 @@ void check_study_folder(const std::filesystem::path& folder, bool resume);
 /// Runs the study of a view from make_view and writes tables, plots, pictures and index.html to the
 /// folder. It writes results.json and results.csv again after every point, so a study can be
 /// stopped at any time. When `stop` returns true, it writes the report of the finished points and
-/// throws Error(interrupted). Throws Error(usage) if the folder has other results, and what
-/// rendering throws. Returns the study's conclusion, a sentence that names the settings to use.
+/// throws Error(interrupted). Throws Error(usage) if the folder has other results or the sweep has
+/// nothing to render, and what rendering throws. Returns the study's conclusion, which names the
+/// settings to use.
 std::string run_study(View view, const StudyOptions& options);
 
 /// Compares what each rule and sampling needs for an RMS in several finished studies, given by

@@ -45,9 +45,10 @@ struct Framing {
 /// `axes` has the columns right, up and forward; `half_width` and `half_height` are those of the
 /// perspective picture at distance 1. If `target` is set, it stays in the picture's middle;
 /// else there are equal margins left and right of the orthographic or of the perspective picture.
+/// The right `strip` of the picture's width stays free, too.
 Framing framing_of(const Subject& subject, const glm::dmat3& axes, double half_width,
                    double half_height, bool orthographic,
-                   const std::optional<glm::dvec3>& target = {});
+                   const std::optional<glm::dvec3>& target = {}, double strip = 0);
 
 /// The middle of what counts, along the world's axes.
 glm::dvec3 middle_of(const Subject& subject);

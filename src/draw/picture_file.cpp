@@ -65,7 +65,7 @@ WrittenPicture write_picture(Image& image, Scene scene, const std::optional<Colo
   const bool codes = holds_codes(file.path, format);
   if (!scene.exposure && codes) {
     scene.exposure = auto_exposure(image, scene.tone_map);
-    say("exposure " + number_text(*scene.exposure) + " [powers of 2], chosen by auto");
+    say("exposure " + formatted("%.3g", *scene.exposure) + ", chosen by auto");
   }
   if (codes) format.display = {scene.exposure.value_or(0), scene.tone_map};
   if (scene.background) add_background(image, *scene.background);

@@ -49,11 +49,17 @@ struct Label {
   TextPicture text;
 };
 
-std::vector<Label> labels_of(const ColorScale& scale, double size) {
+/// The text in that size, or smaller where it is wider than the room.
+TextPicture fitted(const std::string& text, double size, int room) {
+  const TextPicture picture = text_picture(text, size);
+  return picture.width <= room ? picture : text_picture(text, size * room / picture.width);
+}
+
+std::vector<Label> labels_of(const ColorScale& scale, double size, int room) {
   std::vector<Label> labels;
   for (const double value : round_values(scale.min, scale.max, 5))
     labels.push_back({(value - scale.min) / (scale.max - scale.min),
-                      text_picture(formatted("%.6g", value), size)});
+                      fitted(formatted("%.6g", value), size, room)});
   return labels;
 }
 
@@ -73,19 +79,17 @@ std::vector<double> round_values(double min, double max, int count) {
 }
 
 bool draw_color_bar(Image& image, const ColorScale& scale, const Display& display) {
-  const double size = std::clamp(image.height / 28.0, 11.0, 60.0);
-  const TextPicture title = text_picture(scale.title, size);
-  const std::vector<Label> labels = labels_of(scale, size);
-  int label_width = 0;
-  for (const Label& label : labels) label_width = std::max(label_width, label.text.width);
-
+  const int strip = color_bar_strip({image.width, image.height});
+  if (strip == 0) return false;
+  const double size = strip / 7.0;
   const int pad = int(std::lround(0.6 * size)), tick = int(std::lround(0.3 * size));
   const int bar_width = int(std::lround(size)), bar_height = int(std::lround(0.6 * image.height));
-  const int inner = std::max(bar_width + 2 * tick + label_width, title.width);
-  Rectangle ground{0, 0, inner + 2 * pad, bar_height + title.height + 3 * pad};
-  ground.x = image.width - pad - ground.width;
+  const int room = strip - 3 * pad;  // inside the ground, which ends before the picture's edge
+  const TextPicture title = fitted(scale.title, size, room);
+  const std::vector<Label> labels = labels_of(scale, size, room - bar_width - 2 * tick);
+  Rectangle ground{0, 0, strip - pad, bar_height + title.height + 3 * pad};
+  ground.x = image.width - strip;
   ground.y = (image.height - ground.height) / 2;
-  if (ground.x < image.width / 2 || ground.y < 0) return false;
 
   // Colours of the display as the radiance that it shows so.
   const auto shown = [&](double light) {

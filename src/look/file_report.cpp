@@ -16,17 +16,24 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-GridReport describe(const VdbFile& file, const GridInfo& grid) {
+/// A message where the file, or the grid of it, has been named.
+std::string without(const std::string& subject, const std::string& message) {
+  return message.starts_with(subject) ? message.substr(subject.size()) : message;
+}
+
+GridReport describe(const VdbFile& file, const std::string& path, const GridInfo& grid) {
   GridReport row{grid, {}, {}};
   if (!grid.problem.empty() || !grid.values_read) return row;
   try {
-    const GridRole role = grid.channels == 1 ? GridRole::attenuation : GridRole::luminance;
-    const Field field = file.read(grid.name, {role, false});
+    // as auto draws it: a level set is a surface, which may have no inside
+    const Field field = file.read(
+        grid.name, {.role = grid.channels == 1 ? GridRole::attenuation : GridRole::luminance,
+                    .distances = grid.grid_class == "level set"});
     row.float32 = predict_atlas(field, {TexelType::float32});
     row.float16 = row.float32;
     row.float16->texel_bytes /= 2;
   } catch (const Error& error) {
-    row.grid.problem = error.what();
+    row.grid.problem = without(path + ": grid '" + grid.name + "' ", error.what());
   }
   return row;
 }
@@ -79,23 +86,11 @@ Json to_json(const GridReport& row) {
   return out;
 }
 
-/// What to do if psivox can draw no grid, or cannot choose one.
+/// Why no picture can be drawn.
 std::string advice_for(const FileReport& report, const std::string& refusal) {
-  if (std::ranges::any_of(report.grids, &GridReport::usable)) return refusal;
-  std::string advice =
-      "nothing here can be rendered. psivox draws grids of numbers or of vectors "
-      "(float, double, int32, int64, bool, vec3) with active voxels and "
-      "background 0.";
-  const bool points = std::ranges::any_of(report.grids, [](const GridReport& row) {
-    return row.grid.type.find("ptdata") != std::string::npos;
-  });
-  if (points)
-    advice +=
-        " Points become such a grid by rasterising them where the file is made (Houdini: VDB "
-        "from Particles; Blender: Points to Volume).";
-  else
-    advice += " Change or convert the grids where the file is made; each one's problem is above.";
-  return advice;
+  if (std::ranges::any_of(report.grids, &GridReport::usable))
+    return without(report.path + ": ", refusal);
+  return "nothing here can be rendered; each grid's problem is above";
 }
 
 }  // namespace
@@ -113,7 +108,7 @@ FileReport report_of(const std::string& path, bool values) {
   report.bytes = std::filesystem::file_size(path);
   report.metadata = file.metadata();
   report.z_up = file.z_up();
-  for (const GridInfo& grid : file.info(values)) report.grids.push_back(describe(file, grid));
+  for (const GridInfo& grid : file.info(values)) report.grids.push_back(describe(file, path, grid));
   if (!values) {
     report.advice = advice_for(report, "");
     return report;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* names[] = {"flame", "flames", "fire", "temperature", "heat", "temp", "fuel"};
 constexpr std::size_t flames = 3;
-constexpr double least_kelvin = 200, coldest = 900, hottest = 2600;
+constexpr double least_kelvin = 200, coldest = 800, hottest = 2300;
 /// Radiance of the flame's brightest hundredth, in its brightest channel.
 constexpr double brightest = 4, bright_part = 0.01;
 /// Solvers leave rounding where nothing burns.
@@ -19,16 +19,18 @@ constexpr float no_flame = 1e-5f;
 
 }  // namespace
 
-std::span<const char* const> flame_names() { return names; }
+std::span<const char* const> flame_names(bool hot) {
+  return std::span(names).first(hot ? std::size(names) : flames);
+}
 
 Flame find_flame(const VdbFile& file, const std::string& density) {
-  for (std::size_t i = 0; i < std::size(names); ++i) {
-    const std::string grid = names[i];
+  for (const std::string grid : flame_names(true)) {
     if (grid == density || file.channels(grid) != 1) continue;
     const Field field = file.read(grid, {.role = GridRole::data, .empty = true});
     if (field.active_voxels && field.active_range && field.active_range->y > no_flame)
       return {grid, double(field.active_range->y)};
-    if (i < flames) return {};  // it says that nothing burns
+    // a flame's grid says that nothing burns
+    if (std::ranges::count(flame_names(false), grid)) return {};
   }
   return {};
 }

@@ -140,6 +140,14 @@ std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
   return names;
 }
 
+/// Whether the default camera takes Y as up although nothing says so.
+bool guesses_up(const Scene& scene, const VdbFile& file) {
+  if (scene.up_axis != UpAxis::automatic || scene.camera_up || scene.camera_position) return false;
+  const auto creator = file.metadata().find("creator");
+  const bool y_up = creator != file.metadata().end() && creator->second.starts_with("Houdini");
+  return !y_up && file.z_up().empty();
+}
+
 }  // namespace
 
 bool leaves_look_open(const Scene& scene) {
@@ -183,6 +191,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   validate(result.scene);
   result.settings = changed_settings(scene, result.scene);
   result.fields = fields.of(result.scene);
+  result.guesses_up = guesses_up(result.scene, file);
   result.unused_grids = unused(file, result.fields, result.scene);
   return result;
 }

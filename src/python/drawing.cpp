@@ -191,7 +191,8 @@ void Drawing::close() {
 }
 
 View study_view(const VdbFile& file, const SceneWords& words) {
-  return make_view(scene_of(words, file), file);
+  const LookedScene looked = with_look(scene_of(words, file), file, "auto");
+  return make_view(looked.scene, looked.fields);
 }
 
 }  // namespace psivox::python

@@ -88,7 +88,7 @@ class Drawing {
   bool large_ = false;  ///< the marcher holds a large atlas
 };
 
-/// The view of a study, whose look is plain.
+/// The view of a study, in the look of a picture.
 View study_view(const VdbFile& file, const SceneWords& words);
 
 }  // namespace psivox::python

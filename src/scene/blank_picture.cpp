@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <limits>
 
+#include "colour/display.h"
+#include "psivox/clip.h"
 #include "psivox/medium.h"
 #include "psivox/subject.h"
 #include "psivox/text.h"
+#include "scene/color_space.h"
 #include "scene/isovalue.h"
 #include "scene/value_range.h"
 
@@ -41,71 +45,159 @@ bool camera_sees_box(const View& view) {
   return false;
 }
 
+std::string place_of_volume(const View& view) {
+  return "the volume, which lies from " + text_of(view.subject->box_min) + " to " +
+         text_of(view.subject->box_max);
+}
+
+std::string grid_text(const View& view) {
+  const Field& density = *view.medium.density;
+  return "grid " + in_quotes(density.name) + ", which go from " + text_of(stored_range(density));
+}
+
+/// Whether the slice's plane has the whole volume on one side.
+bool slice_misses_box(const View& view) {
+  const std::optional<Plane>& plane = view.scene.slice;
+  if (view.scene.mode != Mode::slice || !plane || !plane->point) return false;
+  const glm::dvec3 half = 0.5 * (view.subject->box_max - view.subject->box_min);
+  const glm::dvec3 middle = view.subject->box_min + half;
+  return std::abs(glm::dot(plane->normal, middle - *plane->point)) >
+         glm::dot(glm::abs(plane->normal), half);
+}
+
+/// Why the picture shows another place than the volume's; empty if it shows that.
+std::string why_beside(const View& view) {
+  const Scene& scene = view.scene;
+  if (cuts_all(*view.subject, clip_of(scene)))
+    return std::string(scene.clip ? "--clip" : "--clip-plane") + " leaves nothing of " +
+           place_of_volume(view);
+  if (slice_misses_box(view)) return "--slice does not meet " + place_of_volume(view);
+  if (camera_sees_box(view)) return {};
+  return "the camera looks past " + place_of_volume(view) +
+         "; leave out the camera's options, or give --camera-target " +
+         text_of(glm::mix(view.subject->box_min, view.subject->box_max, 0.5));
+}
+
 /// Why nothing is on the rays through the volume; empty if something is.
 std::string why_empty(const View& view) {
   const Medium& medium = view.medium;
   const Scene& scene = view.scene;
-  const Field& density = *medium.density;
-  const std::string grid = "grid " + in_quotes(density.name);
-  const glm::dvec2 values = stored_range(density);
+  const glm::dvec2 values = stored_range(*medium.density);
   if (scene.mode == Mode::isosurface) {
     const double isovalue = scene.isovalue.value_or(0);
-    const double of_field = field_isovalue(isovalue, density);
+    const double of_field = field_isovalue(isovalue, *medium.density);
     if (of_field >= values.x && of_field <= values.y) return {};
-    return "--isovalue " + formatted("%.4g", isovalue) + " is not among the values of " + grid +
-           ", which go from " + text_of(values);
+    return "--isovalue " + formatted("%.4g", isovalue) + " is not among the values of " +
+           grid_text(view);
   }
-  if (medium.emission || scene.mode == Mode::slice) return {};
+  if (medium.emission || scene.mode == Mode::slice || scene.finds_maximum()) return {};
   if (scene.attenuates() && medium.extinction == 0) return "--extinction is 0";
   const bool attenuates = medium.transfer
                               ? medium.transfer->max_attenuation(
                                     values, {0, std::numeric_limits<double>::infinity()}) > 0
                               : values.y > 0;
   if (attenuates) return {};
-  if (!medium.transfer) return grid + " has no value above 0";
-  return "no value of " + grid + ", which go from " + text_of(values) +
-         ", has an attenuation above 0 by " +
+  if (!medium.transfer) return "grid " + in_quotes(medium.density->name) + " has no value above 0";
+  return "no value of " + grid_text(view) + ", has an attenuation above 0 by " +
          (scene.transfer_function.empty() ? "--range and --opacity" : "--transfer-function");
+}
+
+/// Why a maximum is dark; empty if it is not.
+std::string why_low(const View& view) {
+  const Scene& scene = view.scene;
+  const double greatest = stored_range(*view.medium.density).y;
+  if (scene.mode == Mode::lmip && greatest <= scene.lmip_threshold)
+    return "--lmip-threshold " + formatted("%.4g", scene.lmip_threshold) +
+           " is not below the values of " + grid_text(view);
+  if (scene.range && greatest <= scene.range->ends.x)
+    return "--range begins at " + formatted("%.4g", scene.range->ends.x) +
+           ", not below the values of " + grid_text(view);
+  return {};
 }
 
 /// Why what is on the rays gives no light; empty if it might.
 std::string why_dark(const View& view) {
   const Scene& scene = view.scene;
-  if (scene.mode == Mode::isosurface || !scene.composites()) return {};
+  if (scene.finds_maximum()) return why_low(view);
+  if (!scene.lit() && scene.resolved_luminance() == glm::dvec3(0) && !view.medium.emission)
+    return "--luminance is 0";
+  if (!scene.composites()) return {};
   if (!scene.temperature_grid.empty())
     return "nothing in grid " + in_quotes(scene.temperature_grid) +
            " is hot enough to glow; --temperature-scale gives Kelvin per unit of its values";
   if (scene.lit() && scene.albedo == 0) return "--albedo is 0";
-  if (!scene.lit() && scene.resolved_luminance() == glm::dvec3(0)) return "--luminance is 0";
+  if (scene.lit() && scene.sky.value_or(glm::dvec3(0)) == glm::dvec3(0) &&
+      std::ranges::all_of(scene.lights, [](const auto& l) { return l.color == glm::dvec3(0); }))
+    return "the colour of --light or --sky is black";
+  if (!scene.emission_grid.empty() && scene.emission_scale == 0) return "--emission-scale is 0";
+  if (!scene.luminance_grid.empty() && scene.luminance_scale == 0) return "--luminance-scale is 0";
   if (!scene.luminance_grid.empty())
     return "grid " + in_quotes(scene.luminance_grid) + ", the luminance, is 0 where it is seen";
   return {};
 }
 
+/// What a display shows of a picture.
+struct Seen {
+  double light = 0, opacity = 0;  ///< the greatest in any pixel
+  bool differs = false;           ///< from the background, in a pixel's code of 8 bits
+};
+
+/// Light of half a code; less is black on a display.
+constexpr double least_light = half_code / 12.92;
+
+Seen what_is_seen(const Scene& scene, const Image& image) {
+  Seen seen;
+  const auto rgba = image.rgba();
+  for (std::size_t i = 0; i < rgba.size(); ++i) {
+    double& greatest = i % 4 == 3 ? seen.opacity : seen.light;
+    greatest = std::max(greatest, double(rgba[i]));
+  }
+  const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0));
+  const double brightest = std::max({seen.light, behind.x, behind.y, behind.z, 1e-300});
+  const double factor = scene.exposure ? std::exp2(*scene.exposure) : 1 / brightest;
+  const auto code = [&](double radiance) {
+    return double(
+        srgb_from_linear(std::min(display_light(float(radiance * factor), scene.tone_map), 1.0f)));
+  };
+  const glm::dvec3 code_behind(code(behind.x), code(behind.y), code(behind.z));
+  for (std::size_t i = 0; i < rgba.size() && !seen.differs; i += 4) {
+    const double left = scene.background ? 1 - double(rgba[i + 3]) : 0;
+    for (int c = 0; c < 3; ++c) {
+      const double light = double(rgba[i + std::size_t(c)]);
+      if (light == 0 && (left == 1 || !scene.background)) continue;
+      seen.differs |= std::abs(code(light + left * behind[c]) - code_behind[c]) > half_code;
+    }
+  }
+  return seen;
+}
+
+/// Why something that covers the background looks like it; empty if it is dark.
+std::string why_alike(const Scene& scene, const Seen& seen) {
+  const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0));
+  const double brightest = std::max({behind.x, behind.y, behind.z});
+  if (brightest <= least_light || seen.opacity <= least_light) return {};
+  return "what is seen is as bright as --background " + text_of(behind) +
+         (brightest > 0.2 ? "; --background black shows it" : "; --background white shows it");
+}
+
 }  // namespace
 
 std::string blank_reason(const View& view, const Image& image) {
-  // Half an sRGB code of 8 bits; less is black on a display.
-  constexpr double least = 0.5 / 255 / 12.92;
-  double light = 0, opacity = 0;
-  const auto rgba = image.rgba();
-  for (std::size_t i = 0; i < rgba.size(); ++i)
-    (i % 4 == 3 ? opacity : light) = std::max(i % 4 == 3 ? opacity : light, double(rgba[i]));
-  const double factor = std::exp2(view.scene.exposure.value_or(0));
-  if (light * factor > least || (light > 0 && !view.scene.exposure)) return {};
-
-  const std::string what = opacity > least ? "the picture is black: " : "the picture is empty: ";
-  if (opacity <= least && !camera_sees_box(view))
-    return what + "the camera looks past the volume, which lies from " +
-           text_of(view.subject->box_min) + " to " + text_of(view.subject->box_max) +
-           "; leave out the camera's options, or give --camera-target " +
-           text_of(glm::mix(view.subject->box_min, view.subject->box_max, 0.5));
-  std::string why = opacity > least ? std::string() : why_empty(view);
+  const Seen seen = what_is_seen(view.scene, image);
+  if (seen.differs) return {};
+  const bool empty = seen.opacity <= least_light;
+  std::string why = why_alike(view.scene, seen);
+  if (!why.empty()) return "the picture shows only its background: " + why;
+  if (empty) why = why_beside(view);
+  if (empty && why.empty()) why = why_empty(view);
   if (why.empty()) why = why_dark(view);
-  if (why.empty() && light > 0)
-    why = "its brightest light is " + formatted("%.2g", light) + "; --exposure auto shows it";
-  if (why.empty()) why = "no ray meets anything that attenuates or glows";
-  return what + why;
+  if (why.empty() && seen.light > 0)
+    why = "its brightest light is " + formatted("%.2g", seen.light) + "; --exposure auto shows it";
+  if (why.empty())
+    why = std::string("no ray meets anything that attenuates or glows") +
+          (view.scene.clip || view.scene.clip_plane ? " within the clip" : "") +
+          "; --look plain --mode mip shows where the values are";
+  return (empty ? "the picture is empty: " : "the picture is black: ") + why;
 }
 
 }  // namespace psivox

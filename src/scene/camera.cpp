@@ -9,6 +9,7 @@
 #include <glm/trigonometric.hpp>
 
 #include "psivox/clip.h"
+#include "psivox/color_scale.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -158,6 +159,8 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
   camera.half_width = std::tan(glm::radians(fov) / 2);
   // The zoom makes the picture larger, so it does not take part in the framing.
   const double framed_width = camera.half_width * scene.zoom;
+  const double strip =
+      scene.color_bar ? color_bar_strip(scene.resolution) / double(scene.resolution.x) : 0;
   const glm::dvec3 up = up_direction(scene, subject);
   Direction direction;
   if (scene.camera_position) {
@@ -171,7 +174,7 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
     direction = direction_of(scene, facing(scene, front(up)), up);
     const Framing framing =
         framing_of(subject, direction.frame.axes(), framed_width, framed_width / aspect,
-                   camera.orthographic, scene.camera_target);
+                   camera.orthographic, scene.camera_target, strip);
     camera.target = framing.target;
     camera.position = framing.target - framing.distance * direction.frame.forward;
   }
@@ -192,7 +195,7 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
     const double width = scene.ortho_width
                              ? *scene.ortho_width
                              : 2 * framing_of(subject, frame.axes(), framed_width,
-                                              framed_width / aspect, true, camera.position)
+                                              framed_width / aspect, true, camera.position, strip)
                                        .half_width;
     camera.half_width = width / 2 / scene.zoom;
     if (!(camera.half_width > 0)) throw Error(ExitCode::usage, "--ortho-width must be above 0");

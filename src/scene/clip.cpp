@@ -48,9 +48,8 @@ Scene with_planes(Scene scene, const Subject& subject) {
   return scene;
 }
 
-Subject clipped(const Subject& subject, const std::vector<HalfSpace>& clip) {
-  Subject seen = subject;
-  for (VisibleGrid& grid : seen.grids) {
+static void cut(Subject& subject, const std::vector<HalfSpace>& clip) {
+  for (VisibleGrid& grid : subject.grids) {
     const glm::dmat3 index_from_world = glm::transpose(glm::dmat3(grid.world_from_index));
     std::erase_if(grid.blocks, [&](const VisibleBlock& block) {
       return std::ranges::any_of(clip, [&](const HalfSpace& half) {
@@ -62,7 +61,17 @@ Subject clipped(const Subject& subject, const std::vector<HalfSpace>& clip) {
       });
     });
   }
-  std::erase_if(seen.grids, [](const VisibleGrid& grid) { return grid.blocks.empty(); });
+  std::erase_if(subject.grids, [](const VisibleGrid& grid) { return grid.blocks.empty(); });
+}
+
+bool cuts_all(Subject subject, const std::vector<HalfSpace>& clip) {
+  if (!subject.grids.empty()) cut(subject, clip);
+  return !clip.empty() && subject.grids.empty();
+}
+
+Subject clipped(const Subject& subject, const std::vector<HalfSpace>& clip) {
+  Subject seen = subject;
+  cut(seen, clip);
   return seen.grids.empty() ? subject : seen;
 }
 

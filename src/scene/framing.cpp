@@ -248,27 +248,37 @@ Subject box_subject(const glm::dvec3& box_min, const glm::dvec3& box_max) {
 }
 
 Framing framing_of(const Subject& subject, const glm::dmat3& axes, double half_width,
-                   double half_height, bool orthographic, const std::optional<glm::dvec3>& target) {
+                   double half_height, bool orthographic, const std::optional<glm::dvec3>& target,
+                   double strip) {
   const std::vector<Part> parts = counted_parts(subject, axes);
   const auto farthest = [&](const glm::dvec3& direction) {
     return reach(subject, axes, parts, direction);
   };
-  // A point is inside the frame if |x - aim| <= slope (z - eye), for each of the frame's two axes.
+  // A point is inside the frame if -slope (z - eye) <= x - aim <= high_slope (z - eye), for each of
+  // the frame's two axes.
   const glm::dvec2 slope = (1 - frame_margin) * glm::dvec2(half_width, half_height);
-  const glm::dvec2 high(farthest({1, 0, -slope.x}), farthest({0, 1, -slope.y}));
+  const glm::dvec2 free(1 - 2 * strip, 1), high_slope = slope * free;
+  const glm::dvec2 high(farthest({1, 0, -high_slope.x}), farthest({0, 1, -high_slope.y}));
   const glm::dvec2 low(-farthest({-1, 0, -slope.x}), -farthest({0, -1, -slope.y}));
   const FrameBox all{{-farthest({-1, 0, 0}), -farthest({0, -1, 0}), -farthest({0, 0, -1})},
                      {farthest({1, 0, 0}), farthest({0, 1, 0}), farthest({0, 0, 1})}};
-  const glm::dvec3 middle = 0.5 * (all.min + all.max);
-  glm::dvec3 aim = orthographic ? middle : glm::dvec3(0.5 * (low + high), middle.z);
+  // the point from which the frame's both sides are equally near
+  const auto between = [&](const glm::dvec2& lower, const glm::dvec2& upper) {
+    return (lower * free + upper) / (1.0 + free);
+  };
+  const double middle_z = 0.5 * (all.min.z + all.max.z);
+  glm::dvec3 aim(
+      orthographic ? between(glm::dvec2(all.min), glm::dvec2(all.max)) : between(low, high),
+      middle_z);
   if (target) aim = glm::transpose(axes) * *target;
-  const glm::dvec2 needed = glm::max(high - glm::dvec2(aim), glm::dvec2(aim) - low) / slope;
+  const glm::dvec2 needed =
+      glm::max((high - glm::dvec2(aim)) / high_slope, (glm::dvec2(aim) - low) / slope);
 
   Framing framing;
   framing.target = target ? *target : axes * aim;
   framing.distance = aim.z + std::max(needed.x, needed.y);
-  const glm::dvec2 half =
-      glm::max(glm::dvec2(all.max) - glm::dvec2(aim), glm::dvec2(aim) - glm::dvec2(all.min));
+  const glm::dvec2 half = glm::max((glm::dvec2(all.max) - glm::dvec2(aim)) / free,
+                                   glm::dvec2(aim) - glm::dvec2(all.min));
   framing.half_width = std::max(half.x, half.y * half_width / half_height) / (1 - frame_margin);
   return framing;
 }

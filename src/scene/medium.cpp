@@ -178,6 +178,10 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   const MediumFields fields = used_fields(unnamed, all_fields);
   const Scene scene = with_names(unnamed, fields);
   validate(scene);
+  if (scene.color_bar && !scene.colormap && !scene.finds_maximum() &&
+      scene.transfer_function.empty())
+    throw Error(ExitCode::usage,
+                "--color-bar shows the colours of a map; give --colormap or --transfer-function");
   View view{scene, make_medium(scene, fields), {}, {}};
   auto subject = std::make_shared<Subject>(subject_of(view.medium, scene.mode));
   subject->z_up = fields.z_up;

@@ -104,9 +104,6 @@ void validate_medium(const Scene& scene) {
   if (scene.classification == Classification::pre && !scene.composites() &&
       scene.mode != Mode::xray)
     fail("--classification pre is for --mode alpha, back-to-front and xray");
-  if (scene.color_bar && !scene.colormap && !scene.finds_maximum() &&
-      scene.transfer_function.empty())
-    fail("--color-bar shows the colours of a map; give --colormap or --transfer-function");
   validate_light(scene);
 }
 

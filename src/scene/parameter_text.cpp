@@ -4,6 +4,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
+#include "scene/color_text.h"
 #include "scene/enum_names.h"
 
 namespace psivox {
@@ -86,14 +87,21 @@ std::size_t nth_comma(std::string_view text, int n) {
   return place;
 }
 
-/// Three numbers, or six: direction and colour. The range is the colour's.
+/// A colour, as is_color() says. The range is that of its numbers.
+bool read_color(std::string_view text, const Range& range, glm::dvec3& value) {
+  const std::optional<glm::dvec3> named = named_color(text);
+  if (named) value = *named;
+  return named || read(text, range, value);
+}
+
+/// A direction, or a direction and a colour. The range is the colour's.
 bool read(std::string_view text, const Range& range, DirectionalLight& value) {
   value.of_camera = text.starts_with(camera_prefix);
   if (value.of_camera) text.remove_prefix(camera_prefix.size());
   const std::size_t color = nth_comma(text, 3);
   if (color == std::string_view::npos) return read(text, Range{}, value.direction);
   return read(text.substr(0, color), Range{}, value.direction) &&
-         read(text.substr(color + 1), range, value.color);
+         read_color(text.substr(color + 1), range, value.color);
 }
 
 /// Lights with a semicolon between them, or the word for none.
@@ -207,6 +215,7 @@ std::string kind_text(const Parameter&, std::uint64_t) { return "a size such as 
 std::string kind_text(const Parameter& p, double) { return "a number" + p.range.text(); }
 std::string kind_text(const Parameter& p, const glm::dvec3&) {
   const std::string range = p.range.text();
+  if (is_color(p)) return "#rrggbb, a name of CSS, or three linear numbers R,G,B, each" + range;
   return "three numbers " + p.metavar + (range.empty() ? "" : ", each" + range);
 }
 std::string kind_text(const Parameter& p, const MapRange&) {
@@ -217,7 +226,7 @@ std::string kind_text(const Parameter&, const OpacityCurve&) {
          "0:0,0.3:0.1,1:1";
 }
 std::string kind_text(const Parameter& p, const std::vector<DirectionalLight>&) {
-  return "three or six numbers " + p.metavar + ", colours" + p.range.text();
+  return p.metavar + ", colours as #rrggbb, names of CSS, or R,G,B" + p.range.text();
 }
 std::string kind_text(const Parameter&, const WorldBox&) { return "six numbers X0,Y0,Z0,X1,Y1,Z1"; }
 std::string kind_text(const Parameter&, const Plane&) {
@@ -247,9 +256,19 @@ template <typename T>
 }
 
 template <typename T>
+bool read(const Parameter& p, std::string_view text, T& value) {
+  if constexpr (std::is_same_v<T, glm::dvec3>) {
+    const auto codes = takes_codes(p) ? color_codes(text) : std::nullopt;
+    if (codes) value = color_of_codes(*codes);
+    if (is_color(p)) return codes || read_color(text, p.range, value);
+  }
+  return read(text, p.range, value);
+}
+
+template <typename T>
 void assign(const Parameter& p, std::string_view text, T& target) {
   T value{};
-  if (!read(text, p.range, value)) refuse(p, text, value);
+  if (!read(p, text, value)) refuse(p, text, value);
   target = value;
 }
 
@@ -277,13 +296,16 @@ std::string text_of(const Parameter& p, const std::vector<DirectionalLight>& lig
 }
 
 template <typename T>
-std::string text_of(const Parameter&, const T& value) {
-  return text_of(value);
+std::string text_of(const Parameter& p, const T& value) {
+  std::string text = text_of(value);
+  if constexpr (std::is_same_v<T, glm::dvec3>)
+    if (takes_codes(p) && color_codes(text)) text.insert(text.find(','), ".0");
+  return text;
 }
 
 template <typename T>
 std::string text_of(const Parameter& p, const std::optional<T>& value) {
-  return value ? text_of(*value) : p.unset;
+  return value ? text_of(p, *value) : p.unset;
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "psivox/parameters.h"
 
+#include <algorithm>
+
 #include "psivox/text.h"
 #include "scene/enum_names.h"
 
@@ -30,17 +32,23 @@ Parameter unchanged(Parameter p) {
   return p;
 }
 
+/// Those that --help lists; --help-all lists all.
+constexpr std::string_view common_names[] = {"grid",       "resolution", "background", "look",
+                                             "extinction", "colormap",   "mode",       "azimuth",
+                                             "elevation",  "tolerance"};
+
 using Rows = std::vector<Parameter>;
 
 Rows input_rows() {
   return {
       {"input", "IN.vdb", "", "", "volume to render", &Scene::input, any, "", true},
-      {"grid", "NAME[:PART]", "", "density, or the only scalar grid",
-       "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length",
+      {"grid", "NAME[:PART]", "", "the best usable grid",
+       "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length; "
+       ":active is 1 at active voxels",
        &Scene::grid},
-      {"strict", "", "", "", "refuse NaN, Inf, negative values and non-linear transforms",
-       &Scene::strict},
-      {"background-value", "V", "", "none: such a grid is refused",
+      {"strict", "", "", "",
+       "refuse NaN, Inf, negative values, backgrounds and non-linear transforms", &Scene::strict},
+      {"background-value", "V", "", "none: 0, said in a notice",
        "value of a grid outside its voxels and tiles, where the file's own is not 0; 0: empty",
        &Scene::background_value, any, "none"},
       {"centering", enum_metavar<Centering>(), "", "",
@@ -53,7 +61,8 @@ Rows input_rows() {
 Rows output_rows() {
   return {
       {"resolution", "WxH", "pixels", "", "size of the picture", &Scene::resolution, pixel_count},
-      {"background", "R,G,B", "", "none: premultiplied, with alpha", "colour behind the medium",
+      {"background", "COLOUR", "", "none: premultiplied, with alpha",
+       "colour behind the medium: R,G,B is linear, #rrggbb and the names of CSS are sRGB",
        &Scene::background, at_least_0, "none"},
       {"exposure", "STOPS", "powers of 2", "0; auto under --mode xray",
        "brightness of .png, .jpg, .webp, 8-bit .tif and the window; auto: just below white",
@@ -69,13 +78,10 @@ Rows output_rows() {
 
 Rows look_rows() {
   return {
-      {"look", "NAME", "",
-       "auto in render and view, unless light, colours, a mode or a background are set",
-       "scene parameters that suit the file (auto: plain, smoke, fire, surface, scan, vectors or "
-       "xray), or "
-       "a "
-       ".json "
-       "of them; what is given beside it counts",
+      {"look", "NAME", "", "auto in render, view and study",
+       "scene parameters that suit the file: auto, plain, smoke, fire, surface, scan, signed, "
+       "points, colors, vectors or xray, or a .json of them; each option given replaces its own "
+       "part",
        &Scene::look},
       {"extinction", "K", "1/world unit", "auto: mean optical depth 3 through the grid's middle",
        "scale of the attenuation: K * value, or K * transfer function", &Scene::extinction,
@@ -94,7 +100,7 @@ Rows look_rows() {
        &Scene::opacity, any, "none"},
       {"classification", enum_metavar<Classification>(), "", "",
        "apply the function after (post) or before (pre) the interpolation", &Scene::classification},
-      {"luminance", "R,G,B", "", "1,1,1; 0,0,0 with --light alone",
+      {"luminance", "COLOUR", "", "1,1,1; 0,0,0 with --light alone",
        "luminance of the medium; a grid or a function multiplies it", &Scene::luminance, at_least_0,
        "auto"},
       {"luminance-grid", "NAME", "", "none", "scalar or vec3 grid that multiplies the luminance",
@@ -136,11 +142,11 @@ Rows look_rows() {
 
 Rows light_rows() {
   return {
-      {"light", "X,Y,Z[,R,G,B]", "", "none",
+      {"light", "X,Y,Z[,COLOUR]", "", "none",
        "direction and colour of parallel light, scattered once; several may be given; camera:X,Y,Z "
-       "turns with the camera (right, up, backwards); the colour is 1,1,1 if left out",
+       "turns with the camera (right, up, backwards); the colour is white if left out",
        &Scene::lights, at_least_0, "none"},
-      {"sky", "R,G,B", "", "none", "light that comes alike from all directions, scattered once",
+      {"sky", "COLOUR", "", "none", "light that comes alike from all directions, scattered once",
        &Scene::sky, at_least_0, "none"},
       {"albedo", "A", "", "", "scattered part of the attenuated light", &Scene::albedo, fraction},
       {"phase-g", "G", "", "", "mean cosine of the scattering angle: 0 isotropic, near 1 forward",
@@ -161,9 +167,9 @@ Rows camera_rows() {
        &Scene::camera_up, any, "auto"},
       {"up-axis", enum_metavar<UpAxis>(), "", "auto: z for files of Z-up programs, else y",
        "axis that is up: y is seen along -Z, z along +Y", &Scene::up_axis},
-      {"azimuth", "DEG", "degrees", "", "turn the camera about the up axis, to the right",
+      {"azimuth", "DEG", "degrees", "0; 30 in looks", "turn the camera about the up axis, to the right",
        &Scene::azimuth},
-      {"elevation", "DEG", "degrees", "", "then raise it over its target", &Scene::elevation},
+      {"elevation", "DEG", "degrees", "0; 20 in looks", "then raise it over its target", &Scene::elevation},
       {"zoom", "F", "", "", "show everything F times as large; narrows the field of view",
        &Scene::zoom, above_0},
       {"fov", "DEG", "degrees", "from --focal-length and --aperture", "horizontal field of view",
@@ -238,6 +244,7 @@ std::vector<Parameter> make_table() {
   for (const auto& [group, rows] : groups) {
     for (Parameter row : rows) {
       row.group = group;
+      row.common = std::ranges::count(common_names, row.name) > 0;
       if (row.default_text.empty()) row.default_text = parameter_text(defaults, row);
       table.push_back(std::move(row));
     }

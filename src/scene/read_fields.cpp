@@ -48,14 +48,14 @@ Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::st
   return file.read(name, options);
 }
 
-std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& file,
-                                          const std::string& name, bool data, bool empty,
-                                          const Parts& parts) {
+Field read_density(const Scene& scene, const VdbFile& file, const std::string& name, bool data,
+                   bool empty, const Parts& parts) {
   const VectorPart part = vector_part(file, name);
   ReadOptions options =
-      options_of(scene, data || !part.part.empty() ? GridRole::data : GridRole::attenuation, empty);
-  Field field = part.part.empty() ? read_scalar_density(scene, file, name, options, parts)
-                                  : part_of_vectors(file.read(part.grid, options), part);
+      options_of(scene, data || part.of_vectors() ? GridRole::data : GridRole::attenuation, empty);
+  options.active = part.active();
+  Field field = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
+                                  : read_scalar_density(scene, file, part.grid, options, parts);
   const bool alone = !parts.ranks || scene.memory_limit;
   const auto sharing = std::uint64_t(alone ? 1 : parts.ranks->place().local_count);
   survey_leaves(field, parts.ranks, options, grid_memory(scene) / sharing,
@@ -65,7 +65,7 @@ std::shared_ptr<const Field> read_density(const Scene& scene, const VdbFile& fil
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }
   if (!field.reader) field.stored_range = glm::vec2(stored_range(field));  // often asked for
-  return at_level(scene, std::move(field));
+  return field;
 }
 
 }  // namespace
@@ -75,8 +75,13 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   fields.z_up = file.z_up();
   const bool data =
       scene.has_function() || scene.mode == Mode::isosurface || scene.mode == Mode::slice;
-  const std::string grid = scene.grid.empty() ? file.default_grid() : scene.grid;
-  fields.density = read_density(scene, file, grid, data, empty, parts);
+  const std::string grid = scene.grid.empty() ? file.default_grid(empty) : scene.grid;
+  Field density = read_density(scene, file, grid, data, empty, parts);
+  if (scene.grid.empty() && file.names().size() > 1 && grid != "density")
+    density.notices.push_back("grid " + in_quotes(grid) + " of " +
+                              std::to_string(file.names().size()) +
+                              "; --grid NAME chooses another");
+  fields.density = at_level(scene, std::move(density));
   if (!scene.composites()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values

@@ -81,7 +81,10 @@ std::string command_line_text(const Parameter& p, const json& value) {
   std::string text;
   for (const json& item : value) {
     if (!text.empty()) text += list ? ';' : separator(p);
-    text += list ? command_line_text(p, item) : dumped(item);
+    if (list)
+      text += command_line_text(p, item);
+    else
+      text += dumped(is_color(p) && item.is_number() ? json(item.get<double>()) : item);
   }
   return text;
 }

@@ -24,12 +24,14 @@ VectorPart vector_part(const VdbFile& file, const std::string& name) {
   const VectorPart named{name.substr(0, colon), name.substr(colon + 1)};
   const int of_grid = file.channels(named.grid);
   if (of_grid == 0) return {name, ""};
+  if (named.active()) return named;
   if (of_grid == 1)
     throw Error(ExitCode::input, "grid " + in_quotes(named.grid) + " is scalar: it has no part " +
-                                     in_quotes(named.part) + "; give its name alone");
+                                     in_quotes(named.part) + " but 'active'; give its name alone");
   if (std::ranges::find(parts, named.part) == parts.end())
     throw Error(ExitCode::input, "grid " + in_quotes(named.grid) + " has no part " +
-                                     in_quotes(named.part) + "; a vector has x, y, z and length");
+                                     in_quotes(named.part) +
+                                     "; a vector has x, y, z, length and active");
   return named;
 }
 

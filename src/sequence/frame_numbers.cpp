@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <limits>
+#include <numeric>
 #include <set>
 
 #include "psivox/error.h"
@@ -71,11 +73,13 @@ std::string frames_text(std::span<const int> frames) {
 
 std::vector<int> gaps(const SequenceFiles& files) {
   std::vector<int> missing;
-  int step = 0;
-  for (auto file = files.begin(), next = file; file != files.end(); file = next)
-    if (++next != files.end() && (step == 0 || next->first - file->first < step))
-      step = next->first - file->first;
-  if (step == 0) return missing;
+  int step = std::numeric_limits<int>::max(), common = 0;
+  for (auto file = files.begin(), next = file; file != files.end(); file = next) {
+    if (++next == files.end()) break;
+    step = std::min(step, next->first - file->first);
+    common = std::gcd(common, next->first - file->first);
+  }
+  if (common != step) return missing;  // the numbers follow no step
   for (auto file = files.begin(), next = file; file != files.end(); file = next)
     if (++next != files.end())
       for (int frame = file->first + step; frame < next->first; frame += step)

@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "psivox/error.h"
+#include "psivox/foreign_format.h"
 #include "psivox/sequence.h"
 #include "psivox/text.h"
 
@@ -16,6 +17,8 @@ std::vector<std::string> files_in(const std::string& folder) {
   for (const auto& entry : fs::directory_iterator(folder, unreadable))
     if (entry.path().extension() == ".vdb" && !entry.is_directory(unreadable))
       paths.push_back((fs::path(folder) / entry.path().filename()).string());
+  if (const std::string format = foreign_format(folder); paths.empty() && !format.empty())
+    throw Error(ExitCode::input, folder + ": " + format);
   if (paths.empty())
     throw Error(ExitCode::input, "folder " + in_quotes(folder) + " has no .vdb file");
   std::sort(paths.begin(), paths.end());
@@ -67,14 +70,6 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs)
   SequenceFiles files;
   for (const std::string& path : paths) files.emplace(int(files.size()) + 1, path);
   return files;
-}
-
-std::vector<std::string> auto_samples(const SequenceFiles& files) {
-  std::vector<std::string> paths;
-  const auto middle = std::next(files.begin(), std::ptrdiff_t(files.size() / 2));
-  for (const std::string& path : {files.begin()->second, middle->second, files.rbegin()->second})
-    if (paths.empty() || paths.back() != path) paths.push_back(path);
-  return paths;
 }
 
 }  // namespace psivox

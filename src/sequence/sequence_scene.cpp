@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <glm/common.hpp>
 #include <limits>
 #include <utility>
@@ -48,7 +49,7 @@ std::string common_look(const std::vector<Sample>& samples) {
 /// One grid for all: where it is empty in a frame, that frame shows nothing of it.
 std::string common_grid(std::span<const std::string> paths) {
   std::vector<std::string> grids;
-  for (const std::string& path : paths) grids.push_back(VdbFile(path).default_grid());
+  for (const std::string& path : paths) grids.push_back(VdbFile(path).default_grid(/*empty=*/true));
   return common_name(grids, "density");
 }
 
@@ -126,6 +127,35 @@ bool is_empty(Scene scene, const std::string& path) {
   return read_fields(scene, VdbFile(path), true).density->active_voxels == 0;
 }
 
+bool can_be_read(Scene scene, const std::string& path) {
+  try {
+    scene.input = path;
+    read_fields(scene, VdbFile(path), true);
+    return true;
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::input) throw;
+    return false;
+  }
+}
+
+/// The files, or in place of one that cannot be read the nearest that can, if there is one.
+std::vector<std::string> readable(const Scene& scene, std::span<const std::string> paths,
+                                  std::span<const std::string> all) {
+  std::vector<std::string> found;
+  for (const std::string& path : paths) {
+    std::vector<std::string> near(all.begin(), all.end());
+    const auto place = std::ranges::find(all, path) - all.begin();
+    std::ranges::stable_sort(near, {}, [&](const std::string& other) {
+      return std::abs(std::ranges::find(all, other) - all.begin() - place);
+    });
+    const auto first =
+        std::ranges::find_if(near, [&](const auto& other) { return can_be_read(scene, other); });
+    const std::string& chosen = first == near.end() ? path : *first;
+    if (!std::ranges::count(found, chosen)) found.push_back(chosen);
+  }
+  return found;
+}
+
 /// The files that choose: those that are not empty. If one leaves nothing open, it is enough.
 std::vector<Sample> samples_of(const Scene& scene, std::span<const std::string> paths,
                                const std::string& open_look, bool background) {
@@ -159,8 +189,11 @@ double least_exposure(const Scene& scene, std::span<const std::string> paths) {
 
 }  // namespace
 
-SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> paths,
-                               const std::string& open_look, bool background) {
+SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> files,
+                               const std::string& open_look, bool background,
+                               std::span<const std::string> instead) {
+  std::vector<std::string> paths(files.begin(), files.end());
+  if (!instead.empty()) paths = readable(scene, files, instead);
   Scene common = scene;
   if (common.grid.empty()) common.grid = common_grid(paths);
   std::vector<Sample> samples = samples_of(common, paths, open_look, background);

@@ -55,35 +55,93 @@ std::string look_ups(const StudyPoint& p) {
   return decimals(p.samples_per_ray, 0) + " look-ups a ray";
 }
 
-std::string quoted(const StudyPoint& p) { return "`" + options_of(p.variant) + "`"; }
+/// The scene that the study is of.
+Scene scene_in(const StudyResults& results) {
+  return scene_from_json(results.scene, "the study's scene");
+}
+
+bool by_default_rule(const StudyPoint& p) {
+  Scene scene = scene_of(p.variant, {});
+  scene.integrator.reset();
+  return scene.resolved_integrator() == p.variant.method.integrator;
+}
+
+/// Of the points with the same picture, the one that stands for all.
+const StudyPoint* first_of_same(const StudyResults& results, const StudyPoint* point) {
+  if (!point) return nullptr;
+  const auto same = same_pictures(results, *point);
+  const auto found = std::ranges::find_if(same, [](auto* p) { return by_default_rule(*p); });
+  return found == same.end() ? same.front() : *found;
+}
+
+/// The variants with the same picture.
+std::vector<Variant> same_variants(const StudyResults& results, const StudyPoint& point) {
+  std::vector<Variant> variants;
+  for (const StudyPoint* p : same_pictures(results, point)) variants.push_back(p->variant);
+  return variants;
+}
 
 }  // namespace
 
-std::string options_of(const Variant& variant) {
+std::string same_as(const StudyPoint& point) {
+  return point.same_as.empty() ? variant_name(point.variant) : point.same_as;
+}
+
+std::vector<const StudyPoint*> same_pictures(const StudyResults& results, const StudyPoint& point) {
+  std::vector<const StudyPoint*> same;
+  for (const StudyPoint& p : results.points)
+    if (same_as(p) == same_as(point)) same.push_back(&p);
+  return same;
+}
+
+std::string settings_text(const Scene& scene, const std::vector<Variant>& same) {
+  Variant variant = same.front();
+  if (!has_rules(scene) && !variant.tolerance) {
+    variant.method.segments = 0;
+    return "`" + options_of(variant, false) + "`";
+  }
+  if (same.size() == 1) return "`" + options_of(variant) + "`";
+  std::string text = "`" + options_of(variant, false) + "` with";
+  for (std::size_t i = 0; i < same.size(); ++i)
+    text += (i == 0 ? " " : i + 1 < same.size() ? ", " : " or ") + rule_name(same[i]);
+  return text;
+}
+
+std::string no_winner_note(const Scene& scene, bool lists_rules) {
+  if (!has_rules(scene)) return " " + no_rules_note(scene) + ".";
+  return lists_rules ? " Pictures by the rules of one list are the same but for rounding." : "";
+}
+
+std::string options_of(const Variant& variant, bool with_rule) {
   const Scene scene = scene_of(variant, {});
-  const auto option = [&](const std::string& name) {
-    return "--" + name + " " + parameter_text(scene, *find_parameter(name));
-  };
-  if (variant.tolerance) return option("tolerance");
   std::string text;
-  if (variant.method.sampling == Sampling::template_) text += option("sampling") + " ";
-  if (variant.method.step > 0) text += option("step") + " ";
-  if (variant.method.segments > 0) text += option("segments") + " ";
-  text += option("integrator");
-  if (variant.filter != Filter::exact) text += " " + option("filter");
-  if (variant.texel != TexelType::float32) text += " " + option("texel");
+  const auto add = [&](const std::string& name) {
+    text +=
+        (text.empty() ? "--" : " --") + name + " " + parameter_text(scene, *find_parameter(name));
+  };
+  if (variant.tolerance) {
+    add("tolerance");
+    return text;
+  }
+  const bool cells_alone = variant.method.step == 0 && variant.method.segments == 0 && !with_rule;
+  if (variant.method.sampling == Sampling::template_ || cells_alone) add("sampling");
+  if (variant.method.step > 0) add("step");
+  if (variant.method.segments > 0) add("segments");
+  if (with_rule) add("integrator");
+  if (variant.filter != Filter::exact) add("filter");
+  if (variant.texel != TexelType::float32) add("texel");
   return text;
 }
 
 Conclusion conclusion_of(const StudyResults& results) {
   const std::vector<const StudyPoint*> points = largest_pictures(results);
   Conclusion conclusion;
-  conclusion.eight_bits = cheapest(points, within_eight_bits);
+  conclusion.eight_bits = first_of_same(results, cheapest(points, within_eight_bits));
   // from the smallest RMS up, as long as the same point is the cheapest
   constexpr double limits[] = {1e-6, 1e-5, 1e-4, 1e-3, 1e-2};
   for (const double rms : limits) {
-    const StudyPoint* best =
-        cheapest(points, [&](const StudyPoint& p) { return p.error.rms() <= rms; });
+    const StudyPoint* best = first_of_same(
+        results, cheapest(points, [&](const StudyPoint& p) { return p.error.rms() <= rms; }));
     if (conclusion.fine && best != conclusion.fine) break;
     if (!best) continue;
     conclusion.fine = best;
@@ -95,21 +153,32 @@ Conclusion conclusion_of(const StudyResults& results) {
 std::string conclusion_text(const StudyResults& results) {
   const auto [coarse, fine, fine_rms] = conclusion_of(results);
   if (results.points.empty()) return "";
+  const Scene scene = scene_in(results);
+  bool lists_rules = false;
+  const auto settings = [&](const StudyPoint& p) {
+    const std::vector<Variant> same = same_variants(results, p);
+    lists_rules |= same.size() > 1;
+    return settings_text(scene, same);
+  };
+  const auto cost = [&](const StudyPoint& p) {
+    return settings(p) + ": RMS " + two_digits(p.error.rms()) + ", " + look_ups(p);
+  };
+  const auto from = [&] { return "for an RMS of " + power_text(fine_rms) + " or less use "; };
+  std::string text;
   if (!coarse && !fine) {
     const auto best = std::ranges::min_element(results.points, {},
                                                [](const StudyPoint& p) { return p.error.rms(); });
-    return "No setting of this study is within 8 bits or an RMS of 1e-2; the least RMS is " +
-           two_digits(best->error.rms()) + ", by " + quoted(*best) + ".";
+    text = "No setting of this study is within 8 bits or an RMS of 1e-2; the least RMS is " +
+           two_digits(best->error.rms()) + ", by " + settings(*best);
+  } else if (!coarse) {
+    text = "No setting of this study is within 8 bits; " + from() + cost(*fine);
+  } else {
+    text = "For 8 bits use " + cost(*coarse) + "; ";
+    text += fine == coarse ? "no setting is cheaper"
+            : !fine        ? "no setting reaches an RMS of 1e-2"
+                           : from() + settings(*fine) + ": " + look_ups(*fine);
   }
-  const auto cost = [](const StudyPoint& p) {
-    return quoted(p) + ": RMS " + two_digits(p.error.rms()) + ", " + look_ups(p);
-  };
-  const auto from = [&] { return "for an RMS of " + power_text(fine_rms) + " or less use "; };
-  if (!coarse) return "No setting of this study is within 8 bits; " + from() + cost(*fine) + ".";
-  const std::string text = "For 8 bits use " + cost(*coarse) + "; ";
-  if (fine == coarse) return text + "no setting is cheaper.";
-  if (!fine) return text + "no setting reaches an RMS of 1e-2.";
-  return text + from() + quoted(*fine) + ": " + look_ups(*fine) + ".";
+  return text + "." + no_winner_note(scene, lists_rules);
 }
 
 }  // namespace psivox

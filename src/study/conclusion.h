@@ -6,7 +6,8 @@
 
 namespace psivox {
 
-/// What a study recommends, by its own numbers.
+/// What a study recommends, by its own numbers. Of points whose pictures differ by rounding alone
+/// it is the one by the default rule, or else the first.
 struct Conclusion {
   /// The cheapest point that is within 8 bits: 99 % of the values of radiance and of alpha differ
   /// by at most half a step from the reference. Null: there is none.
@@ -16,6 +17,12 @@ struct Conclusion {
   const StudyPoint* fine = nullptr;
   double fine_rms = 0;
 };
+
+/// The name of the first point whose picture differs from this one's by rounding alone.
+std::string same_as(const StudyPoint& point);
+/// All points whose pictures differ from that of `point` by rounding alone, itself among them. They
+/// differ in their rule alone.
+std::vector<const StudyPoint*> same_pictures(const StudyResults& results, const StudyPoint& point);
 
 /// Half a step of 8 bits.
 inline constexpr double eight_bits_error = 0.5 / 255;
@@ -30,10 +37,16 @@ inline constexpr const char* eight_bits_note =
 /// where that hardly differs, the least error.
 Conclusion conclusion_of(const StudyResults& results);
 
-/// The options that render a variant: "--step 2 --integrator psi-balanced".
-std::string options_of(const Variant& variant);
+/// The options that render a variant: "--step 2 --integrator psi-balanced", or "--step 2".
+std::string options_of(const Variant& variant, bool with_rule = true);
 
-/// The conclusion as a sentence, with options in backquotes; empty without points.
+/// The options that render variants which differ in their rule alone, and have the same picture:
+/// "`--step 2 --integrator psi-balanced`", or "`--step 2` with average or psi-balanced".
+std::string settings_text(const Scene& scene, const std::vector<Variant>& same);
+/// A sentence that says why a conclusion names no rule, with a space before it; empty if it does.
+std::string no_winner_note(const Scene& scene, bool lists_rules);
+
+/// The conclusion in a sentence or two, with options in backquotes; empty without points.
 std::string conclusion_text(const StudyResults& results);
 
 }  // namespace psivox

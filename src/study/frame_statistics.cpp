@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
@@ -19,11 +20,13 @@ namespace {
 struct FrameStatistics {
   Variant variant;
   std::vector<int> frames;
+  std::vector<std::string> same_as;  ///< in each frame
   std::vector<double> rms, samples, cpu_ms;
   double worst_p99 = 0;  ///< of radiance and alpha, over all frames
 
   void add(int frame, const StudyPoint& point) {
     frames.push_back(frame);
+    same_as.push_back(psivox::same_as(point));
     rms.push_back(point.error.rms());
     samples.push_back(point.samples_per_ray);
     cpu_ms.push_back(psivox::cpu_ms(point).median);
@@ -37,13 +40,23 @@ struct FrameStatistics {
   }
 };
 
-std::vector<FrameStatistics> statistics_of(const std::vector<StudiedFrame>& studied) {
-  std::vector<FrameStatistics> all;
+/// Of all frames. They are in one scene, but for the names of their files.
+struct SequenceStatistics {
+  std::vector<FrameStatistics> variants;
+  Scene scene;
+  std::size_t frames = 0;
+};
+
+SequenceStatistics statistics_of(const std::vector<StudiedFrame>& studied) {
+  SequenceStatistics all{{}, {}, studied.size()};
   for (const auto& [frame, folder] : studied) {
     const std::string path = (folder / "results.json").string();
-    for (const StudyPoint& point : results_from_json(read_text(path, "study"), path).points) {
-      auto found = std::ranges::find(all, point.variant, &FrameStatistics::variant);
-      if (found == all.end()) found = all.insert(all.end(), {point.variant, {}, {}, {}, {}});
+    const StudyResults results = results_from_json(read_text(path, "study"), path);
+    all.scene = scene_from_json(results.scene, path);
+    for (const StudyPoint& point : results.points) {
+      auto found = std::ranges::find(all.variants, point.variant, &FrameStatistics::variant);
+      if (found == all.variants.end())
+        found = all.variants.insert(found, {point.variant, {}, {}, {}, {}, {}});
       found->add(frame, point);
     }
   }
@@ -84,32 +97,35 @@ TextTable statistics_table(const std::vector<FrameStatistics>& all) {
 }
 
 /// The method with the fewest look-ups that no 8-bit picture of any frame tells from the truth.
-std::string conclusion_of(const std::vector<FrameStatistics>& all, std::size_t frames) {
+std::string conclusion_of(const SequenceStatistics& all) {
   const FrameStatistics* best = nullptr;
   const auto look_ups = [](const FrameStatistics& s) { return spread_of(s.samples).median; };
-  for (const FrameStatistics& s : all)
-    if (s.frames.size() == frames && s.worst_p99 <= eight_bits_error &&
+  for (const FrameStatistics& s : all.variants)
+    if (s.frames.size() == all.frames && s.worst_p99 <= eight_bits_error &&
         (!best || look_ups(s) < look_ups(*best)))
       best = &s;
-  const std::string every = "all " + std::to_string(frames) + " frames";
+  const std::string every = "all " + std::to_string(all.frames) + " frames";
   if (!best) return "For 8 bits in " + every + " no method of this study is enough.";
-  return "For 8 bits in " + every + " use `" + options_of(best->variant) + "`: RMS " +
+  std::vector<Variant> same;
+  for (const FrameStatistics& s : all.variants)
+    if (s.same_as == best->same_as) same.push_back(s.variant);
+  return "For 8 bits in " + every + " use " + settings_text(all.scene, same) + ": RMS " +
          two_digits(spread_of(best->rms).max) + " at most, " + decimals(look_ups(*best), 0) +
-         " look-ups a ray.";
+         " look-ups a ray." + no_winner_note(all.scene, same.size() > 1);
 }
 
 }  // namespace
 
 std::string write_frame_statistics(const std::vector<StudiedFrame>& frames,
                                    const std::filesystem::path& out) {
-  const std::vector<FrameStatistics> all = statistics_of(frames);
-  const std::string conclusion = conclusion_of(all, frames.size());
-  const TextTable table = statistics_table(all);
+  const SequenceStatistics all = statistics_of(frames);
+  const std::string conclusion = conclusion_of(all);
+  const TextTable table = statistics_table(all.variants);
   std::string body = "<p>" + conclusion + "</p>\n" + html_table(table) + "<h2>Frames</h2>\n<p>";
   for (const auto& [frame, folder] : frames)
     body += "<a href=\"" + folder.filename().string() + "/index.html\">" + std::to_string(frame) +
             "</a> ";
-  write_text((out / "frames.csv").string(), statistics_csv(all));
+  write_text((out / "frames.csv").string(), statistics_csv(all.variants));
   write_text((out / "frames.md").string(), conclusion + "\n\n" + markdown_table(table));
   write_text((out / "index.html").string(),
              html_page("psivox study of a sequence", body + "</p>\n"));

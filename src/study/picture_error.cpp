@@ -1,6 +1,7 @@
 #include "study/picture_error.h"
 
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -46,6 +47,13 @@ PictureError picture_error(const Image& a, const Image& b) {
   if (a.width != b.width || a.height != b.height)
     throw Error(ExitCode::input, "pictures of different sizes cannot be compared");
   return {deviation(a, b, 0, 3), deviation(a, b, 3, 4)};
+}
+
+double rounding_rms(const Image& image) {
+  ErrorSum sum;
+  for (const float value : image.rgba())
+    if (std::isfinite(value)) sum.add(value, 0);
+  return 8.0 * std::numeric_limits<float>::epsilon() * sum.rms();
 }
 
 }  // namespace psivox

@@ -28,4 +28,10 @@ struct PictureError {
 /// The error a - b. Throws Error(input) if the sizes differ.
 PictureError picture_error(const Image& a, const Image& b);
 
+/// The RMS over R G B A by which rounding alone may change the picture. In float a segment rounds
+/// the ray's sums by a few halves of 2^-23 of them, and the roundings of n segments add up as
+/// sqrt(n): 8 * 2^-23 of the picture for 100 of them. Pictures that differ by no more cannot be
+/// told apart by their method.
+double rounding_rms(const Image& image);
+
 }  // namespace psivox

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <regex>
 
+#include "psivox/command_text.h"
 #include "psivox/parameters.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/conclusion.h"
 #include "study/html.h"
@@ -17,25 +20,73 @@ namespace psivox {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int thumbnail_width = 256;
+constexpr int thumbnail_width = 256, picture_width = 512;
+
+std::string text(const Scene& scene, const char* name) {
+  return parameter_text(scene, *find_parameter(name));
+}
+
+/// What shines on the scene: lights and sky.
+std::string lights_text(const Scene& scene) {
+  std::string lights;
+  if (!scene.lights.empty()) lights = text(scene, "light");
+  if (scene.sky) lights += (lights.empty() ? "" : "; ") + ("sky " + text(scene, "sky"));
+  return lights.empty() ? "none" : lights;
+}
+
+std::string light_text(const Scene& scene) {
+  if (scene.mode == Mode::isosurface)
+    return "on the surface: " + lights_text(scene) + "; and " + text(scene, "luminance") +
+           " from everywhere";
+  if (!scene.lit()) return "none";
+  return lights_text(scene) +
+         "; scattered once. A ray in double from each voxel to each light, once for the reference "
+         "and all pictures: its error is the rounding to float32, and is in no number below" +
+         (scene.sky ? ". The sky is 512 directions" : "");
+}
+
+std::string luminance_text(const Scene& scene) {
+  if (!scene.composites()) return "none under --mode " + text(scene, "mode");
+  std::string luminance = text(scene, "luminance");
+  if (!scene.luminance_grid.empty())
+    luminance +=
+        " times " + text(scene, "luminance-scale") + " of " + in_quotes(scene.luminance_grid);
+  if (!scene.temperature_grid.empty())
+    luminance += " times a black body's, of " + in_quotes(scene.temperature_grid);
+  if (scene.colormap) luminance += " times the colours of " + text(scene, "colormap");
+  if (!scene.transfer_function.empty())
+    luminance += " times the colours of " + scene.transfer_function;
+  return luminance;
+}
+
+std::string emission_text(const Scene& scene) {
+  if (scene.emission_grid.empty() || !scene.composites()) return "none";
+  const bool hot = scene.emission_color == EmissionColor::black_body;
+  return text(scene, "emission-scale") + " times " + in_quotes(scene.emission_grid) +
+         (hot ? ", a black body's" : "");
+}
 
 std::string head(const StudyResults& r) {
   const std::string version = r.version + (r.git.empty() ? "" : " (" + r.git + ")");
+  const Scene scene = scene_from_json(r.scene, "the study's scene");
   return html_table(
       {{"study", ""},
        {"file", escaped(r.input) + ", FNV-1a " + r.input_hash},
-       {"psivox", escaped(version)},
-       {"GL", escaped(r.renderer)},
-       {"machine",
-        escaped(r.processor) + ", " + std::to_string(r.threads) + " threads, " + escaped(r.system)},
+       {"light", escaped(light_text(scene))},
+       {"luminance", escaped(luminance_text(scene))},
+       {"emission", escaped(emission_text(scene))},
        {"reference", "adaptive quadrature in double; its error is at most " +
                          two_digits(r.reference_bound) + " at any pixel"},
        {"points", std::to_string(r.points.size()) + ", each timed " +
-                      (r.repeats == 1 ? "once" : std::to_string(r.repeats) + " times")}},
+                      (r.repeats == 1 ? "once" : std::to_string(r.repeats) + " times")},
+       {"psivox", escaped(version)},
+       {"GL", escaped(r.renderer)},
+       {"machine", escaped(r.processor) + ", " + std::to_string(r.threads) + " threads, " +
+                       escaped(r.system)}},
       Cells::words);
 }
 
-/// The page's first sentence, and what it means by 8 bits. Lines break between options.
+/// The page's first sentence. Lines break between options.
 std::string conclusion_html(const StudyResults& results) {
   const std::string sentence = escaped(conclusion_text(results));
   std::string html;
@@ -50,7 +101,23 @@ std::string conclusion_html(const StudyResults& results) {
       html += sentence[i];
     }
   }
-  return "<p class=\"conclusion\">" + html + "</p>\n<p>" + eight_bits_note + "</p>\n";
+  return "<p class=\"conclusion\">" + html + "</p>\n";
+}
+
+/// The command that draws the picture. Lines break between options.
+std::string command_html(const StudyResults& results) {
+  static const std::regex option(" --");
+  return "<pre class=\"command\"><span>" +
+         std::regex_replace(escaped(command_of(results)), option, "</span> <span>--") +
+         "</span></pre>\n";
+}
+
+/// The first screen: what was found, and of what.
+std::string first_screen(const StudyResults& results, const std::string& pictures) {
+  return conclusion_html(results) + "<div class=\"first\">\n<div>" + pictures +
+         "</div>\n<div>\n<p>This command draws this picture; append a setting's options to draw it "
+         "that way:</p>\n" +
+         command_html(results) + head(results) + "</div>\n</div>\n<p>" + eight_bits_note + "</p>\n";
 }
 
 std::string spread_text(const Spread& s) {
@@ -169,7 +236,7 @@ std::string references(const StudyResults& results, const fs::path& folder) {
     const std::string name = reference_name(p.variant);
     if (std::find(names.begin(), names.end(), name) != names.end()) continue;
     names.push_back(name);
-    out += html_figure(folder / (name + ".png"), "the reference", 2 * thumbnail_width);
+    out += html_figure(folder / (name + ".png"), "the picture, by the reference", picture_width);
   }
   return out;
 }
@@ -183,8 +250,7 @@ std::string reference_name(const Variant& variant) {
 
 void write_report(const StudyResults& results, const fs::path& folder) {
   write_text((folder / "results.md").string(), results_markdown(results));
-  std::string body = conclusion_html(results);
-  body += "<div class=\"gallery\">\n" + head(results) + references(results, folder) + "</div>\n";
+  std::string body = first_screen(results, references(results, folder));
   body +=
       "<h2>Cheapest ways to an error</h2>\n<p>Error is the RMS over R G B A of the GPU's picture "
       "less the reference, in linear radiance. For each error the table names the measured variant "

@@ -24,9 +24,12 @@ struct TimeSample {
 /// The measurements of one variant.
 struct StudyPoint {
   Variant variant;
-  std::optional<Variant> chosen;           ///< under a tolerance: the method that was used
-  double estimate = 0;                     ///< under a tolerance: the estimated RMS
-  PictureError error;                      ///< GPU - reference
+  std::optional<Variant> chosen;  ///< under a tolerance: the method that was used
+  double estimate = 0;            ///< under a tolerance: the estimated RMS
+  PictureError error;             ///< GPU - reference
+  /// Another point, by its name, that differs from this one in its rule alone, and whose picture
+  /// differs by rounding alone; empty for the first of such points.
+  std::string same_as{};
   std::optional<PictureError> step_error;  ///< march in double - reference
   std::optional<PictureError> arithmetic;  ///< GPU - march in double
   double samples_per_ray = 0;              ///< field look-ups
@@ -54,12 +57,15 @@ struct StudyResults {
   std::string renderer;  ///< GL_RENDERER and GL_VERSION
   std::string input;
   std::string input_hash;      ///< FNV-1a of the file, 64 bits
-  std::string scene;           ///< resolved, as JSON, without_sweep
+  std::string scene;           ///< resolved, as JSON, studied_scene
   double reference_bound = 0;  ///< bound on the reference's radiance error at any pixel
   int repeats = 0;
   std::vector<SkippedVariant> skipped;
   std::vector<StudyPoint> points;
 };
+
+/// The command that draws the study's scene by the default method.
+std::string command_of(const StudyResults& results);
 
 std::string results_json(const StudyResults& results);
 /// Throws Error(input) that names `source`.

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "psivox/command_text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
@@ -81,6 +82,7 @@ Json json_of(const StudyPoint& p) {
     j["chosen"] = json_of(*p.chosen);
     j["chosen"]["rms"] = p.estimate;
   }
+  if (!p.same_as.empty()) j["same_as"] = p.same_as;
   j["error"] = json_of(p.error);
   j["step_error"] = json_of(p.step_error);
   j["arithmetic_error"] = json_of(p.arithmetic);
@@ -101,6 +103,7 @@ StudyPoint point_from(const Json& j) {
     p.chosen = variant_from(j.at("chosen"));
     p.estimate = j.at("chosen").at("rms").get<double>();
   }
+  p.same_as = j.value("same_as", "");
   p.error = error_from(j.at("error"));
   p.step_error = optional_error_from(j.at("step_error"));
   p.arithmetic = optional_error_from(j.at("arithmetic_error"));
@@ -116,9 +119,13 @@ StudyPoint point_from(const Json& j) {
 
 Json conclusion_json(const StudyResults& results) {
   const Conclusion conclusion = conclusion_of(results);
-  const auto advice = [](const StudyPoint* p) -> Json {
+  const auto advice = [&](const StudyPoint* p) -> Json {
     if (!p) return nullptr;
+    Json rules = Json::array();
+    for (const StudyPoint* same : same_pictures(results, *p))
+      rules.push_back(rule_name(same->variant));
     return {{"options", options_of(p->variant)},
+            {"rules", std::move(rules)},
             {"rms", p->error.rms()},
             {"samples_per_ray", p->samples_per_ray}};
   };
@@ -138,6 +145,10 @@ Json scene_without_input(const std::string& text) {
 
 }  // namespace
 
+std::string command_of(const StudyResults& results) {
+  return render_command_line(scene_from_json(results.scene, "the study's scene"), "picture.png");
+}
+
 std::string results_json(const StudyResults& r) {
   Json out = {
       {"psivox_study", format_version},
@@ -147,6 +158,7 @@ std::string results_json(const StudyResults& r) {
       {"renderer", r.renderer},
       {"input", {{"file", r.input}, {"fnv1a", r.input_hash}}},
       {"scene", Json::parse(r.scene)},
+      {"command", command_of(r)},
       {"reference", {{"error_bound", r.reference_bound}}},
       {"repeats", r.repeats}};
   out["conclusion"] = conclusion_json(r);

@@ -139,8 +139,9 @@ TextTable rules_table(const StudyResults& results) {
 std::string results_markdown(const StudyResults& results) {
   TextTable rules = rules_table(results);
   for (std::size_t i = 1; i < rules.size(); ++i) rules[i][0] = "`" + rules[i][0] + "`";
-  std::string out = conclusion_text(results) + " " + eight_bits_note + "\n\n" + rules_note +
-                    "\n\n" + markdown_table(rules) + "\n" + needs_note + "\n\n" +
+  std::string out = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
+                    command_of(results) + "\n```\n\n" + rules_note + "\n\n" +
+                    markdown_table(rules) + "\n" + needs_note + "\n\n" +
                     markdown_table(needs_table(results));
   if (results.skipped.empty()) return out;
   out += "\nSkipped:\n\n";

@@ -7,6 +7,7 @@
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/picture_file.h"
 #include "psivox/stopwatch.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
@@ -47,6 +48,7 @@ class StudyRun {
   std::string state() const;
 
  private:
+  void refuse_nothing() const;
   void check_texels();
   void resume();
   void make_references();
@@ -57,6 +59,8 @@ class StudyRun {
 
   Wish wish_of(const Variant& variant) const;
   PictureError split(const Variant& variant, const Drawn& drawn, PictureError& step_error);
+  std::string same_picture(std::size_t i, const StudyPoint& point, const Image& image);
+  void write_png(Image image, const Scene& scene, const fs::path& path) const;
 
   void stop_if_asked() const {
     if (options_.stop && options_.stop()) throw Error(ExitCode::interrupted, "interrupted");
@@ -81,9 +85,8 @@ class StudyRun {
   void save() const;
 
   const StudyOptions& options_;
-  Scene scene_;      ///< without the parameters that the sweep sets
-  Session session_;  ///< the GPU draws it; the march in double uses the light that the GPU computed
-  Session own_light_;  ///< the reference draws it, with its own light
+  Session session_;  ///< all draw it, in the light that the reference computes
+  Scene scene_;      ///< the session's, without the parameters that the sweep sets
   std::shared_ptr<Marcher> gpu_, double_, reference_;
   StudyPlan plan_;
   StudyResults base_;                              ///< without points
@@ -94,16 +97,21 @@ class StudyRun {
 
 /// The view of the scene that all variants share.
 View shared_view(View view) {
-  view.scene = without_sweep(view.scene);
+  view.scene = studied_scene(view.scene);
   return view;
+}
+
+/// Whether the variants differ in their rule alone.
+bool differ_in_rule(Variant a, const Variant& b) {
+  a.method.integrator = b.method.integrator;
+  return a == b && !a.tolerance;
 }
 
 StudyRun::StudyRun(View view, const StudyOptions& options)
     : options_(options),
-      scene_(without_sweep(view.scene)),
-      session_(shared_view(view)),
-      own_light_(shared_view(view)),
-      gpu_(open_gpu({.device = view.scene.device})),
+      session_(shared_view(std::move(view))),
+      scene_(session_.view().scene),
+      gpu_(open_gpu({.device = scene_.device})),
       double_(open_double()),
       reference_(open_reference()) {
   plan_ = plan_study(options.sweep, scene_);
@@ -121,13 +129,18 @@ StudyRun::StudyRun(View view, const StudyOptions& options)
   base_.repeats = options.repeats;
 }
 
-/// The GPU computes the light once; the error of the light counts in each variant's step error and
-/// total error.
 Wish StudyRun::wish_of(const Variant& variant) const {
   Wish wish;
   wish.scene = scene_of(variant, scene_);
   wish.progress = [this](Stage, double) { stop_if_asked(); };
   return wish;
+}
+
+void StudyRun::refuse_nothing() const {
+  if (!plan_.variants.empty()) return;
+  throw Error(ExitCode::usage,
+              "the sweep has nothing to render: " +
+                  (plan_.skipped.empty() ? "it is empty" : plan_.skipped.front().reason));
 }
 
 /// Removes from the plan the variants of a texel type that cannot hold the values.
@@ -151,10 +164,7 @@ void StudyRun::check_texels() {
       plan_.skipped.push_back({variant, found[texel]});
   }
   plan_.variants = std::move(kept);
-  if (plan_.variants.empty())
-    throw Error(ExitCode::usage,
-                "the sweep has nothing to render: " +
-                    (plan_.skipped.empty() ? "it is empty" : plan_.skipped.front().reason));
+  refuse_nothing();
   base_.skipped = plan_.skipped;
   points_.resize(plan_.variants.size());
 }
@@ -186,7 +196,7 @@ Image StudyRun::make_reference(const Variant& variant) {
   const std::string scene = to_json(own);
   if (options_.resume && fs::exists(path) && read_metadata(path, "psivox:scene") == scene)
     return read_image(path);
-  Image image = own_light_.draw(*reference_, wish).image;
+  Image image = session_.draw(*reference_, wish).image;
   image.metadata["psivox:scene"] = scene;
   write_image(image, path);
   return image;
@@ -198,7 +208,7 @@ void StudyRun::make_references() {
     const std::string name = reference_name(variant);
     if (references_.contains(name)) continue;
     const Image& image = references_[name] = make_reference(variant);
-    write_image(image, options_.folder / (name + ".png"));
+    write_png(image, wish_of(variant).scene.value(), options_.folder / (name + ".png"));
     for (const Layer& layer : image.layers)
       if (layer.name == "error")
         for (const float bound : layer.values)
@@ -215,6 +225,28 @@ PictureError StudyRun::split(const Variant& variant, const Drawn& drawn, Picture
   return picture_error(drawn.image, exact);
 }
 
+/// The name of a point that differs from this one in its rule alone and has the same picture but
+/// for rounding; empty if there is none.
+std::string StudyRun::same_picture(std::size_t i, const StudyPoint& point, const Image& image) {
+  const double rounding = rounding_rms(image);
+  for (std::size_t j = 0; j < points_.size(); ++j) {
+    if (j == i || !points_[j] || !points_[j]->same_as.empty() ||
+        !differ_in_rule(plan_.variants[j], point.variant) ||
+        std::abs(points_[j]->error.rms() - point.error.rms()) > rounding)  // triangle inequality
+      continue;
+    const Image other = session_.draw(*gpu_, wish_of(plan_.variants[j])).image;
+    if (picture_error(other, image).rms() <= rounding) return variant_name(plan_.variants[j]);
+  }
+  return {};
+}
+
+/// Writes the picture as `render` does, with the scene's background and exposure.
+void StudyRun::write_png(Image image, const Scene& scene, const fs::path& path) const {
+  std::optional<ColorScale> scale;
+  if (scene.color_bar) scale = color_scale(session_.view());
+  write_picture(image, scene, scale, base_.renderer, {path.string()});
+}
+
 /// Measures all but the times; these results do not depend on when they are measured.
 void StudyRun::measure(std::size_t i) {
   const Variant& variant = plan_.variants[i];
@@ -223,7 +255,7 @@ void StudyRun::measure(std::size_t i) {
   if (points_[i]) point.times = points_[i]->times;
 
   Wish wish = wish_of(variant);
-  const Drawn drawn = session_.draw(*gpu_, wish);
+  Drawn drawn = session_.draw(*gpu_, wish);
   wish.plan = drawn.plan;
   wish.count = true;
   wish.confirm = false;
@@ -234,6 +266,7 @@ void StudyRun::measure(std::size_t i) {
     point.estimate = drawn.plan->chosen.rms;
   }
   point.error = picture_error(drawn.image, reference);
+  point.same_as = same_picture(i, point, drawn.image);
   const double rays = static_cast<double>(counts.rays);
   point.samples_per_ray = static_cast<double>(counts.samples) / rays;
   point.steps_per_ray = static_cast<double>(counts.steps) / rays;
@@ -246,9 +279,9 @@ void StudyRun::measure(std::size_t i) {
     point.step_error = step_error;
   }
   const std::string file = file_name(variant) + ".png";
-  write_image(drawn.image, options_.folder / pictures_folder / file);
   write_image(difference_picture(drawn.image, reference, point.difference_scale),
               options_.folder / differences_folder / file);
+  write_png(std::move(drawn.image), wish.scene.value(), options_.folder / pictures_folder / file);
   points_[i] = std::move(point);
 }
 
@@ -313,6 +346,8 @@ std::string StudyRun::state() const {
 }
 
 void StudyRun::run() {
+  refuse_nothing();
+  session_.prepare(*reference_, wish_of(plan_.variants.front()));
   check_texels();
   resume();
   for (const char* folder : {pictures_folder, differences_folder})
@@ -353,6 +388,8 @@ void check_study_folder(const fs::path& folder, bool resume) {
 }
 
 std::string run_study(View view, const StudyOptions& options) {
+  if (view.scene.mode == Mode::slice)
+    throw Error(ExitCode::usage, "--mode slice does not march; a study has nothing to compare");
   check_study_folder(options.folder, options.resume);
   StudyRun run(std::move(view), options);
   try {

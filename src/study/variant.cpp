@@ -51,6 +51,14 @@ std::string text_of(const char* parameter, const Scene& scene) {
   return parameter_text(scene, *find_parameter(parameter));
 }
 
+/// The variant without what does not change a picture of the scene.
+Variant what_counts(Variant variant, const Scene& base) {
+  if (has_rules(base)) return variant;
+  variant.method.integrator = Integrator{};
+  variant.method.segments = 0;
+  return variant;
+}
+
 /// The reason why the scene refuses this variant, or empty.
 std::string refusal(const Variant& variant, const Scene& base) {
   try {
@@ -106,7 +114,7 @@ void set_sweep(Sweep& sweep, std::string_view list, std::string_view text) {
 }
 
 Scene scene_of(const Variant& variant, const Scene& base) {
-  Scene scene = without_sweep(base);
+  Scene scene = studied_scene(base);
   if (variant.resolution.x > 0) scene.resolution = variant.resolution;
   if (variant.tolerance) {
     if (*variant.tolerance > 0) scene.tolerance = variant.tolerance;
@@ -119,12 +127,20 @@ Scene scene_of(const Variant& variant, const Scene& base) {
   return scene;
 }
 
-Scene without_sweep(const Scene& scene) {
+Scene studied_scene(const Scene& scene) {
   Scene out = scene;
   for (const std::string& name : swept_parameters()) set_default(out, *find_parameter(name));
+  out.early_termination = out.resolved_early_termination();
   // one light for all variants, so that they differ by their method alone
   out.light_quality = LightQuality::exact;
   return out;
+}
+
+bool has_rules(const Scene& scene) { return scene.attenuates(); }
+
+std::string no_rules_note(const Scene& scene) {
+  return "--mode " + text_of("mode", scene) +
+         " integrates nothing, so that the rule and the segments change no picture";
 }
 
 std::string rule_name(const Variant& variant) {
@@ -191,7 +207,12 @@ StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
     if (std::any_of(plan.variants.begin(), plan.variants.end(), same)) return;
     const auto skipped_same = [&](const SkippedVariant& other) { return other.variant == variant; };
     if (std::any_of(plan.skipped.begin(), plan.skipped.end(), skipped_same)) return;
-    const std::string reason = refusal(variant, base);
+    std::string reason = refusal(variant, base);
+    const auto no_other = [&](const Variant& other) {
+      return what_counts(other, base) == what_counts(variant, base);
+    };
+    if (reason.empty() && std::ranges::any_of(plan.variants, no_other))
+      reason = no_rules_note(base);
     if (reason.empty())
       plan.variants.push_back(variant);
     else

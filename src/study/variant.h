@@ -31,8 +31,11 @@ std::string file_name(const Variant& variant);
 
 /// The scene that renders the variant.
 Scene scene_of(const Variant& variant, const Scene& base);
-/// The scene with the defaults of all parameters that a sweep sets.
-Scene without_sweep(const Scene& scene);
+
+/// Whether the picture depends on the rule and the segments: a maximum or a surface does not.
+bool has_rules(const Scene& scene);
+/// Why it does not, in a sentence.
+std::string no_rules_note(const Scene& scene);
 
 /// The curve that a variant is a point of: the variant with step, segments and tolerance set to 0.
 Variant refinement(Variant variant);

@@ -1,20 +1,89 @@
 #include "psivox/memory.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <fstream>
 #include <limits>
 #include <string>
+#include <string_view>
 
 namespace psivox {
+namespace {
 
-std::uint64_t available_memory() {
-  std::ifstream file("/proc/meminfo");
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
+
+/// The number after a name, in a file of names and numbers.
+std::uint64_t number_after(const fs::path& path, std::string_view wanted, std::uint64_t otherwise) {
+  std::ifstream file(path);
   std::string name;
-  std::uint64_t kibibytes = 0;
-  while (file >> name >> kibibytes) {
-    if (name == "MemAvailable:") return kibibytes << 10;
+  std::uint64_t number = 0;
+  while (file >> name >> number) {
+    if (name == wanted) return number;
     file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
   }
-  return 0;
+  return otherwise;
+}
+
+/// Of version 2 or 1 of control groups: the names of their files.
+struct GroupFiles {
+  const char *limit, *usage, *reclaimable;
+};
+constexpr GroupFiles version_2{"memory.max", "memory.current", "inactive_file"};
+constexpr GroupFiles version_1{"memory.limit_in_bytes", "memory.usage_in_bytes",
+                               "total_inactive_file"};
+
+/// What the limit of one group leaves; the word `max` is no limit.
+std::uint64_t left_in_group(const fs::path& folder, const GroupFiles& files) {
+  std::uint64_t limit = 0, usage = 0;
+  if (!(std::ifstream(folder / files.limit) >> limit) ||
+      !(std::ifstream(folder / files.usage) >> usage))
+    return unknown;
+  usage -= std::min(usage, number_after(folder / "memory.stat", files.reclaimable, 0));
+  return limit - std::min(limit, usage);
+}
+
+/// What the group of this process and all groups above it leave. In a container the groups' root is
+/// the container's own group, whatever path /proc names.
+std::uint64_t left_in_groups(const fs::path& root) {
+  std::uint64_t left = unknown;
+  std::ifstream file(root / "proc/self/cgroup");
+  for (std::string line; std::getline(file, line);) {  // number:controllers:/path
+    const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    const bool v2 = controllers == ",,";
+    if (!v2 && controllers.find(",memory,") == std::string::npos) continue;
+    const fs::path top = root / (v2 ? "sys/fs/cgroup" : "sys/fs/cgroup/memory");
+    fs::path group = fs::path(line.substr(second + 1)).relative_path();
+    for (;; group = group.parent_path()) {
+      left = std::min(left, left_in_group(top / group, v2 ? version_2 : version_1));
+      if (group.empty()) break;
+    }
+  }
+  return left;
+}
+
+/// What `ulimit -v` leaves.
+std::uint64_t left_in_address_space() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unknown;
+  std::uint64_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  const std::uint64_t used = pages * std::uint64_t(sysconf(_SC_PAGESIZE));
+  return limit.rlim_cur - std::min<std::uint64_t>(limit.rlim_cur, used);
+}
+
+}  // namespace
+
+std::uint64_t available_memory(const fs::path& root) {
+  const std::uint64_t kibibytes = number_after(root / "proc/meminfo", "MemAvailable:", unknown);
+  const std::uint64_t machine = kibibytes == unknown ? unknown : kibibytes << 10;
+  const std::uint64_t left = std::min({machine, left_in_groups(root), left_in_address_space()});
+  return left == unknown ? 0 : std::max<std::uint64_t>(left, 1);
 }
 
 }  // namespace psivox

@@ -6,8 +6,11 @@
 #include <utility>
 
 #include "check_topology.h"
+#include "conform.h"
 #include "grid_types.h"
+#include "point_counts.h"
 #include "psivox/error.h"
+#include "psivox/foreign_format.h"
 #include "psivox/printable.h"
 #include "psivox/text.h"
 #include "read_leaves.h"
@@ -27,15 +30,14 @@ std::string explain(const std::exception& e) {
   return printable(text);
 }
 
-/// Throws for a format that users take for this one.
-void refuse_nanovdb(FileBlocks& file) {
-  constexpr std::string_view magic = "NanoVDB";
+/// Throws for a file of another format.
+void refuse_foreign(FileBlocks& file) {
+  constexpr std::string_view magic = " BDV";  // OpenVDB's number 0x56444220, least byte first
   const FileRun first = file.run(0, 1);
-  if (first.size >= std::int64_t(magic.size()) &&
-      std::string_view(first.bytes.get(), magic.size()) == magic)
-    throw Error(ExitCode::input, file.path() +
-                                     ": is a NanoVDB file, which psivox does not read; "
-                                     "nanovdb_convert, a tool of OpenVDB, makes a .vdb of it");
+  const std::string_view head(first.bytes.get(), std::size_t(first.size));
+  if (head.starts_with(magic)) return;
+  if (const std::string format = foreign_format(file.path(), head); !format.empty())
+    throw Error(ExitCode::input, file.path() + ": " + format);
 }
 
 }  // namespace
@@ -43,7 +45,7 @@ void refuse_nanovdb(FileBlocks& file) {
 Archive::Archive(FileBlocks& file, Progress progress)
     : file_(file), buffer_(file, std::move(progress)) {
   openvdb::initialize();
-  refuse_nanovdb(file);
+  refuse_foreign(file);
   stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
   try {
     readHeader(stream_);
@@ -123,7 +125,7 @@ void Archive::read_entry(GridEntry& entry) {
 
 /// A file without positions (written to a pipe) can only be read from its beginning to its end.
 void Archive::stream_grid(GridEntry& entry) {
-  entry.streamed = openvdb::GridBase::createGrid(entry.descriptor.gridType());
+  entry.streamed = openvdb::GridBase::createGrid(stored_like(entry.descriptor.gridType()));
   entry.streamed->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
   buffer_.expect(file_.size());
   read_here(entry.streamed, entry.descriptor, /*values=*/true);
@@ -185,13 +187,14 @@ openvdb::GridBase::Ptr Archive::read(const GridEntry& entry, bool values) {
     }
     throw openvdb::KeyError("the grid that has its tree is missing");
   });
-  return grid;
+  return values && is_mask(entry.descriptor.gridType()) ? activity_of(grid) : grid;
 }
 
 /// A new grid, for which the stream is at the entry's place.
 openvdb::GridBase::Ptr Archive::begin_grid(const GridEntry& entry) {
   stream_.clear();
-  openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
+  openvdb::GridBase::Ptr grid =
+      openvdb::GridBase::createGrid(stored_like(entry.descriptor.gridType()));
   grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
   entry.descriptor.seekToGrid(stream_);
   buffer_.expect(entry.descriptor.getEndPos() - entry.descriptor.getGridPos());
@@ -235,11 +238,31 @@ void Archive::read_head(openvdb::GridBase& grid, std::string* delayed_load) {
   grid.readTransform(stream_);
 }
 
+/// The values of leaves behind a grid's topology; the stream goes behind them.
+void Archive::read_values(openvdb::GridBase& grid, const std::string& grid_type) {
+  constexpr std::int64_t mask_leaf = 64 + 3 * 4;  // of a mask once more, and the origin [bytes]
+  if (is_points(grid_type)) {
+    if (fileVersion() < openvdb::OPENVDB_FILE_VERSION_MULTIPASS_IO)
+      throw openvdb::IoError("points in a file of so old a format are not supported");
+    const std::int64_t attributes =
+        read_point_counts(static_cast<openvdb::Int32Grid&>(grid), stream_);
+    // a grid that has a position may begin wherever this one ends
+    if (!inputHasGridOffsets()) stream_.seekg(attributes, std::ios_base::cur);
+  } else if (is_mask(grid_type)) {
+    stream_.seekg(mask_leaf * std::int64_t(grid.constBaseTree().leafCount()), std::ios_base::cur);
+  } else {
+    read_leaves(grid, stream_, buffer_);
+  }
+}
+
 /// OpenVDB's readGrid for the grid at the stream's position, with leaves read by all threads.
 void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor& descriptor,
                         bool values) {
-  if (channels_of(descriptor.gridType()) == 0 ||
+  const std::string& grid_type = descriptor.gridType();
+  if (channels_of(grid_type) == 0 ||
       fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) {
+    if (stored_like(grid_type) != grid_type)
+      throw openvdb::IoError("a grid of its type in so old a format is not supported");
     readGrid(grid, descriptor, stream_);
     check_root(*grid);
     return;
@@ -249,7 +272,7 @@ void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor
   check_topology(*grid, stream_);
   grid->readTopology(stream_);
   check_root(*grid);
-  if (values) read_leaves(*grid, stream_, buffer_);
+  if (values) read_values(*grid, grid_type);
 }
 
 MetadataText Archive::metadata_of(const GridEntry& entry) {

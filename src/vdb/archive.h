@@ -50,10 +50,11 @@ class Archive final : private openvdb::io::Archive {
   /// The entry's metadata, without its tree; empty if it cannot be read.
   MetadataText metadata_of(const GridEntry& entry);
 
-  /// The entry's grid, which the caller may change. Throws Error(input).
+  /// The entry's grid, which the caller may change: of int32 if the file has points, the numbers of
+  /// points in each voxel; 1 at active voxels if it has a mask. Throws Error(input).
   openvdb::GridBase::Ptr read(const GridEntry& entry) { return read(entry, /*values=*/true); }
 
-  /// The same without the values of voxels. Those of leaves must not be used.
+  /// The same without values, which must not be used.
   openvdb::GridBase::Ptr read_topology(const GridEntry& entry) {
     return read(entry, /*values=*/false);
   }
@@ -79,6 +80,7 @@ class Archive final : private openvdb::io::Archive {
   openvdb::GridBase::Ptr read_tree(const GridEntry& entry, bool values);
   openvdb::GridBase::Ptr begin_grid(const GridEntry& entry);
   void read_head(openvdb::GridBase& grid, std::string* delayed_load = nullptr);
+  void read_values(openvdb::GridBase& grid, const std::string& grid_type);
   void read_here(const openvdb::GridBase::Ptr& grid, const openvdb::io::GridDescriptor& descriptor,
                  bool values);
 

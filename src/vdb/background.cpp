@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "grid_types.h"
+#include "psivox/error.h"
 #include "tree_nodes.h"
 
 namespace psivox::vdb {
@@ -32,22 +33,13 @@ T component_of(double value) {
   return static_cast<T>(value);
 }
 
-template <typename ValueT>
-bool same(const ValueT& a, const ValueT& b) {
-  return a == b || (!(a == a) && !(b == b));  // NaN is the same as NaN
-}
-
 template <typename GridT>
 void replace(GridT& grid, const typename GridT::ValueType& value) {
   using TreeT = typename GridT::TreeType;
   const typename GridT::ValueType old = grid.background();
   const TreeNodes<TreeT> nodes(grid.tree());
-  const auto replace_in = [&](auto& node) {
-    for (auto it = node.beginValueOff(); it; ++it)
-      if (same(it.getValue(), old)) it.setValue(value);
-  };
-  nodes.for_each_with_tiles([&](auto& node, int) { replace_in(node); });
-  for (auto* leaf : nodes.leaves) replace_in(*leaf);
+  nodes.for_each_with_tiles([&](auto& node, int) { replace_off(node, old, value); });
+  for (auto* leaf : nodes.leaves) replace_off(*leaf, old, value);
   nodes.root.setBackground(openvdb::zeroVal<typename GridT::ValueType>(),
                            /*updateChildNodes=*/false);
 }
@@ -75,7 +67,24 @@ void fill_root(GridT& grid, const Box& box, const typename GridT::ValueType& val
 
 }  // namespace
 
-std::string take_background(openvdb::GridBase& grid, const GridSummary& summary, double value) {
+std::optional<double> other_background(const openvdb::GridBase& grid, const GridSummary& summary,
+                                       const ReadOptions& options, const std::string& subject) {
+  if (!has_background(grid, summary)) return {};
+  if (options.strict && !options.background)
+    throw Error(ExitCode::input,
+                subject + "has background " + background_text(summary) +
+                    ", which strict reading does not replace; --background-value 0 leaves the"
+                    " outside empty");
+  return options.background.value_or(0);
+}
+
+std::string background_notice(const GridSummary& summary, const ReadOptions& options) {
+  return "its background " + background_text(summary) + " is taken as " +
+         short_text(options.background.value_or(0)) +
+         (options.background ? "" : "; --background-value gives another value");
+}
+
+void take_background(openvdb::GridBase& grid, const GridSummary& summary, double value) {
   grid.apply<SupportedGrids>([&](auto& typed) {
     using ValueT = typename std::decay_t<decltype(typed)>::ValueType;
     using Component = typename openvdb::VecTraits<ValueT>::ElementType;
@@ -84,7 +93,6 @@ std::string take_background(openvdb::GridBase& grid, const GridSummary& summary,
     if (summary.active_voxels > 0 && fill != openvdb::zeroVal<ValueT>())
       fill_root(typed, summary.active_box, fill);
   });
-  return "its background " + background_text(summary) + " is taken as " + short_text(value);
 }
 
 }  // namespace psivox::vdb

@@ -108,6 +108,14 @@ Lattice lattice_of(const openvdb::GridBase& grid) {
 
 }  // namespace
 
+openvdb::GridBase::Ptr activity_of(const openvdb::GridBase::Ptr& grid) {
+  const auto result = grid_of<openvdb::FloatGrid>(active_parts_of(grid), openvdb::Vec3d(0.0));
+  result->insertMeta(*grid);
+  result->setTransform(grid->transform().copy());
+  result->setGridClass(openvdb::GRID_UNKNOWN);
+  return result;
+}
+
 openvdb::GridBase::Ptr fog_from_level_set(const openvdb::GridBase::Ptr& grid) {
   openvdb::GridBase::Ptr fog = float_copy(grid);
   openvdb::tools::sdfToFogVolume(*openvdb::gridPtrCast<openvdb::FloatGrid>(fog));

@@ -17,6 +17,10 @@ openvdb::GridBase::Ptr fog_from_level_set(const openvdb::GridBase::Ptr& grid);
 /// class, possibly the given one, changed.
 openvdb::GridBase::Ptr distances_from_level_set(const openvdb::GridBase::Ptr& grid);
 
+/// A float grid of unknown class that is 1 at the grid's active voxels and 0 elsewhere, with its
+/// metadata and transform. The grid's values may be unset.
+openvdb::GridBase::Ptr activity_of(const openvdb::GridBase::Ptr& grid);
+
 /// A grid with a frustum transform, resampled with an affine transform into cubic voxels as small
 /// as its smallest. The result is a float or vec3s grid.
 ///

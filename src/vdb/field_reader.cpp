@@ -83,6 +83,30 @@ void visit_active(const Field& stored, const Field& field, const Take& take) {
   for (const Tile& tile : field.tiles) take(tile.value.x, tile_voxels(tile));
 }
 
+/// 1 where a voxel is not 0.
+Field activity_of(const Field& field) {
+  Field active = field;
+  const auto channels = static_cast<std::size_t>(field.channels);
+  const auto values = std::make_shared_for_overwrite<float[]>(field.leaves.size() * kLeafVoxels);
+  for (std::size_t n = 0; n < field.leaves.size(); ++n) {
+    const OrderedValues own(field, field.leaves[n]);
+    float* const to = values.get() + n * kLeafVoxels;
+    for (std::size_t i = 0; i < kLeafVoxels; ++i)
+      to[i] = std::any_of(own.data() + i * channels, own.data() + (i + 1) * channels,
+                          [](float value) { return value != 0; });
+    active.leaves[n].values = to;
+  }
+  for (Tile& tile : active.tiles) tile.value = glm::vec3(1, 0, 0);
+  active.name += ":active";
+  active.value_type = "float";
+  active.channels = 1;
+  active.array.reset();
+  active.storage = values;
+  active.active_range = glm::vec2(1);
+  active.stored_range.reset();
+  return active;
+}
+
 }  // namespace
 
 FileFacts FieldReader::facts() {
@@ -130,6 +154,11 @@ Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
     if (!options.empty)
       throw Error(ExitCode::input, subject_of(field) + " has no voxel other than 0");
     field.active_box = {glm::ivec3(0), glm::ivec3(0)};
+    return field;
+  }
+  if (options.active) {
+    field = activity_of(field);
+    for (const double percent : options.percentiles) field.active_percentiles[percent] = 1;
     return field;
   }
   const BadLeaves leaves = bad_leaves(field, options.role);
@@ -196,7 +225,7 @@ GridContent GatheredReader::content(const std::string& grid) {
 Field GatheredReader::read(const std::string& grid, const ReadOptions& options) {
   const NamedGrid& named = find(grid);
   Field field = named.file->read(named.grid, options);
-  field.name = named.name;
+  field.name = named.name + (options.active ? ":active" : "");
   return field;
 }
 

@@ -28,16 +28,19 @@ constexpr const char* blender_grid_metadata = "file_base_resolution";
 /// Names of grids that only Blender's smoke and fire have, beside `density`.
 constexpr std::array<const char*, 3> blender_grids{"shadow", "react", "density_noise"};
 
-/// Of a string, or of a value of metadata: a length, and that many bytes.
-void skip_block(std::istream& stream) {
-  std::uint32_t length = 0;
-  stream.read(reinterpret_cast<char*>(&length), sizeof length);
-  stream.seekg(length, std::ios_base::cur);
+/// `written by Blender`, if the metadata `creator` name such a program; else empty.
+std::string z_up_creator(const MetadataText& metadata) {
+  const auto creator = metadata.find("creator");
+  if (creator != metadata.end())
+    for (const auto& [name, program] : z_up_programs)
+      if (lower_case(creator->second).find(name) != std::string::npos)
+        return std::string("written by ") + program;
+  return "";
 }
 
 std::string read_block(std::istream& stream) {
   const auto begin = stream.tellg();
-  skip_block(stream);  // throws before memory is allocated
+  skip_string(stream);  // throws before memory is allocated
   std::string bytes(static_cast<std::size_t>(stream.tellg() - begin) - sizeof(std::uint32_t), '\0');
   stream.seekg(begin + std::streamoff(sizeof(std::uint32_t)));
   stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -51,9 +54,15 @@ std::string lower_case(std::string text) {
   return text;
 }
 
+void skip_string(std::istream& stream) {
+  std::uint32_t length = 0;
+  stream.read(reinterpret_cast<char*>(&length), sizeof length);
+  stream.seekg(length, std::ios_base::cur);
+}
+
 void check_strings(std::istream& stream, int count) {
   const auto begin = stream.tellg();
-  for (; count > 0; --count) skip_block(stream);
+  for (; count > 0; --count) skip_string(stream);
   stream.seekg(begin);
 }
 
@@ -92,11 +101,12 @@ MetadataText text_of(const openvdb::MetaMap& metadata) {
 
 std::string evidence_of_z_up(const MetadataText& file, const std::vector<std::string>& names,
                              const std::vector<MetadataText>& grids) {
-  const auto creator = file.find("creator");
-  if (creator != file.end())
-    for (const auto& [name, program] : z_up_programs)
-      if (lower_case(creator->second).find(name) != std::string::npos)
-        return std::string("written by ") + program;
+  if (file.contains("creator")) {
+    if (std::string program = z_up_creator(file); !program.empty()) return program;
+  } else {
+    for (const MetadataText& grid : grids)
+      if (std::string program = z_up_creator(grid); !program.empty()) return program;
+  }
   for (const MetadataText& grid : grids)
     if (grid.contains(blender_grid_metadata)) return "a cache of Blender's fluids";
   if (std::ranges::find(names, "density") == names.end()) return "";

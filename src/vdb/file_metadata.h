@@ -18,6 +18,9 @@ using MetadataText = std::map<std::string, std::string>;
 void read_metadata(openvdb::MetaMap& metadata, std::istream& stream,
                    std::string* delayed_load = nullptr);
 
+/// Moves the stream behind a string, which is a length and that many bytes.
+void skip_string(std::istream& stream);
+
 /// Throws if strings that OpenVDB is to read next are longer than the rest of the file. The stream
 /// stays.
 void check_strings(std::istream& stream, int count);

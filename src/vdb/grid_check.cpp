@@ -24,14 +24,6 @@ openvdb::Vec3d to_vec3d(const ValueT& value) {
   }
 }
 
-std::string background_problem(const GridSummary& summary) {
-  std::string text = "has background " + background_text(summary) +
-                     ", so it would fill all space without end; --background-value 0 leaves the"
-                     " outside empty";
-  if (summary.channels == 1) text += "; if it is a level set, set its class to that";
-  return text;
-}
-
 bool invertible(const openvdb::math::Transform& transform) {
   const glm::dmat4 m = world_from_index(transform);
   for (int column = 0; column < 4; ++column) {
@@ -94,7 +86,6 @@ std::string background_text(const GridSummary& summary) {
 
 std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary) {
   if (summary.channels == 0) return unsupported_type(grid.type());
-  if (has_background(grid, summary)) return background_problem(summary);
   if (summary.active_voxels == 0) return "has no active voxel: nothing to render";
   if (too_large(summary.active_box)) {
     return "has active voxels 2^30 or more apart or from the origin; crop it";

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "grid_types.h"
 #include "leaf_decoder.h"
 #include "topology.h"
 #include "tree_parts.h"
@@ -73,16 +74,19 @@ GridContent content_of(std::uint64_t active_voxels, bool has_value) {
 
 GridContent content_of(Archive& archive, const GridEntry& entry,
                        const std::shared_ptr<FileBlocks>& file) {
-  const openvdb::GridBase::Ptr grid = archive.begin_tree(entry);
+  const std::string& type = entry.descriptor.gridType();
+  const openvdb::GridBase::Ptr grid = is_points(type) ? nullptr : archive.begin_tree(entry);
   if (!grid) return content_of_whole(archive.read(entry));
   GridContent content;
   archive.guarded(entry, [&] {
     const Topology topology = read_topology(*grid, archive.stream());
     const std::uint64_t voxels = topology.summary.active_voxels;
     const LeafDecoder decoder(file, grid, openvdb::io::StreamMetadata(archive.stream()));
-    content = content_of(
-        voxels, has_value(topology.tiles) ||
-                    (voxels > 0 && has_value(decoder, topology.leaves.size(), archive.stream())));
+    const auto some = [&] {
+      return has_value(topology.tiles) ||
+             has_value(decoder, topology.leaves.size(), archive.stream());
+    };
+    content = content_of(voxels, voxels > 0 && (is_mask(type) || some()));
   });
   return content;
 }

@@ -17,12 +17,21 @@ SupportedType supported(int channels) {
   return {GridT::gridType(), openvdb::typeNameAsString<typename GridT::ValueType>(), channels};
 }
 
-const std::array<SupportedType, SupportedGrids::Size>& supported_types() {
-  static const std::array<SupportedType, SupportedGrids::Size> types{
-      supported<openvdb::FloatGrid>(1), supported<openvdb::DoubleGrid>(1),
-      supported<openvdb::Int32Grid>(1), supported<openvdb::Int64Grid>(1),
-      supported<openvdb::BoolGrid>(1),  supported<openvdb::Vec3SGrid>(3),
-      supported<openvdb::Vec3DGrid>(3), supported<openvdb::Vec3IGrid>(3)};
+/// Not from PointDataGrid, whose headers take long to compile.
+constexpr const char* points_type = "Tree_ptdataidx32_5_4_3";
+
+const std::array<SupportedType, SupportedGrids::Size + 2>& supported_types() {
+  static const std::array<SupportedType, SupportedGrids::Size + 2> types{
+      supported<openvdb::FloatGrid>(1),
+      supported<openvdb::DoubleGrid>(1),
+      supported<openvdb::Int32Grid>(1),
+      supported<openvdb::Int64Grid>(1),
+      supported<openvdb::BoolGrid>(1),
+      supported<openvdb::Vec3SGrid>(3),
+      supported<openvdb::Vec3DGrid>(3),
+      supported<openvdb::Vec3IGrid>(3),
+      SupportedType{points_type, "points", 1},
+      SupportedType{openvdb::MaskGrid::gridType(), "mask", 1}};
   return types;
 }
 
@@ -34,6 +43,14 @@ const SupportedType* find(const std::string& grid_type) {
 }
 
 }  // namespace
+
+bool is_points(const std::string& grid_type) { return grid_type == points_type; }
+bool is_mask(const std::string& grid_type) { return grid_type == openvdb::MaskGrid::gridType(); }
+
+std::string stored_like(const std::string& grid_type) {
+  if (is_points(grid_type)) return openvdb::Int32Grid::gridType();
+  return is_mask(grid_type) ? openvdb::BoolGrid::gridType() : grid_type;
+}
 
 int channels_of(const std::string& grid_type) {
   const SupportedType* type = find(grid_type);
@@ -47,8 +64,6 @@ std::string value_type_of(const std::string& grid_type) {
 
 std::string unsupported_type(const std::string& grid_type) {
   std::string what = "has type " + grid_type;
-  if (grid_type.find("ptdata") != std::string::npos) what += " (points)";
-  if (grid_type.find("mask") != std::string::npos) what += " (topology without values)";
   what += ", which cannot be rendered; supported value types:";
   const char* separator = " ";
   for (const SupportedType& type : supported_types()) {

@@ -12,10 +12,19 @@ using SupportedGrids =
                       openvdb::Int64Grid, openvdb::BoolGrid, openvdb::Vec3SGrid, openvdb::Vec3DGrid,
                       openvdb::Vec3IGrid>;
 
+/// Grids of points, whose voxels become the numbers of points in them; and of active voxels without
+/// values, which become 1.
+bool is_points(const std::string& grid_type);
+bool is_mask(const std::string& grid_type);
+
+/// The type of SupportedGrids whose topology is stored byte for byte as that of `grid_type`: int32
+/// for points, bool for masks. Other types are stored as themselves.
+std::string stored_like(const std::string& grid_type);
+
 /// Channels of a grid type such as `Tree_float_5_4_3`: 1, 3, or 0 if it is not supported.
 int channels_of(const std::string& grid_type);
 
-/// OpenVDB's name of the voxel type (`float`, `vec3s`); empty if it is not supported.
+/// GridInfo::value_type; empty if it is not supported.
 std::string value_type_of(const std::string& grid_type);
 
 /// Why a grid of an unsupported type cannot be rendered, as the rest of a sentence.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "archive.h"
+#include "conform.h"
 #include "grid_content.h"
 #include "grid_info.h"
 #include "grid_types.h"
@@ -70,14 +71,18 @@ GridContent InPlaceReader::content(const std::string& grid) {
 Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
   Archive archive(*file_, progress_);
   const GridEntry& entry = archive.find(grid);
-  openvdb::GridBase::Ptr values = last_.get(entry.name, options.role);
+  openvdb::GridBase::Ptr values;
+  if (!options.active) values = last_.get(entry.name, options.role);
   std::optional<Field> stored;
   if (!values) stored = stored_field(archive, entry, file_, options);
-  if (!values && !stored) values = archive.read(entry);
-  Field field =
-      stored ? std::move(*stored)
-             : field_from_grid(values, entry.name, subject(archive.path(), entry.name), options);
-  if (!stored) last_.set(values, field, options.role);
+  if (!values && !stored)
+    values = options.active ? activity_of(archive.read_topology(entry)) : archive.read(entry);
+  const std::string name = entry.name + (options.active ? ":active" : "");
+  Field field = stored
+                    ? std::move(*stored)
+                    : field_from_grid(values, name, subject(archive.path(), entry.name), options);
+  if (!options.active) field.value_type = value_type_of(entry.descriptor.gridType());
+  if (!stored && !options.active) last_.set(values, field, options.role);
   if (entry.name != grid && !grid.empty()) {
     const auto same = std::ranges::count(archive.entries(), grid, [](const GridEntry& other) {
       return other.descriptor.gridName();

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "background.h"
 #include "file_buffer.h"
 #include "grid_types.h"
 #include "leaf_floats.h"
@@ -30,12 +31,13 @@ constexpr bool of_bits = std::is_same_v<typename LeafT::ValueType, bool>;
 }  // namespace
 
 LeafDecoder::LeafDecoder(std::shared_ptr<FileBlocks> file, openvdb::GridBase::Ptr empty,
-                         const openvdb::io::StreamMetadata& settings)
+                         const openvdb::io::StreamMetadata& settings, bool vacuum)
     : file_(std::move(file)),
       empty_(std::move(empty)),
       settings_(settings),
       coding_{settings_.compression(), settings_.halfFloat()},
-      channels_(channels_of(empty_->type())) {
+      channels_(channels_of(empty_->type())),
+      vacuum_(vacuum) {
   settings_.setSeekable(false);  // so that a leaf reads its mask and does not skip it
   with_typed_grid(*empty_, [&](const auto& typed) {
     settings_.setBackgroundPtr(&typed.tree().root().background());
@@ -114,6 +116,11 @@ void LeafDecoder::decode_some(std::span<const LeafPlace> places, bool in_runs, f
       throw openvdb::IoError("a block of its values has another length");
     stream.seekg(places[n].begin);
     leaf.readBuffers(stream, settings_.halfFloat());
+    if (vacuum_) {
+      using ValueT = typename LeafT::ValueType;
+      replace_off(leaf, *static_cast<const ValueT*>(settings_.backgroundPtr()),
+                  openvdb::zeroVal<ValueT>());
+    }
     convert_leaf(leaf, values + n * kLeafVoxels * static_cast<std::size_t>(channels_));
     if (active) active[n] = leaf.getValueMask();
   }

@@ -24,9 +24,10 @@ struct LeafPlace {
 class LeafDecoder {
  public:
   /// `empty` has the grid's type and background. The settings are the stream's from which its
-  /// topology was read. The file's format must be 222 or later.
+  /// topology was read. The file's format must be 222 or later. `vacuum`: inactive voxels of the
+  /// background's value become 0.
   LeafDecoder(std::shared_ptr<FileBlocks> file, openvdb::GridBase::Ptr empty,
-              const openvdb::io::StreamMetadata& settings);
+              const openvdb::io::StreamMetadata& settings, bool vacuum = false);
 
   int channels() const { return channels_; }
   const ValueCoding& coding() const { return coding_; }
@@ -55,6 +56,7 @@ class LeafDecoder {
   openvdb::io::StreamMetadata settings_;
   ValueCoding coding_;
   int channels_;
+  bool vacuum_;
 };
 
 }  // namespace psivox::vdb

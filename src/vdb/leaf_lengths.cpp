@@ -1,7 +1,6 @@
 #include "leaf_lengths.h"
 
 #include <openvdb/io/Compression.h>
-#include <openvdb/points/StreamCompression.h>
 
 #include <cstddef>
 #include <cstring>
@@ -27,26 +26,17 @@ std::optional<std::uint32_t> take_number(std::string_view& bytes) {
 /// itself. Empty if it is no array of `count` items.
 template <typename T>
 std::vector<T> take_array(std::string_view& bytes, std::size_t count) {
-  constexpr std::size_t header = 16, size_at = 4, length_at = 12, overhead = 16;  // of Blosc
   const std::optional<std::uint32_t> length = take_number(bytes);
   const std::size_t size = count * sizeof(T);
   const std::size_t taken = length.value_or(0) > 0 ? *length : size;
   if (!length || taken > bytes.size() || size > std::numeric_limits<std::int32_t>::max()) return {};
   const std::string_view stored = bytes.substr(0, taken);
   bytes.remove_prefix(taken);
-  std::vector<T> array(count + overhead / sizeof(T));
-  if (*length == 0) {
+  std::vector<T> array(count + blosc_overhead / sizeof(T));
+  if (*length == 0)
     std::memcpy(array.data(), stored.data(), size);
-  } else {
-    // Blosc trusts the sizes in its header
-    if (taken < header) return {};
-    std::uint32_t stored_size, stored_length;
-    std::memcpy(&stored_size, stored.data() + size_at, sizeof stored_size);
-    std::memcpy(&stored_length, stored.data() + length_at, sizeof stored_length);
-    if (stored_size != size || stored_length != taken) return {};
-    openvdb::compression::bloscDecompress(reinterpret_cast<char*>(array.data()), size,
-                                          array.size() * sizeof(T), stored.data());
-  }
+  else
+    expand_blosc(stored, reinterpret_cast<char*>(array.data()), size);
   array.resize(count);
   return array;
 }

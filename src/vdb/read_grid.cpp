@@ -110,12 +110,13 @@ Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
   const auto notice = [&](const std::string& text) {
     field.notices.push_back(notice_of(name, text));
   };
-  if (options.background && has_background(*grid, summary)) {
+  if (const auto background = other_background(*grid, summary, options, subject)) {
     try {
-      notice(take_background(*grid, summary, *options.background));
+      take_background(*grid, summary, *background);
     } catch (const std::exception& e) {
       throw Error(ExitCode::input, subject + e.what());
     }
+    notice(background_notice(summary, options));
     summary = summarise(*grid);
   }
   refuse(*grid, summary, subject);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "background.h"
 #include "file_leaves.h"
 #include "grid_types.h"
 #include "psivox/error.h"
@@ -59,10 +60,14 @@ void take_tiles(const Topology& topology, GridRole role, Field& field) {
 }
 
 /// Why a grid must be converted whole; empty if it need not be.
-std::string why_whole(const openvdb::GridBase& grid, const GridSummary& summary) {
+std::string why_whole(const openvdb::GridBase& grid, const GridEntry& entry,
+                      const std::optional<double>& background, bool active) {
+  if (active || is_mask(entry.descriptor.gridType()))
+    return "active voxels are marked in the whole";
+  if (is_points(entry.descriptor.gridType())) return "points are counted in the whole";
   if (is_level_set(grid)) return "a level set is converted whole";
   if (!grid.transform().isLinear()) return "a frustum transform is resampled whole";
-  if (has_background(grid, summary)) return "a background is replaced in the whole grid";
+  if (background.value_or(0) != 0) return "a background is replaced in the whole grid";
   return {};
 }
 
@@ -87,10 +92,9 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
   const std::uint64_t bytes = summary.leaves * kLeafVoxels * sizeof(float) * channels;
   if ((!must && bytes <= options.memory) || summary.active_voxels == 0) return {};
   const std::string subject = vdb::subject(archive.path(), entry.name);
-  if (const std::string why = why_whole(*grid, summary); !why.empty()) {
-    if (must || bytes <= 2 * options.memory ||
-        (has_background(*grid, summary) && !options.background))
-      return {};
+  const auto background = other_background(*grid, summary, options, subject);
+  if (const std::string why = why_whole(*grid, entry, background, options.active); !why.empty()) {
+    if (must || bytes <= 2 * options.memory) return {};
     throw Error(ExitCode::memory, subject + "has values of " + mebibytes(bytes) +
                                       ", more than the memory limit leaves room for, and " + why);
   }
@@ -99,11 +103,13 @@ std::optional<Field> stored_field(Archive& archive, const GridEntry& entry,
 
   if (options.memory) file->keep_at_most(std::int64_t(std::min(most_kept, options.memory / 8)));
   Field field = field_of_head(*grid, entry.name, summary);
+  if (background)
+    field.notices.push_back("grid '" + field.name + "': " + background_notice(summary, options));
   take_tiles(topology, options.role, field);
   const float smallest = smallest_good(options.role);
   const openvdb::io::StreamMetadata settings(archive.stream());
-  const auto leaves =
-      std::make_shared<FileLeaves>(LeafDecoder(file, grid, settings), subject, smallest);
+  const auto leaves = std::make_shared<FileLeaves>(
+      LeafDecoder(file, grid, settings, background.has_value()), subject, smallest);
   std::vector<TileValue> active_tiles;
   for (const TilePart& part : topology.tiles)
     if (part.active) active_tiles.push_back({part.tile.value.x, tile_voxels(part.tile)});

@@ -48,17 +48,18 @@ void take_converted(const std::function<void(std::size_t, float*)>& convert, Tre
                     });
 }
 
+/// All but the values of leaves. `active`: active tiles alone, of value 1.
 template <typename GridT>
-void take_parts(GridT& grid, TreeParts& parts) {
-  using TreeT = typename GridT::TreeType;
-  using ValueT = typename GridT::ValueType;
-  const TreeNodes<TreeT> nodes(grid.tree());
+void take_places(GridT& grid, bool active, TreeParts& parts) {
+  const TreeNodes<typename GridT::TreeType> nodes(grid.tree());
   const auto background = grid.background();
   nodes.for_each_with_tiles([&](const auto& node, int width) {
     for (auto it = node.cbeginValueAll(); it; ++it) {
       const auto value = it.getValue();
-      if (it.isValueOn() || value != background)
-        parts.tiles.push_back({{to_ivec3(it.getCoord()), width, to_vec3(value)}, it.isValueOn()});
+      if (it.isValueOn() || (!active && value != background))
+        parts.tiles.push_back(
+            {{to_ivec3(it.getCoord()), width, active ? glm::vec3(1, 0, 0) : to_vec3(value)},
+             it.isValueOn()});
     }
   });
   parts.origins.reserve(nodes.leaves.size());
@@ -67,8 +68,15 @@ void take_parts(GridT& grid, TreeParts& parts) {
     parts.origins.push_back(leaf->origin());
     parts.active.push_back(&leaf->getValueMask());
   }
-  parts.channels = is_vec<ValueT> ? 3 : 1;
+  parts.channels = is_vec<typename GridT::ValueType> && !active ? 3 : 1;
   parts.leaves.resize(nodes.leaves.size());
+}
+
+template <typename GridT>
+void take_parts(GridT& grid, TreeParts& parts) {
+  using ValueT = typename GridT::ValueType;
+  take_places(grid, false, parts);
+  const TreeNodes<typename GridT::TreeType> nodes(grid.tree());
   if constexpr (is_float<ValueT>)
     take_in_place(nodes.leaves, parts);
   else
@@ -81,6 +89,17 @@ TreeParts parts_of(const openvdb::GridBase::Ptr& grid) {
   TreeParts parts;
   parts.storage = grid;
   grid->apply<SupportedGrids>([&](auto& typed) { take_parts(typed, parts); });
+  return parts;
+}
+
+TreeParts active_parts_of(const openvdb::GridBase::Ptr& grid) {
+  TreeParts parts;
+  grid->apply<SupportedGrids>([&](auto& typed) { take_places(typed, true, parts); });
+  take_converted(
+      [&](std::size_t n, float* to) {
+        for (openvdb::Index i = 0; i < kLeafVoxels; ++i) to[i] = parts.active[n]->isOn(i) ? 1 : 0;
+      },
+      parts);
   return parts;
 }
 

@@ -36,6 +36,9 @@ inline glm::ivec3 to_ivec3(const openvdb::Coord& c) { return {c.x(), c.y(), c.z(
 /// converted. `active` points into the grid. The grid's type must be one of SupportedGrids.
 TreeParts parts_of(const openvdb::GridBase::Ptr& grid);
 
+/// The same of a scalar that is 1 at active voxels and 0 elsewhere. The grid's values may be unset.
+TreeParts active_parts_of(const openvdb::GridBase::Ptr& grid);
+
 /// Least and greatest of the first channel of active voxels and tiles; NaN and Inf in tiles do not
 /// count, and leaves must have none.
 glm::vec2 active_range(const TreeParts& parts);

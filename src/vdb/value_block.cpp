@@ -1,25 +1,40 @@
 #include "value_block.h"
 
+#include <openvdb/points/StreamCompression.h>
+
 #include <cstring>
 #include <ios>
 
 namespace psivox::vdb {
 namespace {
 
+constexpr int blosc_header = 16;  // [bytes]
+
 /// Blosc's header has the sizes before and after compression. Blosc trusts both.
-bool blosc_header_fits(std::istream& stream, std::int64_t size, std::int64_t length) {
-  constexpr int header_bytes = 16, size_at = 4, length_at = 12;
-  if (length < header_bytes) return false;
-  char header[header_bytes];
-  stream.read(header, header_bytes);
+bool blosc_header_fits(const char* header, std::int64_t size, std::int64_t length) {
+  constexpr int size_at = 4, length_at = 12;
   std::uint32_t stored_size, stored_length;
   std::memcpy(&stored_size, header + size_at, sizeof stored_size);
   std::memcpy(&stored_length, header + length_at, sizeof stored_length);
-  stream.seekg(-header_bytes, std::ios_base::cur);
   return stored_size == size && stored_length == length;
 }
 
+bool blosc_header_fits(std::istream& stream, std::int64_t size, std::int64_t length) {
+  if (length < blosc_header) return false;
+  char header[blosc_header];
+  stream.read(header, blosc_header);
+  stream.seekg(-blosc_header, std::ios_base::cur);
+  return blosc_header_fits(header, size, length);
+}
+
 }  // namespace
+
+void expand_blosc(std::string_view stored, char* to, std::size_t size) {
+  if (stored.size() < blosc_header ||
+      !blosc_header_fits(stored.data(), std::int64_t(size), std::int64_t(stored.size())))
+    throw openvdb::IoError("a compressed block has an impossible length");
+  openvdb::compression::bloscDecompress(to, size, size + blosc_overhead, stored.data());
+}
 
 void skip_compressed(std::istream& stream, std::int64_t size, const ValueCoding& coding) {
   std::int64_t length = 0;  // 0 or negative: the bytes are not compressed

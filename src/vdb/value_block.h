@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <istream>
+#include <string_view>
 #include <type_traits>
 
 namespace psivox::vdb {
@@ -17,6 +18,12 @@ struct ValueCoding {
     return compression & (openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_BLOSC);
   }
 };
+
+/// Bytes that must be free behind what is decompressed.
+constexpr std::size_t blosc_overhead = 16;
+
+/// Decompresses what Blosc has made of `size` bytes. Throws if it is not that.
+void expand_blosc(std::string_view stored, char* to, std::size_t size);
 
 /// Moves the stream from the beginning of a compressed block behind its end. Throws if the block
 /// cannot hold `size` bytes: OpenVDB 10 believes the lengths that a file claims.

@@ -17,14 +17,14 @@ void copy(const Parameter& p, const Scene& from, Scene& to) {
   std::visit([&](auto member) { to.*member = from.*member; }, p.member);
 }
 
-/// With four digits of each number, for a person.
+/// With three digits of each number, for a person.
 std::string shortened(const std::string& options) {
   static const std::regex number(R"(\d+\.\d{3,}(e[+-]?\d+)?)");
   std::string text;
   auto at = options.cbegin();
   for (std::sregex_iterator i(options.cbegin(), options.cend(), number), end; i != end; ++i) {
     text.append(at, (*i)[0].first);
-    text += formatted("%.4g", std::stod(i->str()));
+    text += formatted("%.3g", std::stod(i->str()));
     at = (*i)[0].second;
   }
   return text.append(at, options.cend());

@@ -60,8 +60,9 @@ bool colour(const char* label, std::string& text, const glm::dvec3& value) {
                   static_cast<float>(value.z)};
   if (!ImGui::ColorEdit3(label, rgb, ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR))
     return false;
-  text = digits(std::max(rgb[0], 0.0f)) + "," + digits(std::max(rgb[1], 0.0f)) + "," +
-         digits(std::max(rgb[2], 0.0f));
+  // with a decimal point, so that no number is taken as a code
+  text = formatted("%#.4g,%#.4g,%#.4g", std::max(rgb[0], 0.0f), std::max(rgb[1], 0.0f),
+                   std::max(rgb[2], 0.0f));
   return true;
 }
 
@@ -108,7 +109,7 @@ bool edit_value(const Parameter& p, const T* value, const ParameterChoices& choi
   } else if constexpr (std::is_same_v<T, double>) {
     return value ? drag(label, text, *value, p.range) : close_open(p, text, start_of(p, choices));
   } else if constexpr (std::is_same_v<T, glm::dvec3>) {
-    if (value && p.metavar == "R,G,B") return colour(label, text, *value);
+    if (value && is_color(p)) return colour(label, text, *value);
     return type_text(label, text);
   } else {
     if (p.metavar != "NAME") return type_text(label, text);

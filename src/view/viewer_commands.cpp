@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "psivox/camera_file.h"
+#include "psivox/command_text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
-#include "view/command_text.h"
 #include "view/comparison.h"
 #include "view/viewer.h"
 

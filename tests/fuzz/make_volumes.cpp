@@ -3,11 +3,13 @@
 
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/points/PointConversion.h>
 
 #include <fstream>
 #include <iostream>
 #include <random>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -36,16 +38,33 @@ openvdb::GridBase::Ptr cube(const char* name, int size, bool half) {
   return grid;
 }
 
+/// A few points with an attribute, in two leaves.
+openvdb::GridBase::Ptr few_points() {
+  using namespace openvdb;
+  const std::vector<Vec3f> at{{1, 1, 1}, {1, 1, 1.2f}, {2, 3, 4}, {9, 1, 1}};
+  const auto transform = math::Transform::createLinearTransform(1);
+  const auto grid =
+      points::createPointDataGrid<points::FixedPointCodec<false>, points::PointDataGrid>(
+          at, *transform);
+  points::appendAttribute<float>(grid->tree(), "size", 2);
+  grid->setName("points");
+  return grid;
+}
+
 void write(const std::string& folder, std::uint32_t codec) {
   using namespace openvdb;
   const bool half = codec & 1;
-  const GridPtrVec grids{cube<FloatGrid>("density", 12, half), cube<Vec3SGrid>("v", 9, half),
-                         cube<Int32Grid>("i", 9, false), cube<BoolGrid>("b", 9, false),
-                         cube<DoubleGrid>("d", 9, half)};
+  GridPtrVec grids{cube<FloatGrid>("density", 12, half), cube<Vec3SGrid>("v", 9, half),
+                   cube<Int32Grid>("i", 9, false),       cube<BoolGrid>("b", 9, false),
+                   cube<DoubleGrid>("d", 9, half),       cube<MaskGrid>("m", 9, false)};
   const std::string name = std::to_string(codec) + ".vdb";
   io::File file(folder + "/codec" + name);
   file.setCompression(codec);
   file.write(grids);
+  io::File of_points(folder + "/points" + name);
+  of_points.setCompression(codec);
+  of_points.write(GridPtrVec{few_points()});
+  grids.push_back(few_points());
   std::ofstream pipe(folder + "/piped" + name, std::ios::binary);
   io::Stream stream(pipe);
   stream.setCompression(codec);

@@ -250,7 +250,7 @@ def study(source, folder=None, *, repeats=3, split=True, resume=False, progress=
     resume: goes on with the study in the folder.
     integrators, samplings, segments, steps, filters, texels, tolerances, resolutions: lists of what
         to vary; all combinations are drawn.
-    Other keywords are the scene's. The look is plain.
+    Other keywords are the scene's, as for render().
 
     Returns a list of dicts, one for each method: the rows of results.csv, for pandas.DataFrame.
     """

@@ -1,9 +1,9 @@
-#include "view/command_text.h"
+#include "psivox/command_text.h"
 
 #include "psivox/look.h"
 #include "psivox/parameters.h"
 
-namespace psivox::view {
+namespace psivox {
 namespace {
 
 std::string quoted(const std::string& word) {
@@ -28,12 +28,12 @@ std::vector<std::string> render_arguments(const Scene& scene, const std::string&
   for (const Parameter& p : parameters())
     if (!p.positional && has_default(scene, p) && !has_default(read, p))
       settings.push_back({p.name, parameter_text(scene, p)});
-  // the window's scene is what it shows: nothing is left to a look
+  // the scene is what is shown: nothing is left to a look
   if (leaves_look_open(scene)) settings.push_back({"look", "plain"});
-  std::vector<std::string> arguments = {"--output=" + output};
+  const bool like_an_option = scene.input.starts_with('-');
+  std::vector<std::string> arguments = {(like_an_option ? "./" : "") + scene.input,
+                                        "--output=" + output};
   for (const auto& [name, text] : settings) arguments.push_back("--" + name + "=" + text);
-  // -- because a file's name may begin with a dash
-  arguments.insert(arguments.end(), {"--", scene.input});
   return arguments;
 }
 
@@ -43,4 +43,4 @@ std::string render_command_line(const Scene& scene, const std::string& output) {
   return line;
 }
 
-}  // namespace psivox::view
+}  // namespace psivox

@@ -1,0 +1,70 @@
+// The memory that is left, under made-up files of the system.
+
+#include "psivox/memory.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+namespace psivox {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A root of /proc and /sys with 1000 KiB of memory available.
+class Root {
+ public:
+  explicit Root(const std::string& groups) {
+    fs::remove_all(root_);
+    write("proc/meminfo", "MemTotal: 9000 kB\nMemAvailable: 1000 kB\n");
+    write("proc/self/cgroup", groups);
+  }
+  void write(const fs::path& path, const std::string& text) const {
+    fs::create_directories((root_ / path).parent_path());
+    std::ofstream(root_ / path) << text;
+  }
+  std::uint64_t left() const { return available_memory(root_); }
+
+ private:
+  fs::path root_ = fs::path(testing::TempDir()) / "memory_root";
+};
+
+TEST(Memory, IsTheMachinesWithoutALimit) {
+  const Root root("0::/\n");
+  EXPECT_EQ(root.left(), 1000 * 1024);
+  root.write("sys/fs/cgroup/memory.max", "max\n");
+  root.write("sys/fs/cgroup/memory.current", "500000\n");
+  EXPECT_EQ(root.left(), 1000 * 1024);
+}
+
+TEST(Memory, IsWhatTheGroupLeavesWithoutItsFileCache) {
+  const Root root("0::/user/job\n");
+  root.write("sys/fs/cgroup/user/job/memory.max", "700000\n");
+  root.write("sys/fs/cgroup/user/job/memory.current", "300000\n");
+  root.write("sys/fs/cgroup/user/job/memory.stat", "anon 200000\ninactive_file 100000\n");
+  EXPECT_EQ(root.left(), 500000);
+  // a group above has less
+  root.write("sys/fs/cgroup/user/memory.max", "400000\n");
+  root.write("sys/fs/cgroup/user/memory.current", "399000\n");
+  EXPECT_EQ(root.left(), 1000);
+  root.write("sys/fs/cgroup/user/memory.current", "500000\n");
+  EXPECT_EQ(root.left(), 1);  // 0 would be unknown
+}
+
+TEST(Memory, IsWhatTheContainersGroupOfVersion1Leaves) {
+  // the path is that outside the container
+  const Root root("4:cpu:/docker/x\n3:hugetlb,memory:/docker/x\n");
+  root.write("sys/fs/cgroup/memory/memory.limit_in_bytes", "700000\n");
+  root.write("sys/fs/cgroup/memory/memory.usage_in_bytes", "300000\n");
+  root.write("sys/fs/cgroup/memory/memory.stat", "cache 5\ntotal_inactive_file 50000\n");
+  EXPECT_EQ(root.left(), 450000);
+  root.write("sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n");
+  EXPECT_EQ(root.left(), 1000 * 1024);
+}
+
+TEST(Memory, IsUnknownWithoutTheSystemsFiles) {
+  EXPECT_EQ(available_memory(fs::path(testing::TempDir()) / "no_root"), 0);
+}
+
+}  // namespace
+}  // namespace psivox

@@ -1,0 +1,240 @@
+// Grids whose voxels have no values of their own: points, masks, and the active voxels of any grid.
+
+#include <openvdb/io/Stream.h>
+#include <openvdb/points/PointConversion.h>
+
+#include "psivox/medium.h"
+#include "vdb_made_files.h"
+
+namespace psivox {
+namespace {
+
+using namespace test;
+using namespace openvdb::points;
+
+using Position = openvdb::Vec3f;
+
+/// `count` points in a ball, with the positions' codec and an attribute of two more codecs.
+template <typename Codec>
+PointDataGrid::Ptr points(int count, const openvdb::Vec3d& move = openvdb::Vec3d(0)) {
+  openvdb::initialize();
+  std::vector<Position> at;
+  std::vector<float> sizes;
+  for (int i = 0; i < count; ++i) {
+    const Coord n(i, i / 7, 3 * i);
+    at.push_back(Position(float(noise(n) % 997) / 40 - 12, float(noise(n + Coord(1)) % 991) / 40,
+                          float(noise(n + Coord(2)) % 983) / 40 - 3));
+    sizes.push_back(float(i));
+  }
+  const auto transform = Transform::createLinearTransform(0.5);
+  transform->postTranslate(move);
+  const PointAttributeVector<Position> wrapped(at);
+  const auto index =
+      openvdb::tools::createPointIndexGrid<openvdb::tools::PointIndexGrid>(wrapped, *transform);
+  const auto grid = createPointDataGrid<Codec, PointDataGrid>(*index, wrapped, *transform);
+  appendAttribute<float, TruncateCodec>(grid->tree(), "size");
+  populateAttribute<PointDataTree, openvdb::tools::PointIndexTree, PointAttributeVector<float>>(
+      grid->tree(), index->tree(), "size", PointAttributeVector<float>(sizes));
+  appendAttribute<int>(grid->tree(), "same", /*uniformValue=*/7);
+  grid->setName("points");
+  return grid;
+}
+
+/// The field's values are what OpenVDB counts in each voxel.
+void expect_counts(const PointDataGrid& grid, const Field& field) {
+  EXPECT_EQ(field.channels, 1);
+  EXPECT_EQ(field.value_type, "points");
+  EXPECT_EQ(field.active_voxels, grid.activeVoxelCount());
+  ASSERT_EQ(field.leaves.size(), grid.tree().leafCount());
+  auto leaf = grid.tree().cbeginLeaf();
+  for (const Leaf& is : field.leaves) {
+    ASSERT_EQ(is.origin, (glm::ivec3(leaf->origin().x(), leaf->origin().y(), leaf->origin().z())));
+    for (openvdb::Index i = 0; i < 512; ++i)
+      ASSERT_EQ(double(is.values[i]),
+                double(iterCount(leaf->beginIndexVoxel(leaf->offsetToGlobalCoord(i)))));
+    ++leaf;
+  }
+}
+
+TEST(Points, AreTheirNumberInEachVoxel) {
+  const auto few = points<NullCodec>(2000);
+  few->insertMeta("author", openvdb::StringMetadata("somebody"));
+  const auto truncated = points<TruncateCodec>(2000), fixed = points<FixedPointCodec<true>>(2000);
+  truncated->setName("truncated");
+  fixed->setName("fixed");
+  for (const std::uint32_t codec : codecs()) {
+    SCOPED_TRACE(openvdb::io::compressionToString(codec));
+    const VdbFile file(written({few, truncated, fixed}, codec));
+    expect_counts(*few, file.read("points"));
+    expect_counts(*truncated, file.read("truncated"));
+    expect_counts(*fixed, file.read("fixed", {.role = GridRole::data}));
+    const GridInfo info = file.info().at(0);
+    EXPECT_EQ(info.problem, "");
+    EXPECT_EQ(info.value_type, "points");
+    EXPECT_EQ(info.metadata.at("author"), "somebody");
+    EXPECT_GE(info.values->greatest, 2);
+    EXPECT_TRUE(file.holds_something("fixed"));
+  }
+}
+
+TEST(Points, MayHaveManyPagesOfAttributes) {
+  const auto grid = points<NullCodec>(100'000);  // a page is 1 MiB
+  expect_counts(*grid, VdbFile(write_vdb({grid})).read("points", {.memory = 10 << 20}));
+}
+
+TEST(Points, AttributesOfUnknownTypesArePassedOver) {
+  const auto grid = points<NullCodec>(500);
+  const auto after = named<FloatGrid>("after");
+  after->tree().setValue(Coord(1), 3);
+  const auto piped = scratch_dir() / "piped.vdb";
+  {
+    std::ofstream out(piped, std::ios::binary);
+    openvdb::io::Stream(out).write(openvdb::GridCPtrVec{grid, after});
+  }
+  for (const auto& path : {write_vdb({grid, after}), piped}) {
+    std::string bytes = file_bytes(path);
+    const std::size_t at = bytes.find("trnc");
+    ASSERT_NE(at, std::string::npos);
+    bytes.replace(at, 4, "abcd");
+    const VdbFile file(write_bytes("unknown.vdb", bytes));
+    expect_counts(*grid, file.read("points"));
+    EXPECT_EQ(FieldSampler(file.read("after")).voxel({1, 1, 1}, 0), 3);
+  }
+}
+
+TEST(Points, AreDrawnBesideVectors) {
+  const auto vectors = named<openvdb::Vec3SGrid>("vectors");
+  vectors->tree().addTile(2, Coord(0), openvdb::Vec3f(1), true);
+  EXPECT_EQ(VdbFile(write_vdb({vectors, points<NullCodec>(10)})).default_grid(), "points");
+}
+
+TEST(Points, ADamagedFileIsAnError) {
+  const auto grid = points<FixedPointCodec<true>>(40);
+  const std::string bytes = file_bytes(write_vdb({grid}));
+  for (std::size_t at = bytes.size() - 6000; at < bytes.size(); at += 19) {
+    std::string damaged = bytes;
+    damaged[at] = char(damaged[at] ^ char(1 + noise(Coord(int(at), 1, 2)) % 255));
+    try {
+      VdbFile(write_bytes("damaged.vdb", damaged)).read("points");
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::input);
+    }
+  }
+  const std::string cut = bytes.substr(0, bytes.size() - 3000);
+  EXPECT_NE(input_error([&] { VdbFile(write_bytes("cut.vdb", cut)).read("points"); }).find("cut"),
+            std::string::npos);
+  grid->tree().beginLeaf()->setOffsetOnly(0, 1'000'000);
+  const VdbFile wrong(write_vdb({grid}));
+  EXPECT_NE(input_error([&] { wrong.read("points"); }).find("points are out of order"),
+            std::string::npos);
+}
+
+TEST(Points, AFrustumIsResampled) {
+  const auto grid = points<NullCodec>(500);
+  grid->setTransform(Transform::createFrustumTransform(
+      openvdb::BBoxd(openvdb::Vec3d(-40), openvdb::Vec3d(60)), 2, 10, 0.25));
+  const Field field = VdbFile(write_vdb({grid})).read("points");
+  EXPECT_EQ(field.value_type, "points");
+  EXPECT_NE(field.notices.at(0).find("frustum"), std::string::npos);
+}
+
+// --- masks and active voxels ---------------------------------------------------------------------
+
+template <typename GridT>
+typename GridT::Ptr with_topology(const std::string& name) {
+  using ValueT = typename GridT::ValueType;
+  const auto grid = named<GridT>(name);
+  if constexpr (!std::is_same_v<GridT, openvdb::MaskGrid>)
+    grid->tree().root().setBackground(ValueT(1), /*updateChildNodes=*/false);
+  grid->tree().setValue(Coord(1, 2, 3), ValueT(1));
+  grid->tree().setValueOff(Coord(1, 2, 4));
+  if constexpr (!std::is_same_v<GridT, openvdb::MaskGrid>)
+    grid->tree().setValueOnly(Coord(1, 2, 3), openvdb::zeroVal<ValueT>());
+  grid->tree().addTile(1, Coord(16, 0, 0), openvdb::zeroVal<ValueT>(), true);
+  grid->tree().addTile(1, Coord(32, 0, 0), ValueT(1), false);
+  grid->insertMeta("author", openvdb::StringMetadata("somebody"));
+  return grid;
+}
+
+void expect_activity(const Field& field) {
+  EXPECT_EQ(field.channels, 1);
+  EXPECT_EQ(field.active_voxels, 513u);
+  EXPECT_EQ(field.notices, std::vector<std::string>{});
+  const FieldSampler sampler(field);
+  EXPECT_EQ(sampler.voxel({1, 2, 3}, 0), 1);
+  EXPECT_EQ(sampler.voxel({1, 2, 4}, 0), 0);
+  EXPECT_EQ(sampler.voxel({17, 7, 7}, 0), 1);
+  EXPECT_EQ(sampler.voxel({33, 7, 7}, 0), 0);
+  EXPECT_EQ(sampler.voxel({1, 9, 3}, 0), 0);
+}
+
+TEST(Activity, IsOneAtActiveVoxelsOfEveryType) {
+  const openvdb::GridCPtrVec grids{
+      with_topology<FloatGrid>("float"),          with_topology<openvdb::DoubleGrid>("double"),
+      with_topology<openvdb::Int32Grid>("int32"), with_topology<openvdb::Int64Grid>("int64"),
+      with_topology<openvdb::BoolGrid>("bool"),   with_topology<openvdb::MaskGrid>("mask"),
+      with_topology<openvdb::Vec3SGrid>("vec3s"), with_topology<openvdb::Vec3DGrid>("vec3d"),
+      with_topology<openvdb::Vec3IGrid>("vec3i")};
+  const auto piped = scratch_dir() / "piped.vdb";
+  {
+    std::ofstream out(piped, std::ios::binary);
+    openvdb::io::Stream(out).write(grids);
+  }
+  for (const auto& path : {write_vdb(grids), piped}) {
+    const VdbFile file(path);
+    for (const std::string& name : file.names()) {
+      SCOPED_TRACE(name);
+      const Field field = file.read(name, {.active = true});
+      EXPECT_EQ(field.name, name + ":active");
+      expect_activity(field);
+    }
+    const Field mask = file.read("mask");
+    EXPECT_EQ(mask.value_type, "mask");
+    expect_activity(mask);
+    EXPECT_TRUE(file.holds_something("mask"));
+    EXPECT_FALSE(file.holds_something("float"));
+    EXPECT_EQ(file.info().at(5).problem, "");
+    EXPECT_EQ(file.info().at(5).metadata.at("author"), "somebody");
+  }
+}
+
+TEST(Activity, ColoursOfAnyBackgroundLightTheActiveVoxels) {
+  for (const float background : {-1.0f, 1.0f}) {
+    SCOPED_TRACE(background);
+    const auto grid = named<openvdb::Vec3SGrid>("Cd");
+    grid->tree().root().setBackground(openvdb::Vec3f(background), /*updateChildNodes=*/false);
+    grid->tree().setValue(Coord(0), openvdb::Vec3f(0.5f, -2, 0.25f));
+    grid->tree().setValue(Coord(5), openvdb::Vec3f(background));
+    Scene scene;
+    scene.grid = "Cd:active";
+    scene.luminance_grid = "Cd";
+    const MediumFields fields = read_fields(scene, VdbFile(write_vdb({grid})));
+    EXPECT_EQ(fields.density->name, "Cd:active");
+    const FieldSampler density(*fields.density), colour(*fields.luminance);
+    EXPECT_EQ(density.voxel({0, 0, 0}, 0), 1);
+    EXPECT_EQ(density.voxel({1, 0, 0}, 0), 0);
+    const double expected[] = {0.5, 0, 0.25};
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(colour.voxel({0, 0, 0}, c), expected[c]);
+      EXPECT_EQ(colour.voxel({1, 0, 0}, c), 0);
+      EXPECT_EQ(colour.voxel({5, 5, 5}, c), background > 0 ? 1 : 0);
+    }
+    scene.grid = "Cd:x";
+    EXPECT_EQ(read_fields(scene, VdbFile(write_vdb({grid}))).density->name, "Cd:x");
+  }
+}
+
+TEST(Activity, IsKnownOfGridsInMemoryToo) {
+  const auto grid = named<openvdb::Vec3SGrid>("v");
+  grid->tree().setValue(Coord(1, 2, 3), openvdb::Vec3f(0, 0, -4));
+  grid->tree().addTile(1, Coord(16, 0, 0), openvdb::Vec3f(0, -1, 0), true);
+  const VdbFile file(write_vdb({grid}));
+  const auto inner = std::make_shared<VdbFile>(
+      std::make_shared<const Field>(file.read("v", {.role = GridRole::data})));
+  const Field field = VdbFile({{"w", inner, "v"}}).read("w", {.active = true});
+  EXPECT_EQ(field.name, "w:active");
+  expect_activity(field);
+}
+
+}  // namespace
+}  // namespace psivox
