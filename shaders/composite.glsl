@@ -1,4 +1,5 @@
 // Adds a term to a sum, compensated (Kahan): 1e5 thin steps keep it. `lost`: what rounding left out.
+// `precise`: algebra would make it 0, and a fused term would not be what was added.
 void add_to(INOUT(real) total, INOUT(real) lost, real term) {
   precise real y = term - lost;
   precise real sum = total + y;

@@ -4,7 +4,7 @@
 // One row is a block of 8^3 voxels, whose first one is entry blocks_first + row of `tables`.
 uniform int blocks_first;
 
-layout(location = 0) out vec4 out_picture;  // optical depth in x
+layout(location = 0) out vec4 out_picture;  // optical depth, 0, 0, 1 of a ray that stood still
 layout(location = 1) out vec4 out_layers;
 
 #include "passes.glsl"
@@ -21,6 +21,6 @@ void main() {
 #if RESUMABLE
   save_march(m);
 #endif
-  out_picture = vec4(m.optical_depth, 0.0, 0.0, 0.0);
+  out_picture = vec4(m.optical_depth, 0.0, 0.0, m.stuck ? 1.0 : 0.0);
   out_layers = vec4(0.0);
 }

@@ -21,6 +21,7 @@ void main() {
 #if RESUMABLE
   save_march(m);
 #endif
-  out_picture = drawn(m, p);
+  out_picture = drawn(m, ray, p);
+  if (m.stuck) out_picture.w += float(STUCK_MARK);
   out_layers = vec4(depth_of(m, p), decay(m.optical_depth).e, float(m.steps), float(m.samples));
 }

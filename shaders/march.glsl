@@ -29,14 +29,18 @@ Walk begin_walk(INOUT(March) m, Ray ray) {
 }
 
 void end_walk(INOUT(March) m, Walk w, Ray ray) {
-  if (uniform_sampling && !template_sampling) end_steps(m, w.steps, ray);
+  if (steps_along) end_steps(m, w.steps, ray);
 }
 
-// Marches on, up to max_turns turns.
+// Marches on, up to max_turns turns. A ray that stands still over so many turns would for ever, by a fault
+// of the driver's arithmetic or of ours: it ends. Rays do stand still for a few turns, where they begin and
+// in corners; in a step's nodes, too, which they reach one by one.
 void march(INOUT(March) m, Ray ray) {
   Walk w = begin_walk(m, ray);
   int turn = 0;
   while (turn < max_turns && !m.done) {
+    real last_t = m.t;
+    real last_node = steps_along ? w.steps.node_end : m.t;
     for (int n = 0; n < turns_of_product && turn < max_turns && !m.done; ++n, ++turn) {
       if (template_sampling) turn_template(m, w.voxels, ray);
       else if (uniform_sampling) turn_uniform(m, w.steps, ray);
@@ -44,7 +48,16 @@ void march(INOUT(March) m, Ray ray) {
       if (m.t >= ray.end) m.done = true;
     }
     if (!depth_only) m.transmittance = decay(m.optical_depth).e;
+    bool onward = m.t > last_t || turn >= max_turns;
+    if (steps_along) onward = onward || w.steps.node_end > last_node;
+    if (!onward && !m.done) {
+      m.stuck = true;
+      m.done = true;
+    }
   }
+#if !RESUMABLE
+  m.stuck = m.stuck || !m.done;  // max_turns are more than any ray needs
+#endif
   m.turns += turn;
   end_walk(m, w, ray);
 }

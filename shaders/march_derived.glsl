@@ -11,6 +11,8 @@ DERIVED(bool, colored_luminance, luminance_source == SOURCE_VECTOR || luminance_
 DERIVED(bool, vector_radiance, colored_luminance || has_emission)
 DERIVED(bool, finds_maximum, mode == MODE_MIP || mode == MODE_LMIP)
 
+DERIVED(bool, steps_along, uniform_sampling && !template_sampling)
+
 // All that a segment looks up is in its middle: the walk follows the middles.
 DERIVED(bool, walks_middles, uniform_sampling && middle_rule && !constant_runs && !brick_steps && !beyond)
 

@@ -10,7 +10,7 @@ void load_march(INOUT(March) m, ivec2 at, float begin) {
   ivec4 b = texelFetch(state_in[1], at, 0);
   ivec4 c = texelFetch(state_in[2], at, 0);
   ivec4 d = texelFetch(state_in[3], at, 0);
-  m.t = intBitsToFloat(a.x);
+  m.transmittance = intBitsToFloat(a.x);
   m.front.value = intBitsToFloat(a.y);
   m.optical_depth = intBitsToFloat(a.z);
   m.lost = intBitsToFloat(a.w);
@@ -22,9 +22,10 @@ void load_march(INOUT(March) m, ivec2 at, float begin) {
     m.steps = d.x;
     m.samples = d.y;
   }
-  m.turns = d.z >> 1;
-  m.done = (d.z & 1) == 1;
-  m.transmittance = intBitsToFloat(d.w);
+  m.turns = d.z >> 2;
+  m.stuck = (d.z & 2) != 0;
+  m.done = (d.z & 1) != 0;
+  m.t = intBitsToFloat(d.w);
   m.known = m.front.value > UNKNOWN && !own_luminance && !has_emission && !with_gradient;
   m.front = with_value(m, m.front, Sample(m.front.value, real(0.0)));
   if (end_corrections) {
@@ -35,11 +36,12 @@ void load_march(INOUT(March) m, ivec2 at, float begin) {
 }
 
 void save_march(IN(March) m) {
-  out_state[0] = ivec4(floatBitsToInt(m.t), floatBitsToInt(m.front.value),
+  out_state[0] = ivec4(floatBitsToInt(m.transmittance), floatBitsToInt(m.front.value),
                        floatBitsToInt(m.optical_depth), floatBitsToInt(m.lost));
   out_state[1] = ivec4(m.cell, m.lattice);
   out_state[2] = ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth));
-  out_state[3] = ivec4(m.steps, m.samples, m.turns * 2 + (m.done ? 1 : 0),
-                       floatBitsToInt(m.transmittance));
+  // of which TileTarget::draw_passes reads the last two
+  out_state[3] = ivec4(m.steps, m.samples, m.turns * 4 + (m.stuck ? 2 : 0) + (m.done ? 1 : 0),
+                       floatBitsToInt(m.t));
 }
 #endif

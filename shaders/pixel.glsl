@@ -112,9 +112,9 @@ real3 surface_normal(int3 cell, Ray ray, real t) {
 }
 
 // A surface is lit by the scene's lights, or by one from the camera, and from everywhere.
-real3 shade(IN(March) m, Pixel p) {
+real3 shade(IN(March) m, Ray ray, Pixel p) {
   real3 w = (world_0 + world_u * p.u + world_v * p.v) * p.inverse_length;
-  real3 normal = surface_normal(m.cell, march_ray_of(p), m.half_depth);
+  real3 normal = surface_normal(m.cell, ray, m.half_depth);
   if (dot(normal, w) > real(0.0)) normal = -normal;  // seen from either side
   real3 light = real3(real(0.0));
   if (surface_lights == 0) light = real3(max(-dot(normal, w), real(0.0)));
@@ -140,7 +140,7 @@ real depth_of(IN(March) m, Pixel p) {
 }
 
 // Premultiplied radiance and opacity.
-real4 picture(IN(March) m, Pixel p) {
+real4 picture(IN(March) m, Ray ray, Pixel p) {
   if (finds_maximum) {
     if (!sees_maximum(m)) return real4(real(0.0));
     real3 shown = real3(m.radiance.x);
@@ -151,7 +151,7 @@ real4 picture(IN(March) m, Pixel p) {
     if (m.half_depth >= NEVER) return real4(real(0.0));
     real3 shown = color;
     if (luminance_source == SOURCE_TRANSFER) shown = color * classify(isovalue).color;
-    return real4(shown * shade(m, p), real(1.0));
+    return real4(shown * shade(m, ray, p), real(1.0));
   }
   real a = decay(m.optical_depth).a;
   if (mode == MODE_XRAY) return real4(color * m.optical_depth, a);
@@ -164,18 +164,19 @@ real4 picture(IN(March) m, Pixel p) {
 
 // What a ray has collected in a region, for RayFold (src/march/ray_fold.h) to join with other regions':
 // radiance and transmittance, which is 0 behind a surface; of maxima the value, and 1 if LMIP ended there.
-real4 collected(IN(March) m, Pixel p) {
+// The ray is the one marched: made again, its end might differ by rounding.
+real4 collected(IN(March) m, Ray ray, Pixel p) {
   if (finds_maximum) {
-    bool found = mode == MODE_LMIP && m.done && m.t < march_ray_of(p).end;
+    bool found = mode == MODE_LMIP && m.done && m.t < ray.end;
     return real4(m.radiance.x, real(found ? 1.0 : 0.0), real(0.0), real(0.0));
   }
-  real4 shown = picture(m, p);
+  real4 shown = picture(m, ray, p);
   real through = mode == MODE_ISOSURFACE ? real(1.0) - shown.w : decay(m.optical_depth).e;
   return real4(shown.x, shown.y, shown.z, through);
 }
 
 // What is drawn of a ray.
-real4 drawn(IN(March) m, Pixel p) {
-  if (in_part) return collected(m, p);
-  return picture(m, p);
+real4 drawn(IN(March) m, Ray ray, Pixel p) {
+  if (in_part) return collected(m, ray, p);
+  return picture(m, ray, p);
 }

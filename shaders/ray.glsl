@@ -17,8 +17,20 @@ real clamp_component(real d) {
   return abs(d) < least ? least : d;
 }
 
-// The one expression for the t of faces: cells, bricks and the domain must agree bit for bit.
-real3 face_times(Ray ray, int3 faces) { return real3(faces) * ray.inverse + ray.offset; }
+// The one expression for the t of faces: cells, bricks, regions and the domain must agree bit for bit.
+// `precise`: else a compiler may fuse the product and the sum at one call and not at another, and a ray
+// whose end is one ulp behind its last cell's leaves the page table.
+real face_time(int face, real inverse, real offset) {
+  precise real from_origin = real(face) * inverse;
+  precise real t = from_origin + offset;
+  return t;
+}
+
+real3 face_times(Ray ray, int3 faces) {
+  return real3(face_time(faces.x, ray.inverse.x, ray.offset.x),
+               face_time(faces.y, ray.inverse.y, ray.offset.y),
+               face_time(faces.z, ray.inverse.z, ray.offset.z));
+}
 
 real least(real3 v) { return min(v.x, min(v.y, v.z)); }
 real greatest(real3 v) { return max(v.x, max(v.y, v.z)); }
@@ -39,7 +51,8 @@ Ray make_ray(real3 anchor, real3 direction, int3 domain_min, int3 domain_max, re
   return ray;
 }
 
-// The same line from its other end, t negated.
+// The same line from its other end, t negated: so are the times of all faces, to the last bit, since
+// rounding is symmetric.
 Ray reversed(Ray ray) {
   return Ray(ray.anchor, -ray.direction, -ray.inverse, ray.offset * real(-1.0), int3(1) - ray.side,
              -ray.end, -ray.begin);
@@ -48,7 +61,7 @@ Ray reversed(Ray ray) {
 real3 position(Ray ray, real t) { return ray.anchor + ray.direction * t; }
 
 // The cell of the box [lo, hi) that holds the position at t: where rounding puts it outside, the
-// nearest one inside.
+// nearest one inside. Positions of one t may differ by rounding between calls; nothing compares them.
 int3 cell_at(Ray ray, real t, int3 lo, int3 hi) {
   return clamp(int3(floor(position(ray, t))), lo, hi - 1);
 }
@@ -75,6 +88,7 @@ struct Crossing {
   int3 cell;
 };
 
+// Times are compared with the least of themselves, so that at least one face is crossed.
 Crossing leave(Ray ray, int3 lo, int side) {
   int3 far = far_faces(ray, lo, lo + side);
   real3 times = face_times(ray, far);
@@ -93,7 +107,7 @@ const real t_epsilon = real(1.2e-7);
 #endif
 
 // End of the first `part` of the way from t on to t_exit: ahead of t by more than rounding, or the
-// part would be met again for ever.
+// part would be met again for ever. However it is rounded: t_epsilon is more than half an ulp.
 real part_end(real t, real length, real part, real t_exit) {
   if (part >= real(1.0)) return t_exit;
   return min(t_exit, max(t + part * length, t + abs(t) * t_epsilon + t_epsilon));

@@ -42,6 +42,7 @@ struct March {
   int samples;
   int turns;
   bool done;
+  bool stuck;          // it stood still before its end, and was ended
   Track luminance;
   Track emission;
   Track gradient;      // its ray is the density's and is not used
@@ -76,6 +77,7 @@ March begin_march(Ray ray) {
   m.steps = 0;
   m.samples = 0;
   m.turns = 0;
+  m.stuck = false;
   m.done = !(ray.end > ray.begin);
   m.luminance = Track(ray, no_node());
   m.emission = m.luminance;

@@ -9,8 +9,8 @@ real next_face(int grid, IN(Track) track, real t) {
   t += near_face;
   if (t < track.ray.begin) return track.ray.begin;
   if (t >= track.ray.end) return NEVER;
-  Node node = seek_node(grid, track, t);
-  int3 cell = int3(floor(position(track.ray, t)));
+  int3 cell = int3(floor(position(track.ray, t)));  // once: the node is that of this cell
+  Node node = seek_cell(grid, cell, track.node, grid_of(grid).domain_min, grid_of(grid).domain_max);
   bool brick = node.kind == NODE_BRICK;
   return leave(track.ray, brick ? cell : node.lo, brick ? 1 : node.side).t;
 }
@@ -210,7 +210,7 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
   if (finds_maximum) {
     see_cell(m, s.value, s.t_end);
   } else if (mode == MODE_ISOSURFACE) {
-    real at = first_crossing(s.value, isovalue);
+    real at = first_crossing(s.value, isovalue, s.f_end);
     if (node.kind == NODE_BRICK && at <= real(1.0) && m.own) {
       m.half_depth = m.t + at * s.extent;
       m.done = true;

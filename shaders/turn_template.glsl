@@ -25,8 +25,9 @@ struct VoxelWalk {
 VoxelWalk begin_voxels(INOUT(March) m, Ray ray) {
   real t_0 = component(face_times(ray, far_faces(ray, density.domain_max, density.domain_min)),
                        template_axis);
-  int3 base = int3(floor(position(ray, t_0) + real(0.5)));
-  real3 shift = real3(base) - position(ray, t_0);
+  real3 start = position(ray, t_0);  // once: the shift is at most half a voxel
+  int3 base = int3(floor(start + real(0.5)));
+  real3 shift = real3(base) - start;
   m.luminance.ray.anchor = m.luminance.ray.anchor + shift;
   Ray centred = ray;
   centred.anchor = ray.anchor + shift + real(0.5);

@@ -20,11 +20,13 @@ real node_step(Node node, IN(March) m) {
   return step * part;
 }
 
-// The first point of the lattice of step h behind t, which may lie on one.
+// The first point of the lattice of step h behind t, which may lie on one. It is behind t whatever
+// rounding makes of the quotient; `precise`, since the product that is compared is the one returned.
 real next_point(real t, real h) {
   real k = floor(t / h) + real(1.0);
-  real point = h * k;
-  return point > t ? point : h * (k + real(1.0));
+  precise real point = h * k;
+  precise real next = h * (k + real(1.0));
+  return point > t ? point : next;
 }
 
 // Where a segment's look-up is: the walk has to reach the node there.
@@ -69,14 +71,19 @@ struct StepWalk {
 };
 
 // When the ray crosses faces between regions. It has crossed those that it begins in, but for rounding:
-// in front of such a face would be a step of a region that comes later.
+// in front of such a face would be a step of a region that comes later. `precise`: where one region ends
+// and where the next begins is one number.
+real part_time(Ray ray, real t, real inverse) {
+  real size = greatest(real3(density.domain_max - density.domain_min)) + abs(ray.begin);
+  precise real noise = abs(inverse) * (real(8.0) * t_epsilon * size);
+  precise real crossed = ray.begin + noise;
+  return t > crossed ? t : min(t, ray.begin);
+}
+
 real3 part_times(Ray ray, int3 faces) {
   real3 t = face_times(ray, faces);
-  real size = greatest(real3(density.domain_max - density.domain_min)) + abs(ray.begin);
-  real3 noise = abs(ray.inverse) * (real(8.0) * t_epsilon * size);
-  return real3(t.x > ray.begin + noise.x ? t.x : min(t.x, ray.begin),
-               t.y > ray.begin + noise.y ? t.y : min(t.y, ray.begin),
-               t.z > ray.begin + noise.z ? t.z : min(t.z, ray.begin));
+  return real3(part_time(ray, t.x, ray.inverse.x), part_time(ray, t.y, ray.inverse.y),
+               part_time(ray, t.z, ray.inverse.z));
 }
 
 StepWalk begin_steps(INOUT(March) m, Ray ray) {

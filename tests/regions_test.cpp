@@ -147,7 +147,9 @@ std::vector<glm::dvec4> folded(const View& view, std::size_t parts, Fold how = {
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) {
         const glm::ivec2 pixel(x, y);
-        const auto collected = march.collected(march.march_ray(pixel), march.make_pixel(pixel));
+        const auto collected =
+            march.collected(march.march_ray(pixel), march.march_ray_of(march.make_pixel(pixel)),
+                            march.make_pixel(pixel));
         fold.add_behind(rays[std::size_t(y * size.x + x)], collected);
       }
   }

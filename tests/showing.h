@@ -9,13 +9,14 @@
 #include <cstdio>
 #include <string>
 
+#include "colour/display.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/look.h"
 
 namespace psivox {
 
-/// What can be measured of whether a picture can be shown.
+/// What can be measured of whether a picture can be shown, in the light of a display.
 struct Showing {
   double clipped = 0;  ///< part of the pixels brighter than white
   double mean = 0;     ///< luminance of the covered part (half opaque or glowing), Rec. 709
@@ -23,13 +24,16 @@ struct Showing {
   double extent = 0;   ///< the larger part of the frame's width or height that is covered
 };
 
-inline Showing showing(const Image& image) {
+inline Showing showing(const Image& image, ToneMap curve) {
   Showing s;
   int covered = 0, left = image.width, right = -1, top = image.height, bottom = -1;
   double squares = 0;
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
-      const glm::dvec3 c(pixel(image, x, y, 0), pixel(image, x, y, 1), pixel(image, x, y, 2));
+      const auto light = [&](int channel) {
+        return double(display_light(float(pixel(image, x, y, channel)), curve));
+      };
+      const glm::dvec3 c(light(0), light(1), light(2));
       s.clipped += std::max({c.x, c.y, c.z}) > 1;
       const double luminance = 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
       if (pixel(image, x, y, 3) < 0.5f && luminance < 0.1) continue;
@@ -62,7 +66,8 @@ inline void expect_shown(const std::string& name, const LookedScene& looked,
                          const Floors& floors = {}) {
   Scene scene = looked.scene;
   scene.tolerance = 3e-3;
-  const Showing s = showing(Session(make_view(scene, looked.fields)).draw(*Gpu::renderer()).image);
+  const Image image = Session(make_view(scene, looked.fields)).draw(*Gpu::renderer()).image;
+  const Showing s = showing(image, scene.tone_map);
   std::printf("  %-26s %-8s clipped %.3f mean %.2f spread %.2f extent %.2f\n", name.c_str(),
               looked.look.c_str(), s.clipped, s.mean, s.spread, s.extent);
   EXPECT_LE(s.clipped, floors.clipped) << name;

@@ -44,6 +44,7 @@ void print_json(const VerifyReport& report, Filter filter, double seconds) {
                      {"error", c.error},
                      {"bound", c.bound},
                      {"reason", c.reason},
+                     {"stuck", c.stuck},
                      {"passed", c.passed()}});
   const Json out = {{"version", PSIVOX_VERSION},
                     {"renderer", report.renderer},
@@ -65,7 +66,7 @@ void verify_command(Arguments arguments) {
   CommandLine line(
       "verify",
       "Checks this machine's GL driver: draws cases whose results are known. Exits with "
-      "7 if one misses its bound.",
+      "7 if one misses its bound, with 4 if rays stand still.",
       {}, {"", "--device 1", "--filter hardware --json"});
   line.add_flag("--json", as_json, "print JSON");
   line.add_parameters(settings,
@@ -96,6 +97,10 @@ void verify_command(Arguments arguments) {
   std::string names;
   for (const VerifyCase& c : report.cases)
     if (!c.passed()) names += (names.empty() ? "" : "; ") + c.name;
+  if (report.stuck() > 0)
+    throw Error(ExitCode::graphics, std::to_string(report.stuck()) +
+                                        " rays stood still before their end, in pictures of: " +
+                                        names + "; use another --device or driver");
   throw Error(ExitCode::verification, "cases beyond their bounds: " + names);
 }
 

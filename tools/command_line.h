@@ -1,6 +1,9 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#if __has_include(<CLI/ExtraValidators.hpp>)  // since 2.6
+#include <CLI/ExtraValidators.hpp>
+#endif
 #include <CLI/Formatter.hpp>
 #include <cmath>
 #include <functional>

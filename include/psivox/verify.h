@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -14,7 +15,8 @@ struct VerifyCase {
   std::string reason;  ///< why the bound is what it is, in a few words
   double error = 0;    ///< largest over the case's pictures; +Inf for one that shows nothing
   double bound = 0;
-  bool passed() const { return error <= bound; }  ///< a NaN fails
+  std::uint64_t stuck = 0;  ///< rays that stood still before their end
+  bool passed() const { return error <= bound && stuck == 0; }  ///< a NaN fails
 };
 
 struct VerifyOptions {
@@ -28,6 +30,7 @@ struct VerifyReport {
   std::vector<VerifyCase> cases;
   std::vector<std::string> left_out;  ///< names of cases that do not apply to the filter
   std::size_t failed() const;
+  std::uint64_t stuck() const;
 };
 
 /// Draws fields made in memory with this machine's GL driver. It compares their pictures with

@@ -59,13 +59,14 @@ real bisect(Cubic c, real target, real lo, real hi, bool wanted) {
   return hi;
 }
 
-// The first place in [0, 1] where c passes through target; 2 where it does not.
-real first_crossing(Cubic c, real target) {
+// The first place in [0, 1] where c passes through target; 2 where it does not. `f_end`: c(1), the number
+// that the next cell begins with, so that no crossing is between the two.
+real first_crossing(Cubic c, real target, real f_end) {
   Turns turn = turning_points(c);
   bool f_0 = c.f_0 < target;
   bool f_1 = polynomial(c, turn.first) < target;
   bool f_2 = polynomial(c, turn.second) < target;
-  bool f_3 = polynomial(c, real(1.0)) < target;
+  bool f_3 = f_end < target;
   bool crossed = f_0 != f_1 || f_1 != f_2 || f_2 != f_3;
   real lo = f_0 != f_1 ? real(0.0) : f_1 != f_2 ? turn.first : turn.second;
   real hi = f_0 != f_1 ? turn.first : f_1 != f_2 ? turn.second : real(1.0);

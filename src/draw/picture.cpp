@@ -49,6 +49,10 @@ void Picture::march() {
                                                         : marcher_.render(marched(), options());
   drawn_.image = std::move(result.image);
   drawn_.stats = std::move(result.stats);
+  if (drawn_.stats.stuck > 0)
+    drawn_.notices.push_back(std::to_string(drawn_.stats.stuck) +
+                             " rays stood still before their end and show what is in front of it, "
+                             "by a fault of the device's arithmetic; run psivox verify");
 }
 
 void Picture::confirm_plan() {

@@ -166,20 +166,21 @@ Image RankMarcher::collect(const Image& strip, const glm::ivec2& size) {
 /// Counts of all ranks, and the times of the slowest.
 void RankMarcher::add_up(RenderStats& stats) {
   struct Numbers {
-    std::uint64_t samples, steps;
+    std::uint64_t samples, steps, stuck;
     double shader_ms, upload_ms, march_ms, gpu_ms, cpu_ms;
   };
-  const Numbers own{stats.samples,  stats.steps,  stats.shader_ms, stats.upload_ms,
-                    stats.march_ms, stats.gpu_ms, stats.cpu_ms};
+  const Numbers own{stats.samples,   stats.steps,    stats.stuck,  stats.shader_ms,
+                    stats.upload_ms, stats.march_ms, stats.gpu_ms, stats.cpu_ms};
   std::string bytes(sizeof own, '\0');
   std::memcpy(bytes.data(), &own, sizeof own);
-  stats.samples = stats.steps = 0;
+  stats.samples = stats.steps = stats.stuck = 0;
   stats.cpu_ms = 0;
   for (const std::string& others : ranks_.gather(bytes)) {
     Numbers n;
     std::memcpy(&n, others.data(), sizeof n);
     stats.samples += n.samples;
     stats.steps += n.steps;
+    stats.stuck += n.stuck;
     stats.shader_ms = std::max(stats.shader_ms, n.shader_ms);
     stats.upload_ms = std::max(stats.upload_ms, n.upload_ms);
     stats.march_ms = std::max(stats.march_ms, n.march_ms);

@@ -17,6 +17,7 @@ void add_counts(const RenderStats& part, RenderStats& sum) {
   sum.renderer = part.renderer;
   sum.samples += part.samples;
   sum.steps += part.steps;
+  sum.stuck += part.stuck;
   sum.passes = std::max(sum.passes, part.passes);
   for (double RenderStats::*time :
        {&RenderStats::gl_init_ms, &RenderStats::shader_ms, &RenderStats::upload_ms,

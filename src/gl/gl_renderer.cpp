@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "gl/egl_context.h"
 #include "gl/grid_textures.h"
@@ -20,6 +21,7 @@ struct GlRenderer::Impl {
   gl::EglContext context;
   double init_ms = 0;
   double upload_ms = 0;
+  std::uint64_t stuck = 0;             ///< rays towards the next picture's light
   const MediumAtlas* atlas = nullptr;  ///< that upload() was given, for that filter
   Filter filter = Filter::exact;
   std::optional<gl::GridTextures> textures;  ///< of it, made for the first program that reads them
@@ -102,7 +104,9 @@ LightDepths GlRenderer::light_depths(const View& view) {
     const gl::GridTextures& textures = impl.uploaded(Filter::exact, light_needs);
     MarchSetup setup = make_march_setup(light_march(view, beam), textures.atlas());
     const gl::MarchProgram& program = impl.program(textures.key(setup), "light.frag");
-    gl::LightPass(setup, textures, program).depths(blocks, take, progress);
+    gl::LightPass pass(setup, textures, program);
+    pass.depths(blocks, take, progress);
+    impl.stuck += pass.stuck();
     impl.context.check("lighting");
   });
 }
@@ -123,6 +127,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options) 
   stats.renderer = description();
   stats.gl_init_ms = impl.init_ms;
   stats.upload_ms = impl.upload_ms;
+  stats.stuck = std::exchange(impl.stuck, 0);
 
   const Stopwatch building;
   const gl::MarchProgram& march = impl.program(textures.key(setup));

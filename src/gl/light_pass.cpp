@@ -17,7 +17,7 @@ LightPass::LightPass(const MarchSetup& setup, const GridTextures& textures,
 }
 
 void LightPass::depths(const LightBlocks& blocks, const TakeDepths& take,
-                       const Progress& progress) const {
+                       const Progress& progress) {
   textures_.bind(march_);
   std::vector<glm::vec4> picture(std::size_t(side) * side);
   in_batches(blocks, progress, [&](std::span<const std::size_t> some) {
@@ -27,18 +27,16 @@ void LightPass::depths(const LightBlocks& blocks, const TakeDepths& take,
     const Tables tables(entries);
     tables.bind(MarchProgram::tables_unit);
     const int rows = int(some.size());
-    int passes = 0;
-    do {
-      target_.bind(passes & 1);
-      march_.program().set("first_pass", passes == 0);
-      triangle_.draw(march_.program(), side, rows);
-      ++passes;
-    } while (march_.key().resumable && !target_.all_done(side, rows, (passes - 1) & 1));
+    const int passes = target_.draw_passes(march_, side, rows,
+                                           [&] { triangle_.draw(march_.program(), side, rows); });
     target_.bind((passes - 1) & 1);
     target_.read_picture(side, rows, picture.data(), side);
     std::vector<double> depths(side);
     for (std::size_t k = 0; k < some.size(); ++k) {
-      for (std::size_t i = 0; i < side; ++i) depths[i] = double(picture[k * side + i].x);
+      for (std::size_t i = 0; i < side; ++i) {
+        depths[i] = double(picture[k * side + i].x);
+        stuck_ += picture[k * side + i].w > 0;
+      }
       take(some[k], depths);
     }
   });

@@ -16,7 +16,9 @@ class LightPass {
   /// until the last use.
   LightPass(const MarchSetup& setup, const GridTextures& textures, const MarchProgram& program);
 
-  void depths(const LightBlocks& blocks, const TakeDepths& take, const Progress& progress) const;
+  void depths(const LightBlocks& blocks, const TakeDepths& take, const Progress& progress);
+  /// Rays that stood still before their end.
+  std::uint64_t stuck() const { return stuck_; }
 
  private:
   static constexpr int side = 512;  ///< of the target: the voxels of a block, and blocks at a time
@@ -26,6 +28,7 @@ class LightPass {
   const MarchProgram& march_;
   TileTarget target_;
   Triangle triangle_;
+  std::uint64_t stuck_ = 0;
 };
 
 }  // namespace psivox::gl

@@ -1,6 +1,7 @@
 #include "gl/picture_pass.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "psivox/stopwatch.h"
 
@@ -67,6 +68,7 @@ Image PicturePass::draw(RenderStats& stats) {
     readback.add_missed({pixels.origin - picture_.origin, pixels.size}, missed_);
   if (drawn_.empty() && options_.progress) options_.progress(1);
   stats.gpu_ms = timer.sum_ms();
+  stats.stuck += readback.stuck();
   return film.finish(stats);
 }
 
@@ -90,17 +92,13 @@ void PicturePass::draw_tile(const PixelBox& tile, Readback& readback, Timer& tim
 }
 
 int PicturePass::draw_passes(const Exposure& tile, Timer& timer) {
-  int passes = 0;
-  do {
-    if (passes > 0) timer.awaited();
-    target_->bind(passes & 1);
-    march_.program().set("first_pass", passes == 0);
+  bool again = false;
+  return target_->draw_passes(march_, tile.width, tile.height, [&] {
+    if (std::exchange(again, true)) timer.awaited();
     timer.begin();
     triangle_.draw(march_.program(), tile.width, tile.height);
     timer.submitted();
-    ++passes;
-  } while (march_.key().resumable && !target_->all_done(tile.width, tile.height, (passes - 1) & 1));
-  return passes;
+  });
 }
 
 }  // namespace psivox::gl

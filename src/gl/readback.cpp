@@ -2,6 +2,8 @@
 
 #include <span>
 
+#include "march/shader_constants.h"
+
 namespace psivox::gl {
 
 Readback::Readback(Film& film, const View& view, const RenderOptions& options, double drawn)
@@ -17,6 +19,13 @@ void Readback::read(const TileTarget& target, const Exposure& tile) {
     stride = tile.width;
   }
   target.read_picture(tile.width, tile.height, pixels, stride);
+  for (int row = 0; row < tile.height; ++row)
+    for (glm::vec4& pixel :
+         std::span(pixels + std::ptrdiff_t(row) * stride, std::size_t(tile.width)))
+      if (pixel.w > 0.5f * float(stuck_mark)) {
+        pixel.w -= float(stuck_mark);
+        ++stuck_;
+      }
   if (!film_.has_layers()) return;
   layers_.resize(tile.pixels());
   target.read_layers(tile.width, tile.height, layers_.data(), tile.width);

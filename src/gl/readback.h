@@ -31,6 +31,9 @@ class Readback {
   /// Adds the tile that was read last, if it is not added yet, to the film, and reports it.
   void develop();
 
+  /// Rays that stood still before their end, of what was read.
+  std::uint64_t stuck() const { return stuck_; }
+
  private:
   void add(const Exposure& tile);
   /// The same for several samples a pixel without layers.
@@ -40,7 +43,7 @@ class Readback {
   const RenderOptions& options_;
   int samples_;  ///< of a pixel
   double all_pixels_;
-  std::uint64_t pixels_done_ = 0;
+  std::uint64_t pixels_done_ = 0, stuck_ = 0;
   std::optional<Exposure> waiting_;
   std::vector<glm::vec4> picture_, layers_;
   std::vector<PixelSums> sums_;  ///< of the tile, where a pixel has several samples and layers

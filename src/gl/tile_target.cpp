@@ -4,6 +4,8 @@
 #include <glm/vec4.hpp>
 #include <vector>
 
+#include "psivox/error.h"
+
 namespace psivox::gl {
 namespace {
 
@@ -67,13 +69,34 @@ void TileTarget::read(GLenum attachment, int width, int height, glm::vec4* pixel
   glPixelStorei(GL_PACK_ROW_LENGTH, 0);
 }
 
-bool TileTarget::all_done(int width, int height, int set) const {
+bool TileTarget::all_done(int width, int height, int set, bool first_pass) {
   std::vector<glm::ivec4> values(std::size_t(width) * std::size_t(height));
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers_[set]);
   glReadBuffer(GL_COLOR_ATTACHMENT5);
   glReadPixels(0, 0, width, height, GL_RGBA_INTEGER, GL_INT, values.data());
-  return std::all_of(values.begin(), values.end(),
-                     [](const glm::ivec4& v) { return (v.z & 1) == 1; });
+  const auto ended = [](const glm::ivec4& ray) { return (ray.z & 1) == 1; };
+  const auto stands = [&](const glm::ivec4& before, const glm::ivec4& after) {
+    return ended(before) == ended(after) && before.w == after.w;
+  };
+  const bool all = std::all_of(values.begin(), values.end(), ended);
+  if (!all && !first_pass && std::equal(rays_.begin(), rays_.end(), values.begin(), stands))
+    throw Error(ExitCode::graphics,
+                "the device's rays stand still: a pass moved none of them; try another --device or "
+                "driver, and psivox verify");
+  rays_ = std::move(values);
+  return all;
+}
+
+int TileTarget::draw_passes(const MarchProgram& march, int width, int height,
+                            const std::function<void()>& draw) {
+  int passes = 0;
+  do {
+    bind(passes & 1);
+    march.program().set("first_pass", passes == 0);
+    draw();
+    ++passes;
+  } while (march.key().resumable && !all_done(width, height, (passes - 1) & 1, passes == 1));
+  return passes;
 }
 
 }  // namespace psivox::gl

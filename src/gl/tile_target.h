@@ -2,7 +2,11 @@
 
 #include <epoxy/gl.h>
 
+#include <functional>
 #include <glm/vec4.hpp>
+#include <vector>
+
+#include "gl/march_program.h"
 
 namespace psivox::gl {
 
@@ -32,10 +36,15 @@ class TileTarget {
   void read_picture(int width, int height, glm::vec4* pixels, int stride) const;
   void read_layers(int width, int height, glm::vec4* pixels, int stride) const;
 
-  /// True if every ray of the region has ended, by the state that the last draw wrote to `set`.
-  bool all_done(int width, int height, int set) const;
+  /// Draws the rays of a width x height region in as many passes as they need; returns their
+  /// number. `draw` draws the program's triangle over them. Throws Error(graphics) if a pass
+  /// neither moves nor ends any.
+  int draw_passes(const MarchProgram& march, int width, int height,
+                  const std::function<void()>& draw);
 
  private:
+  /// Whether all rays have ended after a pass that wrote `set`.
+  bool all_done(int width, int height, int set, bool first_pass);
   static void read(GLenum attachment, int width, int height, glm::vec4* pixels, int stride);
 
   int side_;
@@ -43,6 +52,7 @@ class TileTarget {
   GLuint states_[2][4] = {};
   GLuint framebuffers_[2] = {};
   int sets_;
+  std::vector<glm::ivec4> rays_;  ///< the last of the state textures, after the last pass
 };
 
 }  // namespace psivox::gl

@@ -39,7 +39,7 @@ struct RayOfPixel {
       : pixel(march.make_pixel(at)), ray(march.march_ray_of(pixel)), state(march.begin_march(ray)) {
     march.aim(state, pixel);
   }
-  glm::dvec4 picture(AtlasMarch& march) const { return march.drawn(state, pixel); }
+  glm::dvec4 picture(AtlasMarch& march) const { return march.drawn(state, ray, pixel); }
 };
 
 MarchSetup setup_in_double(const View& view, const MediumAtlas& atlas,
@@ -79,6 +79,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
   const int n = view.scene.pixel_samples;
 
   Film film(view, options);
+  std::atomic<std::uint64_t> stuck = 0;
   for_each(setup, atlas, std::size_t(size.y), 4, options.progress,
            [&](AtlasMarch& march, std::size_t row) {
              const int y = int(row);
@@ -89,6 +90,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
                  RayOfPixel ray(march, pixels.origin + glm::ivec2(x, y));
                  march_on(march, ray.state, ray.ray);
                  const auto& m = ray.state;
+                 if (m.stuck) ++stuck;
                  sums.add(ray.picture(march), {march.depth_of(m, ray.pixel),
                                                march.decay(m.optical_depth).e, m.steps, m.samples});
                }
@@ -100,6 +102,7 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
   result.image = film.finish(result.stats);
   result.stats.renderer = "march in double precision";
   result.stats.passes = 1;
+  result.stats.stuck = stuck;
   result.stats.march_ms = watch.ms();
   return result;
 }

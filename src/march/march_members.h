@@ -1,10 +1,13 @@
 // No include guard: expanded inside a struct that supplies the edge functions of atlas.glsl. Makes
 // it the march in double: parameters and constants as members, the shader's functions as member
-// functions, from the same files that the GPU compiles.
+// functions, from the same files that the GPU compiles. Tests define REAL_BITS and `precise`
+// before, and make it the march in float.
+#ifndef REAL_BITS
 #define REAL_BITS 64
+#define precise
+#endif
 #define INOUT(type) type&
 #define IN(type) const type&
-#define precise
 #define PSIVOX_ROW(name, value) static constexpr int name = static_cast<int>(value);
 PSIVOX_SHADER_CONSTANTS(PSIVOX_ROW)
 #undef PSIVOX_ROW
@@ -77,7 +80,7 @@ void derive() {
 }
 
 void configure(const MarchSetup& setup) {
-#define PARAMETER(type, name) name = setup.parameters.name;
+#define PARAMETER(type, name) name = type(setup.parameters.name);
 #include "march_parameters.glsl"
 #undef PARAMETER
 #define CONSTANT(type, name) name = setup.constants.name;

@@ -14,7 +14,7 @@ struct RayFold::Maxima {
   glm::dvec4 picture(double value) {
     glsl::AtlasMarch::March ray{};
     ray.radiance.x = value;
-    return march.picture(ray, {});
+    return march.picture(ray, {}, {});
   }
 
   const MediumAtlas none{};

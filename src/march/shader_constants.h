@@ -3,6 +3,9 @@
 #include "psivox/atlas.h"
 #include "psivox/medium.h"
 
+/// Added to the opacity of a ray that stood still before its end, on its way from the GPU.
+inline constexpr int stuck_mark = 4;
+
 /// What shaders/ calls the values of C++ enums and constants: X(name, value). GLSL gets them in the
 /// text before each program, the march in double as members.
 #define PSIVOX_SHADER_CONSTANTS(X)                                                    \
@@ -30,4 +33,5 @@
   X(BRICK_TEXELS, brick_texels)         /* values of a brick */                       \
   X(NEXT_X, brick_values* brick_values) /* texels from a value to the next along x */ \
   X(NEXT_Y, brick_values)                                                             \
-  X(NEXT_Z, 1)
+  X(NEXT_Z, 1)                                                                        \
+  X(STUCK_MARK, stuck_mark)

@@ -10,7 +10,9 @@ namespace psivox {
 
 Image Painter::picture(View view) const {
   view.scene.filter = filter_;
-  return Session(std::move(view)).draw(gpu_).image;
+  Drawn drawn = Session(std::move(view)).draw(gpu_);
+  stuck_ += drawn.stats.stuck;
+  return std::move(drawn.image);
 }
 
 double larger(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
@@ -24,8 +26,8 @@ VerifyCase run_case(const Case& c, const Painter& painter) {
   constexpr double weight_step = 1.0 / 256;
   const Measured found = c.measure(painter);
   const bool hardware = painter.filter() == Filter::hardware;
-  return {c.name, c.reason, found.error,
-          c.bound + (hardware ? weight_step * found.sensitivity : 0)};
+  return {c.name, c.reason, found.error, c.bound + (hardware ? weight_step * found.sensitivity : 0),
+          painter.take_stuck()};
 }
 
 double opacity_error(const View& view, const Image& image,

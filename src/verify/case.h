@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "psivox/draw.h"
@@ -16,10 +17,13 @@ class Painter {
   Painter(Marcher& gpu, Filter filter) : gpu_(gpu), filter_(filter) {}
   Filter filter() const { return filter_; }
   Image picture(View view) const;
+  /// Rays that stood still before their end, of the pictures since the last call.
+  std::uint64_t take_stuck() const { return std::exchange(stuck_, 0); }
 
  private:
   Marcher& gpu_;
   Filter filter_;
+  mutable std::uint64_t stuck_ = 0;
 };
 
 /// Errors of a case's pictures.

@@ -98,6 +98,30 @@ Measured tiles(const Painter& painter) {
   });
 }
 
+/// From the other end the same segments are composited, whose sums are rounded otherwise: 256 of
+/// them to 16 roundings, in each picture.
+constexpr double order_bound = 2 * 16 * 0x1p-24 * 1.8;
+
+/// The pictures of a row of cameras, whose rays meet the domain's faces in many ways.
+Measured back_to_front(const Painter& painter) {
+  const auto field = share(balls());
+  const auto function = std::make_shared<const TransferFunction>(
+      std::vector<TransferPoint>{{0.1, 0, {}}, {0.4, 1, {}}, {0.7, 0.2, {}}}, false);
+  Measured found;
+  for (int turn = 0; turn < 6; ++turn) {
+    Scene scene = looking(small_scene(32), {20, 18, 90}, {20, 18, 19});
+    scene.azimuth = 13 + 20 * turn;
+    scene.elevation = 20;
+    scene.extinction = 0.1;
+    View view = view_of(scene, field, Glow::density);
+    view.medium.transfer = function;
+    const Image front = painter.picture(view);
+    view.scene.mode = Mode::back_to_front;
+    found.add({picture_difference(front, painter.picture(view)), 0});
+  }
+  return found;
+}
+
 }  // namespace
 
 std::vector<Case> invariance_cases() {
@@ -106,6 +130,8 @@ std::vector<Case> invariance_cases() {
       {"quarter turn", place_reason, place_bound, turned},
       {"balls 1e4 as large, 1e6 away", place_reason, place_bound, moved_and_scaled},
       {"tiles as voxels", place_reason, place_bound, tiles},
+      {"back to front", "the same segments from either end: twice 16 roundings of 2^-24",
+       order_bound, back_to_front},
   };
 }
 

@@ -11,6 +11,12 @@ std::size_t VerifyReport::failed() const {
       std::count_if(cases.begin(), cases.end(), [](const VerifyCase& c) { return !c.passed(); }));
 }
 
+std::uint64_t VerifyReport::stuck() const {
+  std::uint64_t sum = 0;
+  for (const VerifyCase& c : cases) sum += c.stuck;
+  return sum;
+}
+
 VerifyReport verify(const VerifyOptions& options) {
   const std::shared_ptr<Marcher> gpu = open_gpu({.device = options.device});
   const Painter painter(*gpu, options.filter);

@@ -11,6 +11,26 @@
 namespace psivox::view {
 namespace {
 
+#if IMGUI_VERSION_NUM >= 18900
+void set_key(ImGuiIO& io, int key, bool down) { io.AddKeyEvent(static_cast<ImGuiKey>(key), down); }
+void set_modifiers(ImGuiIO& io, int modifiers) {
+  set_key(io, ImGuiMod_Shift, modifiers & GLFW_MOD_SHIFT);
+  set_key(io, ImGuiMod_Ctrl, modifiers & GLFW_MOD_CONTROL);
+  set_key(io, ImGuiMod_Alt, modifiers & GLFW_MOD_ALT);
+}
+#else  // Debian 12's, before it had events
+constexpr int ImGuiKey_KeypadEnter = ImGuiKey_KeyPadEnter;
+void set_key(ImGuiIO& io, int key, bool down) {
+  io.KeyMap[key] = key;
+  io.KeysDown[key] = down;
+}
+void set_modifiers(ImGuiIO& io, int modifiers) {
+  io.KeyShift = modifiers & GLFW_MOD_SHIFT;
+  io.KeyCtrl = modifiers & GLFW_MOD_CONTROL;
+  io.KeyAlt = modifiers & GLFW_MOD_ALT;
+}
+#endif
+
 constexpr int key_map[][2] = {{ImGuiKey_Tab, GLFW_KEY_TAB},
                               {ImGuiKey_LeftArrow, GLFW_KEY_LEFT},
                               {ImGuiKey_RightArrow, GLFW_KEY_RIGHT},
@@ -25,7 +45,7 @@ constexpr int key_map[][2] = {{ImGuiKey_Tab, GLFW_KEY_TAB},
                               {ImGuiKey_Space, GLFW_KEY_SPACE},
                               {ImGuiKey_Enter, GLFW_KEY_ENTER},
                               {ImGuiKey_Escape, GLFW_KEY_ESCAPE},
-                              {ImGuiKey_KeyPadEnter, GLFW_KEY_KP_ENTER},
+                              {ImGuiKey_KeypadEnter, GLFW_KEY_KP_ENTER},
                               {ImGuiKey_A, GLFW_KEY_A},
                               {ImGuiKey_C, GLFW_KEY_C},
                               {ImGuiKey_V, GLFW_KEY_V},
@@ -47,7 +67,6 @@ Gui::Gui(Window& window) {
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;
   io.LogFilename = nullptr;
-  for (const auto& [key, code] : key_map) io.KeyMap[key] = code;
   io.ClipboardUserData = &window;
   io.GetClipboardTextFn = [](void* user) {
     clipboard_text() = static_cast<Window*>(user)->clipboard();
@@ -101,11 +120,9 @@ void Gui::feed(const Event& event) {
       io.MouseWheel += static_cast<float>(event.place.y);
       break;
     case Kind::key:
-      if (event.code >= 0 && event.code < IM_ARRAYSIZE(io.KeysDown))
-        io.KeysDown[event.code] = event.down;
-      io.KeyShift = event.modifiers & GLFW_MOD_SHIFT;
-      io.KeyCtrl = event.modifiers & GLFW_MOD_CONTROL;
-      io.KeyAlt = event.modifiers & GLFW_MOD_ALT;
+      for (const auto& [key, code] : key_map)
+        if (code == event.code) set_key(io, key, event.down);
+      set_modifiers(io, event.modifiers);
       break;
     case Kind::text:
       io.AddInputCharacter(static_cast<unsigned>(event.code));

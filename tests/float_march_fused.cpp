@@ -1,0 +1,2 @@
+#define PSIVOX_FLOAT_MARCH fused_march
+#include "float_march_body.h"

@@ -1,0 +1,2 @@
+#define PSIVOX_FLOAT_MARCH plain_march
+#include "float_march_body.h"
