@@ -45,7 +45,7 @@ inline double waves(const Coord& p) {
 /// Turns around the y axis.
 inline Vec3d whirl(const Coord& p) { return cloud(p) * Vec3d(p.z(), 4, -p.x()) / 4; }
 /// Colours of the cloud: red to the right, green upwards, blue to the front.
-inline Vec3d colour(const Coord& p) {
+inline Vec3d hues(const Coord& p) {
   return cloud(p) <= 0 ? Vec3d(0) : Vec3d(0.5) + p.asVec3d() / 26;
 }
 

@@ -132,19 +132,19 @@ std::vector<Animal> choices() {
 std::vector<Animal> backgrounds() {
   const auto one = [](const auto& grid) { return on_background(grid, 1.0f); };
   const auto negative = [](const Coord& p) {
-    return 3 * colour(p) - (cloud(p) > 0 ? Vec3d(1) : Vec3d(0));
+    return 3 * hues(p) - (cloud(p) > 0 ? Vec3d(1) : Vec3d(0));
   };
   return {
       {"background_one", "smoke", "density", [=] { return Grids{one(density())}; }},
       {"colours_on_white", "colors", "Cd",
-       [] { return Grids{on_background(filled<Vec3SGrid>("Cd", colour), Vec3s(1))}; }},
+       [] { return Grids{on_background(filled<Vec3SGrid>("Cd", hues), Vec3s(1))}; }},
       {"colours_on_minus_one", "colors", "colorGrid",
-       [] { return Grids{on_background(filled<Vec3SGrid>("colorGrid", colour), Vec3s(-1))}; }},
+       [] { return Grids{on_background(filled<Vec3SGrid>("colorGrid", hues), Vec3s(-1))}; }},
       {"negative_colours", "colors", "Cd",
        [=] { return Grids{filled<Vec3SGrid>("Cd", negative)}; }},
       {"smoke_with_colours", "smoke", "density",
        [] {
-         return Grids{density(), on_background(filled<Vec3SGrid>("Cd", colour), Vec3s(1))};
+         return Grids{density(), on_background(filled<Vec3SGrid>("Cd", hues), Vec3s(1))};
        }},
   };
 }
