@@ -22,7 +22,7 @@ std::string clipping_notice(std::size_t clipped, const Image& image, const Scene
 /// Returns why there is no bar.
 std::string add_color_bar(const std::optional<ColorScale>& scale, const Display& display,
                           Image& image) {
-  if (!scale) return "--color-bar: the transfer function has no colours";
+  if (!scale) return "--color-bar: no map gives the values a colour";
   if (!draw_color_bar(image, *scale, display))
     return "--color-bar: the picture is too small for it";
   return {};

@@ -53,7 +53,7 @@ def test_reference_is_the_command_lines(blobs, command, tmp_path):
 
 
 def test_keywords_are_the_options(command):
-    options = command("render", "--help")
+    options = command("render", "--help-all")
     for name, row in psivox.parameters().items():
         assert re.search(rf"--{name.replace('_', '-')}\b", options)
         assert name in inspect.signature(psivox.render).parameters
