@@ -78,8 +78,19 @@ t 0 "isovalue 0.504, chosen by auto" render "$S" -o a.exr --mode isosurface --re
 t 0 "--isovalue=0.50390625, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32 -v
 t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
 t 3 "it has 'temperature' 'color' 'density'" render "$S" -o a.exr --grid temp
-points=$assets/../../shared/data/edge/points.vdb
-[ ! -e "$points" ] || t 0 "nothing here can be rendered" info "$points"
+edge=$assets/../../shared/data/edge
+if [ -d "$edge" ]; then
+  t 0 "nothing here can be rendered" info "$edge/empty.vdb"
+  [ "$("$program" info "$edge/empty.vdb" | grep -cF "$edge/empty.vdb")" = 1 ] ||
+    { echo "FAILED: info names an empty file twice"; failed=$((failed + 1)); }
+  for odd in points background_one sphere_colour; do
+    t 0 - render "$edge/$odd.vdb" -o odd.png --resolution 32x32 -q
+    t 0 "auto:" info "$edge/$odd.vdb"
+    ! "$program" info "$edge/$odd.vdb" | grep -qF "not usable" ||
+      { echo "FAILED: info refuses $odd"; failed=$((failed + 1)); }
+  done
+  t 3 "--background-value 0" render "$edge/background_one.vdb" -o odd.png --strict
+fi
 t 0 "in 4 regions; the largest has" info --regions 4 "$assets/blobs.vdb"
 t 0 '"imbalance"' info --regions 4 --json "$assets/blobs.vdb"
 t 2 "--regions: expected" info --regions 0 "$assets/blobs.vdb"

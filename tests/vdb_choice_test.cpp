@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "psivox/dense_field.h"
+#include "psivox/medium.h"
 #include "vdb_made_files.h"
 
 namespace psivox {
@@ -102,6 +103,20 @@ TEST(VdbChoice, AGridThatHoldsNothingDoesNotCount) {
                       " active voxel"),
             std::string::npos);
   EXPECT_EQ(nothing.default_grid(/*empty=*/true), "density");
+}
+
+TEST(VdbChoice, IsSaidWhereItWasNotObvious) {
+  using Notices = std::vector<std::string>;
+  const auto notices = [](const openvdb::GridCPtrVec& grids, const std::string& grid) {
+    Scene scene;
+    scene.grid = grid;
+    return read_fields(scene, VdbFile(write_vdb(grids))).density->notices;
+  };
+  const openvdb::GridCPtrVec three{voxels("b", 1), voxels("heat", 1), voxels("c", 1)};
+  EXPECT_EQ(notices(three, ""), Notices{"grid 'heat' of 3; --grid NAME chooses another"});
+  EXPECT_EQ(notices(three, "heat"), Notices{});
+  EXPECT_EQ(notices({voxels("density", 1), voxels("b", 1)}, ""), Notices{});
+  EXPECT_EQ(notices({voxels("b", 1)}, ""), Notices{});
 }
 
 TEST(VdbChoice, ARepeatedNameIsItsFirstGridThatHoldsSomething) {

@@ -35,8 +35,9 @@ inline Reads reads_of_process() {
 
 /// A number that looks random, so that no codec makes it much smaller.
 inline std::uint32_t noise(const openvdb::Coord& p) {
-  std::uint32_t hash =
-      static_cast<std::uint32_t>(p.x() * 73856093 ^ p.y() * 19349663 ^ p.z() * 83492791);
+  const auto x = static_cast<std::uint32_t>(p.x()), y = static_cast<std::uint32_t>(p.y()),
+             z = static_cast<std::uint32_t>(p.z());
+  std::uint32_t hash = x * 73856093u ^ y * 19349663u ^ z * 83492791u;
   hash ^= hash >> 13;
   hash *= 0x5bd1e995u;
   return hash ^ hash >> 15;
