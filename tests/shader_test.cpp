@@ -75,18 +75,20 @@ TEST_F(Shaders, RaysThatStandStillEndAndAreCounted) {
     const Limited limited({.turns_per_pass = turns});
     GlRenderer gl({.debug = true});
     const Drawn drawn = Session(view()).draw(gl);
-    EXPECT_GT(drawn.stats.stuck, 64u);
+    EXPECT_GT(drawn.stats.stuck, 32u);
     EXPECT_LE(drawn.stats.stuck, 128u);
     EXPECT_EQ(drawn.stats.passes > 1, turns > 0);
     ASSERT_EQ(drawn.notices.size(), 1u);
     EXPECT_NE(drawn.notices[0].find(std::to_string(drawn.stats.stuck) + " rays stood still"),
               std::string::npos);
-    for (int i = 0; i < 16 * 16 * 4; ++i) {
-      const float opacity = drawn.image.rgba()[std::size_t(i | 3)];
-      EXPECT_LE(opacity, 1);  // without the mark
-      if (i / 4 % 16 >= 8)
-        EXPECT_EQ(drawn.image.rgba()[std::size_t(i)], whole.rgba()[std::size_t(i)]) << i;
+    std::uint64_t others = 0;
+    for (int i = 3; i < 16 * 16 * 4; i += 4) {
+      const float opacity = drawn.image.rgba()[std::size_t(i)];
+      others += opacity != whole.rgba()[std::size_t(i)];
+      EXPECT_LE(opacity, whole.rgba()[std::size_t(i)]);  // without the mark
     }
+    EXPECT_GT(others, 32u);
+    EXPECT_LE(others, drawn.stats.stuck);
   }
 }
 
