@@ -12,9 +12,12 @@ find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(pugixml REQUIRED)
 # draws the plots of a study's page, which contains a copy of it
-find_file(PSIVOX_CHART_JS chart.min.js PATHS /usr/share/javascript PATH_SUFFIXES chart.js REQUIRED)
+find_file(PSIVOX_CHART_JS NAMES chart.min.js Chart.min.js chart.umd.js
+  PATHS /usr/share/javascript /usr/share/nodejs /usr/lib/node_modules
+  PATH_SUFFIXES chart.js chart.js/dist chartjs REQUIRED)
 # the text of colour bars: the library contains the font
-find_file(PSIVOX_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype PATH_SUFFIXES dejavu REQUIRED)
+find_file(PSIVOX_FONT DejaVuSans.ttf PATHS /usr/share/fonts
+  PATH_SUFFIXES truetype/dejavu dejavu TTF dejavu-sans-fonts truetype REQUIRED)
 find_path(STB_INCLUDE_DIR stb/stb_truetype.h REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)

@@ -59,6 +59,47 @@ TEST_F(Shaders, TheFolderReplacesTheEmbeddedOnes) {
   EXPECT_EQ(difference("copied and embedded", copied, picture(view())).max, 0);
 }
 
+/// The rays of pixels left of `column` stay in their first brick.
+void let_stand(const std::function<void(const std::string&, const std::string&)>& edit,
+               const std::string& column) {
+  edit("  Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.side : 1);\n",
+       "  Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.side : 1);\n"
+       "  if (gl_FragCoord.x < " +
+           column + " && node.kind == NODE_BRICK) far = Crossing(m.t, m.cell);\n");
+}
+
+TEST_F(Shaders, RaysThatStandStillEndAndAreCounted) {
+  const Image whole = picture(view());
+  let_stand([&](auto from, auto to) { edit("turn_cells.glsl", from, to); }, "8.0");
+  for (const int turns : {0, 60}) {  // in one pass, and in several
+    const Limited limited({.turns_per_pass = turns});
+    GlRenderer gl({.debug = true});
+    const Drawn drawn = Session(view()).draw(gl);
+    EXPECT_GT(drawn.stats.stuck, 32u);
+    EXPECT_LE(drawn.stats.stuck, 128u);
+    EXPECT_EQ(drawn.stats.passes > 1, turns > 0);
+    ASSERT_EQ(drawn.notices.size(), 1u);
+    EXPECT_NE(drawn.notices[0].find(std::to_string(drawn.stats.stuck) + " rays stood still"),
+              std::string::npos);
+    std::uint64_t others = 0;
+    for (int i = 3; i < 16 * 16 * 4; i += 4) {
+      const float opacity = drawn.image.rgba()[std::size_t(i)];
+      others += opacity != whole.rgba()[std::size_t(i)];
+      EXPECT_LE(opacity, whole.rgba()[std::size_t(i)]);  // without the mark
+    }
+    EXPECT_GT(others, 32u);
+    EXPECT_LE(others, drawn.stats.stuck);
+  }
+}
+
+TEST_F(Shaders, APassThatMovesNoRayIsAnError) {
+  edit("passes.glsl", "  m.done = (d.z & 1) != 0;\n", "  m.done = false;\n  m.stuck = false;\n");
+  edit("march.glsl", "      m.done = true;\n    }\n  }\n", "    }\n  }\n");
+  let_stand([&](auto from, auto to) { edit("turn_cells.glsl", from, to); }, "16.0");
+  const Limited limited({.turns_per_pass = 60});
+  EXPECT_NE(graphics_error(view()).find("a pass moved none of them"), std::string::npos);
+}
+
 TEST_F(Shaders, EveryShaderIsEmbedded) {
   for (const auto& entry : fs::recursive_directory_iterator(PSIVOX_SHADERS)) {
     if (!entry.is_regular_file()) continue;

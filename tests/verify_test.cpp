@@ -109,6 +109,21 @@ TEST_F(BrokenShader, SwappedWeightsOfTheFit) {
   EXPECT_EQ(failures(radiance_cases()), "ramp that glows, psi-weighted; ");
 }
 
+TEST_F(BrokenShader, RaysThatStandStill) {
+  // one ulp before their end, where drivers found another time of the same face
+  edit("turn_cells.glsl", "s.t_exit = max(m.t, min(far.t, ray.end));",
+       "s.t_exit = min(max(m.t, min(far.t, ray.end)), ray.end - abs(ray.end) * t_epsilon);");
+  GlRenderer gl;
+  const Painter painter(gl, Filter::exact);
+  for (const Case& c : invariance_cases()) {
+    if (c.name != "back to front") continue;
+    const VerifyCase found = run_case(c, painter);
+    EXPECT_LE(found.error, found.bound);
+    EXPECT_GT(found.stuck, 1000u);
+    EXPECT_FALSE(found.passed());
+  }
+}
+
 TEST_F(BrokenShader, SwappedEnds) {
   edit("integrators/psi_balanced.glsl",
        "Weights(front.a + front.e * p, real(0.0), front.e * (back.a - p)",

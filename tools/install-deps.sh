@@ -22,6 +22,8 @@ packages=(
   libstb-dev fonts-dejavu-core
   # the Python package
   pybind11-dev python3-dev python3-numpy
+  # packages of psivox
+  file dpkg-dev
   # tests
   libgtest-dev python3-pytest
   # EGL, and Mesa's software renderer for machines without a GPU

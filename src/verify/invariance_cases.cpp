@@ -117,7 +117,8 @@ Measured back_to_front(const Painter& painter) {
     view.medium.transfer = function;
     const Image front = painter.picture(view);
     view.scene.mode = Mode::back_to_front;
-    found.add({picture_difference(front, painter.picture(view)), 0});
+    // three axes, two pictures; the function's slope is at most 1/0.3
+    found.add({picture_difference(front, painter.picture(view)), 3 * 2 * change_per_voxel / 0.3});
   }
   return found;
 }

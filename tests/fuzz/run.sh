@@ -15,7 +15,11 @@ export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 # OpenVDB leaks the nodes of trees that are cut off: leaks are not looked for, and each process
 # (-fork) ends when it has taken too much memory.
 export ASAN_OPTIONS=detect_leaks=0
-cmake --preset fuzz >/dev/null
+# the first clang of 16 or later; an earlier build folder keeps its own
+for clang in "${CXX-}" clang++-{16,17,18,19,20,21,22} clang++; do
+  [[ $clang ]] && command -v "$clang" >/dev/null && break
+done
+CXX=$clang cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
 status=0
 for target in "${targets[@]}"; do
