@@ -217,7 +217,7 @@ TEST(CommandText, IsWhatRenderReads) {
   scene.colormap = Colormap::turbo;
   EXPECT_EQ(render_command_line(scene, "out.exr"),
             "psivox render 'it'\\''s a file.vdb' --output=out.exr --extinction=0.1 "
-            "--colormap=turbo --camera-position=-1.5,2,1e-07 --split-knots=true");
+            "--colormap=turbo --camera-position=-1.5,2,1e-07 --split-knots=true --look=plain");
   scene.input = "-a.vdb";
   EXPECT_EQ(render_arguments(scene, "out.exr").front(), "./-a.vdb");
 }

@@ -208,7 +208,7 @@ has_all="$(ls study | tr '\n' ' ')"
 [ "$(wc -l <study/frames.csv)" = 5 ] || fail "study: $(wc -l <study/frames.csv) lines"
 awk -F, 'NR > 1 { if (!($4 <= $3 && $3 <= $5 && $2 == 3 && $5 > 0)) exit 1 }' study/frames.csv ||
   fail "study: the RMS is not in order: $(cat study/frames.csv)"
-scenes=$(for i in 2 4 6; do grep -o 'extinction[^,]*' study/frame.000$i/results.json; done | sort -u | wc -l)
+scenes=$(for i in 2 4 6; do grep -o '"extinction": [^,]*' study/frame.000$i/results.json; done | sort -u | wc -l)
 [ "$scenes" = 1 ] || fail "study: $scenes extinctions"
 
 # --- statistics, and what is refused --------------------------------------------------------------

@@ -56,13 +56,13 @@ TEST(ViewerLook, OpenedAndDroppedFilesGetTheLookAuto) {
 
 TEST(ViewerLook, AStartWithoutALookGivesNoneToDroppedFiles) {
   Scene scene = open_look(asset("ramp.vdb"));
-  scene.colormap = Colormap::viridis;
+  scene.luminance = glm::dvec3(0.3, 0, 0);
   Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
   hands.drop(asset("slab.vdb"));
   ASSERT_TRUE(hands.until_exact());
   EXPECT_EQ(hands.viewer.look().text(), "plain");
-  EXPECT_EQ(hands.viewer.scene().colormap, Colormap::viridis);
+  EXPECT_EQ(hands.viewer.scene().luminance, glm::dvec3(0.3, 0, 0));
   EXPECT_TRUE(hands.viewer.scene().lights.empty());
 }
 
@@ -114,7 +114,8 @@ TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
   write_text((folder / "amber.json").string(), R"({"luminance": [1, 0.6, 0.1]})");
   write_text((folder / "broken.json").string(), R"({"luminance": "bright"})");
   setenv("PSIVOX_LOOKS", folder.c_str(), 1);
-  const std::vector<std::string> expected{"amber", "broken",  "fire",    "plain", "scan",
+  const std::vector<std::string> expected{"amber", "broken",  "colors",  "fire",
+                                          "plain", "points",  "scan",    "signed",
                                           "smoke", "surface", "vectors", "xray"};
   EXPECT_EQ(available_looks(), expected);
   Hands hands(open_look(asset("slab.vdb")));

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "showing.h"
-#include "zoo_grids.h"
+#include "vdb_zoo_grids.h"
 
 namespace psivox {
 namespace {
@@ -109,7 +109,7 @@ std::vector<Animal> choices() {
        }},
       {"level_sets_without_names", "surface", "[0]",
        [] {
-         return Grids{level_set(""), filled("", cloud, 4)};
+         return Grids{level_set(""), of_no_class(filled("", cloud, 4))};
        }},
       {"no_name", "smoke", "[0]", [] { return Grids{filled("", cloud)}; }},
       {"three_of_one_name", "smoke", "density[0]",
@@ -117,7 +117,7 @@ std::vector<Animal> choices() {
          return Grids{density(), small("density"), small("density")};
        }},
       // phi is the liquid's surface: negative inside it, in all voxels of the domain
-      {"blender_liquid", "surface", "phi",
+      {"blender_liquid", "signed", "phi",
        [] {
          const auto phi = of_class(filled("phi", torus), openvdb::GRID_LEVEL_SET);
          const auto obstacle = [](const Coord& p) { return 0.5 + (p.y() + 13); };
@@ -132,15 +132,15 @@ std::vector<Animal> choices() {
 std::vector<Animal> backgrounds() {
   const auto one = [](const auto& grid) { return on_background(grid, 1.0f); };
   const auto negative = [](const Coord& p) {
-    return 3 * hues(p) - (cloud(p) > 0 ? Vec3d(1) : Vec3d(0));
+    return 2 * hues(p) - (cloud(p) > 0 ? Vec3d(1) : Vec3d(0));
   };
   return {
       {"background_one", "smoke", "density", [=] { return Grids{one(density())}; }},
-      {"colours_on_white", "colors", "Cd",
+      {"colours_on_white", "colors", "Cd:active",
        [] { return Grids{on_background(filled<Vec3SGrid>("Cd", hues), Vec3s(1))}; }},
-      {"colours_on_minus_one", "colors", "colorGrid",
+      {"colours_on_minus_one", "colors", "colorGrid:active",
        [] { return Grids{on_background(filled<Vec3SGrid>("colorGrid", hues), Vec3s(-1))}; }},
-      {"negative_colours", "colors", "Cd",
+      {"negative_colours", "colors", "Cd:active",
        [=] { return Grids{filled<Vec3SGrid>("Cd", negative)}; }},
       {"smoke_with_colours", "smoke", "density",
        [] {

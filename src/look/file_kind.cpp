@@ -53,7 +53,9 @@ bool are_steps(const std::vector<float>& values) {
 bool is_scan(const Field& density, bool known_fog) {
   const std::vector<float> values = values_in(density);
   if (values.size() <= few_values) return false;
-  return are_steps(values) || (!known_fog && values.front() > faded * values.back());
+  const bool floats = density.value_type == "float" || density.value_type == "double";
+  return (are_steps(values) && (floats || !known_fog)) ||
+         (!known_fog && values.front() > faded * values.back());
 }
 
 bool is_mostly_low(const Field& density) {

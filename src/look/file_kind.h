@@ -4,9 +4,9 @@
 
 namespace psivox {
 
-/// Whether the values look like those of a scan or a simulation. Whole steps of their greatest one,
-/// at most 255 of them, tell so of any grid; in one that is not known to be a fog, also values that
-/// do not fade to 0.
+/// Whether the values look like those of a scan or a simulation: whole steps of their greatest one,
+/// at most 255 of them. In a grid that is not known to be a fog, integers and values that do not
+/// fade to 0 tell so too.
 bool is_scan(const Field& density, bool known_fog);
 
 /// Whether most values are low, like those of vessels or plumes in their surroundings: their mean

@@ -69,7 +69,9 @@ bool is_any_of(std::string name, std::initializer_list<const char*> names) {
 }
 
 bool is_color(const std::string& grid) {
-  return is_any_of(grid, {"cd", "color", "colour", "rgb", "albedo", "diffuse"});
+  const std::string name = lower_case(grid);
+  return name.find("color") != std::string::npos || name.find("colour") != std::string::npos ||
+         is_any_of(grid, {"cd", "rgb", "albedo", "diffuse"});
 }
 
 /// The name of the look that suits vectors, or one of their components.
@@ -177,7 +179,8 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   }
   LookFile look = read_look(result.look);
   take_open(scene, look.scene, background, result.scene);
-  if (by_itself && !parts.ranks) result.dark_because = too_dark(result.scene, fields);
+  if (by_itself && !parts.ranks && !scene.lit())
+    result.dark_because = too_dark(result.scene, fields);
   if (!result.dark_because.empty()) {
     result.scene = scene;
     result.look = "plain";
@@ -191,6 +194,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   validate(result.scene);
   result.settings = changed_settings(scene, result.scene);
   result.fields = fields.of(result.scene);
+  if (scene.memory_limit) give_back_freed_memory();
   result.guesses_up = guesses_up(result.scene, file);
   result.unused_grids = unused(file, result.fields, result.scene);
   return result;

@@ -56,17 +56,21 @@ namespace {
 constexpr std::array known_names{"density",     "fog",  "smoke", "cloud", "clouds", "soot",
                                  "temperature", "temp", "heat",  "flame", "flames", "fire"};
 
+/// Names of the surface among a liquid's level sets, whose others are its obstacles.
+constexpr std::array surface_names{"phi", "surface", "sdf", "distance"};
+
 /// Place of a grid in the order in which default_grid prefers grids, which others may share.
 std::size_t rank_of(const vdb::FileFacts& facts, std::size_t n) {
   const std::string name = vdb::lower_case(facts.base_names[n]);
   const auto known = std::ranges::find(known_names, name);
   const std::size_t unknown = known_names.size();
   if (known != known_names.end()) return std::size_t(known - known_names.begin());
-  if (facts.value_types[n] == "mask") return unknown + 5;
-  if (facts.channels[n] == 3) return unknown + 4;
-  if (facts.value_types[n] == "points") return unknown + 3;
+  if (facts.value_types[n] == "mask") return unknown + 6;
+  if (facts.channels[n] == 3) return unknown + 5;
+  if (facts.value_types[n] == "points") return unknown + 4;
   if (facts.classes[n] == "fog volume") return unknown;
-  return facts.classes[n] == "level set" ? unknown + 1 : unknown + 2;
+  if (facts.classes[n] != "level set") return unknown + 3;
+  return std::ranges::count(surface_names, name) ? unknown + 1 : unknown + 2;
 }
 
 }  // namespace

@@ -163,12 +163,13 @@ def test_place(cloud):
 def test_vectors(cloud):
     vectors = np.stack([cloud, -2 * cloud, 0 * cloud], axis=3)
     # the length, of which each side rounds another way
-    length = picture(vectors, colormap="viridis", range=(0, 1))
-    assert np.abs(picture(np.sqrt(5) * cloud, colormap="viridis", range=(0, 1)) - length).max() < 1e-5
+    mapped = {"look": "plain", "colormap": "viridis", "range": (0, 1)}
+    length = picture(vectors, **mapped)
+    assert np.abs(picture(np.sqrt(5) * cloud, **mapped) - length).max() < 1e-5
     grid = psivox.field(vectors, name="v")
     assert grid.channels == 3 and grid.shape[3] == 3
-    x = picture(grid, grid="v:x", colormap="viridis", range=(0, 1))
-    assert np.array_equal(x, picture(cloud, colormap="viridis", range=(0, 1)))
+    x = picture(grid, grid="v:x", **mapped)
+    assert np.array_equal(x, picture(cloud, **mapped))
 
 
 def test_grids_by_name(cloud, blobs):
