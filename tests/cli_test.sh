@@ -320,7 +320,9 @@ t 2 "give --colormap" render "$S" -o a.png --color-bar $R
 t 0 - render "$S" -o a.png --grid color:x --color-bar --resolution 320x180 -q
 # A look may bring the surface, and the map.
 t 0 "look surface" render "$S" -o a.png --look surface --isovalue 0.3 --resolution 32x32
-t 2 "--isovalue is for --mode isosurface" render "$S" -o a.png --isovalue 0.3 --resolution 32x32
+t 0 "look surface" render "$S" -o a.png --isovalue 0.3 --resolution 32x32
+t 2 "--isovalue is for --mode isosurface" render "$S" -o a.png --mode alpha --isovalue 0.3 \
+  --resolution 32x32
 t 0 "look scan" render "$assets/ramp.vdb" -o a.png --color-bar --resolution 320x180
 t 0 - render "$assets/ramp.vdb" -o b.png --resolution 320x180 -q
 t 7 - compare a.png b.png --max-rms 0.01
@@ -401,7 +403,7 @@ t 0 "of the pixels are brighter than white; --exposure auto" render "$S" -o a.pn
 t 0 "exposure -3.21, chosen by auto" render "$S" -o a.png --luminance 9,9,9 \
   --background 0,0,0 --resolution 32x32 --exposure auto
 t 0 '"exposure": -3.21' render --scene a.png --print-scene
-t 0 "loses 1" render "$S" -o a.png --emission-grid temperature --emission-scale 0.001 --extinction 0.01 \
+t 0 "loses 1" render "$S" -o a.png --look plain --emission-grid temperature --emission-scale 0.001 --extinction 0.01 \
   --resolution 32x32
 t 2 "did you mean filmic?" render "$S" -o a.png --tone-map flimic
 t 2 "a number" render "$S" -o a.png --exposure bright
@@ -415,7 +417,7 @@ t 0 "the picture is empty: --isovalue 7 is not among the values of grid 'density
   render "$S" -o a.exr $r --mode isosurface --isovalue 7
 t 0 "the picture is empty: --extinction is 0" render "$S" -o a.exr $r --extinction 0 --look plain
 t 0 "the picture is black: --luminance is 0" render "$S" -o a.exr $r --luminance 0,0,0
-t 0 "the picture is black: --albedo is 0" render "$S" -o a.exr $r --light 1,0,0 --albedo 0
+t 0 "the picture is black: --albedo is 0" render "$S" -o a.exr $r --look plain --light 1,0,0 --albedo 0
 t 0 "the picture is black: nothing in grid 'temperature' is hot enough" render "$S" -o a.exr $r \
   --temperature-grid temperature --temperature-scale 0.1
 t 0 "hottest voxel has" render "$S" -o a.exr $r --temperature-grid temperature --temperature-scale 0.1
@@ -433,7 +435,7 @@ t 0 "the picture is black: --luminance-scale is 0" render "$S" -o a.png $r --lum
   --luminance-scale 0
 t 0 "the picture is empty: --range begins at 5, not below" render "$S" -o a.png $r --mode mip --range 5,6
 t 0 "the picture is black: the colour of --light or --sky is black" render "$S" -o a.png $r \
-  --light 0,-1,0,black
+  --look plain --light 0,-1,0,black
 # Colours: codes from 0 to 255 are recognised and said; light may be brighter than white.
 t 0 - render "$S" -o a.png $R --background 0.2158605001138992,1,0
 t 0 - render "$S" -o b.png $R --background '#80FF00'

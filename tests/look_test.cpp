@@ -290,7 +290,8 @@ TEST(Look, OfEqualValuesIsEqual) {
   EXPECT_EQ(to_json(chosen(tiles)), to_json(chosen(voxels)));
   const Scene moved = chosen(ball({3, 5, 6}, true)), at_rest = chosen(voxels);
   EXPECT_NEAR(*moved.extinction, *at_rest.extinction, 1e-12 * *at_rest.extinction);
-  EXPECT_LE(glm::length(*moved.camera_position - *at_rest.camera_position), 1e-6 * glm::length(*at_rest.camera_position));
+  EXPECT_LE(glm::length(*moved.camera_position - *at_rest.camera_position),
+            1e-6 * glm::length(*at_rest.camera_position));
 }
 
 TEST(Look, StudiosHaveTheirOwn) {

@@ -49,7 +49,8 @@ with tempfile.TemporaryDirectory() as folder:
     # in light the values are in memory, and those of the light as well: 64 MiB each
     def lit(output, limit):
         return peak_of(program, "render", "fog.vdb", "-o", output, "--resolution", "160x90",
-                       "--light", "0.3,-1,0.2", "--memory-limit", str(limit))
+                       "--look", "plain", "--light", "0.3,-1,0.2",
+                       "--memory-limit", str(limit))
 
     _, whole = lit("whole.exr", 4096 * MIB)
     limit = 320 * MIB

@@ -79,6 +79,10 @@ has out "a.0001.png a.0002.png a.0003.png" "a broken frame ends the rest"
 run 3 "1 of 6 frames could not be read: 4" $pattern -o out/a.####.png "${small[@]}" --auto-from 1,6 \
   --keep-going
 has out "a.0001.png a.0002.png a.0003.png a.0005.png a.0006.png" "--keep-going"
+# it is the middle one, which chooses for all
+rm -f out/*
+run 3 "1 of 6 frames could not be read: 4" $pattern -o out/a.####.png "${small[@]}" --keep-going
+has out "a.0001.png a.0002.png a.0003.png a.0005.png a.0006.png" "--keep-going with a broken middle"
 cp kept.vdb in/plume.0004.vdb
 
 # --- a frame without smoke is an empty picture ----------------------------------------------------

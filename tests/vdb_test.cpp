@@ -181,7 +181,8 @@ TEST(VdbData, AGridThatCannotBeRenderedSaysWhyInInfoAndInTheError) {
   const VdbFile vdb(path);
   const std::string problem = vdb.info().at(0).problem;
   EXPECT_EQ(problem, "has no active voxel: nothing to render");
-  EXPECT_EQ(input_error([&] { vdb.read("density"); }), path.string() + ": grid 'density' " + problem);
+  EXPECT_EQ(input_error([&] { vdb.read("density"); }),
+            path.string() + ": grid 'density' " + problem);
 }
 
 TEST(VdbData, BackgroundsAndPointsAreRead) {
