@@ -46,7 +46,9 @@ std::string look_text(const std::string& look, std::span<const Setting> settings
 
 void print_look(const LookedScene& looked, bool to_copy, const std::string& how) {
   if (!looked.dark_because.empty())
-    std::fprintf(stderr, "psivox: the picture has no light: %s\n", looked.dark_because.c_str());
+    std::fprintf(stderr, "psivox: %s: %s\n",
+                 looked.scene.lit() ? "the look is plain" : "the picture has no light",
+                 looked.dark_because.c_str());
   if (!looked.settings.empty())
     std::fprintf(stderr, "psivox: %s\n",
                  look_text(looked.look, looked.settings, to_copy, how).c_str());

@@ -32,7 +32,7 @@ struct LookedScene {
   std::vector<Setting> settings;            ///< what the look has set
   std::vector<std::string> unused_grids{};  ///< grids that the picture does not show
   MediumFields fields;                      ///< read for the scene
-  std::string dark_because{};               ///< why psivox has chosen a look without light
+  std::string dark_because{};               ///< why psivox has not chosen a look with light
   bool guesses_up = false;                  ///< nothing tells which axis is up
 };
 

@@ -18,14 +18,16 @@ struct Sample {
   LookedScene looked;  ///< without its fields
   Scene scene;         ///< resolved
   std::shared_ptr<const Subject> subject;
+  bool dark = false;  ///< the density is 0 everywhere: its extinction means nothing
 };
 
 Sample sample_of(Scene scene, const std::string& path, const std::string& open_look,
                  bool background) {
   scene.input = path;
   Sample sample{with_look(scene, VdbFile(path), open_look, background), {}, {}};
+  const bool dark = sample.looked.fields.density->stored_range == glm::vec2(0);
   View view = make_view(sample.looked.scene, std::exchange(sample.looked.fields, {}));
-  return {std::move(sample.looked), std::move(view.scene), std::move(view.subject)};
+  return {std::move(sample.looked), std::move(view.scene), std::move(view.subject), dark};
 }
 
 /// What most of some names are, of the later one if there is no most; `first` if it is among them.
@@ -55,9 +57,14 @@ std::string common_grid(std::span<const std::string> paths) {
 
 double extinction_of(const Sample& sample) { return sample.scene.extinction.value_or(1); }
 
+/// Ascending from dense to thin.
+double thinness(const Sample& sample) {
+  return sample.dark ? std::numeric_limits<double>::infinity() : extinction_of(sample);
+}
+
 /// The sample with the densest medium.
 const Sample& densest(const std::vector<Sample>& samples) {
-  return *std::ranges::min_element(samples, {}, extinction_of);
+  return *std::ranges::min_element(samples, {}, thinness);
 }
 
 bool has_flame(const Sample& sample) { return !sample.looked.scene.emission_grid.empty(); }
