@@ -31,7 +31,7 @@ struct Animal {
 
 FloatGrid::Ptr density() { return filled("density", cloud); }
 
-/// A cloud in three components of one name each, of which `flame` and others hold nothing.
+/// A density, and grids beside it that hold nothing, or a fire.
 std::vector<Animal> side_grids() {
   const auto scaled = [](double k) { return [=](const Coord& p) { return k * cloud(p); }; };
   return {
@@ -109,7 +109,7 @@ std::vector<Animal> choices() {
        }},
       {"level_sets_without_names", "surface", "[0]",
        [] {
-         return Grids{level_set(""), of_no_class(filled("", cloud, 4))};
+         return Grids{level_set(""), of_no_class(level_set(""))};
        }},
       {"no_name", "smoke", "[0]", [] { return Grids{filled("", cloud)}; }},
       {"three_of_one_name", "smoke", "density[0]",
@@ -165,7 +165,7 @@ std::vector<Animal> point_files() {
   };
 }
 
-/// Each type of voxel. Integers have 100 where the cloud has 1.
+/// Each type of voxel. Integers have 100 where the cloud has 1: steps, as those of a scan.
 std::vector<Animal> types() {
   const auto hundred = [](const Coord& p) { return int(100 * cloud(p)); };
   const auto inside = [](const Coord& p) { return torus(p) < 0; };
@@ -181,8 +181,8 @@ std::vector<Animal> types() {
          grid->setSaveFloatAsHalf(true);
          return Grids{grid};
        }},
-      {"int32", "smoke", "density", [=] { return Grids{filled<Int32Grid>("density", hundred)}; }},
-      {"int64", "smoke", "density", [=] { return Grids{filled<Int64Grid>("density", hundred)}; }},
+      {"int32", "scan", "density", [=] { return Grids{filled<Int32Grid>("density", hundred)}; }},
+      {"int64", "scan", "density", [=] { return Grids{filled<Int64Grid>("density", hundred)}; }},
       {"bool", "smoke", "inside",
        [=] { return Grids{of_no_class(filled<BoolGrid>("inside", inside))}; }},
       {"mask", "smoke", "mask",
