@@ -109,7 +109,7 @@ std::vector<Animal> choices() {
        }},
       {"level_sets_without_names", "surface", "[0]",
        [] {
-         return Grids{level_set(""), of_no_class(level_set(""))};
+         return Grids{level_set(""), level_set("")};
        }},
       {"no_name", "smoke", "[0]", [] { return Grids{filled("", cloud)}; }},
       {"three_of_one_name", "smoke", "density[0]",
@@ -165,7 +165,7 @@ std::vector<Animal> point_files() {
   };
 }
 
-/// Each type of voxel. Integers have 100 where the cloud has 1: steps, as those of a scan.
+/// Each type of voxel. Integers have 100 where the cloud has 1.
 std::vector<Animal> types() {
   const auto hundred = [](const Coord& p) { return int(100 * cloud(p)); };
   const auto inside = [](const Coord& p) { return torus(p) < 0; };
@@ -181,8 +181,8 @@ std::vector<Animal> types() {
          grid->setSaveFloatAsHalf(true);
          return Grids{grid};
        }},
-      {"int32", "scan", "density", [=] { return Grids{filled<Int32Grid>("density", hundred)}; }},
-      {"int64", "scan", "density", [=] { return Grids{filled<Int64Grid>("density", hundred)}; }},
+      {"int32", "smoke", "density", [=] { return Grids{filled<Int32Grid>("density", hundred)}; }},
+      {"int64", "smoke", "density", [=] { return Grids{filled<Int64Grid>("density", hundred)}; }},
       {"bool", "smoke", "inside",
        [=] { return Grids{of_no_class(filled<BoolGrid>("inside", inside))}; }},
       {"mask", "smoke", "mask",
@@ -232,8 +232,8 @@ std::vector<Animal> places() {
       {"tiles_and_voxels", "smoke", "density",
        [=] {
          const auto grid = tiles("density");
-         for (const Coord& p : CoordBBox(Coord(-8), Coord(-1)))
-           grid->tree().setValue(p, float(cloud(p)));
+         for (const Coord& p : CoordBBox(Coord(8, 0, 8), Coord(15, 7, 15)))
+           grid->tree().setValue(p, 0.1f + float(cloud(p - Coord(11, 3, 11))));
          return Grids{grid};
        }},
       {"one_voxel", "smoke", "density", [] { return Grids{constant("density", 1, 0)}; }},
