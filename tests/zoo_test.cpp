@@ -31,7 +31,7 @@ struct Animal {
 
 FloatGrid::Ptr density() { return filled("density", cloud); }
 
-/// A cloud in three components of one name each, of which `flame` and others hold nothing.
+/// A density, and grids beside it that hold nothing, or a fire.
 std::vector<Animal> side_grids() {
   const auto scaled = [](double k) { return [=](const Coord& p) { return k * cloud(p); }; };
   return {
@@ -109,7 +109,7 @@ std::vector<Animal> choices() {
        }},
       {"level_sets_without_names", "surface", "[0]",
        [] {
-         return Grids{level_set(""), of_no_class(filled("", cloud, 4))};
+         return Grids{level_set(""), level_set("")};
        }},
       {"no_name", "smoke", "[0]", [] { return Grids{filled("", cloud)}; }},
       {"three_of_one_name", "smoke", "density[0]",
@@ -232,8 +232,8 @@ std::vector<Animal> places() {
       {"tiles_and_voxels", "smoke", "density",
        [=] {
          const auto grid = tiles("density");
-         for (const Coord& p : CoordBBox(Coord(-8), Coord(-1)))
-           grid->tree().setValue(p, float(cloud(p)));
+         for (const Coord& p : CoordBBox(Coord(8, 0, 8), Coord(15, 7, 15)))
+           grid->tree().setValue(p, 0.1f + float(cloud(p - Coord(11, 3, 11))));
          return Grids{grid};
        }},
       {"one_voxel", "smoke", "density", [] { return Grids{constant("density", 1, 0)}; }},
