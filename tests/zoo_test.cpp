@@ -117,7 +117,7 @@ std::vector<Animal> choices() {
          return Grids{density(), small("density"), small("density")};
        }},
       // phi is the liquid's surface: negative inside it, in all voxels of the domain
-      {"blender_liquid", "signed", "phi",
+      {"blender_liquid", "surface", "phi",
        [] {
          const auto phi = of_class(filled("phi", torus), openvdb::GRID_LEVEL_SET);
          const auto obstacle = [](const Coord& p) { return 0.5 + (p.y() + 13); };

@@ -1,9 +1,11 @@
 #include "background.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "grid_types.h"
 #include "psivox/error.h"
@@ -65,7 +67,31 @@ void fill_root(GridT& grid, const Box& box, const typename GridT::ValueType& val
       }
 }
 
+/// Least and greatest of 0 and the finite active values.
+template <typename GridT>
+std::pair<double, double> active_bounds(const GridT& grid) {
+  std::pair<double, double> bounds{0, 0};
+  for (auto it = grid.cbeginValueOn(); it; ++it) {
+    const double value = static_cast<double>(*it);
+    if (!std::isfinite(value)) continue;
+    bounds = {std::min(bounds.first, value), std::max(bounds.second, value)};
+  }
+  return bounds;
+}
+
 }  // namespace
+
+void complete_level_set(openvdb::GridBase& grid) {
+  if (!is_fog_of_wrong_class(grid)) return;
+  grid.apply<openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid>>([](auto& typed) {
+    using ValueT = typename std::decay_t<decltype(typed)>::ValueType;
+    const auto [least, greatest] = active_bounds(typed);
+    if (!(least < 0 && greatest > 0)) return;
+    const auto outside = static_cast<ValueT>(greatest);
+    replace(typed, outside);
+    typed.tree().root().setBackground(outside, /*updateChildNodes=*/false);
+  });
+}
 
 std::optional<double> other_background(const openvdb::GridBase& grid, const GridSummary& summary,
                                        const ReadOptions& options, const std::string& subject) {

@@ -32,4 +32,9 @@ void replace_off(NodeT& node, const ValueT& old, const ValueT& value) {
 /// std::runtime_error if the grid's type does not have the value, or the box is too large to fill.
 void take_background(openvdb::GridBase& grid, const GridSummary& summary, double value);
 
+/// Gives a level set whose file has the background 0, such as the surface of a liquid in Blender's
+/// caches, the greatest of its distances as background. Class and values on both sides of 0 tell
+/// that it is one; others stay as they are.
+void complete_level_set(openvdb::GridBase& grid);
+
 }  // namespace psivox::vdb

@@ -97,6 +97,7 @@ Field field_of_head(const openvdb::GridBase& grid, const std::string& name,
 
 Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
                       const std::string& subject, const ReadOptions& options) {
+  complete_level_set(*grid);
   GridSummary summary = summarise(*grid);
   Field field;
   field.name = name;
