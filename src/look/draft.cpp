@@ -1,11 +1,13 @@
 #include "look/draft.h"
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 #include <numeric>
 #include <utility>
 
 #include "psivox/draw.h"
 #include "psivox/method.h"
+#include "scene/value_range.h"
 
 namespace psivox {
 namespace {
@@ -21,6 +23,19 @@ template <typename Number>
 Number exceeded_by(const std::vector<Number>& ascending, double part) {
   if (ascending.empty()) return 0;
   return ascending[std::size_t(double(ascending.size() - 1) * (1 - part))];
+}
+
+/// Whatever method is given for the picture.
+Method draft_method(const Scene& scene, const Field& density) {
+  if (scene.emission_grid.empty())
+    return {.integrator = Integrator::psi_balanced, .sampling = Sampling::uniform, .step = 2};
+  // light that leaves less than a step needs cells
+  constexpr double step = 4;
+  const double most = scene.extinction.value_or(0) * stored_range(density).y;
+  if (most * step * glm::length(glm::dvec3(density.world_from_index[0])) > 8)
+    return {.segments = 2};
+  // a step looks up one value
+  return {.integrator = Integrator::midpoint, .sampling = Sampling::uniform, .step = step};
 }
 
 }  // namespace
@@ -46,12 +61,7 @@ void Draft::sort() {
 
 Image draft_picture(Scene scene, const MediumFields& fields) {
   scene.background.reset();
-  // whatever method is given for the picture; of what emits, a step looks up one value
-  const bool emits = !scene.emission_grid.empty();
-  scene = with_method(std::move(scene),
-                      {.integrator = emits ? Integrator::midpoint : Integrator::psi_balanced,
-                       .sampling = Sampling::uniform,
-                       .step = emits ? 4.0 : 2.0});
+  scene = with_method(scene, draft_method(scene, *fields.density));
   scene.connectivity = Scene{}.connectivity;
   scene.resolution = {96, 54};
   scene.pixel_samples = 1;
