@@ -179,8 +179,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   }
   LookFile look = read_look(result.look);
   take_open(scene, look.scene, background, result.scene);
-  if (by_itself && !parts.ranks)
-    result.dark_because = too_dark(result.scene, fields);
+  if (by_itself && !parts.ranks) result.dark_because = too_dark(result.scene, fields);
   if (!result.dark_because.empty()) {
     result.scene = scene;
     result.look = "plain";
