@@ -3,6 +3,7 @@
 // for tools/contact-sheet.sh.
 
 #include <functional>
+#include <map>
 
 #include "showing.h"
 #include "vdb_zoo_grids.h"
@@ -311,6 +312,35 @@ TEST_F(Zoo, FilesWithBackgroundsAndColours) { expect_drawn(backgrounds()); }
 TEST_F(Zoo, FilesWithPoints) { expect_drawn(point_files()); }
 TEST_F(Zoo, FilesOfEachType) { expect_drawn(types()); }
 TEST_F(Zoo, FilesOfEachPlace) { expect_drawn(places()); }
+
+/// The first animal of each look.
+std::vector<Animal> one_of_each_look() {
+  std::map<std::string, Animal> found;
+  for (const auto& animals : {side_grids(), choices(), backgrounds(), point_files(), types()})
+    for (const Animal& animal : animals) found.emplace(animal.look, animal);
+  std::vector<Animal> all;
+  for (const auto& [look, animal] : found) all.push_back(animal);
+  return all;
+}
+
+TEST_F(Zoo, EveryLookIsSeenOnAnyBackground) {
+  const std::vector<Animal> animals = one_of_each_look();
+  EXPECT_EQ(animals.size(), look_names().size() - 2) << "all but plain and xray";
+  for (const Animal& animal : animals) {
+    Scene scene;
+    scene.input = caught(animal).string();
+    scene.resolution = {96, 54};
+    scene.tolerance = 3e-3;
+    for (const char* color : {"white", "black", "#ff8000"}) {
+      set_parameter(scene, "background", color);
+      const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto");
+      EXPECT_EQ(looked.look, animal.look) << color;
+      Session session(make_view(looked.scene, looked.fields));
+      const Image image = session.draw(*Gpu::renderer()).image;
+      EXPECT_EQ(blank_reason(session.view(), image), "") << animal.look << " on " << color;
+    }
+  }
+}
 
 }  // namespace
 }  // namespace psivox

@@ -53,7 +53,8 @@ void print_look(const LookedScene& looked, bool to_copy, const std::string& how)
     std::fprintf(stderr, "psivox: %s\n",
                  look_text(looked.look, looked.settings, to_copy, how).c_str());
   if (looked.guesses_up)
-    std::fprintf(stderr, "psivox: Y is up, as nothing tells; --up-axis z if Z is\n");
+    std::fprintf(stderr,
+                 "psivox: nothing tells which axis is up, so Y is; --up-axis z changes that\n");
   if (!looked.unused_grids.empty())
     std::fprintf(stderr, "psivox: not shown: %s; --grid and others show them\n",
                  joined(looked.unused_grids, ", ").c_str());
