@@ -9,7 +9,8 @@
 namespace psivox {
 namespace {
 
-constexpr const char* names[] = {"flame", "flames", "fire", "temperature", "heat", "temp", "fuel"};
+constexpr const char* glowing_names[] = {"flame", "flames", "fire", "temperature",
+                                         "heat",  "temp",   "fuel"};
 constexpr std::size_t flames = 3;
 constexpr double least_kelvin = 200, coldest = 800, hottest = 2300;
 /// Radiance of the flame's brightest hundredth, in its brightest channel.
@@ -20,7 +21,7 @@ constexpr float no_flame = 1e-5f;
 }  // namespace
 
 std::span<const char* const> flame_names(bool hot) {
-  return std::span(names).first(hot ? std::size(names) : flames);
+  return std::span(glowing_names).first(hot ? std::size(glowing_names) : flames);
 }
 
 Flame find_flame(const VdbFile& file, const std::string& density) {

@@ -129,19 +129,32 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
   const OrderedValues values(field, leaf);
   std::array<Part, 8> parts;
   double least = std::numeric_limits<double>::infinity(), greatest = 0;
-  for (int i = 0; i < 512; ++i) {
-    const double w = weight(values.data() + i * field.channels);
-    take(w);
-    if (!(w > 0) || w < faintest) continue;
-    const glm::ivec3 place(i >> 6, (i >> 3) & 7, i & 7);
-    if (!all_inside && !inside(leaf.origin + place)) continue;
-    least = std::min(least, w);
-    greatest = std::max(greatest, w);
-    Part& part = parts[lattice.part_of(place)];
-    part.amount += w;
-    part.low = glm::min(part.low, place);
-    part.high = glm::max(part.high, place);
-  }
+  // voxels from..to - 1 of a row along z, which belong to one part
+  const auto weigh_row = [&](int x, int y, int from, int to) {
+    double amount = 0;
+    int first = to, last = from;
+    for (int z = from; z < to; ++z) {
+      const double w = weight(values.data() + ((x * 8 + y) * 8 + z) * field.channels);
+      take(w);
+      if (!(w > 0) || w < faintest) continue;
+      if (!all_inside && !inside(leaf.origin + glm::ivec3(x, y, z))) continue;
+      least = std::min(least, w);
+      greatest = std::max(greatest, w);
+      amount += w;
+      first = std::min(first, z);
+      last = z;
+    }
+    if (!(amount > 0)) return;
+    Part& part = parts[lattice.part_of({x, y, from})];
+    part.amount += amount;
+    part.low = glm::min(part.low, glm::ivec3(x, y, first));
+    part.high = glm::max(part.high, glm::ivec3(x, y, last));
+  };
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y) {
+      weigh_row(x, y, 0, lattice.offset.z);
+      weigh_row(x, y, lattice.offset.z, 8);
+    }
   LeafWeights found;
   if (!(greatest > 0)) return found;
   for (std::size_t n = 0; n < parts.size(); ++n) {
