@@ -41,17 +41,17 @@ struct LookedScene {
 /// by colons), or a path. Its list `choose` names what comes from the file's values:
 ///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low, so that vessels or
 ///               plumes stand out
-///   balance     a range with 0 in its middle, to the greatest magnitude but for 0.5 % at either
-///   end colors      the active voxels of a grid of colours, as the density, in these colours
+///   balance     a range with 0 in its middle that leaves out 0.5 % of the values at either end
+///   colors      the active voxels of a grid of colours, as the density, in these colours
 ///   extinction  a third of a light's intensity reaches the medium, on average over what it
 ///               attenuates, but no less than auto_extinction; 0.6 of it for scans whose values
 ///               are mostly low
 ///   brightness  light and luminance, so that the mean luminance of what is covered is 0.25, unless
 ///               3 % of it would then be brighter than white
 ///   flame       grid, temperatures and brightness of a fire (see flame.h)
-/// What the scene gives (is_given) stays: an option replaces its own parameter, `--light` and
-/// `--sky` all lights, `--emission-grid` the flame, `--camera-position` the look's angles, and what
-/// says how the medium shines all sources of light, colour and emission.
+/// What the scene gives (is_given) stays. An option replaces its own parameter of the look.
+/// `--light` and `--sky` replace all lights, `--emission-grid` the flame, and `--camera-position`
+/// the angles. What says how the medium shines replaces all light, colour and emission.
 ///
 /// The look `auto`, or no look where the scene leaves it open and `open` is `auto`, goes by the
 /// mode and the grids: `xray` for that mode, `surface` for level sets and where an isovalue or the

@@ -75,10 +75,11 @@ struct SequenceScene {
 
 /// Resolves a scene for a sequence by some of its files:
 ///   grid        `density` if one of them has it, else that of most
-///   look        `fire` if one of them burns, else that of most, of the later one if there is no
-///   most extinction  the least, so that the densest frame is as transparent as a picture of its
-///   own range       from the least to the greatest value brightness of light and flame: the least,
-///   so that the brightest frame is not clipped camera      frames the subjects of all grids,
+///   look        `fire` if one of them burns, else that of most, else that of the later ones
+///   extinction  the least, so that the densest frame is as transparent as a picture of its own
+///   range       from the least to the greatest value
+///   brightness of light and flame: the least, so that the brightest frame is not clipped
+///   camera      frames the subjects of all
 ///   isovalue and what else: of the file with the least extinction
 /// `instead`: the sequence's files, of which the nearest replaces one that cannot be read.
 /// Throws what make_view throws.
