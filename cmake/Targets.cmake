@@ -24,10 +24,18 @@ set(PSIVOX_COMPONENTS "" CACHE STRING
   "Components of libpsivox, for tests that need no others; empty: all of them")
 mark_as_advanced(PSIVOX_COMPONENTS)
 
-# psivox_component(NAME SOURCES files... USES targets...)
+# psivox_sources(VARIABLE FOLDER): the C++ files of a component's folder.
+function(psivox_sources variable folder)
+  file(GLOB sources RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS
+    "${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp")
+  set(${variable} ${sources} PARENT_SCOPE)
+endfunction()
+
+# psivox_component(NAME SOURCES generated files... USES targets...): the folder of that name.
 function(psivox_component name)
   cmake_parse_arguments(arg "" "" "SOURCES;USES" ${ARGN})
-  add_library(psivox_${name} OBJECT ${arg_SOURCES})
+  psivox_sources(sources ${name})
+  add_library(psivox_${name} OBJECT ${sources} ${arg_SOURCES})
   set_target_properties(psivox_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   target_include_directories(psivox_${name} PRIVATE
     "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/src" "${PROJECT_BINARY_DIR}/generated")
@@ -46,11 +54,12 @@ function(psivox_finds_library target path)
   endif()
 endfunction()
 
-# psivox_module(NAME SOURCES files... USES targets...): a component that libpsivox loads on demand
-# from the folder `psivox` beside itself. Anything that runs the library depends on it.
-function(psivox_module name)
-  cmake_parse_arguments(arg "" "" "SOURCES;USES" ${ARGN})
-  add_library(psivox_${name} MODULE ${arg_SOURCES})
+# psivox_module(NAME FOLDER USES targets...): a component that libpsivox loads on demand from the
+# folder `psivox` beside itself. Anything that runs the library depends on it.
+function(psivox_module name folder)
+  cmake_parse_arguments(arg "" "" "USES" ${ARGN})
+  psivox_sources(sources ${folder})
+  add_library(psivox_${name} MODULE ${sources})
   set_target_properties(psivox_${name} PROPERTIES
     LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/src/psivox")
   psivox_finds_library(psivox_${name} "$ORIGIN/..")
