@@ -43,13 +43,13 @@ only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'
 only_in '^stb/' '^src/image/glyphs\.'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/(viewer_hands\.h|parameter_panel_test\.cpp)$'
-only_in '^mpi\.h' '^src/mpi/'
+only_in '^mpi\.h' '^src/team/mpi/'
 only_in '^gtest/' '^tests/'
 only_in '^pybind11/' '^src/python/'
 
 # --- components: src/X may include psivox/, itself, and the components listed ---------------------
 declare -A sees=(
-  [atlas]="" [colour]="" [draw]="gl march reference" [gl]="march" [image]="colour" [look]="scene" [sequence]="look" [march]="scene" [mpi]="" [ranks]=""
+  [atlas]="" [colour]="" [draw]="gl march reference" [gl]="march" [image]="colour" [look]="scene" [sequence]="look" [march]="scene" [team]=""
   [oiio]="colour image" [python]="gl" [reference]="march" [scene]="colour" [study]="colour march verify" [text]=""
   [vdb]="" [verify]="" [view]="colour gl"
 )

@@ -17,7 +17,7 @@
 #include "psivox/medium.h"
 #include "psivox/vdb.h"
 #include "scene/value_range.h"
-#include "thread_ranks.h"
+#include "thread_team.h"
 #include "vdb/grid_types.h"
 #include "vdb_made_files.h"
 

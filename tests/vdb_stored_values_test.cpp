@@ -11,7 +11,7 @@
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/value_range.h"
-#include "thread_ranks.h"
+#include "thread_team.h"
 #include "vdb_made_files.h"
 
 namespace psivox {
@@ -241,9 +241,9 @@ TEST(VdbStoredValues, RanksShareTheValuesOfAFile) {
   const View alone = make_view(scene, VdbFile(path));
   const auto size = static_cast<double>(std::filesystem::file_size(path));
   const Reads before = reads_of_process();
-  const auto errors = test::on_ranks(4, [&](const std::shared_ptr<Ranks>& ranks) {
-    const View view = make_view(
-        scene, read_fields(scene, VdbFile(path), false, {.allowed = true, .ranks = ranks}));
+  const auto errors = test::in_team(4, [&](const std::shared_ptr<Team>& team) {
+    const View view =
+        make_view(scene, read_fields(scene, VdbFile(path), false, {.allowed = true, .team = team}));
     EXPECT_EQ(active_range(*view.medium.density), active_range(*alone.medium.density));
     EXPECT_EQ(view.camera.position, alone.camera.position);
     EXPECT_EQ(view.medium.extinction, alone.medium.extinction);

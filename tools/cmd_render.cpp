@@ -90,7 +90,7 @@ void render(const RenderCall& call, Session& session, FutureMarcher opened, Rend
 }  // namespace
 
 void render_command(Arguments arguments) {
-  if (const auto ranks = open_ranks()) return render_on_ranks(arguments, ranks);
+  if (const auto team = open_team(); team->size() > 1) return render_on_ranks(arguments, team);
   RenderReport report;
   report.startup_ms = process_ms();
   RenderCall call;

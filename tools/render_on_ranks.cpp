@@ -46,8 +46,8 @@ void check_scope(const RenderCall& call, const Scene& scene) {
 }
 
 /// The marcher of this rank: the ranks of a machine take its GPUs in turn.
-std::shared_ptr<Marcher> open_own(Scene scene, const RankPlace& place) {
-  if (scene.renderer == RendererKind::gl && scene.device < 0 && place.local_count > 1) {
+std::shared_ptr<Marcher> open_own(Scene scene, const Team::Place& place) {
+  if (scene.renderer == RendererKind::gl && scene.device < 0 && place.local_size > 1) {
     std::vector<int> gpus;
     for (const DeviceInfo& device : list_devices())
       if (device.problem.empty() && !device.software) gpus.push_back(device.index);
@@ -57,7 +57,7 @@ std::shared_ptr<Marcher> open_own(Scene scene, const RankPlace& place) {
 }
 
 struct Together {
-  std::shared_ptr<Ranks> ranks;
+  std::shared_ptr<Team> team;
   RenderCall call;
   Scene scene;
   RenderReport report;
@@ -71,18 +71,18 @@ struct Together {
 
 bool Together::understand(Arguments arguments) {
   bool draws = true;
-  ranks->agree([&] {
+  team->agree([&] {
     draws = parse(call, arguments);
     if (!draws) return;
     scene = call.scene.scene();
     take_layers(call, scene);
-    if (ranks->first()) check(call, scene);
+    if (team->first()) check(call, scene);
     check_scope(call, scene);
     if (!call.time_budget) scene = with_default_tolerance(scene);
   });
   if (!draws) return false;
-  if (!ranks->first()) call.quiet = true;
-  ranks->check_same(to_json(scene) + joined(call.layers, ","), "has other options");
+  if (!team->first()) call.quiet = true;
+  team->check_same(to_json(scene) + joined(call.layers, ","), "has other options");
   report.input = scene.input;
   report.output = call.output;
   return true;
@@ -90,10 +90,10 @@ bool Together::understand(Arguments arguments) {
 
 std::optional<Session> Together::read() {
   std::optional<Session> session;
-  ranks->agree([&] {
+  team->agree([&] {
     const Stopwatch watch;
     const LookedScene looked =
-        with_look(scene, VdbFile(scene.input), "auto", shows_background(call), {true, ranks});
+        with_look(scene, VdbFile(scene.input), "auto", shows_background(call), {true, team});
     if (leaves_look_open(scene) && !call.quiet) print_look(looked, call.verbose);
     scene = looked.scene;
     check_scope(call, scene);
@@ -105,17 +105,17 @@ std::optional<Session> Together::read() {
 
 void Together::draw(Session& session, std::future<std::shared_ptr<Marcher>> opened) {
   std::shared_ptr<Marcher> marcher;
-  ranks->agree([&] { marcher = opened.get(); });
+  team->agree([&] { marcher = opened.get(); });
   ProgressBar bar(call.quiet);
   Wish wish = wish_of(call);
-  wish.ranks = ranks;
+  wish.team = team;
   wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
   report.drawn = session.draw(*marcher, wish);
 }
 
 void Together::write(Session& session) {
-  ranks->agree([&] {
-    if (!ranks->first()) return;
+  team->agree([&] {
+    if (!team->first()) return;
     const View& view = session.view();
     if (!call.camera.empty())
       write_camera(call.camera, view.camera, z_is_up(view.scene, *view.subject));
@@ -128,15 +128,15 @@ void Together::write(Session& session) {
 
 }  // namespace
 
-void render_on_ranks(Arguments arguments, const std::shared_ptr<Ranks>& ranks) {
-  if (!ranks->first())
+void render_on_ranks(Arguments arguments, const std::shared_ptr<Team>& team) {
+  if (!team->first())
     if (const int nothing = open("/dev/null", O_WRONLY | O_CLOEXEC); nothing >= 0)
       dup2(nothing, STDOUT_FILENO);
   try {
-    Together work{ranks, {}, {}, {}};
+    Together work{team, {}, {}, {}};
     work.report.startup_ms = process_ms();
     if (!work.understand(arguments)) return;
-    auto opened = std::async(std::launch::async, [scene = work.scene, place = ranks->place()] {
+    auto opened = std::async(std::launch::async, [scene = work.scene, place = team->place()] {
       return open_own(scene, place);
     });
     std::optional<Session> session = work.read();
@@ -146,13 +146,13 @@ void render_on_ranks(Arguments arguments, const std::shared_ptr<Ranks>& ranks) {
     work.draw(*session, std::move(opened));
     work.write(*session);
   } catch (const AgreedError& error) {
-    if (!ranks->first()) std::exit(static_cast<int>(error.code()));
+    if (!team->first()) std::exit(static_cast<int>(error.code()));
     throw;
   } catch (const std::exception& error) {
     // the others wait for this one
-    std::fprintf(stderr, "psivox: rank %d of %d, on %s: %s\n", ranks->rank(), ranks->count(),
-                 ranks->place().machine.c_str(), error.what());
-    ranks->abort(static_cast<int>(ExitCode::failure));
+    std::fprintf(stderr, "psivox: rank %d of %d, on %s: %s\n", team->rank(), team->size(),
+                 team->place().machine.c_str(), error.what());
+    team->abort(static_cast<int>(ExitCode::failure));
   }
 }
 

@@ -12,7 +12,7 @@
 #include "psivox/medium.h"
 #include "psivox/method.h"
 #include "psivox/progress.h"
-#include "psivox/ranks.h"
+#include "psivox/team.h"
 
 // Draws pictures. A Session holds one medium, a Marcher draws it, and a Wish describes the picture:
 //   Session session(scene);
@@ -166,7 +166,7 @@ struct Wish {
   StageProgress progress{};
   /// Draw together with other processes, which wish the same of the same volume. The first has the
   /// picture; the others' are empty.
-  std::shared_ptr<Ranks> ranks{};
+  std::shared_ptr<Team> team = alone();
   std::function<void(const DoneTile&)> tile{};  ///< the GPU's march calls it before `progress`
   double tile_ms = 1000;  ///< the GPU's target for a tile; work can end between tiles
   /// Whether the table of a transfer function may be updated from another function's instead of

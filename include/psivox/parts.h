@@ -5,20 +5,20 @@
 #include <string>
 
 #include "psivox/scene.h"
+#include "psivox/team.h"
 
 // Drawing a volume in parts, because it takes more memory than it may.
 
 namespace psivox {
-
-class Ranks;
 
 /// Where the values of a scene's density may be.
 struct Parts {
   /// Those of a density that takes more than half of grid_memory() may stay in the file, if the
   /// scene can be drawn in parts.
   bool allowed = false;
-  /// If set they do, if they can, however few they are: each rank reads those of its own part.
-  std::shared_ptr<Ranks> ranks{};
+  /// In a team of several they stay there, if they can, however few they are: each member reads
+  /// those of its own part.
+  std::shared_ptr<Team> team = alone();
 };
 
 /// Which pictures can be drawn in parts, if the scene's cannot, as the rest of a sentence; else

@@ -217,9 +217,9 @@ void RankLattice::depths(const LatticeFrame& frame, const LatticeColumns& column
   const auto finish_before = [&](int slab) {
     while (done < slabs && done + slabs_at_once <= slab) {
       const int end = std::min(done + slabs_at_once, slabs);
-      std::vector<Message> messages(std::size_t(ranks_.count()));
+      std::vector<Message> messages(std::size_t(team_.size()));
       for (int s = done; s < end; ++s) own.send(s, wanted, messages);
-      for (const Message& message : ranks_.exchange(messages)) joined.add(message);
+      for (const Message& message : team_.exchange(messages)) joined.add(message);
       for (; done < end; ++done) {
         joined.enter(done);
         in_slab(wanted_blocks[std::size_t(done)]);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "march/light_lattice.h"
-#include "psivox/ranks.h"
+#include "psivox/team.h"
 
 namespace psivox {
 
@@ -16,7 +16,7 @@ namespace psivox {
 class RankLattice {
  public:
   /// `bricks`: those whose light each rank asks for.
-  RankLattice(Ranks& ranks, std::vector<Box> bricks) : ranks_(ranks), bricks_(std::move(bricks)) {}
+  RankLattice(Team& team, std::vector<Box> bricks) : team_(team), bricks_(std::move(bricks)) {}
 
   /// Depths at the blocks' voxels, of what all ranks' atlases hide. `frame` and `columns` are those
   /// of this rank's. All must call it for the same beam.
@@ -24,7 +24,7 @@ class RankLattice {
               const TakeDepths& take, const Progress& progress);
 
  private:
-  Ranks& ranks_;
+  Team& team_;
   std::vector<Box> bricks_;
 };
 

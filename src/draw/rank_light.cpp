@@ -14,10 +14,10 @@ constexpr std::size_t sent_block = 1 + 512 / 4;
 using Message = std::vector<glm::vec4>;
 
 /// Sends a message to one rank. Returns what another sends to this one.
-Message pass_on(Ranks& ranks, Message message, int to, int from) {
-  std::vector<Message> all(std::size_t(ranks.count()));
+Message pass_on(Team& team, Message message, int to, int from) {
+  std::vector<Message> all(std::size_t(team.size()));
   all[std::size_t(to)] = std::move(message);
-  return ranks.exchange(all)[std::size_t(from)];
+  return team.exchange(all)[std::size_t(from)];
 }
 
 /// Places in space of the wanted blocks; their coordinates are whole numbers below 2^24.
@@ -51,20 +51,20 @@ Message depths_towards(const LightDepths& own, const Beam& beam, const Message& 
 
 }  // namespace
 
-BeamDepths joined_depths(Ranks& ranks, LightDepths own) {
-  return [&ranks, own = std::move(own)](const Beam& beam, const LightBlocks& blocks,
-                                        const TakeDepths& take, const Progress& progress) {
-    const int count = ranks.count(), rank = ranks.rank();
+BeamDepths joined_depths(Team& team, LightDepths own) {
+  return [&team, own = std::move(own)](const Beam& beam, const LightBlocks& blocks,
+                                       const TakeDepths& take, const Progress& progress) {
+    const int count = team.size(), rank = team.rank();
     const Message places = places_of(blocks);
     std::vector<double> sums(512 * places.size());
     // in each turn all work, each for another
     for (int turn = 0; turn < count; ++turn) {
       const int served = (rank + turn) % count, serving = (rank + count - turn) % count;
-      const Message theirs = pass_on(ranks, places, serving, served);
+      const Message theirs = pass_on(team, places, serving, served);
       const Message found = depths_towards(own, beam, theirs, [&](double done) {
         if (progress) progress((turn + done) / count);
       });
-      const Message received = pass_on(ranks, found, served, serving);
+      const Message received = pass_on(team, found, served, serving);
       for (std::size_t at = 0; at < received.size(); at += sent_block) {
         double* sum = sums.data() + 512 * std::size_t(received[at].w);
         for (std::size_t i = 0; i < 512; ++i)

@@ -30,14 +30,14 @@ std::string bytes_of(const std::vector<Number>& numbers) {
 
 }  // namespace
 
-RankMarcher::RankMarcher(Marcher& marcher, Ranks& ranks, const Regions& parts, const Regions& own)
-    : own_(marcher, own), ranks_(ranks), parts_(parts) {
-  for (const std::string& count : ranks.gather(std::to_string(own.count())))
+RankMarcher::RankMarcher(Marcher& marcher, Team& team, const Regions& parts, const Regions& own)
+    : own_(marcher, own), team_(team), parts_(parts) {
+  for (const std::string& count : team.gather(std::to_string(own.count())))
     most_regions_ = std::max<std::size_t>(most_regions_, std::stoul(count));
 }
 
 LightDepths RankMarcher::light_depths(const View& view) {
-  return one_by_one([this, &view, by_rays = joined_depths(ranks_, own_.light_depths(view))](
+  return one_by_one([this, &view, by_rays = joined_depths(team_, own_.light_depths(view))](
                         const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
                         const Progress& progress) {
     if (beam.method.spacing == 0)
@@ -53,7 +53,7 @@ void RankMarcher::lattice(const View& view, const Beam& beam, const LightBlocks&
   std::vector<Box> bricks;
   for (const Region& part : parts_.all())
     bricks.push_back({part.bricks.min - ghost, part.bricks.max + ghost});
-  RankLattice lattice(ranks_, std::move(bricks));
+  RankLattice lattice(team_, std::move(bricks));
   std::vector<double> sums(most_regions_ > 1 ? 512 * blocks.all.size() : 0);
   const TakeDepths add = [&](std::size_t block, std::span<const double> depths) {
     for (std::size_t i = 0; i < 512; ++i) sums[512 * block + i] += depths[i];
@@ -72,17 +72,16 @@ void RankMarcher::lattice(const View& view, const Beam& beam, const LightBlocks&
 
 LightShare RankMarcher::light_share(const std::shared_ptr<const Field>& whole) {
   constexpr glm::ivec3 most(1 << 27);  // the outermost parts reach farther than there are voxels
-  const Box bricks = parts_.all()[std::size_t(ranks_.rank())].bricks;
+  const Box bricks = parts_.all()[std::size_t(team_.rank())].bricks;
   return {{8 * glm::max(bricks.min, -most), 8 * glm::min(bricks.max, most) + 7},
           whole,
-          [this](const std::string& bytes) { return ranks_.gather(bytes); }};
+          [this](const std::string& bytes) { return team_.gather(bytes); }};
 }
 
 LightPilot::Depths RankMarcher::exact_depths(const View& view) {
   return [this, &view](const Beam& beam, std::span<const glm::ivec3> voxels) {
     std::vector<double> sums(voxels.size());
-    for (const std::string& found :
-         ranks_.gather(bytes_of(own_.exact_depths(view, beam, voxels)))) {
+    for (const std::string& found : team_.gather(bytes_of(own_.exact_depths(view, beam, voxels)))) {
       const auto depths = numbers_of<double>(found);
       for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += depths[i];
     }
@@ -99,20 +98,20 @@ CarriedLight RankMarcher::carry_own(const View& view, const RenderOptions& optio
     constexpr std::chrono::milliseconds pause(200);
     if (fraction >= 1 || steady_clock::now() - reported < pause) return;
     reported = steady_clock::now();
-    ranks_.report(fraction);
-    if (ranks_.first() && options.progress) options.progress(ranks_.reported().mean);
+    team_.report(fraction);
+    if (team_.first() && options.progress) options.progress(team_.reported().mean);
   };
   CarriedLight light(RayFold(view), pixels, view.scene.pixel_samples);
-  ranks_.agree([&] {
+  team_.agree([&] {
     // also if it fails, for the first rank waits for it
     const struct Reporter {
-      Ranks& ranks;
-      ~Reporter() { ranks.report(1); }
-    } reporter{ranks_};
+      Team& team;
+      ~Reporter() { team.report(1); }
+    } reporter{team_};
     light = own_.carry(view, mine, pixels, stats);
-    if (!ranks_.first()) return;
-    ranks_.report(1);
-    for (Ranks::Reported all = ranks_.reported(); all.least < 1; all = ranks_.reported()) {
+    if (!team_.first()) return;
+    team_.report(1);
+    for (Team::Reported all = team_.reported(); all.least < 1; all = team_.reported()) {
       if (options.progress) options.progress(all.mean);
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
@@ -122,9 +121,9 @@ CarriedLight RankMarcher::carry_own(const View& view, const RenderOptions& optio
 
 CarriedLight RankMarcher::fold(const View& view, const CarriedLight& own,
                                const std::vector<PixelBox>& seen) {
-  const int count = ranks_.count(), samples = own.samples();
+  const int count = team_.size(), samples = own.samples();
   const glm::ivec2 size = view.scene.resolution;
-  const PixelBox strip = strip_of(size, ranks_.rank(), count);
+  const PixelBox strip = strip_of(size, team_.rank(), count);
   const auto order = parts_.front_to_back(view.camera, view.medium.density->world_from_index);
   CarriedLight light(RayFold(view), strip, samples);
   for (int sample = 0; sample < samples; ++sample) {
@@ -135,7 +134,7 @@ CarriedLight RankMarcher::fold(const View& view, const CarriedLight& own,
         for (const glm::dvec4& ray : own.row(box.origin + glm::ivec2(0, y), box.size.x, sample))
           sent[std::size_t(rank)].emplace_back(ray);
     }
-    const auto received = ranks_.exchange(sent);
+    const auto received = team_.exchange(sent);
     for (const Region& part : order) {
       const PixelBox box = common(seen[part.number], strip);
       std::span<const glm::vec4> rows = received[part.number];
@@ -149,14 +148,14 @@ CarriedLight RankMarcher::fold(const View& view, const CarriedLight& own,
 Image RankMarcher::collect(const Image& strip, const glm::ivec2& size) {
   Image picture;
   for (const Layer& layer : strip.layers) {
-    const auto strips = ranks_.collect(layer.values);
-    if (!ranks_.first()) continue;
+    const auto strips = team_.collect(layer.values);
+    if (!team_.first()) continue;
     picture.layers.push_back({layer.name, layer.channels, {}});
     std::vector<float>& values = picture.layers.back().values;
     values.reserve(std::size_t(size.x) * std::size_t(size.y) * layer.channels.size());
     for (const auto& part : strips) values.insert(values.end(), part.begin(), part.end());
   }
-  if (ranks_.first()) {
+  if (team_.first()) {
     picture.width = size.x;
     picture.height = size.y;
   }
@@ -175,7 +174,7 @@ void RankMarcher::add_up(RenderStats& stats) {
   std::memcpy(bytes.data(), &own, sizeof own);
   stats.samples = stats.steps = stats.stuck = 0;
   stats.cpu_ms = 0;
-  for (const std::string& others : ranks_.gather(bytes)) {
+  for (const std::string& others : team_.gather(bytes)) {
     Numbers n;
     std::memcpy(&n, others.data(), sizeof n);
     stats.samples += n.samples;
@@ -193,7 +192,7 @@ RenderResult RankMarcher::render(const View& view, const RenderOptions& options)
   std::vector<PixelBox> seen;
   for (const Region& part : parts_.all())
     seen.push_back(part.empty() ? PixelBox{} : pixels_of(view, part.bricks));
-  const PixelBox& own = seen[std::size_t(ranks_.rank())];
+  const PixelBox& own = seen[std::size_t(team_.rank())];
   RenderResult result;
   const CarriedLight light = carry_own(view, options, own, result.stats);
   const glm::ivec2 size = view.scene.resolution;

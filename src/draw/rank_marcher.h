@@ -6,7 +6,7 @@
 #include "draw/region_marcher.h"
 #include "march/light_pilot.h"
 #include "march/light_share.h"
-#include "psivox/ranks.h"
+#include "psivox/team.h"
 
 namespace psivox {
 
@@ -19,7 +19,7 @@ namespace psivox {
 class RankMarcher final : public Marcher {
  public:
   /// `parts`: one for each rank. `own`: the regions of this rank's part.
-  RankMarcher(Marcher& marcher, Ranks& ranks, const Regions& parts, const Regions& own);
+  RankMarcher(Marcher& marcher, Team& team, const Regions& parts, const Regions& own);
 
   std::string description() const override { return own_.description(); }
   bool marches() const override { return false; }
@@ -42,7 +42,7 @@ class RankMarcher final : public Marcher {
                const TakeDepths& take, const Progress& progress);
 
   RegionMarcher own_;
-  Ranks& ranks_;
+  Team& team_;
   const Regions& parts_;
   std::size_t most_regions_ = 0;  ///< of a rank's part
 };

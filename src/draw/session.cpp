@@ -104,7 +104,7 @@ struct Session::Impl {
   std::optional<Regions> regions(const View& wanted, const Wish& wish) const;
   Drawn draw_whole(Marcher& marcher, const Wish& wish);
   Drawn draw_in(const Regions& regions, Marcher& marcher, const Wish& wish);
-  Drawn draw_on(Ranks& ranks, Marcher& marcher, const Wish& wish);
+  Drawn draw_on(Team& team, Marcher& marcher, const Wish& wish);
   /// Keeps some bricks of the density alone, in memory, and lights these.
   void hold(const Box& bricks);
   /// After the device was too small for the whole.
@@ -115,7 +115,7 @@ struct Session::Impl {
   std::optional<Lighting> lighting;    ///< of a medium that a light shines on
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
   std::optional<Box> held;             ///< bricks of the density, if not all
-  Ranks* together = nullptr;           ///< processes that draw this picture
+  Team* together = nullptr;            ///< processes that draw this picture
   std::map<TexelType, MediumAtlas> atlases;
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads;  ///< their numbers
 };
@@ -317,22 +317,22 @@ Drawn Session::Impl::draw_in(const Regions& regions, Marcher& marcher, const Wis
   return drawn;
 }
 
-Drawn Session::Impl::draw_on(Ranks& ranks, Marcher& marcher, const Wish& wish) {
+Drawn Session::Impl::draw_on(Team& team, Marcher& marcher, const Wish& wish) {
   std::optional<Regions> parts, own;
-  ranks.agree([&] {
+  team.agree([&] {
     View wanted = viewed(wish);
     const std::string obstacle = rank_obstacle(wanted, wish);
     if (!obstacle.empty())
       throw Error(ExitCode::usage, "several processes draw only " + obstacle + " together");
     wanted.medium = unlit;
     const std::vector<glm::ivec3> bricks = leaf_bricks(*unlit.density);
-    parts = Regions::in_parts(bricks, std::size_t(ranks.count()));
-    const Region part = parts->all()[std::size_t(ranks.rank())];
-    own = regions_of_part(wanted, wish, bricks, part, ranks.place().local_count);
+    parts = Regions::in_parts(bricks, std::size_t(team.size()));
+    const Region part = parts->all()[std::size_t(team.rank())];
+    own = regions_of_part(wanted, wish, bricks, part, team.place().local_size);
     const glm::ivec3 ghost = region_ghost(wanted);
     if (lighting) hold({part.bricks.min - ghost, part.bricks.max + ghost});
   });
-  RankMarcher rank_marcher(marcher, ranks, *parts, *own);
+  RankMarcher rank_marcher(marcher, team, *parts, *own);
   if (lighting)
     lighting->share({rank_marcher.light_share(unlit.density),
                      [&](const View& seen) { return rank_marcher.exact_depths(seen); }});
@@ -377,8 +377,8 @@ Drawn Session::Impl::draw_in_smaller(Marcher& marcher, const Wish& wish,
 }
 
 Drawn Session::draw(Marcher& marcher, const Wish& wish) {
-  impl_->together = wish.ranks.get();
-  if (wish.ranks) return impl_->draw_on(*wish.ranks, marcher, wish);
+  impl_->together = wish.team->size() > 1 ? wish.team.get() : nullptr;
+  if (wish.team->size() > 1) return impl_->draw_on(*wish.team, marcher, wish);
   if (impl_->view.scene.mode == Mode::slice || !marcher.marches())
     return impl_->draw_whole(marcher, wish);
   if (const auto regions = impl_->regions(impl_->viewed(wish), wish))

@@ -174,12 +174,13 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   KeptFields fields(file, parts);
   const bool by_itself = result.look == "auto";
   if (by_itself) {
-    const bool out_of_reach = parts.allowed && !parts.ranks && stays_in_file(scene, fields);
+    const bool out_of_reach =
+        parts.allowed && parts.team->size() == 1 && stays_in_file(scene, fields);
     result.look = out_of_reach ? "plain" : suitable_look(scene, fields);
   }
   LookFile look = read_look(result.look);
   take_open(scene, look.scene, background, result.scene);
-  if (by_itself && !parts.ranks) result.dark_because = too_dark(result.scene, fields);
+  if (by_itself && parts.team->size() == 1) result.dark_because = too_dark(result.scene, fields);
   if (!result.dark_because.empty()) {
     result.scene = scene;
     result.look = "plain";

@@ -49,9 +49,9 @@ std::vector<std::uint32_t> all_leaves(const Field& field) {
 class RankLeaves final : public LeafReader {
  public:
   /// `part`: the box of bricks that this rank's leaves are in.
-  RankLeaves(const Field& field, std::shared_ptr<Ranks> ranks, const Box& part)
+  RankLeaves(const Field& field, std::shared_ptr<Team> team, const Box& part)
       : file_(field.reader),
-        ranks_(std::move(ranks)),
+        team_(std::move(team)),
         part_(part),
         own_(leaves_in(part, field)),
         floats_per_leaf_(512 * std::size_t(field.channels)) {}
@@ -105,7 +105,7 @@ class RankLeaves final : public LeafReader {
           if (const float value = values[i * floats_per_leaf_ / 512]; !std::isnan(value))
             take(std::min(value, largest_), 1);
       }
-      if (ranks_ && !ranks_->first()) return;
+      if (!team_->first()) return;
       for (const TileValue& tile : known->active_tiles())
         take(std::min(tile.value, largest_), tile.voxels);
     };
@@ -141,12 +141,12 @@ class RankLeaves final : public LeafReader {
 
   const Box& part() const { return part_; }
   std::span<const std::uint32_t> own() const { return own_; }
-  bool is_shared() const { return ranks_ != nullptr; }
+  bool is_shared() const { return team_->size() > 1; }
   bool is_own(std::uint32_t leaf) const override {
     return !is_shared() || std::ranges::binary_search(own_, leaf);
   }
   std::vector<std::string> gather(const std::string& bytes) const override {
-    return ranks_ ? ranks_->gather(bytes) : std::vector{bytes};
+    return team_->gather(bytes);
   }
   void forget() const override {
     const std::lock_guard lock(mutex_);
@@ -181,7 +181,7 @@ class RankLeaves final : public LeafReader {
   }
 
   std::shared_ptr<const LeafReader> file_;
-  std::shared_ptr<Ranks> ranks_;
+  std::shared_ptr<Team> team_ = alone();
   Box part_;                        ///< [bricks], if it is shared
   std::vector<std::uint32_t> own_;  ///< ascending
   std::size_t floats_per_leaf_;
@@ -193,16 +193,16 @@ class RankLeaves final : public LeafReader {
 
 }  // namespace
 
-void survey_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadOptions& options,
+void survey_leaves(Field& field, const std::shared_ptr<Team>& team, const ReadOptions& options,
                    std::uint64_t memory, const std::string& subject) {
-  if (ranks) ranks->check_same(topology_of(field), "sees another volume");
+  team->check_same(topology_of(field), "sees another volume");
   if (!field.reader) return;
   std::shared_ptr<RankLeaves> leaves;
   bool keep = false;
-  if (ranks) {
-    const Regions parts = Regions::in_parts(leaf_bricks(field), std::size_t(ranks->count()));
+  if (team->size() > 1) {
+    const Regions parts = Regions::in_parts(leaf_bricks(field), std::size_t(team->size()));
     leaves =
-        std::make_shared<RankLeaves>(field, ranks, parts.all()[std::size_t(ranks->rank())].bricks);
+        std::make_shared<RankLeaves>(field, team, parts.all()[std::size_t(team->rank())].bricks);
     // an atlas on host and GPU has 5.7 KiB for the 2 KiB of a leaf
     keep = memory == 0 ||
            4 * leaves->own().size() * 512 * sizeof(float) * std::uint64_t(field.channels) <= memory;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "psivox/field.h"
-#include "psivox/ranks.h"
+#include "psivox/team.h"
 #include "psivox/vdb.h"
 #include "scene/leaf_weights.h"
 
@@ -16,7 +16,7 @@ namespace psivox {
 /// read, if they and its atlas take no more than `memory` [bytes; 0: not known]. All then have the
 /// same ranges. `subject` begins messages.
 /// Throws AgreedError(input) if ranks see different volumes, Error(input).
-void survey_leaves(Field& field, const std::shared_ptr<Ranks>& ranks, const ReadOptions& options,
+void survey_leaves(Field& field, const std::shared_ptr<Team>& team, const ReadOptions& options,
                    std::uint64_t memory, const std::string& subject);
 
 /// Whether ranks share the field's leaves.

@@ -4,7 +4,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/parts.h"
-#include "psivox/ranks.h"
+#include "psivox/team.h"
 #include "psivox/text.h"
 #include "scene/coarse_field.h"
 #include "scene/rank_leaves.h"
@@ -42,7 +42,7 @@ Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::st
       if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
   if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
-  options.in_file = parts.ranks != nullptr;
+  options.in_file = parts.team->size() > 1;
   options.unsurveyed = true;  // survey_leaves finds more
   if (options.memory && scene.memory_limit) give_back_freed_memory();
   return file.read(name, options);
@@ -56,11 +56,11 @@ Field read_density(const Scene& scene, const VdbFile& file, const std::string& n
   options.active = part.active();
   Field field = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
                                   : read_scalar_density(scene, file, part.grid, options, parts);
-  const bool alone = !parts.ranks || scene.memory_limit;
-  const auto sharing = std::uint64_t(alone ? 1 : parts.ranks->place().local_count);
-  survey_leaves(field, parts.ranks, options, grid_memory(scene) / sharing,
+  const bool limited = parts.team->size() == 1 || scene.memory_limit;
+  const auto sharing = std::uint64_t(limited ? 1 : parts.team->place().local_size);
+  survey_leaves(field, parts.team, options, grid_memory(scene) / sharing,
                 scene.input + ": grid '" + field.name + "' ");
-  if (!parts.ranks && field.reader && scene.lod == 0) {
+  if (parts.team->size() == 1 && field.reader && scene.lod == 0) {
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }

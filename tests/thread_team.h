@@ -6,35 +6,31 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "psivox/ranks.h"
+#include "psivox/team.h"
 
 namespace psivox::test {
 
-/// What the ranks of one process share.
+/// What the members of a team of threads share.
 struct Exchange {
   explicit Exchange(int count) : met(count), texts(std::size_t(count)) {}
   std::barrier<> met;
   std::vector<std::string> texts;
-  std::vector<std::vector<float>> floats{texts.size()};
-  std::vector<std::vector<std::vector<glm::vec4>>> pixels{texts.size()};
+  std::vector<std::vector<std::span<const std::byte>>> sent{texts.size()};
   std::vector<double> reports = std::vector<double>(texts.size());
   std::mutex reporting;
 };
 
-/// A rank that is a thread.
-class ThreadRank final : public Ranks {
+/// A member that is a thread.
+class ThreadMember final : public Team {
  public:
-  ThreadRank(Exchange& shared, int rank)
-      : Ranks({rank, int(shared.texts.size()), 0, 1, "here"}), shared_(shared) {}
+  ThreadMember(Exchange& shared, int rank)
+      : Team({rank, int(shared.texts.size()), 0, 1, "here"}), shared_(shared) {}
 
-  std::vector<std::vector<float>> collect(const std::vector<float>& part) override {
-    const auto all = meet(shared_.floats, part);
-    return first() ? all : std::vector<std::vector<float>>{};
-  }
   void report(double fraction) override {
     const std::lock_guard lock(shared_.reporting);
     shared_.reports[std::size_t(rank())] = fraction;
@@ -50,15 +46,24 @@ class ThreadRank final : public Ranks {
   std::vector<std::string> all_gather(const std::string& bytes) override {
     return meet(shared_.texts, bytes);
   }
-  std::vector<std::vector<glm::vec4>> all_exchange(
-      const std::vector<std::vector<glm::vec4>>& to) override {
-    const auto all = meet(shared_.pixels, to);
-    std::vector<std::vector<glm::vec4>> received;
-    for (const auto& from : all) received.push_back(from[std::size_t(rank())]);
-    return received;
+  void all_exchange(const std::vector<Bytes>& to, std::size_t, const Received& received) override {
+    const auto all = meet(shared_.sent, to);
+    for (std::size_t from = 0; from < all.size(); ++from)
+      hand_on(all[from][std::size_t(rank())], from, received);
+    shared_.met.arrive_and_wait();  // until then the senders keep what they have sent
+  }
+  void all_collect(Bytes bytes, std::size_t, const Received& received) override {
+    const auto all = meet(shared_.sent, {bytes});
+    for (std::size_t from = 0; first() && from < all.size(); ++from)
+      hand_on(all[from][0], from, received);
+    shared_.met.arrive_and_wait();
   }
 
  private:
+  static void hand_on(Bytes bytes, std::size_t from, const Received& received) {
+    std::ranges::copy(bytes, received(from, bytes.size()));
+  }
+
   template <typename T>
   std::vector<T> meet(std::vector<T>& all, const T& own) {
     all[std::size_t(rank())] = own;
@@ -71,16 +76,16 @@ class ThreadRank final : public Ranks {
   Exchange& shared_;
 };
 
-/// Does work in so many ranks. Returns the error that each has agreed to, or "".
-inline std::vector<std::string> on_ranks(int count,
-                                         const std::function<void(std::shared_ptr<Ranks>)>& work) {
+/// Does work in a team of so many. Returns the error that each has agreed to, or "".
+inline std::vector<std::string> in_team(int count,
+                                        const std::function<void(std::shared_ptr<Team>)>& work) {
   Exchange shared(count);
   std::vector<std::string> errors(std::size_t(count), "");
   std::vector<std::jthread> threads;
   for (int rank = 0; rank < count; ++rank)
     threads.emplace_back([&, rank] {
       try {
-        work(std::make_shared<ThreadRank>(shared, rank));
+        work(std::make_shared<ThreadMember>(shared, rank));
       } catch (const AgreedError& error) {
         errors[std::size_t(rank)] = error.what();
       }

@@ -1,4 +1,4 @@
-#include "psivox/ranks.h"
+#include "psivox/team.h"
 
 #include <gtest/gtest.h>
 
@@ -14,20 +14,20 @@
 #include "draw/rank_marcher.h"
 #include "march/march_double.h"
 #include "psivox/draw.h"
-#include "thread_ranks.h"
+#include "thread_team.h"
 
 namespace psivox {
 namespace {
 
-using test::on_ranks;
+using test::in_team;
 
-TEST(Ranks, AgreeOnAnError) {
+TEST(Team, AgreeOnAnError) {
   const auto fails_in = [](const std::vector<int>& failing) {
-    return on_ranks(3, [&](const std::shared_ptr<Ranks>& ranks) {
-      ranks->agree([&] {
-        if (std::ranges::count(failing, ranks->rank())) throw Error(ExitCode::input, "no file");
+    return in_team(3, [&](const std::shared_ptr<Team>& team) {
+      team->agree([&] {
+        if (std::ranges::count(failing, team->rank())) throw Error(ExitCode::input, "no file");
         // the others are still at work, which needs all
-        ranks->gather("part");
+        team->gather("part");
       });
     });
   };
@@ -37,20 +37,20 @@ TEST(Ranks, AgreeOnAnError) {
   EXPECT_EQ(fails_in({0, 1, 2}), std::vector<std::string>(3, "no file"));
 }
 
-TEST(Ranks, RefuseToDiffer) {
-  const auto errors = on_ranks(3, [](const std::shared_ptr<Ranks>& ranks) {
-    ranks->check_same(ranks->rank() == 1 ? "0.1.1" : "0.1.0", "has another version of psivox");
+TEST(Team, RefuseToDiffer) {
+  const auto errors = in_team(3, [](const std::shared_ptr<Team>& team) {
+    team->check_same(team->rank() == 1 ? "0.1.1" : "0.1.0", "has another version of psivox");
   });
   EXPECT_EQ(errors,
             std::vector<std::string>(3, "rank 1 has another version of psivox than rank 0"));
 }
 
-TEST(Ranks, OfAMachineTakeItsGpusInTurn) {
+TEST(Team, OfAMachineTakeItsGpusInTurn) {
   // two machines of 3 ranks, in the order in which mpirun may number them: by machine, or dealt out
   for (const bool dealt : {false, true}) {
     std::vector<std::size_t> taken;
     for (int rank = 0; rank < 6; ++rank)
-      taken.push_back(RankPlace{rank, 6, dealt ? rank / 2 : rank % 3, 3, "node"}.in_turn(2));
+      taken.push_back(Team::Place{rank, 6, dealt ? rank / 2 : rank % 3, 3, "node"}.in_turn(2));
     EXPECT_EQ(taken, dealt ? (std::vector<std::size_t>{0, 0, 1, 1, 0, 0})
                            : (std::vector<std::size_t>{0, 1, 0, 0, 1, 0}));
   }
@@ -61,13 +61,13 @@ void expect_picture_of_one(const Scene& scene, std::initializer_list<int> counts
   const Image alone = Session(scene).draw(*open_double()).image;
   for (const int count : counts) {
     Image together;
-    const auto errors = on_ranks(count, [&](const std::shared_ptr<Ranks>& ranks) {
+    const auto errors = in_team(count, [&](const std::shared_ptr<Team>& team) {
       Session session(scene);
       Wish wish;
-      wish.ranks = ranks;
+      wish.team = team;
       wish.layers.transmittance = true;
       const Image image = session.draw(*open_double(), wish).image;
-      if (ranks->first()) together = image;
+      if (team->first()) together = image;
     });
     EXPECT_EQ(errors, std::vector<std::string>(std::size_t(count), ""));
     ASSERT_EQ(together.layers.size(), 2u);
@@ -75,7 +75,7 @@ void expect_picture_of_one(const Scene& scene, std::initializer_list<int> counts
   }
 }
 
-TEST(Ranks, DrawThePictureOfOne) {
+TEST(Team, DrawThePictureOfOne) {
   Scene scene = blobs_scene();
   scene.pixel_samples = 2;
   expect_picture_of_one(scene, {1, 2, 5});
@@ -89,7 +89,7 @@ TEST(Ranks, DrawThePictureOfOne) {
 }
 
 // Depths are sent as float32, 1e-7 of depths of a few; and see above.
-TEST(Ranks, LightThePictureOfOne) {
+TEST(Team, LightThePictureOfOne) {
   Scene scene = blobs_scene();
   scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
   expect_picture_of_one(scene, {1, 2, 5});
@@ -121,7 +121,7 @@ BlockDepths depths_of(Marcher& marcher, const View& view, const Beam& beam,
 
 // A rank that asks in one order of slabs gets what others hide before them, within them and beside
 // them: along each axis, leaning, from both sides, by coarse and fine columns.
-TEST(Ranks, JoinTheColumnsOfALattice) {
+TEST(Team, JoinTheColumnsOfALattice) {
   Scene scene = blobs_scene();
   scene.lights = {{glm::dvec3(0, -1, 0), glm::dvec3(1)}};
   const View view = make_view(scene, VdbFile(scene.input));
@@ -141,10 +141,10 @@ TEST(Ranks, JoinTheColumnsOfALattice) {
     for (const auto& [at, depths] : truth) greatest = std::max(greatest, std::ranges::max(depths));
     EXPECT_GT(greatest, 1);
     for (const int count : {1, 3, 8}) {
-      const auto errors = on_ranks(count, [&](const std::shared_ptr<Ranks>& ranks) {
+      const auto errors = in_team(count, [&](const std::shared_ptr<Team>& team) {
         const auto bricks = leaf_bricks(*view.medium.density);
         const Regions parts = Regions::in_parts(bricks, std::size_t(count));
-        const Region part = parts.all()[std::size_t(ranks->rank())];
+        const Region part = parts.all()[std::size_t(team->rank())];
         std::vector<glm::ivec3> mine;
         for (const glm::ivec3& brick : bricks)
           if (brick == glm::clamp(brick, part.bricks.min, part.bricks.max)) mine.push_back(brick);
@@ -152,7 +152,7 @@ TEST(Ranks, JoinTheColumnsOfALattice) {
         AtlasOptions there = options;
         there.region = part.bricks;
         DoubleMarcher marcher;
-        RankMarcher together(marcher, *ranks, parts, own);
+        RankMarcher together(marcher, *team, parts, own);
         const BlockDepths joined =
             depths_of(together, view, beam, visible_blocks(*view.medium.density, there));
         EXPECT_FALSE(joined.empty());
@@ -160,7 +160,7 @@ TEST(Ranks, JoinTheColumnsOfALattice) {
           for (std::size_t i = 0; i < 512; ++i)
             // rounded to float32, as parts, which are less
             ASSERT_NEAR(depths[i], truth.at(at)[i], 1e-6 * greatest)
-                << at[0] << ' ' << at[1] << ' ' << at[2] << ": " << i << ", rank " << ranks->rank()
+                << at[0] << ' ' << at[1] << ' ' << at[2] << ": " << i << ", rank " << team->rank()
                 << " of " << count << ", " << spacing;
       });
       EXPECT_EQ(errors, std::vector<std::string>(std::size_t(count), ""));
@@ -169,27 +169,27 @@ TEST(Ranks, JoinTheColumnsOfALattice) {
 }
 
 // No method is chosen: the exact one keeps every tolerance.
-TEST(Ranks, KeepATolerance) {
+TEST(Team, KeepATolerance) {
   Scene scene = blobs_scene();
   scene.sampling.reset();
   scene.early_termination.reset();
   scene.tolerance = 1e-4;
   const Image truth = Session(scene).draw(*open_reference()).image;
-  const auto errors = on_ranks(2, [&](const std::shared_ptr<Ranks>& ranks) {
+  const auto errors = in_team(2, [&](const std::shared_ptr<Team>& team) {
     Wish wish;
-    wish.ranks = ranks;
+    wish.team = team;
     const Drawn drawn = Session(scene).draw(*open_double(), wish);
     ASSERT_TRUE(drawn.plan);
     EXPECT_TRUE(drawn.plan->reached);
     EXPECT_EQ(drawn.plan->rays, 0);
-    if (ranks->first()) {
+    if (team->first()) {
       EXPECT_LT(compare_images(drawn.image, truth).rms, *scene.tolerance);
     }
   });
   EXPECT_EQ(errors, std::vector<std::string>(2, ""));
 }
 
-TEST(Ranks, LightWithinATolerance) {
+TEST(Team, LightWithinATolerance) {
   Scene scene = blobs_scene();
   scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
   const Image truth = Session(scene).draw(*open_double()).image;
@@ -197,28 +197,28 @@ TEST(Ranks, LightWithinATolerance) {
   scene.early_termination.reset();
   scene.tolerance = 1e-3;
   const Drawn alone = Session(scene).draw(*open_double());
-  const auto errors = on_ranks(3, [&](const std::shared_ptr<Ranks>& ranks) {
+  const auto errors = in_team(3, [&](const std::shared_ptr<Team>& team) {
     Wish wish;
-    wish.ranks = ranks;
+    wish.team = team;
     const Drawn drawn = Session(scene).draw(*open_double(), wish);
     ASSERT_TRUE(drawn.light);
     EXPECT_EQ(drawn.light->method, alone.light->method);
     EXPECT_GT(drawn.light->rms, 0);
     // of the same points and depths, whose parts are summed in another order and sent as float32
     EXPECT_NEAR(drawn.light->rms, alone.light->rms, 1e-4 * alone.light->rms);
-    if (ranks->first()) {
+    if (team->first()) {
       EXPECT_LT(compare_images(drawn.image, truth).rms, *scene.tolerance);
     }
   });
   EXPECT_EQ(errors, std::vector<std::string>(3, ""));
 }
 
-TEST(Ranks, SayWhatTheyCannotDraw) {
+TEST(Team, SayWhatTheyCannotDraw) {
   Scene scene = blobs_scene();
-  const auto errors = on_ranks(2, [&](const std::shared_ptr<Ranks>& ranks) {
+  const auto errors = in_team(2, [&](const std::shared_ptr<Team>& team) {
     Session session(scene);
     Wish wish;
-    wish.ranks = ranks;
+    wish.team = team;
     wish.layers.depth = true;
     session.draw(*open_double(), wish);
   });
