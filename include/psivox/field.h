@@ -50,8 +50,7 @@ struct Tile {
   glm::vec3 value;    ///< first `channels` components
 };
 
-/// Leaves whose values stay in a file. Of several processes that draw one picture, each has some of
-/// the leaves as its own.
+/// Leaves whose values stay in a file.
 class LeafReader {
  public:
   virtual ~LeafReader() = default;
@@ -60,12 +59,6 @@ class LeafReader {
   virtual void read(std::span<const std::uint32_t> leaves, float* values) const = 0;
   /// Reads them and returns what it has found, for a field that has Field::survey.
   virtual ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const = 0;
-
-  virtual bool is_own(std::uint32_t) const { return true; }
-  /// What each process gives, by its number. All must call it.
-  virtual std::vector<std::string> gather(const std::string& bytes) const { return {bytes}; }
-  /// Its own leaves need not stay in memory any longer.
-  virtual void forget() const {}
 };
 
 /// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.

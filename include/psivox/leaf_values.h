@@ -68,41 +68,6 @@ using WantLeaf = std::function<bool(const Leaf& leaf)>;
 /// few thousand at a time. Those that are not wanted may be left out; by default all are wanted.
 void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted = {});
 
-/// The same for the leaves that are this process's own, where several draw one picture. All must
-/// then sum up or gather what they have found.
-void visit_own_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted = {});
-
-/// What each process gives, by its number, where several have leaves of their own; else what this
-/// one gives. All must call it.
-std::vector<std::string> gather_found(const Field& field, const std::string& bytes);
-
-/// What all processes have found of a kind, one's after another's.
-template <typename Found>
-std::vector<Found> joined_found(const Field& field, const std::vector<Found>& own) {
-  const auto* bytes = reinterpret_cast<const char*>(own.data());
-  std::vector<Found> all;
-  for (const std::string& found :
-       gather_found(field, std::string(bytes, own.size() * sizeof(Found)))) {
-    const std::size_t first = all.size();
-    all.resize(first + found.size() / sizeof(Found));
-    std::memcpy(all.data() + first, found.data(), (all.size() - first) * sizeof(Found));
-  }
-  return all;
-}
-
-/// Sums numbers over those processes, in their order.
-template <typename Number>
-void sum_found(const Field& field, std::span<Number> numbers) {
-  const std::string own(reinterpret_cast<const char*>(numbers.data()), numbers.size_bytes());
-  std::ranges::fill(numbers, Number(0));
-  for (const std::string& found : gather_found(field, own))
-    for (std::size_t n = 0; n < std::min(numbers.size(), found.size() / sizeof(Number)); ++n) {
-      Number number;
-      std::memcpy(&number, found.data() + n * sizeof number, sizeof number);
-      numbers[n] += number;
-    }
-}
-
 /// Sorts blocks in the order of OpenVDB's trees, in which a field's leaves are: by nodes of 4096
 /// voxels, of 128, of 8.
 using TreeOrder = std::array<int, 9>;

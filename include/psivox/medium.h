@@ -84,11 +84,18 @@ double phase_factor(const Medium& medium, const glm::dvec3& ray_direction);
 /// colour. None: light comes from the camera.
 std::vector<ParallelLight> surface_lights(const View& view);
 
+struct WeighedLeaves;
+
 /// The grids of a scene. One is null if the scene has none or its mode does not use it. Two may be
 /// the same field.
 struct MediumFields {
   std::shared_ptr<const Field> density, luminance, temperature, emission;
   std::string z_up{};  ///< what tells that the file's Z axis is up, see VdbFile::z_up
+  /// The density to draw, if its values stay in the file and `density` is an overview of it, by
+  /// which the view is chosen.
+  std::shared_ptr<const Field> drawn{};
+  /// What the leaves of a density weigh whose values stay in the file.
+  std::shared_ptr<const WeighedLeaves> weights{};
 };
 
 /// Reads the grids that the picture depends on under the scene's mode. `empty`: grids without

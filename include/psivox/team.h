@@ -119,7 +119,7 @@ class Team {
   virtual void all_collect(Bytes bytes, std::size_t item, const Received& received) = 0;
 
  private:
-  std::vector<std::string> checked(const std::vector<std::string>& messages) const;
+  std::vector<std::string> checked(std::vector<std::string> messages) const;
 
   template <typename T>
   static Received into(std::vector<std::vector<T>>& all) {

@@ -7,10 +7,8 @@
 #include "look/draft.h"
 #include "look/file_kind.h"
 #include "look/light_extinction.h"
-#include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
-#include "scene/rank_leaves.h"
 #include "scene/value_range.h"
 #include "scene/vector_part.h"
 
@@ -78,11 +76,6 @@ void choose_brightness(Choosing& all) {
   constexpr double wanted_mean = 0.25, white = 0.95, highlights = 0.03;
   const View view = take_view(all);
   const std::optional<Draft> by_rays = ray_draft(view);
-  if (!by_rays && is_shared(*view.medium.density))
-    throw Error(ExitCode::usage,
-                "several processes choose the brightness of a look without --sky, --phase-g,"
-                " emission and functions of the gradient only: start one process, or give the"
-                " options that --print-scene of one prints");
   const Draft draft = by_rays ? *by_rays : make_draft(all.scene, all.fields.of(all.scene));
   if (!(draft.mean_luminance() > 0)) return;
   const double gain =
@@ -104,9 +97,18 @@ constexpr Choice choices[] = {{"range", choose_range},   {"balance", choose_bala
 
 const MediumFields& KeptFields::of(const Scene& scene) {
   std::string key = fields_key(scene);
-  if (!fields_ || key != key_) fields_ = read_fields(scene, file_, false, parts_);
+  if (!fields_ || key != key_) {
+    fields_ = read_fields(scene, file_, false, parts_);
+    drawn_ = std::exchange(fields_->drawn, nullptr);
+  }
   key_ = std::move(key);
   return *fields_;
+}
+
+MediumFields KeptFields::drawn(const Scene& scene) {
+  MediumFields fields = of(scene);
+  fields.drawn = drawn_;
+  return fields;
 }
 
 const Flame& KeptFields::flame(const Scene& scene) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,7 +19,10 @@ class KeptFields {
   KeptFields(const VdbFile& file, const Parts& parts) : file_(file), parts_(parts) {}
 
   const VdbFile& file() const { return file_; }
+  /// The fields by which a view is chosen, all of them to be drawn too.
   const MediumFields& of(const Scene& scene);
+  /// The same, with the density to draw.
+  MediumFields drawn(const Scene& scene);
   /// What glows beside the scene's density.
   const Flame& flame(const Scene& scene);
 
@@ -26,6 +30,7 @@ class KeptFields {
   const VdbFile& file_;
   const Parts& parts_;
   std::optional<MediumFields> fields_;
+  std::shared_ptr<const Field> drawn_;  ///< see MediumFields
   std::string key_;
   std::optional<Flame> flame_;
 };

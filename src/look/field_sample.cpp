@@ -54,15 +54,15 @@ class Lattice {
 };
 
 std::vector<SampledVoxel> on_lattice(const Field& field, const Lattice& lattice) {
-  std::vector<SampledVoxel> own;
-  visit_own_leaves(
+  std::vector<SampledVoxel> all;
+  visit_leaves(
       field,
       [&](std::span<const Leaf> leaves) {
         for (const Leaf& leaf : leaves) {
           const LeafValues values = values_of(field, leaf);
           lattice.any_in(leaf.origin, 8, [&](const glm::ivec3& voxel) {
             if (const float value = *values.at(voxel - leaf.origin); value != 0)
-              own.push_back({voxel, value});
+              all.push_back({voxel, value});
             return false;
           });
         }
@@ -70,7 +70,6 @@ std::vector<SampledVoxel> on_lattice(const Field& field, const Lattice& lattice)
       [&](const Leaf& leaf) {
         return lattice.any_in(leaf.origin, 8, [](const glm::ivec3&) { return true; });
       });
-  std::vector<SampledVoxel> all = joined_found(field, own);
   for (const Tile& tile : field.tiles)
     lattice.any_in(tile.origin, tile.width, [&](const glm::ivec3& voxel) {
       if (tile.value.x != 0) all.push_back({voxel, tile.value.x});

@@ -15,7 +15,7 @@ struct SampledVoxel {
 
 /// About `wanted` of the voxels in the box of active ones whose values are not 0, spread evenly, in
 /// a fixed order. The same values give the same sample, whether tiles or leaves hold them and
-/// wherever leaves begin, and in each of several processes that share the field.
+/// wherever leaves begin.
 std::vector<SampledVoxel> sample_voxels(const Field& field, std::size_t wanted);
 
 }  // namespace psivox

@@ -6,7 +6,6 @@
 
 #include "look/field_sample.h"
 #include "look/voxel_lines.h"
-#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {
@@ -29,19 +28,11 @@ struct Probe {
 class Probes {
  public:
   Probes(const View& view, const glm::dvec3& light) {
-    const Field& density = *view.medium.density;
     VoxelLines lines(view.medium);
     const VoxelLines::Line towards = lines.line({}, -light);
-    const std::vector<SampledVoxel> voxels = sample_voxels(density, most_voxels);
-    std::vector<double> depths;
-    // each process knows what its own part hides
-    for (const auto& [voxel, value] : voxels)
-      depths.push_back(lines.attenuation(double(value)) > 0 ? lines.depth_behind(voxel, towards)
-                                                            : 0);
-    sum_found(density, std::span(depths));
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-      if (const double here = lines.attenuation(double(voxels[i].value)); here > 0)
-        probes_.push_back({here, towards.step * depths[i]});
+    for (const auto& [voxel, value] : sample_voxels(*view.medium.density, most_voxels))
+      if (const double here = lines.attenuation(double(value)); here > 0)
+        probes_.push_back({here, towards.step * lines.depth_behind(voxel, towards)});
   }
 
   /// Mean transmittance towards the light, by what each voxel attenuates.

@@ -174,13 +174,12 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   KeptFields fields(file, parts);
   const bool by_itself = result.look == "auto";
   if (by_itself) {
-    const bool out_of_reach =
-        parts.allowed && parts.team->size() == 1 && stays_in_file(scene, fields);
+    const bool out_of_reach = parts.allowed && stays_in_file(scene, fields);
     result.look = out_of_reach ? "plain" : suitable_look(scene, fields);
   }
   LookFile look = read_look(result.look);
   take_open(scene, look.scene, background, result.scene);
-  if (by_itself && parts.team->size() == 1) result.dark_because = too_dark(result.scene, fields);
+  if (by_itself) result.dark_because = too_dark(result.scene, fields);
   if (!result.dark_because.empty()) {
     result.scene = scene;
     result.look = "plain";
@@ -193,7 +192,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
     if (is_open(scene, what)) choose(what, all);
   validate(result.scene);
   result.settings = changed_settings(scene, result.scene);
-  result.fields = fields.of(result.scene);
+  result.fields = fields.drawn(result.scene);
   if (scene.memory_limit) give_back_freed_memory();
   result.guesses_up = guesses_up(result.scene, file);
   result.unused_grids = unused(file, result.fields, result.scene);

@@ -4,8 +4,6 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include "scene/value_range.h"
-
 namespace psivox {
 namespace {
 
@@ -14,24 +12,12 @@ std::optional<TransferFunction> attenuation_of(const Medium& medium) {
   return medium.transfer->attenuation_alone();
 }
 
-/// The most that the attenuations of voxels along a line can sum up to.
-double most_along(const Medium& medium) {
-  const glm::dvec2 range = stored_range(*medium.density);
-  const double greatest =
-      medium.transfer ? medium.transfer->max_attenuation(range.x, range.y) : range.y;
-  const Box domain = medium.density->domain();
-  const glm::dvec3 sides = glm::dvec3(domain.max) - glm::dvec3(domain.min) + 1.0;
-  return greatest * (sides.x + sides.y + sides.z);
-}
-
 }  // namespace
 
 VoxelLines::VoxelLines(const Medium& medium)
     : function_(attenuation_of(medium)),
-      part_(own_part(medium.density)),
-      index_(*part_.field),
+      index_(*medium.density),
       domain_(medium.density->domain()),
-      exact_(most_along(medium)),
       to_index_(glm::inverse(glm::dmat3(medium.density->world_from_index))),
       empty_is_clear_(attenuation(0) == 0),
       block_(index_.block(domain_.min & ~7)),
@@ -49,8 +35,8 @@ double VoxelLines::attenuation(double value) const {
 
 double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along) {
   double sum = 0;
-  walk({glm::dvec3(voxel), along.way, along.step}, 1, [&](const glm::ivec3& at, double value) {
-    if (own(at)) sum += exact_(attenuation(value));
+  walk({glm::dvec3(voxel), along.way, along.step}, 1, [&](double value) {
+    sum += attenuation(value);
     return true;
   });
   return sum;

@@ -7,13 +7,10 @@
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
-#include <limits>
 #include <optional>
 
 #include "psivox/medium.h"
-#include "scene/exact_sum.h"
 #include "scene/field_index.h"
-#include "scene/rank_leaves.h"
 
 namespace psivox {
 
@@ -28,8 +25,7 @@ inline glm::ivec3 nearest_voxel(const glm::dvec3& point) {
 }
 
 /// The density of a medium along straight lines, at points that are a voxel apart. It keeps the
-/// block that it read last: not for several threads. Of a density that several processes share it
-/// knows this one's own part.
+/// block that it read last: not for several threads.
 class VoxelLines {
  public:
   explicit VoxelLines(const Medium& medium);
@@ -43,11 +39,6 @@ class VoxelLines {
   /// The line through an index-space point along a direction [world].
   Line line(const glm::dvec3& from, const glm::dvec3& direction) const;
 
-  /// Whether a voxel is in this process's part.
-  bool own(const glm::ivec3& voxel) const {
-    return voxel == glm::clamp(voxel, part_.voxels.min, part_.voxels.max);
-  }
-
   /// Attenuation of a value at extinction 1.
   double attenuation(double value) const;
 
@@ -55,15 +46,12 @@ class VoxelLines {
   double at(const glm::ivec3& voxel);
   double at(const glm::dvec3& point);
 
-  /// Optical depth at extinction 1 of a voxel [voxels], from its middle on; 0 if it is not own.
-  double depth_of(const glm::ivec3& voxel) {
-    return own(voxel) ? exact_(0.5 * attenuation(at(voxel))) : 0;
-  }
-  /// The same from a voxel on, by nearest voxels, without the voxel itself. What processes find in
-  /// their own parts adds up without rounding.
+  /// Optical depth at extinction 1 of a voxel from its middle on [voxels].
+  double depth_of(const glm::ivec3& voxel) { return 0.5 * attenuation(at(voxel)); }
+  /// Optical depth at extinction 1 from a voxel on, by nearest voxels, without the voxel itself.
   double depth_behind(const glm::ivec3& voxel, const Line& along);
 
-  /// Calls see(voxel, value) for those nearest to the points k, k + 1, ... of a line while they are
+  /// Calls see(value) for the voxels nearest to the points k, k + 1, ... of a line while they are
   /// in the domain and it returns true. Passes over what is not stored, if that attenuates nothing.
   template <typename See>
   void walk(const Line& line, double k, See&& see) {
@@ -74,33 +62,23 @@ class VoxelLines {
       const double value = at(voxel);
       const std::size_t empty =
           value == 0 && empty_is_clear_ ? index_.empty_steps(point, line.way) : 0;
-      if (empty == 0 && !see(voxel, value)) return;
+      if (empty == 0 && !see(value)) return;
       k += double(std::max<std::size_t>(empty, 1));
     }
   }
 
   /// Calls see(n, value) for the interpolated values at the points k + n of a line, n = 0, 1, ...,
-  /// that are in this process's part, while they are in the domain and it returns true. Passes over
-  /// points around which nothing is stored, if that attenuates nothing.
+  /// while they are in the domain and it returns true. Passes over points around which nothing is
+  /// stored, if that attenuates nothing.
   template <typename See>
   void walk_between(const Line& line, double k, See&& see) {
-    double first = 0, last = std::numeric_limits<double>::infinity();
-    for (int axis = 0; axis < 3; ++axis) {
-      if (line.way[axis] == 0) continue;
-      const double a = (double(part_.voxels.min[axis]) - line.from[axis]) / line.way[axis] - k;
-      const double b = (double(part_.voxels.max[axis]) + 1 - line.from[axis]) / line.way[axis] - k;
-      // a point more at both ends: whether it is own is found below
-      first = std::max(first, std::floor(std::min(a, b)) - 1);
-      last = std::min(last, std::max(a, b) + 1);
-    }
-    for (double n = first; n <= last;) {
+    for (double n = 0;;) {
       const glm::dvec3 point = line.from + (k + n) * line.way;
       const glm::ivec3 nearest = nearest_voxel(point);
       if (glm::clamp(nearest, domain_.min, domain_.max) != nearest) return;
-      std::size_t empty = own(glm::ivec3(glm::floor(point))) ? 0 : 1;
-      if (empty == 0 && empty_is_clear_ && at(nearest) == 0)
-        empty = index_.empty_cells(point, line.way);
-      if (empty == 0 && !see(std::uint32_t(n), at(point))) return;
+      std::size_t empty = 0;
+      if (empty_is_clear_ && at(nearest) == 0) empty = index_.empty_cells(point, line.way);
+      if (empty == 0 && !see(n, at(point))) return;
       n += double(std::max<std::size_t>(empty, 1));
     }
   }
@@ -108,10 +86,8 @@ class VoxelLines {
  private:
   /// Without colours, among whose many knots a search would take longer.
   std::optional<TransferFunction> function_;
-  OwnPart part_;  ///< with the voxels of its outermost cells
   FieldIndex index_;
   Box domain_;
-  ExactSum exact_;  ///< of attenuations along a line
   glm::dmat3 to_index_;
   bool empty_is_clear_;
   FieldIndex::Block block_;  ///< at origin_

@@ -6,8 +6,6 @@
 
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
-#include "scene/exact_sum.h"
-#include "scene/value_range.h"
 
 namespace psivox {
 namespace {
@@ -18,19 +16,11 @@ constexpr int rays_per_side = 17;
 /// Attenuation of a value, without the extinction.
 struct Attenuation {
   const TransferFunction* transfer;
-  double greatest;  ///< of all values, as a magnitude
   double operator()(float value) const {
     const double v = static_cast<double>(value);
     return transfer ? transfer->at(v).attenuation : v;
   }
 };
-
-/// The greatest magnitude of a field's attenuations.
-double greatest_attenuation(const Field& field, const TransferFunction* transfer) {
-  const glm::dvec2 range = stored_range(field);
-  if (transfer) return transfer->max_attenuation(range.x, range.y);
-  return std::max(-range.x, range.y);
-}
 
 /// Lines along one index axis through voxel centres, on a lattice over the two other axes. On such
 /// a line the interpolation is linear between values, so the integral is a sum of each value times
@@ -46,17 +36,15 @@ class LineBundle {
         b_((axis + 1) % 3),
         c_((axis + 2) % 3),
         domain_(field.domain()),
-        exact_(attenuation.greatest * (domain_.max[axis] - domain_.min[axis] + 1.0)),
         across_1_(std::move(across_1)),
         across_2_(std::move(across_2)),
         sums_(across_1_.size() * across_2_.size()) {
-    visit_own_leaves(
+    visit_leaves(
         field,
         [&](std::span<const Leaf> leaves) {
           for (const Leaf& leaf : leaves) add(leaf.origin, values_of(field, leaf));
         },
         [&](const Leaf& leaf) { return is_met(leaf.origin); });
-    sum_found(field, std::span(sums_));
     for (const Tile& tile : field.tiles) add(tile);
     length_ = glm::length(glm::dvec3(field.world_from_index[axis]));
   }
@@ -104,7 +92,7 @@ class LineBundle {
     for (std::size_t j = first(across_1_, origin[b_]); j < j_end; ++j)
       for (std::size_t k = k_begin; k < k_end; ++k)
         sums_[j * across_2_.size() + k] +=
-            exact_(line_sum(across_1_[j] - origin[b_], across_2_[k] - origin[c_]));
+            line_sum(across_1_[j] - origin[b_], across_2_[k] - origin[c_]);
   }
 
   void add(const glm::ivec3& leaf, const LeafValues& values) {
@@ -129,7 +117,6 @@ class LineBundle {
   double vacuum_;  ///< attenuation of 0, the value where nothing is stored
   int axis_, b_, c_;
   Box domain_;
-  ExactSum exact_;  ///< along a line
   std::vector<int> across_1_, across_2_;
   std::vector<double> sums_;
   double length_ = 1;
@@ -152,7 +139,7 @@ glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
     double largest;
   };
   Voxel densest{field.active_box.min, 0};
-  visit_own_leaves(field, [&](std::span<const Leaf> leaves) {
+  visit_leaves(field, [&](std::span<const Leaf> leaves) {
     for (const Leaf& leaf : leaves) {
       const LeafValues values = values_of(field, leaf);
       for (int i = 0; i < 512; ++i) {
@@ -162,14 +149,6 @@ glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
       }
     }
   });
-  const std::string own(reinterpret_cast<const char*>(&densest), sizeof densest);
-  for (const std::string& found : gather_found(field, own)) {
-    Voxel other;
-    std::memcpy(&other, found.data(), sizeof other);
-    if (other.largest > densest.largest ||
-        (other.largest == densest.largest && tree_order(other.place) < tree_order(densest.place)))
-      densest = other;
-  }
   for (const Tile& tile : field.tiles) {
     const double value = attenuation(tile.value.x);
     if (value > densest.largest)
@@ -195,7 +174,7 @@ double mean_integral(const Field& field, const Attenuation& attenuation, Places 
 
 double auto_extinction(const Field& field, const TransferFunction* transfer) {
   if (field.active_box.empty()) return 1;
-  const Attenuation attenuation{transfer, greatest_attenuation(field, transfer)};
+  const Attenuation attenuation{transfer};
   const Box domain = field.domain();
   double mean = 0;
   for (const double part : {0.5, 1.0}) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstring>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
 #include <string>
@@ -12,7 +11,6 @@
 #include <vector>
 
 #include "psivox/leaf_values.h"
-#include "scene/rank_leaves.h"
 #include "scene/value_range.h"
 
 namespace psivox {
@@ -37,45 +35,6 @@ void add_means(const glm::ivec3& origin, const float* values, int channels, floa
                           std::size_t(c)];
           coarse[index(first.x + x, first.y + y, first.z + z) + std::size_t(c)] = float(sum / 8);
         }
-}
-
-/// Calls use(first, count) for the rows of floats of a coarse leaf that are a leaf's eighth of it.
-template <typename Use>
-void for_eighth(const glm::ivec3& leaf, int channels, const Use& use) {
-  const glm::ivec3 first = ((leaf >> 3) & 1) * 4;
-  for (int x = 0; x < 4; ++x)
-    for (int y = 0; y < 4; ++y)
-      use(std::size_t((((first.x + x) * 8 + first.y + y) * 8 + first.z) * channels),
-          std::size_t(4 * channels));
-}
-
-/// Adds the means of leaves that processes share: each computes those of its own and sends them to
-/// all. `place` gives the coarse leaf of a leaf.
-template <typename Place>
-void join_means(const Field& field, const Place& place) {
-  const std::size_t floats = 512 * std::size_t(field.channels);
-  std::string own;
-  std::vector<float> coarse(floats);
-  visit_own_leaves(field, [&](std::span<const Leaf> leaves) {
-    for (const Leaf& leaf : leaves) {
-      add_means(leaf.origin, leaf.values, field.channels, coarse.data());
-      own.append(reinterpret_cast<const char*>(&leaf.origin), sizeof leaf.origin);
-      for_eighth(leaf.origin, field.channels, [&](std::size_t at, std::size_t count) {
-        own.append(reinterpret_cast<const char*>(coarse.data() + at), count * sizeof(float));
-      });
-    }
-  });
-  for (const std::string& found : gather_found(field, own))
-    for (const char* from = found.data(); from != found.data() + found.size();) {
-      glm::ivec3 origin;
-      std::memcpy(&origin, from, sizeof origin);
-      from += sizeof origin;
-      float* to = place(origin);
-      for_eighth(origin, field.channels, [&](std::size_t at, std::size_t count) {
-        std::memcpy(to + at, from, count * sizeof(float));
-        from += count * sizeof(float);
-      });
-    }
 }
 
 /// A tile that is wider than a coarse leaf, in the widths that tiles may have.
@@ -127,17 +86,13 @@ Field halved(const Field& field, Centering centering) {
     for (std::size_t i = 0; i < floats; ++i) same[i] = tile.value[int(i) % field.channels];
     add_means(tile.origin, same.data(), field.channels, place(tile.origin));
   }
-  if (is_shared(field)) {
-    join_means(field, place);
-  } else {
-    visit_leaves(field, [&](std::span<const Leaf> leaves) {
-      tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
-        const OrderedValues own(field, leaves[i]);
-        add_means(leaves[i].origin, own.data(), field.channels,
-                  values.get() + numbers.at(key(leaves[i].origin)) * floats);
-      });
+  visit_leaves(field, [&](std::span<const Leaf> leaves) {
+    tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
+      const OrderedValues own(field, leaves[i]);
+      add_means(leaves[i].origin, own.data(), field.channels,
+                values.get() + numbers.at(key(leaves[i].origin)) * floats);
     });
-  }
+  });
   coarse.storage = values;
   return coarse;
 }

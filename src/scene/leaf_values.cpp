@@ -95,17 +95,6 @@ void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& 
   flush();
 }
 
-void visit_own_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted) {
-  visit_leaves(field, visit, [&](const Leaf& leaf) {
-    return (!field.reader || field.reader->is_own(std::uint32_t(&leaf - field.leaves.data()))) &&
-           (!wanted || wanted(leaf));
-  });
-}
-
-std::vector<std::string> gather_found(const Field& field, const std::string& bytes) {
-  return field.reader ? field.reader->gather(bytes) : std::vector{bytes};
-}
-
 Field part_of_field(const Field& field, const Box& voxels) {
   const auto inside = [&](const Leaf& leaf) {
     return glm::all(glm::lessThanEqual(leaf.origin, voxels.max)) &&
@@ -139,7 +128,6 @@ Field part_of_field(const Field& field, const Box& voxels) {
       std::make_shared_for_overwrite<float[]>(numbers.size() * floats_per_leaf(field));
   part.leaves = read_leaves(field, numbers, values.get());
   part.storage = values;
-  field.reader->forget();
   return part;
 }
 

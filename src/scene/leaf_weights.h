@@ -32,16 +32,9 @@ class WeightCounts {
         std::exchange(counts_[bin_of(std::numeric_limits<double>::infinity())], 0);
     add(weight, voxels);
   }
-  std::span<std::uint64_t> counts() { return counts_; }
   WeightCounts& operator+=(const WeightCounts& other) {
     for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
     return *this;
-  }
-  /// No weight is greater.
-  double most() const {
-    std::size_t end = counts_.size();
-    while (end > 0 && counts_[end - 1] == 0) --end;
-    return begin_of(end);
   }
   /// Lower end of the bin in which lies the weight that a share of the voxels exceeds; 0 if there
   /// are none.

@@ -4,6 +4,7 @@
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <map>
 
 #include "psivox/clip.h"
 #include "psivox/error.h"
@@ -15,7 +16,6 @@
 #include "scene/gradient_field.h"
 #include "scene/isovalue.h"
 #include "scene/luminance_sources.h"
-#include "scene/rank_leaves.h"
 #include "scene/value_range.h"
 #include "scene/visible_parts.h"
 
@@ -31,18 +31,20 @@ void check_density(const Field& density) {
 
 /// The fields that the scene's mode uses, with values placed by its centering.
 MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
-  MediumFields used{fields.density, nullptr, nullptr, nullptr, fields.z_up};
-  if (scene.composites()) used = fields;
+  MediumFields used = fields;
+  if (!scene.composites()) used.luminance = used.temperature = used.emission = nullptr;
   if (scene.centering == Centering::node) return used;
-  const std::shared_ptr<const Field> density = used.density;
-  const auto shifted = [](const std::shared_ptr<const Field>& field) {
-    Field copy = *field;
-    copy.world_from_index = glm::translate(copy.world_from_index, glm::dvec3(0.5));
-    return std::make_shared<const Field>(std::move(copy));
-  };
-  used.density = shifted(density);
-  for (auto* field : {&used.luminance, &used.temperature, &used.emission})
-    if (*field) *field = *field == density ? used.density : shifted(*field);
+  std::map<std::shared_ptr<const Field>, std::shared_ptr<const Field>> shifted{{nullptr, nullptr}};
+  for (auto* field :
+       {&used.density, &used.drawn, &used.luminance, &used.temperature, &used.emission}) {
+    auto [place, is_new] = shifted.try_emplace(*field);
+    if (is_new) {
+      Field copy = **field;
+      copy.world_from_index = glm::translate(copy.world_from_index, glm::dvec3(0.5));
+      place->second = std::make_shared<const Field>(std::move(copy));
+    }
+    *field = place->second;
+  }
   return used;
 }
 
@@ -89,12 +91,13 @@ void set_density(const Scene& scene, const std::shared_ptr<const Field>& density
 }
 
 /// Throws if what the scene asks for needs all values of the density in memory, and they are not.
-void check_parts(const Scene& scene, const Field& density, const TransferFunction* function) {
+void check_parts(const Scene& scene, const MediumFields& fields, const TransferFunction* function) {
+  const Field& density = fields.drawn ? *fields.drawn : *fields.density;
   if (!density.reader) return;
   std::string what;
   if (function && function->has_gradient()) what = "a function of the gradient";
   if (function && scene.classification == Classification::pre) what = "--classification pre";
-  if (scene.lit() && !is_shared(density)) what = "light";
+  if (scene.lit() && !fields.drawn) what = "light";
   if (what.empty()) return;
   throw Error(ExitCode::memory, "grid " + in_quotes(density.name) + " has values of " +
                                     mebibytes(value_bytes(density)) +
@@ -106,9 +109,11 @@ void check_parts(const Scene& scene, const Field& density, const TransferFunctio
 Medium make_medium(const Scene& scene, const MediumFields& fields) {
   Medium medium;
   const auto function = density_function(scene, *fields.density);
-  check_parts(scene, *fields.density, function.get());
+  check_parts(scene, fields, function.get());
   set_density(scene, fields.density, function, medium);
   set_luminance(scene, fields, function, medium);
+  if (fields.drawn && medium.luminance && fields.luminance == fields.density)
+    check_in_memory(*fields.drawn);
   if (scene.mode == Mode::isosurface && function && function->has_color())
     medium.color *= function->at(resolved_isovalue(scene, *fields.density)).color;
   if (fields.emission && scene.emission_scale > 0) {
@@ -183,12 +188,14 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
     throw Error(ExitCode::usage,
                 "--color-bar shows the colours of a map; give --colormap or --transfer-function");
   View view{scene, make_medium(scene, fields), {}, {}};
-  auto subject = std::make_shared<Subject>(subject_of(view.medium, scene.mode));
+  auto subject =
+      std::make_shared<Subject>(subject_of(view.medium, scene.mode, fields.weights.get()));
   subject->z_up = fields.z_up;
   view.subject = subject;
   view.scene = with_planes(scene, *subject);
   view.camera = make_camera(view.scene, *subject);
   resolve(fields, view);
+  if (fields.drawn) view.medium.density = fields.drawn;
   return view;
 }
 

@@ -4,22 +4,21 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/parts.h"
-#include "psivox/team.h"
 #include "psivox/text.h"
 #include "scene/coarse_field.h"
-#include "scene/rank_leaves.h"
+#include "scene/stored_density.h"
 #include "scene/value_range.h"
 #include "scene/vector_part.h"
 
 namespace psivox {
 namespace {
 
-/// The field at the scene's level of detail.
-std::shared_ptr<const Field> at_level(const Scene& scene, Field field) {
+/// The field at the scene's level of detail, which it may have already.
+std::shared_ptr<const Field> at_level(const Scene& scene, Field field, bool is_coarse = false) {
   if (scene.lod == 0) return std::make_shared<const Field>(std::move(field));
-  Field coarse = coarse_field(field, scene.lod, scene.centering);
+  Field coarse = is_coarse ? std::move(field) : coarse_field(field, scene.lod, scene.centering);
   const std::string width = std::to_string(1 << scene.lod);
-  coarse.notices.push_back("grid '" + field.name + "': --lod " + std::to_string(scene.lod) +
+  coarse.notices.push_back("grid '" + coarse.name + "': --lod " + std::to_string(scene.lod) +
                            " makes one voxel of " + width + "x" + width + "x" + width);
   return std::make_shared<const Field>(std::move(coarse));
 }
@@ -43,29 +42,32 @@ Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::st
   if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
   options.in_file = parts.team->size() > 1;
-  options.unsurveyed = true;  // survey_leaves finds more
+  options.unsurveyed = true;  // survey_density finds more
   if (options.memory && scene.memory_limit) give_back_freed_memory();
   return file.read(name, options);
 }
 
-Field read_density(const Scene& scene, const VdbFile& file, const std::string& name, bool data,
-                   bool empty, const Parts& parts) {
+SurveyedDensity read_density(const Scene& scene, const VdbFile& file, const std::string& name,
+                             bool data, bool empty, const Parts& parts) {
   const VectorPart part = vector_part(file, name);
   ReadOptions options =
       options_of(scene, data || part.of_vectors() ? GridRole::data : GridRole::attenuation, empty);
   options.active = part.active();
-  Field field = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
-                                  : read_scalar_density(scene, file, part.grid, options, parts);
-  const bool limited = parts.team->size() == 1 || scene.memory_limit;
-  const auto sharing = std::uint64_t(limited ? 1 : parts.team->place().local_size);
-  survey_leaves(field, parts.team, options, grid_memory(scene) / sharing,
-                scene.input + ": grid '" + field.name + "' ");
-  if (parts.team->size() == 1 && field.reader && scene.lod == 0) {
+  Field read = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
+                                 : read_scalar_density(scene, file, part.grid, options, parts);
+  const auto sharing =
+      std::uint64_t(scene.memory_limit ? 1 : parts.team->place().local_size);  // the memory
+  const std::string subject = scene.input + ": grid '" + read.name + "' ";
+  SurveyedDensity found =
+      survey_density(std::move(read), *parts.team,
+                     {options, subject, grid_memory(scene) / sharing, scene.lod, scene.centering});
+  Field& field = found.field;
+  if (field.reader && scene.lod == 0) {
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }
   if (!field.reader) field.stored_range = glm::vec2(stored_range(field));  // often asked for
-  return field;
+  return found;
 }
 
 }  // namespace
@@ -76,12 +78,17 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   const bool data =
       scene.has_function() || scene.mode == Mode::isosurface || scene.mode == Mode::slice;
   const std::string grid = scene.grid.empty() ? file.default_grid(empty) : scene.grid;
-  Field density = read_density(scene, file, grid, data, empty, parts);
+  SurveyedDensity found = read_density(scene, file, grid, data, empty, parts);
   if (scene.grid.empty() && file.names().size() > 1 && grid != "density")
-    density.notices.push_back("grid " + in_quotes(grid) + " of " +
-                              std::to_string(file.names().size()) +
-                              "; --grid NAME chooses another");
-  fields.density = at_level(scene, std::move(density));
+    found.field.notices.push_back("grid " + in_quotes(grid) + " of " +
+                                  std::to_string(file.names().size()) +
+                                  "; --grid NAME chooses another");
+  if (found.drawn) {
+    found.drawn->notices = found.field.notices;
+    fields.drawn = std::make_shared<const Field>(std::move(*found.drawn));
+  }
+  fields.density = at_level(scene, std::move(found.field), found.is_coarse);
+  if (scene.lod == 0) fields.weights = found.weights;
   if (!scene.composites()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values

@@ -9,13 +9,10 @@
 #include <glm/common.hpp>
 #include <span>
 #include <tuple>
-#include <type_traits>
 #include <vector>
 
 #include "psivox/leaf_values.h"
-#include "scene/exact_sum.h"
 #include "scene/leaf_weights.h"
-#include "scene/rank_leaves.h"
 #include "scene/value_range.h"
 
 namespace psivox {
@@ -63,19 +60,11 @@ VisibleBlock domain_block(const Field& field) {
 /// too many.
 class MergedBlocks {
  public:
-  /// `most`: no voxel has a greater amount.
-  MergedBlocks(std::size_t leaves, double most)
-      : shift_(shift_for(leaves)), exact_(most * std::exp2(3 * (shift_ + 3))) {}
+  explicit MergedBlocks(std::size_t leaves) : shift_(shift_for(leaves)) {}
 
-  void add(const glm::ivec3& cell, VisibleBlock block) {
-    block.amount = exact_(block.amount);
+  void add(const glm::ivec3& cell, const VisibleBlock& block) {
     blocks_.push_back({cell >> shift_, block});
     if (blocks_.size() >= full_) merge();
-  }
-  /// Takes what other processes have, if they share the field.
-  void join(const Field& field) {
-    merge();
-    if (field.reader) blocks_ = joined_found(field, blocks_);
   }
   std::vector<VisibleBlock> take() {
     merge();
@@ -91,10 +80,9 @@ class MergedBlocks {
     VisibleBlock block;
   };
 
-  /// Sums have no rounding, so that their order makes no difference.
   void merge() {
-    std::ranges::sort(blocks_, {},
-                      [](const Merged& m) { return std::tuple(m.cube.x, m.cube.y, m.cube.z); });
+    std::ranges::stable_sort(
+        blocks_, {}, [](const Merged& m) { return std::tuple(m.cube.x, m.cube.y, m.cube.z); });
     std::size_t count = 0;
     for (const Merged& some : blocks_) {
       if (count == 0 || blocks_[count - 1].cube != some.cube) {
@@ -117,8 +105,7 @@ class MergedBlocks {
     return shift;
   }
 
-  int shift_;       ///< of cells to cubes
-  ExactSum exact_;  ///< of the amounts in a cube, which several processes may have parts of
+  int shift_;  ///< of cells to cubes
   std::size_t full_ = std::size_t{1} << 18;
   std::vector<Merged> blocks_;
 };
@@ -127,12 +114,12 @@ class MergedBlocks {
 template <typename Weight>
 class BlockFinder {
  public:
-  BlockFinder(const Field& field, const Weight& weight)
-      : field_(field), weight_(weight), lattice_(field) {}
+  /// `known`: what the field's leaves weigh, if it is known.
+  BlockFinder(const Field& field, const Weight& weight, const WeighedLeaves* known)
+      : field_(field), weight_(weight), known_(known), lattice_(field) {}
 
   std::vector<VisibleBlock> find() const {
     WeighedLeaves found = weighed();
-    sum_found(field_, found.counts.counts());
     for (const Tile& tile : field_.tiles)
       found.counts.add(weight_(&tile.value.x), static_cast<std::uint64_t>(std::pow(tile.width, 3)));
     const double greatest = found.counts.exceeded_by(odd_share);
@@ -141,13 +128,12 @@ class BlockFinder {
     const float vacuum[3] = {0, 0, 0};
     if (weight_(vacuum) >= faintest) return {domain_block(field_)};
     leave_out(faintest, found.leaves);
-    MergedBlocks merged(field_.leaves.size(), found.counts.most());
+    MergedBlocks merged(field_.leaves.size());
     auto next = found.leaves.begin();
-    for_own([&](const Leaf& leaf) {
+    for (const Leaf& leaf : field_.leaves) {
       const LeafWeights& weights = *next++;
       if (double(weights.greatest) >= faintest) add(leaf, weights, merged);
-    });
-    merged.join(field_);
+    }
     for (const Tile& tile : field_.tiles)
       if (const double weight = weight_(&tile.value.x); weight >= faintest)
         add(tile, weight, merged);
@@ -155,21 +141,11 @@ class BlockFinder {
   }
 
  private:
-  /// The own leaves; those whose values stay in the file may have been weighed when they were
-  /// surveyed.
   WeighedLeaves weighed() const {
-    if constexpr (std::is_same_v<Weight, ValueWeight>)
-      if (const auto known = weighed_leaves(field_)) return *known;
+    if (known_) return *known_;
     WeighedLeaves found;
-    visit_own_leaves(field_, [&](std::span<const Leaf> some) { found.add(field_, some, weight_); });
+    visit_leaves(field_, [&](std::span<const Leaf> some) { found.add(field_, some, weight_); });
     return found;
-  }
-
-  template <typename See>
-  void for_own(const See& see) const {
-    for (std::size_t n = 0; n < field_.leaves.size(); ++n)
-      if (!field_.reader || field_.reader->is_own(static_cast<std::uint32_t>(n)))
-        see(field_.leaves[n]);
   }
 
   /// Leaves fainter voxels out. Only leaves that have such ones beside others are looked at again.
@@ -188,7 +164,7 @@ class BlockFinder {
       });
       first += count;
     };
-    visit_own_leaves(field_, look, [&, n = std::size_t{0}](const Leaf&) mutable {
+    visit_leaves(field_, look, [&, n = std::size_t{0}](const Leaf&) mutable {
       return found[n++].is_cut_by(faintest);
     });
   }
@@ -241,16 +217,18 @@ class BlockFinder {
 
   const Field& field_;
   const Weight& weight_;
+  const WeighedLeaves* known_;
   CellLattice lattice_;
 };
 
 template <typename Weight>
-void add_grid(const Field& field, const Weight& weight, Subject& subject) {
-  std::vector<VisibleBlock> blocks = BlockFinder(field, weight).find();
+void add_grid(const Field& field, const Weight& weight, Subject& subject,
+              const WeighedLeaves* known = nullptr) {
+  std::vector<VisibleBlock> blocks = BlockFinder(field, weight, known).find();
   if (!blocks.empty()) subject.grids.push_back({field.world_from_index, std::move(blocks)});
 }
 
-void add_density(const Medium& medium, Mode mode, Subject& subject) {
+void add_density(const Medium& medium, Mode mode, const WeighedLeaves* known, Subject& subject) {
   const Field& field = *medium.density;
   if (mode == Mode::isosurface)
     return add_grid(
@@ -259,7 +237,7 @@ void add_density(const Medium& medium, Mode mode, Subject& subject) {
           return static_cast<double>(*value) >= medium.isovalue ? 1.0 : 0.0;
         },
         subject);
-  if (!medium.transfer) return add_grid(field, ValueWeight(), subject);
+  if (!medium.transfer) return add_grid(field, ValueWeight(), subject, known);
   const FunctionTable table(*medium.transfer, field);
   add_grid(
       field, [&](const float* value) { return table(*value); }, subject);
@@ -267,9 +245,9 @@ void add_density(const Medium& medium, Mode mode, Subject& subject) {
 
 }  // namespace
 
-Subject subject_of(const Medium& medium, Mode mode) {
+Subject subject_of(const Medium& medium, Mode mode, const WeighedLeaves* known) {
   Subject subject;
-  if (medium.extinction > 0 || !medium.emission) add_density(medium, mode, subject);
+  if (medium.extinction > 0 || !medium.emission) add_density(medium, mode, known, subject);
   if (medium.emission) {
     const int channels = medium.emission->channels;
     add_grid(

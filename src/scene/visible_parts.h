@@ -2,6 +2,7 @@
 
 #include "psivox/medium.h"
 #include "psivox/subject.h"
+#include "scene/leaf_weights.h"
 
 namespace psivox {
 
@@ -10,6 +11,7 @@ namespace psivox {
 /// voxel that the interpolation reaches. The greatest leaves out the highest thousandth of the
 /// voxels, so that one odd value does not hide all others. Of more than 131,072 leaves, those in a
 /// cube of 16, 32, ... voxels are one block. The whole domain if nothing is visible.
-Subject subject_of(const Medium& medium, Mode mode);
+/// `known`: what the density's leaves weigh by their values, if that is known.
+Subject subject_of(const Medium& medium, Mode mode, const WeighedLeaves* known = nullptr);
 
 }  // namespace psivox

@@ -93,13 +93,12 @@ std::shared_ptr<Team> load_team(const Launch& launch) {
 
 }  // namespace
 
-std::vector<std::string> Team::checked(const std::vector<std::string>& messages) const {
+std::vector<std::string> Team::checked(std::vector<std::string> messages) const {
   const auto failed = [](const std::string& message) { return message[0] == failure; };
   const auto first = std::ranges::find_if(messages, failed);
   if (first == messages.end()) {
-    std::vector<std::string> contents;
-    for (const std::string& message : messages) contents.push_back(message.substr(1));
-    return contents;
+    for (std::string& message : messages) message.erase(0, 1);
+    return messages;
   }
   const auto line_end = first->find('\n');
   std::string text = first->substr(line_end + 1);

@@ -1,0 +1,330 @@
+#include "scene/stored_density.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <glm/common.hpp>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "psivox/active_values.h"
+#include "psivox/atlas.h"
+#include "psivox/leaf_values.h"
+#include "psivox/regions.h"
+#include "psivox/value_percentile.h"
+#include "scene/coarse_field.h"
+
+namespace psivox {
+namespace {
+
+constexpr std::size_t leaves_at_once = 4096;  // 8 MiB of scalars
+
+/// A number that differs, in all likelihood, between files of different leaves (FNV-1a).
+std::string topology_of(const Field& field) {
+  std::uint64_t hash = 14695981039346656037u;
+  const auto add = [&hash](int number) {
+    hash = (hash ^ static_cast<std::uint32_t>(number)) * 1099511628211u;
+  };
+  for (const Leaf& leaf : field.leaves)
+    for (int axis = 0; axis < 3; ++axis) add(leaf.origin[axis]);
+  return std::to_string(hash) + " " + std::to_string(field.active_voxels);
+}
+
+/// Numbers of the leaves that a member of the team will draw.
+std::vector<std::uint32_t> own_leaves(const Field& field, const Team& team) {
+  std::vector<std::uint32_t> numbers(field.leaves.size());
+  std::iota(numbers.begin(), numbers.end(), std::uint32_t{0});
+  if (team.size() == 1) return numbers;
+  const Regions parts = Regions::in_parts(leaf_bricks(field), std::size_t(team.size()));
+  const Box part = parts.all()[std::size_t(team.rank())].bricks;
+  std::erase_if(numbers, [&](std::uint32_t n) {
+    const glm::ivec3 brick = field.leaves[n].origin >> 3;
+    return glm::clamp(brick, part.min, part.max) != brick;
+  });
+  return numbers;
+}
+
+using See = std::function<void(std::span<const Leaf>)>;
+
+/// Leaves of a file, of which some may be kept in memory until they are read.
+class KeptLeaves final : public LeafReader {
+ public:
+  KeptLeaves(const Field& field, std::vector<std::uint32_t> own)
+      : file_(field.reader), own_(std::move(own)), floats_(512 * std::size_t(field.channels)) {}
+
+  /// Surveys its own leaves, and calls `see` for them, some at a time.
+  ValueSurvey survey_own(const Field& field, bool keep, const See& see) {
+    ValueSurvey survey;
+    Values values;
+    std::vector<Leaf> leaves;
+    for (std::size_t n = 0; n < own_.size(); n += leaves_at_once) {
+      const auto some = std::span(own_).subspan(n, std::min(leaves_at_once, own_.size() - n));
+      if (!values) values = std::make_unique_for_overwrite<float[]>(some.size() * floats_);
+      survey = survey + file_->survey(some, values.get());
+      leaves.clear();
+      for (const std::uint32_t leaf : some)
+        leaves.push_back({field.leaves[leaf].origin, values.get() + leaves.size() * floats_});
+      see(leaves);
+      if (keep) kept_.push_back({std::exchange(values, nullptr), some.size()});
+    }
+    return survey;
+  }
+
+  /// What stands for +Inf from now on.
+  void replace_infinite(float largest) {
+    largest_ = largest;
+    for (const Kept& kept : kept_)
+      replace_infinite(std::span(kept.values.get(), kept.left * floats_));
+  }
+
+  /// Percentiles of the active values of all members' leaves.
+  std::vector<double> percentiles(std::span<const double> percents, Team& team) const {
+    const auto* known = dynamic_cast<const ActiveValues*>(file_.get());
+    if (!known) throw Error(ExitCode::failure, "leaves do not tell which voxels are active");
+    std::vector<float> values(std::min(leaves_at_once, own_.size()) * floats_);
+    const auto each = [&](const auto& take) {
+      for (std::size_t n = 0; n < own_.size(); n += leaves_at_once) {
+        const auto some = std::span(own_).subspan(n, std::min(leaves_at_once, own_.size() - n));
+        known->read_active(some, values.data());
+        for (std::size_t i = 0; i < 512 * some.size(); ++i)
+          if (const float value = values[i * floats_ / 512]; !std::isnan(value))
+            take(std::min(value, largest_), 1);
+      }
+      if (!team.first()) return;
+      for (const TileValue& tile : known->active_tiles())
+        take(std::min(tile.value, largest_), tile.voxels);
+    };
+    return value_percentiles(each, percents,
+                             [&](std::span<std::uint64_t> counts) { team.sum(counts); });
+  }
+
+  void read(std::span<const std::uint32_t> leaves, float* values) const override {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t n = 0; n < leaves.size();) {
+      if (take_kept(leaves[n], values + n * floats_)) {
+        ++n;
+        continue;
+      }
+      std::size_t end = n + 1;
+      while (end < leaves.size() && !kept_values(leaves[end])) ++end;
+      const std::span<float> from_file(values + n * floats_, (end - n) * floats_);
+      file_->read(leaves.subspan(n, end - n), from_file.data());
+      replace_infinite(from_file);
+      n = end;
+    }
+  }
+  ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const override {
+    return file_->survey(leaves, values);
+  }
+
+  std::span<const std::uint32_t> own() const { return own_; }
+  bool is_own(std::uint32_t leaf) const { return std::ranges::binary_search(own_, leaf); }
+
+ private:
+  using Values = std::unique_ptr<float[]>;
+  /// Values of some leaves, of which so many have not been read.
+  struct Kept {
+    Values values;
+    std::size_t left;
+  };
+
+  void replace_infinite(std::span<float> values) const {
+    for (float& value : values) value = std::min(value, largest_);
+  }
+
+  std::size_t place(std::uint32_t leaf) const {
+    const auto found = std::ranges::lower_bound(own_, leaf);
+    return found == own_.end() || *found != leaf ? own_.size() : std::size_t(found - own_.begin());
+  }
+
+  /// Null if they are not kept.
+  const float* kept_values(std::uint32_t leaf) const {
+    const std::size_t n = kept_.empty() ? own_.size() : place(leaf);
+    if (n == own_.size()) return nullptr;
+    const float* values = kept_[n / leaves_at_once].values.get();
+    return values ? values + n % leaves_at_once * floats_ : nullptr;
+  }
+
+  /// Copies values that are kept, and forgets those that have been read.
+  bool take_kept(std::uint32_t leaf, float* to) const {
+    const float* values = kept_values(leaf);
+    if (!values) return false;
+    std::memcpy(to, values, floats_ * sizeof(float));
+    Kept& kept = kept_[place(leaf) / leaves_at_once];
+    if (--kept.left == 0) kept.values.reset();
+    return true;
+  }
+
+  std::shared_ptr<const LeafReader> file_;
+  std::vector<std::uint32_t> own_;  ///< ascending
+  std::size_t floats_;              ///< of a leaf
+  float largest_ = 0;               ///< in place of +Inf
+  mutable std::mutex mutex_;
+  mutable std::vector<Kept> kept_;  ///< its own leaves, or nothing
+};
+
+/// Leaves by their places. Of one leaf, several members may have parts.
+class SummedLeaves {
+ public:
+  explicit SummedLeaves(int channels) : floats_(512 * std::size_t(channels)) {}
+
+  void add(const glm::ivec3& origin, std::span<const float> values) {
+    const auto [number, is_new] = numbers_.try_emplace(tree_order(origin), origins_.size());
+    if (is_new) {
+      origins_.push_back(origin);
+      values_.resize(values_.size() + floats_);
+    }
+    float* sums = values_.data() + number->second * floats_;
+    for (std::size_t i = 0; i < floats_; ++i) sums[i] += values[i];
+  }
+  void add(const Field& field) {
+    for (const Leaf& leaf : field.leaves) add(leaf.origin, std::span(leaf.values, floats_));
+  }
+  /// Adds what each member has, a few leaves at a time.
+  void add_all(const SummedLeaves& own, Team& team) {
+    constexpr std::size_t at_once = 512;
+    std::size_t most = 0;
+    for (const std::size_t count : team.gather(own.origins_.size())) most = std::max(most, count);
+    for (std::size_t first = 0; first < most; first += at_once) {
+      const std::size_t begin = std::min(first, own.origins_.size()),
+                        count = std::min(at_once, own.origins_.size() - begin);
+      const auto origins = team.gather(std::span(own.origins_).subspan(begin, count));
+      const auto values =
+          team.gather(std::span(own.values_).subspan(begin * floats_, count * floats_));
+      for (std::size_t rank = 0; rank < origins.size(); ++rank)
+        for (std::size_t n = 0; n < origins[rank].size(); ++n)
+          add(origins[rank][n], std::span(values[rank]).subspan(n * floats_, floats_));
+    }
+  }
+  /// Gives the leaves to a field, with values of at most `largest`.
+  void move_to(Field& field, float largest) && {
+    for (float& value : values_) value = std::min(value, largest);
+    const auto values = std::make_shared<const std::vector<float>>(std::move(values_));
+    field.leaves.clear();
+    for (const auto& [order, number] : numbers_)
+      field.leaves.push_back({origins_[number], values->data() + number * floats_});
+    field.storage = values;
+  }
+
+ private:
+  std::size_t floats_;  ///< of a leaf
+  std::map<TreeOrder, std::size_t> numbers_;
+  std::vector<glm::ivec3> origins_;
+  std::vector<float> values_;
+};
+
+/// The leaves of a team's members together, coarser.
+class Gathering {
+ public:
+  Gathering(const Field& field, int level, Centering centering)
+      : field_(field),
+        bare_(part_of_field(field, Box{})),
+        level_(level),
+        centering_(centering),
+        own_(field.channels) {
+    bare_.tiles.clear();
+    bare_.active_range = bare_.stored_range = glm::vec2(0);  // known later
+  }
+
+  /// Adds leaves of this member.
+  void add(std::span<const Leaf> leaves) {
+    Field some = bare_;
+    some.leaves.assign(leaves.begin(), leaves.end());
+    own_.add(level_ ? coarse_field(some, level_, centering_) : some);
+  }
+
+  /// The field of all members' leaves. `largest` stands for +Inf, of which a coarse voxel may have
+  /// had some.
+  Field joined(Team& team, float largest) {
+    const Field tiles = part_of_field(field_, Box{});
+    Field all = level_ ? coarse_field(tiles, level_, centering_) : tiles;
+    SummedLeaves leaves(field_.channels);
+    leaves.add(all);
+    leaves.add_all(std::exchange(own_, SummedLeaves(field_.channels)), team);
+    std::move(leaves).move_to(all, largest);
+    all.replaced = field_.replaced;
+    all.notices = field_.notices;
+    return all;
+  }
+
+ private:
+  const Field& field_;
+  Field bare_;  ///< without leaves and tiles
+  int level_;
+  Centering centering_;
+  SummedLeaves own_;
+};
+
+/// How often an overview is halved to have so many leaves at most.
+int overview_level(const Field& field, std::size_t most) {
+  std::vector<glm::ivec3> places;
+  for (const Leaf& leaf : field.leaves) places.push_back(leaf.origin >> 3);
+  int level = 0;
+  for (; places.size() > most; ++level) {
+    for (glm::ivec3& place : places) place >>= 1;
+    std::ranges::sort(places, {}, [](const glm::ivec3& p) { return std::tuple(p.x, p.y, p.z); });
+    const auto same = std::ranges::unique(places);
+    places.erase(same.begin(), same.end());
+  }
+  return level;
+}
+
+}  // namespace
+
+SurveyedDensity survey_density(Field density, Team& team, const SurveyOptions& options) {
+  team.check_same(topology_of(density), "sees another volume");
+  SurveyedDensity result;
+  Field& field = result.field = std::move(density);
+  if (!field.reader) return result;
+  const auto leaves = std::make_shared<KeptLeaves>(field, own_leaves(field, team));
+  const bool shared = team.size() > 1;
+  // an atlas on host and GPU has 5.7 KiB for the 2 KiB of a leaf
+  const std::uint64_t leaf_bytes = 4 * 512 * sizeof(float) * std::uint64_t(field.channels);
+  const auto fits = [&](std::size_t count) {
+    return options.memory == 0 || leaf_bytes * count <= options.memory;
+  };
+  std::size_t most = options.most_leaves;
+  while (most > 8 && !fits(most)) most /= 2;
+  Gathering overview(field, shared ? overview_level(field, most) : 0, options.centering);
+  const auto weights = std::make_shared<WeighedLeaves>();
+  const ValueSurvey own = leaves->survey_own(field, shared && fits(leaves->own().size()),
+                                             [&](std::span<const Leaf> some) {
+                                               if (!shared)
+                                                 weights->add(field, some, ValueWeight());
+                                               else if (options.lod == 0)
+                                                 overview.add(some);
+                                             });
+  ValueSurvey all;
+  for (const ValueSurvey& of_member : team.gather(own)) all = all + of_member;
+  const float largest = take_survey(field, all, options.reading, options.subject);
+  leaves->replace_infinite(largest);
+  field.reader = leaves;
+  const std::vector<double>& percents = options.reading.percentiles;
+  const std::vector<double> values = leaves->percentiles(percents, team);
+  for (std::size_t i = 0; i < values.size(); ++i) field.active_percentiles[percents[i]] = values[i];
+  if (!shared) {
+    weights->counts.replace_infinite(double(largest));
+    result.weights = weights;
+  } else if (options.lod > 0) {
+    Gathering coarse(field, options.lod, options.centering);
+    visit_leaves(
+        field, [&](std::span<const Leaf> some) { coarse.add(some); },
+        [&](const Leaf& leaf) {
+          return leaves->is_own(std::uint32_t(&leaf - field.leaves.data()));
+        });
+    field = coarse.joined(team, largest);
+    result.is_coarse = true;
+  } else {
+    Field whole = overview.joined(team, largest);
+    result.drawn = std::exchange(field, std::move(whole));
+  }
+  return result;
+}
+
+}  // namespace psivox
