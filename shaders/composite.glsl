@@ -21,7 +21,7 @@ void deepen(INOUT(March) m, real depth, real length) {
   if (find_depth && m.half_depth >= NEVER && m.optical_depth + depth > m.half_at)
     m.half_depth = m.t + length * ((m.half_at - m.optical_depth) / depth);
   add_to(m.optical_depth, m.lost, depth);
-  if (ends_early && m.optical_depth > stop_depth) m.done = true;
+  if (ends_early && m.optical_depth > m.stop_at) m.done = true;
 }
 
 // Composites what starts at m.t: I += T C, T *= zeta = 1 - opacity; back to front I = C + zeta I.

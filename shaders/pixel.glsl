@@ -63,7 +63,7 @@ Ray march_ray_of(Pixel p) {
   return ray;
 }
 
-// Optical depth that a ray has passed before its region.
+// The optical depth that a ray has passed before its region.
 real passed_depth(Pixel p) {
   real4 four = fetch_table(passed_first + (p.number >> 2));
   int i = p.number & 3;
@@ -73,7 +73,12 @@ real passed_depth(Pixel p) {
 // The phase, the rays in the other grids, and what was passed, which no pass keeps.
 void aim(INOUT(March) m, Pixel p) {
   m.phase = phase_of(p);
-  if (has_passed) m.half_at = LN2 - passed_depth(p);
+  if (has_passed) {
+    real passed = passed_depth(p);
+    m.half_at -= passed;
+    m.stop_at -= passed;
+    if (passed > stop_depth) m.done = true;
+  }
   if (own_luminance) m.luminance.ray = grid_ray(p, luminance);
   if (has_emission) m.emission.ray = grid_ray(p, emission);
   if (mode == MODE_BACK_TO_FRONT) {

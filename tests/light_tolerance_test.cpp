@@ -9,7 +9,6 @@
 #include <fstream>
 #include <glm/gtc/constants.hpp>
 
-#include "draw/reference_marcher.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 
@@ -83,9 +82,9 @@ View lit_view(const LitScene& lit, std::optional<double> tolerance) {
 using LitTolerance = GpuTest;
 
 TEST_F(LitTolerance, HoldsAgainstTheReference) {
-  ReferenceMarcher reference;
+  const auto reference = open_reference();
   for (const LitScene& lit : tolerance_scenes()) {
-    const Image truth = Session(lit_view(lit, {})).draw(reference).image;
+    const Image truth = Session(lit_view(lit, {})).draw(*reference).image;
     expect_content(truth);
     for (const double E : {1e-2, 1e-3, 1e-4}) {
       const Drawn drawn = Session(lit_view(lit, E)).draw(*Gpu::renderer());

@@ -9,9 +9,9 @@
 #include <random>
 
 #include "blobs_scene.h"
-#include "draw/carried_light.h"
-#include "draw/region_marcher.h"
+#include "draw/part_marcher.h"
 #include "march/atlas_march.h"
+#include "march/carried_light.h"
 #include "march/march_double.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
@@ -267,15 +267,21 @@ TEST(RegionFold, NeedsTheGhostOfUniformSteps) {
   }
 }
 
+/// Draws a volume region by region.
+PartMarcher in_regions(Marcher& marcher, Regions regions) {
+  return {marcher, {false, Regions({}, 1), std::move(regions)}, *alone()};
+}
+
 /// How a device draws each of the cameras' views in parts and whole.
 void expect_one_pass_on(Marcher& gpu, const std::string& what, std::initializer_list<int> counts,
                         const std::function<View(const Scene&)>& view_of_scene) {
   for (const auto& [name, scene] : cameras()) {
     const View view = view_of_scene(scene);
     const auto in_parts = [&](int parts) {
-      const Regions regions =
-          Regions::in_parts(leaf_bricks(*view.medium.density), std::size_t(parts));
-      return RegionMarcher(gpu, regions).render(view).image;
+      return in_regions(gpu,
+                        Regions::in_parts(leaf_bricks(*view.medium.density), std::size_t(parts)))
+          .render(view)
+          .image;
     };
     // drawn whole, a ray in a face may look up cells beside it: in float32 5e-5 from the exact one
     const bool in_faces = name == "parallel, along faces";
@@ -318,7 +324,7 @@ double difference(Scene scene, std::uint64_t limit, bool from_file = true) {
 /// Products of 20 or fewer regions' transmittances in float32, and sums of their radiance.
 constexpr double rounding = 1e-6;
 
-TEST(RegionMarcher, DrawsThePictureOfTheWhole) {
+TEST(PartMarcher, DrawsThePictureOfTheWhole) {
   for (const Integrator rule :
        {Integrator::psi_weighted, Integrator::cell_exact, Integrator::porter_duff}) {
     Scene scene = blobs_scene();
@@ -328,7 +334,7 @@ TEST(RegionMarcher, DrawsThePictureOfTheWhole) {
   }
 }
 
-TEST(RegionMarcher, DrawsOtherModes) {
+TEST(PartMarcher, DrawsOtherModes) {
   for (const auto& [name, mode] : modes) {
     if (mode == Mode::alpha) continue;
     Scene scene = blobs_scene();
@@ -340,7 +346,7 @@ TEST(RegionMarcher, DrawsOtherModes) {
   }
 }
 
-TEST(RegionMarcher, DrawsInUniformSteps) {
+TEST(PartMarcher, DrawsInUniformSteps) {
   Scene scene = blobs_scene();
   scene.sampling = Sampling::uniform;
   EXPECT_LT(difference(scene, 900000), rounding);
@@ -361,16 +367,15 @@ class CountingMarcher final : public DoubleMarcher {
   int uploads = 0;
 };
 
-TEST(RegionMarcher, LeavesOutWhatNoRaySees) {
+TEST(PartMarcher, LeavesOutWhatNoRaySees) {
   const auto block = share(make_field({{0, 0, 0}, {39, 39, 39}}, [](glm::ivec3) { return 1.0f; }));
   Scene scene = looking(small_scene(9), {-50, 20, 20}, {20, 20, 20}, /*width=*/25);
   scene.extinction = 30;
   scene.early_termination = 1e-3;
-  const Regions octants = Regions::in_parts(leaf_bricks(*block), 8);
   const auto drawn = [&](Mode mode) {
     scene.mode = mode;
     CountingMarcher marcher;
-    RegionMarcher(marcher, octants).render(view_of(scene, block));
+    in_regions(marcher, Regions::in_parts(leaf_bricks(*block), 8)).render(view_of(scene, block));
     return marcher.uploads;
   };
   EXPECT_EQ(drawn(Mode::alpha), 4);
@@ -379,7 +384,7 @@ TEST(RegionMarcher, LeavesOutWhatNoRaySees) {
   EXPECT_EQ(drawn(Mode::xray), 8);
 }
 
-TEST(RegionMarcher, DrawsFromInsideAndInParallel) {
+TEST(PartMarcher, DrawsFromInsideAndInParallel) {
   Scene scene = blobs_scene();
   scene.camera_position = glm::dvec3(0.1, 0.4, 0.05);
   scene.camera_target = glm::dvec3(1, 0.7, -0.3);
@@ -390,14 +395,14 @@ TEST(RegionMarcher, DrawsFromInsideAndInParallel) {
   EXPECT_LT(difference(scene, 600000), rounding);
 }
 
-TEST(RegionMarcher, FoldsEachSampleOfAPixel) {
+TEST(PartMarcher, FoldsEachSampleOfAPixel) {
   Scene scene = blobs_scene();
   scene.pixel_samples = 4;
   scene.extinction = 30;  // a product of means would be far from the mean of products
   EXPECT_LT(difference(scene, 600000), rounding);
 }
 
-TEST(RegionMarcher, DrawsWhatHasOtherGrids) {
+TEST(PartMarcher, DrawsWhatHasOtherGrids) {
   Scene scene = blobs_scene();
   scene.luminance_grid = "color";
   EXPECT_LT(difference(scene, 1600000, false), rounding);
@@ -410,7 +415,7 @@ TEST(RegionMarcher, DrawsWhatHasOtherGrids) {
   EXPECT_LT(difference(scene, 1600000, false), rounding);
 }
 
-TEST(RegionMarcher, AddsUpDepthsTowardsTheLight) {
+TEST(PartMarcher, AddsUpDepthsTowardsTheLight) {
   Scene scene = blobs_scene();
   scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
   scene.light_quality = LightQuality::exact;
@@ -433,7 +438,7 @@ class LightCounter final : public DoubleMarcher {
 
 // The lattices of lights from all sides, with layers of bricks, and with layers that are boxes
 // again: sums of some hundred terms in double. Beams along one axis share the uploads.
-TEST(RegionMarcher, CarriesLatticesThroughItsLayers) {
+TEST(PartMarcher, CarriesLatticesThroughItsLayers) {
   const View view = view_of(small_scene(21), share(mixed()), Glow::density);
   View lit = view;
   lit.medium.light = ScatteredLight{};
@@ -449,7 +454,7 @@ TEST(RegionMarcher, CarriesLatticesThroughItsLayers) {
         glm::dvec3(0.1, -1, 0.8)})
     for (const double spacing : {2.0, 0.5})
       beams.push_back({glm::normalize(way), glm::dvec3(1), {.spacing = spacing}});
-  const auto depths_by = [&](Marcher& marcher) {
+  const auto depths_by = [&](auto& marcher) {
     std::vector<std::vector<double>> found(beams.size(),
                                            std::vector<double>(512 * blocks.size(), -1));
     marcher.light_depths(lit)(
@@ -466,8 +471,7 @@ TEST(RegionMarcher, CarriesLatticesThroughItsLayers) {
   const auto truth = depths_by(whole);
   for (const std::size_t most : {bricks.size() / 2, bricks.size() / 9, bricks.size() / 40}) {
     LightCounter counter;
-    const Regions regions(bricks, most);
-    RegionMarcher parts(counter, regions);
+    PartMarcher parts = in_regions(counter, Regions(bricks, most));
     const auto sums = depths_by(parts);
     double off = 0;
     for (std::size_t b = 0; b < beams.size(); ++b)
@@ -480,18 +484,19 @@ TEST(RegionMarcher, CarriesLatticesThroughItsLayers) {
   }
 }
 
-TEST(RegionMarcher, GathersASkyInOnePassForEachSide) {
+TEST(PartMarcher, GathersASkyInOnePassForEachSide) {
   const View view = view_of(small_scene(21), share(mixed()), Glow::density);
   const std::vector<glm::ivec3> blocks =
       visible_blocks(*view.medium.density, density_options(view));
-  const Regions regions(textured_bricks(*view.medium.density, density_options(view)), 120);
+  const std::vector<glm::ivec3> bricks =
+      textured_bricks(*view.medium.density, density_options(view));
   std::vector<std::size_t> all(blocks.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const auto uploads = [&](int directions) {
     std::vector<Beam> beams = sky_beams(glm::dvec3(1), directions);
     for (Beam& beam : beams) beam.method.spacing = 4;
     LightCounter counter;
-    RegionMarcher(counter, regions)
+    in_regions(counter, Regions(bricks, 120))
         .light_depths(view)(beams, {blocks, all}, [](auto, auto, auto) {}, {});
     return counter.uploads;
   };
@@ -499,7 +504,7 @@ TEST(RegionMarcher, GathersASkyInOnePassForEachSide) {
   EXPECT_LE(uploads(64), 2 * uploads(16));  // as memory for their lattices lasts, not 4 times
 }
 
-TEST(RegionMarcher, KeepsATolerance) {
+TEST(PartMarcher, KeepsATolerance) {
   Scene scene = blobs_scene();
   scene.sampling.reset();
   scene.early_termination.reset();
@@ -507,7 +512,7 @@ TEST(RegionMarcher, KeepsATolerance) {
   EXPECT_LT(difference(scene, 600000), 1e-3);  // both within it; the largest is some of them
 }
 
-TEST(RegionMarcher, SaysWhatItCannotDraw) {
+TEST(PartMarcher, SaysWhatItCannotDraw) {
   const auto gpu = open_gpu();
   const auto message = [&](Scene scene, std::uint64_t limit) -> std::string {
     scene.memory_limit = limit;

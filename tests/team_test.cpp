@@ -11,7 +11,7 @@
 #include <tuple>
 
 #include "blobs_scene.h"
-#include "draw/rank_marcher.h"
+#include "draw/part_marcher.h"
 #include "march/march_double.h"
 #include "psivox/draw.h"
 #include "thread_team.h"
@@ -103,7 +103,8 @@ TEST(Team, LightThePictureOfOne) {
 /// Depths at voxels towards a light, by blocks' origins.
 using BlockDepths = std::map<std::array<int, 3>, std::vector<double>>;
 
-BlockDepths depths_of(Marcher& marcher, const View& view, const Beam& beam,
+template <typename Light>
+BlockDepths depths_of(Light& marcher, const View& view, const Beam& beam,
                       const std::vector<glm::ivec3>& blocks) {
   std::vector<std::size_t> all(blocks.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
@@ -143,16 +144,16 @@ TEST(Team, JoinTheColumnsOfALattice) {
     for (const int count : {1, 3, 8}) {
       const auto errors = in_team(count, [&](const std::shared_ptr<Team>& team) {
         const auto bricks = leaf_bricks(*view.medium.density);
-        const Regions parts = Regions::in_parts(bricks, std::size_t(count));
+        Regions parts = Regions::in_parts(bricks, std::size_t(count));
         const Region part = parts.all()[std::size_t(team->rank())];
         std::vector<glm::ivec3> mine;
         for (const glm::ivec3& brick : bricks)
           if (brick == glm::clamp(brick, part.bricks.min, part.bricks.max)) mine.push_back(brick);
-        const Regions own(mine, std::size_t(most_bricks), part.bricks);
+        Regions own(mine, std::size_t(most_bricks), part.bricks);
         AtlasOptions there = options;
         there.region = part.bricks;
         DoubleMarcher marcher;
-        RankMarcher together(marcher, *team, parts, own);
+        PartMarcher together(marcher, {false, std::move(parts), std::move(own)}, *team);
         const BlockDepths joined =
             depths_of(together, view, beam, visible_blocks(*view.medium.density, there));
         EXPECT_FALSE(joined.empty());

@@ -85,14 +85,14 @@ std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas,
 /// Methods for some beams, by what they miss and cost.
 class LightTrials {
  public:
-  LightTrials(const View& view, LightPilot::Depths exact, const LightShare& share,
-              const std::vector<glm::ivec3>& blocks, std::vector<Beam> beams, double rms)
+  LightTrials(const View& view, const LightSource& source, const std::vector<glm::ivec3>& blocks,
+              std::vector<Beam> beams, double rms)
       : view_(view),
         blocks_(blocks),
         beams_(std::move(beams)),
         rms_(rms),
         luminance_(view, beams_),
-        pilot_(view, std::move(exact), luminance_, share) {}
+        pilot_(view, source.exact_depths(view), luminance_, source.share) {}
 
   /// What `lit` misses, as estimated.
   LightError miss(const Medium& lit) const { return pilot_.error(lit); }
@@ -166,10 +166,11 @@ class LightTrials {
 /// (docs/notes/light.md), so that a trial with few tells how many it takes.
 class SkyTrial {
  public:
-  SkyTrial(const View& view, LightPilot::Depths exact, const LightShare& share, double rms) {
+  SkyTrial(const View& view, const LightSource& source, double rms) {
     const glm::dvec3& sky = view.medium.light->sky;
     const LitLuminance many(view, sky_beams(sky, 256)), few(view, sky_beams(sky, few_count));
-    const LightError off = LightPilot(view, std::move(exact), many, share).error(few);
+    const LightError off =
+        LightPilot(view, source.exact_depths(view), many, source.share).error(few);
     count_ = int(std::clamp(std::ceil(few_count * off.rms / (light_safety * rms)), 8.0, 1024.0));
     miss_ = off * (double(few_count) / count_);
   }
@@ -184,10 +185,10 @@ class SkyTrial {
 
 }  // namespace
 
-View Lighting::seen(const Camera& camera, const Scene& scene) const {
+View Lighting::seen(const View& wanted) const {
   View view = view_;
-  view.camera = camera;
-  view.scene.resolution = scene.resolution;
+  view.camera = wanted.camera;
+  view.scene.resolution = wanted.scene.resolution;
   return view;
 }
 
@@ -199,55 +200,45 @@ View Lighting::typical_view(const View& view) const {
   return typical;
 }
 
-LightPilot::Depths Lighting::exact_depths(const View& view, const MediumAtlas* atlas) const {
-  if (shared_.exact_depths) return shared_.exact_depths(view);
-  return [&view, atlas](const Beam& beam, std::span<const glm::ivec3> voxels) {
-    return atlas ? march_double_light_depths(view, *atlas, beam, voxels)
-                 : reference_light_depths(view, beam, voxels);
-  };
-}
-
 DrawnLight Lighting::description() const {
   return {light_method_text(beams_.front().method), int(beams_.size()), error_.rms, error_.max};
 }
 
-bool Lighting::serves(const Camera& camera, const Scene& scene, const MediumAtlas* atlas,
-                      LightNeed need) {
+bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed need) {
   if (!medium_) return false;
-  const View view = seen(camera, scene);
+  const View view = seen(wanted);
   const std::vector<Beam> lights = light_beams(view);
   if (!same_light(lights, {beams_.begin(), beams_.begin() + std::ptrdiff_t(lights.size())}))
     return false;
   const LitLuminance luminance(view, beams_);
-  if (luminance.sees_camera() && !same_place(camera, camera_)) return false;
+  if (luminance.sees_camera() && !same_place(view.camera, camera_)) return false;
   if (std::all_of(beams_.begin(), beams_.end(), exact)) return true;
   if (need.exact) return false;
   if (need.rms == 0) return true;
-  const LightPilot pilot(view, exact_depths(view, atlas), luminance, shared_.share);
+  const LightPilot pilot(view, source.exact_depths(view), luminance, source.share);
   error_ = sum(pilot.error(*medium_), sky_error_);
   return error_.rms <= need.rms;
 }
 
-void Lighting::compute(Marcher& marcher, const Camera& camera, const Scene& scene,
-                       const MediumAtlas* atlas, LightNeed need, const Progress& progress) {
+void Lighting::compute(const View& wanted, const LightSource& source, LightNeed need,
+                       const Progress& progress) {
   Lighting next = *this;  // `progress` may throw
-  next.replace(marcher, camera, scene, atlas, need, progress);
+  next.replace(wanted, source, need, progress);
   *this = std::move(next);
 }
 
-Medium Lighting::exact_medium(const Camera& camera, const Scene& scene,
-                              const MediumAtlas& atlas) const {
+Medium Lighting::exact_medium(const View& wanted, const MediumAtlas& atlas) const {
   if (medium_ && std::all_of(beams_.begin(), beams_.end(), exact)) return *medium_;
-  const View view = seen(camera, scene);
+  const View view = seen(wanted);
   return lit(view, march_double_light_depths(view, atlas)).medium;
 }
 
-void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scene,
-                       const MediumAtlas* atlas, LightNeed need, const Progress& progress) {
-  const View view = seen(camera, scene);
-  if (blocks_.empty()) blocks_ = blocks_of(view, atlas, bricks_);
-  const LightDepths depths = marcher.light_depths(view);
-  camera_ = camera;
+void Lighting::replace(const View& wanted, const LightSource& source, LightNeed need,
+                       const Progress& progress) {
+  const View view = seen(wanted);
+  if (blocks_.empty()) blocks_ = blocks_of(view, source.atlas, bricks_);
+  const LightDepths depths = source.depths(view);
+  camera_ = view.camera;
   beams_ = light_beams(view);
   sky_error_ = error_ = {};
   if (need.exact || need.rms == 0) {
@@ -256,19 +247,18 @@ void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scen
     return sum_up(view, depths, progress);
   }
   const glm::dvec3 sky = view.medium.light->sky;
-  if (sky == glm::dvec3(0)) return settle_lights(view, atlas, depths, need.rms, progress);
+  if (sky == glm::dvec3(0)) return settle_lights(view, source, depths, need.rms, progress);
   const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
   LightError lights_error;
   if (!beams_.empty()) {
-    settle_lights(view, atlas, depths, part, progress);
+    settle_lights(view, source, depths, part, progress);
     lights_error = error_;
   }
   // the sky's share, in quadrature: for the number of its directions, and for the depths of each
   const View typical = typical_view(view);
-  const SkyTrial trial(typical, exact_depths(typical, atlas), shared_.share, 0.6 * part);
+  const SkyTrial trial(typical, source, 0.6 * part);
   const std::vector<Beam> some = sky_beams(sky, tried_sky_count);
-  LightTrials trials(typical, exact_depths(typical, atlas), shared_.share, blocks_, some,
-                     0.8 * part);
+  LightTrials trials(typical, source, blocks_, some, 0.8 * part);
   const LightMethod method = trials.first(depths);
   const std::size_t lights = beams_.size();
   add_sky(view, trial.count());
@@ -278,14 +268,14 @@ void Lighting::replace(Marcher& marcher, const Camera& camera, const Scene& scen
   error_ = sum(lights_error, sky_error_);
 }
 
-void Lighting::settle_lights(const View& view, const MediumAtlas* atlas, const LightDepths& depths,
+void Lighting::settle_lights(const View& view, const LightSource& source, const LightDepths& depths,
                              double rms, const Progress& progress) {
   const View typical = typical_view(view);
   const LitLuminance luminance(view, beams_);
   std::optional<LightPilot> own;  // the trials' pilot serves the typical picture
   if (!same_frame(view.camera, typical.camera))
-    own.emplace(view, exact_depths(view, atlas), luminance, shared_.share);
-  LightTrials trials(typical, exact_depths(typical, atlas), shared_.share, blocks_, beams_, rms);
+    own.emplace(view, source.exact_depths(view), luminance, source.share);
+  LightTrials trials(typical, source, blocks_, beams_, rms);
   LightMethod method = trials.first(depths);
   while (true) {
     set_method(beams_, method);

@@ -13,11 +13,12 @@ struct LightNeed {
   double rms = 0;  ///< largest error, RMS over the picture and R G B A; 0: any light will do
 };
 
-/// How processes that share a medium know their light's error.
-struct SharedLight {
+/// Where optical depths towards lights come from: through the atlas of the whole, or part by part.
+struct LightSource {
+  std::function<LightDepths(const View& view)> depths;
+  std::function<LightPilot::Depths(const View& view)> exact_depths;
+  const MediumAtlas* atlas = nullptr;  ///< of the whole, if it is there
   LightShare share{};
-  /// Exact depths through the whole; unset: it is all here.
-  std::function<LightPilot::Depths(const View& view)> exact_depths{};
 };
 
 /// The light of a medium, as far as it is computed, for pictures by several cameras.
@@ -28,20 +29,16 @@ class Lighting {
   explicit Lighting(const View& view, const std::optional<Box>& bricks = {})
       : view_(view), bricks_(bricks) {}
 
-  /// To be called before the first light, where others have parts of the medium. All then ask the
-  /// same of their light together.
-  void share(SharedLight shared) { shared_ = std::move(shared); }
+  /// Whether the light that is there serves the picture of a view's camera. Sets error(). The
+  /// members of a team ask it and compute() together.
+  bool serves(const View& wanted, const LightSource& source, LightNeed need);
 
-  /// Whether the light that is there serves the picture of a camera. Sets error(). `atlas` is null
-  /// where there is none of the whole.
-  bool serves(const Camera& camera, const Scene& scene, const MediumAtlas* atlas, LightNeed need);
-
-  /// Computes the light for it. The marcher holds the atlas, for exact filtering.
-  void compute(Marcher& marcher, const Camera& camera, const Scene& scene, const MediumAtlas* atlas,
-               LightNeed need, const Progress& progress);
+  /// Computes the light for it.
+  void compute(const View& wanted, const LightSource& source, LightNeed need,
+               const Progress& progress);
 
   /// The medium in exact light, for comparisons.
-  Medium exact_medium(const Camera& camera, const Scene& scene, const MediumAtlas& atlas) const;
+  Medium exact_medium(const View& wanted, const MediumAtlas& atlas) const;
 
   /// Forgets the light, so that it takes no memory beside the next.
   void forget() { medium_.reset(); }
@@ -55,11 +52,9 @@ class Lighting {
   DrawnLight description() const;
 
  private:
-  View seen(const Camera& camera, const Scene& scene) const;
-  /// Exact optical depths: by the atlas, or by the grids where there is none of the whole.
-  LightPilot::Depths exact_depths(const View& view, const MediumAtlas* atlas) const;
-  void replace(Marcher& marcher, const Camera& camera, const Scene& scene, const MediumAtlas* atlas,
-               LightNeed need, const Progress& progress);
+  View seen(const View& wanted) const;
+  void replace(const View& wanted, const LightSource& source, LightNeed need,
+               const Progress& progress);
   /// The view by which methods are chosen. Its camera is the same for all pictures of a medium, so
   /// that a picture does not depend on those that were drawn before it, unless the light itself
   /// depends on the camera.
@@ -68,12 +63,11 @@ class Lighting {
   /// Computes medium_ from beams_.
   void sum_up(const View& view, const LightDepths& depths, const Progress& progress);
   /// Computes the light of the beams that are there within an RMS, and finds their method.
-  void settle_lights(const View& view, const MediumAtlas* atlas, const LightDepths& depths,
+  void settle_lights(const View& view, const LightSource& source, const LightDepths& depths,
                      double rms, const Progress& progress);
 
   View view_;
   std::optional<Box> bricks_;
-  SharedLight shared_;
   std::vector<glm::ivec3> blocks_;  ///< visible; empty until they are needed
   std::optional<Medium> medium_;
   std::vector<Beam> beams_;

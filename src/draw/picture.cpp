@@ -17,7 +17,7 @@ bool wanted(const std::string& layer, const Layers& layers) {
 
 }  // namespace
 
-Picture::Picture(Marcher& marcher, const View& view, const Wish& wish,
+Picture::Picture(PartMarcher& marcher, const View& view, const Wish& wish,
                  std::optional<MarchPlan> plan)
     : marcher_(marcher), view_(view), wish_(wish), plan_(std::move(plan)) {
   if (plan_) expected_rms_ = plan_->chosen.rms;
@@ -58,7 +58,7 @@ void Picture::march() {
 void Picture::confirm_plan() {
   if (!plan_) return;
   const std::optional<double>& tolerance = view_.scene.tolerance;
-  if (wish_.confirm && marcher_.rounds() && plan_->rays > 0)
+  if (wish_.confirm && marcher_.marcher().rounds() && plan_->rays > 0)
     confirm(*plan_, marcher_.render(pilot_view(marched()), pilot_options()).image);
   const double rms = plan_->chosen.rms;
   if (wish_.time_budget_ms && !plan_->reached)

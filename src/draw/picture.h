@@ -1,14 +1,15 @@
 #pragma once
 
+#include "draw/part_marcher.h"
 #include "draw/plan.h"
 
 namespace psivox {
 
-/// Draws one picture with a marcher that holds the view's atlas.
+/// Draws one picture. The marcher holds the view's atlas if it draws the whole.
 class Picture {
  public:
   /// Marches by `plan`, or by the view's own method if there is none.
-  Picture(Marcher& marcher, const View& view, const Wish& wish, std::optional<MarchPlan> plan);
+  Picture(PartMarcher& marcher, const View& view, const Wish& wish, std::optional<MarchPlan> plan);
 
   void march();
   /// Estimates the error from the pilot's rays, as the marcher draws them.
@@ -24,7 +25,7 @@ class Picture {
   /// Options for a small picture drawn with the same program.
   RenderOptions pilot_options() const;
 
-  Marcher& marcher_;
+  PartMarcher& marcher_;
   const View& view_;
   const Wish& wish_;
   std::optional<MarchPlan> plan_;

@@ -94,8 +94,9 @@ MarchPlan exact_plan(const View& view) {
   MarchPlan plan;
   plan.chosen.method = exact_method(view);
   plan.chosen.rms = arithmetic_error;
-  plan.march =
-      std::make_shared<PlannedMarch>(PlannedMarch{with_method(view, plan.chosen.method), {}, {}});
+  View exact = with_method(view, plan.chosen.method);
+  exact.scene.early_termination = view.scene.resolved_early_termination();
+  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(exact), {}, {}});
   return plan;
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -60,27 +60,33 @@ struct Line {
   std::size_t points = 0;
 };
 
-/// A point of a line that attenuates: its number, and the optical depth of a step there.
+/// A point that attenuates: the numbers of its line and of the point in it, and the optical depth
+/// of a step there.
 struct Met {
-  std::uint32_t point;
+  std::uint32_t line, point;
   double depth;
 };
 
-/// Looks along lines, together with all who share the medium.
+/// Looks along lines, together with the team.
 class Looks {
  public:
   Looks(const Medium& medium, const LightShare& share) : attenuation_(medium), share_(share) {}
 
   /// What each line meets, up to an optical depth or farther.
   std::vector<std::vector<Met>> met(std::span<const Line> lines, double most) const {
-    std::vector<std::vector<Met>> all;
-    for (const Line& line : lines) all.push_back(own(line, most));
-    return share_.gather ? joined(std::move(all)) : all;
+    std::vector<Met> own;
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      look_along(lines[i], std::uint32_t(i), most, own);
+    std::vector<std::vector<Met>> of_lines(lines.size());
+    for (const std::vector<Met>& some : share_.team->gather(own))
+      for (const Met& point : some) of_lines[point.line].push_back(point);
+    for (std::vector<Met>& line : of_lines) std::ranges::sort(line, std::less{}, &Met::point);
+    return of_lines;
   }
 
  private:
-  std::vector<Met> own(const Line& line, double most) const {
-    std::vector<Met> points;
+  void look_along(const Line& line, std::uint32_t number, double most,
+                  std::vector<Met>& points) const {
     double sum = 0;
     for (std::size_t k = 0; k < line.points && sum < most;) {
       const glm::dvec3 point = line.first + double(k) * line.step;
@@ -89,39 +95,11 @@ class Looks {
         continue;
       }
       const double depth = line.length * attenuation_.near(point);
-      if (depth > 0) points.push_back({std::uint32_t(k), depth});
+      if (depth > 0) points.push_back({number, std::uint32_t(k), depth});
       sum += depth;
       const std::size_t skipped = depth == 0 ? attenuation_.empty_steps(point, line.step) : 0;
       k += std::max<std::size_t>(skipped, 1);
     }
-    return points;
-  }
-
-  std::vector<std::vector<Met>> joined(std::vector<std::vector<Met>> lines) const {
-    std::string bytes;
-    const auto write = [&](const void* from, std::size_t size) {
-      bytes.append(static_cast<const char*>(from), size);
-    };
-    for (std::vector<Met>& line : lines) {
-      const std::size_t count = line.size();
-      write(&count, sizeof count);
-      write(line.data(), count * sizeof(Met));
-      line.clear();
-    }
-    for (const std::string& found : share_.gather(bytes)) {
-      const char* from = found.data();
-      for (std::vector<Met>& line : lines) {
-        std::size_t count = 0;
-        std::memcpy(&count, from, sizeof count);
-        from += sizeof count;
-        const std::size_t first = line.size();
-        line.resize(first + count);
-        std::memcpy(line.data() + first, from, count * sizeof(Met));
-        from += count * sizeof(Met);
-      }
-    }
-    for (std::vector<Met>& line : lines) std::ranges::sort(line, std::less{}, &Met::point);
-    return lines;
   }
 
   Attenuation attenuation_;
@@ -217,20 +195,9 @@ std::vector<glm::dvec3> LightPilot::exact_light(const LitLuminance& luminance) c
 
 std::vector<glm::dvec3> LightPilot::known(const std::vector<Known>& own) const {
   std::vector<glm::dvec3> light(own.size());
-  const auto take = [&](const std::vector<Known>& some) {
+  for (const std::vector<Known>& some : share_.team->gather(own))
     for (std::size_t i = 0; i < light.size(); ++i)
       if (some[i].known) light[i] = some[i].light;
-  };
-  if (!share_.gather) {
-    take(own);
-    return light;
-  }
-  std::vector<Known> some(own.size());
-  for (const std::string& found :
-       share_.gather({reinterpret_cast<const char*>(own.data()), own.size() * sizeof(Known)})) {
-    std::memcpy(some.data(), found.data(), some.size() * sizeof(Known));
-    take(some);
-  }
   return light;
 }
 
@@ -272,7 +239,7 @@ LightError LightPilot::error(const Medium& lit) const {
     for (std::size_t i = ray.first; i < ray.first + points_per_ray; ++i) {
       const glm::dvec3 value = field.at(voxels_[i]);
       // beside its own part a process has some of the light, and no other value for it
-      const bool has = !share_.gather || field.stores(voxels_[i]);
+      const bool has = !share_.together() || field.stores(voxels_[i]);
       light.push_back({factor * (lit.luminance->channels == 3 ? value : glm::dvec3(value.x)), has});
     }
   }

@@ -1,14 +1,32 @@
 #pragma once
 
 #include <functional>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "march/light.h"
-#include "march/light_share.h"
+#include "psivox/team.h"
 
 namespace psivox {
+
+/// What this process has of a medium that a team lights together; a process that is alone has all.
+struct LightShare {
+  Team* team = alone().get();
+  /// Voxels that none but this process has.
+  Box voxels{glm::ivec3(std::numeric_limits<int>::min()),
+             glm::ivec3(std::numeric_limits<int>::max())};
+  /// The leaves of the whole density, without values; null: the medium's density has them.
+  std::shared_ptr<const Field> whole{};
+
+  bool together() const { return team->size() > 1; }
+  bool has(const glm::ivec3& voxel) const {
+    return voxel == glm::clamp(voxel, voxels.min, voxels.max);
+  }
+};
 
 /// What a picture misses in its light.
 struct LightError {
@@ -31,8 +49,8 @@ class LightPilot {
       std::function<std::vector<double>(const Beam& beam, std::span<const glm::ivec3> voxels)>;
 
   /// `view`: its light is still to be computed. `luminance` is of that view and of the beams to
-  /// compare with, whose methods do not matter. All must outlive the pilot. Where others share the
-  /// medium, all make the same pilot together, and ask it the same.
+  /// compare with, whose methods do not matter. All must outlive the pilot. The members of
+  /// a team make the same pilot together, and ask it the same.
   LightPilot(const View& view, Depths exact, const LitLuminance& luminance,
              const LightShare& share);
 
@@ -46,7 +64,7 @@ class LightPilot {
   /// What the picture misses in the light of `lit`, which has its luminance at `voxels`. The
   /// maximum is of these rays, whose points' own noise enlarges it.
   LightError error(const Medium& lit) const;
-  /// The same of other beams, whose light is computed exactly.
+  /// What the picture misses in the light of other beams, which is computed exactly.
   LightError error(const LitLuminance& luminance) const;
 
  private:
@@ -60,7 +78,7 @@ class LightPilot {
     glm::dvec3 light{0};
     bool known = false;
   };
-  /// That of all voxels, which those who share the medium know together.
+  /// The luminance of all voxels, which the members of a team know together.
   std::vector<glm::dvec3> known(const std::vector<Known>& own) const;
 
   void place_points(double rays);

@@ -138,14 +138,13 @@ void PixelMarch::march(std::span<const glm::ivec2> pixels, std::span<MarchedRay>
 void PixelMarch::march(std::span<const glm::ivec2> pixels, std::span<MarchedRay> rays,
                        const PixelMarch& sooner, std::span<MarchedRay> ended,
                        const Progress& progress) const {
-  const double first = sooner.setup_->parameters.stop_depth, last = setup_->parameters.stop_depth;
+  const double last = setup_->parameters.stop_depth;
   for_each(*sooner.setup_, *atlas_, pixels.size(), rays_together, progress,
            [&](AtlasMarch& march, std::size_t i) {
              RayOfPixel ray(march, pixels[i]);
-             march.stop_depth = first;
              march_on(march, ray.state, ray.ray);
              ended[i] = shown(march, ray);
-             march.stop_depth = last;
+             ray.state.stop_at = last;
              if (ray.state.t < ray.ray.end) {
                ray.state.done = false;
                march_on(march, ray.state, ray.ray);

@@ -45,4 +45,41 @@ std::string layer_obstacle(const std::string& layer, const Scene& scene) {
   return {};
 }
 
+const char* stage_text(Stage stage) {
+  switch (stage) {
+    case Stage::converting:
+      return "converting";
+    case Stage::lighting:
+      return "lighting";
+    case Stage::uploading:
+      return "uploading";
+    case Stage::choosing:
+      return "choosing the march";
+    case Stage::marching:
+      return "marching";
+    case Stage::checking:
+      break;
+  }
+  return "checking";
+}
+
+StageProgress over_stages(Progress bar, bool lit) {
+  if (!bar) return {};
+  return [bar = std::move(bar), before = lit ? 0.5 : 0](Stage stage, double fraction) {
+    switch (stage) {
+      case Stage::converting:
+        return bar(0);
+      case Stage::lighting:
+        return bar(before * fraction);
+      case Stage::uploading:
+      case Stage::choosing:
+        return bar(before);
+      case Stage::marching:
+        return bar(before + (1 - before) * fraction);
+      case Stage::checking:
+        return bar(1);
+    }
+  };
+}
+
 }  // namespace psivox

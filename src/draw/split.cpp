@@ -1,4 +1,4 @@
-#include "draw/needed_regions.h"
+#include "draw/split.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,14 @@
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parts.h"
+#include "psivox/team.h"
 #include "psivox/text.h"
 
 namespace psivox {
 
+namespace {
+
+/// The pictures that can be drawn in parts, if this one cannot; else empty.
 std::string region_obstacle(const View& view, const Wish& wish) {
   if (std::string obstacle = parts_obstacle(view.scene); !obstacle.empty()) return obstacle;
   if (wish.time_budget_ms) return "pictures without --time-budget";
@@ -22,15 +26,14 @@ std::string region_obstacle(const View& view, const Wish& wish) {
   return {};
 }
 
-std::string rank_obstacle(const View& view, const Wish& wish) {
+/// The same of pictures by several processes.
+std::string team_obstacle(const View& view, const Wish& wish) {
   const Layers& layers = wish.layers;
   if (layers.depth || layers.steps || layers.samples || layers.error)
     return "pictures without other layers than transmittance";
   if (view.scene.mode == Mode::slice) return "pictures in other modes than slice";
   return region_obstacle(view, wish);
 }
-
-namespace {
 
 /// More than the field's bricks can take on host and GPU [bytes]. `own_texels`: bricks of one
 /// value, and those between wide tiles, may be stored one by one.
@@ -165,20 +168,7 @@ double held_bytes(const View& view, const Needs& needs, const Region& part, int 
   return share * double(value_bytes(density)) * (light + (density.reader ? 1 : 0));
 }
 
-}  // namespace
-
-std::string light_obstacle(const View& view) {
-  try {
-    const double shine = light_bytes(view, light_channels(view));
-    const auto all = double(grid_memory(view.scene));
-    if (shine == 0 || all == 0 || density_bytes(view) + shine <= all) return {};
-    return too_much_light(view, shine, all).what();
-  } catch (const Error& error) {
-    if (error.code() != ExitCode::memory) throw;
-    return error.what();
-  }
-}
-
+/// The regions by which one process must draw a view; unset: its atlases fit.
 std::optional<Regions> needed_regions(const View& view, const Wish& wish,
                                       std::optional<double> given_limit) {
   const Medium& medium = view.medium;
@@ -206,13 +196,14 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
   return Regions(std::move(needs.places), count);
 }
 
+/// The regions by which a member draws its part. `sharing`: members on its machine.
 Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ivec3> bricks,
-                        const Region& part, int local_ranks) {
+                        const Region& part, int sharing) {
   const bool limited = view.scene.memory_limit > 0;
   const double all = double(grid_memory(view.scene));
   std::size_t most = bricks.size();
   if (all > 0) {
-    double limit = left_beside(density_bytes(view), limited ? all : all / local_ranks);
+    double limit = left_beside(density_bytes(view), limited ? all : all / sharing);
     const int light = light_channels(view);
     Needs needs = needs_of(view, light);
     if (light > 0) {
@@ -233,6 +224,37 @@ Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ive
     return glm::clamp(brick, part.bricks.min, part.bricks.max) != brick;
   });
   return Regions(std::move(bricks), most, part.bricks);
+}
+
+}  // namespace
+
+std::string light_obstacle(const View& view) {
+  try {
+    const double shine = light_bytes(view, light_channels(view));
+    const auto all = double(grid_memory(view.scene));
+    if (shine == 0 || all == 0 || density_bytes(view) + shine <= all) return {};
+    return too_much_light(view, shine, all).what();
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::memory) throw;
+    return error.what();
+  }
+}
+
+Split split_of(const View& view, const Wish& wish, const Team& team, std::optional<double> limit) {
+  Split split;
+  if (team.size() == 1) {
+    if (auto regions = needed_regions(view, wish, limit))
+      split = {false, Regions({}, 1), std::move(*regions)};
+    return split;
+  }
+  if (const std::string obstacle = team_obstacle(view, wish); !obstacle.empty())
+    throw Error(ExitCode::usage, "several processes draw only " + obstacle + " together");
+  const std::vector<glm::ivec3> bricks = leaf_bricks(*view.medium.density);
+  split.whole = false;
+  split.parts = Regions::in_parts(bricks, std::size_t(team.size()));
+  const Region part = split.parts.all()[std::size_t(team.rank())];
+  split.own = regions_of_part(view, wish, bricks, part, team.place().local_size);
+  return split;
 }
 
 }  // namespace psivox

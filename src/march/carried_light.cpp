@@ -1,4 +1,4 @@
-#include "draw/carried_light.h"
+#include "march/carried_light.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,66 @@
 #include <string>
 #include <string_view>
 
+#include "march/atlas_march.h"
 #include "march/film.h"
 #include "psivox/error.h"
 
 namespace psivox {
+
+/// The march without an atlas, for what it shows of maxima.
+struct RayFold::Maxima {
+  explicit Maxima(const View& view) : setup(make_march_setup(view, none)), march(setup, none) {}
+
+  glm::dvec4 picture(double value) {
+    glsl::AtlasMarch::March ray{};
+    ray.radiance.x = value;
+    return march.picture(ray, {}, {});
+  }
+
+  const MediumAtlas none{};
+  const MarchSetup setup;
+  glsl::AtlasMarch march;
+};
+
+RayFold::RayFold(const View& view) : mode_(view.scene.mode) {
+  if (view.scene.finds_maximum()) maxima_ = std::make_shared<Maxima>(view);
+  if (mode_ == Mode::alpha) least_ = view.scene.resolved_early_termination();
+}
+
+glm::dvec4 RayFold::nothing() const {
+  return maxima_ ? glm::dvec4(maxima_->march.UNKNOWN, 0, 0, 0) : glm::dvec4(0, 0, 0, 1);
+}
+
+void RayFold::add_behind(glm::dvec4& ray, const glm::dvec4& behind) const {
+  if (ended(ray)) return;
+  if (maxima_) {
+    ray = {std::max(ray.x, behind.x), behind.y, 0, 0};
+    return;
+  }
+  const double weight = mode_ == Mode::xray ? 1 : ray.a;
+  for (int c = 0; c < 3; ++c) ray[c] += weight * behind[c];
+  ray.a *= behind.a;
+}
+
+float RayFold::depth(const glm::dvec4& ray, float own, const glm::dvec4& behind,
+                     float others) const {
+  if (maxima_) return ray.y == 0 && behind.x > ray.x ? others : own;
+  return std::isfinite(own) ? own : others;
+}
+
+bool RayFold::ended(const glm::dvec4& ray) const {
+  if (maxima_) return ray.y > 0;
+  return mode_ != Mode::xray && ray.a <= least_;
+}
+
+glm::dvec4 RayFold::picture(const glm::dvec4& ray) const {
+  if (maxima_) return maxima_->picture(ray.x);
+  return {glm::dvec3(ray), 1 - ray.a};
+}
+
+double RayFold::transmittance(const glm::dvec4& ray) const {
+  return maxima_ || mode_ == Mode::isosurface ? 1 : ray.a;
+}
 
 namespace {
 
@@ -73,20 +129,32 @@ std::span<const glm::dvec4> CarriedLight::row(const glm::ivec2& origin, int widt
   return std::span(rays_).subspan(index(origin, sample), std::size_t(width));
 }
 
+void CarriedLight::begin_behind(std::vector<float> depths) {
+  before_ = std::move(depths);
+  for (std::size_t i = 0; i < rays_.size(); ++i)
+    if (before_[i] < no_ray) rays_[i] = fold_.nothing();
+}
+
 std::vector<float> CarriedLight::passed(const PixelBox& pixels, int sample) const {
-  constexpr double least = 1e-30;  // behind half of the light, where it does not matter
+  constexpr double least = 1e-38;
   std::vector<float> depths;
-  for (int y = 0; y < pixels.size.y; ++y)
-    for (const glm::dvec4& ray : row(pixels.origin + glm::ivec2(0, y), pixels.size.x, sample))
-      depths.push_back(float(-std::log(std::max(fold_.transmittance(ray), least))));
+  depths.reserve(std::size_t(pixels.size.x) * std::size_t(pixels.size.y));
+  for (int y = 0; y < pixels.size.y; ++y) {
+    const std::size_t first = index(pixels.origin + glm::ivec2(0, y), sample);
+    for (std::size_t i = first; i < first + std::size_t(pixels.size.x); ++i)
+      depths.push_back(
+          float(depth_before(i) - std::log(std::max(fold_.transmittance(rays_[i]), least))));
+  }
   return depths;
 }
 
-bool CarriedLight::ended(const PixelBox& pixels, double least) const {
+bool CarriedLight::ended(const PixelBox& pixels) const {
   for (int sample = 0; sample < samples(); ++sample)
-    for (int y = 0; y < pixels.size.y; ++y)
-      for (const glm::dvec4& ray : row(pixels.origin + glm::ivec2(0, y), pixels.size.x, sample))
-        if (!fold_.ended(ray, least)) return false;
+    for (int y = 0; y < pixels.size.y; ++y) {
+      const std::size_t first = index(pixels.origin + glm::ivec2(0, y), sample);
+      for (std::size_t i = first; i < first + std::size_t(pixels.size.x); ++i)
+        if (!fold_.ended(rays_[i]) && depth_before(i) < double(no_ray)) return false;
+    }
   return true;
 }
 
@@ -125,16 +193,6 @@ Image CarriedLight::picture(bool transmittance) const {
   if (transmittance) image.layers.push_back({"transmittance", {"transmittance"}, std::move(left)});
   for (const Sum& sum : sums_) image.layers.push_back({sum.layer, {sum.layer}, sum.values});
   return image;
-}
-
-PixelBox pixels_of(const View& view, const Box& bricks) {
-  const PixelBox all{{}, view.scene.resolution};
-  const Field& density = *view.medium.density;
-  if (view.medium.emission) return all;  // it may reach beyond the density
-  const Box domain = density.domain();
-  const glm::dvec3 low = glm::max(8.0 * glm::dvec3(bricks.min), glm::dvec3(domain.min));
-  const glm::dvec3 high = glm::min(8.0 * glm::dvec3(bricks.max) + 8.0, glm::dvec3(domain.max));
-  return pixels_of(view, low, high);
 }
 
 }  // namespace psivox

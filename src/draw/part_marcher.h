@@ -1,0 +1,77 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "draw/lighting.h"
+#include "draw/split.h"
+#include "march/carried_light.h"
+#include "march/marcher.h"
+#include "psivox/team.h"
+
+namespace psivox {
+
+/// Draws a volume part by part and joins what the parts show. Each member of the team draws the
+/// regions of its own part, one after another: each is converted, uploaded, drawn and dropped. One
+/// that no ray sees is left out. The whole is one region, whose atlas the caller uploads and keeps;
+/// the marcher draws it as it is.
+///
+/// A picture's regions come front to back, and a RayFold joins what rays collect in them. A region
+/// knows which optical depths its rays have passed, so that they end where those of the whole do:
+/// the picture is that of the whole, apart from rounding. Optical depths towards a light add up
+/// over the regions.
+class PartMarcher {
+ public:
+  PartMarcher(Marcher& marcher, Split split, Team& team);
+
+  bool whole() const { return split_.whole; }
+  /// Whether the marcher marches an atlas, and the whole's is at hand.
+  bool marches_whole() const { return whole() && marcher_.marches(); }
+  Marcher& marcher() const { return marcher_; }
+  Team& team() const { return team_; }
+  const Split& split() const { return split_; }
+
+  /// The picture is the first member's; the others get an empty one.
+  RenderResult render(const View& view, const RenderOptions& options = {});
+
+  /// Optical depths towards light. All members must ask for them together, each for its own voxels.
+  LightDepths light_depths(const View& view);
+  /// Exact depths from some voxels, the same in all members. `atlas` is the whole's, if it is
+  /// there.
+  LightPilot::Depths exact_depths(const View& view, const MediumAtlas* atlas);
+  /// What this member has of the medium; `density` is the whole density.
+  LightShare light_share(std::shared_ptr<const Field> density) const;
+
+ private:
+  /// Adds what the rays collect in this member's regions.
+  void carry(CarriedLight& light, const View& view, const RenderOptions& options,
+             RenderStats& stats);
+  /// carry(), while members tell the first how far they are.
+  void carry_together(CarriedLight& light, const View& view, const RenderOptions& options,
+                      RenderStats& stats);
+
+  LightDepths depths_by_rays(const View& view);
+  LightDepths depths_by_lattices(const View& view);
+  /// Sums of exact depths over this member's regions.
+  void sum_rays(const View& view, std::span<const Beam> beams, const LightBlocks& blocks,
+                const TakeLight& take, const Progress& progress);
+  void exchanged_lattice(const View& view, const Beam& beam, const LightBlocks& blocks,
+                         const TakeDepths& take, const Progress& progress);
+  /// Bricks of the largest region.
+  std::size_t most_bricks() const;
+  /// Uploads a box of bricks for light, if it is not uploaded.
+  void upload_dark(const View& view, const Box& bricks);
+  void drop_dark();
+  /// The density's greatest value.
+  double greatest_of(const View& view);
+
+  Marcher& marcher_;
+  Split split_;
+  Team& team_;
+  MediumAtlas dark_;             ///< of the bricks uploaded last for light
+  std::optional<Box> uploaded_;  ///< these bricks
+  std::optional<double> greatest_;
+};
+
+}  // namespace psivox
