@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "psivox/hidden_file.h"
+#include "psivox/text_file.h"
 #include "psivox/image.h"
 
 namespace psivox {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "psivox/look.h"
+#include "psivox/open.h"
 #include "psivox/subject.h"
 
 // Sequences: one file for each frame, and one scene for all of them.
@@ -87,7 +87,11 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
                                const std::string& open_look = "plain", bool background = true,
                                std::span<const std::string> instead = {});
 
-/// The scene for one of the sequence's files, without grids of the look's that the file lacks.
+/// The scene for one of the sequence's files, without grids of the look that the file lacks.
 Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path);
+/// Reads one of the sequence's files for its scene. `empty`: grids without active voxels count, as
+/// zeros. Throws what open_scene throws.
+OpenedScene open_frame(const SequenceScene& sequence, const VdbFile& file, const std::string& path,
+                       bool empty = true);
 
 }  // namespace psivox

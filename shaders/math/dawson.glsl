@@ -3,7 +3,7 @@
 // N = 2 p F - 1,
 //   V = 2 F/w = (1 + N)/x,  U = 2 N/w^2.
 // F from 2 on by way of N, so that N keeps its relative precision as it falls like 1/(2 p^2).
-// Chebyshev sums, written as polynomials. Numbers: tools/fit_psi.cpp.
+// Chebyshev sums, written as polynomials. Numbers: tools/fit_psi.py.
 
 real dawson_near(real y) {  // F/p of p to 2, y = p^2/2 - 1
 #if REAL_BITS == 64  // degree 17, relative error 6.1e-17

@@ -10,7 +10,7 @@ struct Tail {
 };
 
 // rho = r (p + sqrt(pi)/2), which is 1/2 at p = 0 and for ever, as a Chebyshev sum in
-// y = (p - 3)/(p + 3), written as a polynomial. Numbers: tools/fit_psi.cpp.
+// y = (p - 3)/(p + 3), written as a polynomial. Numbers: tools/fit_psi.py.
 real mills_rho(real y) {
 #if REAL_BITS == 64  // degree 22, relative error 5.0e-14
   real s = real(-2.8240447669247715e-07);

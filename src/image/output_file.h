@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "psivox/hidden_file.h"
+#include "psivox/text_file.h"
 
 namespace psivox::image_io {
 

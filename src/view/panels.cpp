@@ -1,5 +1,3 @@
-#include "view/panels.h"
-
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
@@ -9,10 +7,7 @@
 #include "psivox/parameters.h"
 #include "psivox/text.h"
 #include "view/cut_panel.h"
-#include "view/keys.h"
 #include "view/parameter_panel.h"
-#include "view/recent_files.h"
-#include "view/sliders.h"
 #include "view/viewer.h"
 
 namespace psivox::view {

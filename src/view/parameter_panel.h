@@ -8,6 +8,9 @@
 
 namespace psivox::view {
 
+/// A slider of one number. Values outside its ends stay until it is dragged.
+bool slide(const char* label, double& value, double least, double most, const char* format);
+
 /// Values that the open file offers for parameters.
 struct ParameterChoices {
   std::span<const std::string> grids;

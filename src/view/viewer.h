@@ -9,21 +9,24 @@
 
 #include "view/controls.h"
 #include "view/current_volume.h"
-#include "view/file_watch.h"
+#include "view/files.h"
 #include "view/gui.h"
-#include "view/look_choice.h"
-#include "view/messages.h"
 #include "view/navigation.h"
-#include "view/panels.h"
 #include "view/picture_display.h"
 #include "view/picture_maker.h"
-#include "view/picture_state.h"
-#include "view/save_job.h"
-#include "view/sequence.h"
 #include "view/transfer_editor.h"
 #include "view/window.h"
 
 namespace psivox::view {
+
+/// Which panels are open, and the text typed into them.
+struct Panels {
+  bool scene = true, transfer = false, help = false;
+  bool slices = false;  ///< the scene was a slice when the panels were last drawn
+  std::string open_path;
+  std::string picture_path = "picture.exr", scene_path = "scene.json";
+  std::string picture_size;  ///< WxH of saved pictures; empty: the window's
+};
 
 struct ViewerOptions {
   double frame_budget_ms = 33;
@@ -188,5 +191,8 @@ class Viewer {
   int frames_due_ = 3;  ///< to draw though nothing happens, while panels settle
   bool closed_ = false;
 };
+
+/// Draws everything but the picture, and carries out the commands of its widgets.
+void draw_panels(Viewer& viewer);
 
 }  // namespace psivox::view

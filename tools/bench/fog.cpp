@@ -1,5 +1,3 @@
-#include "fog.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -8,6 +6,8 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <memory>
+
+#include "bench.h"
 
 namespace psivox::bench {
 namespace {

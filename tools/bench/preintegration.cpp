@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "bench.h"
 #include "march/preintegration.h"
-#include "median.h"
 #include "psivox/stopwatch.h"
 
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "median.h"
+#include "bench.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"

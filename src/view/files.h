@@ -1,7 +1,11 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <functional>
+#include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "psivox/sequence.h"
@@ -48,6 +52,66 @@ class Sequence {
   std::vector<int> missing_;
   int current_ = 0;
   std::chrono::steady_clock::time_point stepped_at_{};
+};
+
+/// Time and size of the file; empty if there is none.
+std::string file_stamp(const std::string& path);
+
+/// Notices that a file was written again. It looks at most twice a second.
+class FileWatch {
+ public:
+  /// Whether the file differs from what it was at the last look; false at the first look at a path,
+  /// and while there is no such file.
+  bool changed(const std::string& path);
+
+ private:
+  std::string path_, stamp_;
+  std::chrono::steady_clock::time_point looked_at_{};
+};
+
+/// The files that the user opened last, the newest first.
+std::vector<std::string> recent_files();
+
+/// Puts a file first. Ignores it if the list cannot be written.
+void remember_file(const std::string& path);
+
+/// Saves a picture in a thread of its own, one at a time.
+class SaveJob {
+ public:
+  ~SaveJob() {
+    if (thread_.joinable()) thread_.join();
+  }
+
+  bool running() const { return thread_.joinable(); }
+
+  /// `task` returns an error's message, or an empty text. The thread calls `on_done`.
+  void start(const std::string& what, const std::function<std::string()>& task,
+             const std::function<void()>& on_done) {
+    what_ = what;
+    done_ = false;
+    thread_ = std::thread([this, task, on_done] {
+      error_ = task();
+      done_ = true;
+      on_done();
+    });
+  }
+
+  struct Outcome {
+    std::string what, error;
+  };
+  /// Returns the outcome once, after the task has ended.
+  std::optional<Outcome> outcome() {
+    if (!running() || !done_) return std::nullopt;
+    thread_.join();
+    return Outcome{what_, error_};
+  }
+
+  const std::string& what() const { return what_; }
+
+ private:
+  std::thread thread_;
+  std::string what_, error_;
+  std::atomic<bool> done_{false};
 };
 
 }  // namespace psivox::view
