@@ -26,11 +26,11 @@ struct HelpOption {
 };
 
 /// What `--help=NAME` prints, made from the same options as --help, so that it cannot be stale:
-/// manual pages and completions of shells. psivox's own is `before`, then that of each command if
-/// `whole`, then `after`.
+/// manual pages and completions of shells. The form of the whole program is `before`, then the
+/// form of each command if `whole`, then `after`.
 struct HelpForm {
   std::string_view name;
-  bool whole;  ///< whether psivox's own contains that of each command
+  bool whole;  ///< whether the program's form contains the commands' forms
   std::string (*command)(const HelpCommand&, std::span<const HelpOption>);
   std::string (*before)(std::span<const HelpCommand>);
   std::string (*after)(std::span<const HelpCommand>);

@@ -6,6 +6,7 @@
 #include "command_line.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/open.h"
 #include "psivox/picture_file.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
@@ -126,15 +127,6 @@ bool parse(RenderCall& call, Arguments arguments) {
 
 namespace {
 
-void check_layers(const RenderCall& call, const Scene& scene) {
-  if (scene.mode == Mode::slice && (call.check_error || call.explain))
-    usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
-  for (const std::string& layer : call.layers) {
-    const std::string obstacle = layer_obstacle(layer, scene);
-    if (!obstacle.empty()) usage(obstacle);
-  }
-}
-
 /// What gives the picture that vdb_render takes as its last argument, or any.
 std::string likely_output(const RenderCall& call) {
   const std::vector<std::string>& inputs = call.sequence.inputs;
@@ -156,13 +148,11 @@ void take_layers(RenderCall& call, const Scene& scene) {
 }
 
 void check(const RenderCall& call, const Scene& scene) {
-  if (call.time_budget) {
-    if (scene.tolerance) usage("--time-budget and --tolerance exclude each other");
-    if (scene.renderer == RendererKind::reference)
-      usage("--time-budget is for a march; --renderer reference does not march");
-    check_method_unset(scene, "--time-budget");
-  }
-  check_layers(call, scene);
+  if (call.time_budget && scene.tolerance)
+    usage("--time-budget and --tolerance exclude each other");
+  check_picture(scene, call.layers, call.time_budget.has_value());
+  if (scene.mode == Mode::slice && (call.check_error || call.explain))
+    usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
   const WrittenFile written[] = {{"-o", call.output},
                                  {"--movie", call.movie},
                                  {"--stats", call.stats},

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "psivox/camera_file.h"
-#include "psivox/look.h"
+#include "psivox/open.h"
 #include "psivox/parameters.h"
 #include "psivox/scene_file.h"
 #include "psivox/sequence.h"
@@ -48,23 +47,13 @@ std::vector<std::string> SceneOptions::notices() const {
   return notices;
 }
 
-/// The camera of the file, for the picture and the up axis that the settings name.
-void SceneOptions::use_camera(Scene& scene) const {
-  Scene known = scene;
-  apply_over(known, settings_);
-  const FileCamera camera = read_camera(camera_, file_z_is_up(known));
-  scene.resolution = known.resolution;
-  set_camera(scene, camera);
-}
-
 Scene SceneOptions::scene(Scene scene) {
   if (!file_.empty()) {
     SceneFile read = read_scene_file(file_);
     scene = std::move(read.scene);
     layers_ = std::move(read.layers);
   }
-  if (!camera_.empty()) use_camera(scene);
-  apply_over(scene, settings_);
+  scene = with_settings(std::move(scene), camera_, settings_, file_z_is_up);
   Scene given = scene;
   // the look may bring a surface
   if (leaves_look_open(scene) || !scene.look.empty()) given.isovalue.reset();

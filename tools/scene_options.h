@@ -33,8 +33,6 @@ class SceneOptions {
   const std::vector<std::string>& layers() const { return layers_; }
 
  private:
-  void use_camera(Scene& scene) const;
-
   std::string file_, camera_;
   std::vector<Setting> settings_;
   std::vector<std::string> layers_;

@@ -1,12 +1,24 @@
 #pragma once
 
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "psivox/look.h"
 #include "psivox/medium.h"
+#include "psivox/parameters.h"
 
 namespace psivox {
+
+/// The scene with settings over the camera of a file (`FILE[:NAME]`; empty: none) over what it has.
+/// `z_is_up`: whether Z is up in a scene that may leave it open. Throws Error(usage), Error(input).
+Scene with_settings(Scene scene, const std::string& camera, std::span<const Setting> settings,
+                    const std::function<bool(const Scene&)>& z_is_up);
+
+/// Throws Error(usage) if the scene's picture cannot have one of the layers (as --aov names them),
+/// or cannot be drawn in a time budget.
+void check_picture(const Scene& scene, const std::vector<std::string>& layers, bool time_budget);
 
 /// How open_scene chooses and reads.
 struct OpenOptions {

@@ -74,8 +74,8 @@ struct SequenceScene {
 };
 
 /// Resolves a scene for a sequence by some of its files:
-///   grid        `density` if one of them has it, else that of most
-///   look        `fire` if one of them burns, else that of most, else that of the later ones
+///   grid        `density` if one of them has it, else the grid of most
+///   look        `fire` if one of them burns, else the look of most, else of the later ones
 ///   extinction  the least, so that the densest frame is as transparent as a picture of its own
 ///   range       from the least to the greatest value
 ///   brightness of light and flame: the least, so that the brightest frame is not clipped

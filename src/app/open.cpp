@@ -3,7 +3,36 @@
 #include <algorithm>
 #include <utility>
 
+#include "psivox/camera_file.h"
+#include "psivox/draw.h"
+#include "psivox/error.h"
+
 namespace psivox {
+
+Scene with_settings(Scene scene, const std::string& camera, std::span<const Setting> settings,
+                    const std::function<bool(const Scene&)>& z_is_up) {
+  if (!camera.empty()) {
+    Scene known = scene;
+    apply_over(known, settings);
+    const FileCamera read = read_camera(camera, z_is_up(known));
+    scene.resolution = known.resolution;
+    set_camera(scene, read);
+  }
+  apply_over(scene, settings);
+  return scene;
+}
+
+void check_picture(const Scene& scene, const std::vector<std::string>& layers, bool time_budget) {
+  if (time_budget) {
+    if (scene.renderer == RendererKind::reference)
+      throw Error(ExitCode::usage,
+                  "--time-budget is for a march; --renderer reference does not march");
+    check_method_unset(scene, "--time-budget");
+  }
+  for (const std::string& layer : layers)
+    if (const std::string obstacle = layer_obstacle(layer, scene); !obstacle.empty())
+      throw Error(ExitCode::usage, obstacle);
+}
 
 OpenedScene open_scene(const Scene& scene, const VdbFile& file, const OpenOptions& options) {
   OpenedScene opened{with_look(scene, file, options.open_look, options.background, options.parts),

@@ -5,7 +5,6 @@
 #include <set>
 
 #include "psivox/camera.h"
-#include "psivox/camera_file.h"
 #include "psivox/clip.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
@@ -29,16 +28,7 @@ void take(const Scene& from, const Parameter& p, Scene& to) {
 
 /// Checks what needs no work.
 void check(const Scene& scene, const PictureWords& wanted) {
-  for (const std::string& layer : wanted.layers) {
-    const std::string obstacle = layer_obstacle(layer, scene);
-    if (!obstacle.empty()) throw Error(ExitCode::usage, obstacle);
-  }
-  if (wanted.time_budget_ms) {
-    if (scene.renderer == RendererKind::reference)
-      throw Error(ExitCode::usage,
-                  "--time-budget is for a march; --renderer reference does not march");
-    check_method_unset(scene, "--time-budget");
-  }
+  check_picture(scene, wanted.layers, wanted.time_budget_ms.has_value());
   if (wanted.check_error > 0 && scene.mode == Mode::slice)
     throw Error(ExitCode::usage, "--mode slice does not march: it has no error to check");
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(wanted.layers.size()), 0);
@@ -63,16 +53,9 @@ Scene scene_of(const SceneWords& words, const VdbFile& file, Scene scene) {
   if (!words.base_file.empty()) scene = read_scene_file(words.base_file).scene;
   std::vector<Setting> settings;
   for (const auto& [name, text] : words.settings) settings.push_back({name, text});
-  if (!words.camera.empty()) {
-    Scene known = scene;
-    apply_over(known, settings);
-    const bool z_up =
-        known.up_axis == UpAxis::automatic ? !file.z_up().empty() : known.up_axis == UpAxis::z;
-    const FileCamera camera = read_camera(words.camera, z_up);
-    scene.resolution = known.resolution;
-    set_camera(scene, camera);
-  }
-  apply_over(scene, settings);
+  scene = with_settings(std::move(scene), words.camera, settings, [&](const Scene& known) {
+    return known.up_axis == UpAxis::automatic ? !file.z_up().empty() : known.up_axis == UpAxis::z;
+  });
   validate(scene);
   return scene;
 }

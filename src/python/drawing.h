@@ -108,7 +108,7 @@ class Drawing {
   Drawing& operator=(const Drawing&) = delete;
 
   /// The scene with these words over the drawing's own. Where the medium depends on them it is made
-  /// anew, else atlas, light and context are those of the picture before.
+  /// anew, else it uses the atlas, light and context of the picture before.
   Picture draw(const SceneWords& words, const PictureWords& wanted, const Progress& progress);
 
   /// Lets others draw with its context, until the next picture.

@@ -12,18 +12,18 @@
 
 namespace psivox::view {
 
-/// The frames that the window shows: those of a sequence that was named, or the files beside a file
+/// The frames that the window shows: a sequence that was named, or a file and the files beside it
 /// whose names differ from it in their last number only. One of them is the current one.
 class Sequence {
  public:
-  /// Of what was opened: a file, several, a folder or a pattern. Starts at the file, else at the
-  /// first frame. Throws what sequence_files throws.
+  /// `inputs` were opened: a file, several, a folder or a pattern. It starts at the file, else at
+  /// the first frame. Throws what sequence_files throws.
   static Sequence of(const std::vector<std::string>& inputs);
 
   /// Whether there is nothing to play.
   bool empty() const { return files_.size() < 2; }
-  /// From which `auto` chooses for all frames. None of a file that was opened alone: what it was
-  /// shown with counts for the files beside it.
+  /// Files from which `auto` chooses for all frames. A file that was opened alone has none: the
+  /// files beside it are shown as it was.
   const std::vector<std::string>& samples() const { return samples_; }
   int first() const { return files_.begin()->first; }
   int last() const { return files_.rbegin()->first; }

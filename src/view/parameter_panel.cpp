@@ -166,10 +166,6 @@ bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& ch
 
 }  // namespace
 
-bool slide(const char* label, double& value, double least, double most, const char* format) {
-  return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &least, &most, format);
-}
-
 bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse) {
   bool changed = false, open = false;
   std::optional<ParameterGroup> group;

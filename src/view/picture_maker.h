@@ -47,7 +47,7 @@ struct PictureNews {
   std::vector<ExactPart> parts;          ///< of one wish
   std::optional<std::uint64_t> refined;  ///< the wish whose exact pictures are complete
   double refine_ms = 0;
-  /// Of the left exact picture, where its march was planned or the error is what is shown.
+  /// Error of the left exact picture, if its march was planned or the window shows the error.
   std::optional<double> estimated_rms;
   std::optional<glm::dvec2> layer_range;  ///< values at the ends of a layer's colours
   std::optional<glm::dvec3> picked;       ///< point under the pointer; see pick()
@@ -59,7 +59,7 @@ struct PictureNews {
 
 /// Draws in a thread of its own, by the renderer of `psivox render` in a context of its own, so
 /// that the window answers whatever the march, its compiler or an upload take, and so that the
-/// exact picture is that of the command. While wishes change it draws previews at its pace, and
+/// exact picture is the command's. While wishes change it draws previews at its pace, and
 /// when the window says that it is at rest, it refines.
 class PictureMaker {
  public:

@@ -10,8 +10,8 @@
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
-#include "view/files.h"
 #include "psivox/text.h"
+#include "view/files.h"
 
 namespace psivox::view {
 namespace {

@@ -72,7 +72,8 @@ Scene with_medium_of(const Volume& volume, const Scene& scene);
 /// The look of what the window shows, and what it set.
 class LookChoice {
  public:
-  /// Of a scene as the program was started with it: its look, or `auto` if it leaves its look open.
+  /// Starts with the scene that the program was started with: its look, or `auto` if it leaves its
+  /// look open.
   explicit LookChoice(const Scene& start);
 
   /// Has the scene ask for the look of the start, without what the last look has set. What the user

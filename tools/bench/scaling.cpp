@@ -6,11 +6,13 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "bench.h"
 #include "gl/egl_context.h"
 #include "gl/program.h"
 #include "gl/tile_target.h"
+#include "psivox/dense_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/stopwatch.h"
@@ -87,28 +89,23 @@ double fetch_rate(const BrickAtlas& atlas) {
 
 /// White noise in a random selection of the 8^3 blocks of a cube of n^3 voxels.
 Field make_blocks(int n, double fraction) {
-  const auto storage =
-      std::make_shared<std::vector<float>>(std::size_t(n) * std::size_t(n) * std::size_t(n));
   std::uint32_t state = 1;
   const auto random = [&] {
     state = state * 1664525u + 1013904223u;
     return double(state >> 8) * 0x1p-24;
   };
-  Field field;
-  field.name = "density";
-  field.value_type = "float";
-  field.active_box = {glm::ivec3(0), glm::ivec3(n - 1)};
-  for (std::size_t b = 0; b < storage->size() / 512; ++b) {
-    if (random() >= fraction) continue;
-    float* values = storage->data() + b * 512;
-    for (int i = 0; i < 512; ++i) values[i] = float(random());
-    const int blocks = n / 8, at = int(b);
-    field.leaves.push_back(
-        {glm::ivec3(at / (blocks * blocks), at / blocks % blocks, at % blocks) * 8, values});
-    field.active_voxels += 512;
+  DenseField field("density", glm::ivec3(n), 1, glm::dmat4(1));
+  for (int x = 0; x < n; x += 8) {
+    std::vector<float> slab(std::size_t(8 * n * n));
+    for (int y = 0; y < n; y += 8)
+      for (int z = 0; z < n; z += 8) {
+        if (random() >= fraction) continue;
+        for (int i = 0; i < 512; ++i)
+          slab[std::size_t(((i >> 6) * n + y + (i >> 3 & 7)) * n + z + (i & 7))] = float(random());
+      }
+    field.add(slab);
   }
-  field.storage = storage;
-  return field;
+  return field.finish();
 }
 
 using SharedField = std::shared_ptr<const Field>;

@@ -23,7 +23,7 @@ const std::vector<Card>& cards();
 struct TurnCost {
   int instructions = 0;  ///< of all kinds
   int vector = 0;        ///< arithmetic of all lanes
-  int quarter = 0;       ///< those of `vector` that run at a quarter of the rate
+  int quarter = 0;       ///< part of `vector` that runs at a quarter of the rate
   int fetches = 0;       ///< of texels, page table entries and tables
   int branches = 0;
 
@@ -45,7 +45,7 @@ struct Prediction {
   double ms() const { return arithmetic_ms > fetch_ms ? arithmetic_ms : fetch_ms; }
 };
 
-/// Of a picture of so many rays, whose waves execute every instruction of every turn.
+/// Predicts a picture of `count` rays whose waves execute every instruction of every turn.
 Prediction predict(const Card& card, const TurnCost& turn, const RayCounts& rays, double count);
 
 }  // namespace psivox::gpu_cost

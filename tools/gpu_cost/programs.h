@@ -36,7 +36,8 @@ struct Program {
 };
 
 /// Draws a scene's picture on no device at all: returns the programs that a GPU would draw it with,
-/// the picture's last. `count_rays`: those of the picture, in one of 16x16 blocks of its pixels.
+/// the picture's last. `count_rays` marches the picture's rays in one of 16x16 blocks of its
+/// pixels.
 std::vector<Program> programs_of(const Scene& scene, bool count_rays);
 
 enum class ShaderStage { vertex, fragment };
