@@ -38,18 +38,18 @@ only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb
 only_in '^(OpenEXR/|png\.h)' '^src/image/'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.' '^tests/gl_trouble_test\.cpp$'
-only_in '^nlohmann/' '^src/look/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
+only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
 only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'
 only_in '^stb/' '^src/image/glyphs\.'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/(viewer_hands\.h|parameter_panel_test\.cpp)$'
-only_in '^mpi\.h' '^src/team/mpi/'
+only_in '^mpi\.h' '^src/mpi/'
 only_in '^gtest/' '^tests/'
 only_in '^pybind11/' '^src/python/'
 
 # --- components: src/X may include psivox/, itself, and the components listed ---------------------
 declare -A sees=(
-  [atlas]="" [colour]="" [draw]="gl march reference" [gl]="march" [image]="colour" [look]="scene" [sequence]="look" [march]="scene" [team]=""
+  [app]="scene" [atlas]="" [colour]="" [draw]="gl march reference" [gl]="march" [image]="colour" [look]="scene" [sequence]="look" [march]="scene" [team]=""
   [oiio]="colour image" [python]="gl" [reference]="march" [scene]="colour" [study]="colour march verify" [text]=""
   [vdb]="" [verify]="" [view]="colour gl"
 )

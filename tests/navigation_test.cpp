@@ -15,11 +15,10 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
+#include "view/controls.h"
 #include "view/current_volume.h"
-#include "view/keys.h"
-#include "view/pace.h"
-#include "view/recent_files.h"
-#include "view/sequence.h"
+#include "view/files.h"
+#include "view/shown.h"
 #include "view/volume.h"
 #include "view/window.h"
 
@@ -244,7 +243,7 @@ TEST(Volume, TellsHowFarItIs) {
   };
   bool box = false;
   prepare_volume(scene, {}, 0, nullptr, progress, [&](const Subject&) { box = true; });
-  EXPECT_EQ(stages, (std::vector<std::string>{"reading", "preparing", "converting"}));
+  EXPECT_EQ(stages, (std::vector<std::string>{"reading", "converting"}));
   EXPECT_GE(steps, 2);
   EXPECT_GT(last, 0.5);
   EXPECT_TRUE(box);

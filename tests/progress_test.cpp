@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "../tools/progress_marks.h"
+#include "../tools/progress_bar.h"
 
 namespace psivox {
 namespace {

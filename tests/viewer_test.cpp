@@ -142,7 +142,7 @@ TEST_P(Window_, PointsOfTheTransferFunctionAreDragged) {
 }
 
 TEST(Viewer, HandlesBesideTheHistogramChangeRangeAndOpacity) {
-  using Handle = FunctionHandles::Handle;
+  using Handle = TransferEditor::Handle;
   Scene scene = small(asset("blobs.vdb"));
   scene.resolution = {900, 600};
   Hands hands(scene);

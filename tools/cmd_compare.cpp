@@ -6,9 +6,9 @@
 
 #include "command_line.h"
 #include "commands.h"
-#include "overwriting.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "render_call.h"
 
 namespace psivox {
 namespace {

@@ -1,7 +1,6 @@
 // psivox render IN.vdb -o OUT.exr: draws a picture.
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <future>
@@ -11,27 +10,22 @@
 #include <string>
 #include <vector>
 
-#include "command_line.h"
 #include "commands.h"
+#include "frame_list.h"
 #include "movie.h"
 #include "notices.h"
 #include "picture_output.h"
 #include "progress_bar.h"
 #include "psivox/camera_file.h"
-#include "psivox/color_scale.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "psivox/look.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "psivox/vdb.h"
 #include "render_call.h"
-#include "render_frames.h"
 #include "render_on_ranks.h"
-#include "render_report.h"
-#include "scene_options.h"
-#include "thumbnail.h"
+#include "signals.h"
 
 namespace psivox {
 namespace {
@@ -52,94 +46,192 @@ void print_devices() {
   }
 }
 
-/// Opens the marcher while the file is read. get() throws the marcher's error.
-using FutureMarcher = std::future<std::shared_ptr<Marcher>>;
+// --- --thumbnail: a small picture for a file manager, which asks for one of every file that it
+// shows
 
-Drawn draw(const RenderCall& call, Session& session, Marcher& marcher) {
-  ProgressBar bar(call.quiet);
-  Wish wish = wish_of(call);
-  wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
-  return session.draw(marcher, wish);
+constexpr std::uintmax_t most_bytes = std::uintmax_t{1} << 30;
+constexpr std::uint64_t most_memory = std::uint64_t{1} << 30;
+constexpr int most_seconds = 20;
+constexpr double thumbnail_tolerance = 4e-3;  ///< a code of 8 bits
+
+/// Completes the call: the picture is square, exact enough for 8 bits, and quiet; file, memory and
+/// time are bounded. Throws Error(input) for a file beyond the bound.
+void make_thumbnail(RenderCall& call, Scene& scene) {
+  if (call.output.empty() || is_standard_output(call.output) || !call.movie.empty())
+    usage("--thumbnail needs a file as -o, and no film");
+  std::error_code unknown;  // reading will tell
+  const std::uintmax_t bytes = std::filesystem::file_size(scene.input, unknown);
+  if (!unknown && bytes > most_bytes)
+    throw Error(ExitCode::input, in_quotes(scene.input) + " has " + mebibytes(bytes) +
+                                     "; --thumbnail draws files up to " + mebibytes(most_bytes));
+  end_after(most_seconds, "--thumbnail: no picture after 20 s");
+  call.quiet = true;
+  call.thumbnail_name = call.output;
+  if (!has_picture_extension(call.output)) call.output += ".png";
+  scene.resolution = glm::ivec2(*call.thumbnail);
+  if (scene.memory_limit == 0) scene.memory_limit = most_memory;
+  if (!scene.tolerance) scene.tolerance = thumbnail_tolerance;
 }
 
-void print_explanation(Session& session) {
+/// Gives the picture the name that was asked for: some file managers name no extension.
+void name_thumbnail(const RenderCall& call) {
+  if (call.output == call.thumbnail_name) return;
+  std::error_code failed;
+  std::filesystem::rename(call.output, call.thumbnail_name, failed);
+  if (failed)
+    throw Error(ExitCode::output,
+                "cannot write " + in_quotes(call.thumbnail_name) + ": " + failed.message());
+}
+
+// --- a call, by one process or by one of several
+// ---------------------------------------------------
+
+class RenderJob {
+ public:
+  /// `team`: the processes that draw the picture together.
+  explicit RenderJob(std::shared_ptr<Team> team) : team_(std::move(team)) {}
+
+  void run(Arguments arguments);
+
+ private:
+  bool alone() const { return team_->size() == 1; }
+
+  /// Returns false if there is nothing left to do.
+  bool understand(Arguments arguments);
+  /// Returns false if the call asks for one picture.
+  bool draw_frames();
+  View read();
+  /// Tells what the call asks to know before the picture is drawn.
+  void describe(Session& session);
+  void draw(Session& session, Marcher& marcher);
+  /// Compares with the reference, and prints the result to standard output.
+  void print_check(Session& session);
+  void write(const View& view);
+
+  std::shared_ptr<Team> team_;
+  RenderCall call_;
+  Scene scene_;
+  RenderReport report_;
+};
+
+bool RenderJob::understand(Arguments arguments) {
+  if (!parse(call_, arguments)) return false;
+  if (!team_->first()) call_.quiet = true;
+  if (call_.list_devices && alone()) {
+    print_devices();
+    return false;
+  }
+  scene_ = call_.scene.scene();
+  take_layers(call_, scene_);
+  if (call_.thumbnail) make_thumbnail(call_, scene_);
+  if (is_movie_name(call_.output))
+    usage("-o writes pictures; --movie " + call_.output + " writes a film");
+  if (team_->first()) check(call_, scene_);
+  if (!alone()) check_scope(call_, scene_);
+  if (!call_.quiet) print_notices(call_.scene.notices());
+  if (!call_.time_budget) scene_ = with_default_tolerance(scene_);
+  report_.input = scene_.input;
+  report_.output = call_.output;
+  if (!scene_.input.empty()) return true;
+  std::cout << to_json(scene_);  // only with --print-scene
+  return false;
+}
+
+bool RenderJob::draw_frames() {
+  if (!alone()) return false;
+  std::optional<CameraPath> path;
+  if (!call_.camera_path.empty())
+    path = CameraPath::read(call_.camera_path, file_z_is_up(scene_), call_.frame_rate);
+  const auto frames = list_frames(call_, scene_, path ? &*path : nullptr);
+  if (frames) render_frames(call_, scene_, *frames, path ? &*path : nullptr);
+  return frames.has_value();
+}
+
+View RenderJob::read() {
+  const Stopwatch watch;
+  OpenedScene opened = open_scene(
+      scene_, VdbFile(scene_.input),
+      {.background = shows_background(call_), .parts = {.allowed = true, .team = team_}});
+  if (!alone()) check_scope(call_, opened.looked.scene);
+  report_.read_ms = watch.ms();
+  if (call_.quiet) return std::move(opened.view);
+  if (alone() || leaves_look_open(scene_)) print_look(opened.looked, call_.verbose);
+  print_choices(opened, call_.verbose);
+  return std::move(opened.view);
+}
+
+void RenderJob::describe(Session& session) {
+  const View& view = session.view();
+  if (call_.print_scene) std::cout << to_json(view.scene) << std::flush;
+  if (!call_.camera.empty() && team_->first())
+    write_camera(call_.camera, view.camera, z_is_up(view.scene, *view.subject));
+  if (!call_.explain) return;
   for (const Explanation& line : session.explain())
     std::printf("%-16s %s\n", line.what.c_str(), line.text.c_str());
 }
 
-/// Compares with the reference, and prints the result to standard output.
-void print_check(const RenderCall& call, Session& session, RenderReport& report) {
-  ProgressBar bar(call.quiet);
-  report.checked = session.check_error(report.drawn.image, std::min(*call.check_error, 100000000),
-                                       bar.progress());
+void RenderJob::draw(Session& session, Marcher& marcher) {
+  ProgressBar bar(call_.quiet);
+  Wish wish = wish_of(call_);
+  wish.team = team_;
+  wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
+  report_.drawn = session.draw(marcher, wish);
+}
+
+void RenderJob::print_check(Session& session) {
+  ProgressBar bar(call_.quiet);
+  report_.checked = session.check_error(report_.drawn.image,
+                                        std::min(*call_.check_error, 100000000), bar.progress());
+  const CheckedError& checked = *report_.checked;
   std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
-              report.checked->rms, report.checked->max, report.checked->max_x,
-              report.checked->max_y, report.checked->pixels);
-  if (const auto& plan = report.drawn.plan)
+              checked.rms, checked.max, checked.max_x, checked.max_y, checked.pixels);
+  if (const auto& plan = report_.drawn.plan)
     std::printf("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms, plan->chosen.max,
                 method_text(plan->chosen.method).c_str());
 }
 
-void render(const RenderCall& call, Session& session, FutureMarcher opened, RenderReport& report) {
-  const std::shared_ptr<Marcher> marcher = opened.get();
-  report.drawn = draw(call, session, *marcher);
-  if (call.check_error) print_check(call, session, report);
-  put_out(call, session.view(), report);
+void RenderJob::write(const View& view) {
+  put_out(call_, view, report_);
+  if (call_.thumbnail) name_thumbnail(call_);
+  report_.total_ms = process_ms();
+  if (!call_.stats.empty()) write_text(call_.stats, report_.json());
+  if (call_.verbose) std::fputs(report_.table().c_str(), stderr);
+}
+
+void RenderJob::run(Arguments arguments) {
+  report_.startup_ms = process_ms();
+  bool goes_on = true;
+  team_->agree([&] { goes_on = understand(arguments); });
+  if (!goes_on) return;
+  team_->check_same(to_json(scene_) + joined(call_.layers, ","), "has other options");
+  if (draw_frames()) return;
+  // opened while the file is read
+  std::future<std::shared_ptr<Marcher>> opened;
+  if (!call_.output.empty())
+    opened = std::async(std::launch::async, [scene = scene_, place = team_->place()] {
+      return open_own(scene, place);
+    });
+  std::optional<Session> session;
+  team_->agree([&] {
+    session.emplace(read());
+    describe(*session);
+  });
+  if (call_.output.empty()) return;
+  std::shared_ptr<Marcher> marcher;
+  team_->agree([&] { marcher = opened.get(); });
+  draw(*session, *marcher);
+  if (call_.check_error) print_check(*session);
+  team_->agree([&] {
+    if (team_->first()) write(session->view());
+  });
 }
 
 }  // namespace
 
 void render_command(Arguments arguments) {
-  if (const auto team = open_team(); team->size() > 1) return render_on_ranks(arguments, team);
-  RenderReport report;
-  report.startup_ms = process_ms();
-  RenderCall call;
-  if (!parse(call, arguments)) return;
-  if (call.list_devices) return print_devices();
-  Scene scene = call.scene.scene();
-  take_layers(call, scene);
-  if (call.thumbnail) make_thumbnail(call, scene);
-  if (is_movie_name(call.output))
-    usage("-o writes pictures; --movie " + call.output + " writes a film");
-  check(call, scene);
-  if (!call.quiet) print_notices(call.scene.notices());
-  if (!call.time_budget) scene = with_default_tolerance(scene);
-  if (scene.input.empty()) {  // only with --print-scene
-    std::cout << to_json(scene);
-    return;
-  }
-
-  std::optional<CameraPath> path;
-  if (!call.camera_path.empty())
-    path = CameraPath::read(call.camera_path, file_z_is_up(scene), call.frame_rate);
-  if (const auto frames = list_frames(call, scene, path ? &*path : nullptr))
-    return render_frames(call, scene, *frames, path ? &*path : nullptr);
-
-  report.input = scene.input;
-  report.output = call.output;
-  FutureMarcher opened;
-  if (!call.output.empty())
-    opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
-  const Stopwatch reading;
-  const LookedScene looked =
-      with_look(scene, VdbFile(scene.input), "auto", shows_background(call), {.allowed = true});
-  if (!call.quiet) print_look(looked, call.verbose);
-  scene = looked.scene;
-  Session session(make_view(scene, looked.fields));
-  report.read_ms = reading.ms();
-  if (!call.quiet) print_notices(session.view(), scene, call.verbose);
-  if (call.print_scene) std::cout << to_json(session.view().scene) << std::flush;
-  if (!call.camera.empty())
-    write_camera(call.camera, session.view().camera,
-                 z_is_up(session.view().scene, *session.view().subject));
-  if (call.explain) print_explanation(session);
-  if (call.output.empty()) return;
-
-  render(call, session, std::move(opened), report);
-  if (call.thumbnail) name_thumbnail(call);
-  report.total_ms = process_ms();
-  if (!call.stats.empty()) write_text(call.stats, report.json());
-  if (call.verbose) std::fputs(report.table().c_str(), stderr);
+  const std::shared_ptr<Team> team = open_team();
+  const auto work = [&] { RenderJob(team).run(arguments); };
+  team->size() > 1 ? run_on(*team, work) : work();
 }
 
 }  // namespace psivox

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -14,17 +15,73 @@
 #include "progress_bar.h"
 #include "psivox/command_text.h"
 #include "psivox/error.h"
-#include "psivox/look.h"
-#include "psivox/medium.h"
+#include "psivox/open.h"
 #include "psivox/sequence.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
+#include "psivox/text_file.h"
 #include "psivox/vdb.h"
 #include "scene_options.h"
-#include "study_file.h"
 
 namespace psivox {
 namespace {
+
+/// The contents of the file that `--study FILE` names.
+struct StudyFile {
+  Sweep sweep;
+  Scene scene;
+  int repeats = 0;  ///< 0: not given
+};
+
+inline constexpr Range repeats_range{1, 1000};
+
+using nlohmann::json;
+
+/// A list in the command line's syntax.
+std::string list_text(const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array()) return value.dump();
+  std::string text;
+  for (const json& item : value)
+    text += (text.empty() ? "" : ",") + (item.is_string() ? item.get<std::string>() : item.dump());
+  return text;
+}
+
+int repeats_of(const json& value) {
+  if (!value.is_number_integer() || !repeats_range.contains(value.get<double>()))
+    throw Error(ExitCode::usage,
+                "repeats " + value.dump() + ": expected a whole number" + repeats_range.text());
+  return value.get<int>();
+}
+
+/// Reads a JSON object: the sweep's lists by name, as arrays or in the command line's syntax;
+/// `repeats`; and `scene`, an object in the format of --scene. Throws Error(input), Error(usage).
+StudyFile read_study_file(const std::string& path) {
+  const auto fail = [&](const std::string& what) {
+    throw Error(ExitCode::usage, path + ": " + what);
+  };
+  json object;
+  try {
+    object = json::parse(read_text(path, "study"));
+  } catch (const json::exception& error) {
+    fail("not a study in JSON: " + std::string(error.what()));
+  }
+  if (!object.is_object()) fail("not a study: expected a JSON object");
+  StudyFile file;
+  for (const auto& [name, value] : object.items()) {
+    try {
+      if (name == "scene")
+        file.scene = scene_from_json(value.dump(), "scene");
+      else if (name == "repeats")
+        file.repeats = repeats_of(value);
+      else
+        set_sweep(file.sweep, name, list_text(value));
+    } catch (const Error& error) {
+      fail(error.what());
+    }
+  }
+  return file;
+}
 
 struct StudyCall {
   SceneOptions scene;
@@ -124,16 +181,14 @@ void study_frames(const StudyCall& call, const Scene& scene, const FrameList& li
   const Progress progress = bar.progress();
   std::vector<StudiedFrame> studied;
   for (const Frame& frame : list.frames) {
-    const VdbFile file(frame.input);
-    const Scene own = frame_scene(sequence, file, frame.input);
-    const MediumFields fields = read_fields(own, file, true);
-    if (fields.density->active_voxels == 0) continue;
+    OpenedScene opened = open_frame(sequence, VdbFile(frame.input), frame.input);
+    if (opened.looked.fields.density->active_voxels == 0) continue;
     options.folder = folder / formatted("frame.%04d", frame.number);
     if (progress)
       options.progress = [&, done = double(&frame - list.frames.data())](double fraction) {
         progress((done + fraction) / double(list.frames.size()));
       };
-    run_study(make_view(own, fields), options);
+    run_study(std::move(opened.view), options);
     studied.push_back({frame.number, options.folder});
   }
   const std::string conclusion = write_frame_statistics(studied, folder);
@@ -163,19 +218,18 @@ void study_command(Arguments arguments) {
   if (const auto files = sequence_files(inputs))
     return study_frames(call, scene, list_files(call.sequence, *files), options);
   check_study_folder(options.folder, options.resume);
-  const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto");
-  if (!call.quiet) print_look(looked, false);
-  View view = make_view(looked.scene, looked.fields);
+  OpenedScene opened = open_scene(scene, VdbFile(scene.input));
   if (!call.quiet) {
-    print_notices(view, looked.scene);
+    print_look(opened.looked, false);
+    print_choices(opened, false);
     std::fprintf(stderr, "psivox: the scene: %s\n",
-                 render_command_line(studied_scene(view.scene), "picture.png").c_str());
+                 render_command_line(studied_scene(opened.view.scene), "picture.png").c_str());
   }
   std::string conclusion;
   {
     ProgressBar bar(call.quiet);
     options.progress = bar.progress();
-    conclusion = run_study(std::move(view), options);
+    conclusion = run_study(std::move(opened.view), options);
   }
   if (!call.quiet) std::printf("%s\n", conclusion.c_str());
 }

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "notices.h"
-#include "overwriting.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
 #include "psivox/text.h"

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "psivox/camera_motion.h"
+#include "psivox/draw.h"
 #include "psivox/sequence.h"
 #include "render_call.h"
 
@@ -34,5 +36,11 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
 
 /// Prints to stderr the look that was chosen for all frames, or what it sets, as options.
 void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy = true);
+
+/// Draws the frames of a sequence. While one is drawn, the next is read and converted, and the one
+/// before is written, so that at most two volumes and two pictures are in memory. Throws
+/// Error(input) at the end if --keep-going went on after frames that could not be read.
+void render_frames(const RenderCall& call, const Scene& scene, const FrameList& list,
+                   const CameraPath* path);
 
 }  // namespace psivox

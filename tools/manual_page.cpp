@@ -52,7 +52,7 @@ std::string examples_section(std::span<const std::string> examples) {
   return text + ".fi\n";
 }
 
-/// Of error.h.
+/// The exit codes of error.h.
 constexpr std::pair<ExitCode, const char*> exit_statuses[] = {
     {ExitCode::ok, "The work is done."},
     {ExitCode::failure, "Something that no other status names."},

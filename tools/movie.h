@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "psivox/hidden_file.h"
 #include "psivox/image.h"
+#include "psivox/text_file.h"
 
 namespace psivox {
 
@@ -38,7 +38,7 @@ class Movie {
 /// The command that makes a film of pictures `out.####.png`.
 std::string movie_command(const std::string& pictures, const std::string& movie, double frame_rate);
 
-/// Whether the name is that of a film.
+/// Whether a file of this name is a film.
 bool is_movie_name(const std::string& path);
 
 /// Throws Error(usage) for a name of a film that ffmpeg does not know.

@@ -1,39 +1,12 @@
 #include "notices.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <string>
-#include <vector>
 
 #include "psivox/parameters.h"
 #include "psivox/text.h"
 
 namespace psivox {
-
-void print_notices(const View& view, const Scene& scene, bool to_copy) {
-  // Fields made from one grid repeat its notices.
-  std::vector<std::string> printed;
-  const Medium& medium = view.medium;
-  for (const auto& field : {medium.density, medium.luminance, medium.emission}) {
-    if (!field) continue;
-    for (const std::string& notice : field->notices) {
-      if (std::find(printed.begin(), printed.end(), notice) != printed.end()) continue;
-      printed.push_back(notice);
-    }
-  }
-  print_notices(printed);
-  if (scene.up_axis == UpAxis::automatic && !scene.camera_up && !view.subject->z_up.empty())
-    std::fprintf(stderr, "psivox: Z is up (%s); --up-axis y changes that\n",
-                 view.subject->z_up.c_str());
-  const auto print_choice = [&](const char* name, double value) {
-    const std::string text = to_copy ? "--" + std::string(name) + "=" + number_text(value)
-                                     : std::string(name) + formatted(" %.3g", value);
-    std::fprintf(stderr, "psivox: %s, chosen by auto\n", text.c_str());
-  };
-  if (!scene.extinction && scene.attenuates()) print_choice("extinction", *view.scene.extinction);
-  if (!scene.isovalue && scene.shows(Shows::surface))
-    print_choice("isovalue", *view.scene.isovalue);
-}
 
 std::string look_text(const std::string& look, std::span<const Setting> settings, bool to_copy,
                       const std::string& how) {
@@ -62,6 +35,23 @@ void print_look(const LookedScene& looked, bool to_copy, const std::string& how)
 
 void print_notices(std::span<const std::string> notices) {
   for (const std::string& notice : notices) std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+}
+
+void print_choices(const OpenedScene& opened, bool to_copy) {
+  const View& view = opened.view;
+  const Scene& scene = opened.looked.scene;
+  print_notices(notices_of(view.medium));
+  if (scene.up_axis == UpAxis::automatic && !scene.camera_up && !view.subject->z_up.empty())
+    std::fprintf(stderr, "psivox: Z is up (%s); --up-axis y changes that\n",
+                 view.subject->z_up.c_str());
+  const auto print_choice = [&](const char* name, double value) {
+    const std::string text = to_copy ? "--" + std::string(name) + "=" + number_text(value)
+                                     : std::string(name) + formatted(" %.3g", value);
+    std::fprintf(stderr, "psivox: %s, chosen by auto\n", text.c_str());
+  };
+  if (!scene.extinction && scene.attenuates()) print_choice("extinction", *view.scene.extinction);
+  if (!scene.isovalue && scene.shows(Shows::surface))
+    print_choice("isovalue", *view.scene.isovalue);
 }
 
 }  // namespace psivox

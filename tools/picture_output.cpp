@@ -1,6 +1,12 @@
 #include "picture_output.h"
 
+#include <time.h>
+#include <unistd.h>
+
 #include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "notices.h"
 #include "psivox/picture_file.h"
@@ -41,6 +47,143 @@ void put_out(const RenderCall& call, const View& view, RenderReport& report) {
   if (double(image.width) * image.height > long_write) say("writing " + in_quotes(call.output));
   const auto notices = write_picture(call, call.output, view, report);
   if (!call.quiet) print_notices(notices);
+}
+
+namespace {
+
+double per_ray(std::uint64_t count, const RenderStats& stats) {
+  return stats.rays ? static_cast<double>(count) / static_cast<double>(stats.rays) : 0;
+}
+
+}  // namespace
+
+double process_ms() {
+  // Field 22 of /proc/self/stat: the start in clock ticks since boot. Field 2 is the program's name
+  // in parentheses, which may hold anything.
+  std::ifstream file("/proc/self/stat");
+  std::string text;
+  std::getline(file, text);
+  const std::size_t name_end = text.rfind(')');
+  if (name_end == std::string::npos) return 0;
+  std::istringstream fields(text.substr(name_end + 1));
+  std::string skipped;
+  for (int field = 3; field < 22; ++field) fields >> skipped;
+  double ticks = 0;
+  timespec now{};
+  if (!(fields >> ticks) || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0;
+  const double now_s = static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  return 1e3 * (now_s - ticks / static_cast<double>(sysconf(_SC_CLK_TCK)));
+}
+
+std::string RenderReport::json() const {
+  using Json = nlohmann::ordered_json;
+  const RenderStats& stats = drawn.stats;
+  const PreparationTimes& times = drawn.times;
+  const AtlasSize& atlas = drawn.atlas;
+  const std::optional<MarchPlan>& plan = drawn.plan;
+  Json counts = {{"rays", stats.rays},
+                 {"samples", stats.samples},
+                 {"steps", stats.steps},
+                 {"cells", stats.cells},
+                 {"samples_per_ray", per_ray(stats.samples, stats)},
+                 {"passes", stats.passes},
+                 {"clipped_pixels", clipped}};
+  Json error = Json::object();
+  if (drawn.scene.tolerance) error["tolerance"] = *drawn.scene.tolerance;
+  if (plan) {
+    error["method"] = method_text(plan->chosen.method);
+    error["reached"] = plan->reached;
+    error["estimated_rms"] = plan->chosen.rms;
+    error["estimated_max"] = plan->chosen.max;
+    error["pilot_rays"] = plan->rays;
+    error["pilot_samples"] = plan->samples;
+    for (const Trial& trial : plan->trials)
+      error["trials"].push_back({{"method", method_text(trial.method)},
+                                 {"rays", trial.rays},
+                                 {"rms", trial.rms},
+                                 {"max", trial.max},
+                                 {"samples_per_ray", trial.samples},
+                                 {"cost", trial.cost}});
+  }
+  if (drawn.light) {
+    error["light_method"] = drawn.light->method;
+    error["light_rms"] = drawn.light->rms;
+    error["light_max"] = drawn.light->max;
+  }
+  if (drawn.difference) {
+    error["layer_rms"] = drawn.difference->rms;
+    error["layer_max"] = drawn.difference->max;
+  }
+  if (checked) {
+    error["checked_pixels"] = checked->pixels;
+    error["checked_rms"] = checked->rms;
+    error["checked_max"] = checked->max;
+  }
+  const Json report = {
+      {"version", PSIVOX_VERSION},
+      {"renderer", stats.renderer},
+      {"input", input},
+      {"output", output},
+      {"times_ms",
+       {{"startup", startup_ms},
+        {"read", read_ms},
+        {"atlas", times.atlas_ms},
+        {"light", times.light_ms},
+        {"light_cpu", times.light_cpu_ms},
+        {"plan", times.plan_ms},
+        {"plan_cpu", times.plan_cpu_ms},
+        {"gl_init", stats.gl_init_ms},
+        {"shader", stats.shader_ms},
+        {"upload", stats.upload_ms},
+        {"march", stats.march_ms},
+        {"march_cpu", stats.cpu_ms},
+        {"write", write_ms},
+        {"total", total_ms}}},
+      {"counts", counts},
+      {"error", error},
+      {"bytes",
+       {{"atlas", atlas.bytes()},
+        {"atlas_texels", atlas.texel_bytes},
+        {"atlas_pages", atlas.page_bytes},
+        {"atlas_constants", atlas.constant_bytes},
+        {"output", output_bytes}}},
+      {"bricks", {{"textured", atlas.textured_bricks}, {"constant", atlas.constant_bricks}}}};
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string RenderReport::table() const {
+  const RenderStats& stats = drawn.stats;
+  const PreparationTimes& times = drawn.times;
+  const AtlasSize& atlas = drawn.atlas;
+  std::string out = "renderer  " + stats.renderer + "\n";
+  out += formatted("times     startup %.1f, read %.1f, atlas %.1f, GL init %.1f, shader %.1f, ",
+                   startup_ms, read_ms, times.atlas_ms, stats.gl_init_ms, stats.shader_ms);
+  if (times.light_ms > 0) out += formatted("light %.1f, ", times.light_ms);
+  if (times.plan_ms > 0) out += formatted("plan %.1f, ", times.plan_ms);
+  out += formatted("upload %.1f, march %.1f, write %.1f; total %.1f ms\n", stats.upload_ms,
+                   stats.march_ms, write_ms, total_ms);
+  if (const auto& plan = drawn.plan)
+    out += formatted("march     %s; estimated error RMS %.1e, max %.1e (%d rays)\n",
+                     method_text(plan->chosen.method).c_str(), plan->chosen.rms, plan->chosen.max,
+                     plan->rays);
+  if (const auto& light = drawn.light)
+    out += formatted("light     %s; estimated error RMS %.1e, max %.1e\n", light->method.c_str(),
+                     light->rms, light->max);
+  if (const auto& difference = drawn.difference)
+    out +=
+        formatted("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
+  out += formatted("rays      %llu", static_cast<unsigned long long>(stats.rays));
+  if (stats.cells)
+    out += formatted(", %.1f cells each\n", per_ray(stats.cells, stats));
+  else
+    out += formatted(", %.1f samples and %.1f steps each\n", per_ray(stats.samples, stats),
+                     per_ray(stats.steps, stats));
+  out += formatted("atlas     %.2f MiB: %llu textured and %llu constant bricks\n",
+                   static_cast<double>(atlas.bytes()) / (1 << 20),
+                   static_cast<unsigned long long>(atlas.textured_bricks),
+                   static_cast<unsigned long long>(atlas.constant_bricks));
+  out += formatted("output    %.2f MiB\n", static_cast<double>(output_bytes) / (1 << 20));
+  return out;
 }
 
 }  // namespace psivox

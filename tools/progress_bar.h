@@ -2,10 +2,33 @@
 
 #include <chrono>
 
-#include "progress_marks.h"
 #include "psivox/progress.h"
 
 namespace psivox {
+
+/// Decides when progress is worth showing: first after `patience_s`, then whenever one of `parts`
+/// equal parts of the work is done, and at least every `silence_s`.
+class ProgressMarks {
+ public:
+  ProgressMarks(int parts, double patience_s, double silence_s)
+      : parts_(parts), patience_s_(patience_s), silence_s_(silence_s) {}
+
+  /// Whether to show `fraction`, 0 to 1, now. Times count from the start of the work.
+  bool passes(double fraction, double passed_s) {
+    if (passed_s < patience_s_) return false;
+    const int part = static_cast<int>(fraction * parts_);
+    if (part <= part_ && passed_s < shown_s_ + silence_s_) return false;
+    part_ = part;
+    shown_s_ = passed_s;
+    return true;
+  }
+
+ private:
+  int parts_;
+  double patience_s_, silence_s_;
+  int part_ = -1;  ///< the last one shown
+  double shown_s_ = 0;
+};
 
 /// Shows progress on stderr with the time left: a bar on a terminal; elsewhere a line for every
 /// tenth or every ten seconds. Work that is done in a moment shows nothing.

@@ -1,10 +1,12 @@
 #include "render_call.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "command_line.h"
-#include "overwriting.h"
+#include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/open.h"
 #include "psivox/picture_file.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
@@ -125,15 +127,6 @@ bool parse(RenderCall& call, Arguments arguments) {
 
 namespace {
 
-void check_layers(const RenderCall& call, const Scene& scene) {
-  if (scene.shows(Shows::plane) && (call.check_error || call.explain))
-    usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
-  for (const std::string& layer : call.layers) {
-    const std::string obstacle = layer_obstacle(layer, scene);
-    if (!obstacle.empty()) usage(obstacle);
-  }
-}
-
 /// What gives the picture that vdb_render takes as its last argument, or any.
 std::string likely_output(const RenderCall& call) {
   const std::vector<std::string>& inputs = call.sequence.inputs;
@@ -155,13 +148,11 @@ void take_layers(RenderCall& call, const Scene& scene) {
 }
 
 void check(const RenderCall& call, const Scene& scene) {
-  if (call.time_budget) {
-    if (scene.tolerance) usage("--time-budget and --tolerance exclude each other");
-    if (scene.renderer == RendererKind::reference)
-      usage("--time-budget is for a march; --renderer reference does not march");
-    check_method_unset(scene, "--time-budget");
-  }
-  check_layers(call, scene);
+  if (call.time_budget && scene.tolerance)
+    usage("--time-budget and --tolerance exclude each other");
+  check_picture(scene, call.layers, call.time_budget.has_value());
+  if (scene.shows(Shows::plane) && (call.check_error || call.explain))
+    usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
   const WrittenFile written[] = {{"-o", call.output},
                                  {"--movie", call.movie},
                                  {"--stats", call.stats},
@@ -194,6 +185,38 @@ Wish wish_of(const RenderCall& call) {
   wish.count = call.verbose || !call.stats.empty();
   wish.time_budget_ms = call.time_budget;
   return wish;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_file(const std::string& path) { return !path.empty() && path != "-"; }
+
+/// Devices such as /dev/null keep nothing that could be lost.
+bool same_file(const std::string& a, const std::string& b) {
+  if (!is_file(a) || !is_file(b)) return false;
+  std::error_code missing;
+  if (fs::exists(a, missing) && fs::exists(b, missing))
+    return fs::is_regular_file(a, missing) && fs::equivalent(a, b, missing);
+  return fs::weakly_canonical(a, missing) == fs::weakly_canonical(b, missing);
+}
+
+}  // namespace
+
+void check_overwriting(std::span<const WrittenFile> written, std::span<const std::string> read) {
+  for (std::size_t n = 0; n < written.size(); ++n) {
+    const auto& [option, path] = written[n];
+    const std::string what = std::string(option) + " " + in_quotes(path);
+    for (const std::string& input : read)
+      if (same_file(path, input))
+        throw Error(ExitCode::usage, what + " is the input " + in_quotes(input) +
+                                         ", which it would replace; give another name");
+    for (const WrittenFile& other : written.first(n))
+      if (same_file(path, other.path))
+        throw Error(ExitCode::usage, what + " is also the file of " + std::string(other.option) +
+                                         "; give another name");
+  }
 }
 
 }  // namespace psivox

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "commands.h"
-#include "frame_options.h"
 #include "psivox/draw.h"
 #include "psivox/image.h"
 #include "scene_options.h"
@@ -43,5 +43,15 @@ void check(const RenderCall& call, const Scene& scene);
 
 /// The picture that the call asks for, without progress.
 Wish wish_of(const RenderCall& call);
+
+/// A file that an option writes. An empty path is none.
+struct WrittenFile {
+  const char* option;
+  std::string path;
+};
+
+/// Throws Error(usage) if one of the files is also read, by whatever name or link, or written by
+/// two options. Empty names and `-` are no files.
+void check_overwriting(std::span<const WrittenFile> written, std::span<const std::string> read);
 
 }  // namespace psivox

@@ -1,5 +1,3 @@
-#include "render_frames.h"
-
 #include <cstdio>
 #include <filesystem>
 #include <future>
@@ -7,21 +5,100 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "frame_maker.h"
+#include "frame_list.h"
 #include "movie.h"
 #include "notices.h"
 #include "picture_output.h"
 #include "progress_bar.h"
 #include "psivox/camera_file.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/hidden_file.h"
 #include "psivox/sequence.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
-#include "render_report.h"
 
 namespace psivox {
 namespace {
+
+/// A frame that was read.
+struct ReadFrame {
+  std::shared_ptr<Session> session;
+  Scene scene;         ///< to draw, complete
+  double read_ms = 0;  ///< reading and converting
+};
+
+/// Knows the scene of each frame, and reads frames. Only one thread may use it at a time.
+class FrameMaker {
+ public:
+  FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
+             const CameraPath* path);
+
+  const SequenceScene& sequence() const { return sequence_; }
+
+  /// The frame's scene as its picture's metadata has it, without reading voxels; unset if the
+  /// camera follows what they show. Throws Error(input).
+  std::optional<Scene> scene_of(const Frame& frame) const;
+
+  /// Reads a frame; the session of the frame before if that has the same file. Throws Error(input),
+  /// Error(memory).
+  ReadFrame read(const Frame& frame);
+
+ private:
+  Scene moved(const Scene& scene, int frame) const;
+
+  SequenceScene sequence_;
+  std::optional<int> turntable_;
+  const CameraPath* path_;
+  bool follow_;
+  int first_;
+  std::string last_input_;
+  std::shared_ptr<Session> last_session_;
+  Scene last_scene_;
+};
+
+FrameMaker::FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
+                       const CameraPath* path)
+    : sequence_(resolve_sequence(scene, list.samples, "auto", shows_background(call),
+                                 call.keep_going ? list.files : std::vector<std::string>())),
+      turntable_(call.turntable),
+      path_(path),
+      follow_(call.follow),
+      first_(list.first) {
+  if (!turntable_ || scene.camera_position) return;
+  // the camera as the scene sets it, in the look that was chosen
+  Scene open = scene;
+  open.up_axis = sequence_.scene.up_axis;
+  const Scene framed = framed_for_turn(open, *sequence_.subject);
+  keep_camera(sequence_.scene, make_camera(framed, *sequence_.subject));
+}
+
+Scene FrameMaker::moved(const Scene& scene, int frame) const {
+  if (path_) return path_->at(scene, frame);
+  if (turntable_) return turned(scene, 360.0 * (frame - first_) / *turntable_);
+  return scene;
+}
+
+std::optional<Scene> FrameMaker::scene_of(const Frame& frame) const {
+  if (follow_) return {};
+  return moved(frame_scene(sequence_, VdbFile(frame.input), frame.input), frame.number);
+}
+
+ReadFrame FrameMaker::read(const Frame& frame) {
+  const Stopwatch watch;
+  if (last_input_ != frame.input) {
+    last_session_.reset();
+    const VdbFile file(frame.input);
+    View view = open_frame(sequence_, file, frame.input).view;
+    if (follow_) view = followed(std::move(view));
+    last_scene_ = view.scene;
+    last_session_ = std::make_shared<Session>(std::move(view));
+    // a limit is for one volume: no other one is converted beside it
+    if (last_scene_.memory_limit == 0 && last_scene_.renderer != RendererKind::reference)
+      last_session_->convert();
+    last_input_ = frame.input;
+  }
+  return {last_session_, moved(last_scene_, frame.number), watch.ms()};
+}
 
 /// Whether the frame's picture is there, of that scene, and not older than its volume.
 bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {

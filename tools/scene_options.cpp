@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "psivox/camera_file.h"
-#include "psivox/look.h"
+#include "psivox/open.h"
 #include "psivox/parameters.h"
 #include "psivox/scene_file.h"
 #include "psivox/sequence.h"
@@ -48,28 +47,41 @@ std::vector<std::string> SceneOptions::notices() const {
   return notices;
 }
 
-/// The camera of the file, for the picture and the up axis that the settings name.
-void SceneOptions::use_camera(Scene& scene) const {
-  Scene known = scene;
-  apply_over(known, settings_);
-  const FileCamera camera = read_camera(camera_, file_z_is_up(known));
-  scene.resolution = known.resolution;
-  set_camera(scene, camera);
-}
-
 Scene SceneOptions::scene(Scene scene) {
   if (!file_.empty()) {
     SceneFile read = read_scene_file(file_);
     scene = std::move(read.scene);
     layers_ = std::move(read.layers);
   }
-  if (!camera_.empty()) use_camera(scene);
-  apply_over(scene, settings_);
+  scene = with_settings(std::move(scene), camera_, settings_, file_z_is_up);
   Scene given = scene;
   // the look may bring a surface
   if (leaves_look_open(scene) || !scene.look.empty()) given.isovalue.reset();
   validate(given);
   return scene;
+}
+
+void FrameOptions::add_to(CommandLine& line) {
+  line.add_option("IN.vdb", inputs,
+                  "a volume; or a sequence: fire.####.vdb, a folder, or several files")
+      ->type_name("")
+      ->take_all();
+  line.add_option("--frames", frames,
+                  "frames of a sequence, such as 1-100, 1-100x2 or 1-10,20 (default: all)")
+      ->type_name("A-B[xS]")
+      ->group(frames_group);
+  line.add_option("--auto-from", auto_from,
+                  "frames from which extinction, camera, range, look and exposure are chosen for "
+                  "all (default: the first, the middle and the last)")
+      ->type_name("all|A-B[xS]")
+      ->group(frames_group);
+  line.add_option("--missing", missing,
+                  "what to do about a frame without a file: refuse to start, leave it out, or take "
+                  "the one before it")
+      ->type_name("error|skip|hold")
+      ->check(CLI::IsMember({"error", "skip", "hold"}).description(""))
+      ->capture_default_str()
+      ->group(frames_group);
 }
 
 }  // namespace psivox

@@ -33,8 +33,6 @@ class SceneOptions {
   const std::vector<std::string>& layers() const { return layers_; }
 
  private:
-  void use_camera(Scene& scene) const;
-
   std::string file_, camera_;
   std::vector<Setting> settings_;
   std::vector<std::string> layers_;
@@ -42,5 +40,18 @@ class SceneOptions {
 
 /// Whether Z is up, by the scene or else by its input, the first file of a sequence.
 bool file_z_is_up(const Scene& scene);
+
+/// The options that say which frames a command works on.
+struct FrameOptions {
+  std::vector<std::string> inputs;
+  std::string frames;             ///< empty: all
+  std::string auto_from;          ///< empty: the first, the middle and the last; `all`
+  std::string missing = "error";  ///< or `skip`, `hold`
+
+  void add_to(CommandLine& line);
+};
+
+/// Their section in --help.
+inline constexpr const char* frames_group = "Frames";
 
 }  // namespace psivox

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "psivox/error.h"
-#include "psivox/hidden_file.h"
+#include "psivox/text_file.h"
 
 namespace psivox {
 

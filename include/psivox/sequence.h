@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "psivox/look.h"
+#include "psivox/open.h"
 #include "psivox/subject.h"
 
 // Sequences: one file for each frame, and one scene for all of them.
@@ -74,8 +74,8 @@ struct SequenceScene {
 };
 
 /// Resolves a scene for a sequence by some of its files:
-///   grid        `density` if one of them has it, else that of most
-///   look        `fire` if one of them burns, else that of most, else that of the later ones
+///   grid        `density` if one of them has it, else the grid of most
+///   look        `fire` if one of them burns, else the look of most, else of the later ones
 ///   extinction  the least, so that the densest frame is as transparent as a picture of its own
 ///   range       from the least to the greatest value
 ///   brightness of light and flame: the least, so that the brightest frame is not clipped
@@ -87,7 +87,11 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
                                const std::string& open_look = "plain", bool background = true,
                                std::span<const std::string> instead = {});
 
-/// The scene for one of the sequence's files, without grids of the look's that the file lacks.
+/// The scene for one of the sequence's files, without grids of the look that the file lacks.
 Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path);
+/// Reads one of the sequence's files for its scene. `empty`: grids without active voxels count, as
+/// zeros. Throws what open_scene throws.
+OpenedScene open_frame(const SequenceScene& sequence, const VdbFile& file, const std::string& path,
+                       bool empty = true);
 
 }  // namespace psivox

@@ -9,6 +9,9 @@
 
 namespace psivox {
 
+/// Text of a file for a terminal: control characters are escaped as \x1b.
+std::string printable(std::string_view text);
+
 /// `text` in single quotes, with control characters escaped, for a message of one line.
 std::string in_quotes(std::string_view text);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 namespace psivox {
@@ -13,5 +14,35 @@ void write_text(const std::string& path, const std::string& text);
 
 /// Throws Error(output) if write_text could not begin.
 void check_text_writable(const std::string& path);
+
+/// A new file under a hidden name beside its target. It gets the target's name when it is complete,
+/// so that the target appears whole or not at all. Its lock tells others that its writer lives.
+class HiddenFile {
+ public:
+  /// Creates the file. Throws std::system_error.
+  explicit HiddenFile(const std::filesystem::path& target);
+  /// Removes the file, unless it has got its name.
+  ~HiddenFile();
+  HiddenFile(const HiddenFile&) = delete;
+  HiddenFile& operator=(const HiddenFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  /// Another descriptor of the file for writing, which the caller closes. Throws
+  /// std::system_error.
+  int open() const;
+  /// Gives it the target's name, replacing another file. Throws std::system_error.
+  void show();
+
+ private:
+  std::filesystem::path target_, path_;
+  int lock_ = -1;  ///< a descriptor that holds the lock
+};
+
+/// Removes all hidden files of this process and blocks every further one: for a process that is
+/// about to end. It must not be called by a signal handler.
+void remove_hidden_files();
+
+/// Removes a folder's hidden files whose writers have ended without removing them, as by SIGKILL.
+void remove_abandoned_files(const std::filesystem::path& folder);
 
 }  // namespace psivox

@@ -1,5 +1,5 @@
 // Psi of linear attenuation as a rational function of both ends and one root, found by
-// tools/fit_psi.cpp: |dPsi| <= 8.5e-4 for all ends up to 1e4, no exponential but zeta's. It is the back
+// tools/fit_psi.py: |dPsi| <= 8.5e-4 for all ends up to 1e4, no exponential but zeta's. It is the back
 // end's share (Psi - zeta)/(1 - zeta) that is fitted, with its exact limit (x_f + 2 x_b)/(3 (x_f + x_b))
 // of thin media, so that constant L stays exact.
 Weights psi_fit(Segment s) {

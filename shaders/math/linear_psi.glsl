@@ -10,7 +10,7 @@ struct Tail {
 };
 
 // rho = r (p + sqrt(pi)/2), which is 1/2 at p = 0 and for ever, as a Chebyshev sum in
-// y = (p - 3)/(p + 3), written as a polynomial. Numbers: tools/fit_psi.cpp.
+// y = (p - 3)/(p + 3), written as a polynomial. Numbers: tools/fit_psi.py.
 real mills_rho(real y) {
 #if REAL_BITS == 64  // degree 22, relative error 5.0e-14
   real s = real(-2.8240447669247715e-07);
@@ -49,7 +49,7 @@ Tail growing_tail(real x, real w) {
 // N = 2 p F - 1,
 //   V = 2 F/w = (1 + N)/x,  U = 2 N/w^2.
 // F from 2 on by way of N, so that N keeps its relative precision as it falls like 1/(2 p^2).
-// Chebyshev sums, written as polynomials. Numbers: tools/fit_psi.cpp.
+// Chebyshev sums, written as polynomials. Numbers: tools/fit_psi.py.
 
 real dawson_near(real y) {  // F/p of p to 2, y = p^2/2 - 1
 #if REAL_BITS == 64  // degree 17, relative error 6.1e-17

@@ -7,9 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "output_file.h"
-#include "psivox/hidden_file.h"
 #include "psivox/image.h"
+#include "psivox/text_file.h"
 
 namespace psivox::image_io {
 

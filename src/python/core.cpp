@@ -7,19 +7,12 @@
 
 #include <algorithm>
 #include <array>
-#include <glm/common.hpp>
-#include <glm/ext/matrix_transform.hpp>
 #include <variant>
 
-#include "arrays.h"
+#include "core.h"
 #include "drawing.h"
 #include "gl/object_counts.h"
-#include "interrupt.h"
-#include "psivox/dense_field.h"
-#include "psivox/file_report.h"
 #include "psivox/guarded_reading.h"
-#include "psivox/leaf_values.h"
-#include "psivox/memory.h"
 #include "psivox/option_concepts.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
@@ -49,17 +42,6 @@ std::string with_keywords(const std::string& message) {
   return out;
 }
 
-namespace {
-
-std::vector<std::string> all_with_keywords(std::vector<std::string> notices) {
-  for (std::string& notice : notices) notice = with_keywords(notice);
-  return notices;
-}
-
-using Floats = py::array_t<float, py::array::c_style>;
-using File = std::shared_ptr<const VdbFile>;
-
-/// Calls `report`, unless it is None, and lets Ctrl-C end the work.
 Progress reporting(const py::object& report) {
   const bool reports = !report.is_none();
   return [report = report.ptr(), reports, check = SignalCheck()](double fraction) mutable {
@@ -73,6 +55,15 @@ Progress reporting(const py::object& report) {
     }
   };
 }
+
+namespace {
+
+std::vector<std::string> all_with_keywords(std::vector<std::string> notices) {
+  for (std::string& notice : notices) notice = with_keywords(notice);
+  return notices;
+}
+
+using Floats = py::array_t<float, py::array::c_style>;
 
 std::string kind_of(const Parameter& p) {
   return std::visit(
@@ -119,50 +110,6 @@ std::string hint(const std::string& name, const std::vector<std::string>& known)
   return std::find(known.begin(), known.end(), meant) == known.end()
              ? suggestion(name, known)
              : "; " + meant + " does that here";
-}
-
-/// All voxels of a grid's active box: x, y, z and, of vectors, the component.
-py::array_t<float> dense_values(const VdbFile& file, const std::string& grid) {
-  const Field field = run([&] { return file.read(grid, {.role = GridRole::data}); });
-  const Box& box = field.active_box;
-  const glm::ivec3 size = box.max - box.min + 1;
-  const double bytes = 4.0 * size.x * size.y * size.z * field.channels;
-  if (const std::uint64_t free = available_memory(); free > 0 && bytes > double(free))
-    throw Error(ExitCode::memory, "grid " + in_quotes(grid) +
-                                      formatted(" of %dx%dx%d voxels is too large to be dense in "
-                                                "the memory that is free",
-                                                size.x, size.y, size.z));
-  std::vector<py::ssize_t> shape{size.x, size.y, size.z};
-  if (field.channels == 3) shape.push_back(3);
-  py::array_t<float> array(shape);
-  const auto channels = std::size_t(field.channels);
-  float* const out = array.mutable_data();
-  const auto put = [&](const glm::ivec3& voxel, const float* value) {
-    const glm::ivec3 at = voxel - box.min;
-    if (at.x < 0 || at.y < 0 || at.z < 0 || at.x >= size.x || at.y >= size.y || at.z >= size.z)
-      return;
-    const std::size_t index =
-        (std::size_t(at.x) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.z) +
-        std::size_t(at.z);
-    std::copy_n(value, channels, out + index * channels);
-  };
-  run([&] {
-    std::fill_n(out, std::size_t(array.size()), 0.0f);
-    for (const Tile& tile : field.tiles) {
-      const glm::ivec3 from = glm::max(tile.origin, box.min);
-      const glm::ivec3 to = glm::min(tile.origin + (tile.width - 1), box.max);
-      for (int x = from.x; x <= to.x; ++x)
-        for (int y = from.y; y <= to.y; ++y)
-          for (int z = from.z; z <= to.z; ++z) put({x, y, z}, &tile.value.x);
-    }
-    for (const Leaf& leaf : field.leaves) {
-      const OrderedValues values(field, leaf);
-      for (int i = 0; i < 512; ++i)
-        put(leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7),
-            values.data() + std::size_t(i) * channels);
-    }
-  });
-  return array;
 }
 
 /// Any picture as the library has it: H x W x 4, or x 3 with alpha 1.
@@ -229,70 +176,6 @@ void define_errors(py::module_& m) {
       PyErr_SetObject(error_type.ptr(), exception.ptr());
     }
   });
-}
-
-void define_grids(py::module_& m) {
-  py::class_<VdbFile, std::shared_ptr<VdbFile>>(m, "File")
-      .def(py::init([](const std::string& path) {
-        const Progress interruptible = reporting(py::none());
-        return run([&] { return std::make_shared<VdbFile>(path, interruptible); });
-      }))
-      .def_property_readonly("names", &VdbFile::names)
-      .def("channels", &VdbFile::channels)
-      .def("default_grid",
-           [](const VdbFile& file) { return run([&] { return file.default_grid(); }); })
-      .def("values", &dense_values)
-      .def("place", [](const VdbFile& file, const std::string& name) -> py::object {
-        const auto rows = run([&] { return file.info(false); });
-        for (const GridInfo& row : rows) {
-          if (row.name != name) continue;
-          py::list matrix;
-          for (int r = 0; r < 4; ++r)
-            for (int c = 0; c < 4; ++c) matrix.append(row.world_from_index[c][r]);
-          const auto three = [](const auto& v) { return py::make_tuple(v.x, v.y, v.z); };
-          return py::dict(
-              py::arg("min") = three(row.active_box.min),
-              py::arg("max") = three(row.active_box.max),
-              py::arg("voxel_size") = three(row.voxel_size), py::arg("world_from_index") = matrix,
-              py::arg("active_voxels") = row.active_voxels, py::arg("value_type") = row.value_type);
-        }
-        return py::none();
-      });
-  m.def(
-      "gather",
-      [](const std::vector<std::tuple<std::string, std::shared_ptr<VdbFile>, std::string>>& grids) {
-        return run([&] {
-          std::vector<NamedGrid> named;
-          for (const auto& [name, file, grid] : grids) named.push_back({name, file, grid});
-          return std::make_shared<VdbFile>(std::move(named));
-        });
-      });
-  py::class_<DenseField>(m, "DenseField")
-      .def(py::init([](const std::string& name, const std::array<int, 3>& shape, int channels,
-                       const std::array<double, 3>& voxel_size,
-                       const std::array<double, 3>& origin) {
-        glm::dmat4 place = glm::translate(glm::dmat4(1), {origin[0], origin[1], origin[2]});
-        place = glm::scale(place, {voxel_size[0], voxel_size[1], voxel_size[2]});
-        return DenseField(name, {shape[0], shape[1], shape[2]}, channels, place);
-      }))
-      .def("add",
-           [](DenseField& field, const Floats& slab) {
-             const std::span<const float> values(slab.data(), std::size_t(slab.size()));
-             run([&] { field.add(values); });
-           })
-      .def("hold",
-           [](DenseField& field, const py::array& values) {
-             const ArrayValues array = values_in_place(values);
-             std::shared_ptr<const void> owner = kept(values);
-             run([&] { field.hold(array, std::move(owner)); });
-           })
-      .def("finish", [](DenseField& field) {
-        return run([&] {
-          return std::make_shared<VdbFile>(std::make_shared<const Field>(field.finish()));
-        });
-      });
-  m.def("info",
-        [](const std::string& path) { return run([&] { return report_of(path).json(); }); });
 }
 
 void define_pictures(py::module_& m) {

@@ -1,13 +1,13 @@
 #include "drawing.h"
 
 #include <algorithm>
+#include <atomic>
 #include <set>
 
 #include "psivox/camera.h"
-#include "psivox/camera_file.h"
 #include "psivox/clip.h"
 #include "psivox/error.h"
-#include "psivox/look.h"
+#include "psivox/open.h"
 #include "psivox/scene_file.h"
 
 namespace psivox::python {
@@ -28,16 +28,7 @@ void take(const Scene& from, const Parameter& p, Scene& to) {
 
 /// Checks what needs no work.
 void check(const Scene& scene, const PictureWords& wanted) {
-  for (const std::string& layer : wanted.layers) {
-    const std::string obstacle = layer_obstacle(layer, scene);
-    if (!obstacle.empty()) throw Error(ExitCode::usage, obstacle);
-  }
-  if (wanted.time_budget_ms) {
-    if (scene.renderer == RendererKind::reference)
-      throw Error(ExitCode::usage,
-                  "--time-budget is for a march; --renderer reference does not march");
-    check_method_unset(scene, "--time-budget");
-  }
+  check_picture(scene, wanted.layers, wanted.time_budget_ms.has_value());
   if (wanted.check_error > 0 && scene.shows(Shows::plane))
     throw Error(ExitCode::usage, "--mode slice does not march: it has no error to check");
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(wanted.layers.size()), 0);
@@ -62,16 +53,9 @@ Scene scene_of(const SceneWords& words, const VdbFile& file, Scene scene) {
   if (!words.base_file.empty()) scene = read_scene_file(words.base_file).scene;
   std::vector<Setting> settings;
   for (const auto& [name, text] : words.settings) settings.push_back({name, text});
-  if (!words.camera.empty()) {
-    Scene known = scene;
-    apply_over(known, settings);
-    const bool z_up =
-        known.up_axis == UpAxis::automatic ? !file.z_up().empty() : known.up_axis == UpAxis::z;
-    const FileCamera camera = read_camera(words.camera, z_up);
-    scene.resolution = known.resolution;
-    set_camera(scene, camera);
-  }
-  apply_over(scene, settings);
+  scene = with_settings(std::move(scene), words.camera, settings, [&](const Scene& known) {
+    return known.up_axis == UpAxis::automatic ? !file.z_up().empty() : known.up_axis == UpAxis::z;
+  });
   validate(scene);
   return scene;
 }
@@ -100,19 +84,19 @@ void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress
   session_.reset();
   progress(0);
   const Scene scene = in_time ? given : with_default_tolerance(given);
-  LookedScene looked = with_look(scene, *file_, "auto", true, {.allowed = true});
+  OpenedScene opened = open_scene(scene, *file_, {.parts = {.allowed = true}});
   progress(0);
   look_background_.reset();
-  if (!given.background) look_background_ = std::exchange(looked.scene.background, {});
+  looked_ = std::move(opened.looked.scene);
+  if (!given.background) {
+    look_background_ = std::exchange(looked_.background, {});
+    opened.view.scene.background.reset();
+  }
   notices_ = color_notices_;
-  for (const auto& field : {looked.fields.density, looked.fields.luminance,
-                            looked.fields.temperature, looked.fields.emission})
-    if (field)
-      for (const std::string& notice : field->notices) add_once(notices_, notice);
+  for (const std::string& notice : notices_of(opened.view.medium)) add_once(notices_, notice);
   prepared_ = given;
   in_time_ = in_time;
-  looked_ = looked.scene;
-  session_.emplace(make_view(looked.scene, looked.fields));
+  session_.emplace(std::move(opened.view));
 }
 
 std::optional<Scene> Drawing::moved(const Scene& given, bool in_time) const {
@@ -194,8 +178,69 @@ void Drawing::close() {
 }
 
 View study_view(const VdbFile& file, const SceneWords& words) {
-  const LookedScene looked = with_look(scene_of(words, file), file, "auto");
-  return make_view(looked.scene, looked.fields);
+  return open_scene(scene_of(words, file), file).view;
+}
+
+namespace {
+constexpr std::size_t most_idle = 2;
+}
+
+Marchers& marchers() {
+  static auto* const kept = new Marchers;
+  return *kept;
+}
+
+std::shared_ptr<Marcher> Marchers::take(RendererKind renderer, int device) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(idle_.begin(), idle_.end(), [&](const Idle& idle) {
+      return idle.renderer == renderer && idle.device == device;
+    });
+    if (found != idle_.end()) {
+      std::shared_ptr<Marcher> marcher = std::move(found->marcher);
+      idle_.erase(found);
+      return marcher;
+    }
+  }
+  Scene scene;
+  scene.renderer = renderer;
+  scene.device = device;
+  return open_marcher(scene);
+}
+
+void Marchers::give_back(RendererKind renderer, int device, std::shared_ptr<Marcher> marcher) {
+  const std::lock_guard lock(mutex_);
+  if (idle_.size() < most_idle) idle_.push_back({renderer, device, std::move(marcher)});
+}
+
+void Marchers::close() {
+  const std::lock_guard lock(mutex_);
+  idle_.clear();
+}
+
+Marcher& Lease::get(const Scene& scene) {
+  if (marcher_ && (renderer_ != scene.renderer || device_ != scene.device)) end();
+  if (!marcher_) {
+    renderer_ = scene.renderer;
+    device_ = scene.device;
+    marcher_ = marchers().take(renderer_, device_);
+  }
+  return *marcher_;
+}
+
+void Lease::end(bool large) {
+  if (marcher_ && !large) marchers().give_back(renderer_, device_, std::move(marcher_));
+  marcher_.reset();
+}
+
+void check_process() {
+  static std::atomic<pid_t> first = 0;
+  pid_t none = 0;
+  const pid_t own = getpid();
+  if (!first.compare_exchange_strong(none, own) && none != own)
+    throw Error(ExitCode::failure,
+                "this process was forked from one that has used psivox; start it with "
+                "multiprocessing.get_context('spawn')");
 }
 
 }  // namespace psivox::python

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <unistd.h>
+
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -8,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "marchers.h"
 #include "psivox/draw.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
@@ -16,6 +17,50 @@
 #include "psivox/vdb.h"
 
 namespace psivox::python {
+
+/// Marchers that nobody draws with now: opening one takes longer than drawing a small picture.
+class Marchers {
+ public:
+  std::shared_ptr<Marcher> take(RendererKind renderer, int device);
+  /// Keeps the marcher for the next picture, unless there are some already.
+  void give_back(RendererKind renderer, int device, std::shared_ptr<Marcher> marcher);
+  void close();
+
+ private:
+  struct Idle {
+    RendererKind renderer;
+    int device;
+    std::shared_ptr<Marcher> marcher;
+  };
+  std::mutex mutex_;
+  std::vector<Idle> idle_;
+};
+
+/// Never destroyed: drivers end before a static object would.
+Marchers& marchers();
+
+/// A marcher while somebody draws with it.
+class Lease {
+ public:
+  Lease() = default;
+  ~Lease() { end(); }
+  Lease(const Lease&) = delete;
+  Lease& operator=(const Lease&) = delete;
+
+  /// The marcher that a scene asks for.
+  Marcher& get(const Scene& scene);
+  /// Gives the marcher back; `large`: what it holds takes so much memory that it is closed.
+  void end(bool large = false);
+
+ private:
+  RendererKind renderer_ = RendererKind::gl;
+  int device_ = -1;
+  std::shared_ptr<Marcher> marcher_;
+};
+
+/// Throws Error(failure) in a process that was forked from one that has drawn: neither threads nor
+/// OpenGL survive a fork.
+void check_process();
 
 /// A scene as a call gives it: keywords over a camera's file over another scene.
 struct SceneWords {
@@ -63,7 +108,7 @@ class Drawing {
   Drawing& operator=(const Drawing&) = delete;
 
   /// The scene with these words over the drawing's own. Where the medium depends on them it is made
-  /// anew, else atlas, light and context are those of the picture before.
+  /// anew, else it uses the atlas, light and context of the picture before.
   Picture draw(const SceneWords& words, const PictureWords& wanted, const Progress& progress);
 
   /// Lets others draw with its context, until the next picture.

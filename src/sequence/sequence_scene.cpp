@@ -24,10 +24,10 @@ struct Sample {
 Sample sample_of(Scene scene, const std::string& path, const std::string& open_look,
                  bool background) {
   scene.input = path;
-  Sample sample{with_look(scene, VdbFile(path), open_look, background), {}, {}};
-  const bool dark = sample.looked.fields.density->stored_range == glm::vec2(0);
-  View view = make_view(sample.looked.scene, std::exchange(sample.looked.fields, {}));
-  return {std::move(sample.looked), std::move(view.scene), std::move(view.subject), dark};
+  auto [looked, view] = open_scene(scene, VdbFile(path), {open_look, background});
+  const bool dark = looked.fields.density->stored_range == glm::vec2(0);
+  looked.fields = {};
+  return {std::move(looked), std::move(view.scene), std::move(view.subject), dark};
 }
 
 /// What most of some names are, of the later one if there is no most; `first` if it is among them.
@@ -241,6 +241,12 @@ Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std:
   for (const std::string& grid : sequence.chosen_grids)
     if (file.channels(grid) == 0) scene.emission_grid.clear();
   return scene;
+}
+
+OpenedScene open_frame(const SequenceScene& sequence, const VdbFile& file, const std::string& path,
+                       bool empty) {
+  const Scene scene = frame_scene(sequence, file, path);
+  return open_scene(scene, read_fields(scene, file, empty));
 }
 
 }  // namespace psivox

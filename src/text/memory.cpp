@@ -28,7 +28,7 @@ std::uint64_t number_after(const fs::path& path, std::string_view wanted, std::u
   return otherwise;
 }
 
-/// Of version 2 or 1 of control groups: the names of their files.
+/// Names of the files of control groups, version 2 or 1.
 struct GroupFiles {
   const char *limit, *usage, *reclaimable;
 };

@@ -1,7 +1,5 @@
 #include "psivox/text.h"
 
-#include "psivox/printable.h"
-
 #include <algorithm>
 #include <cctype>
 #include <cstdarg>

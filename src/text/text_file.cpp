@@ -1,6 +1,8 @@
 #include "psivox/text_file.h"
-#include "psivox/text.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -10,10 +12,13 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <mutex>
+#include <set>
+#include <string>
 #include <system_error>
 
 #include "psivox/error.h"
-#include "psivox/hidden_file.h"
+#include "psivox/text.h"
 
 namespace psivox {
 namespace {
@@ -78,6 +83,90 @@ void write_text(const std::string& path, const std::string& text) {
     file.show();
   } catch (const std::system_error& failure) {
     fail(path, failure.code().value());
+  }
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* prefix = ".psivox-";
+constexpr const char* suffix = ".tmp";
+
+/// The hidden files of this process. Whoever makes, shows or removes one holds the mutex.
+struct Hidden {
+  std::mutex mutex;
+  std::set<fs::path> paths;
+  unsigned count = 0;
+};
+
+Hidden& hidden() {
+  static Hidden files;
+  return files;
+}
+
+[[noreturn]] void fail(int error) { throw std::system_error(error, std::generic_category()); }
+
+fs::path folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+/// Locks a new file; false if it was taken for abandoned, and removed, before it had its lock.
+bool locked(int file) {
+  if (::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return false;
+  struct stat facts {};  // a file system without locks has no one that removes files by them
+  return ::fstat(file, &facts) == 0 && facts.st_nlink > 0;
+}
+
+}  // namespace
+
+HiddenFile::HiddenFile(const fs::path& target) : target_(target) {
+  const std::lock_guard guard(hidden().mutex);
+  // The process id keeps two processes apart and the counter two threads; O_EXCL decides where a
+  // process of another machine has the same.
+  while (true) {
+    path_ = folder_of(target) /
+            (prefix + std::to_string(getpid()) + "-" + std::to_string(hidden().count++) + suffix);
+    lock_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (lock_ >= 0 && locked(lock_)) break;
+    if (lock_ < 0 && errno != EEXIST) fail(errno);
+    if (lock_ >= 0) ::close(lock_);
+  }
+  hidden().paths.insert(path_);
+}
+
+HiddenFile::~HiddenFile() {
+  const std::lock_guard guard(hidden().mutex);
+  if (hidden().paths.erase(path_)) ::unlink(path_.c_str());
+  ::close(lock_);
+}
+
+int HiddenFile::open() const {
+  const int file = ::fcntl(lock_, F_DUPFD_CLOEXEC, 0);
+  if (file < 0) fail(errno);
+  return file;
+}
+
+void HiddenFile::show() {
+  const std::lock_guard guard(hidden().mutex);
+  if (::rename(path_.c_str(), target_.c_str()) != 0) fail(errno);
+  hidden().paths.erase(path_);
+}
+
+void remove_hidden_files() {
+  hidden().mutex.lock();  // and never unlocks it
+  for (const fs::path& path : hidden().paths) ::unlink(path.c_str());
+}
+
+void remove_abandoned_files(const fs::path& folder) {
+  std::error_code unreadable;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, unreadable)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(prefix) || !name.ends_with(suffix)) continue;
+    const int file = ::open(entry.path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    if (file < 0) continue;
+    if (::flock(file, LOCK_EX | LOCK_NB) == 0) ::unlink(entry.path().c_str());
+    ::close(file);
   }
 }
 

@@ -11,7 +11,6 @@
 #include "point_counts.h"
 #include "psivox/error.h"
 #include "psivox/foreign_format.h"
-#include "psivox/printable.h"
 #include "psivox/text.h"
 #include "read_leaves.h"
 #include "subject.h"

@@ -9,7 +9,7 @@
 #include "grid_check.h"
 #include "grid_types.h"
 #include "psivox/error.h"
-#include "psivox/printable.h"
+#include "psivox/text.h"
 #include "subject.h"
 
 namespace psivox::vdb {

@@ -3,21 +3,15 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <fstream>
 #include <utility>
 
 #include "psivox/error.h"
 #include "psivox/statistics.h"
+#include "psivox/stopwatch.h"
 
 namespace psivox::view {
 namespace {
-
-using BenchmarkClock = std::chrono::steady_clock;
-
-double elapsed_ms(BenchmarkClock::time_point start) {
-  return std::chrono::duration<double, std::milli>(BenchmarkClock::now() - start).count();
-}
 
 void next_frame(Viewer& viewer, double wait_s) {
   if (!viewer.frame(wait_s))
@@ -26,15 +20,15 @@ void next_frame(Viewer& viewer, double wait_s) {
 
 /// Waits for the exact picture; returns how long [ms]. Sets how long its first part took.
 double until_exact(Viewer& viewer, double* first_part_ms = nullptr) {
-  const auto start = BenchmarkClock::now();
+  const Stopwatch start;
   bool begun = false;
   do {
     next_frame(viewer, 0.1);
     const PictureState& pictures = viewer.pictures();
     if (!begun && first_part_ms && pictures.begun && pictures.begun == pictures.wished)
-      *first_part_ms = elapsed_ms(start), begun = true;
+      *first_part_ms = start.ms(), begun = true;
   } while (!viewer.exact_picture());
-  return elapsed_ms(start);
+  return start.ms();
 }
 
 /// Resident memory of this process [MiB].
@@ -91,18 +85,18 @@ OrbitTimes benchmark_orbit(Viewer& viewer, int pictures) {
   std::vector<double> intervals;
   using Kind = Event::Kind;
   glm::dvec2 pointer = press_on_picture(viewer);
-  auto moved = BenchmarkClock::now(), shown = BenchmarkClock::now();
+  Stopwatch moved, shown;
   while (static_cast<int>(intervals.size()) < pictures + settling) {
-    if (elapsed_ms(moved) >= 8) {  // as often as a mouse reports
-      pointer.x += pixels_per_ms * elapsed_ms(moved);
+    if (moved.ms() >= 8) {  // as often as a mouse reports
+      pointer.x += pixels_per_ms * moved.ms();
       viewer.window().post({Kind::move, pointer});
-      moved = BenchmarkClock::now();
+      moved = {};
     }
     const std::uint64_t before = viewer.pictures().shown;
     next_frame(viewer, 0.005);
     if (viewer.pictures().shown == before) continue;
-    intervals.push_back(elapsed_ms(shown));
-    shown = BenchmarkClock::now();
+    intervals.push_back(shown.ms());
+    shown = {};
   }
   viewer.window().post({Kind::button, pointer, 0, false});
   times.refine_ms = until_exact(viewer);
@@ -123,7 +117,7 @@ SessionReport benchmark_session(Viewer& viewer, const std::vector<std::string>& 
   report.switches = whole_turns(switches);
   const int settled = std::max(whole_turns(switches / 4), 2 * count);
   until_exact(viewer);
-  const auto start = BenchmarkClock::now();
+  const Stopwatch start;
   for (int i = 1; i <= report.switches; ++i) {
     viewer.window().post(
         {Event::Kind::drop, {}, 0, false, 0, {files[static_cast<std::size_t>(i % count)]}});
@@ -135,7 +129,7 @@ SessionReport benchmark_session(Viewer& viewer, const std::vector<std::string>& 
     if (i >= settled) report.most_mib = std::max(report.most_mib, resident_mib());
   }
   report.end = footprint(viewer);
-  report.seconds = 1e-3 * elapsed_ms(start);
+  report.seconds = 1e-3 * start.ms();
   return report;
 }
 

@@ -1,16 +1,48 @@
 #include "view/current_volume.h"
 
 namespace psivox::view {
+namespace {
+
+/// Thrown to end the preparation of a volume that is no longer wished.
+struct Superseded {};
+
+}  // namespace
+
+CurrentVolume::CurrentVolume(std::function<void()> on_news)
+    : on_news_(std::move(on_news)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+CurrentVolume::~CurrentVolume() {
+  thread_.request_stop();
+  {
+    const std::lock_guard lock(mutex_);
+    ++wishes_;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
 
 bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& samples) {
   const std::string key = volume_key(scene, generation_);
   const bool at_hand = volume_ && volume_->key == key;
   if (at_hand) awaited_key_.reset();
-  if (!at_hand && key != refused_key_ && key != awaited_key_) {
-    loader_.load(scene, samples, generation_);
-    awaited_key_ = key;
+  if (at_hand || key == refused_key_ || key == awaited_key_) return at_hand;
+  {
+    const std::lock_guard lock(mutex_);
+    wish_ = Wish{scene, samples, generation_, key};
+    idle_wish_.reset();
+    ++wishes_;
   }
-  return at_hand;
+  changed_.notify_all();
+  awaited_key_ = key;
+  return false;
+}
+
+void CurrentVolume::prefetch(const Scene& scene, const std::vector<std::string>& samples) {
+  {
+    const std::lock_guard lock(mutex_);
+    idle_wish_ = Wish{scene, samples, generation_, volume_key(scene, generation_)};
+  }
+  changed_.notify_all();
 }
 
 void CurrentVolume::reload() {
@@ -18,26 +50,94 @@ void CurrentVolume::reload() {
   retry();
 }
 
+std::optional<std::pair<std::string, double>> CurrentVolume::progress() const {
+  const std::lock_guard lock(mutex_);
+  return progress_;
+}
+
 CurrentVolume::News CurrentVolume::take_news() {
-  VolumeLoader::News loaded = loader_.news();
+  Done done;
+  {
+    const std::lock_guard lock(mutex_);
+    done = std::exchange(done_, {});
+  }
   News news;
-  if (loaded.box && !volume_) {
-    box_ = loaded.box;
+  if (done.box && !volume_) {
+    box_ = done.box;
     news.box_known = true;
   }
-  if (!awaited_key_ || loaded.key != *awaited_key_) return news;
+  if (!awaited_key_ || done.key != *awaited_key_) return news;
   awaited_key_.reset();
-  news.error = loaded.error;
-  if (loaded.error) {
-    refused_key_ = loaded.key;
+  news.error = done.error;
+  if (done.error) {
+    refused_key_ = done.key;
     return news;
   }
   news.first = !volume_;
-  volume_ = std::move(loaded.volume);
+  volume_ = std::move(done.volume);
   box_.reset();
   news.box_known = false;
   news.arrived = true;
   return news;
+}
+
+void CurrentVolume::run(const std::stop_token& stop) {
+  while (true) {
+    Wish wish;
+    bool wanted = true;
+    {
+      std::unique_lock lock(mutex_);
+      if (!changed_.wait(lock, stop, [&] { return wish_ || idle_wish_; })) return;
+      wanted = wish_.has_value();
+      wish = *(wanted ? wish_ : idle_wish_);
+      (wanted ? wish_ : idle_wish_).reset();
+    }
+    prepare(wish, wanted);
+    on_news_();
+  }
+}
+
+void CurrentVolume::prepare(const Wish& wish, bool wanted) {
+  std::uint64_t number = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    number = wishes_;
+  }
+  std::shared_ptr<Volume> volume =
+      prefetched_ && prefetched_->key == wish.key ? prefetched_ : nullptr;
+  std::exception_ptr error;
+  try {
+    if (!volume)
+      volume = prepare_volume(
+          wish.scene, wish.samples, wish.generation, last_,
+          [&](const std::string& stage, double fraction) {
+            const std::lock_guard lock(mutex_);
+            if (wishes_ != number) throw Superseded();
+            if (wanted) progress_ = {stage, fraction};
+          },
+          [&](const Subject& box) {
+            if (!wanted) return;
+            {
+              const std::lock_guard lock(mutex_);
+              done_.box = box;
+            }
+            on_news_();
+          });
+  } catch (const Superseded&) {
+  } catch (...) {
+    error = std::current_exception();
+  }
+  const std::lock_guard lock(mutex_);
+  progress_.reset();
+  if (!wanted) {
+    if (volume) prefetched_ = volume;
+    return;
+  }
+  if (volume == prefetched_) prefetched_.reset();
+  if (volume) last_ = volume;
+  if (volume) done_.volume = volume;
+  if (error) done_.error = error;
+  if (volume || error) done_.key = wish.key;
 }
 
 }  // namespace psivox::view

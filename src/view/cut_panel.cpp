@@ -7,11 +7,14 @@
 #include <glm/geometric.hpp>
 
 #include "psivox/clip.h"
-#include "view/rounding.h"
+#include "view/navigation.h"
 #include "view/sliders.h"
 
 namespace psivox::view {
 namespace {
+
+// --- planes and boxes
+// ------------------------------------------------------------------------------
 
 constexpr const char* axis_names[] = {"x", "y", "z"};
 constexpr int oblique = 3;
@@ -32,7 +35,7 @@ glm::dvec3 unit_axis(int axis) {
   return unit;
 }
 
-/// The unit vector along which a plane's position counts: that of its axis, or its normal's.
+/// The unit vector along which a plane's position counts: its axis, or its normal.
 glm::dvec3 direction_of(const Plane& plane) {
   const int axis = axis_of(plane);
   return axis == oblique ? glm::normalize(plane.normal) : unit_axis(axis);

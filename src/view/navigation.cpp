@@ -6,8 +6,6 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
-#include "view/rounding.h"
-
 namespace psivox::view {
 void Navigation::reset(const Scene& scene, const Subject& subject) {
   const Camera camera = make_camera(scene, subject);

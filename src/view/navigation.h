@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -66,5 +67,17 @@ class Navigation {
   glm::ivec2 viewport_{1280, 720};
   bool moved_ = false;
 };
+
+/// Rounds to a multiple of the largest power of ten that is at most `unit`, which keeps command
+/// lines short.
+inline double rounded_to(double value, double unit) {
+  const double digits = std::pow(10.0, std::ceil(-std::log10(unit)));
+  // + 0: -0 is 0
+  return std::isfinite(digits) && digits > 0 ? std::round(value * digits) / digits + 0.0 : value;
+}
+
+inline glm::dvec3 rounded_to(const glm::dvec3& value, double unit) {
+  return {rounded_to(value.x, unit), rounded_to(value.y, unit), rounded_to(value.z, unit)};
+}
 
 }  // namespace psivox::view

@@ -1,5 +1,3 @@
-#include "view/panels.h"
-
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
@@ -9,9 +7,7 @@
 #include "psivox/parameters.h"
 #include "psivox/text.h"
 #include "view/cut_panel.h"
-#include "view/keys.h"
 #include "view/parameter_panel.h"
-#include "view/recent_files.h"
 #include "view/sliders.h"
 #include "view/viewer.h"
 
@@ -201,7 +197,8 @@ std::string status(const Viewer& viewer) {
   return viewer.saving() ? text + "; saving " + viewer.saved_path() : text;
 }
 
-/// Of the panel of the frames, above the status [pixels, where text has its usual size].
+/// Height of the panel of frames, and its place above the status [pixels, where text has its usual
+/// size].
 constexpr float timeline_height = 62, timeline_bottom = 34;
 
 /// The status and above it the newest message, at the bottom of the window.

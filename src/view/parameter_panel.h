@@ -17,7 +17,7 @@ struct ParameterChoices {
 /// Called with the reason for which a value was refused.
 using Refuse = std::function<void(const std::string& why)>;
 
-/// Widgets for all parameters but those of the window, made from the table of parameters. True if
+/// Makes widgets from the table of parameters, except for parameters of the window. True if
 /// the scene was changed; it is valid then. A refused parameter keeps its value.
 bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse);
 

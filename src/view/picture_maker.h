@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <exception>
@@ -9,8 +10,7 @@
 
 #include "gl/object_counts.h"
 #include "psivox/draw.h"
-#include "view/pace.h"
-#include "view/shown_layer.h"
+#include "view/shown.h"
 #include "view/volume.h"
 
 namespace psivox::view {
@@ -47,7 +47,7 @@ struct PictureNews {
   std::vector<ExactPart> parts;          ///< of one wish
   std::optional<std::uint64_t> refined;  ///< the wish whose exact pictures are complete
   double refine_ms = 0;
-  /// Of the left exact picture, where its march was planned or the error is what is shown.
+  /// Error of the left exact picture, if its march was planned or the window shows the error.
   std::optional<double> estimated_rms;
   std::optional<glm::dvec2> layer_range;  ///< values at the ends of a layer's colours
   std::optional<glm::dvec3> picked;       ///< point under the pointer; see pick()
@@ -59,7 +59,7 @@ struct PictureNews {
 
 /// Draws in a thread of its own, by the renderer of `psivox render` in a context of its own, so
 /// that the window answers whatever the march, its compiler or an upload take, and so that the
-/// exact picture is that of the command. While wishes change it draws previews at its pace, and
+/// exact picture is the command's. While wishes change it draws previews at its pace, and
 /// when the window says that it is at rest, it refines.
 class PictureMaker {
  public:
@@ -102,7 +102,6 @@ class PictureMaker {
   void check_current(std::uint64_t number) const;
   void report(const std::string& error);
 
-  // picture_maker_exact.cpp
   void refine(const PictureWish& wish);
   void refine_side(const PictureWish& wish, std::size_t side);
   void refine_layers(const PictureWish& wish);
@@ -133,6 +132,40 @@ class PictureMaker {
   std::shared_ptr<Volume> shown_;  ///< which the GPU has drawn
   Pace pace_;
   std::jthread thread_;
+};
+
+/// Progress of the pictures that the window asked for. Its wishes are numbered from 1.
+struct PictureState {
+  std::uint64_t wished = 0;   ///< the newest wish
+  std::uint64_t shown = 0;    ///< the wish of the newest picture on the screen
+  std::uint64_t begun = 0;    ///< the wish of the newest part of an exact picture
+  std::uint64_t refined = 0;  ///< the wish whose exact pictures are complete
+  double refine_ms = 0, preview_ms = 0;
+  Rung rung;                            ///< of the last preview
+  std::optional<double> estimated_rms;  ///< of the exact picture
+  glm::dvec2 layer_range{0};            ///< values at the ends of a layer's colours
+  std::string renderer;
+  gl::ObjectCounts objects;  ///< of the context that draws, if they are counted
+
+  /// Whether the newest wish is complete.
+  bool complete() const { return refined && refined == wished; }
+
+  void take(const PictureNews& news) {
+    for (const PreviewPicture& picture : news.previews) {
+      shown = std::max(shown, picture.number);
+      rung = picture.rung;
+      preview_ms = picture.ms;
+    }
+    for (const ExactPart& part : news.parts) begun = std::max(begun, part.number);
+    if (news.estimated_rms) estimated_rms = news.estimated_rms;
+    if (news.refined) {
+      refined = *news.refined;
+      refine_ms = news.refine_ms;
+    }
+    layer_range = news.layer_range.value_or(layer_range);
+    if (!news.renderer.empty()) renderer = news.renderer;
+    objects = news.objects;
+  }
 };
 
 }  // namespace psivox::view

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "psivox/text.h"
-#include "view/rounding.h"
+#include "view/navigation.h"
 
 namespace psivox::view {
 namespace {
@@ -26,7 +26,7 @@ struct Track {
   float width, height;
   glm::dvec2 limits;
 
-  double grab() const { return 0.25 * double(height); }
+  double grab() const { return end_margin(); }
   double left() const { return double(corner.x) + grab(); }
   double length() const { return std::max(double(width) - 2 * grab(), 1.0); }
   double per_pixel() const { return (limits.y - limits.x) / length(); }
@@ -98,6 +98,8 @@ bool slide(const char* label, double& value, double least, double most, const ch
   return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &least, &most, format);
 }
 
+double end_margin() { return 0.25 * double(ImGui::GetFrameHeight()); }
+
 bool slide_ends(const char* label, glm::dvec2& ends, const glm::dvec2& limits) {
   static Drag drag;
   const Track track{ImGui::GetCursorScreenPos(), ImGui::CalcItemWidth(), ImGui::GetFrameHeight(),
@@ -108,9 +110,11 @@ bool slide_ends(const char* label, glm::dvec2& ends, const glm::dvec2& limits) {
   const bool active = ImGui::IsItemActive();
   if (ImGui::IsItemActivated()) drag = begin_drag(track, ends);
   draw_track(track, ends, ImGui::IsItemHovered(), active);
-  ImGui::SameLine(0, ImGui::GetStyle().ItemInnerSpacing.x);
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted(label);
+  if (*label != '#') {
+    ImGui::SameLine(0, ImGui::GetStyle().ItemInnerSpacing.x);
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(label);
+  }
   if (!active || double(ImGui::GetIO().MousePos.x) == drag.from) return false;
   const glm::dvec2 moved = dragged(drag, track);
   if (moved == ends) return false;

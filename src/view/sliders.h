@@ -9,6 +9,9 @@ bool slide(const char* label, double& value, double least, double most, const ch
 
 /// A slider with two ends. Each end is dragged by itself, and both by the bar between them. They
 /// stay within `limits`, and apart by a thousandth of these. True if it was moved.
+/// A label that begins with ## is not shown.
 bool slide_ends(const char* label, glm::dvec2& ends, const glm::dvec2& limits);
+/// Between the ends of a slider with two ends and of its track [pixels].
+double end_margin();
 
 }  // namespace psivox::view

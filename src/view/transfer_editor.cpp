@@ -14,6 +14,7 @@
 #include "psivox/parameters.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
+#include "view/sliders.h"
 
 namespace psivox::view {
 namespace {
@@ -28,6 +29,15 @@ ImU32 screen_colour(const glm::dvec3& linear) {
 }
 
 ImVec2 at(const glm::dvec2& p) { return {static_cast<float>(p.x), static_cast<float>(p.y)}; }
+
+/// Side of a handle [pixels].
+double handle_size() { return 0.8 * double(ImGui::GetFontSize()); }
+
+double greatest(const TransferPoints& points) {
+  double most = 0;
+  for (const TransferPoint& p : points) most = std::max(most, p.attenuation);
+  return most;
+}
 
 /// For a volume without a function: the attenuation is the value, and a colour to begin with.
 std::vector<TransferPoint> identity(const Histogram& histogram) {
@@ -69,7 +79,7 @@ TransferEditor::~TransferEditor() {
 }
 
 void TransferEditor::take(const Volume& volume, const Scene& scene) {
-  if (dragging_ || handles_.dragging() || taken_from_ == volume.key ||
+  if (dragging_ || sliding_ || taken_from_ == volume.key ||
       volume.scene.transfer_function == own_file_)
     return;
   taken_from_ = volume.key;
@@ -84,8 +94,7 @@ void TransferEditor::take(const Volume& volume, const Scene& scene) {
 }
 
 void TransferEditor::fit_top() {
-  double most = 0;
-  for (const TransferPoint& p : points_) most = std::max(most, p.attenuation);
+  const double most = greatest(points_);
   canvas_.top = most > 0 ? 1.15 * most : 1;
 }
 
@@ -114,7 +123,7 @@ void TransferEditor::draw_histogram(const Histogram& histogram) const {
 
 bool TransferEditor::draw_canvas(const Histogram& histogram) {
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  const float strip = 1.2f * static_cast<float>(FunctionHandles::size());
+  const float strip = static_cast<float>(1.2 * handle_size());
   const float width = std::max(ImGui::GetContentRegionAvail().x - strip, 50.0f);
   const float height = 0.45f * width;
   canvas_.corner = {corner.x, corner.y};
@@ -147,13 +156,53 @@ bool TransferEditor::draw_canvas(const Histogram& histogram) {
   return changed;
 }
 
-bool TransferEditor::drag_handles() {
-  const bool before = handles_.dragging();
-  const auto dragged = handles_.draw(canvas_, points_);
-  if (before && !handles_.dragging()) fit_top();
-  if (!dragged) return false;
-  points_ = *dragged;
+bool TransferEditor::slide_opacity() {
+  ImGui::SetCursorScreenPos(at(canvas_.corner + glm::dvec2(canvas_.size.x, 0)));
+  ImGui::InvisibleButton("opacity", at({1.5 * handle_size(), canvas_.size.y}));
+  if (ImGui::IsItemDeactivated()) fit_top();
+  const bool active = ImGui::IsItemActive();
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("opacity of all points");
+  const glm::dvec2 tip = place_of(Handle::opacity), half(0.5 * handle_size());
+  ImGui::GetWindowDrawList()->AddTriangleFilled(at(tip + glm::dvec2(-half.x, 0)), at(tip + half),
+                                                at(tip + glm::dvec2(half.x, -half.y)),
+                                                IM_COL32(230, 230, 230, 255));
+  sliding_ |= active;
+  if (!active || ImGui::GetIO().MouseDelta.y == 0) return false;
+  const double wanted = canvas_.attenuation_at(double(ImGui::GetIO().MousePos.y));
+  const double factor = std::max(wanted, 1e-3 * canvas_.top) / greatest(points_);
+  if (std::isfinite(factor))
+    for (TransferPoint& p : points_) p.attenuation *= factor;
   return true;
+}
+
+bool TransferEditor::slide_range() {
+  // the ends of the slider are below the points that they move
+  ImGui::SetCursorScreenPos(at(canvas_.corner + glm::dvec2(-end_margin(), canvas_.size.y + 2)));
+  range_place_ = double(ImGui::GetCursorScreenPos().y) + 0.5 * double(ImGui::GetFrameHeight());
+  ImGui::SetNextItemWidth(static_cast<float>(canvas_.size.x + 2 * end_margin()));
+  const double first = points_.front().value, width = points_.back().value - first;
+  glm::dvec2 ends(first, first + width);
+  const bool moved = slide_ends("##range", ends, {canvas_.low, canvas_.high});
+  sliding_ |= ImGui::IsItemActive();
+  if (ImGui::IsItemHovered() && !ImGui::IsItemActive())
+    ImGui::SetTooltip("range of the values: its ends, or all of it");
+  if (!moved) return false;
+  for (TransferPoint& p : points_)
+    p.value = width > 0 ? ends.x + (p.value - first) / width * (ends.y - ends.x) : ends.x;
+  return true;
+}
+
+glm::dvec2 TransferEditor::place_of(Handle handle) const {
+  const auto x_of = [&](const TransferPoint& p) {
+    return std::clamp(canvas_.pixel_of(p).x, canvas_.corner.x, canvas_.corner.x + canvas_.size.x);
+  };
+  const double low = x_of(points_.front()), high = x_of(points_.back());
+  if (handle == Handle::low) return {low, range_place_};
+  if (handle == Handle::high) return {high, range_place_};
+  if (handle == Handle::range) return {0.5 * (low + high), range_place_};
+  const double part = std::min(greatest(points_) / canvas_.top, 1.0);
+  return {canvas_.corner.x + canvas_.size.x + 0.6 * handle_size(),
+          canvas_.corner.y + (1 - part) * canvas_.size.y};
 }
 
 bool TransferEditor::drag_points(bool hovered) {
@@ -247,7 +296,8 @@ bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
   enum class Action { none, edit, load, save, clear } action = Action::none;
   if (ImGui::Begin("Transfer function", &open)) {
     const bool dragged = draw_canvas(volume.histogram);
-    const bool stretched = drag_handles();
+    sliding_ = false;
+    const bool stretched = slide_opacity() | slide_range();
     if (draw_selected() || dragged || stretched) action = Action::edit;
     ImGui::InputText("file", &path_);
     if (ImGui::Button("load")) action = Action::load;

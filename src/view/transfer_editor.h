@@ -1,15 +1,39 @@
 #pragma once
 
+#include <algorithm>
 #include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "view/function_handles.h"
 #include "view/volume.h"
 
 namespace psivox::view {
+
+using TransferPoints = std::vector<TransferPoint>;
+
+/// Where a transfer function is drawn: values from left to right, attenuation from bottom to top.
+struct FunctionCanvas {
+  glm::dvec2 corner{0}, size{0};      ///< of the window [pixels]
+  double low = 0, high = 1, top = 1;  ///< values at the left and right, attenuation at the top
+
+  glm::dvec2 pixel_of(const TransferPoint& point) const {
+    return corner +
+           size * glm::dvec2((point.value - low) / (high - low), 1 - point.attenuation / top);
+  }
+  double value_at(double x) const {
+    return low + std::clamp((x - corner.x) / size.x, 0.0, 1.0) * (high - low);
+  }
+  /// Above the top too.
+  double attenuation_at(double y) const { return std::max(1 - (y - corner.y) / size.y, 0.0) * top; }
+  TransferPoint point_at(const glm::dvec2& pixel) const {
+    TransferPoint point;
+    point.value = value_at(pixel.x);
+    point.attenuation = std::min(attenuation_at(pixel.y), top);
+    return point;
+  }
+};
 
 /// The panel of the transfer function, over the histogram of the values. An edited function is a
 /// file of the viewer's own, so that the scene, the command line and a saved picture can name it.
@@ -31,10 +55,11 @@ class TransferEditor {
   /// Where the window shows a point [pixels], if it does.
   std::optional<glm::dvec2> place_of(std::size_t point) const;
   const TransferPoints& points() const { return points_; }
+  /// Handles that change all points at once: the ends of their range and the bar between them below
+  /// the canvas, the opacity on its right.
+  enum class Handle { low, high, range, opacity };
   /// Where the window shows a handle [pixels].
-  glm::dvec2 place_of(FunctionHandles::Handle handle) const {
-    return FunctionHandles::place_of(handle, canvas_, points_);
-  }
+  glm::dvec2 place_of(Handle handle) const;
 
  private:
   void take(const Volume& volume, const Scene& scene);
@@ -43,7 +68,8 @@ class TransferEditor {
   bool drag_points(bool hovered);
   bool draw_selected();
   void write(Scene& scene);
-  bool drag_handles();
+  bool slide_range();
+  bool slide_opacity();
   void fit_top();
 
   std::string own_file_;
@@ -51,9 +77,9 @@ class TransferEditor {
   bool has_color_ = true;
   std::string taken_from_;  ///< key of the volume whose function `points_` is
   int selected_ = -1;
-  bool dragging_ = false;
+  bool dragging_ = false, sliding_ = false;
   FunctionCanvas canvas_;
-  FunctionHandles handles_;
+  double range_place_ = 0;  ///< of the slider of the range, from top to bottom [pixels]
   std::string path_ = "transfer.json";
 };
 

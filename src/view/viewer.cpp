@@ -8,8 +8,8 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/stopwatch.h"
-#include "view/comparison.h"
-#include "view/recent_files.h"
+#include "view/files.h"
+#include "view/shown.h"
 
 namespace psivox::view {
 namespace {

@@ -9,21 +9,24 @@
 
 #include "view/controls.h"
 #include "view/current_volume.h"
-#include "view/file_watch.h"
+#include "view/files.h"
 #include "view/gui.h"
-#include "view/look_choice.h"
-#include "view/messages.h"
 #include "view/navigation.h"
-#include "view/panels.h"
 #include "view/picture_display.h"
 #include "view/picture_maker.h"
-#include "view/picture_state.h"
-#include "view/save_job.h"
-#include "view/sequence.h"
 #include "view/transfer_editor.h"
 #include "view/window.h"
 
 namespace psivox::view {
+
+/// Which panels are open, and the text typed into them.
+struct Panels {
+  bool scene = true, transfer = false, help = false;
+  bool slices = false;  ///< the scene was a slice when the panels were last drawn
+  std::string open_path;
+  std::string picture_path = "picture.exr", scene_path = "scene.json";
+  std::string picture_size;  ///< WxH of saved pictures; empty: the window's
+};
 
 struct ViewerOptions {
   double frame_budget_ms = 33;
@@ -73,7 +76,7 @@ class Viewer {
   void pick(const glm::dvec2& pixel) { maker_.pick(pixel); }
   void save_picture(const std::string& path);
   std::string copy_command_line();
-  /// The camera alone, if the name is that of a camera's file.
+  /// Saves the camera alone if a file of this name holds a camera.
   void save_scene(const std::string& path);
   /// Draws the panel of the transfer function, which edits the scene.
   void edit_transfer_function();
@@ -104,7 +107,7 @@ class Viewer {
   /// The right side of a comparison; its method counts.
   const std::optional<Scene>& other() const { return other_; }
   ShownLayer layer() const { return layer_; }
-  /// Of the window [powers of 2]: the scene's, or the one that `auto` chose for the last preview.
+  /// The window's exposure [powers of 2]: the scene's, or what `auto` chose for the last preview.
   double exposure() const { return scene_.exposure.value_or(auto_exposure_); }
   const Volume* volume() const { return volume_.get().get(); }
   bool loading() const { return volume_.loading(); }
@@ -172,7 +175,7 @@ class Viewer {
   std::string posted_;        ///< text of the last wish
   double quiet_s_ = 0;        ///< waited for events since that wish
   std::uint64_t rested_ = 0;  ///< the last wish that may be refined
-  bool at_hand_ = false;      ///< the volume is that of the scene
+  bool at_hand_ = false;      ///< the volume is the scene's
   bool camera_due_ = true;    ///< the next volume brings its own camera
   /// Before the file or the look in preparation was asked for.
   struct Fallback {
@@ -188,5 +191,8 @@ class Viewer {
   int frames_due_ = 3;  ///< to draw though nothing happens, while panels settle
   bool closed_ = false;
 };
+
+/// Draws everything but the picture, and carries out the commands of its widgets.
+void draw_panels(Viewer& viewer);
 
 }  // namespace psivox::view

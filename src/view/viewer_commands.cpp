@@ -7,7 +7,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text_file.h"
-#include "view/comparison.h"
+#include "view/shown.h"
 #include "view/viewer.h"
 
 namespace psivox::view {

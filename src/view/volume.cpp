@@ -2,25 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <glm/ext/matrix_transform.hpp>
+#include <regex>
 #include <utility>
 
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
+#include "psivox/text.h"
+#include "view/files.h"
 
 namespace psivox::view {
 namespace {
-
-/// Changes when the file does.
-std::string stamp_of(const std::string& path) {
-  std::error_code missing;
-  const auto time = std::filesystem::last_write_time(path, missing);
-  if (missing) return "-";
-  return std::to_string(time.time_since_epoch().count());
-}
 
 void count(const Field& field, Histogram& histogram) {
   const auto each = [&](const auto& take) {
@@ -76,77 +70,60 @@ bool leaves_choices(const Scene& scene) {
          (scene.shows(Shows::surface) && !scene.isovalue);
 }
 
-/// The camera of a file for a scene.
-Camera camera_of(const Scene& scene, const MediumFields& fields) {
-  return make_view(scene, fields).camera;
+OpenedScene choose_look(Volume& volume, const VdbFile& file) {
+  OpenedScene opened = open_scene(volume.asked, file, {.open_look = "plain"});
+  volume.chosen = opened.looked;
+  volume.chosen->fields = {};
+  Scene& scene = volume.chosen->scene;
+  if (scene.lights != volume.asked.lights) {
+    keep_lights(opened.view.camera, scene);
+    opened = open_scene(scene, std::move(opened.looked.fields));
+  }
+  if (volume.asked.emission_grid.empty() && !scene.emission_grid.empty())
+    volume.chosen_grids.push_back(scene.emission_grid);
+  return opened;
 }
 
-void choose_look(Volume& volume, const VdbFile& file) {
-  volume.chosen = with_look(volume.asked, file);
-  volume.fields = std::exchange(volume.chosen->fields, {});
-  if (volume.chosen->scene.lights != volume.asked.lights)
-    keep_lights(camera_of(volume.chosen->scene, volume.fields), volume.chosen->scene);
-  volume.scene = volume.chosen->scene;
-  if (volume.asked.emission_grid.empty() && !volume.scene.emission_grid.empty())
-    volume.chosen_grids.push_back(volume.scene.emission_grid);
-}
-
-void choose_for_sequence(Volume& volume, const std::vector<std::string>& samples,
-                         const VdbFile& file) {
+OpenedScene choose_for_sequence(Volume& volume, const std::vector<std::string>& samples,
+                                const VdbFile& file) {
   SequenceScene sequence = resolve_sequence(volume.asked, samples);
   volume.chosen_from = samples.size();
   volume.chosen_grids = sequence.chosen_grids;
-  volume.scene = frame_scene(sequence, file, volume.asked.input);
-  volume.fields = read_fields(volume.scene, file, true);
+  OpenedScene opened = open_frame(sequence, file, volume.asked.input);
   sequence.scene.input = volume.asked.input;
   if (sequence.scene.lights != volume.asked.lights) {
-    keep_lights(camera_of(volume.scene, volume.fields), sequence.scene);
-    volume.scene.lights = sequence.scene.lights;
+    keep_lights(opened.view.camera, sequence.scene);
+    opened.looked.scene.lights = sequence.scene.lights;
+    opened = open_scene(opened.looked.scene, std::move(opened.looked.fields));
   }
   // a method is chosen for each picture
   std::erase_if(sequence.settings, [](const Setting& setting) {
     return find_parameter(setting.name)->group == ParameterGroup::accuracy;
   });
-  sequence.scene.look = "plain";
-  volume.scene.look = "plain";
   volume.chosen = {std::move(sequence.scene), sequence.look, sequence.settings, {}, {}};
+  return opened;
 }
 
-/// As the frame before was shown, without grids of its look that this file lacks. `empty`: a frame
-/// without active voxels is an empty picture.
-void show_frame(Volume& volume, const std::vector<std::string>& chosen_grids, bool empty,
-                const VdbFile& file) {
+/// Shows a file in the scene of the frame before, without grids of its look that this file lacks.
+/// `empty`: a frame without active voxels is an empty picture.
+OpenedScene show_frame(Volume& volume, const std::vector<std::string>& chosen_grids, bool empty,
+                       const VdbFile& file) {
   SequenceScene sequence;
   sequence.scene = volume.asked;
   sequence.chosen_grids = volume.chosen_grids = chosen_grids;
-  volume.scene = frame_scene(sequence, file, volume.asked.input);
-  volume.fields = read_fields(volume.scene, file, empty);
+  return open_frame(sequence, file, volume.asked.input, empty);
 }
 
-void read_file(Volume& volume, const std::vector<std::string>& samples,
-               const std::vector<std::string>& chosen_grids, const StageProgress& progress) {
+OpenedScene read_file(Volume& volume, const std::vector<std::string>& samples,
+                      const std::vector<std::string>& chosen_grids, const StageProgress& progress) {
   const VdbFile file(volume.asked.input, [&](double fraction) { progress("reading", fraction); });
   volume.grids = file.names();
   if (!samples.empty() && leaves_choices(volume.asked)) {
     progress("choosing for the sequence", 0);
-    choose_for_sequence(volume, samples, file);
-  } else if (asks_for_look(volume.asked)) {
-    choose_look(volume, file);
-  } else {
-    show_frame(volume, chosen_grids, !samples.empty(), file);
+    return choose_for_sequence(volume, samples, file);
   }
-  count(*volume.fields.density, volume.histogram);
-}
-
-void collect_notices(Volume& volume) {
-  const MediumFields& fields = volume.fields;
-  for (const auto& field :
-       {fields.density, fields.luminance, fields.temperature, fields.emission}) {
-    if (!field) continue;
-    for (const std::string& notice : field->notices)
-      if (std::find(volume.notices.begin(), volume.notices.end(), notice) == volume.notices.end())
-        volume.notices.push_back(notice);
-  }
+  if (asks_for_look(volume.asked)) return choose_look(volume, file);
+  return show_frame(volume, chosen_grids, !samples.empty(), file);
 }
 
 }  // namespace
@@ -155,7 +132,7 @@ std::string volume_key(const Scene& scene, int generation) {
   std::string key = std::to_string(generation);
   for (const Parameter& p : parameters())
     if (belongs_to_medium(p)) key += "\n" + parameter_text(scene, p);
-  if (!scene.transfer_function.empty()) key += "\n" + stamp_of(scene.transfer_function);
+  if (!scene.transfer_function.empty()) key += "\n" + file_stamp(scene.transfer_function);
   // A rule that applies the function to values across bricks needs more of them.
   if (is_transfer_rule(scene.resolved_integrator()) && scene.resolved_sampling() != Sampling::cells)
     key += "\nevery value";
@@ -170,29 +147,32 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
                                        const StageProgress& progress, const BoxKnown& box_known) {
   validate(scene);
   auto volume = std::make_shared<Volume>();
-  volume->asked = volume->scene = scene;
+  volume->asked = scene;
   const std::string files = std::to_string(generation);
   progress("reading", 0);
   const bool open = asks_for_look(scene) || (!samples.empty() && leaves_choices(scene));
+  OpenedScene opened;
   if (previous && !open && previous->fields_key == files + fields_key(scene)) {
-    volume->fields = previous->fields;
+    opened = open_scene(scene, previous->fields);
     volume->grids = previous->grids;
     volume->histogram = previous->histogram;
     volume->chosen_grids = previous->chosen_grids;
   } else {
-    read_file(*volume, samples, previous ? previous->chosen_grids : std::vector<std::string>(),
-              progress);
+    opened = read_file(*volume, samples,
+                       previous ? previous->chosen_grids : std::vector<std::string>(), progress);
+    count(*opened.looked.fields.density, volume->histogram);
   }
+  volume->scene = std::move(opened.looked.scene);
+  volume->fields = std::move(opened.looked.fields);
   volume->key = volume_key(volume->chosen ? volume->chosen->scene : scene, generation);
   volume->fields_key = files + fields_key(volume->scene);
-  collect_notices(*volume);
+  volume->notices = notices_of(opened.view.medium);
+  volume->resolved = opened.view.scene;
+  volume->subject = opened.view.subject;
+  volume->extinction = opened.view.medium.extinction;
+  volume->function = opened.view.medium.transfer;
   box_known(whole_box(volume->scene, *volume));
-  progress("preparing", 0);
-  volume->session = std::make_unique<Session>(make_view(volume->scene, volume->fields));
-  volume->resolved = volume->session->view().scene;
-  volume->subject = volume->session->view().subject;
-  volume->extinction = volume->session->view().medium.extinction;
-  volume->function = volume->session->view().medium.transfer;
+  volume->session = std::make_unique<Session>(std::move(opened.view));
   progress("converting", 0);
   volume->session->convert();
   return volume;
@@ -205,6 +185,100 @@ Scene with_medium_of(const Volume& volume, const Scene& scene) {
     std::visit([&](auto member) { mixed.*member = scene.*member; }, p.member);
   }
   return mixed;
+}
+
+namespace {
+
+bool same(const Scene& a, const Scene& b, const Parameter& p) {
+  return parameter_text(a, p) == parameter_text(b, p);
+}
+
+void copy(const Parameter& p, const Scene& from, Scene& to) {
+  std::visit([&](auto member) { to.*member = from.*member; }, p.member);
+}
+
+/// With three digits of each number, for a person.
+std::string shortened(const std::string& options) {
+  static const std::regex number(R"(\d+\.\d{3,}(e[+-]?\d+)?)");
+  std::string text;
+  auto at = options.cbegin();
+  for (std::sregex_iterator i(options.cbegin(), options.cend(), number), end; i != end; ++i) {
+    text.append(at, (*i)[0].first);
+    text += formatted("%.3g", std::stod(i->str()));
+    at = (*i)[0].second;
+  }
+  return text.append(at, options.cend());
+}
+
+}  // namespace
+
+LookChoice::LookChoice(const Scene& start)
+    : start_(leaves_look_open(start) ? "auto" : start.look), name_(start_) {}
+
+void LookChoice::ask(const std::string& name, Scene& scene) {
+  name_ = name;
+  chosen_.clear();
+  scene.look = name;
+}
+
+void LookChoice::take_back(Scene& scene, bool camera) {
+  for (const std::string& name : std::exchange(set_, {})) {
+    const Parameter& p = *find_parameter(name);
+    if (!camera && p.group == ParameterGroup::camera) continue;
+    if (same(scene, set_scene_, p)) set_default(scene, p);
+  }
+}
+
+void LookChoice::start_again(Scene& scene) {
+  take_back(scene, true);
+  ask(start_, scene);
+}
+
+void LookChoice::choose(const std::string& name, Scene& scene) {
+  take_back(scene, false);
+  scene = without_look(scene);
+  ask(name, scene);
+}
+
+std::string LookChoice::take(const Volume& volume, Scene& scene) {
+  if (!volume.chosen) return {};
+  const LookedScene& chosen = *volume.chosen;
+  const bool asked = asks_for_look(scene);
+  if (asked) scene.look = chosen.scene.look;
+  set_.clear();
+  set_scene_ = chosen.scene;
+  std::string options;
+  for (const Setting& setting : chosen.settings) {
+    const Parameter& p = *find_parameter(setting.name);
+    if (p.group != ParameterGroup::camera) options += " --" + setting.name + "=" + setting.text;
+    if (!same(scene, volume.asked, p)) continue;
+    copy(p, chosen.scene, scene);
+    set_.push_back(setting.name);
+  }
+  if (asked) chosen_ = chosen.look;
+  std::string how;
+  if (asked && name_ == "auto") how += " by auto";
+  if (volume.chosen_from > 1) how += " from " + std::to_string(volume.chosen_from) + " frames";
+  std::string text = asked ? "look " + chosen.look : "chosen" + how;
+  if (asked && !how.empty()) text += ", chosen" + how;
+  return text + ":" + (options.empty() ? " nothing to set" : shortened(options));
+}
+
+void LookChoice::hold(const Volume& volume, Scene& scene) {
+  for (const Parameter& p : parameters()) {
+    const bool part = p.group == ParameterGroup::look || p.group == ParameterGroup::light;
+    // grids of a look may be missing in one frame and come again
+    if (!part || p.name == "look" || p.name == "emission-grid" || same(scene, volume.resolved, p))
+      continue;
+    copy(p, volume.resolved, scene);
+    copy(p, volume.resolved, set_scene_);
+    set_.push_back(p.name);
+  }
+}
+
+std::string LookChoice::text() const {
+  if (name_.empty()) return "plain";
+  return chosen_.empty() || chosen_ == name_ ? name_ : name_ + ": " + chosen_;
 }
 
 }  // namespace psivox::view

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "psivox/draw.h"
-#include "psivox/look.h"
+#include "psivox/open.h"
 #include "psivox/vdb.h"
 
 namespace psivox::view {
@@ -50,7 +50,7 @@ std::string volume_key(const Scene& scene, int generation);
 /// How far preparing is: what is being done, and how much of that is; 0: not known.
 using StageProgress = std::function<void(const std::string& stage, double fraction)>;
 
-/// Called with the domain's box before the conversion.
+/// Called with the box of the domain before the conversion.
 using BoxKnown = std::function<void(const Subject& box)>;
 
 /// Whether a look has still to be chosen for the scene.
@@ -68,5 +68,36 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
 
 /// The scene with the volume's own medium: what can be drawn of it while another one is prepared.
 Scene with_medium_of(const Volume& volume, const Scene& scene);
+
+/// The look of what the window shows, and what it set.
+class LookChoice {
+ public:
+  /// Starts with the scene that the program was started with: its look, or `auto` if it leaves its
+  /// look open.
+  explicit LookChoice(const Scene& start);
+
+  /// Has the scene ask for the look of the start, without what the last look has set. What the user
+  /// has changed since then stays.
+  void start_again(Scene& scene);
+  /// Has the scene ask for a look, in place of all that it says of how a picture looks.
+  void choose(const std::string& name, Scene& scene);
+  /// Takes what a volume's look has chosen over to the scene that asked for it, except what the
+  /// user has changed meanwhile. Returns what to tell the user; empty: nothing.
+  std::string take(const Volume& volume, Scene& scene);
+  /// Has the scene name what `auto` chose for the volume, so that it counts for other frames too.
+  void hold(const Volume& volume, Scene& scene);
+
+  /// `smoke`, `auto: smoke`
+  std::string text() const;
+
+ private:
+  void ask(const std::string& name, Scene& scene);
+  void take_back(Scene& scene, bool camera);
+
+  std::string start_, name_;
+  std::string chosen_;            ///< by `auto`
+  std::vector<std::string> set_;  ///< parameters that were chosen
+  Scene set_scene_;               ///< with their values
+};
 
 }  // namespace psivox::view

@@ -1,5 +1,3 @@
-#include "fog.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -7,7 +5,10 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
-#include <memory>
+#include <vector>
+
+#include "bench.h"
+#include "psivox/dense_field.h"
 
 namespace psivox::bench {
 namespace {
@@ -75,51 +76,20 @@ float fog_value(const glm::dvec3& p) {
 }  // namespace
 
 Field make_fog(int n) {
-  const int half = n / 2;
-  const double voxel = 1.0 / half;
-  const int blocks = n / 8;
-  struct Storage {
-    std::vector<float> values;
-    std::vector<std::uint32_t> active;  // per block
-  };
-  auto storage = std::make_shared<Storage>();
-  storage->values.resize(std::size_t(blocks * blocks * blocks) * 512);
-  storage->active.resize(std::size_t(blocks * blocks * blocks));
-  tbb::parallel_for(0, blocks, [&](int bx) {
-    for (int by = 0; by < blocks; ++by)
-      for (int bz = 0; bz < blocks; ++bz) {
-        const std::size_t b = std::size_t((bx * blocks + by) * blocks + bz);
-        float* to = storage->values.data() + b * 512;
-        for (int i = 0; i < 512; ++i) {
-          const glm::ivec3 at(bx * 8 + (i >> 6), by * 8 + (i >> 3 & 7), bz * 8 + (i & 7));
-          to[i] = fog_value(glm::dvec3(at - half) * voxel);
-          storage->active[b] += to[i] > 0;
-        }
-      }
-  });
-
-  Field field;
-  field.name = "density";
-  field.value_type = "float";
-  field.world_from_index = glm::scale(glm::dmat4(1), glm::dvec3(voxel));
-  field.active_box = {glm::ivec3(half), glm::ivec3(-half)};
-  for (int b = 0; b < blocks * blocks * blocks; ++b) {
-    const std::uint32_t active = storage->active[std::size_t(b)];
-    if (active == 0) continue;
-    const glm::ivec3 origin =
-        glm::ivec3(b / (blocks * blocks), b / blocks % blocks, b % blocks) * 8 - half;
-    const float* values = storage->values.data() + std::size_t(b) * 512;
-    field.leaves.push_back({origin, values});
-    field.active_voxels += active;
-    for (int i = 0; i < 512; ++i) {
-      if (!(values[i] > 0)) continue;
-      const glm::ivec3 at = origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7);
-      field.active_box.min = glm::min(field.active_box.min, at);
-      field.active_box.max = glm::max(field.active_box.max, at);
-    }
+  const double half = n / 2, voxel = 1 / half;
+  const glm::dmat4 place =
+      glm::translate(glm::scale(glm::dmat4(1), glm::dvec3(voxel)), glm::dvec3(-half));
+  DenseField field("density", glm::ivec3(n), 1, place);
+  std::vector<float> slab(std::size_t(8 * n * n));
+  for (int x = 0; x < n; x += 8) {
+    tbb::parallel_for(0, 8 * n, [&](int row) {
+      float* to = slab.data() + std::size_t(row) * std::size_t(n);
+      for (int z = 0; z < n; ++z)
+        to[z] = fog_value((glm::dvec3(x + row / n, row % n, z) - half) * voxel);
+    });
+    field.add(slab);
   }
-  field.storage = storage;
-  return field;
+  return field.finish();
 }
 
 }  // namespace psivox::bench

@@ -6,12 +6,16 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <vector>
 
-#include "fetch_rate.h"
-#include "fog.h"
-#include "median.h"
+#include "bench.h"
+#include "gl/egl_context.h"
+#include "gl/program.h"
+#include "gl/tile_target.h"
+#include "psivox/dense_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "psivox/stopwatch.h"
 
 namespace {
 
@@ -20,30 +24,88 @@ using bench::median;
 
 constexpr int rounds = 5;
 
+constexpr int fetch_side = 512;
+constexpr int lookups = 64;  ///< per pixel
+
+constexpr const char* shader = R"glsl(
+layout(location = 0) out vec4 out_picture;
+layout(location = 1) out vec4 out_layers;
+uniform samplerBuffer texels;
+uniform int cells;  // of whole bricks of 9^3 texels
+
+float fetch(int at) { return texelFetch(texels, at).x; }
+
+void main() {
+  int first = int(gl_FragCoord.x) + 512 * int(gl_FragCoord.y);
+  vec4 sum = vec4(0.0);
+  for (int i = 0; i < LOOKUPS; ++i) {
+    int at = (first + 81 * i) % cells;  // a ray goes from slab to slab
+    sum += vec4(fetch(at), fetch(at + 1), fetch(at + 9), fetch(at + 10));
+    sum += vec4(fetch(at + 81), fetch(at + 82), fetch(at + 90), fetch(at + 91));
+  }
+  out_picture = sum;
+  out_layers = vec4(0.0);
+}
+)glsl";
+
+/// Look-ups per second of a shader that does nothing else. A look-up is 8 fetches of a cell's
+/// corners from the atlas's texels; neighbouring pixels read neighbouring cells. No march can be
+/// faster. For a software renderer the seconds are CPU time.
+double fetch_rate(const BrickAtlas& atlas) {
+  const gl::EglContext context({});
+  const bool software = bench::is_software(context.renderer());
+  const gl::TileTarget target(fetch_side, false, false);
+  const gl::Program program("fetch.frag", "#define LOOKUPS " + std::to_string(lookups) + "\n",
+                            {{"fetch.frag", shader}});
+  const std::size_t texels = atlas.bricks.size() * brick_texels;
+  GLuint buffer = 0, texture = 0, vertex_array = 0;
+  glCreateBuffers(1, &buffer);
+  glNamedBufferStorage(buffer, GLsizeiptr(texels * sizeof(float)), atlas.texels32.get(), 0);
+  glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
+  glTextureBuffer(texture, GL_R32F, buffer);
+  glCreateVertexArrays(1, &vertex_array);
+  glBindVertexArray(vertex_array);
+  program.set("texels", 0);
+  program.set("cells", int(texels) - 91);
+  glViewport(0, 0, fetch_side, fetch_side);
+
+  std::vector<double> times;
+  for (int i = 0; i < 8; ++i) {
+    const Stopwatch watch;
+    target.bind(0);
+    glBindTextureUnit(0, texture);
+    glUseProgram(program.id());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glFinish();
+    if (i == 0) continue;  // the first draw compiles
+    times.push_back(software ? watch.cpu_ms() : watch.ms());
+  }
+  context.check("fetching texels");
+  glDeleteVertexArrays(1, &vertex_array);
+  glDeleteTextures(1, &texture);
+  glDeleteBuffers(1, &buffer);
+  return 1e3 * lookups * double(fetch_side) * fetch_side / median(times);
+}
+
 /// White noise in a random selection of the 8^3 blocks of a cube of n^3 voxels.
 Field make_blocks(int n, double fraction) {
-  const auto storage =
-      std::make_shared<std::vector<float>>(std::size_t(n) * std::size_t(n) * std::size_t(n));
   std::uint32_t state = 1;
   const auto random = [&] {
     state = state * 1664525u + 1013904223u;
     return double(state >> 8) * 0x1p-24;
   };
-  Field field;
-  field.name = "density";
-  field.value_type = "float";
-  field.active_box = {glm::ivec3(0), glm::ivec3(n - 1)};
-  for (std::size_t b = 0; b < storage->size() / 512; ++b) {
-    if (random() >= fraction) continue;
-    float* values = storage->data() + b * 512;
-    for (int i = 0; i < 512; ++i) values[i] = float(random());
-    const int blocks = n / 8, at = int(b);
-    field.leaves.push_back(
-        {glm::ivec3(at / (blocks * blocks), at / blocks % blocks, at % blocks) * 8, values});
-    field.active_voxels += 512;
+  DenseField field("density", glm::ivec3(n), 1, glm::dmat4(1));
+  for (int x = 0; x < n; x += 8) {
+    std::vector<float> slab(std::size_t(8 * n * n));
+    for (int y = 0; y < n; y += 8)
+      for (int z = 0; z < n; z += 8) {
+        if (random() >= fraction) continue;
+        for (int i = 0; i < 512; ++i)
+          slab[std::size_t(((i >> 6) * n + y + (i >> 3 & 7)) * n + z + (i & 7))] = float(random());
+      }
+    field.add(slab);
   }
-  field.storage = storage;
-  return field;
+  return field.finish();
 }
 
 using SharedField = std::shared_ptr<const Field>;
@@ -142,7 +204,7 @@ void run() {
   constexpr double fog_extinction = 20;  // the peers' scene A
   constexpr int side = 512;
   const SharedField fog = shared(bench::make_fog(256));
-  const double limit = bench::fetch_rate(build_atlas(*fog));
+  const double limit = fetch_rate(build_atlas(*fog));
   std::printf("%s\nfetching alone: %.1f M look-ups/s of work\n", description(*open_gpu()).c_str(),
               1e-6 * limit);
 

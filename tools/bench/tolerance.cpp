@@ -1,5 +1,5 @@
-// bench_tolerance [-r SIDE] SCENE.json ...: measures pictures drawn to a tolerance, on scenes such
-// as those of tools/bench/scenes. For each scene and tolerance it prints the method chosen, the
+// bench_tolerance [-r SIDE] SCENE.json ...: measures pictures drawn to a tolerance, for example of
+// the scenes in tools/bench/scenes. For each scene and tolerance it prints the method chosen, the
 // error reached, and look-ups and CPU time relative to the best uniform rule and step that meets
 // the tolerance. That step is found by drawing: it halves 8 repeatedly, then searches between the
 // two steps that enclose the tolerance. Times are medians of rounds in which all pictures take
@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "median.h"
+#include "bench.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"

@@ -33,7 +33,7 @@ Scene scene_of(const Listed& program, const std::filesystem::path& assets) {
   return scene;
 }
 
-/// The listed program among those of its scene.
+/// The listed program, found among the programs of its scene.
 Program find_program(const Listed& listed, const std::filesystem::path& assets) {
   for (Program& program : programs_of(scene_of(listed, assets), false))
     if (program.shader == listed.shader) return program;

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "spirv.h"
+#include "programs.h"
 
 namespace psivox::gpu_cost {
 

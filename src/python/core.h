@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "marchers.h"
+#include "drawing.h"
 #include "psivox/error.h"
 
 namespace psivox::python {
@@ -54,8 +54,14 @@ auto run(Work&& work) {
   }
 }
 
-/// A message of the command line's with the names that keywords have: `--early-termination` becomes
+/// Calls `report`, unless it is None, and lets Ctrl-C end the work.
+Progress reporting(const py::object& report);
+
+/// A message of the command line with the names that keywords have: `--early-termination` becomes
 /// `early_termination`.
 std::string with_keywords(const std::string& message);
+
+/// Adds the parts of the module that read and make grids.
+void define_grids(py::module_& m);
 
 }  // namespace psivox::python

@@ -1,0 +1,60 @@
+#include "psivox/open.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "psivox/camera_file.h"
+#include "psivox/draw.h"
+#include "psivox/error.h"
+
+namespace psivox {
+
+Scene with_settings(Scene scene, const std::string& camera, std::span<const Setting> settings,
+                    const std::function<bool(const Scene&)>& z_is_up) {
+  if (!camera.empty()) {
+    Scene known = scene;
+    apply_over(known, settings);
+    const FileCamera read = read_camera(camera, z_is_up(known));
+    scene.resolution = known.resolution;
+    set_camera(scene, read);
+  }
+  apply_over(scene, settings);
+  return scene;
+}
+
+void check_picture(const Scene& scene, const std::vector<std::string>& layers, bool time_budget) {
+  if (time_budget) {
+    if (scene.renderer == RendererKind::reference)
+      throw Error(ExitCode::usage,
+                  "--time-budget is for a march; --renderer reference does not march");
+    check_method_unset(scene, "--time-budget");
+  }
+  for (const std::string& layer : layers)
+    if (const std::string obstacle = layer_obstacle(layer, scene); !obstacle.empty())
+      throw Error(ExitCode::usage, obstacle);
+}
+
+OpenedScene open_scene(const Scene& scene, const VdbFile& file, const OpenOptions& options) {
+  OpenedScene opened{with_look(scene, file, options.open_look, options.background, options.parts),
+                     {}};
+  opened.view = make_view(opened.looked.scene, opened.looked.fields);
+  return opened;
+}
+
+OpenedScene open_scene(const Scene& scene, MediumFields fields) {
+  View view = make_view(scene, fields);
+  return {{.scene = scene, .look = "plain", .settings = {}, .fields = std::move(fields)},
+          std::move(view)};
+}
+
+std::vector<std::string> notices_of(const Medium& medium) {
+  std::vector<std::string> all;
+  // fields made from one grid repeat its notices
+  for (const auto& field : {medium.density, medium.luminance, medium.emission})
+    if (field)
+      for (const std::string& notice : field->notices)
+        if (!std::ranges::count(all, notice)) all.push_back(notice);
+  return all;
+}
+
+}  // namespace psivox
