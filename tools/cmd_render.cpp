@@ -25,7 +25,6 @@
 #include "psivox/vdb.h"
 #include "render_call.h"
 #include "render_on_ranks.h"
-#include "signals.h"
 
 namespace psivox {
 namespace {

@@ -22,4 +22,7 @@ void study_command(Arguments arguments);
 void verify_command(Arguments arguments);
 void view_command(Arguments arguments);
 
+/// The process ends with exit code 1, this message and no unfinished files, if it still runs then.
+void end_after(int seconds, const char* message);
+
 }  // namespace psivox

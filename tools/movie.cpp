@@ -1,13 +1,11 @@
 #include "movie.h"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -18,8 +16,6 @@
 #include "psivox/error.h"
 #include "psivox/sequence.h"
 #include "psivox/text.h"
-
-extern char** environ;
 
 namespace psivox {
 namespace {
@@ -82,11 +78,7 @@ Movie::Movie(const std::string& path, double frame_rate) : path_(path), frame_ra
 }
 
 Movie::~Movie() {
-  if (pipe_ >= 0) ::close(pipe_);
-  if (process_ > 0) {
-    ::kill(process_, SIGKILL);
-    ::waitpid(process_, nullptr, 0);
-  }
+  if (ffmpeg_) ::pclose(ffmpeg_);
 }
 
 void Movie::fail(const std::string& why) {
@@ -94,69 +86,30 @@ void Movie::fail(const std::string& why) {
 }
 
 void Movie::start(int width, int height) {
-  std::vector<std::string> words{"ffmpeg",
-                                 "-loglevel",
-                                 "error",
-                                 "-xerror",
-                                 "-y",
-                                 "-f",
-                                 "rawvideo",
-                                 "-pixel_format",
-                                 "rgb24",
-                                 "-video_size",
-                                 std::to_string(width) + "x" + std::to_string(height),
-                                 "-framerate",
-                                 number_text(frame_rate_),
-                                 "-i",
-                                 "-"};
-  words.insert(words.end(), encoding().begin(), encoding().end());
-  for (const std::string& word :
-       {std::string("-f"), std::string(format_of(path_)), file_->path().string()})
-    words.push_back(word);
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) fail(std::strerror(errno));
-  pipe_ = ends[1];
-  std::signal(SIGPIPE, SIG_IGN);  // an ffmpeg that ends early makes write() fail instead
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, ends[0], STDIN_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  const int failure =
-      ::posix_spawnp(&process_, "ffmpeg", &files, &attributes, arguments.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
-  ::close(ends[0]);
-  if (failure == 0) return;
-  process_ = -1;
-  fail(std::string("ffmpeg: ") + std::strerror(failure));
+  std::string name;  // of the file, as one word of the shell
+  for (const char c : file_->path().string())
+    name += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  const std::string command =
+      "exec ffmpeg -loglevel error -xerror -y -f rawvideo -pixel_format rgb24 -video_size " +
+      std::to_string(width) + "x" + std::to_string(height) + " -framerate " +
+      number_text(frame_rate_) + " -i - '" + joined(encoding(), "' '") + "' -f " +
+      format_of(path_) + " '" + name + "'";
+  std::signal(SIGPIPE, SIG_IGN);  // an ffmpeg that ends early makes a write fail instead
+  ffmpeg_ = ::popen(command.c_str(), "we");
+  if (!ffmpeg_) fail(std::string("ffmpeg: ") + std::strerror(errno));
 }
 
 void Movie::add(const Image& image, const Display& display) {
-  if (process_ < 0) start(image.width, image.height);
+  if (!ffmpeg_) start(image.width, image.height);
   const std::vector<std::uint8_t> bytes = srgb_bytes(image, display);
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t count = ::write(pipe_, bytes.data() + at, bytes.size() - at);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail("ffmpeg ended early");
-    at += std::size_t(count);
-  }
+  if (std::fwrite(bytes.data(), 1, bytes.size(), ffmpeg_) != bytes.size() ||
+      std::fflush(ffmpeg_) != 0)
+    fail("ffmpeg ended early");
 }
 
 void Movie::finish() {
-  if (process_ < 0) return;
-  ::close(std::exchange(pipe_, -1));
-  int status = 0;
-  ::waitpid(std::exchange(process_, -1), &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail("ffmpeg failed");
+  if (!ffmpeg_) return;
+  if (::pclose(std::exchange(ffmpeg_, nullptr)) != 0) fail("ffmpeg failed");
   try {
     file_->show();
   } catch (const std::system_error& failure) {

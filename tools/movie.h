@@ -1,7 +1,6 @@
 #pragma once
 
-#include <sys/types.h>
-
+#include <cstdio>
 #include <optional>
 #include <string>
 
@@ -31,8 +30,7 @@ class Movie {
   std::string path_;
   double frame_rate_;
   std::optional<HiddenFile> file_;
-  pid_t process_ = -1;
-  int pipe_ = -1;
+  std::FILE* ffmpeg_ = nullptr;
 };
 
 /// The command that makes a film of pictures `out.####.png`.

@@ -1,10 +1,15 @@
 // psivox COMMAND ...: the program. Each command has its own file, cmd_NAME.cpp.
 
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
 #include <new>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "command_line.h"
@@ -15,11 +20,46 @@
 #include "psivox/guarded_reading.h"
 #include "psivox/image.h"
 #include "psivox/text.h"
+#include "psivox/text_file.h"
 #include "psivox/vdb.h"
-#include "signals.h"
 
 namespace psivox {
+
+void end_after(int seconds, const char* message) {
+  std::thread([=] {
+    std::this_thread::sleep_for(std::chrono::seconds(seconds));
+    remove_hidden_files();
+    std::fprintf(stderr, "psivox: %s\n", message);
+    _exit(static_cast<int>(ExitCode::failure));
+  }).detach();
+}
+
 namespace {
+
+/// From now on a write beyond the limit of a file's size fails, and does not end the process.
+void report_failed_writes() { std::signal(SIGXFSZ, SIG_IGN); }
+
+/// From now on SIGINT, SIGTERM and SIGHUP end the process at once with 128 plus their number, and
+/// without unfinished files: outputs that were begun are removed, or complete. To be called before
+/// other threads start.
+void end_cleanly_on_signals() {
+  static sigset_t ends;
+  sigemptyset(&ends);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    sigaction(number, nullptr, &action);
+    if (action.sa_handler != SIG_IGN) sigaddset(&ends, number);  // as of nohup
+  }
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+  // a thread of its own may take locks, which a handler may not
+  std::thread([] {
+    int number = 0;
+    while (sigwait(&ends, &number) != 0) continue;
+    remove_hidden_files();
+    if (isatty(STDERR_FILENO) == 1) std::fputs("\r\033[K", stderr);
+    _exit(128 + number);
+  }).detach();
+}
 
 struct Command {
   const char* name;

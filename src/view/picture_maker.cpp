@@ -32,39 +32,34 @@ PictureMaker::~PictureMaker() {
   thread_.join();
 }
 
-void PictureMaker::wish(PictureWish wish) {
+void PictureMaker::post(const std::function<void()>& change) {
   {
     const std::lock_guard lock(mutex_);
-    newest_ = wish.number;
-    wish_ = std::move(wish);
+    change();
   }
   changed_.notify_all();
+}
+
+void PictureMaker::wish(PictureWish wish) {
+  post([&] {
+    newest_ = wish.number;
+    wish_ = std::move(wish);
+  });
 }
 
 void PictureMaker::rest(std::uint64_t number) {
-  {
-    const std::lock_guard lock(mutex_);
-    resting_ = number;
-  }
-  changed_.notify_all();
+  post([&] { resting_ = number; });
 }
 
 void PictureMaker::pick(const glm::dvec2& pixel) {
-  {
-    const std::lock_guard lock(mutex_);
+  post([&] {
     pick_ = pixel;
     interrupted_ = true;
-  }
-  changed_.notify_all();
+  });
 }
 
 void PictureMaker::reload_shaders() {
-  {
-    const std::lock_guard lock(mutex_);
-    reload_ = true;
-    interrupted_ = true;
-  }
-  changed_.notify_all();
+  post([&] { reload_ = interrupted_ = true; });
 }
 
 PictureNews PictureMaker::news() {

@@ -90,6 +90,8 @@ class PictureMaker {
   std::optional<std::pair<std::string, double>> progress() const;
 
  private:
+  /// Changes what the thread is to do, and wakes it.
+  void post(const std::function<void()>& change);
   void run(const std::stop_token& stop);
   void serve(const std::stop_token& stop);
   void make(const PictureWish& wish, const std::stop_token& stop);
