@@ -50,6 +50,12 @@ struct Tile {
   glm::vec3 value;    ///< first `channels` components
 };
 
+/// Active voxels of one value, outside leaves.
+struct TileValue {
+  float value = 0;
+  std::uint64_t voxels = 0;
+};
+
 /// Leaves whose values stay in a file. Of several processes that draw one picture, each has some of
 /// the leaves as its own.
 class LeafReader {
@@ -60,6 +66,10 @@ class LeafReader {
   virtual void read(std::span<const std::uint32_t> leaves, float* values) const = 0;
   /// Reads them and returns what it has found, for a field that has Field::survey.
   virtual ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const = 0;
+  /// As `read`, with NaN in the first channel of voxels that are not active.
+  virtual void read_active(std::span<const std::uint32_t> leaves, float* values) const = 0;
+  /// Active tiles, those of 0 too.
+  virtual const std::vector<TileValue>& active_tiles() const = 0;
 
   virtual bool is_own(std::uint32_t) const { return true; }
   /// What each process gives, by its number. All must call it.
