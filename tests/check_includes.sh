@@ -49,9 +49,9 @@ only_in '^pybind11/' '^src/python/'
 
 # --- components: src/X may include psivox/, itself, and the components listed ---------------------
 declare -A sees=(
-  [app]="scene" [atlas]="" [colour]="" [draw]="gl march reference" [gl]="march" [image]="colour" [look]="scene" [sequence]="look" [march]="scene" [team]=""
+  [app]="scene" [atlas]="" [colour]="" [draw]="gl march reference" [gl]="march" [guard]="" [image]="colour" [look]="scene" [sequence]="look" [march]="scene" [team]=""
   [oiio]="colour image" [python]="gl" [reference]="march" [scene]="colour" [study]="colour march verify" [text]=""
-  [vdb]="" [verify]="" [view]="colour gl"
+  [vdb]="guard" [verify]="" [view]="colour gl"
 )
 components=$(printf '%s|' "${!sees[@]}")
 components=${components%|}

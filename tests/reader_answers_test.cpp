@@ -7,21 +7,22 @@
 #include <cmath>
 #include <functional>
 
-#include "vdb/check_field.h"
-#include "vdb/in_place_reader.h"
-#include "vdb/shared_field.h"
-#include "vdb/socket.h"
+#include "vdb/reader.h"
+#include "vdb/reading_messages.h"
 #include "vdb_test_util.h"
 
 namespace psivox::vdb {
 namespace {
 
+using guard::Descriptor;
+using guard::Packer;
+using guard::Unpacker;
 using test::same;
 
 TEST(ReaderAnswers, APrefixOfAnAnswerIsAnError) {
   InPlaceReader reader(std::make_shared<FileBlocks>(test::assets_dir() / "blobs.vdb"));
   Packer pack;
-  pack(reader.facts(), reader.info(true), FieldFacts{reader.read("density", {}), 1, 2});
+  pack(reader.facts(), reader.info("", true), FieldFacts{reader.read("density", {}), 1, 2});
   const auto take = [](std::string_view text) {
     FileFacts facts;
     std::vector<GridInfo> rows;

@@ -19,21 +19,23 @@
 #include <sstream>
 #include <thread>
 
+#include "guard/pack.h"
+#include "guard/process.h"
+#include "guard/service.h"
 #include "psivox/guarded_reading.h"
 #include "psivox/leaf_values.h"
-#include "vdb/fork_server.h"
 #include "vdb/guarded_reader.h"
-#include "vdb/in_place_reader.h"
-#include "vdb/reader_service.h"
-#include "vdb/restrict_process.h"
-#include "vdb/shared_field.h"
-#include "vdb/socket.h"
+#include "vdb/reading_messages.h"
 #include "vdb_test_util.h"
 
 extern char** environ;
 
 namespace psivox::vdb {
 namespace {
+
+using guard::MessageKind;
+using guard::Packer;
+using guard::sanitised;
 
 using test::same;
 
@@ -47,7 +49,7 @@ void send_answer(int connection, const std::string& content) {
 
 void send_failure(int connection, const std::string& message) {
   Packer content;
-  content(Failure{3, message});
+  content(3, message);
   send(connection, MessageKind::failure, content.text());
 }
 
@@ -83,23 +85,26 @@ const std::map<std::string, std::function<void(int connection)>> accidents = {
     {"long_answer.vdb",
      [](int connection) {
        const std::uint64_t header[2] = {~std::uint64_t{0}, std::uint64_t(MessageKind::answer)};
-       send_with(connection, {reinterpret_cast<const char*>(header), sizeof header});
+       guard::send_with(connection, {reinterpret_cast<const char*>(header), sizeof header});
        std::this_thread::sleep_for(std::chrono::hours(1));
      }},
     {"lines.vdb", [](int connection) { send_failure(connection, "two\nlines\x1b[2J"); }},
     {"calls.vdb", try_forbidden_calls},
 };
 
-void have_accident(const std::string& path, const Message& message, int connection) {
+void have_accident(const std::string& path, std::string_view bytes, int connection) {
   const std::string name = std::filesystem::path(path).filename().string();
   const auto accident = accidents.find(name);
   if (accident != accidents.end()) accident->second(connection);
   // in one grid of several, and where all are asked for
-  const auto asks = [&](auto grid) { return message.content.find(grid) != std::string::npos; };
-  if (name == "bad_color.vdb" && message.kind != MessageKind::open && !asks("density") &&
-      !asks("temperature"))
+  Request request;
+  guard::Unpacker unpack(bytes);
+  unpack(request);
+  const auto asks = [&](auto grid) { return bytes.find(grid) != bytes.npos; };
+  if (name == "bad_color.vdb" && !std::holds_alternative<FactsRequest>(request) &&
+      !asks("density") && !asks("temperature"))
     *nowhere = 1;
-  if (name == "all_bad.vdb" && message.kind == MessageKind::info) *nowhere = 1;
+  if (name == "all_bad.vdb" && std::holds_alternative<InfoRequest>(request)) *nowhere = 1;
 }
 
 std::filesystem::path asset(const std::string& name) { return test::assets_dir() / name; }
@@ -112,8 +117,8 @@ std::filesystem::path file_named(const std::string& name) {
 /// Sets limits for one test.
 class Limits {
  public:
-  explicit Limits(const ReaderLimits& limits) { reader_limits = limits; }
-  ~Limits() { reader_limits = {}; }
+  explicit Limits(const guard::Limits& limits) { guard::limits = limits; }
+  ~Limits() { guard::limits = {}; }
 };
 
 /// All that reading says, errors too, but for leaves and tiles.
@@ -145,8 +150,8 @@ void expect_same_as_in_place(const std::filesystem::path& path) {
   InPlaceReader in_place(file);
   GuardedReader guarded(file);
   Packer expected, got;
-  expected(in_place.facts(), in_place.info(true), in_place.info(false));
-  got(guarded.facts(), guarded.info(true), guarded.info(false));
+  expected(in_place.facts(), in_place.info("", true), in_place.info("", false));
+  got(guarded.facts(), guarded.info("", true), guarded.info("", false));
   EXPECT_EQ(expected.text(), got.text());
   for (const std::string& grid : in_place.facts().names) {
     EXPECT_EQ(content_of(in_place, grid), content_of(guarded, grid)) << grid;
@@ -477,7 +482,7 @@ TEST(GuardedReading, AReaderEndsWithItsVdbFile) {
 }  // namespace psivox::vdb
 
 int main(int argc, char** argv) {
-  psivox::vdb::before_answer = psivox::vdb::have_accident;
+  psivox::guard::before_answer = psivox::vdb::have_accident;
   psivox::start_guarded_reading();
   if (argc == 3 && std::string(argv[1]) == "--read") {
     const psivox::VdbFile file(argv[2]);

@@ -1,4 +1,4 @@
-// Values that stay in the file: they are those of a field that is read whole, and a part or a rank
+// Values that stay in the file: they equal the values of a field that is read whole; a part or a rank
 // reads its own alone.
 
 #include <algorithm>
@@ -59,7 +59,7 @@ void expect_stored_like_whole(const std::filesystem::path& path, const std::stri
   EXPECT_EQ(seen, whole.leaves.size());
 }
 
-/// The same of a grid whose leaves the caller surveys, here in two parts.
+/// The caller surveys the leaves, here in two parts: the field equals the whole one.
 void expect_surveyed_like_whole(const std::filesystem::path& path, const std::string& name,
                                 ReadOptions options) {
   SCOPED_TRACE(name + ", surveyed in parts");

@@ -50,6 +50,12 @@ struct Tile {
   glm::vec3 value;    ///< first `channels` components
 };
 
+/// Active voxels of one value, outside leaves.
+struct TileValue {
+  float value = 0;
+  std::uint64_t voxels = 0;
+};
+
 /// Leaves whose values stay in a file.
 class LeafReader {
  public:
@@ -59,6 +65,10 @@ class LeafReader {
   virtual void read(std::span<const std::uint32_t> leaves, float* values) const = 0;
   /// Reads them and returns what it has found, for a field that has Field::survey.
   virtual ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const = 0;
+  /// As `read`, with NaN in the first channel of voxels that are not active.
+  virtual void read_active(std::span<const std::uint32_t> leaves, float* values) const = 0;
+  /// Active tiles, those of 0 too.
+  virtual const std::vector<TileValue>& active_tiles() const = 0;
 };
 
 /// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.

@@ -74,6 +74,29 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
   return values;
 }
 
+/// Calls take(value, 1) for the first channel of leaves that stay in a file, NaN where a voxel is
+/// not active, and then take(value, voxels) for active tiles.
+template <typename Take>
+void each_active(const LeafReader& reader, std::span<const std::uint32_t> leaves, int channels,
+                 const Take& take) {
+  constexpr std::size_t at_once = 4096;  // 8 MiB of scalars
+  const std::size_t floats = 512 * static_cast<std::size_t>(channels);
+  std::vector<float> values(std::min(at_once, leaves.size()) * floats);
+  for (std::size_t n = 0; n < leaves.size(); n += at_once) {
+    const auto some = leaves.subspan(n, std::min(at_once, leaves.size() - n));
+    reader.read_active(some, values.data());
+    for (std::size_t i = 0; i < floats * some.size(); i += floats / 512) take(values[i], 1);
+  }
+  for (const TileValue& tile : reader.active_tiles()) take(tile.value, tile.voxels);
+}
+
+/// Sets Field::active_percentiles, of values that `each` visits.
+template <typename Each>
+void set_percentiles(Field& field, std::span<const double> percents, const Each& each) {
+  const std::vector<double> values = value_percentiles(each, percents);
+  for (std::size_t i = 0; i < values.size(); ++i) field.active_percentiles[percents[i]] = values[i];
+}
+
 /// One of them.
 template <typename Each>
 double value_percentile(const Each& each, double percent) {

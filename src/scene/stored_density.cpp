@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "psivox/active_values.h"
 #include "psivox/atlas.h"
 #include "psivox/leaf_values.h"
 #include "psivox/regions.h"
@@ -85,19 +84,17 @@ class KeptLeaves final : public LeafReader {
 
   /// Percentiles of the active values of all members' leaves.
   std::vector<double> percentiles(std::span<const double> percents, Team& team) const {
-    const auto* known = dynamic_cast<const ActiveValues*>(file_.get());
-    if (!known) throw Error(ExitCode::failure, "leaves do not tell which voxels are active");
     std::vector<float> values(std::min(leaves_at_once, own_.size()) * floats_);
     const auto each = [&](const auto& take) {
       for (std::size_t n = 0; n < own_.size(); n += leaves_at_once) {
         const auto some = std::span(own_).subspan(n, std::min(leaves_at_once, own_.size() - n));
-        known->read_active(some, values.data());
+        file_->read_active(some, values.data());
         for (std::size_t i = 0; i < 512 * some.size(); ++i)
           if (const float value = values[i * floats_ / 512]; !std::isnan(value))
             take(std::min(value, largest_), 1);
       }
       if (!team.first()) return;
-      for (const TileValue& tile : known->active_tiles())
+      for (const TileValue& tile : file_->active_tiles())
         take(std::min(tile.value, largest_), tile.voxels);
     };
     return value_percentiles(each, percents,
@@ -122,6 +119,10 @@ class KeptLeaves final : public LeafReader {
   ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const override {
     return file_->survey(leaves, values);
   }
+  void read_active(std::span<const std::uint32_t> leaves, float* values) const override {
+    file_->read_active(leaves, values);
+  }
+  const std::vector<TileValue>& active_tiles() const override { return file_->active_tiles(); }
 
   std::span<const std::uint32_t> own() const { return own_; }
   bool is_own(std::uint32_t leaf) const { return std::ranges::binary_search(own_, leaf); }

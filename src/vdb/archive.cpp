@@ -1,19 +1,22 @@
 #include "archive.h"
 
+#include <openvdb/io/Stream.h>
+
 #include <algorithm>
+#include <array>
 #include <map>
 #include <new>
+#include <sstream>
 #include <utility>
 
-#include "check_topology.h"
-#include "conform.h"
 #include "grid_types.h"
+#include "leaf_decoder.h"
 #include "point_counts.h"
 #include "psivox/error.h"
 #include "psivox/foreign_format.h"
 #include "psivox/text.h"
-#include "read_leaves.h"
-#include "subject.h"
+#include "topology.h"
+#include "value_block.h"
 
 namespace psivox::vdb {
 namespace {
@@ -98,8 +101,7 @@ void Archive::read_entry(GridEntry& entry) {
     descriptor.read(stream_);
   } catch (const openvdb::LookupError&) {
     // The type is not registered. OpenVDB stops behind its name, where the three positions begin.
-    std::int64_t positions[3];
-    stream_.read(reinterpret_cast<char*>(positions), sizeof positions);
+    const auto positions = take<std::array<std::int64_t, 3>>(stream_);
     descriptor.setGridPos(positions[0]);
     descriptor.setBlockPos(positions[1]);
     descriptor.setEndPos(positions[2]);
@@ -108,7 +110,7 @@ void Archive::read_entry(GridEntry& entry) {
     entry.problem = unsupported_type(descriptor.gridType());
   }
   if (!inputHasGridOffsets()) {
-    stream_grid(entry);
+    skip_grid(entry);
     return;
   }
   // Positions only grow, so the loop over the directory ends for any file.
@@ -122,12 +124,41 @@ void Archive::read_entry(GridEntry& entry) {
   }
 }
 
-/// A file without positions (written to a pipe) can only be read from its beginning to its end.
-void Archive::stream_grid(GridEntry& entry) {
-  entry.streamed = openvdb::GridBase::createGrid(stored_like(entry.descriptor.gridType()));
-  entry.streamed->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
-  buffer_.expect(file_.size());
-  read_here(entry.streamed, entry.descriptor, /*values=*/true);
+/// Throws if the root of a grid's tree has nodes or tiles at places where none can be. OpenVDB
+/// would compute ends beyond the integers from them.
+static void check_root(const openvdb::GridBase& grid) {
+  with_typed_grid(grid, [](const auto& typed) {
+    const auto& root = typed.tree().root();
+    constexpr int width = std::decay_t<decltype(root)>::ChildNodeType::DIM;
+    for (auto it = root.cbeginChildAll(); it; ++it)
+      if ((it.getCoord() & ~(width - 1)) != it.getCoord())
+        throw openvdb::IoError("a node of its root is at an impossible place");
+  });
+}
+
+/// Finds the positions of a grid in a file that has none (one that was written to a pipe). The
+/// stream is at the grid and goes behind it.
+void Archive::skip_grid(GridEntry& entry) {
+  constexpr std::int64_t mask_leaf = 64 + 3 * 4;  // the mask once more, and the origin [bytes]
+  GridDescriptor& descriptor = entry.descriptor;
+  const std::string& type = descriptor.gridType();
+  descriptor.setGridPos(stream_.tellg());
+  descriptor.setEndPos(file_.size());
+  if (is_old() || channels_of(type) == 0) {
+    read_old(entry);
+  } else if (TreeHead head = begin_grid(entry); !descriptor.isInstance()) {
+    const std::size_t leaves = read_topology(*head.grid, stream_).leaves.size();
+    if (is_points(type)) {
+      stream_.seekg(read_point_counts(leaves, stream_, [](std::size_t, const PointCounts&) {}),
+                    std::ios_base::cur);
+    } else if (is_mask(type)) {
+      stream_.seekg(mask_leaf * std::int64_t(leaves), std::ios_base::cur);
+    } else {
+      const LeafDecoder decoder(nullptr, head.grid, stream_);
+      for (std::size_t n = 0; n < leaves; ++n) decoder.skip(stream_);
+    }
+  }
+  descriptor.setEndPos(stream_.tellg());
 }
 
 /// OpenVDB's names, `density` or `density[1]`, with control characters escaped. It writes grids
@@ -173,55 +204,36 @@ void Archive::guarded(const GridEntry& entry, const std::function<void()>& work)
   }
 }
 
-openvdb::GridBase::Ptr Archive::read(const GridEntry& entry, bool values) {
-  openvdb::GridBase::Ptr grid;
-  guarded(entry, [&] {
-    grid = read_tree(entry, values);
-    if (!entry.descriptor.isInstance()) return;
-    // Two grids share a tree; the file has it once, under the other grid's name.
-    for (const GridEntry& parent : entries_) {
-      if (parent.descriptor.uniqueName() != entry.descriptor.instanceParentName()) continue;
-      grid->setTree(read_tree(parent, values)->baseTreePtr());
-      return;
-    }
-    throw openvdb::KeyError("the grid that has its tree is missing");
-  });
-  return values && is_mask(entry.descriptor.gridType()) ? activity_of(grid) : grid;
+/// The grid that has an instance's tree.
+const GridEntry& Archive::parent_of(const GridEntry& entry) const {
+  for (const GridEntry& parent : entries_)
+    if (parent.descriptor.uniqueName() == entry.descriptor.instanceParentName()) return parent;
+  throw openvdb::KeyError("the grid that has its tree is missing");
 }
 
-/// A new grid, for which the stream is at the entry's place.
-openvdb::GridBase::Ptr Archive::begin_grid(const GridEntry& entry) {
+TreeHead Archive::begin_tree(const GridEntry& entry) {
+  TreeHead own = begin_grid(entry);
+  if (!entry.descriptor.isInstance()) return own;
+  TreeHead tree = begin_grid(parent_of(entry));
+  if (tree.grid->type() != own.grid->type())
+    throw openvdb::TypeError("the grid that has its tree is of another type");
+  tree.grid->clearMetadata();
+  tree.grid->insertMeta(*own.grid);
+  tree.grid->setTransform(own.grid->transformPtr());
+  return tree;
+}
+
+/// Reads what stands before a grid's tree.
+TreeHead Archive::begin_grid(const GridEntry& entry) {
+  const GridDescriptor& descriptor = entry.descriptor;
   stream_.clear();
-  openvdb::GridBase::Ptr grid =
-      openvdb::GridBase::createGrid(stored_like(entry.descriptor.gridType()));
-  grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
-  entry.descriptor.seekToGrid(stream_);
-  buffer_.expect(entry.descriptor.getEndPos() - entry.descriptor.getGridPos());
-  return grid;
-}
-
-openvdb::GridBase::Ptr Archive::read_tree(const GridEntry& entry, bool values) {
-  if (entry.streamed) return entry.streamed->deepCopyGrid();
-  openvdb::GridBase::Ptr grid = begin_grid(entry);
-  read_here(grid, entry.descriptor, values);
-  return grid;
-}
-
-openvdb::GridBase::Ptr Archive::begin_tree(const GridEntry& entry, std::string* delayed_load) {
-  openvdb::GridBase::Ptr grid;
-  guarded(entry, [&] {
-    if (entry.streamed || entry.descriptor.isInstance() ||
-        channels_of(entry.descriptor.gridType()) == 0 ||
-        fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION)
-      return;
-    grid = begin_grid(entry);
-    read_head(*grid, delayed_load);
-  });
-  return grid;
-}
-
-/// What stands before a grid's tree.
-void Archive::read_head(openvdb::GridBase& grid, std::string* delayed_load) {
+  TreeHead head{openvdb::GridBase::createGrid(stored_like(descriptor.gridType())),
+                {},
+                descriptor.getEndPos()};
+  openvdb::GridBase& grid = *head.grid;
+  grid.setSaveFloatAsHalf(descriptor.saveFloatAsHalf());
+  descriptor.seekToGrid(stream_);
+  buffer_.expect(descriptor.getEndPos() - descriptor.getGridPos());
   readGridCompression(stream_);
   constexpr std::uint32_t known =
       openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC;
@@ -229,53 +241,45 @@ void Archive::read_head(openvdb::GridBase& grid, std::string* delayed_load) {
     throw openvdb::IoError("it is compressed by an unknown codec");
   openvdb::io::setHalfFloat(stream_, grid.saveFloatAsHalf());
   openvdb::io::setGridBackgroundValuePtr(stream_, nullptr);
-  read_metadata(grid, stream_, delayed_load);
+  read_metadata(grid, stream_, &head.delayed_load);
   // It has the places of leaves, for OpenVDB's own skipping. They can be wrong.
   grid.removeMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD);
   openvdb::io::setGridClass(stream_, grid.getGridClass());
   check_strings(stream_, 1);  // the type
   grid.readTransform(stream_);
+  if (is_points(descriptor.gridType()) &&
+      fileVersion() < openvdb::OPENVDB_FILE_VERSION_MULTIPASS_IO)
+    throw openvdb::IoError("points in a file of so old a format are not supported");
+  return head;
 }
 
-/// The values of leaves behind a grid's topology; the stream goes behind them.
-void Archive::read_values(openvdb::GridBase& grid, const std::string& grid_type) {
-  constexpr std::int64_t mask_leaf = 64 + 3 * 4;  // of a mask once more, and the origin [bytes]
-  if (is_points(grid_type)) {
-    if (fileVersion() < openvdb::OPENVDB_FILE_VERSION_MULTIPASS_IO)
-      throw openvdb::IoError("points in a file of so old a format are not supported");
-    const std::int64_t attributes =
-        read_point_counts(static_cast<openvdb::Int32Grid&>(grid), stream_);
-    // a grid that has a position may begin wherever this one ends
-    if (!inputHasGridOffsets()) stream_.seekg(attributes, std::ios_base::cur);
-  } else if (is_mask(grid_type)) {
-    stream_.seekg(mask_leaf * std::int64_t(grid.constBaseTree().leafCount()), std::ios_base::cur);
-  } else {
-    read_leaves(grid, stream_, buffer_);
-  }
-}
-
-/// OpenVDB's readGrid for the grid at the stream's position, with leaves read by all threads.
-void Archive::read_here(const openvdb::GridBase::Ptr& grid, const GridDescriptor& descriptor,
-                        bool values) {
-  const std::string& grid_type = descriptor.gridType();
-  if (channels_of(grid_type) == 0 ||
-      fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION) {
-    if (stored_like(grid_type) != grid_type)
-      throw openvdb::IoError("a grid of its type in so old a format is not supported");
-    readGrid(grid, descriptor, stream_);
-    check_root(*grid);
-    return;
-  }
-  read_head(*grid);
-  if (descriptor.isInstance()) return;
-  check_topology(*grid, stream_);
-  grid->readTopology(stream_);
+/// Reads a grid by OpenVDB itself: what a file of an old format has, or what is passed over.
+openvdb::GridBase::Ptr Archive::read_old(const GridEntry& entry) {
+  const GridDescriptor& descriptor = entry.descriptor;
+  const std::string& type = descriptor.gridType();
+  if (stored_like(type) != type)
+    throw openvdb::IoError("a grid of its type in so old a format is not supported");
+  const openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(type);
+  grid->setSaveFloatAsHalf(descriptor.saveFloatAsHalf());
+  stream_.clear();
+  descriptor.seekToGrid(stream_);
+  buffer_.expect(descriptor.getEndPos() - descriptor.getGridPos());
+  readGrid(grid, descriptor, stream_);
   check_root(*grid);
-  if (values) read_values(*grid, grid_type);
+  return grid;
+}
+
+std::shared_ptr<FileBlocks> Archive::rewritten(const GridEntry& entry) {
+  const openvdb::GridBase::Ptr grid = read_old(entry);
+  if (entry.descriptor.isInstance()) grid->setTree(read_old(parent_of(entry))->baseTreePtr());
+  std::ostringstream out;
+  openvdb::io::Stream stream(out);
+  stream.setCompression(openvdb::io::COMPRESS_NONE);
+  stream.write(openvdb::GridCPtrVec{grid});
+  return std::make_shared<FileBlocks>(path(), std::move(out).str());
 }
 
 MetadataText Archive::metadata_of(const GridEntry& entry) {
-  if (entry.streamed) return text_of(*entry.streamed);
   if (!entry.problem.empty()) return {};
   try {
     stream_.clear();

@@ -6,12 +6,12 @@
 
 #include <functional>
 #include <istream>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "file_blocks.h"
-#include "file_buffer.h"
 #include "file_metadata.h"
 
 namespace psivox::vdb {
@@ -20,8 +20,14 @@ namespace psivox::vdb {
 struct GridEntry {
   std::string name;                        ///< as --grid takes it
   openvdb::io::GridDescriptor descriptor;  ///< type, half, positions in the file
-  openvdb::GridBase::Ptr streamed;         ///< already read, if the file has no positions
   std::string problem;                     ///< why it cannot be read; else empty
+};
+
+/// A grid without its tree, and where that ends.
+struct TreeHead {
+  openvdb::GridBase::Ptr grid;
+  std::string delayed_load{};  ///< bytes of the metadata for delayed loading, if it has them
+  std::int64_t end = 0;        ///< [bytes]
 };
 
 /// A .vdb open for reading, its directory read.
@@ -50,21 +56,18 @@ class Archive final : private openvdb::io::Archive {
   /// The entry's metadata, without its tree; empty if it cannot be read.
   MetadataText metadata_of(const GridEntry& entry);
 
-  /// The entry's grid, which the caller may change: of int32 if the file has points, the numbers of
-  /// points in each voxel; 1 at active voxels if it has a mask. Throws Error(input).
-  openvdb::GridBase::Ptr read(const GridEntry& entry) { return read(entry, /*values=*/true); }
-
-  /// The same without values, which must not be used.
-  openvdb::GridBase::Ptr read_topology(const GridEntry& entry) {
-    return read(entry, /*values=*/false);
-  }
-
-  /// The entry's grid without its tree, at which the stream is now; null if the file has it in
-  /// another place or format than `read_topology` (topology.h) takes. Throws Error(input).
-  /// `delayed_load` gets the bytes of the metadata of that name, if the grid has them.
-  openvdb::GridBase::Ptr begin_tree(const GridEntry& entry, std::string* delayed_load = nullptr);
+  /// The entry's grid without its tree, at which the stream is now. Of two grids that share a tree
+  /// the file has it once. Throws if the file is damaged.
+  TreeHead begin_tree(const GridEntry& entry);
   std::istream& stream() { return stream_; }
   FileBuffer& buffer() { return buffer_; }
+
+  /// Whether the file's format is too old for `begin_tree`.
+  bool is_old() const {
+    return fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION;
+  }
+  /// A file in memory, in today's format, that has the entry's grid alone.
+  std::shared_ptr<FileBlocks> rewritten(const GridEntry& entry);
 
   /// Does work that reads the entry. Throws Error(input) that names it, for any exception.
   void guarded(const GridEntry& entry, const std::function<void()>& work) const;
@@ -74,15 +77,11 @@ class Archive final : private openvdb::io::Archive {
  private:
   void read_directory();
   void read_entry(GridEntry& entry);
-  void stream_grid(GridEntry& entry);
+  void skip_grid(GridEntry& entry);
   void name_entries();
-  openvdb::GridBase::Ptr read(const GridEntry& entry, bool values);
-  openvdb::GridBase::Ptr read_tree(const GridEntry& entry, bool values);
-  openvdb::GridBase::Ptr begin_grid(const GridEntry& entry);
-  void read_head(openvdb::GridBase& grid, std::string* delayed_load = nullptr);
-  void read_values(openvdb::GridBase& grid, const std::string& grid_type);
-  void read_here(const openvdb::GridBase::Ptr& grid, const openvdb::io::GridDescriptor& descriptor,
-                 bool values);
+  const GridEntry& parent_of(const GridEntry& entry) const;
+  TreeHead begin_grid(const GridEntry& entry);
+  openvdb::GridBase::Ptr read_old(const GridEntry& entry);
 
   FileBlocks& file_;
   openvdb::io::StreamMetadata::Ptr metadata_;  ///< the stream keeps a plain pointer to it

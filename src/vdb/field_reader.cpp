@@ -4,81 +4,71 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <utility>
 
-#include "grid_content.h"
+#include "grid_info.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/text.h"
 #include "psivox/value_percentile.h"
-#include "sanitise.h"
+#include "survey.h"
 
 namespace psivox::vdb {
 namespace {
 
 std::string subject_of(const Field& field) { return "grid '" + field.name + "'"; }
 
-/// Leaves with values that sanitise replaces, and the largest value of the others.
-struct BadLeaves {
-  std::vector<std::size_t> numbers;
-  float largest_elsewhere = 0;
-};
-
-BadLeaves bad_leaves(const Field& field, GridRole role) {
-  struct Found {
-    bool good;
-    float largest;
-  };
-  std::vector<Found> found(field.leaves.size());
-  tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t n) {
-    const OrderedValues values(field, field.leaves[n]);
-    const bool good = all_good(values, role);
-    found[n] = {good, good ? *std::ranges::max_element(values) : 0};
-  });
-  BadLeaves bad;
-  for (std::size_t n = 0; n < found.size(); ++n) {
-    if (found[n].good)
-      bad.largest_elsewhere = std::max(bad.largest_elsewhere, found[n].largest);
-    else
-      bad.numbers.push_back(n);
-  }
-  return bad;
+/// Active voxels of a grid in memory: those that are not 0.
+LeafMask active_mask(const float* values, int channels) {
+  LeafMask mask;
+  for (openvdb::Index i = 0; i < kLeafVoxels; ++i, values += channels)
+    if (std::any_of(values, values + channels, [](float value) { return value != 0; }))
+      mask.setOn(i);
+  return mask;
 }
 
-bool has_bad_tile(const Field& field, GridRole role) {
-  return std::ranges::any_of(field.tiles, [&](const Tile& tile) {
-    return !all_good({&tile.value.x, static_cast<std::size_t>(field.channels)}, role);
-  });
-}
-
-/// Others may read the field's values: these leaves get copies.
-std::vector<float*> with_own_values(const std::vector<std::size_t>& numbers, Field& field) {
+/// Surveys the leaves. Others may read the field's values: a leaf with bad ones gets a copy, which
+/// is returned.
+std::vector<float*> survey_leaves(Field& field, const LeafSurvey& survey, GridRole role,
+                                  ValueSurvey& found) {
   const std::size_t floats = kLeafVoxels * static_cast<std::size_t>(field.channels);
-  const auto values = std::make_shared_for_overwrite<float[]>(numbers.size() * floats);
-  std::vector<float*> leaves;
-  for (const std::size_t n : numbers) {
-    leaves.push_back(values.get() + leaves.size() * floats);
-    copy_values(values_of(field, field.leaves[n]), field.channels, leaves.back());
-    field.leaves[n].values = leaves.back();
+  std::vector<char> bad(field.leaves.size());
+  SurveySum sum;
+  tbb::parallel_for(std::size_t{0}, bad.size(), [&](std::size_t n) {
+    const OrderedValues values(field, field.leaves[n]);
+    bad[n] = !all_good(values, role);
+    if (!bad[n])
+      sum.add(survey.look(field.leaves[n].origin, values.data(),
+                          active_mask(values.data(), field.channels)));
+  });
+  std::vector<float*> copies;
+  const auto count = static_cast<std::size_t>(std::ranges::count(bad, 1));
+  const auto storage = std::make_shared_for_overwrite<float[]>(count * floats);
+  for (std::size_t n = 0; n < bad.size(); ++n) {
+    if (!bad[n]) continue;
+    float* const copy = storage.get() + copies.size() * floats;
+    copies.push_back(copy);
+    copy_values(values_of(field, field.leaves[n]), field.channels, copy);
+    field.leaves[n].values = copy;
+    sum.add(survey.take(field.leaves[n].origin, copy, active_mask(copy, field.channels)));
   }
-  field.storage = std::make_shared<std::array<std::shared_ptr<const void>, 2>>(
-      std::array<std::shared_ptr<const void>, 2>{field.storage, values});
-  return leaves;
+  if (count > 0)
+    field.storage = std::make_shared<std::array<std::shared_ptr<const void>, 2>>(
+        std::array<std::shared_ptr<const void>, 2>{field.storage, storage});
+  found = sum.total();
+  return copies;
 }
 
 /// Calls take(value, count) for the first channel of the active voxels of `stored`, as `field` has
 /// them.
 template <typename Take>
 void visit_active(const Field& stored, const Field& field, const Take& take) {
-  const int channels = stored.channels;
   for (std::size_t n = 0; n < stored.leaves.size(); ++n) {
     const OrderedValues before(stored, stored.leaves[n]), after(field, field.leaves[n]);
-    const float *was = before.data(), *is = after.data();
-    for (std::size_t i = 0; i < kLeafVoxels; ++i, was += channels, is += channels)
-      if (std::any_of(was, was + channels, [](float value) { return value != 0; })) take(*is, 1);
+    const LeafMask active = active_mask(before.data(), stored.channels);
+    for (auto on = active.beginOn(); on; ++on)
+      take(after[on.pos() * std::size_t(stored.channels)], 1);
   }
   for (const Tile& tile : field.tiles) take(tile.value.x, tile_voxels(tile));
 }
@@ -86,14 +76,11 @@ void visit_active(const Field& stored, const Field& field, const Take& take) {
 /// 1 where a voxel is not 0.
 Field activity_of(const Field& field) {
   Field active = field;
-  const auto channels = static_cast<std::size_t>(field.channels);
   const auto values = std::make_shared_for_overwrite<float[]>(field.leaves.size() * kLeafVoxels);
   for (std::size_t n = 0; n < field.leaves.size(); ++n) {
-    const OrderedValues own(field, field.leaves[n]);
+    const LeafMask mask = active_mask(OrderedValues(field, field.leaves[n]).data(), field.channels);
     float* const to = values.get() + n * kLeafVoxels;
-    for (std::size_t i = 0; i < kLeafVoxels; ++i)
-      to[i] = std::any_of(own.data() + i * channels, own.data() + (i + 1) * channels,
-                          [](float value) { return value != 0; });
+    for (std::size_t i = 0; i < kLeafVoxels; ++i) to[i] = mask.isOn(openvdb::Index(i));
     active.leaves[n].values = to;
   }
   for (Tile& tile : active.tiles) tile.value = glm::vec3(1, 0, 0);
@@ -118,7 +105,7 @@ FileFacts FieldReader::facts() {
   return facts;
 }
 
-std::vector<GridInfo> FieldReader::info(bool values) {
+std::vector<GridInfo> FieldReader::info(const std::string&, bool values) {
   GridInfo info;
   info.name = field_->name;
   info.value_type = field_->value_type;
@@ -161,28 +148,18 @@ Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
     for (const double percent : options.percentiles) field.active_percentiles[percent] = 1;
     return field;
   }
-  const BadLeaves leaves = bad_leaves(field, options.role);
-  if (!leaves.numbers.empty() || has_bad_tile(field, options.role)) {
-    const BadValues bad = sanitise(with_own_values(leaves.numbers, field), field.tiles,
-                                   field.channels, options.role, leaves.largest_elsewhere);
-    if (options.strict)
-      throw Error(ExitCode::input,
-                  subject_of(field) + " is refused by strict reading: " + bad.describe());
-    field.notices.push_back(subject_of(field) + ": " + bad.describe());
-    field.replaced = bad;
-  }
-  if (options.role == GridRole::data) {
-    constexpr float infinity = std::numeric_limits<float>::infinity();
-    glm::vec2 range(infinity, -infinity);
-    visit_active(*field_, field, [&](float value, std::uint64_t) {
-      range = {std::min(range.x, value), std::max(range.y, value)};
-    });
-    field.active_range = range;
-  }
-  const std::vector<double> values = value_percentiles(
-      [&](const auto& take) { visit_active(*field_, field, take); }, options.percentiles);
-  for (std::size_t i = 0; i < values.size(); ++i)
-    field.active_percentiles[options.percentiles[i]] = values[i];
+  const LeafSurvey survey(options.role, field.channels, options.role == GridRole::data,
+                          field.active_box);
+  ValueSurvey found;
+  const std::vector<float*> copies = survey_leaves(field, survey, options.role, found);
+  found = found + survey_tiles(field, options.role, /*keep_zeros=*/true);
+  const float largest = settle(field, found, options, subject_of(field) + " ");
+  for (float* const copy : copies)
+    replace_infinite(copy, kLeafVoxels * static_cast<std::size_t>(field.channels), largest);
+  for (const Tile& tile : field.tiles) found.active.add(tile.value.x);
+  if (options.role == GridRole::data) field.active_range = found.active.range(largest);
+  set_percentiles(field, options.percentiles,
+                  [&](const auto& take) { visit_active(*field_, field, take); });
   return field;
 }
 
@@ -206,7 +183,7 @@ FileFacts GatheredReader::facts() {
   return facts;
 }
 
-std::vector<GridInfo> GatheredReader::info(bool values) {
+std::vector<GridInfo> GatheredReader::info(const std::string&, bool values) {
   std::vector<GridInfo> rows;
   for (const NamedGrid& grid : grids_)
     for (GridInfo& row : grid.file->info(values)) {

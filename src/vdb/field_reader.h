@@ -8,13 +8,13 @@
 
 namespace psivox::vdb {
 
-/// Reads a grid that is in memory: checks its values for each role, as those of a file.
+/// Reads a grid that is in memory. It judges the values for each role, as a file's are judged.
 class FieldReader final : public Reader {
  public:
   explicit FieldReader(std::shared_ptr<const Field> field) : field_(std::move(field)) {}
 
   FileFacts facts() override;
-  std::vector<GridInfo> info(bool values) override;
+  std::vector<GridInfo> info(const std::string& grid, bool values) override;
   GridContent content(const std::string& grid) override;
   Field read(const std::string& grid, const ReadOptions& options) override;
 
@@ -31,7 +31,7 @@ class GatheredReader final : public Reader {
   explicit GatheredReader(std::vector<NamedGrid> grids);
 
   FileFacts facts() override;
-  std::vector<GridInfo> info(bool values) override;
+  std::vector<GridInfo> info(const std::string& grid, bool values) override;
   GridContent content(const std::string& grid) override;
   Field read(const std::string& grid, const ReadOptions& options) override;
 

@@ -6,9 +6,26 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <streambuf>
 #include <string>
+#include <string_view>
+
+#include "psivox/progress.h"
 
 namespace psivox::vdb {
+
+/// How a message about a file begins, and about one of its grids unless that is "".
+inline std::string subject(const std::string& path, std::string_view grid = {}) {
+  return path + ": " + (grid.empty() ? "" : "grid '" + std::string(grid) + "' ");
+}
+
+/// A message where its subject is known.
+inline std::string without_subject(const std::string& message, const std::string& path,
+                                   std::string_view grid) {
+  for (const std::string& start : {subject(path, grid), subject(path)})
+    if (message.starts_with(start)) return message.substr(start.size());
+  return message;
+}
 
 /// A run of a file's bytes in memory.
 struct FileRun {
@@ -35,6 +52,9 @@ class FileBlocks {
   /// Takes over a regular file that is open, as its descriptor. Throws Error(input) if it is none.
   /// The path is for messages.
   FileBlocks(std::string path, int descriptor);
+
+  /// Bytes that are in memory.
+  FileBlocks(std::string path, std::string bytes);
   ~FileBlocks();
   FileBlocks(const FileBlocks&) = delete;
   FileBlocks& operator=(const FileBlocks&) = delete;
@@ -44,7 +64,7 @@ class FileBlocks {
   /// For another process to read from.
   int descriptor() const { return file_; }
 
-  /// Of the file when it was opened [bytes].
+  /// The file's size when it was opened [bytes].
   std::int64_t size() const { return size_; }
 
   /// The run that has the position. If the file must be read for it, about `wanted` bytes are.
@@ -70,12 +90,52 @@ class FileBlocks {
   std::string path_;
   std::int64_t size_ = 0;
   int file_ = -1;
+  std::string bytes_;  ///< instead of a file
 
   std::mutex mutex_;                       ///< of what follows
   std::map<std::int64_t, FileRun> runs_;   ///< by their begin
   std::deque<std::int64_t> oldest_first_;  ///< begins of the runs
   std::int64_t kept_ = 0;                  ///< size of the runs [bytes]
   std::int64_t most_kept_ = 64 << 20;      ///< [bytes]
+};
+
+/// The buffer of a stream over a file's bytes. OpenVDB skips parts of each leaf by a seek, which
+/// throws a std::filebuf's buffer away. Here a seek within a run of bytes moves a pointer.
+class FileBuffer final : public std::streambuf {
+ public:
+  /// The file must live as long.
+  explicit FileBuffer(FileBlocks& file, Progress progress = {});
+
+  FileBlocks& file() const { return file_; }
+
+  /// The next `bytes` are what `progress` receives the fraction of.
+  void expect(std::int64_t bytes);
+
+  /// From now on reads so many bytes wherever the stream is beside the last ones, and keeps them
+  /// for no other reader. 0: larger runs that are kept, as at first.
+  void read_only(std::int64_t bytes) { only_ = bytes; }
+
+  /// Reads ahead of the stream's position, from the last run of bytes up to `end`.
+  void read_to(std::int64_t end);
+
+ protected:
+  int_type underflow() override;
+  pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override;
+  pos_type seekpos(pos_type position, std::ios_base::openmode mode) override;
+
+ private:
+  std::int64_t position() const { return begin_ + (gptr() - eback()); }
+  bool fetch(std::int64_t position);  ///< into run_; false behind the file's end
+  void report(std::int64_t reached);
+
+  FileBlocks& file_;
+  Progress progress_;
+  std::int64_t expected_from_ = 0, expected_ = 0;  // [bytes]
+  std::int64_t reported_ = 0;                      ///< how far progress has come [bytes]
+  FileRun run_;                                    ///< the last one
+  std::int64_t begin_ = 0;                         ///< of what is between eback and egptr
+  std::int64_t wanted_;                            ///< how much to read at a time [bytes]
+  std::int64_t only_ = 0;                          ///< see read_only
 };
 
 }  // namespace psivox::vdb

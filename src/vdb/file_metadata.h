@@ -14,7 +14,7 @@ using MetadataText = std::map<std::string, std::string>;
 
 /// Reads metadata, each from its own bytes. OpenVDB would allocate what lengths in the file claim
 /// and go on where a value ends by its type; here the stream throws if a length is beyond its end.
-/// Those for delayed loading are left out; `delayed_load` gets their bytes.
+/// Metadata for delayed loading are left out; `delayed_load` gets their bytes.
 void read_metadata(openvdb::MetaMap& metadata, std::istream& stream,
                    std::string* delayed_load = nullptr);
 

@@ -1,16 +1,21 @@
 #include "grid_info.h"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <glm/common.hpp>
 #include <limits>
+#include <optional>
+#include <vector>
 
+#include "file_grid.h"
 #include "file_metadata.h"
-#include "grid_check.h"
 #include "grid_types.h"
 #include "psivox/error.h"
 #include "psivox/text.h"
-#include "subject.h"
+#include "psivox/value_percentile.h"
+#include "survey.h"
 
 namespace psivox::vdb {
 namespace {
@@ -20,34 +25,53 @@ glm::dvec3 column_lengths(const glm::dmat4& m) {
   return {length(0), length(1), length(2)};
 }
 
-template <typename ValueT>
-double magnitude(const ValueT& value) {
-  if constexpr (openvdb::VecTraits<ValueT>::IsVec)
-    return std::hypot(double(value[0]), double(value[1]), double(value[2]));
-  else
-    return static_cast<double>(value);
-}
+/// Statistics that add up.
+struct Statistics {
+  double least = std::numeric_limits<double>::infinity(), greatest = -least, mean = 0, voxels = 0;
+  std::uint64_t not_finite = 0;
 
-std::optional<ValueStatistics> statistics_of(const openvdb::GridBase& grid) {
-  ValueStatistics found{std::numeric_limits<double>::infinity(),
-                        -std::numeric_limits<double>::infinity()};
-  double voxels = 0;
-  with_typed_grid(grid, [&](const auto& typed) {
-    for (auto it = typed.cbeginValueOn(); it; ++it) {
-      const double value = magnitude(*it);
-      const auto count = it.getVoxelCount();
-      if (!std::isfinite(value)) {
-        found.not_finite += count;
-        continue;
-      }
-      found.least = std::min(found.least, value);
-      found.greatest = std::max(found.greatest, value);
-      voxels += static_cast<double>(count);
-      found.mean += (value - found.mean) * static_cast<double>(count) / voxels;
+  void add(double value, std::uint64_t count) {
+    if (!std::isfinite(value)) {
+      not_finite += count;
+      return;
+    }
+    least = std::min(least, value);
+    greatest = std::max(greatest, value);
+    voxels += static_cast<double>(count);
+    mean += (value - mean) * static_cast<double>(count) / voxels;
+  }
+  void add(const Statistics& other) {
+    not_finite += other.not_finite;
+    if (other.voxels == 0) return;
+    least = std::min(least, other.least);
+    greatest = std::max(greatest, other.greatest);
+    voxels += other.voxels;
+    mean += (other.mean - mean) * other.voxels / voxels;
+  }
+};
+
+/// Statistics of the active values in their own type; of lengths, if there are vectors.
+std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
+  const int channels = grid.channels();
+  std::vector<Statistics> leaves(grid.topology().leaves.size());
+  grid.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
+    std::array<double, 3 * kLeafVoxels> values;
+    leaf.copy_to(values.data());
+    for (auto on = leaf.active().beginOn(); on; ++on) {
+      const double* value = values.data() + on.pos() * std::size_t(channels);
+      leaves[n].add(channels == 1 ? *value : std::hypot(value[0], value[1], value[2]), 1);
     }
   });
-  if (voxels == 0) return std::nullopt;
-  return found;
+  Statistics found;
+  for (const Statistics& leaf : leaves) found.add(leaf);
+  for (const TilePart& part : grid.topology().tiles) {
+    const glm::dvec3& value = part.value;
+    if (part.active)
+      found.add(channels == 1 ? value.x : std::hypot(value.x, value.y, value.z),
+                tile_voxels(part.tile()));
+  }
+  if (found.voxels == 0) return std::nullopt;
+  return ValueStatistics{found.least, found.greatest, found.mean, found.not_finite};
 }
 
 /// Bounds of the centres of the box's voxels.
@@ -64,6 +88,18 @@ void set_world_box(const openvdb::math::Transform& transform, GridInfo& info) {
   }
 }
 
+void set_transform(const openvdb::math::Transform& transform, GridInfo& info) {
+  info.transform = transform.mapType();
+  if (transform.isLinear()) {
+    info.world_from_index = world_from_index(transform);
+    info.voxel_size = column_lengths(info.world_from_index);
+  } else {
+    const openvdb::Vec3d size = transform.voxelSize();
+    info.voxel_size = {size[0], size[1], size[2]};
+  }
+  if (!info.active_box.empty()) set_world_box(transform, info);
+}
+
 /// Without OpenVDB's own statistics of the file and what other rows tell.
 MetadataText other_metadata(const openvdb::GridBase& grid) {
   MetadataText text = text_of(grid);
@@ -74,9 +110,50 @@ MetadataText other_metadata(const openvdb::GridBase& grid) {
   return text;
 }
 
+/// NaN counts as 0.
+bool is_value(double value) { return value < 0 || value > 0; }
+
+bool has_value(const DecodedLeaf& leaf, int channels) {
+  std::array<float, 3 * kLeafVoxels> values;
+  leaf.copy_to(values.data());
+  for (auto on = leaf.active().beginOn(); on; ++on)
+    if (std::any_of(values.data() + on.pos() * unsigned(channels),
+                    values.data() + (on.pos() + 1) * unsigned(channels), is_value))
+      return true;
+  return false;
+}
+
+bool has_value(FileGrid& grid) {
+  for (const TilePart& part : grid.topology().tiles) {
+    const glm::vec3 value = part.tile().value;
+    if (part.active && (is_value(value.x) || is_value(value.y) || is_value(value.z))) return true;
+  }
+  std::atomic<bool> found = false;
+  grid.each_leaf(
+      [&](std::size_t, const DecodedLeaf& leaf) {
+        if (!found && has_value(leaf, grid.channels())) found = true;
+      },
+      [&] { return found.load(); });
+  return found;
+}
+
 }  // namespace
 
-GridInfo grid_info(Archive& archive, const GridEntry& entry, bool values) {
+GridContent content_of(std::uint64_t active_voxels, bool has_value) {
+  return {active_voxels, has_value            ? ""
+                         : active_voxels == 0 ? "has no active voxel"
+                                              : "is 0 everywhere"};
+}
+
+GridContent content_of(Archive& archive, const GridEntry& entry,
+                       const std::shared_ptr<FileBlocks>& file) {
+  FileGrid grid(archive, entry, file);
+  const std::uint64_t voxels = grid.summary().active_voxels;
+  return content_of(voxels, voxels > 0 && has_value(grid));
+}
+
+GridInfo grid_info(Archive& archive, const GridEntry& entry,
+                   const std::shared_ptr<FileBlocks>& file, bool values) {
   GridInfo info;
   info.name = entry.name;
   info.type = printable(entry.descriptor.gridType());
@@ -86,35 +163,24 @@ GridInfo grid_info(Archive& archive, const GridEntry& entry, bool values) {
   info.problem = entry.problem;
   if (!entry.problem.empty()) return info;
 
-  openvdb::GridBase::Ptr grid;
   try {
-    grid = values ? archive.read(entry) : archive.read_topology(entry);
+    FileGrid grid(archive, entry, file);
+    if (values) info.values = statistics_of(grid);
+    info.values_read = values;
+    const GridSummary& summary = grid.summary();
+    const openvdb::GridBase& head = grid.head();
+    info.grid_class = openvdb::GridBase::gridClassToString(head.getGridClass());
+    info.active_voxels = summary.active_voxels;
+    info.leaves = summary.leaves;
+    info.active_tiles = summary.active_tiles;
+    info.active_box = summary.active_box;
+    info.background = summary.background[0];
+    set_transform(head.transform(), info);
+    info.metadata = other_metadata(head);
+    info.problem = problem_of(head, summary);
   } catch (const Error& e) {
-    // The row names the grid already.
-    info.problem = without_subject(e.what(), archive.path(), entry.name);
-    return info;
+    info.problem = without_subject(e.what(), archive.path(), entry.name);  // the row names the grid
   }
-  const GridSummary summary = summarise(*grid);
-  info.grid_class = openvdb::GridBase::gridClassToString(grid->getGridClass());
-  info.active_voxels = summary.active_voxels;
-  info.leaves = summary.leaves;
-  info.active_tiles = summary.active_tiles;
-  info.active_box = summary.active_box;
-  info.background = summary.background[0];
-  const openvdb::math::Transform& transform = grid->transform();
-  info.transform = transform.mapType();
-  if (transform.isLinear()) {
-    info.world_from_index = world_from_index(transform);
-    info.voxel_size = column_lengths(info.world_from_index);
-  } else {
-    const openvdb::Vec3d size = transform.voxelSize();
-    info.voxel_size = {size[0], size[1], size[2]};
-  }
-  info.values_read = values;
-  if (values) info.values = statistics_of(*grid);
-  if (!info.active_box.empty()) set_world_box(transform, info);
-  info.metadata = other_metadata(*grid);
-  info.problem = problem_of(*grid, summary);
   return info;
 }
 

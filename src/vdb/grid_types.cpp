@@ -1,7 +1,11 @@
 #include "grid_types.h"
 
 #include <array>
+#include <cmath>
+#include <cstdlib>
+#include <glm/matrix.hpp>
 #include <optional>
+#include <sstream>
 
 namespace psivox::vdb {
 namespace {
@@ -42,6 +46,30 @@ const SupportedType* find(const std::string& grid_type) {
   return nullptr;
 }
 
+/// Coordinates below this limit keep differences, sums of two and a margin within an int.
+constexpr std::int64_t max_extent = std::int64_t{1} << 30;
+
+bool invertible(const openvdb::math::Transform& transform) {
+  const glm::dmat4 m = world_from_index(transform);
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 4; ++row) {
+      if (!std::isfinite(m[column][row])) return false;
+    }
+  }
+  const double det = glm::determinant(m);
+  return std::isfinite(det) && det != 0.0;
+}
+
+/// The half width of a level set, or the 0 of a fog of that class; nothing for other grids.
+std::optional<double> half_width(const openvdb::GridBase& grid) {
+  if (grid.getGridClass() != openvdb::GRID_LEVEL_SET) return {};
+  if (grid.isType<openvdb::FloatGrid>())
+    return double(static_cast<const openvdb::FloatGrid&>(grid).background());
+  if (grid.isType<openvdb::DoubleGrid>())
+    return static_cast<const openvdb::DoubleGrid&>(grid).background();
+  return {};
+}
+
 }  // namespace
 
 bool is_points(const std::string& grid_type) { return grid_type == points_type; }
@@ -73,17 +101,58 @@ std::string unsupported_type(const std::string& grid_type) {
   return what;
 }
 
-/// Of a grid of the class; nothing for other grids.
-static std::optional<double> half_width(const openvdb::GridBase& grid) {
-  if (grid.getGridClass() != openvdb::GRID_LEVEL_SET) return {};
-  if (grid.isType<openvdb::FloatGrid>())
-    return double(static_cast<const openvdb::FloatGrid&>(grid).background());
-  if (grid.isType<openvdb::DoubleGrid>())
-    return static_cast<const openvdb::DoubleGrid&>(grid).background();
+bool is_level_set(const openvdb::GridBase& grid) { return half_width(grid).value_or(0) != 0; }
+bool is_fog_of_wrong_class(const openvdb::GridBase& grid) { return half_width(grid) == 0; }
+
+bool too_large(const Box& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t lo = box.min[axis], hi = box.max[axis];
+    if (hi - lo + 1 >= max_extent || std::abs(lo) >= max_extent || std::abs(hi) >= max_extent) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool has_background(const openvdb::GridBase& grid, const GridSummary& summary) {
+  // A level set's background is its half width; the conversion to fog makes it 0.
+  return !is_level_set(grid) && summary.background != glm::dvec3(0);
+}
+
+std::string background_text(const GridSummary& summary) {
+  std::ostringstream text;
+  const glm::dvec3& value = summary.background;
+  if (summary.channels == 1)
+    text << value[0];
+  else
+    text << '(' << value[0] << ", " << value[1] << ", " << value[2] << ')';
+  return text.str();
+}
+
+std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary) {
+  if (summary.active_voxels == 0) return "has no active voxel: nothing to render";
+  if (too_large(summary.active_box)) {
+    return "has active voxels 2^30 or more apart or from the origin; crop it";
+  }
+  if (grid.transform().isLinear() && !invertible(grid.transform())) {
+    return "has a transform that is singular or not finite";
+  }
   return {};
 }
 
-bool is_level_set(const openvdb::GridBase& grid) { return half_width(grid).value_or(0) != 0; }
-bool is_fog_of_wrong_class(const openvdb::GridBase& grid) { return half_width(grid) == 0; }
+glm::dmat4 world_from_index(const openvdb::math::Transform& transform) {
+  openvdb::Mat4d mat;
+  try {
+    mat = transform.baseMap()->getAffineMap()->getMat4();
+  } catch (const openvdb::Exception&) {  // it also inverts the matrix
+    return glm::dmat4(0.0);
+  }
+  // OpenVDB's vectors are rows: its row i is the image of axis i, which is glm's column i.
+  glm::dmat4 result(1.0);
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) result[i][j] = mat(i, j);
+  }
+  return result;
+}
 
 }  // namespace psivox::vdb

@@ -1,77 +1,164 @@
 #include "guarded_reader.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <stdexcept>
 #include <utility>
 
-#include "check_field.h"
-#include "guarded_leaves.h"
 #include "psivox/error.h"
-#include "shared_field.h"
-#include "subject.h"
+#include "survey.h"
 
 namespace psivox::vdb {
+namespace {
+
+/// Asks a process. Throws std::runtime_error if the answer is nonsense.
+template <typename R>
+typename R::Answer ask_process(guard::Process& process, const FileBlocks& file, const R& request,
+                               int descriptor, const Progress& progress) {
+  guard::Packer pack;
+  pack(Request(request));
+  const std::string bytes =
+      process.ask(pack.text(), descriptor, subject(file.path(), request.grid), progress);
+  typename R::Answer answer;
+  guard::Unpacker unpack(bytes);
+  unpack(answer);
+  unpack.end();
+  return answer;
+}
+
+Error nonsense(const FileBlocks& file, const std::string& what) {
+  return Error(ExitCode::input,
+               file.path() + ": is damaged: its reader answered nonsense: " + what);
+}
+
+/// Leaves whose values stay in the file, read by the process that has read the field.
+class GuardedLeaves final : public LeafReader {
+ public:
+  GuardedLeaves(std::unique_ptr<guard::Process> process, std::shared_ptr<FileBlocks> file,
+                const FieldFacts& facts, GridRole role)
+      : process_(std::move(process)),
+        file_(std::move(file)),
+        floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(facts.field.channels)),
+        role_(role),
+        infinite_(facts.field.survey.has_value()),
+        active_tiles_(facts.active_tiles) {}
+
+  void read(std::span<const std::uint32_t> leaves, float* values) const override {
+    ask(leaves, values, false, false);
+  }
+  ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const override {
+    return ask(leaves, values, true, false);
+  }
+  void read_active(std::span<const std::uint32_t> leaves, float* values) const override {
+    ask(leaves, values, false, true);
+  }
+  const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
+
+ private:
+  /// Reads leaves. Returns what is found in them if `survey`; `active`: see read_active.
+  ValueSurvey ask(std::span<const std::uint32_t> leaves, float* values, bool survey,
+                  bool active) const {
+    constexpr std::size_t at_once = 4096;  // 8 MiB of scalars
+    const std::lock_guard lock(mutex_);
+    ValueSurvey found;
+    for (; !leaves.empty(); leaves = leaves.subspan(std::min(at_once, leaves.size()))) {
+      const auto some = leaves.first(std::min(at_once, leaves.size()));
+      const std::span to(values, some.size() * floats_per_leaf_);
+      try {
+        const LeavesAnswer answer = ask_process(
+            *process_, *file_,
+            LeavesRequest{
+                .numbers = {some.begin(), some.end()}, .survey = survey, .active = active},
+            -1, {});
+        take(answer, to, active);
+        found = found + answer.survey;
+      } catch (const Error&) {
+        throw;
+      } catch (const std::exception& error) {
+        throw nonsense(*file_, error.what());
+      }
+      values += to.size();
+    }
+    return found;
+  }
+
+  /// Throws std::runtime_error if the answer is nonsense.
+  void take(const LeavesAnswer& answer, std::span<float> values, bool active) const {
+    if (answer.values.size() != values.size_bytes())
+      throw std::runtime_error("another number of values");
+    std::memcpy(values.data(), answer.values.data(), answer.values.size());
+    std::vector<float> known(values.begin(), active ? values.end() : values.begin());
+    for (float& value : known)
+      if (std::isnan(value)) value = 0;
+    if (!all_good(active ? known : values, role_, infinite_) || !is_possible(answer.survey))
+      throw std::runtime_error("values are not finite, or negative");
+  }
+
+  mutable std::mutex mutex_;  ///< of the process
+  std::unique_ptr<guard::Process> process_;
+  std::shared_ptr<FileBlocks> file_;
+  std::size_t floats_per_leaf_;
+  GridRole role_;
+  bool infinite_;  ///< whether values may be +Inf
+  std::vector<TileValue> active_tiles_;
+};
+
+}  // namespace
 
 GuardedReader::GuardedReader(std::shared_ptr<FileBlocks> file, Progress progress)
     : file_(std::move(file)), progress_(std::move(progress)) {}
 
-template <typename Take>
-void GuardedReader::ask(MessageKind kind, const std::string& content, int descriptor,
-                        const std::string& grid, const Take& take) {
+template <typename R, typename Check>
+typename R::Answer GuardedReader::ask(const R& request, int descriptor, const Check& check) {
   try {
     if (!process_) {
       last_storage_.reset();
-      process_ = std::make_unique<ReaderProcess>(file_);
-      if (kind != MessageKind::open)
-        process_->ask(MessageKind::open, file_->path(), file_->descriptor(), "", {});
+      process_ =
+          std::make_unique<guard::Process>(file_->path(), file_->descriptor(), file_->size());
     }
-    const std::string answer = process_->ask(kind, content, descriptor, grid, progress_);
-    Unpacker unpack(answer);
-    take(unpack);
-    unpack.end();
+    typename R::Answer answer = ask_process(*process_, *file_, request, descriptor, progress_);
+    check(answer);
+    return answer;
   } catch (const Error&) {
     process_.reset();
     throw;
   } catch (const std::exception& error) {
     process_.reset();
-    throw Error(ExitCode::input, nonsense(*file_, error.what()));
+    throw nonsense(*file_, error.what());
   } catch (...) {  // the progress ends the reading
     process_.reset();
     throw;
   }
 }
 
+template <typename R>
+typename R::Answer GuardedReader::ask(const R& request) {
+  return ask(request, -1, [](const auto&) {});
+}
+
 FileFacts GuardedReader::facts() {
   const std::lock_guard lock(mutex_);
-  FileFacts facts;
-  ask(MessageKind::open, file_->path(), file_->descriptor(), "", [&](Unpacker& answer) {
-    answer(facts);
+  facts_ = ask(FactsRequest(), -1, [](const FileFacts& facts) {
     const std::size_t grids = facts.names.size();
     if (facts.base_names.size() != grids || facts.channels.size() != grids ||
         facts.value_types.size() != grids || facts.classes.size() != grids)
       throw std::runtime_error("lists of different lengths");
   });
-  facts_ = facts;
-  return facts;
-}
-
-std::vector<GridInfo> GuardedReader::rows(const std::string& grid, bool values) {
-  Packer request;
-  request(grid, values);
-  std::vector<GridInfo> rows;
-  ask(MessageKind::info, request.text(), -1, grid, [&](Unpacker& answer) { answer(rows); });
-  return rows;
+  return facts_;
 }
 
 GridInfo GuardedReader::row(const std::string& grid, bool values) {
-  const std::vector<GridInfo> answer = rows(grid, values);
-  if (answer.size() != 1) throw Error(ExitCode::input, nonsense(*file_, "another number of rows"));
+  const std::vector<GridInfo> answer = ask(InfoRequest{grid, values});
+  if (answer.size() != 1) throw nonsense(*file_, "another number of rows");
   return answer.front();
 }
 
-std::vector<GridInfo> GuardedReader::info(bool values) {
+std::vector<GridInfo> GuardedReader::info(const std::string& grid, bool values) {
   const std::lock_guard lock(mutex_);
+  if (!grid.empty()) return {row(grid, values)};
   try {
-    return rows("", values);
+    return ask(InfoRequest{grid, values});
   } catch (const Error& error) {
     if (error.code() != ExitCode::input) throw;
   }
@@ -99,35 +186,30 @@ std::vector<GridInfo> GuardedReader::info(bool values) {
 
 GridContent GuardedReader::content(const std::string& grid) {
   const std::lock_guard lock(mutex_);
-  Packer request;
-  request(grid);
-  GridContent content;
-  ask(MessageKind::content, request.text(), -1, grid, [&](Unpacker& answer) { answer(content); });
-  return content;
+  return ask(ContentRequest{grid});
+}
+
+void GuardedReader::take_field(FieldFacts& facts, int memory,
+                               const std::shared_ptr<const void>& held) {
+  if (!facts.same_values) return take_shared(facts, memory);
+  Field& field = facts.field;
+  if (!held || facts.leaves != last_.leaves.size() || facts.tiles != last_.tiles.size() ||
+      field.channels != last_.channels)
+    throw std::runtime_error("values that it has not sent");
+  field.leaves = last_.leaves;
+  field.tiles = last_.tiles;
+  field.storage = held;
 }
 
 Field GuardedReader::read(const std::string& grid, const ReadOptions& options) {
   const std::lock_guard lock(mutex_);
   const std::shared_ptr<const void> held = last_storage_.lock();
-  const Descriptor memory = shared_memory();
-  Packer request;
-  request(ReadRequest{grid, options, held != nullptr});
-  FieldFacts facts;
-  ask(MessageKind::read, request.text(), memory.get(), grid, [&](Unpacker& answer) {
-    answer(facts);
-    Field& field = facts.field;
-    if (facts.same_values) {
-      if (!held || facts.leaves != last_.leaves.size() || facts.tiles != last_.tiles.size() ||
-          field.channels != last_.channels)
-        throw std::runtime_error("values that it has not sent");
-      field.leaves = last_.leaves;
-      field.tiles = last_.tiles;
-      field.storage = held;
-    } else {
-      take_shared(facts, memory.get());
-    }
-    check_field(facts, options.role);
-  });
+  const guard::Descriptor memory = shared_memory();
+  FieldFacts facts =
+      ask(ReadRequest{grid, options, held != nullptr}, memory.get(), [&](FieldFacts& answer) {
+        take_field(answer, memory.get(), held);
+        check_field(answer, options.role);
+      });
   // from now on that process reads leaves
   if (facts.stored)
     facts.field.reader =

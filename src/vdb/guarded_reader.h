@@ -3,37 +3,42 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
-#include "file_blocks.h"
+#include "guard/process.h"
 #include "psivox/progress.h"
 #include "reader.h"
-#include "reader_process.h"
+#include "reading_messages.h"
 
 namespace psivox::vdb {
 
-/// Reads in a process of its own. After an error the next call starts another one.
+/// Whether start_guarded_reading() was called, and trust_files() was not.
+bool reads_guarded();
+
+/// Reads in a process of its own, which answers as an InPlaceReader does. After an error the next
+/// call starts another process.
 class GuardedReader final : public Reader {
  public:
   explicit GuardedReader(std::shared_ptr<FileBlocks> file, Progress progress = {});
 
   FileFacts facts() override;
-  std::vector<GridInfo> info(bool values) override;
+  std::vector<GridInfo> info(const std::string& grid, bool values) override;
   GridContent content(const std::string& grid) override;
   Field read(const std::string& grid, const ReadOptions& options) override;
 
  private:
-  /// Calls take(answer) with an Unpacker. The request may be about a grid. Throws Error(input).
-  template <typename Take>
-  void ask(MessageKind kind, const std::string& content, int descriptor, const std::string& grid,
-           const Take& take);
-  /// The rows of a grid, or of all: "".
-  std::vector<GridInfo> rows(const std::string& grid, bool values);
+  /// The answer to a request, after check(answer). Throws Error(input).
+  template <typename R, typename Check>
+  typename R::Answer ask(const R& request, int descriptor, const Check& check);
+  template <typename R>
+  typename R::Answer ask(const R& request);
   GridInfo row(const std::string& grid, bool values);
+  void take_field(FieldFacts& facts, int memory, const std::shared_ptr<const void>& held);
 
   std::shared_ptr<FileBlocks> file_;
   Progress progress_;
   std::mutex mutex_;  ///< of what follows: one request at a time
-  std::unique_ptr<ReaderProcess> process_;
+  std::unique_ptr<guard::Process> process_;
   FileFacts facts_;
   std::weak_ptr<const void> last_storage_;  ///< of the process's last field
   Field last_;                              ///< leaves and tiles of the last field, without storage

@@ -1,33 +1,13 @@
-#include "in_place_reader.h"
-
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "archive.h"
-#include "conform.h"
-#include "grid_content.h"
 #include "grid_info.h"
 #include "grid_types.h"
 #include "read_grid.h"
-#include "stored_grid.h"
-#include "subject.h"
+#include "reader.h"
 
 namespace psivox::vdb {
-
-openvdb::GridBase::Ptr LastGrid::get(const std::string& name, GridRole role) const {
-  const std::lock_guard lock(mutex_);
-  if (name != name_ || (role_ == GridRole::data && role != GridRole::data)) return nullptr;
-  return grid_.lock();
-}
-
-void LastGrid::set(const openvdb::GridBase::Ptr& grid, const Field& field, GridRole role) {
-  const std::lock_guard lock(mutex_);
-  name_ = field.name;
-  role_ = role;
-  grid_.reset();
-  if (field.notices.empty()) grid_ = grid;
-}
 
 InPlaceReader::InPlaceReader(std::shared_ptr<FileBlocks> file, Progress progress)
     : file_(std::move(file)), progress_(std::move(progress)) {}
@@ -50,17 +30,13 @@ FileFacts InPlaceReader::facts() {
   return facts;
 }
 
-std::vector<GridInfo> InPlaceReader::info(bool values) {
+std::vector<GridInfo> InPlaceReader::info(const std::string& grid, bool values) {
   Archive archive(*file_);
+  if (!grid.empty()) return {grid_info(archive, archive.find(grid), file_, values)};
   std::vector<GridInfo> rows;
   for (const GridEntry& entry : archive.entries())
-    rows.push_back(grid_info(archive, entry, values));
+    rows.push_back(grid_info(archive, entry, file_, values));
   return rows;
-}
-
-GridInfo InPlaceReader::info(const std::string& grid, bool values) const {
-  Archive archive(*file_);
-  return grid_info(archive, archive.find(grid), values);
 }
 
 GridContent InPlaceReader::content(const std::string& grid) {
@@ -68,28 +44,46 @@ GridContent InPlaceReader::content(const std::string& grid) {
   return content_of(archive, archive.find(grid), file_);
 }
 
+std::optional<Field> InPlaceReader::last_field(const std::string& name,
+                                               const ReadOptions& options) {
+  const std::lock_guard lock(mutex_);
+  const std::shared_ptr<const Voxels> voxels = last_voxels_.lock();
+  const bool negative = last_role_ == GridRole::data && options.role != GridRole::data;
+  if (!voxels || options.active || name != last_.name || negative) return {};
+  Field field = last_;
+  field.storage = voxels;
+  look_again(field, *voxels, options);
+  return field;
+}
+
 Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
   Archive archive(*file_, progress_);
   const GridEntry& entry = archive.find(grid);
-  openvdb::GridBase::Ptr values;
-  if (!options.active) values = last_.get(entry.name, options.role);
-  std::optional<Field> stored;
-  if (!values) stored = stored_field(archive, entry, file_, options);
-  if (!values && !stored)
-    values = options.active ? activity_of(archive.read_topology(entry)) : archive.read(entry);
-  const std::string name = entry.name + (options.active ? ":active" : "");
-  Field field = stored
-                    ? std::move(*stored)
-                    : field_from_grid(values, name, subject(archive.path(), entry.name), options);
-  if (!options.active) field.value_type = value_type_of(entry.descriptor.gridType());
-  if (!stored && !options.active) last_.set(values, field, options.role);
+  std::optional<Field> same = last_field(entry.name, options);
+  Field field;
+  if (same) {
+    field = std::move(*same);
+  } else {
+    ReadGrid read = read_grid(archive, entry, file_, options);
+    field = std::move(read.field);
+    const std::lock_guard lock(mutex_);
+    if (!options.active && read.voxels) {
+      last_ = field;
+      last_.storage.reset();
+      last_.active_range.reset();
+      last_.active_percentiles.clear();
+      last_role_ = options.role;
+      // a notice tells that reading has changed the values
+      last_voxels_ = field.notices.empty() ? read.voxels : nullptr;
+    }
+  }
   if (entry.name != grid && !grid.empty()) {
-    const auto same = std::ranges::count(archive.entries(), grid, [](const GridEntry& other) {
+    const auto same_names = std::ranges::count(archive.entries(), grid, [](const GridEntry& other) {
       return other.descriptor.gridName();
     });
-    field.notices.insert(field.notices.begin(), "grid '" + grid + "': " + std::to_string(same) +
-                                                    " grids have this name; took '" + entry.name +
-                                                    "'");
+    field.notices.insert(field.notices.begin(),
+                         "grid '" + grid + "': " + std::to_string(same_names) +
+                             " grids have this name; took '" + entry.name + "'");
   }
   return field;
 }

@@ -4,16 +4,39 @@
 #include <openvdb/openvdb.h>
 
 #include <cstdint>
+#include <functional>
 #include <istream>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string_view>
+#include <vector>
 
 #include "file_blocks.h"
+#include "topology.h"
 #include "value_block.h"
 
 namespace psivox::vdb {
 
-using LeafMask = openvdb::util::NodeMask<3>;
+/// A leaf of a grid of any type.
+class DecodedLeaf {
+ public:
+  explicit DecodedLeaf(const LeafMask& mask) : mask_(mask) {}
+
+  const LeafMask& active() const { return mask_; }
+  /// Copies 512 * channels values, vectors interleaved.
+  virtual void copy_to(float* values) const = 0;
+  virtual void copy_to(double* values) const = 0;
+
+ protected:
+  ~DecodedLeaf() = default;
+
+ private:
+  const LeafMask& mask_;
+};
+
+/// What becomes of a leaf, by its number. Several threads call it.
+using TakeLeaf = std::function<void(std::size_t n, const DecodedLeaf& leaf)>;
 
 /// Where a leaf's values are in the file [bytes].
 struct LeafPlace {
@@ -23,40 +46,40 @@ struct LeafPlace {
 /// Decodes a grid's leaves, each from its place in the file, without the grid's tree.
 class LeafDecoder {
  public:
-  /// `empty` has the grid's type and background. The settings are the stream's from which its
-  /// topology was read. The file's format must be 222 or later. `vacuum`: inactive voxels of the
-  /// background's value become 0.
-  LeafDecoder(std::shared_ptr<FileBlocks> file, openvdb::GridBase::Ptr empty,
-              const openvdb::io::StreamMetadata& settings, bool vacuum = false);
+  /// `head` has the grid's type and background. The stream is the one from which its topology was
+  /// read. The file's format must be 222 or later. Inactive voxels that have the background's value
+  /// become `fill`, if it is set.
+  LeafDecoder(std::shared_ptr<FileBlocks> file, openvdb::GridBase::ConstPtr head,
+              std::istream& stream, std::optional<double> fill = {});
 
   int channels() const { return channels_; }
-  const ValueCoding& coding() const { return coding_; }
-  /// Size of a value in the grid's own type.
-  std::int64_t value_bytes() const;
 
   /// Moves the stream from the beginning of a leaf's values behind their end. Throws if a length is
   /// impossible.
   void skip(std::istream& stream) const;
-  /// The same for a leaf that has so many active voxels, whose mask it does not read.
+  /// Skips a leaf that has so many active voxels without reading its mask.
   void skip(std::istream& stream, int active) const;
 
-  /// Decodes the leaves at these places, in all threads: 512 * channels floats each, and their
-  /// active voxels unless `active` is null. Reads large runs, which the file keeps, or nothing but
-  /// the leaves. Throws if a leaf's lengths are not those of its place.
-  void decode(std::span<const LeafPlace> places, bool in_runs, float* values,
-              LeafMask* active) const;
+  /// How many bytes each leaf's values take in the file, as the grid's metadata for delayed loading
+  /// say: their kinds, and their compressed lengths. Empty if those metadata do not have all of it,
+  /// or cannot be right. `decode` checks them, for the file can claim anything.
+  std::vector<std::int64_t> lengths(std::string_view metadata, const Topology& topology) const;
+
+  /// Decodes the leaves at these places, in all threads. Reads large runs, which the file keeps, or
+  /// nothing but the leaves. Throws if a leaf is longer or shorter than its place.
+  void decode(std::span<const LeafPlace> places, bool in_runs, const TakeLeaf& take) const;
 
  private:
   template <typename LeafT>
-  void decode_some(std::span<const LeafPlace> places, bool in_runs, float* values,
-                   LeafMask* active) const;
+  void decode_some(std::span<const LeafPlace> places, std::size_t first, bool in_runs,
+                   const TakeLeaf& take) const;
 
   std::shared_ptr<FileBlocks> file_;
-  openvdb::GridBase::Ptr empty_;
+  openvdb::GridBase::ConstPtr head_;
   openvdb::io::StreamMetadata settings_;
   ValueCoding coding_;
   int channels_;
-  bool vacuum_;
+  std::optional<double> fill_;
 };
 
 }  // namespace psivox::vdb

@@ -10,16 +10,11 @@
 #include <vector>
 
 #include "file_metadata.h"
-#include "leaf_decoder.h"
-#include "sanitise.h"
-#include "tree_nodes.h"
+#include "survey.h"
 #include "value_block.h"
 
 namespace psivox::vdb {
 namespace {
-
-using openvdb::Int32Tree;
-using Leaf32 = Int32Tree::LeafNodeType;
 
 /// How the values of an attribute of one leaf are stored.
 struct Attribute {
@@ -32,28 +27,20 @@ struct Attribute {
 /// several leaves share, the offsets, and for each attribute its values.
 class PointReader {
  public:
-  PointReader(const std::vector<Leaf32*>& leaves, std::istream& stream)
-      : leaves_(leaves), stream_(stream) {}
+  PointReader(std::size_t leaves, std::istream& stream) : leaves_(leaves), stream_(stream) {}
 
-  std::int64_t read() {
+  std::int64_t read(const TakeCounts& take_counts) {
     constexpr int passes_beside = 4;  // two for each attribute, and these
-    const int passes = take<std::uint16_t>();
+    const int passes = take<std::uint16_t>(stream_);
     if (passes < passes_beside) throw openvdb::IoError("its points have too few parts");
-    skip(std::int64_t(leaves_.size()) * std::int64_t(sizeof(std::uint16_t)));
+    skip(leaves_ * sizeof(std::uint16_t));
     read_descriptions();
     for (int n = 0; n < (passes - passes_beside) / 2; ++n) read_pages(std::size_t(n));
-    for (Leaf32* leaf : leaves_) read_counts(*leaf);
+    for (std::size_t n = 0; n < leaves_; ++n) take_counts(n, read_counts());
     return rest_;
   }
 
  private:
-  template <typename T>
-  T take() {
-    T value;
-    stream_.read(reinterpret_cast<char*>(&value), sizeof value);
-    return value;
-  }
-
   /// Never back, so that reading ends.
   void skip(std::uint64_t bytes) {
     if (bytes > std::uint64_t(std::numeric_limits<std::int64_t>::max()))
@@ -65,12 +52,12 @@ class PointReader {
     constexpr std::uint8_t of_all = 1, more = 2;
     bool shared = false;
     std::uint64_t count = 0;
-    for (std::size_t n = 0; n < leaves_.size(); ++n) {
+    for (std::size_t n = 0; n < leaves_; ++n) {
       if (!shared) {
-        const auto header = take<std::uint8_t>();
+        const auto header = take<std::uint8_t>(stream_);
         count = read_descriptor();
         shared = header & of_all;
-        if (header & more) skip(take<std::uint64_t>());
+        if (header & more) skip(take<std::uint64_t>(stream_));
         if (header > (of_all | more)) throw openvdb::IoError("its points have an unknown format");
       }
       for (std::uint64_t i = 0; i < count; ++i) attributes_.push_back(read_attribute());
@@ -80,11 +67,11 @@ class PointReader {
 
   /// Returns the number of attributes. It is one leaf's, or that of all from there on.
   std::uint64_t read_descriptor() {
-    const auto count = take<std::uint64_t>();
+    const auto count = take<std::uint64_t>(stream_);
     for (std::uint64_t n = 0; n < count; ++n)
       for (int part = 0; part < 2; ++part) skip_string(stream_);  // type and codec
     skip_names(count);
-    skip_names(take<std::uint64_t>());  // of groups of points
+    skip_names(take<std::uint64_t>(stream_));  // of groups of points
     openvdb::MetaMap defaults;
     read_metadata(defaults, stream_);
     return count;
@@ -102,11 +89,11 @@ class PointReader {
     constexpr std::uint8_t strided = 1, uniform = 2, paged = 8, unknown = 16;
     constexpr std::uint64_t head = 6;  // that counts as values
     constexpr std::uint64_t most = std::uint64_t{1} << 40;
-    const auto bytes = take<std::uint64_t>() - head;
-    take<std::uint8_t>();  // what the attribute is for
-    const auto stored = take<std::uint8_t>();
-    take<std::uint32_t>();  // number of points
-    if (stored & strided) take<std::uint32_t>();
+    const auto bytes = take<std::uint64_t>(stream_) - head;
+    take<std::uint8_t>(stream_);  // what the attribute is for
+    const auto stored = take<std::uint8_t>(stream_);
+    take<std::uint32_t>(stream_);  // number of points
+    if (stored & strided) take<std::uint32_t>(stream_);
     if (stored >= unknown || bytes > most)
       throw openvdb::IoError("an attribute of its points has an unknown format");
     return {(stored & uniform) != 0, (stored & paged) != 0, std::int64_t(bytes)};
@@ -123,8 +110,8 @@ class PointReader {
         continue;
       }
       if (used == page) {
-        const std::int64_t stored = take<std::int32_t>();  // negative: not compressed
-        page = stored > 0 ? take<std::int32_t>() : -stored;
+        const std::int64_t stored = take<std::int32_t>(stream_);  // negative: not compressed
+        page = stored > 0 ? take<std::int32_t>(stream_) : -stored;
         used = 0;
         rest_ += std::abs(stored);
       }
@@ -134,29 +121,30 @@ class PointReader {
   }
 
   /// From the offsets behind each voxel's last point.
-  void read_counts(Leaf32& leaf) {
+  PointCounts read_counts() {
     constexpr std::uint16_t not_compressed = std::numeric_limits<std::uint16_t>::max();
     std::array<std::uint32_t, kLeafVoxels + blosc_overhead / sizeof(std::uint32_t)> ends;
     constexpr std::size_t size = kLeafVoxels * sizeof(std::uint32_t);
     skip(sizeof(LeafMask));
-    const auto length = take<std::uint16_t>();
+    const auto length = take<std::uint16_t>(stream_);
     std::string stored(length == not_compressed ? size : length, '\0');
     stream_.read(stored.data(), std::streamsize(stored.size()));
     if (length == not_compressed)
       std::memcpy(ends.data(), stored.data(), size);
     else
       expand_blosc(stored, reinterpret_cast<char*>(ends.data()), size);
-    leaf.allocate();
+    PointCounts counts;
     std::uint32_t last = 0;
-    for (openvdb::Index i = 0; i < kLeafVoxels; last = ends[i++]) {
+    for (std::size_t i = 0; i < kLeafVoxels; last = ends[i++]) {
       const std::uint32_t count = ends[i] - last;
       if (ends[i] < last || count > std::uint32_t(std::numeric_limits<std::int32_t>::max()))
         throw openvdb::IoError("its points are out of order");
-      leaf.buffer().data()[i] = std::int32_t(count);
+      counts[i] = std::int32_t(count);
     }
+    return counts;
   }
 
-  const std::vector<Leaf32*>& leaves_;
+  std::size_t leaves_;
   std::istream& stream_;
   std::vector<Attribute> attributes_;  ///< of the first leaf, of the second, ...
   std::vector<std::size_t> ends_;      ///< of each leaf's attributes
@@ -165,9 +153,8 @@ class PointReader {
 
 }  // namespace
 
-std::int64_t read_point_counts(openvdb::Int32Grid& grid, std::istream& stream) {
-  const TreeNodes<Int32Tree> nodes(grid.tree());
-  return PointReader(nodes.leaves, stream).read();
+std::int64_t read_point_counts(std::size_t leaves, std::istream& stream, const TakeCounts& take) {
+  return PointReader(leaves, stream).read(take);
 }
 
 }  // namespace psivox::vdb

@@ -1,164 +1,335 @@
 #include "read_grid.h"
 
-#include <glm/vector_relational.hpp>
-#include <sstream>
+#include <tbb/parallel_for.h>
 
-#include "background.h"
-#include "conform.h"
-#include "grid_check.h"
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/vector_relational.hpp>
+#include <numeric>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include "file_grid.h"
 #include "grid_types.h"
 #include "psivox/error.h"
-#include "sanitise.h"
-#include "tree_parts.h"
+#include "psivox/text.h"
+#include "psivox/value_percentile.h"
+#include "survey.h"
 
 namespace psivox::vdb {
 namespace {
 
-/// Throws if the grid cannot be rendered.
-void refuse(const openvdb::GridBase& grid, const GridSummary& summary, const std::string& subject) {
-  const std::string problem = problem_of(grid, summary);
-  if (!problem.empty()) throw Error(ExitCode::input, subject + problem);
+constexpr std::uint64_t most_kept = 32 << 20;  // of the bytes of a file whose values stay there
+
+/// The value that stands for the grid's background; unset: its own stays. Throws Error(input) if it
+/// is not 0 under options.strict.
+std::optional<double> other_background(const FileGrid& grid, const ReadOptions& options,
+                                       const std::string& subject) {
+  if (!has_background(grid.head(), grid.summary())) return {};
+  if (options.strict && !options.background)
+    throw Error(ExitCode::input,
+                subject + "has background " + background_text(grid.summary()) +
+                    ", which strict reading does not replace; --background-value 0 leaves the"
+                    " outside empty");
+  return options.background.value_or(0);
 }
 
-/// Converts a level set to fog or, if the options say so, to distances. Adds a notice.
-openvdb::GridBase::Ptr without_level_set(const openvdb::GridBase::Ptr& grid,
-                                         const ReadOptions& options, Field& field,
-                                         std::string& notice) {
-  if (!options.distances) {
-    notice = "level set converted to fog: 0 at its surface, 1 at the depth of its narrow band";
-    return fog_from_level_set(grid);
-  }
-  field.half_width = summarise(*grid).background[0];
+std::string background_notice(const GridSummary& summary, const ReadOptions& options) {
   std::ostringstream text;
-  text << "level set kept as distances, which it has within " << field.half_width
-       << " [world units] of its surface";
-  notice = text.str();
-  return distances_from_level_set(grid);
+  text << "its background " << background_text(summary) << " is taken as "
+       << options.background.value_or(0)
+       << (options.background ? "" : "; --background-value gives another value");
+  return text.str();
 }
 
-/// Sets leaves, tiles, storage and, under GridRole::data, the range. Returns what was replaced.
-BadValues take_values(const openvdb::GridBase::Ptr& grid, const ReadOptions& options,
-                      Field& field) {
-  const GridRole role = options.role;
-  const TreeParts parts = parts_of(grid);
-  field.storage = parts.storage;
-  field.leaves.reserve(parts.leaves.size());
-  for (std::size_t n = 0; n < parts.leaves.size(); ++n)
-    field.leaves.push_back({to_ivec3(parts.origins[n]), parts.leaves[n]});
-  const Box domain = field.domain();
-  for (const TilePart& part : parts.tiles) {
-    const Tile& tile = part.tile;
-    // A background has tiles without number outside the domain.
-    const bool outside =
-        options.background && (glm::any(glm::greaterThan(tile.origin, domain.max)) ||
-                               glm::any(glm::lessThan(tile.origin + (tile.width - 1), domain.min)));
-    if (tile.value != glm::vec3(0.0f) && !outside) field.tiles.push_back(tile);
+void add_active_tiles(const std::vector<TilePart>& tiles, ValueSurvey& found) {
+  for (const TilePart& part : tiles)
+    if (const float value = part.tile().value.x; part.active && std::isfinite(value))
+      found.active.add(value);
+}
+
+void find_percentiles(Field& field, const Voxels& voxels, const ReadOptions& options) {
+  const auto channels = static_cast<openvdb::Index>(field.channels);
+  set_percentiles(field, options.percentiles, [&](const auto& take) {
+    for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
+      for (auto on = voxels.active[n].beginOn(); on; ++on)
+        take(voxels.leaves[n][on.pos() * channels], 1);
+    for (const TilePart& part : voxels.tiles)
+      if (part.active) take(part.tile().value.x, tile_voxels(part.tile()));
+  });
+}
+
+/// One reading of a grid.
+class Reading {
+ public:
+  Reading(Archive& archive, const GridEntry& entry, const std::shared_ptr<FileBlocks>& file,
+          const ReadOptions& options)
+      : options_(options),
+        file_(file),
+        subject_(subject(archive.path(), entry.name)),
+        grid_(archive, entry, file, options.active) {
+    field_.name = entry.name + (options.active ? ":active" : "");
+    field_.value_type = options.active ? "float" : value_type_of(entry.descriptor.gridType());
+    field_.channels = grid_.channels();
   }
-  const BadValues bad = sanitise(parts.leaves, field.tiles, field.channels, role);
-  if (bad.any())
-    std::erase_if(field.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0.0f); });
-  if (role == GridRole::data) field.active_range = active_range(parts);
-  field.active_percentiles = active_percentiles(parts, options.percentiles);
-  return bad;
-}
 
-std::string notice_of(const std::string& name, const std::string& text) {
-  return "grid '" + name + "': " + text;
-}
+  ReadGrid read() {
+    const GridSummary& summary = grid_.summary();
+    if (options_.empty && summary.active_voxels == 0) {
+      field_.active_box = {glm::ivec3(0), glm::ivec3(0)};
+      if (grid_.head().transform().isLinear())
+        field_.world_from_index = world_from_index(grid_.head().transform());
+      return {field_};
+    }
+    const std::optional<double> background = other_background(grid_, options_, subject_);
+    const std::string text = background ? background_notice(summary, options_) : "";
+    const bool stays = stays_in_file(background);
+    if (background) {
+      explained([&] { grid_.set_background(*background); });
+      notice(text);
+    }
+    refuse(problem_of(grid_.head(), summary));
+    set_place(grid_.head(), summary);
+    if (stays) {
+      add_class_notices(grid_.head());
+      leave_in_file();
+      return {std::move(field_)};
+    }
+    const auto voxels = std::make_shared<Voxels>();
+    ValueSurvey survey = needs_tree() ? take_tree(*voxels) : take_leaves(*voxels);
+    finish(survey, *voxels);
+    field_.storage = voxels;
+    return {std::move(field_), voxels};
+  }
 
-void add_class_notices(const openvdb::GridBase& grid, Field& field) {
-  if (grid.getGridClass() == openvdb::GRID_STAGGERED)
-    field.notices.push_back(notice_of(
-        field.name,
-        "its class is 'staggered', but its components are taken at voxels, not at their faces"));
-  if (is_fog_of_wrong_class(grid))
-    field.notices.push_back(
-        notice_of(field.name, "its class is 'level set', but its background is 0: taken as fog"));
-}
+ private:
+  void notice(const std::string& text) {
+    field_.notices.push_back("grid '" + field_.name + "': " + text);
+  }
 
-void set_place(const openvdb::GridBase& grid, const GridSummary& summary, Field& field) {
-  field.active_box = summary.active_box;
-  field.active_voxels = summary.active_voxels;
-  field.world_from_index = world_from_index(grid.transform());
-}
+  /// Throws if a grid has a problem.
+  void refuse(const std::string& problem) const {
+    if (!problem.empty()) throw Error(ExitCode::input, subject_ + problem);
+  }
+
+  /// Does work that throws the rest of a sentence.
+  template <typename Work>
+  void explained(const Work& work) const {
+    try {
+      work();
+    } catch (const Error&) {
+      throw;
+    } catch (const std::exception& e) {
+      refuse(e.what());
+    }
+  }
+
+  void add_class_notices(const openvdb::GridBase& grid) {
+    if (grid.getGridClass() == openvdb::GRID_STAGGERED)
+      notice(
+          "its class is 'staggered', but its components are taken at voxels, not at their faces");
+    if (is_fog_of_wrong_class(grid))
+      notice("its class is 'level set', but its background is 0: taken as fog");
+  }
+
+  void set_place(const openvdb::GridBase& grid, const GridSummary& summary) {
+    field_.active_box = summary.active_box;
+    field_.active_voxels = summary.active_voxels;
+    field_.world_from_index = world_from_index(grid.transform());
+  }
+
+  LeafSurvey leaf_survey(bool ranges) const {
+    return {options_.role, field_.channels, ranges, field_.active_box};
+  }
+
+  /// Whether leaves' values are more than is to be kept in memory. Throws Error(memory) if they are
+  /// far more and must be converted whole.
+  bool stays_in_file(const std::optional<double>& background) const {
+    const std::uint64_t bytes = grid_.summary().leaves * kLeafVoxels * sizeof(float) *
+                                static_cast<std::uint64_t>(grid_.channels());
+    const bool too_large = options_.memory > 0 && bytes > options_.memory;
+    if (grid_.summary().active_voxels == 0 || !(too_large || options_.in_file)) return false;
+    std::string why = grid_.why_whole();
+    if (why.empty() && is_level_set(grid_.head())) why = "a level set is converted whole";
+    if (why.empty() && !grid_.head().transform().isLinear())
+      why = "a frustum transform is resampled whole";
+    if (why.empty() && background.value_or(0) != 0)
+      why = "a background is replaced in the whole grid";
+    if (why.empty()) return true;
+    if (options_.in_file || bytes <= 2 * options_.memory) return false;
+    throw Error(ExitCode::memory, subject_ + "has values of " + mebibytes(bytes) +
+                                      ", more than the memory limit leaves room for, and " + why);
+  }
+
+  bool needs_tree() const {
+    const openvdb::GridBase& head = grid_.head();
+    return is_level_set(head) || is_fog_of_wrong_class(head) || !head.transform().isLinear();
+  }
+
+  /// Reads leaves and cleans them as they come.
+  ValueSurvey take_leaves(Voxels& voxels) {
+    add_class_notices(grid_.head());
+    const std::size_t count = grid_.topology().leaves.size();
+    const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
+    const auto values = std::make_shared_for_overwrite<float[]>(count * length);
+    voxels.storage = values;
+    voxels.tiles = grid_.topology().tiles;
+    voxels.active.resize(count);
+    voxels.leaves.resize(count);
+    field_.leaves.resize(count);
+    const LeafSurvey survey = leaf_survey(options_.role == GridRole::data);
+    SurveySum sum;
+    grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
+      float* const to = values.get() + n * length;
+      leaf.copy_to(to);
+      voxels.active[n] = leaf.active();
+      voxels.leaves[n] = to;
+      field_.leaves[n] = {grid_.topology().leaves[n], to};
+      sum.add(survey.take(grid_.topology().leaves[n], to, leaf.active()));
+    });
+    return sum.total();
+  }
+
+  /// Converts a tree: a level set to fog or, if the options say so, to distances; a frustum to
+  /// cubic voxels.
+  ValueSurvey take_tree(Voxels& voxels) {
+    openvdb::GridBase::Ptr tree = float_tree(grid_);
+    if (is_fog_of_wrong_class(grid_.head())) complete_level_set(floats(*tree));
+    add_class_notices(*tree);
+    if (is_level_set(*tree)) {
+      convert_level_set(floats(*tree));
+      if (tree->activeVoxelCount() == 0)
+        refuse("is a level set without an inside: nothing to render");
+    }
+    if (!tree->transform().isLinear()) {
+      if (options_.strict)
+        refuse(
+            "has a frustum transform, which strict reading does not resample; resample it where"
+            " the file is made");
+      std::string done;
+      explained([&] { tree = resample_to_linear(tree, done); });
+      notice(done);
+    }
+    GridSummary summary;
+    std::vector<glm::ivec3> origins;
+    voxels = voxels_of(tree, summary, origins);
+    refuse(problem_of(*tree, summary));
+    set_place(*tree, summary);
+    const LeafSurvey survey = leaf_survey(options_.role == GridRole::data);
+    SurveySum sum;
+    tbb::parallel_for(std::size_t{0}, origins.size(), [&](std::size_t n) {
+      sum.add(survey.take(origins[n], voxels.leaves[n], voxels.active[n]));
+    });
+    for (std::size_t n = 0; n < origins.size(); ++n)
+      field_.leaves.push_back({origins[n], voxels.leaves[n]});
+    return sum.total();
+  }
+
+  static openvdb::FloatGrid& floats(openvdb::GridBase& tree) {
+    return static_cast<openvdb::FloatGrid&>(tree);
+  }
+
+  void convert_level_set(openvdb::FloatGrid& tree) {
+    if (!options_.distances) {
+      make_fog(tree);
+      return notice(
+          "level set converted to fog: 0 at its surface, 1 at the depth of its narrow band");
+    }
+    field_.half_width = double(tree.background());
+    std::ostringstream text;
+    text << "level set kept as distances, which it has within " << field_.half_width
+         << " [world units] of its surface";
+    make_distances(tree);
+    notice(text.str());
+  }
+
+  /// Sets tiles. Returns what is found in them; +Inf stays.
+  ValueSurvey take_tiles(const std::vector<TilePart>& parts) {
+    const Box domain = field_.domain();
+    for (const TilePart& part : parts) {
+      const Tile tile = part.tile();
+      // A background has tiles without number outside the domain.
+      const bool outside = options_.background &&
+                           (glm::any(glm::greaterThan(tile.origin, domain.max)) ||
+                            glm::any(glm::lessThan(tile.origin + (tile.width - 1), domain.min)));
+      if (tile.value != glm::vec3(0.0f) && !outside) field_.tiles.push_back(tile);
+    }
+    ValueSurvey found = survey_tiles(field_, options_.role);
+    add_active_tiles(parts, found);
+    return found;
+  }
+
+  /// Ends the reading of voxels that are in memory.
+  void finish(ValueSurvey& survey, const Voxels& voxels) {
+    survey = survey + take_tiles(voxels.tiles);
+    const float largest = settle(field_, survey, options_, subject_);
+    if (survey.bad.positive_infinite > 0) {
+      const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
+      tbb::parallel_for(std::size_t{0}, voxels.leaves.size(), [&](std::size_t n) {
+        replace_infinite(voxels.leaves[n], length, largest);
+      });
+    }
+    if (options_.role == GridRole::data) field_.active_range = survey.active.range(largest);
+    find_percentiles(field_, voxels, options_);
+  }
+
+  /// Surveys the leaves, unless the caller does, and leaves their values where they are.
+  void leave_in_file() {
+    if (options_.memory)
+      file_->keep_at_most(std::int64_t(std::min(most_kept, options_.memory / 8)));
+    field_.survey = take_tiles(grid_.topology().tiles);
+    for (const glm::ivec3& origin : grid_.topology().leaves)
+      field_.leaves.push_back({origin, nullptr});
+    const LeafSurvey survey = leaf_survey(/*ranges=*/true);
+    if (options_.unsurveyed) {
+      grid_.find_places();
+      field_.reader = std::make_shared<FileLeaves>(grid_, survey, subject_, /*surveyed=*/false);
+      return;
+    }
+    SurveySum sum;
+    grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
+      std::array<float, 3 * kLeafVoxels> values;
+      leaf.copy_to(values.data());
+      sum.add(survey.take(grid_.topology().leaves[n], values.data(), leaf.active()));
+    });
+    const auto leaves = std::make_shared<FileLeaves>(grid_, survey, subject_, /*surveyed=*/true);
+    leaves->replace_infinite(take_survey(field_, sum.total(), options_, subject_));
+    field_.reader = leaves;
+    set_percentiles(field_, options_.percentiles, [&](const auto& take) {
+      std::vector<std::uint32_t> all(field_.leaves.size());
+      std::iota(all.begin(), all.end(), std::uint32_t{0});
+      each_active(*leaves, all, field_.channels, take);
+    });
+  }
+
+  const ReadOptions& options_;
+  std::shared_ptr<FileBlocks> file_;
+  std::string subject_;
+  FileGrid grid_;
+  Field field_;
+};
 
 }  // namespace
 
-Field field_of_head(const openvdb::GridBase& grid, const std::string& name,
-                    const GridSummary& summary) {
-  Field field;
-  field.name = name;
-  field.value_type = value_type_of(grid.type());
-  field.channels = summary.channels;
-  set_place(grid, summary, field);
-  add_class_notices(grid, field);
-  return field;
+void look_again(Field& field, const Voxels& voxels, const ReadOptions& options) {
+  if (options.role == GridRole::data) {
+    const LeafSurvey survey(options.role, field.channels, /*ranges=*/true, field.active_box);
+    SurveySum sum;
+    tbb::parallel_for(std::size_t{0}, field.leaves.size(), [&](std::size_t n) {
+      sum.add(survey.look(field.leaves[n].origin, voxels.leaves[n], voxels.active[n]));
+    });
+    ValueSurvey found = sum.total();
+    add_active_tiles(voxels.tiles, found);
+    field.active_range = found.active.range(found.largest);
+  }
+  find_percentiles(field, voxels, options);
 }
 
-Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
-                      const std::string& subject, const ReadOptions& options) {
-  complete_level_set(*grid);
-  GridSummary summary = summarise(*grid);
-  Field field;
-  field.name = name;
-  field.value_type = value_type_of(grid->type());
-  field.channels = summary.channels;
-  if (options.empty && summary.channels > 0 && summary.active_voxels == 0) {
-    field.active_box = {glm::ivec3(0), glm::ivec3(0)};
-    if (grid->transform().isLinear()) field.world_from_index = world_from_index(grid->transform());
-    return field;
-  }
-  const auto notice = [&](const std::string& text) {
-    field.notices.push_back(notice_of(name, text));
-  };
-  if (const auto background = other_background(*grid, summary, options, subject)) {
-    try {
-      take_background(*grid, summary, *background);
-    } catch (const std::exception& e) {
-      throw Error(ExitCode::input, subject + e.what());
-    }
-    notice(background_notice(summary, options));
-    summary = summarise(*grid);
-  }
-  refuse(*grid, summary, subject);
-
-  add_class_notices(*grid, field);
-  if (is_level_set(*grid)) {
-    std::string done;
-    grid = without_level_set(grid, options, field, done);
-    notice(done);
-    summary = summarise(*grid);
-    if (summary.active_voxels == 0) {
-      throw Error(ExitCode::input, subject + "is a level set without an inside: nothing to render");
-    }
-  }
-  if (!grid->transform().isLinear()) {
-    if (options.strict) {
-      throw Error(ExitCode::input, subject +
-                                       "has a frustum transform, which strict reading does"
-                                       " not resample; resample it where the file is made");
-    }
-    std::string done;
-    try {
-      grid = resample_to_linear(grid, done);
-    } catch (const std::exception& e) {
-      throw Error(ExitCode::input, subject + e.what());
-    }
-    notice(done);
-    summary = summarise(*grid);
-    refuse(*grid, summary, subject);
-  }
-
-  set_place(*grid, summary, field);
-  const BadValues bad = take_values(grid, options, field);
-  if (bad.any()) {
-    if (options.strict) {
-      throw Error(ExitCode::input, subject + "is refused by strict reading: " + bad.describe());
-    }
-    notice(bad.describe());
-    field.replaced = bad;
-  }
-  return field;
+ReadGrid read_grid(Archive& archive, const GridEntry& entry,
+                   const std::shared_ptr<FileBlocks>& file, const ReadOptions& options) {
+  return Reading(archive, entry, file, options).read();
 }
 
 }  // namespace psivox::vdb

@@ -1,25 +1,25 @@
 #pragma once
 
-#include <openvdb/openvdb.h>
+#include <memory>
 
-#include <string>
-
-#include "grid_check.h"
+#include "archive.h"
+#include "float_tree.h"
 #include "psivox/field.h"
 #include "psivox/vdb.h"
 
 namespace psivox::vdb {
 
-/// Converts a grid to a Field. Takes the grid over and may change it.
-///
-/// `subject` begins error messages (`FILE: grid 'NAME' `), `name` becomes Field::name.
-/// Throws Error(input) by the rules of problem_of, and under options.strict.
-Field field_from_grid(openvdb::GridBase::Ptr grid, const std::string& name,
-                      const std::string& subject, const ReadOptions& options);
+/// A field, and its voxels unless their values stay in the file.
+struct ReadGrid {
+  Field field;
+  std::shared_ptr<const Voxels> voxels{};
+};
 
-/// What a field has of its grid without values, which is of a supported type and linear transform.
-/// Notices tell of odd classes.
-Field field_of_head(const openvdb::GridBase& grid, const std::string& name,
-                    const GridSummary& summary);
+/// Reads a grid, as VdbFile::read does, which says what is thrown.
+ReadGrid read_grid(Archive& archive, const GridEntry& entry,
+                   const std::shared_ptr<FileBlocks>& file, const ReadOptions& options);
+
+/// Finds in a field's voxels, none of which is bad, what the options ask for.
+void look_again(Field& field, const Voxels& voxels, const ReadOptions& options);
 
 }  // namespace psivox::vdb

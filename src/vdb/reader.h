@@ -1,9 +1,14 @@
 #pragma once
 
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "file_blocks.h"
 #include "file_metadata.h"
+#include "psivox/progress.h"
 #include "psivox/vdb.h"
 
 namespace psivox::vdb {
@@ -29,9 +34,37 @@ class Reader {
   Reader& operator=(const Reader&) = delete;
 
   virtual FileFacts facts() = 0;
-  virtual std::vector<GridInfo> info(bool values) = 0;
+  /// The row of a grid, or of all: "".
+  virtual std::vector<GridInfo> info(const std::string& grid, bool values) = 0;
   virtual GridContent content(const std::string& grid) = 0;
   virtual Field read(const std::string& grid, const ReadOptions& options) = 0;
+};
+
+struct Voxels;
+
+/// Reads in this process. Each read has a stream of its own, so that reads may run in several
+/// threads and a failed one does not affect the others.
+class InPlaceReader final : public Reader {
+ public:
+  explicit InPlaceReader(std::shared_ptr<FileBlocks> file, Progress progress = {});
+
+  FileFacts facts() override;
+  std::vector<GridInfo> info(const std::string& grid, bool values) override;
+  GridContent content(const std::string& grid) override;
+  Field read(const std::string& grid, const ReadOptions& options) override;
+
+ private:
+  /// The field that was read last, as long as somebody holds it, if it has the same values for
+  /// these options. A scene in an automatic look reads its density for one role and then another.
+  std::optional<Field> last_field(const std::string& name, const ReadOptions& options);
+
+  std::shared_ptr<FileBlocks> file_;  ///< shared with the readers of fields
+  Progress progress_;
+
+  std::mutex mutex_;  ///< of what follows
+  Field last_;        ///< without storage, which follows
+  std::weak_ptr<const Voxels> last_voxels_;
+  GridRole last_role_ = GridRole::attenuation;
 };
 
 }  // namespace psivox::vdb

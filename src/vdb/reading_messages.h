@@ -1,43 +1,43 @@
 #pragma once
 
-// What goes between a GuardedReader and its process. Each struct is listed once, for both
-// directions. A structured binding names all members, so that a new one does not compile until it
-// is listed.
+// What goes between a GuardedReader and its process.
 
 #include <cstdint>
 #include <string>
+#include <variant>
 #include <vector>
 
-#include "message.h"
-#include "psivox/active_values.h"
+#include "guard/pack.h"
+#include "guard/socket.h"
 #include "psivox/field.h"
 #include "psivox/vdb.h"
 #include "reader.h"
 
 namespace psivox::vdb {
 
-enum class MessageKind : std::uint32_t {
-  open,      ///< path; with the file's descriptor. The answer: FileFacts
-  info,      ///< a grid, or "" for all, and whether values too. The answer: rows
-  content,   ///< a grid. The answer: GridContent
-  read,      ///< ReadRequest; with a descriptor of shared memory. The answer: FieldFacts
-  leaves,    ///< LeavesRequest. The answer: LeavesAnswer
-  progress,  ///< a fraction
-  answer,
-  failure,  ///< Failure
+struct FactsRequest {
+  using Answer = FileFacts;
+  std::string grid{};  ///< always ""
 };
 
+/// As Reader::info.
+struct InfoRequest {
+  using Answer = std::vector<GridInfo>;
+  std::string grid;
+  bool values = false;
+};
+
+struct ContentRequest {
+  using Answer = GridContent;
+  std::string grid;
+};
+
+/// With a descriptor of shared memory.
 struct ReadRequest {
+  using Answer = struct FieldFacts;
   std::string grid;
   ReadOptions options;
   bool holds_last = false;  ///< the values of the last field that was read are still used
-};
-
-/// Of the last field's leaves, which stay in the file.
-struct LeavesRequest {
-  std::vector<std::uint32_t> numbers;
-  bool survey = false;
-  bool active = false;  ///< values of inactive voxels become NaN
 };
 
 struct LeavesAnswer {
@@ -45,108 +45,56 @@ struct LeavesAnswer {
   ValueSurvey survey{};
 };
 
-/// An Error.
-struct Failure {
-  int code;
-  std::string message;
+/// Asks for leaves of the last field, whose values stay in the file.
+struct LeavesRequest {
+  using Answer = LeavesAnswer;
+  std::string grid{};  ///< always ""
+  std::vector<std::uint32_t> numbers;
+  bool survey = false;
+  bool active = false;  ///< values of inactive voxels become NaN
 };
+
+using Request = std::variant<FactsRequest, InfoRequest, ContentRequest, ReadRequest, LeavesRequest>;
 
 /// A Field without leaves and tiles, which are in shared memory.
 struct FieldFacts {
   Field field;
   std::uint64_t leaves = 0, tiles = 0;
   bool stored = false;       ///< the values of leaves stay in the file
-  bool same_values = false;  ///< those of the last field; nothing was written
+  bool same_values = false;  ///< the last field's values; nothing was written
   std::string bytes{};       ///< instead of shared memory, where a limit of file sizes holds for it
   std::vector<TileValue> active_tiles{};  ///< if stored
 };
 
-template <typename T, typename Struct>
-concept Is = std::is_same_v<std::remove_const_t<T>, Struct>;
+/// Empty memory that two processes can map. Throws Error(failure).
+guard::Descriptor shared_memory();
 
-template <typename Pack, Is<ValueStatistics> T>
-void describe(Pack& pack, T& statistics) {
-  auto& [least, greatest, mean, not_finite] = statistics;
-  pack(least, greatest, mean, not_finite);
-}
+/// Writes the field's leaves and tiles to shared memory, and keeps no access to it; or to
+/// FieldFacts::bytes if the system does not let it be that large. Values that stay in a file are
+/// left out. Throws std::bad_alloc.
+void write_shared(const Field& field, int memory, FieldFacts& facts);
 
-template <typename Pack, Is<GridInfo> T>
-void describe(Pack& pack, T& info) {
-  auto& [name, type, value_type, grid_class, channels, half, active, leaves, tiles, box, size,
-         transform, map, background, values_read, values, lo, hi, metadata, problem] = info;
-  pack(name, type, value_type, grid_class, channels, half, active, leaves, tiles, box, size,
-       transform, map, background, values_read, values, lo, hi, metadata, problem);
-}
+/// Sets what write_shared has written, and storage. From then on nobody can change the memory.
+/// Nothing is copied but origins and tiles. Throws std::runtime_error if the memory does not have
+/// what the facts say, or another process can still write to it.
+void take_shared(FieldFacts& facts, int memory);
 
-template <typename Pack, Is<GridContent> T>
-void describe(Pack& pack, T& content) {
-  auto& [active_voxels, nothing] = content;
-  pack(active_voxels, nothing);
-}
+/// Throws std::runtime_error if the field cannot have been read under this role: its values or
+/// places break the rules of field.h. A process that a file has taken over could send such a field.
+void check_field(const FieldFacts& facts, GridRole role);
 
-template <typename Pack, Is<FileFacts> T>
-void describe(Pack& pack, T& facts) {
-  auto& [names, base_names, channels, value_types, classes, metadata, z_up] = facts;
-  pack(names, base_names, channels, value_types, classes, metadata, z_up);
-}
+/// Whether values can have been found like this.
+bool is_possible(const ValueSurvey& survey);
 
-template <typename Pack, Is<ReadOptions> T>
-void describe(Pack& pack, T& options) {
-  auto& [role, strict, distances, empty, active, background, percentiles, memory, in_file,
-         unsurveyed] = options;
-  pack(role, strict, distances, empty, active, background, percentiles, memory, in_file,
-       unsurveyed);
-}
+PSIVOX_PACK(FactsRequest, grid)
+PSIVOX_PACK(InfoRequest, grid, values)
+PSIVOX_PACK(ContentRequest, grid)
+PSIVOX_PACK(FileFacts, names, base_names, channels, value_types, classes, metadata, z_up)
+PSIVOX_PACK(ReadRequest, grid, options, holds_last)
+PSIVOX_PACK(LeavesRequest, grid, numbers, survey, active)
+PSIVOX_PACK(LeavesAnswer, values, survey)
 
-template <typename Pack, Is<ReadRequest> T>
-void describe(Pack& pack, T& request) {
-  auto& [grid, options, holds_last] = request;
-  pack(grid, options, holds_last);
-}
-
-template <typename Pack, Is<BadValues> T>
-void describe(Pack& pack, T& bad) {
-  auto& [nan, positive, negative_infinite, negative, largest, least] = bad;
-  pack(nan, positive, negative_infinite, negative, largest, least);
-}
-
-template <typename Pack, Is<Extent> T>
-void describe(Pack& pack, T& extent) {
-  auto& [min, max, infinite] = extent;
-  pack(min, max, infinite);
-}
-
-template <typename Pack, Is<ValueSurvey> T>
-void describe(Pack& pack, T& survey) {
-  auto& [bad, largest, all, active, in_box] = survey;
-  pack(bad, largest, all, active, in_box);
-}
-
-template <typename Pack, Is<LeavesRequest> T>
-void describe(Pack& pack, T& request) {
-  auto& [numbers, survey, active] = request;
-  pack(numbers, survey, active);
-}
-
-template <typename Pack, Is<LeavesAnswer> T>
-void describe(Pack& pack, T& answer) {
-  auto& [values, survey] = answer;
-  pack(values, survey);
-}
-
-template <typename Pack, Is<Failure> T>
-void describe(Pack& pack, T& failure) {
-  auto& [code, message] = failure;
-  pack(code, message);
-}
-
-template <typename Pack, Is<TileValue> T>
-void describe(Pack& pack, T& tile) {
-  auto& [value, voxels] = tile;
-  pack(value, voxels);
-}
-
-template <typename Pack, Is<FieldFacts> T>
+template <typename Pack, guard::Is<FieldFacts> T>
 void describe(Pack& pack, T& facts) {
   auto& [name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
          percentiles, width, leaves, tiles, array, storage, reader, survey, replaced, notices] =
@@ -157,3 +105,20 @@ void describe(Pack& pack, T& facts) {
 }
 
 }  // namespace psivox::vdb
+
+// A Packer finds these in the namespace of their structs.
+namespace psivox {
+
+PSIVOX_PACK(ValueStatistics, least, greatest, mean, not_finite)
+PSIVOX_PACK(GridInfo, name, type, value_type, grid_class, channels, half, active, leaves, tiles,
+            box, size, transform, map, background, values_read, values, lo, hi, metadata, problem)
+PSIVOX_PACK(GridContent, active_voxels, nothing)
+PSIVOX_PACK(ReadOptions, role, strict, distances, empty, active, background, percentiles, memory,
+            in_file, unsurveyed)
+PSIVOX_PACK(BadValues, nan, positive, negative_infinite, negative, largest, least)
+PSIVOX_PACK(Extent, min, max, infinite)
+PSIVOX_PACK(ValueSurvey, bad, largest, all, active, in_box)
+PSIVOX_PACK(TileValue, value, voxels)
+PSIVOX_PACK(Box, min, max)
+
+}  // namespace psivox

@@ -1,18 +1,30 @@
 #include "topology.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <limits>
 #include <memory>
+#include <set>
 #include <type_traits>
 
 #include "grid_types.h"
-#include "leaf_decoder.h"
-#include "leaf_floats.h"
+#include "psivox/value_percentile.h"
+#include "value_block.h"
 
 namespace psivox::vdb {
 namespace {
+
+glm::ivec3 to_ivec3(const openvdb::Coord& c) { return {c.x(), c.y(), c.z()}; }
+
+template <typename ValueT>
+glm::dvec3 to_dvec3(const ValueT& value) {
+  if constexpr (openvdb::VecTraits<ValueT>::IsVec)
+    return {double(value[0]), double(value[1]), double(value[2])};
+  else
+    return {static_cast<double>(value), 0, 0};
+}
 
 /// The smallest box around a leaf's active voxels, of which there are some.
 Box active_box_of(const LeafMask& mask) {
@@ -42,55 +54,44 @@ class TopologyReader {
   using ValueT = typename GridT::ValueType;
   using Root = typename GridT::TreeType::RootNodeType;
 
-  TopologyReader(GridT& grid, std::istream& stream)
-      : stream_(stream), coding_{openvdb::io::getDataCompression(stream), grid.saveFloatAsHalf()} {
+  TopologyReader(GridT& grid, std::istream& stream, const TopologyWish& wish)
+      : stream_(stream), coding_(stream), wish_(wish) {
     constexpr int none = std::numeric_limits<int>::max();
     box_ = {glm::ivec3(none), glm::ivec3(-none)};
     read_root(grid.tree().root());
   }
 
   Topology take() {
-    std::stable_sort(
-        found_.tiles.begin(), found_.tiles.end(),
-        [](const TilePart& a, const TilePart& b) { return a.tile.width > b.tile.width; });
+    std::stable_sort(found_.tiles.begin(), found_.tiles.end(),
+                     [](const TilePart& a, const TilePart& b) { return a.width > b.width; });
     GridSummary& summary = found_.summary;
-    summary.channels = is_vec<ValueT> ? 3 : 1;
+    summary.channels = openvdb::VecTraits<ValueT>::IsVec ? 3 : 1;
     summary.leaves = found_.leaves.size();
     if (summary.active_voxels > 0) summary.active_box = box_;
-    if constexpr (is_vec<ValueT>)
-      summary.background = {double(background_[0]), double(background_[1]), double(background_[2])};
-    else
-      summary.background = openvdb::Vec3d(static_cast<double>(background_));
+    summary.background =
+        summary.channels == 3 ? to_dvec3(background_) : glm::dvec3(to_dvec3(background_).x);
     return std::move(found_);
   }
 
  private:
-  template <typename T>
-  T read() {
-    T value;
-    stream_.read(reinterpret_cast<char*>(&value), sizeof value);
-    return value;
-  }
-
   openvdb::Coord read_origin() {
-    openvdb::Int32 at[3];
-    stream_.read(reinterpret_cast<char*>(at), sizeof at);
-    const openvdb::Coord origin(at);
-    if ((origin & ~(int(Root::ChildNodeType::DIM) - 1)) != origin)
+    const auto at = vdb::take<std::array<openvdb::Int32, 3>>(stream_);
+    const openvdb::Coord origin(at.data());
+    if ((origin & ~(int(Root::ChildNodeType::DIM) - 1)) != origin || !roots_.insert(origin).second)
       throw openvdb::IoError("a node of its root is at an impossible place");
     return origin;
   }
 
   void read_root(Root& root) {
-    read<std::uint32_t>();  // number of buffers
-    background_ = read<ValueT>();
+    vdb::take<std::uint32_t>(stream_);  // number of buffers
+    background_ = vdb::take<ValueT>(stream_);
     root.setBackground(background_, /*updateChildNodes=*/false);
     openvdb::io::setGridBackgroundValuePtr(stream_, &background_);
-    auto tiles = read<std::uint32_t>(), children = read<std::uint32_t>();
+    auto tiles = vdb::take<std::uint32_t>(stream_), children = vdb::take<std::uint32_t>(stream_);
     for (; tiles > 0; --tiles) {
       const openvdb::Coord origin = read_origin();
-      const auto value = read<ValueT>();
-      add_tile(origin, int(Root::ChildNodeType::DIM), value, read<char>() != 0);
+      const auto value = vdb::take<ValueT>(stream_);
+      add_tile(origin, int(Root::ChildNodeType::DIM), value, vdb::take<char>(stream_) != 0);
     }
     openvdb::Coord last = openvdb::Coord::min();
     for (; children > 0; --children) {
@@ -136,6 +137,7 @@ class TopologyReader {
     const glm::ivec3 at = to_ivec3(origin);
     found_.leaves.push_back(at);
     found_.active.push_back(static_cast<std::uint16_t>(mask.countOn()));
+    if (wish_.masks) found_.masks.push_back(mask);
     if (mask.isOff()) return;
     found_.summary.active_voxels += mask.countOn();
     const Box box = active_box_of(mask);
@@ -143,18 +145,23 @@ class TopologyReader {
   }
 
   void add_tile(const openvdb::Coord& origin, int width, const ValueT& value, bool active) {
-    if (!active && !(value != background_)) return;
-    const Tile tile{to_ivec3(origin), width, to_vec3(value)};
-    found_.tiles.push_back({tile, active});
+    if (!active && same_values(value, background_)) {
+      if (wish_.background)
+        found_.tiles.push_back({to_ivec3(origin), width, *wish_.background, false});
+      return;
+    }
+    const TilePart tile{to_ivec3(origin), width, to_dvec3(value), active};
+    found_.tiles.push_back(tile);
     if (!active) return;
     ++found_.summary.active_tiles;
-    found_.summary.active_voxels +=
-        std::uint64_t(width) * std::uint64_t(width) * std::uint64_t(width);
+    found_.summary.active_voxels += tile_voxels(tile.tile());
     box_ = {glm::min(box_.min, tile.origin), glm::max(box_.max, tile.origin + (width - 1))};
   }
 
   std::istream& stream_;
   ValueCoding coding_;
+  TopologyWish wish_;
+  std::set<openvdb::Coord> roots_;  ///< origins of tiles and nodes of the root
   ValueT background_{};
   Box box_;
   Topology found_;
@@ -162,10 +169,10 @@ class TopologyReader {
 
 }  // namespace
 
-Topology read_topology(openvdb::GridBase& empty, std::istream& stream) {
+Topology read_topology(openvdb::GridBase& empty, std::istream& stream, const TopologyWish& wish) {
   Topology topology;
   empty.apply<SupportedGrids>([&](auto& typed) {
-    topology = TopologyReader<std::decay_t<decltype(typed)>>(typed, stream).take();
+    topology = TopologyReader<std::decay_t<decltype(typed)>>(typed, stream, wish).take();
   });
   return topology;
 }

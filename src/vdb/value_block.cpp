@@ -37,8 +37,7 @@ void expand_blosc(std::string_view stored, char* to, std::size_t size) {
 }
 
 void skip_compressed(std::istream& stream, std::int64_t size, const ValueCoding& coding) {
-  std::int64_t length = 0;  // 0 or negative: the bytes are not compressed
-  stream.read(reinterpret_cast<char*>(&length), sizeof length);
+  const auto length = take<std::int64_t>(stream);  // 0 or negative: the bytes are not compressed
   const bool blosc = coding.compression & openvdb::io::COMPRESS_BLOSC;  // if both, OpenVDB takes it
   const bool fits =
       length <= 0 ? length == -size : !blosc || blosc_header_fits(stream, size, length);

@@ -9,13 +9,48 @@
 
 namespace psivox::vdb {
 
+/// Takes a value from a stream that has it as it is in memory.
+template <typename T>
+T take(std::istream& stream) {
+  T value;
+  stream.read(reinterpret_cast<char*>(&value), sizeof value);
+  return value;
+}
+
+/// Whether values are equal; NaN is the same as NaN.
+template <typename ValueT>
+bool same_values(const ValueT& a, const ValueT& b) {
+  return a == b || (!(a == a) && !(b == b));
+}
+
 /// How a grid's nodes store their values.
 struct ValueCoding {
   std::uint32_t compression;  ///< flags of openvdb::io
   bool half;                  ///< 16 bits for each real number
 
+  /// That of the grid at which the stream is.
+  explicit ValueCoding(std::istream& stream)
+      : compression(openvdb::io::getDataCompression(stream)),
+        half(openvdb::io::getHalfFloat(stream)) {}
+
   bool has_lengths() const {
     return compression & (openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_BLOSC);
+  }
+};
+
+/// What a node stores beside its active values, by the byte that stands before them.
+struct StoredKind {
+  int inactive = 0;   ///< how many inactive values
+  bool mask = false;  ///< which inactive voxels have which
+  bool all = false;   ///< all voxels' values in place of the active ones'
+
+  explicit StoredKind(int kind) {
+    using namespace openvdb::io;
+    const bool two = kind == MASK_AND_TWO_INACTIVE_VALS;
+    const bool one = kind == NO_MASK_AND_ONE_INACTIVE_VAL || kind == MASK_AND_ONE_INACTIVE_VAL;
+    inactive = two ? 2 : one ? 1 : 0;
+    mask = two || kind == MASK_AND_ONE_INACTIVE_VAL || kind == MASK_AND_NO_INACTIVE_VALS;
+    all = kind == NO_MASK_AND_ALL_VALS;
   }
 };
 
@@ -34,18 +69,12 @@ void skip_compressed(std::istream& stream, std::int64_t size, const ValueCoding&
 template <typename ValueT, typename MaskT>
 void skip_values(std::istream& stream, const MaskT& active, const ValueCoding& coding) {
   using namespace openvdb::io;
-  const int kind = stream.get();
-  int inactive_values = 0;
-  if (kind == NO_MASK_AND_ONE_INACTIVE_VAL || kind == MASK_AND_ONE_INACTIVE_VAL)
-    inactive_values = 1;
-  if (kind == MASK_AND_TWO_INACTIVE_VALS) inactive_values = 2;
-  const bool mask = kind == MASK_AND_NO_INACTIVE_VALS || kind == MASK_AND_ONE_INACTIVE_VAL ||
-                    kind == MASK_AND_TWO_INACTIVE_VALS;
-  const std::int64_t before = inactive_values * static_cast<std::int64_t>(sizeof(ValueT)) +
-                              (mask ? static_cast<std::int64_t>(active.memUsage()) : 0);
+  const StoredKind kind(stream.get());
+  const std::int64_t before = kind.inactive * static_cast<std::int64_t>(sizeof(ValueT)) +
+                              (kind.mask ? static_cast<std::int64_t>(active.memUsage()) : 0);
   if (before > 0) stream.seekg(before, std::ios_base::cur);
 
-  const bool all = kind == NO_MASK_AND_ALL_VALS || !(coding.compression & COMPRESS_ACTIVE_MASK);
+  const bool all = kind.all || !(coding.compression & COMPRESS_ACTIVE_MASK);
   const std::int64_t count = all ? MaskT::SIZE : active.countOn();
   const bool half = coding.half && RealToHalf<ValueT>::isReal;
   if (half && count == 0) return;  // not even a length

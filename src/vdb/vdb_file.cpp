@@ -14,10 +14,9 @@
 #include "file_blocks.h"
 #include "file_metadata.h"
 #include "guarded_reader.h"
-#include "in_place_reader.h"
 #include "psivox/error.h"
 #include "psivox/vdb.h"
-#include "subject.h"
+#include "reader.h"
 
 namespace psivox {
 
@@ -117,7 +116,7 @@ const std::map<std::string, std::string>& VdbFile::metadata() const {
 
 const std::string& VdbFile::z_up() const { return impl_->facts.z_up; }
 
-std::vector<GridInfo> VdbFile::info(bool values) const { return impl_->reader->info(values); }
+std::vector<GridInfo> VdbFile::info(bool values) const { return impl_->reader->info("", values); }
 
 GridContent VdbFile::content(const std::string& grid) const {
   const std::lock_guard lock(impl_->mutex);

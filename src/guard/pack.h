@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <cstring>
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -10,18 +12,27 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
-#include "psivox/field.h"
-
-namespace psivox::vdb {
+namespace psivox::guard {
 
 template <typename T>
 concept Number = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
 template <typename T>
-concept Tuple =
-    std::is_same_v<T, glm::vec2> || std::is_same_v<T, glm::vec3> || std::is_same_v<T, glm::ivec3> ||
-    std::is_same_v<T, glm::dvec3> || std::is_same_v<T, glm::dmat4> || std::is_same_v<T, Box>;
+concept Tuple = std::is_same_v<T, glm::vec2> || std::is_same_v<T, glm::vec3> ||
+    std::is_same_v<T, glm::ivec3> || std::is_same_v<T, glm::dvec3> || std::is_same_v<T, glm::dmat4>;
+template <typename T, typename Struct>
+concept Is = std::is_same_v<std::remove_const_t<T>, Struct>;
+
+/// Lists a struct's members once, for both directions, in the struct's namespace. A structured
+/// binding names all of them, so that a new one does not compile until it is listed.
+#define PSIVOX_PACK(Struct, ...)                \
+  template <typename Pack, guard::Is<Struct> T> \
+  void describe(Pack& pack_, T& value_) {       \
+    auto& [__VA_ARGS__] = value_;               \
+    pack_(__VA_ARGS__);                         \
+  }
 
 /// Appends values to a text of bytes, for an Unpacker of the same program.
 class Packer {
@@ -56,6 +67,11 @@ class Packer {
     put(std::uint64_t{values.size()});
     for (const auto& [key, value] : values) (*this)(key, value);
   }
+  template <typename... T>
+  void put(const std::variant<T...>& value) {
+    put(std::uint64_t{value.index()});
+    std::visit([&](const auto& held) { put(held); }, value);
+  }
   template <typename T>
   requires requires(Packer& p, const T& value) { describe(p, value); }
   void put(const T& value) { describe(*this, value); }
@@ -85,7 +101,7 @@ class Unpacker {
     text_.remove_prefix(count);
     return taken;
   }
-  /// Of items, each of which takes a byte or more.
+  /// A number of items, each of which takes a byte or more.
   std::uint64_t count() {
     std::uint64_t n = 0;
     get(n);
@@ -131,6 +147,14 @@ class Unpacker {
       get(values[key]);
     }
   }
+  template <typename... T>
+  void get(std::variant<T...>& value) {
+    std::uint64_t index = 0;
+    get(index);
+    require(index < sizeof...(T));
+    std::uint64_t n = 0;
+    ((n++ == index ? get(value.template emplace<T>()) : void()), ...);
+  }
   template <typename T>
   requires requires(Unpacker& u, T& value) { describe(u, value); }
   void get(T& value) { describe(*this, value); }
@@ -138,4 +162,4 @@ class Unpacker {
   std::string_view text_;
 };
 
-}  // namespace psivox::vdb
+}  // namespace psivox::guard

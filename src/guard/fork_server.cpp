@@ -1,7 +1,6 @@
-#include "fork_server.h"
+#include "service.h"
 
 #include <fcntl.h>
-#include <openvdb/openvdb.h>
 #include <poll.h>
 #include <spawn.h>
 #include <sys/prctl.h>
@@ -10,7 +9,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <csignal>
 #include <exception>
 #include <mutex>
@@ -18,19 +16,17 @@
 #include <vector>
 
 #include "psivox/error.h"
-#include "psivox/guarded_reading.h"
 #include "psivox/text.h"
-#include "reader_service.h"
-#include "restrict_process.h"
 
-namespace psivox {
-namespace vdb {
+namespace psivox::guard {
 namespace {
 
 int server = -1;  ///< a socket to it; -1: it was not started
-std::atomic<bool> trusted = false;
 
-struct RunningReader {
+/// The descriptor of a server that was started as a program.
+constexpr int requests_of_program = 3;
+
+struct RunningProcess {
   pid_t process;
   Descriptor life;
 };
@@ -53,7 +49,7 @@ void ignore_signals() {
 
 class ForkServer {
  public:
-  explicit ForkServer(int requests) : requests_(requests) {
+  ForkServer(int requests, OpenService open) : requests_(requests), open_(open) {
     sigset_t children;
     sigemptyset(&children);
     sigaddset(&children, SIGCHLD);
@@ -66,20 +62,21 @@ class ForkServer {
     for (;;) {
       std::vector<pollfd> waits{{requests_, POLLIN, 0}, {ends_.get(), POLLIN, 0}};
       // a reader's socket is readable only when the program has closed its end
-      for (const RunningReader& reader : readers_) waits.push_back({reader.life.get(), POLLIN, 0});
+      for (const RunningProcess& running : running_)
+        waits.push_back({running.life.get(), POLLIN, 0});
       if (poll(waits.data(), waits.size(), -1) < 0) continue;
       for (std::size_t n = 2; n < waits.size(); ++n)
-        if (waits[n].revents != 0) end(readers_[n - 2]);
+        if (waits[n].revents != 0) end(running_[n - 2]);
       if (waits[1].revents != 0) collect();
       if (waits[0].revents != 0 && !start()) break;
     }
-    for (RunningReader& reader : readers_) end(reader);
+    for (RunningProcess& running : running_) end(running);
   }
 
  private:
-  static void end(RunningReader& reader) {
-    kill(reader.process, SIGKILL);
-    reader.life = Descriptor();
+  static void end(RunningProcess& running) {
+    kill(running.process, SIGKILL);
+    running.life = Descriptor();
   }
 
   bool start() {
@@ -92,11 +89,11 @@ class ForkServer {
     if (process == 0) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);
       keep_only(connection.get());
-      serve_reader(3);
+      serve(3, open_);
     }
     if (process < 0) return true;  // both ends close, which tells the program
     send_with(life.get(), {reinterpret_cast<const char*>(&process), sizeof process});
-    readers_.push_back({process, std::move(life)});
+    running_.push_back({process, std::move(life)});
     return true;
   }
 
@@ -106,27 +103,28 @@ class ForkServer {
     int status = 0;
     pid_t process;
     while ((process = waitpid(-1, &status, WNOHANG)) > 0) {
-      std::erase_if(readers_, [&](const RunningReader& reader) {
-        if (reader.process != process) return false;
-        if (reader.life)
-          send_with(reader.life.get(), {reinterpret_cast<const char*>(&status), sizeof status});
+      std::erase_if(running_, [&](const RunningProcess& running) {
+        if (running.process != process) return false;
+        if (running.life)
+          send_with(running.life.get(), {reinterpret_cast<const char*>(&status), sizeof status});
         return true;
       });
     }
   }
 
   int requests_;
+  OpenService open_;
   Descriptor ends_;
-  std::vector<RunningReader> readers_;
+  std::vector<RunningProcess> running_;
 };
 
-[[noreturn]] void serve(int requests) {
+[[noreturn]] void run_server(int requests, const Trade& trade) {
   try {
     prctl(PR_SET_NAME, "psivox-readers");
     keep_only(requests);
     ignore_signals();
-    openvdb::initialize();  // once for all readers
-    ForkServer(3).run();
+    trade.prepare();
+    ForkServer(3, trade.open).run();
   } catch (const std::exception&) {  // the program notices the end
   }
   _exit(0);
@@ -134,35 +132,30 @@ class ForkServer {
 
 }  // namespace
 
-bool reads_guarded() { return server >= 0 && !trusted; }
+bool has_server() { return server >= 0; }
 
-ReaderEnds start_reader() {
-  auto [connection, reader_connection] = socket_pair(SOCK_STREAM);
-  auto [life, reader_life] = socket_pair(SOCK_STREAM);
-  if (!send_with(server, "r", reader_connection.get(), reader_life.get()))
+ProcessEnds start_process() {
+  auto [connection, its_connection] = socket_pair(SOCK_STREAM);
+  auto [life, its_life] = socket_pair(SOCK_STREAM);
+  if (!send_with(server, "r", its_connection.get(), its_life.get()))
     throw Error(ExitCode::failure, "the process that starts readers of files has ended");
   return {std::move(connection), std::move(life)};
 }
 
-}  // namespace vdb
-
-/// The descriptor of a server that was started as a program.
-static constexpr int requests_of_program = 3;
-
-void start_guarded_reading() {
-  if (vdb::server >= 0) return;
-  auto [program, requests] = vdb::socket_pair(SOCK_SEQPACKET);
+void start_server(const Trade& trade) {
+  if (server >= 0) return;
+  auto [program, requests] = socket_pair(SOCK_SEQPACKET);
   const pid_t process = fork();
   if (process < 0) throw Error(ExitCode::failure, "no process to read files in can be started");
-  if (process == 0) vdb::serve(requests.get());
-  vdb::server = fcntl(program.get(), F_DUPFD_CLOEXEC, 3);  // 0, 1 and 2 may be closed
+  if (process == 0) run_server(requests.get(), trade);
+  server = fcntl(program.get(), F_DUPFD_CLOEXEC, 3);  // 0, 1 and 2 may be closed
 }
 
-void start_guarded_reading(const std::filesystem::path& program) {
+void start_server(const std::filesystem::path& program) {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
-  if (vdb::server >= 0) return;
-  auto [here, requests] = vdb::socket_pair(SOCK_SEQPACKET);
+  if (server >= 0) return;
+  auto [here, requests] = socket_pair(SOCK_SEQPACKET);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, requests.get(), requests_of_program);
@@ -182,16 +175,9 @@ void start_guarded_reading(const std::filesystem::path& program) {
   if (failed)
     throw Error(ExitCode::failure, in_quotes(name) + ", which reads files, cannot be started: " +
                                        std::generic_category().message(failed));
-  vdb::server = fcntl(here.get(), F_DUPFD_CLOEXEC, 3);
+  server = fcntl(here.get(), F_DUPFD_CLOEXEC, 3);
 }
 
-void serve_guarded_reading() { vdb::serve(requests_of_program); }
+void serve_as_program(const Trade& trade) { run_server(requests_of_program, trade); }
 
-void trust_files() { vdb::trusted = true; }
-
-std::string reading_guard() {
-  if (!vdb::reads_guarded()) return "nothing";
-  return vdb::has_seccomp() ? "seccomp and resource limits" : "resource limits, without seccomp";
-}
-
-}  // namespace psivox
+}  // namespace psivox::guard

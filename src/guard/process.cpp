@@ -1,4 +1,4 @@
-#include "reader_process.h"
+#include "process.h"
 
 #include <poll.h>
 #include <sys/wait.h>
@@ -13,13 +13,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "pack.h"
 #include "psivox/error.h"
-#include "restrict_process.h"
-#include "subject.h"
 
-namespace psivox::vdb {
+namespace psivox::guard {
 
-ReaderLimits reader_limits;
+Limits limits;
 
 namespace {
 
@@ -28,8 +27,8 @@ constexpr int tick_ms = 50;
 /// Processor time for a file of that size [s].
 double most_seconds(std::int64_t file_size) {
   constexpr double slowness = sanitised ? 10 : 1;
-  return slowness * (reader_limits.seconds +
-                     reader_limits.per_mebibyte * static_cast<double>(file_size) / (1 << 20));
+  return slowness *
+         (limits.seconds + limits.per_mebibyte * static_cast<double>(file_size) / (1 << 20));
 }
 
 /// In one line, whatever a reader sends.
@@ -48,13 +47,9 @@ bool receive_whole(int socket, T& value) {
 
 }  // namespace
 
-std::string nonsense(const FileBlocks& file, const std::string& what) {
-  return file.path() + ": is damaged: its reader answered nonsense: " + what;
-}
-
 /// Measures a process between two calls of exceeds(). Time in which this process does not run, as
 /// on a machine that sleeps, does not count.
-class ReaderProcess::Watch {
+class Process::Watch {
  public:
   explicit Watch(pid_t process) {
     known_ = process > 0 && clock_getcpuclockid(process, &clock_) == 0;
@@ -69,7 +64,7 @@ class ReaderProcess::Watch {
     const double used = seconds();
     idle_ = used > last_ ? 0 : idle_ + 1e-3 * tick_ms;
     last_ = used;
-    return used - begin_ > limit || idle_ > reader_limits.idle;
+    return used - begin_ > limit || idle_ > limits.idle;
   }
 
  private:
@@ -85,22 +80,22 @@ class ReaderProcess::Watch {
   std::chrono::steady_clock::time_point ticked_ = std::chrono::steady_clock::now();
 };
 
-ReaderProcess::ReaderProcess(std::shared_ptr<FileBlocks> file)
-    : file_(std::move(file)), ends_(start_reader()) {}
-
-void ReaderProcess::fail(const std::string& what) const {
-  throw Error(ExitCode::input, subject_ + what);
+Process::Process(std::string path, int file, std::int64_t file_size)
+    : path_(std::move(path)), most_seconds_(most_seconds(file_size)), ends_(start_process()) {
+  send(ends_.connection.get(), MessageKind::open, path_, file);
 }
 
-pid_t ReaderProcess::process() {
+void Process::fail(const std::string& what) const { throw Error(ExitCode::input, subject_ + what); }
+
+pid_t Process::process() {
   if (process_ == 0 && !receive_whole(ends_.life.get(), process_)) process_ = -1;
   return process_;
 }
 
-void ReaderProcess::explain_end() const {
+void Process::explain_end() const {
   int status = 0;
   if (process_ < 0)
-    throw Error(ExitCode::failure, file_->path() + ": no process to read it in could be started");
+    throw Error(ExitCode::failure, path_ + ": no process to read it in could be started");
   if (!receive_whole(ends_.life.get(), status)) fail("cannot be read: its reader has ended");
   if (!WIFSIGNALED(status)) fail("cannot be read: its reader ended without an answer");
   const int signal = WTERMSIG(status);
@@ -109,15 +104,16 @@ void ReaderProcess::explain_end() const {
   fail("is damaged: reading it crashed (" + std::string(strsignal(signal)) + ")");
 }
 
-std::optional<std::string> ReaderProcess::take_answer(const Progress& progress) {
+std::optional<std::string> Process::take_answer(const Progress& progress) {
   while (std::optional<Message> message = input_.next()) {
     if (message->kind == MessageKind::answer) return std::move(message->content);
     Unpacker unpack(message->content);
     if (message->kind == MessageKind::failure) {
-      Failure failure{};
-      unpack(failure);
-      const bool memory = failure.code == static_cast<int>(ExitCode::memory);
-      throw Error(memory ? ExitCode::memory : ExitCode::input, one_line(failure.message));
+      int code = 0;
+      std::string text;
+      unpack(code, text);
+      const bool memory = code == static_cast<int>(ExitCode::memory);
+      throw Error(memory ? ExitCode::memory : ExitCode::input, one_line(std::move(text)));
     }
     double fraction = 0;
     unpack(fraction);
@@ -127,17 +123,16 @@ std::optional<std::string> ReaderProcess::take_answer(const Progress& progress) 
   return {};
 }
 
-std::string ReaderProcess::ask(MessageKind kind, std::string_view content, int descriptor,
-                               const std::string& grid, const Progress& progress) {
-  subject_ = subject(file_->path(), grid);
-  const double limit = most_seconds(file_->size());
+std::string Process::ask(std::string_view request, int descriptor, std::string subject,
+                         const Progress& progress) {
+  subject_ = std::move(subject);
   // if the reader has ended, receiving says why
-  send(ends_.connection.get(), kind, content, descriptor);
+  send(ends_.connection.get(), MessageKind::request, request, descriptor);
   Watch watch(process());
   for (;;) {
     pollfd wait{ends_.connection.get(), POLLIN, 0};
     const int ready = poll(&wait, 1, tick_ms);
-    if (watch.exceeds(limit))
+    if (watch.exceeds(most_seconds_))
       fail(
           "reading it took longer than a good file of its size can take; if you trust it, --trust"
           " reads without limits");
@@ -147,4 +142,4 @@ std::string ReaderProcess::ask(MessageKind kind, std::string_view content, int d
   }
 }
 
-}  // namespace psivox::vdb
+}  // namespace psivox::guard

@@ -12,7 +12,7 @@
 
 #include "psivox/error.h"
 
-namespace psivox::vdb {
+namespace psivox::guard {
 namespace {
 
 struct Header {
@@ -121,4 +121,4 @@ std::optional<Message> MessageInput::next() {
   return message;
 }
 
-}  // namespace psivox::vdb
+}  // namespace psivox::guard

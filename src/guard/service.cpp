@@ -1,4 +1,4 @@
-#include "restrict_process.h"
+#include "service.h"
 
 #include <fcntl.h>
 #include <sched.h>
@@ -8,10 +8,20 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <memory>
+#include <chrono>
+#include <exception>
+#include <new>
 #include <thread>
+#include <utility>
 
-namespace psivox::vdb {
+#include "pack.h"
+#include "psivox/error.h"
+#include "psivox/memory.h"
+
+namespace psivox::guard {
+
+decltype(before_answer) before_answer;
+
 namespace {
 
 void limit(__rlimit_resource what, std::uint64_t most) {
@@ -82,10 +92,7 @@ void restrict_calls() {
   seccomp_load(filter.get());
 }
 
-}  // namespace
-
-bool has_seccomp() { return !sanitised && seccomp_api_get() > 0; }
-
+/// Limits this process to `memory` bytes of its own (0: any number), before it starts threads.
 void restrict_process(std::uint64_t memory) {
   limit(RLIMIT_CORE, 0);
   if (memory == 0) memory = std::uint64_t{1} << 60;
@@ -99,4 +106,80 @@ void restrict_process(std::uint64_t memory) {
   restrict_calls();
 }
 
-}  // namespace psivox::vdb
+class Connection {
+ public:
+  Connection(int socket, OpenService open) : socket_(socket), open_(open) {}
+
+  /// Returns when the connection ends.
+  void serve() {
+    MessageInput input;
+    while (input.receive(socket_))
+      while (std::optional<Message> message = input.next()) {
+        if (service_) {
+          answer(*message);
+        } else if (message->kind == MessageKind::open) {
+          const std::uint64_t memory = available_memory() / 5 * 4;
+          path_ = message->content;
+          service_ = open_(path_, std::move(message->descriptor),
+                           [this](double fraction) { report(fraction); });
+          restrict_process(memory);
+        }
+      }
+  }
+
+ private:
+  void answer(const Message& request) {
+    try {
+      if (before_answer) before_answer(path_, request.content, socket_);
+      reply(MessageKind::answer, service_->answer(request.content, request.descriptor.get()));
+    } catch (const Error& error) {
+      fail(error.code(), error.what());
+    } catch (const std::bad_alloc&) {
+      fail(ExitCode::input, path_ + ": asks for more memory than there is");
+    } catch (const std::exception& error) {
+      fail(ExitCode::input, path_ + ": cannot be read: " + error.what());
+    }
+  }
+
+  void fail(ExitCode code, const std::string& message) {
+    Packer content;
+    content(static_cast<int>(code), message);
+    reply(MessageKind::failure, content.text());
+  }
+
+  void reply(MessageKind kind, std::string_view content) {
+    if (!send(socket_, kind, content)) _exit(0);
+  }
+
+  /// Not more than every few milliseconds, however fast the file is read.
+  void report(double fraction) {
+    constexpr std::chrono::milliseconds pause(20);
+    const auto now = std::chrono::steady_clock::now();
+    if (fraction < 1 && now - reported_ < pause) return;
+    reported_ = now;
+    Packer content;
+    content(fraction);
+    reply(MessageKind::progress, content.text());
+  }
+
+  int socket_;
+  OpenService open_;
+  std::string path_;
+  std::unique_ptr<Service> service_;
+  std::chrono::steady_clock::time_point reported_{};
+};
+
+}  // namespace
+
+bool has_seccomp() { return !sanitised && seccomp_api_get() > 0; }
+
+void serve(int connection, OpenService open) {
+  try {
+    Connection(connection, open).serve();
+  } catch (const std::exception&) {
+    _exit(1);
+  }
+  _exit(0);
+}
+
+}  // namespace psivox::guard

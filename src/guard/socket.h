@@ -3,11 +3,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
-#include "reading_messages.h"
-
-namespace psivox::vdb {
+namespace psivox::guard {
 
 /// A descriptor that is closed with its owner.
 class Descriptor {
@@ -40,6 +39,14 @@ bool send_with(int socket, std::string_view bytes, int first = -1, int second = 
 std::int64_t receive_with(int socket, char* bytes, std::size_t size, Descriptor* first = nullptr,
                           Descriptor* second = nullptr);
 
+enum class MessageKind : std::uint32_t {
+  open,     ///< the path of the file that a process is to serve; with its descriptor
+  request,  ///< whatever a Service takes; with a descriptor or none
+  progress,
+  answer,
+  failure,  ///< an Error
+};
+
 struct Message {
   MessageKind kind{};
   std::string content;
@@ -66,4 +73,4 @@ class MessageInput {
   Descriptor descriptor_;
 };
 
-}  // namespace psivox::vdb
+}  // namespace psivox::guard
