@@ -105,6 +105,17 @@ TEST(RegionLayers, EqualThoseOfTheWhole) {
       }
 }
 
+TEST(RegionLayers, EndWhereTheWholesRaysEnd) {
+  Scene scene = blobs_scene();
+  scene.extinction = 30;
+  scene.early_termination = 1e-2;
+  for (const auto& marcher : {open_double(), open_gpu()}) {
+    const Both both = drawn(scene, *marcher);
+    for (const char* layer : {"steps", "samples"})
+      EXPECT_EQ(both.of_whole(layer), both.in_parts(layer)) << layer;
+  }
+}
+
 TEST(RegionLayers, ASliceReadsTheLeavesOfItsPlane) {
   Scene scene = blobs_scene();
   scene.mode = Mode::slice;

@@ -334,6 +334,16 @@ TEST(PartMarcher, DrawsThePictureOfTheWhole) {
   }
 }
 
+// A ray that goes on by one cell too far adds up to `least` of that cell's opacity.
+TEST(PartMarcher, EndsRaysWhereThoseOfTheWholeEnd) {
+  Scene scene = blobs_scene();
+  scene.extinction = 30;
+  for (const double least : {1e-2, 1.0 / 16384}) {
+    scene.early_termination = least;
+    EXPECT_LT(difference(scene, 600000), rounding) << least;
+  }
+}
+
 TEST(PartMarcher, DrawsOtherModes) {
   for (const auto& [name, mode] : modes) {
     if (mode == Mode::alpha) continue;

@@ -9,8 +9,6 @@
 #include <sstream>
 #include <string>
 
-#include "gl/embedded_shaders.h"
-#include "gl/reduce_source.h"
 #include "gl/shader_source.h"
 #include "march_cases.h"
 #include "shader_copy.h"

@@ -88,6 +88,17 @@ TEST(Team, DrawThePictureOfOne) {
   expect_picture_of_one(scene, {3});
 }
 
+// Rays that end behind other members' parts are marched again there.
+TEST(Team, EndsRaysWhereThoseOfOneEnd) {
+  Scene scene = blobs_scene();
+  scene.extinction = 30;
+  scene.pixel_samples = 2;
+  for (const double least : {1e-2, 1.0 / 16384}) {
+    scene.early_termination = least;
+    expect_picture_of_one(scene, {2, 5});
+  }
+}
+
 // Depths are sent as float32, 1e-7 of depths of a few; and see above.
 TEST(Team, LightThePictureOfOne) {
   Scene scene = blobs_scene();

@@ -3,10 +3,8 @@
 #include <mutex>
 #include <numeric>
 
+#include "draw/part_lattice.h"
 #include "draw/part_marcher.h"
-#include "draw/rank_lattice.h"
-#include "draw/region_lattice.h"
-#include "march/light_lattice.h"
 #include "march/march_double.h"
 #include "psivox/parts.h"
 #include "reference/reference.h"
@@ -194,19 +192,14 @@ LightDepths PartMarcher::depths_by_lattices(const View& view) {
     // the picture stores light beside each texel, on host and GPU; while light is computed,
     // lattices have one of the two
     const double bytes = double(most * brick_texels * sizeof(float));
-    RegionLattice(marcher_, view, bricks, most, bytes, [&](const Box& box) {
-      upload_dark(view, box);
-    }).depths(beams, blocks, take, progress);
+    layered_depths(marcher_, view,
+                   {bricks, most, bytes, [&](const Box& box) { upload_dark(view, box); }}, beams,
+                   blocks, take, progress);
   };
 }
 
 void PartMarcher::exchanged_lattice(const View& view, const Beam& beam, const LightBlocks& blocks,
                                     const TakeDepths& take, const Progress& progress) {
-  const glm::ivec3 ghost = region_ghost(view);
-  std::vector<Box> bricks;
-  for (const Region& part : split_.parts.all())
-    bricks.push_back({part.bricks.min - ghost, part.bricks.max + ghost});
-  RankLattice lattice(team_, std::move(bricks));
   const std::vector<Region> regions = split_.own.all();
   const std::size_t most = std::ranges::max(team_.gather(regions.size()));
   std::vector<double> sums(most > 1 ? 512 * blocks.all.size() : 0);
@@ -215,7 +208,7 @@ void PartMarcher::exchanged_lattice(const View& view, const Beam& beam, const Li
   };
   for (std::size_t region = 0; region < most; ++region) {
     const auto run = [&](const LatticeFrame& frame, const LatticeColumns& columns) {
-      lattice.depths(frame, columns, blocks, most > 1 ? add : take, [&](double done) {
+      exchanged_depths(team_, frame, columns, blocks, most > 1 ? add : take, [&](double done) {
         if (progress) progress((double(region) + done) / double(most));
       });
     };

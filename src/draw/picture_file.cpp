@@ -2,6 +2,8 @@
 
 #include <filesystem>
 
+#include "psivox/error.h"
+#include "psivox/memory.h"
 #include "psivox/scene_file.h"
 #include "psivox/stopwatch.h"
 #include "psivox/text.h"
@@ -81,6 +83,17 @@ WrittenPicture write_picture(Image& image, Scene scene, const std::optional<Colo
   const std::uintmax_t bytes = std::filesystem::file_size(file.path, not_a_file);
   written.bytes = not_a_file ? 0 : bytes;
   return written;
+}
+
+void check_picture_memory(int width, int height, int layers, int code_bytes) {
+  const double pixel = 4 * (4 + layers) + code_bytes;
+  const double needed = pixel * width * height;
+  const auto usable = double(available_memory());
+  if (usable == 0 || needed <= usable) return;
+  throw Error(ExitCode::memory,
+              formatted("a picture of %dx%d takes %.1f GiB of memory, and %.1f GiB are free; give "
+                        "a smaller --resolution",
+                        width, height, needed / 0x1p30, usable / 0x1p30));
 }
 
 }  // namespace psivox

@@ -3,7 +3,7 @@
 #include <span>
 
 #include "draw/trial_method.h"
-#include "march/pixel_march.h"
+#include "march/march_double.h"
 
 namespace psivox {
 

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "draw/part_marcher.h"
-#include "draw/pick.h"
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
 #include "march/explain.h"

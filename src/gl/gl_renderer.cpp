@@ -8,8 +8,7 @@
 #include "gl/grid_textures.h"
 #include "gl/light_pass.h"
 #include "gl/picture_pass.h"
-#include "gl/tables.h"
-#include "march/light_columns.h"
+#include "march/light_lattice.h"
 #include "psivox/error.h"
 #include "psivox/stopwatch.h"
 
@@ -133,6 +132,7 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options) 
   const gl::MarchProgram& march = impl.program(textures.key(setup));
   march.configure(setup);
   const gl::Tables tables(setup.tables);
+  setup.tables = {};  // the device has them
   tables.bind(gl::MarchProgram::tables_unit);
   textures.bind(march);
   gl::PicturePass pass(impl.context, march, view, textures.atlas().density.domain, options);

@@ -1,11 +1,249 @@
 #include "gl/grid_textures.h"
 
-#include <algorithm>
+#include <epoxy/gl.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
-#include "gl/march_program.h"
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "gl/test_limits.h"
 #include "march/marcher.h"
 
 namespace psivox::gl {
+
+/// A brick atlas on the GPU: page table and constants as texture buffers; texels as one or more
+/// texture buffers for exact filtering, or as one 3D texture of bricks for the hardware's.
+/// Needs a current context for its whole life.
+class AtlasTextures {
+ public:
+  /// `beside`: an atlas of the same bricks, whose texels become further channels of this one's; for
+  /// exact filtering only. Throws Error(graphics) where the device's limits are too small,
+  /// Error(memory) where its memory is.
+  AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside = nullptr);
+  ~AtlasTextures();
+  AtlasTextures(const AtlasTextures&) = delete;
+  AtlasTextures& operator=(const AtlasTextures&) = delete;
+
+  /// Number of texel buffers, at least 1 (shader constant DENSITY_BUFFERS or LUMINANCE_BUFFERS).
+  int buffers() const { return int(texels_.size()); }
+  /// Texels in each buffer but the last: whole bricks.
+  int texels_per_buffer() const { return texels_per_buffer_; }
+
+  void bind(int first_unit) const;
+  /// Units that bind uses: pages, constants, bricks, then buffers() texel buffers.
+  int units() const { return 3 + buffers(); }
+
+ private:
+  GLuint buffer_texture(GLenum format, const void* data, std::size_t bytes, GLbitfield flags = 0);
+  void upload_pages(const std::vector<std::uint32_t>& entries);
+  void upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside);
+  /// A texture of `count` texels of both atlases, from the `first` on.
+  GLuint upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside, std::uint64_t first,
+                      std::uint64_t count);
+  void upload_bricks(const BrickAtlas& atlas);
+
+  GLuint pages_ = 0, constants_ = 0, bricks_ = 0;
+  std::vector<GLuint> texels_;
+  std::vector<GLuint> storage_;  ///< buffer objects
+  std::uint64_t max_texels_ = 0;
+  int texels_per_buffer_ = brick_texels;
+};
+
+namespace {
+
+/// A vector's texels are padded to four values: three halves exist in no texture buffer, and three
+/// floats take llvmpipe 1.2 times as long to fetch.
+template <typename T>
+std::vector<T> padded(const T* texels, std::size_t count) {
+  std::vector<T> result(count * 4);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t c = 0; c < 3; ++c) result[4 * i + c] = texels[3 * i + c];
+  return result;
+}
+
+/// Fills a buffer with texels of one channel, each followed by another grid's of one channel or
+/// three. A piece at a time, so that what is written last is still in the processor's cache.
+template <typename T>
+void fill_pairs(GLuint buffer, const T* own, const T* beside, std::size_t count, bool vector) {
+  const std::size_t others = vector ? 3 : 1, width = 1 + others;
+  constexpr std::size_t piece = std::size_t{1} << 18;
+  const auto texels = std::make_unique_for_overwrite<T[]>(std::min(count, piece) * width);
+  for (std::size_t first = 0; first < count; first += piece) {
+    const std::size_t size = std::min(count - first, piece);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size, 65536), [&](const auto& some) {
+      for (std::size_t i = some.begin(); i != some.end(); ++i) {
+        T* to = texels.get() + i * width;
+        to[0] = own[first + i];
+        for (std::size_t c = 0; c < others; ++c) to[1 + c] = beside[(first + i) * others + c];
+      }
+    });
+    glNamedBufferSubData(buffer, GLintptr(first * width * sizeof(T)),
+                         GLsizeiptr(size * width * sizeof(T)), texels.get());
+  }
+}
+
+/// Texels of three floats that are padded: no limit on memory counts what is added to them, 16 MiB.
+constexpr std::uint64_t most_padded = std::uint64_t{1} << 22;
+
+GLenum buffer_format(const BrickAtlas& atlas) {
+  if (atlas.texel == TexelType::float32) return atlas.channels == 1 ? GL_R32F : GL_RGB32F;
+  return atlas.channels == 1 ? GL_R16F : GL_RGBA16F;
+}
+
+}  // namespace
+
+AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside) {
+  GLint limit = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+  max_texels_ = std::uint64_t(limit);
+  if (test_limits.buffer_texels) max_texels_ = std::min(max_texels_, test_limits.buffer_texels);
+
+  const std::size_t entries = atlas.pages.entries.size();
+  if (entries > max_texels_)
+    throw DeviceFull(ExitCode::graphics,
+                     "the page table has " + std::to_string(entries) +
+                         " entries, more than the device's texture buffers hold");
+  constants_ = buffer_texture(atlas.channels == 1 ? GL_R32F : GL_RGB32F, atlas.constants.data(),
+                              atlas.constants.size() * sizeof(float));
+  if (filter == Filter::hardware)
+    upload_bricks(atlas);
+  else
+    upload_buffers(atlas, beside);
+}
+
+AtlasTextures::~AtlasTextures() {
+  for (const GLuint texture : {pages_, constants_, bricks_}) glDeleteTextures(1, &texture);
+  glDeleteTextures(GLsizei(texels_.size()), texels_.data());
+  glDeleteBuffers(GLsizei(storage_.size()), storage_.data());
+}
+
+GLuint AtlasTextures::buffer_texture(GLenum format, const void* data, std::size_t bytes,
+                                     GLbitfield flags) {
+  GLuint buffer = 0, texture = 0;
+  glCreateBuffers(1, &buffer);
+  storage_.push_back(buffer);
+  // An empty store is not allowed; 16 bytes are a texel of any format.
+  std::array<std::byte, 16> padded{};
+  if (data && bytes > 0 && bytes < padded.size()) std::memcpy(padded.data(), data, bytes);
+  if (bytes < padded.size()) data = padded.data();
+  glNamedBufferStorage(buffer, GLsizeiptr(std::max(bytes, padded.size())), data, flags);
+  glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
+  glTextureBuffer(texture, format, buffer);
+  return texture;
+}
+
+void AtlasTextures::upload_pages(const std::vector<std::uint32_t>& entries) {
+  pages_ = buffer_texture(GL_R32UI, entries.data(), entries.size() * sizeof(std::uint32_t));
+}
+
+void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside) {
+  upload_pages(atlas.pages.entries);
+  const std::uint64_t bricks = atlas.bricks.size();
+  const std::uint64_t per_buffer = std::max<std::uint64_t>(max_texels_ / brick_texels, 1);
+  if (bricks * brick_texels > std::uint64_t(std::numeric_limits<int>::max()))
+    throw DeviceFull(ExitCode::graphics,
+                     "an atlas of " + std::to_string(bricks) +
+                         " bricks is beyond what a shader can address (2^31 values)");
+  texels_per_buffer_ = int(std::min(per_buffer, bricks + 1) * brick_texels);
+  const auto channels = std::uint64_t(atlas.channels);
+  std::uint64_t first = 0;
+  do {
+    const std::uint64_t count = std::min(bricks - first, per_buffer) * brick_texels;
+    const std::uint64_t at = first * brick_texels * channels;
+    if (beside) {
+      texels_.push_back(upload_pairs(atlas, *beside, first * brick_texels, count));
+    } else if (atlas.texel == TexelType::float32 && channels == 3 &&
+               bricks * brick_texels <= most_padded) {
+      const auto texels = padded(atlas.texels32.get() + at, count);
+      texels_.push_back(buffer_texture(GL_RGBA32F, texels.data(), texels.size() * sizeof(float)));
+    } else if (atlas.texel == TexelType::float32) {
+      texels_.push_back(buffer_texture(buffer_format(atlas), atlas.texels32.get() + at,
+                                       count * channels * sizeof(float)));
+    } else if (channels == 1) {
+      texels_.push_back(buffer_texture(buffer_format(atlas), atlas.texels16.get() + at, count * 2));
+    } else {
+      const auto texels = padded(atlas.texels16.get() + at, count);
+      texels_.push_back(buffer_texture(buffer_format(atlas), texels.data(), texels.size() * 2));
+    }
+    first += per_buffer;
+  } while (first < bricks);
+}
+
+GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside,
+                                   std::uint64_t first, std::uint64_t count) {
+  const bool vector = beside.channels == 3;
+  const bool half = atlas.texel == TexelType::float16;
+  const std::uint64_t other = first * (vector ? 3u : 1u);
+  const std::uint64_t bytes = count * (vector ? 4u : 2u) * (half ? 2u : 4u);
+  const GLenum format = vector ? (half ? GL_RGBA16F : GL_RGBA32F) : (half ? GL_RG16F : GL_RG32F);
+  const GLuint texture = buffer_texture(format, nullptr, bytes, GL_DYNAMIC_STORAGE_BIT);
+  if (half)
+    fill_pairs(storage_.back(), atlas.texels16.get() + first, beside.texels16.get() + other, count,
+               vector);
+  else
+    fill_pairs(storage_.back(), atlas.texels32.get() + first, beside.texels32.get() + other, count,
+               vector);
+  return texture;
+}
+
+void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {
+  GLint limit = 0;
+  glGetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &limit);
+  // A page's payload holds the brick's place, 10 bits an axis.
+  const std::uint64_t widest = std::min<std::uint64_t>(std::uint64_t(limit) / brick_values, 1024);
+  const std::uint64_t bricks = std::max<std::uint64_t>(atlas.bricks.size(), 1);
+  const std::uint64_t nx = std::min(bricks, widest);
+  const std::uint64_t ny = std::min((bricks + nx - 1) / nx, widest);
+  const std::uint64_t nz = (bricks + nx * ny - 1) / (nx * ny);
+  if (nz > widest)
+    throw DeviceFull(
+        ExitCode::graphics,
+        "an atlas of " + std::to_string(bricks) +
+            " bricks does not fit the device's largest 3D texture; use --filter exact");
+  const bool half = atlas.texel == TexelType::float16;
+  const GLenum format = atlas.channels == 1 ? GL_RED : GL_RGB;
+  const GLenum internal =
+      atlas.channels == 1 ? (half ? GL_R16F : GL_R32F) : (half ? GL_RGB16F : GL_RGB32F);
+  glCreateTextures(GL_TEXTURE_3D, 1, &bricks_);
+  glTextureStorage3D(bricks_, 1, internal, GLsizei(nx * brick_values), GLsizei(ny * brick_values),
+                     GLsizei(nz * brick_values));
+  glTextureParameteri(bricks_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTextureParameteri(bricks_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  const std::size_t per_brick = brick_texels * std::size_t(atlas.channels);
+  const auto place = [&](std::uint64_t slot) {
+    return glm::ivec3(int(slot % nx), int(slot / nx % ny), int(slot / (nx * ny)));
+  };
+  std::vector<std::uint32_t> entries = atlas.pages.entries;
+  for (std::uint32_t& entry : entries) {
+    if (entry_kind(entry) != EntryKind::brick) continue;
+    const glm::uvec3 at(place(atlas.pages.slot(entry)));
+    entry = make_entry(EntryKind::brick, at.x | at.y << 10 | at.z << 20);
+  }
+  upload_pages(entries);
+  for (std::size_t slot = 0; slot < atlas.bricks.size(); ++slot) {
+    const glm::ivec3 at = place(slot) * brick_values;
+    const void* data = half ? static_cast<const void*>(atlas.texels16.get() + slot * per_brick)
+                            : static_cast<const void*>(atlas.texels32.get() + slot * per_brick);
+    glTextureSubImage3D(bricks_, 0, at.x, at.y, at.z, brick_values, brick_values, brick_values,
+                        format, half ? GL_HALF_FLOAT : GL_FLOAT, data);
+  }
+  texels_.push_back(buffer_texture(GL_R32F, nullptr, 0));  // what the shader declares, unread
+}
+
+void AtlasTextures::bind(int first_unit) const {
+  GLuint unit = GLuint(first_unit);
+  glBindTextureUnit(unit++, pages_);
+  glBindTextureUnit(unit++, constants_);
+  glBindTextureUnit(unit++, bricks_);
+  for (const GLuint texture : texels_) glBindTextureUnit(unit++, texture);
+}
 
 GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter)
     : atlas_(atlas), filter_(filter) {
@@ -43,5 +281,7 @@ void GridTextures::bind(const MarchProgram& march) const {
   for (std::size_t i = 0; i < textures_.size(); ++i)
     if (textures_[i]) textures_[i]->bind(march.grid_unit(int(i)));
 }
+
+GridTextures::~GridTextures() = default;
 
 }  // namespace psivox::gl

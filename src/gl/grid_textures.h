@@ -2,17 +2,19 @@
 
 #include <memory>
 
-#include "gl/atlas_textures.h"
 #include "gl/march_program.h"
 #include "march/grids.h"
 
 namespace psivox::gl {
+
+class AtlasTextures;
 
 /// The grids of an atlas on the GPU. Needs a current context for its whole life.
 class GridTextures {
  public:
   /// Throws Error(graphics) beyond the device's limits. The atlas must stay as long as this.
   GridTextures(const MediumAtlas& atlas, Filter filter);
+  ~GridTextures();
 
   const MediumAtlas& atlas() const { return atlas_; }
   Filter filter() const { return filter_; }

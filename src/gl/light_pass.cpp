@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "gl/tables.h"
-
 namespace psivox::gl {
 
 LightPass::LightPass(const MarchSetup& setup, const GridTextures& textures,

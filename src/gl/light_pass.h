@@ -3,7 +3,6 @@
 #include "gl/grid_textures.h"
 #include "gl/march_program.h"
 #include "gl/tile_target.h"
-#include "gl/triangle.h"
 #include "march/light.h"
 
 namespace psivox::gl {

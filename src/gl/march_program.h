@@ -1,5 +1,10 @@
 #pragma once
 
+#include <epoxy/gl.h>
+
+#include <glm/vec4.hpp>
+#include <vector>
+
 #include "gl/march_source.h"
 #include "gl/program.h"
 
@@ -31,6 +36,21 @@ class MarchProgram {
  private:
   ProgramKey key_;
   Program program_;
+};
+
+/// What fetch_table reads, as a texture buffer. Needs a current context for its whole life.
+class Tables {
+ public:
+  /// Throws Error(graphics) beyond the device's limit. `entries` is not empty.
+  explicit Tables(const std::vector<glm::vec4>& entries);
+  ~Tables();
+  Tables(const Tables&) = delete;
+  Tables& operator=(const Tables&) = delete;
+
+  void bind(int unit) const { glBindTextureUnit(GLuint(unit), texture_); }
+
+ private:
+  GLuint buffer_ = 0, texture_ = 0;
 };
 
 }  // namespace psivox::gl

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "gl/reduce_source.h"
+#include "gl/shader_source.h"
 #include "gl/test_limits.h"
 #include "march/shader_constants.h"
 

@@ -1,11 +1,202 @@
 #include "gl/picture_pass.h"
 
 #include <algorithm>
+#include <optional>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "march/film.h"
+#include "march/shader_constants.h"
 #include "psivox/stopwatch.h"
 
 namespace psivox::gl {
+
+/// A part of the picture in the making: one sample of each of its pixels.
+struct Exposure {
+  int x = 0, y = 0, width = 0, height = 0;
+  int sample = 0;
+  std::size_t pixels() const { return std::size_t(width) * std::size_t(height); }
+};
+
+/// Tiles on their way from the GPU to the film: read() while nothing is drawn, develop() while the
+/// next tile is.
+class Readback {
+ public:
+  /// `drawn`: number of pixels that will be read, of which options.progress tells.
+  Readback(Film& film, const View& view, const RenderOptions& options, double drawn);
+
+  /// Copies a tile from the GPU.
+  void read(const TileTarget& target, const Exposure& tile);
+
+  /// Adds pixels whose rays were not drawn.
+  void add_missed(const PixelBox& pixels, const RayTexels& ray);
+
+  /// Adds the tile that was read last, if it is not added yet, to the film, and reports it.
+  void develop();
+
+  /// Rays that stood still before their end, of what was read.
+  std::uint64_t stuck() const { return stuck_; }
+
+ private:
+  void add(const Exposure& tile);
+  /// The same for several samples a pixel without layers.
+  void add_picture(const Exposure& tile);
+
+  Film& film_;
+  const RenderOptions& options_;
+  int samples_;  ///< of a pixel
+  double all_pixels_;
+  std::uint64_t pixels_done_ = 0, stuck_ = 0;
+  std::optional<Exposure> waiting_;
+  std::vector<glm::vec4> picture_, layers_;
+  std::vector<PixelSums> sums_;  ///< of the tile, where a pixel has several samples and layers
+  std::vector<glm::dvec4> picture_sums_;  ///< where it has no layers
+};
+
+Readback::Readback(Film& film, const View& view, const RenderOptions& options, double drawn)
+    : film_(film), options_(options), samples_(view.scene.pixel_samples), all_pixels_(drawn) {}
+
+void Readback::read(const TileTarget& target, const Exposure& tile) {
+  waiting_ = tile;
+  glm::vec4* pixels = film_.pixel(tile.x, tile.y);
+  int stride = film_.width();
+  if (samples_ > 1) {
+    picture_.resize(tile.pixels());
+    pixels = picture_.data();
+    stride = tile.width;
+  }
+  target.read_picture(tile.width, tile.height, pixels, stride);
+  for (int row = 0; row < tile.height; ++row)
+    for (glm::vec4& pixel :
+         std::span(pixels + std::ptrdiff_t(row) * stride, std::size_t(tile.width)))
+      if (pixel.w > 0.5f * float(stuck_mark)) {
+        pixel.w -= float(stuck_mark);
+        ++stuck_;
+      }
+  if (!film_.has_layers()) return;
+  layers_.resize(tile.pixels());
+  target.read_layers(tile.width, tile.height, layers_.data(), tile.width);
+}
+
+void Readback::develop() {
+  if (!waiting_) return;
+  const Exposure tile = *waiting_;
+  waiting_.reset();
+  add(tile);
+  if (tile.sample + 1 < samples_) return;
+  pixels_done_ += tile.pixels();
+  if (options_.tile) options_.tile({tile.x, tile.y, tile.width, tile.height, film_.picture()});
+  if (options_.progress) options_.progress(double(pixels_done_) / all_pixels_);
+}
+
+void Readback::add_missed(const PixelBox& pixels, const RayTexels& ray) {
+  PixelSums sums;
+  for (int i = 0; i < samples_; ++i) sums.add(glm::dvec4(ray.picture), glm::dvec4(ray.layers));
+  const auto& [origin, size] = pixels;
+  if (film_.has_layers() || ray.picture != glm::vec4(0))  // with which a film begins
+    for (int y = origin.y; y < origin.y + size.y; ++y)
+      for (int x = origin.x; x < origin.x + size.x; ++x) film_.set(x, y, sums);
+  if (options_.tile) options_.tile({origin.x, origin.y, size.x, size.y, film_.picture()});
+}
+
+void Readback::add(const Exposure& tile) {
+  if (samples_ == 1) {
+    const std::span<const glm::vec4> layers = layers_;
+    const auto width = std::size_t(tile.width);
+    for (int row = 0; film_.has_layers() && row < tile.height; ++row)
+      film_.set_layers(tile.x, tile.y + row, layers.subspan(std::size_t(row) * width, width));
+    return;
+  }
+  if (!film_.has_layers()) return add_picture(tile);
+  if (tile.sample == 0) sums_.assign(tile.pixels(), {});
+  std::size_t k = 0;
+  for (int y = tile.y; y < tile.y + tile.height; ++y)
+    for (int x = tile.x; x < tile.x + tile.width; ++x, ++k) {
+      sums_[k].add(glm::dvec4(picture_[k]), glm::dvec4(layers_[k]));
+      if (tile.sample + 1 == samples_) film_.set(x, y, sums_[k]);
+    }
+}
+
+void Readback::add_picture(const Exposure& tile) {
+  picture_sums_.resize(tile.pixels());
+  const bool first = tile.sample == 0, last = tile.sample + 1 == samples_;
+  const auto width = std::size_t(tile.width);
+  for (int row = 0; row < tile.height; ++row) {
+    const std::size_t from = std::size_t(row) * width;
+    glm::vec4* pixels = film_.pixel(tile.x, tile.y + row);
+    for (std::size_t i = 0; i < width; ++i) {
+      glm::dvec4 sum(picture_[from + i]);
+      if (!first) sum += picture_sums_[from + i];
+      if (last)
+        pixels[i] = glm::vec4(sum / double(samples_));
+      else
+        picture_sums_[from + i] = sum;
+    }
+  }
+}
+
+/// Sum of the times that the GPU takes for stretches of commands, by GL_TIME_ELAPSED.
+class Timer {
+ public:
+  /// llvmpipe stores commands, the timer's among them, and runs them tile by tile: the timer's must
+  /// not be stored together with the draws.
+  explicit Timer(const std::string& renderer)
+      : waits_(renderer.find("llvmpipe") != std::string::npos) {
+    GLint bits = 0;
+    glGetQueryiv(GL_TIME_ELAPSED, GL_QUERY_COUNTER_BITS, &bits);
+    works_ = bits > 0;
+  }
+  ~Timer() {
+    if (running_) glEndQuery(GL_TIME_ELAPSED);
+    glDeleteQueries(static_cast<GLsizei>(queries_.size()), queries_.data());
+  }
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+
+  void begin() {
+    if (!works_) return;
+    glCreateQueries(GL_TIME_ELAPSED, 1, &queries_.emplace_back());
+    glBeginQuery(GL_TIME_ELAPSED, queries_.back());
+    running_ = true;
+    if (waits_) glFinish();
+  }
+  /// What is measured has been handed to the driver, which begins with it now.
+  void submitted() {
+    glFlush();
+    if (!waits_) end();
+  }
+  /// It is waited for next.
+  void awaited() {
+    if (!waits_) return;
+    glFinish();
+    end();
+  }
+
+  /// Waits for the commands; 0 where the driver has no such timer.
+  double sum_ms() const {
+    double sum = 0;
+    for (const GLuint query : queries_) {
+      GLuint64 nanoseconds = 0;
+      glGetQueryObjectui64v(query, GL_QUERY_RESULT, &nanoseconds);
+      sum += 1e-6 * static_cast<double>(nanoseconds);
+    }
+    return sum;
+  }
+
+ private:
+  void end() {
+    if (running_) glEndQuery(GL_TIME_ELAPSED);
+    running_ = false;
+  }
+
+  bool waits_;
+  bool works_ = false;
+  bool running_ = false;
+  std::vector<GLuint> queries_;
+};
+
 namespace {
 
 constexpr int smallest_side = 16, largest_side = 1024;

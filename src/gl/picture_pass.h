@@ -4,13 +4,15 @@
 
 #include "gl/egl_context.h"
 #include "gl/march_program.h"
-#include "gl/readback.h"
 #include "gl/tile_order.h"
 #include "gl/tile_target.h"
-#include "gl/timer.h"
-#include "gl/triangle.h"
+#include "march/marcher.h"
 
 namespace psivox::gl {
+
+struct Exposure;
+class Readback;
+class Timer;
 
 /// march.frag over the pixels of a view whose rays may meet its domain, tile by tile. Its
 /// parameters, tables and grids are set and bound already, and stay so. Needs a current context for

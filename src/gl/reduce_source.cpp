@@ -1,4 +1,4 @@
-#include "gl/reduce_source.h"
+#include "gl/shader_source.h"
 
 #include <algorithm>
 #include <cctype>

@@ -6,7 +6,6 @@
 #include <regex>
 #include <sstream>
 
-#include "gl/embedded_shaders.h"
 #include "psivox/error.h"
 
 namespace psivox::gl {

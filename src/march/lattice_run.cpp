@@ -1,5 +1,3 @@
-#include "march/lattice_run.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -10,10 +8,10 @@
 #include <optional>
 #include <unordered_map>
 
-#include "march/slab_tiles.h"
+#include "march/lattice_tiles.h"
 
 namespace psivox {
-namespace lattice {
+namespace light_tiles {
 
 /// Columns whose depths a voxel's is interpolated from, along each axis: a cubic through the four
 /// (Catmull and Rom 1974), the voxel between the middle two.
@@ -189,15 +187,16 @@ TileNumbers last_slabs(const LatticeFrame& frame, std::span<const glm::ivec3> al
   return last;
 }
 
-}  // namespace lattice
+}  // namespace light_tiles
 
-using namespace lattice;
+using namespace light_tiles;
 
 struct LatticeRun::Impl {
   LatticeFrame frame;
   const LightSlabs& slabs;
   LightBlocks blocks;
   TakeDepths take;
+  bool from_light;
   std::optional<TileNumbers> last;
   std::size_t next = 0;  ///< slab
   Columns columns{};
@@ -263,9 +262,9 @@ struct LatticeRun::Impl {
 };
 
 LatticeRun::LatticeRun(const LatticeFrame& frame, const LightSlabs& slabs,
-                       const LightBlocks& blocks, TakeDepths take)
-    : impl_(std::make_unique<Impl>(Impl{frame, slabs, blocks, std::move(take), {}})) {
-  if (impl_->take && blocks.wanted.size() < blocks.all.size())
+                       const LightBlocks& blocks, TakeDepths take, bool from_light)
+    : impl_(std::make_unique<Impl>(Impl{frame, slabs, blocks, std::move(take), from_light, {}})) {
+  if (from_light || blocks.wanted.size() < blocks.all.size())
     impl_->last = last_slabs(frame, blocks.all, slabs);
 }
 LatticeRun::~LatticeRun() = default;
@@ -289,27 +288,22 @@ void LatticeRun::go_on(int end, const LatticeColumns& columns, const Progress& p
     impl.found.resize(std::max(impl.found.size(), count));
     const std::span<double> own = std::span(impl.found).first(count);
     columns(bricks, own);
-    if (impl.take) {
-      std::span<const double> left = own;
-      for (const Piece& piece : batch) left = impl.finish(piece, left);
-    }
+    std::span<const double> left = own;
+    for (const Piece& piece : batch) left = impl.finish(piece, left);
     batch.clear();
     bricks.clear();
     while (open.size() > 1) open.pop_front();
   };
   for (; impl.next < slabs.size() && slabs[impl.next].first_slice < end; ++impl.next) {
     const LightSlab& slab = slabs[impl.next];
-    open.emplace_back(impl.frame, slab, impl.blocks.all, impl.last ? &*impl.last : nullptr);
+    open.emplace_back(impl.frame, slab, impl.blocks.all, impl.last ? &*impl.last : nullptr,
+                      impl.from_light);
     // several thin slabs at once: a device works on many bricks alike
     for (const Piece& piece : impl.pieces_of(open.back())) {
       batch.push_back(piece);
-      for (std::size_t i = piece.first; i < piece.end; ++i) {
-        const glm::ivec2& tile = piece.slab->tiles()[i];
+      for (std::size_t i = piece.first; i < piece.end; ++i)
         for (int brick = 0; brick < 4; ++brick)
-          if (piece.slab->is_dark(i, brick))
-            bricks.emplace_back(8 * tile.x + 4 * (brick >> 1), 8 * tile.y + 4 * (brick & 1),
-                                slab.first_slice);
-      }
+          if (piece.slab->is_dark(i, brick)) bricks.push_back(piece.slab->brick(i, brick));
       if (bricks.size() >= bricks_at_once) flush();
     }
     if (progress && batch.empty()) progress(double(impl.next + 1) / double(slabs.size()));

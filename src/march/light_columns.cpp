@@ -1,4 +1,4 @@
-#include "march/light_columns.h"
+#include "march/light_lattice.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -2,7 +2,7 @@
 
 #include "march/atlas_march.h"
 #include "march/light.h"
-#include "march/light_columns.h"
+#include "march/light_lattice.h"
 #include "march/march_double.h"
 
 namespace psivox {

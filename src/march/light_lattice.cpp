@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <limits>
+#include <map>
 
-#include "march/lattice_run.h"
+#include "march/lattice_tiles.h"
 
 namespace psivox {
 
@@ -55,4 +57,141 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
   LatticeRun(frame, slabs, blocks, take).go_on(most, in_part(frame, columns), progress);
 }
 
+namespace {
+
+/// Octants of the density's bricks that hide nothing, a bit each; empty where they are not known.
+std::vector<std::uint8_t> dark_octants(const BrickAtlas& density) {
+  if (!density.own_texels || !density.pages.octants) return {};
+  std::vector<std::uint8_t> dark(density.places.size());
+  for (const std::uint32_t entry : density.pages.entries)
+    if (entry_kind(entry) == EntryKind::brick)
+      dark[density.pages.slot(entry)] = std::uint8_t(~(entry_payload(entry) >> entry_slot_bits));
+  return dark;
+}
+
+}  // namespace
+
+LightSlabs::LightSlabs(const LatticeFrame& frame, const LightBlocks& blocks) {
+  std::map<int, LightSlab> slabs;
+  const auto slab_of = [&](std::size_t i) -> LightSlab& {
+    const int z = blocks.all[i][frame.axis];
+    return slabs[std::min(frame.slice(z), frame.slice(z + 7))];
+  };
+  for (std::size_t i = 0; i < blocks.all.size(); ++i) slab_of(i).blocks.push_back(std::uint32_t(i));
+  for (const std::size_t i : blocks.wanted) slab_of(i).wanted.push_back(std::uint32_t(i));
+  for (auto& [first_slice, slab] : slabs) {
+    slab.first_slice = first_slice;
+    std::ranges::stable_sort(slab.wanted, std::less{},
+                             [&](std::uint32_t i) { return blocks.all[i][frame.axis_u]; });
+    slabs_.push_back(std::move(slab));
+  }
+}
+
+void LightSlabs::fill(int end) {
+  std::vector<LightSlab> filled;
+  std::size_t next = 0;
+  for (int first = 0; first < end || next < slabs_.size(); first += 8)
+    if (next < slabs_.size() && slabs_[next].first_slice == first)
+      filled.push_back(std::move(slabs_[next++]));
+    else
+      filled.emplace_back().first_slice = first;
+  slabs_ = std::move(filled);
+}
+
+void LightSlabs::add_octants(const LatticeFrame& frame, const BrickAtlas& density, int begin,
+                             int end) {
+  const auto slab_from = [&](int slice) {
+    return std::ranges::lower_bound(slabs_, slice, std::less{}, &LightSlab::first_slice);
+  };
+  const std::vector<std::uint8_t> dark = dark_octants(density);
+  for (std::size_t k = 0; k < dark.size(); ++k)
+    for (int i = 0; i < 8; ++i) {
+      if (!(dark[k] >> i & 1)) continue;
+      const glm::ivec3 corner =
+          brick_cells * density.places[k] + 4 * glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
+      const int z = corner[frame.axis], slice = std::min(frame.slice(z), frame.slice(z + 4));
+      // a cell between two slices belongs to the second
+      for (int first = std::max((slice + 1) & ~7, begin); first <= slice + 4 && first < end;
+           first += 8)
+        if (const auto slab = slab_from(first); slab != slabs_.end() && slab->first_slice == first)
+          slab->octants.push_back({corner, slice});
+    }
+}
+
+void LightSlabs::drop_octants() {
+  for (LightSlab& slab : slabs_) slab.octants = {};
+}
+
 }  // namespace psivox
+
+namespace psivox::light_tiles {
+
+TileRange tiles_of(const LatticeFrame& frame, const glm::ivec3& block, int first_slice) {
+  const glm::dvec2 low = glm::dvec2(frame.across(block)) - 1.0, high = low + 9.0;
+  const glm::dvec2 a = frame.column(low, first_slice), b = frame.column(low, first_slice + 7);
+  const glm::dvec2 c = frame.column(high, first_slice), d = frame.column(high, first_slice + 7);
+  return {(glm::ivec2(glm::floor(glm::min(a, b))) - 1) >> 3,
+          (glm::ivec2(glm::floor(glm::max(c, d))) + 2) >> 3};
+}
+
+namespace {
+
+/// Bricks with columns that pass through an octant.
+TileRange bricks_through(const LatticeFrame& frame, const Octant& octant) {
+  constexpr double rounding = 1e-3;  // of float32
+  const glm::dvec2 low(frame.across(octant.corner)), high = low + 4.0;
+  const glm::dvec2 a = frame.column(low, octant.slice), b = frame.column(low, octant.slice + 4);
+  const glm::dvec2 c = frame.column(high, octant.slice), d = frame.column(high, octant.slice + 4);
+  return {glm::ivec2(glm::ceil(glm::min(a, b) - rounding)) >> 2,
+          glm::ivec2(glm::floor(glm::max(c, d) + rounding)) >> 2};
+}
+
+}  // namespace
+
+SlabTiles::SlabTiles(const LatticeFrame& frame, const LightSlab& slab,
+                     std::span<const glm::ivec3> all, const TileNumbers* last, bool from_light)
+    : slab_(slab) {
+  find_tiles(frame, all, last, from_light);
+  find_dark(frame);
+  depths_.resize(tiles_.size(), nullptr);
+}
+
+void SlabTiles::find_tiles(const LatticeFrame& frame, std::span<const glm::ivec3> all,
+                           const TileNumbers* last, bool from_light) {
+  if (from_light) {
+    for (const auto& [tile, slab] : *last)
+      if (slab >= slab_.first_slice) tiles_.push_back(tile);
+  } else {
+    for (const std::uint32_t block : slab_.blocks) {
+      const TileRange range = tiles_of(frame, all[block], slab_.first_slice);
+      for (int x = range.min.x; x <= range.max.x; ++x)
+        for (int y = range.min.y; y <= range.max.y; ++y)
+          if (is_needed({x, y}, last) && index_.try_emplace({x, y}, 0).second)
+            tiles_.emplace_back(x, y);
+    }
+  }
+  std::ranges::sort(tiles_, [](const glm::ivec2& a, const glm::ivec2& b) {
+    return a.x != b.x ? a.x < b.x : a.y < b.y;
+  });
+  for (std::size_t i = 0; i < tiles_.size(); ++i) index_[tiles_[i]] = int(i);
+}
+
+void SlabTiles::find_dark(const LatticeFrame& frame) {
+  if (slab_.octants.empty()) return;
+  dark_.resize(tiles_.size());
+  for (const Octant& octant : slab_.octants) {
+    const TileRange range = bricks_through(frame, octant);
+    for (int x = range.min.x; x <= range.max.x; ++x)
+      for (int y = range.min.y; y <= range.max.y; ++y)
+        if (const auto tile = index_.find({x >> 1, y >> 1}); tile != index_.end())
+          dark_[std::size_t(tile->second)] |= std::uint8_t(1 << (2 * (x & 1) + (y & 1)));
+  }
+}
+
+bool SlabTiles::is_needed(const glm::ivec2& tile, const TileNumbers* last) const {
+  if (!last) return true;
+  const auto found = last->find(tile);
+  return found != last->end() && found->second >= slab_.first_slice;
+}
+
+}  // namespace psivox::light_tiles

@@ -3,6 +3,7 @@
 #include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -57,10 +58,49 @@ struct LatticeFrame {
 
 /// Optical depths from the voxels of blocks to where the light comes in. Beside a kink they may
 /// fall below 0: a cubic is linear in the columns, so that depths of an atlas's parts add up. It
-/// keeps one layer of bricks at a time, whatever the volume's size. Without `take` it asks for the
-/// columns alone, those of slabs of 8 slices after each other.
+/// keeps one layer of bricks at a time, whatever the volume's size.
 void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
                     const LatticeColumns& columns, const TakeDepths& take,
                     const Progress& progress = {});
+
+class LightSlabs;
+
+/// The lattice of one light on its way through the slabs. It keeps the depths at which its columns
+/// have come to a slab, and the depths inside a slab of a few rows of tiles at a time, whatever the
+/// volume's size.
+class LatticeRun {
+ public:
+  /// It asks for columns where a slab has blocks, beside which nothing attenuates; or from the
+  /// light on wherever a wanted block needs them. Slabs and blocks must outlive it.
+  LatticeRun(const LatticeFrame& frame, const LightSlabs& slabs, const LightBlocks& blocks,
+             TakeDepths take, bool from_light = false);
+  ~LatticeRun();
+  LatticeRun(LatticeRun&&) noexcept;
+
+  /// Goes on through the slabs whose first slice is below `end`. Columns are asked for in their
+  /// order.
+  void go_on(int end, const LatticeColumns& columns, const Progress& progress = {});
+
+  /// About what it keeps between slabs [bytes].
+  static double bytes(const LatticeFrame& frame);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Columns which ask for those bricks alone that meet the frame's part, if it has one.
+LatticeColumns in_part(const LatticeFrame& frame, const LatticeColumns& columns);
+
+/// Optical depths along the columns of a light's lattice through the atlas of a view, by all
+/// threads: columns run along the light and are recorded where they cross the slices of voxels, so
+/// that a voxel's depth is interpolated across columns only (after the slices of Lacroute and Levoy
+/// 1994). From slice to slice they follow Simpson's rule; where there is a transfer function of the
+/// value alone, its integrals over both halves of the step, as if the values were linear there.
+/// Reals are float or double; places are double. Frame, view and atlas must outlive what it
+/// returns.
+template <typename Real>
+LatticeColumns light_columns(const LatticeFrame& frame, const View& view, const MediumAtlas& atlas,
+                             const Beam& beam);
 
 }  // namespace psivox

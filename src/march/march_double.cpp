@@ -8,7 +8,6 @@
 
 #include "march/atlas_march.h"
 #include "march/film.h"
-#include "march/pixel_march.h"
 #include "psivox/stopwatch.h"
 
 // Under AddressSanitizer it would take minutes to compile.

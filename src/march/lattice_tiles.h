@@ -6,9 +6,44 @@
 #include <unordered_map>
 #include <vector>
 
-#include "march/light_slabs.h"
+#include "march/light_lattice.h"
 
-namespace psivox::lattice {
+namespace psivox {
+
+/// 4^3 cells with attenuation: their first corner, and the first slice that they reach.
+struct Octant {
+  glm::ivec3 corner;
+  int slice;
+};
+
+/// The blocks of 8 slices.
+struct LightSlab {
+  int first_slice = 0;
+  std::vector<std::uint32_t> blocks, wanted;  ///< their places among all, wanted ones along axis_u
+  std::vector<Octant> octants;                ///< with attenuation; empty: not known
+};
+
+/// Blocks by slabs, in the order in which light meets them. All lights along the same axis from the
+/// same side have the same.
+class LightSlabs {
+ public:
+  LightSlabs(const LatticeFrame& frame, const LightBlocks& blocks);
+
+  const std::vector<LightSlab>& all() const { return slabs_; }
+  /// Adds slabs without blocks, so that there is one for each 8 slices before `end`.
+  void fill(int end);
+  /// Adds the octants of an atlas to the slabs whose first slice is in [begin, end).
+  void add_octants(const LatticeFrame& frame, const BrickAtlas& density, int begin, int end);
+  /// Forgets them.
+  void drop_octants();
+
+ private:
+  std::vector<LightSlab> slabs_;
+};
+
+}  // namespace psivox
+
+namespace psivox::light_tiles {
 
 /// A tile is four bricks, 8 x 8 columns: as wide as blocks of voxels.
 constexpr int tile_columns = 64, tile_depths = 512;
@@ -38,15 +73,20 @@ using TileNumbers = std::unordered_map<glm::ivec2, int, ColumnHash>;
 /// A slab's tiles on their way from columns to depths at voxels, row by row of tiles.
 class SlabTiles {
  public:
-  /// `last`: of each tile that is needed, the last slab that is; null: all are.
+  /// `last` has the last slab that needs each tile; null: all tiles of the slab's blocks are
+  /// needed. `from_light`: tiles are needed from the light on, not only where the slab has blocks.
   SlabTiles(const LatticeFrame& frame, const LightSlab& slab, std::span<const glm::ivec3> all,
-            const TileNumbers* last);
+            const TileNumbers* last, bool from_light);
 
   int first_slice() const { return slab_.first_slice; }
   const LightSlab& slab() const { return slab_; }
   const std::vector<glm::ivec2>& tiles() const { return tiles_; }
   bool is_dark(std::size_t tile, int brick) const {
     return dark_.empty() || (dark_[tile] >> brick & 1) != 0;
+  }
+  LatticeBrick brick(std::size_t tile, int number) const {
+    return {8 * tiles_[tile].x + 4 * (number >> 1), 8 * tiles_[tile].y + 4 * (number & 1),
+            slab_.first_slice};
   }
   /// Depths of a tile whose row has them.
   const double* depths(const glm::ivec2& tile) const {
@@ -59,7 +99,7 @@ class SlabTiles {
 
  private:
   void find_tiles(const LatticeFrame& frame, std::span<const glm::ivec3> all,
-                  const TileNumbers* last);
+                  const TileNumbers* last, bool from_light);
   /// Finds which bricks are dark, if octants are known.
   void find_dark(const LatticeFrame& frame);
   bool is_needed(const glm::ivec2& tile, const TileNumbers* last) const;
@@ -72,4 +112,4 @@ class SlabTiles {
   std::vector<const double*> depths_;  ///< of each tile, while its row has them
 };
 
-}  // namespace psivox::lattice
+}  // namespace psivox::light_tiles
