@@ -127,8 +127,8 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
 struct Variant {
   std::string name;
   std::function<double()> draw;  ///< milliseconds
-  std::vector<double> times;
-  std::vector<double> work;  ///< processor milliseconds
+  std::vector<double> times{};
+  std::vector<double> work{};  ///< processor milliseconds
 };
 
 constexpr int side = 512;
@@ -222,12 +222,11 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
     wish.scene = view.scene;
     wish.scene->texel = texel;
     const auto draw = [&, wish] { return session.draw(gpu, wish).stats.march_ms; };
-    variants.push_back({name, draw, {}, {}});
+    variants.push_back({name, draw});
   };
   const auto add_dense = [&](const std::string& name, Filter filter) {
     const View view = view_of(uniform(Integrator::porter_duff, filter));
-    const auto draw = [&dense, &atlas, view] { return dense.render(view, atlas); };
-    variants.push_back({name, draw, {}, {}});
+    variants.push_back({name, [&dense, &atlas, view] { return dense.render(view, atlas); }});
   };
   add_dense("dense porter-duff, exact", Filter::exact);
   add(uniform_name + " porter-duff, exact", *exact,
