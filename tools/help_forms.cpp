@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "command_line.h"
+#include "psivox/command_text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
@@ -14,13 +15,6 @@ using Commands = std::span<const HelpCommand>;
 using Options = std::span<const HelpOption>;
 
 std::string nothing(Commands) { return {}; }
-
-/// As one word of a shell, between single quotes.
-std::string shell_word(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
 
 std::string names_of(Commands commands) {
   std::string names;

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "psivox/command_text.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
 #include "psivox/text.h"
@@ -86,14 +87,12 @@ void Movie::fail(const std::string& why) {
 }
 
 void Movie::start(int width, int height) {
-  std::string name;  // of the file, as one word of the shell
-  for (const char c : file_->path().string())
-    name += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  const std::string command =
+  std::string command =
       "exec ffmpeg -loglevel error -xerror -y -f rawvideo -pixel_format rgb24 -video_size " +
       std::to_string(width) + "x" + std::to_string(height) + " -framerate " +
-      number_text(frame_rate_) + " -i - '" + joined(encoding(), "' '") + "' -f " +
-      format_of(path_) + " '" + name + "'";
+      number_text(frame_rate_) + " -i -";
+  for (const std::string& word : encoding()) command += " " + shell_word(word);
+  command += std::string(" -f ") + format_of(path_) + " " + shell_word(file_->path().string());
   std::signal(SIGPIPE, SIG_IGN);  // an ffmpeg that ends early makes a write fail instead
   ffmpeg_ = ::popen(command.c_str(), "we");
   if (!ffmpeg_) fail(std::string("ffmpeg: ") + std::strerror(errno));

@@ -55,6 +55,45 @@ double per_ray(std::uint64_t count, const RenderStats& stats) {
   return stats.rays ? static_cast<double>(count) / static_cast<double>(stats.rays) : 0;
 }
 
+using Json = nlohmann::ordered_json;
+
+/// The error that was asked for, estimated and measured, and how its method was chosen.
+Json error_json(const RenderReport& report) {
+  const std::optional<MarchPlan>& plan = report.drawn.plan;
+  Json error = Json::object();
+  if (report.drawn.scene.tolerance) error["tolerance"] = *report.drawn.scene.tolerance;
+  if (plan) {
+    error["method"] = method_text(plan->chosen.method);
+    error["reached"] = plan->reached;
+    error["estimated_rms"] = plan->chosen.rms;
+    error["estimated_max"] = plan->chosen.max;
+    error["pilot_rays"] = plan->rays;
+    error["pilot_samples"] = plan->samples;
+    for (const Trial& trial : plan->trials)
+      error["trials"].push_back({{"method", method_text(trial.method)},
+                                 {"rays", trial.rays},
+                                 {"rms", trial.rms},
+                                 {"max", trial.max},
+                                 {"samples_per_ray", trial.samples},
+                                 {"cost", trial.cost}});
+  }
+  if (report.drawn.light) {
+    error["light_method"] = report.drawn.light->method;
+    error["light_rms"] = report.drawn.light->rms;
+    error["light_max"] = report.drawn.light->max;
+  }
+  if (report.drawn.difference) {
+    error["layer_rms"] = report.drawn.difference->rms;
+    error["layer_max"] = report.drawn.difference->max;
+  }
+  if (report.checked) {
+    error["checked_pixels"] = report.checked->pixels;
+    error["checked_rms"] = report.checked->rms;
+    error["checked_max"] = report.checked->max;
+  }
+  return error;
+}
+
 }  // namespace
 
 double process_ms() {
@@ -76,11 +115,9 @@ double process_ms() {
 }
 
 std::string RenderReport::json() const {
-  using Json = nlohmann::ordered_json;
   const RenderStats& stats = drawn.stats;
   const PreparationTimes& times = drawn.times;
   const AtlasSize& atlas = drawn.atlas;
-  const std::optional<MarchPlan>& plan = drawn.plan;
   Json counts = {{"rays", stats.rays},
                  {"samples", stats.samples},
                  {"steps", stats.steps},
@@ -88,37 +125,7 @@ std::string RenderReport::json() const {
                  {"samples_per_ray", per_ray(stats.samples, stats)},
                  {"passes", stats.passes},
                  {"clipped_pixels", clipped}};
-  Json error = Json::object();
-  if (drawn.scene.tolerance) error["tolerance"] = *drawn.scene.tolerance;
-  if (plan) {
-    error["method"] = method_text(plan->chosen.method);
-    error["reached"] = plan->reached;
-    error["estimated_rms"] = plan->chosen.rms;
-    error["estimated_max"] = plan->chosen.max;
-    error["pilot_rays"] = plan->rays;
-    error["pilot_samples"] = plan->samples;
-    for (const Trial& trial : plan->trials)
-      error["trials"].push_back({{"method", method_text(trial.method)},
-                                 {"rays", trial.rays},
-                                 {"rms", trial.rms},
-                                 {"max", trial.max},
-                                 {"samples_per_ray", trial.samples},
-                                 {"cost", trial.cost}});
-  }
-  if (drawn.light) {
-    error["light_method"] = drawn.light->method;
-    error["light_rms"] = drawn.light->rms;
-    error["light_max"] = drawn.light->max;
-  }
-  if (drawn.difference) {
-    error["layer_rms"] = drawn.difference->rms;
-    error["layer_max"] = drawn.difference->max;
-  }
-  if (checked) {
-    error["checked_pixels"] = checked->pixels;
-    error["checked_rms"] = checked->rms;
-    error["checked_max"] = checked->max;
-  }
+  const Json error = error_json(*this);
   const Json report = {
       {"version", PSIVOX_VERSION},
       {"renderer", stats.renderer},

@@ -7,7 +7,7 @@
 #include "psivox/team.h"
 #include "render_call.h"
 
-// What `psivox render` does otherwise as one of several processes that draw a picture together.
+// The part of `psivox render` that differs where several processes draw a picture together.
 
 namespace psivox {
 

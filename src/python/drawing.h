@@ -116,7 +116,7 @@ class Drawing {
 
  private:
   void prepare(const Scene& given, bool in_time, const Progress& progress);
-  /// The session's scene, with what another picture may change taken from `given`.
+  /// The session's scene with the parameters of `given` that a picture may change; unset: none.
   std::optional<Scene> moved(const Scene& given, bool in_time) const;
   Picture finish(Drawn drawn, const Wish& wish, const PictureWords& wanted);
 

@@ -82,6 +82,23 @@ py::array_t<float> dense_values(const VdbFile& file, const std::string& grid) {
   return array;
 }
 
+/// Where a grid lies, as a dict; None: there is no such grid.
+py::object place_of(const VdbFile& file, const std::string& name) {
+  const auto rows = run([&] { return file.info(false); });
+  for (const GridInfo& row : rows) {
+    if (row.name != name) continue;
+    py::list matrix;
+    for (int r = 0; r < 4; ++r)
+      for (int c = 0; c < 4; ++c) matrix.append(row.world_from_index[c][r]);
+    const auto three = [](const auto& v) { return py::make_tuple(v.x, v.y, v.z); };
+    return py::dict(
+        py::arg("min") = three(row.active_box.min), py::arg("max") = three(row.active_box.max),
+        py::arg("voxel_size") = three(row.voxel_size), py::arg("world_from_index") = matrix,
+        py::arg("active_voxels") = row.active_voxels, py::arg("value_type") = row.value_type);
+  }
+  return py::none();
+}
+
 }  // namespace
 
 void define_grids(py::module_& m) {
@@ -95,22 +112,7 @@ void define_grids(py::module_& m) {
       .def("default_grid",
            [](const VdbFile& file) { return run([&] { return file.default_grid(); }); })
       .def("values", &dense_values)
-      .def("place", [](const VdbFile& file, const std::string& name) -> py::object {
-        const auto rows = run([&] { return file.info(false); });
-        for (const GridInfo& row : rows) {
-          if (row.name != name) continue;
-          py::list matrix;
-          for (int r = 0; r < 4; ++r)
-            for (int c = 0; c < 4; ++c) matrix.append(row.world_from_index[c][r]);
-          const auto three = [](const auto& v) { return py::make_tuple(v.x, v.y, v.z); };
-          return py::dict(
-              py::arg("min") = three(row.active_box.min),
-              py::arg("max") = three(row.active_box.max),
-              py::arg("voxel_size") = three(row.voxel_size), py::arg("world_from_index") = matrix,
-              py::arg("active_voxels") = row.active_voxels, py::arg("value_type") = row.value_type);
-        }
-        return py::none();
-      });
+      .def("place", &place_of);
   m.def(
       "gather",
       [](const std::vector<std::tuple<std::string, std::shared_ptr<VdbFile>, std::string>>& grids) {

@@ -160,7 +160,7 @@ void draw_transfer_panel(Viewer& viewer) {
   const double s = viewer.gui().scale();
   const float right = ImGui::GetIO().DisplaySize.x - static_cast<float>(410 * s);
   ImGui::SetNextWindowPos({right, 10}, placing(viewer));
-  ImGui::SetNextWindowSize(scaled(400, 330, s), placing(viewer));
+  ImGui::SetNextWindowSize(scaled(400, 345, s), placing(viewer));
   viewer.attempt([&] { viewer.edit_transfer_function(); });
 }
 

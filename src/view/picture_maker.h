@@ -80,13 +80,13 @@ class PictureMaker {
   /// Nothing moves any more: that wish, if it is the last one, may be refined. Only the window
   /// knows: where its own drawing is slow, its wishes come late while the camera moves.
   void rest(std::uint64_t number);
-  /// Where the ray through a pixel (its centre at +0.5) meets what hides what lies behind it.
+  /// Finds the point where the ray through a pixel (its centre at +0.5) meets what it shows.
   void pick(const glm::dvec2& pixel);
   /// Builds the shaders anew from their folder.
   void reload_shaders();
   PictureNews news();
-  /// Stage of what takes longer than a picture, and how much of it is done, 0: not known; nullopt:
-  /// nothing does.
+  /// The stage of work that takes longer than a picture, and how much of it is done; 0: not known.
+  /// nullopt: there is no such work.
   std::optional<std::pair<std::string, double>> progress() const;
 
  private:
@@ -107,7 +107,7 @@ class PictureMaker {
   void refine(const PictureWish& wish);
   void refine_side(const PictureWish& wish, std::size_t side);
   void refine_layers(const PictureWish& wish);
-  /// What Session is asked for one side of a comparison; its progress is told the window.
+  /// The wish to the session for one side of a comparison. The window shows its progress.
   Wish exact_wish(const PictureWish& wish, std::size_t side);
   Drawn draw(const PictureWish& wish, std::size_t side, const Wish& exact);
   /// A tile of the exact picture, for the window.

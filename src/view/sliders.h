@@ -11,7 +11,7 @@ bool slide(const char* label, double& value, double least, double most, const ch
 /// stay within `limits`, and apart by a thousandth of these. True if it was moved.
 /// A label that begins with ## is not shown.
 bool slide_ends(const char* label, glm::dvec2& ends, const glm::dvec2& limits);
-/// Between the ends of a slider with two ends and of its track [pixels].
+/// Distance of the first value of a slider with two ends from its left edge [pixels].
 double end_margin();
 
 }  // namespace psivox::view

@@ -39,7 +39,7 @@ struct ViewerOptions {
   bool count_objects = false;  ///< for PictureState::objects; benchmark.h reads them
   /// Tells what a look has chosen; called unless `quiet`.
   std::function<void(const LookedScene&)> tell_look = {};
-  /// `psivox render` with these arguments; throws what it throws.
+  /// Runs `psivox render` with these arguments, and throws its errors.
   std::function<void(const std::vector<std::string>&)> render;
 };
 
@@ -59,7 +59,7 @@ class Viewer {
   /// window is closed. Throws what the first load throws, and Error(graphics) if nothing can be
   /// drawn: a window that never shows anything is of no use.
   bool frame(double wait_s);
-  /// Frames until it is closed.
+  /// Draws frames until the window is closed.
   void run();
 
   // Commands of keys, panels and drops.
@@ -134,19 +134,19 @@ class Viewer {
   void take_news();
   void take_volume_news();
   void take_look();
-  /// `first`: of all volumes.
+  /// `first`: it is the first volume.
   void take_volume(bool first);
   void keep_old_volume(const std::exception_ptr& refusal);
   void take_pictures();
   void take_saved();
-  /// Keeps what can be returned to, if the next volume is refused.
+  /// Remembers what the window shows, to return to it if the next volume is refused.
   void keep_fallback();
   /// Follows the sequence to its current frame.
   void follow_sequence();
   void update_wishes();
   /// Has the last wish refined once nothing has changed for a moment.
   void notice_rest();
-  /// Asks for the pictures of a scene; if its volume is not at hand, of the old volume.
+  /// Asks for the pictures of a scene, in the old volume if its own is not at hand.
   void wish_pictures(const Scene& wanted, bool at_hand);
 
   ViewerOptions options_;
@@ -177,7 +177,7 @@ class Viewer {
   std::uint64_t rested_ = 0;  ///< the last wish that may be refined
   bool at_hand_ = false;      ///< the volume is the scene's
   bool camera_due_ = true;    ///< the next volume brings its own camera
-  /// Before the file or the look in preparation was asked for.
+  /// What the window showed before the file or look in preparation was asked for.
   struct Fallback {
     Scene scene;
     LookChoice look;

@@ -24,11 +24,11 @@ struct Histogram {
 struct Volume {
   Scene asked;  ///< for which it was prepared
   Scene scene;  ///< to draw
-  /// What was chosen, if a look was asked for or a sequence leaves something open: the scene that
-  /// the window shows from now on, and for the other frames.
+  /// Set if a look was asked for or a sequence leaves something open: what was chosen. The window
+  /// shows its scene from now on, for the other frames too.
   std::optional<LookedScene> chosen;
   std::size_t chosen_from = 1;            ///< frames
-  std::vector<std::string> chosen_grids;  ///< by a look: the other frames may lack them
+  std::vector<std::string> chosen_grids;  ///< by a look; other frames may lack them
   Scene resolved;                         ///< `scene` with nothing left open
   std::string key;                        ///< of the scene that the window shows
   MediumFields fields;
@@ -43,8 +43,8 @@ struct Volume {
   std::unique_ptr<Session> session;
 };
 
-/// What of a scene a volume depends on; `generation` counts reloads of its files. Scenes of one key
-/// differ in camera, march and picture only.
+/// The parameters that a scene's volume depends on, as text; `generation` counts reloads of its
+/// files. Scenes of one key differ in camera, march and picture only.
 std::string volume_key(const Scene& scene, int generation);
 
 /// How far preparing is: what is being done, and how much of that is; 0: not known.
@@ -56,10 +56,10 @@ using BoxKnown = std::function<void(const Subject& box)>;
 /// Whether a look has still to be chosen for the scene.
 bool asks_for_look(const Scene& scene);
 
-/// Reads and converts, and chooses the look that the scene asks for; from the samples of a
-/// sequence, if there are some, all that it leaves open. Lights of a look become the world's, so
-/// that orbiting keeps them. Takes the fields of `previous`, which may be null, where
-/// the scene reads the same. Throws Error(input), Error(usage), Error(memory), and what `progress`
+/// Reads and converts a volume in the look that the scene asks for. If there are samples of a
+/// sequence, they choose all that the scene leaves open. Lights of a look become the world's, so
+/// that orbiting keeps them. Takes the fields of `previous`, which may be null, if the scene reads
+/// the same ones. Throws Error(input), Error(usage), Error(memory), and what `progress`
 /// throws.
 std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std::string>& samples,
                                        int generation,

@@ -23,6 +23,7 @@
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/stopwatch.h"
+#include "psivox/text.h"
 
 namespace {
 
@@ -126,8 +127,8 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
 struct Variant {
   std::string name;
   std::function<double()> draw;  ///< milliseconds
-  std::vector<double> times;
-  std::vector<double> work;  ///< processor milliseconds
+  std::vector<double> times{};
+  std::vector<double> work{};  ///< processor milliseconds
 };
 
 constexpr int side = 512;
@@ -162,10 +163,36 @@ void bench_conversion(const Field& field) {
       double(half.bytes()) / own);
 }
 
+/// Prints a row for each variant; its ratios are to the dense one before it.
+void print_variants(const std::vector<Variant>& variants) {
+  std::printf("    %-34s %9s %9s %16s %12s %16s\n", "variant", "ms", "spread", "dense / variant",
+              "CPU ms", "dense / variant");
+  double baseline = 0, baseline_work = 0;
+  for (const Variant& v : variants) {
+    const double ms = median(v.times);
+    const double work = median(v.work);
+    if (v.name.starts_with("dense")) {
+      baseline = ms;
+      baseline_work = work;
+    }
+    const auto [least, most] = std::minmax_element(v.times.begin(), v.times.end());
+    std::printf("    %-34s %9.1f %8.0f%% %15.2fx %12.1f %15.2fx\n", v.name.c_str(), ms,
+                100 * (*most - *least) / ms, baseline / ms, work, baseline_work / work);
+  }
+}
+
+/// A change of a scene to uniform steps.
+auto uniform_steps(double step, Integrator rule, Filter filter) {
+  return [=](Scene& s) {
+    s.step = step;
+    s.integrator = rule;
+    s.filter = filter;
+  };
+}
+
 void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_density,
                  double step) {
-  char uniform_name[32];
-  std::snprintf(uniform_name, sizeof uniform_name, "uniform %g", step);
+  const std::string uniform_name = formatted("uniform %g", step);
   Scene scene;
   scene.resolution = {side, side};
   if (luminance_from_density) scene.luminance_grid = field->name;
@@ -186,11 +213,7 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
     return view;
   };
   const auto uniform = [step](Integrator rule, Filter filter) {
-    return [=](Scene& s) {
-      s.step = step;
-      s.integrator = rule;
-      s.filter = filter;
-    };
+    return uniform_steps(step, rule, filter);
   };
   const auto cells = [](Scene& s) { s.sampling = Sampling::cells; };
   const auto add = [&](const std::string& name, Marcher& gpu, const View& view,
@@ -199,24 +222,23 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
     wish.scene = view.scene;
     wish.scene->texel = texel;
     const auto draw = [&, wish] { return session.draw(gpu, wish).stats.march_ms; };
-    variants.push_back({name, draw, {}, {}});
+    variants.push_back({name, draw});
   };
   const auto add_dense = [&](const std::string& name, Filter filter) {
     const View view = view_of(uniform(Integrator::porter_duff, filter));
-    const auto draw = [&dense, &atlas, view] { return dense.render(view, atlas); };
-    variants.push_back({name, draw, {}, {}});
+    variants.push_back({name, [&dense, &atlas, view] { return dense.render(view, atlas); }});
   };
   add_dense("dense porter-duff, exact", Filter::exact);
-  add(std::string(uniform_name) + " porter-duff, exact", *exact,
+  add(uniform_name + " porter-duff, exact", *exact,
       view_of(uniform(Integrator::porter_duff, Filter::exact)));
-  add(std::string(uniform_name) + " psi-balanced, exact", *exact,
+  add(uniform_name + " psi-balanced, exact", *exact,
       view_of(uniform(Integrator::psi_balanced, Filter::exact)));
-  add(std::string(uniform_name) + " psi-balanced, float16", *exact_half,
+  add(uniform_name + " psi-balanced, float16", *exact_half,
       view_of(uniform(Integrator::psi_balanced, Filter::exact)), TexelType::float16);
   add("cells psi-weighted, exact", *exact, view_of(cells));
   add("cells psi-weighted, float16", *exact_half, view_of(cells), TexelType::float16);
   add_dense("dense porter-duff, hardware", Filter::hardware);
-  add(std::string(uniform_name) + " psi-balanced, hardware", *hardware,
+  add(uniform_name + " psi-balanced, hardware", *hardware,
       view_of(uniform(Integrator::psi_balanced, Filter::hardware)));
   add("cells psi-weighted, hardware", *hardware, view_of([&](Scene& s) {
         cells(s);
@@ -226,20 +248,7 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
   run_interleaved(variants);
   std::printf("  %dx%d, luminance %s, %s\n", side, side,
               luminance_from_density ? "from the grid" : "constant", description(*exact).c_str());
-  std::printf("    %-34s %9s %9s %16s %12s %16s\n", "variant", "ms", "spread", "dense / variant",
-              "CPU ms", "dense / variant");
-  double baseline = 0, baseline_work = 0;
-  for (const Variant& v : variants) {
-    const double ms = median(v.times);
-    const double work = median(v.work);
-    if (v.name.starts_with("dense")) {
-      baseline = ms;
-      baseline_work = work;
-    }
-    const auto [least, most] = std::minmax_element(v.times.begin(), v.times.end());
-    std::printf("    %-34s %9.1f %8.0f%% %15.2fx %12.1f %15.2fx\n", v.name.c_str(), ms,
-                100 * (*most - *least) / ms, baseline / ms, work, baseline_work / work);
-  }
+  print_variants(variants);
 }
 
 void bench_scene(const std::string& name, Field field, double step) {
