@@ -153,7 +153,7 @@ void expect_same_as_in_place(const std::filesystem::path& path) {
   expected(in_place.facts(), in_place.info("", true), in_place.info("", false));
   got(guarded.facts(), guarded.info("", true), guarded.info("", false));
   EXPECT_EQ(expected.text(), got.text());
-  for (const std::string& grid : in_place.facts().names) {
+  for (const auto& [grid, base, channels, type, of_class] : in_place.facts().grids) {
     EXPECT_EQ(content_of(in_place, grid), content_of(guarded, grid)) << grid;
     for (const GridRole role : {GridRole::data, GridRole::attenuation}) {
       for (const bool distances : {false, true}) {

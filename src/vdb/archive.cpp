@@ -42,6 +42,18 @@ void refuse_foreign(FileBlocks& file) {
     throw Error(ExitCode::input, file.path() + ": " + format);
 }
 
+/// Throws if the root of a grid's tree has nodes or tiles at places where none can be. OpenVDB
+/// would compute ends beyond the integers from them.
+void check_root(const openvdb::GridBase& grid) {
+  with_typed_grid(grid, [](const auto& typed) {
+    const auto& root = typed.tree().root();
+    constexpr int width = std::decay_t<decltype(root)>::ChildNodeType::DIM;
+    for (auto it = root.cbeginChildAll(); it; ++it)
+      if ((it.getCoord() & ~(width - 1)) != it.getCoord())
+        throw openvdb::IoError("a node of its root is at an impossible place");
+  });
+}
+
 }  // namespace
 
 Archive::Archive(FileBlocks& file, Progress progress)
@@ -122,18 +134,6 @@ void Archive::read_entry(GridEntry& entry) {
     entry.problem = "is cut short: it needs " + std::to_string(descriptor.getEndPos()) +
                     " bytes, the file has " + std::to_string(file_.size());
   }
-}
-
-/// Throws if the root of a grid's tree has nodes or tiles at places where none can be. OpenVDB
-/// would compute ends beyond the integers from them.
-static void check_root(const openvdb::GridBase& grid) {
-  with_typed_grid(grid, [](const auto& typed) {
-    const auto& root = typed.tree().root();
-    constexpr int width = std::decay_t<decltype(root)>::ChildNodeType::DIM;
-    for (auto it = root.cbeginChildAll(); it; ++it)
-      if ((it.getCoord() & ~(width - 1)) != it.getCoord())
-        throw openvdb::IoError("a node of its root is at an impossible place");
-  });
 }
 
 /// Finds the positions of a grid in a file that has none (one that was written to a pipe). The

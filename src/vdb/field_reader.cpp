@@ -98,10 +98,7 @@ Field activity_of(const Field& field) {
 
 FileFacts FieldReader::facts() {
   FileFacts facts;
-  facts.names = facts.base_names = {field_->name};
-  facts.channels = {field_->channels};
-  facts.value_types = {field_->value_type};
-  facts.classes = {"unknown"};
+  facts.grids = {{field_->name, field_->name, field_->channels, field_->value_type, "unknown"}};
   return facts;
 }
 
@@ -173,13 +170,10 @@ GatheredReader::GatheredReader(std::vector<NamedGrid> grids) : grids_(std::move(
 FileFacts GatheredReader::facts() {
   FileFacts facts;
   for (const NamedGrid& grid : grids_) {
-    facts.names.push_back(grid.name);
-    facts.channels.push_back(grid.file->channels(grid.grid));
-    facts.value_types.push_back(grid.file->value_type(grid.grid));
-    facts.classes.push_back(grid.file->grid_class(grid.grid));
+    facts.grids.push_back({grid.name, grid.name, grid.file->channels(grid.grid),
+                           grid.file->value_type(grid.grid), grid.file->grid_class(grid.grid)});
     if (facts.z_up.empty()) facts.z_up = grid.file->z_up();
   }
-  facts.base_names = facts.names;
   return facts;
 }
 

@@ -139,13 +139,7 @@ typename R::Answer GuardedReader::ask(const R& request) {
 
 FileFacts GuardedReader::facts() {
   const std::lock_guard lock(mutex_);
-  facts_ = ask(FactsRequest(), -1, [](const FileFacts& facts) {
-    const std::size_t grids = facts.names.size();
-    if (facts.base_names.size() != grids || facts.channels.size() != grids ||
-        facts.value_types.size() != grids || facts.classes.size() != grids)
-      throw std::runtime_error("lists of different lengths");
-  });
-  return facts_;
+  return facts_ = ask(FactsRequest());
 }
 
 GridInfo GuardedReader::row(const std::string& grid, bool values) {
@@ -167,10 +161,10 @@ std::vector<GridInfo> GuardedReader::info(const std::string& grid, bool values) 
   constexpr int most_ends = 2;
   int ends = 0;
   std::vector<GridInfo> all;
-  for (std::size_t i = 0; i < facts_.names.size(); ++i) {
+  for (const GridFacts& grid_facts : facts_.grids) {
     GridInfo row;
-    row.name = facts_.names[i];
-    row.channels = facts_.channels[i];
+    row.name = grid_facts.name;
+    row.channels = grid_facts.channels;
     row.problem = "was not read, because reading other grids failed";
     try {
       if (ends < most_ends) row = this->row(row.name, values);

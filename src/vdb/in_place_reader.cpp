@@ -16,17 +16,18 @@ FileFacts InPlaceReader::facts() {
   Archive archive(*file_, progress_);
   FileFacts facts;
   facts.metadata = archive.metadata();
-  std::vector<MetadataText> grids;
+  std::vector<std::string> names;
+  std::vector<MetadataText> metadata;
   for (const GridEntry& entry : archive.entries()) {
-    facts.names.push_back(entry.name);
-    facts.base_names.push_back(entry.descriptor.gridName());
-    facts.channels.push_back(entry.problem.empty() ? channels_of(entry.descriptor.gridType()) : 0);
-    facts.value_types.push_back(value_type_of(entry.descriptor.gridType()));
-    grids.push_back(archive.metadata_of(entry));
-    const auto grid_class = grids.back().find("class");
-    facts.classes.push_back(grid_class == grids.back().end() ? "unknown" : grid_class->second);
+    const std::string& type = entry.descriptor.gridType();
+    names.push_back(entry.descriptor.gridName());
+    metadata.push_back(archive.metadata_of(entry));
+    const auto grid_class = metadata.back().find("class");
+    facts.grids.push_back({entry.name, names.back(), entry.problem.empty() ? channels_of(type) : 0,
+                           value_type_of(type),
+                           grid_class == metadata.back().end() ? "unknown" : grid_class->second});
   }
-  facts.z_up = evidence_of_z_up(facts.metadata, facts.base_names, grids);
+  facts.z_up = evidence_of_z_up(facts.metadata, names, metadata);
   return facts;
 }
 

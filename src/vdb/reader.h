@@ -13,13 +13,17 @@
 
 namespace psivox::vdb {
 
-/// What a file tells without its grids being read. The lists are parallel, in file order.
+/// What a file tells of a grid that has not been read.
+struct GridFacts {
+  std::string name;       ///< as VdbFile::read takes it
+  std::string base_name;  ///< as the file has it: names may repeat
+  int channels = 0;       ///< 0 if the grid cannot be read
+  std::string value_type, grid_class;
+};
+
+/// What a file tells without its grids being read.
 struct FileFacts {
-  std::vector<std::string> names;       ///< as VdbFile::read takes them
-  std::vector<std::string> base_names;  ///< as the file has them: names may repeat
-  std::vector<int> channels;            ///< 0 if the grid cannot be read
-  std::vector<std::string> value_types;
-  std::vector<std::string> classes;
+  std::vector<GridFacts> grids;  ///< in file order
   MetadataText metadata;
   std::string z_up;
 };

@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,25 +26,34 @@ struct VdbFile::Impl {
       reader = std::make_unique<vdb::GuardedReader>(file, std::move(progress));
     else
       reader = std::make_unique<vdb::InPlaceReader>(file, std::move(progress));
-    facts = reader->facts();
+    take_facts();
   }
-  explicit Impl(std::unique_ptr<vdb::Reader> given) : reader(std::move(given)) {
-    facts = reader->facts();
-  }
+  explicit Impl(std::unique_ptr<vdb::Reader> given) : reader(std::move(given)) { take_facts(); }
 
   std::string path() const { return file ? file->path() : "grids in memory"; }
 
   std::shared_ptr<vdb::FileBlocks> file;  ///< shared with the readers of fields; null: no file
   std::unique_ptr<vdb::Reader> reader;
   vdb::FileFacts facts;
+  std::vector<std::string> names;
   std::mutex mutex;                             ///< of what follows
   std::map<std::string, GridContent> contents;  ///< of grids that were asked for
 
-  std::optional<std::size_t> place(const std::string& grid) const;  ///< in the lists of facts
+  void take_facts() {
+    facts = reader->facts();
+    for (const vdb::GridFacts& grid : facts.grids) names.push_back(grid.name);
+  }
+  /// A grid by one of its names, the numbered one first; null if there is none.
+  const vdb::GridFacts* find(const std::string& grid) const {
+    for (const auto name : {&vdb::GridFacts::name, &vdb::GridFacts::base_name}) {
+      const auto found = std::ranges::find(facts.grids, grid, name);
+      if (found != facts.grids.end()) return &*found;
+    }
+    return nullptr;
+  }
   /// The name without its number, if that means the same grid.
-  std::string short_name(std::size_t n) const {
-    const std::string& base = facts.base_names[n];
-    return !base.empty() && place(base) == n ? base : facts.names[n];
+  std::string short_name(const vdb::GridFacts& grid) const {
+    return !grid.base_name.empty() && find(grid.base_name) == &grid ? grid.base_name : grid.name;
   }
 };
 
@@ -59,16 +67,16 @@ constexpr std::array known_names{"density",     "fog",  "smoke", "cloud", "cloud
 constexpr std::array surface_names{"phi", "surface", "sdf", "distance"};
 
 /// Place of a grid in the order in which default_grid prefers grids, which others may share.
-std::size_t rank_of(const vdb::FileFacts& facts, std::size_t n) {
-  const std::string name = vdb::lower_case(facts.base_names[n]);
+std::size_t rank_of(const vdb::GridFacts& grid) {
+  const std::string name = vdb::lower_case(grid.base_name);
   const auto known = std::ranges::find(known_names, name);
   const std::size_t unknown = known_names.size();
   if (known != known_names.end()) return std::size_t(known - known_names.begin());
-  if (facts.value_types[n] == "mask") return unknown + 6;
-  if (facts.channels[n] == 3) return unknown + 5;
-  if (facts.value_types[n] == "points") return unknown + 4;
-  if (facts.classes[n] == "fog volume") return unknown;
-  if (facts.classes[n] != "level set") return unknown + 3;
+  if (grid.value_type == "mask") return unknown + 6;
+  if (grid.channels == 3) return unknown + 5;
+  if (grid.value_type == "points") return unknown + 4;
+  if (grid.grid_class == "fog volume") return unknown;
+  if (grid.grid_class != "level set") return unknown + 3;
   return std::ranges::count(surface_names, name) ? unknown + 1 : unknown + 2;
 }
 
@@ -85,29 +93,21 @@ VdbFile::VdbFile(std::vector<NamedGrid> grids)
 
 VdbFile::~VdbFile() = default;
 
-const std::vector<std::string>& VdbFile::names() const { return impl_->facts.names; }
-
-std::optional<std::size_t> VdbFile::Impl::place(const std::string& grid) const {
-  for (const auto* some : {&facts.names, &facts.base_names}) {
-    const auto found = std::find(some->begin(), some->end(), grid);
-    if (found != some->end()) return static_cast<std::size_t>(found - some->begin());
-  }
-  return {};
-}
+const std::vector<std::string>& VdbFile::names() const { return impl_->names; }
 
 int VdbFile::channels(const std::string& grid) const {
-  const std::optional<std::size_t> at = impl_->place(grid);
-  return at ? impl_->facts.channels[*at] : 0;
+  const vdb::GridFacts* known = impl_->find(grid);
+  return known ? known->channels : 0;
 }
 
 std::string VdbFile::value_type(const std::string& grid) const {
-  const std::optional<std::size_t> at = impl_->place(grid);
-  return at ? impl_->facts.value_types[*at] : "";
+  const vdb::GridFacts* known = impl_->find(grid);
+  return known ? known->value_type : "";
 }
 
 std::string VdbFile::grid_class(const std::string& grid) const {
-  const std::optional<std::size_t> at = impl_->place(grid);
-  return at ? impl_->facts.classes[*at] : "";
+  const vdb::GridFacts* known = impl_->find(grid);
+  return known ? known->grid_class : "";
 }
 
 const std::map<std::string, std::string>& VdbFile::metadata() const {
@@ -133,29 +133,29 @@ GridContent VdbFile::content(const std::string& grid) const {
 }
 
 std::string VdbFile::default_grid(bool empty) const {
-  const vdb::FileFacts& facts = impl_->facts;
-  if (facts.names.empty()) throw Error(ExitCode::input, impl_->path() + ": holds no grid");
-  if (facts.names.size() == 1) return facts.names.front();
-  std::map<std::size_t, std::vector<std::size_t>> ranks;
-  for (std::size_t n = 0; n < facts.names.size(); ++n)
-    if (facts.channels[n] > 0) ranks[rank_of(facts, n)].push_back(n);
+  const std::vector<vdb::GridFacts>& all = impl_->facts.grids;
+  if (all.empty()) throw Error(ExitCode::input, impl_->path() + ": holds no grid");
+  if (all.size() == 1) return all.front().name;
+  std::map<std::size_t, std::vector<const vdb::GridFacts*>> ranks;
+  for (const vdb::GridFacts& grid : all)
+    if (grid.channels > 0) ranks[rank_of(grid)].push_back(&grid);
   for (const auto& [rank, grids] : ranks) {
-    std::optional<std::size_t> best;
+    const vdb::GridFacts* best = nullptr;
     std::uint64_t most = 0;
-    for (const std::size_t n : grids) {
-      const GridContent held = content(facts.names[n]);
+    for (const vdb::GridFacts* grid : grids) {
+      const GridContent held = content(grid->name);
       if (!held.nothing.empty() || held.active_voxels <= most) continue;
-      best = n;
+      best = grid;
       // of a known name it is the first
       most = rank < known_names.size() ? ~std::uint64_t{0} : held.active_voxels;
     }
     if (best) return impl_->short_name(*best);
   }
-  if (empty && !ranks.empty()) return impl_->short_name(ranks.begin()->second.front());
+  if (empty && !ranks.empty()) return impl_->short_name(*ranks.begin()->second.front());
   std::string message = impl_->path() + ": has nothing to draw";
-  for (const std::string& name : facts.names)
-    message += (&name == &facts.names.front() ? ": grid '" : "; grid '") + name + "' " +
-               content(name).nothing;
+  for (const std::string& name : names())
+    message +=
+        (&name == &names().front() ? ": grid '" : "; grid '") + name + "' " + content(name).nothing;
   throw Error(ExitCode::input, message);
 }
 
