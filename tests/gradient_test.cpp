@@ -14,7 +14,7 @@
 #include "gradient_cases.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
-#include "scene/classify_voxels.h"
+#include "scene/map_field.h"
 #include "scene/gradient_field.h"
 
 namespace psivox {

@@ -14,6 +14,8 @@
 #include "draw/part_marcher.h"
 #include "march/march_double.h"
 #include "psivox/draw.h"
+#include "scene/coarse_field.h"
+#include "scene/stored_density.h"
 #include "thread_team.h"
 
 namespace psivox {
@@ -223,6 +225,65 @@ TEST(Team, LightWithinATolerance) {
     }
   });
   EXPECT_EQ(errors, std::vector<std::string>(3, ""));
+}
+
+/// A voxel's value in a field of leaves.
+float value_at(const Field& field, const glm::ivec3& voxel) {
+  for (const Leaf& leaf : field.leaves)
+    if (leaf.origin == (voxel & ~7)) {
+      const glm::ivec3 at = voxel & 7;
+      return leaf.values[(at.x * 8 + at.y) * 8 + at.z];
+    }
+  return 0;
+}
+
+// All members choose by the same overview: of few leaves the density itself, of many every eighth
+// of its voxels. With --lod it is what one process makes of the volume.
+TEST(Team, GatherAnOverview) {
+  const VdbFile file(blobs_scene().input);
+  const Field whole = file.read("density");
+  const ReadOptions reading{.in_file = true, .unsurveyed = true};
+  const auto gathered = [&](SurveyOptions options) {
+    std::vector<SurveyedDensity> found(3);
+    const auto errors = in_team(3, [&](const std::shared_ptr<Team>& team) {
+      found[std::size_t(team->rank())] =
+          survey_density(file.read("density", reading), *team, options);
+    });
+    EXPECT_EQ(errors, std::vector<std::string>(3, ""));
+    return found;
+  };
+  const auto expect_same = [](const Field& a, const Field& b) {
+    ASSERT_EQ(a.leaves.size(), b.leaves.size());
+    for (std::size_t n = 0; n < a.leaves.size(); ++n) {
+      EXPECT_EQ(a.leaves[n].origin, b.leaves[n].origin);
+      EXPECT_TRUE(std::ranges::equal(std::span(a.leaves[n].values, 512),
+                                     std::span(b.leaves[n].values, 512)));
+    }
+    EXPECT_EQ(a.active_range, b.active_range);
+    EXPECT_EQ(a.active_box, b.active_box);
+  };
+  for (const SurveyedDensity& found : gathered({reading})) {
+    expect_same(found.field, whole);
+    ASSERT_TRUE(found.drawn);
+    EXPECT_TRUE(found.drawn->reader);
+  }
+  for (const SurveyedDensity& found : gathered({.reading = reading, .lod = 2})) {
+    expect_same(found.field, coarse_field(whole, 2, Centering::node));
+    EXPECT_TRUE(found.is_coarse && !found.drawn);
+  }
+  const auto coarse = gathered({.reading = reading, .most_leaves = whole.leaves.size() / 2});
+  EXPECT_LE(coarse[0].field.leaves.size(), whole.leaves.size() / 2);
+  EXPECT_EQ(coarse[0].field.active_range, whole.active_range);
+  for (const SurveyedDensity& found : coarse) expect_same(found.field, coarse[0].field);
+  for (const Leaf& leaf : coarse[0].field.leaves)
+    for (int i = 0; i < 512; ++i) {
+      const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
+      bool is_one_of_eight = false;
+      for (int k = 0; k < 8; ++k)
+        is_one_of_eight |=
+            value_at(whole, 2 * voxel + glm::ivec3(k >> 2, k >> 1 & 1, k & 1)) == leaf.values[i];
+      ASSERT_TRUE(is_one_of_eight);
+    }
 }
 
 TEST(Team, SayWhatTheyCannotDraw) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints src/scene/colormap_tables.h from matplotlib's tables (Debian: python3-matplotlib).
+"""Prints the tables of src/scene/colormap.cpp from matplotlib's tables (Debian: python3-matplotlib).
 
 It keeps as few of a table's 256 sRGB codes as possible: linear radiance between those kept must
 reproduce all others within half an 8-bit step."""

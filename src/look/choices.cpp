@@ -6,7 +6,7 @@
 
 #include "look/draft.h"
 #include "look/file_kind.h"
-#include "look/light_extinction.h"
+#include "look/voxel_lines.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
 #include "scene/value_range.h"

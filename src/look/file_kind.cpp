@@ -2,11 +2,113 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <tuple>
 #include <vector>
 
-#include "look/field_sample.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox {
+namespace {
+
+/// One voxel of each cell of a lattice over the active box: a fixed one that looks random, so that
+/// no pattern in the values meets the lattice's own.
+class Lattice {
+ public:
+  Lattice(const Box& box, int width) : box_(box), width_(width) {}
+
+  /// Calls see(voxel) for the chosen voxels in the cube until it returns true, and returns whether
+  /// it did.
+  template <typename See>
+  bool any_in(const glm::ivec3& origin, int size, See&& see) const {
+    const glm::ivec3 low = glm::max(origin, box_.min);
+    const glm::ivec3 high = glm::min(origin + (size - 1), box_.max);
+    if (Box{low, high}.empty()) return false;
+    const glm::ivec3 first = (low - box_.min) / width_, last = (high - box_.min) / width_;
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z) {
+          const glm::ivec3 voxel = chosen({x, y, z});
+          if (glm::clamp(voxel, low, high) == voxel && see(voxel)) return true;
+        }
+    return false;
+  }
+
+ private:
+  glm::ivec3 chosen(const glm::ivec3& cell) const {
+    std::uint64_t bits = (std::uint64_t(std::uint32_t(cell.x)) * 0x9E3779B97F4A7C15u) ^
+                         (std::uint64_t(std::uint32_t(cell.y)) * 0xC2B2AE3D27D4EB4Fu) ^
+                         (std::uint64_t(std::uint32_t(cell.z)) * 0x165667B19E3779F9u);
+    // splitmix64's finaliser (Steele, Lea and Flood 2014)
+    bits = (bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9u;
+    bits = (bits ^ (bits >> 27)) * 0x94D049BB133111EBu;
+    bits ^= bits >> 31;
+    const auto place = [&](int shift) {
+      return int(((bits >> shift) & 0x1FFFFF) * std::uint64_t(width_) >> 21);
+    };
+    return box_.min + cell * width_ + glm::ivec3(place(0), place(21), place(42));
+  }
+
+  Box box_;
+  int width_;
+};
+
+std::vector<SampledVoxel> on_lattice(const Field& field, const Lattice& lattice) {
+  std::vector<SampledVoxel> all;
+  visit_leaves(
+      field,
+      [&](std::span<const Leaf> leaves) {
+        for (const Leaf& leaf : leaves) {
+          const LeafValues values = values_of(field, leaf);
+          lattice.any_in(leaf.origin, 8, [&](const glm::ivec3& voxel) {
+            if (const float value = *values.at(voxel - leaf.origin); value != 0)
+              all.push_back({voxel, value});
+            return false;
+          });
+        }
+      },
+      [&](const Leaf& leaf) {
+        return lattice.any_in(leaf.origin, 8, [](const glm::ivec3&) { return true; });
+      });
+  for (const Tile& tile : field.tiles)
+    lattice.any_in(tile.origin, tile.width, [&](const glm::ivec3& voxel) {
+      if (tile.value.x != 0) all.push_back({voxel, tile.value.x});
+      return false;
+    });
+  std::ranges::sort(all, {}, [](const SampledVoxel& some) {
+    return std::tuple(some.voxel.x, some.voxel.y, some.voxel.z);
+  });
+  return all;
+}
+
+/// Voxels of the active box that leaves or tiles may hold.
+double stored_voxels(const Field& field) {
+  double count = 0;
+  for (const Tile& tile : field.tiles) {
+    const glm::dvec3 size =
+        glm::dvec3(glm::min(tile.origin + (tile.width - 1), field.active_box.max)) -
+        glm::dvec3(glm::max(tile.origin, field.active_box.min)) + 1.0;
+    if (size.x > 0 && size.y > 0 && size.z > 0) count += size.x * size.y * size.z;
+  }
+  return std::max(count, double(field.active_voxels));
+}
+
+}  // namespace
+
+std::vector<SampledVoxel> sample_voxels(const Field& field, std::size_t wanted) {
+  if (field.active_box.empty()) return {};
+  const double per_sample = stored_voxels(field) / double(wanted);
+  int width = std::max(1, int(std::cbrt(per_sample)));
+  std::vector<SampledVoxel> found = on_lattice(field, {field.active_box, width});
+  // many active voxels may be 0
+  while (found.size() < wanted / 4 && width > 1) {
+    width /= 2;
+    found = on_lattice(field, {field.active_box, width});
+  }
+  return found;
+}
+
 namespace {
 
 constexpr std::size_t sample_size = 16384;

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <vector>
+
 #include "psivox/field.h"
 
 namespace psivox {
@@ -15,5 +19,15 @@ bool is_mostly_low(const Field& density);
 
 /// Whether values of both signs matter: the lower ones reach a twentieth of the greatest magnitude.
 bool is_signed(const Field& density);
+
+struct SampledVoxel {
+  glm::ivec3 voxel;
+  float value;  ///< first channel; not 0
+};
+
+/// About `wanted` of the voxels in the box of active ones whose values are not 0, spread evenly, in
+/// a fixed order. The same values give the same sample, whether tiles or leaves hold them and
+/// wherever leaves begin.
+std::vector<SampledVoxel> sample_voxels(const Field& field, std::size_t wanted);
 
 }  // namespace psivox

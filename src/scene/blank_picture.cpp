@@ -12,14 +12,14 @@
 #include "psivox/subject.h"
 #include "psivox/text.h"
 #include "scene/color_space.h"
-#include "scene/isovalue.h"
+#include "scene/density_function.h"
 #include "scene/value_range.h"
 
 namespace psivox {
 namespace {
 
-std::string text_of(const glm::dvec3& v) { return formatted("%.4g,%.4g,%.4g", v.x, v.y, v.z); }
-std::string text_of(const glm::dvec2& v) { return formatted("%.4g to %.4g", v.x, v.y); }
+std::string short_text(const glm::dvec3& v) { return formatted("%.4g,%.4g,%.4g", v.x, v.y, v.z); }
+std::string short_text(const glm::dvec2& v) { return formatted("%.4g to %.4g", v.x, v.y); }
 
 bool meets_box(const WorldRay& ray, const View& view) {
   double near = view.camera.orthographic ? -std::numeric_limits<double>::infinity() : 0;
@@ -46,13 +46,13 @@ bool camera_sees_box(const View& view) {
 }
 
 std::string place_of_volume(const View& view) {
-  return "the volume, which lies from " + text_of(view.subject->box_min) + " to " +
-         text_of(view.subject->box_max);
+  return "the volume, which lies from " + short_text(view.subject->box_min) + " to " +
+         short_text(view.subject->box_max);
 }
 
 std::string grid_text(const View& view) {
   const Field& density = *view.medium.density;
-  return "grid " + in_quotes(density.name) + ", which go from " + text_of(stored_range(density));
+  return "grid " + in_quotes(density.name) + ", which go from " + short_text(stored_range(density));
 }
 
 /// Whether the slice's plane has the whole volume on one side.
@@ -75,7 +75,7 @@ std::string why_beside(const View& view) {
   if (camera_sees_box(view)) return {};
   return "the camera looks past " + place_of_volume(view) +
          "; leave out the camera's options, or give --camera-target " +
-         text_of(glm::mix(view.subject->box_min, view.subject->box_max, 0.5));
+         short_text(glm::mix(view.subject->box_min, view.subject->box_max, 0.5));
 }
 
 /// Why nothing is on the rays through the volume; empty if something is.
@@ -173,7 +173,7 @@ std::string why_alike(const Scene& scene, const Seen& seen) {
   const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0));
   const double brightest = std::max({behind.x, behind.y, behind.z});
   if (brightest <= least_light || seen.opacity <= least_light) return {};
-  return "what is seen is as bright as --background " + text_of(behind) +
+  return "what is seen is as bright as --background " + short_text(behind) +
          (brightest > 0.2 ? "; --background black shows it" : "; --background white shows it");
 }
 

@@ -9,9 +9,8 @@
 #include "psivox/error.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
-#include "scene/gltf_animation.h"
 #include "scene/gltf_camera.h"
-#include "scene/paraview_camera.h"
+#include "scene/paraview.h"
 
 namespace psivox {
 namespace {

@@ -19,8 +19,9 @@ namespace {
 /// Origin of the coarse leaf that a leaf is an eighth of.
 glm::ivec3 coarse_origin(const glm::ivec3& origin) { return (origin >> 4) * 8; }
 
-/// Means over 2^3 voxels each of a leaf, into its eighth of a coarse leaf.
-void add_means(const glm::ivec3& origin, const float* values, int channels, float* coarse) {
+/// Values of 2^3 voxels each of a leaf, into its eighth of a coarse leaf.
+void add_values(const glm::ivec3& origin, const float* values, int channels, CoarseValue what,
+                float* coarse) {
   const glm::ivec3 first = ((origin >> 3) & 1) * 4;
   const auto index = [channels](int x, int y, int z) {
     return std::size_t(((x * 8 + y) * 8 + z) * channels);
@@ -29,11 +30,18 @@ void add_means(const glm::ivec3& origin, const float* values, int channels, floa
     for (int y = 0; y < 4; ++y)
       for (int z = 0; z < 4; ++z)
         for (int c = 0; c < channels; ++c) {
-          double sum = 0;
-          for (int i = 0; i < 8; ++i)
-            sum += values[index(2 * x + (i >> 2), 2 * y + (i >> 1 & 1), 2 * z + (i & 1)) +
+          const auto value = [&](int i) {
+            return values[index(2 * x + (i >> 2), 2 * y + (i >> 1 & 1), 2 * z + (i & 1)) +
                           std::size_t(c)];
-          coarse[index(first.x + x, first.y + y, first.z + z) + std::size_t(c)] = float(sum / 8);
+          };
+          float& to = coarse[index(first.x + x, first.y + y, first.z + z) + std::size_t(c)];
+          if (what == CoarseValue::sample) {
+            to = value((x + 2 * y + 4 * z + (x >> 1) + (y >> 1) + (z >> 1)) & 7);  // each of the eight as often
+            continue;
+          }
+          double sum = 0;
+          for (int i = 0; i < 8; ++i) sum += value(i);
+          to = float(sum / 8);
         }
 }
 
@@ -47,7 +55,7 @@ void add_tiles(const Tile& tile, std::vector<Tile>& coarse) {
         coarse.push_back({tile.origin / 2 + width * glm::ivec3(x, y, z), width, tile.value});
 }
 
-Field halved(const Field& field, Centering centering) {
+Field halved(const Field& field, Centering centering, CoarseValue what) {
   const std::size_t floats = 512 * std::size_t(field.channels);
   Field coarse = field;
   coarse.leaves.clear();
@@ -84,13 +92,13 @@ Field halved(const Field& field, Centering centering) {
   for (const Tile& tile : field.tiles) {
     if (tile.width > 8) continue;
     for (std::size_t i = 0; i < floats; ++i) same[i] = tile.value[int(i) % field.channels];
-    add_means(tile.origin, same.data(), field.channels, place(tile.origin));
+    add_values(tile.origin, same.data(), field.channels, what, place(tile.origin));
   }
   visit_leaves(field, [&](std::span<const Leaf> leaves) {
     tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
       const OrderedValues own(field, leaves[i]);
-      add_means(leaves[i].origin, own.data(), field.channels,
-                values.get() + numbers.at(key(leaves[i].origin)) * floats);
+      add_values(leaves[i].origin, own.data(), field.channels, what,
+                 values.get() + numbers.at(key(leaves[i].origin)) * floats);
     });
   });
   coarse.storage = values;
@@ -99,11 +107,11 @@ Field halved(const Field& field, Centering centering) {
 
 }  // namespace
 
-Field coarse_field(const Field& field, int times, Centering centering) {
-  Field coarse = halved(field, centering);
+Field coarse_field(const Field& field, int times, Centering centering, CoarseValue value) {
+  Field coarse = halved(field, centering, value);
   coarse.active_range = glm::vec2(active_range(field));
   coarse.stored_range = glm::vec2(stored_range(field));
-  for (int i = 1; i < times; ++i) coarse = halved(coarse, centering);
+  for (int i = 1; i < times; ++i) coarse = halved(coarse, centering, value);
   return coarse;
 }
 

@@ -5,10 +5,14 @@
 
 namespace psivox {
 
-/// The field with voxels twice as wide, so many times: each has the mean of the eight in its place,
-/// so that a linear field stays the same. Ranges and percentiles stay those of the field. Its
+/// What a coarse voxel has of the eight in its place: their mean, or one of them, so that all
+/// values stay as frequent as they are.
+enum class CoarseValue { mean, sample };
+
+/// The field with voxels twice as wide, so many times: each has a value of the eight in its place.
+/// With means a linear field stays the same. Ranges and percentiles stay those of the field. Its
 /// values are in memory; those of a field whose values stay in the file are read a few at a time.
 /// `centering`: by which values will be placed, after this.
-Field coarse_field(const Field& field, int times, Centering centering);
+Field coarse_field(const Field& field, int times, Centering centering, CoarseValue value = {});
 
 }  // namespace psivox

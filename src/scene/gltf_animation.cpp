@@ -1,6 +1,6 @@
 // Khronos Group, glTF 2.0 Specification, 2021: 3.11 animations, appendix C interpolation.
 
-#include "scene/gltf_animation.h"
+#include "scene/gltf_camera.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,6 @@
 
 #include "psivox/error.h"
 #include "psivox/text_file.h"
-#include "scene/gltf_camera.h"
 
 namespace psivox {
 namespace {

@@ -24,4 +24,10 @@ std::string json_of_glb(const std::string& bytes, const std::string& source);
 /// The binary chunk that follows it; empty if there is none.
 std::string buffer_of_glb(const std::string& bytes, const std::string& source);
 
+/// The animations of a .gltf or .glb file, all together, as they move the camera of that name, the
+/// first if it is empty; in glTF's own axes. `source` is the file's path: buffers are looked for
+/// beside it. Throws Error(input).
+CameraAnimation animation_from_gltf(const std::string& bytes, const std::string& name,
+                                    const std::string& source);
+
 }  // namespace psivox

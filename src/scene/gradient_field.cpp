@@ -96,8 +96,8 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
 }
 
 /// Splits a tile as `told_by_blocks` does and appends the parts.
-void split(const FieldIndex& gradient, const Box& domain, const Tile& tile, int level,
-           std::vector<Tile>& parts) {
+void split_tile(const FieldIndex& gradient, const Box& domain, const Tile& tile, int level,
+                std::vector<Tile>& parts) {
   const glm::ivec3 last = tile.origin + (tile.width - 1);
   if (glm::any(glm::greaterThan(tile.origin, domain.max)) ||
       glm::any(glm::lessThan(last, domain.min)))
@@ -110,8 +110,8 @@ void split(const FieldIndex& gradient, const Box& domain, const Tile& tile, int 
   for (int x = 0; x < tile.width; x += width)
     for (int y = 0; y < tile.width; y += width)
       for (int z = 0; z < tile.width; z += width)
-        split(gradient, domain, {tile.origin + glm::ivec3(x, y, z), width, tile.value}, level + 1,
-              parts);
+        split_tile(gradient, domain, {tile.origin + glm::ivec3(x, y, z), width, tile.value},
+                   level + 1, parts);
 }
 
 }  // namespace
@@ -146,7 +146,7 @@ Field told_by_blocks(const Field& field, const Field& gradient, bool with_zeros)
   for (const Tile& tile : field.tiles) {
     int level = 0;
     while (FieldIndex::widths[static_cast<std::size_t>(level)] != tile.width) ++level;
-    split(gradients, field.domain(), tile, level, result.tiles);
+    split_tile(gradients, field.domain(), tile, level, result.tiles);
     check_blocks(field, result.tiles.size());
   }
   for (const Leaf& leaf : gradient.leaves)

@@ -11,10 +11,10 @@
 namespace psivox {
 namespace {
 
-constexpr double float_max = std::numeric_limits<float>::max();
+constexpr double largest_float = std::numeric_limits<float>::max();
 
 void check(const std::string& what, double number, double min) {
-  if (!(std::abs(number) <= float_max))
+  if (!(std::abs(number) <= largest_float))
     throw Error(ExitCode::input, what + " " + number_text(number) + " is no finite float32");
   if (number < min) throw Error(ExitCode::input, what + " " + number_text(number) + " is negative");
 }
@@ -63,7 +63,7 @@ void TransferFunction::place_gradient_part() {
     points_[k].attenuation = *std::max_element(row, row + gradients.size());
   }
   for (Isosurface& surface : part_.isosurfaces) {
-    check("value of an isosurface", surface.value, -float_max);
+    check("value of an isosurface", surface.value, -largest_float);
     check("attenuation of an isosurface", surface.attenuation, 0);
     check("thickness of an isosurface", surface.thickness, 0);
     if (surface.thickness == 0)

@@ -12,15 +12,15 @@
 namespace psivox {
 namespace {
 
-constexpr std::size_t leaves_at_once = 2048;  // 4 MiB of scalars
+constexpr std::size_t read_at_once = 2048;  // 4 MiB of scalars
 
 std::size_t floats_per_leaf(const Field& field) { return 512 * std::size_t(field.channels); }
 
 /// Reads some leaves of a file, a few at a time: another process may read them.
 std::vector<Leaf> read_leaves(const Field& field, std::span<const std::uint32_t> numbers,
                               float* values) {
-  for (std::size_t n = 0; n < numbers.size(); n += leaves_at_once)
-    field.reader->read(numbers.subspan(n, std::min(leaves_at_once, numbers.size() - n)),
+  for (std::size_t n = 0; n < numbers.size(); n += read_at_once)
+    field.reader->read(numbers.subspan(n, std::min(read_at_once, numbers.size() - n)),
                        values + n * floats_per_leaf(field));
   std::vector<Leaf> leaves;
   leaves.reserve(numbers.size());
@@ -81,7 +81,7 @@ void check_in_memory(const Field& field) {
 
 void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted) {
   if (!field.reader) return visit(field.leaves);
-  std::vector<float> values(leaves_at_once * floats_per_leaf(field));
+  std::vector<float> values(read_at_once * floats_per_leaf(field));
   std::vector<std::uint32_t> numbers;
   const auto flush = [&] {
     if (!numbers.empty()) visit(read_leaves(field, numbers, values.data()));
@@ -90,7 +90,7 @@ void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& 
   for (std::size_t n = 0; n < field.leaves.size(); ++n) {
     if (wanted && !wanted(field.leaves[n])) continue;
     numbers.push_back(std::uint32_t(n));
-    if (numbers.size() == leaves_at_once) flush();
+    if (numbers.size() == read_at_once) flush();
   }
   flush();
 }

@@ -9,7 +9,6 @@
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/text.h"
-#include "scene/classify_voxels.h"
 #include "scene/map_field.h"
 #include "scene/value_range.h"
 

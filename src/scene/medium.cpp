@@ -11,11 +11,10 @@
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
-#include "scene/classify_voxels.h"
 #include "scene/density_function.h"
 #include "scene/gradient_field.h"
-#include "scene/isovalue.h"
 #include "scene/luminance_sources.h"
+#include "scene/map_field.h"
 #include "scene/value_range.h"
 #include "scene/visible_parts.h"
 

@@ -223,11 +223,12 @@ class SummedLeaves {
 /// The leaves of a team's members together, coarser.
 class Gathering {
  public:
-  Gathering(const Field& field, int level, Centering centering)
+  Gathering(const Field& field, int level, Centering centering, CoarseValue value)
       : field_(field),
         bare_(part_of_field(field, Box{})),
         level_(level),
         centering_(centering),
+        value_(value),
         own_(field.channels) {
     bare_.tiles.clear();
     bare_.active_range = bare_.stored_range = glm::vec2(0);  // known later
@@ -237,14 +238,13 @@ class Gathering {
   void add(std::span<const Leaf> leaves) {
     Field some = bare_;
     some.leaves.assign(leaves.begin(), leaves.end());
-    own_.add(level_ ? coarse_field(some, level_, centering_) : some);
+    own_.add(level_ ? coarse_field(some, level_, centering_, value_) : some);
   }
 
-  /// The field of all members' leaves. `largest` stands for +Inf, of which a coarse voxel may have
-  /// had some.
+  /// The field of all members' leaves. `largest` stands for +Inf.
   Field joined(Team& team, float largest) {
     const Field tiles = part_of_field(field_, Box{});
-    Field all = level_ ? coarse_field(tiles, level_, centering_) : tiles;
+    Field all = level_ ? coarse_field(tiles, level_, centering_, value_) : tiles;
     SummedLeaves leaves(field_.channels);
     leaves.add(all);
     leaves.add_all(std::exchange(own_, SummedLeaves(field_.channels)), team);
@@ -259,6 +259,7 @@ class Gathering {
   Field bare_;  ///< without leaves and tiles
   int level_;
   Centering centering_;
+  CoarseValue value_;
   SummedLeaves own_;
 };
 
@@ -292,7 +293,8 @@ SurveyedDensity survey_density(Field density, Team& team, const SurveyOptions& o
   };
   std::size_t most = options.most_leaves;
   while (most > 8 && !fits(most)) most /= 2;
-  Gathering overview(field, shared ? overview_level(field, most) : 0, options.centering);
+  Gathering overview(field, shared ? overview_level(field, most) : 0, options.centering,
+                     CoarseValue::sample);
   const auto weights = std::make_shared<WeighedLeaves>();
   const ValueSurvey own = leaves->survey_own(field, shared && fits(leaves->own().size()),
                                              [&](std::span<const Leaf> some) {
@@ -313,7 +315,7 @@ SurveyedDensity survey_density(Field density, Team& team, const SurveyOptions& o
     weights->counts.replace_infinite(double(largest));
     result.weights = weights;
   } else if (options.lod > 0) {
-    Gathering coarse(field, options.lod, options.centering);
+    Gathering coarse(field, options.lod, options.centering, CoarseValue::mean);
     visit_leaves(
         field, [&](std::span<const Leaf> some) { coarse.add(some); },
         [&](const Leaf& leaf) {

@@ -9,7 +9,7 @@
 #include "psivox/scene.h"
 #include "psivox/team.h"
 #include "psivox/vdb.h"
-#include "scene/leaf_weights.h"
+#include "scene/visible_parts.h"
 
 namespace psivox {
 
@@ -38,7 +38,7 @@ struct SurveyedDensity {
 /// In a team each member surveys its own leaves: those of the part of the volume that it will draw.
 /// It keeps their values until they are read for that, if they and their atlas take no more than
 /// `memory`. All members then get the same ranges and the same overview, in memory: the density
-/// itself if it has few leaves; else coarser, as by --lod. With `lod` that is the volume to draw.
+/// itself if it has few leaves, else a part of its voxels. With `lod` that is the volume to draw.
 /// Throws AgreedError(input) if members see different volumes, Error(input).
 SurveyedDensity survey_density(Field density, Team& team, const SurveyOptions& options);
 

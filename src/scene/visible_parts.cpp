@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "psivox/leaf_values.h"
-#include "scene/leaf_weights.h"
 #include "scene/value_range.h"
 
 namespace psivox {
