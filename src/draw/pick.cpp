@@ -30,7 +30,7 @@ std::optional<glm::dvec3> pick_point(const View& view, const MediumAtlas& atlas,
   one.camera = along(ray, view.camera, view.scene.resolution);
   one.scene.resolution = {1, 1};
   one.scene.pixel_samples = 1;
-  if (one.scene.mode == Mode::back_to_front) one.scene.mode = Mode::alpha;
+  one.scene.mode = from_front(one.scene.mode);
   const Image image = render_march_double(one, atlas, {.depth = true}).image;
   const double depth = image.layers.back().values.front();
   if (!std::isfinite(depth)) return {};

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "march/film.h"
 #include "march/march_double.h"
-#include "march/slice.h"
 #include "psivox/text.h"
 
 namespace psivox {
@@ -45,7 +45,7 @@ RenderOptions Picture::pilot_options() const {
 }
 
 void Picture::march() {
-  RenderResult result = view_.scene.mode == Mode::slice ? draw_slice(view_, options())
+  RenderResult result = view_.scene.shows(Shows::plane) ? draw_slice(view_, options())
                                                         : marcher_.render(marched(), options());
   drawn_.image = std::move(result.image);
   drawn_.stats = std::move(result.stats);

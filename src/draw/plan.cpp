@@ -13,7 +13,7 @@ namespace {
 Method budget_method(const View& view) { return lattice(view, 4); }
 
 /// Maxima and surfaces have no step: cells find them.
-bool has_step(const Scene& scene) { return scene.composites() || scene.mode == Mode::xray; }
+bool has_step(const Scene& scene) { return scene.attenuates(); }
 
 MarchPlan plan_of(Trials& trials, const Trial& chosen, bool reached) {
   MarchPlan plan{.chosen = chosen, .trials = trials.done(), .reached = reached};

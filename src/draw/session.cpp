@@ -279,7 +279,7 @@ MarchPlan Session::plan(Marcher& marcher, const Wish& wish) {
 
 Drawn Session::Impl::draw_whole(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
-  const bool marched = view.scene.mode != Mode::slice;
+  const bool marched = !view.scene.shows(Shows::plane);
   const bool marches = marched && marcher.marches();
   if (marched) prepare(marcher, wish, times);
   const View wanted = viewed(wish);
@@ -379,7 +379,7 @@ Drawn Session::Impl::draw_in_smaller(Marcher& marcher, const Wish& wish,
 Drawn Session::draw(Marcher& marcher, const Wish& wish) {
   impl_->together = wish.ranks.get();
   if (wish.ranks) return impl_->draw_on(*wish.ranks, marcher, wish);
-  if (impl_->view.scene.mode == Mode::slice || !marcher.marches())
+  if (impl_->view.scene.shows(Shows::plane) || !marcher.marches())
     return impl_->draw_whole(marcher, wish);
   if (const auto regions = impl_->regions(impl_->viewed(wish), wish))
     return impl_->draw_in(*regions, marcher, wish);
