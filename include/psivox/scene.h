@@ -76,7 +76,7 @@ struct Scene {
   double temperature_offset = 0;  ///< [K]
   std::string emission_grid;      ///< empty: none
   double emission_scale = 1;      ///< [radiance/world unit per unit of its values]
-  /// Of a scalar emission grid; black_body: its values are temperatures.
+  /// The colour of a scalar emission grid; black_body: its values are temperatures.
   EmissionColor emission_color = EmissionColor::white;
 
   std::vector<DirectionalLight> lights;
@@ -89,7 +89,8 @@ struct Scene {
   Mode mode = Mode::alpha;
   std::optional<double> isovalue;  ///< unset: the middle of the values, 0 for a level set
   double lmip_threshold = 0;
-  std::optional<Plane> slice;       ///< of Mode::slice; unset: across the view from the front
+  std::optional<Plane>
+      slice;  ///< the plane that mode slice shows; unset: across the view from the front
   std::optional<WorldBox> clip;     ///< only what is inside is drawn
   std::optional<Plane> clip_plane;  ///< only what is on the side of its normal is drawn
 
@@ -97,10 +98,10 @@ struct Scene {
   std::optional<Sampling> sampling;      ///< cells, or uniform where step is set
   int segments = 2;                      ///< linear segments per cell
   std::optional<double> step;            ///< [voxels of the finest index axis]; unset: 1
-  bool end_corrections = true;           ///< of psi-balanced, where a ray's samples begin and end
-  int connectivity = 26;                 ///< of a ray template's voxels: 6, 18 or 26
-  double opacity_unit = 1;               ///< [voxels of the finest index axis], opacity_linear's
-  std::optional<double> tolerance;       ///< largest RMS error over R G B A; chooses the method
+  bool end_corrections = true;      ///< psi-balanced corrects where a ray's samples begin and end
+  int connectivity = 26;            ///< of a ray template's voxels: 6, 18 or 26
+  double opacity_unit = 1;          ///< [voxels of the finest index axis], opacity_linear's
+  std::optional<double> tolerance;  ///< largest RMS error over R G B A; chooses the method
   /// Transmittance at which a ray ends; 0: never. Unset: 1/16384, or a quarter of the tolerance.
   std::optional<double> early_termination;
   Filter filter = Filter::exact;

@@ -41,7 +41,7 @@ std::string layer_obstacle(const std::string& layer, const Scene& scene) {
   const bool reference = scene.renderer == RendererKind::reference;
   if (reference && layer != "transmittance" && layer != "error")
     return "--aov " + layer + " is not available with --renderer " +
-           parameter_text(scene, *find_parameter("renderer"));
+           parameter_text(scene, "renderer");
   return {};
 }
 

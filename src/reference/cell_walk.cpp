@@ -1,12 +1,11 @@
 #include "cell_walk.h"
+#include "ray_radiance.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-
-#include "ray_radiance.h"
 
 namespace psivox {
 namespace {
@@ -176,7 +175,7 @@ bool GridWalk::all_zero() const {
 // that a cell of one value is exactly that.
 Cubic GridWalk::along(double a, double b, int channel) const {
   if (!block_) return {};
-  Cubic c = cubic(a, b, channel);
+  Cubic c = cubic_along(corners(channel), ray_.in_cell(cell_, a), ray_.in_cell(cell_, b));
   for (double& v : c) v = std::clamp(v, low(channel), high(channel));
   return c;
 }

@@ -66,6 +66,40 @@ class CubeSteps {
   glm::dvec3 next_{0};  ///< s at which the ray leaves the cube along each axis
 };
 
+/// A cell and the part of a ray in it.
+struct CellPiece {
+  const CellBlock& block;
+  glm::ivec3 cell;
+  double begin, end;  ///< s, begin < end
+};
+
+/// Calls visit(const CellPiece&) for each cell of the non-empty blocks that the ray crosses, front
+/// to back, until it returns false. Parameters from `level` on serve the recursion.
+template <class Visit>
+bool walk_cells(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray, Visit&& visit,
+                double s0, double s1, int level) {
+  const int width = FieldLookup::widths[static_cast<std::size_t>(level)];
+  for (CubeSteps cube(ray, width, s0, s1); !cube.done(); cube.next()) {
+    if (!lookup.may_hold_values(level, cube.key())) continue;
+    if (width > 8) {
+      if (!walk_cells(lookup, cache, ray, visit, cube.begin(), cube.end(), level + 1)) return false;
+      continue;
+    }
+    const CellBlock& block = cache.at(cube.key());
+    if (block.empty) continue;
+    for (CubeSteps cell(ray, 1, cube.begin(), cube.end()); !cell.done(); cell.next()) {
+      if (!(cell.begin() < cell.end())) continue;
+      if (!visit(CellPiece{block, cell.key(), cell.begin(), cell.end()})) return false;
+    }
+  }
+  return true;
+}
+
+template <class Visit>
+void walk_cells(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray, Visit&& visit) {
+  if (ray.hits()) walk_cells(lookup, cache, ray, visit, ray.s_begin, ray.s_end, 0);
+}
+
 /// The path of a ray through one grid, as stretches without gaps from -infinity to infinity: before
 /// the domain, in a cell, in a whole cube of zeros, behind the domain.
 class GridWalk {
@@ -98,10 +132,6 @@ class GridWalk {
 
   /// The field from a to b, inside the stretch.
   Cubic along(double a, double b, int channel = 0) const;
-  /// The field in the cell from a to b, as rounding leaves it.
-  Cubic cubic(double a, double b, int channel = 0) const {
-    return cubic_along(corners(channel), ray_.in_cell(cell_, a), ray_.in_cell(cell_, b));
-  }
 
  private:
   void find();
@@ -120,15 +150,5 @@ class GridWalk {
   std::array<std::array<double, 8>, 3> corners_{};
   std::array<double, 3> low_{}, high_{};
 };
-
-/// Calls visit(const GridWalk&) for each cell of the blocks that are not empty, front to back,
-/// until it returns false.
-template <class Visit>
-void walk_cells(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray, Visit&& visit) {
-  if (!ray.hits()) return;
-  GridWalk walk(lookup, cache, ray);
-  for (walk.next(); walk.in_domain(); walk.next())
-    if (walk.in_cell() && !visit(walk)) return;
-}
 
 }  // namespace psivox

@@ -10,13 +10,17 @@
 namespace psivox {
 namespace {
 
-bool has_luminance_grid(const Medium& medium) {
-  return medium.source == LuminanceSource::scalar || medium.source == LuminanceSource::vector;
+bool all_zero(const std::array<double, 8>& corners) {
+  return std::all_of(corners.begin(), corners.end(), [](double v) { return v == 0; });
 }
 
 std::optional<FieldLookup> lookup_of(const std::shared_ptr<const Field>& field) {
   if (!field) return std::nullopt;
   return FieldLookup(*field);
+}
+
+bool has_luminance_grid(const Medium& medium) {
+  return medium.source == LuminanceSource::scalar || medium.source == LuminanceSource::vector;
 }
 
 /// Upper bound on the length of a path through a field's domain [world units].
@@ -83,13 +87,14 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
 
   RaySum sum;
   bool stopped = false;
-  walk_cells(medium_->density, density_cache_, density_ray, [&](const GridWalk& cell) {
-    if (cell.all_zero()) return true;
+  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
+    const std::array<double, 8> corners = cell.block.corners(cell.cell, 0);
+    if (all_zero(corners)) return true;
     ++sum.cells;
     if (medium_->luminance)
-      add_across_grid(cell, luminance_ray, sum);
+      add_across_grid(cell, corners, density_ray, luminance_ray, sum);
     else
-      add_whole(cell, sum);
+      add_whole(cell, corners, density_ray, sum);
     stopped = sum.T <= accuracy_.T_stop;
     return !stopped;
   });
@@ -115,10 +120,12 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
 }
 
 /// Adds a cell as one piece: luminance is constant or the density grid's own.
-void RayIntegrator::add_whole(const GridWalk& cell, RaySum& sum) const {
-  const Cubic value = cell.cubic(cell.begin(), cell.end());
+void RayIntegrator::add_whole(const CellPiece& cell, const std::array<double, 8>& corners,
+                              const IndexRay& ray, RaySum& sum) const {
+  const Cubic value =
+      cubic_along(corners, ray.in_cell(cell.cell, cell.begin), ray.in_cell(cell.cell, cell.end));
   Piece piece;
-  piece.x = scaled(value, medium_->medium.extinction * (cell.end() - cell.begin()));
+  piece.x = scaled(value, medium_->medium.extinction * (cell.end - cell.begin));
   if (medium_->medium.source == LuminanceSource::constant) {
     sum.pass(piece.optical_depth());
     return;
@@ -130,13 +137,16 @@ void RayIntegrator::add_whole(const GridWalk& cell, RaySum& sum) const {
 
 /// Adds a piece for each cell of the grid that gives the luminance, so that both grids are cubics
 /// in each piece. Outside that grid's domain the luminance is 0.
-void RayIntegrator::add_across_grid(const GridWalk& cell, const IndexRay& luminance_ray,
+void RayIntegrator::add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
+                                    const IndexRay& density_ray, const IndexRay& luminance_ray,
                                     RaySum& sum) {
   Piece piece;
   piece.channels = medium_->luminance->field().channels;
   auto add = [&](double a, double b, const glm::ivec3* luminance_cell) {
     if (!(a < b)) return;
-    piece.x = scaled(cell.cubic(a, b), medium_->medium.extinction * (b - a));
+    const Cubic value =
+        cubic_along(corners, density_ray.in_cell(cell.cell, a), density_ray.in_cell(cell.cell, b));
+    piece.x = scaled(value, medium_->medium.extinction * (b - a));
     if (!luminance_cell) {
       sum.pass(piece.optical_depth());
       return;
@@ -149,16 +159,16 @@ void RayIntegrator::add_across_grid(const GridWalk& cell, const IndexRay& lumina
                       luminance_ray.in_cell(*luminance_cell, b));
     sum.add(piece, accuracy_);
   };
-  const double a = std::max(cell.begin(), luminance_ray.s_begin);
-  const double b = std::min(cell.end(), luminance_ray.s_end);
+  const double a = std::max(cell.begin, luminance_ray.s_begin);
+  const double b = std::min(cell.end, luminance_ray.s_end);
   if (!(a < b)) {
-    add(cell.begin(), cell.end(), nullptr);
+    add(cell.begin, cell.end, nullptr);
     return;
   }
-  add(cell.begin(), a, nullptr);
+  add(cell.begin, a, nullptr);
   for (CubeSteps step(luminance_ray, 1, a, b); !step.done(); step.next())
     add(step.begin(), step.end(), &step.key());
-  add(b, cell.end(), nullptr);
+  add(b, cell.end, nullptr);
 }
 
 RayDepth RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
@@ -167,9 +177,12 @@ RayDepth RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
   const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
   double sum = 0;
   RayDepth result;
-  walk_cells(medium_->density, density_cache_, density_ray, [&](const GridWalk& cell) {
-    sum += mean(cell.cubic(cell.begin(), cell.end())) * (cell.end() - cell.begin());
-    result.cells += !cell.all_zero();
+  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
+    const std::array<double, 8> corners = cell.block.corners(cell.cell, 0);
+    const Cubic value = cubic_along(corners, density_ray.in_cell(cell.cell, cell.begin),
+                                    density_ray.in_cell(cell.cell, cell.end));
+    sum += mean(value) * (cell.end - cell.begin);
+    result.cells += !all_zero(corners);
     return true;
   });
   result.depth = medium_->medium.extinction * sum;
@@ -180,18 +193,6 @@ RayDepth RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
 
 double RayIntegrator::optical_depth(const WorldRay& ray, double t0, double t1) {
   return whole_depth(ray, t0, t1).depth;
-}
-
-CellCount RayIntegrator::count_cells(const WorldRay& ray, double t0, double t1) {
-  const Field& field = medium_->density.field();
-  const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
-  CellCount count;
-  walk_cells(medium_->density, density_cache_, density_ray, [&](const GridWalk& cell) {
-    ++count.in_blocks;
-    count.occupied += !cell.all_zero();
-    return true;
-  });
-  return count;
 }
 
 RayRadiance ray_radiance(const Medium& medium, const WorldRay& ray, double tolerance) {

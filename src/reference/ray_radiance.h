@@ -36,12 +36,6 @@ struct RayDepth {
   std::uint64_t cells = 0;
 };
 
-/// Cells that a ray crosses, to its end.
-struct CellCount {
-  std::uint64_t occupied = 0;   ///< with a corner that is not 0
-  std::uint64_t in_blocks = 0;  ///< in 8x8x8 blocks whose 9x9x9 voxels are not all 0
-};
-
 /// A medium prepared for rays, shared by threads.
 struct RayMedium {
   explicit RayMedium(const Medium& m);
@@ -71,11 +65,12 @@ class RayIntegrator {
   /// Optical depth up to the ray's end, however opaque.
   RayDepth whole_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
   double optical_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
-  CellCount count_cells(const WorldRay& ray, double t0 = 0, double t1 = infinity);
 
  private:
-  void add_whole(const GridWalk& cell, RaySum& sum) const;
-  void add_across_grid(const GridWalk& cell, const IndexRay& luminance_ray, RaySum& sum);
+  void add_whole(const CellPiece& cell, const std::array<double, 8>& corners, const IndexRay& ray,
+                 RaySum& sum) const;
+  void add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
+                       const IndexRay& density_ray, const IndexRay& luminance_ray, RaySum& sum);
 
   // With a transfer function or emission (ray_stretches.cpp), the integral goes by stretches in
   // which every grid has at most one cell.

@@ -144,7 +144,7 @@ void validate_march(const Scene& scene) {
     fail("--integrator cell-exact integrates cells; it goes with --sampling cells, without --step");
   if (scene.integrator && is_transfer_rule(*scene.integrator) && !scene.has_function())
     throw Error(ExitCode::usage,
-                "--integrator " + parameter_text(scene, *find_parameter("integrator")) +
+                "--integrator " + parameter_text(scene, "integrator") +
                     " integrates a transfer function; give --transfer-function or --colormap");
 }
 

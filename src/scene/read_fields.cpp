@@ -105,10 +105,10 @@ std::string fields_key(const Scene& scene) {
   std::string key;
   for (const char* name : {"input", "grid", "strict", "background-value", "lod", "luminance-grid",
                            "temperature-grid", "emission-grid"})
-    key += "\n" + parameter_text(scene, *find_parameter(name));
+    key += "\n" + parameter_text(scene, name);
   if (scene.range && (scene.range->percent.x || scene.range->percent.y))
-    key += "\n" + parameter_text(scene, *find_parameter("range"));
-  if (scene.lod) key += "\n" + parameter_text(scene, *find_parameter("centering"));
+    key += "\n" + parameter_text(scene, "range");
+  if (scene.lod) key += "\n" + parameter_text(scene, "centering");
   for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
                             scene.shows(Shows::surface), scene.emission_scale > 0})
     key += choice ? "1" : "0";

@@ -177,8 +177,7 @@ std::string options_of(const Variant& variant, bool with_rule) {
   const Scene scene = scene_of(variant, {});
   std::string text;
   const auto add = [&](const std::string& name) {
-    text +=
-        (text.empty() ? "--" : " --") + name + " " + parameter_text(scene, *find_parameter(name));
+    text += (text.empty() ? "--" : " --") + name + " " + parameter_text(scene, name);
   };
   if (variant.tolerance) {
     add("tolerance");

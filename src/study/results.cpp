@@ -12,6 +12,7 @@
 #include "psivox/parameters.h"
 #include "psivox/statistics.h"
 #include "psivox/text.h"
+#include "psivox/text_file.h"
 #include "study/conclusion.h"
 
 namespace psivox {
@@ -22,7 +23,7 @@ constexpr int format_version = 1;
 
 Json json_of(const Variant& v) {
   const Scene scene = scene_of(v, {});
-  const auto text = [&](const char* name) { return parameter_text(scene, *find_parameter(name)); };
+  const auto text = [&](const char* name) { return parameter_text(scene, name); };
   Json j;
   if (v.tolerance)
     j["tolerance"] = *v.tolerance;
@@ -203,6 +204,11 @@ StudyResults results_from_json(std::string_view text, std::string_view source) {
     throw Error(ExitCode::input,
                 std::string(source) + ": not the results of a study: " + error.what());
   }
+}
+
+StudyResults read_results(const std::filesystem::path& folder) {
+  const std::string path = (folder / results_name).string();
+  return results_from_json(read_text(path, "study"), path);
 }
 
 std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,

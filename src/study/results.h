@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -98,6 +99,10 @@ std::string command_of(const StudyResults& results);
 std::string results_json(const StudyResults& results);
 /// Throws Error(input) that names `source`.
 StudyResults results_from_json(std::string_view text, std::string_view source);
+
+inline constexpr const char* results_name = "results.json";
+/// Reads that file in the folder of a study. Throws Error(input).
+StudyResults read_results(const std::filesystem::path& folder);
 
 /// Why the study `begun` cannot continue as `next`: another scene, input, version or driver, or
 /// points that `plan` lacks. Empty if it can.

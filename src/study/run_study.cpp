@@ -20,8 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* results_name = "results.json";
-
 // Work for the progress bar; the unit is one GPU render of a cheap variant.
 constexpr double compile_work = 10;  // two programs, one of which counts
 constexpr double reference_work = 10;
@@ -156,9 +154,8 @@ void StudyRun::check_texels() {
 }
 
 void StudyRun::resume() {
-  const fs::path path = options_.folder / results_name;
-  if (!options_.resume || !fs::exists(path)) return;
-  const StudyResults begun = results_from_json(read_text(path.string(), "study"), path.string());
+  if (!options_.resume || !fs::exists(options_.folder / results_name)) return;
+  const StudyResults begun = read_results(options_.folder);
   const std::string obstacle = resume_obstacle(begun, base_, plan_);
   if (!obstacle.empty())
     throw Error(ExitCode::usage, "cannot resume: the study in " +

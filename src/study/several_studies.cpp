@@ -34,10 +34,8 @@ struct NamedStudy {
 std::vector<NamedStudy> read_studies(const std::vector<std::filesystem::path>& folders) {
   std::vector<NamedStudy> studies;
   for (const auto& folder : folders) {
-    const std::string path = (folder / "results.json").string();
     const auto place = folder.has_filename() ? folder : folder.parent_path();
-    studies.push_back(
-        {place.filename().string(), results_from_json(read_text(path, "study"), path)});
+    studies.push_back({place.filename().string(), read_results(folder)});
   }
   return studies;
 }
@@ -209,9 +207,8 @@ struct SequenceStatistics {
 SequenceStatistics statistics_of(const std::vector<StudiedFrame>& studied) {
   SequenceStatistics all{{}, {}, studied.size()};
   for (const auto& [frame, folder] : studied) {
-    const std::string path = (folder / "results.json").string();
-    const StudyResults results = results_from_json(read_text(path, "study"), path);
-    all.scene = scene_from_json(results.scene, path);
+    const StudyResults results = read_results(folder);
+    all.scene = scene_from_json(results.scene, "the study's scene");
     for (const StudyPoint& point : results.points) {
       auto found = std::ranges::find(all.variants, point.variant, &FrameStatistics::variant);
       if (found == all.variants.end())
