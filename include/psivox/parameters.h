@@ -64,6 +64,7 @@ struct Parameter {
   std::string unset = {};   ///< the word for an optional that is unset: `auto` or `none`
   bool positional = false;  ///< given by its place, not by --name
   bool common = false;      ///< one of the few that --help lists; --help-all lists all
+  bool march_only = false;  ///< the medium does not depend on it
   UnderTolerance under_tolerance = UnderTolerance::free;
   ParameterGroup group = ParameterGroup::input;
 };

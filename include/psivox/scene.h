@@ -13,11 +13,11 @@
 #include "psivox/display.h"
 #include "psivox/integrators.h"
 #include "psivox/map_range.h"
+#include "psivox/modes.h"
 
 namespace psivox {
 
 enum class Sampling { cells, uniform, template_ };
-enum class Mode { alpha, back_to_front, mip, lmip, isosurface, xray, slice };
 enum class Classification { post, pre };
 enum class Centering { node, cell };
 enum class Filter { exact, hardware };
@@ -141,18 +141,17 @@ struct Scene {
     return integrator.value_or(resolved_sampling() == Sampling::cells ? Integrator::psi_weighted
                                                                       : Integrator::psi_balanced);
   }
-  /// Whether the picture shows a value of each ray, not a sum.
-  bool finds_maximum() const { return mode == Mode::mip || mode == Mode::lmip; }
+  bool shows(Shows what) const { return info(mode).shows == what; }
   /// Whether values are placed in a range before they are attenuations, colours or maxima.
   bool windows() const {
-    return transfer_function.empty() && (colormap || opacity || range || finds_maximum());
+    return transfer_function.empty() && (colormap || opacity || range || shows(Shows::value));
   }
   bool has_function() const { return !transfer_function.empty() || windows(); }
   /// Whether segments are composited. If not, the picture depends on the density's values alone and
   /// ignores other grids and light.
-  bool composites() const { return mode == Mode::alpha || mode == Mode::back_to_front; }
+  bool composites() const { return shows(Shows::light); }
   /// Whether the picture depends on optical depths and so on the extinction.
-  bool attenuates() const { return composites() || mode == Mode::xray; }
+  bool attenuates() const { return composites() || shows(Shows::depth); }
   /// Whether the medium can attenuate, and so shine.
   bool has_extinction() const { return attenuates() && extinction != 0.0; }
   bool lit() const { return (!lights.empty() || sky) && composites() && has_extinction(); }

@@ -29,7 +29,7 @@ View with_light(View view) {
   return view;
 }
 
-/// What the shader of a view's march is compiled for.
+/// Explains from the constants that a view's march is compiled for.
 class Model {
  public:
   Model(const View& view, const MediumAtlas& atlas)

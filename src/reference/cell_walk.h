@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 
 #include "field_lookup.h"
+#include "piece.h"
 #include "psivox/camera.h"
 #include "psivox/field.h"
 
@@ -63,38 +66,69 @@ class CubeSteps {
   glm::dvec3 next_{0};  ///< s at which the ray leaves the cube along each axis
 };
 
-/// A cell and the part of a ray in it.
-struct CellPiece {
-  const CellBlock& block;
-  glm::ivec3 cell;
-  double begin, end;  ///< s, begin < end
+/// The path of a ray through one grid, as stretches without gaps from -infinity to infinity: before
+/// the domain, in a cell, in a whole cube of zeros, behind the domain.
+class GridWalk {
+ public:
+  /// `lookup` and `cache` must outlive it.
+  GridWalk(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray);
+  GridWalk(const GridWalk&) = delete;
+  GridWalk& operator=(const GridWalk&) = delete;
+
+  const IndexRay& ray() const { return ray_; }
+  double begin() const { return begin_; }
+  double end() const { return end_; }
+  bool in_domain() const { return in_domain_; }
+  bool in_cell() const { return block_ != nullptr; }  ///< in a block that is not empty
+  const glm::ivec3& cell() const { return cell_; }
+  const std::array<double, 8>& corners(int channel = 0) const {
+    return corners_[static_cast<std::size_t>(channel)];
+  }
+
+  void next();
+  /// Moves on until the stretch ends behind s.
+  void reach(double s) {
+    while (end_ <= s) next();
+  }
+
+  /// Smallest and largest value of the stretch's corners.
+  double low(int channel = 0) const { return low_[static_cast<std::size_t>(channel)]; }
+  double high(int channel = 0) const { return high_[static_cast<std::size_t>(channel)]; }
+  bool all_zero() const;  ///< in every channel
+
+  /// The field from a to b, inside the stretch.
+  Cubic along(double a, double b, int channel = 0) const;
+  /// The field in the cell from a to b, as rounding leaves it.
+  Cubic cubic(double a, double b, int channel = 0) const {
+    return cubic_along(corners(channel), ray_.in_cell(cell_, a), ray_.in_cell(cell_, b));
+  }
+
+ private:
+  void find();
+  void enter_zeros(double begin, double end, bool in_domain);
+  void enter_cell(const CubeSteps& steps);
+
+  const FieldLookup* lookup_;
+  BlockCache* cache_;
+  IndexRay ray_;
+  std::array<std::optional<CubeSteps>, 4> steps_;  ///< cubes of FieldLookup::widths, cells
+  std::size_t level_ = 0;
+  double begin_, end_;
+  bool in_domain_ = false;
+  const CellBlock* block_ = nullptr;
+  glm::ivec3 cell_{0};
+  std::array<std::array<double, 8>, 3> corners_{};
+  std::array<double, 3> low_{}, high_{};
 };
 
-/// Calls visit(const CellPiece&) for each cell of the non-empty blocks that the ray crosses, front
-/// to back, until it returns false. Parameters from `level` on serve the recursion.
-template <class Visit>
-bool walk_cells(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray, Visit&& visit,
-                double s0, double s1, int level) {
-  const int width = FieldLookup::widths[static_cast<std::size_t>(level)];
-  for (CubeSteps cube(ray, width, s0, s1); !cube.done(); cube.next()) {
-    if (!lookup.may_hold_values(level, cube.key())) continue;
-    if (width > 8) {
-      if (!walk_cells(lookup, cache, ray, visit, cube.begin(), cube.end(), level + 1)) return false;
-      continue;
-    }
-    const CellBlock& block = cache.at(cube.key());
-    if (block.empty) continue;
-    for (CubeSteps cell(ray, 1, cube.begin(), cube.end()); !cell.done(); cell.next()) {
-      if (!(cell.begin() < cell.end())) continue;
-      if (!visit(CellPiece{block, cell.key(), cell.begin(), cell.end()})) return false;
-    }
-  }
-  return true;
-}
-
+/// Calls visit(const GridWalk&) for each cell of the blocks that are not empty, front to back,
+/// until it returns false.
 template <class Visit>
 void walk_cells(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray, Visit&& visit) {
-  if (ray.hits()) walk_cells(lookup, cache, ray, visit, ray.s_begin, ray.s_end, 0);
+  if (!ray.hits()) return;
+  GridWalk walk(lookup, cache, ray);
+  for (walk.next(); walk.in_domain(); walk.next())
+    if (walk.in_cell() && !visit(walk)) return;
 }
 
 }  // namespace psivox

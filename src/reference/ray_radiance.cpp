@@ -7,31 +7,16 @@
 #include <glm/geometric.hpp>
 #include <memory>
 
-#include "ray_sum.h"
-
 namespace psivox {
 namespace {
 
-bool all_zero(const std::array<double, 8>& corners) {
-  return std::all_of(corners.begin(), corners.end(), [](double v) { return v == 0; });
+bool has_luminance_grid(const Medium& medium) {
+  return medium.source == LuminanceSource::scalar || medium.source == LuminanceSource::vector;
 }
 
-std::optional<FieldLookup> luminance_lookup(const Medium& medium) {
-  if (medium.source != LuminanceSource::scalar && medium.source != LuminanceSource::vector)
-    return std::nullopt;
-  assert(medium.luminance);
-  assert(medium.luminance->channels == (medium.source == LuminanceSource::vector ? 3 : 1));
-  return FieldLookup(*medium.luminance);
-}
-
-std::optional<FieldLookup> emission_lookup(const Medium& medium) {
-  if (!medium.emission) return std::nullopt;
-  return FieldLookup(*medium.emission);
-}
-
-std::optional<FieldLookup> gradient_lookup(const Medium& medium) {
-  if (!medium.gradient) return std::nullopt;
-  return FieldLookup(*medium.gradient);
+std::optional<FieldLookup> lookup_of(const std::shared_ptr<const Field>& field) {
+  if (!field) return std::nullopt;
+  return FieldLookup(*field);
 }
 
 /// Upper bound on the length of a path through a field's domain [world units].
@@ -54,9 +39,9 @@ double max_color(const TransferFunction& function) {
 RayMedium::RayMedium(const Medium& m)
     : medium(m),
       density(*medium.density),
-      luminance(luminance_lookup(medium)),
-      emission(emission_lookup(medium)),
-      gradient(gradient_lookup(medium)),
+      luminance(has_luminance_grid(medium) ? lookup_of(medium.luminance) : std::nullopt),
+      emission(lookup_of(medium.emission)),
+      gradient(lookup_of(medium.gradient)),
       color(m.color) {
   L_max = max_component(glm::abs(color));
   if (luminance)
@@ -98,14 +83,13 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
 
   RaySum sum;
   bool stopped = false;
-  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
-    const std::array<double, 8> corners = cell.block.corners(cell.cell, 0);
-    if (all_zero(corners)) return true;
+  walk_cells(medium_->density, density_cache_, density_ray, [&](const GridWalk& cell) {
+    if (cell.all_zero()) return true;
     ++sum.cells;
     if (medium_->luminance)
-      add_across_grid(cell, corners, density_ray, luminance_ray, sum);
+      add_across_grid(cell, luminance_ray, sum);
     else
-      add_whole(cell, corners, density_ray, sum);
+      add_whole(cell, sum);
     stopped = sum.T <= accuracy_.T_stop;
     return !stopped;
   });
@@ -131,12 +115,10 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
 }
 
 /// Adds a cell as one piece: luminance is constant or the density grid's own.
-void RayIntegrator::add_whole(const CellPiece& cell, const std::array<double, 8>& corners,
-                              const IndexRay& ray, RaySum& sum) const {
-  const Cubic value =
-      cubic_along(corners, ray.in_cell(cell.cell, cell.begin), ray.in_cell(cell.cell, cell.end));
+void RayIntegrator::add_whole(const GridWalk& cell, RaySum& sum) const {
+  const Cubic value = cell.cubic(cell.begin(), cell.end());
   Piece piece;
-  piece.x = scaled(value, medium_->medium.extinction * (cell.end - cell.begin));
+  piece.x = scaled(value, medium_->medium.extinction * (cell.end() - cell.begin()));
   if (medium_->medium.source == LuminanceSource::constant) {
     sum.pass(piece.optical_depth());
     return;
@@ -148,16 +130,13 @@ void RayIntegrator::add_whole(const CellPiece& cell, const std::array<double, 8>
 
 /// Adds a piece for each cell of the grid that gives the luminance, so that both grids are cubics
 /// in each piece. Outside that grid's domain the luminance is 0.
-void RayIntegrator::add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
-                                    const IndexRay& density_ray, const IndexRay& luminance_ray,
+void RayIntegrator::add_across_grid(const GridWalk& cell, const IndexRay& luminance_ray,
                                     RaySum& sum) {
   Piece piece;
   piece.channels = medium_->luminance->field().channels;
   auto add = [&](double a, double b, const glm::ivec3* luminance_cell) {
     if (!(a < b)) return;
-    const Cubic value =
-        cubic_along(corners, density_ray.in_cell(cell.cell, a), density_ray.in_cell(cell.cell, b));
-    piece.x = scaled(value, medium_->medium.extinction * (b - a));
+    piece.x = scaled(cell.cubic(a, b), medium_->medium.extinction * (b - a));
     if (!luminance_cell) {
       sum.pass(piece.optical_depth());
       return;
@@ -170,16 +149,16 @@ void RayIntegrator::add_across_grid(const CellPiece& cell, const std::array<doub
                       luminance_ray.in_cell(*luminance_cell, b));
     sum.add(piece, accuracy_);
   };
-  const double a = std::max(cell.begin, luminance_ray.s_begin);
-  const double b = std::min(cell.end, luminance_ray.s_end);
+  const double a = std::max(cell.begin(), luminance_ray.s_begin);
+  const double b = std::min(cell.end(), luminance_ray.s_end);
   if (!(a < b)) {
-    add(cell.begin, cell.end, nullptr);
+    add(cell.begin(), cell.end(), nullptr);
     return;
   }
-  add(cell.begin, a, nullptr);
+  add(cell.begin(), a, nullptr);
   for (CubeSteps step(luminance_ray, 1, a, b); !step.done(); step.next())
     add(step.begin(), step.end(), &step.key());
-  add(b, cell.end, nullptr);
+  add(b, cell.end(), nullptr);
 }
 
 RayDepth RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
@@ -188,12 +167,9 @@ RayDepth RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
   const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
   double sum = 0;
   RayDepth result;
-  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
-    const std::array<double, 8> corners = cell.block.corners(cell.cell, 0);
-    const Cubic value = cubic_along(corners, density_ray.in_cell(cell.cell, cell.begin),
-                                    density_ray.in_cell(cell.cell, cell.end));
-    sum += mean(value) * (cell.end - cell.begin);
-    result.cells += !all_zero(corners);
+  walk_cells(medium_->density, density_cache_, density_ray, [&](const GridWalk& cell) {
+    sum += mean(cell.cubic(cell.begin(), cell.end())) * (cell.end() - cell.begin());
+    result.cells += !cell.all_zero();
     return true;
   });
   result.depth = medium_->medium.extinction * sum;
@@ -210,9 +186,9 @@ CellCount RayIntegrator::count_cells(const WorldRay& ray, double t0, double t1) 
   const Field& field = medium_->density.field();
   const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
   CellCount count;
-  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
+  walk_cells(medium_->density, density_cache_, density_ray, [&](const GridWalk& cell) {
     ++count.in_blocks;
-    if (!all_zero(cell.block.corners(cell.cell, 0))) ++count.occupied;
+    count.occupied += !cell.all_zero();
     return true;
   });
   return count;

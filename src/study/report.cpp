@@ -10,10 +10,7 @@
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/conclusion.h"
-#include "study/html.h"
-#include "study/needs.h"
-#include "study/number_format.h"
-#include "study/results_table.h"
+#include "study/page.h"
 #include "study/study_plots.h"
 
 namespace psivox {
@@ -35,7 +32,7 @@ std::string lights_text(const Scene& scene) {
 }
 
 std::string light_text(const Scene& scene) {
-  if (scene.mode == Mode::isosurface)
+  if (scene.shows(Shows::surface))
     return "shades the surface: " + lights_text(scene) + "; a fifth of white from everywhere";
   if (!scene.lit()) return "none";
   return lights_text(scene) +
@@ -45,7 +42,7 @@ std::string light_text(const Scene& scene) {
 }
 
 std::string luminance_text(const Scene& scene) {
-  if (scene.mode == Mode::isosurface) return text(scene, "luminance") + ", the surface's colour";
+  if (scene.shows(Shows::surface)) return text(scene, "luminance") + ", the surface's colour";
   if (!scene.composites()) return "none under --mode " + text(scene, "mode");
   std::string luminance = text(scene, "luminance");
   if (!scene.luminance_grid.empty())

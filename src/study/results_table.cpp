@@ -6,10 +6,8 @@
 #include "psivox/parameters.h"
 #include "psivox/text.h"
 #include "study/conclusion.h"
-#include "study/csv_line.h"
-#include "study/needs.h"
-#include "study/number_format.h"
-#include "study/results_table.h"
+#include "study/page.h"
+#include "study/report.h"
 
 namespace psivox {
 namespace {

@@ -7,7 +7,6 @@
 #include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
-#include "study/study_plan.h"
 #include "study/variant.h"
 
 namespace psivox {
