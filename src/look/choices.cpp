@@ -98,6 +98,8 @@ constexpr Choice choices[] = {{"range", choose_range},   {"balance", choose_bala
 const MediumFields& KeptFields::of(const Scene& scene) {
   std::string key = fields_key(scene);
   if (!fields_ || key != key_) {
+    fields_.reset();  // first, for it may be large
+    drawn_.reset();
     fields_ = read_fields(scene, file_, false, parts_);
     drawn_ = std::exchange(fields_->drawn, nullptr);
   }

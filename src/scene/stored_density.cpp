@@ -175,6 +175,8 @@ class SummedLeaves {
  public:
   explicit SummedLeaves(int channels) : floats_(512 * std::size_t(channels)) {}
 
+  void reserve(std::size_t leaves) { values_.reserve(leaves * floats_); }
+
   void add(const glm::ivec3& origin, std::span<const float> values) {
     const auto [number, is_new] = numbers_.try_emplace(tree_order(origin), origins_.size());
     if (is_new) {
@@ -246,6 +248,7 @@ class Gathering {
     const Field tiles = part_of_field(field_, Box{});
     Field all = level_ ? coarse_field(tiles, level_, centering_, value_) : tiles;
     SummedLeaves leaves(field_.channels);
+    if (level_ == 0) leaves.reserve(field_.leaves.size());
     leaves.add(all);
     leaves.add_all(std::exchange(own_, SummedLeaves(field_.channels)), team);
     std::move(leaves).move_to(all, largest);

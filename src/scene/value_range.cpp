@@ -13,7 +13,7 @@
 namespace psivox {
 namespace {
 
-constexpr double unbounded = std::numeric_limits<double>::infinity();
+constexpr double no_bound = std::numeric_limits<double>::infinity();
 
 void include(glm::dvec2& range, float value) {
   range.x = std::min(range.x, static_cast<double>(value));
@@ -69,7 +69,7 @@ glm::dvec2 stored_range(const Field& field) {
 
 glm::dvec2 active_range(const Field& field) {
   if (field.active_range) return glm::dvec2(*field.active_range);
-  glm::dvec2 range(unbounded, -unbounded);
+  glm::dvec2 range(no_bound, -no_bound);
   for_active(field, [&](float value) { include(range, value); });
   for (const Tile& tile : field.tiles) include(range, tile.value.x);
   return range.x <= range.y ? range : glm::dvec2(0);
