@@ -38,46 +38,76 @@ only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb
 only_in '^(OpenEXR/|png\.h)' '^src/image/'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.' '^tests/gl_trouble_test\.cpp$'
-only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
+only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/medium/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
 only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'
 only_in '^stb/' '^src/image/glyphs\.'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/(viewer_hands\.h|parameter_panel_test\.cpp)$'
-only_in '^mpi\.h' '^src/mpi/'
+only_in '^mpi\.h' '^src/team/mpi/'
 only_in '^gtest/' '^tests/'
 only_in '^pybind11/' '^src/python/'
 
-# --- components: src/X may include psivox/, itself, and the components listed ---------------------
-declare -A sees=(
-  [app]="scene" [atlas]="" [colour]="" [draw]="gl march reference" [gl]="march" [guard]="" [image]="colour" [look]="scene" [sequence]="look" [march]="scene" [team]=""
-  [oiio]="colour image" [python]="gl" [reference]="march" [scene]="colour" [study]="colour march verify" [text]=""
-  [vdb]="guard" [verify]="" [view]="colour gl"
+# --- components, from the ground floor up: each may include those before it -------------------------
+# A line: the component, then its public headers in include/psivox.
+floors=$(
+  cat <<'LIST'
+base error foreign_format guarded_reading loaded_module map_range memory option_concepts progress statistics stopwatch text text_file
+colour display
+team team
+guard
+field dense_field field leaf_values value_percentile value_survey
+vdb vdb
+scene black_body camera camera_file clip colormap integrators method modes parameters scene subject transfer_function
+atlas atlas regions
+medium medium parts
+image color_scale image scene_file
+oiio
+march marcher
+gl
+reference
+plan
+draw draw picture_file
+look look
+app command_text file_report open
+sequence camera_motion sequence
+verify verify
+study study
+view
+python
+LIST
 )
-components=$(printf '%s|' "${!sees[@]}")
-components=${components%|}
-for folder in src/*/; do
-  name=$(basename "$folder")
-  if [ -z "${sees[$name]+listed}" ]; then
-    complain "src/$name" "a component that tests/check_includes.sh does not list"
-    continue
-  fi
-  while read -r place header; do
-    if [[ $header =~ ^($components)/ ]]; then
-      other=${header%%/*}
-      [[ $other == "$name" || " ${sees[$name]} " == *" $other "* ]] ||
-        complain "$place" "$name must not include $header of src/$other"
-    elif [[ $header == ../* || $header == */../* ]]; then
-      complain "$place" "$header: includes start at include/, src/ or shaders/"
-    fi
-  done < <(includes "$folder")
+declare -A floor_of  # of a component and of a public header
+floor=0
+while read -r component headers; do
+  floor_of[$component/]=$floor
+  for header in $headers; do floor_of[psivox/$header.h]=$floor; done
+  floor=$((floor + 1))
+done <<<"$floors"
+for place in src/*/ include/psivox/*.h; do
+  name=${place#src/}
+  [ -n "${floor_of[${name#include/}]-}" ] ||
+    complain "$place" "tests/check_includes.sh does not list it"
 done
+while read -r place header; do
+  file=${place%%:*}
+  case $file in
+    include/*) own=${file#include/} ;;
+    *) own=${file#src/} own=${own%%/*}/ ;;
+  esac
+  [[ $header == psivox/* ]] && other=$header || other=${header%%/*}/
+  if [[ $header == ../* || $header == */../* ]]; then
+    complain "$place" "$header: includes start at include/, src/ or shaders/"
+  elif [ -n "${floor_of[$other]-}" ] && ((floor_of[$other] > floor_of[$own])); then
+    complain "$place" "${own%/} must not include $header, which is above it"
+  fi
+done < <(includes include src)
 
 # The reference is a different algorithm. It shares no shader, and of march/ only the view of the
 # light.
 while read -r place header; do
   [[ $header == reference/* ]] || continue
-  [[ $place == src/reference/* || $place == src/draw/* || $place == tests/* ]] ||
-    complain "$place" "reference/ is for itself, for draw/ and for tests"
+  [[ $place == src/reference/* || $place == src/draw/* || $place == src/plan/* || $place == tests/* ]] ||
+    complain "$place" "reference/ is for itself, for draw/, plan/ and tests"
 done < <(includes "${folders[@]}")
 while read -r place header; do
   [[ $header == *.glsl || $header == all_integrators.h ]] || continue

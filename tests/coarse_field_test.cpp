@@ -8,7 +8,7 @@
 #include "field_voxels.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "scene/coarse_field.h"
+#include "medium/coarse_field.h"
 #include "verify/made_fields.h"
 
 namespace psivox {

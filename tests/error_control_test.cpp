@@ -1,10 +1,10 @@
-#include "draw/plan.h"
+#include "plan/plan.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "draw/trial_method.h"
+#include "plan/trial_method.h"
 #include "march_cases.h"
 #include "verify/make_field.h"
 

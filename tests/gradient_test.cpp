@@ -14,8 +14,8 @@
 #include "gradient_cases.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
-#include "scene/map_field.h"
-#include "scene/gradient_field.h"
+#include "medium/map_field.h"
+#include "medium/gradient_field.h"
 
 namespace psivox {
 namespace {

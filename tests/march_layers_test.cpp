@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "draw/plan.h"
+#include "plan/plan.h"
 #include "field_voxels.h"
 #include "march_cases.h"
 #include "psivox/vdb.h"

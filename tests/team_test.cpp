@@ -14,8 +14,8 @@
 #include "draw/part_marcher.h"
 #include "march/march_double.h"
 #include "psivox/draw.h"
-#include "scene/coarse_field.h"
-#include "scene/stored_density.h"
+#include "medium/coarse_field.h"
+#include "medium/stored_density.h"
 #include "thread_team.h"
 
 namespace psivox {

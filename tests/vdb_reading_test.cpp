@@ -16,7 +16,7 @@
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 #include "psivox/vdb.h"
-#include "scene/value_range.h"
+#include "medium/value_range.h"
 #include "thread_team.h"
 #include "vdb/grid_types.h"
 #include "vdb_made_files.h"

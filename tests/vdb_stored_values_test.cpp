@@ -10,7 +10,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
-#include "scene/value_range.h"
+#include "medium/value_range.h"
 #include "thread_team.h"
 #include "vdb_made_files.h"
 

@@ -82,4 +82,8 @@ struct RayBundle {
 /// bundles of several grids share t.
 RayBundle make_ray_bundle(const Camera& camera, const Field& field, const Field& centre);
 
+/// Width of the strip at the picture's right edge that a colour bar fills [pixels]; 0 if the
+/// picture is too small for one. The default camera leaves the strip free.
+int color_bar_strip(const glm::ivec2& resolution);
+
 }  // namespace psivox

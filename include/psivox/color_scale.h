@@ -21,10 +21,6 @@ struct ColorScale {
 /// Unset if no colour map, transfer function or maximum gives values a colour.
 std::optional<ColorScale> color_scale(const View& view);
 
-/// Width of the strip at the picture's right edge that a colour bar fills [pixels]; 0 if the
-/// picture is too small for one. The default camera leaves the strip free.
-int color_bar_strip(const glm::ivec2& resolution);
-
 /// Draws the scale with numbers into that strip, on an opaque ground. Returns false if the picture
 /// is too small for it. `display`: that of the file to be written, so that
 /// text is white there.

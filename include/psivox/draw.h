@@ -10,7 +10,7 @@
 #include "psivox/atlas.h"
 #include "psivox/image.h"
 #include "psivox/medium.h"
-#include "psivox/method.h"
+#include "psivox/marcher.h"
 #include "psivox/progress.h"
 #include "psivox/team.h"
 
@@ -21,45 +21,6 @@
 
 namespace psivox {
 
-// --- marchers ------------------------------------------------------------------------------------
-
-/// One EGL device, as --list-devices prints it.
-struct DeviceInfo {
-  int index = 0;
-  std::string renderer;  ///< GL_RENDERER, or empty where no 4.5 core context could be made
-  std::string version;   ///< GL_VERSION
-  std::string problem;   ///< why it cannot be used, in one line
-  bool software = false;
-};
-
-/// Returns an empty list on a machine without EGL; does not throw.
-std::vector<DeviceInfo> list_devices();
-
-struct ContextOptions {
-  int device = -1;     ///< index of list_devices, -1: the first that works, hardware first
-  bool debug = false;  ///< KHR_debug: a message of high or medium severity becomes Error(graphics)
-};
-
-/// Draws rays: on the GPU, in double precision on the CPU, or by the reference. A marcher keeps
-/// what it needs between pictures and sessions (a context, programs, textures). Any thread may use
-/// it, but only one at a time; see release().
-class Marcher;
-
-/// The march on the GPU. Opening it takes as long as reading a small file, so it may be done on
-/// another thread. Throws Error(graphics): no EGL device, no 4.5 core context.
-std::shared_ptr<Marcher> open_gpu(const ContextOptions& options = {});
-
-/// The same march, from the same source, in double precision on the CPU. Its picture differs from
-/// the GPU's by arithmetic error, and from the reference's by step error.
-std::shared_ptr<Marcher> open_double();
-
-/// The reference: another algorithm, in double precision on the CPU. It integrates each cell to a
-/// relative accuracy of 1e-12 and reads the grids themselves, not the atlas.
-std::shared_ptr<Marcher> open_reference();
-
-/// The marcher that the scene asks for (--renderer, --device).
-std::shared_ptr<Marcher> open_marcher(const Scene& scene);
-
 /// Why the light of a view takes more than the memory for its grids, in one line; empty: it does
 /// not. Of a density whose values stay in the file it is not known.
 std::string light_obstacle(const View& view);
@@ -69,37 +30,6 @@ void release(Marcher& marcher);
 
 /// GL_RENDERER and GL_VERSION, or the name of a CPU marcher.
 std::string description(const Marcher& marcher);
-
-// --- the method of the march ---------------------------------------------------------------------
-
-/// A method that was tried on a few hundred of the picture's rays, the pilot, or on some of them if
-/// these told enough. Errors are of radiance and alpha, over R G B A.
-struct Trial {
-  Method method;
-  double worst_brick = 0;  ///< under uniform: largest error bound of a brick [tolerances]
-  int rays = 0;            ///< of the pilot, that it marched
-  double rms = 0;          ///< over these rays
-  double max = 0;          ///< of one ray
-  double samples = 0;      ///< field look-ups per ray
-  double cost = 0;  ///< expected time of a ray [look-ups of psi-balanced between uniform samples]
-  bool accepted = false;  ///< its error is small enough on these rays
-};
-
-/// A plan's march and its pilot, which only a session reads.
-struct PlannedMarch;
-
-/// How to march a picture within the wanted error or time.
-struct MarchPlan {
-  Trial chosen;                 ///< rms and max estimate the picture's error
-  std::vector<Trial> trials{};  ///< all that were tried
-  bool reached = true;          ///< whether the estimate is within the tolerance
-  int rays = 0;                 ///< of the pilot; 0 if nothing had to be tried
-  std::uint64_t samples = 0;    ///< field look-ups of the pilot, for all trials together
-  bool by_brick = false;        ///< some bricks have a smaller step than the rest
-  double light_rms = 0;         ///< part of chosen.rms: what the light at voxels misses
-  double light_max = 0;         ///< part of chosen.max: the same, on one ray
-  std::shared_ptr<const PlannedMarch> march{};
-};
 
 // --- a picture -----------------------------------------------------------------------------------
 
@@ -115,12 +45,6 @@ using StageProgress = std::function<void(Stage stage, double fraction)>;
 /// One bar for all stages of a picture: light takes the first half of a lit one, the march the
 /// rest.
 StageProgress over_stages(Progress bar, bool lit);
-
-/// A finished part of a picture; x and y count from the top left pixel.
-struct DoneTile {
-  int x = 0, y = 0, width = 0, height = 0;
-  const float* picture = nullptr;  ///< R G B A of the whole picture, row-major, done so far
-};
 
 /// Layers beside the picture, named as in --aov. The reference gives `transmittance`, `error` (its
 /// own bound) and, for maxima and surfaces, `depth`.
@@ -174,21 +98,6 @@ struct Wish {
   bool may_update_tables = false;
 };
 
-/// The cost of a march.
-struct RenderStats {
-  std::string renderer;  ///< GL_RENDERER and GL_VERSION, or the name of a CPU marcher
-  std::uint64_t rays = 0;
-  std::uint64_t samples = 0;  ///< field look-ups, where they were counted
-  std::uint64_t steps = 0;    ///< segments, where they were counted
-  std::uint64_t cells = 0;    ///< reference only: cells crossed with a corner that is not 0
-  std::uint64_t stuck = 0;    ///< rays that stood still before their end: a fault, see verify
-  int passes = 0;             ///< most passes that a tile needed
-  double gl_init_ms = 0, shader_ms = 0, upload_ms = 0, march_ms = 0;
-  /// Within march_ms: the GPU's time for the draws by its own timer (0 if it has none), and the
-  /// processor time of the whole process, which other processes disturb least.
-  double gpu_ms = 0, cpu_ms = 0;
-};
-
 /// Times of the work before a picture's march [ms]; 0 for work that an earlier picture did.
 struct PreparationTimes {
   double atlas_ms = 0, light_ms = 0, plan_ms = 0;
@@ -223,11 +132,9 @@ struct CheckedError {
   int max_x = 0, max_y = 0;
 };
 
-/// One thing that a march computes or skips, and why.
-struct Explanation {
-  std::string what;  ///< "luminance"
-  std::string text;
-};
+/// Why a picture of the view shows nothing on a display, as a sentence for the user: it differs
+/// from the background in no pixel. Empty if it shows something.
+std::string blank_reason(const View& view, const Image& image);
 
 /// A medium with everything that its pictures share: atlases and light. The session computes each
 /// when a picture first needs it, and keeps it. The marcher that draws first computes the light;

@@ -8,7 +8,6 @@
 
 #include "psivox/camera.h"
 #include "psivox/field.h"
-#include "psivox/image.h"
 #include "psivox/parts.h"
 #include "psivox/scene.h"
 #include "psivox/transfer_function.h"
@@ -114,10 +113,6 @@ View make_view(const Scene& scene, const VdbFile& file);
 /// Makes a view of fields in memory; `luminance` may be null.
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                std::shared_ptr<const Field> luminance);
-
-/// Why a picture of the view shows nothing on a display, as a sentence for the user: it differs
-/// from the background in no pixel. Empty if it shows something.
-std::string blank_reason(const View& view, const Image& image);
 
 /// Extinction for which the mean ray through the grid's middle has optical depth 3. The mean is
 /// over 17 x 17 rays along each index axis through the middle half of the domain, or through the

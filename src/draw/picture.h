@@ -1,7 +1,7 @@
 #pragma once
 
 #include "draw/part_marcher.h"
-#include "draw/plan.h"
+#include "plan/plan.h"
 
 namespace psivox {
 

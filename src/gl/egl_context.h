@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "psivox/draw.h"
+#include "psivox/marcher.h"
 
 namespace psivox::gl {
 

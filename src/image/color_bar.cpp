@@ -3,6 +3,7 @@
 
 #include "colour/display.h"
 #include "glyphs.h"
+#include "psivox/camera.h"
 #include "psivox/color_scale.h"
 #include "psivox/text.h"
 

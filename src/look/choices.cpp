@@ -9,8 +9,8 @@
 #include "look/voxel_lines.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
-#include "scene/value_range.h"
-#include "scene/vector_part.h"
+#include "medium/value_range.h"
+#include "medium/vector_part.h"
 
 namespace psivox {
 namespace {

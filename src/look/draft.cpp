@@ -7,7 +7,7 @@
 
 #include "psivox/draw.h"
 #include "psivox/method.h"
-#include "scene/value_range.h"
+#include "medium/value_range.h"
 
 namespace psivox {
 namespace {

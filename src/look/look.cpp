@@ -16,7 +16,7 @@
 #include "psivox/parts.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
-#include "scene/vector_part.h"
+#include "medium/vector_part.h"
 
 namespace psivox {
 namespace {

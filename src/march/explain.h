@@ -1,7 +1,7 @@
 #pragma once
 
 #include "march/medium_atlas.h"
-#include "psivox/draw.h"
+#include "psivox/marcher.h"
 
 namespace psivox {
 

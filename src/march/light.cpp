@@ -12,7 +12,7 @@
 
 #include "march/medium_atlas.h"
 #include "psivox/text.h"
-#include "scene/field_index.h"
+#include "field/field_index.h"
 
 namespace psivox {
 namespace {

@@ -10,7 +10,7 @@
 #include <optional>
 #include <random>
 
-#include "scene/field_index.h"
+#include "field/field_index.h"
 
 namespace psivox {
 namespace {

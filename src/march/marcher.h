@@ -3,7 +3,7 @@
 #include "march/light.h"
 #include "march/medium_atlas.h"
 #include "march/pixel_box.h"
-#include "psivox/draw.h"
+#include "psivox/marcher.h"
 #include "psivox/error.h"
 
 namespace psivox {

@@ -11,7 +11,7 @@
 #include "march/grids.h"
 #include "march/march_parameters.h"
 #include "psivox/leaf_values.h"
-#include "scene/value_range.h"
+#include "medium/value_range.h"
 
 namespace psivox {
 namespace {

@@ -18,7 +18,7 @@
 #include "psivox/parts.h"
 #include "psivox/stopwatch.h"
 #include "psivox/text.h"
-#include "scene/field_index.h"
+#include "field/field_index.h"
 
 namespace psivox {
 namespace {

@@ -9,7 +9,6 @@
 #include <glm/trigonometric.hpp>
 
 #include "psivox/clip.h"
-#include "psivox/color_scale.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -118,6 +117,12 @@ double radical_inverse(unsigned i) {
 }
 
 }  // namespace
+
+int color_bar_strip(const glm::ivec2& resolution) {
+  const double text = std::clamp(resolution.y / 28.0, 11.0, 60.0);  // height of the letters
+  const int strip = int(std::lround(7 * text));
+  return 2 * strip <= resolution.x && 7 * text <= resolution.y ? strip : 0;
+}
 
 glm::dvec3 from_camera(const Camera& camera, const glm::dvec3& vector) {
   return vector.x * camera.right + vector.y * camera.up - vector.z * camera.forward;

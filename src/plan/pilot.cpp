@@ -1,10 +1,10 @@
-#include "draw/pilot.h"
+#include "plan/pilot.h"
 
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "draw/plan.h"
+#include "plan/plan.h"
 
 namespace psivox {
 namespace {

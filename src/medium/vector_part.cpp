@@ -1,4 +1,4 @@
-#include "scene/vector_part.h"
+#include "medium/vector_part.h"
 
 #include <algorithm>
 #include <array>
@@ -6,8 +6,8 @@
 
 #include "psivox/error.h"
 #include "psivox/text.h"
-#include "scene/map_field.h"
-#include "scene/value_range.h"
+#include "medium/map_field.h"
+#include "medium/value_range.h"
 
 namespace psivox {
 namespace {

@@ -19,12 +19,6 @@ ColorScale scale_of(const View& view, double min, double max, const ColorOfValue
 
 }  // namespace
 
-int color_bar_strip(const glm::ivec2& resolution) {
-  const double text = std::clamp(resolution.y / 28.0, 11.0, 60.0);  // height of the letters
-  const int strip = int(std::lround(7 * text));
-  return 2 * strip <= resolution.x && 7 * text <= resolution.y ? strip : 0;
-}
-
 std::optional<ColorScale> color_scale(const View& view) {
   const Scene& scene = view.scene;
   if (scene.windows()) {

@@ -1,4 +1,4 @@
-#include "scene/visible_parts.h"
+#include "medium/visible_parts.h"
 
 #include <tbb/parallel_for.h>
 
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "psivox/leaf_values.h"
-#include "scene/value_range.h"
+#include "medium/value_range.h"
 
 namespace psivox {
 namespace {

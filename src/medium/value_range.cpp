@@ -1,4 +1,4 @@
-#include "scene/value_range.h"
+#include "medium/value_range.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>

@@ -1,4 +1,4 @@
-#include "draw/step_bounds.h"
+#include "plan/step_bounds.h"
 
 #include <tbb/parallel_for.h>
 

@@ -1,4 +1,4 @@
-#include "draw/trial_method.h"
+#include "plan/trial_method.h"
 
 #include <algorithm>
 

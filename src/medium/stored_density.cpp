@@ -1,4 +1,4 @@
-#include "scene/stored_density.h"
+#include "medium/stored_density.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@
 #include "psivox/leaf_values.h"
 #include "psivox/regions.h"
 #include "psivox/value_percentile.h"
-#include "scene/coarse_field.h"
+#include "medium/coarse_field.h"
 
 namespace psivox {
 namespace {

@@ -3,8 +3,8 @@
 #include <functional>
 #include <optional>
 
-#include "draw/pilot.h"
-#include "draw/step_bounds.h"
+#include "plan/pilot.h"
+#include "plan/step_bounds.h"
 
 namespace psivox {
 

@@ -1,4 +1,4 @@
-#include "scene/density_function.h"
+#include "medium/density_function.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
-#include "scene/value_range.h"
+#include "medium/value_range.h"
 #include "scene/value_window.h"
 
 namespace psivox {

@@ -1,4 +1,4 @@
-#include "scene/gradient_field.h"
+#include "medium/gradient_field.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -15,7 +15,7 @@
 
 #include "psivox/error.h"
 #include "psivox/text.h"
-#include "scene/field_index.h"
+#include "field/field_index.h"
 
 namespace psivox {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "draw/trial_method.h"
+#include "plan/trial_method.h"
 #include "march/march_double.h"
 
 namespace psivox {

@@ -1,4 +1,4 @@
-#include "scene/field_index.h"
+#include "field/field_index.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "draw/trials.h"
+#include "plan/trials.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-#include "draw/plan.h"
+#include "plan/plan.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/luminance_sources.h"
+#include "medium/luminance_sources.h"
 
 #include <algorithm>
 #include <glm/common.hpp>
@@ -9,8 +9,8 @@
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/text.h"
-#include "scene/map_field.h"
-#include "scene/value_range.h"
+#include "medium/map_field.h"
+#include "medium/value_range.h"
 
 namespace psivox {
 namespace {

@@ -8,12 +8,13 @@
 
 #include "colour/display.h"
 #include "psivox/clip.h"
+#include "psivox/draw.h"
 #include "psivox/medium.h"
 #include "psivox/subject.h"
 #include "psivox/text.h"
 #include "scene/color_space.h"
-#include "scene/density_function.h"
-#include "scene/value_range.h"
+#include "medium/density_function.h"
+#include "medium/value_range.h"
 
 namespace psivox {
 namespace {

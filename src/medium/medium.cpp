@@ -11,12 +11,12 @@
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
-#include "scene/density_function.h"
-#include "scene/gradient_field.h"
-#include "scene/luminance_sources.h"
-#include "scene/map_field.h"
-#include "scene/value_range.h"
-#include "scene/visible_parts.h"
+#include "medium/density_function.h"
+#include "medium/gradient_field.h"
+#include "medium/luminance_sources.h"
+#include "medium/map_field.h"
+#include "medium/value_range.h"
+#include "medium/visible_parts.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/coarse_field.h"
+#include "medium/coarse_field.h"
 
 #include <tbb/parallel_for.h>
 
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "psivox/leaf_values.h"
-#include "scene/value_range.h"
+#include "medium/value_range.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/map_field.h"
+#include "medium/map_field.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "psivox/leaf_values.h"
-#include "scene/field_index.h"
-#include "scene/fill_domain.h"
-#include "scene/gradient_field.h"
+#include "field/field_index.h"
+#include "medium/fill_domain.h"
+#include "medium/gradient_field.h"
 
 namespace psivox {
 

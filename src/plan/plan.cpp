@@ -1,11 +1,11 @@
-#include "draw/plan.h"
+#include "plan/plan.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
 
-#include "draw/lattice_search.h"
+#include "plan/lattice_search.h"
 #include "march/march_double.h"
 #include "psivox/error.h"
 #include "psivox/statistics.h"

@@ -1,4 +1,4 @@
-#include "scene/fill_domain.h"
+#include "medium/fill_domain.h"
 
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -6,7 +6,7 @@
 
 #include "psivox/error.h"
 #include "psivox/text.h"
-#include "scene/field_index.h"
+#include "field/field_index.h"
 
 namespace psivox {
 namespace {

@@ -5,10 +5,10 @@
 #include "psivox/parameters.h"
 #include "psivox/parts.h"
 #include "psivox/text.h"
-#include "scene/coarse_field.h"
-#include "scene/stored_density.h"
-#include "scene/value_range.h"
-#include "scene/vector_part.h"
+#include "medium/coarse_field.h"
+#include "medium/stored_density.h"
+#include "medium/value_range.h"
+#include "medium/vector_part.h"
 
 namespace psivox {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "draw/trials.h"
+#include "plan/trials.h"
 
 namespace psivox {
 

@@ -1,4 +1,4 @@
-#include "draw/lattice_search.h"
+#include "plan/lattice_search.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 #include "psivox/scene.h"
 #include "psivox/team.h"
 #include "psivox/vdb.h"
-#include "scene/visible_parts.h"
+#include "medium/visible_parts.h"
 
 namespace psivox {
 
