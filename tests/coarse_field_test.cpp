@@ -6,9 +6,9 @@
 
 #include "blobs_scene.h"
 #include "field_voxels.h"
+#include "medium/coarse_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "medium/coarse_field.h"
 #include "verify/made_fields.h"
 
 namespace psivox {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "plan/trial_method.h"
 #include "march_cases.h"
+#include "plan/trial_method.h"
 #include "verify/make_field.h"
 
 namespace psivox {

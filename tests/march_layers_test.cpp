@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "plan/plan.h"
 #include "field_voxels.h"
 #include "march_cases.h"
+#include "plan/plan.h"
 #include "psivox/vdb.h"
 #include "reference/ray_radiance.h"
 

@@ -13,10 +13,10 @@
 #include <memory>
 #include <numeric>
 
+#include "medium/value_range.h"
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 #include "psivox/vdb.h"
-#include "medium/value_range.h"
 #include "thread_team.h"
 #include "vdb/grid_types.h"
 #include "vdb_made_files.h"

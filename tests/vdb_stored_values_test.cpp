@@ -1,16 +1,16 @@
-// Values that stay in the file: they equal the values of a field that is read whole; a part or a rank
-// reads its own alone.
+// Values that stay in the file: they equal the values of a field that is read whole; a part or a
+// rank reads its own alone.
 
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <memory>
 
+#include "medium/value_range.h"
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
-#include "medium/value_range.h"
 #include "thread_team.h"
 #include "vdb_made_files.h"
 

@@ -9,8 +9,8 @@
 
 #include "psivox/atlas.h"
 #include "psivox/image.h"
-#include "psivox/medium.h"
 #include "psivox/marcher.h"
+#include "psivox/medium.h"
 #include "psivox/progress.h"
 #include "psivox/team.h"
 

@@ -7,14 +7,14 @@
 #include <limits>
 
 #include "colour/display.h"
+#include "medium/density_function.h"
+#include "medium/value_range.h"
 #include "psivox/clip.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
 #include "psivox/subject.h"
 #include "psivox/text.h"
 #include "scene/color_space.h"
-#include "medium/density_function.h"
-#include "medium/value_range.h"
 
 namespace psivox {
 namespace {

@@ -5,9 +5,9 @@
 #include <numeric>
 #include <utility>
 
+#include "medium/value_range.h"
 #include "psivox/draw.h"
 #include "psivox/method.h"
-#include "medium/value_range.h"
 
 namespace psivox {
 namespace {

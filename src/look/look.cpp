@@ -10,13 +10,13 @@
 #include "look/choices.h"
 #include "look/embedded_looks.h"
 #include "look/file_kind.h"
+#include "medium/vector_part.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/parts.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
-#include "medium/vector_part.h"
 
 namespace psivox {
 namespace {

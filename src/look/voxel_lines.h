@@ -9,8 +9,8 @@
 #include <glm/vec3.hpp>
 #include <optional>
 
-#include "psivox/medium.h"
 #include "field/field_index.h"
+#include "psivox/medium.h"
 
 namespace psivox {
 

@@ -10,9 +10,9 @@
 #include <numeric>
 #include <optional>
 
+#include "field/field_index.h"
 #include "march/medium_atlas.h"
 #include "psivox/text.h"
-#include "field/field_index.h"
 
 namespace psivox {
 namespace {

@@ -3,8 +3,8 @@
 #include "march/light.h"
 #include "march/medium_atlas.h"
 #include "march/pixel_box.h"
-#include "psivox/marcher.h"
 #include "psivox/error.h"
+#include "psivox/marcher.h"
 
 namespace psivox {
 

@@ -10,8 +10,8 @@
 
 #include "march/grids.h"
 #include "march/march_parameters.h"
-#include "psivox/leaf_values.h"
 #include "medium/value_range.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {

@@ -4,9 +4,9 @@
 #include <glm/vector_relational.hpp>
 #include <unordered_set>
 
+#include "field/field_index.h"
 #include "psivox/error.h"
 #include "psivox/text.h"
-#include "field/field_index.h"
 
 namespace psivox {
 namespace {

@@ -13,9 +13,9 @@
 #include <memory>
 #include <unordered_set>
 
+#include "field/field_index.h"
 #include "psivox/error.h"
 #include "psivox/text.h"
-#include "field/field_index.h"
 
 namespace psivox {
 namespace {

@@ -5,10 +5,10 @@
 #include <cstddef>
 #include <memory>
 
-#include "psivox/leaf_values.h"
 #include "field/field_index.h"
 #include "medium/fill_domain.h"
 #include "medium/gradient_field.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox {
 

@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
+#include "medium/coarse_field.h"
 #include "psivox/atlas.h"
 #include "psivox/leaf_values.h"
 #include "psivox/regions.h"
 #include "psivox/value_percentile.h"
-#include "medium/coarse_field.h"
 
 namespace psivox {
 namespace {

@@ -5,11 +5,11 @@
 #include <optional>
 #include <string>
 
+#include "medium/visible_parts.h"
 #include "psivox/field.h"
 #include "psivox/scene.h"
 #include "psivox/team.h"
 #include "psivox/vdb.h"
-#include "medium/visible_parts.h"
 
 namespace psivox {
 

@@ -11,8 +11,8 @@
 #include <tuple>
 #include <vector>
 
-#include "psivox/leaf_values.h"
 #include "medium/value_range.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "plan/trial_method.h"
 #include "march/march_double.h"
+#include "plan/trial_method.h"
 
 namespace psivox {
 

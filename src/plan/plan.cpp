@@ -5,8 +5,8 @@
 #include <limits>
 #include <random>
 
-#include "plan/lattice_search.h"
 #include "march/march_double.h"
+#include "plan/lattice_search.h"
 #include "psivox/error.h"
 #include "psivox/statistics.h"
 #include "reference/reference.h"
