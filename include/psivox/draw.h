@@ -124,14 +124,6 @@ struct Drawn {
   std::vector<std::string> notices;  ///< one line each: what was not possible
 };
 
-/// Errors of some pixels of a picture.
-struct CheckedError {
-  int pixels = 0;
-  double rms = 0;  ///< over R G B A
-  double max = 0;  ///< of one channel
-  int max_x = 0, max_y = 0;
-};
-
 /// Why a picture of the view shows nothing on a display, as a sentence for the user: it differs
 /// from the background in no pixel. Empty if it shows something.
 std::string blank_reason(const View& view, const Image& image);

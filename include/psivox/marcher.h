@@ -70,6 +70,14 @@ struct RenderStats {
   double gpu_ms = 0, cpu_ms = 0;
 };
 
+/// Errors of some pixels of a picture.
+struct CheckedError {
+  int pixels = 0;
+  double rms = 0;  ///< over R G B A
+  double max = 0;  ///< of one channel
+  int max_x = 0, max_y = 0;
+};
+
 /// One thing that a march computes or skips, and why.
 struct Explanation {
   std::string what;  ///< "luminance"

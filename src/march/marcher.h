@@ -4,6 +4,7 @@
 #include "march/medium_atlas.h"
 #include "march/pixel_box.h"
 #include "psivox/error.h"
+#include "psivox/image.h"
 #include "psivox/marcher.h"
 
 namespace psivox {
