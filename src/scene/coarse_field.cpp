@@ -36,7 +36,8 @@ void add_values(const glm::ivec3& origin, const float* values, int channels, Coa
           };
           float& to = coarse[index(first.x + x, first.y + y, first.z + z) + std::size_t(c)];
           if (what == CoarseValue::sample) {
-            to = value((x + 2 * y + 4 * z + (x >> 1) + (y >> 1) + (z >> 1)) & 7);  // each of the eight as often
+            // each of the eight as often
+            to = value((x + 2 * y + 4 * z + (x >> 1) + (y >> 1) + (z >> 1)) & 7);
             continue;
           }
           double sum = 0;
