@@ -14,8 +14,8 @@
 #include "gradient_cases.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
-#include "scene/map_field.h"
 #include "scene/gradient_field.h"
+#include "scene/map_field.h"
 
 namespace psivox {
 namespace {
