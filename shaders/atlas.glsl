@@ -80,7 +80,7 @@ Node find_entry(int grid, int3 cell) {
   return Node(kind, payload, lo - grow, (1 << shift) + 2 * grow);
 }
 
-// The same without the octants' bits, for look-ups that need values that octants hide.
+// The node without the octants' bits, for look-ups that need values which octants hide.
 Node find_stored(int grid, int3 cell) {
   Node node = find_entry(grid, cell);
   if (octants && grid == density_grid && node.kind == NODE_BRICK)
@@ -315,7 +315,7 @@ struct Tangent {
   real slope;
 };
 
-// At a point of a brick.
+// The tangent at a point of a brick.
 Tangent tangent_scalar(int grid, Node node, Ray ray, real t) {
   real3 p = position(ray, t);
   if (hardware_filter)
@@ -335,7 +335,7 @@ real slope_scalar(int grid, Node node, Ray ray, real t) {
   return tangent_scalar(grid, node, ray, t).slope;
 }
 
-// The same of a vector.
+// The derivative of a vector at a point of a node.
 real3 slope_vector(int grid, Node node, Ray ray, real t) {
   if (node.kind != NODE_BRICK) return real3(real(0.0));
   if (hardware_filter)

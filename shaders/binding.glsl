@@ -53,7 +53,7 @@ float power_of_two(int n) { return intBitsToFloat((n + 127) << 23); }
 uniform samplerBuffer tables;  // what transfer functions and rules look up
 vec4 fetch_table(int i) { return texelFetch(tables, i); }
 
-// Of a transfer function of one interval: its two knots' entries.
+// The entries of the two knots of a transfer function with one interval.
 uniform vec4 interval_entries[8];
 vec4 only_interval[8] = vec4[8](held(interval_entries[0]), held(interval_entries[1]), held(interval_entries[2]),
                            held(interval_entries[3]), held(interval_entries[4]), held(interval_entries[5]),

@@ -28,13 +28,12 @@ void deepen(INOUT(March) m, real depth, real length) {
 // `glow`: what it emits by itself, as seen at its front.
 void composite(INOUT(March) m, real3 C, real opacity, real depth, real3 glow, real length) {
   if (count_steps && depth > real(0.0)) m.steps += 1;
-  bool back_to_front = mode == MODE_BACK_TO_FRONT;
   if (vector_radiance) {
     if (has_emission) C = C * (color * m.phase) + glow;
-    if (back_to_front) m.radiance = C + m.radiance * (real(1.0) - opacity);
+    if (from_back) m.radiance = C + m.radiance * (real(1.0) - opacity);
     else add_light(m, C * m.transmittance);
   } else if (!constant_luminance) {
-    if (back_to_front) m.radiance.x = C.x + m.radiance.x * (real(1.0) - opacity);
+    if (from_back) m.radiance.x = C.x + m.radiance.x * (real(1.0) - opacity);
     else add_light(m, real3(C.x * m.transmittance, real(0.0), real(0.0)));
   }
   m.transmittance -= m.transmittance * opacity;
@@ -62,7 +61,7 @@ void correct_step(INOUT(March) m, real kappa, real x) {
 
 // One segment from m.t to t_back, of linear or sampled values; leaves the front of the next one.
 // Under cells its optical depth is Simpson's, which is exact for a cubic attenuation; under uniform
-// it is that of a linear one.
+// it is the depth of a linear one.
 // `constant_run`: it is exact.
 void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back, real t_back, real length,
                        bool constant_run) {
@@ -99,7 +98,7 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   }
   m.front = back;
   Point near = front;
-  if (mode == MODE_BACK_TO_FRONT) {
+  if (from_back) {
     near = back;
     back = front;
   }
@@ -168,7 +167,7 @@ struct NodeSum {
 
 // The node at `place` of the way through the piece: `share` is its part of the piece.
 void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, real share) {
-  real s = mode == MODE_BACK_TO_FRONT ? real(1.0) - place : place;
+  real s = from_back ? real(1.0) - place : place;
   real depth = extinction * piece.extent * antiderivative(piece.tau, s);
   real through = share * (cell_nodes == 4 ? shallow_decay(depth) : deep_decay(depth));
   real weight = integrate_cell(piece.tau, through, s);
@@ -184,7 +183,7 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   real3 none = real3(real(0.0));
   Cubics dark = constant_cubics(none);
   CellPiece piece = CellPiece(length, value, attenuation, dark, dark);
-  if (mode == MODE_BACK_TO_FRONT) piece.tau = reversed(attenuation);
+  if (from_back) piece.tau = reversed(attenuation);
   seek(m, m.t + real(0.5) * length, true);
   if (own_luminance) piece.L = luminance_along(m, length);
   if (has_emission)
@@ -215,41 +214,12 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   }
   real depth = max(extinction * length * antiderivative(attenuation, real(1.0)), real(0.0));
   real opacity = decay(depth).a;
-  // between knots the luminance is linear in the value: that of the mean value is its mean
+  // between knots the luminance is linear in the value, so the mean value has the mean luminance
   real scale = real(1.0) / max(sum.weight, real(1e-30));
   Point mean = Point(real(0.0), real(0.0), real3(real(1.0)), none, real(0.0), none);
   if (own_luminance) mean.L = sum.L * scale;
   mean = with_value(m, mean, Sample(sum.value * scale, real(0.0)));
   composite(m, mean.L * opacity, opacity, depth, sum.glow * length, length);
-  m.t = t_back;
-  m.front.value = polynomial(value, real(1.0));
-}
-
-// A value on the way to a maximum. LMIP ends behind the first one that is at least the threshold;
-// what rounding makes of a plateau, or of a value seen from both sides of a face, is no fall.
-#if REAL_BITS == 64
-const real least_fall = real(1e-12);
-#else
-const real least_fall = real(4e-6);
-#endif
-void see_value(INOUT(March) m, real value, real t) {
-  if (m.done || !m.own) return;
-  real fallen = m.radiance.x - least_fall * abs(m.radiance.x);
-  if (mode == MODE_LMIP && value < fallen && m.radiance.x >= lmip_threshold) m.done = true;
-  else if (value > m.radiance.x) {
-    m.radiance.x = value;
-    m.half_depth = t;
-  }
-}
-
-// The greatest value of a piece of a cell: at its ends or where its cubic turns.
-void see_cell(INOUT(March) m, Cubic value, real t_back) {
-  real length = t_back - m.t;
-  Turns turn = turning_points(value);
-  see_value(m, value.f_0, m.t);
-  see_value(m, polynomial(value, turn.first), m.t + turn.first * length);
-  see_value(m, polynomial(value, turn.second), m.t + turn.second * length);
-  see_value(m, polynomial(value, real(1.0)), t_back);
   m.t = t_back;
   m.front.value = polynomial(value, real(1.0));
 }

@@ -1,5 +1,4 @@
 #include "marcher.glsl"
-#include "light.glsl"
 
 // One row is a block of 8^3 voxels, whose first one is entry blocks_first + row of `tables`.
 uniform int blocks_first;

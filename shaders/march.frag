@@ -1,5 +1,4 @@
 #include "marcher.glsl"
-#include "pixel.glsl"
 
 // Row 0 of the framebuffer is the picture's top row of the tile.
 uniform ivec2 tile_origin;

@@ -5,6 +5,9 @@
 // both sides of every branch, so a rare branch costs as much as a frequent one.
 #include "ray_state.glsl"
 #include "composite.glsl"
+#include "stretch.glsl"
+#include "pixel.glsl"
+#include "modes.glsl"
 #include "turn_cells.glsl"
 #include "turn_uniform.glsl"
 #include "turn_template.glsl"

@@ -1,19 +1,21 @@
 // What a shader is compiled for: constants in GLSL, so that terms which cannot change the picture
 // vanish; plain members in the march in double. No include guard, as march_parameters.glsl.
 CONSTANT(int, mode)               // Mode
+CONSTANT(int, shows)              // Shows, what the mode shows of a ray
+CONSTANT(bool, from_back)         // rays are marched back to front
 CONSTANT(int, luminance_source)   // LuminanceSource
 CONSTANT(bool, octants)           // entries of the density's bricks tell which of their octants hide
 CONSTANT(bool, passes_octants)    // rays pass over those: a CPU gains by it, a GPU needs more registers
 CONSTANT(bool, paired)            // luminance is stored beside the density, in the same bricks
-CONSTANT(int, emission_channels)  // of the emission grid, 0: there is none
+CONSTANT(int, emission_channels)  // channels of the emission grid, 0: there is none
 CONSTANT(bool, attenuates)        // the extinction is not 0
 CONSTANT(bool, ends_early)        // a ray may become opaque
 CONSTANT(bool, transfer)          // a transfer function classifies values; else tau ~ value
 CONSTANT(bool, one_interval)      // which has two knots: nothing is searched
 CONSTANT(bool, transfer_search)   // several of its knots may lie in one bin of its table
 CONSTANT(bool, ramps)             // whose attenuation is a sum of ramps, and nothing asks for colours
-CONSTANT(bool, with_gradient)     // of the gradient's magnitude too, a grid of its own
-CONSTANT(bool, in_part)           // of a region alone: cells beside it may have values
+CONSTANT(bool, with_gradient)     // and the gradient's magnitude, a grid of its own
+CONSTANT(bool, in_part)           // only a region is marched: cells beside it may have values
 CONSTANT(bool, beyond)            // the walk goes beyond the density, where 0 would be a medium
 CONSTANT(bool, split_knots)       // segments end where the value crosses its knots
 CONSTANT(int, segments)           // linear segments a cell
@@ -30,7 +32,7 @@ CONSTANT(bool, cell_rule)         // the integrator takes a cell's cubic, not se
 CONSTANT(int, cell_nodes)         // in which it reads the luminance: 4, 6 or 8
 CONSTANT(bool, deep_cells)        // a cell may be deeper than it takes at a time
 CONSTANT(bool, transfer_rule)     // the integrator takes values and applies the function itself
-CONSTANT(bool, end_corrections)   // of psi-balanced, where a ray may begin or end inside the medium
+CONSTANT(bool, end_corrections)   // psi-balanced, and a ray may begin or end inside the medium
 CONSTANT(bool, hardware_filter)
 CONSTANT(bool, orthographic)
 CONSTANT(bool, clips)             // planes cut rays off

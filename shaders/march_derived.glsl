@@ -9,7 +9,6 @@ DERIVED(bool, tracks_luminance, own_luminance && !beside_density)
 DERIVED(bool, has_emission, emission_channels > 0)
 DERIVED(bool, colored_luminance, luminance_source == SOURCE_VECTOR || luminance_source == SOURCE_TRANSFER)
 DERIVED(bool, vector_radiance, colored_luminance || has_emission)
-DERIVED(bool, finds_maximum, mode == MODE_MIP || mode == MODE_LMIP)
 
 DERIVED(bool, steps_along, uniform_sampling && !template_sampling)
 
@@ -17,7 +16,7 @@ DERIVED(bool, steps_along, uniform_sampling && !template_sampling)
 DERIVED(bool, walks_middles, uniform_sampling && middle_rule && !constant_runs && !brick_steps && !beyond)
 
 // The picture depends on the optical depth alone, and that is the segment's own: no weights.
-DERIVED(bool, integrates, !finds_maximum && mode != MODE_ISOSURFACE)
+DERIVED(bool, integrates, shows == SHOWS_light || shows == SHOWS_depth)
 DERIVED(bool, own_depth, exact_depth && !transfer_rule && !(transfer && cell_rule))
 DERIVED(bool, depth_only, integrates && constant_luminance && !has_emission && own_depth)
 
@@ -32,11 +31,11 @@ DERIVED(bool, cuts_pieces, limits_pieces || (transfer && split_knots))
 // surface must not slip between two cells, and a maximum is a value.
 DERIVED(bool, from_corners, (cell_rule || depth_only || transfer) && integrates && !hardware_filter)
 
-// What the next cell reads at its front is no more than its corners tell.
+// The next cell computes the value at its front from its own corners.
 DERIVED(bool, front_is_free, from_corners && (cell_rule || (depth_only && !transfer)))
 
 // The ray remembers a place: of a transmittance of 1/2, a maximum or a surface.
-DERIVED(bool, keeps_depth, find_depth || finds_maximum || mode == MODE_ISOSURFACE)
+DERIVED(bool, keeps_depth, find_depth || !integrates)
 
 // A piece between two knots has their function at its ends too: a jump's side that it lies on.
 DERIVED(bool, keeps_interval, split_knots && !uniform_sampling)

@@ -1,4 +1,4 @@
-// A pixel: its rays in the grids, and the picture that it makes of them.
+// A pixel and its rays in the grids.
 
 // Where the ray of a pixel runs in a grid, in that grid's voxels.
 struct Pixel {
@@ -59,7 +59,7 @@ Ray clipped_ray(Ray ray, Pixel p) {
 // The ray that is marched: from the camera, or back to front.
 Ray march_ray_of(Pixel p) {
   Ray ray = clipped_ray(grid_ray(p, density), p);
-  if (mode == MODE_BACK_TO_FRONT) return reversed(ray);
+  if (from_back) return reversed(ray);
   return ray;
 }
 
@@ -81,107 +81,15 @@ void aim(INOUT(March) m, Pixel p) {
   }
   if (own_luminance) m.luminance.ray = grid_ray(p, luminance);
   if (has_emission) m.emission.ray = grid_ray(p, emission);
-  if (mode == MODE_BACK_TO_FRONT) {
+  if (from_back) {
     m.luminance.ray = reversed(m.luminance.ray);
     m.emission.ray = reversed(m.emission.ray);
   }
 }
 
-// The density at a point of a cell.
-real density_at(int3 cell, real3 p) {
-  Node node = find_stored(density_grid, clamp(cell, density.domain_min, density.domain_max - 1));
-  return node.kind == NODE_EMPTY ? real(0.0) : sample_scalar(density_grid, node, p);
-}
-
-// Where the ray hits a surface, in a cell: its normal in the world, 0 where the field has none, by
-// central differences of the density one voxel to each side; at the domain's faces only as far as it
-// reaches. The trilinear field's own gradient jumps from cell to cell. A point in a face has neighbours
-// beside its cell, which are stored: those beside the cell across the face may not be.
-real3 surface_normal(int3 cell, Ray ray, real t) {
-  real3 p = position(ray, t);
-  real3 n = real3(real(0.0));
-  // No loop of known length, which would be unrolled: llvmpipe executes one turn for other rays.
-  int sides = t < NEVER ? 6 : 0;
-  for (int i = 0; i < sides; ++i) {
-    int3 axis = int3(i < 2 ? 1 : 0, i >> 1 == 1 ? 1 : 0, i > 3 ? 1 : 0);
-    int3 side = (i & 1) == 0 ? axis : -axis;
-    real3 low = real3(density.domain_min);
-    real3 high = real3(density.domain_max);
-    real3 at = clamp(p + real3(side), low, high);
-    real reach = dot(at - clamp(p - real3(side), low, high), real3(axis));  // with the side's sign
-    real3 normal = i < 2 ? normal_x : i < 4 ? normal_y : normal_z;
-    n = n + normal * (density_at(cell + side, at) / reach);
-  }
-  real size = sqrt(dot(n, n));
-  return n * (size > real(0.0) ? real(1.0) / size : real(0.0));
-}
-
-// A surface is lit by the scene's lights, or by one from the camera, and from everywhere.
-real3 shade(IN(March) m, Ray ray, Pixel p) {
-  real3 w = (world_0 + world_u * p.u + world_v * p.v) * p.inverse_length;
-  real3 normal = surface_normal(m.cell, ray, m.half_depth);
-  if (dot(normal, w) > real(0.0)) normal = -normal;  // seen from either side
-  real3 light = real3(real(0.0));
-  if (surface_lights == 0) light = real3(max(-dot(normal, w), real(0.0)));
-  for (int i = 0; i < surface_lights; ++i) {
-    real4 direction = fetch_table(surface_lights_first + 2 * i);
-    real4 shine = fetch_table(surface_lights_first + 2 * i + 1);
-    real facing = max(-dot(normal, real3(direction.x, direction.y, direction.z)), real(0.0));
-    light = light + real3(shine.x, shine.y, shine.z) * facing;
-  }
-  return real3(real(0.2)) + light * real(0.8);
-}
-
-// Whether a ray has met a maximum, and one that attenuates.
-bool sees_maximum(IN(March) m) {
-  if (!(m.radiance.x > UNKNOWN)) return false;
-  return (transfer ? classify(m.radiance.x).attenuation : m.radiance.x) > real(0.0);
-}
-
-// Distance from the camera of what the depth layer shows [world units]; NEVER where that is nothing.
-real depth_of(IN(March) m, Pixel p) {
-  if (m.half_depth >= NEVER || (finds_maximum && !sees_maximum(m))) return NEVER;
-  return (m.half_depth - camera_time(p)) * world_unit;
-}
-
-// Premultiplied radiance and opacity.
-real4 picture(IN(March) m, Ray ray, Pixel p) {
-  if (finds_maximum) {
-    if (!sees_maximum(m)) return real4(real(0.0));
-    real3 shown = real3(m.radiance.x);
-    if (luminance_source == SOURCE_TRANSFER) shown = classify(m.radiance.x).color;
-    return real4(color * shown, real(1.0));
-  }
-  if (mode == MODE_ISOSURFACE) {
-    if (m.half_depth >= NEVER) return real4(real(0.0));
-    real3 shown = color;
-    if (luminance_source == SOURCE_TRANSFER) shown = color * classify(isovalue).color;
-    return real4(shown * shade(m, ray, p), real(1.0));
-  }
-  real a = decay(m.optical_depth).a;
-  if (mode == MODE_XRAY) return real4(color * m.optical_depth, a);
-  if (constant_luminance && !has_emission) return real4(color * a, a);
-  real3 shown = m.radiance;
-  if (!vector_radiance) shown = color * (m.phase * m.radiance.x);
-  else if (!has_emission) shown = color * m.phase * m.radiance;
-  return real4(shown + ambient * a, a);
-}
-
-// What a ray has collected in a region, for RayFold (src/march/ray_fold.h) to join with other regions':
-// radiance and transmittance, which is 0 behind a surface; of maxima the value, and 1 if LMIP ended there.
-// The ray is the one marched: made again, its end might differ by rounding.
-real4 collected(IN(March) m, Ray ray, Pixel p) {
-  if (finds_maximum) {
-    bool found = mode == MODE_LMIP && m.done && m.t < ray.end;
-    return real4(m.radiance.x, real(found ? 1.0 : 0.0), real(0.0), real(0.0));
-  }
-  real4 shown = picture(m, ray, p);
-  real through = mode == MODE_ISOSURFACE ? real(1.0) - shown.w : decay(m.optical_depth).e;
-  return real4(shown.x, shown.y, shown.z, through);
-}
-
-// What is drawn of a ray.
-real4 drawn(IN(March) m, Ray ray, Pixel p) {
-  if (in_part) return collected(m, ray, p);
-  return picture(m, ray, p);
+// Towards the light: the ray from a voxel of the density grid to where the light comes in. The view
+// of such a march looks there, orthographic (light_march in light.h).
+Ray light_ray(int3 voxel) {
+  return make_ray(real3(voxel), density.direction_0, density.domain_min, density.domain_max,
+                  real(0.0));
 }

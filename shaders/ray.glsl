@@ -51,8 +51,8 @@ Ray make_ray(real3 anchor, real3 direction, int3 domain_min, int3 domain_max, re
   return ray;
 }
 
-// The same line from its other end, t negated: so are the times of all faces, to the last bit, since
-// rounding is symmetric.
+// The ray from its other end, with t negated. The times of all faces are negated too, to the last bit,
+// since rounding is symmetric.
 Ray reversed(Ray ray) {
   return Ray(ray.anchor, -ray.direction, -ray.inverse, ray.offset * real(-1.0), int3(1) - ray.side,
              -ray.end, -ray.begin);

@@ -25,7 +25,7 @@ struct March {
   Point front;         // the medium at t
   int3 cell;           // the next cell to look up in the density grid
   int lattice;         // template: the voxel that t is at
-  bool known;          // `front` is that of t; if not, a turn of length 0 finds it
+  bool known;          // `front` is the medium at t; if not, a turn of length 0 finds it
   bool vacuum;         // what the turn looks at is an empty run
   bool own;            // and it begins in the region that the ray collects from
   int interval;        // of the transfer function, where pieces end at its knots
@@ -68,7 +68,7 @@ March begin_march(Ray ray) {
   m.vacuum = false;
   m.own = true;
   m.interval = 0;
-  m.radiance = real3(finds_maximum ? UNKNOWN : real(0.0));
+  m.radiance = real3(shows == SHOWS_value ? UNKNOWN : real(0.0));
   m.radiance_lost = real3(real(0.0));
   m.optical_depth = real(0.0);
   m.lost = real(0.0);
@@ -99,7 +99,8 @@ bool constant_run(Node node) {
 }
 bool closed_form(Node node) { return node.kind == NODE_EMPTY || constant_run(node); }
 
-// Where the walk goes on for the sake of another grid: no medium, whatever 0 means.
+// Whether the walk is beyond the density for the sake of another grid. There is no medium, whatever
+// the function gives for 0.
 bool beyond_density(int3 cell) {
   return beyond && !inside_box(density_field_min, density_field_max, cell);
 }
@@ -165,7 +166,7 @@ void read_pairs(INOUT(March) m, Node brick, int3 cell) {
 }
 
 // The luminance beside the density at t. Where nothing is stored nothing attenuates, and it is as in
-// front: a segment that begins or ends there takes that of its other end.
+// front: a segment that begins or ends there takes the luminance of its other end.
 real3 paired_luminance(IN(March) m, real t) {
   if (!m.paired_here) return m.front.L;
   if (hardware_filter) return sample_luminance(m, t);
@@ -183,7 +184,7 @@ real attenuation_of(IN(March) m, Sample s) {
   return transfer ? classify_at(m, s).attenuation : s.value;
 }
 
-// The same point with another value of the density grid.
+// The point with another value of the density grid.
 Point with_value(IN(March) m, IN(Point) p, Sample s) {
   Classified c = Classified(s.value, real3(real(1.0)));
   if (transfer) c = classify_at(m, s);
@@ -194,7 +195,7 @@ Point with_value(IN(March) m, IN(Point) p, Sample s) {
   return Point(s.value, attenuation, L, p.glow, p.slope, p.L_slope);
 }
 
-// What glows in a region's empty runs is another region's, which walks it. Steps may end in one.
+// Emission in a region's empty runs belongs to another region, which walks it. Steps may end in one.
 bool glows(IN(March) m) {
   return has_emission && (uniform_sampling ? m.own : !(in_part && m.vacuum));
 }

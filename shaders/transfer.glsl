@@ -124,8 +124,8 @@ Classified classify(Sample s) {
 }
 Classified classify(real value) { return classify_in(transfer_interval(value), value); }
 
-// Of a piece in interval k, -1 before all knots and knots() - 1 behind them, whose ends may lie
-// beyond it by rounding.
+// Classifies a value of a piece in interval k: -1 before all knots, knots() - 1 behind them. By
+// rounding the value may lie beyond the interval.
 Classified classify_within(int k, real value) {
   real far = real(3e38);
   real v = k < 0 ? -far : k > knots() - 2 ? far : value;
@@ -165,7 +165,7 @@ Piece piece_between_knots(Cubic value, real noise) {
   return piece;
 }
 
-// What linear values from front to back, passed at a constant rate, hold on average.
+// The function's mean over values that are linear from front to back.
 struct Average {
   real attenuation;
   real3 source;  // attenuation times colour
@@ -218,7 +218,7 @@ Average transfer_average(real front, real back) {
   return sum;
 }
 
-// What a rule that applies the function itself returns: the segment's optical depth and its mean
+// The result of a rule that applies the function itself: the segment's optical depth and its mean
 // luminance, C = L (1 - e^{-depth}).
 struct Mixture {
   real depth;

@@ -1,7 +1,7 @@
 // Ray templates (Yagel 1991): under an orthographic camera all rays step through the voxels in the
 // same way. A pixel's ray is moved to the nearest voxel of the base plane, the domain's face that
 // most faces the camera, and from there takes the one template, a list of voxels (src/march/
-// ray_template.h). Samples are voxels' own values, one fetch each; between two of them attenuation
+// march_tables.h). Samples are voxels' own values, one fetch each; between two of them attenuation
 // and luminance are linear.
 
 real component(real3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
@@ -64,13 +64,7 @@ void turn_template(INOUT(March) m, INOUT(VoxelWalk) w, Ray ray) {
     m.t = t;
     m.front = with_value(m, m.front, s);
   }
-  if (finds_maximum) {
-    see_value(m, s.value, t);
-    m.t = t;
-    m.front.value = s.value;
-  } else {
-    composite_segment(m, s, s, t, t - m.t, false);
-  }
+  cross_step(m, s, s, t, false);
   m.known = t >= ray.begin;
   m.lattice = m.known ? k : k + 1;  // in front of the domain: on to the next entry
   if (m.vacuum && !outside) skip_voxels(m, w);

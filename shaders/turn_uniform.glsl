@@ -16,7 +16,7 @@ real wider_behind(real d) {
 real node_step(Node node, IN(March) m) {
   if (!brick_steps || node.kind != NODE_BRICK) return step;
   real part = fetch_table(brick_steps_first + node.payload).x;
-  if (mode == MODE_ALPHA) part = min(part * wider_behind(m.optical_depth), real(1.0));
+  if (shows == SHOWS_light && !from_back) part = min(part * wider_behind(m.optical_depth), real(1.0));
   return step * part;
 }
 
@@ -101,7 +101,7 @@ StepWalk begin_steps(INOUT(March) m, Ray ray) {
   return w;
 }
 
-// Whether a segment that begins at t is the region's own: of all regions, that of exactly one.
+// Whether a segment that begins at t belongs to the region. It belongs to exactly one.
 bool begins_in_part(StepWalk w, real t) {
   return !in_part || (t >= w.part_begin && t < w.part_end);
 }
@@ -230,15 +230,8 @@ void turn_uniform(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
   m.paired_here = false;
   if (look_up_at(m.t, s.t_back) > w.node_end) return;  // the next turn looks up the next node
   Samples found = sample_step(m, w, s, ray);
-  if (finds_maximum) {
-    see_value(m, m.front.value, m.t);
-    see_value(m, found.back.value, s.t_back);
-    m.t = s.t_back;
-    m.front.value = found.back.value;
-  } else {
-    composite_segment(m, found.middle, found.back, s.t_back, s.t_back - m.t, s.run);
-    if (end_corrections) find_slopes(m, found.slope);
-  }
+  cross_step(m, found.middle, found.back, s.t_back, s.run);
+  if (end_corrections) find_slopes(m, found.slope);
   m.known = true;
   w.finest = w.h;
   leave_run(m, w, s, ray);

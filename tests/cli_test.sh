@@ -378,7 +378,7 @@ sed -i 's/real(0.27) : real(0.73)/real(0.73) : real(0.27)/' broken/integrators/p
 PSIVOX_SHADER_DIR=$work/broken t 7 "beyond their bounds: ramp that glows, psi-weighted" verify
 PSIVOX_SHADER_DIR=$work/broken t 7 '"passed": false' verify --json
 # A picture's estimate includes the device's errors.
-sed -i 's/real a = decay(m.optical_depth).a;/real a = real(0.9) * decay(m.optical_depth).a;/' broken/pixel.glsl
+sed -i 's/real a = decay(m.optical_depth).a;/real a = real(0.9) * decay(m.optical_depth).a;/' broken/modes/light.glsl
 PSIVOX_SHADER_DIR=$work/broken t 0 "by the device's arithmetic" render "$S" -o a.exr --resolution 32x32
 echo '{"stpe": 1}' >bad.json
 t 2 step render --scene bad.json -o a.exr

@@ -81,7 +81,7 @@ TEST(Clip, MarchesAgreeWithTheReferenceInEveryMode) {
       const Comparison error = compare_images(march, truth);
       // Steps of 1/32 of a voxel: second order, so a thousandth of the error of whole ones, which
       // is below 1; the maximum between samples differs as much.
-      EXPECT_LE(error.max, 1e-3) << parameter_text(own, *find_parameter("mode")) << uniform;
+      EXPECT_LE(error.max, 1e-3) << parameter_text(own, "mode") << uniform;
       double sum = 0;
       for (const float value : truth.rgba()) sum += static_cast<double>(value);
       EXPECT_GT(sum, 50);
@@ -109,9 +109,7 @@ TEST_F(ClipOnGpu, AgreesWithTheMarchInDouble) {
         expect_content(gpu, 0.02, 1);
         // The cut is rounded to 1e-7 of a grid of 64 voxels, and the attenuation of a voxel is
         // below 1 here; the sum of 64 cells is rounded as often.
-        EXPECT_LE(
-            difference(parameter_text(own, *find_parameter("mode")), gpu, double_picture(view)).max,
-            2e-5);
+        EXPECT_LE(difference(parameter_text(own, "mode"), gpu, double_picture(view)).max, 2e-5);
       }
 }
 

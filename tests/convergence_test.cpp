@@ -11,8 +11,7 @@
 
 #include "march/formula_march.h"
 #include "psivox/integrators.h"
-#include "study/fitted_order.h"
-#include "study/smooth_ray.h"
+#include "study/orders.h"
 
 namespace psivox {
 namespace {

@@ -167,10 +167,10 @@ TEST(Look, RangeFollowsTheValues) {
   const fs::path vessels = shared_data() / "carotid.vdb";
   if (!fs::exists(vessels)) return;
   Scene scene = scene_of(vessels.string());
-  EXPECT_EQ(parameter_text(auto_look(scene).scene, *find_parameter("range")), "50%,99.5%");
+  EXPECT_EQ(parameter_text(auto_look(scene).scene, "range"), "50%,99.5%");
   scene.look = "scan";
   set_parameter(scene, "range", "0.2,0.9");
-  EXPECT_EQ(parameter_text(auto_look(scene).scene, *find_parameter("range")), "0.2,0.9");
+  EXPECT_EQ(parameter_text(auto_look(scene).scene, "range"), "0.2,0.9");
 }
 
 TEST(Look, DraftByRaysIsAsBrightAsThePicture) {

@@ -261,7 +261,7 @@ TEST(Modes, LookAtTheirTermsOnly) {
     EXPECT_EQ(view.medium.emission, nullptr);
     EXPECT_EQ(view.medium.luminance, nullptr);
     EXPECT_EQ(view.medium.source,
-              scene.finds_maximum() ? LuminanceSource::transfer : LuminanceSource::constant);
+              scene.shows(Shows::value) ? LuminanceSource::transfer : LuminanceSource::constant);
     EXPECT_EQ(view.medium.light, std::nullopt);
     EXPECT_EQ(view.medium.color, glm::dvec3(1, 2, 3));
     EXPECT_EQ(view.scene.extinction.has_value(), mode == Mode::xray);

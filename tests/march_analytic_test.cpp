@@ -9,7 +9,6 @@
 
 #include "march_cases.h"
 #include "verify/case.h"
-#include "verify/closed_forms.h"
 
 namespace psivox {
 namespace {

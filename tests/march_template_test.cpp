@@ -2,7 +2,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "march/ray_template.h"
+#include "march/march_tables.h"
 #include "march_cases.h"
 
 namespace psivox {

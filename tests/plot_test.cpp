@@ -7,7 +7,7 @@
 #include <regex>
 
 #include "psivox/text_file.h"
-#include "study/plot_page.h"
+#include "study/study_plots.h"
 
 namespace psivox {
 namespace {
@@ -30,10 +30,14 @@ TEST(Plot, PointsLieWhereTheirLogarithmsSay) {
 }
 
 TEST(Plot, SvgHasItsColoursAndText) {
-  const std::string page = svg_page(40, 20,
-                                    svg(SvgLine{5, 10, 35, 10, 2, {255, 0, 0}}) +
-                                        svg(SvgMark{20, 5, 3, Shape::square, {0, 0, 255}}) +
-                                        svg(SvgText{1, 2, "a < b"}));
+  const Plot plot{
+      .title = "a < b",
+      .x_label = "x",
+      .y_label = "y",
+      .series = {{{{1, 1}, {2, 2}}, {255, 0, 0}}, {{{1, 2}}, {0, 0, 255}, Shape::square}},
+      .legend = {},
+      .front = {}};
+  const std::string page = svg_of(plot);
   for (const char* part : {"stroke=\"#ff0000\"", "fill=\"#0000ff\"", ">a &lt; b<", "</svg>"})
     EXPECT_NE(page.find(part), std::string::npos) << part;
 }

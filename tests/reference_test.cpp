@@ -138,14 +138,13 @@ TEST(Reference, WideTilesAndEmptySpaceBetween) {
   EXPECT_NEAR(optical_depth(field, 1, {{-50, 64, 129}, {1, 0, 0}}), 2 * 4096, 1e-9);
 }
 
-TEST(Reference, CountsCellsThatHoldValuesAndCellsOfTheirBlocks) {
+TEST(Reference, CountsCellsThatHoldValues) {
   Medium medium = make_medium(
       make_field({{-20, 0, 0}, {40, 7, 7}}, [](glm::ivec3 v) { return v.x == 0 ? 1.0f : 0.0f; }), 1,
       LuminanceSource::constant);
   const RayMedium ready(medium);
-  const CellCount count = RayIntegrator(ready, 0).count_cells({{-50, 3.5, 3.5}, {1, 0, 0}});
-  EXPECT_EQ(count.occupied, 2u);    // [-1, 0] and [0, 1]
-  EXPECT_EQ(count.in_blocks, 16u);  // voxel 0 is a corner of the blocks from -8 and from 0
+  const RayDepth depth = RayIntegrator(ready, 0).whole_depth({{-50, 3.5, 3.5}, {1, 0, 0}});
+  EXPECT_EQ(depth.cells, 2u);  // [-1, 0] and [0, 1]
 }
 
 TEST(Reference, PictureIsItsRays) {

@@ -136,7 +136,7 @@ TEST(Parameters, TakesWholeNumbersUpTo255ForCodesBehindTheMediumAlone) {
   EXPECT_EQ(notice("camera-position", "0,0,100"), "");
   // what is written reads back as the same number
   const Scene bright = with("background", "2.0,2,2");
-  const std::string text = parameter_text(bright, *find_parameter("background"));
+  const std::string text = parameter_text(bright, "background");
   EXPECT_EQ(with("background", text.c_str()).background, bright.background);
   EXPECT_EQ(scene_from_json(to_json(bright)).background, bright.background);
   EXPECT_EQ(scene_from_json(R"({"background": [2, 2, 2]})").background, bright.background);

@@ -68,7 +68,7 @@ void let_stand(const std::function<void(const std::string&, const std::string&)>
 
 TEST_F(Shaders, RaysThatStandStillEndAndAreCounted) {
   const Image whole = picture(view());
-  let_stand([&](auto from, auto to) { edit("turn_cells.glsl", from, to); }, "8.0");
+  let_stand([&](auto from, auto to) { edit("stretch.glsl", from, to); }, "8.0");
   for (const int turns : {0, 60}) {  // in one pass, and in several
     const Limited limited({.turns_per_pass = turns});
     GlRenderer gl({.debug = true});
@@ -93,7 +93,7 @@ TEST_F(Shaders, RaysThatStandStillEndAndAreCounted) {
 TEST_F(Shaders, APassThatMovesNoRayIsAnError) {
   edit("passes.glsl", "  m.done = (d.z & 1) != 0;\n", "  m.done = false;\n  m.stuck = false;\n");
   edit("march.glsl", "      m.done = true;\n    }\n  }\n", "    }\n  }\n");
-  let_stand([&](auto from, auto to) { edit("turn_cells.glsl", from, to); }, "16.0");
+  let_stand([&](auto from, auto to) { edit("stretch.glsl", from, to); }, "16.0");
   const Limited limited({.turns_per_pass = 60});
   EXPECT_NE(graphics_error(view()).find("a pass moved none of them"), std::string::npos);
 }

@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-#include "march/rule_weights.h"
+#include "march/formula_march.h"
 #include "march_cases.h"
 #include "psi_quadrature.h"
 #include "verify/case.h"

@@ -7,7 +7,7 @@
 
 #include "psivox/statistics.h"
 #include "psivox/study.h"
-#include "study/pareto.h"
+#include "study/study_plots.h"
 
 namespace psivox {
 namespace {

@@ -15,9 +15,8 @@
 #include "psivox/study.h"
 #include "psivox/text_file.h"
 #include "study/conclusion.h"
-#include "study/needs.h"
 #include "study/orders.h"
-#include "study/results_table.h"
+#include "study/report.h"
 #include "study/study_plots.h"
 
 namespace psivox {

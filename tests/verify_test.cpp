@@ -111,7 +111,7 @@ TEST_F(BrokenShader, SwappedWeightsOfTheFit) {
 
 TEST_F(BrokenShader, RaysThatStandStill) {
   // one ulp before their end, where drivers found another time of the same face
-  edit("turn_cells.glsl", "s.t_exit = max(m.t, min(far.t, ray.end));",
+  edit("stretch.glsl", "s.t_exit = max(m.t, min(far.t, ray.end));",
        "s.t_exit = min(max(m.t, min(far.t, ray.end)), ray.end - abs(ray.end) * t_epsilon);");
   GlRenderer gl;
   const Painter painter(gl, Filter::exact);

@@ -31,7 +31,7 @@ void print_notices(const View& view, const Scene& scene, bool to_copy) {
     std::fprintf(stderr, "psivox: %s, chosen by auto\n", text.c_str());
   };
   if (!scene.extinction && scene.attenuates()) print_choice("extinction", *view.scene.extinction);
-  if (!scene.isovalue && scene.mode == Mode::isosurface)
+  if (!scene.isovalue && scene.shows(Shows::surface))
     print_choice("isovalue", *view.scene.isovalue);
 }
 

@@ -126,7 +126,7 @@ bool parse(RenderCall& call, Arguments arguments) {
 namespace {
 
 void check_layers(const RenderCall& call, const Scene& scene) {
-  if (scene.mode == Mode::slice && (call.check_error || call.explain))
+  if (scene.shows(Shows::plane) && (call.check_error || call.explain))
     usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
   for (const std::string& layer : call.layers) {
     const std::string obstacle = layer_obstacle(layer, scene);

@@ -164,8 +164,8 @@ struct Wish {
   bool count = false;   ///< count segments and look-ups in the stats
   bool confirm = true;  ///< estimate the error from the pilot's rays as the device draws them
   StageProgress progress{};
-  /// Draw together with other processes, which wish the same of the same volume. The first has the
-  /// picture; the others' are empty.
+  /// Draw together with other processes, which have the same wish for the same volume. The first
+  /// has the picture; the others' are empty.
   std::shared_ptr<Team> team = alone();
   std::function<void(const DoneTile&)> tile{};  ///< the GPU's march calls it before `progress`
   double tile_ms = 1000;  ///< the GPU's target for a tile; work can end between tiles

@@ -38,7 +38,7 @@ struct WriteOptions {
   /// Bits per channel of sRGB codes in PNG and TIFF, 8 or 16. Without it, a PNG has 8, and a TIFF
   /// holds linear 32-bit floats.
   std::optional<int> bits = {};
-  /// Of sRGB codes.
+  /// The display that sRGB codes are for.
   Display display = {};
 };
 

@@ -64,6 +64,7 @@ struct Parameter {
   std::string unset = {};   ///< the word for an optional that is unset: `auto` or `none`
   bool positional = false;  ///< given by its place, not by --name
   bool common = false;      ///< one of the few that --help lists; --help-all lists all
+  bool march_only = false;  ///< the medium does not depend on it
   UnderTolerance under_tolerance = UnderTolerance::free;
   ParameterGroup group = ParameterGroup::input;
 };
@@ -80,6 +81,8 @@ void set_parameter(Scene& scene, std::string_view name, std::string_view text);
 
 /// The value as set_parameter reads it, with enough digits to give the same number.
 std::string parameter_text(const Scene& scene, const Parameter& parameter);
+/// The text of the parameter of that name.
+std::string parameter_text(const Scene& scene, std::string_view name);
 
 /// Whether its value is a colour: R,G,B are linear, 1 is white; #rgb, #rrggbb and the names of CSS
 /// are sRGB, which is decoded.

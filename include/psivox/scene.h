@@ -13,11 +13,11 @@
 #include "psivox/display.h"
 #include "psivox/integrators.h"
 #include "psivox/map_range.h"
+#include "psivox/modes.h"
 
 namespace psivox {
 
 enum class Sampling { cells, uniform, template_ };
-enum class Mode { alpha, back_to_front, mip, lmip, isosurface, xray, slice };
 enum class Classification { post, pre };
 enum class Centering { node, cell };
 enum class Filter { exact, hardware };
@@ -76,7 +76,7 @@ struct Scene {
   double temperature_offset = 0;  ///< [K]
   std::string emission_grid;      ///< empty: none
   double emission_scale = 1;      ///< [radiance/world unit per unit of its values]
-  /// Of a scalar emission grid; black_body: its values are temperatures.
+  /// The colour of a scalar emission grid; black_body: its values are temperatures.
   EmissionColor emission_color = EmissionColor::white;
 
   std::vector<DirectionalLight> lights;
@@ -89,7 +89,8 @@ struct Scene {
   Mode mode = Mode::alpha;
   std::optional<double> isovalue;  ///< unset: the middle of the values, 0 for a level set
   double lmip_threshold = 0;
-  std::optional<Plane> slice;       ///< of Mode::slice; unset: across the view from the front
+  std::optional<Plane>
+      slice;  ///< the plane that mode slice shows; unset: across the view from the front
   std::optional<WorldBox> clip;     ///< only what is inside is drawn
   std::optional<Plane> clip_plane;  ///< only what is on the side of its normal is drawn
 
@@ -97,10 +98,10 @@ struct Scene {
   std::optional<Sampling> sampling;      ///< cells, or uniform where step is set
   int segments = 2;                      ///< linear segments per cell
   std::optional<double> step;            ///< [voxels of the finest index axis]; unset: 1
-  bool end_corrections = true;           ///< of psi-balanced, where a ray's samples begin and end
-  int connectivity = 26;                 ///< of a ray template's voxels: 6, 18 or 26
-  double opacity_unit = 1;               ///< [voxels of the finest index axis], opacity_linear's
-  std::optional<double> tolerance;       ///< largest RMS error over R G B A; chooses the method
+  bool end_corrections = true;      ///< psi-balanced corrects where a ray's samples begin and end
+  int connectivity = 26;            ///< of a ray template's voxels: 6, 18 or 26
+  double opacity_unit = 1;          ///< [voxels of the finest index axis], opacity_linear's
+  std::optional<double> tolerance;  ///< largest RMS error over R G B A; chooses the method
   /// Transmittance at which a ray ends; 0: never. Unset: 1/16384, or a quarter of the tolerance.
   std::optional<double> early_termination;
   Filter filter = Filter::exact;
@@ -141,18 +142,17 @@ struct Scene {
     return integrator.value_or(resolved_sampling() == Sampling::cells ? Integrator::psi_weighted
                                                                       : Integrator::psi_balanced);
   }
-  /// Whether the picture shows a value of each ray, not a sum.
-  bool finds_maximum() const { return mode == Mode::mip || mode == Mode::lmip; }
+  bool shows(Shows what) const { return info(mode).shows == what; }
   /// Whether values are placed in a range before they are attenuations, colours or maxima.
   bool windows() const {
-    return transfer_function.empty() && (colormap || opacity || range || finds_maximum());
+    return transfer_function.empty() && (colormap || opacity || range || shows(Shows::value));
   }
   bool has_function() const { return !transfer_function.empty() || windows(); }
   /// Whether segments are composited. If not, the picture depends on the density's values alone and
   /// ignores other grids and light.
-  bool composites() const { return mode == Mode::alpha || mode == Mode::back_to_front; }
+  bool composites() const { return shows(Shows::light); }
   /// Whether the picture depends on optical depths and so on the extinction.
-  bool attenuates() const { return composites() || mode == Mode::xray; }
+  bool attenuates() const { return composites() || shows(Shows::depth); }
   /// Whether the medium can attenuate, and so shine.
   bool has_extinction() const { return attenuates() && extinction != 0.0; }
   bool lit() const { return (!lights.empty() || sky) && composites() && has_extinction(); }

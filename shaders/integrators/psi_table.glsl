@@ -1,7 +1,7 @@
 // Psi from a table over both ends (partial pre-integration: Moreland and Angel 2004): what it holds is the back end's share (Psi - zeta)/(1 - zeta) over a factor that has
 // its limits, so that thin media keep their relative precision, and constant L is exact whatever the
 // table says. Bilinear in 2/(2 + sqrt(x)) of each end, not in the customary x/(1 + x), in which
-// Psi ~ sqrt(pi/(2 x_b)) has an infinite slope. See src/march/psi_table.h.
+// Psi ~ sqrt(pi/(2 x_b)) has an infinite slope. See src/march/march_tables.h.
 const int psi_table_size = 128;  // cells on a side
 
 // Where an end lies in the table: 0 for an endless x, psi_table_size for none.

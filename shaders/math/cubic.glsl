@@ -14,10 +14,10 @@ Cubic make_cubic(real f_0, real f_half, real f_1, real q_3) {
   return Cubic(f_0, q_1 + real(0.5) * q_3, q_2 - real(1.5) * q_3, q_3);
 }
 
-// In pairs: a turn waits for the longest chain of operations.
+// Terms are summed in pairs, since a turn waits for the longest chain of operations.
 real polynomial(Cubic c, real s) { return (c.f_0 + s * c.q_1) + (s * s) * (c.q_2 + s * c.q_3); }
 
-// Of an attenuation, which is not negative; rounding could be.
+// An attenuation: rounding must not make it negative.
 real evaluate(Cubic c, real s) { return max(polynomial(c, s), real(0.0)); }
 
 // The same cubic from its other end.
@@ -46,8 +46,8 @@ Turns turning_points(Cubic c) {
   return Turns(min(u, v), max(u, v));
 }
 
-// Where c - target changes its sign between lo and hi, over which c is monotone: bisected to 2^-20
-// where that is wanted; a group of lanes of which none does leaves at once.
+// Where c - target changes its sign between lo and hi, over which c is monotone. Bisects to 2^-20 if
+// that is wanted; a group of lanes leaves at once if no lane wants it.
 real bisect(Cubic c, real target, real lo, real hi, bool wanted) {
   bool below = polynomial(c, lo) < target;
   int steps = wanted ? 20 : 0;
@@ -104,8 +104,8 @@ real antiderivative(Cubic c, real s) {
               + (s * s) * (real(1.0 / 3.0) * c.q_2 + (s * real(0.25)) * c.q_3));
 }
 
-// Greatest Bernstein coefficient, which no value on [0, 1] exceeds. Those of trilinear data that is
-// not negative are not negative either, and f's mean is their mean.
+// Greatest Bernstein coefficient, which no value on [0, 1] exceeds. Trilinear data without negative
+// values has no negative coefficient, and f's mean is the mean of the coefficients.
 real greatest_coefficient(Cubic c) {
   real b_1 = c.f_0 + c.q_1 / real(3.0);
   real b_2 = c.f_0 + (real(2.0) * c.q_1 + c.q_2) / real(3.0);

@@ -1,4 +1,4 @@
-// What an integrator is given: one segment of the ray, its front end nearer the camera.
+// The input of an integrator: one segment of the ray, whose front end is nearer the camera.
 struct Segment {
   real tau_front;   // attenuation at the front end [1 / unit of t]
   real tau_middle;  // at the middle; only where the rule reads it
@@ -7,7 +7,7 @@ struct Segment {
   real depth;       // optical depth of the whole segment: exact under cells, of linear tau else
 };
 
-// What it returns: radiance C = L_front front + L_middle middle + L_back back, and the optical
+// The result of an integrator: radiance C = L_front front + L_middle middle + L_back back, and the optical
 // depth that the rule gives the segment, zeta = e^{-depth}. front + middle + back = 1 - zeta must
 // hold to rounding: then constant L gives exactly L (1 - T), the furnace test.
 struct Weights {
@@ -43,4 +43,36 @@ Ends shifted_ends(Segment s) {
   // depth of -1e-16; no end is below 0 all the same.
   real most = max(real(2.0) * s.depth, real(0.0));
   return Ends(clamp(front + shift, real(0.0), most), clamp(back + shift, real(0.0), most));
+}
+
+// Radiance of an emission that is quadratic along a segment, seen from its front through a constant
+// attenuation of optical depth x: weights of its front, middle and back value, times the length.
+// From the moments M_n = integral over [0,1] of u^n e^{-x u}; x = 0 is Simpson's rule.
+#if REAL_BITS == 64
+const int glow_terms = 18;
+#else
+const int glow_terms = 10;
+#endif
+
+Weights glow_weights(real x) {
+  real m_0 = real(0.0);
+  real m_1 = real(0.0);
+  real m_2 = real(0.0);
+  if (x < real(1.0)) {
+    // (-x)^n / n! / (n + k + 1); the first term left out is 1e-8 of the sum
+    real term = real(1.0);
+    for (int n = 0; n < glow_terms; ++n) {
+      m_0 += term / real(n + 1);
+      m_1 += term / real(n + 2);
+      m_2 += term / real(n + 3);
+      term = -term * x / real(n + 1);
+    }
+  } else {
+    Decay d = decay(x);
+    m_0 = d.a / x;
+    m_1 = (m_0 - d.e) / x;
+    m_2 = (real(2.0) * m_1 - d.e) / x;
+  }
+  return Weights(real(2.0) * m_2 - real(3.0) * m_1 + m_0, real(4.0) * (m_1 - m_2),
+                 real(2.0) * m_2 - m_1, x);
 }

@@ -339,7 +339,7 @@ class Planner {
 
   const AtlasOptions& options_;
   const BrickSource& source_;
-  Box region_, bricks_;  ///< bricks to store, and those of the domain
+  Box region_, bricks_;  ///< bricks to store, and the domain's
   int channels_;
   bool zero_visible_;
   bool keep_all_;  ///< bricks walked for another grid must stay distinct from the 0 around them

@@ -71,7 +71,7 @@ class BrickSource {
     glm::vec3 value;
   };
   std::vector<ConstantBox> wide_tiles() const;
-  /// Of pieces: 8 voxels, and those of wide tiles.
+  /// Widths of pieces: 8 voxels, and the widths of wide tiles.
   std::vector<int> widths() const;
 
  private:

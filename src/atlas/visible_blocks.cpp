@@ -112,7 +112,7 @@ ValueRange range_towards(const float* values, const glm::ivec3& offset) {
   return range;
 }
 
-/// The same of a brick in a field.
+/// Ranges of the corner values of a brick in a field, towards its neighbours.
 class BrickRanges {
  public:
   void find(const BrickSource& source, const glm::ivec3& brick) {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "march/film.h"
 #include "march/march_double.h"
-#include "march/slice.h"
 #include "psivox/text.h"
 
 namespace psivox {
@@ -59,7 +59,7 @@ RenderOptions Picture::pilot_options() const {
 }
 
 void Picture::march() {
-  RenderResult result = view_.scene.mode == Mode::slice ? draw_slice(view_, options())
+  RenderResult result = view_.scene.shows(Shows::plane) ? draw_slice(view_, options())
                                                         : marcher_.render(marched(), options());
   drawn_.image = std::move(result.image);
   drawn_.stats = std::move(result.stats);
@@ -124,7 +124,7 @@ std::optional<glm::dvec3> pick_point(const View& view, const MediumAtlas& atlas,
   one.camera = along(ray, view.camera, view.scene.resolution);
   one.scene.resolution = {1, 1};
   one.scene.pixel_samples = 1;
-  if (one.scene.mode == Mode::back_to_front) one.scene.mode = Mode::alpha;
+  one.scene.mode = from_front(one.scene.mode);
   const Image image = render_march_double(one, atlas, {.depth = true}).image;
   const double depth = image.layers.back().values.front();
   if (!std::isfinite(depth)) return {};

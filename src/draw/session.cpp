@@ -89,7 +89,7 @@ View Session::Impl::viewed(const Wish& wish) const {
 
 PartMarcher Session::Impl::parts_of(Marcher& marcher, const View& wanted, const Wish& wish) {
   Team& team = *wish.team;
-  const bool marches = marcher.marches() && wanted.scene.mode != Mode::slice;
+  const bool marches = marcher.marches() && !wanted.scene.shows(Shows::plane);
   Split split;
   if (team.size() > 1 || (marches && atlas.empty()))
     team.agree([&] {
@@ -188,7 +188,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
   View wanted = viewed(wish);
   PartMarcher parts = parts_of(marcher, wanted, wish);
-  const bool slice = wanted.scene.mode == Mode::slice, marches = marcher.marches() && !slice;
+  const bool slice = wanted.scene.shows(Shows::plane), marches = marcher.marches() && !slice;
   if (!slice) prepare(parts, wanted, wish, times);
   std::optional<MarchPlan> chosen = wish.plan;
   const bool chooses = wanted.scene.tolerance || wish.time_budget_ms;

@@ -26,12 +26,12 @@ std::string region_obstacle(const View& view, const Wish& wish) {
   return {};
 }
 
-/// The same of pictures by several processes.
+/// The pictures that several processes can draw, if they cannot draw this one; else empty.
 std::string team_obstacle(const View& view, const Wish& wish) {
   const Layers& layers = wish.layers;
   if (layers.depth || layers.steps || layers.samples || layers.error)
     return "pictures without other layers than transmittance";
-  if (view.scene.mode == Mode::slice) return "pictures in other modes than slice";
+  if (view.scene.shows(Shows::plane)) return "pictures in other modes than slice";
   return region_obstacle(view, wish);
 }
 

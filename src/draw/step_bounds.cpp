@@ -19,7 +19,7 @@ constexpr double least_part = 1.0 / 4096;
 /// psivox_bench_tolerance: the bound exceeds their largest errors.
 constexpr double kinks_share = 4.0 / 8;
 
-/// The same of the emission, which lattices are tried with in the middle of a step.
+/// The share for emission, which lattices are tried with in the middle of a step.
 constexpr double emission_kinks_share = 4.0 / 8;
 
 double finest_voxel_of(const Field& field) {
@@ -163,8 +163,8 @@ void StepBounds::complete(const std::vector<bool>& wanted) {
   tbb::parallel_for(std::size_t{0}, kinks.size(), [&](std::size_t i) {
     if (!wanted[i]) return;
     Bound& bound = bounds_[i];
-    // where the function bends, the attenuation's slope changes by that of the values times the
-    // bend
+    // where the function bends, the attenuation's slope changes by the slope of the
+    // values times the bend
     double steepest = double(density_.bricks[i].max) - double(density_.bricks[i].min);
     if (bound.turn > 0)
       steepest = std::min(steepest, greatest_slope(density_.texels32.get() + i * brick_texels));

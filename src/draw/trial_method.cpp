@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "march/end_corrections.h"
+#include "march/explain.h"
 
 namespace psivox {
 namespace {

@@ -33,15 +33,15 @@ Layers layers_of(const std::vector<std::string>& names) {
 }
 
 std::string layer_obstacle(const std::string& layer, const Scene& scene) {
-  if (layer == "depth" && scene.mode == Mode::back_to_front)
+  if (layer == "depth" && info(scene.mode).from_back)
     return "--aov depth is where a ray's transmittance falls below 1/2 from the camera on, which "
            "--mode back-to-front does not follow; take --mode alpha";
-  if (layer == "error" && scene.mode == Mode::slice)
+  if (layer == "error" && scene.shows(Shows::plane))
     return "--mode slice does not march: it has no error to estimate";
   const bool reference = scene.renderer == RendererKind::reference;
   if (reference && layer != "transmittance" && layer != "error")
     return "--aov " + layer + " is not available with --renderer " +
-           parameter_text(scene, *find_parameter("renderer"));
+           parameter_text(scene, "renderer");
   return {};
 }
 

@@ -60,7 +60,7 @@ int turns_per_pass(const MarchSetup& setup) {
   const int searches = c.transfer ? (points + 8) * setup.search_steps : 0;
   constexpr int bisections = 2 * 20;
   const int terms = c.emission_channels ? 10 * pieces : 0;
-  const int roots = c.split_knots || c.mode == int(Mode::isosurface) ? bisections : 0;
+  const int roots = c.split_knots || c.shows == int(Shows::surface) ? bisections : 0;
   return driver_limit / (1 + pieces + levels + searches + roots + terms) - 1;
 }
 

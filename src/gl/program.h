@@ -19,7 +19,7 @@ class Program {
   /// Compiles and links march.vert and the fragment shader `name`, of that text.
   /// Throws Error(graphics) with the driver's first message, mapped to file and line.
   Program(const std::string& name, const ShaderSource& fragment);
-  /// The same of the text that load_shader gives.
+  /// Compiles and links the text that load_shader gives.
   Program(const std::string& name, const std::string& prelude,
           const std::map<std::string, std::string>& generated);
   ~Program();

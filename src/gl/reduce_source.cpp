@@ -282,7 +282,7 @@ class Reducer {
     return false;
   }
 
-  /// The same of the statement that begins with that token.
+  /// Reduces the statement that begins with that token; returns whether it ends in a return.
   bool reduce_statement(std::size_t i) {
     if (at(i) == "{") return reduce_block({i + 1, behind(i) - 1});
     if (at(i) == "if") return reduce_branch(i);

@@ -9,15 +9,38 @@
 #include <optional>
 #include <string>
 
-#include "error_text.h"
 #include "psivox/text.h"
 
 namespace psivox::image_io {
+
+std::string one_line(const std::string& text) {
+  std::string line;
+  bool pending_break = false;
+  for (const char c : text) {
+    if (c == '\n' || c == '\r') {
+      pending_break = !line.empty();
+    } else {
+      if (pending_break) line += "; ";
+      pending_break = false;
+      line += c;
+    }
+  }
+  return line;
+}
+
+Error read_error(const std::filesystem::path& path, const std::string& why) {
+  return Error(ExitCode::input, "cannot read " + in_quotes(path.string()) + ": " + one_line(why));
+}
+
+Error write_error(const std::filesystem::path& path, const std::string& why) {
+  return Error(ExitCode::output, "cannot write " + in_quotes(path.string()) + ": " + one_line(why));
+}
+
 namespace {
 
 constexpr int any_size = std::numeric_limits<int>::max();
 
-/// In the order of Format.
+/// The rows are in the order of Format.
 constexpr FormatFacts formats[] = {
     {Format::exr, ".exr", "", "openexr", true, any_size},
     {Format::png, ".png", "", "png", true, any_size},
@@ -106,6 +129,21 @@ Format format_from_contents(const std::filesystem::path& path) {
   const auto format = format_from_start({bytes.data(), static_cast<std::size_t>(file.gcount())});
   if (!format) throw read_error(path, "it is no EXR, PNG, TIFF, JPEG, HDR or WebP file");
   return *format;
+}
+
+void check_size(const std::filesystem::path& path, int width, int height, double stored,
+                int channels) {
+  constexpr double most_values = 0x1p31;  // 8 GiB of floats, 16384x16384 pixels of 8 channels
+  // A file that lacks stored pixels fails when they are read. The empty part of an EXR's display
+  // window takes no byte of the file: it may be 1024 times what is stored, or a megapixel.
+  const double shown = double(width) * height;
+  const int most_channels = channels + 3;  // grey becomes R G B A
+  if (width > 0 && height > 0 && shown <= 0x1p20 + 1024 * stored &&
+      std::max(stored, shown) * most_channels <= most_values)
+    return;
+  throw read_error(path, "its header is damaged or asks for too much: " + std::to_string(width) +
+                             "x" + std::to_string(height) + " pixels, " + std::to_string(channels) +
+                             " channels");
 }
 
 }  // namespace psivox::image_io

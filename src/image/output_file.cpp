@@ -6,7 +6,6 @@
 #include <cstring>
 #include <system_error>
 
-#include "error_text.h"
 #include "format.h"
 
 namespace fs = std::filesystem;

@@ -7,7 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include "output_file.h"
 #include "psivox/hidden_file.h"
+#include "psivox/image.h"
 
 namespace psivox::image_io {
 
@@ -50,5 +52,16 @@ class OutputFile {
   std::FILE* file_ = nullptr;
   int failure_ = 0;  ///< errno of the first failed call
 };
+
+/// The name of a channel in an EXR file: `R` in the picture, `depth` for the only channel of the
+/// layer `depth`, `normal.X` in a layer of several.
+std::string exr_channel_name(const Layer& layer, std::size_t channel);
+
+/// Writes one part with zip: the channels of the picture, then the channels of each layer. Throws
+/// Error(output).
+void write_exr(const Image& image, const WriteOptions& options, OutputFile& file);
+
+/// Writes the picture's srgb_codes. A PNG holds no other layers. Throws Error(output).
+void write_png(const Image& image, const WriteOptions& options, OutputFile& file);
 
 }  // namespace psivox::image_io

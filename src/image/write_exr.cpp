@@ -13,8 +13,8 @@
 #include <thread>
 #include <vector>
 
-#include "encode.h"
 #include "format.h"
+#include "output_file.h"
 
 namespace psivox::image_io {
 namespace {
@@ -48,7 +48,7 @@ Imf::Header header_of(const Image& image) {
 }
 
 /// Numbers that half cannot hold become its largest: infinity would spread wherever the picture is
-/// composited. What is infinite stays so.
+/// composited. Infinity stays infinity.
 std::vector<half> as_halves(const std::vector<float>& values) {
   std::vector<half> halves;
   halves.reserve(values.size());

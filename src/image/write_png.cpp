@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "encode.h"
+#include "output_file.h"
 #include "srgb_codes.h"
 
 namespace psivox::image_io {

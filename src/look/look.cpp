@@ -45,12 +45,6 @@ bool is_open(const Scene& scene, std::string_view name) {
   return !p || !is_given(scene, *p);
 }
 
-/// Whether the picture of a mode has a look that goes by the file.
-bool has_looks(Mode mode) {
-  return mode == Mode::alpha || mode == Mode::back_to_front || mode == Mode::isosurface ||
-         mode == Mode::xray;
-}
-
 /// Whether it says how a picture looks; a range, an opacity and an isovalue too.
 bool says_how_it_looks(const Parameter& p) {
   if (p.name == "look" || p.name == "clip" || p.name == "clip-plane") return false;
@@ -84,8 +78,8 @@ std::string look_of_vectors(const Scene& scene, const VectorPart& part, KeptFiel
 /// The name of the look that suits a file.
 std::string suitable_look(const Scene& scene, KeptFields& fields) {
   const VdbFile& file = fields.file();
-  if (scene.mode == Mode::xray) return "xray";
-  if (scene.mode == Mode::isosurface || scene.isovalue) return "surface";
+  if (const std::string look = info(scene.mode).look; !look.empty() && look != "auto") return look;
+  if (scene.isovalue) return "surface";
   const std::string grid = density_grid(scene, file);
   const VectorPart part = vector_part(file, grid);
   if (!part.part.empty()) return look_of_vectors(scene, part, fields);
@@ -123,8 +117,8 @@ void take_open(const Scene& asked, const Scene& look, bool background, Scene& sc
   for (const Parameter& p : parameters()) {
     if (!is_given(look, p) || !is_open(asked, p.name)) continue;
     if (p.name == "background" && !background) continue;
-    // a scene of that mode has decided about its exposure
-    if (p.name == "exposure" && asked.mode == Mode::xray) continue;
+    // a scene of optical depths has decided about its exposure
+    if (p.name == "exposure" && asked.shows(Shows::depth)) continue;
     std::visit([&](auto member) { scene.*member = look.*member; }, p.member);
   }
 }
@@ -153,11 +147,11 @@ bool guesses_up(const Scene& scene, const VdbFile& file) {
 }  // namespace
 
 bool leaves_look_open(const Scene& scene) {
-  return scene.look.empty() && has_looks(scene.mode) && !gives_any(scene, parts_of_looks[0].given);
+  return scene.look.empty() && *info(scene.mode).look && !gives_any(scene, parts_of_looks[0].given);
 }
 
 Scene without_look(Scene scene) {
-  if (scene.mode == Mode::xray && !scene.exposure) scene.exposure = Scene{}.exposure;
+  if (scene.shows(Shows::depth) && !scene.exposure) scene.exposure = Scene{}.exposure;
   for (const Parameter& p : parameters())
     if (says_how_it_looks(p)) set_default(scene, p);
   set_default(scene, *find_parameter("look"));

@@ -165,8 +165,8 @@ bool suits_rays(const View& view) {
   const bool source =
       medium.source == LuminanceSource::constant || medium.source == LuminanceSource::transfer;
   const bool sky = medium.light && medium.light->sky != glm::dvec3(0);
-  return view.scene.mode == Mode::alpha && source && !sky && !medium.emission && !medium.gradient &&
-         view.scene.phase_g == 0;
+  return view.scene.composites() && !info(view.scene.mode).from_back && source && !sky &&
+         !medium.emission && !medium.gradient && view.scene.phase_g == 0;
 }
 
 }  // namespace

@@ -28,9 +28,9 @@ struct RayFold::Maxima {
   glsl::AtlasMarch march;
 };
 
-RayFold::RayFold(const View& view) : mode_(view.scene.mode) {
-  if (view.scene.finds_maximum()) maxima_ = std::make_shared<Maxima>(view);
-  if (mode_ == Mode::alpha) least_ = view.scene.resolved_early_termination();
+RayFold::RayFold(const View& view) : shows_(info(view.scene.mode).shows) {
+  if (shows_ == Shows::value) maxima_ = std::make_shared<Maxima>(view);
+  if (shows_ == Shows::light) least_ = view.scene.resolved_early_termination();
 }
 
 glm::dvec4 RayFold::nothing() const {
@@ -43,7 +43,7 @@ void RayFold::add_behind(glm::dvec4& ray, const glm::dvec4& behind) const {
     ray = {std::max(ray.x, behind.x), behind.y, 0, 0};
     return;
   }
-  const double weight = mode_ == Mode::xray ? 1 : ray.a;
+  const double weight = shows_ == Shows::depth ? 1 : ray.a;
   for (int c = 0; c < 3; ++c) ray[c] += weight * behind[c];
   ray.a *= behind.a;
 }
@@ -56,7 +56,7 @@ float RayFold::depth(const glm::dvec4& ray, float own, const glm::dvec4& behind,
 
 bool RayFold::ended(const glm::dvec4& ray) const {
   if (maxima_) return ray.y > 0;
-  return mode_ != Mode::xray && ray.a <= least_;
+  return shows_ != Shows::depth && ray.a <= least_;
 }
 
 glm::dvec4 RayFold::picture(const glm::dvec4& ray) const {
@@ -65,7 +65,7 @@ glm::dvec4 RayFold::picture(const glm::dvec4& ray) const {
 }
 
 double RayFold::transmittance(const glm::dvec4& ray) const {
-  return maxima_ || mode_ == Mode::isosurface ? 1 : ray.a;
+  return maxima_ || shows_ == Shows::surface ? 1 : ray.a;
 }
 
 namespace {

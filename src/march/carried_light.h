@@ -11,7 +11,7 @@
 namespace psivox {
 
 /// Joins what a ray collects in the regions that it passes, front to back, and makes a picture of
-/// it. What is collected has four numbers, which `collected` in shaders/pixel.glsl defines for each
+/// it. What is collected has four numbers, which `collected` in shaders/modes.glsl defines for each
 /// mode. Regions that follow each other may be joined first.
 class RayFold {
  public:
@@ -44,9 +44,9 @@ class RayFold {
 
  private:
   struct Maxima;
-  Mode mode_;
+  Shows shows_;
   double least_ = 0;
-  std::shared_ptr<Maxima> maxima_;  ///< null in other modes
+  std::shared_ptr<Maxima> maxima_;  ///< null if the mode shows no value
 };
 
 /// What rays have collected in the regions that they have passed (RayFold), for each sample of each

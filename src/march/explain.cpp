@@ -17,10 +17,6 @@ std::string number(double value) {
   return text;
 }
 
-std::string parameter(const Scene& scene, const char* name) {
-  return parameter_text(scene, *find_parameter(name));
-}
-
 /// The view as if its light were in a grid already.
 View with_light(View view) {
   if (!view.medium.light) return view;
@@ -29,7 +25,7 @@ View with_light(View view) {
   return view;
 }
 
-/// What the shader of a view's march is compiled for.
+/// Explains from the constants that a view's march is compiled for.
 class Model {
  public:
   Model(const View& view, const MediumAtlas& atlas)
@@ -95,7 +91,7 @@ class Model {
 
   std::string integrator() const {
     const IntegratorInfo& rule = info(constants().integrator);
-    const std::string name = parameter(scene_, "integrator");
+    const std::string name = parameter_text(scene_, "integrator");
     if (!scene_.composites()) return "none under --mode " + mode();
     if (!constants().attenuates) return "none: emission adds up, by Simpson's rule";
     if (march_.depth_only)
@@ -154,7 +150,7 @@ class Model {
   }
 
   const MarchConstants& constants() const { return setup_.constants; }
-  std::string mode() const { return parameter(scene_, "mode"); }
+  std::string mode() const { return parameter_text(scene_, "mode"); }
 
   const View& view_;
   const Scene& scene_;

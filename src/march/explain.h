@@ -9,4 +9,8 @@ namespace psivox {
 /// and why. Light may still be pending.
 std::vector<Explanation> explain(const View& view, const MediumAtlas& atlas);
 
+/// Whether the view's march corrects the ends of its lattice: psi-balanced does, where rays may
+/// begin inside the medium and nothing else in the scene forbids it.
+bool has_end_corrections(const View& view);
+
 }  // namespace psivox

@@ -51,8 +51,8 @@ struct LightBlocks {
 using TakeDepths = std::function<void(std::size_t block, std::span<const double> depths)>;
 
 /// Finds optical depths of a view's medium from voxels to where light of that direction comes in.
-/// They are those of trilinear data, whatever the view's rule; where the transfer function has a
-/// gradient, those of the view's segments, but for the reference's.
+/// They are the depths of trilinear data, whatever the view's rule. Where the transfer function has
+/// a gradient they follow the view's segments, except the reference's.
 using BeamDepths = std::function<void(const Beam& beam, const LightBlocks& blocks,
                                       const TakeDepths& take, const Progress& progress)>;
 
@@ -65,7 +65,7 @@ using TakeLight =
 using LightDepths = std::function<void(std::span<const Beam> beams, const LightBlocks& blocks,
                                        const TakeLight& take, const Progress& progress)>;
 
-/// Those of one beam after another.
+/// Depths of several beams, found for one beam after another.
 LightDepths one_by_one(BeamDepths depths);
 
 /// Where the lattice of a light lies (light_lattice.h).

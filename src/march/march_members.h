@@ -68,8 +68,6 @@ Mixture integrate_transfer(real front, real back, real length) {
 #include "march.glsl"
 #undef DERIVED
 // clang-format off
-#include "pixel.glsl"
-#include "light.glsl"
 // clang-format on
 
 /// Sets what follows from the constants.

@@ -6,13 +6,45 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
-#include "march/end_corrections.h"
+#include "march/explain.h"
 #include "march/march_tables.h"
 #include "march/ray_bounds.h"
 #include "march/transfer_table.h"
 #include "psivox/error.h"
 
 namespace psivox {
+namespace {
+
+/// Whether rays begin inside the density's domain: the eye does, or a part of the orthographic
+/// camera's plane may.
+bool begins_inside(const View& view) {
+  const Field& density = *view.medium.density;
+  const Box domain = density.domain();
+  const glm::dvec3 low(domain.min), high(domain.max);
+  if (!view.camera.orthographic) {
+    const glm::dvec3 eye(glm::inverse(density.world_from_index) *
+                         glm::dvec4(view.camera.position, 1));
+    return glm::all(glm::greaterThan(eye, low)) && glm::all(glm::lessThan(eye, high));
+  }
+  bool before = false, behind = false;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
+    const glm::dvec3 at(density.world_from_index * glm::dvec4(corner, 1));
+    (glm::dot(at - view.camera.position, view.camera.forward) > 0 ? before : behind) = true;
+  }
+  return before && behind;
+}
+
+}  // namespace
+
+bool has_end_corrections(const View& view) {
+  const Scene& scene = view.scene;
+  // From vacuum to vacuum there is nothing to correct.
+  return scene.end_corrections && scene.resolved_sampling() == Sampling::uniform &&
+         !view.medium.transfer && !view.medium.emission && scene.composites() &&
+         !info(scene.mode).from_back && scene.resolved_integrator() == Integrator::psi_balanced &&
+         (begins_inside(view) || scene.clip || scene.clip_plane);
+}
 
 double finest_voxel(const Field& field) {
   const glm::dmat4& m = field.world_from_index;
@@ -84,6 +116,8 @@ void place_medium(const View& view, MarchSetup& setup) {
   p.phase_g = medium.phase_g;
   c.anisotropic = medium.phase_g != 0;
   c.mode = int(scene.mode);
+  c.shows = int(info(scene.mode).shows);
+  c.from_back = info(scene.mode).from_back;
   p.lmip_threshold = scene.lmip_threshold;
   p.isovalue = medium.isovalue;
   const glm::dmat3 normal =
@@ -91,7 +125,7 @@ void place_medium(const View& view, MarchSetup& setup) {
   p.normal_x = normal[0] * p.world_unit;
   p.normal_y = normal[1] * p.world_unit;
   p.normal_z = normal[2] * p.world_unit;
-  if (scene.mode == Mode::isosurface) place_surface_lights(view, setup);
+  if (scene.shows(Shows::surface)) place_surface_lights(view, setup);
 }
 
 /// The region that rays collect from. Where it reaches beyond the domain its faces do not matter,
@@ -161,8 +195,7 @@ void place_bounds(const View& view, const MediumAtlas& atlas, const RenderOption
   // Beyond a depth of 100 nothing is left that a float32 holds, also where rays never end early.
   const double last = view.scene.resolved_early_termination();  // transmittance
   p.stop_depth = last > 0 ? std::min(-std::log(last), 100.0) : 100.0;
-  const Mode mode = view.scene.mode;
-  if (mode == Mode::back_to_front || mode == Mode::xray) p.stop_depth = 1e30;
+  if (setup.constants.from_back || view.scene.shows(Shows::depth)) p.stop_depth = 1e30;
   const DepthBounds depths = depth_bounds(view.medium, atlas);
   c.ends_early = depths.whole > p.stop_depth;
   if (c.cell_rule) {

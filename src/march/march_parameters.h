@@ -8,6 +8,7 @@
 
 #include "march/grids.h"
 #include "march/marcher.h"
+#include "psivox/medium.h"
 
 namespace psivox {
 

@@ -1,16 +1,120 @@
 #include "march/march_tables.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "march/glsl_subset.h"
 #include "march/preintegration.h"
-#include "march/psi_table.h"
-#include "march/ray_template.h"
 #include "march/transfer_table.h"
 #include "psivox/clip.h"
 #include "psivox/error.h"
 
 namespace psivox {
+
+namespace glsl {
+namespace {
+
+/// The exact share in double, and the factor that the shader multiplies by.
+struct PsiTable {
+  int psi_table_first = 0;
+  real4 fetch_table(int) const { return real4(0); }
+
+#define REAL_BITS 64
+// each file uses the ones before it
+// clang-format off
+#include "math/decay.glsl"
+#include "math/linear_psi.glsl"
+#include "math/segment.glsl"
+#include "integrators/psi_table.glsl"
+  // clang-format on
+#undef REAL_BITS
+
+  /// x of a place. The limits stand for 0 and for ever: the thin share depends on the ends' ratio
+  /// alone, and at 1e16 the share is at its limit to 1e-8.
+  real x_at(int place) {
+    if (place == 0) return 1e16;
+    const real root = 2.0 * psi_table_size / place - 2.0;
+    return max(root * root, 1e-9);
+  }
+
+  float value(int front, int back) {
+    const real x_f = x_at(front), x_b = x_at(back);
+    const Decay d = decay(0.5 * (x_f + x_b));
+    return float(linear_psi(x_f, x_b, d.e).back / d.a / psi_table_factor(x_f, x_b));
+  }
+};
+
+}  // namespace
+}  // namespace glsl
+
+std::vector<glm::vec4> make_psi_table() {
+  glsl::PsiTable table;
+  const int n = table.psi_table_size;
+  std::vector<float> values;
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= n; ++j) values.push_back(table.value(i, j));
+  std::vector<glm::vec4> entries;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const float* corner = &values[std::size_t(i * (n + 1) + j)];
+      entries.emplace_back(corner[0], corner[1], corner[n + 1], corner[n + 2]);
+    }
+  return entries;
+}
+
+namespace {
+
+/// The line's next crossing of a face between voxels along one axis.
+struct Crossing {
+  int axis;
+  double at;  ///< [planes along the main axis]
+};
+
+}  // namespace
+
+RayTemplate make_ray_template(const glm::dvec3& direction, int planes, int connectivity) {
+  constexpr int most = 1 << 22;
+  if (planes > most / 3)
+    throw Error(ExitCode::usage,
+                "--sampling template: the grid is too wide for a template; use --sampling uniform");
+  RayTemplate result;
+  const glm::dvec3 size = glm::abs(direction);
+  result.axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  const glm::dvec3 slope = direction / size[result.axis];
+  const glm::dvec3 sign = glm::sign(direction);
+
+  const auto add = [&](const glm::dvec3& offset) {
+    const double t = glm::dot(offset, direction) / glm::dot(direction, direction);
+    result.entries.emplace_back(offset, t);
+  };
+  glm::dvec3 voxel(0);
+  add(voxel);
+  std::array<int, 3> crossed{};  ///< faces along each axis so far
+  for (int plane = 1; plane <= planes; ++plane) {
+    // the faces that the line crosses on its way from plane to plane, in order
+    std::vector<Crossing> crossings;
+    for (int axis = 0; axis < 3; ++axis)
+      for (;;) {
+        const double at = (crossed[std::size_t(axis)] + 0.5) / std::abs(slope[axis]);
+        if (!(at < plane)) break;
+        crossings.push_back({axis, at});
+        ++crossed[std::size_t(axis)];
+      }
+    std::sort(crossings.begin(), crossings.end(),
+              [](const Crossing& a, const Crossing& b) { return a.at < b.at; });
+    const std::size_t together = connectivity == 26 ? 3 : connectivity == 18 ? 2 : 1;
+    for (std::size_t i = 0; i < crossings.size(); ++i) {
+      voxel[crossings[i].axis] += sign[crossings[i].axis];
+      if ((i + 1) % together == 0 || i + 1 == crossings.size()) add(voxel);
+    }
+  }
+  result.spacing = result.entries.back().w / double(result.entries.size() - 1);
+  return result;
+}
+
 namespace {
 
 /// Appends entries; returns where the first one is.

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
 #include "march/march_parameters.h"
 
 namespace psivox {
@@ -12,7 +16,7 @@ struct Ramps;
 /// Knots and bins of a transfer function.
 void place_transfer(const TransferFunction& function, MarchSetup& setup);
 
-/// Its attenuation as ramps.
+/// The attenuation of a transfer function as ramps.
 void place_ramps(const Ramps& ramps, MarchSetup& setup);
 
 /// The gradient's part of a transfer function.
@@ -38,8 +42,26 @@ void place_passed(const std::vector<float>& depths, const PixelBox& pixels, Marc
 /// The planes of the scene's clip; the anchor plane is that far from the camera [world units].
 void place_clip(const View& view, double anchor_distance, MarchSetup& setup);
 
-/// Of each brick of the density the part of the step that is taken in it.
+/// The part of the step that each brick of the density takes.
 void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& density,
                        MarchSetup& setup);
+
+/// The table that shaders/integrators/psi_table.glsl reads: an entry for each cell, the front end's
+/// place major, with the values at (front, back) = (i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1).
+std::vector<glm::vec4> make_psi_table();
+
+/// The voxels that a ray from a voxel's centre takes (R. Yagel, Efficient Methods for Volumetric
+/// Graphics, 1991): entry k is (offset from the first voxel, t), t the multiple of `direction`
+/// nearest the offset.
+struct RayTemplate {
+  int axis = 0;        ///< of the largest component: the base plane is perpendicular to it
+  double spacing = 0;  ///< mean difference of t between entries
+  std::vector<glm::vec4> entries;
+};
+
+/// Neighbours share at least a corner (connectivity 26: one voxel for each plane along `axis`), an
+/// edge (18) or a face (6: every voxel that the line pierces). `planes` of voxels along the axis
+/// are crossed. Throws Error(usage) for more than 2^22 entries.
+RayTemplate make_ray_template(const glm::dvec3& direction, int planes, int connectivity);
 
 }  // namespace psivox

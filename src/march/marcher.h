@@ -66,7 +66,7 @@ class Marcher {
   /// Optical depths towards the light of a view whose density is uploaded, with exact filtering:
   /// for lit() (light.h), before the next upload. View and atlas must outlive them.
   virtual LightDepths light_depths(const View& view) = 0;
-  /// Gives the lattice by which light_depths() would find those of a beam.
+  /// Gives the lattice by which light_depths() would find the depths of a beam.
   using UseLattice = std::function<void(const LatticeFrame& frame, const LatticeColumns& columns)>;
   virtual void with_lattice(const View&, const Beam&, const UseLattice&) {
     throw Error(ExitCode::failure, description() + " has no lattice of light");

@@ -80,16 +80,15 @@ AtlasSize MediumAtlas::size() const {
 AtlasOptions density_options(const View& view) {
   AtlasOptions options;
   const Medium& medium = view.medium;
-  const Mode mode = view.scene.mode;
   if (view.scene.attenuates() && medium.extinction == 0) {
     options.visible = [](const ValueRange&, const ValueRange&) { return false; };
-  } else if (mode == Mode::isosurface) {
+  } else if (view.scene.shows(Shows::surface)) {
     const auto isovalue = float(medium.isovalue);
     options.visible = [isovalue](const ValueRange& own, const ValueRange&) {
       return own.min <= isovalue && isovalue <= own.max;
     };
     options.with_margin = true;  // normals are central differences
-  } else if (medium.transfer && mode != Mode::mip && mode != Mode::lmip) {
+  } else if (medium.transfer && !view.scene.shows(Shows::value)) {
     // A uniform step reaches from brick to brick, so that a rule which applies the function between
     // its ends needs every value.
     const bool every_value = is_transfer_rule(view.scene.resolved_integrator()) &&

@@ -37,14 +37,14 @@ MediumAtlas build_medium_atlas(const View& view);
 /// step beside it. None in cells.
 glm::ivec3 region_ghost(const View& view);
 
-/// The same with the density and its gradient in a region only, a box of bricks, and in `ghost`
-/// bricks around it, and the other grids whole. The memory limit is not kept: it is what regions
-/// are made for.
+/// Builds atlases with the density and its gradient in a region only, a box of bricks, and in
+/// `ghost` bricks around it, and the other grids whole. The memory limit is not kept: it is what
+/// regions are made for.
 MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {},
                                std::optional<double> greatest = {});
 
 /// A field with the leaves alone that an atlas of some bricks reads, in memory. Its domain stays
-/// that of the whole.
+/// the domain of the whole.
 Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin);
 
 /// The least and the greatest value of a medium's density; build_region_atlas asks for the

@@ -23,8 +23,8 @@ std::vector<PixelBox> around(const PixelBox& inner, const PixelBox& all);
 /// Pixels of the picture whose rays may meet a box of the density's voxels, and one around them,
 /// for rounding.
 PixelBox pixels_of(const View& view, const glm::dvec3& low, const glm::dvec3& high);
-/// The same of a box of the density's bricks; all of the picture if something emits, which it may
-/// do beyond the density.
+/// Pixels whose rays may meet a box of the density's bricks; all of the picture if something emits,
+/// which it may do beyond the density.
 PixelBox pixels_of(const View& view, const Box& bricks);
 
 }  // namespace psivox

@@ -6,16 +6,17 @@
 #include <optional>
 #include <vector>
 
-#include "march/transfer_spans.h"
+#include "march/transfer_table.h"
 #include "psivox/transfer_function.h"
 
 namespace psivox {
 
-/// What self-attenuation adds to the mean luminance L of a segment along which the value is linear
-/// from front to back: C = L (1 - e^{-depth}), L = `preintegrated-fast`'s + shading(front, back,
-/// length). Engel, Kraus and Ertl 2001 tabulate C; depth and the first part of L have closed forms,
-/// so only what is left is in the table. It vanishes for thin segments, for values that do not
-/// change and for constant colour. shaders/integrators/transfer/preintegrated.glsl reads it.
+/// The change that self-attenuation makes to the mean luminance L of a segment along which the
+/// value is linear from front to back: C = L (1 - e^{-depth}), L = `preintegrated-fast`'s +
+/// shading(front, back, length). Engel, Kraus and Ertl 2001 tabulate C; depth and the first part of
+/// L have closed forms, so only what is left is in the table. It vanishes for thin segments, for
+/// values that do not change and for constant colour.
+/// shaders/integrators/transfer/preintegrated.glsl reads it.
 ///
 /// Values are those from the first to the last knot, uniformly spread; lengths are the layers
 /// max_length (y / layers)^2, y = 1 ... layers, and 0, where nothing is to be added. Entry (layer
@@ -31,9 +32,9 @@ class PreintegratedTable {
   PreintegratedTable(const TransferFunction& function, double extinction, double max_length,
                      const Shape& shape);
 
-  /// The table of another function. Computes only entries whose values pass a change, within 1e-6
-  /// of the largest colour of what a table built anew has: spans are joined in another order.
-  /// Builds anew, and returns false, where the function's range or detail is another.
+  /// Makes it the table of another function. Computes only entries whose values pass a change. They
+  /// are within 1e-6 of the largest colour of a new table's, since spans are joined in another
+  /// order. Builds a new table, and returns false, if the function's range or detail differs.
   bool update(const TransferFunction& changed);
 
   const std::vector<glm::vec4>& entries() const { return entries_; }
@@ -45,13 +46,14 @@ class PreintegratedTable {
   double max_length() const { return max_length_; }  ///< [unit]
   const TransferFunction& function() const { return function_; }
 
-  /// As the shader interpolates it: linear in the values, which are clamped to the knots' range,
-  /// and between two layers in what optical depth makes of it.
+  /// The shading as the shader interpolates it: linear in the values, which are clamped to the
+  /// knots' range, and in the optical depth's share between two layers.
   glm::dvec3 shading(double front, double back, double length, double mean_attenuation) const;
 
-  /// Of the radiance of a segment between the first and the last knot [of the colours' unit]: twice
-  /// the largest difference from direct integration over a lattice four times finer in the values
-  /// and in the root of the length. Takes about as long as building the table.
+  /// A bound on the error of the radiance of a segment between the first and the last knot [of the
+  /// colours' unit]: twice the largest difference from direct integration, over a lattice four
+  /// times finer in the values and in the root of the length. Takes about as long as building the
+  /// table.
   double error_bound() const;
 
  private:

@@ -6,15 +6,15 @@
 /// Added to the opacity of a ray that stood still before its end, on its way from the GPU.
 inline constexpr int stuck_mark = 4;
 
+/// X(name, value) for the rows of modes, as MODE_mip and SHOWS_light.
+#define PSIVOX_SHADER_MODE(name, ...) PSIVOX_ROW(MODE_##name, Mode::name)
+#define PSIVOX_SHADER_SHOWS(name) PSIVOX_ROW(SHOWS_##name, Shows::name)
+
 /// What shaders/ calls the values of C++ enums and constants: X(name, value). GLSL gets them in the
 /// text before each program, the march in double as members.
 #define PSIVOX_SHADER_CONSTANTS(X)                                                    \
-  X(MODE_ALPHA, Mode::alpha)                                                          \
-  X(MODE_BACK_TO_FRONT, Mode::back_to_front)                                          \
-  X(MODE_MIP, Mode::mip)                                                              \
-  X(MODE_LMIP, Mode::lmip)                                                            \
-  X(MODE_ISOSURFACE, Mode::isosurface)                                                \
-  X(MODE_XRAY, Mode::xray)                                                            \
+  PSIVOX_MODES(PSIVOX_SHADER_MODE)                                                    \
+  PSIVOX_SHOWS(PSIVOX_SHADER_SHOWS)                                                   \
   X(SOURCE_CONSTANT, LuminanceSource::constant)                                       \
   X(SOURCE_DENSITY, LuminanceSource::density)                                         \
   X(SOURCE_SCALAR, LuminanceSource::scalar)                                           \

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "march/glsl_subset.h"
-#include "march/psi_table.h"
+#include "march/march_tables.h"
 
 // shaders/math and shaders/integrators as C++, in the GPU's precision and in double. Every line of
 // them is + - * /, comparisons and floor (decay.glsl has its own exp and log), so float here rounds

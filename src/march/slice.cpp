@@ -1,4 +1,4 @@
-#include "march/slice.h"
+#include "march/film.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -12,7 +12,6 @@
 #include <span>
 #include <vector>
 
-#include "march/film.h"
 #include "psivox/clip.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"

@@ -1,4 +1,4 @@
-#include "oiio/exr_header.h"
+#include "oiio/picture_module.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "image/error_text.h"
+#include "image/format.h"
 
 namespace psivox::image_io {
 namespace {

@@ -1,6 +1,5 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -8,7 +7,6 @@
 
 #include "image/srgb_codes.h"
 #include "oiio/picture_module.h"
-#include "oiio/tags.h"
 
 namespace psivox::image_io {
 namespace {
@@ -79,4 +77,26 @@ void write_picture(const Image& image, Format format, const WriteOptions& option
            srgb_codes<std::uint16_t>(rgba, 4, options.display).data(), file);
 }
 
+namespace {
+
+bool writes(Format format) {
+  return OIIO::ImageOutput::create(facts_of(format).openimageio) != nullptr;
+}
+
+/// The version of the library that runs; the header may be another.
+std::string version() {
+  const int number = OIIO::openimageio_version();  // major * 10000 + minor * 100 + patch
+  return std::to_string(number / 10000) + "." + std::to_string(number / 100 % 100) + "." +
+         std::to_string(number % 100);
+}
+
+constexpr PictureFiles table = {read_picture, read_picture_metadata, writes, write_picture,
+                                version};
+
+}  // namespace
+
 }  // namespace psivox::image_io
+
+extern "C" const psivox::image_io::PictureFiles* psivox_picture_files() {
+  return &psivox::image_io::table;
+}

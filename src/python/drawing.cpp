@@ -38,7 +38,7 @@ void check(const Scene& scene, const PictureWords& wanted) {
                   "--time-budget is for a march; --renderer reference does not march");
     check_method_unset(scene, "--time-budget");
   }
-  if (wanted.check_error > 0 && scene.mode == Mode::slice)
+  if (wanted.check_error > 0 && scene.shows(Shows::plane))
     throw Error(ExitCode::usage, "--mode slice does not march: it has no error to check");
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(wanted.layers.size()), 0);
 }

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "cubic.h"
+#include "piece.h"
 #include "psivox/transfer_function.h"
 
 namespace psivox {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "classify.h"
-#include "limits.h"
+#include "ray_radiance.h"
 
 namespace psivox {
 namespace {

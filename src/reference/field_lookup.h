@@ -15,7 +15,8 @@ namespace psivox {
 /// to eight leaves.
 struct CellBlock {
   glm::ivec3 key{0};
-  /// Of voxel block key + (dx,dy,dz), at 4 dx + 2 dy + dz; strides of 0 if one value fills it.
+  /// The values of voxel block key + (dx,dy,dz) are at 4 dx + 2 dy + dz. Strides are 0 if one value
+  /// fills the block.
   std::array<LeafValues, 8> values{};
   int channels = 1;
   bool empty = true;  ///< all 9x9x9 voxels are 0 in every channel

@@ -7,9 +7,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "grid_walk.h"
-#include "limits.h"
-#include "ray_sum.h"
+#include "cell_walk.h"
+#include "ray_radiance.h"
 
 namespace psivox {
 namespace {
@@ -129,26 +128,23 @@ std::optional<double> first_passage(const Cubic& value, double isovalue,
 
 RayModes::RayModes(const View& view, const RayMedium& medium, double tolerance)
     : view_(&view), medium_(&medium), integrator_(medium, tolerance), clip_(clip_of(view.scene)) {
-  const Mode mode = view.scene.mode;
-  if (mode == Mode::mip || mode == Mode::lmip || mode == Mode::isosurface)
+  if (view.scene.shows(Shows::value) || view.scene.shows(Shows::surface))
     cache_.emplace(medium.density);
 }
 
 RayPicture RayModes::picture(const WorldRay& ray) {
   part_ = clip_interval(clip_, ray);
   if (!(part_.x < part_.y)) return {};
-  switch (view_->scene.mode) {
-    case Mode::alpha:
-    case Mode::back_to_front:
+  switch (info(view_->scene.mode).shows) {
+    case Shows::light:
       return radiance(ray);
-    case Mode::xray:
-      return xray(ray);
-    case Mode::mip:
-    case Mode::lmip:
+    case Shows::depth:
+      return depth(ray);
+    case Shows::value:
       return maximum(ray);
-    case Mode::isosurface:
+    case Shows::surface:
       return surface(ray);
-    case Mode::slice:  // draw_slice draws it
+    case Shows::plane:  // draw_slice draws it
       break;
   }
   return {};
@@ -159,7 +155,7 @@ RayPicture RayModes::radiance(const WorldRay& ray) {
   return {r.radiance, -std::expm1(-r.optical_depth), r.error, infinity, r.cells};
 }
 
-RayPicture RayModes::xray(const WorldRay& ray) {
+RayPicture RayModes::depth(const WorldRay& ray) {
   const RayDepth d = integrator_.whole_depth(ray, part_.x, part_.y);
   const glm::dvec3& color = view_->medium.color;
   return {color * d.depth, -std::expm1(-d.depth), max_component(glm::abs(color)) * d.error,

@@ -32,7 +32,7 @@ class RayModes {
 
  private:
   RayPicture radiance(const WorldRay& ray);
-  RayPicture xray(const WorldRay& ray);
+  RayPicture depth(const WorldRay& ray);
   RayPicture maximum(const WorldRay& ray);
   RayPicture surface(const WorldRay& ray);
 

@@ -7,8 +7,6 @@
 #include <glm/geometric.hpp>
 #include <memory>
 
-#include "ray_sum.h"
-
 namespace psivox {
 namespace {
 
@@ -16,22 +14,13 @@ bool all_zero(const std::array<double, 8>& corners) {
   return std::all_of(corners.begin(), corners.end(), [](double v) { return v == 0; });
 }
 
-std::optional<FieldLookup> luminance_lookup(const Medium& medium) {
-  if (medium.source != LuminanceSource::scalar && medium.source != LuminanceSource::vector)
-    return std::nullopt;
-  assert(medium.luminance);
-  assert(medium.luminance->channels == (medium.source == LuminanceSource::vector ? 3 : 1));
-  return FieldLookup(*medium.luminance);
+std::optional<FieldLookup> lookup_of(const std::shared_ptr<const Field>& field) {
+  if (!field) return std::nullopt;
+  return FieldLookup(*field);
 }
 
-std::optional<FieldLookup> emission_lookup(const Medium& medium) {
-  if (!medium.emission) return std::nullopt;
-  return FieldLookup(*medium.emission);
-}
-
-std::optional<FieldLookup> gradient_lookup(const Medium& medium) {
-  if (!medium.gradient) return std::nullopt;
-  return FieldLookup(*medium.gradient);
+bool has_luminance_grid(const Medium& medium) {
+  return medium.source == LuminanceSource::scalar || medium.source == LuminanceSource::vector;
 }
 
 /// Upper bound on the length of a path through a field's domain [world units].
@@ -54,9 +43,9 @@ double max_color(const TransferFunction& function) {
 RayMedium::RayMedium(const Medium& m)
     : medium(m),
       density(*medium.density),
-      luminance(luminance_lookup(medium)),
-      emission(emission_lookup(medium)),
-      gradient(gradient_lookup(medium)),
+      luminance(has_luminance_grid(medium) ? lookup_of(medium.luminance) : std::nullopt),
+      emission(lookup_of(medium.emission)),
+      gradient(lookup_of(medium.gradient)),
       color(m.color) {
   L_max = max_component(glm::abs(color));
   if (luminance)
@@ -204,18 +193,6 @@ RayDepth RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
 
 double RayIntegrator::optical_depth(const WorldRay& ray, double t0, double t1) {
   return whole_depth(ray, t0, t1).depth;
-}
-
-CellCount RayIntegrator::count_cells(const WorldRay& ray, double t0, double t1) {
-  const Field& field = medium_->density.field();
-  const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
-  CellCount count;
-  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
-    ++count.in_blocks;
-    if (!all_zero(cell.block.corners(cell.cell, 0))) ++count.occupied;
-    return true;
-  });
-  return count;
 }
 
 RayRadiance ray_radiance(const Medium& medium, const WorldRay& ray, double tolerance) {

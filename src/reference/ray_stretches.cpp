@@ -4,10 +4,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "grid_walk.h"
-#include "limits.h"
+#include "cell_walk.h"
 #include "ray_radiance.h"
-#include "ray_sum.h"
 
 namespace psivox {
 namespace {

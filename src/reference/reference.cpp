@@ -3,7 +3,6 @@
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "psivox/error.h"
 #include "psivox/stopwatch.h"
 #include "ray_modes.h"
+#include "ray_radiance.h"
 
 namespace psivox {
 namespace {
@@ -44,8 +44,9 @@ RayPicture integrate_pixel(const View& view, RayModes& modes, int x, int y) {
   return sum;
 }
 
-bool has_depth(Mode mode) {
-  return mode == Mode::mip || mode == Mode::lmip || mode == Mode::isosurface;
+/// Maxima and surfaces are at one place of the ray.
+bool has_depth(const Scene& scene) {
+  return scene.shows(Shows::value) || scene.shows(Shows::surface);
 }
 
 }  // namespace
@@ -61,11 +62,11 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
   result.image.height = height;
   result.image.layers = {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels)},
                          {"error", {"error"}, std::vector<float>(pixels)}};
-  if (has_depth(view.scene.mode))
+  if (has_depth(view.scene))
     result.image.layers.push_back({"depth", {"depth"}, std::vector<float>(pixels)});
   std::vector<float>& rgba = result.image.layers[0].values;
   std::vector<float>& error = result.image.layers[1].values;
-  float* depth = has_depth(view.scene.mode) ? result.image.layers[2].values.data() : nullptr;
+  float* depth = has_depth(view.scene) ? result.image.layers[2].values.data() : nullptr;
 
   struct Worker {
     RayModes modes;
@@ -133,6 +134,54 @@ std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::
       progress(double(done) / double(pixels.size()));
   });
   return result;
+}
+
+namespace {
+
+/// Optical depths from voxels towards a beam.
+class VoxelDepths {
+ public:
+  VoxelDepths(const View& view, const Beam& beam)
+      : medium_(light_march(view, beam).medium), towards_(-beam.direction) {}
+
+  double operator()(const glm::ivec3& voxel) {
+    const glm::dmat4& world_from_index = medium_.medium.density->world_from_index;
+    const glm::dvec3 at(world_from_index * glm::dvec4(voxel, 1));
+    return workers_.local().optical_depth({at, towards_});
+  }
+
+ private:
+  RayMedium medium_;
+  glm::dvec3 towards_;
+  tbb::enumerable_thread_specific<RayIntegrator> workers_{
+      [this] { return RayIntegrator(medium_, 1e-12); }};
+};
+
+}  // namespace
+
+LightDepths reference_light_depths(const View& view) {
+  return one_by_one([&view](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+                            const Progress& progress) {
+    VoxelDepths depth(view, beam);
+    in_batches(blocks, progress, [&](std::span<const std::size_t> some) {
+      tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
+        std::vector<double> depths(512);
+        for (int i = 0; i < 512; ++i)
+          depths[std::size_t(i)] =
+              depth(blocks.all[some[k]] + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
+        take(some[k], depths);
+      });
+    });
+  });
+}
+
+std::vector<double> reference_light_depths(const View& view, const Beam& beam,
+                                           std::span<const glm::ivec3> voxels) {
+  VoxelDepths depth(view, beam);
+  std::vector<double> depths(voxels.size());
+  tbb::parallel_for(std::size_t{0}, voxels.size(),
+                    [&](std::size_t i) { depths[i] = depth(voxels[i]); });
+  return depths;
 }
 
 }  // namespace psivox

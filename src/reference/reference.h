@@ -34,7 +34,7 @@ std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::
 
 /// Exact optical depths towards light, whatever a beam's method. The view must outlive them.
 LightDepths reference_light_depths(const View& view);
-/// The same from some voxels.
+/// The depths from some voxels.
 std::vector<double> reference_light_depths(const View& view, const Beam& beam,
                                            std::span<const glm::ivec3> voxels);
 

@@ -58,7 +58,7 @@ std::string grid_text(const View& view) {
 /// Whether the slice's plane has the whole volume on one side.
 bool slice_misses_box(const View& view) {
   const std::optional<Plane>& plane = view.scene.slice;
-  if (view.scene.mode != Mode::slice || !plane || !plane->point) return false;
+  if (!view.scene.shows(Shows::plane) || !plane || !plane->point) return false;
   const glm::dvec3 half = 0.5 * (view.subject->box_max - view.subject->box_min);
   const glm::dvec3 middle = view.subject->box_min + half;
   return std::abs(glm::dot(plane->normal, middle - *plane->point)) >
@@ -83,14 +83,14 @@ std::string why_empty(const View& view) {
   const Medium& medium = view.medium;
   const Scene& scene = view.scene;
   const glm::dvec2 values = stored_range(*medium.density);
-  if (scene.mode == Mode::isosurface) {
+  if (scene.shows(Shows::surface)) {
     const double isovalue = scene.isovalue.value_or(0);
     const double of_field = field_isovalue(isovalue, *medium.density);
     if (of_field >= values.x && of_field <= values.y) return {};
     return "--isovalue " + formatted("%.4g", isovalue) + " is not among the values of " +
            grid_text(view);
   }
-  if (medium.emission || scene.mode == Mode::slice || scene.finds_maximum()) return {};
+  if (medium.emission || scene.shows(Shows::plane) || scene.shows(Shows::value)) return {};
   if (scene.attenuates() && medium.extinction == 0) return "--extinction is 0";
   const bool attenuates = medium.transfer
                               ? medium.transfer->max_attenuation(
@@ -115,7 +115,7 @@ std::string why_low(const View& view) {
 /// Why what is on the rays gives no light; empty if it might.
 std::string why_dark(const View& view) {
   const Scene& scene = view.scene;
-  if (scene.finds_maximum()) return why_low(view);
+  if (scene.shows(Shows::value)) return why_low(view);
   if (!scene.lit() && scene.resolved_luminance() == glm::dvec3(0) && !view.medium.emission)
     return "--luminance is 0";
   if (!scene.composites()) return {};

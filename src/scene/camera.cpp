@@ -55,7 +55,7 @@ glm::dvec3 front(const glm::dvec3& up) {
 
 /// The default view: from the front, or across the slice.
 glm::dvec3 facing(const Scene& scene, const glm::dvec3& from_front) {
-  if (scene.mode != Mode::slice || !scene.slice) return from_front;
+  if (!scene.shows(Shows::plane) || !scene.slice) return from_front;
   const glm::dvec3 normal = glm::normalize(scene.slice->normal);
   // The side that is nearer to the front; of a plane that is seen edge-on, that of its normal.
   return glm::dot(normal, from_front) > 1e-9 ? normal : -normal;
@@ -64,7 +64,7 @@ glm::dvec3 facing(const Scene& scene, const glm::dvec3& from_front) {
 /// What of the subject the default camera frames. A slice shows the whole domain.
 Subject framed_subject(const Scene& scene, const Subject& whole) {
   Subject subject = whole;
-  if (scene.mode == Mode::slice) {
+  if (scene.shows(Shows::plane)) {
     subject = box_subject(whole.box_min, whole.box_max);
     subject.z_up = whole.z_up;
   }

@@ -41,7 +41,7 @@ glm::dvec2 clip_interval(const std::vector<HalfSpace>& clip, const WorldRay& ray
 }
 
 Scene with_planes(Scene scene, const Subject& subject) {
-  if (scene.mode == Mode::slice && !scene.slice)
+  if (scene.shows(Shows::plane) && !scene.slice)
     scene.slice = Plane{z_is_up(scene, subject) ? glm::dvec3(0, -1, 0) : glm::dvec3(0, 0, 1)};
   for (std::optional<Plane> Scene::*plane : {&Scene::clip_plane, &Scene::slice})
     if (scene.*plane && !(scene.*plane)->point) (scene.*plane)->point = middle_of(subject);

@@ -28,7 +28,7 @@ int color_bar_strip(const glm::ivec2& resolution) {
 std::optional<ColorScale> color_scale(const View& view) {
   const Scene& scene = view.scene;
   if (scene.windows()) {
-    if (!scene.colormap && !scene.finds_maximum()) return std::nullopt;
+    if (!scene.colormap && !scene.shows(Shows::value)) return std::nullopt;
     const glm::dvec2 range = scene.range->ends;
     return scale_of(view, range.x, range.y, [&](double value) {
       const double u = (value - range.x) / (range.y - range.x);

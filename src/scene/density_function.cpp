@@ -25,7 +25,7 @@ std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& densit
                                      "; MIN must be below MAX");
   }
   glm::dvec2 range = active_range(density);
-  if (scene.finds_maximum() && !scene.colormap && range.y > 0) return glm::dvec2(0, range.y);
+  if (scene.shows(Shows::value) && !scene.colormap && range.y > 0) return glm::dvec2(0, range.y);
   if (density.of_vectors) {  // 0 is at the map's middle or beginning
     range.y = std::max(range.y, -range.x);
     range.x = range.x < 0 ? -range.y : 0;
@@ -43,7 +43,7 @@ void check_gradient_rules(const Scene& scene) {
     throw Error(ExitCode::usage, "--transfer-function " + in_quotes(scene.transfer_function) +
                                      " has gradients: " + what + "; " + instead);
   };
-  if (scene.mode == Mode::mip || scene.mode == Mode::lmip)
+  if (scene.shows(Shows::value))
     fail("a greatest value has none", "take --mode alpha, back-to-front, xray or isosurface");
   const bool voxels = scene.classification == Classification::pre;
   const Integrator rule = scene.resolved_integrator();

@@ -11,9 +11,6 @@ namespace psivox {
 
 /// Names on the command line of an enumeration's values, in their order from 0.
 inline std::vector<std::string> enum_names(Sampling) { return {"cells", "uniform", "template"}; }
-inline std::vector<std::string> enum_names(Mode) {
-  return {"alpha", "back-to-front", "mip", "lmip", "isosurface", "xray", "slice"};
-}
 inline std::vector<std::string> enum_names(Classification) { return {"post", "pre"}; }
 inline std::vector<std::string> enum_names(Centering) { return {"node", "cell"}; }
 inline std::vector<std::string> enum_names(Colormap) {
@@ -27,15 +24,18 @@ inline std::vector<std::string> enum_names(RendererKind) {
 }
 inline std::vector<std::string> enum_names(TexelType) { return {"float32", "float16"}; }
 inline std::vector<std::string> enum_names(ToneMap) { return {"none", "filmic"}; }
-inline std::vector<std::string> enum_names(Integrator) {
+/// The names of a table's rows, with dashes.
+template <typename Table>
+std::vector<std::string> row_names(const Table& table) {
   std::vector<std::string> names;
-  for (const IntegratorInfo& row : integrators) {
+  for (const auto& row : table) {
     names.emplace_back(row.name);
     std::replace(names.back().begin(), names.back().end(), '_', '-');
   }
   return names;
 }
-
+inline std::vector<std::string> enum_names(Mode) { return row_names(mode_rows); }
+inline std::vector<std::string> enum_names(Integrator) { return row_names(integrators); }
 inline std::vector<std::string> enum_names(EmissionColor) { return {"white", "black-body"}; }
 inline std::vector<std::string> enum_names(LightQuality) { return {"auto", "exact"}; }
 

@@ -91,7 +91,7 @@ void set_function(const std::shared_ptr<const TransferFunction>& function,
 void set_luminance(const Scene& scene, const MediumFields& fields,
                    const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
   medium.color = scene.resolved_luminance();
-  if (scene.mode == Mode::xray || (scene.composites() && !scene.shines())) return;
+  if (scene.shows(Shows::depth) || (scene.composites() && !scene.shines())) return;
   const bool tinted = function && function->has_color();
   if (tinted) {
     if (scene.composites() || medium.transfer) set_function(function, fields, medium);

@@ -74,7 +74,7 @@ void set_gradient_function(const Scene& scene, const std::shared_ptr<const Field
 void set_density(const Scene& scene, const std::shared_ptr<const Field>& density,
                  const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
   medium.density = density;
-  if (scene.mode == Mode::isosurface) {
+  if (scene.shows(Shows::surface)) {
     medium.isovalue = field_isovalue(resolved_isovalue(scene, *density), *density);
   } else if (function && function->has_gradient()) {
     return set_gradient_function(scene, density, function, medium);
@@ -109,7 +109,7 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
   check_parts(scene, *fields.density, function.get());
   set_density(scene, fields.density, function, medium);
   set_luminance(scene, fields, function, medium);
-  if (scene.mode == Mode::isosurface && function && function->has_color())
+  if (scene.shows(Shows::surface) && function && function->has_color())
     medium.color *= function->at(resolved_isovalue(scene, *fields.density)).color;
   if (fields.emission && scene.emission_scale > 0) {
     medium.emission = scene.emission_color == EmissionColor::black_body
@@ -126,9 +126,9 @@ Scene with_names(Scene scene, const MediumFields& fields) {
   scene.grid = fields.density->name;
   const bool dark = !scene.luminance && !scene.has_function() && scene.luminance_grid.empty() &&
                     scene.temperature_grid.empty();
-  if (scene.mode == Mode::slice && dark) scene.colormap = Colormap::viridis;
-  if (fields.density->of_vectors && dark && scene.mode != Mode::xray &&
-      scene.mode != Mode::isosurface)
+  if (scene.shows(Shows::plane) && dark) scene.colormap = Colormap::viridis;
+  if (fields.density->of_vectors && dark && !scene.shows(Shows::depth) &&
+      !scene.shows(Shows::surface))
     scene.colormap = active_range(*fields.density).x < 0 ? Colormap::coolwarm : Colormap::viridis;
   if (fields.luminance) scene.luminance_grid = fields.luminance->name;
   if (fields.temperature) scene.temperature_grid = fields.temperature->name;
@@ -143,7 +143,7 @@ void resolve(const MediumFields& fields, View& view) {
   const bool z_up = z_is_up(scene, *view.subject);
   scene.range = resolved_range(scene, *fields.density);
   if (scene.attenuates()) scene.extinction = medium.extinction;
-  if (scene.mode == Mode::isosurface) scene.isovalue = resolved_isovalue(scene, *fields.density);
+  if (scene.shows(Shows::surface)) scene.isovalue = resolved_isovalue(scene, *fields.density);
   scene.luminance = scene.resolved_luminance();
   if (!scene.tolerance) {  // else the tolerance chooses them
     scene.integrator = scene.resolved_integrator();
@@ -178,7 +178,7 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   const MediumFields fields = used_fields(unnamed, all_fields);
   const Scene scene = with_names(unnamed, fields);
   validate(scene);
-  if (scene.color_bar && !scene.colormap && !scene.finds_maximum() &&
+  if (scene.color_bar && !scene.colormap && !scene.shows(Shows::value) &&
       scene.transfer_function.empty())
     throw Error(ExitCode::usage,
                 "--color-bar shows the colours of a map; give --colormap or --transfer-function");

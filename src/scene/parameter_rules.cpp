@@ -22,7 +22,7 @@ void clear(Scene& scene, std::string_view name) { set_default(scene, *find_param
 void apply_window(Scene& scene, const Scene& before, std::span<const Setting> settings) {
   const bool function = contains(settings, "transfer-function") && !scene.transfer_function.empty();
   const bool map_gone = before.colormap && !scene.colormap;
-  const bool other_mode = before.finds_maximum() != scene.finds_maximum();
+  const bool other_mode = before.shows(Shows::value) != scene.shows(Shows::value);
   if ((function || map_gone || other_mode) && !contains(settings, "range")) clear(scene, "range");
   if (function && !contains(settings, "opacity")) clear(scene, "opacity");
   const bool window = (contains(settings, "range") && scene.range) ||
@@ -33,7 +33,7 @@ void apply_window(Scene& scene, const Scene& before, std::span<const Setting> se
   if (!contains(settings, "split-knots")) scene.split_knots = false;
 }
 
-/// A source of luminance on the command line replaces that of the file.
+/// A source of luminance on the command line replaces the file's source.
 void apply_luminance(Scene& scene, std::span<const Setting> settings) {
   const auto given = [&](const char* name) { return contains(settings, name); };
   const bool function = given("transfer-function") && !scene.transfer_function.empty();
@@ -51,7 +51,7 @@ void apply_sampling(Scene& scene, std::span<const Setting> settings) {
   const bool perspective = scene.projection == Projection::perspective;
   if (scene.sampling == Sampling::template_ && perspective && !given("sampling"))
     scene.sampling.reset();
-  if (scene.mode == Mode::isosurface && given("mode") && !given("sampling") && !given("step")) {
+  if (scene.shows(Shows::surface) && given("mode") && !given("sampling") && !given("step")) {
     scene.sampling.reset();
     scene.step.reset();
   }
@@ -70,6 +70,22 @@ void apply_tolerance(Scene& scene, std::span<const Setting> settings) {
     if (tolerance_given && scene.tolerance && !given) set_default(scene, p);
     if (!tolerance_given && given && !has_default(scene, p)) scene.tolerance.reset();
   }
+}
+
+/// The other modes with an option of their own.
+std::vector<const ModeInfo*> others_with_option(Mode mode) {
+  std::vector<const ModeInfo*> others;
+  for (const ModeInfo& other : mode_rows)
+    if (other.id != mode && *other.option) others.push_back(&other);
+  return others;
+}
+
+/// An option of one mode is not given with another.
+void validate_mode(const Scene& scene) {
+  for (const ModeInfo* other : others_with_option(scene.mode))
+    if (!has_default(scene, *find_parameter(other->option)))
+      throw Error(ExitCode::usage, "--" + std::string(other->option) + " is for --mode " +
+                                       other->name + "; give both or neither");
 }
 
 void validate_light(const Scene& scene) {
@@ -101,22 +117,17 @@ void validate_medium(const Scene& scene) {
     fail("--colormap and --luminance-grid exclude each other; leave one of them out");
   if (scene.colormap && !scene.temperature_grid.empty())
     fail("--colormap and --temperature-grid exclude each other; leave one of them out");
-  if (scene.classification == Classification::pre && !scene.composites() &&
-      scene.mode != Mode::xray)
+  if (scene.classification == Classification::pre && !scene.attenuates())
     fail("--classification pre is for --mode alpha, back-to-front and xray");
   validate_light(scene);
 }
 
 void validate_march(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
-  if (scene.isovalue && scene.mode != Mode::isosurface)
-    fail("--isovalue is for --mode isosurface; give both or neither");
-  if (scene.mode == Mode::isosurface && scene.resolved_sampling() != Sampling::cells)
+  if (scene.shows(Shows::surface) && scene.resolved_sampling() != Sampling::cells)
     fail(
         "--mode isosurface finds its surface in cells; it goes with --sampling cells, without "
         "--step");
-  if (scene.lmip_threshold != 0 && scene.mode != Mode::lmip)
-    fail("--lmip-threshold is for --mode lmip; give both or neither");
   if (scene.step && scene.sampling == Sampling::cells)
     fail("--step is for --sampling uniform, not cells; leave one of them out");
   if (scene.step && scene.sampling == Sampling::template_)
@@ -133,14 +144,12 @@ void validate_march(const Scene& scene) {
     fail("--integrator cell-exact integrates cells; it goes with --sampling cells, without --step");
   if (scene.integrator && is_transfer_rule(*scene.integrator) && !scene.has_function())
     throw Error(ExitCode::usage,
-                "--integrator " + parameter_text(scene, *find_parameter("integrator")) +
+                "--integrator " + parameter_text(scene, "integrator") +
                     " integrates a transfer function; give --transfer-function or --colormap");
 }
 
 void validate_cuts(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
-  if (scene.slice && scene.mode != Mode::slice)
-    fail("--slice is for --mode slice; give both or neither");
   if (scene.slice && scene.slice->normal == glm::dvec3(0)) fail("--slice: its normal is 0");
   if (scene.clip_plane && scene.clip_plane->normal == glm::dvec3(0))
     fail("--clip-plane: its normal is 0");
@@ -154,8 +163,8 @@ void validate_cuts(const Scene& scene) {
 
 /// A ray's integral has no white: its exposure is auto unless it is given.
 void apply_exposure(Scene& scene, const Scene& before, std::span<const Setting> settings) {
-  const bool integral = scene.mode == Mode::xray;
-  if (integral == (before.mode == Mode::xray) || contains(settings, "exposure")) return;
+  const bool integral = scene.shows(Shows::depth);
+  if (integral == before.shows(Shows::depth) || contains(settings, "exposure")) return;
   clear(scene, "exposure");
   if (integral) scene.exposure.reset();
 }
@@ -182,9 +191,8 @@ void apply_over(Scene& scene, std::span<const Setting> settings) {
   apply_sampling(scene, settings);
   apply_tolerance(scene, settings);
   apply_exposure(scene, before, settings);
-  if (scene.mode != Mode::isosurface && !contains(settings, "isovalue")) scene.isovalue.reset();
-  if (scene.mode != Mode::slice && !contains(settings, "slice")) scene.slice.reset();
-  if (scene.mode != Mode::lmip && !contains(settings, "lmip-threshold")) scene.lmip_threshold = 0;
+  for (const ModeInfo* other : others_with_option(scene.mode))
+    if (!contains(settings, other->option)) clear(scene, other->option);
   const bool lens = contains(settings, "focal-length") || contains(settings, "aperture");
   if (lens && !contains(settings, "fov")) scene.fov.reset();
 }
@@ -214,20 +222,14 @@ void check_method_unset(const Scene& scene, std::string_view chooser) {
 }
 
 bool belongs_to_medium(const Parameter& parameter) {
-  static constexpr const char* march_only[] = {
-      "slice",           "clip",         "clip-plane",   "lmip-threshold",
-      "integrator",      "sampling",     "segments",     "step",
-      "end-corrections", "connectivity", "opacity-unit", "early-termination",
-      "filter",          "renderer",     "device",       "tolerance"};
-  if (parameter.group == ParameterGroup::camera || parameter.group == ParameterGroup::output)
-    return false;
-  return std::find(std::begin(march_only), std::end(march_only), parameter.name) ==
-         std::end(march_only);
+  return !parameter.march_only && parameter.group != ParameterGroup::camera &&
+         parameter.group != ParameterGroup::output;
 }
 
 void validate(const Scene& scene) {
   const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   validate_medium(scene);
+  validate_mode(scene);
   validate_march(scene);
   validate_cuts(scene);
   if (scene.ortho_width && scene.projection == Projection::perspective)

@@ -362,4 +362,8 @@ std::string parameter_text(const Scene& scene, const Parameter& parameter) {
                     parameter.member);
 }
 
+std::string parameter_text(const Scene& scene, std::string_view name) {
+  return parameter_text(scene, *find_parameter(name));
+}
+
 }  // namespace psivox

@@ -32,20 +32,26 @@ Parameter unchanged(Parameter p) {
   return p;
 }
 
-/// Those that --help lists; --help-all lists all.
-constexpr std::string_view common_names[] = {"grid",       "resolution", "background", "look",
-                                             "extinction", "colormap",   "mode",       "azimuth",
-                                             "elevation",  "tolerance"};
+Parameter common(Parameter p) {
+  p.common = true;
+  return p;
+}
+
+Parameter march_only(Parameter p) {
+  p.march_only = true;
+  return p;
+}
 
 using Rows = std::vector<Parameter>;
 
 Rows input_rows() {
   return {
       {"input", "IN.vdb", "", "", "volume to render", &Scene::input, any, "", true},
-      {"grid", "NAME[:PART]", "", "the best usable grid",
-       "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length; "
-       ":active is 1 at active voxels",
-       &Scene::grid},
+      common(
+          {"grid", "NAME[:PART]", "", "the best usable grid",
+           "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length; "
+           ":active is 1 at active voxels",
+           &Scene::grid}),
       {"strict", "", "", "",
        "refuse NaN, Inf, negative values, backgrounds and non-linear transforms", &Scene::strict},
       {"background-value", "V", "", "none: 0, said in a notice",
@@ -60,10 +66,11 @@ Rows input_rows() {
 
 Rows output_rows() {
   return {
-      {"resolution", "WxH", "pixels", "", "size of the picture", &Scene::resolution, pixel_count},
-      {"background", "COLOUR", "", "none: premultiplied, with alpha",
-       "colour behind the medium: R,G,B is linear, #rrggbb and the names of CSS are sRGB",
-       &Scene::background, at_least_0, "none"},
+      common({"resolution", "WxH", "pixels", "", "size of the picture", &Scene::resolution,
+              pixel_count}),
+      common({"background", "COLOUR", "", "none: premultiplied, with alpha",
+              "colour behind the medium: R,G,B is linear, #rrggbb and the names of CSS are sRGB",
+              &Scene::background, at_least_0, "none"}),
       {"exposure", "STOPS", "powers of 2", "0; auto under --mode xray",
        "brightness of .png, .jpg, .webp, 8-bit .tif and the window; auto: just below white",
        &Scene::exposure, any, "auto"},
@@ -78,19 +85,22 @@ Rows output_rows() {
 
 Rows look_rows() {
   return {
-      {"look", "NAME", "", "auto in render, view and study",
-       "scene parameters that suit the file: auto, plain, smoke, fire, surface, scan, signed, "
-       "points, colors, vectors or xray, or a .json of them; each option given replaces its own "
-       "part",
-       &Scene::look},
-      {"extinction", "K", "1/world unit", "auto: mean optical depth 3 through the grid's middle",
-       "scale of the attenuation: K * value, or K * transfer function", &Scene::extinction,
-       at_least_0, "auto"},
+      common(
+          {"look", "NAME", "", "auto in render, view and study",
+           "scene parameters that suit the file: auto, plain, smoke, fire, surface, scan, signed, "
+           "points, colors, vectors or xray, or a .json of them; each option given replaces its "
+           "own "
+           "part",
+           &Scene::look}),
+      common({"extinction", "K", "1/world unit",
+              "auto: mean optical depth 3 through the grid's middle",
+              "scale of the attenuation: K * value, or K * transfer function", &Scene::extinction,
+              at_least_0, "auto"}),
       {"transfer-function", "FILE", "", "none",
        "JSON: attenuation and colour by value and gradient; ParaView's colour maps too",
        &Scene::transfer_function},
-      {"colormap", enum_metavar<Colormap>(), "", "none", "built-in colour map of the luminance",
-       &Scene::colormap, any, "none"},
+      common({"colormap", enum_metavar<Colormap>(), "", "none",
+              "built-in colour map of the luminance", &Scene::colormap, any, "none"}),
       {"range", "MIN,MAX", "", "range of the active values; 0 to the greatest for mip and lmip",
        "values at the ends of --colormap, --opacity and maxima, or without these of the "
        "attenuation; 1%,99% are percentiles",
@@ -122,21 +132,22 @@ Rows look_rows() {
        "colour of a scalar emission grid; black-body: its values are temperatures, by "
        "--temperature-scale and --temperature-offset",
        &Scene::emission_color},
-      {"mode", enum_metavar<Mode>(), "", "", "how a pixel is made of the values along its ray",
-       &Scene::mode},
+      common({"mode", enum_metavar<Mode>(), "", "",
+              "how a pixel is made of the values along its ray", &Scene::mode}),
       {"isovalue", "V", "", "middle of the values; 0 for a level set",
        "value of the surface, under --mode isosurface", &Scene::isovalue, any, "auto"},
-      {"lmip-threshold", "T", "", "", "--mode lmip shows the first local maximum above it",
-       &Scene::lmip_threshold},
-      {"slice", "PLANE", "world units", "across the default view, through the middle",
-       "plane of --mode slice: z, z=3, a normal, or a point and a normal", &Scene::slice, any,
-       "auto"},
-      {"clip", "BOX", "world units", "none", "draw only what is in the box X0,Y0,Z0,X1,Y1,Z1",
-       &Scene::clip, any, "none"},
-      {"clip-plane", "PLANE", "world units", "none",
-       "draw only what is before the plane, on the side of its normal: x=3, -x=3, a normal, or a "
-       "point and a normal",
-       &Scene::clip_plane, any, "none"},
+      march_only({"lmip-threshold", "T", "", "",
+                  "--mode lmip shows the first local maximum above it", &Scene::lmip_threshold}),
+      march_only({"slice", "PLANE", "world units", "across the default view, through the middle",
+                  "plane of --mode slice: z, z=3, a normal, or a point and a normal", &Scene::slice,
+                  any, "auto"}),
+      march_only({"clip", "BOX", "world units", "none",
+                  "draw only what is in the box X0,Y0,Z0,X1,Y1,Z1", &Scene::clip, any, "none"}),
+      march_only({"clip-plane", "PLANE", "world units", "none",
+                  "draw only what is before the plane, on the side of its normal: x=3, -x=3, a "
+                  "normal, or a "
+                  "point and a normal",
+                  &Scene::clip_plane, any, "none"}),
   };
 }
 
@@ -167,10 +178,10 @@ Rows camera_rows() {
        &Scene::camera_up, any, "auto"},
       {"up-axis", enum_metavar<UpAxis>(), "", "auto: z for files of Z-up programs, else y",
        "axis that is up: y is seen along -Z, z along +Y", &Scene::up_axis},
-      {"azimuth", "DEG", "degrees", "0; 30 in looks",
-       "turn the camera about the up axis, to the right", &Scene::azimuth},
-      {"elevation", "DEG", "degrees", "0; 20 in looks", "then raise it over its target",
-       &Scene::elevation},
+      common({"azimuth", "DEG", "degrees", "0; 30 in looks",
+              "turn the camera about the up axis, to the right", &Scene::azimuth}),
+      common({"elevation", "DEG", "degrees", "0; 20 in looks", "then raise it over its target",
+              &Scene::elevation}),
       {"zoom", "F", "", "", "show everything F times as large; narrows the field of view",
        &Scene::zoom, above_0},
       {"fov", "DEG", "degrees", "from --focal-length and --aperture", "horizontal field of view",
@@ -187,46 +198,54 @@ Rows camera_rows() {
 
 Rows accuracy_rows() {
   return {
-      {"tolerance", "E", "radiance, opacity",
-       number_text(default_tolerance) + ", unless an option below sets the method",
-       "largest RMS error over R, G, B and A; psivox chooses the method for it", &Scene::tolerance,
-       above_0, "none"},
-      {"early-termination", "T", "transmittance", "1/16384, or --tolerance / 4",
-       "end a ray below this transmittance; 0: never", &Scene::early_termination, below_1, "auto"},
-      chosen({"sampling", enum_metavar<Sampling>(), "", "cells; uniform with --step",
-              "divide a ray at voxel faces, into equal steps, or by a template (orthographic)",
-              &Scene::sampling, any, "auto"}),
-      chosen({"integrator", enum_metavar<Integrator>(), "",
-              "psi-weighted under cells, else psi-balanced", "rule that integrates a segment",
-              &Scene::integrator, any, "auto"}),
-      chosen({"step", "H", "voxels of the finest axis", "1",
-              "length of a step; implies --sampling uniform", &Scene::step, above_0, "auto"}),
-      chosen({"segments", "N", "", "", "linear segments per cell, under --sampling cells",
-              &Scene::segments, segment_count}),
+      march_only(
+          common({"tolerance", "E", "radiance, opacity",
+                  number_text(default_tolerance) + ", unless an option below sets the method",
+                  "largest RMS error over R, G, B and A; psivox chooses the method for it",
+                  &Scene::tolerance, above_0, "none"})),
+      march_only({"early-termination", "T", "transmittance", "1/16384, or --tolerance / 4",
+                  "end a ray below this transmittance; 0: never", &Scene::early_termination,
+                  below_1, "auto"}),
+      chosen(march_only(
+          {"sampling", enum_metavar<Sampling>(), "", "cells; uniform with --step",
+           "divide a ray at voxel faces, into equal steps, or by a template (orthographic)",
+           &Scene::sampling, any, "auto"})),
+      chosen(march_only({"integrator", enum_metavar<Integrator>(), "",
+                         "psi-weighted under cells, else psi-balanced",
+                         "rule that integrates a segment", &Scene::integrator, any, "auto"})),
+      chosen(march_only({"step", "H", "voxels of the finest axis", "1",
+                         "length of a step; implies --sampling uniform", &Scene::step, above_0,
+                         "auto"})),
+      chosen(
+          march_only({"segments", "N", "", "", "linear segments per cell, under --sampling cells",
+                      &Scene::segments, segment_count})),
       chosen({"split-knots", "", "", "",
               "end segments at the knots of the transfer function; cell-exact always does",
               &Scene::split_knots}),
-      {"end-corrections", "", "", "",
-       "correct psi-balanced for rays that begin or end inside the medium",
-       &Scene::end_corrections},
-      {"connectivity", "6|18|26", "", "", "neighbours of a voxel, under --sampling template",
-       &Scene::connectivity, neighbours},
-      {"opacity-unit", "U", "voxels of the finest axis", "",
-       "length that an opacity of opacity-linear refers to", &Scene::opacity_unit, above_0},
-      unchanged({"filter", enum_metavar<Filter>(), "", "",
-                 "interpolate in float32 (exact) or by the GPU's texture unit", &Scene::filter}),
+      march_only({"end-corrections", "", "", "",
+                  "correct psi-balanced for rays that begin or end inside the medium",
+                  &Scene::end_corrections}),
+      march_only({"connectivity", "6|18|26", "", "",
+                  "neighbours of a voxel, under --sampling template", &Scene::connectivity,
+                  neighbours}),
+      march_only({"opacity-unit", "U", "voxels of the finest axis", "",
+                  "length that an opacity of opacity-linear refers to", &Scene::opacity_unit,
+                  above_0}),
+      unchanged(march_only({"filter", enum_metavar<Filter>(), "", "",
+                            "interpolate in float32 (exact) or by the GPU's texture unit",
+                            &Scene::filter})),
       unchanged(
           {"texel", enum_metavar<TexelType>(), "", "", "type of the stored values", &Scene::texel}),
-      {"renderer", enum_metavar<RendererKind>(), "", "",
-       "GPU, reference integrator on the CPU, or the GPU's march in double on the CPU",
-       &Scene::renderer},
+      march_only({"renderer", enum_metavar<RendererKind>(), "", "",
+                  "GPU, reference integrator on the CPU, or the GPU's march in double on the CPU",
+                  &Scene::renderer}),
   };
 }
 
 Rows machine_rows() {
   return {
-      {"device", "N", "", "-1: the first that works", "EGL device, as --list-devices numbers them",
-       &Scene::device, device_index},
+      march_only({"device", "N", "", "-1: the first that works",
+                  "EGL device, as --list-devices numbers them", &Scene::device, device_index}),
       {"memory-limit", "SIZE", "bytes", "0: free memory",
        "size of the grids on host and GPU together, 512M or 1.5GiB; larger ones are drawn in parts",
        &Scene::memory_limit},
@@ -245,7 +264,6 @@ std::vector<Parameter> make_table() {
   for (const auto& [group, rows] : groups) {
     for (Parameter row : rows) {
       row.group = group;
-      row.common = std::ranges::count(common_names, row.name) > 0;
       if (row.default_text.empty()) row.default_text = parameter_text(defaults, row);
       table.push_back(std::move(row));
     }

@@ -21,8 +21,7 @@ constexpr std::uint64_t least = 32 << 20;
 }  // namespace
 
 std::string parts_obstacle(const Scene& scene) {
-  if (scene.mode == Mode::back_to_front)
-    return "--mode alpha, mip, lmip, isosurface, xray and slice";
+  if (!info(scene.mode).in_parts) return "--mode alpha, mip, lmip, isosurface, xray and slice";
   if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
   return {};
 }

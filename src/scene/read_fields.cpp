@@ -36,7 +36,7 @@ ReadOptions options_of(const Scene& scene, GridRole role, bool empty) {
 
 Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::string& name,
                           ReadOptions& options, const Parts& parts) {
-  options.distances = scene.mode == Mode::isosurface;
+  options.distances = scene.shows(Shows::surface);
   if (scene.range)
     for (int i = 0; i < 2; ++i)
       if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
@@ -74,7 +74,7 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   MediumFields fields;
   fields.z_up = file.z_up();
   const bool data =
-      scene.has_function() || scene.mode == Mode::isosurface || scene.mode == Mode::slice;
+      scene.has_function() || scene.shows(Shows::surface) || scene.shows(Shows::plane);
   const std::string grid = scene.grid.empty() ? file.default_grid(empty) : scene.grid;
   Field density = read_density(scene, file, grid, data, empty, parts);
   if (scene.grid.empty() && file.names().size() > 1 && grid != "density")
@@ -105,12 +105,12 @@ std::string fields_key(const Scene& scene) {
   std::string key;
   for (const char* name : {"input", "grid", "strict", "background-value", "lod", "luminance-grid",
                            "temperature-grid", "emission-grid"})
-    key += "\n" + parameter_text(scene, *find_parameter(name));
+    key += "\n" + parameter_text(scene, name);
   if (scene.range && (scene.range->percent.x || scene.range->percent.y))
-    key += "\n" + parameter_text(scene, *find_parameter("range"));
-  if (scene.lod) key += "\n" + parameter_text(scene, *find_parameter("centering"));
+    key += "\n" + parameter_text(scene, "range");
+  if (scene.lod) key += "\n" + parameter_text(scene, "centering");
   for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
-                            scene.mode == Mode::isosurface, scene.emission_scale > 0})
+                            scene.shows(Shows::surface), scene.emission_scale > 0})
     key += choice ? "1" : "0";
   return key;
 }

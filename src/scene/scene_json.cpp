@@ -127,7 +127,7 @@ Scene scene_from_json(std::string_view text, std::string_view source) {
     }
   }
   // as for the command line
-  if (scene.mode == Mode::xray && !object.contains("exposure")) scene.exposure.reset();
+  if (scene.shows(Shows::depth) && !object.contains("exposure")) scene.exposure.reset();
   return scene;
 }
 

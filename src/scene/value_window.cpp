@@ -17,13 +17,13 @@ class Window {
     const double u = place(value);
     if (scene_.opacity) return scene_.opacity->at(u);
     if (scene_.colormap) return std::max(value, 0.0);
-    return scene_.finds_maximum() ? std::max(u, 0.0) : std::clamp(u, 0.0, 1.0);
+    return scene_.shows(Shows::value) ? std::max(u, 0.0) : std::clamp(u, 0.0, 1.0);
   }
 
   glm::dvec3 color(double value) const {
     const double u = place(value);
     if (scene_.colormap) return colormap_color(*scene_.colormap, u);
-    return glm::dvec3(scene_.finds_maximum() ? std::max(u, 0.0) : 1);
+    return glm::dvec3(scene_.shows(Shows::value) ? std::max(u, 0.0) : 1);
   }
 
   /// Values at which attenuation or colour bend.
@@ -68,7 +68,7 @@ TransferFunction window_function(const Scene& scene, const glm::dvec2& range,
   std::vector<TransferPoint> points;
   for (const double value : values)
     points.push_back({value, window.attenuation(value), window.color(value)});
-  return TransferFunction(std::move(points), scene.colormap || scene.finds_maximum());
+  return TransferFunction(std::move(points), scene.colormap || scene.shows(Shows::value));
 }
 
 }  // namespace psivox

@@ -252,7 +252,7 @@ void add_grid(const Field& field, const Weight& weight, Subject& subject) {
 
 void add_density(const Medium& medium, Mode mode, Subject& subject) {
   const Field& field = *medium.density;
-  if (mode == Mode::isosurface)
+  if (info(mode).shows == Shows::surface)
     return add_grid(
         field,
         [&](const float* value) {

@@ -1,18 +1,24 @@
-#include "study/machine.h"
+#include "study/results.h"
 
 #include <sys/utsname.h>
 
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <thread>
 #include <vector>
 
+#include "git_hash.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
+#include "psivox/parameters.h"
 #include "psivox/text.h"
 
 namespace psivox {
+namespace {
 
+/// The processor's name; "unknown" if the machine does not say.
 std::string processor_name() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);) {
@@ -28,9 +34,7 @@ std::string system_name() {
   return std::string(name.sysname) + " " + name.release + " " + name.machine;
 }
 
-namespace {
-
-/// FNV-1a.
+/// FNV-1a, 64 bits in hexadecimal.
 class Hash {
  public:
   void add(const char* bytes, std::size_t count) {
@@ -42,8 +46,6 @@ class Hash {
  private:
   std::uint64_t value_ = 0xcbf29ce484222325u;
 };
-
-}  // namespace
 
 std::string file_hash(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -62,6 +64,24 @@ std::string values_hash(const Field& field) {
     hash.add(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
   }
   return hash.text();
+}
+
+}  // namespace
+
+StudyResults new_results(const View& view, const std::string& renderer, int repeats) {
+  const std::string& file = view.scene.input;
+  StudyResults results;
+  results.version = PSIVOX_VERSION;
+  results.git = PSIVOX_GIT_HASH;
+  results.processor = processor_name();
+  results.system = system_name();
+  results.threads = int(std::thread::hardware_concurrency());
+  results.renderer = renderer;
+  results.input = file.empty() ? "grids in memory" : file;
+  results.input_hash = file.empty() ? values_hash(*view.medium.density) : file_hash(file);
+  results.scene = to_json(view.scene);
+  results.repeats = repeats;
+  return results;
 }
 
 }  // namespace psivox

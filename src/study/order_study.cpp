@@ -8,11 +8,9 @@
 #include "psivox/study.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
-#include "study/csv_line.h"
-#include "study/html.h"
 #include "study/orders.h"
+#include "study/page.h"
 #include "study/study_plots.h"
-#include "study/text_table.h"
 
 namespace psivox {
 namespace {

@@ -4,9 +4,34 @@
 #include <cmath>
 
 #include "psivox/text.h"
-#include "study/number_format.h"
+#include "study/page.h"
 
 namespace psivox {
+namespace {
+
+std::string attribute(const char* name, double value) {
+  return std::string(" ") + name + "=\"" + decimals(value, 2) + "\"";
+}
+
+}  // namespace
+
+std::string hex(Ink ink) { return formatted("#%02x%02x%02x", ink.r, ink.g, ink.b); }
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else
+      out += c;
+  }
+  return out;
+}
+
 namespace {
 
 constexpr int least_width = 900, page_height = 560;
@@ -82,37 +107,65 @@ class Page {
     for (const Series& series : plot_.series) curve(series);
     front();
     legend();
-    return svg_page(width_, page_height, elements_);
+    const std::string w = std::to_string(width_), h = std::to_string(page_height);
+    return "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + w + " " + h +
+           "\" width=\"" + w + "\" height=\"" + h +
+           "\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" "
+           "height=\"100%\" fill=\"#ffffff\"/>\n" +
+           elements_ + "</svg>\n";
   }
 
  private:
+  /// `dash`: length of a dash and of the gap after it; 0: solid.
   void line(double x1, double y1, double x2, double y2, double width, Ink ink, double dash = 0) {
-    elements_ += svg(SvgLine{x1, y1, x2, y2, width, ink, dash});
+    elements_ += "<line" + attribute("x1", x1) + attribute("y1", y1) + attribute("x2", x2) +
+                 attribute("y2", y2) + " stroke=\"" + hex(ink) + "\"" +
+                 attribute("stroke-width", width) +
+                 (dash > 0 ? attribute("stroke-dasharray", dash) : "") + "/>\n";
   }
+
   void mark(double x, double y, double radius, Shape shape, Ink ink) {
-    elements_ += svg(SvgMark{x, y, radius, shape, ink});
+    const std::string fill = " fill=\"" + hex(ink) + "\"/>\n";
+    const std::string circle =
+        "<circle" + attribute("cx", x) + attribute("cy", y) + attribute("r", radius);
+    if (shape == Shape::disc)
+      elements_ += circle + fill;
+    else if (shape == Shape::ring)
+      elements_ += circle + " fill=\"none\" stroke=\"" + hex(ink) + "\" stroke-width=\"1.5\"/>\n";
+    else if (shape == Shape::square)
+      elements_ += "<rect" + attribute("x", x - radius) + attribute("y", y - radius) +
+                   attribute("width", 2 * radius) + attribute("height", 2 * radius) + fill;
+    else
+      elements_ += formatted("<polygon points=\"%.2f,%.2f %.2f,%.2f %.2f,%.2f %.2f,%.2f\"", x,
+                             y - radius, x + radius, y, x, y + radius, x - radius, y) +
+                   fill;
   }
-  void text(double x, double y, const std::string& words, Anchor anchor, bool upwards = false) {
-    elements_ += svg(SvgText{x, y, words, anchor, upwards});
+
+  /// `anchor`: the part of the text that is at (x, y). `upwards`: it reads from bottom to top.
+  void text(double x, double y, const std::string& words, const char* anchor,
+            bool upwards = false) {
+    elements_ += "<text" + attribute("x", x) + attribute("y", y) + " text-anchor=\"" + anchor +
+                 "\" fill=\"" + hex(black) + "\"";
+    if (upwards) elements_ += formatted(" transform=\"rotate(-90 %.2f %.2f)\"", x, y);
+    elements_ += ">" + escaped(words) + "</text>\n";
   }
 
   void axes() {
-    using enum Anchor;
     for (const auto& [value, labelled] : x_.ticks()) {
       const double x = x_.at(value);
       line(x, top, x, bottom, 1, labelled ? dark_grey : grey);
-      if (labelled) text(x, bottom + 16, tick_label(value), middle);
+      if (labelled) text(x, bottom + 16, tick_label(value), "middle");
     }
     for (const auto& [value, labelled] : y_.ticks()) {
       const double y = y_.at(value);
       line(left, y, right, y, 1, labelled ? dark_grey : grey);
-      if (labelled) text(left - 6, y + 4, tick_label(value), end);
+      if (labelled) text(left - 6, y + 4, tick_label(value), "end");
     }
     line(left, bottom, right, bottom, 1.5, black);
     line(left, top, left, bottom, 1.5, black);
-    text((left + right) / 2, top - 14, plot_.title, middle);
-    text((left + right) / 2, bottom + 38, plot_.x_label, middle);
-    text(22, (top + bottom) / 2, plot_.y_label, middle, true);
+    text((left + right) / 2, top - 14, plot_.title, "middle");
+    text((left + right) / 2, bottom + 38, plot_.x_label, "middle");
+    text(22, (top + bottom) / 2, plot_.y_label, "middle", true);
   }
 
   void curve(const Series& series) {
@@ -142,7 +195,7 @@ class Page {
     for (const LegendEntry& entry : plot_.legend) {
       if (entry.joined) line(right + 16, y, right + 44, y, 1.4, entry.ink, entry.dashed ? 4 : 0);
       mark(right + 30, y, entry.radius, entry.shape, entry.ink);
-      text(right + 52, y + 4, entry.text, Anchor::start);
+      text(right + 52, y + 4, entry.text, "start");
       y += 19;
     }
   }

@@ -1,11 +1,22 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "study/svg.h"
-
 namespace psivox {
+
+/// An sRGB colour.
+struct Ink {
+  std::uint8_t r = 0, g = 0, b = 0;
+};
+/// "#1f77b4", as HTML and SVG write it.
+std::string hex(Ink ink);
+
+/// `text` with &, < and > escaped for HTML and SVG.
+std::string escaped(const std::string& text);
+
+enum class Shape { disc, square, diamond, ring };
 
 struct PlotPoint {
   double x = 0, y = 0;
@@ -48,6 +59,7 @@ struct Plot {
 Series front_series(const Plot& plot);
 LegendEntry front_entry();
 
+/// The plot as an SVG.
 std::string svg_of(const Plot& plot);
 
 }  // namespace psivox

@@ -3,17 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "march/rule_weights.h"
+#include "march/formula_march.h"
 #include "psivox/colormap.h"
 #include "psivox/image.h"
 #include "psivox/statistics.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
-#include "study/folder.h"
-#include "study/html.h"
-#include "study/number_format.h"
-#include "study/text_table.h"
+#include "study/page.h"
 #include "study/variant.h"
 
 namespace psivox {

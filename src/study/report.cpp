@@ -10,10 +10,7 @@
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/conclusion.h"
-#include "study/html.h"
-#include "study/needs.h"
-#include "study/number_format.h"
-#include "study/results_table.h"
+#include "study/page.h"
 #include "study/study_plots.h"
 
 namespace psivox {
@@ -22,20 +19,16 @@ namespace {
 namespace fs = std::filesystem;
 constexpr int thumbnail_width = 256, picture_width = 512;
 
-std::string text(const Scene& scene, const char* name) {
-  return parameter_text(scene, *find_parameter(name));
-}
-
 /// What shines on the scene: lights and sky.
 std::string lights_text(const Scene& scene) {
   std::string lights;
-  if (!scene.lights.empty()) lights = text(scene, "light");
-  if (scene.sky) lights += (lights.empty() ? "" : "; ") + ("sky " + text(scene, "sky"));
+  if (!scene.lights.empty()) lights = parameter_text(scene, "light");
+  if (scene.sky) lights += (lights.empty() ? "" : "; ") + ("sky " + parameter_text(scene, "sky"));
   return lights.empty() ? "none" : lights;
 }
 
 std::string light_text(const Scene& scene) {
-  if (scene.mode == Mode::isosurface)
+  if (scene.shows(Shows::surface))
     return "shades the surface: " + lights_text(scene) + "; a fifth of white from everywhere";
   if (!scene.lit()) return "none";
   return lights_text(scene) +
@@ -45,15 +38,16 @@ std::string light_text(const Scene& scene) {
 }
 
 std::string luminance_text(const Scene& scene) {
-  if (scene.mode == Mode::isosurface) return text(scene, "luminance") + ", the surface's colour";
-  if (!scene.composites()) return "none under --mode " + text(scene, "mode");
-  std::string luminance = text(scene, "luminance");
+  if (scene.shows(Shows::surface))
+    return parameter_text(scene, "luminance") + ", the surface's colour";
+  if (!scene.composites()) return "none under --mode " + parameter_text(scene, "mode");
+  std::string luminance = parameter_text(scene, "luminance");
   if (!scene.luminance_grid.empty())
-    luminance +=
-        " times " + text(scene, "luminance-scale") + " of " + in_quotes(scene.luminance_grid);
+    luminance += " times " + parameter_text(scene, "luminance-scale") + " of " +
+                 in_quotes(scene.luminance_grid);
   if (!scene.temperature_grid.empty())
     luminance += " times a black body's, of " + in_quotes(scene.temperature_grid);
-  if (scene.colormap) luminance += " times the colours of " + text(scene, "colormap");
+  if (scene.colormap) luminance += " times the colours of " + parameter_text(scene, "colormap");
   if (!scene.transfer_function.empty())
     luminance += " times the colours of " + scene.transfer_function;
   return luminance;
@@ -62,7 +56,7 @@ std::string luminance_text(const Scene& scene) {
 std::string emission_text(const Scene& scene) {
   if (scene.emission_grid.empty() || !scene.composites()) return "none";
   const bool hot = scene.emission_color == EmissionColor::black_body;
-  return text(scene, "emission-scale") + " times " + in_quotes(scene.emission_grid) +
+  return parameter_text(scene, "emission-scale") + " times " + in_quotes(scene.emission_grid) +
          (hot ? ", a black body's" : "");
 }
 
@@ -245,7 +239,7 @@ std::string references(const StudyResults& results, const fs::path& folder) {
 
 std::string reference_name(const Variant& variant) {
   if (variant.resolution.x == 0) return "reference";
-  return "reference_" + parameter_text(scene_of(variant, {}), *find_parameter("resolution"));
+  return "reference_" + parameter_text(scene_of(variant, {}), "resolution");
 }
 
 void write_report(const StudyResults& results, const fs::path& folder) {

@@ -1,18 +1,47 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "psivox/image.h"
+#include "psivox/medium.h"
 #include "psivox/statistics.h"
-#include "study/picture_error.h"
-#include "study/study_plan.h"
 #include "study/variant.h"
 
 namespace psivox {
+
+/// Difference of two pictures in some of their channels. It counts values that are NaN or Inf in
+/// either picture and leaves them out.
+struct Deviation {
+  double rms = 0;
+  double max = 0;  ///< largest absolute difference, and its pixel from the top left
+  int max_x = 0, max_y = 0;
+  double p99 = 0;   ///< 99 % of the absolute differences are at most this
+  double mean = 0;  ///< signed
+  std::uint64_t not_finite = 0;
+  bool operator==(const Deviation&) const = default;
+};
+
+struct PictureError {
+  Deviation radiance;  ///< over R, G and B together
+  Deviation alpha;
+  double rms() const;  ///< over R G B A
+  bool operator==(const PictureError&) const = default;
+};
+
+/// The error a - b. Throws Error(input) if the sizes differ.
+PictureError picture_error(const Image& a, const Image& b);
+
+/// The RMS over R G B A by which rounding alone may change the picture. In float a segment rounds
+/// the ray's sums by a few halves of 2^-23 of them, and the roundings of n segments add up as
+/// sqrt(n): 8 * 2^-23 of the picture for 100 of them. Pictures that differ by no more cannot be
+/// told apart by their method.
+double rounding_rms(const Image& image);
 
 /// Times of the march: wall time, the GPU timer's time for the draws, and the process's CPU time.
 /// Under a tolerance, wall and CPU times include the choice of a method.
@@ -71,9 +100,17 @@ std::string results_json(const StudyResults& results);
 /// Throws Error(input) that names `source`.
 StudyResults results_from_json(std::string_view text, std::string_view source);
 
+inline constexpr const char* results_name = "results.json";
+/// Reads that file in the folder of a study. Throws Error(input).
+StudyResults read_results(const std::filesystem::path& folder);
+
 /// Why the study `begun` cannot continue as `next`: another scene, input, version or driver, or
 /// points that `plan` lacks. Empty if it can.
 std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
                             const StudyPlan& plan);
+
+/// The results of a study of the view that begins here: psivox, the machine and the input, without
+/// points. Throws Error(input).
+StudyResults new_results(const View& view, const std::string& renderer, int repeats);
 
 }  // namespace psivox

@@ -6,10 +6,8 @@
 #include "psivox/parameters.h"
 #include "psivox/text.h"
 #include "study/conclusion.h"
-#include "study/csv_line.h"
-#include "study/needs.h"
-#include "study/number_format.h"
-#include "study/results_table.h"
+#include "study/page.h"
+#include "study/report.h"
 
 namespace psivox {
 namespace {
@@ -101,9 +99,7 @@ std::string results_csv(const StudyResults& results) {
   for (const StudyPoint& point : results.points) {
     const Variant marched = point.chosen.value_or(point.variant);
     const Scene scene = scene_of(marched, base);
-    const auto text = [&](const char* name) {
-      return parameter_text(scene, *find_parameter(name));
-    };
+    const auto text = [&](const char* name) { return parameter_text(scene, name); };
     CsvLine line;
     line << text("integrator") << text("sampling") << double(marched.method.segments)
          << marched.method.step << text("filter") << text("texel") << text("resolution")

@@ -1,9 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <thread>
 
-#include "git_hash.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
@@ -13,17 +11,14 @@
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/conclusion.h"
-#include "study/folder.h"
-#include "study/machine.h"
+#include "study/page.h"
 #include "study/report.h"
-#include "study/results_table.h"
+#include "study/results.h"
 
 namespace psivox {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* results_name = "results.json";
 
 // Work for the progress bar; the unit is one GPU render of a cheap variant.
 constexpr double compile_work = 10;  // two programs, one of which counts
@@ -115,18 +110,7 @@ StudyRun::StudyRun(View view, const StudyOptions& options)
       double_(open_double()),
       reference_(open_reference()) {
   plan_ = plan_study(options.sweep, scene_);
-  base_.version = PSIVOX_VERSION;
-  base_.git = PSIVOX_GIT_HASH;
-  base_.processor = processor_name();
-  base_.system = system_name();
-  base_.threads = static_cast<int>(std::thread::hardware_concurrency());
-  base_.renderer = description(*gpu_);
-  const bool of_file = !scene_.input.empty();
-  base_.input = of_file ? scene_.input : "grids in memory";
-  base_.input_hash =
-      of_file ? file_hash(scene_.input) : values_hash(*session_.view().medium.density);
-  base_.scene = to_json(scene_);
-  base_.repeats = options.repeats;
+  base_ = new_results(session_.view(), description(*gpu_), options.repeats);
 }
 
 Wish StudyRun::wish_of(const Variant& variant) const {
@@ -170,9 +154,8 @@ void StudyRun::check_texels() {
 }
 
 void StudyRun::resume() {
-  const fs::path path = options_.folder / results_name;
-  if (!options_.resume || !fs::exists(path)) return;
-  const StudyResults begun = results_from_json(read_text(path.string(), "study"), path.string());
+  if (!options_.resume || !fs::exists(options_.folder / results_name)) return;
+  const StudyResults begun = read_results(options_.folder);
   const std::string obstacle = resume_obstacle(begun, base_, plan_);
   if (!obstacle.empty())
     throw Error(ExitCode::usage, "cannot resume: the study in " +
@@ -388,7 +371,7 @@ void check_study_folder(const fs::path& folder, bool resume) {
 }
 
 std::string run_study(View view, const StudyOptions& options) {
-  if (view.scene.mode == Mode::slice)
+  if (view.scene.shows(Shows::plane))
     throw Error(ExitCode::usage, "--mode slice does not march; a study has nothing to compare");
   check_study_folder(options.folder, options.resume);
   StudyRun run(std::move(view), options);

@@ -1,12 +1,40 @@
 #pragma once
 
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
 #include <vector>
 
-#include "study/plot_page.h"
+#include "study/plot.h"
 #include "study/results.h"
 #include "study/variant.h"
 
 namespace psivox {
+
+struct Cost {
+  double time = 0, error = 0;
+};
+
+/// Indices of the Pareto front, by time. A point joins the front if its error is less than (1 -
+/// margin) times that of the cheaper points.
+std::vector<std::size_t> pareto_front(const std::vector<Cost>& costs, double margin = 0);
+
+struct NamedPlot {
+  std::string name;  ///< of its file
+  Plot plot;
+};
+
+/// Writes the plot as NAME.svg to the folder. Returns HTML: the SVG, and the plot's data for the
+/// interactive chart that replaces the SVG where scripts run.
+std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder);
+
+/// Labels and texts that describe a point.
+using Facts = std::vector<std::pair<std::string, std::string>>;
+
+/// HTML that a page's charts show for a point, found by the point's name. Once per page.
+std::string html_facts(const std::map<std::string, Facts>& facts);
 
 /// The points of one rule and sampling, joined in their order.
 struct PlotCurve {

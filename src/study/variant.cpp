@@ -7,7 +7,6 @@
 #include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
-#include "study/study_plan.h"
 #include "study/variant.h"
 
 namespace psivox {
@@ -46,10 +45,6 @@ const List lists[] = {
     {"resolutions", "resolution", [](Sweep& s) { s.resolutions.clear(); },
      [](Sweep& s, const Scene& scene) { add(s.resolutions, scene.resolution); }, true},
 };
-
-std::string text_of(const char* parameter, const Scene& scene) {
-  return parameter_text(scene, *find_parameter(parameter));
-}
 
 /// The variant without what does not change a picture of the scene.
 Variant what_counts(Variant variant, const Scene& base) {
@@ -139,25 +134,25 @@ Scene studied_scene(const Scene& scene) {
 bool has_rules(const Scene& scene) { return scene.attenuates(); }
 
 std::string no_rules_note(const Scene& scene) {
-  return "--mode " + text_of("mode", scene) +
+  return "--mode " + parameter_text(scene, "mode") +
          " integrates nothing, so that the rule and the segments change no picture";
 }
 
 std::string rule_name(const Variant& variant) {
   if (variant.tolerance) return "chosen";
-  return text_of("integrator", scene_of(variant, {}));
+  return parameter_text(scene_of(variant, {}), "integrator");
 }
 
 std::string sampling_name(const Variant& variant) {
   const Scene scene = scene_of(variant, {});
-  std::string name = scene.tolerance           ? "for " + text_of("tolerance", scene)
+  std::string name = scene.tolerance           ? "for " + parameter_text(scene, "tolerance")
                      : variant.tolerance       ? "by tolerance"
-                     : variant.method.step > 0 ? "step " + text_of("step", scene)
-                                               : text_of("sampling", scene);
-  if (variant.method.segments) name += " " + text_of("segments", scene);
-  if (variant.filter != Filter::exact) name += " " + text_of("filter", scene);
-  if (variant.texel != TexelType::float32) name += " " + text_of("texel", scene);
-  if (variant.resolution.x > 0) name += " " + text_of("resolution", scene);
+                     : variant.method.step > 0 ? "step " + parameter_text(scene, "step")
+                                               : parameter_text(scene, "sampling");
+  if (variant.method.segments) name += " " + parameter_text(scene, "segments");
+  if (variant.filter != Filter::exact) name += " " + parameter_text(scene, "filter");
+  if (variant.texel != TexelType::float32) name += " " + parameter_text(scene, "texel");
+  if (variant.resolution.x > 0) name += " " + parameter_text(scene, "resolution");
   return name;
 }
 

@@ -3,8 +3,12 @@
 #include <glm/vec2.hpp>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "psivox/method.h"
+#include "psivox/study.h"
+#include "study/variant.h"
 
 namespace psivox {
 
@@ -34,12 +38,30 @@ Scene scene_of(const Variant& variant, const Scene& base);
 
 /// Whether the picture depends on the rule and the segments: a maximum or a surface does not.
 bool has_rules(const Scene& scene);
-/// Why it does not, in a sentence.
+/// A sentence that says why the picture does not depend on them.
 std::string no_rules_note(const Scene& scene);
 
 /// The curve that a variant is a point of: the variant with step, segments and tolerance set to 0.
 Variant refinement(Variant variant);
 /// Whether `a` comes before `b` on their curve, which runs from coarse to fine.
 bool is_coarser(const Variant& a, const Variant& b);
+
+struct SkippedVariant {
+  Variant variant;
+  std::string reason;
+};
+
+/// Variants and the reason, one line per rule and reason: "cell-exact: step 4, step 2".
+std::vector<std::pair<std::string, std::string>> skipped_lines(
+    const std::vector<SkippedVariant>& skipped);
+
+struct StudyPlan {
+  std::vector<Variant> variants;  ///< grouped by texel and filter
+  std::vector<SkippedVariant> skipped;
+};
+
+/// The combinations of the sweep without duplicates. It skips combinations that the scene refuses,
+/// and records the reason.
+StudyPlan plan_study(const Sweep& sweep, const Scene& base);
 
 }  // namespace psivox

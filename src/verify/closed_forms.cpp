@@ -1,4 +1,4 @@
-#include "verify/closed_forms.h"
+#include "verify/case.h"
 
 #include <algorithm>
 #include <cmath>

@@ -107,8 +107,8 @@ Measured printed_rule(const Painter& painter, std::optional<double> step,
 }
 
 /// A plate that rises towards an invisible back, with L = value. Attenuation and luminance are
-/// linear, which psi-exact integrates exactly. The error is that of the radiance, relative to the
-/// exact one, or that of A against 1.
+/// linear, which psi-exact integrates exactly. The error is the larger of the radiance's, relative
+/// to the exact one, and A's against 1.
 struct Rise {
   double K, slope;
   int width;  ///< [voxels], followed by a plateau

@@ -7,7 +7,7 @@ namespace psivox::view {
 Scene coarser(const Scene& scene) {
   Scene result = scene;
   result.tolerance.reset();
-  if (scene.mode == Mode::isosurface) return result;
+  if (scene.shows(Shows::surface)) return result;
   result.step = 2 * scene.resolved_step();
   result.sampling = Sampling::uniform;
   result.integrator.reset();

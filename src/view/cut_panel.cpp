@@ -100,7 +100,7 @@ bool slide_plane(const char* label, Plane& plane, const Subject& subject) {
 }
 
 CutEdits edit_slice(Scene& scene, const Subject& subject, const glm::dvec3& forward) {
-  if (scene.mode != Mode::slice) return {};
+  if (!scene.shows(Shows::plane)) return {};
   Plane plane = *with_planes(scene, subject).slice;
   ImGui::PushID("slice");
   CutEdits edits;

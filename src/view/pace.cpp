@@ -56,8 +56,7 @@ Scene preview_scene(const Scene& scene, const Rung& rung) {
   preview.end_corrections = false;
   preview.tolerance.reset();
   preview.renderer = RendererKind::gl;
-  if (scene.mode == Mode::isosurface || is_transfer_rule(scene.resolved_integrator()))
-    return preview;
+  if (scene.shows(Shows::surface) || is_transfer_rule(scene.resolved_integrator())) return preview;
   preview.sampling = Sampling::uniform;
   preview.connectivity = Scene{}.connectivity;
   preview.step = std::max(rung.step, scene.step.value_or(0.0));

@@ -127,7 +127,7 @@ void draw_display_section(Viewer& viewer) {
 
 void draw_cut_section(Viewer& viewer) {
   Scene edited = viewer.scene();
-  const bool slices = edited.mode == Mode::slice;
+  const bool slices = edited.shows(Shows::plane);
   if (slices && !viewer.panels().slices) ImGui::SetNextItemOpen(true);
   viewer.panels().slices = slices;
   if (!ImGui::CollapsingHeader("Slice and clip") || !viewer.volume()) return;

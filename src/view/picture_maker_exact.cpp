@@ -75,7 +75,7 @@ Wish PictureMaker::exact_wish(const PictureWish& wish, std::size_t side) {
 void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
   Wish exact = exact_wish(wish, side);
   const Scene& scene = wish.scenes[side];
-  if (scene.renderer == RendererKind::gl && scene.mode != Mode::slice) {
+  if (scene.renderer == RendererKind::gl && !scene.shows(Shows::plane)) {
     exact.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
     draw(wish, side, exact);
   } else {

@@ -33,7 +33,7 @@ void ask_for(ShownLayer layer, Wish& wish) {
   wish.layers.depth = layer == ShownLayer::depth;
   wish.layers.error = layer == ShownLayer::error;
   // alpha has the same depths, and back-to-front does not compute them
-  if (wish.layers.depth && wish.scene->mode == Mode::back_to_front) wish.scene->mode = Mode::alpha;
+  if (wish.layers.depth) wish.scene->mode = from_front(wish.scene->mode);
 }
 
 glm::dvec2 show_layer(ShownLayer layer, std::span<Image> images) {

@@ -73,7 +73,7 @@ bool leaves_choices(const Scene& scene) {
   const auto percentile = [&] { return scene.range->percent != glm::bvec2(false); };
   return asks_for_look(scene) || (scene.attenuates() && !scene.extinction) ||
          (scene.windows() && (!scene.range || percentile())) ||
-         (scene.mode == Mode::isosurface && !scene.isovalue);
+         (scene.shows(Shows::surface) && !scene.isovalue);
 }
 
 /// The camera of a file for a scene.

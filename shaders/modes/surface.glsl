@@ -1,0 +1,65 @@
+// The first surface of a value, shaded.
+
+// Looks for the surface in a piece of a cell.
+void surface_cell(INOUT(March) m, Node node, INOUT(Stretch) s) {
+  real at = first_crossing(s.value, isovalue, s.f_end);
+  if (node.kind == NODE_BRICK && at <= real(1.0) && m.own) {
+    m.half_depth = m.t + at * s.extent;
+    m.done = true;
+    s.next = m.cell;  // surface_normal looks around it
+  }
+  m.t = s.t_end;
+  m.front.value = s.f_end;
+}
+
+// The density at a point of a cell.
+real density_at(int3 cell, real3 p) {
+  Node node = find_stored(density_grid, clamp(cell, density.domain_min, density.domain_max - 1));
+  return node.kind == NODE_EMPTY ? real(0.0) : sample_scalar(density_grid, node, p);
+}
+
+// Where the ray hits a surface, in a cell: its normal in the world, 0 where the field has none, by
+// central differences of the density one voxel to each side; at the domain's faces only as far as it
+// reaches. The trilinear field's own gradient jumps from cell to cell. A point in a face has neighbours
+// beside its cell, which are stored: those beside the cell across the face may not be.
+real3 surface_normal(int3 cell, Ray ray, real t) {
+  real3 p = position(ray, t);
+  real3 n = real3(real(0.0));
+  // No loop of known length, which would be unrolled: llvmpipe executes one turn for other rays.
+  int sides = t < NEVER ? 6 : 0;
+  for (int i = 0; i < sides; ++i) {
+    int3 axis = int3(i < 2 ? 1 : 0, i >> 1 == 1 ? 1 : 0, i > 3 ? 1 : 0);
+    int3 side = (i & 1) == 0 ? axis : -axis;
+    real3 low = real3(density.domain_min);
+    real3 high = real3(density.domain_max);
+    real3 at = clamp(p + real3(side), low, high);
+    real reach = dot(at - clamp(p - real3(side), low, high), real3(axis));  // with the side's sign
+    real3 normal = i < 2 ? normal_x : i < 4 ? normal_y : normal_z;
+    n = n + normal * (density_at(cell + side, at) / reach);
+  }
+  real size = sqrt(dot(n, n));
+  return n * (size > real(0.0) ? real(1.0) / size : real(0.0));
+}
+
+// A surface is lit by the scene's lights, or by one from the camera, and from everywhere.
+real3 shade(IN(March) m, Ray ray, Pixel p) {
+  real3 w = (world_0 + world_u * p.u + world_v * p.v) * p.inverse_length;
+  real3 normal = surface_normal(m.cell, ray, m.half_depth);
+  if (dot(normal, w) > real(0.0)) normal = -normal;  // seen from either side
+  real3 light = real3(real(0.0));
+  if (surface_lights == 0) light = real3(max(-dot(normal, w), real(0.0)));
+  for (int i = 0; i < surface_lights; ++i) {
+    real4 direction = fetch_table(surface_lights_first + 2 * i);
+    real4 shine = fetch_table(surface_lights_first + 2 * i + 1);
+    real facing = max(-dot(normal, real3(direction.x, direction.y, direction.z)), real(0.0));
+    light = light + real3(shine.x, shine.y, shine.z) * facing;
+  }
+  return real3(real(0.2)) + light * real(0.8);
+}
+
+real4 surface_picture(IN(March) m, Ray ray, Pixel p) {
+  if (m.half_depth >= NEVER) return real4(real(0.0));
+  real3 shown = color;
+  if (luminance_source == SOURCE_TRANSFER) shown = color * classify(isovalue).color;
+  return real4(shown * shade(m, ray, p), real(1.0));
+}

@@ -1,0 +1,59 @@
+// The greatest value of a ray (mip), or its first local maximum above a threshold (lmip). The ray keeps
+// the value in radiance.x and its place in half_depth.
+
+#if REAL_BITS == 64
+const real least_fall = real(1e-12);
+#else
+const real least_fall = real(4e-6);
+#endif
+// Looks at a value. LMIP ends where values fall behind a maximum that reaches the threshold. What
+// rounding makes of a plateau, or of a value seen from both sides of a face, is no fall.
+void see_value(INOUT(March) m, real value, real t) {
+  if (m.done || !m.own) return;
+  real fallen = m.radiance.x - least_fall * abs(m.radiance.x);
+  if (mode == MODE_lmip && value < fallen && m.radiance.x >= lmip_threshold) m.done = true;
+  else if (value > m.radiance.x) {
+    m.radiance.x = value;
+    m.half_depth = t;
+  }
+}
+
+// The greatest value of a piece of a cell: at its ends or where its cubic turns.
+void value_cell(INOUT(March) m, Cubic value, real t_back) {
+  real length = t_back - m.t;
+  Turns turn = turning_points(value);
+  see_value(m, value.f_0, m.t);
+  see_value(m, polynomial(value, turn.first), m.t + turn.first * length);
+  see_value(m, polynomial(value, turn.second), m.t + turn.second * length);
+  see_value(m, polynomial(value, real(1.0)), t_back);
+  m.t = t_back;
+  m.front.value = polynomial(value, real(1.0));
+}
+
+// The greater value of a step's ends.
+void value_step(INOUT(March) m, real back, real t_back) {
+  see_value(m, m.front.value, m.t);
+  see_value(m, back, t_back);
+  m.t = t_back;
+  m.front.value = back;
+}
+
+// Whether the ray has met a value, and one that attenuates.
+bool has_value(IN(March) m) {
+  if (!(m.radiance.x > UNKNOWN)) return false;
+  return (transfer ? classify(m.radiance.x).attenuation : m.radiance.x) > real(0.0);
+}
+
+real4 value_picture(IN(March) m) {
+  if (!has_value(m)) return real4(real(0.0));
+  real3 shown = real3(m.radiance.x);
+  if (luminance_source == SOURCE_TRANSFER) shown = classify(m.radiance.x).color;
+  return real4(color * shown, real(1.0));
+}
+
+// The value, and 1 if LMIP ended there. The ray is the one marched: made again, its end might differ
+// by rounding.
+real4 value_collected(IN(March) m, Ray ray) {
+  bool found = mode == MODE_lmip && m.done && m.t < ray.end;
+  return real4(m.radiance.x, real(found ? 1.0 : 0.0), real(0.0), real(0.0));
+}

@@ -1,0 +1,256 @@
+#include "study/orders.h"
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "march/formula_march.h"
+#include "psivox/draw.h"
+#include "psivox/statistics.h"
+#include "study/variant.h"
+#include "verify/made_views.h"
+#include "verify/make_field.h"
+
+namespace psivox {
+namespace {
+
+/// The ends of a ray. The medium is 8 units of x wide.
+struct RayEnds {
+  const char* name;
+  double first, last;
+  bool inside;
+};
+constexpr RayEnds ray_ends[] = {
+    {"vacuum to vacuum", -48, 48, false},  // where e^-s^2 is 2e-16
+    // the camera at s = -0.6, a face of the box at s = 0.9, both off every lattice
+    {"from inside", -0.6 * 8 + 0.0123, 0.9 * 8 - 0.0077, true}};
+
+double phase_rms(Integrator rule, const SmoothRay& medium, const RayEnds& ends, double h,
+                 bool corrected) {
+  constexpr int phases = 8;
+  const FormulaRay ray{[&](double x) { return medium.tau(x); },
+                       [&](double x) { return medium.L(x); }, ends.first, ends.last};
+  const double exact = medium.radiance(ends.first, ends.last);
+  ErrorSum sum;
+  for (int i = 0; i < phases; ++i) {
+    const double phase = h * (i + 0.37) / phases;
+    sum.add(march_formula(rule, ray, {h, phase, corrected}).radiance - exact, sum.count);
+  }
+  return sum.rms();
+}
+
+OrderRow step_row(Integrator rule, double K, const RayEnds& ends, bool corrected) {
+  OrderRow row;
+  row.refined = Refined::step;
+  row.rays = ends.name;
+  row.rule = rule;
+  row.way = rule_name({{.integrator = rule}}) + (corrected ? ", end corrections" : "");
+  row.K = K;
+  row.expected = rule == Integrator::psi_balanced ? (ends.inside && !corrected ? 2 : 4)
+                 : rule == Integrator::porter_duff && ends.inside ? 1
+                                                                  : 2;
+  row.about = rule == Integrator::psi_fit || rule == Integrator::psi_table;
+  row.floor = 1e-11;  // sums of up to 12,288 terms, each at most 1 and rounded by 1e-16
+  const SmoothRay medium{K};
+  for (double h = 1; h >= 1.0 / 128; h /= 2)
+    row.errors.emplace_back(h / medium.scale, phase_rms(rule, medium, ends, h, corrected));
+  return row;
+}
+
+}  // namespace
+
+std::vector<OrderRow> step_orders(const Progress& progress) {
+  std::vector<OrderRow> rows;
+  const double all = 2 * 3 * 12;
+  for (const RayEnds& ends : ray_ends)
+    for (const double K : {0.3, 3.0, 30.0})
+      for (const IntegratorInfo& rule : integrators) {
+        if (!is_segment_rule(rule.id)) continue;
+        rows.push_back(step_row(rule.id, K, ends, false));
+        if (rule.id == Integrator::psi_balanced && ends.inside)
+          rows.push_back(step_row(rule.id, K, ends, true));
+        if (progress) progress(double(rows.size()) / all);
+      }
+  return rows;
+}
+
+namespace {
+
+// Orders in the size of voxels and of pixels come from pictures of the march in double.
+
+// Pictures and voxels are stored in float32, whose rounding is 6e-8 of 1.
+constexpr double picture_floor = 1e-6;
+
+// --- voxels --------------------------------------------------------------------------------------
+
+// tau = K e^{-p^2} and L = 1 + 0.6 sin(1.3 x + 0.4), with p in world units: every ray is a
+// SmoothRay.
+constexpr double bump_K = 3;
+
+/// On the ray, s is the distance from the point nearest to the middle.
+double bump_radiance(const WorldRay& ray) {
+  const double nearest = -glm::dot(ray.origin, ray.direction);
+  const glm::dvec3 middle = ray.origin + nearest * ray.direction;
+  const SmoothRay on_ray{bump_K * std::exp(-glm::dot(middle, middle)), 1, 1.3 * ray.direction.x,
+                         0.4 + 1.3 * middle.x};
+  return on_ray.radiance(std::max(-nearest, -7.0), 7);
+}
+
+/// Samples a function of the world at voxels of width `size`, as far out as e^{-p^2} is above 1e-7.
+std::shared_ptr<const Field> bump_voxels(double size,
+                                         const std::function<double(const glm::dvec3&)>& f) {
+  const int reach = int(std::ceil(4 / size));
+  return share(make_field(
+      {glm::ivec3(-reach), glm::ivec3(reach)},
+      [&](glm::ivec3 v) { return float(f(size * glm::dvec3(v))); },
+      glm::scale(glm::dmat4(1), glm::dvec3(size))));
+}
+
+Image picture_by(Marcher& marcher, const View& view) { return Session(view).draw(marcher).image; }
+
+/// How the voxels' picture is drawn.
+struct VoxelMethod {
+  const char* name;
+  Integrator rule;
+  bool uniform;    ///< by constant steps, far finer than the finest voxels
+  bool reference;  ///< by the reference instead of the march
+};
+constexpr double fine_step = 1.0 / 128;  // [world units]
+constexpr VoxelMethod voxel_methods[] = {
+    {"cell-exact", Integrator::cell_exact, false, false},
+    {"psi-weighted, 2 segments a cell", Integrator::psi_weighted, false, false},
+    {"psi-balanced, step 1/128", Integrator::psi_balanced, true, false},
+    {"midpoint, step 1/128", Integrator::midpoint, true, false},
+    {"the reference", Integrator::cell_exact, false, true}};
+
+Image voxel_picture(View view, const VoxelMethod& method, double voxel) {
+  if (method.reference) return picture_by(*open_reference(), view);
+  view.scene.integrator = method.rule;
+  view.scene.sampling = method.uniform ? Sampling::uniform : Sampling::cells;
+  if (method.uniform) view.scene.step = fine_step / voxel;
+  return picture_by(*open_double(), view);
+}
+
+double bump_rms(const View& view, const Image& image) {
+  ErrorSum sum;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      sum.add(pixel(image, x, y, 0) - bump_radiance(pixel_ray(view, x, y)), sum.count);
+  return sum.rms();
+}
+
+// --- pixels --------------------------------------------------------------------------------------
+
+/// Bilinear across the picture and constant along z, so that voxels represent it exactly. Eight
+/// voxels with L = 1 give 1 - e^{-8 K v}.
+double sheet_value(double x, double y) { return 1 + 0.06 * x + 0.03 * y + 0.004 * x * y; }
+constexpr double sheet_K = 0.25, sheet_width = 16;  // [voxels] that the picture shows
+double sheet_radiance(double x, double y) { return -std::expm1(-8 * sheet_K * sheet_value(x, y)); }
+
+/// Errors of the sheet's picture of `side` x `side` pixels.
+struct SheetErrors {
+  double nearest = 0, bilinear = 0, mean = 0;
+};
+
+SheetErrors sheet_errors(int side) {
+  Scene scene = looking(small_scene(side), {0, 0, 40}, {0, 0, 0}, sheet_width);
+  scene.extinction = sheet_K;
+  const View view = view_of(scene, make_field({{-12, -12, 0}, {12, 12, 7}}, [](glm::ivec3 v) {
+                              return float(sheet_value(v.x, v.y));
+                            }));
+  const Image image = picture_by(*open_double(), view);
+  const auto exact = [&](double x, double y) {
+    const WorldRay ray = camera_ray(view.camera, view.scene.resolution, x, y);
+    return sheet_radiance(ray.origin.x, ray.origin.y);
+  };
+  constexpr int parts = 4;  // sample points per pixel and axis
+  SheetErrors sum;
+  double pixels = 0;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      pixels += pixel(image, x, y, 0);
+      for (int i = 0; i < parts * parts; ++i) {
+        const double u = (i % parts + 0.5) / parts, v = (double(i / parts) + 0.5) / parts;
+        sum.nearest += std::pow(pixel(image, x, y, 0) - exact(x + u, y + v), 2);
+        if (x + 1 == side || y + 1 == side)
+          continue;  // the mean lies between the centres of four pixels
+        const double above = std::lerp(double(pixel(image, x, y, 0)), pixel(image, x + 1, y, 0), u);
+        const double below =
+            std::lerp(double(pixel(image, x, y + 1, 0)), pixel(image, x + 1, y + 1, 0), u);
+        sum.bilinear += std::pow(std::lerp(above, below, v) - exact(x + 0.5 + u, y + 0.5 + v), 2);
+      }
+    }
+  const double half = sheet_width / 2;
+  const double mean = gauss_sum(-half, half, 16, [&](double y) {
+    return gauss_sum(-half, half, 16, [&](double x) { return sheet_radiance(x, y); });
+  });
+  const double points = parts * parts;
+  return {std::sqrt(sum.nearest / (points * side * side)),
+          std::sqrt(sum.bilinear / (points * (side - 1) * (side - 1))),
+          std::abs(pixels / (side * side) - mean / (sheet_width * sheet_width))};
+}
+
+}  // namespace
+
+std::vector<OrderRow> voxel_orders(const Progress& progress) {
+  const Scene outside = looking(small_scene(24), {6, 4, 5}, {0, 0, 0}, 3.0);
+  const Scene inside = looking(small_scene(24), {0.3, -0.2, 0.1}, {-1, 0.5, 0.3});
+  std::vector<OrderRow> rows;
+  for (const Scene* scene : {&outside, &inside})
+    for (const VoxelMethod& method : voxel_methods) {
+      OrderRow row{Refined::voxel,
+                   scene == &outside ? "vacuum to vacuum" : "from inside",
+                   method.name,
+                   method.rule,
+                   bump_K,
+                   2,
+                   false,
+                   picture_floor,
+                   {}};
+      rows.push_back(row);
+    }
+  const int first = 1, last = 4;
+  for (int level = first; level <= last; ++level) {
+    const double voxel = 1.0 / (1 << level);
+    const auto density =
+        bump_voxels(voxel, [](const glm::dvec3& p) { return std::exp(-glm::dot(p, p)); });
+    const auto luminance =
+        bump_voxels(voxel, [](const glm::dvec3& p) { return 1 + 0.6 * std::sin(1.3 * p.x + 0.4); });
+    auto row = rows.begin();
+    for (const Scene* from : {&outside, &inside})
+      for (const VoxelMethod& method : voxel_methods) {
+        Scene scene = *from;
+        scene.extinction = bump_K;
+        const View view = make_view(scene, density, luminance);
+        row->errors.emplace_back(voxel, bump_rms(view, voxel_picture(view, method, voxel)));
+        ++row;
+      }
+    if (progress) progress(double(level - first + 1) / (last - first + 1));
+  }
+  return rows;
+}
+
+std::vector<OrderRow> pixel_orders(const Progress& progress) {
+  const auto row = [](const char* look_up, double expected) {
+    return OrderRow{Refined::pixel,
+                    "vacuum to vacuum",
+                    look_up,
+                    Integrator::psi_weighted,
+                    8 * sheet_K,
+                    expected,
+                    false,
+                    picture_floor,
+                    {}};
+  };
+  OrderRow nearest = row("the nearest pixel", 1), bilinear = row("bilinear between pixels", 2),
+           mean = row("mean of the picture", 2);
+  for (int side = 8; side <= 128; side *= 2) {
+    const SheetErrors errors = sheet_errors(side);
+    nearest.errors.emplace_back(1.0 / side, errors.nearest);
+    bilinear.errors.emplace_back(1.0 / side, errors.bilinear);
+    mean.errors.emplace_back(1.0 / side, errors.mean);
+    if (progress) progress(side / 128.0);
+  }
+  return {nearest, bilinear, mean};
+}
+
+}  // namespace psivox

@@ -1,0 +1,276 @@
+#include "study/results.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "psivox/command_text.h"
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/statistics.h"
+#include "psivox/text.h"
+#include "psivox/text_file.h"
+#include "study/conclusion.h"
+
+namespace psivox {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr int format_version = 1;
+
+Json json_of(const Variant& v) {
+  const Scene scene = scene_of(v, {});
+  const auto text = [&](const char* name) { return parameter_text(scene, name); };
+  Json j;
+  if (v.tolerance)
+    j["tolerance"] = *v.tolerance;
+  else
+    j = {{"integrator", text("integrator")}, {"sampling", text("sampling")},
+         {"segments", v.method.segments},    {"step", v.method.step},
+         {"filter", text("filter")},         {"texel", text("texel")}};
+  if (v.resolution.x > 0) j["resolution"] = text("resolution");
+  return j;
+}
+
+Variant variant_from(const Json& j) {
+  Scene scene;
+  Variant v;
+  if (j.contains("tolerance")) {
+    v.tolerance = j.at("tolerance").get<double>();
+  } else {
+    for (const char* name : {"integrator", "sampling", "filter", "texel"})
+      set_parameter(scene, name, j.at(name).get<std::string>());
+    v.method = {*scene.integrator, *scene.sampling, j.at("segments").get<int>(),
+                j.at("step").get<double>()};
+    v.filter = scene.filter;
+    v.texel = scene.texel;
+  }
+  if (j.contains("resolution")) {
+    set_parameter(scene, "resolution", j.at("resolution").get<std::string>());
+    v.resolution = scene.resolution;
+  }
+  return v;
+}
+
+Json json_of(const Deviation& d) {
+  return {{"rms", d.rms}, {"max", d.max},   {"max_x", d.max_x},          {"max_y", d.max_y},
+          {"p99", d.p99}, {"mean", d.mean}, {"not_finite", d.not_finite}};
+}
+
+Deviation deviation_from(const Json& j) {
+  return {j.at("rms").get<double>(),
+          j.at("max").get<double>(),
+          j.at("max_x").get<int>(),
+          j.at("max_y").get<int>(),
+          j.at("p99").get<double>(),
+          j.at("mean").get<double>(),
+          j.at("not_finite").get<std::uint64_t>()};
+}
+
+Json json_of(const PictureError& e) {
+  return {{"rms", e.rms()}, {"radiance", json_of(e.radiance)}, {"alpha", json_of(e.alpha)}};
+}
+Json json_of(const std::optional<PictureError>& e) { return e ? json_of(*e) : Json(nullptr); }
+
+PictureError error_from(const Json& j) {
+  return {deviation_from(j.at("radiance")), deviation_from(j.at("alpha"))};
+}
+
+std::optional<PictureError> optional_error_from(const Json& j) {
+  return j.is_null() ? std::nullopt : std::optional(error_from(j));
+}
+
+Json json_of(const StudyPoint& p) {
+  Json j = json_of(p.variant);
+  if (p.chosen) {
+    j["chosen"] = json_of(*p.chosen);
+    j["chosen"]["rms"] = p.estimate;
+  }
+  if (!p.same_as.empty()) j["same_as"] = p.same_as;
+  j["error"] = json_of(p.error);
+  j["step_error"] = json_of(p.step_error);
+  j["arithmetic_error"] = json_of(p.arithmetic);
+  j["samples_per_ray"] = p.samples_per_ray;
+  j["steps_per_ray"] = p.steps_per_ray;
+  j["atlas_bytes"] = p.atlas_bytes;
+  j["difference_scale"] = p.difference_scale;
+  j["times_ms"] = Json::array();
+  for (const TimeSample& t : p.times)
+    j["times_ms"].push_back({{"wall", t.wall_ms}, {"gpu", t.gpu_ms}, {"cpu", t.cpu_ms}});
+  return j;
+}
+
+StudyPoint point_from(const Json& j) {
+  StudyPoint p;
+  p.variant = variant_from(j);
+  if (j.contains("chosen")) {
+    p.chosen = variant_from(j.at("chosen"));
+    p.estimate = j.at("chosen").at("rms").get<double>();
+  }
+  p.same_as = j.value("same_as", "");
+  p.error = error_from(j.at("error"));
+  p.step_error = optional_error_from(j.at("step_error"));
+  p.arithmetic = optional_error_from(j.at("arithmetic_error"));
+  p.samples_per_ray = j.at("samples_per_ray").get<double>();
+  p.steps_per_ray = j.at("steps_per_ray").get<double>();
+  p.atlas_bytes = j.at("atlas_bytes").get<std::uint64_t>();
+  p.difference_scale = j.at("difference_scale").get<double>();
+  for (const Json& t : j.at("times_ms"))
+    p.times.push_back(
+        {t.at("wall").get<double>(), t.at("gpu").get<double>(), t.at("cpu").get<double>()});
+  return p;
+}
+
+Json conclusion_json(const StudyResults& results) {
+  const Conclusion conclusion = conclusion_of(results);
+  const auto advice = [&](const StudyPoint* p) -> Json {
+    if (!p) return nullptr;
+    Json rules = Json::array();
+    for (const StudyPoint* same : same_pictures(results, *p))
+      rules.push_back(rule_name(same->variant));
+    return {{"options", options_of(p->variant)},
+            {"rules", std::move(rules)},
+            {"rms", p->error.rms()},
+            {"samples_per_ray", p->samples_per_ray}};
+  };
+  Json out = {{"sentence", conclusion_text(results)},
+              {"eight_bits", advice(conclusion.eight_bits)},
+              {"fine", advice(conclusion.fine)}};
+  if (conclusion.fine) out["fine"]["from_rms"] = conclusion.fine_rms;
+  return out;
+}
+
+/// The scene without the name of its file, because the same file may have another name.
+Json scene_without_input(const std::string& text) {
+  Json scene = Json::parse(text);
+  scene.erase("input");
+  return scene;
+}
+
+}  // namespace
+
+std::string command_of(const StudyResults& results) {
+  return render_command_line(scene_from_json(results.scene, "the study's scene"), "picture.png");
+}
+
+std::string results_json(const StudyResults& r) {
+  Json out = {
+      {"psivox_study", format_version},
+      {"version", r.version},
+      {"git", r.git},
+      {"machine", {{"processor", r.processor}, {"threads", r.threads}, {"system", r.system}}},
+      {"renderer", r.renderer},
+      {"input", {{"file", r.input}, {"fnv1a", r.input_hash}}},
+      {"scene", Json::parse(r.scene)},
+      {"command", command_of(r)},
+      {"reference", {{"error_bound", r.reference_bound}}},
+      {"repeats", r.repeats}};
+  out["conclusion"] = conclusion_json(r);
+  out["skipped"] = Json::array();
+  for (const SkippedVariant& s : r.skipped) {
+    out["skipped"].push_back(json_of(s.variant));
+    out["skipped"].back()["reason"] = s.reason;
+  }
+  out["points"] = Json::array();
+  for (const StudyPoint& point : r.points) out["points"].push_back(json_of(point));
+  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+StudyResults results_from_json(std::string_view text, std::string_view source) {
+  try {
+    const Json j = Json::parse(text);
+    if (j.at("psivox_study").get<int>() != format_version)
+      throw Error(ExitCode::input, std::string(source) + ": results of another version of psivox");
+    StudyResults r;
+    r.version = j.at("version").get<std::string>();
+    r.git = j.at("git").get<std::string>();
+    r.processor = j.at("machine").at("processor").get<std::string>();
+    r.threads = j.at("machine").at("threads").get<int>();
+    r.system = j.at("machine").at("system").get<std::string>();
+    r.renderer = j.at("renderer").get<std::string>();
+    r.input = j.at("input").at("file").get<std::string>();
+    r.input_hash = j.at("input").at("fnv1a").get<std::string>();
+    r.scene = j.at("scene").dump();
+    r.reference_bound = j.at("reference").at("error_bound").get<double>();
+    r.repeats = j.at("repeats").get<int>();
+    for (const Json& s : j.at("skipped"))
+      r.skipped.push_back({variant_from(s), s.at("reason").get<std::string>()});
+    for (const Json& p : j.at("points")) r.points.push_back(point_from(p));
+    return r;
+  } catch (const Json::exception& error) {
+    throw Error(ExitCode::input,
+                std::string(source) + ": not the results of a study: " + error.what());
+  }
+}
+
+StudyResults read_results(const std::filesystem::path& folder) {
+  const std::string path = (folder / results_name).string();
+  return results_from_json(read_text(path, "study"), path);
+}
+
+std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
+                            const StudyPlan& plan) {
+  if (begun.version != next.version || begun.git != next.git)
+    return "was made by psivox " + begun.version + " " + begun.git;
+  if (begun.renderer != next.renderer) return "was made with " + begun.renderer;
+  if (begun.input_hash != next.input_hash) return "is of another file, " + in_quotes(begun.input);
+  const Json a = scene_without_input(begun.scene), b = scene_without_input(next.scene);
+  for (const auto& [name, value] : b.items())
+    if (!a.contains(name) || a.at(name) != value) return "has another --" + name;
+  for (const StudyPoint& point : begun.points)
+    if (std::find(plan.variants.begin(), plan.variants.end(), point.variant) == plan.variants.end())
+      return "has " + variant_name(point.variant) + ", which these options have not";
+  return "";
+}
+
+namespace {
+
+/// The deviation of a - b in the channels from `first` to `last` - 1.
+Deviation deviation(const Image& a, const Image& b, std::size_t first, std::size_t last) {
+  ErrorSum sum;
+  std::vector<double> absolute;
+  std::uint64_t not_finite = 0;
+  const std::size_t pixels = a.rgba().size() / 4, width = std::size_t(a.width);
+  absolute.reserve(pixels * (last - first));
+  for (std::size_t i = 0; i < pixels; ++i)
+    for (std::size_t c = first; c < last; ++c) {
+      const double value = double(a.rgba()[4 * i + c]) - double(b.rgba()[4 * i + c]);
+      if (!std::isfinite(value)) {
+        ++not_finite;
+        continue;
+      }
+      sum.add(value, i);
+      absolute.push_back(std::abs(value));
+    }
+  return {.rms = sum.rms(),
+          .max = sum.max,
+          .max_x = int(sum.max_at % width),
+          .max_y = int(sum.max_at / width),
+          .p99 = percentile(std::move(absolute), 0.99),
+          .mean = sum.mean(),
+          .not_finite = not_finite};
+}
+
+}  // namespace
+
+double PictureError::rms() const {
+  return std::sqrt((3 * radiance.rms * radiance.rms + alpha.rms * alpha.rms) / 4);
+}
+
+PictureError picture_error(const Image& a, const Image& b) {
+  if (a.width != b.width || a.height != b.height)
+    throw Error(ExitCode::input, "pictures of different sizes cannot be compared");
+  return {deviation(a, b, 0, 3), deviation(a, b, 3, 4)};
+}
+
+double rounding_rms(const Image& image) {
+  ErrorSum sum;
+  for (const float value : image.rgba())
+    if (std::isfinite(value)) sum.add(value, 0);
+  return 8.0 * std::numeric_limits<float>::epsilon() * sum.rms();
+}
+
+}  // namespace psivox

@@ -1,0 +1,291 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/study.h"
+#include "psivox/text.h"
+#include "psivox/text_file.h"
+#include "study/conclusion.h"
+#include "study/page.h"
+#include "study/report.h"
+#include "study/results.h"
+#include "study/study_plots.h"
+
+// A summary of what several studies need to reach an RMS, and statistics over the frames of a
+// sequence.
+
+namespace psivox {
+namespace {
+
+/// Thirds of a decade, for the plots.
+std::vector<double> plot_rms() {
+  std::vector<double> all;
+  for (int i = 0; i <= 9; ++i) all.push_back(std::pow(10, -2 - i / 3.0));
+  return all;
+}
+
+struct NamedStudy {
+  std::string name;  ///< of its folder
+  StudyResults results;
+};
+
+std::vector<NamedStudy> read_studies(const std::vector<std::filesystem::path>& folders) {
+  std::vector<NamedStudy> studies;
+  for (const auto& folder : folders) {
+    const auto place = folder.has_filename() ? folder : folder.parent_path();
+    studies.push_back({place.filename().string(), read_results(folder)});
+  }
+  return studies;
+}
+
+/// The refinements of all studies, in the order of first appearance.
+std::vector<Variant> refinements_of(const std::vector<NamedStudy>& studies) {
+  std::vector<Variant> all;
+  for (const NamedStudy& study : studies)
+    for (const Need& need : needs_of(study.results, {1}))
+      if (std::find(all.begin(), all.end(), need.variant) == all.end()) all.push_back(need.variant);
+  return all;
+}
+
+/// The needs of a refinement in a study, in the order of `rms`; empty if the study does not have
+/// it.
+std::vector<Need> needs_in(const NamedStudy& study, const Variant& refinement,
+                           const std::vector<double>& rms) {
+  std::vector<Need> own;
+  for (const Need& need : needs_of(study.results, rms))
+    if (need.variant == refinement) own.push_back(need);
+  return own;
+}
+
+using Amount = std::optional<double> Need::*;
+
+struct SummaryCost {
+  const char* name;
+  const char* title;
+  const char* axis;
+  Amount amount;
+  int decimals;
+};
+constexpr SummaryCost summary_costs[] = {
+    {"needs-samples", "Field look-ups per ray", "field look-ups per ray, geometric mean",
+     &Need::samples_per_ray, 0},
+    {"needs-cpu", "Processor time over that of midpoint, uniform, at RMS 1e-3",
+     "processor time over that of midpoint, uniform, at RMS 1e-3, geometric mean", &Need::cpu_ms,
+     2}};
+
+/// The divisor of a study's numbers, so that pictures and machines of different speed can be
+/// compared: 1 for look-ups, midpoint's time at 1e-3 for times.
+double unit_of(const NamedStudy& study, const SummaryCost& cost) {
+  if (cost.amount == &Need::samples_per_ray) return 1;
+  for (const Need& need : needs_of(study.results, {1e-3}))
+    if (need.variant.method.integrator == Integrator::midpoint &&
+        need.variant.method.sampling == Sampling::uniform && need.cpu_ms)
+      return *need.cpu_ms;
+  return 0;
+}
+
+std::string amount_text(const Need& need, const SummaryCost& cost, double unit) {
+  // The time is 0 at a point that has not been timed.
+  if (!(need.*cost.amount) || *(need.*cost.amount) <= 0 || unit <= 0) return "–";
+  return (need.at_most ? "≤" : "") + decimals(*(need.*cost.amount) / unit, cost.decimals);
+}
+
+TextTable summary_table(const std::vector<NamedStudy>& studies, const SummaryCost& cost) {
+  TextTable rows = {{"rule, sampling"}};
+  for (const NamedStudy& study : studies) rows[0].push_back(study.name);
+  for (const Variant& refinement : refinements_of(studies)) {
+    rows.push_back({variant_name(refinement)});
+    for (const NamedStudy& study : studies) {
+      std::string text;
+      for (const Need& need : needs_in(study, refinement, usual_rms))
+        text += (text.empty() ? "" : " / ") + amount_text(need, cost, unit_of(study, cost));
+      rows.back().push_back(text.empty() ? "–" : text);
+    }
+  }
+  return rows;
+}
+
+/// Geometric means over the studies, at every RMS that all of them reach.
+NamedPlot summary_plot(const std::vector<NamedStudy>& studies, const SummaryCost& cost) {
+  const std::vector<double> rms = plot_rms();
+  std::vector<PlotCurve> curves;
+  for (const Variant& refinement : refinements_of(studies)) {
+    std::vector<double> logs(rms.size(), 0);
+    for (const NamedStudy& study : studies) {
+      const std::vector<Need> needs = needs_in(study, refinement, rms);
+      const double unit = unit_of(study, cost);
+      for (std::size_t i = 0; i < rms.size(); ++i)
+        logs[i] += i < needs.size() && needs[i].*cost.amount && unit > 0
+                       ? std::log(*(needs[i].*cost.amount) / unit) / double(studies.size())
+                       : HUGE_VAL;
+    }
+    PlotCurve curve{refinement, {}};
+    for (std::size_t i = 0; i < rms.size(); ++i)
+      if (std::isfinite(logs[i]))
+        curve.points.push_back({std::exp(logs[i]), rms[i], variant_name(refinement)});
+    if (!curve.points.empty()) curves.push_back(std::move(curve));
+  }
+  NamedPlot named{cost.name, plot_of_curves(curves)};
+  named.plot.title =
+      "What an RMS takes: geometric mean of " + std::to_string(studies.size()) + " studies";
+  named.plot.x_label = cost.axis;
+  named.plot.y_label = "RMS over R G B A against the reference";
+  return named;
+}
+
+std::string summary_csv(const std::vector<NamedStudy>& studies) {
+  std::string out = "study,variant,rms,samples_per_ray,cpu_ms,at_most\n";
+  for (const NamedStudy& study : studies)
+    for (const Need& need : needs_of(study.results, usual_rms)) {
+      const auto text = [](const std::optional<double>& n) {
+        return n ? number_text(*n) : std::string();
+      };
+      out += study.name + "," + variant_name(need.variant) + "," + number_text(need.rms) + "," +
+             text(need.samples_per_ray) + "," + text(need.cpu_ms) + "," +
+             (need.at_most ? "1" : "0") + "\n";
+    }
+  return out;
+}
+
+}  // namespace
+
+void run_summary(const std::vector<std::filesystem::path>& folders,
+                 const std::filesystem::path& out) {
+  const std::vector<NamedStudy> studies = read_studies(folders);
+  check_study_folder(out, false);
+  const std::string note =
+      "The numbers are for an RMS of 1e-2 / 1e-3 / 1e-4 / 1e-5, interpolated between measured "
+      "points linearly in the logarithms. ≤: the coarsest point already reaches the RMS; –: no "
+      "point reaches it.";
+  std::string markdown = note + "\n", body = "<p>" + note + "</p>\n";
+  for (const SummaryCost& cost : summary_costs) {
+    const TextTable table = summary_table(studies, cost);
+    markdown += "\n**" + std::string(cost.title) + "**\n\n" + markdown_table(table);
+    body += "<h2>" + std::string(cost.title) + "</h2>\n" +
+            write_plot(summary_plot(studies, cost), out) + html_table(table);
+  }
+  write_text((out / "needs.csv").string(), summary_csv(studies));
+  write_text((out / "needs.md").string(), markdown);
+  write_text((out / "index.html").string(), html_page("psivox study --summary", body));
+}
+
+namespace {
+
+/// One variant over all frames.
+struct FrameStatistics {
+  Variant variant;
+  std::vector<int> frames;
+  std::vector<std::string> same_as;  ///< in each frame
+  std::vector<double> rms, samples, cpu_ms;
+  double worst_p99 = 0;  ///< of radiance and alpha, over all frames
+
+  void add(int frame, const StudyPoint& point) {
+    frames.push_back(frame);
+    same_as.push_back(psivox::same_as(point));
+    rms.push_back(point.error.rms());
+    samples.push_back(point.samples_per_ray);
+    cpu_ms.push_back(psivox::cpu_ms(point).median);
+    worst_p99 = std::max({worst_p99, point.error.radiance.p99, point.error.alpha.p99});
+    if (point.error.radiance.not_finite || point.error.alpha.not_finite)
+      worst_p99 = std::numeric_limits<double>::infinity();
+  }
+  /// The frame with the greatest RMS.
+  int worst_frame() const {
+    return frames[std::size_t(std::ranges::max_element(rms) - rms.begin())];
+  }
+};
+
+/// Statistics over all frames, which have one scene but for the names of their files.
+struct SequenceStatistics {
+  std::vector<FrameStatistics> variants;
+  Scene scene;
+  std::size_t frames = 0;
+};
+
+SequenceStatistics statistics_of(const std::vector<StudiedFrame>& studied) {
+  SequenceStatistics all{{}, {}, studied.size()};
+  for (const auto& [frame, folder] : studied) {
+    const StudyResults results = read_results(folder);
+    all.scene = scene_from_json(results.scene, "the study's scene");
+    for (const StudyPoint& point : results.points) {
+      auto found = std::ranges::find(all.variants, point.variant, &FrameStatistics::variant);
+      if (found == all.variants.end())
+        found = all.variants.insert(found, {point.variant, {}, {}, {}, {}, {}});
+      found->add(frame, point);
+    }
+  }
+  return all;
+}
+
+std::string statistics_csv(const std::vector<FrameStatistics>& all) {
+  std::string out =
+      "variant,frames,rms_median,rms_min,rms_max,worst_frame,samples_per_ray_median,"
+      "samples_per_ray_min,samples_per_ray_max,cpu_ms_median,cpu_ms_min,cpu_ms_max\n";
+  for (const FrameStatistics& s : all) {
+    CsvLine line;
+    line << variant_name(s.variant) << double(s.frames.size());
+    const auto spread = [&](const std::vector<double>& values) {
+      const Spread found = spread_of(values);
+      line << found.median << found.min << found.max;
+    };
+    spread(s.rms);
+    line << double(s.worst_frame());
+    spread(s.samples);
+    spread(s.cpu_ms);
+    out += line.str();
+  }
+  return out;
+}
+
+TextTable statistics_table(const std::vector<FrameStatistics>& all) {
+  TextTable rows = {{"rule, sampling", "RMS, median", "least", "greatest", "in frame",
+                     "look-ups a ray, median", "greatest", "processor time, median [ms]"}};
+  for (const FrameStatistics& s : all) {
+    const Spread rms = spread_of(s.rms), samples = spread_of(s.samples);
+    rows.push_back({variant_name(s.variant), two_digits(rms.median), two_digits(rms.min),
+                    two_digits(rms.max), std::to_string(s.worst_frame()),
+                    decimals(samples.median, 1), decimals(samples.max, 1),
+                    decimals(spread_of(s.cpu_ms).median, 1)});
+  }
+  return rows;
+}
+
+/// The method with the fewest look-ups that no 8-bit picture of any frame tells from the truth.
+std::string conclusion_of(const SequenceStatistics& all) {
+  const FrameStatistics* best = nullptr;
+  const auto look_ups = [](const FrameStatistics& s) { return spread_of(s.samples).median; };
+  for (const FrameStatistics& s : all.variants)
+    if (s.frames.size() == all.frames && s.worst_p99 <= eight_bits_error &&
+        (!best || look_ups(s) < look_ups(*best)))
+      best = &s;
+  const std::string every = "all " + std::to_string(all.frames) + " frames";
+  if (!best) return "For 8 bits in " + every + " no method of this study is enough.";
+  std::vector<Variant> same;
+  for (const FrameStatistics& s : all.variants)
+    if (s.same_as == best->same_as) same.push_back(s.variant);
+  return "For 8 bits in " + every + " use " + settings_text(all.scene, same) + ": RMS " +
+         two_digits(spread_of(best->rms).max) + " at most, " + decimals(look_ups(*best), 0) +
+         " look-ups a ray." + no_winner_note(all.scene, same.size() > 1);
+}
+
+}  // namespace
+
+std::string write_frame_statistics(const std::vector<StudiedFrame>& frames,
+                                   const std::filesystem::path& out) {
+  const SequenceStatistics all = statistics_of(frames);
+  const std::string conclusion = conclusion_of(all);
+  const TextTable table = statistics_table(all.variants);
+  std::string body = "<p>" + conclusion + "</p>\n" + html_table(table) + "<h2>Frames</h2>\n<p>";
+  for (const auto& [frame, folder] : frames)
+    body += "<a href=\"" + folder.filename().string() + "/index.html\">" + std::to_string(frame) +
+            "</a> ";
+  write_text((out / "frames.csv").string(), statistics_csv(all.variants));
+  write_text((out / "frames.md").string(), conclusion + "\n\n" + markdown_table(table));
+  write_text((out / "index.html").string(),
+             html_page("psivox study of a sequence", body + "</p>\n"));
+  return conclusion;
+}
+
+}  // namespace psivox
