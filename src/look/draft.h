@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "psivox/image.h"
 #include "psivox/medium.h"
 
 namespace psivox {
