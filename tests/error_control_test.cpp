@@ -6,6 +6,7 @@
 
 #include "march_cases.h"
 #include "plan/trial_method.h"
+#include "psivox/draw.h"
 #include "verify/make_field.h"
 
 namespace psivox {

@@ -11,6 +11,7 @@
 
 #include "gl/shader_source.h"
 #include "march_cases.h"
+#include "psivox/draw.h"
 #include "shader_copy.h"
 
 namespace psivox {

@@ -4,6 +4,7 @@
 
 #include "march/light_pilot.h"
 #include "march/marcher.h"
+#include "psivox/draw.h"
 
 namespace psivox {
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "march/marcher.h"
+#include "psivox/draw.h"
 
 namespace psivox {
 
