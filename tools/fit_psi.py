@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Computes the constants of shaders/math/mills.glsl, shaders/math/dawson.glsl and
+"""Computes the constants of shaders/math/linear_psi.glsl, shaders/math/linear_psi.glsl and
 shaders/integrators/psi_fit.glsl (Debian: python3-numpy).
 
 It prints them as they appear there, with the largest error of each. It is deterministic, and
