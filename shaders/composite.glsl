@@ -59,6 +59,17 @@ void correct_step(INOUT(March) m, real kappa, real x) {
   deepen(m, y, real(0.0));
 }
 
+// The light that a segment emits and that leaves it at its front, for its luminance's weights.
+real3 glow_of_segment(Point near, Point middle, Point back, Weights w, real length) {
+  Weights e = Weights(real(1.0 / 6.0), real(4.0 / 6.0), real(1.0 / 6.0), real(0.0));
+  if (middle_rule) {  // a homogeneous step, as of the luminance
+    real opacity = w.front + w.middle + w.back;
+    real seen = w.depth > real(0.0) ? opacity / w.depth : real(1.0);
+    e = Weights(real(0.0), seen, real(0.0), w.depth);
+  } else if (attenuates) e = glow_weights(w.depth);
+  return (near.glow * e.front + middle.glow * e.middle + back.glow * e.back) * length;
+}
+
 // One segment from m.t to t_back, of linear or sampled values; leaves the front of the next one.
 // Under cells its optical depth is Simpson's, which is exact for a cubic attenuation; under uniform
 // it is the depth of a linear one.
@@ -116,15 +127,7 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   }
   if (!m.own) w = Weights(real(0.0), real(0.0), real(0.0), real(0.0));
   real3 glow = real3(real(0.0));
-  if (glows(m)) {
-    Weights e = Weights(real(1.0 / 6.0), real(4.0 / 6.0), real(1.0 / 6.0), real(0.0));
-    if (middle_rule) {  // a homogeneous step, as of the luminance
-      real opacity = w.front + w.middle + w.back;
-      real seen = w.depth > real(0.0) ? opacity / w.depth : real(1.0);
-      e = Weights(real(0.0), seen, real(0.0), w.depth);
-    } else if (attenuates) e = glow_weights(w.depth);
-    glow = (near.glow * e.front + middle.glow * e.middle + back.glow * e.back) * length;
-  }
+  if (glows(m)) glow = glow_of_segment(near, middle, back, w, length);
   composite(m, near.L * w.front + middle.L * w.middle + back.L * w.back, w.front + w.middle + w.back,
             w.depth, glow, length);
   m.t = t_back;

@@ -20,9 +20,9 @@ namespace {
 /// Draws in float; computes light in double.
 class FloatMarcher : public DoubleMarcher {
  public:
-  /// `rays` makes the rays that `march` marches.
-  FloatMarcher(const FloatMarch& rays, const FloatMarch& march)
-      : make_rays_(rays.make_rays), march_(march.march) {}
+  /// `maker` makes the rays that `march` marches.
+  FloatMarcher(const FloatMarch& maker, const FloatMarch& march)
+      : make_rays_(maker.make_rays), march_(march.march) {}
 
   void upload(const MediumAtlas& atlas, Filter filter) override {
     atlas_ = &atlas;

@@ -428,9 +428,9 @@ pid_t parent_of(pid_t process) {
 int processes_below() {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-    const std::string name = entry.path().filename().string();
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    pid_t process = parent_of(std::stoi(name));
+    const std::string folder = entry.path().filename().string();
+    if (folder.find_first_not_of("0123456789") != std::string::npos) continue;
+    pid_t process = parent_of(std::stoi(folder));
     while (process > 1 && process != getpid()) process = parent_of(process);
     count += process == getpid();
   }

@@ -51,6 +51,17 @@ bool has_depth(const Scene& scene) {
 
 }  // namespace
 
+/// Sets a pixel of the picture and of its layers `error` and, if it has one, `depth`.
+static void set_pixel(Image& image, int x, int y, const RayPicture& p) {
+  const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+                 static_cast<std::size_t>(x);
+  float* rgba = image.layers[0].values.data() + 4 * i;
+  for (int c = 0; c < 3; ++c) rgba[c] = static_cast<float>(p.radiance[c]);
+  rgba[3] = static_cast<float>(p.opacity);
+  image.layers[1].values[i] = static_cast<float>(p.error);
+  if (image.layers.size() > 2) image.layers[2].values[i] = static_cast<float>(p.depth);
+}
+
 ReferenceResult render_reference(const View& view, double tolerance, const Progress& progress) {
   if (view.medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
   const Stopwatch watch;
@@ -64,9 +75,6 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
                          {"error", {"error"}, std::vector<float>(pixels)}};
   if (has_depth(view.scene))
     result.image.layers.push_back({"depth", {"depth"}, std::vector<float>(pixels)});
-  std::vector<float>& rgba = result.image.layers[0].values;
-  std::vector<float>& error = result.image.layers[1].values;
-  float* depth = has_depth(view.scene) ? result.image.layers[2].values.data() : nullptr;
 
   struct Worker {
     RayModes modes;
@@ -90,13 +98,7 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
           for (int y = y0; y < std::min(y0 + tile_width, height); ++y) {
             for (int x = x0; x < std::min(x0 + tile_width, width); ++x) {
               const RayPicture p = integrate_pixel(view, worker.modes, x, y);
-              const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                             static_cast<std::size_t>(x);
-              for (int c = 0; c < 3; ++c)
-                rgba[4 * i + static_cast<std::size_t>(c)] = static_cast<float>(p.radiance[c]);
-              rgba[4 * i + 3] = static_cast<float>(p.opacity);
-              error[i] = static_cast<float>(p.error);
-              if (depth) depth[i] = static_cast<float>(p.depth);
+              set_pixel(result.image, x, y, p);
               worker.error_max = std::max(worker.error_max, p.error);
               worker.cells += p.cells;
             }

@@ -132,6 +132,11 @@ Rows look_rows() {
        "colour of a scalar emission grid; black-body: its values are temperatures, by "
        "--temperature-scale and --temperature-offset",
        &Scene::emission_color},
+  };
+}
+
+Rows mode_and_part_rows() {
+  return {
       common({"mode", enum_metavar<Mode>(), "", "",
               "how a pixel is made of the values along its ray", &Scene::mode}),
       {"isovalue", "V", "", "middle of the values; 0 for a level set",
@@ -255,10 +260,10 @@ Rows machine_rows() {
 std::vector<Parameter> make_table() {
   using Group = ParameterGroup;
   const std::pair<Group, Rows> groups[] = {
-      {Group::input, input_rows()},    {Group::output, output_rows()},
-      {Group::look, look_rows()},      {Group::light, light_rows()},
-      {Group::camera, camera_rows()},  {Group::accuracy, accuracy_rows()},
-      {Group::machine, machine_rows()}};
+      {Group::input, input_rows()},       {Group::output, output_rows()},
+      {Group::look, look_rows()},         {Group::look, mode_and_part_rows()},
+      {Group::light, light_rows()},       {Group::camera, camera_rows()},
+      {Group::accuracy, accuracy_rows()}, {Group::machine, machine_rows()}};
   const Scene defaults;
   Rows table;
   for (const auto& [group, rows] : groups) {
