@@ -148,6 +148,9 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
   validate(scene);
   auto volume = std::make_shared<Volume>();
   volume->asked = scene;
+  // Before the function is read: a hand may write it meanwhile, and a key must not be newer than
+  // what it stands for.
+  volume->key = volume_key(scene, generation);
   const std::string files = std::to_string(generation);
   progress("reading", 0);
   const bool open = asks_for_look(scene) || (!samples.empty() && leaves_choices(scene));
@@ -164,7 +167,7 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
   }
   volume->scene = std::move(opened.looked.scene);
   volume->fields = std::move(opened.looked.fields);
-  volume->key = volume_key(volume->chosen ? volume->chosen->scene : scene, generation);
+  if (volume->chosen) volume->key = volume_key(volume->chosen->scene, generation);
   volume->fields_key = files + fields_key(volume->scene);
   volume->notices = notices_of(opened.view.medium);
   volume->resolved = opened.view.scene;
