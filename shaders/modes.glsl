@@ -25,7 +25,7 @@ real4 picture(IN(March) m, Ray ray, Pixel p) {
   return light_picture(m);
 }
 
-// What a ray has collected in a region, for RayFold (src/march/ray_fold.h) to join with other regions':
+// What a ray has collected in a region, for RayFold (src/march/carried_light.h) to join with other regions':
 // radiance and transmittance, which is 0 behind a surface, or what a value is joined by.
 real4 collected(IN(March) m, Ray ray, Pixel p) {
   if (shows == SHOWS_value) return value_collected(m, ray);

@@ -146,6 +146,7 @@ ends() {
 ends 2 "unknown option" "$V" --resolutoin 4x4
 ends 2 "without --explain" "$V" --explain
 ends 2 "not a sequence" "$V" --turntable 3
+ends 2 "in --mode alpha" "$V" --mode slice
 cp "$V" a/x.vdb
 ends 3 "rank 1 of 2, on .*x.vdb" x.vdb
 cp "$assets/ramp.vdb" b/x.vdb

@@ -328,5 +328,21 @@ TEST(CurrentVolume, ABoxAndAVolumeThatArriveTogetherAreTheVolume) {
   EXPECT_FALSE(current.box());
 }
 
+TEST(CurrentVolume, AnErrorOfAReplacedWishIsNotTold) {
+  std::counting_semaphore<> news{0};
+  CurrentVolume current([&] { news.release(); });
+  Scene scene;
+  scene.input = "missing.vdb";
+  EXPECT_FALSE(current.wish(scene, {}));
+  news.acquire();  // refused, and nobody has asked
+  scene.input = PSIVOX_ASSETS "/blobs.vdb";
+  EXPECT_FALSE(current.wish(scene, {}));
+  news.acquire();  // the box
+  news.acquire();  // the volume
+  const CurrentVolume::News told = current.take_news();
+  EXPECT_TRUE(told.arrived);
+  EXPECT_FALSE(told.error);
+}
+
 }  // namespace
 }  // namespace psivox::view

@@ -1,19 +1,17 @@
-// The parts of a study that need no GPU: plan, files, conclusion. tests/study_cli_test.sh runs a
-// study.
+// The parts of a study that need no GPU: plan, files, orders, plots. tests/study_cli_test.sh runs
+// a study.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <limits>
-#include <regex>
+#include <cstdio>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
-#include "psivox/text_file.h"
 #include "study/conclusion.h"
 #include "study/orders.h"
 #include "study/report.h"
@@ -145,6 +143,31 @@ TEST(Plan, VariantsAreScenesOfTheirOwn) {
   }
 }
 
+TEST(Plan, OptionsOfAVariantRenderIt) {
+  Sweep sweep = small_sweep();
+  sweep.samplings.push_back(Sampling::template_);
+  sweep.texels.push_back(TexelType::float16);
+  sweep.tolerances = {1e-3};
+  Scene base;
+  base.projection = Projection::orthographic;
+  const StudyPlan plan = plan_study(sweep, base);
+  ASSERT_GT(plan.variants.size(), 8u);
+  for (const Variant& variant : plan.variants) {
+    Scene scene = base;
+    std::istringstream words(options_of(variant));
+    for (std::string name, value; words >> name >> value;)
+      set_parameter(scene, name.substr(2), value);
+    const Scene wanted = scene_of(variant, base);
+    EXPECT_EQ(scene.resolved_sampling(), wanted.resolved_sampling()) << words.str();
+    EXPECT_EQ(scene.step, wanted.step) << words.str();
+    EXPECT_EQ(scene.texel, wanted.texel) << words.str();
+    EXPECT_EQ(scene.tolerance, wanted.tolerance) << words.str();
+    if (variant.tolerance) continue;
+    EXPECT_EQ(scene.resolved_integrator(), wanted.resolved_integrator()) << words.str();
+    EXPECT_EQ(scene.segments, wanted.segments) << words.str();
+  }
+}
+
 StudyResults some_results() {
   StudyResults r;
   r.version = "1";
@@ -250,156 +273,6 @@ TEST(Results, MarkdownRelatesTimesToPorterDuff) {
   EXPECT_NE(text.find("| `porter-duff` | 8.7e-2 (1.00) |"), std::string::npos) << text;
   EXPECT_NE(text.find("(0.49)"), std::string::npos) << text;
   EXPECT_NE(text.find("- cell-exact: step 1, step 0.5: --integrator"), std::string::npos) << text;
-}
-
-/// A point with one error for all its values.
-StudyPoint point_of(const Variant& variant, double error, double samples, double cpu_ms) {
-  StudyPoint p;
-  p.variant = variant;
-  p.error.radiance.rms = p.error.alpha.rms = error;
-  p.error.radiance.p99 = p.error.alpha.p99 = 3 * error;
-  p.samples_per_ray = samples;
-  p.times = {{cpu_ms, cpu_ms, cpu_ms}};
-  return p;
-}
-
-TEST(Conclusion, NamesTheCheapestForEightBitsAndForSmallErrors) {
-  const Variant porter{{Integrator::porter_duff, Sampling::uniform, 0, 2}},
-      balanced{{Integrator::psi_balanced, Sampling::uniform, 0, 2}},
-      fine{{Integrator::psi_balanced, Sampling::uniform, 0, 1}},
-      exact{{Integrator::cell_exact, Sampling::cells, 0, 0}};
-  StudyResults r;
-  r.scene = to_json(Scene{});
-  // 3 * 7e-4 is above 1/510, 3 * 4e-4 below
-  r.points = {point_of(porter, 7e-4, 37, 1), point_of(balanced, 4e-4, 38, 2),
-              point_of(fine, 2e-4, 76, 3), point_of(exact, 5e-6, 60, 4)};
-  EXPECT_EQ(conclusion_text(r),
-            "For 8 bits use `--step 2 --integrator psi-balanced`: RMS 4.0e-4, 38 look-ups a ray; "
-            "for an RMS of 1e-4 or less use `--integrator cell-exact`: 60 look-ups a ray.");
-  EXPECT_EQ(conclusion_of(r).fine_rms, 1e-4);
-  const std::string json = results_json(r);
-  EXPECT_NE(json.find(conclusion_text(r)), std::string::npos);
-  EXPECT_NE(json.find("\"from_rms\": 0.0001"), std::string::npos);
-
-  // Hardly more look-ups and less time wins; many more look-ups and less time does not.
-  r.points.push_back(point_of({{Integrator::midpoint, Sampling::uniform, 0, 2}}, 4e-4, 39, 1));
-  EXPECT_EQ(conclusion_of(r).eight_bits, &r.points[4]);
-  // Where times hardly differ, the least error wins.
-  r.points[1].times = {{1.1, 1.1, 1.1}};
-  r.points[4].error.radiance.rms = 5e-4;
-  EXPECT_EQ(conclusion_of(r).eight_bits, &r.points[1]);
-  r.points[1].times = {{2, 2, 2}};
-  r.points[4].samples_per_ray = 60;
-  EXPECT_EQ(conclusion_of(r).eight_bits, &r.points[1]);
-
-  // The exact method at fewer look-ups than all others is the only answer.
-  r.points[3].samples_per_ray = 30;
-  EXPECT_EQ(
-      conclusion_text(r),
-      "For 8 bits use `--integrator cell-exact`: RMS 5.0e-6, 30 look-ups a ray; no setting is "
-      "cheaper.");
-}
-
-TEST(Conclusion, NamesNoWinnerWhereRulesCannotDiffer) {
-  const auto uniform = [](Integrator rule) { return Variant{{rule, Sampling::uniform, 0, 2}}; };
-  StudyResults r;
-  r.scene = to_json(Scene{});
-  r.points = {point_of(uniform(Integrator::porter_duff), 1e-3, 30, 1),
-              point_of(uniform(Integrator::average), 4e-4, 30, 1),
-              point_of(uniform(Integrator::psi_balanced), 4e-4, 30, 5),
-              point_of(uniform(Integrator::psi_exact), 4e-4, 30, 9)};
-  for (std::size_t i : {2u, 3u}) r.points[i].same_as = variant_name(r.points[1].variant);
-  EXPECT_EQ(conclusion_text(r),
-            "For 8 bits use `--step 2` with average, psi-balanced or psi-exact: RMS 4.0e-4, 30 "
-            "look-ups a ray; no setting is cheaper. Pictures by the rules of one list are the same "
-            "but for rounding.");
-  // the default rule stands for all, whatever their times
-  EXPECT_EQ(conclusion_of(r).eight_bits, &r.points[2]);
-  EXPECT_NE(results_json(r).find(R"("--step 2 --integrator psi-balanced")"), std::string::npos);
-
-  Scene surface;
-  surface.mode = Mode::isosurface;
-  r.scene = to_json(surface);
-  r.points = {point_of({{Integrator::porter_duff, Sampling::cells, 1, 0}}, 1e-7, 5, 1)};
-  EXPECT_EQ(conclusion_text(r),
-            "For 8 bits use `--sampling cells`: RMS 1.0e-7, 5 look-ups a ray; no setting is "
-            "cheaper. --mode isosurface integrates nothing, so that the rule and the segments "
-            "change no picture.");
-}
-
-TEST(Conclusion, RoundingIsSmallBesideThePicture) {
-  Image image{2, 1, {{"", {"R", "G", "B", "A"}, {3, 3, 3, 3, 0, 0, 0, NAN}}}, {}};
-  EXPECT_NEAR(rounding_rms(image), 8 * 0x1p-23 * std::sqrt(36 / 7.0), 1e-12);
-}
-
-TEST(Conclusion, SaysWhatIsOutOfReach) {
-  StudyResults r;
-  EXPECT_EQ(conclusion_text(r), "");
-  r.scene = to_json(Scene{});
-  const Variant coarse{{Integrator::porter_duff, Sampling::cells, 4, 0}};
-  r.points = {point_of(coarse, 2e-3, 12, 1)};
-  EXPECT_EQ(
-      conclusion_text(r),
-      "No setting of this study is within 8 bits; for an RMS of 1e-2 or less use `--segments 4 "
-      "--integrator porter-duff`: RMS 2.0e-3, 12 look-ups a ray.");
-  r.points = {point_of(coarse, 0.1, 12, 1)};
-  EXPECT_EQ(
-      conclusion_text(r),
-      "No setting of this study is within 8 bits or an RMS of 1e-2; the least RMS is 1.0e-1, by "
-      "`--segments 4 --integrator porter-duff`.");
-}
-
-TEST(Conclusion, ItsOptionsRenderItsPoint) {
-  Sweep sweep = small_sweep();
-  sweep.samplings.push_back(Sampling::template_);
-  sweep.texels.push_back(TexelType::float16);
-  sweep.tolerances = {1e-3};
-  Scene base;
-  base.projection = Projection::orthographic;
-  const StudyPlan plan = plan_study(sweep, base);
-  ASSERT_GT(plan.variants.size(), 8u);
-  for (const Variant& variant : plan.variants) {
-    Scene scene = base;
-    std::istringstream words(options_of(variant));
-    for (std::string name, value; words >> name >> value;)
-      set_parameter(scene, name.substr(2), value);
-    const Scene wanted = scene_of(variant, base);
-    EXPECT_EQ(scene.resolved_sampling(), wanted.resolved_sampling()) << words.str();
-    EXPECT_EQ(scene.step, wanted.step) << words.str();
-    EXPECT_EQ(scene.texel, wanted.texel) << words.str();
-    EXPECT_EQ(scene.tolerance, wanted.tolerance) << words.str();
-    if (variant.tolerance) continue;
-    EXPECT_EQ(scene.resolved_integrator(), wanted.resolved_integrator()) << words.str();
-    EXPECT_EQ(scene.segments, wanted.segments) << words.str();
-  }
-}
-
-TEST(Needs, LieBetweenPointsInLogarithms) {
-  StudyResults r;
-  const auto add = [&](double step, double rms, double samples) {
-    StudyPoint p;
-    p.variant = {Integrator::psi_exact, Sampling::uniform, 0, step};
-    p.error.radiance.rms = p.error.alpha.rms = rms;
-    p.samples_per_ray = samples;
-    p.times = {{1, 1, 2 * samples}};
-    r.points.push_back(p);
-  };
-  add(1, 1e-5 / 2, 400);  // finest first: the order does not matter
-  add(2, 1e-2 / 2, 10);
-  add(1.5, 1e-4, 100);
-  const std::vector<Need> needs = needs_of(r);
-  ASSERT_EQ(needs.size(), 4u);
-  EXPECT_EQ(variant_name(needs[0].variant), "psi-exact uniform");
-  EXPECT_TRUE(needs[0].at_most);
-  EXPECT_EQ(needs[0].samples_per_ray, 10);
-  // from 5e-3 at 10 to 1e-4 at 100: ln(5) / ln(50) of the way to 1e-3
-  EXPECT_NEAR(*needs[1].samples_per_ray, 10 * std::pow(10, std::log(5) / std::log(50)), 1e-9);
-  EXPECT_NEAR(*needs[1].cpu_ms, 2 * *needs[1].samples_per_ray, 1e-9);
-  EXPECT_NEAR(*needs[2].samples_per_ray, 100, 1e-9);
-  EXPECT_FALSE(needs[2].at_most);
-  EXPECT_NEAR(*needs[3].samples_per_ray, 100 * std::pow(4, std::log(10) / std::log(20)), 1e-9);
-  r.points.erase(r.points.begin());
-  EXPECT_FALSE(needs_of(r)[3].samples_per_ray);
 }
 
 TEST(Resume, OnlyTheSameStudyGoesOn) {

@@ -91,7 +91,7 @@ TEST(Team, DrawThePictureOfOne) {
   expect_picture_of_one(scene, {3});
 }
 
-// Rays that end behind other members' parts are marched again there.
+// Rays that end behind other members' parts are marched again there. Members without rays wait.
 TEST(Team, EndsRaysWhereThoseOfOneEnd) {
   Scene scene = blobs_scene();
   scene.extinction = 30;
@@ -100,6 +100,8 @@ TEST(Team, EndsRaysWhereThoseOfOneEnd) {
     scene.early_termination = least;
     expect_picture_of_one(scene, {2, 5});
   }
+  scene.zoom = 6;  // no ray sees some of the parts
+  expect_picture_of_one(scene, {5});
 }
 
 // Depths are sent as float32, 1e-7 of depths of a few; and see above.

@@ -1,17 +1,13 @@
 // Reading in a guarded process: whatever happens there is one Error(input), and what comes back is
 // what reading in place gives.
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
-#include <sys/mman.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstring>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -213,95 +209,6 @@ TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
     EXPECT_EQ(message.find(path.string() + ": "), 0u) << message;
     EXPECT_NE(message.find(part), std::string::npos) << message;
   }
-}
-
-/// Bytes of single_voxel.vdb. OpenVDB's format: magic number, versions, whether there are
-/// positions, an identifier, the file's metadata (none); for each grid name, type, name of the grid
-/// that has the tree, three positions, compression, metadata.
-constexpr std::size_t version = 8, file_metadata = 57, grid_count = 61, name_length = 65, name = 69,
-                      type_length = 76, type = 80, parent_length = 96, positions = 100,
-                      compression = 124, metadata = 128, metadata_name_length = 132;
-
-template <typename T>
-std::string with(std::string bytes, std::size_t at, T value) {
-  std::memcpy(bytes.data() + at, &value, sizeof value);
-  return bytes;
-}
-
-TEST(GuardedReading, AFileThatLiesIsAnErrorThatNamesIt) {
-  const std::string good = test::file_bytes(asset("single_voxel.vdb"));
-  ASSERT_EQ(good.substr(name, 7), "density");
-  ASSERT_EQ(good.substr(type, 16), "Tree_float_5_4_3");
-  // of the tree: one buffer, the background, no tile, one node, whose place follows
-  const std::string root(
-      "\1\0\0\0"
-      "\0\0\0\0"
-      "\0\0\0\0"
-      "\1\0\0\0",
-      16);
-  const std::size_t node = good.find(root) + root.size();
-  ASSERT_NE(good.find(root), good.npos);
-  constexpr std::uint32_t most = ~0u;
-  constexpr auto size = std::int64_t{1} << 62;
-  const std::vector<std::pair<const char*, std::string>> lies = {
-      {"magic number", with(good, 0, 'x')},
-      {"version before all", with(good, version, 1u)},
-      {"version before node masks", with(good, version, 221u)},
-      {"count of the file's metadata", with(good, file_metadata, most)},
-      {"number of grids", with(good, grid_count, 0u)},
-      {"length of the name", with(good, name_length, most)},
-      {"length of the type", with(good, type_length, most)},
-      {"type", with(good, type, 'X')},
-      {"length of the parent's name", with(good, parent_length, 1u << 30)},
-      {"parent's name", with(good, parent_length, 4u)},
-      {"position before the directory", with(good, positions, std::int64_t{0})},
-      {"position behind the file", with(good, positions, size)},
-      {"end behind the file", with(good, positions + 16, size)},
-      {"negative end", with(good, positions + 16, std::int64_t{-1})},
-      {"codec", with(good, compression, most)},
-      {"other codec", with(good, compression, 4u)},
-      {"count of metadata", with(good, metadata, most)},
-      {"length of metadata", with(good, metadata_name_length, most - 8)},
-      {"place of the root's node", with(good, node, 2147483647)},
-      {"half of the file", good.substr(0, good.size() / 2)},
-      {"without its last byte", good.substr(0, good.size() - 1)},
-      {"header alone", good.substr(0, file_metadata)},
-      {"nothing", ""},
-  };
-  for (const auto& [what, bytes] : lies) {
-    SCOPED_TRACE(what);
-    const auto path = test::write_bytes("lie.vdb", bytes);
-    const std::string message = test::input_error([&] { VdbFile(path).read("density"); });
-    EXPECT_EQ(message.find(path.string() + ":"), 0u) << message;
-  }
-}
-
-TEST(GuardedReading, AFileOfALaterVersionIsReadAsFarAsItCanBe) {
-  const std::string good = test::file_bytes(asset("single_voxel.vdb"));
-  const auto path = test::write_bytes("later.vdb", with(good, version, 1000u));
-  EXPECT_TRUE(same(VdbFile(path).read("density").leaves,
-                   VdbFile(asset("single_voxel.vdb")).read("density").leaves, 1));
-}
-
-TEST(GuardedReading, LengthsOfMetadataAreNotAllocated) {
-  // in place: a process without limits
-  const std::string good = test::file_bytes(asset("single_voxel.vdb"));
-  rusage before{}, after{};
-  getrusage(RUSAGE_SELF, &before);
-  for (const std::size_t at : {name_length, type_length, parent_length, metadata_name_length}) {
-    const auto path = test::write_bytes("lie.vdb", with(good, at, ~0u - 8));
-    EXPECT_THROW(
-        {
-          InPlaceReader reader(std::make_shared<FileBlocks>(path));
-          reader.facts();
-          reader.read("density", {});
-        },
-        Error)
-        << at;
-  }
-  getrusage(RUSAGE_SELF, &after);
-  constexpr long mebibyte = 1024;                                // [KiB]
-  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 * mebibyte);  // of 4 GiB
 }
 
 TEST(GuardedReading, ACrashInOneGridLeavesTheRowsOfTheOthers) {

@@ -21,7 +21,7 @@ stage() { printf '\n== %s (%d s)\n' "$1" "$SECONDS"; }
 
 stage "a root of $suite"
 if [[ ! -e $root/usr/bin/apt-get || ! -e $root/etc/complete ]]; then
-  rm -rf "$root"
+  rm -rf --one-file-system "$root"
   mkdir -p "$root"
   debootstrap --variant=minbase --include=ca-certificates,git "$suite" "$root"
   touch "$root/etc/complete"
@@ -30,25 +30,29 @@ cp /etc/resolv.conf "$root/etc/"
 mounted=()
 unmount() { for folder in "${mounted[@]}"; do umount "$root/$folder"; done; }
 trap unmount EXIT
-for folder in proc sys dev; do
-  mountpoint -q "$root/$folder" || { mount --bind "/$folder" "$root/$folder" && mounted+=("$folder"); }
+for folder in proc sys dev dev/pts dev/shm; do
+  mountpoint -q "$root/$folder" && continue
+  mount --bind "/$folder" "$root/$folder"
+  mounted=("$folder" "${mounted[@]}")  # the innermost is unmounted first
 done
 run() { chroot "$root" /usr/bin/env -i HOME=/root PATH=/usr/bin:/bin:/usr/sbin:/sbin LANG=C.UTF-8 \
-  /bin/bash -euo pipefail -c "cd /work/psivox && $1"; }
+  /bin/bash -euo pipefail -c "cd /srv/psivox && $1"; }
 
 stage "psivox"
-mkdir -p "$root/work/psivox" "$root/work/shared"
-git archive HEAD | tar -x -C "$root/work/psivox"
-[[ -d ../shared/data ]] && cp -a ../shared/data "$root/work/shared/"
+mkdir -p "$root/srv/psivox" "$root/srv/shared"
+# not the build: files that an earlier commit had would be compiled with the others
+find "$root/srv/psivox" -mindepth 1 -maxdepth 1 ! -name build -exec rm -rf {} +
+git archive HEAD | tar -x -C "$root/srv/psivox"
+[[ -d ../shared/data ]] && cp -a ../shared/data "$root/srv/shared/"
 
-# command N: the README's N-th set-up command
-command() { grep '^tools/install-deps.sh && ' README.md | sed -n "$1p"; }
+# set_up N: the README's N-th set-up command
+set_up() { grep '^tools/install-deps.sh && ' README.md | sed -n "$1p"; }
 stage "the README's first command"
-run "$(command 1)"
+run "$(set_up 1)"
 if [[ ${2-} == "" ]]; then
   stage "the README's second command"
   tests=passed
-  run "$(command 2)" || tests=FAILED
+  run "$(set_up 2)" || tests=FAILED
 else
   tests="not run"
 fi
@@ -58,9 +62,9 @@ verified=$(run "build/release/bin/psivox verify" | tail -n 1) || verified="FAILE
 pictures=""
 for file in assets/blobs.vdb ../shared/data/{smoke,mri_t1}.vdb; do
   [[ -e $file ]] || continue
-  "$here" render "$file" -o "$root/work/here.exr" -q
+  "$here" render "$file" -o "$root/srv/here.exr" -q
   run "build/release/bin/psivox render $file -o ../there.exr -q"
-  rms=$("$here" compare "$root/work/here.exr" "$root/work/there.exr" | grep -oiE 'rms[ :]+[0-9.e+-]+' |
+  rms=$("$here" compare "$root/srv/here.exr" "$root/srv/there.exr" | grep -oiE 'rms[ :]+[0-9.e+-]+' |
     head -n 1)
   pictures+="$(basename "$file" .vdb) $rms; "
 done

@@ -25,7 +25,7 @@ namespace {
 struct RegionRow {
   Region region;
   Box voxels;                ///< of the domain; empty if the region has none
-  std::uint64_t leaves = 0;  ///< to read, with those that neighbours read too
+  std::uint64_t leaves = 0;  ///< to read; neighbours read some of them too
   std::uint64_t values = 0;  ///< of these leaves [bytes]
   std::uint64_t atlas = 0;   ///< at most, in float32, on host and GPU [bytes]
 };
@@ -39,7 +39,7 @@ struct RegionReport {
   std::string text() const;
 };
 
-/// Largest of a number over the regions, as a multiple of its mean.
+/// The bricks of the largest region, as a multiple of their mean.
 double imbalance(const std::vector<RegionRow>& rows) {
   double most = 0, sum = 0;
   for (const RegionRow& row : rows) {

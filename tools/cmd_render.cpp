@@ -82,8 +82,7 @@ void name_thumbnail(const RenderCall& call) {
                 "cannot write " + in_quotes(call.thumbnail_name) + ": " + failed.message());
 }
 
-// --- a call, by one process or by one of several
-// ---------------------------------------------------
+// --- a call, by one process or by one of several ------------------------------------------
 
 class RenderJob {
  public:
@@ -230,7 +229,10 @@ void RenderJob::run(Arguments arguments) {
 void render_command(Arguments arguments) {
   const std::shared_ptr<Team> team = open_team();
   const auto work = [&] { RenderJob(team).run(arguments); };
-  team->size() > 1 ? run_on(*team, work) : work();
+  if (team->size() > 1)
+    run_on(*team, work);
+  else
+    work();
 }
 
 }  // namespace psivox

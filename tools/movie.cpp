@@ -94,6 +94,7 @@ void Movie::start(int width, int height) {
   for (const std::string& word : encoding()) command += " " + shell_word(word);
   command += std::string(" -f ") + format_of(path_) + " " + shell_word(file_->path().string());
   std::signal(SIGPIPE, SIG_IGN);  // an ffmpeg that ends early makes a write fail instead
+  std::signal(SIGCHLD, SIG_DFL);  // if a parent ignored it, pclose() would not find ffmpeg's code
   ffmpeg_ = ::popen(command.c_str(), "we");
   if (!ffmpeg_) fail(std::string("ffmpeg: ") + std::strerror(errno));
 }

@@ -12,7 +12,8 @@ namespace psivox {
 /// A film that ffmpeg writes from pictures. It appears under its name when it is complete.
 class Movie {
  public:
-  /// Throws Error(usage) for a name that ffmpeg does not know, Error(output) if there is no ffmpeg.
+  /// Throws Error(usage) for a name that ffmpeg does not know, Error(output) if no file
+  /// can be made there.
   Movie(const std::string& path, double frame_rate);
   ~Movie();
   Movie(const Movie&) = delete;

@@ -13,7 +13,7 @@ namespace psivox {
 /// options.
 class SceneOptions {
  public:
-  /// Adds all options except those of the parameters in `without`.
+  /// Adds all options but the parameters in `without`.
   void add_to(CommandLine& line, std::span<const std::string> without = {});
 
   /// Sets a parameter as the command line would.

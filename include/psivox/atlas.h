@@ -34,7 +34,7 @@ constexpr std::uint32_t entry_payload(std::uint32_t entry) {
   return entry & ((1u << entry_payload_bits) - 1);
 }
 
-/// Of a brick in a table with octants: its slot, and above it a bit for each octant of 4^3 cells
+/// Bits of a brick's slot in a table with octants. Above them is a bit for each octant of 4^3 cells
 /// that holds no visible one, z fastest.
 inline constexpr std::uint32_t entry_slot_bits = 22;
 
@@ -144,8 +144,8 @@ std::vector<glm::ivec3> leaf_bricks(const Field& field);
 /// Error(memory) beyond 2^24 blocks.
 std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options);
 
-/// The same from the field's atlas, which was built by these options with own_texels and float32:
-/// nothing is gathered again. Nothing if it was not, or if the options have a companion.
+/// Finds these blocks from the field's atlas, which was built by these options with own_texels and
+/// float32: nothing is gathered again. Unset if it was not, or if the options have a companion.
 std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
                                                       const AtlasOptions& options,
                                                       const BrickAtlas& atlas);

@@ -22,8 +22,7 @@ struct ColorScale {
 std::optional<ColorScale> color_scale(const View& view);
 
 /// Draws the scale with numbers into that strip, on an opaque ground. Returns false if the picture
-/// is too small for it. `display`: that of the file to be written, so that
-/// text is white there.
+/// is too small for it. `display`: how the file will show values, so that text is white there.
 bool draw_color_bar(Image& image, const ColorScale& scale, const Display& display);
 
 /// Numbers from min to max at round distances, about `count` of them, as the bar's labels.

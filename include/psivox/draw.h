@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -145,8 +144,8 @@ class Session {
   const View& view() const;
 
   /// Converts the grids to bricks of the scene's texel type, unless that is done, or the volume
-  /// must be drawn in parts because of its memory limit. Throws
-  /// Error(memory), and Error(input) if the values do not fit the type.
+  /// must be drawn in parts because of its memory limit. Throws Error(memory), and Error(input) if
+  /// the values do not fit the type.
   void convert();
 
   /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
@@ -164,8 +163,8 @@ class Session {
   std::vector<Explanation> explain();
 
   /// Compares about `pixels` pixels of a picture of the session's scene with the reference, in
-  /// exact light. It
-  /// takes one random pixel from each cell of a grid over the picture, the same ones every time.
+  /// exact light. It takes one random pixel from each cell of a grid over the picture, the same
+  /// ones every time.
   CheckedError check_error(const Image& picture, int pixels, const Progress& progress = {});
 
   /// The point at which the ray through `pixel` of the scene's picture [pixels; centres at +0.5]

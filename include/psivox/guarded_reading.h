@@ -14,9 +14,9 @@ namespace psivox {
 /// such a file can end the program. Throws Error(failure) if the system starts no process.
 void start_guarded_reading();
 
-/// The same for a process that may have threads already, such as an interpreter's. In place of a
-/// fork it starts `server`, a program that calls serve_guarded_reading(). Any thread may call it,
-/// at any time. Throws Error(failure).
+/// For a process that may have threads already, such as an interpreter: it starts `server`, a
+/// program that calls serve_guarded_reading(), in place of a fork. Any thread may call it, at any
+/// time. Throws Error(failure).
 void start_guarded_reading(const std::filesystem::path& server);
 
 /// The main() of that program.

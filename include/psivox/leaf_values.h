@@ -1,14 +1,10 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "psivox/field.h"
 

@@ -93,7 +93,7 @@ struct MediumFields {
   /// The density to draw, if its values stay in the file and `density` is an overview of it, by
   /// which the view is chosen.
   std::shared_ptr<const Field> drawn{};
-  /// What the leaves of a density weigh whose values stay in the file.
+  /// What the leaves of the density weigh, if its values stay in the file.
   std::shared_ptr<const WeighedLeaves> weights{};
 };
 

@@ -13,11 +13,11 @@ namespace psivox {
 
 /// Where the values of a scene's density may be.
 struct Parts {
-  /// Those of a density that takes more than half of grid_memory() may stay in the file, if the
+  /// If they take more than half of grid_memory(), they may stay in the file, provided that the
   /// scene can be drawn in parts.
   bool allowed = false;
-  /// In a team of several they stay there, if they can, however few they are: each member reads
-  /// those of its own part.
+  /// In a team of several they stay in the file if they can, however few they are. Each member
+  /// reads the values of its own part.
   std::shared_ptr<Team> team = alone();
 };
 

@@ -89,8 +89,7 @@ struct Scene {
   Mode mode = Mode::alpha;
   std::optional<double> isovalue;  ///< unset: the middle of the values, 0 for a level set
   double lmip_threshold = 0;
-  std::optional<Plane>
-      slice;  ///< the plane that mode slice shows; unset: across the view from the front
+  std::optional<Plane> slice;       ///< shown by mode slice; unset: across the view from the front
   std::optional<WorldBox> clip;     ///< only what is inside is drawn
   std::optional<Plane> clip_plane;  ///< only what is on the side of its normal is drawn
 

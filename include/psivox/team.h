@@ -82,7 +82,8 @@ class Team {
   template <Plain T>
   std::vector<std::vector<T>> exchange(const std::vector<std::vector<T>>& to);
 
-  /// In the first: what each gives, by rank. In others nothing.
+  /// In the first: what each gives, by rank. In others nothing. It does not notice that another has
+  /// failed: for members that have just met by another function.
   template <PlainRange Values>
   std::vector<std::vector<std::ranges::range_value_t<Values>>> collect(const Values& values);
 
@@ -139,9 +140,6 @@ const std::shared_ptr<Team>& alone();
 /// is `none`. Throws Error(failure) if there is no module for the MPI that started it, and if
 /// members have different versions of psivox. To be called once.
 std::shared_ptr<Team> open_team();
-
-// --- templates
-// -------------------------------------------------------------------------------------
 
 template <Plain T>
 std::vector<T> Team::gather(const T& value) requires(!PlainRange<T>) {

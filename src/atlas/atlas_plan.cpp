@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <glm/common.hpp>
 #include <map>
 #include <optional>
@@ -122,14 +121,7 @@ void find_visible_kind(const BrickSource& source, const BrickSource* companion,
 ValueRange face_range(const float* values, int axis, bool upper) {
   glm::ivec3 low(0), high(brick_values - 1);
   (upper ? low : high)[axis] = upper ? brick_values - 2 : 1;
-  ValueRange range{HUGE_VALF, -HUGE_VALF};
-  for (int x = low.x; x <= high.x; ++x)
-    for (int y = low.y; y <= high.y; ++y)
-      for (int z = low.z; z <= high.z; ++z) {
-        const float value = values[(x * brick_values + y) * brick_values + z];
-        range = {std::min(range.min, value), std::max(range.max, value)};
-      }
-  return range;
+  return range_in_brick(values, low, high);
 }
 
 /// Calls `each` for the bricks of a box, whose ends are inclusive.
@@ -215,26 +207,32 @@ bool few_are_constant(const std::vector<Candidate>& candidates,
   return constants <= std::max(few_constants, others);
 }
 
+/// What is known of a field's atlas before its bricks are.
+BrickAtlas without_bricks(const Field& field, const AtlasOptions& options) {
+  BrickAtlas atlas;
+  atlas.channels = field.channels;
+  atlas.texel = options.texel;
+  atlas.domain = field.domain();
+  for (const Box& box : options.walked) {
+    atlas.domain.min = glm::min(atlas.domain.min, box.min);
+    atlas.domain.max = glm::max(atlas.domain.max, box.max);
+  }
+  return atlas;
+}
+
 /// Makes an atlas's topology from a field's pieces.
 class Planner {
  public:
   Planner(const Field& field, const AtlasOptions& options, const BrickSource& source)
       : options_(options),
         source_(source),
+        atlas_(without_bricks(field, options)),
         region_(options.region.value_or(everywhere)),
+        bricks_{atlas_.domain.min >> 3, (atlas_.domain.max - 1) >> 3},
         channels_(field.channels),
         zero_visible_(visible(0)),
-        keep_all_(zero_visible_ && !options.walked.empty()) {
-    atlas_.channels = field.channels;
-    atlas_.texel = options.texel;
-    atlas_.domain = field.domain();
-    for (const Box& box : options.walked) {
-      atlas_.domain.min = glm::min(atlas_.domain.min, box.min);
-      atlas_.domain.max = glm::max(atlas_.domain.max, box.max);
-    }
-    bricks_ = {atlas_.domain.min >> 3, (atlas_.domain.max - 1) >> 3};
-    pages_.emplace(bricks_.min, bricks_.max, options.top_entries);
-  }
+        keep_all_(zero_visible_ && !options.walked.empty()),
+        pages_(bricks_.min, bricks_.max, options.top_entries) {}
 
   BrickAtlas run() {
     find_candidates();
@@ -244,7 +242,7 @@ class Planner {
         options_.own_texels && !zero_visible_ && few_are_constant(candidates_, tiles);
     for (const BrickSource::ConstantBox& box : tiles) place(box);
     for (const Candidate& candidate : candidates_) place(candidate);
-    atlas_.pages = pages_->finish();
+    atlas_.pages = pages_.finish();
     AtlasSize& size = atlas_.size;
     size.textured_bricks = atlas_.places.size();
     size.page_bytes = atlas_.pages.entries.size() * sizeof(std::uint32_t);
@@ -282,7 +280,7 @@ class Planner {
 
   void set_box(const glm::ivec3& min, const glm::ivec3& max, std::uint32_t entry) {
     const Box box = common({min, max}, region_);
-    if (!box.empty()) pages_->set_box(box.min, box.max, entry);
+    if (!box.empty()) pages_.set_box(box.min, box.max, entry);
   }
 
   std::uint32_t add_constant(const glm::vec3& value) {
@@ -298,7 +296,7 @@ class Planner {
   }
 
   void add_brick(const glm::ivec3& brick) {
-    pages_->set_brick(brick, make_entry(EntryKind::brick, std::uint32_t(atlas_.places.size())));
+    pages_.set_brick(brick, make_entry(EntryKind::brick, std::uint32_t(atlas_.places.size())));
     atlas_.places.push_back(brick);
   }
 
@@ -324,28 +322,28 @@ class Planner {
     const Box box = common(candidate.bricks, bricks_);
     if (box.empty()) return;
     if (candidate.kind == EntryKind::empty) {
-      if (zero_visible_ && !keep_all_) pages_->set_box(box.min, box.max, nothing);
+      if (zero_visible_ && !keep_all_) pages_.set_box(box.min, box.max, nothing);
     } else if (atlas_.own_texels) {
       for_bricks(box, [&](const glm::ivec3& brick) { add_brick(brick); });
     } else if (candidate.kind == EntryKind::constant) {
-      pages_->set_box(box.min, box.max, add_constant(candidate.value));
+      pages_.set_box(box.min, box.max, add_constant(candidate.value));
     } else {
       const auto next = std::uint32_t(atlas_.places.size());
       const std::uint32_t slot = alike_.slot(source_.neighbours(box.min), next).value_or(next);
-      pages_->set_box(box.min, box.max, make_entry(EntryKind::brick, slot));
+      pages_.set_box(box.min, box.max, make_entry(EntryKind::brick, slot));
       if (slot == next) atlas_.places.push_back(box.min);
     }
   }
 
   const AtlasOptions& options_;
   const BrickSource& source_;
+  BrickAtlas atlas_;
   Box region_, bricks_;  ///< bricks to store, and the domain's
   int channels_;
   bool zero_visible_;
   bool keep_all_;  ///< bricks walked for another grid must stay distinct from the 0 around them
   std::vector<Candidate> candidates_;
-  BrickAtlas atlas_;
-  std::optional<PageTableBuilder> pages_;
+  PageTableBuilder pages_;
   std::map<std::array<std::uint32_t, 3>, std::uint32_t> constants_;  ///< places, by their bits
   AlikeBricks alike_;
 };

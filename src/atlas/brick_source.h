@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -30,7 +32,7 @@ struct Piece {
   glm::ivec3 first;  ///< brick
   int width = brick_cells;
 
-  /// Those in a region.
+  /// The piece's bricks in a region.
   Box bricks(const Box& region = everywhere) const;
   /// The piece of a width that holds a brick.
   static Piece at(const glm::ivec3& brick, int width);
@@ -89,5 +91,18 @@ class BrickSource {
   BlockMap narrow_tiles_;
   std::vector<Level> levels_;  ///< of wide tiles, the widest first
 };
+
+/// Least and greatest of a scalar brick's values in a box, both ends inclusive.
+inline ValueRange range_in_brick(const float* values, const glm::ivec3& first,
+                                 const glm::ivec3& last) {
+  ValueRange range{HUGE_VALF, -HUGE_VALF};
+  for (int x = first.x; x <= last.x; ++x)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int z = first.z; z <= last.z; ++z) {
+        const float value = values[(x * brick_values + y) * brick_values + z];
+        range = {std::min(range.min, value), std::max(range.max, value)};
+      }
+  return range;
+}
 
 }  // namespace psivox::atlas

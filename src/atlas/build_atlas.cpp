@@ -48,20 +48,14 @@ std::uint32_t hidden_octants(const float* values, const AtlasOptions& options) {
   std::uint32_t hidden = 0;
   for (int i = 0; i < 8; ++i) {
     const glm::ivec3 from = half * glm::ivec3(i >> 2, i >> 1 & 1, i & 1), to = from + half;
-    ValueRange range{HUGE_VALF, -HUGE_VALF};
-    for (int x = from.x; x <= to.x; ++x)
-      for (int y = from.y; y <= to.y; ++y)
-        for (int z = from.z; z <= to.z; ++z) {
-          const float value = values[(x * brick_values + y) * brick_values + z];
-          range = {std::min(range.min, value), std::max(range.max, value)};
-        }
+    const ValueRange range = atlas::range_in_brick(values, from, to);
     if (!(options.visible ? options.visible(range, {}) : range.min != 0 || range.max != 0))
       hidden |= 1u << i;
   }
   return hidden;
 }
 
-/// Marks them in the page table, where its payloads have the room.
+/// Marks hidden octants in the page table, where its payloads have the room.
 void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
   if (!options.mark_octants || options.companion || !options.walked.empty() ||
       result.channels > 1 || !result.texels32 || result.bricks.size() >> entry_slot_bits)

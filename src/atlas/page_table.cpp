@@ -40,7 +40,7 @@ PageTableBuilder::PageTableBuilder(const glm::ivec3& min_brick, const glm::ivec3
   merge_at_ = top_count() + few_entries;
 }
 
-/// Of a table, by the entry above it.
+/// Number of a table, by the entry above it.
 std::size_t PageTableBuilder::number(std::uint32_t child) const {
   return (entry_payload(child) - top_count()) / child_entries;
 }

@@ -60,7 +60,7 @@ class BlockList {
     for (const Box& box : boxes) check(count += volume(inside(box)));
     for (const Box& box : boxes) add_box(box.min, box.max);
   }
-  /// Of the bricks of a box those neighbours whose bits are set.
+  /// Adds the neighbours of a box's bricks whose bits are set.
   void add_reached(const Box& bricks, std::uint8_t reached) {
     for (int i = 0; i < 8; ++i)
       if (reached >> i & 1) add_box(bricks.min + neighbour(i), bricks.max + neighbour(i));
@@ -101,15 +101,7 @@ class BlockList {
 /// Least and greatest corner value of those cells of a brick that reach into the block at `offset`
 /// (0 or 1 per axis): all cells, or the last layer.
 ValueRange range_towards(const float* values, const glm::ivec3& offset) {
-  ValueRange range{HUGE_VALF, -HUGE_VALF};
-  const glm::ivec3 from = 7 * offset;
-  for (int x = from.x; x < brick_values; ++x)
-    for (int y = from.y; y < brick_values; ++y)
-      for (int z = from.z; z < brick_values; ++z) {
-        const float value = values[(x * brick_values + y) * brick_values + z];
-        range = {std::min(range.min, value), std::max(range.max, value)};
-      }
-  return range;
+  return atlas::range_in_brick(values, 7 * offset, glm::ivec3(brick_values - 1));
 }
 
 /// Ranges of the corner values of a brick in a field, towards its neighbours.

@@ -54,7 +54,8 @@ std::string read_text(const std::string& path, const std::string& what) {
   const auto refuse = [&](const char* why) {
     throw Error(ExitCode::input, "cannot read " + what + " " + in_quotes(path) + ": " + why);
   };
-  if (fs::is_directory(path)) refuse(std::strerror(EISDIR));
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) refuse(std::strerror(EISDIR));
   std::ifstream in(path, std::ios::binary);
   if (!in) refuse(std::strerror(errno));
   std::string text{std::istreambuf_iterator<char>(in), {}};
@@ -88,8 +89,6 @@ void write_text(const std::string& path, const std::string& text) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* prefix = ".psivox-";
 constexpr const char* suffix = ".tmp";
 
@@ -107,10 +106,6 @@ Hidden& hidden() {
 
 [[noreturn]] void fail(int error) { throw std::system_error(error, std::generic_category()); }
 
-fs::path folder_of(const fs::path& path) {
-  return path.has_parent_path() ? path.parent_path() : fs::path(".");
-}
-
 /// Locks a new file; false if it was taken for abandoned, and removed, before it had its lock.
 bool locked(int file) {
   if (::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return false;
@@ -125,7 +120,7 @@ HiddenFile::HiddenFile(const fs::path& target) : target_(target) {
   // The process id keeps two processes apart and the counter two threads; O_EXCL decides where a
   // process of another machine has the same.
   while (true) {
-    path_ = folder_of(target) /
+    path_ = directory_of(target) /
             (prefix + std::to_string(getpid()) + "-" + std::to_string(hidden().count++) + suffix);
     lock_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (lock_ >= 0 && locked(lock_)) break;

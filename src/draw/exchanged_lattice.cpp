@@ -5,7 +5,7 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "draw/part_lattice.h"
+#include "draw/part_marcher.h"
 #include "march/lattice_tiles.h"
 
 namespace psivox {

@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "draw/part_lattice.h"
+#include "draw/part_marcher.h"
 #include "march/lattice_tiles.h"
 #include "psivox/regions.h"
 

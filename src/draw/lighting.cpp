@@ -24,7 +24,7 @@ constexpr int coarse_sky_count = 8, tried_sky_count = 16;
 
 /// Fraction of what the light may miss that its estimate may reach, since the pilot is a sample.
 constexpr double light_safety = 0.8;
-/// The same for lattices wider than a voxel, whose errors are larger in few pixels.
+/// That fraction for lattices wider than a voxel, whose errors are larger in few pixels.
 constexpr double coarse_safety = 0.2;
 
 /// Rays that are exact end at this part of what the light may miss.

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <glm/matrix.hpp>
 #include <mutex>
 #include <numeric>
 
-#include "draw/part_lattice.h"
 #include "draw/part_marcher.h"
 #include "march/march_double.h"
 #include "psivox/parts.h"
@@ -72,9 +74,9 @@ std::vector<T> pass_on(Team& team, std::vector<T> message, int to, int from) {
   return std::move(team.exchange(all)[std::size_t(from)]);
 }
 
-/// Optical depths through a volume of which each member has a part; `own` gives those of this
-/// member's. Each computes them for the voxels that the others want and sends them, as float32;
-/// they add up, in an order that only the number of members decides.
+/// Optical depths through a volume of which each member has a part; `own` gives the depths through
+/// this member's. Each computes them for the voxels that the others want and sends them, as
+/// float32; they add up, in an order that only the number of members decides.
 BeamDepths joined(Team& team, LightDepths own) {
   return [&team, own = std::move(own)](const Beam& beam, const LightBlocks& blocks,
                                        const TakeDepths& take, const Progress& progress) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <thread>
 #include <vector>
@@ -37,8 +38,8 @@ class Strips {
 
   /// Which of this member's rays end in its part, in the whole picture, although they would not end
   /// there by this part alone: the optical depth that each has passed before, by its index, and
-  /// CarriedLight::no_ray for all others. Empty: no member has one.
-  std::vector<float> ending(const CarriedLight& own) const;
+  /// CarriedLight::no_ray for all others. Unset: no member has one.
+  std::optional<std::vector<float>> ending(const CarriedLight& own) const;
 
   /// The picture, in the first.
   Image picture(const CarriedLight& own, bool transmittance) const;
@@ -89,7 +90,7 @@ std::vector<std::vector<Number>> Strips::sent_to_strips(const CarriedLight& own,
   return team_.exchange(sent);
 }
 
-std::vector<float> Strips::ending(const CarriedLight& own) const {
+std::optional<std::vector<float>> Strips::ending(const CarriedLight& own) const {
   const RayFold& fold = own.fold();
   const double least = fold.least_transmittance();
   if (!(least > 0)) return {};
@@ -128,7 +129,8 @@ std::vector<float> Strips::ending(const CarriedLight& own) const {
       });
     }
   }
-  if (team_.sum(found) == 0) depths.clear();
+  // a member without rays goes on with the others
+  if (team_.sum(found) == 0) return {};
   return depths;
 }
 
@@ -190,8 +192,8 @@ RenderResult PartMarcher::render(const View& view, const RenderOptions& options)
     const Strips strips(team_, split_.parts, view);
     CarriedLight light(RayFold(view), strips.own_pixels(), samples);
     carry_together(light, view, options, stats);
-    if (std::vector<float> depths = strips.ending(light); !depths.empty()) {
-      light.begin_behind(std::move(depths));
+    if (auto depths = strips.ending(light)) {
+      light.begin_behind(std::move(*depths));
       RenderOptions again = options;
       again.progress = {};
       team_.agree([&] { carry(light, view, again, stats); });

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "draw/lighting.h"
 #include "draw/split.h"
 #include "march/carried_light.h"
+#include "march/light_lattice.h"
 #include "march/marcher.h"
 #include "psivox/team.h"
 
@@ -18,9 +20,9 @@ namespace psivox {
 /// the marcher draws it as it is.
 ///
 /// A picture's regions come front to back, and a RayFold joins what rays collect in them. A region
-/// knows which optical depths its rays have passed, so that they end where those of the whole do:
-/// the picture is that of the whole, apart from rounding. Optical depths towards a light add up
-/// over the regions.
+/// knows which optical depths its rays have passed, so that they end where the whole's rays end:
+/// the picture is the whole's, apart from rounding. Optical depths towards a light add up over the
+/// regions.
 class PartMarcher {
  public:
   PartMarcher(Marcher& marcher, Split split, Team& team);
@@ -73,5 +75,28 @@ class PartMarcher {
   std::optional<Box> uploaded_;  ///< these bricks
   std::optional<double> greatest_;
 };
+
+/// The parts of a volume that a lattice passes by: layers of bricks across the axis along which
+/// light advances fastest.
+struct PassingLayers {
+  std::span<const glm::ivec3> bricks;             ///< of the volume
+  std::size_t most = 0;                           ///< bricks that are uploaded at once
+  double bytes = 0;                               ///< that the lattices of several lights may keep
+  std::function<void(const Box& bricks)> upload;  ///< uploads a box of bricks for light
+};
+
+/// Depths towards beams with lattices. Each layer is uploaded once for as many lights as memory
+/// allows, and each light's LatticeRun carries its columns from layer to layer. The depths of a
+/// layer of several boxes add up.
+void layered_depths(Marcher& marcher, const View& view, const PassingLayers& layers,
+                    std::span<const Beam> beams, const LightBlocks& blocks, const TakeLight& take,
+                    const Progress& progress);
+
+/// Depths at this member's blocks, of what the atlases of all members hide. `frame` and `columns`
+/// belong to this member's atlas. All members call it for the same beam. Some slabs at a time,
+/// each computes the columns through its own atlas and sends the others what they need of them, as
+/// float32; they add up in the order of ranks, and a LatticeRun carries them from the light on.
+void exchanged_depths(Team& team, const LatticeFrame& frame, const LatticeColumns& columns,
+                      const LightBlocks& blocks, const TakeDepths& take, const Progress& progress);
 
 }  // namespace psivox

@@ -11,7 +11,7 @@
 namespace psivox {
 namespace {
 
-/// Of codes that are brighter than white; empty if they are few.
+/// Tells of codes that are brighter than white; empty if they are few.
 std::string clipping_notice(std::size_t clipped, const Image& image, const Scene& scene) {
   const double share = double(clipped) / double(image.rgba().size() / 4);
   if (share <= 0.01) return {};

@@ -29,7 +29,7 @@ constexpr double light_share = 0.5;
 
 LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish) {
   if (wish.any_light) return {};
-  if (wish.exact || !marcher.approximates_light() || scene.light_quality == LightQuality::exact)
+  if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)
     return {.exact = true};
   if (scene.tolerance) return {.rms = light_share * *scene.tolerance};
   if (wish.time_budget_ms) return {.rms = light_share * default_tolerance};
@@ -88,20 +88,19 @@ View Session::Impl::viewed(const Wish& wish) const {
 }
 
 PartMarcher Session::Impl::parts_of(Marcher& marcher, const View& wanted, const Wish& wish) {
-  Team& team = *wish.team;
   const bool marches = marcher.marches() && !wanted.scene.shows(Shows::plane);
   Split split;
-  if (team.size() > 1 || (marches && atlas.empty()))
-    team.agree([&] {
+  if (wish.team->size() > 1 || (marches && atlas.empty()))
+    wish.team->agree([&] {
       View dark = wanted;
       dark.medium = unlit;
-      split = split_of(dark, wish, team, memory_limit);
-      if (team.size() == 1 || !lighting) return;
-      const Box bricks = split.parts.all()[std::size_t(team.rank())].bricks;
+      split = split_of(dark, wish, memory_limit);
+      if (wish.team->size() == 1 || !lighting) return;
+      const Box bricks = split.parts.all()[std::size_t(wish.team->rank())].bricks;
       const glm::ivec3 ghost = region_ghost(wanted);
       hold({bricks.min - ghost, bricks.max + ghost});
     });
-  return {marcher, std::move(split), team};
+  return {marcher, std::move(split), *wish.team};
 }
 
 void Session::Impl::hold(const Box& bricks) {
@@ -254,7 +253,7 @@ void Session::convert() {
   PreparationTimes times;
   View dark = impl_->view;
   dark.medium = impl_->unlit;
-  if (split_of(dark, {}, *alone(), impl_->memory_limit).whole)
+  if (!impl_->atlas.empty() || split_of(dark, {}, impl_->memory_limit).whole)
     impl_->atlas.of(impl_->view, impl_->view.scene.texel, times);
 }
 

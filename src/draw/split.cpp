@@ -11,11 +11,9 @@
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parts.h"
-#include "psivox/team.h"
 #include "psivox/text.h"
 
 namespace psivox {
-
 namespace {
 
 /// The pictures that can be drawn in parts, if this one cannot; else empty.
@@ -57,7 +55,7 @@ struct Needs {
   int margin = 0;                    ///< bricks around a part that are stored, too
   /// On host and GPU, with all of them.
   double whole() const { return 2 * (fixed + texels + light); }
-  /// The same with some of the bricks.
+  /// On host and GPU, with some of the bricks.
   double of_part(double count) const {
     const auto grown = [&](int by) { return std::pow(std::cbrt(count) + 2 * by, 3) / bricks; };
     const double stored = std::min(grown(margin), 1.0);
@@ -71,7 +69,7 @@ AtlasSize size_of(const Field& field, AtlasOptions options, TexelType texel) {
   return predict_atlas(field, options);
 }
 
-/// Of a density in memory, or of one whose values stay in the file, which splits by its topology.
+/// What a view needs. A density whose values stay in the file is split by its topology.
 Needs needs_of(const View& view, int light) {
   const Medium& medium = view.medium;
   const TexelType texel = view.scene.texel;
@@ -150,7 +148,7 @@ std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, 
                                     mebibytes(std::uint64_t(limit)) + why);
 }
 
-/// Of the light's grid over the density's bricks; 0: no light is to be computed.
+/// Channels of the light's grid over the density's bricks; 0: no light is to be computed.
 int light_channels(const View& view) {
   if (!view.medium.light) return 0;
   std::vector<Beam> beams = light_beams(view);
@@ -159,8 +157,8 @@ int light_channels(const View& view) {
   return luminance_channels(view.medium, beams);
 }
 
-/// What stays in memory while a rank lights and draws its part: the density's values, if they do
-/// not stay in the file, and the light's [bytes].
+/// What stays in memory while a member lights and draws its part [bytes]: the density's values, if
+/// they do not stay in the file, and the light's.
 double held_bytes(const View& view, const Needs& needs, const Region& part, int light) {
   const Field& density = *view.medium.density;
   const double grown = std::pow(std::cbrt(double(part.count)) + 2 * needs.margin + 1, 3);
@@ -240,9 +238,9 @@ std::string light_obstacle(const View& view) {
   }
 }
 
-Split split_of(const View& view, const Wish& wish, const Team& team, std::optional<double> limit) {
+Split split_of(const View& view, const Wish& wish, std::optional<double> limit) {
   Split split;
-  if (team.size() == 1) {
+  if (wish.team->size() == 1) {
     if (auto regions = needed_regions(view, wish, limit))
       split = {false, Regions({}, 1), std::move(*regions)};
     return split;
@@ -251,9 +249,9 @@ Split split_of(const View& view, const Wish& wish, const Team& team, std::option
     throw Error(ExitCode::usage, "several processes draw only " + obstacle + " together");
   const std::vector<glm::ivec3> bricks = leaf_bricks(*view.medium.density);
   split.whole = false;
-  split.parts = Regions::in_parts(bricks, std::size_t(team.size()));
-  const Region part = split.parts.all()[std::size_t(team.rank())];
-  split.own = regions_of_part(view, wish, bricks, part, team.place().local_size);
+  split.parts = Regions::in_parts(bricks, std::size_t(wish.team->size()));
+  const Region part = split.parts.all()[std::size_t(wish.team->rank())];
+  split.own = regions_of_part(view, wish, bricks, part, wish.team->place().local_size);
   return split;
 }
 

@@ -16,14 +16,13 @@ struct Split {
   Regions own = Regions({}, 1);    ///< this member's part
 };
 
-/// The split by which a view must be drawn. Alone, the volume is whole if its atlases fit: on host
-/// and GPU they may take the scene's memory limit, or four fifths of the memory that is free if it
-/// has none; and if only free memory is short and the picture cannot be drawn in parts. Other grids
-/// than the density and its gradient stay whole. Members of a team that share a machine share its
-/// memory, unless the scene has a limit, which is each member's; with light their parts' values are
-/// in memory. Throws Error(memory) if the limit cannot be kept. `limit` stands for the scene's
-/// [bytes].
-Split split_of(const View& view, const Wish& wish, const Team& team,
-               std::optional<double> limit = {});
+/// The split by which the wish's team must draw a view. Alone, the volume is whole if its atlases
+/// fit: on host and GPU they may take the scene's memory limit, or four fifths of the memory that
+/// is free if it has none; and if only free memory is short and the picture cannot be drawn in
+/// parts. Other grids than the density and its gradient stay whole. Members of a team that share a
+/// machine share its memory, unless the scene has a limit, which is each member's; with light their
+/// parts' values are in memory. Throws Error(memory) if the limit cannot be kept. `limit` stands
+/// for the scene's [bytes].
+Split split_of(const View& view, const Wish& wish, std::optional<double> limit = {});
 
 }  // namespace psivox

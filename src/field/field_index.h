@@ -30,7 +30,7 @@ class FieldIndex {
   struct Block {
     LeafValues values{};  ///< without any: `constant` everywhere
     float constant = 0;
-    /// Of voxel (x, y, z) at i = (x * 8 + y) * 8 + z.
+    /// The value of voxel (x, y, z), where i = (x * 8 + y) * 8 + z.
     float value(int i) const {
       return values.first ? *values.at({i >> 6, (i >> 3) & 7, i & 7}) : constant;
     }
@@ -56,9 +56,9 @@ class FieldIndex {
   /// of those widths; 0 if a leaf or a tile holds the first. `point` is in index space.
   std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) const;
 
-  /// The same for points that have all eight voxels around them in one empty cube; a point that is
-  /// almost on the cube's outermost voxels does not count. Leaves of other processes, which are not
-  /// here, then make no difference to what is found at the points that remain.
+  /// As empty_steps, for points that have all eight voxels around them in one empty cube. A point
+  /// that is almost on the cube's outermost voxels does not count. Leaves of other processes, which
+  /// are not here, then make no difference to what is found at the points that remain.
   std::size_t empty_cells(const glm::dvec3& point, const glm::dvec3& step) const;
 
   /// Whether a voxel is in a leaf or a tile.
@@ -71,8 +71,8 @@ class FieldIndex {
   const Leaf* leaf(const glm::ivec3& origin) const;
 
   const Field* field_;
-  std::vector<std::uint32_t>
-      slots_;  ///< of leaves by the hashes of their origins: number + 1, or 0
+  /// A leaf's number + 1 at the hash of its origin, or behind it; 0: free.
+  std::vector<std::uint32_t> slots_;
   std::array<std::unordered_map<glm::ivec3, glm::vec3, VoxelHash>, 3> tiles_;  ///< by origin
   std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;  ///< for the two wider ones
 };

@@ -1,6 +1,7 @@
 #include "psivox/leaf_values.h"
 
 #include <algorithm>
+#include <cstring>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 #include <memory>

@@ -9,7 +9,7 @@ struct ObjectCounts {
   bool operator==(const ObjectCounts&) const = default;
 };
 
-/// Of the current context, whoever made them.
+/// Counts the objects of the current context, whoever made them.
 ObjectCounts count_objects();
 
 }  // namespace psivox::gl

@@ -41,7 +41,7 @@ class Readback {
 
  private:
   void add(const Exposure& tile);
-  /// The same for several samples a pixel without layers.
+  /// Adds a tile of several samples a pixel without layers.
   void add_picture(const Exposure& tile);
 
   Film& film_;

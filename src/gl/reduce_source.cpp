@@ -90,7 +90,7 @@ class Evaluator {
     return found->second;
   }
 
-  /// Of A || B, which is `decided` 1 where either side is; of A && B with 0.
+  /// The value of A || B, which is `decided` 1 where either side is; of A && B with 0.
   std::optional<long> either(Range r, std::size_t split, long decided) const {
     const auto left = (*this)({r.first, split}), right = (*this)({split + 1, r.last});
     if ((left && bool(*left) == bool(decided)) || (right && bool(*right) == bool(decided)))

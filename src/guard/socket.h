@@ -60,10 +60,10 @@ bool send(int socket, MessageKind kind, std::string_view content, int descriptor
 class MessageInput {
  public:
   /// Reads what has arrived; blocks if nothing has and the socket does. Returns false at the end of
-  /// the connection. Throws std::runtime_error if a message claims more than `longest` bytes.
+  /// the connection.
   bool receive(int socket);
 
-  /// The next complete message.
+  /// The next complete message. Throws std::runtime_error if it claims more than `longest` bytes.
   std::optional<Message> next();
 
   static constexpr std::uint64_t longest = std::uint64_t{1} << 30;  // [bytes]

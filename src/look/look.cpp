@@ -21,8 +21,7 @@
 namespace psivox {
 namespace {
 
-// --- files of looks
-// --------------------------------------------------------------------------------
+// Files of looks
 
 /// A look as its file has it.
 struct LookFile {
@@ -90,8 +89,7 @@ LookFile read_look(const std::string& name) {
                                    suggestion(name, names));
 }
 
-// --- the look of a file
-// ----------------------------------------------------------------------------
+// The look of a file
 
 /// What a scene says with one of its options. A look leaves it alone.
 struct OptionPart {

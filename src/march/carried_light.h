@@ -27,8 +27,8 @@ class RayFold {
   void add_behind(glm::dvec4& ray, const glm::dvec4& behind) const;
 
   /// The depth that a ray has with what lies behind, from both before they are joined: the greater
-  /// maximum's, else the first. +Inf: none. A region must know which depths its rays have passed
-  /// (RenderOptions::passed).
+  /// maximum's, else the first. +Inf: none. A region must know which optical depths its rays have
+  /// passed (RenderOptions::passed).
   float depth(const glm::dvec4& ray, float own, const glm::dvec4& behind, float others) const;
 
   /// Whether a ray of the whole would have ended: nothing behind is in its picture.

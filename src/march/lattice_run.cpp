@@ -174,7 +174,7 @@ class BlockDepths {
   std::vector<double> patch_, rows_;
 };
 
-/// Of each tile that wanted blocks are interpolated from, the first slice of the last such slab.
+/// For each tile that wanted blocks are interpolated from, the first slice of the last such slab.
 TileNumbers last_slabs(const LatticeFrame& frame, std::span<const glm::ivec3> all,
                        const LightSlabs& slabs) {
   TileNumbers last;

@@ -49,7 +49,7 @@ namespace psivox::light_tiles {
 constexpr int tile_columns = 64, tile_depths = 512;
 static_assert(tile_columns == 4 * lattice_columns * lattice_columns);
 
-/// Of the numbers of a tile.
+/// A hash of a tile's numbers.
 struct ColumnHash {
   std::size_t operator()(const glm::ivec2& v) const {
     const std::uint64_t key =
@@ -58,7 +58,7 @@ struct ColumnHash {
   }
 };
 
-/// Of tiles or bricks across the light, both ends inclusive, in their numbers.
+/// Tiles or bricks across the light by their numbers, both ends inclusive.
 struct TileRange {
   glm::ivec2 min, max;
   glm::ivec2 size() const { return max - min + 1; }
@@ -107,7 +107,7 @@ class SlabTiles {
   const LightSlab& slab_;
   std::vector<glm::ivec2> tiles_;  ///< in numbers of tiles, each once, row by row
   TileNumbers index_;              ///< of tiles_
-  /// Of each tile a bit for each brick in which something attenuates; empty: not known.
+  /// For each tile, a bit for each brick in which something attenuates; empty: not known.
   std::vector<std::uint8_t> dark_;
   std::vector<const double*> depths_;  ///< of each tile, while its row has them
 };

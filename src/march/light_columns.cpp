@@ -109,7 +109,7 @@ class Integration {
   }
 
  private:
-  /// Of a place, at most [voxels].
+  /// Largest rounding error of a place [voxels].
   static constexpr double rounding = 1e-6;
 
   Window window_of(const LatticeBrick& brick) const {

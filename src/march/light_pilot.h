@@ -49,8 +49,8 @@ class LightPilot {
       std::function<std::vector<double>(const Beam& beam, std::span<const glm::ivec3> voxels)>;
 
   /// `view`: its light is still to be computed. `luminance` is of that view and of the beams to
-  /// compare with, whose methods do not matter. All must outlive the pilot. The members of
-  /// a team make the same pilot together, and ask it the same.
+  /// compare with, whose methods do not matter. All must outlive the pilot. The members of a team
+  /// make the same pilot together, and ask it the same.
   LightPilot(const View& view, Depths exact, const LitLuminance& luminance,
              const LightShare& share);
 

@@ -9,8 +9,8 @@
 
 namespace psivox {
 
-/// Of each textured brick of the density's atlas the part of the uniform step that is taken in it,
-/// above 0 and at most 1. Null: 1.
+/// The part of the uniform step that is taken in each textured brick of the density's atlas, above
+/// 0 and at most 1. Null: 1.
 using BrickSteps = std::shared_ptr<const std::vector<float>>;
 
 struct RenderOptions {
@@ -24,8 +24,8 @@ struct RenderOptions {
   BrickSteps brick_steps{};
   /// Place of a pixel's only sample, in [0, 1)^2; unset: as the view samples pixels.
   std::optional<glm::dvec2> place{};
-  /// Optical depths that the rays of `pixels` have passed before this region, row by row, if layer
-  /// `depth` is wanted. Empty: none.
+  /// Optical depths that the rays of `pixels` have passed before this region, row by row: layer
+  /// `depth` and the ends of rays depend on them. Empty: none.
   std::vector<float> passed{};
   /// Part of the picture to draw, alone in the result's image; unset: all of it.
   std::optional<PixelBox> pixels{};
@@ -54,10 +54,9 @@ class Marcher {
 
   /// GL_RENDERER and GL_VERSION, or what else draws.
   virtual std::string description() const = 0;
-  /// Whether it marches the atlas by the view's method; the reference reads the grids.
+  /// Whether it marches the atlas by the view's method, and light within a tolerance will do for
+  /// its pictures. The reference reads the grids, in exact light.
   virtual bool marches() const { return true; }
-  /// Whether light within a tolerance will do for its pictures.
-  virtual bool approximates_light() const { return marches(); }
   /// Whether its arithmetic has an error to look for: it is float32.
   virtual bool rounds() const { return false; }
 

@@ -17,8 +17,8 @@ struct MediumAtlas {
   /// The region whose density and gradient are stored, alone: cells beside it may have values
   /// [8 voxels, inclusive]
   std::optional<Box> part{};
-  /// Of a region: the greatest value of the whole density. What a march derives from it must not
-  /// differ from region to region.
+  /// In a region's atlas, the greatest value of the whole density: what a march derives from it
+  /// must not differ from region to region.
   std::optional<double> greatest{};
 
   /// Sum over the grids.

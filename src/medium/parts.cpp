@@ -1,12 +1,16 @@
 #include "psivox/parts.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <vector>
 
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
 
 #include "psivox/memory.h"
+#include "psivox/text.h"
+#include "scene/enum_names.h"
 
 namespace psivox {
 namespace {
@@ -18,10 +22,21 @@ constexpr std::uint64_t of_program = 168 << 20, of_pixel = 80;
 /// Grids may take this much under any limit that is as large [bytes].
 constexpr std::uint64_t least = 32 << 20;
 
+/// The modes in which a volume can be drawn in parts, for a message.
+std::string modes_in_parts() {
+  const std::vector<std::string> all = enum_names(Mode{});
+  std::vector<std::string> names;
+  for (const ModeInfo& row : mode_rows)
+    if (row.in_parts) names.push_back(all[std::size_t(row.id)]);
+  const std::string last = names.back();
+  names.pop_back();
+  return joined(names, ", ") + " and " + last;
+}
+
 }  // namespace
 
 std::string parts_obstacle(const Scene& scene) {
-  if (!info(scene.mode).in_parts) return "--mode alpha, mip, lmip, isosurface, xray and slice";
+  if (!info(scene.mode).in_parts) return "--mode " + modes_in_parts();
   if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
   return {};
 }

@@ -101,7 +101,10 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   if (scene.shines() && !scene.luminance_grid.empty())
     fields.luminance = luminance(scene.luminance_grid);
   if (scene.emission_scale > 0 && !scene.emission_grid.empty())
-    fields.emission = luminance(scene.emission_grid);
+    // an overview would be drawn as it is
+    fields.emission = fields.drawn ? read(scene, file, scene.emission_grid,
+                                          options_of(scene, GridRole::luminance, empty))
+                                   : luminance(scene.emission_grid);
   if (scene.shines() && !scene.temperature_grid.empty())
     fields.temperature =
         read(scene, file, scene.temperature_grid, options_of(scene, GridRole::data, empty));

@@ -51,7 +51,7 @@ std::vector<std::uint32_t> own_leaves(const Field& field, const Team& team) {
 
 using See = std::function<void(std::span<const Leaf>)>;
 
-/// Leaves of a file, of which some may be kept in memory until they are read.
+/// Leaves of a file. Some may be kept in memory until they are read.
 class KeptLeaves final : public LeafReader {
  public:
   KeptLeaves(const Field& field, std::vector<std::uint32_t> own)
@@ -170,7 +170,7 @@ class KeptLeaves final : public LeafReader {
   mutable std::vector<Kept> kept_;  ///< its own leaves, or nothing
 };
 
-/// Leaves by their places. Of one leaf, several members may have parts.
+/// Leaves by their places. Several members may have parts of one leaf.
 class SummedLeaves {
  public:
   explicit SummedLeaves(int channels) : floats_(512 * std::size_t(channels)) {}
@@ -280,57 +280,66 @@ int overview_level(const Field& field, std::size_t most) {
   return level;
 }
 
-}  // namespace
-
-SurveyedDensity survey_density(Field density, Team& team, const SurveyOptions& options) {
-  team.check_same(topology_of(density), "sees another volume");
-  SurveyedDensity result;
-  Field& field = result.field = std::move(density);
-  if (!field.reader) return result;
-  const auto leaves = std::make_shared<KeptLeaves>(field, own_leaves(field, team));
-  const bool shared = team.size() > 1;
+/// Whether the values of so many leaves and their atlas may be in memory.
+bool fits(std::size_t leaves, const Field& field, const SurveyOptions& options) {
   // an atlas on host and GPU has 5.7 KiB for the 2 KiB of a leaf
   const std::uint64_t leaf_bytes = 4 * 512 * sizeof(float) * std::uint64_t(field.channels);
-  const auto fits = [&](std::size_t count) {
-    return options.memory == 0 || leaf_bytes * count <= options.memory;
-  };
-  std::size_t most = options.most_leaves;
-  while (most > 8 && !fits(most)) most /= 2;
-  Gathering overview(field, shared ? overview_level(field, most) : 0, options.centering,
-                     CoarseValue::sample);
-  const auto weights = std::make_shared<WeighedLeaves>();
-  const ValueSurvey own = leaves->survey_own(field, shared && fits(leaves->own().size()),
-                                             [&](std::span<const Leaf> some) {
-                                               if (!shared)
-                                                 weights->add(field, some, ValueWeight());
-                                               else if (options.lod == 0)
-                                                 overview.add(some);
-                                             });
+  return options.memory == 0 || leaf_bytes * leaves <= options.memory;
+}
+
+/// Surveys a member's leaves. The field gets all members' ranges and percentiles, and `leaves` as
+/// its reader. Returns what stands for +Inf.
+float survey_leaves(Field& field, const std::shared_ptr<KeptLeaves>& leaves, bool keep,
+                    const See& see, Team& team, const SurveyOptions& options) {
   ValueSurvey all;
-  for (const ValueSurvey& of_member : team.gather(own)) all = all + of_member;
+  for (const ValueSurvey& of_member : team.gather(leaves->survey_own(field, keep, see)))
+    all = all + of_member;
   const float largest = take_survey(field, all, options.reading, options.subject);
   leaves->replace_infinite(largest);
   field.reader = leaves;
   const std::vector<double>& percents = options.reading.percentiles;
   const std::vector<double> values = leaves->percentiles(percents, team);
   for (std::size_t i = 0; i < values.size(); ++i) field.active_percentiles[percents[i]] = values[i];
-  if (!shared) {
-    weights->counts.replace_infinite(double(largest));
-    result.weights = weights;
-  } else if (options.lod > 0) {
+  return largest;
+}
+
+/// The survey of a density whose leaves several members have.
+SurveyedDensity survey_together(Field field, const std::shared_ptr<KeptLeaves>& leaves, Team& team,
+                                const SurveyOptions& options) {
+  const bool keep = fits(leaves->own().size(), field, options);
+  if (options.lod > 0) {  // means need what stands for +Inf
+    const float largest = survey_leaves(
+        field, leaves, keep, [](std::span<const Leaf>) {}, team, options);
     Gathering coarse(field, options.lod, options.centering, CoarseValue::mean);
     visit_leaves(
         field, [&](std::span<const Leaf> some) { coarse.add(some); },
         [&](const Leaf& leaf) {
           return leaves->is_own(std::uint32_t(&leaf - field.leaves.data()));
         });
-    field = coarse.joined(team, largest);
-    result.is_coarse = true;
-  } else {
-    Field whole = overview.joined(team, largest);
-    result.drawn = std::exchange(field, std::move(whole));
+    return {.field = coarse.joined(team, largest), .is_coarse = true};
   }
-  return result;
+  std::size_t most = options.most_leaves;
+  while (most > 8 && !fits(most, field, options)) most /= 2;
+  Gathering overview(field, overview_level(field, most), options.centering, CoarseValue::sample);
+  const float largest = survey_leaves(
+      field, leaves, keep, [&](std::span<const Leaf> some) { overview.add(some); }, team, options);
+  Field whole = overview.joined(team, largest);
+  return {.field = std::move(whole), .drawn = std::move(field)};
+}
+
+}  // namespace
+
+SurveyedDensity survey_density(Field field, Team& team, const SurveyOptions& options) {
+  team.check_same(topology_of(field), "sees another volume");
+  if (!field.reader) return {.field = std::move(field)};
+  const auto leaves = std::make_shared<KeptLeaves>(field, own_leaves(field, team));
+  if (team.size() > 1) return survey_together(std::move(field), leaves, team, options);
+  const auto weights = std::make_shared<WeighedLeaves>();
+  const float largest = survey_leaves(
+      field, leaves, /*keep=*/false,
+      [&](std::span<const Leaf> some) { weights->add(field, some, ValueWeight()); }, team, options);
+  weights->counts.replace_infinite(double(largest));
+  return {.field = std::move(field), .weights = weights};
 }
 
 }  // namespace psivox

@@ -18,8 +18,8 @@ double cell_cost(const Medium& medium, bool paired) {
   return depth_alone(medium) ? 1.15 : 1;
 }
 
-/// Of a lit function's cells that are not cut at its knots: for one linear segment, and for each
-/// further one.
+/// Cost of a lit function's cell that is not cut at its knots: with one linear segment, and for
+/// each further one.
 constexpr double lit_segment_cost = 1.9, next_segment_cost = 0.45;
 
 /// End corrections always look up slopes, needed or not.

@@ -1,5 +1,7 @@
 #include "drawing.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <set>

@@ -3,8 +3,6 @@
 #include <array>
 #include <glm/vec3.hpp>
 
-#include "piece.h"
-
 namespace psivox {
 
 /// A cubic over u in [0,1] by its Bernstein coefficients: for data without negative values they are

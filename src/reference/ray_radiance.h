@@ -54,8 +54,6 @@ struct RayMedium {
 /// each thread.
 class RayIntegrator {
  public:
-  static constexpr double infinity = std::numeric_limits<double>::infinity();
-
   /// `medium` must outlive it. The sum stops at a transparency of tolerance / 10, divided by
   /// behind_max if that exceeds 1. The bound includes the rest.
   RayIntegrator(const RayMedium& medium, double tolerance);
@@ -95,7 +93,7 @@ RayRadiance ray_radiance(const Medium& medium, const WorldRay& ray, double toler
 
 /// Optical depth of extinction * field, exact except for rounding.
 double optical_depth(const Field& field, double extinction, const WorldRay& ray, double t0 = 0,
-                     double t1 = RayIntegrator::infinity);
+                     double t1 = infinity);
 
 inline double max_component(const glm::dvec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
 
@@ -140,7 +138,7 @@ struct RaySum {
   /// sum by epsilon times its terms; an error d of the optical depth changes L T, and everything
   /// behind it, by L d at most.
   double rounding(double extents) const { return rounding(extents, L_max, glow); }
-  /// The same of the opacity.
+  /// The bound for the opacity.
   double opacity_rounding(double extents) const { return rounding(extents, 1, 0); }
 
  private:

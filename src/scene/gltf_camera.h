@@ -12,7 +12,7 @@ namespace psivox {
 FileCamera camera_from_gltf(const std::string& text, const std::string& name,
                             const std::string& source);
 
-/// The same of parsed JSON; throws nlohmann's exceptions where it is not valid.
+/// The camera in parsed JSON. Throws nlohmann's exceptions where that is not valid.
 FileCamera camera_from_gltf(const nlohmann::ordered_json& gltf, const std::string& name,
                             const std::string& source);
 

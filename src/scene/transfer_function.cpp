@@ -1,18 +1,15 @@
 #include "psivox/transfer_function.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <glm/common.hpp>
-#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "psivox/error.h"
 #include "psivox/text.h"
+#include "psivox/text_file.h"
 #include "scene/paraview.h"
 
 namespace psivox {
@@ -307,16 +304,8 @@ std::string to_json(const TransferFunction& function) {
 }
 
 TransferFunction read_transfer_function(const std::filesystem::path& path) {
-  const auto cannot_read = [&](const char* why) {
-    fail_at("cannot read transfer function " + in_quotes(path.string()) + ": " + why);
-  };
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) cannot_read(std::strerror(EISDIR));
-  std::ifstream in(path, std::ios::binary);
-  if (!in) cannot_read(std::strerror(errno));
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (in.bad()) cannot_read(std::strerror(errno));
-  return transfer_function_from_json(text, path.string());
+  const std::string name = path.string();
+  return transfer_function_from_json(read_text(name, "transfer function"), name);
 }
 
 }  // namespace psivox

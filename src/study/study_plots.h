@@ -18,7 +18,7 @@ struct Cost {
 };
 
 /// Indices of the Pareto front, by time. A point joins the front if its error is less than (1 -
-/// margin) times that of the cheaper points.
+/// margin) times the least error of the cheaper points.
 std::vector<std::size_t> pareto_front(const std::vector<Cost>& costs, double margin = 0);
 
 struct NamedPlot {

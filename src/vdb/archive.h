@@ -56,8 +56,8 @@ class Archive final : private openvdb::io::Archive {
   /// The entry's metadata, without its tree; empty if it cannot be read.
   MetadataText metadata_of(const GridEntry& entry);
 
-  /// The entry's grid without its tree, at which the stream is now. Of two grids that share a tree
-  /// the file has it once. Throws if the file is damaged.
+  /// The entry's grid without its tree, at which the stream is now. A tree that grids share is in
+  /// the file once. Throws if the file is damaged.
   TreeHead begin_tree(const GridEntry& entry);
   std::istream& stream() { return stream_; }
   FileBuffer& buffer() { return buffer_; }

@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::size_t batch_leaves = 2048;     // 4 MiB of values
 constexpr std::int64_t ahead_bytes = 8 << 20;  // that the system is asked to read
-/// The lengths of a leaf's values, where it has neither an inactive value nor a mask of them, which
-/// are behind their kind. [bytes]
+/// Enough for the kind of a leaf's values, their length and Blosc's header, if neither inactive
+/// values nor a mask of them stand between. [bytes]
 constexpr std::int64_t head_bytes = 32;
 /// Tiles of the root that may be added: 28 MB of them.
 constexpr double most_root_tiles = 1 << 20;

@@ -42,13 +42,14 @@ class FileGrid {
   /// grid's type does not have the value, or the box is too large to fill.
   void set_background(double value);
 
-  /// Reads all leaves, in batches, until enough() holds after one; those grow from one leaf then,
-  /// as most grids have what is looked for in their first. Throws Error(input).
+  /// Reads all leaves, in batches. With `enough` it ends after a batch after which enough() holds,
+  /// and batches grow from one leaf, because most grids have what is looked for in their first.
+  /// Throws Error(input).
   void each_leaf(const TakeLeaf& take, const std::function<bool()>& enough = {});
 
-  /// Where leaves begin in the file, and where the last one ends: those that each_leaf has read, or
-  /// all. The latter come from metadata for delayed loading; if these do not lead to the grid's
-  /// end, from a few bytes of each leaf. [bytes]
+  /// Where leaves begin in the file, and where the last one ends [bytes]. each_leaf finds the
+  /// places of the leaves that it reads. find_places finds all of them by the metadata for delayed
+  /// loading or, if these do not lead to the grid's end, by a few bytes of each leaf.
   const std::vector<std::int64_t>& places() const { return places_; }
   void find_places();
   LeafDecoder decoder() const { return {file_, head_, archive_->stream(), fill_}; }

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <memory>
 #include <sstream>
 #include <string>
 #include <utility>
+
+#include "psivox/text.h"
 
 namespace psivox::vdb {
 namespace {
@@ -48,11 +49,6 @@ std::string read_block(std::istream& stream) {
 }
 
 }  // namespace
-
-std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 void skip_string(std::istream& stream) {
   std::uint32_t length = 0;

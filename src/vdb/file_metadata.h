@@ -25,8 +25,6 @@ void skip_string(std::istream& stream);
 /// stays.
 void check_strings(std::istream& stream, int count);
 
-std::string lower_case(std::string text);
-
 MetadataText text_of(const openvdb::MetaMap& metadata);
 
 /// What VdbFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the metadata

@@ -204,14 +204,14 @@ Field GuardedReader::read(const std::string& grid, const ReadOptions& options) {
         take_field(answer, memory.get(), held);
         check_field(answer, options.role);
       });
-  // from now on that process reads leaves
+  last_ = facts.stored ? Field() : facts.field;
+  last_storage_ = last_.storage;
+  last_.storage.reset();
+  // from now on that process reads leaves, as long as the field is held
   if (facts.stored)
     facts.field.reader =
         std::make_shared<GuardedLeaves>(std::move(process_), file_, facts, options.role);
-  last_ = facts.field;
-  last_storage_ = last_.storage;
-  last_.storage.reset();
-  return facts.field;
+  return std::move(facts.field);
 }
 
 }  // namespace psivox::vdb

@@ -41,7 +41,7 @@ class GuardedReader final : public Reader {
   std::unique_ptr<guard::Process> process_;
   FileFacts facts_;
   std::weak_ptr<const void> last_storage_;  ///< of the process's last field
-  Field last_;                              ///< leaves and tiles of the last field, without storage
+  Field last_;                              ///< its leaves and tiles, without storage
 };
 
 }  // namespace psivox::vdb

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "archive.h"
@@ -87,6 +88,10 @@ Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
                              " grids have this name; took '" + entry.name + "'");
   }
   return field;
+}
+
+std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file, Progress progress) {
+  return std::make_unique<InPlaceReader>(std::move(file), std::move(progress));
 }
 
 }  // namespace psivox::vdb

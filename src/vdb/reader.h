@@ -71,4 +71,7 @@ class InPlaceReader final : public Reader {
   GridRole last_role_ = GridRole::attenuation;
 };
 
+/// The reader of a file's format, by the file's first bytes, in this process.
+std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file, Progress progress = {});
+
 }  // namespace psivox::vdb

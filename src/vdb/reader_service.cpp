@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
@@ -16,12 +17,12 @@ namespace {
 
 std::atomic<bool> trusted = false;
 
-/// An InPlaceReader in a guarded process.
+/// A reader in a guarded process.
 class ReaderService final : public guard::Service {
  public:
   ReaderService(std::string path, guard::Descriptor file, Progress progress)
-      : reader_(std::make_shared<FileBlocks>(std::move(path), file.release()),
-                std::move(progress)) {}
+      : reader_(open_reader(std::make_shared<FileBlocks>(std::move(path), file.release()),
+                            std::move(progress))) {}
 
   std::string answer(std::string_view bytes, int descriptor) override {
     Request request;
@@ -33,17 +34,17 @@ class ReaderService final : public guard::Service {
   }
 
  private:
-  FileFacts answer_to(const FactsRequest&, int) { return reader_.facts(); }
+  FileFacts answer_to(const FactsRequest&, int) { return reader_->facts(); }
   std::vector<GridInfo> answer_to(const InfoRequest& request, int) {
-    return reader_.info(request.grid, request.values);
+    return reader_->info(request.grid, request.values);
   }
   GridContent answer_to(const ContentRequest& request, int) {
-    return reader_.content(request.grid);
+    return reader_->content(request.grid);
   }
 
   /// Keeps the last field, so that the reader keeps its values.
   FieldFacts answer_to(const ReadRequest& request, int memory) {
-    Field field = reader_.read(request.grid, request.options);
+    Field field = reader_->read(request.grid, request.options);
     FieldFacts facts;
     facts.leaves = field.leaves.size();
     facts.tiles = field.tiles.size();
@@ -89,7 +90,7 @@ class ReaderService final : public guard::Service {
     return facts;
   }
 
-  InPlaceReader reader_;
+  std::unique_ptr<Reader> reader_;
   Field last_;
 };
 

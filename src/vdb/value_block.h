@@ -28,7 +28,7 @@ struct ValueCoding {
   std::uint32_t compression;  ///< flags of openvdb::io
   bool half;                  ///< 16 bits for each real number
 
-  /// That of the grid at which the stream is.
+  /// The coding of the grid at which the stream is.
   explicit ValueCoding(std::istream& stream)
       : compression(openvdb::io::getDataCompression(stream)),
         half(openvdb::io::getHalfFloat(stream)) {}

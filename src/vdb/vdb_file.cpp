@@ -14,6 +14,7 @@
 #include "file_metadata.h"
 #include "guarded_reader.h"
 #include "psivox/error.h"
+#include "psivox/text.h"
 #include "psivox/vdb.h"
 #include "reader.h"
 
@@ -25,7 +26,7 @@ struct VdbFile::Impl {
     if (vdb::reads_guarded())
       reader = std::make_unique<vdb::GuardedReader>(file, std::move(progress));
     else
-      reader = std::make_unique<vdb::InPlaceReader>(file, std::move(progress));
+      reader = vdb::open_reader(file, std::move(progress));
     take_facts();
   }
   explicit Impl(std::unique_ptr<vdb::Reader> given) : reader(std::move(given)) { take_facts(); }
@@ -68,7 +69,7 @@ constexpr std::array surface_names{"phi", "surface", "sdf", "distance"};
 
 /// Place of a grid in the order in which default_grid prefers grids, which others may share.
 std::size_t rank_of(const vdb::GridFacts& grid) {
-  const std::string name = vdb::lower_case(grid.base_name);
+  const std::string name = lower_case(grid.base_name);
   const auto known = std::ranges::find(known_names, name);
   const std::size_t unknown = known_names.size();
   if (known != known_names.end()) return std::size_t(known - known_names.begin());

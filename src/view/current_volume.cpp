@@ -24,13 +24,18 @@ CurrentVolume::~CurrentVolume() {
 bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& samples) {
   const std::string key = volume_key(scene, generation_);
   const bool at_hand = volume_ && volume_->key == key;
-  if (at_hand) awaited_key_.reset();
+  if (at_hand && std::exchange(awaited_key_, {})) {
+    const std::lock_guard lock(mutex_);
+    wish_.reset();
+    ++wishes_;  // ends the work on it
+  }
   if (at_hand || key == refused_key_ || key == awaited_key_) return at_hand;
   {
     const std::lock_guard lock(mutex_);
     wish_ = Wish{scene, samples, generation_, key};
     idle_wish_.reset();
     ++wishes_;
+    done_ = {};  // of a wish that this one replaces
   }
   changed_.notify_all();
   awaited_key_ = key;
@@ -68,6 +73,8 @@ CurrentVolume::News CurrentVolume::take_news() {
   }
   if (!awaited_key_ || done.key != *awaited_key_) return news;
   awaited_key_.reset();
+  box_.reset();
+  news.box_known = false;
   news.error = done.error;
   if (done.error) {
     refused_key_ = done.key;
@@ -75,8 +82,6 @@ CurrentVolume::News CurrentVolume::take_news() {
   }
   news.first = !volume_;
   volume_ = std::move(done.volume);
-  box_.reset();
-  news.box_known = false;
   news.arrived = true;
   return news;
 }
@@ -85,24 +90,21 @@ void CurrentVolume::run(const std::stop_token& stop) {
   while (true) {
     Wish wish;
     bool wanted = true;
+    std::uint64_t number = 0;
     {
       std::unique_lock lock(mutex_);
-      if (!changed_.wait(lock, stop, [&] { return wish_ || idle_wish_; })) return;
+      changed_.wait(lock, stop, [&] { return wish_ || idle_wish_; });
+      if (stop.stop_requested()) return;  // even if there is a wish
       wanted = wish_.has_value();
-      wish = *(wanted ? wish_ : idle_wish_);
-      (wanted ? wish_ : idle_wish_).reset();
+      wish = *std::exchange(wanted ? wish_ : idle_wish_, {});
+      number = wishes_;
     }
-    prepare(wish, wanted);
+    prepare(wish, wanted, number);
     on_news_();
   }
 }
 
-void CurrentVolume::prepare(const Wish& wish, bool wanted) {
-  std::uint64_t number = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    number = wishes_;
-  }
+void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number) {
   std::shared_ptr<Volume> volume =
       prefetched_ && prefetched_->key == wish.key ? prefetched_ : nullptr;
   std::exception_ptr error;
@@ -119,6 +121,7 @@ void CurrentVolume::prepare(const Wish& wish, bool wanted) {
             if (!wanted) return;
             {
               const std::lock_guard lock(mutex_);
+              if (wishes_ != number) throw Superseded();
               done_.box = box;
             }
             on_news_();
@@ -135,9 +138,10 @@ void CurrentVolume::prepare(const Wish& wish, bool wanted) {
   }
   if (volume == prefetched_) prefetched_.reset();
   if (volume) last_ = volume;
-  if (volume) done_.volume = volume;
-  if (error) done_.error = error;
-  if (volume || error) done_.key = wish.key;
+  if (wishes_ != number || !(volume || error)) return;
+  done_.volume = volume;
+  done_.error = error;
+  done_.key = wish.key;
 }
 
 }  // namespace psivox::view

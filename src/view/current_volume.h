@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -60,15 +61,16 @@ class CurrentVolume {
     int generation = 0;
     std::string key;
   };
-  /// What the thread has done since it was last asked.
+  /// What the thread has done for the newest wish since it was last asked.
   struct Done {
     std::shared_ptr<Volume> volume;  ///< null: none yet
-    std::exception_ptr error;        ///< why the last wish was refused
-    std::string key;                 ///< of the wish that `volume` or `error` answers
+    std::exception_ptr error;        ///< why the wish was refused
+    std::string key;                 ///< of the wish; empty: neither `volume` nor `error` is there
     std::optional<Subject> box;      ///< of the volume in preparation
   };
   void run(const std::stop_token& stop);
-  void prepare(const Wish& wish, bool wanted);
+  /// Works until `wishes_` differs from `number`.
+  void prepare(const Wish& wish, bool wanted, std::uint64_t number);
 
   // the window's
   std::shared_ptr<Volume> volume_;
@@ -81,7 +83,7 @@ class CurrentVolume {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::optional<Wish> wish_, idle_wish_;
-  std::uint64_t wishes_ = 0;
+  std::uint64_t wishes_ = 0;  ///< counts them, and the end of one
   Done done_;
   std::optional<std::pair<std::string, double>> progress_;
   std::shared_ptr<const Volume> last_;  ///< the thread's own

@@ -13,8 +13,7 @@
 namespace psivox::view {
 namespace {
 
-// --- planes and boxes
-// ------------------------------------------------------------------------------
+// --- planes and boxes --------------------------------------------------------------------
 
 constexpr const char* axis_names[] = {"x", "y", "z"};
 constexpr int oblique = 3;

@@ -106,7 +106,8 @@ void PictureMaker::serve(const std::stop_token& stop) {
     bool renew = false, fresh = false;
     {
       std::unique_lock lock(mutex_);
-      if (!changed_.wait(lock, stop, [&] { return wish_ || pick_ || reload_; })) return;
+      changed_.wait(lock, stop, [&] { return wish_ || pick_ || reload_; });
+      if (stop.stop_requested()) return;  // even if there is a task
       pixel = std::exchange(pick_, {});
       renew = std::exchange(reload_, false);
       interrupted_ = false;
@@ -227,8 +228,7 @@ void PictureMaker::renew_renderer() {
   gpu_ = gpu;
 }
 
-// --- at rest: the picture that `psivox render` would write
-// -----------------------------------------
+// --- at rest: the picture that `psivox render` would write -------------------------------
 
 void PictureMaker::refine(const PictureWish& wish) {
   const Stopwatch refining;

@@ -294,9 +294,9 @@ void TransferEditor::write(Scene& scene) {
 bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
   take(volume, scene);
   enum class Action { none, edit, load, save, clear } action = Action::none;
+  sliding_ = false;  // of a hidden panel, too
   if (ImGui::Begin("Transfer function", &open)) {
     const bool dragged = draw_canvas(volume.histogram);
-    sliding_ = false;
     const bool stretched = slide_opacity() | slide_range();
     if (draw_selected() || dragged || stretched) action = Action::edit;
     ImGui::InputText("file", &path_);

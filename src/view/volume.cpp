@@ -126,17 +126,25 @@ OpenedScene read_file(Volume& volume, const std::vector<std::string>& samples,
   return show_frame(volume, chosen_grids, !samples.empty(), file);
 }
 
-}  // namespace
+std::string function_stamp(const Scene& scene) {
+  return scene.transfer_function.empty() ? "" : "\n" + file_stamp(scene.transfer_function);
+}
 
-std::string volume_key(const Scene& scene, int generation) {
+std::string key_of(const Scene& scene, int generation, const std::string& stamp) {
   std::string key = std::to_string(generation);
   for (const Parameter& p : parameters())
     if (belongs_to_medium(p)) key += "\n" + parameter_text(scene, p);
-  if (!scene.transfer_function.empty()) key += "\n" + file_stamp(scene.transfer_function);
+  key += stamp;
   // A rule that applies the function to values across bricks needs more of them.
   if (is_transfer_rule(scene.resolved_integrator()) && scene.resolved_sampling() != Sampling::cells)
     key += "\nevery value";
   return key;
+}
+
+}  // namespace
+
+std::string volume_key(const Scene& scene, int generation) {
+  return key_of(scene, generation, function_stamp(scene));
 }
 
 bool asks_for_look(const Scene& scene) { return !scene.look.empty() && scene.look != "plain"; }
@@ -150,7 +158,7 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
   volume->asked = scene;
   // Before the function is read: a hand may write it meanwhile, and a key must not be newer than
   // what it stands for.
-  volume->key = volume_key(scene, generation);
+  const std::string stamp = function_stamp(scene);
   const std::string files = std::to_string(generation);
   progress("reading", 0);
   const bool open = asks_for_look(scene) || (!samples.empty() && leaves_choices(scene));
@@ -167,7 +175,10 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
   }
   volume->scene = std::move(opened.looked.scene);
   volume->fields = std::move(opened.looked.fields);
-  if (volume->chosen) volume->key = volume_key(volume->chosen->scene, generation);
+  const Scene& shown = volume->chosen ? volume->chosen->scene : scene;
+  volume->key = shown.transfer_function == scene.transfer_function
+                    ? key_of(shown, generation, stamp)
+                    : volume_key(shown, generation);  // its look brings its own
   volume->fields_key = files + fields_key(volume->scene);
   volume->notices = notices_of(opened.view.medium);
   volume->resolved = opened.view.scene;

@@ -17,8 +17,8 @@ namespace psivox::view {
 struct Event {
   enum class Kind { move, button, wheel, key, text, drop, close, scale, refresh };
   Kind kind = Kind::move;
-  glm::dvec2 place{
-      0};        ///< of the pointer; of a wheel: its notches; x of a scale: of text from now on
+  /// Of the pointer; of a wheel: its notches; x of a scale: of text from now on.
+  glm::dvec2 place{0};
   int code = 0;  ///< button, key or character
   bool down = false;
   int modifiers = 0;

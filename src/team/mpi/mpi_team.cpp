@@ -159,7 +159,7 @@ class MpiTeam final : public Team {
   }
 
  private:
-  /// For a message to all ranks, without taking the processor from those that still work: MPICH
+  /// Waits for a message to all ranks, but leaves the processor to ranks that still work: MPICH
   /// spins in calls that wait, and where ranks are more than cores each has to wait for another's
   /// turn of the processor.
   static void wait(MPI_Request& request) {
