@@ -6,6 +6,7 @@
 #include "file_grid.h"
 #include "grid_info.h"
 #include "grid_types.h"
+#include "nano_file.h"
 #include "read_grid.h"
 #include "reader.h"
 
@@ -13,6 +14,7 @@ namespace psivox::vdb {
 namespace {
 
 std::unique_ptr<GridFile> open_grids(std::shared_ptr<FileBlocks> file, Progress progress = {}) {
+  if (is_nano(*file)) return std::make_unique<NanoFile>(std::move(file), std::move(progress));
   return std::make_unique<Archive>(std::move(file), std::move(progress));
 }
 
