@@ -35,7 +35,7 @@ std::string found(const std::string& name, const fs::path& folder, const fs::pat
 }  // namespace
 
 SceneFile read_scene_file(const std::string& path) {
-  if (path.ends_with(".vdb"))
+  if (path.ends_with(".vdb") || path.ends_with(".nvdb"))
     throw Error(ExitCode::usage, in_quotes(path) +
                                      " is a volume, not a scene; give it without --scene, or give "
                                      "a .json or a picture that psivox wrote");

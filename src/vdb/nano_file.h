@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "grid_file.h"
@@ -17,7 +18,7 @@ bool is_nano(FileBlocks& file);
 class NanoFile final : public GridFile {
  public:
   /// Throws Error(input) if the file is damaged before its first grid, or of another major version
-  /// than nano_version().
+  /// than nano_major_version().
   explicit NanoFile(std::shared_ptr<FileBlocks> file, Progress progress = {});
 
   MetadataText metadata_of(const GridEntry& entry) override;

@@ -86,12 +86,6 @@ openvdb::GridClass nano_class(std::uint32_t grid_class) {
 
 std::uint32_t nano_major_version() { return NANOVDB_MAJOR_VERSION_NUMBER; }
 
-std::string nano_version() {
-  return std::to_string(NANOVDB_MAJOR_VERSION_NUMBER) + "." +
-         std::to_string(NANOVDB_MINOR_VERSION_NUMBER) + "." +
-         std::to_string(NANOVDB_PATCH_VERSION_NUMBER);
-}
-
 openvdb::GridBase::Ptr nano_head(NanoBytes bytes, std::uint32_t type, std::uint32_t grid_class) {
   if (bytes.size() < sizeof(nanovdb::GridData)) refuse_nano("its header is cut off");
   const auto& data = *reinterpret_cast<const nanovdb::GridData*>(bytes.data());

@@ -28,9 +28,8 @@ struct NanoType {
 NanoType nano_type(std::uint32_t type, std::uint32_t grid_class);
 openvdb::GridClass nano_class(std::uint32_t grid_class);
 
-/// The version of NanoVDB by which psivox is compiled, the only one of whose files it reads.
+/// The major version of NanoVDB by which psivox is compiled, the only one whose files it reads.
 std::uint32_t nano_major_version();
-std::string nano_version();
 
 /// The nodes of a grid, in its bytes.
 class NanoTree {
