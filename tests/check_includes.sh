@@ -58,10 +58,10 @@ team team
 guard
 field dense_field field leaf_values value_percentile value_survey
 vdb vdb
-scene black_body camera camera_file clip colormap integrators method modes parameters scene subject transfer_function
+scene black_body camera camera_file clip colormap holdout integrators method modes parameters scene subject transfer_function
 atlas atlas regions
 medium medium parts
-image color_scale image scene_file
+image image legend scene_file
 oiio
 march marcher
 gl
