@@ -285,7 +285,7 @@ TEST(Lit, SlabFromTheFrontHasAClosedForm) {
   for (const double K : {0.02, 0.05}) {
     Scene scene = lit_scene({0, 0, -1});
     scene.lights.front().color = {1, 2, 0};
-    scene.albedo = 0.5;
+    scene.albedo = glm::dvec3(0.5);
     const glm::dvec3 I = slab_picture(scene, K);
     const double exact = 0.5 * -std::expm1(-2 * 16 * K) / 2;
     // e^{-Ks} is interpolated linearly between voxels, which costs at most K^2/8 of it. The tents

@@ -51,7 +51,7 @@ const glm::dvec3 white(1);
 
 std::vector<LitScene> tolerance_scenes() {
   Scene bright = lit_by({{{-0.3, -1, 0.2}, {3, 2, 1}}});
-  bright.albedo = 0.6;
+  bright.albedo = {0.6, 0.9, 0.2};
   Scene glowing = lit_by({{{0.6, 0.1, -0.8}, white}});
   glowing.luminance_grid = "density";
   glowing.luminance = glm::dvec3(0.5, 0.2, 0.1);
@@ -185,8 +185,10 @@ double integral(const F& f) {
   return sum / (3 * n);
 }
 
-Image in_a_furnace(const Field& medium, double K, double E, double width, double distance) {
+Image in_a_furnace(const Field& medium, double K, double E, double width, double distance,
+                   const glm::dvec3& albedo = glm::dvec3(1)) {
   Scene scene;
+  scene.albedo = albedo;
   scene.resolution = {9, 9};
   scene.extinction = K;
   scene.sky = glm::dvec3(1);
@@ -213,6 +215,10 @@ TEST_F(LitTolerance, FurnaceOfASlab) {
     // no shading: the slab is the same everywhere
     EXPECT_NEAR(pixel(image, 0, 0, 0), pixel(image, 4, 4, 0), E);
   }
+  const glm::dvec3 albedo(0.9, 0.5, 0.1);
+  const Image colored = in_a_furnace(slab, K, 1e-3, 8, 60, albedo);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(pixel(colored, 4, 4, c), albedo[c] * exact, 1e-3 + exact * K * K / 4 + 1e-4);
 }
 
 TEST_F(LitTolerance, FurnaceOfABall) {

@@ -257,6 +257,8 @@ TEST(Parameters, RefusesWhatIsNoNumberOrOutOfRange) {
                                          {"light", "1,2,nan"},
                                          {"albedo", "1.1"},
                                          {"albedo", "-0.1"},
+                                         {"albedo", "0.5,0.5"},
+                                         {"albedo", "0.5,0.5,1.5"},
                                          {"phase-g", "-1"},
                                          {"emission-scale", "-1"},
                                          {"temperature-scale", "-1"},

@@ -84,7 +84,7 @@ struct Scene {
 
   std::vector<DirectionalLight> lights;
   std::optional<glm::dvec3> sky;  ///< radiance of light that comes alike from all directions
-  double albedo = 1;
+  glm::dvec3 albedo{1};
   double phase_g = 0;  ///< mean cosine of the scattering angle (Henyey and Greenstein)
   /// exact: a ray from each voxel to each light, whatever the tolerance.
   LightQuality light_quality = LightQuality::automatic;

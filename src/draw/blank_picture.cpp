@@ -123,7 +123,7 @@ std::string why_dark(const View& view) {
   if (!scene.temperature_grid.empty())
     return "nothing in grid " + in_quotes(scene.temperature_grid) +
            " is hot enough to glow; --temperature-scale gives Kelvin per unit of its values";
-  if (scene.lit() && scene.albedo == 0) return "--albedo is 0";
+  if (scene.lit() && scene.albedo == glm::dvec3(0)) return "--albedo is 0";
   if (scene.lit() && scene.sky.value_or(glm::dvec3(0)) == glm::dvec3(0) &&
       std::ranges::all_of(scene.lights, [](const auto& l) { return l.color == glm::dvec3(0); }))
     return "the colour of --light or --sky is black";

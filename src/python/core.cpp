@@ -17,6 +17,7 @@
 #include "psivox/study.h"
 #include "psivox/text.h"
 #include "psivox/verify.h"
+#include "scene/color_text.h"
 
 namespace psivox::python {
 
@@ -66,6 +67,7 @@ std::vector<std::string> all_with_keywords(std::vector<std::string> notices) {
 using Floats = py::array_t<float, py::array::c_style>;
 
 std::string kind_of(const Parameter& p) {
+  if (takes_grey(p)) return "grey";
   return std::visit(
       [](auto member) -> std::string {
         using T = std::decay_t<decltype(Scene{}.*member)>;

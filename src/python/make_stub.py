@@ -7,7 +7,8 @@ import sys
 TYPES = {"text": "Path", "flag": "bool", "int": "int", "size": "Union[int, str]",
          "float": "Union[float, str]", "pixels": "Union[str, Sequence[int]]", "choice": "str",
          "opacity": "Union[str, Sequence[Sequence[float]]]", "plane": "Numbers",
-         "numbers": "Numbers", "lights": "Union[Numbers, Sequence[Numbers]]"}
+         "numbers": "Numbers", "grey": "Union[float, Numbers]",
+         "lights": "Union[Numbers, Sequence[Numbers]]"}
 
 
 def main(package, template):

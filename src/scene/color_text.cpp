@@ -85,7 +85,11 @@ std::string hex_text(const glm::ivec3& codes) {
   return formatted("#%02x%02x%02x", unsigned(codes.x), unsigned(codes.y), unsigned(codes.z));
 }
 
-bool is_color(const Parameter& parameter) { return parameter.metavar == "COLOUR"; }
+bool takes_grey(const Parameter& parameter) { return parameter.metavar == "A|COLOUR"; }
+
+bool is_color(const Parameter& parameter) {
+  return parameter.metavar == "COLOUR" || takes_grey(parameter);
+}
 
 bool takes_codes(const Parameter& parameter) { return parameter.name == "background"; }
 

@@ -26,4 +26,7 @@ std::string hex_text(const glm::ivec3& codes);
 /// white, but lights and luminances are.
 bool takes_codes(const Parameter& parameter);
 
+/// Whether one number stands for a grey, and a grey is written as one.
+bool takes_grey(const Parameter& parameter);
+
 }  // namespace psivox

@@ -215,6 +215,7 @@ std::string kind_text(const Parameter&, std::uint64_t) { return "a size such as 
 std::string kind_text(const Parameter& p, double) { return "a number" + p.range.text(); }
 std::string kind_text(const Parameter& p, const glm::dvec3&) {
   const std::string range = p.range.text();
+  if (takes_grey(p)) return "a number, #rrggbb, a name of CSS, or R,G,B, each" + range;
   if (is_color(p)) return "#rrggbb, a name of CSS, or three linear numbers R,G,B, each" + range;
   return "three numbers " + p.metavar + (range.empty() ? "" : ", each" + range);
 }
@@ -258,6 +259,10 @@ template <typename T>
 template <typename T>
 bool read(const Parameter& p, std::string_view text, T& value) {
   if constexpr (std::is_same_v<T, glm::dvec3>) {
+    if (double grey = 0; takes_grey(p) && read(text, p.range, grey)) {
+      value = glm::dvec3(grey);
+      return true;
+    }
     const auto codes = takes_codes(p) ? color_codes(text) : std::nullopt;
     if (codes) value = color_of_codes(*codes);
     if (is_color(p)) return codes || read_color(text, p.range, value);
@@ -298,6 +303,8 @@ std::string text_of(const Parameter& p, const std::vector<DirectionalLight>& lig
 template <typename T>
 std::string text_of(const Parameter& p, const T& value) {
   std::string text = text_of(value);
+  if constexpr (std::is_same_v<T, glm::dvec3>)
+    if (takes_grey(p) && value == glm::dvec3(value.x)) return text_of(value.x);
   if constexpr (std::is_same_v<T, glm::dvec3>)
     if (takes_codes(p) && color_codes(text)) text.insert(text.find(','), ".0");
   return text;

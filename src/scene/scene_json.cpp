@@ -15,7 +15,8 @@ json json_of(const Parameter& p, const T& value, const Scene& scene) {
   if constexpr (std::is_arithmetic_v<T>)
     return value;
   else if constexpr (std::is_same_v<T, glm::dvec3>)
-    return {value.x, value.y, value.z};
+    return takes_grey(p) && value == glm::dvec3(value.x) ? json(value.x)
+                                                         : json{value.x, value.y, value.z};
   else if constexpr (std::is_same_v<T, glm::ivec2>)
     return {value.x, value.y};
   else if constexpr (std::is_same_v<T, MapRange>)

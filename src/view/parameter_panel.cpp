@@ -14,7 +14,7 @@ namespace psivox::view {
 namespace {
 
 /// Parameters that the window sets, or that hold from the start on.
-constexpr const char* left_out[] = {"input",    "resolution", "device",   "look",
+constexpr const char* left_out[] = {"input",    "resolution", "device",    "look",
                                     "exposure", "tone-map",   "color-bar", "scale-bar"};
 
 std::string help_of(const Parameter& p) {
@@ -55,14 +55,14 @@ bool drag(const char* label, std::string& text, double value, const Range& range
   return true;
 }
 
-bool colour(const char* label, std::string& text, const glm::dvec3& value) {
+bool colour(const char* label, std::string& text, const glm::dvec3& value, const Range& range) {
   float rgb[3] = {static_cast<float>(value.x), static_cast<float>(value.y),
                   static_cast<float>(value.z)};
   if (!ImGui::ColorEdit3(label, rgb, ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR))
     return false;
   // with a decimal point, so that no number is taken as a code
-  text = formatted("%#.4g,%#.4g,%#.4g", std::max(rgb[0], 0.0f), std::max(rgb[1], 0.0f),
-                   std::max(rgb[2], 0.0f));
+  const auto within = [&](float part) { return std::clamp(double(part), range.min, range.max); };
+  text = formatted("%#.4g,%#.4g,%#.4g", within(rgb[0]), within(rgb[1]), within(rgb[2]));
   return true;
 }
 
@@ -109,7 +109,7 @@ bool edit_value(const Parameter& p, const T* value, const ParameterChoices& choi
   } else if constexpr (std::is_same_v<T, double>) {
     return value ? drag(label, text, *value, p.range) : close_open(p, text, start_of(p, choices));
   } else if constexpr (std::is_same_v<T, glm::dvec3>) {
-    if (value && is_color(p)) return colour(label, text, *value);
+    if (value && is_color(p)) return colour(label, text, *value, p.range);
     return type_text(label, text);
   } else {
     if (p.metavar != "NAME") return type_text(label, text);
