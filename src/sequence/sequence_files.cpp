@@ -20,7 +20,8 @@ std::vector<std::string> files_in(const std::string& folder) {
   std::error_code unreadable;
   for (const auto& entry : fs::directory_iterator(folder, unreadable)) {
     const std::string path = (fs::path(folder) / entry.path().filename()).string();
-    if (entry.path().extension() == ".vdb" && !entry.is_directory(unreadable))
+    const std::string extension = entry.path().extension().string();
+    if ((extension == ".vdb" || extension == ".nvdb") && !entry.is_directory(unreadable))
       paths.push_back(path);
     else if (foreign.empty() && !foreign_format(path).empty())
       foreign =
