@@ -12,17 +12,33 @@ find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(pugixml REQUIRED)
 # draws the plots of a study's page, which contains a copy of it
-find_file(PSIVOX_CHART_JS NAMES chart.min.js Chart.min.js chart.umd.js
-  PATHS /usr/share/javascript /usr/share/nodejs /usr/lib/node_modules
-  PATH_SUFFIXES chart.js chart.js/dist chartjs REQUIRED)
+find_file(PSIVOX_CHART_JS NAMES chart.min.js Chart.min.js chart.umd.min.js chart.umd.js
+  PATHS /usr/share/javascript /usr/share/nodejs /usr/lib/node_modules /usr/local/lib/node_modules
+  PATH_SUFFIXES chart.js chart.js/dist chartjs share/javascript/chart.js
+    lib/node_modules/chart.js/dist)
+if(NOT PSIVOX_CHART_JS)
+  message(FATAL_ERROR "Chart.js not found (Debian: libjs-chart.js; npm: chart.js); "
+    "-DPSIVOX_CHART_JS=FILE names its chart.umd.js")
+endif()
 # the text of colour bars: the library contains the font
-find_file(PSIVOX_FONT DejaVuSans.ttf PATHS /usr/share/fonts
-  PATH_SUFFIXES truetype/dejavu dejavu TTF dejavu-sans-fonts truetype REQUIRED)
+find_file(PSIVOX_FONT DejaVuSans.ttf
+  PATHS /usr/share/fonts /usr/local/share/fonts /Library/Fonts
+  PATH_SUFFIXES truetype/dejavu dejavu TTF dejavu-sans-fonts truetype fonts share/fonts)
+if(NOT PSIVOX_FONT)
+  message(FATAL_ERROR "No DejaVuSans.ttf found (Debian: fonts-dejavu-core); -DPSIVOX_FONT=FILE "
+    "names it or another TrueType font")
+endif()
 find_path(STB_INCLUDE_DIR stb/stb_truetype.h REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
 pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
-pkg_check_modules(SECCOMP REQUIRED IMPORTED_TARGET libseccomp)
+if(PSIVOX_GUARD)
+  pkg_check_modules(SECCOMP IMPORTED_TARGET libseccomp)
+  if(NOT SECCOMP_FOUND)
+    message(FATAL_ERROR "PSIVOX_GUARD needs libseccomp (Debian: libseccomp-dev); with "
+      "-DPSIVOX_GUARD=OFF psivox reads files in its own process, where a hostile one can do harm")
+  endif()
+endif()
 # MPI: several processes draw one picture. Optional.
 pkg_check_modules(PSIVOX_MPI_openmpi QUIET IMPORTED_TARGET ompi-c)
 pkg_check_modules(PSIVOX_MPI_mpich QUIET IMPORTED_TARGET mpich)
@@ -38,12 +54,30 @@ if(NOT PSIVOX_MPIS)
     "(Debian: libopenmpi-dev, libmpich-dev)")
 endif()
 
-# Debian's OpenVDB has no package configuration file, and its find module requires too much.
-find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h REQUIRED)
-find_library(OPENVDB_LIBRARY openvdb REQUIRED)
-find_path(NANOVDB_INCLUDE_DIR nanovdb/NanoVDB.h REQUIRED)  # headers alone
+# vcpkg has a package configuration for OpenVDB. Debian, Fedora, Arch and conda-forge have headers,
+# a library and FindOpenVDB.cmake, which demands packages that only OpenVDB's own build needs; so
+# psivox looks for the first two itself. OpenVDB's version.h has the definitions.
+find_package(OpenVDB CONFIG QUIET)
 find_package(Imath REQUIRED)
+set(openvdb_roots "${OpenVDB_ROOT}" ENV OpenVDB_ROOT ENV CONDA_PREFIX)
+find_path(NANOVDB_INCLUDE_DIR nanovdb/NanoVDB.h  # headers alone
+  HINTS ${openvdb_roots} PATH_SUFFIXES include)
+if(NOT NANOVDB_INCLUDE_DIR)
+  message(FATAL_ERROR "NanoVDB not found, a part of OpenVDB (Debian: libnanovdb-dev); "
+    "-DNANOVDB_INCLUDE_DIR=DIR names the folder above nanovdb/NanoVDB.h")
+endif()
 add_library(psivox_openvdb INTERFACE)
-target_include_directories(psivox_openvdb SYSTEM INTERFACE
-  "${OPENVDB_INCLUDE_DIR}" "${NANOVDB_INCLUDE_DIR}")
-target_link_libraries(psivox_openvdb INTERFACE "${OPENVDB_LIBRARY}" Imath::Imath TBB::tbb)
+target_include_directories(psivox_openvdb SYSTEM INTERFACE "${NANOVDB_INCLUDE_DIR}")
+if(TARGET OpenVDB::openvdb)
+  target_link_libraries(psivox_openvdb INTERFACE OpenVDB::openvdb)
+else()
+  find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h HINTS ${openvdb_roots} PATH_SUFFIXES include)
+  find_library(OPENVDB_LIBRARY NAMES openvdb libopenvdb HINTS ${openvdb_roots} PATH_SUFFIXES lib)
+  if(NOT OPENVDB_INCLUDE_DIR OR NOT OPENVDB_LIBRARY)
+    message(FATAL_ERROR "OpenVDB not found (Debian: libopenvdb-dev, Fedora: openvdb-devel, Arch "
+      "and conda-forge: openvdb); -DOpenVDB_ROOT=DIR names the folder above its include and lib")
+  endif()
+  target_include_directories(psivox_openvdb SYSTEM INTERFACE "${OPENVDB_INCLUDE_DIR}")
+  target_link_libraries(psivox_openvdb INTERFACE "${OPENVDB_LIBRARY}")
+endif()
+target_link_libraries(psivox_openvdb INTERFACE Imath::Imath TBB::tbb)

@@ -3,12 +3,18 @@
 # each.
 include(CMakePackageConfigHelpers)
 
+# pip installs the library within the Python package, and nothing else (pyproject.toml)
+set(library_component psivox)
+if(SKBUILD)
+  set(library_component python)
+endif()
 set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/psivox")
 install(TARGETS psivox EXPORT psivoxTargets
-  LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT psivox NAMELINK_COMPONENT dev
+  LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
+    COMPONENT ${library_component} NAMELINK_COMPONENT dev
   INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 install(TARGETS psivox_oiio
-  LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/psivox" COMPONENT psivox)
+  LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/psivox" COMPONENT ${library_component})
 foreach(mpi IN LISTS PSIVOX_MPIS)
   install(TARGETS psivox_${mpi}
     LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/psivox" COMPONENT ${mpi})

@@ -97,6 +97,24 @@ TEST(VdbValues, HalfIsReadAsOpenVdbRoundsIt) {
             static_cast<double>(static_cast<float>(openvdb::math::half(0.1f))));
 }
 
+/// The file is OpenVDB 13's, whose program set voxels (i, 2 i, 3) to (i + 1) / 10 and a tile of 8
+/// voxels at (32, 0, 0) to 0.7.
+TEST(VdbValues, GridsOfHalfFloatsAreReadOrTheErrorNamesTheVersion) {
+  const VdbFile vdb(test::assets_dir().parent_path() / "tests/recorded/openvdb-13-half.vdb");
+  EXPECT_EQ(FieldSampler(vdb.read("float")).voxel({1, 2, 3}, 0), 4.0);
+  if (OPENVDB_LIBRARY_MAJOR_VERSION_NUMBER < 13) {
+    EXPECT_NE(input_error([&] { vdb.read("density"); }).find("since version 13; psivox uses"),
+              std::string::npos);
+    return;
+  }
+  EXPECT_EQ(vdb.info().at(0).value_type, "half");
+  const FieldSampler read(vdb.read("density"));
+  const auto rounded = [](float value) { return double(float(openvdb::math::half(value))); };
+  for (int i = 0; i < 6; ++i)
+    EXPECT_EQ(read.voxel({i, 2 * i, 3}, 0), rounded(0.1f * float(i + 1))) << i;
+  EXPECT_EQ(read.voxel({35, 7, 1}, 0), rounded(0.7f));
+}
+
 TEST(VdbValues, BadValuesAreReplacedAndCounted) {
   auto grid = named<FloatGrid>("x");
   auto& tree = grid->tree();

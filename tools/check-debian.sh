@@ -23,7 +23,12 @@ stage "a root of $suite"
 if [[ ! -e $root/usr/bin/apt-get || ! -e $root/etc/complete ]]; then
   rm -rf --one-file-system "$root"
   mkdir -p "$root"
-  debootstrap --variant=minbase --include=ca-certificates,git "$suite" "$root"
+  scripts=${DEBOOTSTRAP_DIR:-/usr/share/debootstrap}/scripts
+  script=$scripts/$suite
+  [[ -e $script ]] || script=$scripts/sid  # of a suite that is younger than this debootstrap
+  debootstrap --variant=minbase --include=ca-certificates,git "$suite" "$root" "" "$script"
+  # a mirror of a suite in the making may be days behind
+  echo 'Acquire::Check-Valid-Until "false";' >"$root/etc/apt/apt.conf.d/90mirror"
   touch "$root/etc/complete"
 fi
 cp /etc/resolv.conf "$root/etc/"

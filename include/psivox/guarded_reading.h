@@ -26,7 +26,7 @@ void start_guarded_reading(const std::filesystem::path& server);
 void trust_files();
 
 /// What guards reading here: `seccomp and resource limits`; `resource limits, without seccomp` if
-/// the kernel lacks it; `nothing` if files are read in place.
+/// the kernel lacks it; `nothing` if files are read in place, as always without PSIVOX_GUARD.
 std::string reading_guard();
 
 }  // namespace psivox

@@ -188,8 +188,6 @@ TreeHead Archive::begin_grid(const GridEntry& entry) {
   openvdb::io::setHalfFloat(stream_, grid.saveFloatAsHalf());
   openvdb::io::setGridBackgroundValuePtr(stream_, nullptr);
   read_metadata(grid, stream_, &head.delayed_load);
-  // It has the places of leaves, for OpenVDB's own skipping. They can be wrong.
-  grid.removeMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD);
   openvdb::io::setGridClass(stream_, grid.getGridClass());
   check_strings(stream_, 1);  // the type
   grid.readTransform(stream_);

@@ -1,7 +1,5 @@
 #include "file_metadata.h"
 
-#include <openvdb/io/DelayedLoadMetadata.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -14,6 +12,10 @@
 
 namespace psivox::vdb {
 namespace {
+
+/// The type of the metadata for delayed loading. Files of OpenVDB 13 and before have them; later
+/// libraries do not know them.
+constexpr const char* delayed_load_type = "__delayedload";
 
 /// Programs whose Z axis is up, as the metadata `creator` names them, in lower case.
 constexpr std::array<std::pair<const char*, const char*>, 4> z_up_programs{{
@@ -69,7 +71,7 @@ void read_metadata(openvdb::MetaMap& metadata, std::istream& stream, std::string
     const std::string name = read_block(stream), type = read_block(stream);
     std::string value = read_block(stream);
     // its own lengths can claim any memory
-    if (type == openvdb::io::DelayedLoadMetadata::staticTypeName()) {
+    if (type == delayed_load_type) {
       if (delayed_load) *delayed_load = std::move(value);
       continue;
     }

@@ -1,11 +1,11 @@
 #include "grid_types.h"
 
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <glm/matrix.hpp>
 #include <optional>
 #include <sstream>
+#include <vector>
 
 namespace psivox::vdb {
 namespace {
@@ -16,26 +16,25 @@ struct SupportedType {
   int channels;
 };
 
-template <typename GridT>
-SupportedType supported(int channels) {
-  return {GridT::gridType(), openvdb::typeNameAsString<typename GridT::ValueType>(), channels};
+template <typename... GridTs>
+std::vector<SupportedType> types_of(openvdb::TypeList<GridTs...>) {
+  return {{GridTs::gridType(), openvdb::typeNameAsString<typename GridTs::ValueType>(),
+           openvdb::VecTraits<typename GridTs::ValueType>::IsVec ? 3 : 1}...};
 }
 
 /// Not from PointDataGrid, whose headers take long to compile.
 constexpr const char* points_type = "Tree_ptdataidx32_5_4_3";
 
-const std::array<SupportedType, SupportedGrids::Size + 2>& supported_types() {
-  static const std::array<SupportedType, SupportedGrids::Size + 2> types{
-      supported<openvdb::FloatGrid>(1),
-      supported<openvdb::DoubleGrid>(1),
-      supported<openvdb::Int32Grid>(1),
-      supported<openvdb::Int64Grid>(1),
-      supported<openvdb::BoolGrid>(1),
-      supported<openvdb::Vec3SGrid>(3),
-      supported<openvdb::Vec3DGrid>(3),
-      supported<openvdb::Vec3IGrid>(3),
-      SupportedType{points_type, "points", 1},
-      SupportedType{openvdb::MaskGrid::gridType(), "mask", 1}};
+/// Of values that are half floats in memory, since OpenVDB 13.
+constexpr const char* half_type = "Tree_half_5_4_3";
+
+const std::vector<SupportedType>& supported_types() {
+  static const std::vector<SupportedType> types = [] {
+    std::vector<SupportedType> all = types_of(SupportedGrids());
+    all.push_back({points_type, "points", 1});
+    all.push_back({openvdb::MaskGrid::gridType(), "mask", 1});
+    return all;
+  }();
   return types;
 }
 
@@ -62,12 +61,10 @@ bool invertible(const openvdb::math::Transform& transform) {
 
 /// The half width of a level set, or the 0 of a fog of that class; nothing for other grids.
 std::optional<double> half_width(const openvdb::GridBase& grid) {
-  if (grid.getGridClass() != openvdb::GRID_LEVEL_SET) return {};
-  if (grid.isType<openvdb::FloatGrid>())
-    return double(static_cast<const openvdb::FloatGrid&>(grid).background());
-  if (grid.isType<openvdb::DoubleGrid>())
-    return static_cast<const openvdb::DoubleGrid&>(grid).background();
-  return {};
+  std::optional<double> width;
+  if (grid.getGridClass() == openvdb::GRID_LEVEL_SET)
+    grid.apply<RealGrids>([&](const auto& typed) { width = double(typed.background()); });
+  return width;
 }
 
 }  // namespace
@@ -92,6 +89,10 @@ std::string value_type_of(const std::string& grid_type) {
 }
 
 std::string unsupported_type(const std::string& grid_type) {
+  if (grid_type == half_type)
+    return "has values that are half floats, which OpenVDB reads since version 13; psivox uses "
+           "OpenVDB " +
+           std::string(openvdb::getLibraryVersionString());
   std::string what = "has type " + grid_type;
   what += ", which cannot be rendered; supported value types:";
   const char* separator = " ";

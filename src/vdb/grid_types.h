@@ -9,11 +9,16 @@
 
 namespace psivox::vdb {
 
+#if OPENVDB_LIBRARY_MAJOR_VERSION_NUMBER >= 13
+using RealGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::HalfGrid>;
+#else  // which has no grids whose values are half floats in memory
+using RealGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid>;
+#endif
+
 /// The grids that become a Field: scalars first, then those with three channels.
 using SupportedGrids =
-    openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::Int32Grid,
-                      openvdb::Int64Grid, openvdb::BoolGrid, openvdb::Vec3SGrid, openvdb::Vec3DGrid,
-                      openvdb::Vec3IGrid>;
+    RealGrids::Append<openvdb::Int32Grid, openvdb::Int64Grid, openvdb::BoolGrid, openvdb::Vec3SGrid,
+                      openvdb::Vec3DGrid, openvdb::Vec3IGrid>;
 
 /// Grids of points, whose voxels become the numbers of points in them; and of active voxels without
 /// values, which become 1.

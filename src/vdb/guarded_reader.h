@@ -12,9 +12,6 @@
 
 namespace psivox::vdb {
 
-/// Whether start_guarded_reading() was called, and trust_files() was not.
-bool reads_guarded();
-
 /// Reads in a process of its own, which answers as an InPlaceReader does. After an error the next
 /// call starts another process.
 class GuardedReader final : public Reader {

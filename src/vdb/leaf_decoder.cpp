@@ -70,6 +70,14 @@ class TypedLeaf final : public DecodedLeaf {
   const LeafT& leaf_;
 };
 
+template <typename Number>
+Number number_from(double value) {
+  if constexpr (std::is_arithmetic_v<Number>)
+    return static_cast<Number>(value);
+  else  // half
+    return Number(static_cast<float>(value));
+}
+
 /// Takes a number from the front of bytes, if they have it.
 std::optional<std::uint32_t> take_number(std::string_view& bytes) {
   std::uint32_t number;
@@ -188,7 +196,7 @@ void LeafDecoder::decode_some(std::span<const LeafPlace> places, std::size_t fir
     leaf.readBuffers(stream, settings_.halfFloat());
     if (fill_) {
       const auto& background = *static_cast<const ValueT*>(settings_.backgroundPtr());
-      const ValueT fill(static_cast<typename openvdb::VecTraits<ValueT>::ElementType>(*fill_));
+      const ValueT fill(number_from<typename openvdb::VecTraits<ValueT>::ElementType>(*fill_));
       for (auto off = leaf.beginValueOff(); off; ++off)
         if (same_values<ValueT>(off.getValue(), background)) off.setValue(fill);
     }

@@ -74,4 +74,9 @@ class InPlaceReader final : public Reader {
 /// The reader of a file's format, by the file's first bytes, in this process.
 std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file, Progress progress = {});
 
+/// The same in a guarded process; null unless start_guarded_reading() was called, and trust_files()
+/// was not.
+std::unique_ptr<Reader> open_guarded_reader(const std::shared_ptr<FileBlocks>& file,
+                                            const Progress& progress);
+
 }  // namespace psivox::vdb

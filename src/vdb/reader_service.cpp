@@ -101,9 +101,15 @@ constexpr guard::Trade reading{[] { openvdb::initialize(); },
                                      std::move(path), std::move(file), std::move(progress));
                                }};
 
+bool reads_guarded() { return guard::has_server() && !trusted; }
+
 }  // namespace
 
-bool reads_guarded() { return guard::has_server() && !trusted; }
+std::unique_ptr<Reader> open_guarded_reader(const std::shared_ptr<FileBlocks>& file,
+                                            const Progress& progress) {
+  if (!reads_guarded()) return {};
+  return std::make_unique<GuardedReader>(file, progress);
+}
 
 }  // namespace vdb
 

@@ -12,7 +12,6 @@
 #include "field_reader.h"
 #include "file_blocks.h"
 #include "file_metadata.h"
-#include "guarded_reader.h"
 #include "psivox/error.h"
 #include "psivox/text.h"
 #include "psivox/vdb.h"
@@ -22,11 +21,9 @@ namespace psivox {
 
 struct VdbFile::Impl {
   Impl(const std::filesystem::path& path, Progress progress)
-      : file(std::make_shared<vdb::FileBlocks>(path)) {
-    if (vdb::reads_guarded())
-      reader = std::make_unique<vdb::GuardedReader>(file, std::move(progress));
-    else
-      reader = vdb::open_reader(file, std::move(progress));
+      : file(std::make_shared<vdb::FileBlocks>(path)),
+        reader(vdb::open_guarded_reader(file, progress)) {
+    if (!reader) reader = vdb::open_reader(file, std::move(progress));
     take_facts();
   }
   explicit Impl(std::unique_ptr<vdb::Reader> given) : reader(std::move(given)) { take_facts(); }
