@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "file_blocks.h"
+#include "base/file_blocks.h"
 #include "topology.h"
 #include "value_block.h"
 

@@ -1,4 +1,4 @@
-#include "file_blocks.h"
+#include "base/file_blocks.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,7 +13,7 @@
 #include "psivox/error.h"
 #include "psivox/foreign_format.h"
 
-namespace psivox::vdb {
+namespace psivox {
 namespace {
 
 constexpr std::int64_t block = 64 << 10;  // [bytes]
@@ -208,4 +208,4 @@ FileBuffer::pos_type FileBuffer::seekpos(pos_type position, std::ios_base::openm
   return seekoff(off_type(position), std::ios_base::beg, mode);
 }
 
-}  // namespace psivox::vdb
+}  // namespace psivox

@@ -12,7 +12,7 @@
 
 #include "psivox/progress.h"
 
-namespace psivox::vdb {
+namespace psivox {
 
 /// How a message about a file begins, and about one of its grids unless that is "".
 inline std::string subject(const std::string& path, std::string_view grid = {}) {
@@ -138,4 +138,4 @@ class FileBuffer final : public std::streambuf {
   std::int64_t only_ = 0;                          ///< see read_only
 };
 
-}  // namespace psivox::vdb
+}  // namespace psivox
