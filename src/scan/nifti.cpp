@@ -21,7 +21,7 @@ class Fields {
 
   template <typename T>
   T at(std::size_t place) const {
-    std::array<char, sizeof(T)> bytes;
+    std::array<char, sizeof(T)> bytes{};
     bytes_.copy(bytes.data(), sizeof(T), place);
     if (big_endian_) std::ranges::reverse(bytes);
     return std::bit_cast<T>(bytes);
@@ -39,7 +39,7 @@ class Fields {
 /// What both versions of the format have, at different places.
 struct NiftiFields {
   std::int64_t dim[8]{};
-  int datatype = 0;
+  int datatype = 0, intent = 0;
   double pixdim[8]{}, offset = 0, slope = 0, intercept = 0;
   int units = 0, qform = 0, sform = 0;
   double quaternion[3]{}, origin[3]{}, rows[3][4]{};  ///< b, c, d; of the qform; the sform
@@ -55,6 +55,7 @@ NiftiFields nifti1(const Fields& from) {
     to.dim[i] = from.at<std::int16_t>(40 + 2 * i);
     to.pixdim[i] = double(from.at<float>(76 + 4 * i));
   }
+  to.intent = from.at<std::int16_t>(68);
   to.datatype = from.at<std::int16_t>(70);
   to.offset = double(from.at<float>(108));
   to.slope = double(from.at<float>(112));
@@ -78,6 +79,7 @@ NiftiFields nifti2(const Fields& from) {
     to.dim[i] = from.at<std::int64_t>(16 + 8 * i);
     to.pixdim[i] = from.at<double>(104 + 8 * i);
   }
+  to.intent = from.at<std::int32_t>(504);
   to.datatype = from.at<std::int16_t>(12);
   to.offset = double(from.at<std::int64_t>(168));
   to.slope = from.at<double>(176);
@@ -255,6 +257,7 @@ Header read_nifti(FileBlocks& file, bool packed) {
     header.intercept = fields.intercept;
     if (!std::isfinite(fields.intercept)) refuse(file, "its intercept is not finite");
   }
+  header.statistic = fields.intent >= 2 && fields.intent <= 24;  // NIFTI_FIRST_STATCODE and on
   header.z_up = "a NIfTI scan";
   header.metadata["format"] = header.format;
   if (!unit_name(fields.units).empty()) header.metadata["unit"] = unit_name(fields.units);

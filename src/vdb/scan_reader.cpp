@@ -19,7 +19,7 @@ std::unique_ptr<Reader> scan_reader(std::shared_ptr<const scan::Scan> scan, cons
     source.facts.grids.push_back(
         {header.frames == 1 ? base : base + "[" + std::to_string(n) + "]", base, header.channels,
          (header.channels > 1 ? "vec3 of " : "") + std::string(scan::name_of(header.type)),
-         "unknown"});
+         header.statistic ? "unknown" : "scan"});
   source.make = [scan = std::move(scan), names = source.facts.grids,
                  progress = std::move(progress)](std::size_t n) {
     return std::make_shared<const Field>(scan->read(std::int64_t(n), names[n].name, progress));
