@@ -115,7 +115,8 @@ void GuardedReader::start() {
   const std::int64_t size = file_->size() + (data_ ? data_->size() : 0);
   process_ = std::make_unique<guard::Process>(file_->path(), file_->descriptor(), size);
   if (data_)
-    ask_process(*process_, *file_, DataRequest{.path = data_->path()}, data_->descriptor(), {});
+    ask_process(*process_, *file_, DataRequest{.path = data_->path(), .size = data_->size()},
+                data_->descriptor(), {});
 }
 
 template <typename R, typename Check>

@@ -42,7 +42,7 @@ class ReaderService final : public guard::Service {
   }
 
   std::string answer_to(const DataRequest& request, int descriptor) {
-    data_ = std::make_shared<FileBlocks>(request.path, dup(descriptor));
+    data_ = std::make_shared<FileBlocks>(request.path, dup(descriptor), request.size);
     return {};
   }
   FileFacts answer_to(const FactsRequest&, int) { return reader().facts(); }

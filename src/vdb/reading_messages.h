@@ -20,6 +20,7 @@ struct DataRequest {
   using Answer = std::string;
   std::string grid{};  ///< always ""
   std::string path;
+  std::int64_t size = 0;  ///< of that file [bytes]
 };
 
 struct FactsRequest {
@@ -94,7 +95,7 @@ void check_field(const FieldFacts& facts, GridRole role);
 /// Whether values can have been found like this.
 bool is_possible(const ValueSurvey& survey);
 
-PSIVOX_PACK(DataRequest, grid, path)
+PSIVOX_PACK(DataRequest, grid, path, size)
 PSIVOX_PACK(FactsRequest, grid)
 PSIVOX_PACK(InfoRequest, grid, values)
 PSIVOX_PACK(ContentRequest, grid)

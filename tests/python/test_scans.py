@@ -116,7 +116,7 @@ def run_recipe(module, tmp_path, monkeypatch):
 
 def test_recipe_for_nibabel(tmp_path, monkeypatch):
     nibabel = pytest.importorskip("nibabel", reason="no nibabel (python3-nibabel)")
-    affine = np.array([[0, -2, 0, 7], [1, 0, 0.1, 0], [0, 0, 3, 0], [0, 0, 0, 1.0]])
+    affine = np.array([[0, -2, 0, 7], [1, 0, 0, 0], [0, 0, 3, 0], [0, 0, 0, 1.0]])
     values = np.random.RandomState(1).rand(5, 6, 7).astype("f4")
     nibabel.save(nibabel.Nifti1Image(values, affine), tmp_path / "head.nii")
     nibabel.save(nibabel.MGHImage(values, affine), tmp_path / "head.mgz")
@@ -132,6 +132,8 @@ def test_recipe_for_pydicom(tmp_path, monkeypatch):
         slice_ = pydicom.Dataset()
         slice_.file_meta = pydicom.dataset.FileMetaDataset()
         slice_.file_meta.TransferSyntaxUID = pydicom.uid.ExplicitVRLittleEndian
+        slice_.file_meta.MediaStorageSOPClassUID = pydicom.uid.CTImageStorage
+        slice_.file_meta.MediaStorageSOPInstanceUID = pydicom.uid.generate_uid()
         slice_.is_little_endian, slice_.is_implicit_VR = True, False
         slice_.Rows, slice_.Columns = 6, 5
         slice_.SamplesPerPixel, slice_.PhotometricInterpretation = 1, "MONOCHROME2"
