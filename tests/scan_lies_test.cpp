@@ -23,7 +23,7 @@ TEST(Scans, WhatIsNotReadIsNamed) {
       {nowhere, "no volume"},
       {analyze, "Analyze"},
       {nifti(2).substr(0, 200), "ends within its header"},
-      {nifti(64), "cut short"},
+      {nifti(64).substr(0, 4000), "cut short"},
       {nrrd("block", raw + "\n"), "type 'block'"},
       {nrrd("uchar", "encoding: bzip2\n\n"), "'bzip2'"},
       {nrrd("short", raw + "\n") + uchar + uchar, "byte order"},
@@ -33,7 +33,8 @@ TEST(Scans, WhatIsNotReadIsNamed) {
       {nrrd("uchar", raw + "data file: /etc/passwd\n"), "header's folder"},
       {nrrd("uchar", "encoding: ascii\n\n1 2 x") + std::string(4000, ' '), "'x'"},
       {nrrd("uchar", raw + "\n") + "short", "cut short"},
-      {nrrd("uchar", "encoding: gzip\n\n") + gzipped(uchar).substr(0, 300), "too early"},
+      {nrrd("uchar", "encoding: gzip\n\n") + gzipped(uchar).substr(0, gzipped(uchar).size() / 2),
+       "too early"},
   };
   for (const auto& [bytes, what] : all) {
     const auto path = write_scan("refused.nrrd", bytes);

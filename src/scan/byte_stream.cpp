@@ -100,8 +100,7 @@ int ByteStream::next() {
 
 std::string ByteStream::line() {
   std::string text;
-  for (int c = next(); c != '\n'; c = next()) {
-    if (c < 0) refuse("the file ends too early");
+  for (int c = next(); c >= 0 && c != '\n'; c = next()) {
     if (std::int64_t(text.size()) >= longest_line) refuse("a line of its header has no end");
     text += char(c);
   }

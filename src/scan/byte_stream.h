@@ -32,8 +32,8 @@ class ByteStream {
   /// The next byte, as an unsigned char; -1 at the end.
   int next();
 
-  /// The next line without its end (LF or CR LF). Throws Error(input) if the bytes end before or
-  /// it is longer than 64 KiB.
+  /// The next line without its end (LF, CR LF, or that of the bytes). Throws Error(input) if it is
+  /// longer than 64 KiB.
   std::string line();
 
   /// Throws Error(input) about the file.

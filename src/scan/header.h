@@ -45,7 +45,7 @@ struct Header {
   glm::dmat4 world_from_index{1.0};
   double slope = 1, intercept = 0;  ///< a value is slope * stored + intercept
   bool colour = false;              ///< the channels are red, green and blue
-  bool statistic = false;  ///< values are those of a statistical test, not of a scanner
+  bool statistic = false;           ///< values are those of a statistical test, not of a scanner
   std::string z_up;                 ///< what tells that Z is up; empty: nothing does
   std::map<std::string, std::string> metadata;
   std::vector<std::string> notices;  ///< one line each: what of the file is left out

@@ -65,14 +65,7 @@ Text read_fields(FileBlocks& file) {
   stream.line();  // the magic
   while (stream.position() < file.size()) {
     if (stream.position() > longest) refuse_nrrd(file, "its header has no end");
-    std::string line;
-    if (text.fields.contains("datafile") && file.size() - stream.position() < longest) {
-      // its last line need not end
-      for (int c = stream.next(); c >= 0 && c != '\n'; c = stream.next()) line += char(c);
-      if (line.ends_with('\r')) line.pop_back();
-    } else {
-      line = stream.line();
-    }
+    const std::string line = stream.line();
     if (line.empty()) break;
     const auto colon = line.find(':');
     // a comment, or a key and its value, which are the writer's own
