@@ -42,7 +42,9 @@ endif()
 # Debian's OpenVDB has no package configuration file, and its find module requires too much.
 find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h REQUIRED)
 find_library(OPENVDB_LIBRARY openvdb REQUIRED)
+find_path(NANOVDB_INCLUDE_DIR nanovdb/NanoVDB.h REQUIRED)  # headers alone
 find_package(Imath REQUIRED)
 add_library(psivox_openvdb INTERFACE)
-target_include_directories(psivox_openvdb SYSTEM INTERFACE "${OPENVDB_INCLUDE_DIR}")
+target_include_directories(psivox_openvdb SYSTEM INTERFACE
+  "${OPENVDB_INCLUDE_DIR}" "${NANOVDB_INCLUDE_DIR}")
 target_link_libraries(psivox_openvdb INTERFACE "${OPENVDB_LIBRARY}" Imath::Imath TBB::tbb)

@@ -36,6 +36,7 @@ CONSTANT(bool, end_corrections)   // psi-balanced, and a ray may begin or end in
 CONSTANT(bool, hardware_filter)
 CONSTANT(bool, orthographic)
 CONSTANT(bool, clips)             // planes cut rays off
+CONSTANT(bool, holds_out)         // each pixel has a depth at which its rays end
 CONSTANT(bool, anisotropic)       // the luminance has a phase, a factor of the ray's direction
 CONSTANT(bool, count_steps)
 CONSTANT(bool, has_passed)        // in_part: what rays have passed before is known

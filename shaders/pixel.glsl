@@ -6,6 +6,7 @@ struct Pixel {
   real v;
   real inverse_length;  // of the world direction
   int number;           // has_passed: among the rays that are drawn
+  int held;             // holds_out: among those of the whole picture
 };
 
 Pixel make_pixel(real2 pixel) {
@@ -13,7 +14,8 @@ Pixel make_pixel(real2 pixel) {
   real v = real(1.0) - real(2.0) * (pixel.y + sample_offset.y) / image_size.y;
   real3 w = world_0 + world_u * u + world_v * v;
   int number = (int(pixel.y) - passed_y) * passed_width + int(pixel.x) - passed_x;
-  return Pixel(u, v, real(1.0) / sqrt(dot(w, w)), number);
+  int held = int(pixel.y) * held_width + int(pixel.x);
+  return Pixel(u, v, real(1.0) / sqrt(dot(w, w)), number, held);
 }
 
 real camera_time(Pixel p) {
@@ -56,25 +58,33 @@ Ray clipped_ray(Ray ray, Pixel p) {
   return ray;
 }
 
-// The ray that is marched: from the camera, or back to front.
-Ray march_ray_of(Pixel p) {
-  Ray ray = clipped_ray(grid_ray(p, density), p);
-  if (from_back) return reversed(ray);
+// A number of a table that has four of them an entry.
+real table_number(int first, int number) {
+  real4 four = fetch_table(first + (number >> 2));
+  int i = number & 3;
+  return i < 2 ? (i == 0 ? four.x : four.y) : (i == 2 ? four.z : four.w);
+}
+
+// The ray up to its pixel's opaque depth. All rays of a pixel end in one plane across the view.
+Ray held_ray(Ray ray, Pixel p) {
+  if (!holds_out) return ray;
+  real z = table_number(held_first, p.held);
+  ray.end = min(ray.end, orthographic ? z : z / p.inverse_length);
   return ray;
 }
 
-// The optical depth that a ray has passed before its region.
-real passed_depth(Pixel p) {
-  real4 four = fetch_table(passed_first + (p.number >> 2));
-  int i = p.number & 3;
-  return i < 2 ? (i == 0 ? four.x : four.y) : (i == 2 ? four.z : four.w);
+// The ray that is marched: from the camera, or back to front.
+Ray march_ray_of(Pixel p) {
+  Ray ray = held_ray(clipped_ray(grid_ray(p, density), p), p);
+  if (from_back) return reversed(ray);
+  return ray;
 }
 
 // The phase, the rays in the other grids, and what was passed, which no pass keeps.
 void aim(INOUT(March) m, Pixel p) {
   m.phase = phase_of(p);
   if (has_passed) {
-    real passed = passed_depth(p);
+    real passed = table_number(passed_first, p.number);  // optical depth before its region
     m.half_at -= passed;
     m.stop_at -= passed;
     if (passed > stop_depth) m.done = true;

@@ -35,6 +35,7 @@ only_in() {
   done < <(includes "${folders[@]}")
 }
 only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_march\.cpp$' '^tests/vdb_' '^tests/fuzz/make_volumes\.cpp$'
+only_in '^nanovdb/' '^src/vdb/nano_' '^tools/bench/nanovdb_march\.cpp$' '^tests/vdb_nano_test\.cpp$'
 only_in '^(OpenEXR/|png\.h)' '^src/image/'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.' '^tests/gl_trouble_test\.cpp$'
@@ -59,10 +60,10 @@ guard
 field dense_field field leaf_values value_percentile value_survey
 scan
 vdb vdb
-scene black_body camera camera_file clip colormap integrators method modes parameters scene subject transfer_function
+scene black_body camera camera_file clip colormap holdout integrators method modes parameters scene subject transfer_function
 atlas atlas regions
 medium medium parts
-image color_scale image scene_file
+image image legend scene_file
 oiio
 march marcher
 gl

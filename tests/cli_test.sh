@@ -311,6 +311,8 @@ t 0 - render "$S" -o a.png --colormap viridis --color-bar --resolution 320x180 -
 t 0 - render "$S" -o b.png --colormap viridis --resolution 320x180 -q
 t 7 - compare a.png b.png --max-rms 0.01
 C="--camera-position 1,1,3 --resolution 320x180 -q"  # which nothing moves
+t 0 - render "$S" -o a.png --scale-bar --resolution 320x180 -q
+t 0 "too small" render "$S" -o a.png --scale-bar --resolution 40x30
 t 0 - render "$S" -o a.exr --colormap viridis --color-bar $C
 t 0 - render "$S" -o b.exr --colormap viridis $C
 t 0 rms compare a.exr b.exr --max-abs 0

@@ -1,6 +1,8 @@
 // The colour bar: its colours, its numbers, and the text.
 
-#include "psivox/color_scale.h"
+#include "blobs_scene.h"
+#include "psivox/draw.h"
+#include "psivox/legend.h"
 
 #include <gtest/gtest.h>
 
@@ -123,6 +125,48 @@ TEST(TextPicture, DrawsWhatNoMachinesFontsAreNeededFor) {
   EXPECT_NEAR(ink(eights), 2 * ink(eight), 0.02 * ink(eights));
   EXPECT_NEAR(eights.width, 2 * eight.width, 1);
   EXPECT_EQ(ink(image_io::text_picture(" ", 20)), 0);
+}
+
+TEST(ScaleBar, HasARoundLengthOfAtMostAQuarterOfThePicture) {
+  Scene scene = blobs_scene();
+  scene.resolution = {320, 180};
+  for (const double width : {0.03, 0.79, 0.81, 3.9, 4.1, 7000.0}) {
+    scene.projection = Projection::orthographic;
+    scene.ortho_width = width;
+    const ScaleBar bar = scale_bar(Session(scene).view());
+    EXPECT_NEAR(bar.length, bar.width * width, 1e-12 * width);
+    EXPECT_LE(bar.width, 0.25 * (1 + 1e-9));
+    EXPECT_GT(bar.width, 0.25 / 2.5 * (1 - 1e-9));  // from 2 to 5 is the longest way
+    const double digits = bar.length / std::pow(10, std::floor(std::log10(bar.length) + 1e-9));
+    EXPECT_LT(std::min({std::abs(digits - 1), std::abs(digits - 2), std::abs(digits - 5)}), 1e-9);
+  }
+}
+
+// Two points as far apart as the bar is long, in the plane through the middle, are as far apart in
+// the picture.
+TEST(ScaleBar, IsAsLongAsALengthInTheMiddle) {
+  Scene scene = blobs_scene();
+  scene.resolution = {640, 360};
+  scene.azimuth = 30;
+  const View view = Session(scene).view();
+  const ScaleBar bar = scale_bar(view);
+  const glm::dvec3 middle = glm::mix(view.subject->box_min, view.subject->box_max, 0.5);
+  const auto column = [&](const glm::dvec3& at) {
+    const glm::dvec3 way = at - view.camera.position;
+    return glm::dot(way, view.camera.right) / glm::dot(way, view.camera.forward) /
+           (2 * view.camera.half_width);
+  };
+  EXPECT_NEAR(column(middle + bar.length * view.camera.right) - column(middle), bar.width, 1e-9);
+  Image image = blank(640, 360);
+  ASSERT_TRUE(draw_scale_bar(image, bar, {}));
+  int longest = 0;  // run of white pixels in a row
+  for (int y = 180; y < 360; ++y)
+    for (int x = 0, run = 0; x < 640; ++x) {
+      run = image.rgba()[std::size_t(4 * (y * 640 + x))] > 0.5f ? run + 1 : 0;
+      longest = std::max(longest, run);
+    }
+  EXPECT_NEAR(longest, bar.width * 640, 0.5);
+  EXPECT_FALSE(draw_scale_bar(image = blank(40, 30), bar, {}));
 }
 
 }  // namespace

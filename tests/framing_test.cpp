@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "expect_near.h"
-#include "psivox/color_scale.h"
+#include "psivox/legend.h"
 #include "psivox/medium.h"
 #include "verify/made_views.h"
 #include "verify/make_field.h"

@@ -21,7 +21,7 @@ View view_of(Mode mode, Field density, double extinction = 1) {
 
 RayPicture picture(const View& view, const WorldRay& ray) {
   const RayMedium medium(view.medium);
-  return RayModes(view, medium, 1e-12).picture(ray);
+  return RayModes(view, medium, 1e-12).picture(ray, std::numeric_limits<double>::infinity());
 }
 
 /// The density's value at t, and the t of its faces in order, from the domain's first to its last.

@@ -120,8 +120,14 @@ void print_session(view::Viewer& viewer, const std::string& input, int switches)
 void view_command(Arguments arguments) {
   ViewCall call;
   if (!parse(call, arguments)) return;
-  const Scene scene = call.scene.scene();
-  if (!call.quiet) print_notices(call.scene.notices());
+  Scene scene = call.scene.scene();
+  std::vector<std::string> notices = call.scene.notices();
+  if (!scene.holdout.empty()) {
+    notices.push_back("--holdout is left out: its depths are of one camera, and a window's moves");
+    scene.holdout.clear();
+    scene.holdout_depth = DepthKind::z;
+  }
+  if (!call.quiet) print_notices(notices);
   if ((call.orbit || call.session) && scene.input.empty())
     usage("no input to orbit around; give IN.vdb");
 #ifdef PSIVOX_VIEWER

@@ -25,10 +25,8 @@ std::map<std::string, std::string> picture_metadata(const RenderCall& call,
 
 std::vector<std::string> write_picture(const RenderCall& call, const std::string& output,
                                        const View& view, RenderReport& report) {
-  std::optional<ColorScale> scale;
-  if (view.scene.color_bar) scale = color_scale(view);
   WrittenPicture written =
-      write_picture(report.drawn.image, view.scene, scale, report.drawn.stats.renderer,
+      write_picture(report.drawn.image, view.scene, legend_of(view), report.drawn.stats.renderer,
                     {output, call.format, call.layers});
   report.write_ms = written.write_ms;
   report.clipped = written.clipped;

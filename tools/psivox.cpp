@@ -141,7 +141,7 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
     if (name == "render") end_cleanly_on_signals();
     return command.run(Arguments(arguments).subspan(1));
   }
-  if (name.ends_with(".vdb"))
+  if (name.ends_with(".vdb") || name.ends_with(".nvdb"))
     throw Error(ExitCode::usage, in_quotes(name) + " is no command; psivox render " + name +
                                      " -o FILE.png draws it, psivox view shows it in a window");
   throw Error(ExitCode::usage, std::string("unknown ") + (name[0] == '-' ? "option " : "command ") +

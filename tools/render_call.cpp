@@ -5,9 +5,11 @@
 
 #include "command_line.h"
 #include "psivox/error.h"
+#include "psivox/holdout.h"
 #include "psivox/image.h"
 #include "psivox/open.h"
 #include "psivox/picture_file.h"
+#include "psivox/sequence.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 
@@ -154,11 +156,17 @@ void check(const RenderCall& call, const Scene& scene) {
   check_picture(scene, call.layers, call.time_budget.has_value());
   if (scene.shows(Shows::plane) && (call.check_error || call.explain))
     usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
+  if (!scene.holdout.empty() && (call.turntable || !call.camera_path.empty() || call.follow) &&
+      !FramePattern::of_placeholder(scene.holdout))
+    usage(
+        "--holdout has depths of one camera, which moves here; name a file for each frame, such as "
+        "z.####.exr");
   const WrittenFile written[] = {{"-o", call.output},
                                  {"--movie", call.movie},
                                  {"--stats", call.stats},
                                  {"--export-camera", call.camera}};
-  const std::string read[] = {scene.input, scene.transfer_function, call.camera_path};
+  const std::string read[] = {scene.input, scene.transfer_function, call.camera_path,
+                              LayerOfFile(scene.holdout).file};
   check_overwriting(written, read);
   if (call.output.empty() && call.movie.empty()) {
     const bool of_volume = call.explain || !call.camera.empty();

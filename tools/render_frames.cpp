@@ -44,7 +44,7 @@ class FrameMaker {
   ReadFrame read(const Frame& frame);
 
  private:
-  Scene moved(const Scene& scene, int frame) const;
+  Scene moved(Scene scene, int frame) const;
 
   SequenceScene sequence_;
   std::optional<int> turntable_;
@@ -72,7 +72,9 @@ FrameMaker::FrameMaker(const RenderCall& call, const Scene& scene, const FrameLi
   keep_camera(sequence_.scene, make_camera(framed, *sequence_.subject));
 }
 
-Scene FrameMaker::moved(const Scene& scene, int frame) const {
+Scene FrameMaker::moved(Scene scene, int frame) const {
+  if (const auto depths = FramePattern::of_placeholder(scene.holdout))
+    scene.holdout = depths->path(frame);
   if (path_) return path_->at(scene, frame);
   if (turntable_) return turned(scene, 360.0 * (frame - first_) / *turntable_);
   return scene;

@@ -8,6 +8,7 @@
 
 #include "psivox/camera.h"
 #include "psivox/field.h"
+#include "psivox/holdout.h"
 #include "psivox/parts.h"
 #include "psivox/scene.h"
 #include "psivox/transfer_function.h"
@@ -69,6 +70,8 @@ struct View {
   Medium medium;
   Camera camera;
   std::shared_ptr<const Subject> subject;
+  /// What the scene's holdout holds, once it is read for a picture; null: no ray is held out.
+  std::shared_ptr<const Holdout> holdout{};
 };
 
 /// Henyey and Greenstein's phase function over the isotropic one (1941, eq. 2), of the mean cosine

@@ -35,7 +35,7 @@ using SceneMember =
                  Classification Scene::*, Centering Scene::*, std::optional<Integrator> Scene::*,
                  std::optional<Sampling> Scene::*, Filter Scene::*, TexelType Scene::*,
                  RendererKind Scene::*, Projection Scene::*, UpAxis Scene::*, LightQuality Scene::*,
-                 ToneMap Scene::*, EmissionColor Scene::*>;
+                 ToneMap Scene::*, EmissionColor Scene::*, DepthKind Scene::*>;
 
 /// The sections of --help and of the viewer's panel, in their order.
 enum class ParameterGroup { input, output, look, light, camera, accuracy, machine };

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "psivox/color_scale.h"
 #include "psivox/image.h"
+#include "psivox/legend.h"
 #include "psivox/scene.h"
 
 namespace psivox {
@@ -34,9 +34,9 @@ struct WrittenPicture {
 /// Composites the picture with its scene's background. The picture becomes opaque.
 void add_background(Image& image, const glm::dvec3& background);
 
-/// Completes the picture as its scene says, with background and colour bar, and writes it with the
-/// scene in its metadata. `scale`: the colours of its view (color_scale). Throws Error(output).
-WrittenPicture write_picture(Image& image, Scene scene, const std::optional<ColorScale>& scale,
+/// Completes the picture as its scene says, with background and legend (legend_of its view), and
+/// writes it with the scene in its metadata. Throws Error(output).
+WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
                              const std::string& renderer, const PictureFile& file);
 
 /// Throws Error(memory) if a picture does not fit into the machine's memory, so that a size that

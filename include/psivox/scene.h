@@ -28,6 +28,9 @@ enum class TexelType { float32, float16 };
 enum class LightQuality { automatic, exact };
 enum class EmissionColor { white, black_body };
 
+/// How another renderer counts depths: along the view, or along each ray.
+enum class DepthKind { z, distance };
+
 /// Parallel light.
 struct DirectionalLight {
   /// Direction of travel, of any length but 0 [world, or the camera's right, up and backwards]
@@ -92,6 +95,8 @@ struct Scene {
   std::optional<Plane> slice;       ///< shown by mode slice; unset: across the view from the front
   std::optional<WorldBox> clip;     ///< only what is inside is drawn
   std::optional<Plane> clip_plane;  ///< only what is on the side of its normal is drawn
+  std::string holdout;              ///< FILE[:LAYER] of opaque depths, see holdout.h; empty: none
+  DepthKind holdout_depth = DepthKind::z;
 
   std::optional<Integrator> integrator;  ///< psi_weighted under cells, psi_balanced under uniform
   std::optional<Sampling> sampling;      ///< cells, or uniform where step is set
@@ -125,6 +130,7 @@ struct Scene {
   std::optional<double> exposure = 0;  ///< [powers of 2] of sRGB codes and the window; unset: auto
   ToneMap tone_map = ToneMap::none;    ///< of sRGB codes and the window
   bool color_bar = false;              ///< drawn into sRGB codes
+  bool scale_bar = false;              ///< drawn into sRGB codes
   int pixel_samples = 1;
 
   bool strict = false;

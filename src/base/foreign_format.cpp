@@ -63,10 +63,6 @@ std::string foreign_format(const std::string& path, std::string_view head) {
   const auto begins = [&](std::string_view magic, std::size_t offset = 0) {
     return head.size() > offset && head.substr(offset).starts_with(magic);
   };
-  if (begins("NanoVDB") || has_extension(path, ".nvdb"))
-    return "is a NanoVDB file, which psivox does not read; nanovdb_convert, a tool of OpenVDB, "
-           "makes "
-           "a .vdb of it";
   for (const Format& format : formats)
     if (!format.magic.empty() && begins(format.magic, format.offset)) return advice(format, path);
   // XML's first line may stand before

@@ -194,6 +194,7 @@ std::string blank_reason(const View& view, const Image& image) {
   if (why.empty())
     why = std::string("no ray meets anything that attenuates or glows") +
           (view.scene.clip || view.scene.clip_plane ? " within the clip" : "") +
+          (view.scene.holdout.empty() ? "" : " in front of the holdout") +
           "; --look plain --mode mip shows where the values are";
   return (empty ? "the picture is empty: " : "the picture is black: ") + why;
 }

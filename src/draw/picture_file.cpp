@@ -57,7 +57,7 @@ void add_background(Image& image, const glm::dvec3& background) {
   }
 }
 
-WrittenPicture write_picture(Image& image, Scene scene, const std::optional<ColorScale>& scale,
+WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
                              const std::string& renderer, const PictureFile& file) {
   WrittenPicture written;
   const auto say = [&](const std::string& notice) {
@@ -71,7 +71,9 @@ WrittenPicture write_picture(Image& image, Scene scene, const std::optional<Colo
   }
   if (codes) format.display = {scene.exposure.value_or(0), scene.tone_map};
   if (scene.background) add_background(image, *scene.background);
-  if (scene.color_bar && codes) say(add_color_bar(scale, format.display, image));
+  if (scene.color_bar && codes) say(add_color_bar(legend.colors, format.display, image));
+  if (legend.lengths && codes && !draw_scale_bar(image, *legend.lengths, format.display))
+    say("--scale-bar: the picture is too small for it");
   image.metadata = picture_metadata(file, scene);
   image.metadata["psivox:renderer"] = renderer;
   const Stopwatch writing;

@@ -6,6 +6,7 @@
 #include "draw/part_marcher.h"
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
+#include "image/read_holdout.h"
 #include "march/explain.h"
 #include "psivox/clip.h"
 #include "psivox/parameters.h"
@@ -53,7 +54,9 @@ struct Session::Impl {
   }
 
   /// The view that a wish asks for, with the light that is there.
-  View viewed(const Wish& wish) const;
+  View viewed(const Wish& wish);
+  /// The scene's holdout, which is read once.
+  std::shared_ptr<const Holdout> holdout_of(const Scene& scene);
   /// The marcher over the parts that the volume must be drawn in.
   PartMarcher parts_of(Marcher& marcher, const View& wanted, const Wish& wish);
   /// Keeps some bricks of the density alone, in memory, and lights these.
@@ -73,15 +76,27 @@ struct Session::Impl {
   std::optional<Lighting> lighting;    ///< of a medium that a light shines on
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
   std::optional<Box> held;             ///< bricks of the density, if not all
+  std::shared_ptr<const Holdout> holdout;  ///< that was read last, by its name
+  std::string holdout_name;
   WholeAtlas atlas;
 };
 
-View Session::Impl::viewed(const Wish& wish) const {
+std::shared_ptr<const Holdout> Session::Impl::holdout_of(const Scene& scene) {
+  if (!holdout || holdout->kind != scene.holdout_depth || holdout->size != scene.resolution ||
+      holdout_name != scene.holdout) {
+    holdout = std::make_shared<const Holdout>(read_holdout(scene));
+    holdout_name = scene.holdout;
+  }
+  return holdout;
+}
+
+View Session::Impl::viewed(const Wish& wish) {
   View result = view;
   if (wish.scene) {
     result.scene = with_planes(with_default_tolerance(*wish.scene), *view.subject);
     result.camera = make_camera(result.scene, *view.subject);
   }
+  if (!result.scene.holdout.empty()) result.holdout = holdout_of(result.scene);
   if (wish.resolution) result.scene.resolution = *wish.resolution;
   if (wish.exact) result = exact_view(result);
   return result;
@@ -300,7 +315,7 @@ std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pi
 }
 
 CheckedError Session::check_error(const Image& picture, int pixels, const Progress& progress) {
-  View view = impl_->view;
+  View view = impl_->viewed({});
   if (impl_->lighting) {
     PreparationTimes times;
     view.medium =

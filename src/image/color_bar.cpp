@@ -1,60 +1,23 @@
 #include <algorithm>
 #include <cmath>
 
-#include "colour/display.h"
-#include "glyphs.h"
+#include "canvas.h"
 #include "psivox/camera.h"
-#include "psivox/color_scale.h"
+#include "psivox/legend.h"
 #include "psivox/text.h"
 
 namespace psivox {
 namespace {
 
-using image_io::text_picture;
+using image_io::Canvas;
+using image_io::fitted;
+using image_io::Rectangle;
 using image_io::TextPicture;
-
-struct Rectangle {
-  int x = 0, y = 0, width = 0, height = 0;
-};
-
-/// Draws opaque colours on a picture.
-class Canvas {
- public:
-  explicit Canvas(Image& image) : image_(image) {}
-
-  void fill(const Rectangle& r, const glm::dvec3& color) {
-    for (int y = r.y; y < r.y + r.height; ++y)
-      for (int x = r.x; x < r.x + r.width; ++x) set(x, y, color, 1);
-  }
-  void write(const TextPicture& text, int x, int y, const glm::dvec3& color) {
-    for (int row = 0; row < text.height; ++row)
-      for (int column = 0; column < text.width; ++column)
-        set(x + column, y + row, color,
-            double(text.coverage[std::size_t(row * text.width + column)]));
-  }
-
- private:
-  void set(int x, int y, const glm::dvec3& color, double coverage) {
-    if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) return;
-    float* const pixel =
-        &image_.rgba()[4 * (std::size_t(y) * std::size_t(image_.width) + std::size_t(x))];
-    for (int c = 0; c < 3; ++c) pixel[c] = float(std::lerp(double(pixel[c]), color[c], coverage));
-    pixel[3] = float(std::lerp(double(pixel[3]), 1.0, coverage));
-  }
-
-  Image& image_;
-};
 
 struct Label {
   double place = 0;  ///< 0 at the bar's lower end, 1 at its upper one
   TextPicture text;
 };
-
-/// The text in that size, or smaller where it is wider than the room.
-TextPicture fitted(const std::string& text, double size, int room) {
-  const TextPicture picture = text_picture(text, size);
-  return picture.width <= room ? picture : text_picture(text, size * room / picture.width);
-}
 
 std::vector<Label> labels_of(const ColorScale& scale, double size, int room) {
   std::vector<Label> labels;
@@ -92,13 +55,9 @@ bool draw_color_bar(Image& image, const ColorScale& scale, const Display& displa
   ground.x = image.width - strip;
   ground.y = (image.height - ground.height) / 2;
 
-  // Colours of the display as the radiance that it shows so.
-  const auto shown = [&](double light) {
-    return glm::dvec3(radiance_of_display(light, display.tone_map) / display.factor());
-  };
-  const glm::dvec3 white = shown(0.9);
-  Canvas canvas(image);
-  canvas.fill(ground, shown(0.015));
+  Canvas canvas(image, display);
+  const glm::dvec3 white = canvas.white();
+  canvas.fill(ground, canvas.ground());
   const Rectangle bar{ground.x + pad, ground.y + 2 * pad + title.height, bar_width, bar_height};
   canvas.write(title, bar.x, ground.y + pad, white);
   for (int y = 0; y < bar.height; ++y) {

@@ -1,4 +1,4 @@
-#include "psivox/color_scale.h"
+#include "psivox/legend.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,6 +35,13 @@ std::optional<ColorScale> color_scale(const View& view) {
   const double last = function.points().empty() ? 0 : function.points().back().value;
   if (!function.has_color() || !(first < last)) return std::nullopt;
   return scale_of(view, first, last, [&](double value) { return function.at(value).color; });
+}
+
+Legend legend_of(const View& view) {
+  Legend legend;
+  if (view.scene.color_bar) legend.colors = color_scale(view);
+  if (view.scene.scale_bar) legend.lengths = scale_bar(view);
+  return legend;
 }
 
 }  // namespace psivox

@@ -14,7 +14,8 @@ namespace psivox::image_io {
 /// OpenImageIO and all that it depends on takes longer than a small picture: it is loaded when a
 /// picture is read that is no PNG, or written that is neither EXR nor PNG.
 struct PictureFiles {
-  Image (*read)(const std::filesystem::path& path, Format format);
+  /// Without `needs_picture` an EXR may have layers alone.
+  Image (*read)(const std::filesystem::path& path, Format format, bool needs_picture);
   std::map<std::string, std::string> (*read_metadata)(const std::filesystem::path& path,
                                                       Format format);
   /// Whether this OpenImageIO can write the format.

@@ -150,14 +150,28 @@ namespace psivox {
 
 using image_io::Format;
 
-Image read_image(const std::filesystem::path& path) {
-  const Format format = image_io::format_from_contents(path);
+namespace {
+
+Image read_any(const std::filesystem::path& path, Format format, bool needs_picture) {
   try {
     if (format == Format::png) return image_io::read_png(path);
-    return image_io::picture_files(ExitCode::failure).read(path, format);
+    return image_io::picture_files(ExitCode::failure).read(path, format, needs_picture);
   } catch (const std::bad_alloc&) {
     throw image_io::read_error(path, "there is not enough memory for its pixels");
   }
+}
+
+}  // namespace
+
+Image read_image(const std::filesystem::path& path) {
+  return read_any(path, image_io::format_from_contents(path), /*needs_picture=*/true);
+}
+
+Image read_layers(const std::filesystem::path& path) {
+  const Format format = image_io::format_from_contents(path);
+  if (format != Format::exr)
+    throw image_io::read_error(path, "it is no EXR, which alone has layers");
+  return read_any(path, format, /*needs_picture=*/false);
 }
 
 std::map<std::string, std::string> read_metadata(const std::filesystem::path& path) {

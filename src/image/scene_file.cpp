@@ -1,6 +1,7 @@
 #include "psivox/scene_file.h"
 
 #include "psivox/error.h"
+#include "psivox/holdout.h"
 #include "psivox/image.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
@@ -12,7 +13,19 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Names of files in a scene.
-constexpr std::string Scene::*file_names[] = {&Scene::input, &Scene::transfer_function};
+constexpr std::string Scene::*file_names[] = {&Scene::input, &Scene::transfer_function,
+                                              &Scene::holdout};
+
+/// Calls changed(file) for each file that the scene names and puts the result in its place.
+template <typename Changed>
+void change_files(Scene& scene, const Changed& changed) {
+  for (std::string Scene::*const name : file_names) {
+    LayerOfFile named(scene.*name);
+    if (named.file.empty()) continue;
+    named.file = changed(named.file);
+    scene.*name = named.text();
+  }
+}
 
 fs::path whole_path(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
 
@@ -35,7 +48,7 @@ std::string found(const std::string& name, const fs::path& folder, const fs::pat
 }  // namespace
 
 SceneFile read_scene_file(const std::string& path) {
-  if (path.ends_with(".vdb"))
+  if (path.ends_with(".vdb") || path.ends_with(".nvdb"))
     throw Error(ExitCode::usage, in_quotes(path) +
                                      " is a volume, not a scene; give it without --scene, or give "
                                      "a .json or a picture that psivox wrote");
@@ -56,17 +69,15 @@ SceneFile read_scene_file(const std::string& path) {
   }
   file.scene = scene_from_json(text, path);
   const fs::path folder = fs::path(path).parent_path();
-  for (std::string Scene::*const name : file_names)
-    if (std::string& named = file.scene.*name; !named.empty())
-      named = found(named, folder, old_folder);
+  change_files(file.scene,
+               [&](const std::string& name) { return found(name, folder, old_folder); });
   return file;
 }
 
 void add_scene(const Scene& scene, const std::vector<std::string>& layers, const fs::path& picture,
                std::map<std::string, std::string>& metadata) {
   Scene named = scene;
-  for (std::string Scene::*const name : file_names)
-    if (!(named.*name).empty()) named.*name = whole_path(named.*name).string();
+  change_files(named, [](const std::string& name) { return whole_path(name).string(); });
   metadata["psivox:scene"] = to_json(named);
   metadata["psivox:folder"] = whole_path(picture).parent_path().string();
   if (!layers.empty()) metadata["psivox:layers"] = joined(layers);

@@ -61,6 +61,7 @@ void Draft::sort() {
 
 Image draft_picture(Scene scene, const MediumFields& fields) {
   scene.background.reset();
+  scene.holdout.clear();
   scene = with_method(scene, draft_method(scene, *fields.density));
   scene.connectivity = Scene{}.connectivity;
   scene.resolution = {96, 54};

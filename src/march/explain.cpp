@@ -124,6 +124,11 @@ class Model {
     return "none: no ray is that deep, or every one must be followed";
   }
 
+  std::string holdout() const {
+    if (!constants().holds_out) return "none";
+    return "each ray ends at its pixel's depth, by " + in_quotes(scene_.holdout);
+  }
+
   std::string emission() const {
     if (!medium_.emission) return "none";
     return std::string(constants().attenuates
@@ -168,7 +173,7 @@ std::vector<Explanation> explain(const View& view, const MediumAtlas& atlas) {
       {"luminance", model.luminance()},   {"emission", model.emission()},
       {"light", model.light()},           {"sampling", model.sampling()},
       {"integrator", model.integrator()}, {"end corrections", model.corrections()},
-      {"early end", model.early_end()}};
+      {"early end", model.early_end()},   {"holdout", model.holdout()}};
   return explanations;
 }
 

@@ -87,7 +87,7 @@ struct FormulaMarch {
     max_turns = 1 << 30;
     color = real3(1);
     derive();
-    const Pixel p(0, 0, 1, 0);
+    const Pixel p(0, 0, 1, 0, 0);
     Ray ray = grid_ray(p, density);
     ray.begin = ray_of_formulas.first - lattice.phase;
     ray.end = ray_of_formulas.last - lattice.phase;

@@ -354,6 +354,7 @@ View lit(View view, const LightDepths& depths) {
 
 View light_march(const View& view, const Beam& beam) {
   View towards = view;
+  towards.holdout.reset();
   Scene& scene = towards.scene;
   scene.mode = Mode::alpha;
   scene.sampling = Sampling::cells;

@@ -43,7 +43,7 @@ bool has_end_corrections(const View& view) {
   return scene.end_corrections && scene.resolved_sampling() == Sampling::uniform &&
          !view.medium.transfer && !view.medium.emission && scene.composites() &&
          !info(scene.mode).from_back && scene.resolved_integrator() == Integrator::psi_balanced &&
-         (begins_inside(view) || scene.clip || scene.clip_plane);
+         (begins_inside(view) || scene.clip || scene.clip_plane || view.holdout);
 }
 
 double finest_voxel(const Field& field) {
@@ -98,6 +98,7 @@ void place_camera(const View& view, const RayBundle& bundle, MarchSetup& setup) 
   p.sample_offset = glm::dvec2(0.5);
   setup.constants.orthographic = view.camera.orthographic;
   place_clip(view, bundle.distance, setup);
+  place_holdout(view, bundle.distance, setup);
 }
 
 /// What a ray shows of the medium: extinction, luminance, emission, phase, mode and surface.

@@ -124,6 +124,13 @@ int append(const std::vector<glm::vec4>& entries, MarchSetup& setup) {
   return first;
 }
 
+/// Appends numbers, four an entry.
+int append(const std::vector<float>& numbers, MarchSetup& setup) {
+  std::vector<glm::vec4> entries((numbers.size() + 3) / 4);
+  for (std::size_t i = 0; i < numbers.size(); ++i) entries[i / 4][int(i % 4)] = numbers[i];
+  return append(entries, setup);
+}
+
 /// Longest segment of a cell's [unit of t].
 double longest_segment(const Field& field, int segments, double unit) {
   const glm::dmat3 m(field.world_from_index);
@@ -180,10 +187,8 @@ void place_surface_lights(const View& view, MarchSetup& setup) {
 
 void place_passed(const std::vector<float>& depths, const PixelBox& pixels, MarchSetup& setup) {
   if (depths.empty()) return;
-  std::vector<glm::vec4> entries((depths.size() + 3) / 4);
-  for (std::size_t i = 0; i < depths.size(); ++i) entries[i / 4][int(i % 4)] = depths[i];
   MarchParameters& p = setup.parameters;
-  p.passed_first = append(entries, setup);
+  p.passed_first = append(depths, setup);
   p.passed_x = pixels.origin.x;
   p.passed_y = pixels.origin.y;
   p.passed_width = pixels.size.x;
@@ -215,6 +220,22 @@ void place_clip(const View& view, double anchor_distance, MarchSetup& setup) {
   p.clip_first = append(entries, setup);
   p.clip_planes = int(clip.size());
   setup.constants.clips = true;
+}
+
+void place_holdout(const View& view, double anchor_distance, MarchSetup& setup) {
+  if (!view.holdout) return;
+  const glm::ivec2 size = view.scene.resolution;
+  constexpr double far = 1e30;  // beyond every ray, in float32 too
+  std::vector<float> depths;
+  depths.reserve(std::size_t(size.x) * std::size_t(size.y));
+  for (int y = 0; y < size.y; ++y)
+    for (int x = 0; x < size.x; ++x) {
+      const double z = view.holdout->z(view.camera, size, {x, y}) - anchor_distance;
+      depths.push_back(float(std::min(z / setup.parameters.world_unit, far)));
+    }
+  setup.parameters.held_first = append(depths, setup);
+  setup.parameters.held_width = size.x;
+  setup.constants.holds_out = true;
 }
 
 void place_template(const View& view, MarchSetup& setup) {

@@ -42,6 +42,10 @@ void place_passed(const std::vector<float>& depths, const PixelBox& pixels, Marc
 /// The planes of the scene's clip; the anchor plane is that far from the camera [world units].
 void place_clip(const View& view, double anchor_distance, MarchSetup& setup);
 
+/// The depths at which the view's rays are held out, from the anchor plane that far from the
+/// camera.
+void place_holdout(const View& view, double anchor_distance, MarchSetup& setup);
+
 /// The part of the step that each brick of the density takes.
 void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& density,
                        MarchSetup& setup);

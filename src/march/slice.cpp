@@ -87,7 +87,9 @@ class Slice {
     const WorldRay ray = camera_ray(view_.camera, view_.scene.resolution, pixel.x, pixel.y);
     const double t = glm::dot(plane_.normal, *plane_.point - ray.origin) /
                      glm::dot(plane_.normal, ray.direction);
-    const glm::dvec2 part = clip_interval(clip_, ray);
+    glm::dvec2 part = clip_interval(clip_, ray);
+    part.y = std::min(part.y, held_at(view_.holdout.get(), view_.camera, view_.scene.resolution,
+                                      glm::ivec2(pixel), ray));
     const glm::dvec3 at(index_from_world_ * glm::dvec4(ray.origin + t * ray.direction, 1));
     if (!(t >= part.x && t <= part.y) || !inside(at))
       return sums.add(glm::dvec4(0), {no_depth, 1, 0, 0});

@@ -12,7 +12,7 @@
 namespace psivox::image_io {
 
 // The entries of PictureFiles.
-Image read_picture(const std::filesystem::path& path, Format format);
+Image read_picture(const std::filesystem::path& path, Format format, bool needs_picture);
 std::map<std::string, std::string> read_picture_metadata(const std::filesystem::path& path,
                                                          Format format);
 void write_picture(const Image& image, Format format, const WriteOptions& options,
@@ -44,8 +44,9 @@ struct LayerSource {
 
 /// Sorts a file's channels into layers, the inverse of exr_channel_name. The picture comes first,
 /// from R G B or from the grey Y, with alpha 1 if there is no A. Channels with one prefix
-/// (`normal.X`, `normal.Y`) are one layer. Returns nothing if the file has no picture.
-std::optional<std::vector<LayerSource>> layers_from_channels(const std::vector<std::string>& names);
+/// (`normal.X`, `normal.Y`) are one layer. `has_picture` tells whether the file has one.
+std::vector<LayerSource> layers_from_channels(const std::vector<std::string>& names,
+                                              bool& has_picture);
 
 /// Throws Error(input) if an attribute of an EXR's header is longer than the file or has another
 /// length than a value of its type. OpenEXR would allocate the first, and reads values by their

@@ -35,13 +35,16 @@ std::optional<LayerSource> picture_source(const std::vector<std::string>& names)
 
 }  // namespace
 
-std::optional<std::vector<LayerSource>> layers_from_channels(
-    const std::vector<std::string>& names) {
+std::vector<LayerSource> layers_from_channels(const std::vector<std::string>& names,
+                                              bool& has_picture) {
+  std::vector<LayerSource> layers;
+  std::vector<std::optional<std::size_t>> taken;
   const auto picture = picture_source(names);
-  if (!picture) return std::nullopt;
-  const auto& taken = picture->indices;
-
-  std::vector<LayerSource> layers = {*picture};
+  has_picture = picture.has_value();
+  if (picture) {
+    layers.push_back(*picture);
+    taken = picture->indices;
+  }
   std::map<std::string, std::size_t> layer_of_prefix;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (std::find(taken.begin(), taken.end(), i) != taken.end()) continue;
@@ -172,15 +175,16 @@ Layer cut_layer(const LayerSource& source, std::span<const float> stored,
 
 }  // namespace
 
-Image read_picture(const std::filesystem::path& path, Format format) {
+Image read_picture(const std::filesystem::path& path, Format format, bool needs_picture) {
   const Input input = open_picture(path, format);
   const OIIO::ImageSpec& spec = input->spec();
   const Window window = picture_window(spec, format);
   check_size(path, window.width, window.height, double(spec.width) * spec.height, spec.nchannels);
   if (format == Format::exr) check_packing(path, spec);
 
-  const auto sources = layers_from_channels(spec.channelnames);
-  if (!sources) {
+  bool has_picture = false;
+  const auto sources = layers_from_channels(spec.channelnames, has_picture);
+  if (!has_picture && needs_picture) {
     std::string names;
     for (const std::string& name : spec.channelnames) names += " " + name;
     throw read_error(path, "it has neither the channels R G B nor Y, but" + names);
@@ -197,7 +201,7 @@ Image read_picture(const std::filesystem::path& path, Format format) {
   if (!read || !failure.empty()) throw read_error(path, failure);
 
   Image image{window.width, window.height, {}, metadata_of(spec, format)};
-  for (const LayerSource& source : *sources)
+  for (const LayerSource& source : sources)
     image.layers.push_back(cut_layer(source, {stored.get(), count}, spec, window));
   if (format != Format::exr) linearise_and_premultiply(image.rgba(), spec);
   return image;

@@ -71,7 +71,7 @@ std::vector<std::string> write(const Picture& picture, const std::string& path,
   if (holds_codes(path, format) && !scene.exposure) scene.exposure = picture.auto_exposure;
   PictureFile file{path, format, {}};
   if (holds_layers(path)) file.layers = picture.layers;
-  return write_picture(image, scene, picture.colors, picture.renderer, file).notices;
+  return write_picture(image, scene, picture.legend, picture.renderer, file).notices;
 }
 
 Drawing::Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words)
@@ -130,7 +130,7 @@ Picture Drawing::finish(Drawn drawn, const Wish& wish, const PictureWords& wante
   picture.look_background = look_background_;
   if (!view.scene.exposure)
     picture.auto_exposure = auto_exposure(picture.image, view.scene.tone_map);
-  if (view.scene.color_bar) picture.colors = color_scale(view);
+  picture.legend = legend_of(view);
   if (view.scene.background) add_background(picture.image, *view.scene.background);
   picture.layers = wanted.layers;
   picture.renderer = drawn.stats.renderer;

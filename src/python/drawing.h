@@ -86,7 +86,7 @@ struct Picture {
   Scene scene;                                ///< complete, but for the next two
   std::optional<glm::dvec3> look_background;  ///< of files that show one
   std::optional<double> auto_exposure;        ///< where the scene leaves it to the picture
-  std::optional<ColorScale> colors;           ///< of a colour bar
+  Legend legend;
   std::vector<std::string> layers, notices;
   std::string renderer;
   std::optional<MarchPlan> plan;

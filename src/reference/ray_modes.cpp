@@ -132,8 +132,9 @@ RayModes::RayModes(const View& view, const RayMedium& medium, double tolerance)
     cache_.emplace(medium.density);
 }
 
-RayPicture RayModes::picture(const WorldRay& ray) {
+RayPicture RayModes::picture(const WorldRay& ray, double end) {
   part_ = clip_interval(clip_, ray);
+  part_.y = std::min(part_.y, end);
   if (!(part_.x < part_.y)) return {};
   switch (info(view_->scene.mode).shows) {
     case Shows::light:

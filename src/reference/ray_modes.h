@@ -28,7 +28,8 @@ class RayModes {
   /// `view` and its `medium` must outlive it.
   RayModes(const View& view, const RayMedium& medium, double tolerance);
 
-  RayPicture picture(const WorldRay& ray);
+  /// The ray up to the distance `end` [world units].
+  RayPicture picture(const WorldRay& ray, double end);
 
  private:
   RayPicture radiance(const WorldRay& ray);
@@ -40,7 +41,7 @@ class RayModes {
   const RayMedium* medium_;
   RayIntegrator integrator_;
   std::vector<HalfSpace> clip_;
-  glm::dvec2 part_{0};               ///< of the ray that is drawn, which the clip leaves
+  glm::dvec2 part_{0};               ///< of the ray that is drawn: before its end, in the clip
   std::optional<BlockCache> cache_;  ///< of the density grid, for maxima and surfaces
 };
 

@@ -28,7 +28,8 @@ RayPicture integrate_pixel(const View& view, RayModes& modes, int x, int y) {
   for (int i = 0; i < n; ++i) {
     const glm::dvec2 place = pixel_sample(i, n);
     const WorldRay ray = camera_ray(view.camera, view.scene.resolution, x + place.x, y + place.y);
-    const RayPicture r = modes.picture(ray);
+    const RayPicture r = modes.picture(
+        ray, held_at(view.holdout.get(), view.camera, view.scene.resolution, {x, y}, ray));
     sum.radiance += r.radiance;
     sum.opacity += r.opacity;
     sum.error += r.error;

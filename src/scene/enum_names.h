@@ -23,6 +23,7 @@ inline std::vector<std::string> enum_names(RendererKind) {
   return {"gl", "reference", "march-double"};
 }
 inline std::vector<std::string> enum_names(TexelType) { return {"float32", "float16"}; }
+inline std::vector<std::string> enum_names(DepthKind) { return {"z", "distance"}; }
 inline std::vector<std::string> enum_names(ToneMap) { return {"none", "filmic"}; }
 /// The names of a table's rows, with dashes.
 template <typename Table>

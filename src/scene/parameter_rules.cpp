@@ -157,8 +157,11 @@ void validate_cuts(const Scene& scene) {
     for (int axis = 0; axis < 3; ++axis)
       if (!(scene.clip->min[axis] < scene.clip->max[axis]))
         fail("--clip X0,Y0,Z0,X1,Y1,Z1: the first three must be below the last three");
-  if ((scene.clip || scene.clip_plane) && scene.sampling == Sampling::template_)
-    fail("--sampling template marches whole rays; leave out --clip and --clip-plane");
+  if ((scene.clip || scene.clip_plane || !scene.holdout.empty()) &&
+      scene.sampling == Sampling::template_)
+    fail("--sampling template marches whole rays; leave out --clip, --clip-plane and --holdout");
+  if (scene.holdout_depth != DepthKind::z && scene.holdout.empty())
+    fail("--holdout-depth tells what the depths of --holdout are; give both or neither");
 }
 
 /// A ray's integral has no white: its exposure is auto unless it is given.

@@ -78,6 +78,9 @@ Rows output_rows() {
        "curve of the same outputs; filmic: ACES, fitted by Narkowicz", &Scene::tone_map},
       {"color-bar", "", "", "", "draw the map's colours and values into the same outputs",
        &Scene::color_bar},
+      {"scale-bar", "", "", "",
+       "draw a bar of a round length in world units into them, as it is in the volume's middle",
+       &Scene::scale_bar},
       {"pixel-samples", "N", "", "", "rays per pixel, stratified; 1 is the pixel's centre",
        &Scene::pixel_samples, sample_count},
   };
@@ -153,6 +156,13 @@ Rows mode_and_part_rows() {
                   "normal, or a "
                   "point and a normal",
                   &Scene::clip_plane, any, "none"}),
+      march_only({"holdout", "FILE[:LAYER]", "", "none",
+                  "end rays at the opaque depths that another renderer has drawn through the same "
+                  "camera, in a layer of an EXR",
+                  &Scene::holdout}),
+      march_only({"holdout-depth", enum_metavar<DepthKind>(), "", "",
+                  "what these depths are: z along the view, or the distance from the camera",
+                  &Scene::holdout_depth}),
   };
 }
 

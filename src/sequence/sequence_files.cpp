@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 /// Whether psivox reads files of that name.
 bool has_format(const std::string& path) {
   const std::string name = lower_case(path);
-  return std::ranges::any_of(std::array{".vdb", ".nii", ".nii.gz", ".nrrd", ".nhdr"},
+  return std::ranges::any_of(std::array{".vdb", ".nvdb", ".nii", ".nii.gz", ".nrrd", ".nhdr"},
                              [&](const char* extension) { return name.ends_with(extension); });
 }
 

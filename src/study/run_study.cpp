@@ -225,9 +225,7 @@ std::string StudyRun::same_picture(std::size_t i, const StudyPoint& point, const
 
 /// Writes the picture as `render` does, with the scene's background and exposure.
 void StudyRun::write_png(Image image, const Scene& scene, const fs::path& path) const {
-  std::optional<ColorScale> scale;
-  if (scene.color_bar) scale = color_scale(session_.view());
-  write_picture(image, scene, scale, base_.renderer, {path.string()});
+  write_picture(image, scene, legend_of(session_.view()), base_.renderer, {path.string()});
 }
 
 /// Measures all but the times; these results do not depend on when they are measured.

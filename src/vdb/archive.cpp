@@ -2,13 +2,12 @@
 
 #include <openvdb/io/Stream.h>
 
-#include <algorithm>
 #include <array>
-#include <map>
-#include <new>
+#include <memory>
 #include <sstream>
 #include <utility>
 
+#include "archive_grid.h"
 #include "grid_types.h"
 #include "leaf_decoder.h"
 #include "point_counts.h"
@@ -22,15 +21,6 @@ namespace psivox::vdb {
 namespace {
 
 using openvdb::io::GridDescriptor;
-
-/// A message for the user, in one line, about an exception from OpenVDB or the stream.
-std::string explain(const std::exception& e) {
-  if (dynamic_cast<const std::ios_base::failure*>(&e)) return "the file ends too early";
-  if (dynamic_cast<const std::bad_alloc*>(&e)) return "it asks for more memory than there is";
-  std::string text = e.what();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return printable(text);
-}
 
 /// Throws for a file of another format.
 void refuse_foreign(FileBlocks& file) {
@@ -56,11 +46,10 @@ void check_root(const openvdb::GridBase& grid) {
 
 }  // namespace
 
-Archive::Archive(FileBlocks& file, Progress progress)
-    : file_(file), buffer_(file, std::move(progress)) {
+Archive::Archive(std::shared_ptr<FileBlocks> file, Progress progress)
+    : GridFile(std::move(file), std::move(progress)) {
   openvdb::initialize();
-  refuse_foreign(file);
-  stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+  refuse_foreign(*file_);
   try {
     readHeader(stream_);
     // OpenVDB's readers ask the stream for the format and library versions and the compression.
@@ -95,7 +84,7 @@ void Archive::read_directory() {
       entries_.push_back(std::move(entry));
       return;
     }
-    const bool cut_short = inputHasGridOffsets() && entry.descriptor.getEndPos() > file_.size();
+    const bool cut_short = inputHasGridOffsets() && entry.descriptor.getEndPos() > file_->size();
     if (cut_short && i + 1 < count) {
       entry.problem += "; " + std::to_string(count - i - 1) + " more behind it cannot be found";
     }
@@ -130,9 +119,9 @@ void Archive::read_entry(GridEntry& entry) {
   if (descriptor.getGridPos() < here || descriptor.getEndPos() < descriptor.getGridPos()) {
     throw openvdb::IoError("its position in the file is impossible");
   }
-  if (descriptor.getEndPos() > file_.size()) {
+  if (descriptor.getEndPos() > file_->size()) {
     entry.problem = "is cut short: it needs " + std::to_string(descriptor.getEndPos()) +
-                    " bytes, the file has " + std::to_string(file_.size());
+                    " bytes, the file has " + std::to_string(file_->size());
   }
 }
 
@@ -143,7 +132,7 @@ void Archive::skip_grid(GridEntry& entry) {
   GridDescriptor& descriptor = entry.descriptor;
   const std::string& type = descriptor.gridType();
   descriptor.setGridPos(stream_.tellg());
-  descriptor.setEndPos(file_.size());
+  descriptor.setEndPos(file_->size());
   if (is_old() || channels_of(type) == 0) {
     read_old(entry);
   } else if (TreeHead head = begin_grid(entry); !descriptor.isInstance()) {
@@ -159,49 +148,6 @@ void Archive::skip_grid(GridEntry& entry) {
     }
   }
   descriptor.setEndPos(stream_.tellg());
-}
-
-/// OpenVDB's names, `density` or `density[1]`, with control characters escaped. It writes grids
-/// without a name as `[0]`, `[1]`; where another program repeats a name without numbers, they are
-/// numbered here.
-void Archive::name_entries() {
-  std::map<std::string, int> uses;
-  for (GridEntry& entry : entries_) {
-    entry.name = printable(GridDescriptor::nameAsString(entry.descriptor.uniqueName()));
-    ++uses[entry.name];
-  }
-  std::map<std::string, int> next;
-  for (GridEntry& entry : entries_) {
-    const std::string name = entry.name;
-    if (name.empty() || uses[name] > 1) entry.name += "[" + std::to_string(next[name]++) + "]";
-  }
-}
-
-const GridEntry& Archive::find(std::string_view name) const {
-  for (const GridEntry& entry : entries_) {
-    if (entry.name == name) return entry;
-  }
-  for (const GridEntry& entry : entries_) {
-    if (entry.descriptor.gridName() == name) return entry;
-  }
-  std::vector<std::string> names;
-  for (const GridEntry& entry : entries_) names.push_back(entry.name);
-  std::string message = subject(path()) + "has no grid " + in_quotes(name) + "; it has";
-  for (const std::string& known : nearest_first(name, names)) message += " " + in_quotes(known);
-  if (names.empty()) message += " none";
-  throw Error(ExitCode::input, message);
-}
-
-void Archive::guarded(const GridEntry& entry, const std::function<void()>& work) const {
-  if (!entry.problem.empty())
-    throw Error(ExitCode::input, subject(path(), entry.name) + entry.problem);
-  try {
-    work();
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& e) {
-    throw Error(ExitCode::input, subject(path(), entry.name) + "cannot be read: " + explain(e));
-  }
 }
 
 /// The grid that has an instance's tree.
@@ -277,6 +223,10 @@ std::shared_ptr<FileBlocks> Archive::rewritten(const GridEntry& entry) {
   stream.setCompression(openvdb::io::COMPRESS_NONE);
   stream.write(openvdb::GridCPtrVec{grid});
   return std::make_shared<FileBlocks>(path(), std::move(out).str());
+}
+
+std::unique_ptr<FileGrid> Archive::open(const GridEntry& entry, bool marked) {
+  return std::make_unique<ArchiveGrid>(*this, entry, file_, marked);
 }
 
 MetadataText Archive::metadata_of(const GridEntry& entry) {

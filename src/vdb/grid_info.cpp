@@ -155,15 +155,13 @@ GridContent content_of(std::uint64_t active_voxels, bool has_value) {
                                               : "is 0 everywhere"};
 }
 
-GridContent content_of(Archive& archive, const GridEntry& entry,
-                       const std::shared_ptr<FileBlocks>& file) {
-  FileGrid grid(archive, entry, file);
-  const std::uint64_t voxels = grid.summary().active_voxels;
-  return content_of(voxels, voxels > 0 && has_value(grid));
+GridContent content_of(GridFile& file, const GridEntry& entry) {
+  const auto grid = file.open(entry);
+  const std::uint64_t voxels = grid->summary().active_voxels;
+  return content_of(voxels, voxels > 0 && has_value(*grid));
 }
 
-GridInfo grid_info(Archive& archive, const GridEntry& entry,
-                   const std::shared_ptr<FileBlocks>& file, bool values) {
+GridInfo grid_info(GridFile& file, const GridEntry& entry, bool values) {
   GridInfo info;
   info.name = entry.name;
   info.type = printable(entry.descriptor.gridType());
@@ -174,11 +172,11 @@ GridInfo grid_info(Archive& archive, const GridEntry& entry,
   if (!entry.problem.empty()) return info;
 
   try {
-    FileGrid grid(archive, entry, file);
-    if (values) info.values = statistics_of(grid);
+    const auto grid = file.open(entry);
+    if (values) info.values = statistics_of(*grid);
     info.values_read = values;
-    const GridSummary& summary = grid.summary();
-    const openvdb::GridBase& head = grid.head();
+    const GridSummary& summary = grid->summary();
+    const openvdb::GridBase& head = grid->head();
     info.grid_class = openvdb::GridBase::gridClassToString(head.getGridClass());
     info.active_voxels = summary.active_voxels;
     info.leaves = summary.leaves;
@@ -189,7 +187,7 @@ GridInfo grid_info(Archive& archive, const GridEntry& entry,
     info.metadata = other_metadata(head);
     info.problem = problem_of(head, summary);
   } catch (const Error& e) {
-    info.problem = without_subject(e.what(), archive.path(), entry.name);  // the row names the grid
+    info.problem = without_subject(e.what(), file.path(), entry.name);  // the row names the grid
   }
   return info;
 }

@@ -72,6 +72,7 @@ std::optional<double> half_width(const openvdb::GridBase& grid) {
 
 }  // namespace
 
+std::string points_grid_type() { return points_type; }
 bool is_points(const std::string& grid_type) { return grid_type == points_type; }
 bool is_mask(const std::string& grid_type) { return grid_type == openvdb::MaskGrid::gridType(); }
 

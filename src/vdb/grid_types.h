@@ -19,6 +19,7 @@ using SupportedGrids =
 /// values, which become 1.
 bool is_points(const std::string& grid_type);
 bool is_mask(const std::string& grid_type);
+std::string points_grid_type();
 
 /// The type of SupportedGrids whose topology is stored byte for byte as that of `grid_type`: int32
 /// for points, bool for masks. Other types are stored as themselves.

@@ -3,27 +3,37 @@
 #include <utility>
 
 #include "archive.h"
+#include "file_grid.h"
 #include "grid_info.h"
 #include "grid_types.h"
+#include "nano_file.h"
 #include "read_grid.h"
 #include "reader.h"
 #include "scan_reader.h"
 
 namespace psivox::vdb {
+namespace {
+
+std::unique_ptr<GridFile> open_grids(std::shared_ptr<FileBlocks> file, Progress progress = {}) {
+  if (is_nano(*file)) return std::make_unique<NanoFile>(std::move(file), std::move(progress));
+  return std::make_unique<Archive>(std::move(file), std::move(progress));
+}
+
+}  // namespace
 
 InPlaceReader::InPlaceReader(std::shared_ptr<FileBlocks> file, Progress progress)
     : file_(std::move(file)), progress_(std::move(progress)) {}
 
 FileFacts InPlaceReader::facts() {
-  Archive archive(*file_, progress_);
+  const auto grids = open_grids(file_, progress_);
   FileFacts facts;
-  facts.metadata = archive.metadata();
+  facts.metadata = grids->metadata();
   std::vector<std::string> names;
   std::vector<MetadataText> metadata;
-  for (const GridEntry& entry : archive.entries()) {
+  for (const GridEntry& entry : grids->entries()) {
     const std::string& type = entry.descriptor.gridType();
     names.push_back(entry.descriptor.gridName());
-    metadata.push_back(archive.metadata_of(entry));
+    metadata.push_back(grids->metadata_of(entry));
     const auto grid_class = metadata.back().find("class");
     facts.grids.push_back({entry.name, names.back(), entry.problem.empty() ? channels_of(type) : 0,
                            value_type_of(type),
@@ -34,17 +44,16 @@ FileFacts InPlaceReader::facts() {
 }
 
 std::vector<GridInfo> InPlaceReader::info(const std::string& grid, bool values) {
-  Archive archive(*file_);
-  if (!grid.empty()) return {grid_info(archive, archive.find(grid), file_, values)};
+  const auto grids = open_grids(file_);
+  if (!grid.empty()) return {grid_info(*grids, grids->find(grid), values)};
   std::vector<GridInfo> rows;
-  for (const GridEntry& entry : archive.entries())
-    rows.push_back(grid_info(archive, entry, file_, values));
+  for (const GridEntry& entry : grids->entries()) rows.push_back(grid_info(*grids, entry, values));
   return rows;
 }
 
 GridContent InPlaceReader::content(const std::string& grid) {
-  Archive archive(*file_);
-  return content_of(archive, archive.find(grid), file_);
+  const auto grids = open_grids(file_);
+  return content_of(*grids, grids->find(grid));
 }
 
 std::optional<Field> InPlaceReader::last_field(const std::string& name,
@@ -60,14 +69,14 @@ std::optional<Field> InPlaceReader::last_field(const std::string& name,
 }
 
 Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
-  Archive archive(*file_, progress_);
-  const GridEntry& entry = archive.find(grid);
+  const auto grids = open_grids(file_, progress_);
+  const GridEntry& entry = grids->find(grid);
   std::optional<Field> same = last_field(entry.name, options);
   Field field;
   if (same) {
     field = std::move(*same);
   } else {
-    ReadGrid read = read_grid(archive, entry, file_, options);
+    ReadGrid read = read_grid(*grids, entry, options);
     field = std::move(read.field);
     const std::lock_guard lock(mutex_);
     if (!options.active && read.voxels) {
@@ -81,9 +90,8 @@ Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
     }
   }
   if (entry.name != grid && !grid.empty()) {
-    const auto same_names = std::ranges::count(archive.entries(), grid, [](const GridEntry& other) {
-      return other.descriptor.gridName();
-    });
+    const auto same_names = std::ranges::count(
+        grids->entries(), grid, [](const GridEntry& other) { return other.descriptor.gridName(); });
     field.notices.insert(field.notices.begin(),
                          "grid '" + grid + "': " + std::to_string(same_names) +
                              " grids have this name; took '" + entry.name + "'");

@@ -4,7 +4,6 @@
 #include <openvdb/openvdb.h>
 
 #include <cstdint>
-#include <functional>
 #include <istream>
 #include <memory>
 #include <optional>
@@ -13,30 +12,11 @@
 #include <vector>
 
 #include "base/file_blocks.h"
+#include "decoded_leaf.h"
 #include "topology.h"
 #include "value_block.h"
 
 namespace psivox::vdb {
-
-/// A leaf of a grid of any type.
-class DecodedLeaf {
- public:
-  explicit DecodedLeaf(const LeafMask& mask) : mask_(mask) {}
-
-  const LeafMask& active() const { return mask_; }
-  /// Copies 512 * channels values, vectors interleaved.
-  virtual void copy_to(float* values) const = 0;
-  virtual void copy_to(double* values) const = 0;
-
- protected:
-  ~DecodedLeaf() = default;
-
- private:
-  const LeafMask& mask_;
-};
-
-/// What becomes of a leaf, by its number. Several threads call it.
-using TakeLeaf = std::function<void(std::size_t n, const DecodedLeaf& leaf)>;
 
 /// Where a leaf's values are in the file [bytes].
 struct LeafPlace {

@@ -64,12 +64,12 @@ void find_percentiles(Field& field, const Voxels& voxels, const ReadOptions& opt
 /// One reading of a grid.
 class Reading {
  public:
-  Reading(Archive& archive, const GridEntry& entry, const std::shared_ptr<FileBlocks>& file,
-          const ReadOptions& options)
+  Reading(GridFile& file, const GridEntry& entry, const ReadOptions& options)
       : options_(options),
         file_(file),
-        subject_(subject(archive.path(), entry.name)),
-        grid_(archive, entry, file, options.active) {
+        subject_(subject(file.path(), entry.name)),
+        read_(file.open(entry, options.active)),
+        grid_(*read_) {
     field_.name = entry.name + (options.active ? ":active" : "");
     field_.value_type = options.active ? "float" : value_type_of(entry.descriptor.gridType());
     field_.channels = grid_.channels();
@@ -278,14 +278,13 @@ class Reading {
   /// Surveys the leaves, unless the caller does, and leaves their values where they are.
   void leave_in_file() {
     if (options_.memory)
-      file_->keep_at_most(std::int64_t(std::min(most_kept, options_.memory / 8)));
+      file_.file().keep_at_most(std::int64_t(std::min(most_kept, options_.memory / 8)));
     field_.survey = take_tiles(grid_.topology().tiles);
     for (const glm::ivec3& origin : grid_.topology().leaves)
       field_.leaves.push_back({origin, nullptr});
     const LeafSurvey survey = leaf_survey(/*ranges=*/true);
     if (options_.unsurveyed) {
-      grid_.find_places();
-      field_.reader = std::make_shared<FileLeaves>(grid_, survey, subject_, /*surveyed=*/false);
+      field_.reader = grid_.stored_leaves(survey, subject_, /*surveyed=*/false);
       return;
     }
     SurveySum sum;
@@ -294,7 +293,7 @@ class Reading {
       leaf.copy_to(values.data());
       sum.add(survey.take(grid_.topology().leaves[n], values.data(), leaf.active()));
     });
-    const auto leaves = std::make_shared<FileLeaves>(grid_, survey, subject_, /*surveyed=*/true);
+    const auto leaves = grid_.stored_leaves(survey, subject_, /*surveyed=*/true);
     leaves->replace_infinite(take_survey(field_, sum.total(), options_, subject_));
     field_.reader = leaves;
     set_percentiles(field_, options_.percentiles, [&](const auto& take) {
@@ -305,9 +304,10 @@ class Reading {
   }
 
   const ReadOptions& options_;
-  std::shared_ptr<FileBlocks> file_;
+  GridFile& file_;
   std::string subject_;
-  FileGrid grid_;
+  std::unique_ptr<FileGrid> read_;
+  FileGrid& grid_;
   Field field_;
 };
 
@@ -327,9 +327,8 @@ void look_again(Field& field, const Voxels& voxels, const ReadOptions& options) 
   find_percentiles(field, voxels, options);
 }
 
-ReadGrid read_grid(Archive& archive, const GridEntry& entry,
-                   const std::shared_ptr<FileBlocks>& file, const ReadOptions& options) {
-  return Reading(archive, entry, file, options).read();
+ReadGrid read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options) {
+  return Reading(file, entry, options).read();
 }
 
 }  // namespace psivox::vdb

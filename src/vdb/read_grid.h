@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "archive.h"
 #include "float_tree.h"
+#include "grid_file.h"
 #include "psivox/field.h"
 #include "psivox/vdb.h"
 
@@ -16,8 +16,7 @@ struct ReadGrid {
 };
 
 /// Reads a grid, as VdbFile::read does, which says what is thrown.
-ReadGrid read_grid(Archive& archive, const GridEntry& entry,
-                   const std::shared_ptr<FileBlocks>& file, const ReadOptions& options);
+ReadGrid read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options);
 
 /// Finds in a field's voxels, none of which is bad, what the options ask for.
 void look_again(Field& field, const Voxels& voxels, const ReadOptions& options);

@@ -15,7 +15,7 @@ namespace {
 
 /// Parameters that the window sets, or that hold from the start on.
 constexpr const char* left_out[] = {"input",    "resolution", "device",   "look",
-                                    "exposure", "tone-map",   "color-bar"};
+                                    "exposure", "tone-map",   "color-bar", "scale-bar"};
 
 std::string help_of(const Parameter& p) {
   std::string text = "--" + p.name + ": " + p.help;

@@ -25,6 +25,26 @@ std::optional<ColorScale> color_scale(const View& view);
 /// is too small for it. `display`: how the file will show values, so that text is white there.
 bool draw_color_bar(Image& image, const ColorScale& scale, const Display& display);
 
+/// A length of the world, as it is in the plane across the view through the subject's middle.
+struct ScaleBar {
+  double length = 1;  ///< 1, 2 or 5 times a power of 10 [world units]
+  double width = 0;   ///< at most a quarter [picture widths]
+};
+ScaleBar scale_bar(const View& view);
+
+/// Draws the bar with its length into the lower left corner, on an opaque ground. Returns false if
+/// the picture is too small for it. `display`: as for draw_color_bar.
+bool draw_scale_bar(Image& image, const ScaleBar& bar, const Display& display);
+
+/// What is drawn over a picture to explain it.
+struct Legend {
+  std::optional<ColorScale> colors;  ///< --color-bar
+  std::optional<ScaleBar> lengths;   ///< --scale-bar
+};
+
+/// The legend that the view's scene asks for.
+Legend legend_of(const View& view);
+
 /// Numbers from min to max at round distances, about `count` of them, as the bar's labels.
 std::vector<double> round_values(double min, double max, int count);
 

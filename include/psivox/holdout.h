@@ -1,0 +1,37 @@
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <string>
+#include <vector>
+
+#include "psivox/camera.h"
+
+namespace psivox {
+
+/// Opaque things that another renderer has drawn through the scene's camera: each ray ends at its
+/// pixel's depth, so that the picture goes over theirs by plain `over` (Porter and Duff 1984).
+struct Holdout {
+  glm::ivec2 size{0};             ///< [pixels]
+  DepthKind kind = DepthKind::z;  ///< of the depths
+  std::vector<float> depths;      ///< [world units], from the top left pixel, row by row
+
+  /// Distance from the camera along the view at which the rays of a pixel end, in a picture of
+  /// `resolution` pixels of the same frame [world units]; +Inf where nothing is there: the file's
+  /// depth is not finite, or not above 0.
+  double z(const Camera& camera, const glm::ivec2& resolution, const glm::ivec2& pixel) const;
+};
+
+/// Distance from the camera at which the holdout, which may be null, ends a ray of a pixel.
+double held_at(const Holdout* holdout, const Camera& camera, const glm::ivec2& resolution,
+               const glm::ivec2& pixel, const WorldRay& ray);
+
+/// A layer of a picture's file, as FILE.exr[:LAYER] names it.
+struct LayerOfFile {
+  std::string file;
+  std::string layer;  ///< empty: not said
+
+  explicit LayerOfFile(const std::string& text);
+  std::string text() const { return layer.empty() ? file : file + ":" + layer; }
+};
+
+}  // namespace psivox

@@ -1,0 +1,183 @@
+#include "archive_grid.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "grid_types.h"
+#include "point_counts.h"
+#include "psivox/error.h"
+#include "psivox/value_percentile.h"
+
+namespace psivox::vdb {
+namespace {
+
+constexpr std::size_t batch_leaves = 2048;     // 4 MiB of values
+constexpr std::int64_t ahead_bytes = 8 << 20;  // that the system is asked to read
+/// Enough for the kind of a leaf's values, their length and Blosc's header, if neither inactive
+/// values nor a mask of them stand between. [bytes]
+constexpr std::int64_t head_bytes = 32;
+
+}  // namespace
+
+ArchiveGrid::ArchiveGrid(Archive& archive, const GridEntry& entry, std::shared_ptr<FileBlocks> file,
+                         bool marked)
+    : FileGrid(archive, entry, marked || is_mask(entry.descriptor.gridType())),
+      archive_(&archive),
+      file_(std::move(file)),
+      points_(is_points(entry.descriptor.gridType())) {
+  archive.guarded(entry, [&] {
+    if (archive.is_old()) {
+      file_ = archive.rewritten(entry);
+      rewritten_ = std::make_unique<Archive>(file_);
+      archive_ = rewritten_.get();
+    }
+    TreeHead tree = archive_->begin_tree(rewritten_ ? archive_->entries().front() : entry);
+    delayed_load_ = std::move(tree.delayed_load);
+    end_ = tree.end;
+    tree_at_ = archive_->stream().tellg();
+    begin(std::move(tree.grid), points_);
+  });
+}
+
+Topology ArchiveGrid::read_topology(const TopologyWish& wish) {
+  archive_->stream().seekg(tree_at_);
+  Topology topology = vdb::read_topology(*head_, archive_->stream(), wish);
+  leaves_at_ = archive_->stream().tellg();
+  return topology;
+}
+
+std::string ArchiveGrid::why_whole() const {
+  if (is_marked()) return "active voxels are marked in the whole";
+  if (points_) return "points are counted in the whole";
+  return {};
+}
+
+/// A leaf's place depends on the lengths of those before it. So one thread finds the places of a
+/// batch by skipping over them, and then all threads decode.
+void ArchiveGrid::read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) {
+  archive_->stream().seekg(leaves_at_);
+  if (points_) {
+    const std::vector<LeafMask>& masks = topology_.masks;
+    read_point_counts(masks.size(), archive_->stream(),
+                      [&](std::size_t n, const PointCounts& counts) {
+                        take(n, MadeLeaf(masks[n], [&](std::size_t i) { return counts[i]; }));
+                      });
+    return;
+  }
+  const LeafDecoder decoder = this->decoder();
+  const std::size_t count = topology_.leaves.size();
+  std::istream& stream = archive_->stream();
+  places_.assign(1, leaves_at_);
+  places_.reserve(enough ? 1 : count + 1);
+  std::vector<LeafPlace> batch;
+  std::size_t wanted = enough ? 1 : batch_leaves;
+  for (std::size_t first = 0; first < count; first += batch.size()) {
+    file_->announce(places_.back(), ahead_bytes);
+    batch.clear();
+    while (batch.size() < std::min(wanted, count - first)) {
+      decoder.skip(stream);
+      batch.push_back({places_.back(), stream.tellg()});
+      places_.push_back(batch.back().end);
+    }
+    archive_->buffer().read_to(places_.back());
+    decoder.decode(batch, /*in_runs=*/true,
+                   [&](std::size_t n, const DecodedLeaf& leaf) { take(first + n, leaf); });
+    if (enough && enough()) return;
+    wanted = std::min(2 * wanted, batch_leaves);
+  }
+}
+
+std::shared_ptr<StoredLeaves> ArchiveGrid::stored_leaves(const LeafSurvey& survey,
+                                                         std::string subject, bool surveyed) {
+  if (!surveyed) find_places();
+  return std::make_shared<FileLeaves>(*this, survey, std::move(subject), surveyed);
+}
+
+/// Finds the leaves' places by the metadata for delayed loading or, if these do not lead to the
+/// grid's end, by a few bytes of each leaf.
+void ArchiveGrid::find_places() {
+  guarded([&] {
+    const LeafDecoder decoder = this->decoder();
+    std::istream& stream = archive_->stream();
+    stream.seekg(leaves_at_);
+    places_ = decoder.lengths(delayed_load_, topology_);
+    places_.insert(places_.begin(), leaves_at_);
+    std::partial_sum(places_.begin(), places_.end(), places_.begin());
+    const std::size_t leaves = topology_.leaves.size();
+    if (places_.size() > leaves && places_.back() == end_) return;
+    places_.assign(1, leaves_at_);
+    // small leaves are read in fewer calls than skipped
+    if (end_ - leaves_at_ > 4 * head_bytes * std::int64_t(leaves))
+      archive_->buffer().read_only(head_bytes);
+    for (const std::uint16_t active : topology_.active) {
+      decoder.skip(stream, active);
+      places_.push_back(stream.tellg());
+    }
+    archive_->buffer().read_only(0);
+  });
+}
+
+FileLeaves::FileLeaves(const ArchiveGrid& grid, const LeafSurvey& survey, std::string subject,
+                       bool surveyed)
+    : decoder_(grid.decoder()),
+      survey_(survey),
+      subject_(std::move(subject)),
+      places_(grid.places()),
+      floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(grid.channels())) {
+  if (!surveyed) origins_ = grid.topology().leaves;
+  for (const TilePart& part : grid.topology().tiles)
+    if (part.active) active_tiles_.push_back({part.tile().value.x, tile_voxels(part.tile())});
+}
+
+template <typename Take>
+void FileLeaves::decode(std::span<const std::uint32_t> leaves, float* values,
+                        const Take& take) const {
+  std::vector<LeafPlace> places;
+  places.reserve(leaves.size());
+  for (const std::uint32_t leaf : leaves) {
+    if (leaf + std::size_t{1} >= places_.size())
+      throw Error(ExitCode::input, subject_ + "has no leaf of that number");
+    places.push_back({places_[leaf], places_[leaf + 1]});
+  }
+  try {
+    decoder_.decode(places, /*in_runs=*/false, [&](std::size_t n, const DecodedLeaf& leaf) {
+      float* const to = values + n * floats_per_leaf_;
+      leaf.copy_to(to);
+      take(n, to, leaf.active());
+    });
+  } catch (const std::exception& e) {
+    throw Error(ExitCode::input, subject_ + "cannot be read again: " + e.what());
+  }
+}
+
+void FileLeaves::clean(float* values, const LeafMask& active) const {
+  if (survey_.without_ranges().take({}, values, active).bad.positive_infinite > 0)
+    vdb::replace_infinite(values, floats_per_leaf_, largest_);
+}
+
+void FileLeaves::read(std::span<const std::uint32_t> leaves, float* values) const {
+  decode(leaves, values,
+         [&](std::size_t, float* leaf, const LeafMask& active) { clean(leaf, active); });
+}
+
+void FileLeaves::read_active(std::span<const std::uint32_t> leaves, float* values) const {
+  const std::size_t channels = floats_per_leaf_ / kLeafVoxels;
+  decode(leaves, values, [&](std::size_t, float* leaf, const LeafMask& active) {
+    clean(leaf, active);
+    for (auto off = active.beginOff(); off; ++off)
+      leaf[off.pos() * channels] = std::numeric_limits<float>::quiet_NaN();
+  });
+}
+
+ValueSurvey FileLeaves::survey(std::span<const std::uint32_t> leaves, float* values) const {
+  if (origins_.empty()) throw Error(ExitCode::input, subject_ + "has been surveyed");
+  SurveySum sum;
+  decode(leaves, values, [&](std::size_t n, float* leaf, const LeafMask& active) {
+    sum.add(survey_.take(origins_[leaves[n]], leaf, active));
+  });
+  return sum.total();
+}
+
+}  // namespace psivox::vdb

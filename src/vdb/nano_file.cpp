@@ -1,0 +1,187 @@
+#include "nano_file.h"
+
+#include <openvdb/io/Compression.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "grid_types.h"
+#include "nano_grid.h"
+#include "psivox/error.h"
+#include "psivox/memory.h"
+#include "psivox/text.h"
+#include "value_block.h"
+
+namespace psivox::vdb {
+namespace {
+
+enum Codec : std::uint16_t { none, zip, blosc };
+
+/// The header of a segment.
+struct SegmentHeader {
+  std::array<char, 8> magic;
+  std::uint32_t version;  ///< major in 11 bits, minor in 11, patch in 10
+  std::uint16_t grids;
+  std::uint16_t codec;
+};
+static_assert(sizeof(SegmentHeader) == 16);
+
+/// The directory's entry of a grid, before its name, as nanovdb::io::MetaData.
+struct NanoEntry {
+  std::uint64_t memory, bytes, name_key, active_voxels;
+  std::uint32_t type, grid_class;
+  std::array<double, 6> world_box;
+  std::array<std::int32_t, 6> index_box;
+  std::array<double, 3> voxel_size;
+  std::uint32_t name_length;  ///< with the 0 at its end
+  std::array<std::uint32_t, 4> nodes;
+  std::array<std::uint32_t, 3> tiles;
+  std::uint16_t codec, padding;
+  std::uint32_t version;
+};
+static_assert(sizeof(NanoEntry) == 176);
+
+constexpr std::string_view name_of_format = "NanoVDB";
+constexpr std::uint64_t blosc_chunk = 1 << 30;    // of a grid, compressed by itself [bytes]
+constexpr std::uint64_t longest_name = 64 << 10;  // [bytes]
+constexpr std::uint64_t greatest_ratio = 1100;    // zlib's is 1032, LZ4's 255
+
+/// The major version alone, before 29 the whole number was it.
+std::string version_text(std::uint32_t version) {
+  if (version >> 21 == 0) return std::to_string(version);
+  return std::to_string(version >> 21) + "." + std::to_string(version >> 10 & 0x7FF);
+}
+
+void check_version(const std::string& path, std::uint32_t version) {
+  if (version >> 21 == nano_major_version()) return;
+  throw Error(ExitCode::input, subject(path) + "was written by NanoVDB " + version_text(version) +
+                                   ", psivox reads " + std::to_string(nano_major_version()));
+}
+
+}  // namespace
+
+bool is_nano(FileBlocks& file) {
+  const FileRun first = file.run(0, 1);
+  return std::string_view(first.bytes.get(), std::size_t(first.size)).starts_with(name_of_format);
+}
+
+NanoFile::NanoFile(std::shared_ptr<FileBlocks> file, Progress progress)
+    : GridFile(std::move(file), std::move(progress)) {
+  openvdb::initialize();
+  try {
+    do {
+      read_segment();
+    } while (entries_.back().problem.empty() && stream_.tellg() < file_->size());
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    throw Error(ExitCode::input, subject(path()) + "is a damaged NanoVDB file: " + explain(e));
+  }
+  name_entries();
+}
+
+void NanoFile::read_segment() {
+  const auto header = take<SegmentHeader>(stream_);
+  if (!std::string_view(header.magic.data(), header.magic.size()).starts_with(name_of_format))
+    throw openvdb::IoError("something else follows its grids");
+  check_version(path(), header.version);
+  if (header.grids == 0) throw openvdb::IoError("it has no grid");
+  const std::size_t first = entries_.size();
+  for (std::uint16_t n = 0; n < header.grids; ++n) read_entry(header.codec);
+  place_entries(first, std::uint64_t(stream_.tellg()));
+}
+
+void NanoFile::read_entry(std::uint16_t codec) {
+  const auto entry = take<NanoEntry>(stream_);
+  if (entry.name_length > longest_name) throw openvdb::IoError("a name has an impossible length");
+  std::string name(entry.name_length, '\0');
+  stream_.read(name.data(), std::streamsize(name.size()));
+  name.resize(std::min(name.find('\0'), name.size()));
+  const NanoType type = nano_type(entry.type, entry.grid_class);
+  GridEntry listed;
+  listed.descriptor = {name, type.grid_type.empty() ? type.name : type.grid_type};
+  if (type.grid_type.empty()) listed.problem = unsupported_type(type.name);
+  entries_.push_back(std::move(listed));
+  stored_.push_back({entry.memory, entry.bytes, 0, entry.type, entry.grid_class, codec});
+}
+
+/// The grids of a segment follow each other. Moves the stream behind them, or says of a grid that
+/// the file ends before it does.
+void NanoFile::place_entries(std::size_t first, std::uint64_t at) {
+  const auto size = std::uint64_t(file_->size());
+  for (std::size_t n = first; n < entries_.size(); ++n) {
+    stored_[n].at = at;
+    if (stored_[n].bytes > size - at) {
+      entries_[n].problem = "is cut short: it needs " + std::to_string(stored_[n].bytes) +
+                            " bytes, the file has " + std::to_string(size - at) + " for it";
+      at = size;
+    } else {
+      at += stored_[n].bytes;
+    }
+  }
+  stream_.seekg(std::streamoff(at));
+}
+
+const NanoFile::Stored& NanoFile::stored(const GridEntry& entry) const {
+  return stored_[std::size_t(&entry - entries_.data())];
+}
+
+MetadataText NanoFile::metadata_of(const GridEntry& entry) {
+  return {{"class", openvdb::GridBase::gridClassToString(nano_class(stored(entry).grid_class))}};
+}
+
+std::unique_ptr<FileGrid> NanoFile::open(const GridEntry& entry, bool marked) {
+  return std::make_unique<NanoGrid>(*this, entry, marked);
+}
+
+std::pair<std::shared_ptr<const void>, NanoBytes> NanoFile::unpacked(const GridEntry& entry) {
+  const Stored& grid = stored(entry);
+  if (grid.codec > blosc) throw openvdb::IoError("it is compressed by an unknown codec");
+  if (grid.codec == none ? grid.memory != grid.bytes : grid.memory / greatest_ratio > grid.bytes)
+    throw openvdb::IoError("its size is impossible");
+  const std::uint64_t available = available_memory();
+  if (available > 0 && grid.memory > available)
+    throw Error(ExitCode::memory, subject(path(), entry.name) + "needs " + mebibytes(grid.memory) +
+                                      " of memory, there are " + mebibytes(available));
+  struct alignas(32) Block {
+    char bytes[32];
+  };
+  const auto blocks = std::make_shared_for_overwrite<Block[]>(
+      std::size_t(grid.memory + blosc_overhead) / sizeof(Block) + 1);
+  char* const bytes = reinterpret_cast<char*>(blocks.get());
+  stream_.clear();
+  stream_.seekg(std::streamoff(grid.at));
+  buffer_.expect(std::int64_t(grid.bytes));
+  unpack(grid, bytes);
+  return {blocks, NanoBytes(bytes, std::size_t(grid.memory))};
+}
+
+void NanoFile::unpack(const Stored& grid, char* to) {
+  if (grid.codec == none) {
+    stream_.read(to, std::streamsize(grid.memory));
+    return;
+  }
+  const std::uint64_t end = grid.at + grid.bytes;
+  for (std::uint64_t rest = grid.memory; rest > 0;) {
+    const std::uint64_t size = grid.codec == zip ? rest : std::min(rest, blosc_chunk);
+    const auto length = take<std::int64_t>(stream_);
+    if (length <= 0 || std::uint64_t(length) > end - std::uint64_t(stream_.tellg()))
+      throw openvdb::IoError("a compressed block has an impossible length");
+    if (grid.codec == zip) {
+      stream_.seekg(-std::streamoff(sizeof length), std::ios_base::cur);
+      openvdb::io::unzipFromStream(stream_, to, std::size_t(size));
+    } else {
+      std::string block(std::size_t(length), '\0');
+      stream_.read(block.data(), length);
+      expand_blosc(block, to, std::size_t(size));
+    }
+    to += size;
+    rest -= size;
+  }
+}
+
+}  // namespace psivox::vdb

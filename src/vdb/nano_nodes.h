@@ -1,0 +1,262 @@
+#pragma once
+
+#include <nanovdb/NanoVDB.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "grid_types.h"
+#include "nano_tree.h"
+#include "topology_builder.h"
+
+namespace psivox::vdb {
+
+inline constexpr int nano_root_width = 4096;
+inline constexpr std::size_t nano_alignment = 32;
+
+[[noreturn]] inline void refuse_nano(const char* why) { throw openvdb::IoError(why); }
+
+/// The nodes of a grid whose values NanoVDB stores as `BuildT`, read as those of an OpenVDB grid.
+template <typename BuildT, typename GridT, bool points = false>
+class TypedNanoTree final : public NanoTree {
+  using Root = typename nanovdb::NanoRoot<BuildT>::DataType;
+  using Upper = typename nanovdb::NanoUpper<BuildT>::DataType;
+  using Lower = typename nanovdb::NanoLower<BuildT>::DataType;
+  using Leaf = typename nanovdb::NanoLeaf<BuildT>::DataType;
+  using StoredT = typename Root::ValueT;
+  using ValueT = typename GridT::ValueType;
+  static constexpr bool quantised =
+      std::is_same_v<BuildT, nanovdb::Fp4> || std::is_same_v<BuildT, nanovdb::Fp8> ||
+      std::is_same_v<BuildT, nanovdb::Fp16> || std::is_same_v<BuildT, nanovdb::FpN>;
+
+ public:
+  explicit TypedNanoTree(NanoBytes bytes) : bytes_(bytes) {}
+
+  Topology topology(openvdb::GridBase& empty, const TopologyWish& wish) override {
+    leaves_.clear();
+    lowers_ = uppers_ = 0;
+    const std::uint64_t at = root_at();
+    const Root& root = node<Root>(at);
+    background_ = value_of(root.mBackground);
+    static_cast<GridT&>(empty).tree().root().setBackground(background_, false);
+    TopologyBuilder<ValueT> found(wish);
+    found.set_background(background_);
+    const auto table = root_table(root, at);
+    for (const auto& [origin, tile] : table)
+      if (tile->child == 0)
+        found.add_tile(origin, nano_root_width, value_of(tile->value), tile->state != 0);
+    for (const auto& [origin, tile] : table)
+      if (tile->child != 0) take_upper(found, child(at, tile->child), origin);
+    return found.take();
+  }
+
+  void decode(std::size_t n, const std::optional<double>& fill,
+              const TakeLeaf& take) const override {
+    const Leaf& leaf = *reinterpret_cast<const Leaf*>(bytes_.data() + leaves_[n]);
+    LeafMask mask;
+    std::memcpy(static_cast<void*>(&mask), &leaf.mValueMask, sizeof mask);
+    if constexpr (points) {
+      const auto counts = point_counts(leaf);
+      take(n, MadeLeaf(mask, [&](std::size_t i) { return counts[i]; }));
+    } else {
+      take(n, Values(*this, leaf, mask, fill));
+    }
+  }
+
+ private:
+  class Values final : public DecodedLeaf {
+   public:
+    Values(const TypedNanoTree& tree, const Leaf& leaf, const LeafMask& mask,
+           const std::optional<double>& fill)
+        : DecodedLeaf(mask), tree_(tree), leaf_(leaf), fill_(fill) {}
+
+    void copy_to(float* values) const override { copy(values); }
+    void copy_to(double* values) const override { copy(values); }
+
+   private:
+    template <typename Number>
+    void copy(Number* to) const {
+      constexpr int channels = openvdb::VecTraits<ValueT>::IsVec ? 3 : 1;
+      for (std::uint32_t i = 0; i < kLeafVoxels; ++i, to += channels) {
+        const ValueT value = tree_.value_of(leaf_.getValue(i));
+        const bool filled = fill_ && !active().isOn(i) && tree_.is_background(leaf_, value);
+        for (int c = 0; c < channels; ++c)
+          to[c] = static_cast<Number>(filled ? *fill_ : to_dvec3(value)[c]);
+      }
+    }
+
+    const TypedNanoTree& tree_;
+    const Leaf& leaf_;
+    const std::optional<double>& fill_;
+  };
+
+  static ValueT value_of(const StoredT& stored) {
+    if constexpr (std::is_same_v<StoredT, bool>)  // its byte can have any value
+      return reinterpret_cast<const unsigned char&>(stored) != 0;
+    else if constexpr (openvdb::VecTraits<ValueT>::IsVec)
+      return ValueT(stored[0], stored[1], stored[2]);
+    else
+      return static_cast<ValueT>(stored);
+  }
+
+  /// Quantised values, which may be dithered, are within a quantum of what they were.
+  bool is_background(const Leaf& leaf, const ValueT& value) const {
+    if constexpr (quantised)
+      if (std::abs(value - background_) <= leaf.mQuantum) return true;
+    return same_values(value, background_);
+  }
+
+  /// The part of the bytes that is a node, or more of one kind.
+  template <typename T>
+  const T& node(std::uint64_t at, std::uint64_t bytes = sizeof(T)) const {
+    if (at % nano_alignment != 0 || at > bytes_.size() || bytes > bytes_.size() - at)
+      refuse_nano("a node is not within its bytes");
+    return *reinterpret_cast<const T*>(bytes_.data() + at);
+  }
+
+  /// Where a child is, by its distance from its parent. [bytes]
+  std::uint64_t child(std::uint64_t parent, std::int64_t distance) const {
+    const std::uint64_t at = parent + static_cast<std::uint64_t>(distance);
+    if (distance < 0 ? at > parent : at < parent) refuse_nano("a node is not within its bytes");
+    return at;
+  }
+
+  std::uint64_t root_at() const {
+    constexpr std::size_t tree_at = sizeof(nanovdb::GridData), root_offset = 24;
+    std::uint64_t offset;
+    if (bytes_.size() < tree_at + root_offset + sizeof offset) refuse_nano("its tree is cut off");
+    std::memcpy(&offset, bytes_.data() + tree_at + root_offset, sizeof offset);
+    if (offset > bytes_.size()) refuse_nano("a node is not within its bytes");
+    return tree_at + offset;
+  }
+
+  using RootTable = std::vector<std::pair<openvdb::Coord, const typename Root::Tile*>>;
+
+  /// In OpenVDB's order.
+  RootTable root_table(const Root& root, std::uint64_t at) const {
+    using Tile = typename Root::Tile;
+    const std::uint64_t count = root.mTableSize;
+    const Tile* tiles = &node<Tile>(at + sizeof(Root), count * sizeof(Tile));
+    RootTable table;
+    for (std::uint64_t n = 0; n < count; ++n)
+      table.emplace_back(origin_of(tiles[n].key), &tiles[n]);
+    std::ranges::sort(table, {}, &RootTable::value_type::first);
+    for (std::size_t n = 1; n < table.size(); ++n)
+      if (table[n].first == table[n - 1].first) refuse_place();
+    return table;
+  }
+
+  [[noreturn]] static void refuse_place() {
+    refuse_nano("a node of its tree is at an impossible place");
+  }
+
+  /// x, y, z / 4096 in 21 bits each, of which the first is 0.
+  static openvdb::Coord origin_of(std::uint64_t key) {
+    constexpr std::uint64_t bits = 0xFFFFF;
+    if (key & ~(bits | bits << 21 | bits << 42)) refuse_place();
+    const auto part = [&](int shift) {
+      return static_cast<int>(static_cast<std::uint32_t>((key >> shift & bits) * nano_root_width));
+    };
+    return {part(42), part(21), part(0)};
+  }
+
+  /// Counts a node. A damaged file can have many ways to the same one.
+  template <typename T>
+  void count(std::uint64_t& nodes) const {
+    if (++nodes > bytes_.size() / sizeof(T)) refuse_nano("its nodes are more than its bytes");
+  }
+
+  /// The box of a node's active values begins in the node, unless it is empty.
+  template <typename NodeT>
+  static void check_box(const NodeT& node, const openvdb::Coord& origin, int width) {
+    const auto& box = node.mBBox;
+    for (int axis = 0; axis < 3; ++axis)
+      if (box[0][axis] > box[1][axis]) return;
+    check_origin(box[0], origin, width);
+  }
+  template <typename PlaceT>
+  static void check_origin(const PlaceT& place, const openvdb::Coord& origin, int width) {
+    for (int axis = 0; axis < 3; ++axis)
+      if ((place[axis] & ~(width - 1)) != origin[axis]) refuse_place();
+  }
+
+  void take_upper(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin) {
+    count<Upper>(uppers_);
+    take_inner<Upper, 5, 7>(
+        found, at, origin, [&](std::uint64_t child_at, const openvdb::Coord& place) {
+          count<Lower>(lowers_);
+          take_inner<Lower, 4, 3>(found, child_at, place,
+                                  [&](std::uint64_t leaf_at, const openvdb::Coord& corner) {
+                                    take_leaf(found, leaf_at, corner);
+                                  });
+        });
+  }
+
+  /// A node of 2^side tiles or children in each direction, which are 2^child_width voxels wide.
+  template <typename NodeT, int side, int child_width, typename TakeChild>
+  void take_inner(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin,
+                  const TakeChild& take_child) {
+    using MaskT = openvdb::util::NodeMask<side>;
+    const NodeT& inner = node<NodeT>(at);
+    check_box(inner, origin, 1 << (side + child_width));
+    MaskT children, active;
+    static_assert(sizeof children == sizeof inner.mChildMask);
+    std::memcpy(static_cast<void*>(&children), &inner.mChildMask, sizeof children);
+    std::memcpy(static_cast<void*>(&active), &inner.mValueMask, sizeof active);
+    const auto place = [&](unsigned n) {
+      constexpr unsigned low = (1 << side) - 1;
+      return origin + (openvdb::Coord(int(n >> 2 * side), int(n >> side & low), int(n & low))
+                       << child_width);
+    };
+    for (auto n = children.beginOff(); n; ++n)
+      found.add_tile(place(n.pos()), 1 << child_width, value_of(inner.mTable[n.pos()].value),
+                     active.isOn(n.pos()));
+    for (auto n = children.beginOn(); n; ++n)
+      take_child(child(at, inner.mTable[n.pos()].child), place(n.pos()));
+  }
+
+  void take_leaf(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin) {
+    const Leaf& leaf = node<Leaf>(at);
+    if constexpr (std::is_same_v<BuildT, nanovdb::FpN>) {
+      constexpr int widest = 4;  // 2^4 bits for each value
+      const int width = leaf.mFlags >> 5;
+      if (width > widest) refuse_nano("values of an impossible width");
+      node<Leaf>(at, sizeof(Leaf) + (kLeafVoxels / 8 << width));
+    }
+    std::uint64_t leaves = leaves_.size();
+    count<Leaf>(leaves);
+    LeafMask mask;
+    std::memcpy(static_cast<void*>(&mask), &leaf.mValueMask, sizeof mask);
+    if (!mask.isOff()) check_origin(leaf.mBBoxMin, origin, 8);
+    leaves_.push_back(at);
+    found.add_leaf(origin, mask);
+  }
+
+  /// From the offsets behind each voxel's last point.
+  static std::array<std::int32_t, kLeafVoxels> point_counts(const Leaf& leaf) {
+    std::array<std::int32_t, kLeafVoxels> counts;
+    std::uint32_t last = 0;
+    for (std::uint32_t i = 0; i < kLeafVoxels; ++i) {
+      const auto end = static_cast<std::uint32_t>(leaf.getValue(i));
+      const std::uint32_t points_in = end - last;
+      if (end < last || points_in > std::uint32_t(std::numeric_limits<std::int32_t>::max()))
+        refuse_nano("its points are out of order");
+      counts[i] = static_cast<std::int32_t>(points_in);
+      last = end;
+    }
+    return counts;
+  }
+
+  NanoBytes bytes_;
+  ValueT background_{};
+  std::vector<std::uint64_t> leaves_;
+  std::uint64_t lowers_ = 0, uppers_ = 0;
+};
+
+}  // namespace psivox::vdb

@@ -1,0 +1,268 @@
+// .nvdb files that NanoVDB itself writes: they are read as the .vdb that they were made from, or
+// are refused.
+
+#define NANOVDB_USE_ZIP
+#define NANOVDB_USE_BLOSC
+
+#include <nanovdb/util/GridBuilder.h>
+#include <nanovdb/util/IO.h>
+#include <nanovdb/util/OpenToNanoVDB.h>
+#include <openvdb/points/PointConversion.h>
+#include <openvdb/tools/LevelSetSphere.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "vdb/reader.h"
+#include "vdb_made_files.h"
+
+namespace psivox {
+namespace {
+
+using nanovdb::io::Codec;
+using openvdb::GridBase;
+
+constexpr std::array nano_codecs{Codec::NONE, Codec::ZIP, Codec::BLOSC};
+
+/// The ball, with tiles of each size, at a place of its own.
+template <typename GridT>
+GridBase::Ptr ball_with_tiles(const std::string& name) {
+  using ValueT = typename GridT::ValueType;
+  const auto base = test::ball<GridT>(name, 14);
+  auto& tree = static_cast<GridT&>(*base).tree();
+  tree.addTile(1, openvdb::Coord(64, 0, 0), ValueT(3), true);
+  tree.addTile(2, openvdb::Coord(-256, 0, 0), ValueT(1), true);
+  tree.addTile(3, openvdb::Coord(-8192, 0, 4096), ValueT(1), false);
+  auto transform = openvdb::math::Transform::createLinearTransform(0.25);
+  transform->postRotate(0.3, openvdb::math::Y_AXIS);
+  transform->postTranslate({1, 2, 3});
+  base->setTransform(transform);
+  return base;
+}
+
+std::filesystem::path written_nano(const std::vector<GridBase::Ptr>& grids, Codec codec,
+                                   const std::string& name = "made.nvdb") {
+  std::vector<nanovdb::GridHandle<>> handles;
+  for (const GridBase::Ptr& grid : grids) handles.push_back(nanovdb::openToNanoVDB(grid));
+  const auto path = test::scratch_dir() / name;
+  nanovdb::io::writeGrids(path.string(), handles, codec);
+  return path;
+}
+
+template <typename BuildT>
+std::filesystem::path quantised(openvdb::FloatGrid& grid, const std::string& name) {
+  nanovdb::OpenToNanoVDB<float, BuildT> convert;
+  const auto path = test::scratch_dir() / name;
+  nanovdb::io::writeGrid(path.string(), convert(grid), Codec::BLOSC);
+  return path;
+}
+
+/// The largest difference of two fields' values, which have the same leaves.
+float difference(const Field& a, const Field& b) {
+  EXPECT_EQ(a.leaves.size(), b.leaves.size());
+  float most = 0;
+  for (std::size_t n = 0; n < std::min(a.leaves.size(), b.leaves.size()); ++n) {
+    EXPECT_EQ(a.leaves[n].origin, b.leaves[n].origin);
+    for (std::size_t i = 0; i < 512 * std::size_t(a.channels); ++i)
+      most = std::max(most, std::abs(a.leaves[n].values[i] - b.leaves[n].values[i]));
+  }
+  return most;
+}
+
+void expect_same(const VdbFile& nano, const VdbFile& vdb) {
+  const std::vector<GridInfo> rows = nano.info(true), wanted = vdb.info(true);
+  ASSERT_EQ(nano.names(), vdb.names());
+  for (std::size_t n = 0; n < wanted.size(); ++n) {
+    SCOPED_TRACE(wanted[n].name);
+    EXPECT_EQ(rows[n].problem, wanted[n].problem);
+    EXPECT_EQ(rows[n].type, wanted[n].type);
+    EXPECT_EQ(rows[n].value_type, wanted[n].value_type);
+    EXPECT_EQ(rows[n].grid_class, wanted[n].grid_class);
+    EXPECT_EQ(rows[n].transform, wanted[n].transform);
+    EXPECT_EQ(rows[n].world_from_index, wanted[n].world_from_index);
+    EXPECT_EQ(rows[n].active_voxels, wanted[n].active_voxels);
+    EXPECT_EQ(rows[n].active_tiles, wanted[n].active_tiles);
+    EXPECT_EQ(rows[n].active_box, wanted[n].active_box);
+    EXPECT_EQ(rows[n].background, wanted[n].background);
+    EXPECT_EQ(rows[n].values->mean, wanted[n].values->mean);
+    const Field a = nano.read(rows[n].name), b = vdb.read(wanted[n].name);
+    EXPECT_EQ(difference(a, b), 0);
+    EXPECT_EQ(a.tiles.size(), b.tiles.size());
+    EXPECT_EQ(a.notices, b.notices);
+  }
+}
+
+TEST(NanoVdb, GridsOfEachTypeAndCodecAreReadAsTheirVdb) {
+  using namespace openvdb;
+  const std::vector<GridBase::Ptr> grids{
+      ball_with_tiles<FloatGrid>("density"), ball_with_tiles<DoubleGrid>("d"),
+      ball_with_tiles<Int32Grid>("i"),       ball_with_tiles<Int64Grid>("l"),
+      ball_with_tiles<BoolGrid>("b"),        ball_with_tiles<Vec3SGrid>("v")};
+  grids[0]->setGridClass(GRID_FOG_VOLUME);
+  const VdbFile vdb(test::written({grids.begin(), grids.end()}, io::COMPRESS_NONE));
+  for (const Codec codec : nano_codecs) {
+    SCOPED_TRACE(nanovdb::io::toStr(codec));
+    expect_same(VdbFile(written_nano(grids, codec)), vdb);
+  }
+}
+
+TEST(NanoVdb, MasksLevelSetsBackgroundsAndRepeatedNamesAreReadAsTheirVdb) {
+  using namespace openvdb;
+  const auto mask = test::named<MaskGrid>("m");
+  mask->fill(CoordBBox(Coord(-3), Coord(11)), true);
+  const auto sphere = tools::createLevelSetSphere<FloatGrid>(5, Vec3f(0), 0.5f);
+  sphere->setName("density");
+  const auto ball = ball_with_tiles<FloatGrid>("density");
+  static_cast<FloatGrid&>(*ball).tree().root().setBackground(1, true);
+  const std::vector<GridBase::Ptr> grids{mask, sphere, ball};
+  expect_same(VdbFile(written_nano(grids, Codec::ZIP)),
+              VdbFile(test::written({grids.begin(), grids.end()}, io::COMPRESS_ZIP)));
+}
+
+TEST(NanoVdb, QuantisedValuesAreWithinTheirQuantum) {
+  const auto grid = ball_with_tiles<openvdb::FloatGrid>("density");
+  auto& floats = static_cast<openvdb::FloatGrid&>(*grid);
+  const Field exact = VdbFile(test::written({grid}, openvdb::io::COMPRESS_NONE)).read("density");
+  constexpr float range = 65;  // of ball's values
+  const auto error = [&](const std::filesystem::path& path) {
+    const VdbFile file(path);
+    EXPECT_EQ(file.value_type("density"), "float");
+    return difference(file.read("density"), exact);
+  };
+  const float of_4 = error(quantised<nanovdb::Fp4>(floats, "4.nvdb"));
+  const float of_8 = error(quantised<nanovdb::Fp8>(floats, "8.nvdb"));
+  const float of_16 = error(quantised<nanovdb::Fp16>(floats, "16.nvdb"));
+  EXPECT_LE(of_4, range / 15 / 2 * 1.001f);
+  EXPECT_LE(of_8, range / 255 / 2 * 1.001f);
+  EXPECT_LE(of_16, range / 65535 / 2 * 1.01f);
+  EXPECT_GT(of_4, of_8);
+  EXPECT_GT(of_8, of_16);
+  EXPECT_LE(error(quantised<nanovdb::FpN>(floats, "n.nvdb")), range / 15);
+}
+
+TEST(NanoVdb, TheBackgroundOfQuantisedValuesBecomesZero) {
+  const auto grid = test::named("density");
+  grid->tree().root().setBackground(1, true);
+  grid->tree().setValue(openvdb::Coord(1, 2, 3), 0.3f);
+  grid->tree().setValue(openvdb::Coord(4, 4, 4), 2.7f);
+  const Field field = VdbFile(quantised<nanovdb::Fp8>(*grid, "8.nvdb")).read("density");
+  ASSERT_EQ(field.leaves.size(), 1u);
+  EXPECT_EQ(std::count_if(field.leaves[0].values, field.leaves[0].values + 512,
+                          [](float value) { return value != 0; }),
+            2);
+}
+
+/// A file of a type that OpenToNanoVDB does not make.
+template <typename ValueT>
+std::filesystem::path built(const std::string& type, ValueT value) {
+  nanovdb::GridBuilder<ValueT> builder(ValueT(0));
+  auto to = builder.getAccessor();
+  to.setValue({1, 2, 3}, value);
+  const auto path = test::scratch_dir() / (type + ".nvdb");
+  nanovdb::io::writeGrid(path.string(), builder.getHandle(1.0, nanovdb::Vec3d(0), type));
+  return path;
+}
+
+TEST(NanoVdb, VectorsOfDoublesKeepTheirPrecision) {
+  const VdbFile file(built("v", nanovdb::Vec3d(0.1, 0, 0)));
+  EXPECT_EQ(file.value_type("v"), "vec3d");
+  EXPECT_EQ(file.info(true)[0].values->greatest, 0.1);
+}
+
+TEST(NanoVdb, IntegersThatOpenVdbLacksAreWidened) {
+  const VdbFile of_16(built<std::int16_t>("int16", -7)), of_32(built("uint32", 3000000000u));
+  EXPECT_EQ(of_16.value_type("int16"), "int32");
+  EXPECT_EQ(of_32.value_type("uint32"), "int64");
+  EXPECT_EQ(of_16.info(true)[0].values->least, -7);
+  EXPECT_EQ(of_32.info(true)[0].values->greatest, 3000000000.0);
+}
+
+TEST(NanoVdb, PointsAreTheirNumberInEachVoxel) {
+  using namespace openvdb;
+  const std::vector<Vec3f> at{{1, 1, 1}, {1, 1, 1.2f}, {2, 3, 4}, {9, 1, 1}};
+  const auto points = points::createPointDataGrid<points::NullCodec, points::PointDataGrid>(
+      at, *math::Transform::createLinearTransform(1));
+  points->setName("points");
+  expect_same(VdbFile(written_nano({points}, Codec::NONE)),
+              VdbFile(test::written({points}, io::COMPRESS_NONE)));
+  EXPECT_EQ(VdbFile(written_nano({points}, Codec::NONE)).info(true)[0].values->greatest, 2);
+}
+
+std::string error_of(const std::string& bytes) {
+  const auto path = test::write_bytes("lie.nvdb", bytes);
+  try {
+    const VdbFile file(path);
+    for (const std::string& name : file.names()) file.read(name);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::input) << error.what();
+    EXPECT_NE(std::string(error.what()).find("lie.nvdb"), std::string::npos) << error.what();
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return error.what();
+  }
+  return "";
+}
+
+/// In place of bytes at a place of the file.
+template <typename T>
+std::string with(std::string bytes, std::size_t place, T value) {
+  std::memcpy(bytes.data() + place, &value, sizeof value);
+  return bytes;
+}
+
+TEST(NanoVdb, FilesThatLieAreErrors) {
+  const std::string good =
+      test::file_bytes(written_nano({ball_with_tiles<openvdb::FloatGrid>("density")}, Codec::NONE));
+  ASSERT_EQ(error_of(good), "");
+  constexpr std::size_t version = 8, codec = 14, memory = 16, bytes = 24, type = 48, name = 152,
+                        grid = 16 + 176 + 8, grid_type = grid + 636, root = grid + 672 + 24,
+                        table_size = grid + 672 + 64 + 24, first_child = table_size + 40;
+  constexpr std::uint64_t most = ~std::uint64_t{0};
+  EXPECT_NE(error_of(with(good, version, 28u)).find("NanoVDB 28, psivox reads 32"), good.npos);
+  EXPECT_NE(error_of(with(good, version, 33u << 21)).find("NanoVDB 33.0"), good.npos);
+  EXPECT_NE(error_of(with(good, type, 12u)).find("RGBA8"), good.npos);
+  EXPECT_NE(error_of(with(good, type, 99u)).find("unknown"), good.npos);
+  for (const std::string& lie :
+       {with(good, codec, std::uint16_t{7}), with(good, codec, std::uint16_t{1}),
+        with(good, memory, most), with(good, bytes, most), with(good, bytes, most - 100),
+        with(good, name, 0xFFFFFFFFu), with(good, grid_type, 2u), with(good, root, most),
+        with(good, root, std::uint64_t{1} << 40), with(good, table_size, 0xFFFFFFFFu),
+        with(good, first_child + 8, std::int64_t{1} << 62),
+        with(good, first_child + 8, -(std::int64_t{1} << 62)), good.substr(0, 10),
+        good.substr(0, 100), good.substr(0, good.size() / 2), good.substr(0, good.size() - 1),
+        good + "more"})
+    EXPECT_NE(error_of(lie), "");
+}
+
+/// Every change of a file's bytes ends in an error or in a field, in this process.
+TEST(NanoVdb, NoChangeOfAFileCrashes) {
+  const auto ball = ball_with_tiles<openvdb::FloatGrid>("density");
+  auto& floats = static_cast<openvdb::FloatGrid&>(*ball);
+  std::mt19937 random(7);
+  for (const auto& path :
+       {written_nano({ball}, Codec::NONE, "none.nvdb"), written_nano({ball}, Codec::ZIP, "z.nvdb"),
+        written_nano({ball_with_tiles<openvdb::Vec3SGrid>("v")}, Codec::BLOSC, "b.nvdb"),
+        written_nano({ball_with_tiles<openvdb::BoolGrid>("b")}, Codec::NONE, "bool.nvdb"),
+        quantised<nanovdb::FpN>(floats, "n.nvdb")}) {
+    SCOPED_TRACE(path.filename());
+    const std::string good = test::file_bytes(path);
+    int refused = 0;
+    for (int change = 0; change < 300; ++change) {
+      std::string bytes = good;
+      if (change % 6 == 0)
+        bytes.resize(random() % good.size());
+      else  // most of them where the file has structure, not values
+        bytes[random() % (change % 2 ? std::min<std::size_t>(2000, good.size()) : good.size())] =
+            static_cast<char>(random());
+      refused += !error_of(bytes).empty();
+    }
+    EXPECT_GT(refused, 50);  // each shorter file at least
+  }
+}
+
+}  // namespace
+}  // namespace psivox
