@@ -3,6 +3,7 @@ find_package(TBB REQUIRED)
 find_package(glm REQUIRED)
 find_package(OpenEXR REQUIRED)
 find_package(PNG REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(OpenImageIO REQUIRED)
 # Debian's target lists OpenCV's headers, which its package does not depend on and psivox does not
 # use.

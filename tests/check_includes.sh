@@ -42,6 +42,7 @@ only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_di
 only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/medium/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
 only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'
+only_in '^zlib\.h' '^src/scan/' '^tests/scan_made_files\.h$'
 only_in '^stb/' '^src/image/glyphs\.'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/(viewer_hands\.h|parameter_panel_test\.cpp)$'
 only_in '^mpi\.h' '^src/team/mpi/'
@@ -57,6 +58,7 @@ colour display
 team team
 guard
 field dense_field field leaf_values value_percentile value_survey
+scan
 vdb vdb
 scene black_body camera camera_file clip colormap holdout integrators method modes parameters scene subject transfer_function
 atlas atlas regions

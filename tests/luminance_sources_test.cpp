@@ -323,7 +323,7 @@ TEST(Centering, CellShiftsEveryGridByHalfAVoxel) {
 TEST(Light, AloneIsAllTheLuminance) {
   Scene scene;
   scene.lights = {{{0, 0, -2}, {1, 2, 3}}};
-  scene.albedo = 0.5;
+  scene.albedo = glm::dvec3(0.5);
   const auto density = share(ramp());
   View view = make_view(scene, density, nullptr);
   EXPECT_EQ(view.scene.luminance, glm::dvec3(0));

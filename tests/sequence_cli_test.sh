@@ -224,7 +224,7 @@ run 2 "is for a sequence" in/plume.0001.vdb -o a.png --resume
 run 2 "one picture" $pattern -o a.#.png --check-error 10
 run 2 "expected frames" $pattern -o a.#.png --frames 5-1
 run 3 "no file matches" in/fire.####.vdb -o a.#.png
-run 3 "no .vdb" folder -o a.#.png
+run 3 "no volume" folder -o a.#.png
 run 5 "cannot write" $pattern -o nowhere/a.#.png
 
 [ $failures -eq 0 ] && echo "sequences: all passed"

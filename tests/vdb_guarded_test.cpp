@@ -144,7 +144,7 @@ std::string content_of(Reader& reader, const std::string& grid) {
 void expect_same_as_in_place(const std::filesystem::path& path) {
   const auto file = std::make_shared<FileBlocks>(path);
   InPlaceReader in_place(file);
-  GuardedReader guarded(file);
+  GuardedReader guarded(file, nullptr);
   Packer expected, got;
   expected(in_place.facts(), in_place.info("", true), in_place.info("", false));
   got(guarded.facts(), guarded.info("", true), guarded.info("", false));

@@ -121,8 +121,9 @@ void info_command(Arguments arguments) {
   bool as_json = false, topology = false;
   std::optional<int> regions;
   CommandLine line("info",
-                   "Tells what a .vdb contains: grids, values, boxes, and what auto chooses.", {},
-                   {"smoke.vdb", "smoke.vdb --json", "smoke.vdb --regions 4"});
+                   "Tells what a file (.vdb, NIfTI, NRRD) contains: grids, values, boxes, and what "
+                   "auto chooses.",
+                   {}, {"smoke.vdb", "smoke.vdb --json", "smoke.vdb --regions 4"});
   line.add_option("IN.vdb", path, "file to describe")->type_name("")->required();
   line.add_flag("--topology", topology,
                 "read no values of voxels: no ranges, sizes of atlases, nor what auto chooses");

@@ -107,7 +107,7 @@ const std::map<std::string, std::pair<const char*, const char*>> list_help = {
 bool parse(StudyCall& call, Arguments arguments) {
   CommandLine line(
       "study",
-      "Renders a .vdb by many methods and measures the error and time of each. Writes "
+      "Renders a volume by many methods and measures the error and time of each. Writes "
       "tables, plots, pictures and a page that shows them.",
       {"output", "integrators", "steps", "resume", "quiet"},
       {"smoke.vdb -o study", "smoke.vdb -o study --resume",

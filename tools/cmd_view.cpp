@@ -44,7 +44,7 @@ void add_benchmarks(CommandLine& line, ViewCall& call) {
 }
 
 bool parse(ViewCall& call, Arguments arguments) {
-  CommandLine line("view", "Shows a .vdb in a window.", {"watch"},
+  CommandLine line("view", "Shows a volume (.vdb, NIfTI, NRRD) in a window.", {"watch"},
                    {"smoke.vdb", "'fire.####.vdb'", "smoke.vdb --watch --light camera:1,-1,-1"});
   line.add_option("--frame-budget", call.frame_budget_ms,
                   "time for one picture while the camera moves [ms]")

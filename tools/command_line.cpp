@@ -152,7 +152,7 @@ void CommandLine::check_remaining() const {
 void CommandLine::add_trust() {
   add_flag_callback(
       "--trust", trust_files,
-      "read .vdb files without a guarded process, time limit or memory limit: a hostile file "
+      "read files of volumes without a guarded process, time limit or memory limit: a hostile file "
       "can then crash psivox or run code")
       ->group(group_name(ParameterGroup::input));
 }

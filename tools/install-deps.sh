@@ -11,7 +11,7 @@ packages=(
   # (libopenvdb-dev does not depend on the Boost headers that its own headers include)
   libopenvdb-dev libnanovdb-dev libboost-dev libimath-dev libtbb-dev
   # (OpenImageIO's CMake package does not load without the programs of openimageio-tools)
-  libopenimageio-dev openimageio-tools libopenexr-dev libpng-dev
+  libopenimageio-dev openimageio-tools libopenexr-dev libpng-dev zlib1g-dev
   libglm-dev
   libepoxy-dev libegl-dev
   libglfw3-dev libimgui-dev

@@ -68,9 +68,9 @@ struct Command {
 };
 
 constexpr Command commands[] = {
-    {"render", render_command, "render a .vdb to a picture file, without a window"},
-    {"view", view_command, "show a .vdb in a window"},
-    {"info", info_command, "list the grids of a .vdb"},
+    {"render", render_command, "render a volume to a picture file, without a window"},
+    {"view", view_command, "show a volume in a window"},
+    {"info", info_command, "list the grids of a volume"},
     {"compare", compare_command, "print the difference of two pictures"},
     {"study", study_command, "measure the error and time of many methods"},
     {"verify", verify_command, "check this machine's GL driver"},

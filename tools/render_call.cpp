@@ -101,7 +101,8 @@ void add_frames(CommandLine& line, RenderCall& call) {
 
 bool parse(RenderCall& call, Arguments arguments) {
   CommandLine line("render",
-                   "Renders a .vdb to a picture, without a window. Under mpirun several processes\n"
+                   "Renders a volume (.vdb, NIfTI, NRRD) to a picture, without a window. Under "
+                   "mpirun several processes\n"
                    "draw it together, in every mode but slice and back-to-front; no sequences.",
                    {"output", "frames", "turntable", "movie", "verbose"},
                    {"smoke.vdb -o smoke.png",

@@ -25,6 +25,10 @@ class DenseField {
   /// interleaved. It copies the values. Throws Error(memory).
   void add(std::span<const float> slab);
 
+  /// The same for slabs of any order: the next 8 planes of an axis, always the same one. The slab's
+  /// first value is that of its smallest voxel.
+  void add(const ArrayValues& slab, int axis) { add(slab, axis, false); }
+
   /// Takes the whole array, in place of slabs, and reads it where it lies. The field and its copies
   /// keep `owner`; until then the values must stay as they are. Only blocks that reach beyond the
   /// array are copied.
@@ -40,8 +44,8 @@ class DenseField {
   void copy(const LeafValues& values, const glm::ivec3& origin, float* leaf) const;
   /// Voxels of a block within the array.
   glm::ivec3 size_of_block(const glm::ivec3& origin) const;
-  /// Adds the next planes, whose first voxel is the array's first.
-  void add(const ArrayValues& slab, bool in_place);
+  /// Adds the next planes of an axis, whose first voxel is the array's first.
+  void add(const ArrayValues& slab, int axis, bool in_place);
 
   glm::ivec3 shape_;
   int next_plane_ = 0;

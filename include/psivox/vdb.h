@@ -23,10 +23,11 @@ struct ValueStatistics {
 /// Information about one grid of a .vdb. `problem` is empty if the grid can be rendered.
 struct GridInfo {
   std::string name;  ///< as --grid takes it: `density`, or `density[1]` where names repeat
-  std::string type;  ///< OpenVDB's grid type, such as Tree_float_5_4_3
-  /// float, double, int32, int64, bool, mask, points, vec3s, vec3d, vec3i; empty if unsupported
+  std::string type;  ///< OpenVDB's grid type, such as Tree_float_5_4_3; of a scan its format
+  /// float, double, int32, int64, bool, mask, points, vec3s, vec3d, vec3i; of a scan int8, uint8,
+  /// ..., float32, float64, or `vec3 of uint8`; empty if unsupported
   std::string value_type;
-  std::string grid_class;  ///< `fog volume`, `level set`, `staggered`, `unknown`
+  std::string grid_class;  ///< `fog volume`, `level set`, `staggered`, `scan`, `unknown`
   int channels = 0;        ///< 1 scalar, 3 vector, 0 unsupported
   bool saved_as_half = false;
   std::uint64_t active_voxels = 0;
@@ -86,14 +87,16 @@ struct NamedGrid {
   std::string grid;  ///< as the file has it
 };
 
-/// An open .vdb, or grids in memory that are used like one. Grids are read on demand; a broken grid
+/// An open .vdb, a scan (NIfTI, NRRD), or grids in memory that are used like one. Grids are read on demand; a broken grid
 /// does not keep the others from being read. Its const functions may be called from several
 /// threads.
 class VdbFile {
  public:
   /// `progress` now and then receives the fraction of a grid that has been read. To end the reading
   /// it may throw anything but a std::exception, which would count as the file's error. Throws
-  /// Error(input) if the file is missing, is no .vdb, or ends before its first grid's name.
+  /// Error(input) if the file is missing, has none of these formats, or ends in its header. A scan's
+  /// grid is `image`, or `rgb` of colours; of several frames `image[0]`, `image[1]`, ... Its world
+  /// has x to the right, y to the front and z up, in the file's unit.
   explicit VdbFile(const std::filesystem::path& path, Progress progress = {});
   /// A grid in memory, such as make_dense_field's. Its voxels other than 0 are active.
   explicit VdbFile(std::shared_ptr<const Field> grid);
@@ -116,7 +119,7 @@ class VdbFile {
   /// GridInfo::value_type of a grid by `read`'s names; empty if there is none.
   std::string value_type(const std::string& grid) const;
 
-  /// OpenVDB's class of a grid by `read`'s names: `fog volume`, `level set`, `unknown`; empty if
+  /// The class of a grid by `read`'s names: `fog volume`, `level set`, `scan`, `unknown`; empty if
   /// there is no such grid.
   std::string grid_class(const std::string& grid) const;
 

@@ -18,9 +18,7 @@ struct Format {
 };
 
 constexpr Format formats[] = {
-    {"a NIfTI volume", "n+1\0"sv, 344, ".nii .nii.gz", "nibabel.load($).get_fdata()"},
-    {"a NIfTI volume", "n+2\0"sv, 4, "", "nibabel.load($).get_fdata()"},
-    {"an NRRD volume", "NRRD00", 0, ".nrrd .nhdr", "nrrd.read($)[0]"},
+    {"half of an Analyze image", "", 0, ".hdr .img", "nibabel.load($).get_fdata()"},
     {"a DICOM image", "DICM", 128, ".dcm .dicom", "pydicom.dcmread($).pixel_array.T"},
     {"a VTK file", "# vtk DataFile", 0, ".vtk",
      "(g := pyvista.read($)).active_scalars.reshape(g.dimensions, order='F')"},

@@ -162,6 +162,7 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   if (grid_class == "level set" && is_level_set(scene, fields)) return "surface";
   const Field& density = *fields.of(scene).density;
   if (density.value_type == "points") return "points";
+  if (grid_class == "scan") return "scan";  // air of a CT is below 0: its sign says nothing
   if (is_signed(density)) return "signed";
   if (scene.colormap) return "scan";
   if (is_given(scene, "emission-grid") || !fields.flame(scene).grid.empty()) return "fire";

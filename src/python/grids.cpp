@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <glm/common.hpp>
-#include <glm/ext/matrix_transform.hpp>
 #include <memory>
 
 #include "core.h"
@@ -124,10 +123,10 @@ void define_grids(py::module_& m) {
       });
   py::class_<DenseField>(m, "DenseField")
       .def(py::init([](const std::string& name, const std::array<int, 3>& shape, int channels,
-                       const std::array<double, 3>& voxel_size,
-                       const std::array<double, 3>& origin) {
-        glm::dmat4 place = glm::translate(glm::dmat4(1), {origin[0], origin[1], origin[2]});
-        place = glm::scale(place, {voxel_size[0], voxel_size[1], voxel_size[2]});
+                       const std::array<double, 12>& rows) {
+        glm::dmat4 place(1);
+        for (int r = 0; r < 3; ++r)
+          for (int c = 0; c < 4; ++c) place[c][r] = rows[std::size_t(4 * r + c)];
         return DenseField(name, {shape[0], shape[1], shape[2]}, channels, place);
       }))
       .def("add",

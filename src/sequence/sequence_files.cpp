@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -14,23 +15,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Whether psivox reads files of that name.
+bool has_format(const std::string& path) {
+  const std::string name = lower_case(path);
+  return std::ranges::any_of(std::array{".vdb", ".nvdb", ".nii", ".nii.gz", ".nrrd", ".nhdr"},
+                             [&](const char* extension) { return name.ends_with(extension); });
+}
+
 std::vector<std::string> files_in(const std::string& folder) {
   std::vector<std::string> paths;
   std::string foreign = foreign_format(folder);
   std::error_code unreadable;
   for (const auto& entry : fs::directory_iterator(folder, unreadable)) {
     const std::string path = (fs::path(folder) / entry.path().filename()).string();
-    const std::string extension = entry.path().extension().string();
-    if ((extension == ".vdb" || extension == ".nvdb") && !entry.is_directory(unreadable))
+    if (has_format(path) && !entry.is_directory(unreadable))
       paths.push_back(path);
     else if (foreign.empty() && !foreign_format(path).empty())
       foreign =
-          "has no .vdb file, but " + in_quotes(path) + "; see docs/interchange.md for such formats";
+          "has no volume, but " + in_quotes(path) + "; see docs/interchange.md for such formats";
   }
   if (paths.empty())
-    throw Error(ExitCode::input, foreign.empty()
-                                     ? "folder " + in_quotes(folder) + " has no .vdb file"
-                                     : folder + ": " + foreign);
+    throw Error(ExitCode::input, foreign.empty() ? "folder " + in_quotes(folder) + " has no volume"
+                                                 : folder + ": " + foreign);
   std::sort(paths.begin(), paths.end());
   return paths;
 }

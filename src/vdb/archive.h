@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "base/file_blocks.h"
 #include "grid_file.h"
 
 namespace psivox::vdb {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
 
@@ -16,8 +17,6 @@
 
 namespace psivox::vdb {
 namespace {
-
-std::string subject_of(const Field& field) { return "grid '" + field.name + "'"; }
 
 /// Active voxels of a grid in memory: those that are not 0.
 LeafMask active_mask(const float* values, int channels) {
@@ -73,6 +72,24 @@ void visit_active(const Field& stored, const Field& field, const Take& take) {
   for (const Tile& tile : field.tiles) take(tile.value.x, tile_voxels(tile));
 }
 
+/// Statistics of the voxels other than 0; of lengths, if there are vectors.
+std::optional<ValueStatistics> statistics_of(const Field& field) {
+  const auto magnitude = [&](const float* v) {
+    return field.channels == 1 ? double(*v) : std::hypot(double(v[0]), double(v[1]), double(v[2]));
+  };
+  std::vector<Statistics> leaves(field.leaves.size());
+  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t n) {
+    const OrderedValues values(field, field.leaves[n]);
+    const LeafMask active = active_mask(values.data(), field.channels);
+    for (auto on = active.beginOn(); on; ++on)
+      leaves[n].add(magnitude(values.data() + on.pos() * std::size_t(field.channels)), 1);
+  });
+  Statistics found;
+  for (const Statistics& leaf : leaves) found.add(leaf);
+  for (const Tile& tile : field.tiles) found.add(magnitude(&tile.value.x), tile_voxels(tile));
+  return found.all();
+}
+
 /// 1 where a voxel is not 0.
 Field activity_of(const Field& field) {
   Field active = field;
@@ -96,47 +113,84 @@ Field activity_of(const Field& field) {
 
 }  // namespace
 
-FileFacts FieldReader::facts() {
-  FileFacts facts;
-  facts.grids = {{field_->name, field_->name, field_->channels, field_->value_type, "unknown"}};
-  return facts;
+FieldReader::FieldReader(const std::shared_ptr<const Field>& field) {
+  source_.facts.grids = {{field->name, field->name, field->channels, field->value_type, "unknown"}};
+  source_.make = [field](std::size_t) { return field; };
 }
 
-std::vector<GridInfo> FieldReader::info(const std::string&, bool values) {
+std::size_t FieldReader::find(const std::string& grid) const {
+  const std::vector<GridFacts>& all = source_.facts.grids;
+  for (const auto name : {&GridFacts::name, &GridFacts::base_name}) {
+    const auto found = std::ranges::find(all, grid, name);
+    if (found != all.end()) return std::size_t(found - all.begin());
+  }
+  const std::string last = all.size() > 1 ? " to " + in_quotes(all.back().name) : "";
+  throw Error(ExitCode::input, (source_.path.empty() ? "" : subject(source_.path)) +
+                                   "there is no grid " + in_quotes(grid) + "; there is only " +
+                                   in_quotes(all.front().name) + last);
+}
+
+std::shared_ptr<const Field> FieldReader::field(std::size_t number) {
+  const std::lock_guard lock(mutex_);
+  if (!last_ || last_number_ != number) {
+    last_.reset();  // before another takes memory
+    last_ = source_.make(number);
+    last_number_ = number;
+  }
+  return last_;
+}
+
+GridInfo FieldReader::row(std::size_t number, bool values) {
+  const GridFacts& facts = source_.facts.grids[number];
   GridInfo info;
-  info.name = field_->name;
-  info.value_type = field_->value_type;
-  info.grid_class = "unknown";
-  info.channels = field_->channels;
-  info.active_voxels = field_->active_voxels;
-  info.leaves = field_->leaves.size();
-  info.active_tiles = field_->tiles.size();
-  info.active_box = field_->active_box;
-  info.world_from_index = field_->world_from_index;
+  info.name = facts.name;
+  info.type = source_.type;
+  info.value_type = facts.value_type;
+  info.grid_class = facts.grid_class;
+  info.channels = facts.channels;
   info.values_read = values;
-  for (int axis = 0; axis < 3; ++axis)
-    info.voxel_size[axis] = glm::length(glm::dvec3(field_->world_from_index[axis]));
-  if (field_->active_voxels == 0) info.problem = "has no voxel other than 0";
-  return {info};
+  try {
+    const auto field = this->field(number);
+    info.active_voxels = field->active_voxels;
+    info.leaves = field->leaves.size();
+    info.active_tiles = field->tiles.size();
+    info.active_box = field->active_box;
+    info.world_from_index = field->world_from_index;
+    info.transform = "AffineMap";
+    set_world_box(info);
+    for (int axis = 0; axis < 3; ++axis)
+      info.voxel_size[axis] = glm::length(glm::dvec3(field->world_from_index[axis]));
+    if (values) info.values = statistics_of(*field);
+    if (field->active_voxels == 0) info.problem = "has no voxel other than 0";
+  } catch (const Error& error) {
+    info.problem = without_subject(error.what(), source_.path, facts.name);
+  }
+  return info;
+}
+
+std::vector<GridInfo> FieldReader::info(const std::string& grid, bool values) {
+  if (!grid.empty()) return {row(find(grid), values)};
+  std::vector<GridInfo> rows;
+  for (std::size_t n = 0; n < source_.facts.grids.size(); ++n) rows.push_back(row(n, values));
+  return rows;
 }
 
 GridContent FieldReader::content(const std::string& grid) {
-  check_name(grid);
-  return content_of(field_->active_voxels, field_->active_voxels > 0);
-}
-
-void FieldReader::check_name(const std::string& grid) const {
-  if (grid == field_->name) return;
-  throw Error(ExitCode::input,
-              "there is no grid " + in_quotes(grid) + "; there is only " + in_quotes(field_->name));
+  const auto field = this->field(find(grid));
+  return content_of(field->active_voxels, field->active_voxels > 0);
 }
 
 Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
-  check_name(grid);
-  Field field = *field_;
+  const std::size_t number = find(grid);
+  const auto stored = this->field(number);
+  Field field = *stored;
+  const std::string about =
+      source_.path.empty() ? "grid '" + field.name + "' " : subject(source_.path, field.name);
+  if (field.name != grid)
+    field.notices.push_back("grid '" + grid + "': " + std::to_string(source_.facts.grids.size()) +
+                            " grids have this name; took '" + field.name + "'");
   if (field.active_voxels == 0) {
-    if (!options.empty)
-      throw Error(ExitCode::input, subject_of(field) + " has no voxel other than 0");
+    if (!options.empty) throw Error(ExitCode::input, about + "has no voxel other than 0");
     field.active_box = {glm::ivec3(0), glm::ivec3(0)};
     return field;
   }
@@ -150,13 +204,13 @@ Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
   ValueSurvey found;
   const std::vector<float*> copies = survey_leaves(field, survey, options.role, found);
   found = found + survey_tiles(field, options.role, /*keep_zeros=*/true);
-  const float largest = settle(field, found, options, subject_of(field) + " ");
+  const float largest = settle(field, found, options, about);
   for (float* const copy : copies)
     replace_infinite(copy, kLeafVoxels * static_cast<std::size_t>(field.channels), largest);
   for (const Tile& tile : field.tiles) found.active.add(tile.value.x);
   if (options.role == GridRole::data) field.active_range = found.active.range(largest);
   set_percentiles(field, options.percentiles,
-                  [&](const auto& take) { visit_active(*field_, field, take); });
+                  [&](const auto& take) { visit_active(*stored, field, take); });
   return field;
 }
 

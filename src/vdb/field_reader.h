@@ -1,6 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "psivox/vdb.h"
@@ -8,20 +11,36 @@
 
 namespace psivox::vdb {
 
-/// Reads a grid that is in memory. It judges the values for each role, as a file's are judged.
+/// Grids that are fields, in memory or made when they are asked for.
+struct FieldSource {
+  FileFacts facts;
+  std::string path;  ///< begins messages; empty: they are in no file
+  std::string type;  ///< GridInfo::type of all
+  /// Makes the grid of that number in `facts`. Throws Error.
+  std::function<std::shared_ptr<const Field>(std::size_t)> make;
+};
+
+/// Reads fields as grids. It judges the values for each role, as a file's are judged.
 class FieldReader final : public Reader {
  public:
-  explicit FieldReader(std::shared_ptr<const Field> field) : field_(std::move(field)) {}
+  explicit FieldReader(FieldSource source) : source_(std::move(source)) {}
+  /// Of one grid that is in memory.
+  explicit FieldReader(const std::shared_ptr<const Field>& field);
 
-  FileFacts facts() override;
+  FileFacts facts() override { return source_.facts; }
   std::vector<GridInfo> info(const std::string& grid, bool values) override;
   GridContent content(const std::string& grid) override;
   Field read(const std::string& grid, const ReadOptions& options) override;
 
  private:
-  void check_name(const std::string& grid) const;  ///< throws Error(input)
+  std::size_t find(const std::string& grid) const;  ///< throws Error(input)
+  std::shared_ptr<const Field> field(std::size_t number);
+  GridInfo row(std::size_t number, bool values);
 
-  std::shared_ptr<const Field> field_;
+  FieldSource source_;
+  std::mutex mutex_;  ///< of what follows
+  std::shared_ptr<const Field> last_;
+  std::size_t last_number_ = 0;
 };
 
 /// Reads grids of other files.

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "file_blocks.h"
+#include "base/file_blocks.h"
 #include "file_metadata.h"
 
 namespace psivox::vdb {

@@ -25,31 +25,6 @@ glm::dvec3 column_lengths(const glm::dmat4& m) {
   return {length(0), length(1), length(2)};
 }
 
-/// Statistics that add up.
-struct Statistics {
-  double least = std::numeric_limits<double>::infinity(), greatest = -least, mean = 0, voxels = 0;
-  std::uint64_t not_finite = 0;
-
-  void add(double value, std::uint64_t count) {
-    if (!std::isfinite(value)) {
-      not_finite += count;
-      return;
-    }
-    least = std::min(least, value);
-    greatest = std::max(greatest, value);
-    voxels += static_cast<double>(count);
-    mean += (value - mean) * static_cast<double>(count) / voxels;
-  }
-  void add(const Statistics& other) {
-    not_finite += other.not_finite;
-    if (other.voxels == 0) return;
-    least = std::min(least, other.least);
-    greatest = std::max(greatest, other.greatest);
-    voxels += other.voxels;
-    mean += (other.mean - mean) * other.voxels / voxels;
-  }
-};
-
 /// Statistics of the active values in their own type; of lengths, if there are vectors.
 std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
   const int channels = grid.channels();
@@ -70,21 +45,20 @@ std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
       found.add(channels == 1 ? value.x : std::hypot(value.x, value.y, value.z),
                 tile_voxels(part.tile()));
   }
-  if (found.voxels == 0) return std::nullopt;
-  return ValueStatistics{found.least, found.greatest, found.mean, found.not_finite};
+  return found.all();
 }
 
-/// Bounds of the centres of the box's voxels.
-void set_world_box(const openvdb::math::Transform& transform, GridInfo& info) {
+/// Bounds of the centres of the box's voxels, by a function from index to world.
+template <typename ToWorld>
+void set_world_box(GridInfo& info, const ToWorld& to_world) {
   const Box& box = info.active_box;
   info.world_min = glm::dvec3(std::numeric_limits<double>::infinity());
   info.world_max = -info.world_min;
   for (unsigned i = 0; i < 8; ++i) {
-    const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(i & 1 ? box.max.x : box.min.x,
-                                                                   i & 2 ? box.max.y : box.min.y,
-                                                                   i & 4 ? box.max.z : box.min.z));
-    info.world_min = glm::min(info.world_min, glm::dvec3(p[0], p[1], p[2]));
-    info.world_max = glm::max(info.world_max, glm::dvec3(p[0], p[1], p[2]));
+    const glm::dvec3 p = to_world(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                  i & 4 ? box.max.z : box.min.z);
+    info.world_min = glm::min(info.world_min, p);
+    info.world_max = glm::max(info.world_max, p);
   }
 }
 
@@ -97,7 +71,11 @@ void set_transform(const openvdb::math::Transform& transform, GridInfo& info) {
     const openvdb::Vec3d size = transform.voxelSize();
     info.voxel_size = {size[0], size[1], size[2]};
   }
-  if (!info.active_box.empty()) set_world_box(transform, info);
+  if (!info.active_box.empty())
+    set_world_box(info, [&](double x, double y, double z) {
+      const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(x, y, z));
+      return glm::dvec3(p[0], p[1], p[2]);
+    });
 }
 
 /// Without OpenVDB's own statistics of the file and what other rows tell.
@@ -138,6 +116,38 @@ bool has_value(FileGrid& grid) {
 }
 
 }  // namespace
+
+void Statistics::add(double value, std::uint64_t count) {
+  if (!std::isfinite(value)) {
+    not_finite += count;
+    return;
+  }
+  least = std::min(least, value);
+  greatest = std::max(greatest, value);
+  voxels += static_cast<double>(count);
+  mean += (value - mean) * static_cast<double>(count) / voxels;
+}
+
+void Statistics::add(const Statistics& other) {
+  not_finite += other.not_finite;
+  if (other.voxels == 0) return;
+  least = std::min(least, other.least);
+  greatest = std::max(greatest, other.greatest);
+  voxels += other.voxels;
+  mean += (other.mean - mean) * other.voxels / voxels;
+}
+
+std::optional<ValueStatistics> Statistics::all() const {
+  if (voxels == 0) return std::nullopt;
+  return ValueStatistics{least, greatest, mean, not_finite};
+}
+
+void set_world_box(GridInfo& info) {
+  if (info.active_box.empty()) return;
+  set_world_box(info, [&](double x, double y, double z) {
+    return glm::dvec3(info.world_from_index * glm::dvec4(x, y, z, 1));
+  });
+}
 
 GridContent content_of(std::uint64_t active_voxels, bool has_value) {
   return {active_voxels, has_value            ? ""

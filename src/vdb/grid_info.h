@@ -1,9 +1,26 @@
 #pragma once
 
+#include <cstdint>
+#include <limits>
+#include <optional>
+
 #include "grid_file.h"
 #include "psivox/vdb.h"
 
 namespace psivox::vdb {
+
+/// Statistics that add up.
+struct Statistics {
+  double least = std::numeric_limits<double>::infinity(), greatest = -least, mean = 0, voxels = 0;
+  std::uint64_t not_finite = 0;
+
+  void add(double value, std::uint64_t count);
+  void add(const Statistics& other);
+  std::optional<ValueStatistics> all() const;  ///< unset: no value was finite
+};
+
+/// Sets the world's box by the active box and the transform, which must be affine.
+void set_world_box(GridInfo& info);
 
 /// The row of one grid; reads its tree, without `values` only its topology. Never throws for a bad
 /// grid: GridInfo::problem says why.

@@ -106,17 +106,23 @@ class GuardedLeaves final : public LeafReader {
 
 }  // namespace
 
-GuardedReader::GuardedReader(std::shared_ptr<FileBlocks> file, Progress progress)
-    : file_(std::move(file)), progress_(std::move(progress)) {}
+GuardedReader::GuardedReader(std::shared_ptr<FileBlocks> file, std::shared_ptr<FileBlocks> data,
+                             Progress progress)
+    : file_(std::move(file)), data_(std::move(data)), progress_(std::move(progress)) {}
+
+void GuardedReader::start() {
+  last_storage_.reset();
+  const std::int64_t size = file_->size() + (data_ ? data_->size() : 0);
+  process_ = std::make_unique<guard::Process>(file_->path(), file_->descriptor(), size);
+  if (data_)
+    ask_process(*process_, *file_, DataRequest{.path = data_->path(), .size = data_->size()},
+                data_->descriptor(), {});
+}
 
 template <typename R, typename Check>
 typename R::Answer GuardedReader::ask(const R& request, int descriptor, const Check& check) {
   try {
-    if (!process_) {
-      last_storage_.reset();
-      process_ =
-          std::make_unique<guard::Process>(file_->path(), file_->descriptor(), file_->size());
-    }
+    if (!process_) start();
     typename R::Answer answer = ask_process(*process_, *file_, request, descriptor, progress_);
     check(answer);
     return answer;

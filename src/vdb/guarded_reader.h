@@ -16,7 +16,9 @@ namespace psivox::vdb {
 /// call starts another process.
 class GuardedReader final : public Reader {
  public:
-  explicit GuardedReader(std::shared_ptr<FileBlocks> file, Progress progress = {});
+  /// `data`: as open_reader takes it.
+  GuardedReader(std::shared_ptr<FileBlocks> file, std::shared_ptr<FileBlocks> data,
+                Progress progress = {});
 
   FileFacts facts() override;
   std::vector<GridInfo> info(const std::string& grid, bool values) override;
@@ -32,7 +34,9 @@ class GuardedReader final : public Reader {
   GridInfo row(const std::string& grid, bool values);
   void take_field(FieldFacts& facts, int memory, const std::shared_ptr<const void>& held);
 
-  std::shared_ptr<FileBlocks> file_;
+  void start();
+
+  std::shared_ptr<FileBlocks> file_, data_;
   Progress progress_;
   std::mutex mutex_;  ///< of what follows: one request at a time
   std::unique_ptr<guard::Process> process_;

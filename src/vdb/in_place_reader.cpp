@@ -9,6 +9,7 @@
 #include "nano_file.h"
 #include "read_grid.h"
 #include "reader.h"
+#include "scan_reader.h"
 
 namespace psivox::vdb {
 namespace {
@@ -98,7 +99,10 @@ Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
   return field;
 }
 
-std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file, Progress progress) {
+std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,
+                                    std::shared_ptr<FileBlocks> data, Progress progress) {
+  if (std::unique_ptr<scan::Scan> scan = scan::open_scan(file, std::move(data)))
+    return scan_reader(std::move(scan), file->path(), std::move(progress));
   return std::make_unique<InPlaceReader>(std::move(file), std::move(progress));
 }
 

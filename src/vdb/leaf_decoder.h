@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/file_blocks.h"
 #include "decoded_leaf.h"
-#include "file_blocks.h"
 #include "topology.h"
 #include "value_block.h"
 

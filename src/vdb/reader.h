@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "file_blocks.h"
+#include "base/file_blocks.h"
 #include "file_metadata.h"
 #include "psivox/progress.h"
 #include "psivox/vdb.h"
@@ -71,12 +71,15 @@ class InPlaceReader final : public Reader {
   GridRole last_role_ = GridRole::attenuation;
 };
 
-/// The reader of a file's format, by the file's first bytes, in this process.
-std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file, Progress progress = {});
+/// The reader of a file's format, by the file's first bytes, in this process. `data`: the file of
+/// values that the file says lie beside it (scan::data_path), or null.
+std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,
+                                    std::shared_ptr<FileBlocks> data, Progress progress = {});
 
 /// The same in a guarded process; null unless start_guarded_reading() was called, and trust_files()
 /// was not.
 std::unique_ptr<Reader> open_guarded_reader(const std::shared_ptr<FileBlocks>& file,
+                                            const std::shared_ptr<FileBlocks>& data,
                                             const Progress& progress);
 
 }  // namespace psivox::vdb

@@ -1,4 +1,5 @@
 #include <openvdb/openvdb.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -21,8 +22,8 @@ std::atomic<bool> trusted = false;
 class ReaderService final : public guard::Service {
  public:
   ReaderService(std::string path, guard::Descriptor file, Progress progress)
-      : reader_(open_reader(std::make_shared<FileBlocks>(std::move(path), file.release()),
-                            std::move(progress))) {}
+      : file_(std::make_shared<FileBlocks>(std::move(path), file.release())),
+        progress_(std::move(progress)) {}
 
   std::string answer(std::string_view bytes, int descriptor) override {
     Request request;
@@ -34,17 +35,27 @@ class ReaderService final : public guard::Service {
   }
 
  private:
-  FileFacts answer_to(const FactsRequest&, int) { return reader_->facts(); }
+  /// No byte of the file is looked at before the first request: by then the process is limited.
+  Reader& reader() {
+    if (!reader_) reader_ = open_reader(file_, data_, progress_);
+    return *reader_;
+  }
+
+  std::string answer_to(const DataRequest& request, int descriptor) {
+    data_ = std::make_shared<FileBlocks>(request.path, dup(descriptor), request.size);
+    return {};
+  }
+  FileFacts answer_to(const FactsRequest&, int) { return reader().facts(); }
   std::vector<GridInfo> answer_to(const InfoRequest& request, int) {
-    return reader_->info(request.grid, request.values);
+    return reader().info(request.grid, request.values);
   }
   GridContent answer_to(const ContentRequest& request, int) {
-    return reader_->content(request.grid);
+    return reader().content(request.grid);
   }
 
   /// Keeps the last field, so that the reader keeps its values.
   FieldFacts answer_to(const ReadRequest& request, int memory) {
-    Field field = reader_->read(request.grid, request.options);
+    Field field = reader().read(request.grid, request.options);
     FieldFacts facts;
     facts.leaves = field.leaves.size();
     facts.tiles = field.tiles.size();
@@ -90,6 +101,8 @@ class ReaderService final : public guard::Service {
     return facts;
   }
 
+  std::shared_ptr<FileBlocks> file_, data_;
+  Progress progress_;
   std::unique_ptr<Reader> reader_;
   Field last_;
 };
@@ -106,9 +119,10 @@ bool reads_guarded() { return guard::has_server() && !trusted; }
 }  // namespace
 
 std::unique_ptr<Reader> open_guarded_reader(const std::shared_ptr<FileBlocks>& file,
+                                            const std::shared_ptr<FileBlocks>& data,
                                             const Progress& progress) {
   if (!reads_guarded()) return {};
-  return std::make_unique<GuardedReader>(file, progress);
+  return std::make_unique<GuardedReader>(file, data, progress);
 }
 
 }  // namespace vdb

@@ -15,6 +15,14 @@
 
 namespace psivox::vdb {
 
+/// With the descriptor of the values that lie beside the file; before any other request.
+struct DataRequest {
+  using Answer = std::string;
+  std::string grid{};  ///< always ""
+  std::string path;
+  std::int64_t size = 0;  ///< of that file [bytes]
+};
+
 struct FactsRequest {
   using Answer = FileFacts;
   std::string grid{};  ///< always ""
@@ -54,7 +62,8 @@ struct LeavesRequest {
   bool active = false;  ///< values of inactive voxels become NaN
 };
 
-using Request = std::variant<FactsRequest, InfoRequest, ContentRequest, ReadRequest, LeavesRequest>;
+using Request = std::variant<DataRequest, FactsRequest, InfoRequest, ContentRequest, ReadRequest,
+                             LeavesRequest>;
 
 /// A Field without leaves and tiles, which are in shared memory.
 struct FieldFacts {
@@ -86,6 +95,7 @@ void check_field(const FieldFacts& facts, GridRole role);
 /// Whether values can have been found like this.
 bool is_possible(const ValueSurvey& survey);
 
+PSIVOX_PACK(DataRequest, grid, path, size)
 PSIVOX_PACK(FactsRequest, grid)
 PSIVOX_PACK(InfoRequest, grid, values)
 PSIVOX_PACK(ContentRequest, grid)

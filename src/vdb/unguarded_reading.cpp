@@ -8,6 +8,7 @@
 namespace psivox {
 
 std::unique_ptr<vdb::Reader> vdb::open_guarded_reader(const std::shared_ptr<FileBlocks>&,
+                                                      const std::shared_ptr<FileBlocks>&,
                                                       const Progress&) {
   return {};
 }

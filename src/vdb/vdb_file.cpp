@@ -9,28 +9,32 @@
 #include <utility>
 #include <vector>
 
+#include "base/file_blocks.h"
 #include "field_reader.h"
-#include "file_blocks.h"
 #include "file_metadata.h"
 #include "psivox/error.h"
 #include "psivox/text.h"
 #include "psivox/vdb.h"
 #include "reader.h"
+#include "scan/header.h"
 
 namespace psivox {
 
 struct VdbFile::Impl {
   Impl(const std::filesystem::path& path, Progress progress)
-      : file(std::make_shared<vdb::FileBlocks>(path)),
-        reader(vdb::open_guarded_reader(file, progress)) {
-    if (!reader) reader = vdb::open_reader(file, std::move(progress));
+      : file(std::make_shared<FileBlocks>(path)) {
+    std::shared_ptr<FileBlocks> data;
+    if (const std::string beside = scan::data_path(*file); !beside.empty())
+      data = std::make_shared<FileBlocks>(beside);
+    reader = vdb::open_guarded_reader(file, data, progress);
+    if (!reader) reader = vdb::open_reader(file, data, std::move(progress));
     take_facts();
   }
   explicit Impl(std::unique_ptr<vdb::Reader> given) : reader(std::move(given)) { take_facts(); }
 
   std::string path() const { return file ? file->path() : "grids in memory"; }
 
-  std::shared_ptr<vdb::FileBlocks> file;  ///< shared with the readers of fields; null: no file
+  std::shared_ptr<FileBlocks> file;  ///< shared with the readers of fields; null: no file
   std::unique_ptr<vdb::Reader> reader;
   vdb::FileFacts facts;
   std::vector<std::string> names;
@@ -57,8 +61,8 @@ struct VdbFile::Impl {
 
 namespace {
 
-/// Names of densities, and then of what burns or is hot, the best first.
-constexpr std::array known_names{"density",     "fog",  "smoke", "cloud", "clouds", "soot",
+/// Names of densities, of scans, and then of what burns or is hot, the best first.
+constexpr std::array known_names{"density",     "fog",  "smoke", "cloud", "clouds", "soot", "image",
                                  "temperature", "temp", "heat",  "flame", "flames", "fire"};
 
 /// Names of the surface among a liquid's level sets, whose others are its obstacles.
@@ -125,7 +129,7 @@ GridContent VdbFile::content(const std::string& grid) const {
     content = impl_->reader->content(grid);
   } catch (const Error& error) {
     if (error.code() == ExitCode::memory) throw;
-    content.nothing = vdb::without_subject(error.what(), impl_->path(), grid);
+    content.nothing = without_subject(error.what(), impl_->path(), grid);
   }
   return impl_->contents[grid] = content;
 }
@@ -144,8 +148,8 @@ std::string VdbFile::default_grid(bool empty) const {
       const GridContent held = content(grid->name);
       if (!held.nothing.empty() || held.active_voxels <= most) continue;
       best = grid;
-      // of a known name it is the first
-      most = rank < known_names.size() ? ~std::uint64_t{0} : held.active_voxels;
+      most = held.active_voxels;
+      if (rank < known_names.size()) break;  // of a known name it is the first
     }
     if (best) return impl_->short_name(*best);
   }

@@ -170,7 +170,7 @@ std::string picture_status(const Viewer& viewer) {
   const PictureState& pictures = viewer.pictures();
   if (const auto loading = viewer.loading_stage())
     return work_text(*loading, " " + std::filesystem::path(input).filename().string());
-  if (input.empty()) return "drop a .vdb here, or open one in the panel";
+  if (input.empty()) return "drop a volume here, or open one in the panel";
   if (pictures.complete()) {
     const bool picture = viewer.layer() == ShownLayer::picture;
     std::string text = picture ? "exact: as psivox render draws it, after " : "complete, after ";

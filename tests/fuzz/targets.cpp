@@ -168,6 +168,7 @@ std::span<const Target> targets() {
       {"parameter", read_parameter},
       {"command", read_command_line},
       {"volume", read_volume},
+      {"scan", read_volume},  // the first bytes tell the format
       {"picture", read_picture},
   });
   return table;

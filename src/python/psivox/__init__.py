@@ -3,7 +3,7 @@
     import numpy as np, psivox
     psivox.render(np.random.rand(64, 64, 64).astype("f4")).write("x.png")
 
-A source is a .vdb (its path, or one grid of `psivox.open`), an array, `psivox.field`, or a dict of
+A source is a .vdb, NIfTI or NRRD file (its path, or one grid of `psivox.open`), an array, `psivox.field`, or a dict of
 these by the names of grids. The keywords of a scene are the options of the program `psivox`, with
 `_` in place of `-`; `help(psivox.render)` lists them.
 

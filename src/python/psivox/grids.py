@@ -98,7 +98,7 @@ class Field:
 
 
 class File(collections.abc.Mapping):
-    """An open .vdb: a mapping from names of grids to `Field`s."""
+    """An open volume (.vdb, NIfTI, NRRD): a mapping from names of grids to `Field`s."""
 
     def __init__(self, path):
         self._path = os.fspath(path)
@@ -125,12 +125,12 @@ class File(collections.abc.Mapping):
 
 
 def open(path):
-    """Opens a .vdb. `psivox.open("smoke.vdb")["density"]` is a grid, to render or as an array."""
+    """Opens a .vdb, NIfTI or NRRD. `psivox.open("smoke.vdb")["density"]` is a grid, to render or as an array."""
     return File(path)
 
 
 def info(path):
-    """What `psivox info --json` tells of a .vdb, as a dict: its grids, their boxes, values and
+    """What `psivox info --json` tells of a file, as a dict: its grids, their boxes, values and
     transforms, and what psivox chooses for a picture."""
     _core.start_guarded_reading(_readers)
     return json.loads(_core.info(os.fspath(path)))
@@ -146,7 +146,28 @@ def _three(value, name):
     return numbers
 
 
-def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density", copy=False):
+def _rows(voxel_size, origin, transform):
+    """The first three rows of the matrix from index to world, row by row."""
+    if transform is None:
+        size = _three(voxel_size, "voxel_size")
+        if min(size) <= 0:
+            usage(f"voxel_size {voxel_size!r}: expected numbers above 0")
+        return np.column_stack([np.diag(size), _three(origin, "origin")]).ravel().tolist()
+    if not (np.isscalar(voxel_size) and voxel_size == 1) or np.any(origin):
+        usage("transform says where voxels are: leave out voxel_size and origin")
+    try:
+        matrix = np.asarray(transform, dtype=float)
+    except (TypeError, ValueError):
+        usage(f"transform {transform!r}: expected 4 x 4 numbers")
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        usage(f"transform of shape {matrix.shape}: expected 4 x 4 finite numbers")
+    if matrix[3].tolist() != [0, 0, 0, 1]:
+        usage(f"transform: expected a last row of 0, 0, 0, 1, not {matrix[3].tolist()}")
+    return matrix[:3].ravel().tolist()
+
+
+def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density", copy=False,
+          transform=None):
     """A volume from an array.
 
     array: numbers by index [x, y, z], or [x, y, z, 3] for vectors, of any real dtype, byte order
@@ -157,6 +178,8 @@ def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density", copy=Fa
     origin: centre of voxel [0, 0, 0] [world units].
     name: the grid's name.
     copy: copies float32 too, so that the array may change.
+    transform: 4 x 4 from index (x, y, z, 1) to world, such as nibabel's `affine`; in place of
+        voxel_size and origin.
     """
     try:
         values = np.asarray(array)
@@ -172,11 +195,8 @@ def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density", copy=Fa
         _bad_input(f"an array of shape {values.shape} has no voxel")
     if max(values.shape[:3]) > 2**30:
         _bad_input(f"an array of shape {values.shape} is too long")
-    size = _three(voxel_size, "voxel_size")
-    if min(size) <= 0:
-        usage(f"voxel_size {voxel_size!r}: expected numbers above 0")
-    grid = _core.DenseField(str(name), list(values.shape[:3]), 3 if vectors else 1, size,
-                            _three(origin, "origin"))
+    grid = _core.DenseField(str(name), list(values.shape[:3]), 3 if vectors else 1,
+                            _rows(voxel_size, origin, transform))
     if not copy and values.dtype == np.float32 and values.flags.aligned:
         grid.hold(values)
         return Field(grid.finish(), str(name))

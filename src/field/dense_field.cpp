@@ -90,15 +90,20 @@ void DenseField::copy(const LeafValues& values, const glm::ivec3& origin, float*
               values.at({x, y, z})[c * values.strides.channel];
 }
 
-void DenseField::add(const ArrayValues& slab, bool in_place) {
-  const int rows = (shape_.y + 7) / 8, columns = (shape_.z + 7) / 8;
+void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
+  const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+  const int rows = (shape_[u] + 7) / 8, columns = (shape_[v] + 7) / 8;
   std::vector<Block> blocks(std::size_t(rows) * std::size_t(columns));
   const auto origin_of = [&](std::size_t n) {
-    return 8 * glm::ivec3(next_plane_ / 8, n / std::size_t(columns), n % std::size_t(columns));
+    glm::ivec3 origin(next_plane_);
+    origin[u] = 8 * int(n / std::size_t(columns));
+    origin[v] = 8 * int(n % std::size_t(columns));
+    return origin;
   };
-  const auto values_at = [&](const glm::ivec3& origin) {
+  const auto values_at = [&](glm::ivec3 origin) {
     const LeafValues from{slab.first, slab.strides};
-    return LeafValues{from.at({0, origin.y, origin.z}), slab.strides};
+    origin[axis] = 0;
+    return LeafValues{from.at(origin), slab.strides};
   };
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
     blocks[n] = summarise(values_at(origin_of(n)), origin_of(n));
@@ -138,14 +143,14 @@ void DenseField::add(const ArrayValues& slab, bool in_place) {
 
 void DenseField::add(std::span<const float> slab) {
   const std::ptrdiff_t z = field_.channels, y = shape_.z * z, x = shape_.y * y;
-  add({slab.data(), {x, y, z, 1}}, false);
+  add({slab.data(), {x, y, z, 1}}, 0);
 }
 
 void DenseField::hold(const ArrayValues& array, std::shared_ptr<const void> owner) {
   field_.array = array;
   storage_.push_back(std::move(owner));
   for (ArrayValues slab = array; next_plane_ < shape_.x; slab.first += leaf_width * slab.strides.x)
-    add(slab, true);
+    add(slab, 0, true);
 }
 
 Field DenseField::finish() {

@@ -1,4 +1,4 @@
-#include "file_blocks.h"
+#include "base/file_blocks.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,7 +13,7 @@
 #include "psivox/error.h"
 #include "psivox/foreign_format.h"
 
-namespace psivox::vdb {
+namespace psivox {
 namespace {
 
 constexpr std::int64_t block = 64 << 10;  // [bytes]
@@ -31,7 +31,7 @@ std::int64_t size_of(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(status)) {
     const std::string format = foreign_format(path.string());
     throw Error(ExitCode::input, path.string() + ": " +
-                                     (format.empty() ? "is a directory, not a .vdb file" : format));
+                                     (format.empty() ? "is a directory, not a file" : format));
   }
   if (!std::filesystem::is_regular_file(status)) {
     throw Error(ExitCode::input, path.string() + ": is no regular file");
@@ -208,4 +208,4 @@ FileBuffer::pos_type FileBuffer::seekpos(pos_type position, std::ios_base::openm
   return seekoff(off_type(position), std::ios_base::beg, mode);
 }
 
-}  // namespace psivox::vdb
+}  // namespace psivox

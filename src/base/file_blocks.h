@@ -9,10 +9,11 @@
 #include <streambuf>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "psivox/progress.h"
 
-namespace psivox::vdb {
+namespace psivox {
 
 /// How a message about a file begins, and about one of its grids unless that is "".
 inline std::string subject(const std::string& path, std::string_view grid = {}) {
@@ -52,6 +53,10 @@ class FileBlocks {
   /// Takes over a regular file that is open, as its descriptor. Throws Error(input) if it is none.
   /// The path is for messages.
   FileBlocks(std::string path, int descriptor);
+
+  /// The same where the system cannot be asked: a regular file of that size [bytes].
+  FileBlocks(std::string path, int descriptor, std::int64_t size)
+      : path_(std::move(path)), size_(size), file_(descriptor) {}
 
   /// Bytes that are in memory.
   FileBlocks(std::string path, std::string bytes);
@@ -138,4 +143,4 @@ class FileBuffer final : public std::streambuf {
   std::int64_t only_ = 0;                          ///< see read_only
 };
 
-}  // namespace psivox::vdb
+}  // namespace psivox

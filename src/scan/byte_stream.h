@@ -1,0 +1,56 @@
+#pragma once
+
+#include <zlib.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "base/file_blocks.h"
+
+namespace psivox::scan {
+
+/// A file's bytes from a place on, in their order; unpacked, if they are a gzip.
+class ByteStream {
+ public:
+  /// The file must live as long.
+  ByteStream(FileBlocks& file, std::int64_t begin, bool packed = false);
+  ~ByteStream();
+  ByteStream(const ByteStream&) = delete;
+  ByteStream& operator=(const ByteStream&) = delete;
+
+  /// Bytes that were read or passed over.
+  std::int64_t position() const { return position_; }
+
+  /// Reads bytes, fewer where they end. Throws Error(input) if a gzip is damaged.
+  std::int64_t read(char* to, std::int64_t size);
+
+  /// Reads them all, or throws Error(input): the file ends too early.
+  void read_all(char* to, std::int64_t size);
+  void pass_over(std::int64_t size);
+
+  /// The next byte, as an unsigned char; -1 at the end.
+  int next();
+
+  /// The next line without its end (LF, CR LF, or that of the bytes). Throws Error(input) if it is
+  /// longer than 64 KiB.
+  std::string line();
+
+  /// Throws Error(input) about the file.
+  [[noreturn]] void refuse(const std::string& what) const;
+
+ private:
+  bool fill();    ///< bytes_ with the next ones; false at the end
+  bool unpack();  ///< the same of a gzip
+
+  FileBlocks& file_;
+  std::int64_t in_file_;  ///< where to read next
+  std::int64_t position_ = 0;
+  FileRun run_;                                  ///< of the file
+  const char *here_ = nullptr, *end_ = nullptr;  ///< bytes that are ready
+  std::unique_ptr<z_stream> packed_;             ///< null: the bytes are not packed
+  std::unique_ptr<char[]> unpacked_;
+  bool ended_ = false;  ///< the gzip
+};
+
+}  // namespace psivox::scan

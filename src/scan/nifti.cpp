@@ -1,0 +1,268 @@
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <limits>
+
+#include "psivox/error.h"
+#include "psivox/text.h"
+#include "scan/byte_stream.h"
+#include "scan/header.h"
+
+namespace psivox::scan {
+namespace {
+
+/// Numbers of a binary header, of either byte order.
+class Fields {
+ public:
+  Fields(std::string_view bytes, bool big_endian) : bytes_(bytes), big_endian_(big_endian) {}
+
+  template <typename T>
+  T at(std::size_t place) const {
+    std::array<char, sizeof(T)> bytes{};
+    bytes_.copy(bytes.data(), sizeof(T), place);
+    if (big_endian_) std::ranges::reverse(bytes);
+    return std::bit_cast<T>(bytes);
+  }
+  std::string text(std::size_t place, std::size_t length) const {
+    const std::string_view field = bytes_.substr(place, length);
+    return std::string(field.substr(0, field.find('\0')));
+  }
+
+ private:
+  std::string_view bytes_;
+  bool big_endian_;
+};
+
+/// What both versions of the format have, at different places.
+struct NiftiFields {
+  std::int64_t dim[8]{};
+  int datatype = 0, intent = 0;
+  double pixdim[8]{}, offset = 0, slope = 0, intercept = 0;
+  int units = 0, qform = 0, sform = 0;
+  double quaternion[3]{}, origin[3]{}, rows[3][4]{};  ///< b, c, d; of the qform; the sform
+  std::string description;
+};
+
+/// Sizes of the headers, which they begin with.
+constexpr std::int32_t nifti1_size = 348, nifti2_size = 540;
+
+NiftiFields nifti1(const Fields& from) {
+  NiftiFields to;
+  for (std::size_t i = 0; i < 8; ++i) {
+    to.dim[i] = from.at<std::int16_t>(40 + 2 * i);
+    to.pixdim[i] = double(from.at<float>(76 + 4 * i));
+  }
+  to.intent = from.at<std::int16_t>(68);
+  to.datatype = from.at<std::int16_t>(70);
+  to.offset = double(from.at<float>(108));
+  to.slope = double(from.at<float>(112));
+  to.intercept = double(from.at<float>(116));
+  to.units = from.at<std::uint8_t>(123);
+  to.description = from.text(148, 80);
+  to.qform = from.at<std::int16_t>(252);
+  to.sform = from.at<std::int16_t>(254);
+  for (std::size_t i = 0; i < 3; ++i) {
+    to.quaternion[i] = double(from.at<float>(256 + 4 * i));
+    to.origin[i] = double(from.at<float>(268 + 4 * i));
+    for (std::size_t j = 0; j < 4; ++j)
+      to.rows[i][j] = double(from.at<float>(280 + 16 * i + 4 * j));
+  }
+  return to;
+}
+
+NiftiFields nifti2(const Fields& from) {
+  NiftiFields to;
+  for (std::size_t i = 0; i < 8; ++i) {
+    to.dim[i] = from.at<std::int64_t>(16 + 8 * i);
+    to.pixdim[i] = from.at<double>(104 + 8 * i);
+  }
+  to.intent = from.at<std::int32_t>(504);
+  to.datatype = from.at<std::int16_t>(12);
+  to.offset = double(from.at<std::int64_t>(168));
+  to.slope = from.at<double>(176);
+  to.intercept = from.at<double>(184);
+  to.units = from.at<std::int32_t>(500);
+  to.description = from.text(240, 80);
+  to.qform = from.at<std::int32_t>(344);
+  to.sform = from.at<std::int32_t>(348);
+  for (std::size_t i = 0; i < 3; ++i) {
+    to.quaternion[i] = from.at<double>(352 + 8 * i);
+    to.origin[i] = from.at<double>(376 + 8 * i);
+    for (std::size_t j = 0; j < 4; ++j) to.rows[i][j] = from.at<double>(400 + 32 * i + 8 * j);
+  }
+  return to;
+}
+
+/// A type of values by its number.
+struct NiftiType {
+  int number;
+  Type type;
+  int components;  ///< of a value
+};
+constexpr NiftiType nifti_types[] = {
+    {2, Type::uint8, 1},    {4, Type::int16, 1},    {8, Type::int32, 1},     {16, Type::float32, 1},
+    {64, Type::float64, 1}, {128, Type::uint8, 3},  {256, Type::int8, 1},    {512, Type::uint16, 1},
+    {768, Type::uint32, 1}, {1024, Type::int64, 1}, {1280, Type::uint64, 1}, {2304, Type::uint8, 4},
+};
+
+/// The types that are not read.
+std::string refused_type(int number) {
+  switch (number) {
+    case 1:
+      return "single bits";
+    case 32:
+    case 1792:
+    case 2048:
+      return "complex numbers";
+    case 1536:
+      return "numbers of 128 bits";
+    default:
+      return "the unknown type " + std::to_string(number);
+  }
+}
+
+[[noreturn]] void refuse(const FileBlocks& file, const std::string& what) {
+  throw Error(ExitCode::input, subject(file.path()) + what);
+}
+
+/// The rotation of a unit quaternion by its last three numbers (nifti1.h, method 2).
+glm::dmat3 rotation(const double (&bcd)[3], const FileBlocks& file) {
+  // stored as float32: b, c and d may exceed 1 by their rounding, as nibabel allows
+  constexpr double rounding = 3 * std::numeric_limits<float>::epsilon();
+  const double b = bcd[0], c = bcd[1], d = bcd[2], rest = 1 - (b * b + c * c + d * d);
+  if (!(rest > -rounding)) refuse(file, "its qform is no rotation");
+  const double a = rest < rounding ? 0 : std::sqrt(rest);
+  const double s = 2 / (a * a + b * b + c * c + d * d);
+  return {{1 - s * (c * c + d * d), s * (b * c + a * d), s * (b * d - a * c)},
+          {s * (b * c - a * d), 1 - s * (b * b + d * d), s * (c * d + a * b)},
+          {s * (b * d + a * c), s * (c * d - a * b), 1 - s * (b * b + c * c)}};
+}
+
+/// The sform, else the qform, else the sizes of voxels about the middle with x to the left, as
+/// nibabel chooses.
+glm::dmat4 nifti_transform(const NiftiFields& fields, const glm::ivec3& shape, Header& header,
+                           const FileBlocks& file) {
+  glm::dmat4 m(1);
+  if (fields.sform != 0) {
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 4; ++c) m[c][r] = fields.rows[r][c];
+    header.metadata["transform"] = "sform";
+  } else if (fields.qform != 0) {
+    const glm::dmat3 turn = rotation(fields.quaternion, file);
+    const double hand = fields.pixdim[0] < 0 ? -1 : 1;
+    for (int c = 0; c < 3; ++c)
+      m[c] = glm::dvec4(turn[c] * (fields.pixdim[c + 1] * (c == 2 ? hand : 1)), 0);
+    for (int r = 0; r < 3; ++r) m[3][r] = fields.origin[r];
+    header.metadata["transform"] = "qform";
+  } else {
+    for (int i = 0; i < 3; ++i) {
+      // dimensions that the file does not have are 1 wide
+      const double size = i < fields.dim[0] ? fields.pixdim[i + 1] : 1;
+      m[i][i] = i == 0 ? -size : size;
+      m[3][i] = -m[i][i] * (shape[i] - 1) / 2;
+    }
+    header.metadata["transform"] = "pixdim";
+  }
+  return m;
+}
+
+/// Shape, frames and channels. A fifth dimension of 3 holds vectors, every other beyond the third
+/// frames.
+void set_shape(const NiftiFields& fields, int components, Header& header, const FileBlocks& file) {
+  const std::int64_t count = fields.dim[0];
+  if (count < 1 || count > 7)
+    refuse(file, "its header claims " + std::to_string(count) + " dimensions");
+  std::int64_t dim[8] = {0, 1, 1, 1, 1, 1, 1, 1};
+  header.values = components;
+  for (int i = 1; i <= count; ++i) {
+    dim[i] = fields.dim[i];
+    constexpr std::int64_t most = std::int64_t{1} << 48;  // so that no product overflows
+    if (dim[i] < 1 || dim[i] > (i <= 3 ? 1 << 24 : 1 << 30) || header.values > most / dim[i])
+      refuse(file, "its header claims a dimension of " + std::to_string(dim[i]));
+    header.values *= dim[i];
+  }
+  header.shape = glm::ivec3(dim[1], dim[2], dim[3]);
+  header.strides = {components, components * dim[1], components * dim[1] * dim[2]};
+  const std::int64_t volume = components * dim[1] * dim[2] * dim[3];
+  header.frame_stride = volume;
+  header.frames = header.values / volume;
+  if (components > 1) {
+    header.channels = 3;
+    header.channel_stride = 1;
+    header.colour = true;
+  } else if (dim[5] == 3 && dim[6] == 1 && dim[7] == 1) {
+    header.channels = 3;
+    header.channel_stride = volume * dim[4];
+    header.frames = dim[4];
+  }
+  if (components == 4) header.notices.push_back("leaves out the alpha of its colours");
+}
+
+std::string_view unit_name(int units) {
+  constexpr std::string_view names[] = {"", "m", "mm", "micron"};
+  return names[units & 3];
+}
+
+}  // namespace
+
+bool is_nifti(std::string_view head) {
+  if (head.size() < 4) return false;
+  for (const bool big : {false, true}) {
+    const auto size = Fields(head, big).at<std::int32_t>(0);
+    if (size == nifti1_size || size == nifti2_size) return true;
+  }
+  return false;
+}
+
+Header read_nifti(FileBlocks& file, bool packed) {
+  ByteStream stream(file, 0, packed);
+  std::string bytes(std::size_t(nifti2_size), '\0');
+  bytes.resize(std::size_t(stream.read(bytes.data(), nifti2_size)));
+  const auto starts = [&](std::int32_t size, bool big) {
+    return bytes.size() >= std::size_t(size) && Fields(bytes, big).at<std::int32_t>(0) == size;
+  };
+  Header header;
+  header.big_endian = starts(nifti1_size, true) || starts(nifti2_size, true);
+  const bool second = starts(nifti2_size, header.big_endian);
+  if (!second && !starts(nifti1_size, header.big_endian))
+    refuse(file, "the file ends within its header");
+  const Fields from(bytes, header.big_endian);
+  const std::string magic = from.text(second ? 4 : 344, 3);
+  const std::string version = second ? "2" : "1";
+  if (magic != "n+" + version && magic != "ni" + version)
+    refuse(file, "is an Analyze 7.5 header, which does not say where left is; nibabel converts it");
+  const NiftiFields fields = second ? nifti2(from) : nifti1(from);
+  const auto* type = std::ranges::find(nifti_types, fields.datatype, &NiftiType::number);
+  if (type == std::end(nifti_types))
+    refuse(file, "has " + refused_type(fields.datatype) + ", which psivox does not read");
+
+  header.format = "NIfTI-" + version;
+  header.type = type->type;
+  header.encoding = packed ? Encoding::gzip : Encoding::raw;
+  header.detached = magic[1] == 'i';
+  // an offset of 0 means the first byte that may be one
+  const std::int64_t least = header.detached ? 0 : (second ? nifti2_size : nifti1_size) + 4;
+  const double offset = fields.offset == 0 ? double(least) : fields.offset;
+  if (!(offset >= double(least) && offset < double(std::int64_t{1} << 53)))
+    refuse(file, "its header says that values begin at byte " + number_text(fields.offset));
+  header.skip = std::int64_t(offset);
+  set_shape(fields, type->components, header, file);
+  header.world_from_index = nifti_transform(fields, header.shape, header, file);
+  // a slope of 0 means none; colours have none
+  if (std::isfinite(fields.slope) && fields.slope != 0 && type->components == 1) {
+    header.slope = fields.slope;
+    header.intercept = fields.intercept;
+    if (!std::isfinite(fields.intercept)) refuse(file, "its intercept is not finite");
+  }
+  header.statistic = fields.intent >= 2 && fields.intent <= 24;  // NIFTI_FIRST_STATCODE and on
+  header.z_up = "a NIfTI scan";
+  header.metadata["format"] = header.format;
+  if (!unit_name(fields.units).empty()) header.metadata["unit"] = unit_name(fields.units);
+  if (!fields.description.empty()) header.metadata["description"] = fields.description;
+  return header;
+}
+
+}  // namespace psivox::scan

@@ -1,0 +1,140 @@
+#include "scan/scan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <new>
+#include <utility>
+
+#include "psivox/dense_field.h"
+#include "psivox/error.h"
+#include "psivox/memory.h"
+#include "psivox/text.h"
+#include "scan/byte_stream.h"
+#include "scan/value_stream.h"
+
+namespace psivox::scan {
+namespace {
+
+[[noreturn]] void refuse_scan(const FileBlocks& file, const std::string& what) {
+  throw Error(ExitCode::input, subject(file.path()) + what);
+}
+
+/// Least bytes of a file that may hold so many values.
+double least_bytes(const Header& header) {
+  const double bytes = double(header.values) * size_of(header.type) + double(header.skip);
+  switch (header.encoding) {
+    case Encoding::raw:
+      return bytes;
+    case Encoding::gzip:
+      return bytes / 1032;  // deflate packs no better (zlib's technical details)
+    case Encoding::hex:
+      return 2 * bytes;
+    case Encoding::text:
+      break;
+  }
+  return 2 * double(header.values) - 1;
+}
+
+void check_place(const Header& header, const FileBlocks& file) {
+  bool finite = true;
+  for (int c = 0; c < 4; ++c)
+    for (int r = 0; r < 4; ++r) finite &= std::isfinite(header.world_from_index[c][r]);
+  if (!finite || glm::determinant(glm::dmat3(header.world_from_index)) == 0)
+    refuse_scan(file, "its header gives voxels no volume");
+}
+
+constexpr std::int64_t leaf_planes = 8;
+
+}  // namespace
+
+Scan::Scan(Header header, std::shared_ptr<FileBlocks> file, std::shared_ptr<FileBlocks> data)
+    : header_(std::move(header)), file_(std::move(header_.detached ? data : file)) {
+  const FileBlocks& head = header_.detached ? *file : *file_;
+  if (!file_) refuse_scan(head, "its values lie in a file beside it, which is not there");
+  check_place(header_, head);
+  if (header_.skip < 0) {
+    header_.begin = file_->size() - header_.values * size_of(header_.type);
+    header_.skip = header_.lines = 0;
+  }
+  const double room = double(file_->size() - header_.begin);
+  if (header_.begin < 0 || least_bytes(header_) > room)
+    refuse_scan(*file_, "is cut short: its header claims " + std::to_string(header_.values) +
+                            " values, more than " + std::to_string(std::max(0.0, room)) +
+                            " bytes can hold");
+}
+
+Scan::~Scan() = default;
+
+void Scan::start_at(std::size_t stream, std::int64_t value) const {
+  if (streams_.size() <= stream) streams_.resize(stream + 1);
+  std::unique_ptr<ValueStream>& open = streams_[stream];
+  if (!open || open->position() > value) open = std::make_unique<ValueStream>(header_, *file_);
+  open->pass_over(value - open->position());
+}
+
+Field Scan::read(std::int64_t frame, const std::string& name, const Progress& progress) const {
+  const std::lock_guard lock(mutex_);
+  const std::int64_t plane = header_.strides[2];
+  // channels that lie beyond a volume have a stream each; frames within a plane share theirs
+  const bool apart = header_.channels > 1 && header_.channel_stride > plane;
+  const bool interleaved = header_.frame_stride < plane;
+  const auto streams = std::size_t(apart ? header_.channels : 1);
+  const std::int64_t planes = std::min<std::int64_t>(leaf_planes, header_.shape.z);
+  const double bytes = double(planes) * double(plane) * double(streams) * sizeof(float);
+  if (const std::uint64_t free = available_memory(); free > 0 && bytes > double(free))
+    throw Error(ExitCode::memory, subject(file_->path()) +
+                                      "8 of its slices take more than the "
+                                      "memory that is free");
+  try {
+    DenseField field(name, header_.shape, header_.channels, header_.world_from_index);
+    std::vector<float> values(std::size_t(planes * plane) * streams);
+    const std::int64_t first = interleaved ? 0 : frame * header_.frame_stride;
+    for (std::int64_t z = 0; z < header_.shape.z; z += leaf_planes) {
+      const std::int64_t count = std::min(leaf_planes, header_.shape.z - z) * plane;
+      for (std::size_t s = 0; s < streams; ++s) {
+        start_at(s, first + z * plane + std::int64_t(s) * header_.channel_stride);
+        streams_[s]->read(std::span(values).subspan(s * std::size_t(count), std::size_t(count)));
+      }
+      const float* at = values.data() + (interleaved ? frame * header_.frame_stride : 0);
+      field.add(
+          {at,
+           {header_.strides[0], header_.strides[1], plane, apart ? count : header_.channel_stride}},
+          2);
+      if (progress) progress(double(z) / header_.shape.z);
+    }
+    Field made = field.finish();
+    made.value_type = (header_.channels > 1 ? "vec3 of " : "") + std::string(name_of(header_.type));
+    for (const std::string& notice : header_.notices)
+      made.notices.push_back("grid " + in_quotes(name) + ": psivox " + notice);
+    return made;
+  } catch (const std::bad_alloc&) {
+    streams_.clear();
+    throw Error(ExitCode::memory, subject(file_->path()) + "takes more than the memory there is");
+  } catch (...) {
+    streams_.clear();
+    throw;
+  }
+}
+
+std::unique_ptr<Scan> open_scan(std::shared_ptr<FileBlocks> file,
+                                std::shared_ptr<FileBlocks> data) {
+  const FileRun first = file->run(0, 1);
+  std::string head(first.bytes.get(), std::size_t(first.size));
+  const bool packed = head.starts_with("\x1f\x8b");
+  try {
+    if (packed) {
+      ByteStream stream(*file, 0, true);
+      head.resize(8);
+      head.resize(std::size_t(stream.read(head.data(), 8)));
+    }
+  } catch (const Error&) {
+    return nullptr;  // of what it may be one cannot tell
+  }
+  if (!is_nifti(head) && (packed || !is_nrrd(head))) return nullptr;
+  Header header = is_nifti(head) ? read_nifti(*file, packed) : read_nrrd(*file);
+  return std::make_unique<Scan>(std::move(header), std::move(file), std::move(data));
+}
+
+}  // namespace psivox::scan

@@ -1,0 +1,163 @@
+#include "scan/value_stream.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "psivox/error.h"
+#include "psivox/text.h"
+
+namespace psivox::scan {
+namespace {
+
+constexpr std::int64_t values_at_once = 64 << 10;
+
+struct TypeFacts {
+  std::string_view name;
+  int bytes;
+};
+constexpr TypeFacts type_facts[] = {{"int8", 1},    {"uint8", 1},  {"int16", 2}, {"uint16", 2},
+                                    {"int32", 4},   {"uint32", 4}, {"int64", 8}, {"uint64", 8},
+                                    {"float32", 4}, {"float64", 8}};
+
+/// A double beyond the floats is infinite, as the conversion of a .vdb has it.
+float rounded(double value) {
+  constexpr double most = double(std::numeric_limits<float>::max());
+  if (std::abs(value) > most)
+    return std::copysign(std::numeric_limits<float>::infinity(), float(std::copysign(1.0, value)));
+  return float(value);
+}
+
+template <typename T>
+void convert(const char* from, const Header& header, std::span<float> to) {
+  const bool swapped = header.big_endian != (std::endian::native == std::endian::big);
+  const bool scaled = header.slope != 1 || header.intercept != 0;
+  for (float& value : to) {
+    std::array<char, sizeof(T)> bytes;
+    std::copy_n(from, sizeof(T), bytes.begin());
+    if (swapped) std::ranges::reverse(bytes);
+    from += sizeof(T);
+    const auto stored = std::bit_cast<T>(bytes);
+    if (scaled)
+      value = rounded(header.slope * double(stored) + header.intercept);
+    else if constexpr (std::is_same_v<T, double>)
+      value = rounded(stored);
+    else
+      value = float(stored);
+  }
+}
+
+void convert(const char* from, const Header& header, std::span<float> to) {
+  switch (header.type) {
+    case Type::int8:
+      return convert<std::int8_t>(from, header, to);
+    case Type::uint8:
+      return convert<std::uint8_t>(from, header, to);
+    case Type::int16:
+      return convert<std::int16_t>(from, header, to);
+    case Type::uint16:
+      return convert<std::uint16_t>(from, header, to);
+    case Type::int32:
+      return convert<std::int32_t>(from, header, to);
+    case Type::uint32:
+      return convert<std::uint32_t>(from, header, to);
+    case Type::int64:
+      return convert<std::int64_t>(from, header, to);
+    case Type::uint64:
+      return convert<std::uint64_t>(from, header, to);
+    case Type::float32:
+      return convert<float>(from, header, to);
+    case Type::float64:
+      return convert<double>(from, header, to);
+  }
+}
+
+bool is_space(int c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+int hex_digit(int c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  const int lower = c | 0x20;
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
+}  // namespace
+
+std::string_view name_of(Type type) { return type_facts[int(type)].name; }
+int size_of(Type type) { return type_facts[int(type)].bytes; }
+
+ValueStream::ValueStream(const Header& header, FileBlocks& file)
+    // lines are those of the file, not of what is packed in it
+    : header_(header),
+      bytes_(
+          file,
+          [&] {
+            if (header.lines == 0) return header.begin;
+            ByteStream lines(file, header.begin);
+            for (std::int64_t n = 0; n < header.lines; ++n) lines.line();
+            return header.begin + lines.position();
+          }(),
+          header.encoding == Encoding::gzip) {
+  bytes_.pass_over(header.skip);
+}
+
+void ValueStream::pass_over(std::int64_t values) {
+  if (header_.encoding == Encoding::raw || header_.encoding == Encoding::gzip) {
+    bytes_.pass_over(values * size_of(header_.type));
+    position_ += values;
+    return;
+  }
+  std::vector<float> passed(std::size_t(std::min(values, values_at_once)));
+  for (; values > 0; values -= std::ssize(passed)) {
+    passed.resize(std::size_t(std::min(values, values_at_once)));
+    read(passed);
+  }
+}
+
+void ValueStream::read(std::span<float> to) {
+  position_ += std::ssize(to);
+  if (header_.encoding == Encoding::text) {
+    for (float& value : to) value = rounded(next_number());
+    return;
+  }
+  while (!to.empty()) {
+    const auto some = to.first(std::min(to.size(), std::size_t(values_at_once)));
+    buffer_.resize(some.size() * std::size_t(size_of(header_.type)));
+    read_bytes(buffer_.data(), std::ssize(buffer_));
+    convert(buffer_.data(), header_, some);
+    to = to.subspan(some.size());
+  }
+}
+
+void ValueStream::read_bytes(char* to, std::int64_t size) {
+  if (header_.encoding != Encoding::hex) return bytes_.read_all(to, size);
+  for (; size > 0; --size) {
+    int digits[2];
+    for (int& digit : digits) {
+      int c = bytes_.next();
+      while (is_space(c)) c = bytes_.next();
+      digit = hex_digit(c);
+      if (digit < 0)
+        bytes_.refuse(c < 0 ? "the file ends too early" : "has a value that is no hex");
+    }
+    *to++ = char(digits[0] << 4 | digits[1]);
+  }
+}
+
+double ValueStream::next_number() {
+  // commas part values, too
+  const auto parts = [](int c) { return is_space(c) || c == ','; };
+  int c = bytes_.next();
+  while (parts(c)) c = bytes_.next();
+  constexpr std::size_t longest = 400;
+  buffer_.clear();
+  for (; c >= 0 && !parts(c) && buffer_.size() < longest; c = bytes_.next()) buffer_ += char(c);
+  if (buffer_.empty()) bytes_.refuse("the file ends too early");
+  double value = 0;
+  if (!read_number(std::string_view(buffer_).substr(buffer_[0] == '+' ? 1 : 0), value))
+    bytes_.refuse("has the value " + in_quotes(buffer_) + ", which is no number");
+  return value;
+}
+
+}  // namespace psivox::scan

@@ -1,0 +1,232 @@
+// NIfTI and NRRD files: values and transforms of every type, byte order and encoding.
+
+#include <cmath>
+
+#include "psivox/guarded_reading.h"
+#include "psivox/leaf_values.h"
+#include "scan_made_files.h"
+
+namespace psivox::test {
+namespace {
+
+/// Before any test starts a thread.
+const bool started = (start_guarded_reading(), true);
+
+const glm::dmat4 made_affine{{-2, 0, 0, 0}, {0, 3, 1, 0}, {0, 0, 4, 0}, {20, -5, 0, 1}};
+
+float value_at(const Field& field, const glm::ivec3& v, int c) {
+  for (const Leaf& leaf : field.leaves)
+    if (const glm::ivec3 at = v - leaf.origin;
+        std::min({at.x, at.y, at.z}) >= 0 && std::max({at.x, at.y, at.z}) < 8)
+      return OrderedValues(field, leaf)
+          .data()[std::size_t(((at.x * 8 + at.y) * 8 + at.z) * field.channels + c)];
+  return 0;
+}
+
+void expect_made(const VdbFile& file, const std::string& grid, int channels = 1, int frame = 0,
+                 double slope = 1, double intercept = 0) {
+  const Field field = file.read(grid, {.role = GridRole::data});
+  ASSERT_EQ(field.channels, channels);
+  int wrong = 0;
+  for (glm::ivec3 v(0); v.z < small.z; ++v.z)
+    for (v.y = 0; v.y < small.y; ++v.y)
+      for (v.x = 0; v.x < small.x; ++v.x)
+        for (int c = 0; c < channels; ++c)
+          wrong += value_at(field, v, c) != float(slope * stored_value(v, c, frame) + intercept);
+  EXPECT_EQ(wrong, 0);
+}
+
+template <typename T>
+void expect_nifti_type(int datatype, const std::string& type) {
+  for (const bool second : {false, true})
+    for (const bool big : {false, true})
+      for (const bool packed : {false, true}) {
+        std::string bytes = nifti_header(second, big, datatype, dims()) + values_of_type<T>(big);
+        if (packed) bytes = gzipped(bytes);
+        const VdbFile file(write_scan("type.nii", bytes));
+        EXPECT_EQ(file.names(), std::vector<std::string>{"image"});
+        EXPECT_EQ(file.value_type("image"), type);
+        expect_made(file, "image");
+        EXPECT_EQ(file.read("image").world_from_index, made_affine);
+      }
+}
+
+TEST(Nifti, EveryTypeAndByteOrderIsRead) {
+  expect_nifti_type<std::uint8_t>(2, "uint8");
+  expect_nifti_type<std::int16_t>(4, "int16");
+  expect_nifti_type<std::int32_t>(8, "int32");
+  expect_nifti_type<float>(16, "float32");
+  expect_nifti_type<double>(64, "float64");
+  expect_nifti_type<std::int8_t>(256, "int8");
+  expect_nifti_type<std::uint16_t>(512, "uint16");
+  expect_nifti_type<std::uint32_t>(768, "uint32");
+  expect_nifti_type<std::int64_t>(1024, "int64");
+  expect_nifti_type<std::uint64_t>(1280, "uint64");
+}
+
+TEST(Nifti, FramesAreGridsInTheirOrderAndInAnyOther) {
+  const VdbFile file(
+      write_scan("frames.nii.gz", gzipped(nifti_header(false, false, 4, dims({3})) +
+                                          values_of_type<std::int16_t>(false, 1, false, 3))));
+  EXPECT_EQ(file.names(), (std::vector<std::string>{"image[0]", "image[1]", "image[2]"}));
+  for (const int frame : {0, 2, 1})
+    expect_made(file, "image[" + std::to_string(frame) + "]", 1, frame);
+  EXPECT_EQ(file.default_grid(), "image");
+  EXPECT_EQ(file.read("image").notices.size(), 1u);
+}
+
+TEST(Nifti, ColoursAndVectorsHaveThreeChannels) {
+  expect_made(VdbFile(write_scan("rgb.nii", nifti_header(false, false, 128, dims()) +
+                                                values_of_type<std::uint8_t>(false, 3, true))),
+              "rgb", 3);
+  for (const bool packed : {false, true}) {
+    const std::string bytes =
+        nifti_header(false, true, 16, dims({1, 3})) + values_of_type<float>(true, 3);
+    expect_made(VdbFile(write_scan("vectors.nii", packed ? gzipped(bytes) : bytes)), "image", 3);
+  }
+}
+
+TEST(Nifti, SlopeAndInterceptScaleUnlessTheSlopeIs0) {
+  for (const float slope : {0.25f, 0.0f}) {
+    std::string bytes = nifti_header(false, false, 2, dims());
+    put(bytes, 112, slope, false);
+    put(bytes, 116, -8.0f, false);
+    const VdbFile file(write_scan("slope.nii", bytes + values_of_type<std::uint8_t>(false)));
+    expect_made(file, "image", 1, 0, slope == 0 ? 1 : double(slope), slope == 0 ? 0 : -8);
+  }
+}
+
+/// The transform of a header that was changed.
+glm::dmat4 transform_of(const std::function<void(std::string&)>& change) {
+  std::string bytes = nifti_header(false, false, 2, dims());
+  put<std::int16_t>(bytes, 254, 0, false);  // no sform
+  change(bytes);
+  return VdbFile(write_scan("place.nii", bytes + values_of_type<std::uint8_t>(false)))
+      .read("image")
+      .world_from_index;
+}
+
+TEST(Nifti, TheQformComesAfterTheSformAndBeforeTheSizesOfVoxels) {
+  const auto sizes = [](std::string& bytes) {
+    for (std::size_t i = 0; i < 3; ++i) put(bytes, 80 + 4 * i, float(i + 1), false);
+  };
+  // nibabel's: x to the left, about the middle
+  EXPECT_EQ(transform_of(sizes),
+            (glm::dmat4{{-1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 3, 0}, {5, -8, -13.5, 1}}));
+  const glm::dmat4 turned = transform_of([&](std::string& bytes) {
+    sizes(bytes);
+    put<std::int16_t>(bytes, 252, 1, false);
+    put(bytes, 76, -1.0f, false);                   // the third axis the other way
+    put(bytes, 264, float(std::sqrt(0.5)), false);  // a quarter about z
+    for (std::size_t i = 0; i < 3; ++i) put(bytes, 268 + 4 * i, float(10 * i), false);
+  });
+  const glm::dmat4 expected{{0, 1, 0, 0}, {-2, 0, 0, 0}, {0, 0, -3, 0}, {0, 10, 20, 1}};
+  for (int c = 0; c < 4; ++c)
+    for (int r = 0; r < 4; ++r)
+      EXPECT_NEAR(turned[c][r], expected[c][r], 2 * 1.2e-7);  // the quaternion is a float's
+}
+
+TEST(Nifti, APairIsReadByItsHeader) {
+  std::string bytes = nifti_header(false, false, 4, dims());
+  bytes.replace(344, 3, "ni1");
+  put(bytes, 108, 0.0f, false);
+  const auto path = write_scan("pair.hdr", bytes.substr(0, 348));
+  fs::remove(fs::path(path).replace_extension(".img"));
+  EXPECT_NE(refusal_of(path).find("pair.img: no such file"), std::string::npos);
+  write_scan("pair.img", values_of_type<std::int16_t>(false));
+  expect_made(VdbFile(path), "image");
+}
+
+template <typename T>
+void expect_nrrd_type(const std::string& type) {
+  for (const bool big : {false, true})
+    for (const bool packed : {false, true}) {
+      const std::string head =
+          nrrd(type, std::string("endian: ") + (big ? "big" : "little") +
+                         (packed ? "\nencoding: gzip\n\n" : "\nencoding: raw\n\n"));
+      const std::string values = values_of_type<T>(big);
+      const VdbFile file(write_scan("type.nrrd", head + (packed ? gzipped(values) : values)));
+      expect_made(file, "image");
+      EXPECT_EQ(file.read("image").world_from_index, made_affine);
+      EXPECT_FALSE(file.z_up().empty());
+    }
+}
+
+TEST(Nrrd, EveryTypeAndByteOrderIsRead) {
+  expect_nrrd_type<std::int8_t>("signed char");
+  expect_nrrd_type<std::uint8_t>("uchar");
+  expect_nrrd_type<std::int16_t>("short");
+  expect_nrrd_type<std::uint16_t>("unsigned short int");
+  expect_nrrd_type<std::int32_t>("int32_t");
+  expect_nrrd_type<std::uint32_t>("uint");
+  expect_nrrd_type<std::int64_t>("longlong");
+  expect_nrrd_type<std::uint64_t>("uint64");
+  expect_nrrd_type<float>("float");
+  expect_nrrd_type<double>("double");
+}
+
+TEST(Nrrd, TextAndHexAreRead) {
+  std::string text, hex;
+  for (const char c : values_of_type<std::uint8_t>(false)) {
+    text += std::to_string(int(c)) + (text.size() % 3 ? " " : "\n");
+    constexpr char digits[] = "0123456789abcdef";
+    hex += {digits[c >> 4], digits[c & 15]};
+    if (hex.size() % 70 == 0) hex += '\n';
+  }
+  expect_made(VdbFile(write_scan("t.nrrd", nrrd("uchar", "encoding: ascii\n\n") + text)), "image");
+  expect_made(VdbFile(write_scan("h.nrrd", nrrd("uchar", "encoding: hex\n\n") + hex)), "image");
+}
+
+TEST(Nrrd, ValuesBesideTheHeaderAreReadWithSkips) {
+  const std::string values = values_of_type<std::uint8_t>(false);
+  write_scan("below/a.raw", "one\ntwo\nxyz" + values);
+  const std::string data = "data file: below/a.raw";
+  expect_made(VdbFile(write_scan("a.nhdr", nrrd("uchar",
+                                                "encoding: raw\nline skip: 2\nbyte skip: "
+                                                "3\n" +
+                                                    data))),
+              "image");
+  expect_made(
+      VdbFile(write_scan("b.nhdr", nrrd("uchar", "encoding: raw\nbyte skip: -1\n" + data + "\n"))),
+      "image");
+  write_scan("below/a.gz", "one\n" + gzipped("xyz" + values));
+  expect_made(VdbFile(write_scan("c.nhdr", nrrd("uchar",
+                                                "data file: below/a.gz\nencoding: gz\n"
+                                                "line skip: 1\nbyte skip: 3\n"))),
+              "image");
+}
+
+TEST(Nrrd, AxesBesideSpaceAreColoursOrFrames) {
+  const auto with_axes = [](const std::string& sizes, const std::string& kinds) {
+    return "NRRD0005\ntype: uint8\ndimension: 4\nsizes: " + sizes + "\nkinds: " + kinds +
+           "\nencoding: raw\n\n";
+  };
+  expect_made(
+      VdbFile(write_scan("rgb.nrrd", with_axes("3 11 9 10", "RGB-color domain domain domain") +
+                                         values_of_type<std::uint8_t>(false, 3, true))),
+      "rgb", 3);
+  expect_made(
+      VdbFile(write_scan("planar.nrrd", with_axes("11 9 10 3", "domain domain domain 3-vector") +
+                                            values_of_type<std::uint8_t>(false, 3))),
+      "image", 3);
+  // a list of three channels, the fastest axis: frames within a plane
+  const VdbFile list(write_scan("list.nrrd", with_axes("3 11 9 10", "list space space space") +
+                                                 values_of_type<std::uint8_t>(false, 3, true)));
+  ASSERT_EQ(list.names().size(), 3u);
+  const Field second = list.read("image[1]");
+  EXPECT_EQ(value_at(second, {5, 4, 9}, 0), float(stored_value({5, 4, 9}, 1, 0)));
+}
+
+TEST(Nrrd, WithoutASpaceItHasItsSpacings) {
+  const std::string head = "NRRD0001\ntype: uint8\ndimension: 3\nsizes: 11 9 10\nencoding: raw\n";
+  const VdbFile file(write_scan("s.nrrd", head +
+                                              "spacings: 1 2 nan\naxis mins: 5 nan 0\n"
+                                              "centers: cell node cell\naxis maxs: 9 9 30\n\n" +
+                                              values_of_type<std::uint8_t>(false)));
+  EXPECT_TRUE(file.z_up().empty());
+  EXPECT_EQ(file.read("image").world_from_index,
+            (glm::dmat4{{1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 3, 0}, {5.5, 0, 1.5, 1}}));
+}
+
+}  // namespace
+}  // namespace psivox::test
