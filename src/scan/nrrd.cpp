@@ -89,53 +89,26 @@ Number number(const FileBlocks& file, const std::string& text, const char* field
   return value;
 }
 
+/// The names of each type.
 constexpr std::pair<std::string_view, Type> nrrd_types[] = {
-    {"signed char", Type::int8},
-    {"int8", Type::int8},
-    {"int8_t", Type::int8},
-    {"uchar", Type::uint8},
-    {"unsigned char", Type::uint8},
-    {"uint8", Type::uint8},
-    {"uint8_t", Type::uint8},
-    {"short", Type::int16},
-    {"short int", Type::int16},
-    {"signed short", Type::int16},
-    {"signed short int", Type::int16},
-    {"int16", Type::int16},
-    {"int16_t", Type::int16},
-    {"ushort", Type::uint16},
-    {"unsigned short", Type::uint16},
-    {"unsigned short int", Type::uint16},
-    {"uint16", Type::uint16},
-    {"uint16_t", Type::uint16},
-    {"int", Type::int32},
-    {"signed int", Type::int32},
-    {"int32", Type::int32},
-    {"int32_t", Type::int32},
-    {"uint", Type::uint32},
-    {"unsigned int", Type::uint32},
-    {"uint32", Type::uint32},
-    {"uint32_t", Type::uint32},
-    {"longlong", Type::int64},
-    {"long long", Type::int64},
-    {"long long int", Type::int64},
-    {"signed long long", Type::int64},
-    {"signed long long int", Type::int64},
-    {"int64", Type::int64},
-    {"int64_t", Type::int64},
-    {"ulonglong", Type::uint64},
-    {"unsigned long long", Type::uint64},
-    {"unsigned long long int", Type::uint64},
-    {"uint64", Type::uint64},
-    {"uint64_t", Type::uint64},
+    {"signed char,int8,int8_t", Type::int8},
+    {"uchar,unsigned char,uint8,uint8_t", Type::uint8},
+    {"short,short int,signed short,signed short int,int16,int16_t", Type::int16},
+    {"ushort,unsigned short,unsigned short int,uint16,uint16_t", Type::uint16},
+    {"int,signed int,int32,int32_t", Type::int32},
+    {"uint,unsigned int,uint32,uint32_t", Type::uint32},
+    {"longlong,long long,long long int,signed long long,signed long long int,int64,int64_t",
+     Type::int64},
+    {"ulonglong,unsigned long long,unsigned long long int,uint64,uint64_t", Type::uint64},
     {"float", Type::float32},
     {"double", Type::float64},
 };
 
 void set_encoding(const Text& text, Header& header, const FileBlocks& file) {
   const std::string type = lower_case(text.of("type")), encoding = lower_case(text.of("encoding"));
-  const auto* known =
-      std::ranges::find(nrrd_types, type, &std::pair<std::string_view, Type>::first);
+  const auto* known = std::ranges::find_if(nrrd_types, [&](const auto& names) {
+    return std::ranges::count(split(names.first), type) > 0;
+  });
   if (known == std::end(nrrd_types))
     refuse_nrrd(file, "has values of type " + in_quotes(type) + ", which psivox does not read");
   header.type = known->second;
