@@ -209,7 +209,7 @@ t 2 "excludes --quiet" render "$S" -o a.exr -q -v
 t 0 - render "$S" -o a.exr --aov error,transmittance --renderer reference $R
 t 0 - render "$S" -o a.exr --aov depth,transmittance,steps,samples $R
 # A picture's scene has its layers, and finds its inputs from anywhere, also when all are moved.
-channels() { "$program" render --scene "$1" -o layers.exr -q "${@:2}" && grep -aoE 'transmittance|depth' layers.exr | sort -u | tr '\n' ' '; }
+channels() { "$program" render --scene "$1" -o layers.exr -q "${@:2}" && sed s,holdout-depth,,g layers.exr | grep -aoE 'transmittance|depth' | sort -u | tr '\n' ' '; }
 [ "$(channels a.exr)" = "depth transmittance " ] || { echo "FAILED: layers are lost"; failed=$((failed + 1)); }
 [ "$(channels a.exr --aov none)" = "" ] || { echo "FAILED: --aov none keeps layers"; failed=$((failed + 1)); }
 t 0 - render --scene a.exr -o b.exr --renderer reference -q
@@ -453,7 +453,7 @@ t 2 "expected none or #rrggbb, a name of CSS" render "$S" -o b.png $R --backgrou
 t 2 "expected none or #rrggbb, a name of CSS" render "$S" -o b.png $R --background oranje
 # Other formats are named, with what reads them.
 printf 'NRRD0005\n' >x.vdb
-t 3 "x.vdb: a dimension of '' is no number" info x.vdb
+t 3 "x.vdb: has values of type" info x.vdb
 printf '\037\213' >x.nii.gz
 t 3 "x.nii.gz: is compressed" render x.nii.gz -o a.png
 printf '<?xml version="1.0"?>\n<VTKFile type="ImageData">' >y.vdb
@@ -461,7 +461,7 @@ t 3 "is a VTK file" render y.vdb -o a.png
 { head -c 128 /dev/zero; printf DICM; } >z.vdb
 t 3 "is a DICOM image" render z.vdb -o a.png
 printf 'NanoVDB2' >x.nvdb
-t 3 "nanovdb_convert" render x.nvdb -o a.png
+t 3 "is a damaged NanoVDB file" render x.nvdb -o a.png
 printf 'abc' >x.raw
 t 3 "is a file of raw values" render x.raw -o a.png
 mkdir x.zarr

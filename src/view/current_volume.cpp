@@ -96,7 +96,9 @@ void CurrentVolume::run(const std::stop_token& stop) {
       changed_.wait(lock, stop, [&] { return wish_ || idle_wish_; });
       if (stop.stop_requested()) return;  // even if there is a wish
       wanted = wish_.has_value();
-      wish = *std::exchange(wanted ? wish_ : idle_wish_, {});
+      std::optional<Wish>& next = wanted ? wish_ : idle_wish_;
+      wish = std::move(*next);
+      next.reset();
       number = wishes_;
     }
     prepare(wish, wanted, number);
