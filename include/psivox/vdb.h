@@ -87,16 +87,16 @@ struct NamedGrid {
   std::string grid;  ///< as the file has it
 };
 
-/// An open .vdb, a scan (NIfTI, NRRD), or grids in memory that are used like one. Grids are read on demand; a broken grid
-/// does not keep the others from being read. Its const functions may be called from several
-/// threads.
+/// An open .vdb, a scan (NIfTI, NRRD), or grids in memory that are used like one. Grids are read on
+/// demand; a broken grid does not keep the others from being read. Its const functions may be
+/// called from several threads.
 class VdbFile {
  public:
   /// `progress` now and then receives the fraction of a grid that has been read. To end the reading
   /// it may throw anything but a std::exception, which would count as the file's error. Throws
-  /// Error(input) if the file is missing, has none of these formats, or ends in its header. A scan's
-  /// grid is `image`, or `rgb` of colours; of several frames `image[0]`, `image[1]`, ... Its world
-  /// has x to the right, y to the front and z up, in the file's unit.
+  /// Error(input) if the file is missing, has none of these formats, or ends in its header. A
+  /// scan's grid is `image`, or `rgb` of colours; of several frames `image[0]`, `image[1]`, ... Its
+  /// world has x to the right, y to the front and z up, in the file's unit.
   explicit VdbFile(const std::filesystem::path& path, Progress progress = {});
   /// A grid in memory, such as make_dense_field's. Its voxels other than 0 are active.
   explicit VdbFile(std::shared_ptr<const Field> grid);

@@ -30,8 +30,8 @@ std::int64_t size_of(const std::filesystem::path& path) {
   }
   if (std::filesystem::is_directory(status)) {
     const std::string format = foreign_format(path.string());
-    throw Error(ExitCode::input, path.string() + ": " +
-                                     (format.empty() ? "is a directory, not a file" : format));
+    throw Error(ExitCode::input,
+                path.string() + ": " + (format.empty() ? "is a directory, not a file" : format));
   }
   if (!std::filesystem::is_regular_file(status)) {
     throw Error(ExitCode::input, path.string() + ": is no regular file");
