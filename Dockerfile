@@ -3,9 +3,11 @@
 ARG DEBIAN=bookworm
 FROM debian:${DEBIAN}-slim AS build
 WORKDIR /psivox
+COPY tools/install-deps.sh tools/
+RUN tools/install-deps.sh
 COPY . .
-RUN tools/install-deps.sh && cmake --preset package -DPSIVOX_PYTHON=OFF && \
-    cmake --build --preset package && cpack --preset package
+RUN cmake --preset package -DPSIVOX_PYTHON=OFF && cmake --build --preset package && \
+    cpack --preset package
 
 FROM debian:${DEBIAN}-slim
 COPY --from=build /psivox/build/package/packages/psivox_*.deb /tmp/

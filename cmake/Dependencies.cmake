@@ -57,7 +57,7 @@ endif()
 
 # vcpkg has a package configuration for OpenVDB. Debian, Fedora, Arch and conda-forge have headers,
 # a library and FindOpenVDB.cmake, which demands packages that only OpenVDB's own build needs; so
-# psivox looks for the first two itself. OpenVDB's version.h has the definitions.
+# psivox looks for the first two itself. It needs no definitions: OpenVDB's version.h has them.
 find_package(OpenVDB CONFIG QUIET)
 find_package(Imath REQUIRED)
 set(openvdb_roots "${OpenVDB_ROOT}" ENV OpenVDB_ROOT ENV CONDA_PREFIX)

@@ -313,6 +313,17 @@ t 7 - compare a.png b.png --max-rms 0.01
 C="--camera-position 1,1,3 --resolution 320x180 -q"  # which nothing moves
 t 0 - render "$S" -o a.png --scale-bar --resolution 320x180 -q
 t 0 "too small" render "$S" -o a.png --scale-bar --resolution 40x30
+# A picture's own depths hold out what is behind them.
+t 0 - render "$S" -o whole.exr --aov depth --extinction 20 $R
+t 0 - render "$S" -o a.exr --holdout whole.exr --holdout-depth distance --extinction 20 $R
+t 7 - compare a.exr whole.exr --max-rms 0.05
+t 0 - render --scene a.exr -o b.exr -q
+t 0 rms compare a.exr b.exr --max-abs 0
+t 3 "'whole.exr': it has 32x32 pixels" render "$S" -o a.exr --holdout whole.exr --resolution 32x16
+t 3 "has no layer 'Z'; name one as FILE.exr:LAYER of R G B A depth" render "$S" -o a.exr --holdout whole.exr:Z $R
+t 3 "there is no such file" render "$S" -o a.exr --holdout none.exr $R
+t 2 "give both or neither" render "$S" -o a.exr --holdout-depth distance $R
+t 2 "depths of one camera" render "$S" -o 'a.##.exr' --turntable 3 --holdout whole.exr $R
 t 0 - render "$S" -o a.exr --colormap viridis --color-bar $C
 t 0 - render "$S" -o b.exr --colormap viridis $C
 t 0 rms compare a.exr b.exr --max-abs 0

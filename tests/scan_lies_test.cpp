@@ -33,6 +33,12 @@ TEST(Scans, WhatIsNotReadIsNamed) {
       {nrrd("uchar", raw + "data file: /etc/passwd\n"), "header's folder"},
       {nrrd("uchar", "encoding: ascii\n\n1 2 x") + std::string(4000, ' '), "'x'"},
       {nrrd("uchar", raw + "\n") + "short", "cut short"},
+      {nrrd("uchar", raw + "line skip: 9223372036854775807\n\n") + uchar, "cut short"},
+      {nrrd("uchar", "encoding: text\nbyte skip: 9223372036854775807\n\n") + uchar, "cut short"},
+      {nrrd("uchar", raw + "byte skip: -1\n\n") + uchar.substr(1), "cut short"},
+      {nrrd("uchar", raw + "byte skip: -2\n\n") + uchar, "below 0"},
+      {nifti_header(false, false, 2, {1, 1, 1, 32767, 1, 3}) + std::string(3 * 32767, '\1'),
+       "98301 frames"},
       {nrrd("uchar", "encoding: gzip\n\n") + gzipped(uchar).substr(0, gzipped(uchar).size() / 2),
        "too early"},
   };

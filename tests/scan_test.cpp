@@ -1,6 +1,8 @@
 // NIfTI and NRRD files: values and transforms of every type, byte order and encoding.
 
 #include <cmath>
+#include <glm/vec2.hpp>
+#include <utility>
 
 #include "psivox/guarded_reading.h"
 #include "psivox/leaf_values.h"
@@ -175,6 +177,10 @@ TEST(Nrrd, TextAndHexAreRead) {
   }
   expect_made(VdbFile(write_scan("t.nrrd", nrrd("uchar", "encoding: ascii\n\n") + text)), "image");
   expect_made(VdbFile(write_scan("h.nrrd", nrrd("uchar", "encoding: hex\n\n") + hex)), "image");
+  // skipped bytes are those of the file, not of the values
+  const std::string skip = nrrd("uchar", "encoding: hex\nbyte skip: 500\n\n");
+  std::erase(hex, '\n');
+  expect_made(VdbFile(write_scan("s.nrrd", skip + std::string(500, '?') + hex)), "image");
 }
 
 TEST(Nrrd, ValuesBesideTheHeaderAreReadWithSkips) {
@@ -215,13 +221,48 @@ TEST(Nrrd, AxesBesideSpaceAreColoursOrFrames) {
   ASSERT_EQ(list.names().size(), 3u);
   const Field second = list.read("image[1]");
   EXPECT_EQ(value_at(second, {5, 4, 9}, 0), float(stored_value({5, 4, 9}, 1, 0)));
+  // one slice, of the same values: the channels lie a plane apart
+  const Field slice =
+      VdbFile(write_scan("slice.nrrd", with_axes("11 90 1 3", "space space space vector") +
+                                           values_of_type<std::uint8_t>(false, 3)))
+          .read("image", {.role = GridRole::data});
+  for (int c = 0; c < 3; ++c)
+    EXPECT_EQ(value_at(slice, {5, 9 * 4 + 7, 0}, c), float(stored_value({5, 7, 4}, c, 0)));
+  // kinds by their other names; a colour that is not red, green and blue is a list
+  for (const auto& [kind, grids] : {std::pair("RGB", 1u), std::pair("HSV-color", 3u)}) {
+    const VdbFile file(
+        write_scan("kind.nrrd", with_axes("3 11 9 10", kind + std::string(" space space space")) +
+                                    values_of_type<std::uint8_t>(false, 3, true)));
+    EXPECT_EQ(file.names().size(), grids) << kind;
+    EXPECT_EQ(file.names().at(0), grids == 1 ? "rgb" : "image[0]");
+  }
+}
+
+TEST(Nrrd, ASpaceHasSeveralNames) {
+  const std::pair<const char*, glm::dvec2> all[] = {{"left-posterior-superior", {-1, -1}},
+                                                    {"left posterior superior", {-1, -1}},
+                                                    {"LPST", {-1, -1}},
+                                                    {"LeftAnteriorSuperior", {-1, 1}},
+                                                    {"RAS", {1, 1}},
+                                                    {"scanner-xyz-time", {1, 1}},
+                                                    {"3D-left-handed", {1, 1}}};
+  for (const auto& [name, signs] : all) {
+    const VdbFile file(
+        write_scan("space.nrrd",
+                   "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 11 9 10\nencoding: raw\nspace: " +
+                       std::string(name) + "\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n\n" +
+                       values_of_type<std::uint8_t>(false)));
+    const glm::dmat4 expected{{signs.x, 0, 0, 0}, {0, signs.y, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    EXPECT_EQ(file.read("image").world_from_index, expected) << name;
+    EXPECT_EQ(file.z_up().empty(), std::string(name).starts_with("3D")) << name;
+  }
 }
 
 TEST(Nrrd, WithoutASpaceItHasItsSpacings) {
   const std::string head = "NRRD0001\ntype: uint8\ndimension: 3\nsizes: 11 9 10\nencoding: raw\n";
   const VdbFile file(write_scan("s.nrrd", head +
                                               "spacings: 1 2 nan\naxis mins: 5 nan 0\n"
-                                              "centers: cell node cell\naxis maxs: 9 9 30\n\n" +
+                                              "centers: cell node ???\naxis maxs: 9 9 30\n\n" +
                                               values_of_type<std::uint8_t>(false)));
   EXPECT_TRUE(file.z_up().empty());
   EXPECT_EQ(file.read("image").world_from_index,

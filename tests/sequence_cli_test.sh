@@ -57,6 +57,15 @@ run 0 "" in/plume.000{4,5,6}.vdb -o other/####.png "${small[@]}" --look plain --
 has other "0003.png 0004.png 0005.png 0006.png" "several files"
 cmp -s out/a.0004.png other/0004.png && fail "--auto-from chose what the whole sequence chooses"
 
+# --- depths of another renderer, a file for each frame --------------------------------------------
+mkdir depths held
+run 0 "" $pattern -o 'depths/z.####.exr' "${small[@]}" --look plain --frames 1-2 --aov depth
+run 0 "" $pattern -o 'held/a.####.exr' "${small[@]}" --look plain --frames 1-2 \
+  --holdout 'depths/z.####.exr' --holdout-depth distance
+scene_of held/a.0002.exr | grep -q 'z\.0002\.exr' || fail "frame 2 is held out by another frame"
+"$program" render --scene held/a.0002.exr -o held/again.exr -q || fail "a frame that is held out again"
+same held/a.0002.exr held/again.exr "a frame that is held out"
+
 # --- frames without a file ------------------------------------------------------------------------
 mv in/plume.0003.vdb .
 run 3 "1 frame has no file: 3" $pattern -o out/b.####.png "${small[@]}" --frames 2-4

@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -17,6 +16,8 @@
 namespace psivox::vdb {
 namespace {
 
+using test::with;
+
 /// The file that the lies are made from.
 std::filesystem::path true_file() { return test::assets_dir() / "single_voxel.vdb"; }
 
@@ -28,12 +29,6 @@ constexpr std::size_t version = 8, file_metadata = 57, grid_count = 61, name_len
                       type_length = 76, type = 80, parent_length = 96, positions = 100,
                       compression = 124, metadata = 128, metadata_name_length = 132;
 }  // namespace at
-
-template <typename T>
-std::string with(std::string bytes, std::size_t place, T value) {
-  std::memcpy(bytes.data() + place, &value, sizeof value);
-  return bytes;
-}
 
 TEST(LyingFile, AFileThatLiesIsAnErrorThatNamesIt) {
   const std::string good = test::file_bytes(true_file());

@@ -77,6 +77,13 @@ inline std::filesystem::path write_bytes(const std::string& name, const std::str
   return path;
 }
 
+/// A file's bytes with a value in place of those that begin there.
+template <typename T>
+std::string with(std::string bytes, std::size_t place, T value) {
+  std::memcpy(bytes.data() + place, &value, sizeof value);
+  return bytes;
+}
+
 inline bool same(const std::vector<Leaf>& a, const std::vector<Leaf>& b, int channels) {
   const std::size_t bytes = 512 * sizeof(float) * static_cast<std::size_t>(channels);
   return std::ranges::equal(a, b, [&](const Leaf& x, const Leaf& y) {

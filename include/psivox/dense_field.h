@@ -25,8 +25,8 @@ class DenseField {
   /// interleaved. It copies the values. Throws Error(memory).
   void add(std::span<const float> slab);
 
-  /// The same for slabs of any order: the next 8 planes of an axis, always the same one. The slab's
-  /// first value is that of its smallest voxel.
+  /// The same for slabs of any strides: the next 8 planes of an axis, which is the same for all
+  /// slabs. The slab's first value is that of its smallest voxel.
   void add(const ArrayValues& slab, int axis) { add(slab, axis, false); }
 
   /// Takes the whole array, in place of slabs, and reads it where it lies. The field and its copies

@@ -26,7 +26,8 @@ void start_guarded_reading(const std::filesystem::path& server);
 void trust_files();
 
 /// What guards reading here: `seccomp and resource limits`; `resource limits, without seccomp` if
-/// the kernel lacks it; `nothing` if files are read in place, as always without PSIVOX_GUARD.
+/// the kernel lacks it; `nothing` if files are read in place, or `nothing: ` and why this psivox
+/// always does so.
 std::string reading_guard();
 
 }  // namespace psivox

@@ -114,8 +114,8 @@ bool holds_layers(const std::filesystem::path& path);
 /// there is no data. NaN and Inf stay. Throws Error(input).
 Image read_image(const std::filesystem::path& path);
 
-/// The same of an EXR that may have no picture: its image may have no R G B A, and all its layers
-/// follow in the file's order.
+/// Reads an EXR that may have no picture, R G B A or Y. Without one, the image has the file's other
+/// layers alone.
 Image read_layers(const std::filesystem::path& path);
 
 /// All attributes of an image file that are texts. Throws Error(input) if the file is no image.

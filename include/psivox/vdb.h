@@ -20,7 +20,7 @@ struct ValueStatistics {
   std::uint64_t not_finite = 0;  ///< voxels with NaN or infinity, which are left out
 };
 
-/// Information about one grid of a .vdb. `problem` is empty if the grid can be rendered.
+/// Information about one grid of a file. `problem` is empty if the grid can be rendered.
 struct GridInfo {
   std::string name;  ///< as --grid takes it: `density`, or `density[1]` where names repeat
   std::string type;  ///< OpenVDB's grid type, such as Tree_float_5_4_3; of a scan its format
@@ -87,9 +87,9 @@ struct NamedGrid {
   std::string grid;  ///< as the file has it
 };
 
-/// An open .vdb, a scan (NIfTI, NRRD), or grids in memory that are used like one. Grids are read on
-/// demand; a broken grid does not keep the others from being read. Its const functions may be
-/// called from several threads.
+/// An open .vdb or .nvdb, a scan (NIfTI, NRRD), or grids in memory that are used like one. Grids
+/// are read on demand; a broken grid does not keep the others from being read. Its const functions
+/// may be called from several threads.
 class VdbFile {
  public:
   /// `progress` now and then receives the fraction of a grid that has been read. To end the reading
@@ -131,8 +131,8 @@ class VdbFile {
   const std::string& z_up() const;
 
   /// One row per grid. Reads the trees, so that counts and boxes are true. Without `values` it
-  /// reads no voxel's value, where the file has positions; those are most of its bytes. Never
-  /// throws for a bad grid.
+  /// reads no voxel's value of a .vdb that has positions; those are most of its bytes. Never throws
+  /// for a bad grid.
   std::vector<GridInfo> info(bool values = true) const;
 
   /// What a grid holds, by `read`'s names. The first call reads the grid's topology, and its values

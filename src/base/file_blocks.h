@@ -54,7 +54,7 @@ class FileBlocks {
   /// The path is for messages.
   FileBlocks(std::string path, int descriptor);
 
-  /// The same where the system cannot be asked: a regular file of that size [bytes].
+  /// The same where fstat is not allowed: a regular file of that size [bytes].
   FileBlocks(std::string path, int descriptor, std::int64_t size)
       : path_(std::move(path)), size_(size), file_(descriptor) {}
 

@@ -51,11 +51,8 @@ const ImageChannel* depth_of(const std::vector<ImageChannel>& channels, const st
   for (const char* name : depth_names)
     if (const auto* found = first([&](const auto& c) { return c.short_name() == name; }))
       return found;
-  // a picture of depths alone: Blender's file output calls them V
-  const bool grey = std::ranges::all_of(channels, [](const ImageChannel& c) {
-    return c.layer->name.empty() || c.layer->channels.size() == 1;
-  });
-  return channels.size() == 1 && grey ? &channels.front() : nullptr;
+  // a file of depths alone: Blender's file output calls them V
+  return channels.size() == 1 ? &channels.front() : nullptr;
 }
 
 }  // namespace

@@ -122,7 +122,7 @@ bool is_open(const Scene& scene, std::string_view name) {
 
 /// Whether it says how a picture looks; a range, an opacity and an isovalue too.
 bool says_how_it_looks(const Parameter& p) {
-  if (p.name == "look" || p.name == "clip" || p.name == "clip-plane") return false;
+  if (p.name == "look" || p.name.starts_with("clip") || p.name.starts_with("holdout")) return false;
   return p.group == ParameterGroup::look || p.name == "light" || p.name == "sky" ||
          p.name == "background";
 }

@@ -112,7 +112,7 @@ class Model {
   }
 
   std::string corrections() const {
-    if (constants().end_corrections) return "on: rays begin inside the medium";
+    if (constants().end_corrections) return "on: rays begin or end inside the medium";
     return "none: rays begin and end in vacuum, or the rule has none";
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <new>
+#include <stdexcept>
 
 #include "psivox/error.h"
 
@@ -13,6 +14,10 @@ constexpr std::int64_t run_bytes = 1 << 20, longest_line = 64 << 10;
 constexpr uInt unpacked_bytes = 256 << 10;
 
 }  // namespace
+
+void refuse(const FileBlocks& file, const std::string& what) {
+  throw Error(ExitCode::input, subject(file.path()) + what);
+}
 
 ByteStream::ByteStream(FileBlocks& file, std::int64_t begin, bool packed)
     : file_(file), in_file_(begin) {
@@ -28,26 +33,29 @@ ByteStream::~ByteStream() {
   if (packed_) inflateEnd(packed_.get());
 }
 
-void ByteStream::refuse(const std::string& what) const {
-  throw Error(ExitCode::input, subject(file_.path()) + what);
+bool ByteStream::read_run() {
+  try {
+    run_ = file_.read(in_file_, run_bytes);
+  } catch (const std::runtime_error& error) {
+    refuse(file_, std::string("cannot be read: ") + error.what());
+  }
+  in_file_ += run_.size;
+  return run_.size > 0;
 }
 
 bool ByteStream::fill() {
   if (packed_) return unpack();
-  run_ = file_.read(in_file_, run_bytes);
-  in_file_ += run_.size;
+  const bool more = read_run();
   here_ = run_.bytes.get();
   end_ = here_ + run_.size;
-  return run_.size > 0;
+  return more;
 }
 
 bool ByteStream::unpack() {
   z_stream& stream = *packed_;
   while (!ended_) {
     if (stream.avail_in == 0) {
-      run_ = file_.read(in_file_, run_bytes);
-      in_file_ += run_.size;
-      if (run_.size == 0) return false;
+      if (!read_run()) return false;
       stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(run_.bytes.get()));
       stream.avail_in = uInt(run_.size);
     }
@@ -59,7 +67,7 @@ bool ByteStream::unpack() {
       const bool more = stream.avail_in > 0 ? *stream.next_in == 0x1f : in_file_ < file_.size();
       ended_ = !more || inflateReset(&stream) != Z_OK;
     } else if (result != Z_OK && result != Z_BUF_ERROR) {
-      refuse("its gzip is damaged");
+      refuse(file_, "its gzip is damaged");
     }
     here_ = unpacked_.get();
     end_ = here_ + (unpacked_bytes - stream.avail_out);
@@ -81,7 +89,7 @@ std::int64_t ByteStream::read(char* to, std::int64_t size) {
 }
 
 void ByteStream::read_all(char* to, std::int64_t size) {
-  if (read(to, size) < size) refuse("the file ends too early");
+  if (read(to, size) < size) refuse(file_, "the file ends too early");
 }
 
 void ByteStream::pass_over(std::int64_t size) {
@@ -101,7 +109,7 @@ int ByteStream::next() {
 std::string ByteStream::line() {
   std::string text;
   for (int c = next(); c >= 0 && c != '\n'; c = next()) {
-    if (std::int64_t(text.size()) >= longest_line) refuse("a line of its header has no end");
+    if (std::int64_t(text.size()) >= longest_line) refuse(file_, "a line has no end");
     text += char(c);
   }
   if (text.ends_with('\r')) text.pop_back();

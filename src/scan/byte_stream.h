@@ -10,6 +10,9 @@
 
 namespace psivox::scan {
 
+/// Throws Error(input) about the file.
+[[noreturn]] void refuse(const FileBlocks& file, const std::string& what);
+
 /// A file's bytes from a place on, in their order; unpacked, if they are a gzip.
 class ByteStream {
  public:
@@ -19,10 +22,13 @@ class ByteStream {
   ByteStream(const ByteStream&) = delete;
   ByteStream& operator=(const ByteStream&) = delete;
 
+  const FileBlocks& file() const { return file_; }
+
   /// Bytes that were read or passed over.
   std::int64_t position() const { return position_; }
 
-  /// Reads bytes, fewer where they end. Throws Error(input) if a gzip is damaged.
+  /// Reads bytes, fewer where they end. Throws Error(input) if a gzip is damaged or the system
+  /// cannot read.
   std::int64_t read(char* to, std::int64_t size);
 
   /// Reads them all, or throws Error(input): the file ends too early.
@@ -36,12 +42,10 @@ class ByteStream {
   /// longer than 64 KiB.
   std::string line();
 
-  /// Throws Error(input) about the file.
-  [[noreturn]] void refuse(const std::string& what) const;
-
  private:
-  bool fill();    ///< bytes_ with the next ones; false at the end
-  bool unpack();  ///< the same of a gzip
+  bool fill();      ///< makes the next bytes ready; false at the end
+  bool unpack();    ///< the same of a gzip
+  bool read_run();  ///< the next one of the file; false at its end
 
   FileBlocks& file_;
   std::int64_t in_file_;  ///< where to read next

@@ -40,7 +40,7 @@ struct Header {
   bool detached = false;   ///< the values lie in a file beside the header
   std::int64_t begin = 0;  ///< of what is encoded, in its file [bytes]
   std::int64_t lines = 0;  ///< to pass over from there, as they lie in the file
-  std::int64_t skip = 0;   ///< to pass over then, decoded; -1: the values are the last [bytes]
+  std::int64_t skip = 0;   ///< to pass over then, unpacked; -1: the values are the last [bytes]
 
   glm::dmat4 world_from_index{1.0};
   double slope = 1, intercept = 0;  ///< a value is slope * stored + intercept
@@ -49,21 +49,26 @@ struct Header {
   std::string z_up;                 ///< what tells that Z is up; empty: nothing does
   std::map<std::string, std::string> metadata;
   std::vector<std::string> notices;  ///< one line each: what of the file is left out
+
+  std::string value_type() const {
+    return (channels > 1 ? "vec3 of " : "") + std::string(name_of(type));
+  }
 };
 
 /// The path of the values that a header says lie beside it, in its folder or below; empty: they lie
-/// in the header's own file. Believes nothing else of the header. Throws Error(input) if the header
+/// in the header's own file. It uses nothing else of the header. Throws Error(input) if the header
 /// names several files, or one elsewhere.
 std::string data_path(FileBlocks& header);
 
-/// Whether a file, unpacked if it is a gzip, begins as a NIfTI-1 or NIfTI-2 header or an Analyze
-/// 7.5 header, of either byte order; as an NRRD header.
+/// Whether a file, unpacked if it is a gzip, begins as the header of NIfTI-1, NIfTI-2 or Analyze
+/// 7.5, in either byte order.
 bool is_nifti(std::string_view head);
+/// Whether a file begins as the header of an NRRD.
 bool is_nrrd(std::string_view head);
 
-/// Read a header whose file begins so. They throw Error(input) about what the file has that psivox
-/// does not read, and numbers that cannot be. A size may still be a lie: see Scan.
-/// Sources: nifti1.h and nifti2.h (nifti.nimh.nih.gov), teem.sourceforge.net/nrrd/format.html.
+/// Read the header of a file that begins so. They throw Error(input) if psivox does not read what
+/// the file has, or a number is impossible. A size may still be a lie: see Scan. Sources: nifti1.h
+/// and nifti2.h (nifti.nimh.nih.gov), teem.sourceforge.net/nrrd/format.html.
 Header read_nifti(FileBlocks& file, bool packed);
 Header read_nrrd(FileBlocks& file);
 

@@ -6,7 +6,6 @@
 #include <glm/mat3x3.hpp>
 #include <limits>
 
-#include "psivox/error.h"
 #include "psivox/text.h"
 #include "scan/byte_stream.h"
 #include "scan/header.h"
@@ -124,10 +123,6 @@ std::string refused_type(int number) {
   }
 }
 
-[[noreturn]] void refuse(const FileBlocks& file, const std::string& what) {
-  throw Error(ExitCode::input, subject(file.path()) + what);
-}
-
 /// The rotation of a unit quaternion by its last three numbers (nifti1.h, method 2).
 glm::dmat3 rotation(const double (&bcd)[3], const FileBlocks& file) {
   // stored as float32: b, c and d may exceed 1 by their rounding, as nibabel allows
@@ -141,11 +136,10 @@ glm::dmat3 rotation(const double (&bcd)[3], const FileBlocks& file) {
           {s * (b * d + a * c), s * (c * d - a * b), 1 - s * (b * b + c * c)}};
 }
 
-/// The sform, else the qform, else the sizes of voxels about the middle with x to the left, as
-/// nibabel chooses.
-glm::dmat4 nifti_transform(const NiftiFields& fields, const glm::ivec3& shape, Header& header,
-                           const FileBlocks& file) {
-  glm::dmat4 m(1);
+/// Sets the transform as nibabel does: by the sform, else by the qform, else by the sizes of
+/// voxels, with x to the left and the origin in the middle.
+void set_transform(const NiftiFields& fields, Header& header, const FileBlocks& file) {
+  glm::dmat4& m = header.world_from_index;
   if (fields.sform != 0) {
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 4; ++c) m[c][r] = fields.rows[r][c];
@@ -162,15 +156,14 @@ glm::dmat4 nifti_transform(const NiftiFields& fields, const glm::ivec3& shape, H
       // dimensions that the file does not have are 1 wide
       const double size = i < fields.dim[0] ? fields.pixdim[i + 1] : 1;
       m[i][i] = i == 0 ? -size : size;
-      m[3][i] = -m[i][i] * (shape[i] - 1) / 2;
+      m[3][i] = -m[i][i] * (header.shape[i] - 1) / 2;
     }
     header.metadata["transform"] = "pixdim";
   }
-  return m;
 }
 
-/// Shape, frames and channels. A fifth dimension of 3 holds vectors, every other beyond the third
-/// frames.
+/// Sets shape, frames and channels. A fifth dimension of 3 holds vectors; all other dimensions
+/// beyond the third hold frames.
 void set_shape(const NiftiFields& fields, int components, Header& header, const FileBlocks& file) {
   const std::int64_t count = fields.dim[0];
   if (count < 1 || count > 7)
@@ -250,7 +243,7 @@ Header read_nifti(FileBlocks& file, bool packed) {
     refuse(file, "its header says that values begin at byte " + number_text(fields.offset));
   header.skip = std::int64_t(offset);
   set_shape(fields, type->components, header, file);
-  header.world_from_index = nifti_transform(fields, header.shape, header, file);
+  set_transform(fields, header, file);
   // a slope of 0 means none; colours have none
   if (std::isfinite(fields.slope) && fields.slope != 0 && type->components == 1) {
     header.slope = fields.slope;

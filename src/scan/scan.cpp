@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <new>
@@ -12,29 +13,31 @@
 #include "psivox/memory.h"
 #include "psivox/text.h"
 #include "scan/byte_stream.h"
+#include "scan/nrrd_text.h"
 #include "scan/value_stream.h"
 
 namespace psivox::scan {
 namespace {
 
-[[noreturn]] void refuse_scan(const FileBlocks& file, const std::string& what) {
-  throw Error(ExitCode::input, subject(file.path()) + what);
-}
+/// Each frame becomes a grid with a name. A small gzip could claim billions of them.
+constexpr std::int64_t most_frames = 1 << 16;
 
-/// Least bytes of a file that may hold so many values.
+/// The fewest bytes that hold what a header claims and what it passes over. A line has one at
+/// least.
 double least_bytes(const Header& header) {
-  const double bytes = double(header.values) * size_of(header.type) + double(header.skip);
+  const double values = double(header.values), bytes = values * size_of(header.type);
+  const double lines = double(header.lines), skip = std::max(0.0, double(header.skip));
   switch (header.encoding) {
     case Encoding::raw:
-      return bytes;
+      return lines + skip + bytes;
     case Encoding::gzip:
-      return bytes / 1032;  // deflate packs no better (zlib's technical details)
+      return lines + (skip + bytes) / 1032;  // deflate packs no better (zlib's technical details)
     case Encoding::hex:
-      return 2 * bytes;
+      return lines + skip + 2 * bytes;
     case Encoding::text:
       break;
   }
-  return 2 * double(header.values) - 1;
+  return lines + skip + 2 * values - 1;
 }
 
 void check_place(const Header& header, const FileBlocks& file) {
@@ -42,7 +45,7 @@ void check_place(const Header& header, const FileBlocks& file) {
   for (int c = 0; c < 4; ++c)
     for (int r = 0; r < 4; ++r) finite &= std::isfinite(header.world_from_index[c][r]);
   if (!finite || glm::determinant(glm::dmat3(header.world_from_index)) == 0)
-    refuse_scan(file, "its header gives voxels no volume");
+    refuse(file, "its header gives voxels no volume");
 }
 
 constexpr std::int64_t leaf_planes = 8;
@@ -52,17 +55,19 @@ constexpr std::int64_t leaf_planes = 8;
 Scan::Scan(Header header, std::shared_ptr<FileBlocks> file, std::shared_ptr<FileBlocks> data)
     : header_(std::move(header)), file_(std::move(header_.detached ? data : file)) {
   const FileBlocks& head = header_.detached ? *file : *file_;
-  if (!file_) refuse_scan(head, "its values lie in a file beside it, which is not there");
+  if (!file_) refuse(head, "its values lie in a file beside it, which is not there");
   check_place(header_, head);
+  if (header_.frames > most_frames)
+    refuse(head, "has " + std::to_string(header_.frames) + " frames; psivox reads up to " +
+                     std::to_string(most_frames));
+  const std::int64_t room = file_->size() - header_.begin;
+  if (least_bytes(header_) > double(room))
+    refuse(*file_, "is cut short: its header claims " + std::to_string(header_.values) +
+                       " values, more than " + std::to_string(room) + " bytes can hold");
   if (header_.skip < 0) {
     header_.begin = file_->size() - header_.values * size_of(header_.type);
-    header_.skip = header_.lines = 0;
+    header_.skip = 0;
   }
-  const double room = double(file_->size() - header_.begin);
-  if (header_.begin < 0 || least_bytes(header_) > room)
-    refuse_scan(*file_, "is cut short: its header claims " + std::to_string(header_.values) +
-                            " values, more than " + std::to_string(std::max(0.0, room)) +
-                            " bytes can hold");
 }
 
 Scan::~Scan() = default;
@@ -77,16 +82,16 @@ void Scan::start_at(std::size_t stream, std::int64_t value) const {
 Field Scan::read(std::int64_t frame, const std::string& name, const Progress& progress) const {
   const std::lock_guard lock(mutex_);
   const std::int64_t plane = header_.strides[2];
-  // channels that lie beyond a volume have a stream each; frames within a plane share theirs
-  const bool apart = header_.channels > 1 && header_.channel_stride > plane;
+  // Channels that lie one volume after another have a stream each. A volume may be a single plane.
+  const bool apart = header_.channels > 1 && header_.channel_stride >= plane;
+  // frames within a plane are read together
   const bool interleaved = header_.frame_stride < plane;
   const auto streams = std::size_t(apart ? header_.channels : 1);
   const std::int64_t planes = std::min<std::int64_t>(leaf_planes, header_.shape.z);
   const double bytes = double(planes) * double(plane) * double(streams) * sizeof(float);
   if (const std::uint64_t free = available_memory(); free > 0 && bytes > double(free))
-    throw Error(ExitCode::memory, subject(file_->path()) +
-                                      "8 of its slices take more than the "
-                                      "memory that is free");
+    throw Error(ExitCode::memory,
+                subject(file_->path()) + "8 of its slices take more than the memory that is free");
   try {
     DenseField field(name, header_.shape, header_.channels, header_.world_from_index);
     std::vector<float> values(std::size_t(planes * plane) * streams);
@@ -105,7 +110,7 @@ Field Scan::read(std::int64_t frame, const std::string& name, const Progress& pr
       if (progress) progress(double(z) / header_.shape.z);
     }
     Field made = field.finish();
-    made.value_type = (header_.channels > 1 ? "vec3 of " : "") + std::string(name_of(header_.type));
+    made.value_type = header_.value_type();
     for (const std::string& notice : header_.notices)
       made.notices.push_back("grid " + in_quotes(name) + ": psivox " + notice);
     return made;
@@ -118,10 +123,32 @@ Field Scan::read(std::int64_t frame, const std::string& name, const Progress& pr
   }
 }
 
+std::string data_path(FileBlocks& header) {
+  namespace fs = std::filesystem;
+  const FileRun first = header.run(0, 1);
+  const std::string_view head(first.bytes.get(), std::size_t(first.size));
+  fs::path own(header.path());
+  if (is_nifti(head)) {
+    const bool first_version = head.size() > 346 && head.substr(344).starts_with("ni1");
+    if (!first_version && !head.substr(4).starts_with("ni2")) return {};
+    return own.replace_extension(".img").string();
+  }
+  if (!is_nrrd(head)) return {};
+  const std::string name = read_nrrd_text(header).of("datafile");
+  if (name.empty()) return {};
+  if (name.starts_with("LIST") || name.find('%') != name.npos)
+    refuse(header, "its values lie in several files, which psivox does not read together");
+  const fs::path path(name);
+  if (path.is_absolute() || std::ranges::count(path, fs::path("..")))
+    refuse(header, "its values lie in " + in_quotes(name) +
+                       "; psivox reads files in the header's folder or below");
+  return (own.parent_path() / path).string();
+}
+
 std::unique_ptr<Scan> open_scan(std::shared_ptr<FileBlocks> file,
                                 std::shared_ptr<FileBlocks> data) {
   const FileRun first = file->run(0, 1);
-  std::string head(first.bytes.get(), std::size_t(first.size));
+  std::string head(first.bytes.get(), std::size_t(std::min<std::int64_t>(first.size, 8)));
   const bool packed = head.starts_with("\x1f\x8b");
   try {
     if (packed) {
@@ -130,7 +157,7 @@ std::unique_ptr<Scan> open_scan(std::shared_ptr<FileBlocks> file,
       head.resize(std::size_t(stream.read(head.data(), 8)));
     }
   } catch (const Error&) {
-    return nullptr;  // of what it may be one cannot tell
+    return nullptr;  // a damaged gzip of any format
   }
   if (!is_nifti(head) && (packed || !is_nrrd(head))) return nullptr;
   Header header = is_nifti(head) ? read_nifti(*file, packed) : read_nrrd(*file);

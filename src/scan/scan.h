@@ -20,7 +20,8 @@ class ValueStream;
 class Scan {
  public:
   /// `data`: the file at data_path(), or null if there is none. Throws Error(input) if the header
-  /// claims more values than the file can hold.
+  /// claims more values than the file can hold, more than 65,536 frames, or voxels without a
+  /// volume.
   Scan(Header header, std::shared_ptr<FileBlocks> file, std::shared_ptr<FileBlocks> data);
   ~Scan();
 

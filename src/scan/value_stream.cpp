@@ -6,21 +6,12 @@
 #include <cmath>
 #include <limits>
 
-#include "psivox/error.h"
-#include "psivox/text.h"
+#include "scan/nrrd_text.h"
 
 namespace psivox::scan {
 namespace {
 
 constexpr std::int64_t values_at_once = 64 << 10;
-
-struct TypeFacts {
-  std::string_view name;
-  int bytes;
-};
-constexpr TypeFacts type_facts[] = {{"int8", 1},    {"uint8", 1},  {"int16", 2}, {"uint16", 2},
-                                    {"int32", 4},   {"uint32", 4}, {"int64", 8}, {"uint64", 8},
-                                    {"float32", 4}, {"float64", 8}};
 
 /// A double beyond the floats is infinite, as the conversion of a .vdb has it.
 float rounded(double value) {
@@ -49,30 +40,24 @@ void convert(const char* from, const Header& header, std::span<float> to) {
   }
 }
 
-void convert(const char* from, const Header& header, std::span<float> to) {
-  switch (header.type) {
-    case Type::int8:
-      return convert<std::int8_t>(from, header, to);
-    case Type::uint8:
-      return convert<std::uint8_t>(from, header, to);
-    case Type::int16:
-      return convert<std::int16_t>(from, header, to);
-    case Type::uint16:
-      return convert<std::uint16_t>(from, header, to);
-    case Type::int32:
-      return convert<std::int32_t>(from, header, to);
-    case Type::uint32:
-      return convert<std::uint32_t>(from, header, to);
-    case Type::int64:
-      return convert<std::int64_t>(from, header, to);
-    case Type::uint64:
-      return convert<std::uint64_t>(from, header, to);
-    case Type::float32:
-      return convert<float>(from, header, to);
-    case Type::float64:
-      return convert<double>(from, header, to);
-  }
+struct TypeFacts {
+  std::string_view name;
+  int bytes;
+  void (*convert)(const char* from, const Header& header, std::span<float> to);
+};
+
+template <typename T>
+constexpr TypeFacts facts(std::string_view name) {
+  return {name, int(sizeof(T)), convert<T>};
 }
+
+/// In the order of Type.
+constexpr TypeFacts type_facts[] = {
+    facts<std::int8_t>("int8"),     facts<std::uint8_t>("uint8"),   facts<std::int16_t>("int16"),
+    facts<std::uint16_t>("uint16"), facts<std::int32_t>("int32"),   facts<std::uint32_t>("uint32"),
+    facts<std::int64_t>("int64"),   facts<std::uint64_t>("uint64"), facts<float>("float32"),
+    facts<double>("float64"),
+};
 
 bool is_space(int c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
@@ -82,23 +67,20 @@ int hex_digit(int c) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
+/// Where lines have been passed over. They are those of the file, not of what is packed in it.
+std::int64_t begin_of(const Header& header, FileBlocks& file) {
+  ByteStream stream(file, header.begin);
+  for (std::int64_t n = 0; n < header.lines; ++n) stream.line();
+  return header.begin + stream.position();
+}
+
 }  // namespace
 
 std::string_view name_of(Type type) { return type_facts[int(type)].name; }
 int size_of(Type type) { return type_facts[int(type)].bytes; }
 
 ValueStream::ValueStream(const Header& header, FileBlocks& file)
-    // lines are those of the file, not of what is packed in it
-    : header_(header),
-      bytes_(
-          file,
-          [&] {
-            if (header.lines == 0) return header.begin;
-            ByteStream lines(file, header.begin);
-            for (std::int64_t n = 0; n < header.lines; ++n) lines.line();
-            return header.begin + lines.position();
-          }(),
-          header.encoding == Encoding::gzip) {
+    : header_(header), bytes_(file, begin_of(header, file), header.encoding == Encoding::gzip) {
   bytes_.pass_over(header.skip);
 }
 
@@ -125,7 +107,7 @@ void ValueStream::read(std::span<float> to) {
     const auto some = to.first(std::min(to.size(), std::size_t(values_at_once)));
     buffer_.resize(some.size() * std::size_t(size_of(header_.type)));
     read_bytes(buffer_.data(), std::ssize(buffer_));
-    convert(buffer_.data(), header_, some);
+    type_facts[int(header_.type)].convert(buffer_.data(), header_, some);
     to = to.subspan(some.size());
   }
 }
@@ -139,25 +121,25 @@ void ValueStream::read_bytes(char* to, std::int64_t size) {
       while (is_space(c)) c = bytes_.next();
       digit = hex_digit(c);
       if (digit < 0)
-        bytes_.refuse(c < 0 ? "the file ends too early" : "has a value that is no hex");
+        refuse(bytes_.file(), c < 0 ? "the file ends too early" : "has a value that is no hex");
     }
     *to++ = char(digits[0] << 4 | digits[1]);
   }
 }
 
 double ValueStream::next_number() {
-  // commas part values, too
+  // commas separate values, too
   const auto parts = [](int c) { return is_space(c) || c == ','; };
   int c = bytes_.next();
   while (parts(c)) c = bytes_.next();
   constexpr std::size_t longest = 400;
   buffer_.clear();
-  for (; c >= 0 && !parts(c) && buffer_.size() < longest; c = bytes_.next()) buffer_ += char(c);
-  if (buffer_.empty()) bytes_.refuse("the file ends too early");
-  double value = 0;
-  if (!read_number(std::string_view(buffer_).substr(buffer_[0] == '+' ? 1 : 0), value))
-    bytes_.refuse("has the value " + in_quotes(buffer_) + ", which is no number");
-  return value;
+  for (; c >= 0 && !parts(c); c = bytes_.next()) {
+    if (buffer_.size() == longest) refuse(bytes_.file(), "has a value that does not end");
+    buffer_ += char(c);
+  }
+  if (buffer_.empty()) refuse(bytes_.file(), "the file ends too early");
+  return number<double>(bytes_.file(), buffer_, "a value");
 }
 
 }  // namespace psivox::scan

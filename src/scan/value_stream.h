@@ -12,7 +12,7 @@ namespace psivox::scan {
 /// The values of a scan in the file's order, as floats.
 class ValueStream {
  public:
-  /// The file must live as long. It begins before the first value.
+  /// Begins before the first value. Header and file must live as long.
   ValueStream(const Header& header, FileBlocks& file);
 
   /// Number of the next value.

@@ -124,10 +124,12 @@ std::size_t FieldReader::find(const std::string& grid) const {
     const auto found = std::ranges::find(all, grid, name);
     if (found != all.end()) return std::size_t(found - all.begin());
   }
-  const std::string last = all.size() > 1 ? " to " + in_quotes(all.back().name) : "";
-  throw Error(ExitCode::input, (source_.path.empty() ? "" : subject(source_.path)) +
-                                   "there is no grid " + in_quotes(grid) + "; there is only " +
-                                   in_quotes(all.front().name) + last);
+  const std::string first = in_quotes(all.front().name);
+  throw Error(ExitCode::input,
+              (source_.path.empty() ? "" : subject(source_.path)) + "there is no grid " +
+                  in_quotes(grid) +
+                  (all.size() == 1 ? "; there is only " + first
+                                   : "; there are " + first + " to " + in_quotes(all.back().name)));
 }
 
 std::shared_ptr<const Field> FieldReader::field(std::size_t number) {

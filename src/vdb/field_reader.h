@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,12 +12,12 @@
 
 namespace psivox::vdb {
 
-/// Grids that are fields, in memory or made when they are asked for.
+/// Grids that are fields, which are in memory or made when they are needed.
 struct FieldSource {
   FileFacts facts;
-  std::string path;  ///< begins messages; empty: they are in no file
+  std::string path;  ///< begins messages; empty: no file
   std::string type;  ///< GridInfo::type of all
-  /// Makes the grid of that number in `facts`. Throws Error.
+  /// The grid of that number in `facts`. Throws Error.
   std::function<std::shared_ptr<const Field>(std::size_t)> make;
 };
 

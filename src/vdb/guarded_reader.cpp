@@ -149,9 +149,10 @@ FileFacts GuardedReader::facts() {
 }
 
 GridInfo GuardedReader::row(const std::string& grid, bool values) {
-  const std::vector<GridInfo> answer = ask(InfoRequest{grid, values});
-  if (answer.size() != 1) throw nonsense(*file_, "another number of rows");
-  return answer.front();
+  const auto one_row = [](const std::vector<GridInfo>& rows) {
+    if (rows.size() != 1) throw std::runtime_error("another number of rows");
+  };
+  return ask(InfoRequest{grid, values}, -1, one_row).front();
 }
 
 std::vector<GridInfo> GuardedReader::info(const std::string& grid, bool values) {

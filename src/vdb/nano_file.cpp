@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,11 +45,11 @@ struct NanoEntry {
 static_assert(sizeof(NanoEntry) == 176);
 
 constexpr std::string_view name_of_format = "NanoVDB";
-constexpr std::uint64_t blosc_chunk = 1 << 30;    // of a grid, compressed by itself [bytes]
+constexpr std::uint64_t blosc_chunk = 1 << 30;    // that Blosc compresses at a time [bytes]
 constexpr std::uint64_t longest_name = 64 << 10;  // [bytes]
 constexpr std::uint64_t greatest_ratio = 1100;    // zlib's is 1032, LZ4's 255
 
-/// The major version alone, before 29 the whole number was it.
+/// Before version 29 the whole number was the major version.
 std::string version_text(std::uint32_t version) {
   if (version >> 21 == 0) return std::to_string(version);
   return std::to_string(version >> 21) + "." + std::to_string(version >> 10 & 0x7FF);
@@ -75,7 +74,7 @@ NanoFile::NanoFile(std::shared_ptr<FileBlocks> file, Progress progress)
   try {
     do {
       read_segment();
-    } while (entries_.back().problem.empty() && stream_.tellg() < file_->size());
+    } while (stream_.tellg() < file_->size());
   } catch (const Error&) {
     throw;
   } catch (const std::exception& e) {
@@ -109,8 +108,8 @@ void NanoFile::read_entry(std::uint16_t codec) {
   stored_.push_back({entry.memory, entry.bytes, 0, entry.type, entry.grid_class, codec});
 }
 
-/// The grids of a segment follow each other. Moves the stream behind them, or says of a grid that
-/// the file ends before it does.
+/// The grids of a segment follow each other. Moves the stream behind them. A grid that the file's
+/// end cuts short gets a problem.
 void NanoFile::place_entries(std::size_t first, std::uint64_t at) {
   const auto size = std::uint64_t(file_->size());
   for (std::size_t n = first; n < entries_.size(); ++n) {
@@ -165,11 +164,11 @@ void NanoFile::unpack(const Stored& grid, char* to) {
     stream_.read(to, std::streamsize(grid.memory));
     return;
   }
-  const std::uint64_t end = grid.at + grid.bytes;
+  const auto end = std::int64_t(grid.at + grid.bytes);
   for (std::uint64_t rest = grid.memory; rest > 0;) {
     const std::uint64_t size = grid.codec == zip ? rest : std::min(rest, blosc_chunk);
     const auto length = take<std::int64_t>(stream_);
-    if (length <= 0 || std::uint64_t(length) > end - std::uint64_t(stream_.tellg()))
+    if (length <= 0 || length > end - std::int64_t(stream_.tellg()))
       throw openvdb::IoError("a compressed block has an impossible length");
     if (grid.codec == zip) {
       stream_.seekg(-std::streamoff(sizeof length), std::ios_base::cur);

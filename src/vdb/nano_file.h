@@ -13,8 +13,8 @@ namespace psivox::vdb {
 /// Whether a file's first bytes are those of a .nvdb.
 bool is_nano(FileBlocks& file);
 
-/// A .nvdb open for reading, its directory read: segments of a header, an entry for each grid, and
-/// the grids' bytes, which are compressed in the whole.
+/// A .nvdb open for reading, its directory read. The file is a sequence of segments: a header, an
+/// entry for each grid, and the bytes of each grid, which are compressed as one block.
 class NanoFile final : public GridFile {
  public:
   /// Throws Error(input) if the file is damaged before its first grid, or of another major version
@@ -34,8 +34,8 @@ class NanoFile final : public GridFile {
   };
   const Stored& stored(const GridEntry& entry) const;
 
-  /// A grid's bytes, decompressed; they keep their memory. Throws openvdb::IoError if the file is
-  /// damaged, Error(memory) if they need more memory than there is.
+  /// A grid's bytes, decompressed, behind the owner of their memory. Throws openvdb::IoError if the
+  /// file is damaged, Error(memory) if they need more memory than there is.
   std::pair<std::shared_ptr<const void>, NanoBytes> unpacked(const GridEntry& entry);
 
  private:

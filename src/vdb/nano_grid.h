@@ -10,7 +10,7 @@
 
 namespace psivox::vdb {
 
-/// A grid of a .nvdb, whose bytes are in memory.
+/// A grid of a .nvdb. All of its bytes are in memory.
 class NanoGrid final : public FileGrid {
  public:
   NanoGrid(NanoFile& file, const GridEntry& entry, bool marked);

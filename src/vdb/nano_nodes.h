@@ -59,8 +59,7 @@ class TypedNanoTree final : public NanoTree {
   void decode(std::size_t n, const std::optional<double>& fill,
               const TakeLeaf& take) const override {
     const Leaf& leaf = *reinterpret_cast<const Leaf*>(bytes_.data() + leaves_[n]);
-    LeafMask mask;
-    std::memcpy(static_cast<void*>(&mask), &leaf.mValueMask, sizeof mask);
+    const auto mask = mask_of<LeafMask>(leaf.mValueMask);
     if constexpr (points) {
       const auto counts = point_counts(leaf);
       take(n, MadeLeaf(mask, [&](std::size_t i) { return counts[i]; }));
@@ -82,12 +81,15 @@ class TypedNanoTree final : public NanoTree {
    private:
     template <typename Number>
     void copy(Number* to) const {
-      constexpr int channels = openvdb::VecTraits<ValueT>::IsVec ? 3 : 1;
-      for (std::uint32_t i = 0; i < kLeafVoxels; ++i, to += channels) {
-        const ValueT value = tree_.value_of(leaf_.getValue(i));
-        const bool filled = fill_ && !active().isOn(i) && tree_.is_background(leaf_, value);
-        for (int c = 0; c < channels; ++c)
-          to[c] = static_cast<Number>(filled ? *fill_ : to_dvec3(value)[c]);
+      constexpr bool vectors = openvdb::VecTraits<ValueT>::IsVec;
+      for (std::uint32_t i = 0; i < kLeafVoxels; ++i) {
+        const ValueT value = value_of(leaf_.getValue(i));
+        if (fill_ && !active().isOn(i) && tree_.is_background(leaf_, value))
+          to = std::fill_n(to, vectors ? 3 : 1, static_cast<Number>(*fill_));
+        else if constexpr (vectors)
+          for (int c = 0; c < 3; ++c) *to++ = static_cast<Number>(value[c]);
+        else
+          *to++ = static_cast<Number>(value);
       }
     }
 
@@ -105,6 +107,15 @@ class TypedNanoTree final : public NanoTree {
       return static_cast<ValueT>(stored);
   }
 
+  /// OpenVDB's mask of the same bits.
+  template <typename MaskT, typename StoredMaskT>
+  static MaskT mask_of(const StoredMaskT& stored) {
+    static_assert(sizeof(MaskT) == sizeof stored);
+    MaskT mask;
+    std::memcpy(static_cast<void*>(&mask), &stored, sizeof mask);
+    return mask;
+  }
+
   /// Quantised values, which may be dithered, are within a quantum of what they were.
   bool is_background(const Leaf& leaf, const ValueT& value) const {
     if constexpr (quantised)
@@ -112,7 +123,7 @@ class TypedNanoTree final : public NanoTree {
     return same_values(value, background_);
   }
 
-  /// The part of the bytes that is a node, or more of one kind.
+  /// A node at this place, or several of one kind that follow each other.
   template <typename T>
   const T& node(std::uint64_t at, std::uint64_t bytes = sizeof(T)) const {
     if (at % nano_alignment != 0 || at > bytes_.size() || bytes > bytes_.size() - at)
@@ -166,10 +177,10 @@ class TypedNanoTree final : public NanoTree {
     return {part(42), part(21), part(0)};
   }
 
-  /// Counts a node. A damaged file can have many ways to the same one.
+  /// A damaged file can have many ways to the same node.
   template <typename T>
-  void count(std::uint64_t& nodes) const {
-    if (++nodes > bytes_.size() / sizeof(T)) refuse_nano("its nodes are more than its bytes");
+  void check_count(std::uint64_t nodes) const {
+    if (nodes > bytes_.size() / sizeof(T)) refuse_nano("its nodes are more than its bytes");
   }
 
   /// The box of a node's active values begins in the node, unless it is empty.
@@ -187,10 +198,10 @@ class TypedNanoTree final : public NanoTree {
   }
 
   void take_upper(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin) {
-    count<Upper>(uppers_);
+    check_count<Upper>(++uppers_);
     take_inner<Upper, 5, 7>(
         found, at, origin, [&](std::uint64_t child_at, const openvdb::Coord& place) {
-          count<Lower>(lowers_);
+          check_count<Lower>(++lowers_);
           take_inner<Lower, 4, 3>(found, child_at, place,
                                   [&](std::uint64_t leaf_at, const openvdb::Coord& corner) {
                                     take_leaf(found, leaf_at, corner);
@@ -205,10 +216,8 @@ class TypedNanoTree final : public NanoTree {
     using MaskT = openvdb::util::NodeMask<side>;
     const NodeT& inner = node<NodeT>(at);
     check_box(inner, origin, 1 << (side + child_width));
-    MaskT children, active;
-    static_assert(sizeof children == sizeof inner.mChildMask);
-    std::memcpy(static_cast<void*>(&children), &inner.mChildMask, sizeof children);
-    std::memcpy(static_cast<void*>(&active), &inner.mValueMask, sizeof active);
+    const auto children = mask_of<MaskT>(inner.mChildMask);
+    const auto active = mask_of<MaskT>(inner.mValueMask);
     const auto place = [&](unsigned n) {
       constexpr unsigned low = (1 << side) - 1;
       return origin + (openvdb::Coord(int(n >> 2 * side), int(n >> side & low), int(n & low))
@@ -229,10 +238,8 @@ class TypedNanoTree final : public NanoTree {
       if (width > widest) refuse_nano("values of an impossible width");
       node<Leaf>(at, sizeof(Leaf) + (kLeafVoxels / 8 << width));
     }
-    std::uint64_t leaves = leaves_.size();
-    count<Leaf>(leaves);
-    LeafMask mask;
-    std::memcpy(static_cast<void*>(&mask), &leaf.mValueMask, sizeof mask);
+    check_count<Leaf>(leaves_.size() + 1);
+    const auto mask = mask_of<LeafMask>(leaf.mValueMask);
     if (!mask.isOff()) check_origin(leaf.mBBoxMin, origin, 8);
     leaves_.push_back(at);
     found.add_leaf(origin, mask);

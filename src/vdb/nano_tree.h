@@ -36,7 +36,7 @@ class NanoTree {
  public:
   virtual ~NanoTree() = default;
 
-  /// Walks the nodes, in OpenVDB's order. Gives the grid, which is empty and has the tree's type,
+  /// Walks the nodes, in OpenVDB's order. The grid, which is empty and has the tree's type, gets
   /// the tree's background. Throws openvdb::IoError if a node is not within the bytes.
   virtual Topology topology(openvdb::GridBase& empty, const TopologyWish& wish) = 0;
 
@@ -46,7 +46,7 @@ class NanoTree {
                       const TakeLeaf& take) const = 0;
 };
 
-/// A grid's bytes, of which the first is aligned to 32 bytes. They must live as long.
+/// A grid's bytes, of which the first is aligned to 32 bytes. They must live as long as the tree.
 using NanoBytes = std::span<const char>;
 
 /// A grid of the file's directory without its tree: name, class, transform. Throws openvdb::IoError

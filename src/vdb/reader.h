@@ -28,8 +28,9 @@ struct FileFacts {
   std::string z_up;
 };
 
-/// What VdbFile does with an open file: in this process (InPlaceReader), or in a guarded one
-/// (GuardedReader). Its functions may be called from several threads. See VdbFile for them.
+/// What VdbFile does with an open file: in this process (InPlaceReader, FieldReader), or in a
+/// guarded one (GuardedReader). Its functions may be called from several threads. See VdbFile for
+/// them.
 class Reader {
  public:
   Reader() = default;

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <memory>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "guard/service.h"
@@ -42,7 +44,9 @@ class ReaderService final : public guard::Service {
   }
 
   std::string answer_to(const DataRequest& request, int descriptor) {
-    data_ = std::make_shared<FileBlocks>(request.path, dup(descriptor), request.size);
+    const int copy = dup(descriptor);
+    if (copy < 0) throw std::system_error(errno, std::generic_category());
+    data_ = std::make_shared<FileBlocks>(request.path, copy, request.size);
     return {};
   }
   FileFacts answer_to(const FactsRequest&, int) { return reader().facts(); }

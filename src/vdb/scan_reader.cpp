@@ -16,10 +16,9 @@ std::unique_ptr<Reader> scan_reader(std::shared_ptr<const scan::Scan> scan, cons
   source.facts.z_up = header.z_up;
   const std::string base = header.colour ? "rgb" : "image";
   for (std::int64_t n = 0; n < header.frames; ++n)
-    source.facts.grids.push_back(
-        {header.frames == 1 ? base : base + "[" + std::to_string(n) + "]", base, header.channels,
-         (header.channels > 1 ? "vec3 of " : "") + std::string(scan::name_of(header.type)),
-         header.statistic ? "unknown" : "scan"});
+    source.facts.grids.push_back({header.frames == 1 ? base : base + "[" + std::to_string(n) + "]",
+                                  base, header.channels, header.value_type(),
+                                  header.statistic ? "unknown" : "scan"});
   source.make = [scan = std::move(scan), names = source.facts.grids,
                  progress = std::move(progress)](std::size_t n) {
     return std::make_shared<const Field>(scan->read(std::int64_t(n), names[n].name, progress));

@@ -98,7 +98,7 @@ class Field:
 
 
 class File(collections.abc.Mapping):
-    """An open volume (.vdb, NIfTI, NRRD): a mapping from names of grids to `Field`s."""
+    """An open file (.vdb, .nvdb, NIfTI, NRRD): a mapping from names of grids to `Field`s."""
 
     def __init__(self, path):
         self._path = os.fspath(path)
@@ -125,7 +125,8 @@ class File(collections.abc.Mapping):
 
 
 def open(path):
-    """Opens a .vdb, NIfTI or NRRD. `psivox.open("smoke.vdb")["density"]` is a grid, to render or as an array."""
+    """Opens a .vdb, .nvdb, NIfTI or NRRD. `psivox.open("smoke.vdb")["density"]` is a grid, to
+    render or as an array."""
     return File(path)
 
 

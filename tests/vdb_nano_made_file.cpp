@@ -1,0 +1,21 @@
+#define NANOVDB_USE_ZIP
+#define NANOVDB_USE_BLOSC
+
+#include "vdb_nano_made_file.h"
+
+#include <nanovdb/util/OpenToNanoVDB.h>
+
+#include "vdb_test_util.h"
+
+namespace psivox {
+
+std::filesystem::path test::written_nano(const std::vector<openvdb::GridBase::Ptr>& grids,
+                                         nanovdb::io::Codec codec, const std::string& name) {
+  std::vector<nanovdb::GridHandle<>> handles;
+  for (const openvdb::GridBase::Ptr& grid : grids) handles.push_back(nanovdb::openToNanoVDB(grid));
+  const auto path = scratch_dir() / name;
+  nanovdb::io::writeGrids(path.string(), handles, codec);
+  return path;
+}
+
+}  // namespace psivox
