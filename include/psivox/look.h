@@ -20,8 +20,8 @@ std::vector<std::string> available_looks();
 /// chosen.
 bool leaves_look_open(const Scene& scene);
 
-/// The scene without anything of how a picture looks, and without its look. Its grids, camera, clip,
-/// holdout and exposure stay.
+/// The scene without anything of how a picture looks, and without its look. Its grids, camera,
+/// clip, holdout and exposure stay.
 Scene without_look(Scene scene);
 
 /// A scene in its look.
