@@ -200,6 +200,15 @@ TEST(Nrrd, ValuesBesideTheHeaderAreReadWithSkips) {
                                                 "data file: below/a.gz\nencoding: gz\n"
                                                 "line skip: 1\nbyte skip: 3\n"))),
               "image");
+  write_scan("below/b.gz", gzipped("any header" + values));
+  expect_made(VdbFile(write_scan(
+                  "d.nhdr", nrrd("uchar", "data file: below/b.gz\nencoding: gz\nbyte skip: -1\n"))),
+              "image");
+  write_scan("below/c.gz", gzipped(values.substr(1)));
+  EXPECT_THROW(
+      VdbFile(write_scan("e.nhdr",
+                         nrrd("uchar", "data file: below/c.gz\nencoding: gz\nbyte skip: -1\n"))),
+      Error);
 }
 
 TEST(Nrrd, AxesBesideSpaceAreColoursOrFrames) {

@@ -66,6 +66,23 @@ scene_of held/a.0002.exr | grep -q 'z\.0002\.exr' || fail "frame 2 is held out b
 "$program" render --scene held/a.0002.exr -o held/again.exr -q || fail "a frame that is held out again"
 same held/a.0002.exr held/again.exr "a frame that is held out"
 
+# --- the frames of a scan -------------------------------------------------------------------------
+mkdir scans
+frame_values() { for _ in $(seq 216); do printf '%d ' "$1"; done; }
+{
+  printf 'NRRD0004\ntype: uchar\ndimension: 4\nsizes: 6 6 6 3\nencoding: text\n\n'
+  frame_values 20 && frame_values 40 && frame_values 60
+} >scan.nrrd
+run 0 "3 frames" scan.nrrd -o 'scans/####.exr' "${small[@]}" --frames 0-2
+has scans "0000.exr 0001.exr 0002.exr" "frames of a scan"
+scene_of scans/0002.exr | grep -qF 'scan.nrrd[2]' || fail "frame 2 of a scan has another input"
+"$program" render --scene scans/0002.exr -o again.exr -q || fail "a frame of a scan again"
+same scans/0002.exr again.exr "a frame of a scan"
+"$program" compare scans/0001.exr scans/0002.exr --max-abs 0 >/dev/null && fail "frames of a scan are one"
+run 3 "has no frame [3] among its 3 grids" 'scan.nrrd[3]' -o out/none.exr
+run 3 "3 frames have no file: 3-5; the files have frames 0-2" scan.nrrd -o 'out/none.####.exr' --frames 2-5
+run 0 "3 frames stand" scan.nrrd -o 'scans/####.exr' "${small[@]}" --frames 0-2 --resume
+
 # --- frames without a file ------------------------------------------------------------------------
 mv in/plume.0003.vdb .
 run 3 "1 frame has no file: 3" $pattern -o out/b.####.png "${small[@]}" --frames 2-4

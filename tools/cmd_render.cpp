@@ -59,7 +59,7 @@ void make_thumbnail(RenderCall& call, Scene& scene) {
   if (call.output.empty() || is_standard_output(call.output) || !call.movie.empty())
     usage("--thumbnail needs a file as -o, and no film");
   std::error_code unknown;  // reading will tell
-  const std::uintmax_t bytes = std::filesystem::file_size(scene.input, unknown);
+  const std::uintmax_t bytes = std::filesystem::file_size(frame_of_file(scene.input).file, unknown);
   if (!unknown && bytes > most_bytes)
     throw Error(ExitCode::input, in_quotes(scene.input) + " has " + mebibytes(bytes) +
                                      "; --thumbnail draws files up to " + mebibytes(most_bytes));

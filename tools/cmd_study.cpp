@@ -215,7 +215,7 @@ void study_command(Arguments arguments) {
   if (inputs.empty()) inputs.push_back(scene.input);
   stop_on_interrupt();
   options.stop = [] { return interrupted != 0; };
-  if (const auto files = sequence_files(inputs))
+  if (const auto files = sequence_files(inputs, !call.sequence.frames.empty()))
     return study_frames(call, scene, list_files(call.sequence, *files), options);
   check_study_folder(options.folder, options.resume);
   OpenedScene opened = open_scene(scene, VdbFile(scene.input));

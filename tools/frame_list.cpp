@@ -109,7 +109,8 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
   std::vector<std::string> inputs = call.sequence.inputs;
   if (inputs.empty() && !scene.input.empty()) inputs.push_back(scene.input);
   if (inputs.empty()) return {};
-  const std::optional<SequenceFiles> files = sequence_files(inputs);
+  const bool within = !call.sequence.frames.empty() && !call.turntable && !path;
+  const std::optional<SequenceFiles> files = sequence_files(inputs, within);
   if (!files && !call.turntable && !path) {
     for (const auto& [given, option] : {std::pair{!call.sequence.frames.empty(), "--frames"},
                                         {call.follow, "--follow"},
@@ -118,9 +119,10 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
                                         {call.keep_going, "--keep-going"},
                                         {!call.movie.empty(), "--movie"}})
       if (given)
-        throw Error(ExitCode::usage, std::string(option) +
-                                         " is for a sequence: give fire.####.vdb, a folder, "
-                                         "several files, --turntable or --camera-path");
+        throw Error(ExitCode::usage,
+                    std::string(option) +
+                        " is for a sequence: give fire.####.vdb, a folder, "
+                        "a scan with --frames, several files, --turntable or --camera-path");
     return {};
   }
   FrameList list;

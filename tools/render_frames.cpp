@@ -106,7 +106,8 @@ ReadFrame FrameMaker::read(const Frame& frame) {
 bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {
   namespace fs = std::filesystem;
   try {
-    if (fs::last_write_time(frame.output) < fs::last_write_time(frame.input)) return false;
+    if (fs::last_write_time(frame.output) < fs::last_write_time(frame_of_file(frame.input).file))
+      return false;
     std::map<std::string, std::string> found = read_metadata(frame.output);
     const std::optional<Scene> scene = maker.scene_of(frame);
     const Scene wanted = scene ? *scene : maker.read(frame).scene;

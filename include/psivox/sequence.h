@@ -52,8 +52,10 @@ using SequenceFiles = std::map<int, std::string>;
 /// The files of a sequence: those that match a pattern, the .vdb files of a folder, or the files
 /// that are named. Names that differ in their last number only are its frames; other names are
 /// numbered from 1 in their order. Unset if `inputs` is one path without a placeholder that is no
-/// folder. Throws Error(input): no file; Error(usage): a folder that holds several sequences.
-std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs);
+/// folder; `within`: nor a scan of several frames. Throws Error(input): no file; Error(usage): a
+/// folder that holds several sequences.
+std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs,
+                                            bool within = false);
 
 /// The frames between a sequence's first and last that have no file, where all distances of the
 /// sequence's files are multiples of the least; none if they are not.

@@ -80,6 +80,14 @@ struct ReadOptions {
 
 class VdbFile;
 
+/// `scan.nii.gz[12]` is one frame of a file, unless a file has that name. Elsewhere the whole path
+/// is the file's.
+struct FrameOfFile {
+  std::filesystem::path file;
+  std::string frame;  ///< `[12]`; empty: all that the file has
+};
+FrameOfFile frame_of_file(const std::string& path);
+
 /// A grid of a file, under the name that it has elsewhere.
 struct NamedGrid {
   std::string name;
@@ -87,7 +95,8 @@ struct NamedGrid {
   std::string grid;  ///< as the file has it
 };
 
-/// An open .vdb or .nvdb, a scan (NIfTI, NRRD), or grids in memory that are used like one. Grids
+/// An open .vdb or .nvdb, a scan (NIfTI, NRRD) or a frame of it (see frame_of_file), or grids in
+/// memory that are used like one. Grids
 /// are read on demand; a broken grid does not keep the others from being read. Its const functions
 /// may be called from several threads.
 class VdbFile {

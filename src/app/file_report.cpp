@@ -96,11 +96,11 @@ std::string advice_for(const FileReport& report, const std::string& refusal) {
 
 // --- text: first what a picture can be made of, then everything else -----------------------------
 
-/// Six digits, as OpenVDB prints numbers.
+/// Six digits, as OpenVDB prints numbers. No number is -0.
 template <typename Vector>
 std::string spaced(const Vector& v, const char* between) {
   std::ostringstream out;
-  out << v.x << between << v.y << between << v.z;
+  out << v.x + 0 << between << v.y + 0 << between << v.z + 0;
   return out.str();
 }
 
@@ -201,7 +201,7 @@ FileReport report_of(const std::string& path, bool values) {
   FileReport report;
   report.path = path;
   const VdbFile file(path);
-  report.bytes = std::filesystem::file_size(path);
+  report.bytes = std::filesystem::file_size(frame_of_file(path).file);
   report.metadata = file.metadata();
   report.z_up = file.z_up();
   for (const GridInfo& grid : file.info(values)) report.grids.push_back(describe(file, path, grid));

@@ -176,7 +176,8 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
 /// times if they are vectors.
 bool stays_in_file(const Scene& scene, KeptFields& fields) {
   std::error_code unknown;
-  const auto bytes = std::uint64_t(std::filesystem::file_size(scene.input, unknown));
+  const auto bytes =
+      std::uint64_t(std::filesystem::file_size(frame_of_file(scene.input).file, unknown));
   return !unknown && 2 * 48 * bytes > grid_memory(scene) && fields.of(scene).density->reader;
 }
 

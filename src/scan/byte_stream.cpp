@@ -100,6 +100,13 @@ void ByteStream::pass_over(std::int64_t size) {
   position_ += size;
 }
 
+std::int64_t ByteStream::pass_over_rest() {
+  std::int64_t passed = 0;
+  for (; here_ != end_ || fill(); here_ = end_) passed += end_ - here_;
+  position_ += passed;
+  return passed;
+}
+
 int ByteStream::next() {
   if (here_ == end_ && !fill()) return -1;
   ++position_;

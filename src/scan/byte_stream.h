@@ -34,6 +34,8 @@ class ByteStream {
   /// Reads them all, or throws Error(input): the file ends too early.
   void read_all(char* to, std::int64_t size);
   void pass_over(std::int64_t size);
+  /// Returns the number of bytes up to the end.
+  std::int64_t pass_over_rest();
 
   /// The next byte, as an unsigned char; -1 at the end.
   int next();

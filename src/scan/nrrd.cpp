@@ -74,7 +74,8 @@ void set_encoding(const NrrdText& text, Header& header, const FileBlocks& file) 
   const std::string &lines = text.of("lineskip"), &skip = text.of("byteskip");
   if (!lines.empty()) header.lines = number<std::int64_t>(file, lines, "a line skip");
   if (!skip.empty()) header.skip = number<std::int64_t>(file, skip, "a byte skip");
-  const bool from_end = header.skip == -1 && header.encoding == Encoding::raw;
+  const bool from_end =
+      header.skip == -1 && (header.encoding == Encoding::raw || header.encoding == Encoding::gzip);
   if (header.lines < 0 || (header.skip < 0 && !from_end))
     refuse(file, "its line skip or byte skip is below 0");
   if (from_end) header.lines = 0;

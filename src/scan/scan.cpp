@@ -65,8 +65,10 @@ Scan::Scan(Header header, std::shared_ptr<FileBlocks> file, std::shared_ptr<File
     refuse(*file_, "is cut short: its header claims " + std::to_string(header_.values) +
                        " values, more than " + std::to_string(room) + " bytes can hold");
   if (header_.skip < 0) {
-    header_.begin = file_->size() - header_.values * size_of(header_.type);
-    header_.skip = 0;
+    const std::int64_t bytes = header_.values * size_of(header_.type);
+    ByteStream all(*file_, header_.begin, header_.encoding == Encoding::gzip);
+    header_.skip = all.pass_over_rest() - bytes;
+    if (header_.skip < 0) refuse(*file_, "the file ends too early");
   }
 }
 

@@ -60,9 +60,19 @@ bool has_sequence(std::span<const std::string> paths) {
   return false;
 }
 
+/// The frames of a scan, from 0 on; unset if it has one.
+std::optional<SequenceFiles> frames_within(const std::string& path) {
+  const VdbFile file(path);
+  if (!file.metadata().contains("frames")) return {};
+  SequenceFiles files;
+  for (const std::string& name : file.names())
+    files.emplace(int(files.size()), path + name.substr(name.rfind('[')));
+  return files;
+}
+
 }  // namespace
 
-std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs) {
+std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs, bool within) {
   std::vector<std::string> paths(inputs.begin(), inputs.end());
   if (inputs.size() == 1) {
     const std::string& input = inputs.front();
@@ -70,7 +80,8 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs)
     if (fs::is_directory(input, unknown)) {
       paths = files_in(input);
     } else {
-      if (fs::exists(input, unknown)) return {};
+      if (fs::exists(input, unknown))
+        return within ? frames_within(input) : std::optional<SequenceFiles>{};
       const std::optional<FramePattern> pattern = FramePattern::of_placeholder(input);
       if (!pattern) return {};
       SequenceFiles files = pattern->files();

@@ -14,6 +14,7 @@ std::unique_ptr<Reader> scan_reader(std::shared_ptr<const scan::Scan> scan, cons
   source.type = header.format;
   source.facts.metadata = header.metadata;
   source.facts.z_up = header.z_up;
+  if (header.frames > 1) source.facts.metadata["frames"] = std::to_string(header.frames);
   const std::string base = header.colour ? "rgb" : "image";
   for (std::int64_t n = 0; n < header.frames; ++n)
     source.facts.grids.push_back({header.frames == 1 ? base : base + "[" + std::to_string(n) + "]",

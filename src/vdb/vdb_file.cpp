@@ -21,8 +21,8 @@
 namespace psivox {
 
 struct VdbFile::Impl {
-  Impl(const std::filesystem::path& path, Progress progress)
-      : file(std::make_shared<FileBlocks>(path)) {
+  Impl(const FrameOfFile& one, Progress progress)
+      : file(std::make_shared<FileBlocks>(one.file)), frame(one.frame) {
     std::shared_ptr<FileBlocks> data;
     if (const std::string beside = scan::data_path(*file); !beside.empty())
       data = std::make_shared<FileBlocks>(beside);
@@ -35,6 +35,7 @@ struct VdbFile::Impl {
   std::string path() const { return file ? file->path() : "grids in memory"; }
 
   std::shared_ptr<FileBlocks> file;  ///< shared with the readers of fields; null: no file
+  std::string frame;                 ///< to which the file is narrowed, see FrameOfFile
   std::unique_ptr<vdb::Reader> reader;
   vdb::FileFacts facts;
   std::vector<std::string> names;
@@ -43,8 +44,22 @@ struct VdbFile::Impl {
 
   void take_facts() {
     facts = reader->facts();
+    if (!frame.empty()) take_frame();
     for (const vdb::GridFacts& grid : facts.grids) names.push_back(grid.name);
   }
+  /// Leaves the one grid of the frame, under its plain name.
+  void take_frame() {
+    const std::size_t count = facts.grids.size();
+    std::erase_if(facts.grids,
+                  [&](const vdb::GridFacts& grid) { return grid.name != grid.base_name + frame; });
+    if (facts.grids.size() != 1)
+      throw Error(ExitCode::input, path() + ": has no frame " + frame + " among its " +
+                                       std::to_string(count) + (count == 1 ? " grid" : " grids"));
+    facts.metadata.erase("frames");
+    facts.grids.front().name = facts.grids.front().base_name;
+  }
+  /// The reader's name of a grid.
+  std::string in_reader(const std::string& grid) const { return grid + frame; }
   /// A grid by one of its names, the numbered one first; null if there is none.
   const vdb::GridFacts* find(const std::string& grid) const {
     for (const auto name : {&vdb::GridFacts::name, &vdb::GridFacts::base_name}) {
@@ -84,8 +99,18 @@ std::size_t rank_of(const vdb::GridFacts& grid) {
 
 }  // namespace
 
+FrameOfFile frame_of_file(const std::string& path) {
+  const std::size_t open = path.rfind('[');
+  std::error_code unknown;
+  if (open == std::string::npos || !path.ends_with(']') || std::filesystem::exists(path, unknown))
+    return {path, ""};
+  const std::string_view number = std::string_view(path).substr(open + 1, path.size() - open - 2);
+  if (number.empty() || number.find_first_not_of("0123456789") != number.npos) return {path, ""};
+  return {path.substr(0, open), path.substr(open)};
+}
+
 VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
-    : impl_(std::make_unique<Impl>(path, std::move(progress))) {}
+    : impl_(std::make_unique<Impl>(frame_of_file(path.string()), std::move(progress))) {}
 
 VdbFile::VdbFile(std::shared_ptr<const Field> grid)
     : impl_(std::make_unique<Impl>(std::make_unique<vdb::FieldReader>(std::move(grid)))) {}
@@ -118,7 +143,12 @@ const std::map<std::string, std::string>& VdbFile::metadata() const {
 
 const std::string& VdbFile::z_up() const { return impl_->facts.z_up; }
 
-std::vector<GridInfo> VdbFile::info(bool values) const { return impl_->reader->info("", values); }
+std::vector<GridInfo> VdbFile::info(bool values) const {
+  if (impl_->frame.empty()) return impl_->reader->info("", values);
+  std::vector<GridInfo> one = impl_->reader->info(impl_->in_reader(names().front()), values);
+  for (GridInfo& grid : one) grid.name = names().front();
+  return one;
+}
 
 GridContent VdbFile::content(const std::string& grid) const {
   const std::lock_guard lock(impl_->mutex);
@@ -126,7 +156,7 @@ GridContent VdbFile::content(const std::string& grid) const {
     return known->second;
   GridContent content;
   try {
-    content = impl_->reader->content(grid);
+    content = impl_->reader->content(impl_->in_reader(grid));
   } catch (const Error& error) {
     if (error.code() == ExitCode::memory) throw;
     content.nothing = without_subject(error.what(), impl_->path(), grid);
@@ -162,7 +192,9 @@ std::string VdbFile::default_grid(bool empty) const {
 }
 
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
-  return impl_->reader->read(grid, options);
+  Field field = impl_->reader->read(impl_->in_reader(grid), options);
+  if (!impl_->frame.empty()) field.name = grid;
+  return field;
 }
 
 std::string openvdb_version() { return openvdb::getLibraryVersionString(); }

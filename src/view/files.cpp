@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 Sequence Sequence::of(const std::vector<std::string>& inputs) {
   Sequence sequence;
   const std::string& path = inputs.front();
-  if (auto files = sequence_files(inputs)) {
+  if (auto files = sequence_files(inputs, /*within=*/true)) {
     sequence.files_ = std::move(*files);
     sequence.samples_ = auto_samples(sequence.files_);
     sequence.current_ = sequence.first();
@@ -59,8 +59,9 @@ int Sequence::next() const {
   return after == files_.end() ? first() : after->first;
 }
 
-std::string file_stamp(const std::string& path) {
+std::string file_stamp(const std::string& name) {
   std::error_code missing;
+  const fs::path path = frame_of_file(name).file;
   const auto time = fs::last_write_time(path, missing);
   if (missing) return "";
   const auto size = fs::file_size(path, missing);
