@@ -123,6 +123,7 @@ std::string RenderReport::json() const {
                  {"samples_per_ray", per_ray(stats.samples, stats)},
                  {"passes", stats.passes},
                  {"clipped_pixels", clipped}};
+  if (!drawn.image.deep.counts.empty()) counts["deep_samples"] = drawn.image.deep.samples.size();
   const Json error = error_json(*this);
   const Json report = {
       {"version", PSIVOX_VERSION},

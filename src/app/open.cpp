@@ -29,6 +29,8 @@ void check_picture(const Scene& scene, const std::vector<std::string>& layers, b
                   "--time-budget is for a march; --renderer reference does not march");
     check_method_unset(scene, "--time-budget");
   }
+  if (layers.size() > 1 && std::ranges::count(layers, "deep"))
+    throw Error(ExitCode::usage, "--aov deep has no layers beside it; leave out the others");
   for (const std::string& layer : layers)
     if (const std::string obstacle = layer_obstacle(layer, scene); !obstacle.empty())
       throw Error(ExitCode::usage, obstacle);

@@ -8,6 +8,7 @@
 #include "draw/whole_atlas.h"
 #include "image/read_holdout.h"
 #include "march/explain.h"
+#include "march/march_double.h"
 #include "psivox/clip.h"
 #include "psivox/parameters.h"
 #include "psivox/stopwatch.h"
@@ -68,6 +69,8 @@ struct Session::Impl {
   MarchPlan plan(PartMarcher& parts, const View& marched, const Wish& wish,
                  PreparationTimes& times);
   Drawn draw(Marcher& marcher, const Wish& wish);
+  /// On the CPU, by exact cells, whatever the scene's method.
+  Drawn draw_deep(PartMarcher& parts, View wanted, const Wish& wish);
   /// Draws in parts, after the device was too small for the whole.
   Drawn draw_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure);
 
@@ -162,7 +165,7 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
   wanted.medium = unlit;  // keeps no light that is to be replaced
   light(parts, wanted, light_need(parts.marcher(), wanted.scene, wish), wish.progress, times);
   wanted.medium = view.medium;
-  if (!parts.marches_whole()) return;
+  if (!parts.marches_whole() || wish.layers.deep) return;
   enter(wish.progress, Stage::uploading);
   atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter, times);
 }
@@ -202,6 +205,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
   View wanted = viewed(wish);
   PartMarcher parts = parts_of(marcher, wanted, wish);
+  if (wish.layers.deep) return draw_deep(parts, std::move(wanted), wish);
   const bool slice = wanted.scene.shows(Shows::plane), marches = marcher.marches() && !slice;
   if (!slice) prepare(parts, wanted, wish, times);
   std::optional<MarchPlan> chosen = wish.plan;
@@ -228,6 +232,31 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +
                             " parts, so that its atlas keeps within the memory");
+  return drawn;
+}
+
+Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish) {
+  // a look may have set another mode
+  if (const std::string obstacle = layer_obstacle("deep", wanted.scene); !obstacle.empty())
+    throw Error(ExitCode::usage, obstacle);
+  if (!parts.whole())
+    throw Error(ExitCode::memory,
+                "--aov deep needs the whole volume in one part; give a larger --memory-limit");
+  Drawn drawn;
+  prepare(parts, wanted, wish, drawn.times);
+  const double tolerance = wanted.scene.tolerance.value_or(default_tolerance);
+  View exact = exact_view(wanted);
+  exact.scene.early_termination = tolerance / 16;
+  // what the light may be off adds in quadrature
+  const double rest = lighting ? std::sqrt(1 - light_share * light_share) : 1;
+  RenderResult result =
+      render_deep(exact, atlas.of(view, wanted.scene.texel, drawn.times),
+                  (rest - 1.0 / 16) * tolerance, of_stage(wish.progress, Stage::marching));
+  drawn.image = std::move(result.image);
+  drawn.stats = std::move(result.stats);
+  if (lighting) drawn.light = lighting->description();
+  drawn.atlas = atlas.of(view, wanted.scene.texel, drawn.times).size();
+  drawn.scene = std::move(wanted.scene);
   return drawn;
 }
 
