@@ -128,6 +128,7 @@ class DeepPicture : public ::testing::Test {
     Session session(scene);
     Wish wish;
     wish.layers.deep = deep;
+    wish.exact = !deep;
     return session.draw(*open_double(), wish);
   }
   std::string written(const Image& image, const std::string& name) const {
@@ -215,8 +216,8 @@ TEST_F(DeepPicture, FlattensToTheFlatPicture) {
     one.pixel_samples = samples;
     const Drawn flat = drawn(one, false);
     const Drawn made = drawn(one);
-    EXPECT_LE(compare_images(made.image, flat.image).max, 2e-3);  // each is off by the tolerance
-    EXPECT_LE(difference(deep(one, "whole.exr"), flat.image), 2e-3);
+    EXPECT_LE(compare_images(made.image, flat.image).max, 1e-3);
+    EXPECT_LE(difference(deep(one, "whole.exr"), flat.image), 1e-3);
     EXPECT_LE(difference(deep(one, "whole.exr"), made.image), rounding);
   }
 }
@@ -231,7 +232,7 @@ TEST_F(DeepPicture, HalvesMergeToTheWhole) {
       OIIO::ImageBufAlgo::deep_merge(deep(front, "front.exr"), deep(back, "back.exr"));
   ASSERT_FALSE(merged.has_error()) << merged.geterror();
   front.clip_plane.reset();
-  EXPECT_LE(difference(merged, drawn(front, false).image), 3e-3);
+  EXPECT_LE(difference(merged, drawn(front, false).image), 2e-3);  // of both halves
 }
 
 /// A deep holdout of opaque samples at the depths that --holdout reads.
@@ -239,7 +240,8 @@ TEST_F(DeepPicture, IsHeldOutAsByDepths) {
   Scene whole = scene();
   keep_camera(whole, Session(whole).view().camera);
   const Camera camera = Session(whole).view().camera;
-  const float wall = float(glm::length(camera.target - camera.position));
+  // between faces of voxels: OpenImageIO 2.4 keeps samples that begin at the very depth
+  const float wall = float(glm::length(camera.target - camera.position)) + 0.0123f;
   const auto pixels = std::size_t(whole.resolution.x) * std::size_t(whole.resolution.y);
   Image opaque{whole.resolution.x,
                whole.resolution.y,
@@ -254,8 +256,8 @@ TEST_F(DeepPicture, IsHeldOutAsByDepths) {
   ASSERT_TRUE(mask.read(0, 0, true));
   const OIIO::ImageBuf rest = OIIO::ImageBufAlgo::deep_holdout(deep(whole, "whole.exr"), mask);
   ASSERT_FALSE(rest.has_error()) << rest.geterror();
-  EXPECT_LE(difference(rest, drawn(held, false).image), 2e-3);
-  EXPECT_LE(difference(deep(held, "held.exr"), drawn(held, false).image), 2e-3);
+  EXPECT_LE(difference(rest, drawn(held, false).image), 1e-3);
+  EXPECT_LE(difference(deep(held, "held.exr"), drawn(held, false).image), 1e-3);
 }
 
 TEST_F(DeepPicture, RefusesInOneLine) {
