@@ -27,7 +27,7 @@ void add_outputs(CommandLine& line, RenderCall& call) {
   layers.emplace_back("none");
   line.add_list("--aov", call.layers,
                 "extra layers of the .exr: " + joined(layer_names(), ", ") +
-                    "; deep: a deep .exr; none drops those of --scene's picture")
+                    " makes it a deep .exr; none drops those of --scene's picture")
       ->check(CLI::IsMember(layers).description(""))
       ->group(output);
   line.add_option("--thumbnail", call.thumbnail,
