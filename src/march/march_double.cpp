@@ -115,7 +115,7 @@ namespace {
 /// Collects the curve of a ray that is marched by exact cells, one turn after the other.
 class CurveMarch {
  public:
-  /// Between its points the curve is linear to an eighth of `tolerance`.
+  /// Between its points the curve is linear to a sixteenth of `tolerance`.
   CurveMarch(AtlasMarch& march, const glm::dvec2& at, double tolerance)
       : march_(march), tolerance_(tolerance), ray_(march, at) {}
 
@@ -157,7 +157,7 @@ class CurveMarch {
     const glm::dvec3 light = glm::abs(back.radiance - front.radiance);
     const double change =
         std::max({std::exp(-front.depth) - std::exp(-back.depth), light.x, light.y, light.z});
-    const int parts = int(std::clamp(std::ceil(std::sqrt(2 * change / tolerance_)), 1.0, 64.0));
+    const int parts = int(std::clamp(std::ceil(2 * std::sqrt(change / tolerance_)), 1.0, 64.0));
     AtlasMarch::Ray part = ray_.ray;
     for (int i = 1; i < parts; ++i) {
       AtlasMarch::March m = before;
@@ -194,7 +194,7 @@ RenderResult render_deep(const View& view, const MediumAtlas& atlas, double tole
         rays.push_back(CurveMarch(march, {x, int(y)}, tolerance).curve());
       }
       const std::size_t before = row.size();
-      fit_samples(mean_curve(rays), tolerance * 7 / 8, row);
+      fit_samples(mean_curve(rays), tolerance * 15 / 16, row);
       const std::size_t count = row.size() - before;
       deep.counts[y * std::size_t(size.x) + std::size_t(x)] = std::uint32_t(count);
       *film.pixel(x, int(y)) = flattened(row.data() + before, count);
