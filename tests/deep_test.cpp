@@ -91,6 +91,56 @@ TEST(DeepFit, ALinearAttenuationTakesAsFewAsLinesBesideAParabola) {
   }
 }
 
+/// The point up to which one line, begun anywhere within the tolerance, follows the optical depths
+/// from `first` on: the least that any sample could do better.
+std::size_t longest_line(const RayCurve& curve, std::size_t first, double E) {
+  const auto room = [&](double slope, std::size_t last) {  // for the line's begin
+    double low = -1e300, high = 1e300;
+    for (std::size_t i = first; i <= last; ++i) {
+      const double T = std::exp(-curve[i].depth), rise = slope * (curve[i].z - curve[first].z);
+      low = std::max(low, -std::log(T + E) - rise);
+      if (T > E) high = std::min(high, -std::log(T - E) - rise);
+    }
+    return high - low;  // concave in the slope
+  };
+  std::size_t last = first + 1, end = curve.size() - 1;
+  while (last < end) {
+    const std::size_t middle = (last + end + 1) / 2;
+    double a = 0, b = 100;
+    for (int i = 0; i < 80; ++i) {
+      const double p = a + (b - a) / 3, q = b - (b - a) / 3;
+      (room(p, middle) < room(q, middle) ? a : b) = room(p, middle) < room(q, middle) ? p : q;
+    }
+    if (room(a, middle) >= 0)
+      last = middle;
+    else
+      end = middle - 1;
+  }
+  return last;
+}
+
+/// Lines that need not meet are fewer than any samples can be.
+TEST(DeepFit, TakesFewSamplesMoreThanTheLeastPossible) {
+  std::size_t taken = 0, least = 0;
+  for (int seed = 1; seed <= 12; ++seed) {
+    RayCurve curve{{}};
+    for (int i = 1; i <= 400; ++i) {  // smooth, positive attenuation of all scales
+      double tau = 0;
+      for (const int k : {1, 2, 3, 5, 8, 13})
+        tau += std::pow(std::sin(k * (i / 130.0 + seed) + seed * seed), 2) / k;
+      const double depth = curve.back().depth + 0.002 * seed * tau;
+      curve.push_back({i / 400.0, depth, glm::dvec3(-std::expm1(-depth))});
+    }
+    double error = 0;
+    taken += fitted(curve, 1e-3, error).size();
+    EXPECT_LE(error, 1e-3 + rounding);
+    for (std::size_t at = 0; at + 1 < curve.size() && std::exp(-curve[at].depth) > 1e-3; ++least)
+      at = longest_line(curve, at, 1e-3);
+  }
+  // 150 and 136; the rounding of a sample takes 1/16 of the tolerance
+  EXPECT_LE(double(taken), 1.15 * double(least));
+}
+
 TEST(DeepFit, GapsAndWallsStayWithinTheTolerance) {
   const auto depth = [](double z) {
     const double first = std::clamp(z - 0.2, 0.0, 0.1) * 5, wall = z > 0.7 ? 30 : 0;
