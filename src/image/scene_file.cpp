@@ -21,7 +21,7 @@ template <typename Changed>
 void change_files(Scene& scene, const Changed& changed) {
   for (std::string Scene::*const name : file_names) {
     LayerOfFile named(scene.*name);
-    if (named.file.empty()) continue;
+    if (named.file.empty() || named.file.starts_with("ocio://")) continue;  // OpenColorIO's own
     named.file = changed(named.file);
     scene.*name = named.text();
   }
