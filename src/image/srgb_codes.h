@@ -33,6 +33,7 @@ std::vector<Code> srgb_codes(std::span<const float> rgba, std::size_t channels,
   const auto alpha_at = [&](std::size_t i) { return channels == 4 ? clamped(rgba[i + 3]) : 1; };
   const bool by_view = !display.ocio.config.empty();
   std::vector<float> viewed;  // R G B
+  if (by_view) viewed.reserve(rgba.size() / 4 * 3);
   for (std::size_t i = 0; i < rgba.size() && by_view; ++i)
     if (const float alpha = alpha_at(i / 4 * 4); i % 4 != 3)
       viewed.push_back(alpha > 0 ? factor * rgba[i] / alpha : 0);
