@@ -8,7 +8,6 @@
 #include "draw/whole_atlas.h"
 #include "image/read_holdout.h"
 #include "march/explain.h"
-#include "march/march_double.h"
 #include "psivox/clip.h"
 #include "psivox/parameters.h"
 #include "psivox/stopwatch.h"
@@ -236,27 +235,15 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
 }
 
 Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish) {
-  // a look may have set another mode
-  if (const std::string obstacle = layer_obstacle("deep", wanted.scene); !obstacle.empty())
-    throw Error(ExitCode::usage, obstacle);
-  if (!parts.whole())
-    throw Error(ExitCode::memory,
-                "--aov deep needs the whole volume in one part; give a larger --memory-limit");
-  Drawn drawn;
-  prepare(parts, wanted, wish, drawn.times);
-  const double tolerance = wanted.scene.tolerance.value_or(default_tolerance);
-  View exact = exact_view(wanted);
-  exact.scene.early_termination = tolerance / 16;
-  // what the light may be off adds in quadrature
-  const double rest = lighting ? std::sqrt(1 - light_share * light_share) : 1;
-  RenderResult result =
-      render_deep(exact, atlas.of(view, wanted.scene.texel, drawn.times),
-                  (rest - 1.0 / 16) * tolerance, of_stage(wish.progress, Stage::marching));
-  drawn.image = std::move(result.image);
-  drawn.stats = std::move(result.stats);
+  check_deep(wanted.scene, parts);
+  PreparationTimes times;
+  prepare(parts, wanted, wish, times);
+  const MediumAtlas& grids = atlas.of(view, wanted.scene.texel, times);
+  Drawn drawn = deep_picture(wanted, grids, lighting ? light_share : 0,
+                             of_stage(wish.progress, Stage::marching));
   if (lighting) drawn.light = lighting->description();
-  drawn.atlas = atlas.of(view, wanted.scene.texel, drawn.times).size();
-  drawn.scene = std::move(wanted.scene);
+  drawn.atlas = grids.size();
+  drawn.times = times;
   return drawn;
 }
 

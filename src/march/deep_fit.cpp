@@ -112,8 +112,7 @@ class Fit {
     const double length = curve_[last].z - curve_[first].z;
     window.high = std::min(window.high, std::max(window.low, most_depth / length));
     const double own = std::clamp((curve_[last].depth - depth_) / length, window.low, window.high);
-    for (const double slope : {window.middle(), own, std::lerp(window.low, own, 0.5),
-                               std::lerp(own, window.high, 0.5), window.low, window.high}) {
+    for (const double slope : {window.middle(), own}) {
       const double depth = length * slope;
       if (const auto radiance = radiance_of(first, last, depth))
         return Reach{first, last, depth, *radiance};
