@@ -129,9 +129,9 @@ void check_deep(const Scene& scene, const PartMarcher& parts) {
 Drawn deep_picture(const View& view, const MediumAtlas& atlas, double light_share,
                    const Progress& progress) {
   const double tolerance = view.scene.tolerance.value_or(default_tolerance);
-  constexpr double behind = 1.0 / 16;  // what is left where a ray ends
+  constexpr double behind = 1.0 / 64;  // what is left where a ray ends, of luminance up to 16
   View exact = exact_view(view);
-  exact.scene.early_termination = behind * tolerance;
+  exact.scene.early_termination = behind / 16 * tolerance;
   const double rest = std::sqrt(1 - light_share * light_share) - behind;
   RenderResult result = render_deep(exact, atlas, rest * tolerance, progress);
   Drawn drawn;
