@@ -23,6 +23,8 @@ OIIO::ColorConfig& config_of(const OcioView& view) {
   const std::lock_guard lock(mutex);
   std::unique_ptr<OIIO::ColorConfig>& config = configs[view.config];
   if (config) return *config;
+  if (!OIIO::ColorConfig::supportsOpenColorIO())
+    throw Error(ExitCode::failure, "--ocio: this OpenImageIO was built without OpenColorIO");
   auto read = std::make_unique<OIIO::ColorConfig>(view.config);
   if (read->has_error()) throw refused(view, read->geterror());
   if (read->getNumDisplays() == 0) throw refused(view, "it has no display");
