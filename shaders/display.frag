@@ -5,6 +5,10 @@ uniform sampler2D other;    // of a difference
 uniform int difference;     // 1: picture - other
 uniform float exposure;     // factor of the radiance
 uniform int tone_map;       // a value of ToneMap
+uniform int by_view;        // 1: view_codes encode the picture
+uniform sampler3D view_codes;  // of light from 0 on: darkest (2^(octaves u) - 1) at place u
+uniform float view_darkest;
+uniform float view_octaves;
 uniform float gain;         // of the difference
 uniform vec3 background;
 
@@ -15,11 +19,21 @@ layout(location = 0) out vec4 out_color;
 
 float encoded(float light) { return srgb_from_linear(min(light, 1.0)); }
 
+vec3 viewed(vec3 light) {
+  vec3 u = clamp(log2(max(light, 0.0) / view_darkest + 1.0) / view_octaves, 0.0, 1.0);
+  vec3 size = vec3(textureSize(view_codes, 0));
+  return texture(view_codes, (u * (size - 1.0) + 0.5) / size).rgb;
+}
+
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 color = texelFetch(picture, pixel, 0);
   if (color.a < 0.0) discard;  // not there yet
   vec3 radiance = (color.rgb + (1.0 - color.a) * background) * exposure;
+  if (by_view == 1) {
+    out_color = vec4(viewed(radiance), 1.0);
+    return;
+  }
   vec3 shown = vec3(display_light(radiance.r, tone_map), display_light(radiance.g, tone_map),
                     display_light(radiance.b, tone_map));
   if (difference == 1) {

@@ -37,7 +37,7 @@ only_in() {
 only_in '^openvdb/' '^src/vdb/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_march\.cpp$' '^tests/vdb_' '^tests/fuzz/make_volumes\.cpp$'
 only_in '^nanovdb/' '^src/vdb/nano_' '^tools/bench/nanovdb_march\.cpp$' '^tests/vdb_nano_'
 only_in '^(OpenEXR/|png\.h)' '^src/image/'
-only_in '^OpenImageIO/' '^src/oiio/' '^tests/image_cases\.h$'
+only_in '^OpenImageIO/' '^src/oiio/' '^tests/(image_cases\.h|(deep|ocio)_test\.cpp)$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.' '^tests/gl_trouble_test\.cpp$'
 only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/medium/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
 only_in '^pugixml' '^src/scene/'

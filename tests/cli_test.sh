@@ -324,6 +324,20 @@ t 3 "has no layer 'Z'; name one as FILE.exr:LAYER of R G B A depth" render "$S" 
 t 3 "there is no such file" render "$S" -o a.exr --holdout none.exr $R
 t 2 "give both or neither" render "$S" -o a.exr --holdout-depth distance $R
 t 2 "depths of one camera" render "$S" -o 'a.##.exr' --turntable 3 --holdout whole.exr $R
+# A deep picture, and what it is not for.
+t 0 '"deep_samples"' render "$S" -o deep.exr --aov deep --stats - $R
+t 0 - render --scene deep.exr -o b.exr -q
+cmp -s deep.exr b.exr || { echo "FAILED: a deep picture's scene draws another"; failed=$((failed + 1)); }
+t 0 "deep samples a pixel" render "$S" -o a.exr --aov deep --pixel-samples 4 -v --resolution 32x32
+t 3 "it is a deep image" compare deep.exr a.exr
+t 2 "leave out the others" render "$S" -o a.exr --aov deep,depth $R
+t 2 "take --mode alpha" render "$S" -o a.exr --aov deep --mode mip $R
+t 2 "leave out --background" render "$S" -o a.exr --aov deep --background white $R
+t 2 "--aov deep chooses --step itself" render "$S" -o a.exr --aov deep --step 1 $R
+t 2 "leave out --time-budget" render "$S" -o a.exr --aov deep --time-budget 10 $R
+t 2 "--half has too few digits" render "$S" -o a.exr --aov deep --half $R
+t 2 "not available with --renderer reference" render "$S" -o a.exr --aov deep --renderer reference $R
+t 6 "needs the whole volume in one part" render "$S" -o a.exr --aov deep --memory-limit 300K --look plain $R
 t 0 - render "$S" -o a.exr --colormap viridis --color-bar $C
 t 0 - render "$S" -o b.exr --colormap viridis $C
 t 0 rms compare a.exr b.exr --max-abs 0
@@ -418,6 +432,28 @@ t 0 "exposure -3.21, chosen by auto" render "$S" -o a.png --luminance 9,9,9 \
 t 0 '"exposure": -3.21' render --scene a.png --print-scene
 t 0 "loses 1" render "$S" -o a.png --look plain --emission-grid temperature --emission-scale 0.001 --extinction 0.01 \
   --resolution 32x32
+# A view of OpenColorIO; $OCIO alone changes nothing.
+cat > small.ocio <<'OCIO'
+ocio_profile_version: 1
+strictparsing: false
+roles: {default: light, scene_linear: light}
+displays: {Screen: [!<View> {name: Plain, colorspace: shown}]}
+colorspaces:
+  - !<ColorSpace> {name: light}
+  - !<ColorSpace> {name: shown, from_reference: !<ExponentTransform> {value: [0.5, 0.5, 0.5, 1]}}
+OCIO
+t 0 - render "$S" -o a.png $R
+OCIO=small.ocio t 0 - render "$S" -o b.png $R
+cmp -s a.png b.png || { echo "FAILED: OCIO alone changes a picture"; failed=$((failed + 1)); }
+OCIO=small.ocio t 0 - render "$S" -o b.png --ocio-view Plain $R
+cmp -s a.png b.png && { echo "FAILED: --ocio-view changes nothing"; failed=$((failed + 1)); }
+t 0 '"ocio-display": "Screen"' render --scene b.png -o c.png --print-scene -q
+cmp -s b.png c.png || { echo "FAILED: a view's metadata draw another"; failed=$((failed + 1)); }
+t 0 - render "$S" -o a.exr --ocio none.ocio $R  # linear radiance has no view
+t 2 "give --ocio FILE" render "$S" -o a.png --ocio-view Plain $R
+t 3 "it has Plain" render "$S" -o a.png --ocio small.ocio --ocio-view Film $R
+t 3 "'none.ocio'" render "$S" -o a.png --ocio none.ocio $R
+t 2 "exclude each other" render "$S" -o a.png --ocio small.ocio --tone-map filmic $R
 t 2 "did you mean filmic?" render "$S" -o a.png --tone-map flimic
 t 2 "a number" render "$S" -o a.png --exposure bright
 t 0 - render "$S" -o a.exr --exposure 3 --tone-map filmic $R  # linear radiance has neither

@@ -10,8 +10,10 @@
 #include <fstream>
 #include <thread>
 
+#include "ocio_config.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/picture_file.h"
 #include "psivox/text_file.h"
 #include "view/benchmark.h"
 #include "viewer_hands.h"
@@ -28,6 +30,39 @@ TEST_P(Window_, RefinesToThePictureOfRender) {
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
   hands.photograph(GetParam() ? "exact_egl.png" : "exact_native.png");
   EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+}
+
+// The window's table is 0.2 codes off (picture_display.cpp), and each side rounds to a code.
+TEST_P(Window_, ShowsAViewOfOcioAsRenderWritesIt) {
+  Scene scene = small(asset("blobs.vdb"));
+  scene.background = glm::dvec3(0.2, 0.5, 0.9);
+  scene.exposure = 0.5;
+  scene.ocio = testing::TempDir() + "/config.ocio";
+  write_ocio_config(scene.ocio);
+  for (const char* const view : {"Plain", "Warm"}) {
+    scene.ocio_view = view;
+    Scene resolved = scene;
+    resolve_ocio(resolved);
+    Hands hands(resolved, GetParam());
+    hands.key(GLFW_KEY_TAB);
+    ASSERT_TRUE(hands.until_exact());
+    hands.frames(4);
+    const std::string window = testing::TempDir() + "/window.png",
+                      file = testing::TempDir() + "/file.png";
+    hands.viewer.photograph(window);
+    hands.frames(4);
+    render_by_program({asset("blobs.vdb"), "--quiet", "--look=plain", "--resolution=480x360",
+                       "--background=0.2,0.5,0.9", "--exposure=0.5", "--ocio=" + scene.ocio,
+                       std::string("--ocio-view=") + view, "-o", file});
+    const auto shown = srgb_bytes(read_image(window), {}),
+               written = srgb_bytes(read_image(file), {});
+    ASSERT_EQ(shown.size(), written.size());
+    int most = 0;
+    for (std::size_t i = 0; i < shown.size() / 360 * 310; ++i)  // below stands a message
+      most = std::max(most, std::abs(int(shown[i]) - int(written[i])));
+    EXPECT_LE(most, 1) << view;
+    EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+  }
 }
 
 TEST_P(Window_, ANoisyHandHarmsNothing) {

@@ -20,6 +20,7 @@
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "psivox/picture_file.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "psivox/vdb.h"
@@ -121,6 +122,7 @@ bool RenderJob::understand(Arguments arguments) {
   }
   scene_ = call_.scene.scene();
   take_layers(call_, scene_);
+  if (holds_codes(call_.output, call_.format) || !call_.movie.empty()) resolve_ocio(scene_);
   if (call_.thumbnail) make_thumbnail(call_, scene_);
   if (is_movie_name(call_.output))
     usage("-o writes pictures; --movie " + call_.output + " writes a film");

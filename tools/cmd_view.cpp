@@ -10,6 +10,7 @@
 #include "commands.h"
 #include "notices.h"
 #include "psivox/error.h"
+#include "psivox/picture_file.h"
 #include "psivox/text.h"
 #include "scene_options.h"
 #ifdef PSIVOX_VIEWER
@@ -127,6 +128,7 @@ void view_command(Arguments arguments) {
     scene.holdout.clear();
     scene.holdout_depth = DepthKind::z;
   }
+  resolve_ocio(scene);
   if (!call.quiet) print_notices(notices);
   if ((call.orbit || call.session) && scene.input.empty())
     usage("no input to orbit around; give IN.vdb");

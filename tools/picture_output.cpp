@@ -123,6 +123,7 @@ std::string RenderReport::json() const {
                  {"samples_per_ray", per_ray(stats.samples, stats)},
                  {"passes", stats.passes},
                  {"clipped_pixels", clipped}};
+  if (!drawn.image.deep.counts.empty()) counts["deep_samples"] = drawn.image.deep.samples.size();
   const Json error = error_json(*this);
   const Json report = {
       {"version", PSIVOX_VERSION},
@@ -178,7 +179,10 @@ std::string RenderReport::table() const {
     out +=
         formatted("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
   out += formatted("rays      %llu", static_cast<unsigned long long>(stats.rays));
-  if (stats.cells)
+  if (const std::size_t pixels = drawn.image.deep.counts.size())
+    out += formatted(", %.1f deep samples a pixel\n",
+                     double(drawn.image.deep.samples.size()) / double(pixels));
+  else if (stats.cells)
     out += formatted(", %.1f cells each\n", per_ray(stats.cells, stats));
   else
     out += formatted(", %.1f samples and %.1f steps each\n", per_ray(stats.samples, stats),

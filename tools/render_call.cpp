@@ -27,7 +27,7 @@ void add_outputs(CommandLine& line, RenderCall& call) {
   layers.emplace_back("none");
   line.add_list("--aov", call.layers,
                 "extra layers of the .exr: " + joined(layer_names(), ", ") +
-                    "; none drops those of --scene's picture")
+                    " makes it a deep .exr; none drops those of --scene's picture")
       ->check(CLI::IsMember(layers).description(""))
       ->group(output);
   line.add_option("--thumbnail", call.thumbnail,
@@ -184,6 +184,8 @@ void check(const RenderCall& call, const Scene& scene) {
     check_writable(call.output, call.format, scene.resolution.x, scene.resolution.y);
   const int code_bytes = holds_layers(call.output) ? 0 : call.format.bits == 16 ? 8 : 4;
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(call.layers.size()), code_bytes);
+  if (call.format.half && std::ranges::count(call.layers, "deep"))
+    usage("--half has too few digits for --aov deep; leave it out");
   if (!call.layers.empty() && !holds_layers(call.output)) usage("--aov needs an .exr as output");
   if (!call.stats.empty()) check_text_writable(call.stats);
 }

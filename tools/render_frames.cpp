@@ -121,8 +121,6 @@ bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {
   }
 }
 
-Display display_of(const Scene& scene) { return {scene.exposure.value_or(0), scene.tone_map}; }
-
 /// Draws and writes frames, one after the other.
 class FrameLoop {
  public:

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
@@ -22,6 +23,7 @@ void check_scope(const RenderCall& call, const Scene& scene) {
   if (call.list_devices) refuse("and do not list devices");
   if (call.explain) refuse("without --explain");
   if (call.check_error) refuse("without --check-error");
+  if (std::ranges::count(call.layers, "deep")) refuse("without --aov deep");
   if (!call.camera_path.empty() || call.turntable || !call.movie.empty() ||
       list_frames(call, scene, nullptr))
     refuse("not a sequence");

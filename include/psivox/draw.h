@@ -53,7 +53,10 @@ struct Layers {
   bool steps = false;    ///< segments of a pixel's rays
   bool samples = false;  ///< field look-ups of a pixel's rays
   bool error = false;    ///< estimated RMS error of each pixel over R G B A
-  bool any() const { return depth || transmittance || steps || samples || error; }
+  /// Image::deep in place of layers: transmittance and radiance in front of every depth are within
+  /// the scene's tolerance, or the default one. The picture is what it adds up to.
+  bool deep = false;
+  bool any() const { return depth || transmittance || steps || samples || error || deep; }
 };
 
 /// `depth`, `transmittance`, ...

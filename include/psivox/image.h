@@ -20,12 +20,26 @@ struct Layer {
   std::vector<float> values;          ///< width * height * channels.size()
 };
 
+/// What is between two depths in front of a pixel: a volume sample of OpenEXR, premultiplied. In it
+/// attenuation and luminance are constant.
+struct DeepSample {
+  float z = 0, z_back = 0;  ///< along the view, from the camera [world units]
+  float r = 0, g = 0, b = 0, a = 0;
+};
+
+/// A deep picture: samples of each pixel from front to back, row-major from the top left pixel.
+struct DeepPixels {
+  std::vector<std::uint32_t> counts;  ///< of each pixel; empty: the picture is not deep
+  std::vector<DeepSample> samples;
+};
+
 /// A picture in linear radiance. layers[0] is R G B A, premultiplied.
 struct Image {
   int width = 0;
   int height = 0;
   std::vector<Layer> layers;
   std::map<std::string, std::string> metadata;  ///< file attributes, such as `psivox:scene`
+  DeepPixels deep{};  ///< what an EXR holds in place of the layers, if the picture is deep
 
   std::span<const float> rgba() const { return layers.front().values; }
   std::span<float> rgba() { return layers.front().values; }
@@ -97,6 +111,14 @@ bool has_picture_extension(const std::filesystem::path& path);
 
 /// Whether a file of this name holds a picture's psivox:scene: not .hdr and .webp.
 bool holds_scene(const std::filesystem::path& path);
+
+/// The view with its config's first display and view, and scene_linear, where none is named. Throws
+/// Error(input) if the config cannot be read or has no such display, view or colour space.
+OcioView complete_view(const OcioView& view);
+
+/// R G B of a picture, one triple after the other, as the codes of the view's display: 0 to 1, and
+/// beyond where the view does not cut. Throws Error(input) as complete_view does.
+void show_by(const OcioView& view, std::span<float> rgb);
 
 /// R G B of the picture over black as sRGB codes of 8 bits, row-major from the top left pixel.
 std::vector<std::uint8_t> srgb_bytes(const Image& image, const Display& display);

@@ -31,6 +31,14 @@ struct WrittenPicture {
   double write_ms = 0;
 };
 
+/// The display that sRGB codes of the scene's picture are for; 0 for an exposure left to `auto`.
+Display display_of(const Scene& scene);
+
+/// Completes a scene that uses OpenColorIO: the config by $OCIO, display, view and colour space by
+/// the config. Throws Error(usage) if there is no config, Error(input) if it cannot be read or
+/// lacks what the scene names.
+void resolve_ocio(Scene& scene);
+
 /// Composites the picture with its scene's background. The picture becomes opaque.
 void add_background(Image& image, const glm::dvec3& background);
 

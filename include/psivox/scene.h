@@ -129,8 +129,12 @@ struct Scene {
   std::optional<glm::dvec3> background;
   std::optional<double> exposure = 0;  ///< [powers of 2] of sRGB codes and the window; unset: auto
   ToneMap tone_map = ToneMap::none;    ///< of sRGB codes and the window
-  bool color_bar = false;              ///< drawn into sRGB codes
-  bool scale_bar = false;              ///< drawn into sRGB codes
+  std::string ocio;          ///< file of an OpenColorIO config; empty: $OCIO, if asked for
+  std::string ocio_display;  ///< empty: the config's first
+  std::string ocio_view;     ///< empty: the display's first
+  std::string ocio_space;    ///< of the picture's light; empty: the config's scene_linear
+  bool color_bar = false;    ///< drawn into sRGB codes
+  bool scale_bar = false;    ///< drawn into sRGB codes
   int pixel_samples = 1;
 
   bool strict = false;
@@ -169,6 +173,11 @@ struct Scene {
   /// Whether a grid or a function of luminance changes the picture.
   bool shines() const {
     return composites() && has_extinction() && (lit() || resolved_luminance() != glm::dvec3(0));
+  }
+  /// Whether sRGB codes and the window show light through a view of OpenColorIO: only if a scene
+  /// asks for it, because other programs set $OCIO too.
+  bool uses_ocio() const {
+    return !ocio.empty() || !ocio_display.empty() || !ocio_view.empty() || !ocio_space.empty();
   }
   double resolved_step() const { return step.value_or(1.0); }
   double resolved_early_termination() const {

@@ -29,6 +29,13 @@ void check_picture(const Scene& scene, const std::vector<std::string>& layers, b
                   "--time-budget is for a march; --renderer reference does not march");
     check_method_unset(scene, "--time-budget");
   }
+  if (std::ranges::count(layers, "deep")) {
+    if (layers.size() > 1)
+      throw Error(ExitCode::usage, "--aov deep has no layers beside it; leave out the others");
+    if (time_budget)
+      throw Error(ExitCode::usage, "--aov deep marches exactly; leave out --time-budget");
+    check_method_unset(scene, "--aov deep");
+  }
   for (const std::string& layer : layers)
     if (const std::string obstacle = layer_obstacle(layer, scene); !obstacle.empty())
       throw Error(ExitCode::usage, obstacle);

@@ -5,6 +5,7 @@
 
 #include "march/film.h"
 #include "march/march_double.h"
+#include "psivox/parameters.h"
 #include "psivox/text.h"
 
 namespace psivox {
@@ -115,6 +116,29 @@ Drawn Picture::finish() {
   drawn_.scene = view_.scene;
   drawn_.plan = std::move(plan_);
   return std::move(drawn_);
+}
+
+void check_deep(const Scene& scene, const PartMarcher& parts) {
+  if (const std::string obstacle = layer_obstacle("deep", scene); !obstacle.empty())
+    throw Error(ExitCode::usage, obstacle);
+  if (!parts.whole())
+    throw Error(ExitCode::memory,
+                "--aov deep needs the whole volume in one part; give a larger --memory-limit");
+}
+
+Drawn deep_picture(const View& view, const MediumAtlas& atlas, double light_share,
+                   const Progress& progress) {
+  const double tolerance = view.scene.tolerance.value_or(default_tolerance);
+  constexpr double behind = 1.0 / 64;  // what is left where a ray ends, of luminance up to 16
+  View exact = exact_view(view);
+  exact.scene.early_termination = behind / 16 * tolerance;
+  const double rest = std::sqrt(1 - light_share * light_share) - behind;
+  RenderResult result = render_deep(exact, atlas, rest * tolerance, progress);
+  Drawn drawn;
+  drawn.image = std::move(result.image);
+  drawn.stats = std::move(result.stats);
+  drawn.scene = view.scene;
+  return drawn;
 }
 
 std::optional<glm::dvec3> pick_point(const View& view, const MediumAtlas& atlas,

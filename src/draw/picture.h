@@ -33,6 +33,15 @@ class Picture {
   Drawn drawn_;
 };
 
+/// Throws Error(usage) or Error(memory) if the scene's picture cannot be deep. A look may have set
+/// another mode since the scene was checked.
+void check_deep(const Scene& scene, const PartMarcher& parts);
+
+/// The deep picture of a view whose light is computed: on the CPU, by exact cells, whatever its
+/// method. `light_share`: part of the tolerance that the light has, in quadrature.
+Drawn deep_picture(const View& view, const MediumAtlas& atlas, double light_share,
+                   const Progress& progress);
+
 /// Session::pick for a view and its atlas, marched in double by the view's method.
 std::optional<glm::dvec3> pick_point(const View& view, const MediumAtlas& atlas,
                                      const glm::dvec2& pixel);

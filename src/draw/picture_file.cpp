@@ -1,5 +1,6 @@
 #include "psivox/picture_file.h"
 
+#include <cstdlib>
 #include <filesystem>
 
 #include "psivox/error.h"
@@ -45,6 +46,25 @@ std::map<std::string, std::string> picture_metadata(const PictureFile& file, con
   return metadata;
 }
 
+Display display_of(const Scene& scene) {
+  return {scene.exposure.value_or(0),
+          scene.tone_map,
+          {scene.ocio, scene.ocio_display, scene.ocio_view, scene.ocio_space}};
+}
+
+void resolve_ocio(Scene& scene) {
+  if (!scene.uses_ocio()) return;
+  if (const char* const named = std::getenv("OCIO"); scene.ocio.empty() && named)
+    scene.ocio = named;
+  if (scene.ocio.empty())
+    throw Error(ExitCode::usage,
+                "the --ocio options need a config; give --ocio FILE, or set OCIO to one");
+  const OcioView view = complete_view(display_of(scene).ocio);
+  scene.ocio_display = view.display;
+  scene.ocio_view = view.view;
+  scene.ocio_space = view.space;
+}
+
 void add_background(Image& image, const glm::dvec3& background) {
   const auto rgba = image.rgba();
   for (std::size_t i = 0; i < rgba.size(); i += 4) {
@@ -69,7 +89,10 @@ WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
     scene.exposure = auto_exposure(image, scene.tone_map);
     say("exposure " + formatted("%.3g", *scene.exposure) + ", chosen by auto");
   }
-  if (codes) format.display = {scene.exposure.value_or(0), scene.tone_map};
+  if (codes) {
+    resolve_ocio(scene);
+    format.display = display_of(scene);
+  }
   if (scene.background) add_background(image, *scene.background);
   if (scene.color_bar && codes) say(add_color_bar(legend.colors, format.display, image));
   if (legend.lengths && codes && !draw_scale_bar(image, *legend.lengths, format.display))

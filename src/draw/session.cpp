@@ -68,6 +68,8 @@ struct Session::Impl {
   MarchPlan plan(PartMarcher& parts, const View& marched, const Wish& wish,
                  PreparationTimes& times);
   Drawn draw(Marcher& marcher, const Wish& wish);
+  /// On the CPU, by exact cells, whatever the scene's method.
+  Drawn draw_deep(PartMarcher& parts, View wanted, const Wish& wish);
   /// Draws in parts, after the device was too small for the whole.
   Drawn draw_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure);
 
@@ -162,7 +164,7 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
   wanted.medium = unlit;  // keeps no light that is to be replaced
   light(parts, wanted, light_need(parts.marcher(), wanted.scene, wish), wish.progress, times);
   wanted.medium = view.medium;
-  if (!parts.marches_whole()) return;
+  if (!parts.marches_whole() || wish.layers.deep) return;
   enter(wish.progress, Stage::uploading);
   atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter, times);
 }
@@ -202,6 +204,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   PreparationTimes times;
   View wanted = viewed(wish);
   PartMarcher parts = parts_of(marcher, wanted, wish);
+  if (wish.layers.deep) return draw_deep(parts, std::move(wanted), wish);
   const bool slice = wanted.scene.shows(Shows::plane), marches = marcher.marches() && !slice;
   if (!slice) prepare(parts, wanted, wish, times);
   std::optional<MarchPlan> chosen = wish.plan;
@@ -228,6 +231,19 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +
                             " parts, so that its atlas keeps within the memory");
+  return drawn;
+}
+
+Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish) {
+  check_deep(wanted.scene, parts);
+  PreparationTimes times;
+  prepare(parts, wanted, wish, times);
+  const MediumAtlas& grids = atlas.of(view, wanted.scene.texel, times);
+  Drawn drawn = deep_picture(wanted, grids, lighting ? light_share : 0,
+                             of_stage(wish.progress, Stage::marching));
+  if (lighting) drawn.light = lighting->description();
+  drawn.atlas = grids.size();
+  drawn.times = times;
   return drawn;
 }
 

@@ -8,11 +8,9 @@ namespace psivox {
 namespace {
 
 constexpr std::pair<const char*, bool Layers::*> layer_members[] = {
-    {"depth", &Layers::depth},
-    {"transmittance", &Layers::transmittance},
-    {"steps", &Layers::steps},
-    {"samples", &Layers::samples},
-    {"error", &Layers::error}};
+    {"depth", &Layers::depth}, {"transmittance", &Layers::transmittance},
+    {"steps", &Layers::steps}, {"samples", &Layers::samples},
+    {"error", &Layers::error}, {"deep", &Layers::deep}};
 
 }  // namespace
 
@@ -38,6 +36,10 @@ std::string layer_obstacle(const std::string& layer, const Scene& scene) {
            "--mode back-to-front does not follow; take --mode alpha";
   if (layer == "error" && scene.shows(Shows::plane))
     return "--mode slice does not march: it has no error to estimate";
+  if (layer == "deep" && (!scene.composites() || info(scene.mode).from_back))
+    return "--aov deep holds the medium in front of each depth; take --mode alpha";
+  if (layer == "deep" && scene.background)
+    return "--aov deep holds the medium alone; leave out --background";
   const bool reference = scene.renderer == RendererKind::reference;
   if (reference && layer != "transmittance" && layer != "error")
     return "--aov " + layer + " is not available with --renderer " +

@@ -21,6 +21,8 @@ struct PictureFiles {
   /// Whether this OpenImageIO can write the format.
   bool (*writes)(Format format);
   void (*write)(const Image& image, Format format, const WriteOptions& options, OutputFile& file);
+  OcioView (*complete_view)(const OcioView& view);
+  void (*show_by)(const OcioView& view, std::span<float> rgb);
   std::string (*version)();
 };
 

@@ -187,6 +187,14 @@ std::string read_metadata(const std::filesystem::path& path, const std::string& 
   return found == metadata.end() ? std::string() : found->second;
 }
 
+OcioView complete_view(const OcioView& view) {
+  return image_io::picture_files(ExitCode::failure).complete_view(view);
+}
+
+void show_by(const OcioView& view, std::span<float> rgb) {
+  image_io::picture_files(ExitCode::failure).show_by(view, rgb);
+}
+
 std::string openimageio_version() { return image_io::picture_files(ExitCode::failure).version(); }
 
 }  // namespace psivox

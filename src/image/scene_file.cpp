@@ -14,14 +14,14 @@ namespace fs = std::filesystem;
 
 /// Names of files in a scene.
 constexpr std::string Scene::*file_names[] = {&Scene::input, &Scene::transfer_function,
-                                              &Scene::holdout};
+                                              &Scene::holdout, &Scene::ocio};
 
 /// Calls changed(file) for each file that the scene names and puts the result in its place.
 template <typename Changed>
 void change_files(Scene& scene, const Changed& changed) {
   for (std::string Scene::*const name : file_names) {
     LayerOfFile named(scene.*name);
-    if (named.file.empty()) continue;
+    if (named.file.empty() || named.file.starts_with("ocio://")) continue;  // OpenColorIO's own
     named.file = changed(named.file);
     scene.*name = named.text();
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "colour/display.h"
+#include "psivox/image.h"
 
 namespace psivox::image_io {
 
@@ -17,7 +18,8 @@ inline float clamped(float value) { return value > 0 ? (value < 1 ? value : 1.0f
 
 /// Premultiplied R G B A as sRGB codes that fill `Code`, an unsigned type. With four channels,
 /// colour is divided by alpha; alpha stays linear. With three, the picture stands over black.
-/// Colour is exposed and tone mapped as `display` says, cut to [0, 1] and encoded.
+/// Colour is exposed and tone mapped as `display` says, cut to [0, 1] and encoded; or a view of
+/// OpenColorIO encodes what is exposed.
 ///
 /// Light above alpha (a glow without opacity) is cut to alpha, and lost where alpha is 0: raising
 /// alpha instead would save it over black, but make a glow hide what is behind it.
@@ -28,12 +30,22 @@ std::vector<Code> srgb_codes(std::span<const float> rgba, std::size_t channels,
     return static_cast<Code>(value * std::numeric_limits<Code>::max() + 0.5f);
   };
   const auto factor = static_cast<float>(display.factor());
+  const auto alpha_at = [&](std::size_t i) { return channels == 4 ? clamped(rgba[i + 3]) : 1; };
+  const bool by_view = !display.ocio.config.empty();
+  std::vector<float> viewed;  // R G B
+  if (by_view) viewed.reserve(rgba.size() / 4 * 3);
+  for (std::size_t i = 0; i < rgba.size() && by_view; ++i)
+    if (const float alpha = alpha_at(i / 4 * 4); i % 4 != 3)
+      viewed.push_back(alpha > 0 ? factor * rgba[i] / alpha : 0);
+  if (by_view) show_by(display.ocio, viewed);
   std::vector<Code> codes(rgba.size() / 4 * channels);
   for (std::size_t i = 0, to = 0; i < rgba.size(); i += 4, to += channels) {
-    const float alpha = channels == 4 ? clamped(rgba[i + 3]) : 1;
+    const float alpha = alpha_at(i);
     for (std::size_t c = 0; c < 3 && alpha > 0; ++c) {
-      const float light = display_light(factor * rgba[i + c] / alpha, display.tone_map);
-      codes[to + c] = quantised(srgb_from_linear(clamped(light)));
+      const float code = by_view ? viewed[i / 4 * 3 + c]
+                                 : srgb_from_linear(clamped(display_light(
+                                       factor * rgba[i + c] / alpha, display.tone_map)));
+      codes[to + c] = quantised(clamped(code));
     }
     if (channels == 4) codes[to + 3] = quantised(alpha);
   }

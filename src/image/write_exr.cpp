@@ -1,8 +1,11 @@
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDeepFrameBuffer.h>
+#include <OpenEXR/ImfDeepScanLineOutputFile.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
 
@@ -67,7 +70,41 @@ Imf::Slice slice(Imf::PixelType type, const std::vector<Value>& values, int widt
   return {type, first, stride, stride * static_cast<std::size_t>(width)};
 }
 
+/// Deep samples as one part of scan lines: volume samples, from Z to ZBack, tidy.
+void encode_deep(const Image& image, OutputFile& file) {
+  const std::pair<const char*, float DeepSample::*> members[] = {
+      {"Z", &DeepSample::z}, {"ZBack", &DeepSample::z_back}, {"R", &DeepSample::r},
+      {"G", &DeepSample::g}, {"B", &DeepSample::b},          {"A", &DeepSample::a}};
+  const auto width = static_cast<std::size_t>(image.width);
+  const DeepPixels& deep = image.deep;
+  Imf::Header header = header_of(image);
+  header.setType(Imf::DEEPSCANLINE);
+  header.compression() = Imf::ZIPS_COMPRESSION;
+  Imf::DeepFrameBuffer pixels;
+  // read only, whatever its type says
+  auto* counts = const_cast<char*>(reinterpret_cast<const char*>(deep.counts.data()));
+  pixels.insertSampleCountSlice(
+      {Imf::UINT, counts, sizeof(deep.counts[0]), sizeof(deep.counts[0]) * width});
+  std::vector<char*> places[std::size(members)];  // of the first sample of each pixel
+  for (std::size_t m = 0; m < std::size(members); ++m) {
+    const auto& [name, member] = members[m];
+    auto* sample = const_cast<DeepSample*>(deep.samples.data());
+    for (const std::uint32_t count : deep.counts) {
+      places[m].push_back(count ? reinterpret_cast<char*>(&(sample->*member)) : nullptr);
+      sample += count;
+    }
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    pixels.insert(name, Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(places[m].data()),
+                                       sizeof(char*), sizeof(char*) * width, sizeof(DeepSample)));
+  }
+  OutputStream stream(file);
+  Imf::DeepScanLineOutputFile output(stream, header);
+  output.setFrameBuffer(pixels);
+  output.writePixels(image.height);
+}
+
 void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
+  if (!image.deep.counts.empty()) return encode_deep(image, file);
   Imf::Header header = header_of(image);
   Imf::FrameBuffer pixels;
   std::vector<half> halves;

@@ -33,10 +33,11 @@ Clipping clipping(const Image& image, const std::filesystem::path& path,
   };
   const auto rgba = image.rgba();
   double light = 0, lost = 0;
+  const bool by_view = !options.display.ocio.config.empty();  // which has a white of its own
   for (std::size_t i = 0; i < rgba.size(); i += 4) {
     const float alpha = has_alpha ? image_io::clamped(rgba[i + 3]) : 1;
     const float most = brightest(&rgba[i]);
-    result.clipped += shown(most) > 1 + half_code;
+    result.clipped += !by_view && shown(most) > 1 + half_code;
     const bool glows = most > alpha + half_code;
     double missing = 0;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -171,6 +172,8 @@ std::string image_io::exr_channel_name(const Layer& layer, std::size_t channel) 
 std::string write_image(const Image& image, const fs::path& path, const WriteOptions& options) {
   const Format format = checked_format(path, options, image.width, image.height);
   check_layers(image, path);
+  if (options.half && !image.deep.counts.empty())
+    throw Error(ExitCode::usage, "--half has too few digits for a deep picture; leave it out");
   image_io::OutputFile file(path);
   if (format == Format::exr)
     image_io::write_exr(image, options, file);

@@ -106,6 +106,7 @@ const OptionPart parts_of_looks[] = {
     {{"light", "sky"}, {"light", "sky"}},
     {{"emission-grid"}, {"flame"}},
     {{"camera-position"}, {"azimuth", "elevation"}},
+    {{"ocio", "ocio-display", "ocio-view", "ocio-space"}, {"tone-map"}},
 };
 
 bool gives_any(const Scene& scene, const std::vector<std::string_view>& names) {

@@ -3,10 +3,14 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <glm/common.hpp>
 #include <thread>
 
 #include "march/atlas_march.h"
+#include "march/deep_fit.h"
 #include "march/film.h"
 #include "psivox/stopwatch.h"
 
@@ -102,6 +106,105 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
   result.stats.renderer = "march in double precision";
   result.stats.passes = 1;
   result.stats.stuck = stuck;
+  result.stats.march_ms = watch.ms();
+  return result;
+}
+
+namespace {
+
+/// Collects the curve of a ray that is marched by exact cells, one turn after the other.
+class CurveMarch {
+ public:
+  /// Between its points the curve is linear to a sixteenth of `tolerance`.
+  CurveMarch(AtlasMarch& march, const glm::dvec2& at, double tolerance)
+      : march_(march), tolerance_(tolerance), ray_(march, at) {}
+
+  RayCurve curve() {
+    RayCurve curve{point(ray_.state)};
+    AtlasMarch::Node node = march_.no_node();
+    AtlasMarch::March& m = ray_.state;
+    for (int still = 0; !m.done && still < march_.turns_of_product;) {
+      const AtlasMarch::March before = m;
+      const AtlasMarch::Node before_node = node;
+      turn(m, node, ray_.ray);
+      still = m.t > before.t ? 0 : still + 1;
+      if (still) continue;
+      add_inside(before, before_node, point(m), curve);
+      curve.push_back(point(m));
+    }
+    return curve;
+  }
+
+ private:
+  void turn(AtlasMarch::March& m, AtlasMarch::Node& node, const AtlasMarch::Ray& ray) {
+    march_.turn_cells(m, node, ray);
+    if (m.t >= ray.end) m.done = true;
+    if (!march_.depth_only) m.transmittance = march_.decay(m.optical_depth).e;
+  }
+
+  CurvePoint point(const AtlasMarch::March& m) {
+    const double along = march_.orthographic ? 1 : ray_.pixel.inverse_length;
+    return {(m.t - march_.camera_time(ray_.pixel)) * along * march_.world_unit, m.optical_depth,
+            glm::dvec3(march_.drawn(m, ray_.ray, ray_.pixel))};
+  }
+
+  /// Points inside the piece that a turn has crossed, as many as its change asks for: the part of a
+  /// cubic's integral that is not linear is at most a quarter of it, and n parts have 1/n^2 of
+  /// that.
+  void add_inside(const AtlasMarch::March& before, const AtlasMarch::Node& before_node,
+                  const CurvePoint& back, RayCurve& curve) {
+    const CurvePoint front = curve.back();
+    const glm::dvec3 light = glm::abs(back.radiance - front.radiance);
+    const double change =
+        std::max({std::exp(-front.depth) - std::exp(-back.depth), light.x, light.y, light.z});
+    const int parts = int(std::clamp(std::ceil(2 * std::sqrt(change / tolerance_)), 1.0, 64.0));
+    AtlasMarch::Ray part = ray_.ray;
+    for (int i = 1; i < parts; ++i) {
+      AtlasMarch::March m = before;
+      AtlasMarch::Node node = before_node;
+      part.end = before.t + (ray_.state.t - before.t) * i / parts;
+      turn(m, node, part);
+      curve.push_back(point(m));
+    }
+  }
+
+  AtlasMarch& march_;
+  double tolerance_;
+  RayOfPixel ray_;
+};
+
+}  // namespace
+
+RenderResult render_deep(const View& view, const MediumAtlas& atlas, double tolerance,
+                         const Progress& progress) {
+  const Stopwatch watch;
+  const MarchSetup setup = setup_in_double(view, atlas, {});
+  const glm::ivec2 size = view.scene.resolution;
+  const int n = view.scene.pixel_samples;
+  Film film(view, {});
+  std::vector<std::vector<DeepSample>> rows(static_cast<std::size_t>(size.y));
+  DeepPixels deep;
+  deep.counts.resize(std::size_t(size.x) * std::size_t(size.y));
+  for_each(setup, atlas, rows.size(), 4, progress, [&](AtlasMarch& march, std::size_t y) {
+    std::vector<DeepSample>& row = rows[y];
+    for (int x = 0; x < size.x; ++x) {
+      std::vector<RayCurve> rays;
+      for (int i = 0; i < n; ++i) {
+        march.sample_offset = pixel_sample(i, n);
+        rays.push_back(CurveMarch(march, {x, int(y)}, tolerance).curve());
+      }
+      const std::size_t before = row.size();
+      fit_samples(mean_curve(rays), tolerance * 15 / 16, row);
+      const std::size_t count = row.size() - before;
+      deep.counts[y * std::size_t(size.x) + std::size_t(x)] = std::uint32_t(count);
+      *film.pixel(x, int(y)) = flattened(row.data() + before, count);
+    }
+  });
+  for (const auto& row : rows) deep.samples.insert(deep.samples.end(), row.begin(), row.end());
+  RenderResult result;
+  result.image = film.finish(result.stats);
+  result.image.deep = std::move(deep);
+  result.stats.renderer = "march in double precision";
   result.stats.march_ms = watch.ms();
   return result;
 }

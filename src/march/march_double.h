@@ -19,6 +19,11 @@ LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas
 std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,
                                               const Beam& beam, std::span<const glm::ivec3> voxels);
 
+/// A deep picture, marched in double: in front of every depth, transmittance and radiance are
+/// within `tolerance` of the march's. Its first layer is what the samples add up to.
+RenderResult render_deep(const View& view, const MediumAtlas& atlas, double tolerance,
+                         const Progress& progress = {});
+
 class DoubleMarcher : public Marcher {
  public:
   std::string description() const override { return "march in double precision"; }

@@ -18,6 +18,9 @@ std::map<std::string, std::string> read_picture_metadata(const std::filesystem::
 void write_picture(const Image& image, Format format, const WriteOptions& options,
                    OutputFile& file);
 
+OcioView complete_ocio_view(const OcioView& view);
+void show_by_ocio(const OcioView& view, std::span<float> rgb);
+
 /// TIFF and JPEG have a fixed set of tags: psivox's metadata goes into these. HDR and WebP files
 /// hold none, as OpenImageIO writes them.
 struct Tag {

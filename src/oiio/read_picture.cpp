@@ -178,6 +178,7 @@ Layer cut_layer(const LayerSource& source, std::span<const float> stored,
 Image read_picture(const std::filesystem::path& path, Format format, bool needs_picture) {
   const Input input = open_picture(path, format);
   const OIIO::ImageSpec& spec = input->spec();
+  if (spec.deep) throw read_error(path, "it is a deep image; oiiotool --flatten makes a flat one");
   const Window window = picture_window(spec, format);
   check_size(path, window.width, window.height, double(spec.width) * spec.height, spec.nchannels);
   if (format == Format::exr) check_packing(path, spec);

@@ -90,8 +90,8 @@ std::string version() {
          std::to_string(number % 100);
 }
 
-constexpr PictureFiles table = {read_picture, read_picture_metadata, writes, write_picture,
-                                version};
+constexpr PictureFiles table = {read_picture,       read_picture_metadata, writes, write_picture,
+                                complete_ocio_view, show_by_ocio,          version};
 
 }  // namespace
 

@@ -161,6 +161,18 @@ py::array layer_array(const py::object& self, std::size_t number) {
   return array;
 }
 
+/// Samples of each pixel, and their Z, ZBack, R, G, B and A, as arrays that keep the picture alive.
+py::tuple deep_arrays(const py::object& self) {
+  const Image& image = self.cast<const Picture&>().image;
+  const DeepPixels& deep = image.deep;
+  py::array_t<std::uint32_t> counts({image.height, image.width}, deep.counts.data(), self);
+  py::array_t<float> samples({py::ssize_t(deep.samples.size()), py::ssize_t(6)},
+                             reinterpret_cast<const float*>(deep.samples.data()), self);
+  for (const py::array& array : {py::array(counts), py::array(samples)})
+    array.attr("setflags")(py::arg("write") = false);
+  return py::make_tuple(counts, samples);
+}
+
 void define_errors(py::module_& m) {
   static py::handle error_type =
       PyErr_NewExceptionWithDoc("psivox.Error",
@@ -203,9 +215,11 @@ void define_pictures(py::module_& m) {
                                std::vector<std::string> names;
                                for (const Layer& layer : p.image.layers)
                                  names.push_back(layer.name);
+                               if (!p.image.deep.counts.empty()) names.emplace_back("deep");
                                return names;
                              })
       .def("_layer", &layer_array)
+      .def("_deep", &deep_arrays)
       .def_property_readonly("notices",
                              [](const Picture& p) { return all_with_keywords(p.notices); })
       .def_readonly("renderer", &Picture::renderer)

@@ -164,6 +164,17 @@ void validate_cuts(const Scene& scene) {
     fail("--holdout-depth tells what the depths of --holdout are; give both or neither");
 }
 
+/// A view of OpenColorIO has a curve of its own: the later one of it and a tone map counts.
+void apply_display(Scene& scene, std::span<const Setting> settings) {
+  constexpr const char* view[] = {"ocio", "ocio-display", "ocio-view", "ocio-space"};
+  const bool tone_map = contains(settings, "tone-map");
+  if (std::ranges::any_of(view, [&](const char* name) { return contains(settings, name); })) {
+    if (!tone_map) clear(scene, "tone-map");
+  } else if (tone_map) {
+    for (const char* const name : view) clear(scene, name);
+  }
+}
+
 /// A ray's integral has no white: its exposure is auto unless it is given.
 void apply_exposure(Scene& scene, const Scene& before, std::span<const Setting> settings) {
   const bool integral = scene.shows(Shows::depth);
@@ -194,6 +205,7 @@ void apply_over(Scene& scene, std::span<const Setting> settings) {
   apply_sampling(scene, settings);
   apply_tolerance(scene, settings);
   apply_exposure(scene, before, settings);
+  apply_display(scene, settings);
   for (const ModeInfo* other : others_with_option(scene.mode))
     if (!contains(settings, other->option)) clear(scene, other->option);
   const bool lens = contains(settings, "focal-length") || contains(settings, "aperture");
@@ -235,6 +247,8 @@ void validate(const Scene& scene) {
   validate_mode(scene);
   validate_march(scene);
   validate_cuts(scene);
+  if (scene.tone_map != ToneMap::none && scene.uses_ocio())
+    fail("--tone-map and the --ocio options exclude each other; leave one of them out");
   if (scene.ortho_width && scene.projection == Projection::perspective)
     fail("--ortho-width is for --projection orthographic; a perspective view has --fov");
   if (scene.camera_up == glm::dvec3(0)) fail("--camera-up 0,0,0 has no direction");

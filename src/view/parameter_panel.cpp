@@ -14,8 +14,9 @@ namespace psivox::view {
 namespace {
 
 /// Parameters that the window sets, or that hold from the start on.
-constexpr const char* left_out[] = {"input",    "resolution", "device",    "look",
-                                    "exposure", "tone-map",   "color-bar", "scale-bar"};
+constexpr const char* left_out[] = {"input",    "resolution",   "device",    "look",
+                                    "exposure", "tone-map",     "color-bar", "scale-bar",
+                                    "ocio",     "ocio-display", "ocio-view", "ocio-space"};
 
 std::string help_of(const Parameter& p) {
   std::string text = "--" + p.name + ": " + p.help;

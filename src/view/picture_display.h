@@ -65,6 +65,7 @@ class PictureDisplay {
     std::size_t side;
     glm::ivec2 origin, size;
   };
+  void keep_view(const OcioView& view);
   void begin_exact(Side& side, std::uint64_t number, const glm::ivec2& size);
   void encode(GLuint picture, GLuint other, const Screen& to, const glm::ivec2& origin,
               const glm::ivec2& size);
@@ -76,6 +77,8 @@ class PictureDisplay {
   Screen screen_;  ///< previews, and over them the exact parts
   std::unique_ptr<gl::Program> program_;
   GLuint vertex_array_ = 0;
+  GLuint view_codes_ = 0;  ///< a table of view_'s codes; 0: sRGB
+  OcioView view_;
   DisplaySettings settings_;
   bool stale_ = true;          ///< screen_ has to be drawn again
   std::vector<Part> pending_;  ///< parts that screen_ lacks

@@ -7,6 +7,7 @@
 
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/picture_file.h"
 #include "psivox/stopwatch.h"
 #include "view/files.h"
 #include "view/shown.h"
@@ -259,7 +260,10 @@ void Viewer::draw(double seconds) {
   if (size.x < 1 || size.y < 1) return;
   settings_.background = scene_.background.value_or(no_background);
   settings_.display = {};  // of a layer, whose colours mean values
-  if (layer_ == ShownLayer::picture) settings_.display = {exposure(), scene_.tone_map};
+  if (layer_ == ShownLayer::picture) {
+    settings_.display = display_of(scene_);
+    settings_.display.exposure = exposure();
+  }
   display_.draw(size, settings_);
   gui_.begin_frame(size, seconds);
   draw_panels(*this);

@@ -83,6 +83,19 @@ def test_arrays_of_a_picture(blobs):
     assert layer.shape == (32, 48) and np.isfinite(layer).all()
 
 
+def test_deep_samples(blobs):
+    image = psivox.render(blobs, resolution=SMALL, look="plain", aov="deep", tolerance=1e-3)
+    counts, samples = image["deep"]
+    assert image.layers == ["deep"]
+    assert counts.shape == (32, 48) and samples.shape == (counts.sum(), 6)
+    z, z_back, alpha = samples[:, 0], samples[:, 1], samples[:, 5]
+    assert (z < z_back).all() and (0 <= alpha).all() and (alpha < 1).all()
+    pixel = np.repeat(np.arange(counts.size), counts.ravel())
+    through = np.ones(counts.size)
+    np.multiply.at(through, pixel, 1 - alpha.astype("f8"))
+    assert np.abs(1 - through - image["A"].ravel()).max() < 1e-6
+
+
 def test_layers_are_refused(blobs, refused):
     image = psivox.render(blobs, resolution=SMALL)
     assert "aov=['depth']" in refused(2, lambda: image["depth"])

@@ -48,6 +48,8 @@ class Image:
     def __getitem__(self, name):
         if name in ("R", "G", "B", "A"):
             return np.asarray(self)[:, :, "RGBA".index(name)]
+        if name == "deep" and name in self._layers:
+            return self._deep()
         if name and name in self._layers:
             return self._layer(self._layers.index(name))
         if name in _core.layer_names:
@@ -184,7 +186,9 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
 
     source: a .vdb's path, a grid of `psivox.open`, an array by [x, y, z] (see `psivox.field`), or a
         dict of these by the names of grids.
-    aov: extra layers: depth, transmittance, steps, samples, error.
+    aov: extra layers: depth, transmittance, steps, samples, error; or deep, a deep picture:
+        image["deep"] is the number of samples of each pixel and, from front to back, their Z,
+        ZBack, R, G, B and A.
     time_budget: chooses the most accurate method for this time [ms], in place of a tolerance.
     check_error: compares so many pixels with the reference; see Image.checked.
     progress: a function of the finished fraction, or tqdm.
