@@ -127,6 +127,10 @@ void view_command(Arguments arguments) {
     scene.holdout.clear();
     scene.holdout_depth = DepthKind::z;
   }
+  if (scene.background && scene.background->environment) {
+    notices.push_back("--background environment is left out: the window shows a colour there");
+    scene.background.reset();
+  }
   if (!call.quiet) print_notices(notices);
   if ((call.orbit || call.session) && scene.input.empty())
     usage("no input to orbit around; give IN.vdb");

@@ -31,8 +31,9 @@ struct WrittenPicture {
   double write_ms = 0;
 };
 
-/// Composites the picture with its scene's background. The picture becomes opaque.
-void add_background(Image& image, const glm::dvec3& background);
+/// Composites the picture with its scene's background and the legend's environment. The picture
+/// becomes opaque.
+void add_background(Image& image, const glm::dvec3& color, const std::vector<glm::vec3>& behind);
 
 /// Completes the picture as its scene says, with background and legend (legend_of its view), and
 /// writes it with the scene in its metadata. Throws Error(output).

@@ -167,8 +167,7 @@ class LightTrials {
 class SkyTrial {
  public:
   SkyTrial(const View& view, const LightSource& source, double rms) {
-    const glm::dvec3& sky = view.medium.light->sky;
-    const LitLuminance many(view, sky_beams(sky, 256)), few(view, sky_beams(sky, few_count));
+    const LitLuminance many(view, sky_beams(view, 256)), few(view, sky_beams(view, few_count));
     const LightError off =
         LightPilot(view, source.exact_depths(view), many, source.share).error(few);
     count_ = int(std::clamp(std::ceil(few_count * off.rms / (light_safety * rms)), 8.0, 1024.0));
@@ -246,8 +245,8 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
     set_method(beams_, {.spacing = need.exact ? 0 : coarsest});
     return sum_up(view, depths, progress);
   }
-  const glm::dvec3 sky = view.medium.light->sky;
-  if (sky == glm::dvec3(0)) return settle_lights(view, source, depths, need.rms, progress);
+  const std::vector<Beam> some = sky_beams(view, tried_sky_count);
+  if (some.empty()) return settle_lights(view, source, depths, need.rms, progress);
   const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
   LightError lights_error;
   if (!beams_.empty()) {
@@ -257,7 +256,6 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   // the sky's share, in quadrature: for the number of its directions, and for the depths of each
   const View typical = typical_view(view);
   const SkyTrial trial(typical, source, 0.6 * part);
-  const std::vector<Beam> some = sky_beams(sky, tried_sky_count);
   LightTrials trials(typical, source, blocks_, some, 0.8 * part);
   const LightMethod method = trials.first(depths);
   const std::size_t lights = beams_.size();
@@ -290,9 +288,7 @@ void Lighting::settle_lights(const View& view, const LightSource& source, const 
 }
 
 void Lighting::add_sky(const View& view, int count) {
-  const glm::dvec3 sky = view.medium.light->sky;
-  if (sky == glm::dvec3(0)) return;
-  for (const Beam& beam : sky_beams(sky, count)) beams_.push_back(beam);
+  for (const Beam& beam : sky_beams(view, count)) beams_.push_back(beam);
 }
 
 void Lighting::sum_up(const View& view, const LightDepths& depths, const Progress& progress) {

@@ -36,6 +36,8 @@ std::vector<Beam> light_beams(const View& view);
 /// Beams of a uniform sky from `count` directions, spread over the sphere by spherical Fibonacci
 /// points (Keinert et al. 2015, Spherical Fibonacci mapping); all of the same radiance.
 std::vector<Beam> sky_beams(const glm::dvec3& radiance, int count);
+/// Beams of the view's sky or environment, at most `count`; none if it has neither.
+std::vector<Beam> sky_beams(const View& view, int count);
 
 /// Directions of a sky whose light counts as exact.
 inline constexpr int exact_sky_count = 512;
@@ -83,7 +85,7 @@ using LatticeColumns =
 int luminance_channels(const Medium& medium, std::span<const Beam> beams);
 
 /// Luminance at voxels of a view's medium in the light of some beams:
-///   L = luminance + sum of radiance * phase * e^-depth over the beams,
+///   L = luminance + albedo * sum of radiance * phase * e^-depth over the beams,
 /// all of it times the colour where a transfer function gives colours. A luminance of another grid
 /// is interpolated at the density's voxels; a constant one is the lit medium's `ambient`.
 class LitLuminance {
