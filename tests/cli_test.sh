@@ -324,6 +324,20 @@ t 3 "has no layer 'Z'; name one as FILE.exr:LAYER of R G B A depth" render "$S" 
 t 3 "there is no such file" render "$S" -o a.exr --holdout none.exr $R
 t 2 "give both or neither" render "$S" -o a.exr --holdout-depth distance $R
 t 2 "depths of one camera" render "$S" -o 'a.##.exr' --turntable 3 --holdout whole.exr $R
+# A picture lights as the sky that it is; a map that is none is refused, as its options alone are.
+t 0 - render "$S" -o map.exr --background 0.5,0.25,1.0 --resolution 32x16 --extinction 0 --look plain -q
+t 0 - render "$S" -o a.exr --environment map.exr $R
+t 0 - render "$S" -o b.exr --sky 0.5,0.25,1 $R
+t 0 rms compare a.exr b.exr --max-abs 0
+t 0 - render "$S" -o a.exr --environment map.exr --background environment $R
+t 0 - render --scene a.exr -o b.exr -q
+t 0 rms compare a.exr b.exr --max-abs 0
+t 3 "twice as wide as high" render "$S" -o b.exr --environment a.exr $R
+t 3 "there is no such file" render "$S" -o a.exr --environment none.hdr $R
+t 2 "exclude each other" render "$S" -o a.exr --environment map.exr --sky 1,1,1 $R
+t 2 "give it too" render "$S" -o a.exr --environment-rotation 30 $R
+t 2 "give it too" render "$S" -o a.exr --background environment $R
+t 3 "has no grid" render "$S" -o a.exr --light 0,-1,0 --albedo-grid none $R
 t 0 - render "$S" -o a.exr --colormap viridis --color-bar $C
 t 0 - render "$S" -o b.exr --colormap viridis $C
 t 0 rms compare a.exr b.exr --max-abs 0

@@ -107,9 +107,10 @@ TEST(Environment, SourcesHaveAllLightAndTheSunAlone) {
     }
     // rounding of sums over 10^5 cells
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], all[c], 1e-10);
-    // no part has much more than the mean part's light, but the sun's
-    EXPECT_GT(greatest, of_sun);
-    EXPECT_LT(greatest, of_sun + 2 * all.x / count);
+    // few parts leave the sun's pixel whole, which then has less than a mean part beside it
+    if (count > 32) continue;
+    EXPECT_GT(greatest, 0.99 * of_sun);
+    EXPECT_LT(greatest, of_sun + all.x / count);
   }
 }
 
