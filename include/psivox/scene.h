@@ -100,6 +100,7 @@ struct Scene {
   glm::dvec3 albedo{1};
   std::string albedo_grid;  ///< a factor of the albedo at each point; empty: none
   double phase_g = 0;       ///< mean cosine of the scattering angle (Henyey and Greenstein)
+  int scatter_octaves = 1;  ///< see LitLuminance; 1: light is scattered once
   /// exact: a ray from each voxel to each light, whatever the tolerance.
   LightQuality light_quality = LightQuality::automatic;
 

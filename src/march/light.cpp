@@ -250,30 +250,55 @@ std::vector<Beam> sky_beams(const View& view, int count) {
   return beams;
 }
 
+namespace {
+
+/// An octave's light, optical depth and mean cosine, as parts of those of the one before. These are
+/// the paper's a, b and c; its light may not exceed its extinction (a <= b).
+constexpr double octave_ratio = 0.5;
+
+}  // namespace
+
 struct LitLuminance::Impl {
   Impl(const View& view, std::vector<Beam> given)
       : medium(view.medium),
         camera(view.camera),
         g(view.scene.phase_g),
+        octaves(view.scene.scatter_octaves),
         beams(std::move(given)),
         glow(medium),
         albedo(medium) {
     (medium.source == LuminanceSource::constant ? ambient : own_color) = medium.color;
-    by_ray = g != 0 && beams.size() == 1 && own_color == glm::dvec3(0);
+    by_ray = g != 0 && octaves == 1 && beams.size() == 1 && own_color == glm::dvec3(0);
     common = common_color(medium, beams);
   }
 
-  double phase(const Beam& beam, const glm::ivec3& voxel) const {
-    if (g == 0 || by_ray) return 1;
+  double phase(const Beam& beam, const glm::ivec3& voxel, double cosine) const {
     const glm::dvec3 at(medium.density->world_from_index * glm::dvec4(voxel, 1));
     const glm::dvec3 seen =
         camera.orthographic || at == camera.position ? camera.forward : at - camera.position;
-    return henyey_greenstein(g, -glm::dot(beam.direction, glm::normalize(seen)));
+    return henyey_greenstein(cosine, -glm::dot(beam.direction, glm::normalize(seen)));
   }
 
-  /// What a beam adds to L where nothing is in its way.
-  glm::dvec3 share(const Beam& beam, const glm::ivec3& voxel) const {
-    glm::dvec3 L = beam.radiance * phase(beam, voxel);
+  /// What arrives of a beam's light at a voxel, times its phase: the sum over the octaves. Colour
+  /// is float or dvec3, Real the precision of the exponential.
+  template <typename Colour, typename Real>
+  Colour scattered(const Colour& light, const Beam& beam, const glm::ivec3& voxel,
+                   Real depth) const {
+    const bool phases = g != 0 && !by_ray;
+    depth = std::max(depth, Real(0));  // a lattice's may be below 0
+    Colour sum(0);
+    Real scale = 1;
+    for (int i = 0; i < octaves; ++i, scale *= Real(octave_ratio)) {
+      const Colour L = scale * light * std::exp(-scale * depth);
+      sum += phases ? Colour(phase(beam, voxel, g * scale) * double_of(L)) : L;
+    }
+    return sum;
+  }
+  static double double_of(float value) { return value; }
+  static const glm::dvec3& double_of(const glm::dvec3& value) { return value; }
+
+  glm::dvec3 share(const Beam& beam, const glm::ivec3& voxel, double depth) const {
+    glm::dvec3 L = scattered(beam.radiance, beam, voxel, depth);
     if (!albedo.is_one()) L *= albedo.at(voxel);
     return medium.light->tinted ? L * glow.at(voxel) : L;
   }
@@ -282,18 +307,15 @@ struct LitLuminance::Impl {
     return own_color == glm::dvec3(0) ? glm::dvec3(0) : own_color * glow.at(voxel);
   }
 
-  /// Adds a beam to a block's values, which the first that comes sets. A depth below 0 is a
-  /// lattice's.
+  /// Adds a beam to a block's values, which the first that comes sets.
   void add(const Beam& beam, bool first, const glm::ivec3& origin, std::span<const double> depths,
            float* to) const {
-    const bool phases = g != 0 && !by_ray;
     const auto voxel = [&](int i) { return origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7); };
     if (common) {
       const double all = glm::length(*common);
       const float ratio = all > 0 ? float(glm::length(beam.radiance) / all) : 1;
       for (int i = 0; i < 512; ++i) {
-        const float T = ratio * std::exp(-std::max(float(depths[std::size_t(i)]), 0.0f));
-        const float L = phases ? float(double(T) * phase(beam, voxel(i))) : T;
+        const float L = scattered(ratio, beam, voxel(i), float(depths[std::size_t(i)]));
         to[i] = first ? L : to[i] + L;
       }
       return;
@@ -303,8 +325,7 @@ struct LitLuminance::Impl {
     if (tinted || glows) glow.block(origin, glow_of);
     for (int i = 0; i < 512; ++i, to += 3) {
       const glm::dvec3& own_glow = glow_of[std::size_t(i)];
-      glm::dvec3 L = beam.radiance * std::exp(-std::max(depths[std::size_t(i)], 0.0));
-      if (phases) L *= phase(beam, voxel(i));
+      glm::dvec3 L = scattered(beam.radiance, beam, voxel(i), depths[std::size_t(i)]);
       if (!albedo.is_one()) L *= albedo.at(voxel(i));
       if (tinted) L *= own_glow;
       if (glows) L += own_color * own_glow;
@@ -316,6 +337,7 @@ struct LitLuminance::Impl {
   const Medium& medium;
   Camera camera;
   double g;
+  int octaves;
   std::vector<Beam> beams;
   OwnLuminance glow;
   PointAlbedo albedo;
@@ -337,8 +359,8 @@ const std::vector<Beam>& LitLuminance::beams() const { return impl_->beams; }
 
 glm::dvec3 LitLuminance::own(const glm::ivec3& voxel) const { return impl_->own(voxel); }
 
-glm::dvec3 LitLuminance::share(std::size_t beam, const glm::ivec3& voxel) const {
-  return impl_->share(impl_->beams[beam], voxel);
+glm::dvec3 LitLuminance::share(std::size_t beam, const glm::ivec3& voxel, double depth) const {
+  return impl_->share(impl_->beams[beam], voxel, depth);
 }
 
 bool LitLuminance::sees_camera() const { return impl_->g != 0 && !impl_->by_ray; }

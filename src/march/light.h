@@ -85,9 +85,12 @@ using LatticeColumns =
 int luminance_channels(const Medium& medium, std::span<const Beam> beams);
 
 /// Luminance at voxels of a view's medium in the light of some beams:
-///   L = luminance + albedo * sum of radiance * phase * e^-depth over the beams,
-/// all of it times the colour where a transfer function gives colours. A luminance of another grid
-/// is interpolated at the density's voxels; a constant one is the lit medium's `ambient`.
+///   L = luminance + albedo * sum of radiance * scattered(depth) over the beams,
+///   scattered(depth) = sum over i of a^i * phase(g a^i) * e^(-a^i depth), a = 1/2,
+/// all of it times the colour where a transfer function gives colours. One octave (i = 0) is light
+/// scattered once. More approximate light scattered often (Wrenninge, Kulla and Lundqvist, "Oz: The
+/// Great and Volumetric", 2013): each goes farther, dimmer and more evenly. A luminance of another
+/// grid is interpolated at the density's voxels; a constant one is the lit medium's `ambient`.
 class LitLuminance {
  public:
   LitLuminance(const View& view, std::vector<Beam> beams);
@@ -98,8 +101,8 @@ class LitLuminance {
   const std::vector<Beam>& beams() const;
   /// L without its beams and without what is constant.
   glm::dvec3 own(const glm::ivec3& voxel) const;
-  /// What a beam adds to L where nothing is in its way.
-  glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel) const;
+  /// What a beam adds to L behind an optical depth.
+  glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel, double depth) const;
   /// Channels of the lit medium's luminance.
   int channels() const;
   /// Whether the camera changes it: there are several phases, so each voxel has its own.

@@ -20,6 +20,7 @@ constexpr Range segment_count{1, 64};
 constexpr Range pixel_count{1, 65536};
 constexpr Range sample_count{1, 4096};
 constexpr Range device_index{-1, 1024};
+constexpr Range octave_count{1, 16};
 constexpr Range halvings{0, 16};
 
 Parameter chosen(Parameter p) {
@@ -191,6 +192,9 @@ Rows light_rows() {
        &Scene::albedo_grid},
       {"phase-g", "G", "", "", "mean cosine of the scattering angle: 0 isotropic, near 1 forward",
        &Scene::phase_g, forward},
+      {"scatter-octaves", "N", "", "",
+       "octaves that stand for light that is scattered more than once; 1 is light scattered once",
+       &Scene::scatter_octaves, octave_count},
       {"light-quality", enum_metavar<LightQuality>(), "", "",
        "auto: as exact as --tolerance asks; exact: a ray from each voxel to each light",
        &Scene::light_quality},
