@@ -60,7 +60,7 @@ guard
 field dense_field field leaf_values value_percentile value_survey
 scan
 vdb vdb
-scene black_body camera camera_file clip colormap holdout integrators method modes parameters scene subject transfer_function
+scene black_body camera camera_file clip colormap environment holdout integrators method modes parameters scene subject transfer_function
 atlas atlas regions
 medium medium parts
 image image legend scene_file

@@ -338,6 +338,20 @@ t 2 "leave out --time-budget" render "$S" -o a.exr --aov deep --time-budget 10 $
 t 2 "--half has too few digits" render "$S" -o a.exr --aov deep --half $R
 t 2 "not available with --renderer reference" render "$S" -o a.exr --aov deep --renderer reference $R
 t 6 "needs the whole volume in one part" render "$S" -o a.exr --aov deep --memory-limit 300K --look plain $R
+# A picture lights as the sky that it is; a map that is none is refused, as its options alone are.
+t 0 - render "$S" -o map.exr --background 0.5,0.25,1.0 --resolution 32x16 --extinction 0 --look plain -q
+t 0 - render "$S" -o a.exr --environment map.exr $R
+t 0 - render "$S" -o b.exr --sky 0.5,0.25,1 $R
+t 0 rms compare a.exr b.exr --max-abs 0
+t 0 - render "$S" -o a.exr --environment map.exr --background environment $R
+t 0 - render --scene a.exr -o b.exr -q
+t 0 rms compare a.exr b.exr --max-abs 0
+t 3 "twice as wide as high" render "$S" -o b.exr --environment a.exr $R
+t 3 "there is no such file" render "$S" -o a.exr --environment none.hdr $R
+t 2 "exclude each other" render "$S" -o a.exr --environment map.exr --sky 1,1,1 $R
+t 2 "give it too" render "$S" -o a.exr --environment-rotation 30 $R
+t 2 "give it too" render "$S" -o a.exr --background environment $R
+t 3 "has no grid" render "$S" -o a.exr --light 0,-1,0 --albedo-grid none $R
 t 0 - render "$S" -o a.exr --colormap viridis --color-bar $C
 t 0 - render "$S" -o b.exr --colormap viridis $C
 t 0 rms compare a.exr b.exr --max-abs 0

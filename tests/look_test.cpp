@@ -220,8 +220,13 @@ TEST(Look, IsTheSameForAnyMethod) {
 }
 
 TEST(Look, NamesTheGridsThatThePictureDoesNotShow) {
-  EXPECT_EQ(auto_look(scene_of(asset("blobs.vdb"))).unused_grids,
-            std::vector<std::string>{"color"});
+  // without light nothing scatters, so that no colour is an albedo
+  Scene scene = scene_of(asset("blobs.vdb"));
+  EXPECT_EQ(auto_look(scene).scene.albedo_grid, "color");
+  EXPECT_TRUE(auto_look(scene).unused_grids.empty());
+  set_parameter(scene, "light", "none");
+  EXPECT_EQ(auto_look(scene).scene.albedo_grid, "");
+  EXPECT_EQ(auto_look(scene).unused_grids, std::vector<std::string>{"color"});
   EXPECT_EQ(auto_look(scene_of(asset("slab.vdb"))).unused_grids,
             std::vector<std::string>{"density_tiles"});
 }

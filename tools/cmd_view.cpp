@@ -129,6 +129,10 @@ void view_command(Arguments arguments) {
     scene.holdout_depth = DepthKind::z;
   }
   resolve_ocio(scene);
+  if (scene.background && scene.background->environment) {
+    notices.push_back("--background environment is left out: the window shows a colour there");
+    scene.background.reset();
+  }
   if (!call.quiet) print_notices(notices);
   if ((call.orbit || call.session) && scene.input.empty())
     usage("no input to orbit around; give IN.vdb");

@@ -166,7 +166,7 @@ void check(const RenderCall& call, const Scene& scene) {
                                  {"--stats", call.stats},
                                  {"--export-camera", call.camera}};
   const std::string read[] = {scene.input, scene.transfer_function, call.camera_path,
-                              LayerOfFile(scene.holdout).file};
+                              LayerOfFile(scene.holdout).file, scene.environment};
   check_overwriting(written, read);
   if (call.output.empty() && call.movie.empty()) {
     const bool of_volume = call.explain || !call.camera.empty();

@@ -36,10 +36,11 @@ ScaleBar scale_bar(const View& view);
 /// the picture is too small for it. `display`: as for draw_color_bar.
 bool draw_scale_bar(Image& image, const ScaleBar& bar, const Display& display);
 
-/// What is drawn over a picture to explain it.
+/// What a picture's file shows beside the picture.
 struct Legend {
   std::optional<ColorScale> colors;  ///< --color-bar
   std::optional<ScaleBar> lengths;   ///< --scale-bar
+  std::vector<glm::vec3> behind{};   ///< --background environment: radiance by pixels
 };
 
 /// The legend that the view's scene asks for.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "psivox/camera.h"
+#include "psivox/environment.h"
 #include "psivox/field.h"
 #include "psivox/holdout.h"
 #include "psivox/parts.h"
@@ -38,6 +39,9 @@ struct ScatteredLight {
   std::vector<ParallelLight> lights;
   glm::dvec3 sky{0};    ///< radiance from every direction times albedo; 0: none
   bool tinted = false;  ///< times the source's luminance too: a transfer function's colours
+  /// Its factor at each point: a grid of it, or three whose values are red, green and blue times
+  /// the density. Empty: 1.
+  std::vector<std::shared_ptr<const Field>> albedo{};
   bool operator==(const ScatteredLight&) const = default;
 };
 
@@ -72,6 +76,8 @@ struct View {
   std::shared_ptr<const Subject> subject;
   /// What the scene's holdout holds, once it is read for a picture; null: no ray is held out.
   std::shared_ptr<const Holdout> holdout{};
+  /// What the scene's environment holds, once it is read for a picture; null: there is none.
+  std::shared_ptr<const Environment> environment{};
 };
 
 /// Henyey and Greenstein's phase function over the isotropic one (1941, eq. 2), of the mean cosine
@@ -98,12 +104,16 @@ struct MediumFields {
   std::shared_ptr<const Field> drawn{};
   /// What the leaves of the density weigh, if its values stay in the file.
   std::shared_ptr<const WeighedLeaves> weights{};
+  std::vector<std::shared_ptr<const Field>> albedo{};  ///< as in ScatteredLight
 };
 
 /// Reads the grids that the picture depends on under the scene's mode. `empty`: grids without
 /// active voxels count, as zeros. Throws Error(input), Error(memory).
 MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty = false,
                          const Parts& parts = {});
+/// The grids of a file that an albedo grid's name stands for: the one of that name, or the three
+/// NAME_r, NAME_g and NAME_b; none if the file has neither.
+std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& name);
 /// Equal for scenes to which read_fields gives the same fields of a file.
 std::string fields_key(const Scene& scene);
 

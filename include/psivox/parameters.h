@@ -25,17 +25,16 @@ struct Range {
 };
 
 /// The member of Scene that holds a parameter. Its type decides how text is read.
-using SceneMember =
-    std::variant<std::string Scene::*, bool Scene::*, int Scene::*, std::uint64_t Scene::*,
-                 double Scene::*, std::optional<double> Scene::*, glm::dvec3 Scene::*,
-                 std::optional<glm::dvec3> Scene::*, glm::ivec2 Scene::*,
-                 std::optional<MapRange> Scene::*, std::optional<OpacityCurve> Scene::*,
-                 std::vector<DirectionalLight> Scene::*, std::optional<WorldBox> Scene::*,
-                 std::optional<Plane> Scene::*, std::optional<Colormap> Scene::*, Mode Scene::*,
-                 Classification Scene::*, Centering Scene::*, std::optional<Integrator> Scene::*,
-                 std::optional<Sampling> Scene::*, Filter Scene::*, TexelType Scene::*,
-                 RendererKind Scene::*, Projection Scene::*, UpAxis Scene::*, LightQuality Scene::*,
-                 ToneMap Scene::*, EmissionColor Scene::*, DepthKind Scene::*>;
+using SceneMember = std::variant<
+    std::string Scene::*, bool Scene::*, int Scene::*, std::uint64_t Scene::*, double Scene::*,
+    std::optional<double> Scene::*, glm::dvec3 Scene::*, std::optional<glm::dvec3> Scene::*,
+    std::optional<Background> Scene::*, glm::ivec2 Scene::*, std::optional<MapRange> Scene::*,
+    std::optional<OpacityCurve> Scene::*, std::vector<DirectionalLight> Scene::*,
+    std::optional<WorldBox> Scene::*, std::optional<Plane> Scene::*,
+    std::optional<Colormap> Scene::*, Mode Scene::*, Classification Scene::*, Centering Scene::*,
+    std::optional<Integrator> Scene::*, std::optional<Sampling> Scene::*, Filter Scene::*,
+    TexelType Scene::*, RendererKind Scene::*, Projection Scene::*, UpAxis Scene::*,
+    LightQuality Scene::*, ToneMap Scene::*, EmissionColor Scene::*, DepthKind Scene::*>;
 
 /// The sections of --help and of the viewer's panel, in their order.
 enum class ParameterGroup { input, output, look, light, camera, accuracy, machine };

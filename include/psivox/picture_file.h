@@ -39,8 +39,9 @@ Display display_of(const Scene& scene);
 /// lacks what the scene names.
 void resolve_ocio(Scene& scene);
 
-/// Composites the picture with its scene's background. The picture becomes opaque.
-void add_background(Image& image, const glm::dvec3& background);
+/// Composites the picture with its scene's background and the legend's environment. The picture
+/// becomes opaque.
+void add_background(Image& image, const glm::dvec3& color, const std::vector<glm::vec3>& behind);
 
 /// Completes the picture as its scene says, with background and legend (legend_of its view), and
 /// writes it with the scene in its metadata. Throws Error(output).

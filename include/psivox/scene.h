@@ -40,6 +40,16 @@ struct DirectionalLight {
   bool operator==(const DirectionalLight&) const = default;
 };
 
+/// What is seen behind the medium.
+struct Background {
+  glm::dvec3 color{0};
+  bool environment = false;  ///< the scene's environment, in place of the colour
+
+  Background() = default;
+  Background(const glm::dvec3& of) : color(of) {}
+  bool operator==(const Background&) const = default;
+};
+
 /// A box in the world.
 struct WorldBox {
   glm::dvec3 min{0}, max{0};
@@ -83,9 +93,14 @@ struct Scene {
   EmissionColor emission_color = EmissionColor::white;
 
   std::vector<DirectionalLight> lights;
-  std::optional<glm::dvec3> sky;  ///< radiance of light that comes alike from all directions
+  std::optional<glm::dvec3> sky;    ///< radiance of light that comes alike from all directions
+  std::string environment;          ///< file of a map of the sky, see environment.h; empty: none
+  double environment_rotation = 0;  ///< about the up axis, counterclockwise from above [degrees]
+  double environment_scale = 1;     ///< [radiance per unit of the map]
   glm::dvec3 albedo{1};
-  double phase_g = 0;  ///< mean cosine of the scattering angle (Henyey and Greenstein)
+  std::string albedo_grid;  ///< a factor of the albedo at each point; empty: none
+  double phase_g = 0;       ///< mean cosine of the scattering angle (Henyey and Greenstein)
+  int scatter_octaves = 1;  ///< see LitLuminance; 1: light is scattered once
   /// exact: a ray from each voxel to each light, whatever the tolerance.
   LightQuality light_quality = LightQuality::automatic;
 
@@ -126,7 +141,7 @@ struct Scene {
   std::optional<double> ortho_width;  ///< width of the image plane [world units]
 
   glm::ivec2 resolution{1280, 720};
-  std::optional<glm::dvec3> background;
+  std::optional<Background> background;
   std::optional<double> exposure = 0;  ///< [powers of 2] of sRGB codes and the window; unset: auto
   ToneMap tone_map = ToneMap::none;    ///< of sRGB codes and the window
   std::string ocio;          ///< file of an OpenColorIO config; empty: $OCIO, if asked for
@@ -164,7 +179,9 @@ struct Scene {
   bool attenuates() const { return composites() || shows(Shows::depth); }
   /// Whether the medium can attenuate, and so shine.
   bool has_extinction() const { return attenuates() && extinction != 0.0; }
-  bool lit() const { return (!lights.empty() || sky) && composites() && has_extinction(); }
+  bool lit() const {
+    return (!lights.empty() || sky || !environment.empty()) && composites() && has_extinction();
+  }
   /// If unset: 1, or 0 if a light shines on the medium and no grid gives it luminance of its own.
   glm::dvec3 resolved_luminance() const {
     const bool dark = lit() && luminance_grid.empty() && temperature_grid.empty();

@@ -124,7 +124,8 @@ std::string why_dark(const View& view) {
     return "nothing in grid " + in_quotes(scene.temperature_grid) +
            " is hot enough to glow; --temperature-scale gives Kelvin per unit of its values";
   if (scene.lit() && scene.albedo == glm::dvec3(0)) return "--albedo is 0";
-  if (scene.lit() && scene.sky.value_or(glm::dvec3(0)) == glm::dvec3(0) &&
+  if (scene.lit() && scene.environment.empty() &&
+      scene.sky.value_or(glm::dvec3(0)) == glm::dvec3(0) &&
       std::ranges::all_of(scene.lights, [](const auto& l) { return l.color == glm::dvec3(0); }))
     return "the colour of --light or --sky is black";
   if (!scene.emission_grid.empty() && scene.emission_scale == 0) return "--emission-scale is 0";
@@ -150,7 +151,7 @@ Seen what_is_seen(const Scene& scene, const Image& image) {
     double& greatest = i % 4 == 3 ? seen.opacity : seen.light;
     greatest = std::max(greatest, double(rgba[i]));
   }
-  const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0));
+  const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0)).color;
   const double brightest = std::max({seen.light, behind.x, behind.y, behind.z, 1e-300});
   const double factor = scene.exposure ? std::exp2(*scene.exposure) : 1 / brightest;
   const auto code = [&](double radiance) {
@@ -171,7 +172,7 @@ Seen what_is_seen(const Scene& scene, const Image& image) {
 
 /// Why something that covers the background looks like it; empty if it is dark.
 std::string why_alike(const Scene& scene, const Seen& seen) {
-  const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0));
+  const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0)).color;
   const double brightest = std::max({behind.x, behind.y, behind.z});
   if (brightest <= least_light || seen.opacity <= least_light) return {};
   return "what is seen is as bright as --background " + short_text(behind) +

@@ -103,10 +103,7 @@ class LightTrials {
   /// The method to begin with: the coarsest lattice that is expected to be enough, but not below a
   /// voxel from so coarse a trial, or exact rays where they cost less.
   LightMethod first(const LightDepths& depths) {
-    std::vector<Beam> beams = beams_;
-    set_method(beams, {.spacing = coarsest});
-    const std::vector<std::size_t> wanted = blocks_with(pilot_.voxels(), blocks_);
-    const LightError off = miss(LitLuminance(view_, beams).medium({blocks_, wanted}, depths));
+    const LightError off = miss({.spacing = coarsest}, depths);
     LightMethod method = from(coarse, off.rms * halving_above);
     if (method.spacing > 0) method.spacing = std::max(method.spacing, 1.0);
     first_miss_ = method.spacing == 0
@@ -114,7 +111,18 @@ class LightTrials {
                       : off * std::pow(halving_above, std::log2(coarsest / method.spacing));
     return method;
   }
-  /// What first()'s method is expected to miss.
+  /// The method that misses little enough. Where first() is not expected to, it is tried.
+  LightMethod settled(const LightDepths& depths) {
+    LightMethod method = first(depths);
+    while (method.spacing > 0 && !enough(first_miss_.rms, method.spacing)) {
+      first_miss_ = miss(method, depths);
+      if (enough(first_miss_.rms, method.spacing)) break;
+      method = after(method, first_miss_.rms);
+    }
+    if (method.spacing == 0) first_miss_ = {};
+    return method;
+  }
+  /// What the method of first() or settled() is expected to miss.
   const LightError& first_miss() const { return first_miss_; }
 
   /// The next method after one that missed too much.
@@ -123,6 +131,13 @@ class LightTrials {
   }
 
  private:
+  LightError miss(const LightMethod& method, const LightDepths& depths) const {
+    std::vector<Beam> beams = beams_;
+    set_method(beams, method);
+    const std::vector<std::size_t> wanted = blocks_with(pilot_.voxels(), blocks_);
+    return miss(LitLuminance(view_, beams).medium({blocks_, wanted}, depths));
+  }
+
   /// The coarsest lattice from `spacing` on, which is expected to miss `miss`.
   LightMethod from(double spacing, double miss) {
     const LightMethod rays{.termination = termination_share * rms_};
@@ -167,8 +182,7 @@ class LightTrials {
 class SkyTrial {
  public:
   SkyTrial(const View& view, const LightSource& source, double rms) {
-    const glm::dvec3& sky = view.medium.light->sky;
-    const LitLuminance many(view, sky_beams(sky, 256)), few(view, sky_beams(sky, few_count));
+    const LitLuminance many(view, sky_beams(view, 256)), few(view, sky_beams(view, few_count));
     const LightError off =
         LightPilot(view, source.exact_depths(view), many, source.share).error(few);
     count_ = int(std::clamp(std::ceil(few_count * off.rms / (light_safety * rms)), 8.0, 1024.0));
@@ -246,8 +260,8 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
     set_method(beams_, {.spacing = need.exact ? 0 : coarsest});
     return sum_up(view, depths, progress);
   }
-  const glm::dvec3 sky = view.medium.light->sky;
-  if (sky == glm::dvec3(0)) return settle_lights(view, source, depths, need.rms, progress);
+  const std::vector<Beam> some = sky_beams(view, tried_sky_count);
+  if (some.empty()) return settle_lights(view, source, depths, need.rms, progress);
   const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
   LightError lights_error;
   if (!beams_.empty()) {
@@ -257,9 +271,8 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   // the sky's share, in quadrature: for the number of its directions, and for the depths of each
   const View typical = typical_view(view);
   const SkyTrial trial(typical, source, 0.6 * part);
-  const std::vector<Beam> some = sky_beams(sky, tried_sky_count);
   LightTrials trials(typical, source, blocks_, some, 0.8 * part);
-  const LightMethod method = trials.first(depths);
+  const LightMethod method = trials.settled(depths);
   const std::size_t lights = beams_.size();
   add_sky(view, trial.count());
   for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = method;
@@ -290,9 +303,7 @@ void Lighting::settle_lights(const View& view, const LightSource& source, const 
 }
 
 void Lighting::add_sky(const View& view, int count) {
-  const glm::dvec3 sky = view.medium.light->sky;
-  if (sky == glm::dvec3(0)) return;
-  for (const Beam& beam : sky_beams(sky, count)) beams_.push_back(beam);
+  for (const Beam& beam : sky_beams(view, count)) beams_.push_back(beam);
 }
 
 void Lighting::sum_up(const View& view, const LightDepths& depths, const Progress& progress) {

@@ -65,13 +65,14 @@ void resolve_ocio(Scene& scene) {
   scene.ocio_space = view.space;
 }
 
-void add_background(Image& image, const glm::dvec3& background) {
+void add_background(Image& image, const glm::dvec3& color, const std::vector<glm::vec3>& behind) {
   const auto rgba = image.rgba();
   for (std::size_t i = 0; i < rgba.size(); i += 4) {
-    const double behind = 1 - static_cast<double>(rgba[i + 3]);
+    const double left = 1 - static_cast<double>(rgba[i + 3]);
+    const glm::dvec3 background = behind.empty() ? color : glm::dvec3(behind[i / 4]);
     for (int c = 0; c < 3; ++c) {
       float& value = rgba[i + static_cast<std::size_t>(c)];
-      value = static_cast<float>(static_cast<double>(value) + behind * background[c]);
+      value = static_cast<float>(static_cast<double>(value) + left * background[c]);
     }
     rgba[i + 3] = 1;
   }
@@ -93,7 +94,7 @@ WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
     resolve_ocio(scene);
     format.display = display_of(scene);
   }
-  if (scene.background) add_background(image, *scene.background);
+  if (scene.background) add_background(image, scene.background->color, legend.behind);
   if (scene.color_bar && codes) say(add_color_bar(legend.colors, format.display, image));
   if (legend.lengths && codes && !draw_scale_bar(image, *legend.lengths, format.display))
     say("--scale-bar: the picture is too small for it");

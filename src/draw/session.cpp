@@ -6,6 +6,7 @@
 #include "draw/part_marcher.h"
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
+#include "image/read_environment.h"
 #include "image/read_holdout.h"
 #include "march/explain.h"
 #include "psivox/clip.h"
@@ -50,6 +51,8 @@ double unit_ms(PartMarcher& marcher, const View& view) {
 
 struct Session::Impl {
   explicit Impl(View given) : view(std::move(given)), unlit(view.medium) {
+    if (!view.scene.environment.empty())
+      view.environment = std::make_shared<const Environment>(read_environment(view.scene));
     if (view.medium.light) lighting.emplace(view);
   }
 

@@ -152,8 +152,8 @@ std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, 
 int light_channels(const View& view) {
   if (!view.medium.light) return 0;
   std::vector<Beam> beams = light_beams(view);
-  if (const glm::dvec3& sky = view.medium.light->sky; sky != glm::dvec3(0))
-    beams.push_back({{}, sky, {}});
+  if (!view.scene.environment.empty()) return 3;
+  for (const Beam& beam : sky_beams(view, 1)) beams.push_back(beam);
   return luminance_channels(view.medium, beams);
 }
 

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 /// Names of files in a scene.
 constexpr std::string Scene::*file_names[] = {&Scene::input, &Scene::transfer_function,
-                                              &Scene::holdout, &Scene::ocio};
+                                              &Scene::holdout, &Scene::environment, &Scene::ocio};
 
 /// Calls changed(file) for each file that the scene names and puts the result in its place.
 template <typename Changed>

@@ -64,6 +64,23 @@ void choose_colors(Choosing& all) {
   all.scene.luminance_grid = grid;
 }
 
+/// A file's colours are what its smoke scatters.
+void choose_albedo(Choosing& all) {
+  const VdbFile& file = all.fields.file();
+  if (!all.scene.albedo_grid.empty() || !all.scene.lit()) return;
+  for (const char* name : {"Cd", "albedo", "color", "colour", "diffuse"}) {
+    const std::vector<std::string> grids = albedo_grids(file, name);
+    const bool colored = std::ranges::any_of(grids, [&](const std::string& grid) {
+      const Field field = file.read(grid, {.role = GridRole::data, .empty = true});
+      return field.active_voxels > 0 && stored_range(field).y > 0;
+    });
+    if (!colored || (grids.size() == 1 && file.channels(name) != 3)) continue;
+    all.view.reset();
+    all.scene.albedo_grid = name;
+    return;
+  }
+}
+
 void choose_flame(Choosing& all) {
   all.view.reset();
   const Flame& flame = all.fields.flame(all.scene);
@@ -89,9 +106,10 @@ struct Choice {
   const char* name;
   void (*make)(Choosing&);
 };
-constexpr Choice choices[] = {{"range", choose_range},   {"balance", choose_balance},
-                              {"colors", choose_colors}, {"extinction", choose_extinction},
-                              {"flame", choose_flame},   {"brightness", choose_brightness}};
+constexpr Choice choices[] = {{"range", choose_range},          {"balance", choose_balance},
+                              {"colors", choose_colors},        {"extinction", choose_extinction},
+                              {"flame", choose_flame},          {"albedo-grid", choose_albedo},
+                              {"brightness", choose_brightness}};
 
 }  // namespace
 

@@ -51,6 +51,8 @@ void set_flame(const Scene& asked, const VdbFile& file, const Flame& flame, Scen
   alone.emission_scale = 1;  // the radiance is proportional to it
   alone.lights.clear();
   alone.sky.reset();
+  for (const char* part : {"environment", "environment-rotation", "environment-scale"})
+    set_default(alone, *find_parameter(part));
   alone.luminance = glm::dvec3(0);
   const MediumFields fields = read_fields(alone, file);
   double level = glow_level(draft_picture(alone, fields), bright_part);

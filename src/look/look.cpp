@@ -101,9 +101,9 @@ struct OptionPart {
 const OptionPart parts_of_looks[] = {
     // what says how the medium shines replaces all its sources
     {{"luminance", "luminance-grid", "temperature-grid", "transfer-function"},
-     {"luminance", "luminance-grid", "light", "sky", "colormap", "opacity", "range", "balance",
-      "colors", "emission-grid", "flame", "brightness"}},
-    {{"light", "sky"}, {"light", "sky"}},
+     {"luminance", "luminance-grid", "light", "sky", "environment", "colormap", "opacity", "range",
+      "balance", "colors", "emission-grid", "flame", "brightness"}},
+    {{"light", "sky", "environment"}, {"light", "sky", "environment"}},
     {{"emission-grid"}, {"flame"}},
     {{"camera-position"}, {"azimuth", "elevation"}},
     {{"ocio", "ocio-display", "ocio-view", "ocio-space"}, {"tone-map"}},
@@ -125,7 +125,7 @@ bool is_open(const Scene& scene, std::string_view name) {
 bool says_how_it_looks(const Parameter& p) {
   if (p.name == "look" || p.name.starts_with("clip") || p.name.starts_with("holdout")) return false;
   return p.group == ParameterGroup::look || p.name == "light" || p.name == "sky" ||
-         p.name == "background";
+         p.name.starts_with("environment") || p.name == "albedo-grid" || p.name == "background";
 }
 
 bool is_level_set(Scene scene, KeptFields& fields) {
@@ -209,6 +209,7 @@ std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
     for (const auto& field :
          {fields.density, fields.luminance, fields.temperature, fields.emission})
       used |= field && (field->name == name || field->name.starts_with(name + ":"));
+    for (const auto& field : fields.albedo) used |= field->name == name;
     if (!used && file.channels(name) > 0) names.push_back(name);
   }
   return names;

@@ -95,9 +95,11 @@ bool suits_rays(const View& view) {
   const Medium& medium = view.medium;
   const bool source =
       medium.source == LuminanceSource::constant || medium.source == LuminanceSource::transfer;
-  const bool sky = medium.light && medium.light->sky != glm::dvec3(0);
+  const bool sky =
+      medium.light && (medium.light->sky != glm::dvec3(0) || !view.scene.environment.empty());
   return view.scene.composites() && !info(view.scene.mode).from_back && source && !sky &&
-         !medium.emission && !medium.gradient && view.scene.phase_g == 0;
+         !(medium.light && !medium.light->albedo.empty()) && !medium.emission && !medium.gradient &&
+         view.scene.phase_g == 0 && view.scene.scatter_octaves == 1;
 }
 
 }  // namespace

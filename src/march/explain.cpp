@@ -139,7 +139,10 @@ class Model {
 
   std::string light() const {
     if (!scene_.lit()) return "none";
-    return std::string("scattered once, computed at voxels") +
+    const std::string octaves = std::to_string(scene_.scatter_octaves);
+    return (scene_.scatter_octaves == 1 ? "scattered once"
+                                        : "scattered in " + octaves + " octaves") +
+           ", computed at voxels" +
            (scene_.light_quality == LightQuality::exact ? ", exactly" : "") +
            (scene_.phase_g == 0 ? "; isotropic" : "; its phase by --phase-g");
   }

@@ -117,6 +117,54 @@ class OwnLuminance {
   glm::dmat4 to_luminance_{1};
 };
 
+/// The factor of the albedo at voxels of the density.
+class PointAlbedo {
+ public:
+  explicit PointAlbedo(const Medium& medium) {
+    if (!medium.light) return;
+    for (const auto& field : medium.light->albedo)
+      grids_.push_back({FieldIndex(*field), field->channels,
+                        glm::inverse(field->world_from_index) * medium.density->world_from_index});
+    if (grids_.size() == 3) density_.emplace(*medium.density);
+  }
+
+  bool is_one() const { return grids_.empty(); }
+
+  glm::dvec3 at(const glm::ivec3& voxel) const {
+    if (!density_) {
+      const glm::dvec3 value = sample(grids_.front(), voxel);
+      return grids_.front().channels == 1 ? glm::dvec3(value.x) : value;
+    }
+    // Colour times density. Where there is none, the mean colour beside it, so that the light
+    // that is interpolated towards there keeps its colour.
+    glm::dvec4 sum = colored(voxel);
+    if (!(sum.w > 0))
+      for (int i = 0; i < 27; ++i) sum += colored(voxel + glm::ivec3(i / 9, i / 3 % 3, i % 3) - 1);
+    return sum.w > 0 ? glm::min(glm::dvec3(sum) / sum.w, 1.0) : glm::dvec3(0);
+  }
+
+ private:
+  struct Grid {
+    FieldIndex index;
+    int channels;
+    glm::dmat4 from_voxel;
+  };
+
+  static glm::dvec3 sample(const Grid& grid, const glm::ivec3& voxel) {
+    if (grid.from_voxel == glm::dmat4(1)) return grid.index.at(voxel);
+    return grid.index.at(glm::dvec3(grid.from_voxel * glm::dvec4(voxel, 1)));
+  }
+
+  glm::dvec4 colored(const glm::ivec3& voxel) const {
+    glm::dvec4 value(0, 0, 0, std::max(density_->at(voxel).x, 0.0));
+    for (int c = 0; value.w > 0 && c < 3; ++c) value[c] = sample(grids_[std::size_t(c)], voxel).x;
+    return value;
+  }
+
+  std::vector<Grid> grids_;
+  std::optional<FieldIndex> density_;  ///< if there are three grids
+};
+
 namespace {
 
 /// The brightest beam's radiance if all others are fractions of it, else nothing.
@@ -132,7 +180,7 @@ std::optional<glm::dvec3> common_color(std::span<const Beam> beams) {
 /// The colour of all of a medium's luminance in the light of some beams, if it has one.
 std::optional<glm::dvec3> common_color(const Medium& medium, std::span<const Beam> beams) {
   const bool glows = medium.source != LuminanceSource::constant && medium.color != glm::dvec3(0);
-  if (glows || medium.light->tinted) return {};
+  if (glows || medium.light->tinted || !medium.light->albedo.empty()) return {};
   return common_color(beams);
 }
 
@@ -189,29 +237,69 @@ std::vector<Beam> sky_beams(const glm::dvec3& radiance, int count) {
   return beams;
 }
 
+std::vector<Beam> sky_beams(const View& view, int count) {
+  const Environment* const map = view.environment.get();
+  const glm::dvec3 albedo = view.scene.albedo;
+  const glm::dvec3 radiance =
+      map && map->constant() ? *map->constant() * albedo : view.medium.light->sky;
+  if (!map || map->constant())
+    return radiance == glm::dvec3(0) ? std::vector<Beam>{} : sky_beams(radiance, count);
+  std::vector<Beam> beams;
+  for (const Environment::Source& source : map->sources(count))
+    beams.push_back({-source.towards, source.radiance * albedo});
+  return beams;
+}
+
+namespace {
+
+/// An octave's light, optical depth and mean cosine, as parts of those of the one before. These are
+/// the paper's a, b and c; its light may not exceed its extinction (a <= b).
+constexpr double octave_ratio = 0.5;
+
+}  // namespace
+
 struct LitLuminance::Impl {
   Impl(const View& view, std::vector<Beam> given)
       : medium(view.medium),
         camera(view.camera),
         g(view.scene.phase_g),
+        octaves(view.scene.scatter_octaves),
         beams(std::move(given)),
-        glow(medium) {
+        glow(medium),
+        albedo(medium) {
     (medium.source == LuminanceSource::constant ? ambient : own_color) = medium.color;
-    by_ray = g != 0 && beams.size() == 1 && own_color == glm::dvec3(0);
+    by_ray = g != 0 && octaves == 1 && beams.size() == 1 && own_color == glm::dvec3(0);
     common = common_color(medium, beams);
   }
 
-  double phase(const Beam& beam, const glm::ivec3& voxel) const {
-    if (g == 0 || by_ray) return 1;
+  double phase(const Beam& beam, const glm::ivec3& voxel, double cosine) const {
     const glm::dvec3 at(medium.density->world_from_index * glm::dvec4(voxel, 1));
     const glm::dvec3 seen =
         camera.orthographic || at == camera.position ? camera.forward : at - camera.position;
-    return henyey_greenstein(g, -glm::dot(beam.direction, glm::normalize(seen)));
+    return henyey_greenstein(cosine, -glm::dot(beam.direction, glm::normalize(seen)));
   }
 
-  /// What a beam adds to L where nothing is in its way.
-  glm::dvec3 share(const Beam& beam, const glm::ivec3& voxel) const {
-    const glm::dvec3 L = beam.radiance * phase(beam, voxel);
+  /// What arrives of a beam's light at a voxel, times its phase: the sum over the octaves. Colour
+  /// is float or dvec3, Real the precision of the exponential.
+  template <typename Colour, typename Real>
+  Colour scattered(const Colour& light, const Beam& beam, const glm::ivec3& voxel,
+                   Real depth) const {
+    const bool phases = g != 0 && !by_ray;
+    depth = std::max(depth, Real(0));  // a lattice's may be below 0
+    Colour sum(0);
+    Real scale = 1;
+    for (int i = 0; i < octaves; ++i, scale *= Real(octave_ratio)) {
+      const Colour L = scale * light * std::exp(-scale * depth);
+      sum += phases ? Colour(phase(beam, voxel, g * scale) * double_of(L)) : L;
+    }
+    return sum;
+  }
+  static double double_of(float value) { return value; }
+  static const glm::dvec3& double_of(const glm::dvec3& value) { return value; }
+
+  glm::dvec3 share(const Beam& beam, const glm::ivec3& voxel, double depth) const {
+    glm::dvec3 L = scattered(beam.radiance, beam, voxel, depth);
+    if (!albedo.is_one()) L *= albedo.at(voxel);
     return medium.light->tinted ? L * glow.at(voxel) : L;
   }
 
@@ -219,18 +307,15 @@ struct LitLuminance::Impl {
     return own_color == glm::dvec3(0) ? glm::dvec3(0) : own_color * glow.at(voxel);
   }
 
-  /// Adds a beam to a block's values, which the first that comes sets. A depth below 0 is a
-  /// lattice's.
+  /// Adds a beam to a block's values, which the first that comes sets.
   void add(const Beam& beam, bool first, const glm::ivec3& origin, std::span<const double> depths,
            float* to) const {
-    const bool phases = g != 0 && !by_ray;
     const auto voxel = [&](int i) { return origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7); };
     if (common) {
       const double all = glm::length(*common);
       const float ratio = all > 0 ? float(glm::length(beam.radiance) / all) : 1;
       for (int i = 0; i < 512; ++i) {
-        const float T = ratio * std::exp(-std::max(float(depths[std::size_t(i)]), 0.0f));
-        const float L = phases ? float(double(T) * phase(beam, voxel(i))) : T;
+        const float L = scattered(ratio, beam, voxel(i), float(depths[std::size_t(i)]));
         to[i] = first ? L : to[i] + L;
       }
       return;
@@ -240,8 +325,8 @@ struct LitLuminance::Impl {
     if (tinted || glows) glow.block(origin, glow_of);
     for (int i = 0; i < 512; ++i, to += 3) {
       const glm::dvec3& own_glow = glow_of[std::size_t(i)];
-      glm::dvec3 L = beam.radiance * std::exp(-std::max(depths[std::size_t(i)], 0.0));
-      if (phases) L *= phase(beam, voxel(i));
+      glm::dvec3 L = scattered(beam.radiance, beam, voxel(i), depths[std::size_t(i)]);
+      if (!albedo.is_one()) L *= albedo.at(voxel(i));
       if (tinted) L *= own_glow;
       if (glows) L += own_color * own_glow;
       if (!first) L += glm::dvec3(to[0], to[1], to[2]);
@@ -252,8 +337,10 @@ struct LitLuminance::Impl {
   const Medium& medium;
   Camera camera;
   double g;
+  int octaves;
   std::vector<Beam> beams;
   OwnLuminance glow;
+  PointAlbedo albedo;
   glm::dvec3 ambient{0};             ///< the medium's luminance where it is constant
   glm::dvec3 own_color{0};           ///< factor of `glow` where it is not
   bool by_ray = false;               ///< the phase is one factor of each ray
@@ -272,8 +359,8 @@ const std::vector<Beam>& LitLuminance::beams() const { return impl_->beams; }
 
 glm::dvec3 LitLuminance::own(const glm::ivec3& voxel) const { return impl_->own(voxel); }
 
-glm::dvec3 LitLuminance::share(std::size_t beam, const glm::ivec3& voxel) const {
-  return impl_->share(impl_->beams[beam], voxel);
+glm::dvec3 LitLuminance::share(std::size_t beam, const glm::ivec3& voxel, double depth) const {
+  return impl_->share(impl_->beams[beam], voxel, depth);
 }
 
 bool LitLuminance::sees_camera() const { return impl_->g != 0 && !impl_->by_ray; }
@@ -342,9 +429,7 @@ void in_batches(const LightBlocks& blocks, const Progress& progress,
 View lit(View view, const LightDepths& depths) {
   if (!view.medium.light) return view;
   std::vector<Beam> beams = light_beams(view);
-  if (view.medium.light->sky != glm::dvec3(0))
-    for (const Beam& beam : sky_beams(view.medium.light->sky, exact_sky_count))
-      beams.push_back(beam);
+  for (const Beam& beam : sky_beams(view, exact_sky_count)) beams.push_back(beam);
   const std::vector<glm::ivec3> all = visible_blocks(*view.medium.density, density_options(view));
   std::vector<std::size_t> wanted(all.size());
   std::iota(wanted.begin(), wanted.end(), std::size_t{0});

@@ -36,6 +36,8 @@ std::vector<Beam> light_beams(const View& view);
 /// Beams of a uniform sky from `count` directions, spread over the sphere by spherical Fibonacci
 /// points (Keinert et al. 2015, Spherical Fibonacci mapping); all of the same radiance.
 std::vector<Beam> sky_beams(const glm::dvec3& radiance, int count);
+/// Beams of the view's sky or environment, at most `count`; none if it has neither.
+std::vector<Beam> sky_beams(const View& view, int count);
 
 /// Directions of a sky whose light counts as exact.
 inline constexpr int exact_sky_count = 512;
@@ -83,9 +85,12 @@ using LatticeColumns =
 int luminance_channels(const Medium& medium, std::span<const Beam> beams);
 
 /// Luminance at voxels of a view's medium in the light of some beams:
-///   L = luminance + sum of radiance * phase * e^-depth over the beams,
-/// all of it times the colour where a transfer function gives colours. A luminance of another grid
-/// is interpolated at the density's voxels; a constant one is the lit medium's `ambient`.
+///   L = luminance + albedo * sum of radiance * scattered(depth) over the beams,
+///   scattered(depth) = sum over i of a^i * phase(g a^i) * e^(-a^i depth), a = 1/2,
+/// all of it times the colour where a transfer function gives colours. One octave (i = 0) is light
+/// scattered once. More approximate light scattered often (Wrenninge, Kulla and Lundqvist, "Oz: The
+/// Great and Volumetric", 2013): each goes farther, dimmer and more evenly. A luminance of another
+/// grid is interpolated at the density's voxels; a constant one is the lit medium's `ambient`.
 class LitLuminance {
  public:
   LitLuminance(const View& view, std::vector<Beam> beams);
@@ -96,8 +101,8 @@ class LitLuminance {
   const std::vector<Beam>& beams() const;
   /// L without its beams and without what is constant.
   glm::dvec3 own(const glm::ivec3& voxel) const;
-  /// What a beam adds to L where nothing is in its way.
-  glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel) const;
+  /// What a beam adds to L behind an optical depth.
+  glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel, double depth) const;
   /// Channels of the lit medium's luminance.
   int channels() const;
   /// Whether the camera changes it: there are several phases, so each voxel has its own.

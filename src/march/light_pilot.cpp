@@ -188,7 +188,7 @@ std::vector<glm::dvec3> LightPilot::exact_light(const LitLuminance& luminance) c
     exact.method = {};
     const std::vector<double> depths = exact_(exact, voxels_);
     for (std::size_t i = 0; i < voxels_.size(); ++i)
-      if (light[i].known) light[i].light += luminance.share(b, voxels_[i]) * std::exp(-depths[i]);
+      if (light[i].known) light[i].light += luminance.share(b, voxels_[i], depths[i]);
   }
   return known(light);
 }

@@ -102,7 +102,8 @@ void set_luminance(const Scene& scene, const MediumFields& fields,
     medium.color *= scene.luminance_scale;
   }
   if (!scene.lit()) return;
-  medium.light = ScatteredLight{{}, scene.sky.value_or(glm::dvec3(0)) * scene.albedo, tinted};
+  medium.light =
+      ScatteredLight{{}, scene.sky.value_or(glm::dvec3(0)) * scene.albedo, tinted, fields.albedo};
   for (const DirectionalLight& light : scene.lights)
     medium.light->lights.push_back(
         {glm::normalize(light.direction), light.color * scene.albedo, light.of_camera});

@@ -34,8 +34,10 @@ MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
   if (!scene.composites()) used.luminance = used.temperature = used.emission = nullptr;
   if (scene.centering == Centering::node) return used;
   std::map<std::shared_ptr<const Field>, std::shared_ptr<const Field>> shifted{{nullptr, nullptr}};
-  for (auto* field :
-       {&used.density, &used.drawn, &used.luminance, &used.temperature, &used.emission}) {
+  std::vector<std::shared_ptr<const Field>*> all{&used.density, &used.drawn, &used.luminance,
+                                                 &used.temperature, &used.emission};
+  for (auto& field : used.albedo) all.push_back(&field);
+  for (auto* field : all) {
     auto [place, is_new] = shifted.try_emplace(*field);
     if (is_new) {
       Field copy = **field;
@@ -111,7 +113,8 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
   check_parts(scene, fields, function.get());
   set_density(scene, fields.density, function, medium);
   set_luminance(scene, fields, function, medium);
-  if (fields.drawn && medium.luminance && fields.luminance == fields.density)
+  if (fields.drawn &&
+      ((medium.luminance && fields.luminance == fields.density) || fields.albedo.size() > 1))
     check_in_memory(*fields.drawn);
   if (scene.shows(Shows::surface) && function && function->has_color())
     medium.color *= function->at(resolved_isovalue(scene, *fields.density)).color;

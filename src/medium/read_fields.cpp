@@ -108,19 +108,34 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   if (scene.shines() && !scene.temperature_grid.empty())
     fields.temperature =
         read(scene, file, scene.temperature_grid, options_of(scene, GridRole::data, empty));
+  if (scene.lit() && !scene.albedo_grid.empty()) {
+    std::vector<std::string> names = albedo_grids(file, scene.albedo_grid);
+    if (names.empty()) names = {scene.albedo_grid};  // which reading refuses
+    for (const std::string& name : names)
+      fields.albedo.push_back(
+          read(scene, file, name, options_of(scene, GridRole::luminance, empty)));
+  }
   return fields;
+}
+
+std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& name) {
+  if (file.channels(name) > 0) return {name};
+  std::vector<std::string> names;
+  for (const char* channel : {"_r", "_g", "_b"})
+    if (file.channels(name + channel) == 1) names.push_back(name + channel);
+  return names.size() == 3 ? names : std::vector<std::string>{};
 }
 
 std::string fields_key(const Scene& scene) {
   std::string key;
   for (const char* name : {"input", "grid", "strict", "background-value", "lod", "luminance-grid",
-                           "temperature-grid", "emission-grid"})
+                           "temperature-grid", "emission-grid", "albedo-grid"})
     key += "\n" + parameter_text(scene, name);
   if (scene.range && (scene.range->percent.x || scene.range->percent.y))
     key += "\n" + parameter_text(scene, "range");
   if (scene.lod) key += "\n" + parameter_text(scene, "centering");
   for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
-                            scene.shows(Shows::surface), scene.emission_scale > 0})
+                            scene.shows(Shows::surface), scene.emission_scale > 0, scene.lit()})
     key += choice ? "1" : "0";
   return key;
 }

@@ -83,6 +83,7 @@ std::string kind_of(const Parameter& p) {
         if constexpr (std::is_same_v<T, std::optional<Plane>>) return "plane";
         if constexpr (std::is_same_v<T, glm::dvec3> ||
                       std::is_same_v<T, std::optional<glm::dvec3>> ||
+                      std::is_same_v<T, std::optional<Background>> ||
                       std::is_same_v<T, std::optional<MapRange>> ||
                       std::is_same_v<T, std::optional<WorldBox>>)
           return "numbers";

@@ -131,7 +131,8 @@ Picture Drawing::finish(Drawn drawn, const Wish& wish, const PictureWords& wante
   if (!view.scene.exposure)
     picture.auto_exposure = auto_exposure(picture.image, view.scene.tone_map);
   picture.legend = legend_of(view);
-  if (view.scene.background) add_background(picture.image, *view.scene.background);
+  if (view.scene.background)
+    add_background(picture.image, view.scene.background->color, picture.legend.behind);
   picture.layers = wanted.layers;
   picture.renderer = drawn.stats.renderer;
   picture.plan = std::move(drawn.plan);

@@ -84,7 +84,7 @@ struct PictureWords {
 struct Picture {
   Image image;                                ///< composited with a background that the caller gave
   Scene scene;                                ///< complete, but for the next two
-  std::optional<glm::dvec3> look_background;  ///< of files that show one
+  std::optional<Background> look_background;  ///< of files that show one
   std::optional<double> auto_exposure;        ///< where the scene leaves it to the picture
   Legend legend;
   std::vector<std::string> layers, notices;
@@ -124,7 +124,7 @@ class Drawing {
   bool gives_background_;    ///< so that a look's is not wanted
   Scene prepared_, looked_;  ///< of the session: as it was given, and in its look
   bool in_time_ = false;     ///< prepared for a time budget, so without a tolerance
-  std::optional<glm::dvec3> look_background_;
+  std::optional<Background> look_background_;
   std::optional<Session> session_;
   std::vector<std::string> color_notices_, notices_;
   Lease marcher_;

@@ -92,6 +92,14 @@ void validate_light(const Scene& scene) {
   for (const DirectionalLight& light : scene.lights)
     if (light.direction == glm::dvec3(0))
       throw Error(ExitCode::usage, "--light 0,0,0 has no direction");
+  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
+  if (!scene.environment.empty() && scene.sky)
+    fail("--environment and --sky exclude each other; leave one of them out");
+  if (!scene.environment.empty()) return;
+  if (scene.environment_rotation != 0 || scene.environment_scale != 1)
+    fail("--environment-rotation and --environment-scale are of --environment; give it too");
+  if (scene.background && scene.background->environment)
+    fail("--background environment shows the map of --environment; give it too");
 }
 
 void validate_medium(const Scene& scene) {

@@ -13,6 +13,9 @@ namespace {
 /// Stands before the direction of a light that turns with the camera.
 constexpr std::string_view camera_prefix = "camera:";
 
+/// Stands for the environment's map behind the medium.
+constexpr std::string_view environment_word = "environment";
+
 // ---- reading: true if the whole text is a value of that type within the range ----
 
 bool read(std::string_view text, const Range&, std::string& value) {
@@ -219,6 +222,9 @@ std::string kind_text(const Parameter& p, const glm::dvec3&) {
   if (is_color(p)) return "#rrggbb, a name of CSS, or three linear numbers R,G,B, each" + range;
   return "three numbers " + p.metavar + (range.empty() ? "" : ", each" + range);
 }
+std::string kind_text(const Parameter& p, const Background& kind) {
+  return std::string(environment_word) + ", " + kind_text(p, kind.color);
+}
 std::string kind_text(const Parameter& p, const MapRange&) {
   return "two numbers " + p.metavar + " or percentiles such as 1%,99%";
 }
@@ -258,16 +264,21 @@ template <typename T>
 
 template <typename T>
 bool read(const Parameter& p, std::string_view text, T& value) {
-  if constexpr (std::is_same_v<T, glm::dvec3>) {
-    if (double grey = 0; takes_grey(p) && read(text, p.range, grey)) {
-      value = glm::dvec3(grey);
-      return true;
+  if constexpr (std::is_same_v<T, Background>) {
+    value.environment = text == environment_word;
+    return value.environment || read(p, text, value.color);
+  } else {
+    if constexpr (std::is_same_v<T, glm::dvec3>) {
+      if (double grey = 0; takes_grey(p) && read(text, p.range, grey)) {
+        value = glm::dvec3(grey);
+        return true;
+      }
+      const auto codes = takes_codes(p) ? color_codes(text) : std::nullopt;
+      if (codes) value = color_of_codes(*codes);
+      if (is_color(p)) return codes || read_color(text, p.range, value);
     }
-    const auto codes = takes_codes(p) ? color_codes(text) : std::nullopt;
-    if (codes) value = color_of_codes(*codes);
-    if (is_color(p)) return codes || read_color(text, p.range, value);
+    return read(text, p.range, value);
   }
-  return read(text, p.range, value);
 }
 
 template <typename T>
@@ -302,12 +313,16 @@ std::string text_of(const Parameter& p, const std::vector<DirectionalLight>& lig
 
 template <typename T>
 std::string text_of(const Parameter& p, const T& value) {
-  std::string text = text_of(value);
-  if constexpr (std::is_same_v<T, glm::dvec3>)
-    if (takes_grey(p) && value == glm::dvec3(value.x)) return text_of(value.x);
-  if constexpr (std::is_same_v<T, glm::dvec3>)
-    if (takes_codes(p) && color_codes(text)) text.insert(text.find(','), ".0");
-  return text;
+  if constexpr (std::is_same_v<T, Background>)
+    return value.environment ? std::string(environment_word) : text_of(p, value.color);
+  else {
+    std::string text = text_of(value);
+    if constexpr (std::is_same_v<T, glm::dvec3>)
+      if (takes_grey(p) && value == glm::dvec3(value.x)) return text_of(value.x);
+    if constexpr (std::is_same_v<T, glm::dvec3>)
+      if (takes_codes(p) && color_codes(text)) text.insert(text.find(','), ".0");
+    return text;
+  }
 }
 
 template <typename T>

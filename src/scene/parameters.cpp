@@ -20,6 +20,7 @@ constexpr Range segment_count{1, 64};
 constexpr Range pixel_count{1, 65536};
 constexpr Range sample_count{1, 4096};
 constexpr Range device_index{-1, 1024};
+constexpr Range octave_count{1, 16};
 constexpr Range halvings{0, 16};
 
 Parameter chosen(Parameter p) {
@@ -69,7 +70,8 @@ Rows output_rows() {
       common({"resolution", "WxH", "pixels", "", "size of the picture", &Scene::resolution,
               pixel_count}),
       common({"background", "COLOUR", "", "none: premultiplied, with alpha",
-              "colour behind the medium: R,G,B is linear, #rrggbb and the names of CSS are sRGB",
+              "colour behind the medium: R,G,B is linear, #rrggbb and the names of CSS are sRGB; "
+              "environment: the map of --environment",
               &Scene::background, at_least_0, "none"}),
       {"exposure", "STOPS", "powers of 2", "0; auto under --mode xray",
        "brightness of .png, .jpg, .webp, 8-bit .tif and the window; auto: just below white",
@@ -180,11 +182,26 @@ Rows light_rows() {
        &Scene::lights, at_least_0, "none"},
       {"sky", "COLOUR", "", "none", "light that comes alike from all directions, scattered once",
        &Scene::sky, at_least_0, "none"},
+      {"environment", "FILE", "", "none",
+       "light from a latitude-longitude map (.hdr, .exr), scattered once; its middle is seen along "
+       "+X if z is up, along +Z if y is up",
+       &Scene::environment},
+      {"environment-rotation", "DEG", "degrees", "",
+       "turn the map about the up axis, counterclockwise from above", &Scene::environment_rotation},
+      {"environment-scale", "S", "radiance", "", "factor of the map", &Scene::environment_scale,
+       above_0},
       {"albedo", "A|COLOUR", "", "",
        "scattered part of the attenuated light: one number, or one for each colour", &Scene::albedo,
        fraction},
+      {"albedo-grid", "NAME", "", "none",
+       "grid that multiplies the albedo: of one number or a colour (vec3), or the three grids "
+       "NAME_r, NAME_g and NAME_b of colour times density, as Blender's smoke has them",
+       &Scene::albedo_grid},
       {"phase-g", "G", "", "", "mean cosine of the scattering angle: 0 isotropic, near 1 forward",
        &Scene::phase_g, forward},
+      {"scatter-octaves", "N", "", "",
+       "octaves that stand for light that is scattered more than once; 1 is light scattered once",
+       &Scene::scatter_octaves, octave_count},
       {"light-quality", enum_metavar<LightQuality>(), "", "",
        "auto: as exact as --tolerance asks; exact: a ray from each voxel to each light",
        &Scene::light_quality},

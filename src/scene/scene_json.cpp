@@ -17,6 +17,8 @@ json json_of(const Parameter& p, const T& value, const Scene& scene) {
   else if constexpr (std::is_same_v<T, glm::dvec3>)
     return takes_grey(p) && value == glm::dvec3(value.x) ? json(value.x)
                                                          : json{value.x, value.y, value.z};
+  else if constexpr (std::is_same_v<T, Background>)
+    return value.environment ? json(parameter_text(scene, p)) : json_of(p, value.color, scene);
   else if constexpr (std::is_same_v<T, glm::ivec2>)
     return {value.x, value.y};
   else if constexpr (std::is_same_v<T, MapRange>)
@@ -63,6 +65,7 @@ char separator(const Parameter& p) {
     if (std::is_same_v<T, glm::ivec2>) return 'x';
     const bool list =
         std::is_same_v<T, glm::dvec3> || std::is_same_v<T, std::optional<glm::dvec3>> ||
+        std::is_same_v<T, std::optional<Background>> ||
         std::is_same_v<T, std::optional<MapRange>> ||
         std::is_same_v<T, std::vector<DirectionalLight>> ||
         std::is_same_v<T, std::optional<WorldBox>> || std::is_same_v<T, std::optional<Plane>>;

@@ -230,6 +230,8 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
   if (!scene.exposure) result.scene.exposure = least_exposure(result.scene, paths);
   if (scene.emission_grid.empty() && !result.scene.emission_grid.empty())
     result.chosen_grids.push_back(result.scene.emission_grid);
+  if (scene.albedo_grid.empty() && !result.scene.albedo_grid.empty())
+    result.chosen_grids.push_back(result.scene.albedo_grid);
   result.scene.input = scene.input;
   result.settings = changed_settings(scene, result.scene);
   return result;
@@ -239,7 +241,10 @@ Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std:
   Scene scene = sequence.scene;
   scene.input = path;
   for (const std::string& grid : sequence.chosen_grids)
-    if (file.channels(grid) == 0) scene.emission_grid.clear();
+    if (grid == scene.albedo_grid && albedo_grids(file, grid).empty())
+      scene.albedo_grid.clear();
+    else if (grid == scene.emission_grid && file.channels(grid) == 0)
+      scene.emission_grid.clear();
   return scene;
 }
 

@@ -24,6 +24,8 @@ std::string lights_text(const Scene& scene) {
   std::string lights;
   if (!scene.lights.empty()) lights = parameter_text(scene, "light");
   if (scene.sky) lights += (lights.empty() ? "" : "; ") + ("sky " + parameter_text(scene, "sky"));
+  if (!scene.environment.empty())
+    lights += (lights.empty() ? "" : "; ") + ("environment " + in_quotes(scene.environment));
   return lights.empty() ? "none" : lights;
 }
 
@@ -34,7 +36,7 @@ std::string light_text(const Scene& scene) {
   return lights_text(scene) +
          "; scattered once. A ray in double from each voxel to each light, once for the reference "
          "and all pictures: its error is the rounding to float32, and is in no number below" +
-         (scene.sky ? ". The sky is 512 directions" : "");
+         (scene.sky || !scene.environment.empty() ? ". The sky is 512 directions" : "");
 }
 
 std::string luminance_text(const Scene& scene) {

@@ -258,7 +258,7 @@ void Viewer::handle(const Event& event) {
 void Viewer::draw(double seconds) {
   const glm::ivec2 size = window_.size();
   if (size.x < 1 || size.y < 1) return;
-  settings_.background = scene_.background.value_or(no_background);
+  settings_.background = scene_.background.value_or(no_background).color;
   settings_.display = {};  // of a layer, whose colours mean values
   if (layer_ == ShownLayer::picture) {
     settings_.display = display_of(scene_);
