@@ -1,6 +1,10 @@
 #pragma once
 
+#if __has_include(<nanovdb/io/IO.h>)
+#include <nanovdb/io/IO.h>
+#else
 #include <nanovdb/util/IO.h>
+#endif
 #include <openvdb/openvdb.h>
 
 #include <filesystem>
