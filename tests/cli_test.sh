@@ -188,7 +188,7 @@ t 0 "'a.jpg' has no alpha: 1024 of 1024 pixels" render "$S" -o a.jpg --resolutio
 # A file without options gets a look, which is stored and drawn again.
 t 0 "look fire; -v prints its options" render "$S" -o a.png --resolution 32x32
 t 0 "look fire: --background=" render "$S" -o a.png --resolution 32x32 -v
-t 0 "not shown: color" render "$S" -o a.exr --resolution 32x32
+t 0 "not shown: temperature" render "$S" -o a.exr --resolution 32x32 --look smoke
 t 0 - render --scene a.exr -o b.exr -q
 t 0 rms compare a.exr b.exr --max-abs 1e-30
 t 2 "did you mean smoke?" render "$S" -o a.png --look smok

@@ -1,3 +1,4 @@
+#define NANOVDB_USE_OPENVDB
 #define NANOVDB_USE_ZIP
 #define NANOVDB_USE_BLOSC
 

@@ -1,6 +1,7 @@
 // .nvdb files that NanoVDB itself writes: they are read as the .vdb that they were made from, or
 // are refused.
 
+#define NANOVDB_USE_OPENVDB
 #define NANOVDB_USE_ZIP
 #define NANOVDB_USE_BLOSC
 

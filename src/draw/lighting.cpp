@@ -229,6 +229,7 @@ bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed n
   if (std::all_of(beams_.begin(), beams_.end(), exact)) return true;
   if (need.exact) return false;
   if (need.rms == 0) return true;
+  if (coarse_) return false;  // though it may do: a picture after a preview is that without one
   const LightPilot pilot(view, source.exact_depths(view), luminance, source.share);
   error_ = sum(pilot.error(*medium_), sky_error_);
   return error_.rms <= need.rms;
@@ -255,6 +256,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   camera_ = view.camera;
   beams_ = light_beams(view);
   sky_error_ = error_ = {};
+  coarse_ = !need.exact && need.rms == 0;
   if (need.exact || need.rms == 0) {
     add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);
     set_method(beams_, {.spacing = need.exact ? 0 : coarsest});

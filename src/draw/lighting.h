@@ -73,6 +73,7 @@ class Lighting {
   std::optional<Medium> medium_;
   std::vector<Beam> beams_;
   Camera camera_;
+  bool coarse_ = false;  ///< computed for a preview
   LightError error_;
   LightError sky_error_;  ///< what the sky's directions miss
 };

@@ -223,7 +223,7 @@ std::string kind_text(const Parameter& p, const glm::dvec3&) {
   return "three numbers " + p.metavar + (range.empty() ? "" : ", each" + range);
 }
 std::string kind_text(const Parameter& p, const Background& kind) {
-  return std::string(environment_word) + ", " + kind_text(p, kind.color);
+  return kind_text(p, kind.color) + ", or " + std::string(environment_word);
 }
 std::string kind_text(const Parameter& p, const MapRange&) {
   return "two numbers " + p.metavar + " or percentiles such as 1%,99%";

@@ -60,14 +60,18 @@ bool has_sequence(std::span<const std::string> paths) {
   return false;
 }
 
-/// The frames of a scan, from 0 on; unset if it has one.
+/// The frames of a scan, from 0 on; unset if it has one, or cannot be read.
 std::optional<SequenceFiles> frames_within(const std::string& path) {
-  const VdbFile file(path);
-  if (!file.metadata().contains("frames")) return {};
-  SequenceFiles files;
-  for (const std::string& name : file.names())
-    files.emplace(int(files.size()), path + name.substr(name.rfind('[')));
-  return files;
+  try {
+    const VdbFile file(path);
+    if (!file.metadata().contains("frames")) return {};
+    SequenceFiles files;
+    for (const std::string& name : file.names())
+      files.emplace(int(files.size()), path + name.substr(name.rfind('[')));
+    return files;
+  } catch (const Error&) {  // opening it again will say why
+    return {};
+  }
 }
 
 }  // namespace
