@@ -315,8 +315,8 @@ TEST(Lit, PhaseIsAFactorOfTheRay) {
 }
 
 TEST(Lit, OctavesOfASlabHaveAClosedForm) {
-  // Light along the view: I = sum of a^i K e^{-Ks} e^{-a^i Ks} ds = a^i (1 - e^{-(1+a^i)D}) / (1+a^i),
-  // each with the phase of g a^i, which is no factor of the ray any more.
+  // Light along the view: I = sum of a^i K e^{-Ks} e^{-a^i Ks} ds = a^i (1 - e^{-(1+a^i)D}) /
+  // (1+a^i), each with the phase of g a^i, which is no factor of the ray any more.
   const double K = 0.05, D = 16 * K, g = 0.5;
   Scene scene = lit_scene({0, 0, -1});
   scene.phase_g = g;
@@ -324,7 +324,8 @@ TEST(Lit, OctavesOfASlabHaveAClosedForm) {
     scene.scatter_octaves = octaves;
     double exact = 0;
     for (double a = 1; a > std::exp2(-octaves); a /= 2)
-      exact += a * (1 - g * a * g * a) / std::pow(1 + g * a, 3) * -std::expm1(-(1 + a) * D) / (1 + a);
+      exact +=
+          a * (1 - g * a * g * a) / std::pow(1 + g * a, 3) * -std::expm1(-(1 + a) * D) / (1 + a);
     // as above
     EXPECT_NEAR(slab_picture(scene, K).x, exact, exact * K * K / 4);
   }
