@@ -58,6 +58,9 @@ std::vector<LitScene> tolerance_scenes() {
   Scene two =
       with_phase(lit_by({{{1, -1, -1}, {1, 0.9, 0.8}}, {{-1, 0.2, -1}, {0.1, 0.2, 0.3}}}), -0.3);
   two.luminance = glm::dvec3(0.2);
+  Scene scattered = lit_by({{{-0.3, -1, 0.2}, white}}, 3), scattered_ahead = two;
+  scattered.scatter_octaves = 8;
+  scattered_ahead.scatter_octaves = 3;
   return {
       {"oblique, noise beside blobs", lit_by({{{-0.3, -1, 0.2}, white}}), mixed()},
       {"along an axis", lit_by({{{0, -1, 0}, white}}), mixed()},
@@ -68,6 +71,8 @@ std::vector<LitScene> tolerance_scenes() {
       {"glowing too", glowing, blobs(), true},
       {"a phase", with_phase(lit_by({{{0.5, -1, -0.6}, white}}), 0.6), blobs()},
       {"phases of two lights", two, blobs()},
+      {"octaves, dense", scattered, mixed()},
+      {"octaves of two lights with phases", scattered_ahead, blobs()},
       {"a function's colours", with_function(lit_by({{{0.5, -1, -0.6}, white}})), mixed()},
       {"a function, rotated", with_function(lit_by({{{1, -1, -0.2}, white}}, 0.5)), mixed(sheared)},
       {"dense, lit from the camera", lit_by({{{0.5, -0.8, -1}, white, true}}, 3), mixed()}};

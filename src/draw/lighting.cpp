@@ -140,7 +140,8 @@ class LightTrials {
 
   /// The coarsest lattice from `spacing` on, which is expected to miss `miss`.
   LightMethod from(double spacing, double miss) {
-    const LightMethod rays{.termination = termination_share * rms_};
+    const LightMethod rays{
+        .termination = transmittance_of(termination_share * rms_, view_.scene.scatter_octaves)};
     if (!exact_look_ups_) exact_look_ups_ = exact_look_ups(rays.termination);
     for (; spacing >= finest; spacing /= 2) {
       if (lattice_look_ups(spacing) > *exact_look_ups_) break;

@@ -110,6 +110,24 @@ constexpr double octave_ratio = 0.5;
 
 }  // namespace
 
+double transmittance_of(double light, int octaves) {
+  if (octaves == 1) return light;
+  const auto arriving = [&](double depth) {
+    double sum = 0, scale = 1;
+    for (int i = 0; i < octaves; ++i, scale *= octave_ratio)
+      sum += scale * std::exp(-scale * depth);
+    return sum;
+  };
+  double shallow = 0, deep = 1;
+  while (arriving(deep) > light) deep *= 2;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (shallow + deep);
+    (arriving(middle) > light ? shallow : deep) = middle;
+  }
+  const double T = std::exp(-deep);
+  return T < double(std::numeric_limits<float>::min()) ? 0 : T;  // GPUs have no less
+}
+
 struct LitLuminance::Impl {
   Impl(const View& view, std::vector<Beam> given)
       : medium(view.medium),

@@ -84,6 +84,10 @@ using LatticeColumns =
 /// Channels of the luminance of a medium in the light of some beams: 1 or 3.
 int luminance_channels(const Medium& medium, std::span<const Beam> beams);
 
+/// The transmittance e^-depth behind which no more than `light` of a beam arrives, over all octaves
+/// (see LitLuminance) of an isotropic medium. 0 if floats have none.
+double transmittance_of(double light, int octaves);
+
 /// Luminance at voxels of a view's medium in the light of some beams:
 ///   L = luminance + albedo * sum of radiance * scattered(depth) over the beams,
 ///   scattered(depth) = sum over i of a^i * phase(g a^i) * e^(-a^i depth), a = 1/2,
