@@ -90,7 +90,10 @@ TEST_F(ImageTest, AShortExrOfManyPixelsIsRefused) {
   }
   put_contents(file("short.exr"), bytes);
   const std::string text = error_text(ExitCode::input, [&] { read_image(file("short.exr")); });
-  EXPECT_NE(text.find("4000000x64 pixels stored in so short a file"), text.npos) << text;
+  // OpenImageIO 3.1 refuses it by a limit of its own, before psivox sees it
+  EXPECT_TRUE(text.find("4000000x64 pixels stored in so short a file") != text.npos ||
+              text.find("limits:resolution") != text.npos)
+      << text;
 }
 
 TEST_F(ImageTest, EveryDamagedByteOfAPngIsAnError) {

@@ -108,7 +108,8 @@ TEST(VdbValues, GridsOfHalfFloatsAreReadOrTheErrorNamesTheVersion) {
     return;
   }
   EXPECT_EQ(vdb.info().at(0).value_type, "half");
-  const FieldSampler read(vdb.read("density"));
+  const Field field = vdb.read("density");
+  const FieldSampler read(field);
   const auto rounded = [](float value) { return double(float(openvdb::math::half(value))); };
   for (int i = 0; i < 6; ++i)
     EXPECT_EQ(read.voxel({i, 2 * i, 3}, 0), rounded(0.1f * float(i + 1))) << i;
