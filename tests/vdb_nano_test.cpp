@@ -1,20 +1,6 @@
 // .nvdb files that NanoVDB itself writes: they are read as the .vdb that they were made from, or
 // are refused.
 
-#define NANOVDB_USE_OPENVDB
-#define NANOVDB_USE_ZIP
-#define NANOVDB_USE_BLOSC
-
-#if __has_include(<nanovdb/tools/CreateNanoGrid.h>)
-#include <nanovdb/io/IO.h>
-#include <nanovdb/tools/CreateNanoGrid.h>
-#include <nanovdb/tools/GridBuilder.h>
-#define PSIVOX_NANO_TOOLS
-#else
-#include <nanovdb/util/GridBuilder.h>
-#include <nanovdb/util/IO.h>
-#include <nanovdb/util/OpenToNanoVDB.h>
-#endif
 #include <openvdb/points/PointConversion.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
@@ -53,20 +39,6 @@ GridBase::Ptr ball_with_tiles(const std::string& name) {
   transform->postTranslate({1, 2, 3});
   base->setTransform(transform);
   return base;
-}
-
-template <typename BuildT>
-std::filesystem::path quantised(openvdb::FloatGrid& grid, const std::string& name) {
-#ifdef PSIVOX_NANO_TOOLS
-  const auto convert = [](const openvdb::FloatGrid& from) {
-    return nanovdb::tools::createNanoGrid<openvdb::FloatGrid, BuildT>(from);
-  };
-#else
-  nanovdb::OpenToNanoVDB<float, BuildT> convert;
-#endif
-  const auto path = test::scratch_dir() / name;
-  nanovdb::io::writeGrid(path.string(), convert(grid), Codec::BLOSC);
-  return path;
 }
 
 /// The largest difference of the values of two fields that have the same leaves.
@@ -146,15 +118,15 @@ TEST(NanoVdb, QuantisedValuesAreWithinTheirQuantum) {
     EXPECT_EQ(file.value_type("density"), "float");
     return difference(file.read("density"), exact);
   };
-  const float of_4 = error(quantised<nanovdb::Fp4>(floats, "4.nvdb"));
-  const float of_8 = error(quantised<nanovdb::Fp8>(floats, "8.nvdb"));
-  const float of_16 = error(quantised<nanovdb::Fp16>(floats, "16.nvdb"));
+  const float of_4 = error(test::quantised_nano<nanovdb::Fp4>(floats, "4.nvdb"));
+  const float of_8 = error(test::quantised_nano<nanovdb::Fp8>(floats, "8.nvdb"));
+  const float of_16 = error(test::quantised_nano<nanovdb::Fp16>(floats, "16.nvdb"));
   EXPECT_LE(of_4, range / 15 / 2 * 1.001f);
   EXPECT_LE(of_8, range / 255 / 2 * 1.001f);
   EXPECT_LE(of_16, range / 65535 / 2 * 1.01f);
   EXPECT_GT(of_4, of_8);
   EXPECT_GT(of_8, of_16);
-  EXPECT_LE(error(quantised<nanovdb::FpN>(floats, "n.nvdb")), range / 15);
+  EXPECT_LE(error(test::quantised_nano<nanovdb::FpN>(floats, "n.nvdb")), range / 15);
 }
 
 TEST(NanoVdb, TheBackgroundOfQuantisedValuesBecomesZero) {
@@ -162,38 +134,22 @@ TEST(NanoVdb, TheBackgroundOfQuantisedValuesBecomesZero) {
   grid->tree().root().setBackground(1, true);
   grid->tree().setValue(openvdb::Coord(1, 2, 3), 0.3f);
   grid->tree().setValue(openvdb::Coord(4, 4, 4), 2.7f);
-  const Field field = VdbFile(quantised<nanovdb::Fp8>(*grid, "8.nvdb")).read("density");
+  const Field field = VdbFile(test::quantised_nano<nanovdb::Fp8>(*grid, "8.nvdb")).read("density");
   ASSERT_EQ(field.leaves.size(), 1u);
   EXPECT_EQ(std::count_if(field.leaves[0].values, field.leaves[0].values + 512,
                           [](float value) { return value != 0; }),
             2);
 }
 
-/// A file of a type that OpenToNanoVDB does not make.
-template <typename ValueT>
-std::filesystem::path built(const std::string& type, ValueT value) {
-#ifdef PSIVOX_NANO_TOOLS
-  nanovdb::tools::build::Grid<ValueT> builder(ValueT(0), type);
-  const auto handle = [&] { return nanovdb::tools::createNanoGrid(builder); };
-#else
-  nanovdb::GridBuilder<ValueT> builder(ValueT(0));
-  const auto handle = [&] { return builder.getHandle(1.0, nanovdb::Vec3d(0), type); };
-#endif
-  auto to = builder.getAccessor();
-  to.setValue({1, 2, 3}, value);
-  const auto path = test::scratch_dir() / (type + ".nvdb");
-  nanovdb::io::writeGrid(path.string(), handle());
-  return path;
-}
-
 TEST(NanoVdb, VectorsOfDoublesKeepTheirPrecision) {
-  const VdbFile file(built("v", nanovdb::Vec3d(0.1, 0, 0)));
+  const VdbFile file(test::built_nano("v", nanovdb::Vec3d(0.1, 0, 0)));
   EXPECT_EQ(file.value_type("v"), "vec3d");
   EXPECT_EQ(file.info(true)[0].values->greatest, 0.1);
 }
 
 TEST(NanoVdb, IntegersThatOpenVdbLacksAreWidened) {
-  const VdbFile of_16(built<std::int16_t>("int16", -7)), of_32(built("uint32", 3000000000u));
+  const VdbFile of_16(test::built_nano<std::int16_t>("int16", -7)),
+      of_32(test::built_nano("uint32", 3000000000u));
   EXPECT_EQ(of_16.value_type("int16"), "int32");
   EXPECT_EQ(of_32.value_type("uint32"), "int64");
   EXPECT_EQ(of_16.info(true)[0].values->least, -7);
@@ -269,7 +225,7 @@ TEST(NanoVdb, NoChangeOfAFileCrashes) {
        {written_nano({ball}, Codec::NONE, "none.nvdb"), written_nano({ball}, Codec::ZIP, "z.nvdb"),
         written_nano({ball_with_tiles<openvdb::Vec3SGrid>("v")}, Codec::BLOSC, "b.nvdb"),
         written_nano({ball_with_tiles<openvdb::BoolGrid>("b")}, Codec::NONE, "bool.nvdb"),
-        quantised<nanovdb::FpN>(floats, "n.nvdb")}) {
+        test::quantised_nano<nanovdb::FpN>(floats, "n.nvdb")}) {
     SCOPED_TRACE(path.filename());
     const std::string good = test::file_bytes(path);
     int refused = 0;
