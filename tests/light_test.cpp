@@ -1,14 +1,11 @@
-// Light scattered once. Computes its depths from voxels by three methods, compares them with closed
-// forms and with each other, and checks the pictures.
+// Depths towards light from voxels, by three methods: against closed forms and each other. Where
+// the light is stored.
 
 #include "march/light.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <vector>
 
 #include "field_voxels.h"
@@ -17,24 +14,6 @@
 
 namespace psivox {
 namespace {
-
-/// A function whose attenuation turns at several values, in a file of its own.
-std::string function_file() {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("psivox_light_" + std::to_string(::getpid()) + ".json");
-  std::ofstream(path) << R"({"points": [
-    {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
-    {"value": 0.2, "attenuation": 1, "color": [1, 0.5, 0.25]},
-    {"value": 0.5, "attenuation": 0.3, "color": [0.5, 1, 0.5]},
-    {"value": 0.50001, "attenuation": 2, "color": [0, 1, 1]},
-    {"value": 1, "attenuation": 0.5, "color": [1, 0, 1]}]})";
-  return path.string();
-}
-
-View lit_in_double(const View& view) {
-  const MediumAtlas atlas = build_medium_atlas(view);
-  return lit(view, march_double_light_depths(view, atlas));
-}
 
 const glm::dvec3 directions[] = {{0, 0, -1}, {0, 1, 0}, {-0.3, -1, 0.2}, {1, 1, 1}, {0.6, 0, -0.8}};
 
@@ -266,201 +245,6 @@ TEST_F(LightGpu, PicturesOfLightBesideTheDensityAreThoseInDouble) {
   Scene filtered = scenes.front();
   filtered.filter = Filter::hardware;
   expect_same(filtered, 5e-4, 5e-3);
-}
-
-// --- pictures ------------------------------------------------------------------------------------
-
-/// The middle pixel of a slab 16 voxels thick, seen along -z, lit along `direction`.
-glm::dvec3 slab_picture(Scene scene, double K) {
-  scene.extinction = K;
-  scene.resolution = {9, 9};
-  const Field slab = make_field({{-40, -40, 0}, {39, 39, 15}}, [](glm::ivec3) { return 1.f; });
-  scene = looking(scene, {-0.5, -0.5, 60}, {-0.5, -0.5, 8}, 8.0);
-  const Image image = double_picture(lit_in_double(view_of(scene, slab)));
-  return {pixel(image, 4, 4, 0), pixel(image, 4, 4, 1), pixel(image, 4, 4, 2)};
-}
-
-TEST(Lit, SlabFromTheFrontHasAClosedForm) {
-  // I = integral of K e^{-Ks} e^{-Ks} ds = (1 - e^{-2D}) / 2, D = 16 K.
-  for (const double K : {0.02, 0.05}) {
-    Scene scene = lit_scene({0, 0, -1});
-    scene.lights.front().color = {1, 2, 0};
-    scene.albedo = glm::dvec3(0.5);
-    const glm::dvec3 I = slab_picture(scene, K);
-    const double exact = 0.5 * -std::expm1(-2 * 16 * K) / 2;
-    // e^{-Ks} is interpolated linearly between voxels, which costs at most K^2/8 of it. The tents
-    // at the ends, where the depth is quadratic, cost about as much.
-    EXPECT_NEAR(I.x, exact, exact * K * K / 4);
-    EXPECT_NEAR(I.y, 2 * exact, 2 * exact * K * K / 4);
-    EXPECT_EQ(I.z, 0);
-  }
-}
-
-TEST(Lit, SlabFromBehindHasAClosedForm) {
-  // Each point is lit through D - Ks and seen through Ks: I = D e^{-D}.
-  const double K = 0.05, D = 16 * K;
-  const glm::dvec3 I = slab_picture(lit_scene({0, 0, 1}), K);
-  EXPECT_NEAR(I.x, D * std::exp(-D), D * std::exp(-D) * K * K / 4);
-}
-
-TEST(Lit, PhaseIsAFactorOfTheRay) {
-  Scene scene = lit_scene({0, 0, -1});
-  const glm::dvec3 isotropic = slab_picture(scene, 0.05);
-  // The camera looks along the light, so it sees backscattered light.
-  for (const double g : {0.5, -0.3}) {
-    scene.phase_g = g;
-    // pictures are float32
-    EXPECT_NEAR(slab_picture(scene, 0.05).x / isotropic.x, (1 - g * g) / std::pow(1 + g, 3), 1e-6);
-  }
-}
-
-TEST(Lit, OctavesOfASlabHaveAClosedForm) {
-  // Light along the view: I = sum of a^i K e^{-Ks} e^{-a^i Ks} ds = a^i (1 - e^{-(1+a^i)D}) /
-  // (1+a^i), each with the phase of g a^i, which is no factor of the ray any more.
-  const double K = 0.05, D = 16 * K, g = 0.5;
-  Scene scene = lit_scene({0, 0, -1});
-  scene.phase_g = g;
-  for (const int octaves : {2, 5}) {
-    scene.scatter_octaves = octaves;
-    double exact = 0;
-    for (double a = 1; a > std::exp2(-octaves); a /= 2)
-      exact +=
-          a * (1 - g * a * g * a) / std::pow(1 + g * a, 3) * -std::expm1(-(1 + a) * D) / (1 + a);
-    // as above
-    EXPECT_NEAR(slab_picture(scene, K).x, exact, exact * K * K / 4);
-  }
-}
-
-TEST(Lit, WithoutLightOfItsOwnAMediumOfLuminanceOneIsItsOpacity) {
-  // The light adds nothing. The remaining luminance is 1 at every voxel that a cell with
-  // attenuation reads, so radiance and opacity are the same number in every pixel.
-  for (const bool uniform : {false, true}) {
-    Scene scene = lit_scene({0.3, -1, 0.2}, 64);
-    scene.lights.front().color = {0, 0, 0};
-    scene.luminance = glm::dvec3(1);
-    if (uniform) scene.step = 0.5;
-    const Image image = double_picture(lit_in_double(view_of(scene, mixed())));
-    expect_content(image);
-    for (int y = 0; y < 64; ++y)
-      for (int x = 0; x < 64; ++x)
-        // Roundings of float32 pictures of at most 1. Under uniform steps the luminance of a first
-        // sample outside all blocks is missing: up to a step's opacity.
-        ASSERT_NEAR(pixel(image, x, y, 0), pixel(image, x, y, 3), uniform ? 2e-2 : 1e-6)
-            << x << ' ' << y;
-  }
-}
-
-TEST(Lit, LightAndLuminanceAdd) {
-  Scene dark = lit_scene({0.3, -1, 0.2}, 32);
-  const Field density = mixed();
-  const auto shared = share(density);
-  const Image light = double_picture(lit_in_double(view_of(dark, shared)));
-  Scene glowing = dark;
-  glowing.lights.clear();
-  const Image glow = double_picture(view_of(glowing, shared, Glow::density));
-  const Image both = double_picture(lit_in_double(view_of(dark, shared, Glow::density)));
-  expect_content(light);
-  for (int y = 0; y < 32; ++y)
-    for (int x = 0; x < 32; ++x)
-      // the same segments and weights; sums are rounded to float32 at voxels and in the pictures
-      ASSERT_NEAR(pixel(both, x, y, 0), pixel(light, x, y, 0) + pixel(glow, x, y, 0), 2e-6);
-}
-
-TEST(Lit, LuminanceOfAnotherGridIsTakenAtVoxels) {
-  // Linear over the world, so that interpolating it at the density's voxels loses nothing.
-  Scene scene = lit_scene({0.3, -1, 0.2}, 32);
-  scene.lights.front().color = {0, 0, 0};
-  Field glow = make_field(
-      {{-40, -40, -40}, {40, 40, 40}},
-      [](glm::ivec3 v) { return 2 + 0.01f * static_cast<float>(v.x + 2 * v.y - v.z); },
-      glm::dmat4(glm::dmat3(1.7)));
-  glow.name = "glow";
-  const Image lit_image = double_picture(lit_in_double(view_of(scene, mixed(), glow)));
-  scene.lights.clear();
-  const Image image = double_picture(view_of(scene, mixed(), glow));
-  expect_content(image);
-  // values of up to 5 as float32, at voxels and in the pictures
-  EXPECT_LE(compare_images(lit_image, image).max, 3e-6);
-}
-
-TEST(Lit, ColoursOfAFunctionTintTheLight) {
-  Scene scene = lit_scene({0, 0, -1}, 32);
-  scene.transfer_function = function_file();
-  scene.lights.front().color = {1, 2, 3};
-  const View view = view_of(scene, mixed());
-  const View own = lit_in_double(view);
-  EXPECT_EQ(own.medium.source, LuminanceSource::vector);
-  const std::vector<glm::ivec3> origins = blocks_of(view);
-  const std::vector<double> depths = double_depths(view, origins);
-  const FieldVoxels at(*view.medium.density), light(*own.medium.luminance);
-  for (std::size_t i = 0; i < depths.size(); i += 37) {
-    const int n = static_cast<int>(i % 512);
-    const glm::ivec3 v = origins[i / 512] + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7);
-    const glm::dvec3 color = view.medium.transfer->at(at(v).x).color;
-    const glm::dvec3 L = own.medium.color * glm::dvec3(light(v));
-    for (int c = 0; c < 3; ++c) ASSERT_EQ(L[c], float((c + 1) * color[c] * std::exp(-depths[i])));
-  }
-}
-
-TEST(Lit, AmbientLightHasNoPhase) {
-  Scene scene = lit_scene({0.3, 0, -1}, 32);
-  scene.phase_g = 0.5;
-  scene.lights.front().color = {1, 0.5, 0.25};
-  scene.integrator = Integrator::cell_exact;
-  const Image light = double_picture(lit_in_double(view_of(scene, mixed())));
-  scene.luminance = glm::dvec3(0.3, 0.4, 0.5);
-  const View both = lit_in_double(view_of(scene, mixed()));
-  EXPECT_EQ(both.medium.source, LuminanceSource::scalar) << "one light needs one channel";
-  const Image image = double_picture(both);
-  const Image reference = render_reference(both).image;
-  // what the rule for cells leaves; without the ambient light it would be 0.3
-  EXPECT_LE(compare_images(image, reference).max, 1e-5);
-  for (int y = 0; y < 32; ++y)
-    for (int x = 0; x < 32; ++x)
-      for (int c = 0; c < 3; ++c)
-        // sums of two float32 numbers
-        ASSERT_NEAR(pixel(image, x, y, c),
-                    pixel(light, x, y, c) + (0.3 + 0.1 * c) * pixel(image, x, y, 3), 3e-7);
-}
-
-TEST(Lit, EmissionHasNoPhase) {
-  Scene scene = lit_scene({0, 0, -1}, 32);
-  scene.phase_g = 0.5;
-  const auto density = share(mixed());
-  Field fire = blobs();
-  fire.name = scene.emission_grid = "fire";
-  scene.emission_scale = 0.1;
-  const auto picture = [&](const Scene& of, bool emits) {
-    const View view =
-        make_view(of, MediumFields{density, nullptr, nullptr, emits ? share(fire) : nullptr});
-    return double_picture(!of.lights.empty() ? lit_in_double(view) : view);
-  };
-  const Image light = picture(scene, false);
-  const Image both = picture(scene, true);
-  Scene dark = scene;
-  dark.lights.clear();
-  dark.luminance = glm::dvec3(0);
-  const Image emission = picture(dark, true);
-  expect_content(light);
-  double most = 0;
-  for (int y = 0; y < 32; ++y)
-    for (int x = 0; x < 32; ++x) {
-      most = std::max(most, static_cast<double>(pixel(emission, x, y, 0)));
-      // sums of two float32 pictures
-      ASSERT_NEAR(pixel(both, x, y, 0), pixel(light, x, y, 0) + pixel(emission, x, y, 0), 2e-6);
-    }
-  EXPECT_GT(most, 0.05);
-}
-
-TEST(Lit, IsNothingWithoutLight) {
-  const View view = view_of(small_scene(), blobs());
-  const View same = lit(view, [](auto&&...) { throw 1; });
-  EXPECT_EQ(same.medium.source, LuminanceSource::constant);
-  EXPECT_EQ(same.medium.luminance, nullptr);
-  // a light that has not been computed is an error
-  const View pending = view_of(lit_scene({0, 0, 1}), blobs());
-  EXPECT_THROW(double_picture(pending), Error);
-  EXPECT_THROW(render_reference(pending), Error);
 }
 
 }  // namespace

@@ -1,0 +1,123 @@
+// The editor of transfer functions in a real window: points, handles, and what is drawn by them.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "view/viewer.h"
+#include "viewer_hands.h"
+
+namespace psivox::view {
+namespace {
+
+/// Once with the window system's own contexts, and once with EGL.
+class Editor : public ::testing::TestWithParam<bool> {};
+
+TEST_P(Editor, PointsOfTheTransferFunctionAreDragged) {
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {900, 600};
+  Hands hands(scene, GetParam());
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.panels().transfer = true;
+  hands.frames(4);
+  const TransferEditor& editor = hands.viewer.transfer_editor();
+  ASSERT_EQ(editor.points().size(), 3u);
+  const glm::dvec2 from = editor.place_of(1).value();
+  hands.drag(from, from + glm::dvec2(40, -30));
+  ASSERT_FALSE(hands.viewer.scene().transfer_function.empty());
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  hands.photograph("transfer.png");
+  // a click adds a point, the right button removes it
+  const glm::dvec2 between = 0.5 * (editor.place_of(1).value() + editor.place_of(2).value());
+  hands.press(between + glm::dvec2(0, 40));
+  hands.release(between + glm::dvec2(0, 40));
+  EXPECT_EQ(editor.points().size(), 4u);
+  hands.press(between + glm::dvec2(0, 40), GLFW_MOUSE_BUTTON_RIGHT);
+  hands.release(between + glm::dvec2(0, 40), GLFW_MOUSE_BUTTON_RIGHT);
+  EXPECT_EQ(editor.points().size(), 3u);
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+}
+
+INSTANTIATE_TEST_SUITE_P(Contexts, Editor, ::testing::Bool(),
+                         [](const auto& context) { return context.param ? "egl" : "native"; });
+
+TEST(ViewerEditor, HandlesBesideTheHistogramChangeRangeAndOpacity) {
+  using Handle = TransferEditor::Handle;
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {900, 600};
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.panels().transfer = true;
+  hands.frames(4);
+  const TransferEditor& editor = hands.viewer.transfer_editor();
+  const TransferPoints before = editor.points();
+  ASSERT_EQ(before.size(), 3u);
+  const double width = before[2].value - before[0].value;
+  const double pixels = editor.place_of(2).value().x - editor.place_of(0).value().x;
+  const auto drag = [&](Handle handle, const glm::dvec2& by) {
+    const glm::dvec2 from = editor.place_of(handle);
+    hands.drag(from, from + by);
+    hands.frames(2);
+  };
+  // a pixel of the canvas, for the pointer's place within a handle
+  const double pixel = width / pixels;
+  drag(Handle::high, {-0.5 * pixels, 0});
+  EXPECT_NEAR(editor.points()[0].value, before[0].value, 1e-9);
+  EXPECT_NEAR(editor.points()[1].value, before[0].value + width / 4, pixel);
+  EXPECT_NEAR(editor.points()[2].value, before[0].value + width / 2, pixel);
+  drag(Handle::range, {0.25 * pixels, 0});
+  EXPECT_NEAR(editor.points()[0].value, before[0].value + width / 4, 2 * pixel);
+  EXPECT_NEAR(editor.points()[2].value, before[0].value + 3 * width / 4, 2 * pixel);
+  drag(Handle::low, {-0.25 * pixels, 0});
+  EXPECT_NEAR(editor.points()[0].value, before[0].value, 2 * pixel);
+  EXPECT_NEAR(editor.points()[2].value, before[0].value + 3 * width / 4, 2 * pixel);
+  const double tall = editor.place_of(0).value().y - editor.place_of(2).value().y;
+  drag(Handle::opacity, {0, 0.5 * tall});
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NEAR(editor.points()[i].attenuation, before[i].attenuation / 2,
+                2 / tall * before[2].attenuation);
+  hands.photograph("handles.png");
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+}
+
+TEST(ViewerEditor, AnEditedPreintegrationIsThatOfRender) {
+  // updated while a point is dragged; then compared with another process's table
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {700, 420};
+  scene.transfer_function = asset("shells.json");
+  scene.integrator = Integrator::preintegrated;
+  scene.extinction = 6;
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  hands.viewer.panels().transfer = true;
+  hands.frames(4);
+  const glm::dvec2 from = hands.viewer.transfer_editor().place_of(5).value();
+  hands.press(from);
+  for (int i = 1; i <= 5; ++i) {
+    const std::uint64_t before = hands.viewer.pictures().wished;
+    hands.move(from + glm::dvec2(3, 8) * double(i));
+    ASSERT_TRUE(hands.until([&] {
+      return hands.viewer.pictures().wished > before &&
+             hands.viewer.pictures().shown == hands.viewer.pictures().wished;
+    }));
+  }
+  hands.release(from + glm::dvec2(15, 40));
+  ASSERT_TRUE(hands.until_exact());
+  const fs::path file = fs::path(testing::TempDir()) / "psivox_preintegrated.exr";
+  const fs::path before = fs::current_path();
+  fs::current_path(testing::TempDir());  // the function is saved there
+  hands.viewer.save_picture(file.string());
+  ASSERT_TRUE(hands.until([&] { return !hands.viewer.saving(); }));
+  ASSERT_TRUE(hands.until_exact());
+  fs::current_path(before);
+  expect_same(*hands.viewer.exact_picture(), read_image(file));
+  EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
+  fs::remove(fs::path(testing::TempDir()) / hands.viewer.scene().transfer_function);
+  fs::remove(file);
+}
+
+}  // namespace
+}  // namespace psivox::view
