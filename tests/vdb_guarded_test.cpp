@@ -37,6 +37,7 @@ using test::same;
 
 /// Hides what it does from the compiler.
 volatile int* volatile nowhere = nullptr;
+char* volatile seen = nullptr;
 
 void send_answer(int connection, const std::string& content) {
   send(connection, MessageKind::answer, content);
@@ -75,7 +76,11 @@ const std::map<std::string, std::function<void(int connection)>> accidents = {
        while (!nowhere) continue;
      }},
     {"sleep.vdb", [](int) { std::this_thread::sleep_for(std::chrono::hours(1)); }},
-    {"overflow.vdb", [](int) { std::vector<char> huge(std::size_t{1} << 44); }},
+    {"overflow.vdb",
+     [](int) {
+       std::vector<char> huge(std::size_t{1} << 44);
+       seen = huge.data();  // or a compiler leaves it out
+     }},
     {"nonsense.vdb", [](int connection) { send_answer(connection, "nonsense"); }},
     {"empty_answer.vdb", [](int connection) { send_answer(connection, ""); }},
     {"long_answer.vdb",
