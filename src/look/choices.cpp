@@ -70,10 +70,8 @@ void choose_albedo(Choosing& all) {
   if (!all.scene.albedo_grid.empty() || !all.scene.lit()) return;
   for (const char* name : {"Cd", "albedo", "color", "colour", "diffuse"}) {
     const std::vector<std::string> grids = albedo_grids(file, name);
-    const bool colored = std::ranges::any_of(grids, [&](const std::string& grid) {
-      const Field field = file.read(grid, {.role = GridRole::data, .empty = true});
-      return field.active_voxels > 0 && stored_range(field).y > 0;
-    });
+    const bool colored = std::ranges::any_of(
+        grids, [&](const std::string& grid) { return file.content(grid).nothing.empty(); });
     if (!colored || (grids.size() == 1 && file.channels(name) != 3)) continue;
     all.view.reset();
     all.scene.albedo_grid = name;
