@@ -59,6 +59,15 @@ Node octant_of(Node brick, int3 cell) {
   return brick;
 }
 
+// The node of a table's entry that spans 2^shift voxels and holds a cell, which is `at` in the table.
+Node node_of(uint entry, int3 cell, int3 at, int shift) {
+  int kind = int(entry >> PAYLOAD_BITS);
+  int payload = int(entry) & PAYLOAD_MASK;
+  int3 lo = cell - (at & ((1 << shift) - 1));
+  int grow = kind == NODE_EMPTY ? (payload - 1) << shift : 0;
+  return Node(kind, payload, lo - grow, (1 << shift) + 2 * grow);
+}
+
 // The entry that covers a cell of the domain.
 Node find_entry(int grid, int3 cell) {
   int3 at = cell - grid_of(grid).table_min;
@@ -73,11 +82,7 @@ Node find_entry(int grid, int3 cell) {
       entry = fetch_page(grid, (int(entry) & PAYLOAD_MASK) + ((q.x * 8 + q.y) * 8 + q.z));
     }
   }
-  int kind = int(entry >> PAYLOAD_BITS);
-  int payload = int(entry) & PAYLOAD_MASK;
-  int3 lo = cell - (at & ((1 << shift) - 1));
-  int grow = kind == NODE_EMPTY ? (payload - 1) << shift : 0;
-  return Node(kind, payload, lo - grow, (1 << shift) + 2 * grow);
+  return node_of(entry, cell, at, shift);
 }
 
 // The node without the octants' bits, for look-ups that need values which octants hide.
@@ -200,6 +205,14 @@ real3 polynomials(IN(Cubics) c, real s) {
 Cubics constant_cubics(real3 v) {
   real none = real(0.0);
   return Cubics(Cubic(v.x, none, none, none), Cubic(v.y, none, none, none), Cubic(v.z, none, none, none));
+}
+
+Cubics scaled(Cubics c, real3 factors) {
+  return Cubics(scaled(c.x, factors.x), scaled(c.y, factors.y), scaled(c.z, factors.z));
+}
+
+Cubics sum_of(Cubics a, Cubics b) {
+  return Cubics(sum_of(a.x, b.x), sum_of(a.y, b.y), sum_of(a.z, b.z));
 }
 
 // Through the values at 0, 1/2 and 1.

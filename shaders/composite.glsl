@@ -29,7 +29,7 @@ void deepen(INOUT(March) m, real depth, real length) {
 void composite(INOUT(March) m, real3 C, real opacity, real depth, real3 glow, real length) {
   if (count_steps && depth > real(0.0)) m.steps += 1;
   if (vector_radiance) {
-    if (has_emission) C = C * (color * m.phase) + glow;
+    if (adds_glow) C = C * (color * m.phase) + glow;
     if (from_back) m.radiance = C + m.radiance * (real(1.0) - opacity);
     else add_light(m, C * m.transmittance);
   } else if (!constant_luminance) {
@@ -166,6 +166,8 @@ struct NodeSum {
   real value;  // of the density grid, times its weight
   real3 L;     // of a luminance grid, times its weight
   real3 glow;  // as seen at the piece's front
+  real own;       // the weight of the density; of the rest the further volumes
+  real3 others;   // their luminance, times their weight
 };
 
 // The node at `place` of the way through the piece: `share` is its part of the piece.
@@ -175,6 +177,12 @@ void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, 
   real through = share * (cell_nodes == 4 ? shallow_decay(depth) : deep_decay(depth));
   real weight = integrate_cell(piece.tau, through, s);
   sum.weight += weight;
+  if (other_volumes > 0) {
+    if (others_shine) sum.others = sum.others + sextics(m.others.source, place) * through;
+    if (others_shine) sum.glow = sum.glow + polynomials(m.others.glow, place) * through;
+    weight = integrate_cell(piece.value, through, place);
+    sum.own += weight;
+  }
   sum.value += polynomial(piece.value, place) * weight;
   if (own_luminance) sum.L = sum.L + polynomials(piece.L, place) * weight;
   if (glows(m)) sum.glow = sum.glow + polynomials(piece.glow, place) * (emission_scale * through);
@@ -192,7 +200,7 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   if (has_emission)
     piece.glow = cubics_along(emission_grid, emission_channels, m.emission.node,
                               position(m.emission.ray, m.t), m.emission.ray.direction * length);
-  NodeSum sum = NodeSum(real(0.0), real(0.0), none, none);
+  NodeSum sum = NodeSum(real(0.0), real(0.0), none, none, real(0.0), none);
   if (cell_nodes == 4) {
     add_node(sum, m, piece, real(0.0694318442029737), real(0.1739274225687269));
     add_node(sum, m, piece, real(0.3300094782075719), real(0.3260725774312732));
@@ -218,11 +226,18 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   real depth = max(extinction * length * antiderivative(attenuation, real(1.0)), real(0.0));
   real opacity = decay(depth).a;
   // between knots the luminance is linear in the value, so the mean value has the mean luminance
-  real scale = real(1.0) / max(sum.weight, real(1e-30));
+  real scale = real(1.0) / max(other_volumes > 0 ? sum.own : sum.weight, real(1e-30));
   Point mean = Point(real(0.0), real(0.0), real3(real(1.0)), none, real(0.0), none);
   if (own_luminance) mean.L = sum.L * scale;
   mean = with_value(m, mean, Sample(sum.value * scale, real(0.0)));
-  composite(m, mean.L * opacity, opacity, depth, sum.glow * length, length);
+  real3 C = mean.L * opacity;
+  real3 glow = sum.glow * length;
+  if (other_volumes > 0) {
+    real share = opacity / max(sum.weight, real(1e-30));
+    C = mean.L * (share * sum.own);
+    glow = glow + sum.others * share;
+  }
+  composite(m, C, opacity, depth, glow, length);
   m.t = t_back;
   m.front.value = polynomial(value, real(1.0));
 }

@@ -4,3 +4,4 @@ GRID(0, density)
 GRID(1, luminance)
 GRID(2, emission)
 GRID(3, gradient)
+GRID(4, others)  // of all further volumes

@@ -8,6 +8,8 @@ CONSTANT(bool, octants)           // entries of the density's bricks tell which 
 CONSTANT(bool, passes_octants)    // rays pass over those: a CPU gains by it, a GPU needs more registers
 CONSTANT(bool, paired)            // luminance is stored beside the density, in the same bricks
 CONSTANT(int, emission_channels)  // channels of the emission grid, 0: there is none
+CONSTANT(int, other_volumes)      // grids of further volumes, see others.glsl
+CONSTANT(bool, others_shine)      // they have luminance or emission, else they attenuate alone
 CONSTANT(bool, attenuates)        // the extinction is not 0
 CONSTANT(bool, ends_early)        // a ray may become opaque
 CONSTANT(bool, transfer)          // a transfer function classifies values; else tau ~ value

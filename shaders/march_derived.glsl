@@ -8,7 +8,8 @@ DERIVED(bool, beside_density, own_luminance && paired && !template_sampling)
 DERIVED(bool, tracks_luminance, own_luminance && !beside_density)
 DERIVED(bool, has_emission, emission_channels > 0)
 DERIVED(bool, colored_luminance, luminance_source == SOURCE_VECTOR || luminance_source == SOURCE_TRANSFER)
-DERIVED(bool, vector_radiance, colored_luminance || has_emission)
+DERIVED(bool, adds_glow, has_emission || others_shine)
+DERIVED(bool, vector_radiance, colored_luminance || adds_glow)
 
 DERIVED(bool, steps_along, uniform_sampling && !template_sampling)
 
@@ -18,13 +19,14 @@ DERIVED(bool, walks_middles, uniform_sampling && middle_rule && !constant_runs &
 // The picture depends on the optical depth alone, and that is the segment's own: no weights.
 DERIVED(bool, integrates, shows == SHOWS_light || shows == SHOWS_depth)
 DERIVED(bool, own_depth, exact_depth && !transfer_rule && !(transfer && cell_rule))
-DERIVED(bool, depth_only, integrates && constant_luminance && !has_emission && own_depth)
+DERIVED(bool, depth_only, integrates && constant_luminance && !adds_glow && own_depth)
 
 // Where nothing is stored the value is 0, and so is the attenuation unless a function says otherwise.
 DERIVED(bool, vacuum_differs, transfer || beyond)
 
 // A turn may end inside a cell.
-DERIVED(bool, limits_pieces, cell_rule && !depth_only && (deep_cells || tracks_luminance || has_emission))
+DERIVED(bool, ends_pieces, cell_rule && !depth_only && (deep_cells || tracks_luminance || has_emission))
+DERIVED(bool, limits_pieces, ends_pieces || other_volumes > 0)
 DERIVED(bool, cuts_pieces, limits_pieces || (transfer && split_knots))
 
 // Under cells the cubic's coefficients come straight from a cell's corners. Else its values do: a

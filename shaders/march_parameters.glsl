@@ -59,6 +59,7 @@ PARAMETER(int, clip_first)            // where `tables` has the clip's planes, f
 PARAMETER(int, clip_planes)
 PARAMETER(int, held_first)            // where `tables` has the depths at which rays end, of all pixels
 PARAMETER(int, held_width)            // row by row, four an entry, from the anchor plane along the view
+PARAMETER(int, others_first)          // where `tables` has the further volumes, see others.glsl
 PARAMETER(int, template_first)        // where `tables` has the ray template
 PARAMETER(int, template_entries)
 PARAMETER(int, template_axis)         // of the base plane

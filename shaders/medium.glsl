@@ -1,4 +1,5 @@
 // What rules may look up: rays in voxels, the atlas, the transfer function.
 #include "ray.glsl"
 #include "atlas.glsl"
+#include "others.glsl"
 #include "transfer.glsl"

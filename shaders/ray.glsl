@@ -51,6 +51,12 @@ Ray make_ray(real3 anchor, real3 direction, int3 domain_min, int3 domain_max, re
   return ray;
 }
 
+const real NEVER = real(1e30);  // a time that no ray reaches
+
+// Faces of two grids nearer than this are taken as met [unit of t]: two lattices that are the same
+// differ by rounding.
+const real near_face = real(1e-4);
+
 // The ray from its other end, with t negated. The times of all faces are negated too, to the last bit,
 // since rounding is symmetric.
 Ray reversed(Ray ray) {

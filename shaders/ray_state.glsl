@@ -1,5 +1,4 @@
 // What a ray carries, and what it reads of the medium.
-const real NEVER = real(1e30);
 const real UNKNOWN = real(-1e38);
 const real LN2 = real(0.6931471805599453);
 
@@ -51,6 +50,7 @@ struct March {
   real3 pairs_at;      // this; they hold only where
   bool paired_here;    // this is set, else the turn reads no brick
   bool paired_front;   // the front's luminance is one of a brick
+  Others others;       // further volumes along the piece that the turn crosses
 };
 
 #include "march_derived.glsl"
@@ -89,13 +89,14 @@ March begin_march(Ray ray) {
   m.pairs_at = real3(real(0.0));
   m.paired_here = false;
   m.paired_front = false;
+  if (other_volumes > 0) m.others = no_others();
   return m;
 }
 
 // Runs of one value that need no samples, where all else is constant along them too; and empty ones.
 bool constant_run(Node node) {
-  return constant_runs && node.kind == NODE_CONSTANT && !with_gradient && !own_luminance
-         && !has_emission;
+  return constant_runs && node.kind == NODE_CONSTANT && !with_gradient && !has_emission
+         && (!own_luminance || (beside_density && other_volumes > 0));
 }
 bool closed_form(Node node) { return node.kind == NODE_EMPTY || constant_run(node); }
 

@@ -1,9 +1,6 @@
 // What a turn of the sampling by cells crosses: one cell, a piece of a cell, or a whole run of one value.
 // Trilinear data along a ray is a cubic in each cell, and Simpson's rule is exact for it.
 
-// Faces nearer than this are taken as met [unit of t]: two lattices that are the same differ by rounding.
-const real near_face = real(1e-4);
-
 // Where the ray, from t on, next leaves a cell, a run or the domain of another grid.
 real next_face(int grid, IN(Track) track, real t) {
   t += near_face;
@@ -15,14 +12,19 @@ real next_face(int grid, IN(Track) track, real t) {
   return leave(track.ray, brick ? cell : node.lo, brick ? 1 : node.side).t;
 }
 
-// How far the other grids are cubics too, from m.t on: at most t_end, and ahead of m.t by more than
-// rounding (see part_end).
+// The end of a piece before t_end that a face at t cuts, ahead of m.t by more than rounding (see
+// part_end).
+real piece_end(IN(March) m, real t, real t_end) {
+  if (t >= t_end - near_face) return t_end;
+  return min(t_end, max(t, m.t + abs(m.t) * t_epsilon + t_epsilon));
+}
+
+// How far the other grids are cubics too, from m.t on: at most t_end.
 real end_of_cubics(IN(March) m, real t_end) {
   real t = NEVER;
   if (tracks_luminance) t = next_face(luminance_grid, m.luminance, m.t);
   if (has_emission) t = min(t, next_face(emission_grid, m.emission, m.t));
-  if (t >= t_end - near_face) return t_end;
-  return min(t_end, max(t, m.t + abs(m.t) * t_epsilon + t_epsilon));
+  return piece_end(m, t, t_end);
 }
 
 // The gradient's magnitude along the cell, from m.t on. Follows seek_gradient.
@@ -154,24 +156,35 @@ void classify_stretch(INOUT(Stretch) s, INOUT(March) m) {
   }
 }
 
+// Cuts the cubics to the piece.
+void cut_piece(INOUT(Stretch) s, INOUT(March) m) {
+  if (s.t_end >= s.t_exit) return;
+  real part = (s.t_end - m.t) / s.extent;
+  s.value = first_part(s.value, part);
+  s.attenuation = first_part(s.attenuation, part);
+  if (other_volumes > 0) m.others = first_part(m.others, part);
+  s.f_end = polynomial(s.value, real(1.0));
+  s.extent = s.t_end - m.t;
+}
+
+// Adds the further volumes along the piece, which ends where one of them leaves a cell.
+void add_others(INOUT(Stretch) s, INOUT(March) m, Ray ray) {
+  Others o = others_from(ray, m.t, m.phase);
+  s.t_end = piece_end(m, o.end, s.t_end);
+  cut_piece(s, m);
+  m.others = first_part(o, s.extent);
+  s.attenuation = sum_of(s.attenuation, m.others.attenuation);
+}
+
 // Ends the piece where a rule that integrates cubics would lose accuracy: where it becomes opaque, and
 // where another grid's cubic ends.
-void limit_piece(INOUT(Stretch) s, IN(March) m) {
+void limit_piece(INOUT(Stretch) s, INOUT(March) m, Ray ray) {
+  if (other_volumes > 0) add_others(s, m, ray);
   if (deep_cells) {
     real part = shallow_part(s.attenuation, extinction * s.extent, piece_depth);
     s.t_end = min(s.t_end, part_end(m.t, s.extent, part, s.t_exit));
   }
   if (tracks_luminance || has_emission) s.t_end = end_of_cubics(m, s.t_end);
-}
-
-// Cuts the cubics to the piece.
-void cut_piece(INOUT(Stretch) s, IN(March) m) {
-  if (s.t_end >= s.t_exit) return;
-  real part = (s.t_end - m.t) / s.extent;
-  s.value = first_part(s.value, part);
-  s.attenuation = first_part(s.attenuation, part);
-  s.f_end = polynomial(s.value, real(1.0));
-  s.extent = s.t_end - m.t;
 }
 
 // The piece as linear segments of equal length.

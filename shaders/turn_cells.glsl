@@ -12,7 +12,7 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
   s.slope = gradient_along(m, ray, s.extent);
   classify_stretch(s, m);
   m.front = with_value(m, m.front, Sample(s.f_front, max(s.slope.f_0, real(0.0))));
-  if (limits_pieces && !s.run) limit_piece(s, m);
+  if (limits_pieces && (!s.run || other_volumes > 0)) limit_piece(s, m, ray);
   if (cuts_pieces) cut_piece(s, m);
   cross_cell(m, node, s);
   if (!cuts_pieces || m.t >= s.t_exit) m.cell = s.next;

@@ -101,6 +101,21 @@ TEST(Parameters, ReadsEveryKind) {
   EXPECT_EQ(with("light", "0,-1,-2,3,2,0").lights, (Lights{{{0, -1, -2}, {3, 2, 0}}}));
   EXPECT_EQ(with("light", "camera:1,-1,-2,3,2,0;0,0,1").lights,
             (Lights{{{1, -1, -2}, {3, 2, 0}, true}, {{0, 0, 1}, glm::dvec3(1)}}));
+  const std::vector<std::string> volumes{"a b.vdb scale=2", "c.vdb"};
+  EXPECT_EQ(with("volumes", "a b.vdb scale=2;c.vdb").volumes, volumes);
+  EXPECT_EQ(scene_from_json(to_json(with("volumes", "a b.vdb scale=2;c.vdb"))).volumes, volumes);
+  EXPECT_TRUE(with("volumes", "none").volumes.empty());
+}
+
+TEST(Parameters, OfAFurtherVolumeAreItsOwnOrTheScenes) {
+  Scene scene = with("luminance", "0.5,1,2");
+  scene.grid = "heat";
+  const Scene own = scene_of_volume(scene, "a =b.vdb scale=2 extinction=3");
+  EXPECT_EQ(own.input, "a =b.vdb");
+  EXPECT_EQ(own.grid, "");
+  EXPECT_EQ(own.scale, 2);
+  EXPECT_EQ(own.extinction, 3.0);
+  EXPECT_EQ(own.luminance, scene.luminance);
 }
 
 TEST(Parameters, ReadsColoursAsLinearNumbersOrCodesOfSrgb) {

@@ -210,6 +210,7 @@ void study_command(Arguments arguments) {
   const StudyFile file = call.file.empty() ? StudyFile{} : read_study_file(call.file);
   StudyOptions options = options_of(call, file);
   const Scene scene = call.scene.scene(file.scene);
+  check_one_volume(scene, "study");
   if (scene.input.empty()) usage("no input; give IN.vdb");
   std::vector<std::string> inputs = call.sequence.inputs;
   if (inputs.empty()) inputs.push_back(scene.input);

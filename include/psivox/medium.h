@@ -65,7 +65,13 @@ struct Medium {
   bool lit = false;          ///< the luminance has that light, wherever the density attenuates
   glm::dvec3 phase_axis{0};  ///< direction of the light if scattering depends on the ray's; else 0
   double phase_g = 0;        ///< mean cosine of scattering about it
+  /// Further volumes, each on a lattice of its own: tau = extinction * value, of constant luminance
+  /// or lit. Extinctions and emissions add up, luminances weigh by extinction.
+  std::vector<Medium> others{};
 };
+
+/// The medium with that further volume in the first one's place, and the first one in its.
+Medium seen_from(const Medium& medium, std::size_t other);
 
 /// The medium, the camera, what it looks at, and the scene with all optionals resolved, so that
 /// rendering `scene` again gives the same picture.

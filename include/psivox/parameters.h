@@ -25,16 +25,18 @@ struct Range {
 };
 
 /// The member of Scene that holds a parameter. Its type decides how text is read.
-using SceneMember = std::variant<
-    std::string Scene::*, bool Scene::*, int Scene::*, std::uint64_t Scene::*, double Scene::*,
-    std::optional<double> Scene::*, glm::dvec3 Scene::*, std::optional<glm::dvec3> Scene::*,
-    std::optional<Background> Scene::*, glm::ivec2 Scene::*, std::optional<MapRange> Scene::*,
-    std::optional<OpacityCurve> Scene::*, std::vector<DirectionalLight> Scene::*,
-    std::optional<WorldBox> Scene::*, std::optional<Plane> Scene::*,
-    std::optional<Colormap> Scene::*, Mode Scene::*, Classification Scene::*, Centering Scene::*,
-    std::optional<Integrator> Scene::*, std::optional<Sampling> Scene::*, Filter Scene::*,
-    TexelType Scene::*, RendererKind Scene::*, Projection Scene::*, UpAxis Scene::*,
-    LightQuality Scene::*, ToneMap Scene::*, EmissionColor Scene::*, DepthKind Scene::*>;
+using SceneMember =
+    std::variant<std::string Scene::*, bool Scene::*, int Scene::*, std::uint64_t Scene::*,
+                 double Scene::*, std::optional<double> Scene::*, glm::dvec3 Scene::*,
+                 std::optional<glm::dvec3> Scene::*, std::optional<Background> Scene::*,
+                 glm::ivec2 Scene::*, std::optional<MapRange> Scene::*,
+                 std::optional<OpacityCurve> Scene::*, std::vector<DirectionalLight> Scene::*,
+                 std::vector<std::string> Scene::*, std::optional<WorldBox> Scene::*,
+                 std::optional<Plane> Scene::*, std::optional<Colormap> Scene::*, Mode Scene::*,
+                 Classification Scene::*, Centering Scene::*, std::optional<Integrator> Scene::*,
+                 std::optional<Sampling> Scene::*, Filter Scene::*, TexelType Scene::*,
+                 RendererKind Scene::*, Projection Scene::*, UpAxis Scene::*, LightQuality Scene::*,
+                 ToneMap Scene::*, EmissionColor Scene::*, DepthKind Scene::*>;
 
 /// The sections of --help and of the viewer's panel, in their order.
 enum class ParameterGroup { input, output, look, light, camera, accuracy, machine };
@@ -118,6 +120,16 @@ void apply_over(Scene& scene, std::span<const Setting> settings);
 
 /// Throws Error(usage) if parameters contradict each other.
 void validate(const Scene& scene);
+
+/// Names of the parameters that a further volume may have for itself.
+const std::vector<std::string>& volume_parameters();
+/// The scene of one of the further volumes in `scene.volumes`, "FILE NAME=VALUE ...": its file and
+/// what it has for itself, the rest as in `scene`. Throws Error(usage).
+Scene scene_of_volume(const Scene& scene, std::string_view text);
+/// Throws Error(usage) if there are further volumes, which `who` does not show.
+void check_one_volume(const Scene& scene, std::string_view who);
+/// Throws Error(usage) if further volumes cannot be drawn as the scene asks. Part of validate().
+void validate_volumes(const Scene& scene);
 
 /// The tolerance of a picture if its scene leaves the method open.
 inline constexpr double default_tolerance = 1e-3;

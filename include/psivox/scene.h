@@ -67,11 +67,16 @@ struct Plane {
 /// does. The default of an optional that is unset depends on the data or on another field.
 struct Scene {
   std::string input;
-  std::string look;                        ///< see look.h; empty: not said
-  std::string grid;                        ///< empty: `density`, else the only scalar grid
+  std::string look;  ///< see look.h; empty: not said
+  std::string grid;  ///< empty: `density`, else the only scalar grid
+  /// Further volumes in the scene, each as "FILE NAME=VALUE ...", see medium/volumes.h.
+  std::vector<std::string> volumes;
   std::optional<double> background_value;  ///< in place of a grid's own, if that is not 0
   Centering centering = Centering::node;
-  int lod = 0;  ///< level of detail: voxels are made twice as wide so many times
+  double scale = 1;      ///< of the volume about the world's origin, before it is turned and moved
+  glm::dvec3 rotate{0};  ///< about the world's axes x, y and z, one after the other [degrees]
+  glm::dvec3 translate{0};  ///< [world units]
+  int lod = 0;              ///< level of detail: voxels are made twice as wide so many times
   std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
   std::string transfer_function;     ///< file; empty: the value itself is the attenuation
   std::optional<Colormap> colormap;
@@ -163,6 +168,7 @@ struct Scene {
     return sampling.value_or(step ? Sampling::uniform : Sampling::cells);
   }
   Integrator resolved_integrator() const {
+    if (!volumes.empty()) return integrator.value_or(Integrator::cell_exact);
     return integrator.value_or(resolved_sampling() == Sampling::cells ? Integrator::psi_weighted
                                                                       : Integrator::psi_balanced);
   }

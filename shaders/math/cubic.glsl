@@ -132,3 +132,23 @@ real shallow_part(Cubic c, real x, real most) {
   real p_3 = sqrt(sqrt(quarter / max(c.q_3, none)));
   return min(min(min(p_0, p_1), min(p_2, p_3)), real(1.0));
 }
+
+Cubic scaled(Cubic c, real factor) {
+  return Cubic(c.f_0 * factor, c.q_1 * factor, c.q_2 * factor, c.q_3 * factor);
+}
+
+Cubic sum_of(Cubic a, Cubic b) {
+  return Cubic(a.f_0 + b.f_0, a.q_1 + b.q_1, a.q_2 + b.q_2, a.q_3 + b.q_3);
+}
+
+// The product of two cubics is low(s) + s^4 high(s).
+Cubic product_low(Cubic a, Cubic b) {
+  return Cubic(a.f_0 * b.f_0, a.f_0 * b.q_1 + a.q_1 * b.f_0,
+               a.f_0 * b.q_2 + a.q_1 * b.q_1 + a.q_2 * b.f_0,
+               a.f_0 * b.q_3 + a.q_1 * b.q_2 + a.q_2 * b.q_1 + a.q_3 * b.f_0);
+}
+
+Cubic product_high(Cubic a, Cubic b) {
+  return Cubic(a.q_1 * b.q_3 + a.q_2 * b.q_2 + a.q_3 * b.q_1, a.q_2 * b.q_3 + a.q_3 * b.q_2,
+               a.q_3 * b.q_3, real(0.0));
+}

@@ -27,6 +27,7 @@ void check_picture(const Scene& scene, const std::vector<std::string>& layers, b
     if (scene.renderer == RendererKind::reference)
       throw Error(ExitCode::usage,
                   "--time-budget is for a march; --renderer reference does not march");
+    check_one_volume(scene, "--time-budget");
     check_method_unset(scene, "--time-budget");
   }
   if (std::ranges::count(layers, "deep")) {
@@ -41,9 +42,27 @@ void check_picture(const Scene& scene, const std::vector<std::string>& layers, b
       throw Error(ExitCode::usage, obstacle);
 }
 
+namespace {
+
+/// A further volume's text with what its own file's look says, of what a volume has for itself.
+std::string with_own_look(const Scene& scene, std::string text, const std::string& open_look) {
+  const Scene own = scene_of_volume(scene, text);
+  const LookedScene looked = with_look(own, VdbFile(own.input), open_look);
+  for (const Setting& setting : looked.settings)
+    if (std::ranges::count(volume_parameters(), setting.name))
+      text += " " + setting.name + "=" + setting.text;
+  return text;
+}
+
+}  // namespace
+
 OpenedScene open_scene(const Scene& scene, const VdbFile& file, const OpenOptions& options) {
-  OpenedScene opened{with_look(scene, file, options.open_look, options.background, options.parts),
+  Scene first = scene;
+  first.volumes.clear();
+  OpenedScene opened{with_look(first, file, options.open_look, options.background, options.parts),
                      {}};
+  for (const std::string& volume : scene.volumes)
+    opened.looked.scene.volumes.push_back(with_own_look(scene, volume, options.open_look));
   opened.view = make_view(opened.looked.scene, opened.looked.fields);
   return opened;
 }
@@ -56,6 +75,8 @@ OpenedScene open_scene(const Scene& scene, MediumFields fields) {
 
 std::vector<std::string> notices_of(const Medium& medium) {
   std::vector<std::string> all;
+  for (const Medium& other : medium.others)
+    for (std::string& notice : notices_of(other)) all.push_back(std::move(notice));
   // fields made from one grid repeat its notices
   for (const auto& field : {medium.density, medium.luminance, medium.emission})
     if (field)

@@ -91,7 +91,9 @@ std::string why_empty(const View& view) {
     return "--isovalue " + formatted("%.4g", isovalue) + " is not among the values of " +
            grid_text(view);
   }
-  if (medium.emission || scene.shows(Shows::plane) || scene.shows(Shows::value)) return {};
+  if (medium.emission || !medium.others.empty() || scene.shows(Shows::plane) ||
+      scene.shows(Shows::value))
+    return {};
   if (scene.attenuates() && medium.extinction == 0) return "--extinction is 0";
   const bool attenuates = medium.transfer
                               ? medium.transfer->max_attenuation(

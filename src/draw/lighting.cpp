@@ -103,6 +103,7 @@ class LightTrials {
   /// The method to begin with: the coarsest lattice that is expected to be enough, but not below a
   /// voxel from so coarse a trial, or exact rays where they cost less.
   LightMethod first(const LightDepths& depths) {
+    if (!view_.medium.others.empty()) return from(coarse, 0);
     const LightError off = miss({.spacing = coarsest}, depths);
     LightMethod method = from(coarse, off.rms * halving_above);
     if (method.spacing > 0) method.spacing = std::max(method.spacing, 1.0);
@@ -143,7 +144,8 @@ class LightTrials {
     const LightMethod rays{
         .termination = transmittance_of(termination_share * rms_, view_.scene.scatter_octaves)};
     if (!exact_look_ups_) exact_look_ups_ = exact_look_ups(rays.termination);
-    for (; spacing >= finest; spacing /= 2) {
+    const bool columns = view_.medium.others.empty();  // they cross one volume
+    for (; columns && spacing >= finest; spacing /= 2) {
       if (lattice_look_ups(spacing) > *exact_look_ups_) break;
       if (enough(miss, spacing)) return {.spacing = spacing};
       miss *= spacing > 1 ? halving_above : halving_below;
@@ -254,13 +256,15 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   const View view = seen(wanted);
   if (blocks_.empty()) blocks_ = blocks_of(view, source.atlas, bricks_);
   const LightDepths depths = source.depths(view);
+  depths_of_others_ = source.atlas ? DepthsOf(own_light_depths) : source.depths;
   camera_ = view.camera;
   beams_ = light_beams(view);
   sky_error_ = error_ = {};
   coarse_ = !need.exact && need.rms == 0;
   if (need.exact || need.rms == 0) {
     add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);
-    set_method(beams_, {.spacing = need.exact ? 0 : coarsest});
+    const bool columns = !need.exact && view.medium.others.empty();
+    set_method(beams_, {.spacing = columns ? coarsest : 0});
     return sum_up(view, depths, progress);
   }
   const std::vector<Beam> some = sky_beams(view, tried_sky_count);
@@ -314,6 +318,7 @@ void Lighting::sum_up(const View& view, const LightDepths& depths, const Progres
   std::iota(all.begin(), all.end(), std::size_t{0});
   medium_.reset();  // not beside the next
   medium_ = LitLuminance(view, beams_).medium({blocks_, all}, depths, progress);
+  light_others(view, beams_, depths_of_others_, *medium_, progress);
 }
 
 }  // namespace psivox

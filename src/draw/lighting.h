@@ -76,6 +76,7 @@ class Lighting {
   bool coarse_ = false;  ///< computed for a preview
   LightError error_;
   LightError sky_error_;  ///< what the sky's directions miss
+  DepthsOf depths_of_others_;
 };
 
 }  // namespace psivox

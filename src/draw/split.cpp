@@ -100,6 +100,10 @@ Needs needs_of(const View& view, int light) {
   }
   for (const auto& field : {light ? nullptr : medium.luminance, medium.emission})
     if (field) needs.fixed += double(size_of(*field, {}, texel).bytes());
+  for (const Medium& other : medium.others) {
+    needs.fixed += (1 + light) * double(size_of(*other.density, {}, texel).bytes());
+    if (other.emission) needs.fixed += double(size_of(*other.emission, {}, texel).bytes());
+  }
   return needs;
 }
 
@@ -179,6 +183,10 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
                 27 * light * double(value_bytes(*medium.density));
   for (const auto& field : {medium.luminance, medium.emission, medium.gradient})
     if (field) most += most_bytes(*field, false);
+  for (const Medium& other : medium.others) {
+    most += (1 + light) * most_bytes(*other.density, light > 0);
+    if (other.emission) most += most_bytes(*other.emission, false);
+  }
   double limit = given_limit ? all : left_beside(density_bytes(view), all);
   if (!in_file && (limit == 0 || most <= limit)) return {};
 

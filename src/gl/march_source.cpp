@@ -55,8 +55,8 @@ int turns_per_pass(const MarchSetup& setup) {
   // points of a turn, each of which may descend into two other grids' tables and search the
   // function
   const int points = 2 * pieces + 2;
-  const int levels = c.density_levels + points * (c.luminance_levels + c.emission_levels) +
-                     points * c.gradient_levels;
+  const int levels = c.density_levels + c.other_volumes * (1 + c.others_levels) +
+                     points * (c.luminance_levels + c.emission_levels) + points * c.gradient_levels;
   const int searches = c.transfer ? (points + 8) * setup.search_steps : 0;
   constexpr int bisections = 2 * 20;
   const int terms = c.emission_channels ? 10 * pieces : 0;

@@ -51,6 +51,17 @@ class Model {
     return text;
   }
 
+  std::string volumes() const {
+    if (medium_.others.empty()) return "one";
+    std::string text = std::to_string(1 + medium_.others.size());
+    text += ": the next by ";
+    for (const Medium& other : medium_.others)
+      text += (&other == &medium_.others.front() ? "" : ", ") + in_quotes(other.density->name) +
+              ", " + number(other.extinction) + " times its value" +
+              (other.emission ? ", and what " + in_quotes(other.emission->name) + " emits" : "");
+    return text + "; a piece of a ray ends at the faces of each";
+  }
+
   std::string attenuation() const {
     if (!scene_.attenuates()) return "none: --mode " + mode() + " looks at values alone";
     if (!constants().attenuates) return "none: the extinction is 0, so that no brick is stored";
@@ -71,6 +82,7 @@ class Model {
     switch (medium_.source) {
       case LuminanceSource::constant:
         if (medium_.light) return "the light that reaches each voxel, computed once";
+        if (constants().others_shine) return "constant in the first volume, and of each its own";
         return "constant: radiance is it times the opacity, and neither weights nor samples of it "
                "are "
                "computed";
@@ -171,12 +183,17 @@ class Model {
 
 std::vector<Explanation> explain(const View& view, const MediumAtlas& atlas) {
   const Model model(view, atlas);
-  std::vector<Explanation> explanations = {
-      {"grids", model.grids()},           {"attenuation", model.attenuation()},
-      {"luminance", model.luminance()},   {"emission", model.emission()},
-      {"light", model.light()},           {"sampling", model.sampling()},
-      {"integrator", model.integrator()}, {"end corrections", model.corrections()},
-      {"early end", model.early_end()},   {"holdout", model.holdout()}};
+  std::vector<Explanation> explanations = {{"grids", model.grids()},
+                                           {"volumes", model.volumes()},
+                                           {"attenuation", model.attenuation()},
+                                           {"luminance", model.luminance()},
+                                           {"emission", model.emission()},
+                                           {"light", model.light()},
+                                           {"sampling", model.sampling()},
+                                           {"integrator", model.integrator()},
+                                           {"end corrections", model.corrections()},
+                                           {"early end", model.early_end()},
+                                           {"holdout", model.holdout()}};
   return explanations;
 }
 

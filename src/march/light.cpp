@@ -303,7 +303,9 @@ View lit(View view, const LightDepths& depths) {
   const std::vector<glm::ivec3> all = visible_blocks(*view.medium.density, density_options(view));
   std::vector<std::size_t> wanted(all.size());
   std::iota(wanted.begin(), wanted.end(), std::size_t{0});
-  view.medium = LitLuminance(view, std::move(beams)).medium({all, wanted}, depths);
+  const View dark = view;
+  view.medium = LitLuminance(dark, beams).medium({all, wanted}, depths);
+  light_others(dark, beams, own_light_depths, view.medium);
   return view;
 }
 
@@ -314,7 +316,7 @@ View light_march(const View& view, const Beam& beam) {
   scene.mode = Mode::alpha;
   scene.sampling = Sampling::cells;
   scene.step.reset();
-  scene.integrator = Integrator::psi_weighted;
+  scene.integrator = view.medium.others.empty() ? Integrator::psi_weighted : Integrator::cell_exact;
   // between knots of values the attenuation is a cubic, whose depth is exact
   scene.split_knots = !view.medium.gradient;
   if (scene.split_knots) scene.segments = 1;
@@ -327,6 +329,11 @@ View light_march(const View& view, const Beam& beam) {
   medium.luminance.reset();
   medium.emission.reset();
   medium.light.reset();
+  for (Medium& other : medium.others) {
+    other.color = medium.color;
+    other.lit = false;
+    other.emission.reset();
+  }
   Camera& camera = towards.camera;
   camera = {};
   camera.forward = -beam.direction;

@@ -125,6 +125,16 @@ class LitLuminance {
 void in_batches(const LightBlocks& blocks, const Progress& progress,
                 const std::function<void(std::span<const std::size_t>)>& some);
 
+/// Depths through the medium of a view, which must outlive them.
+using DepthsOf = std::function<LightDepths(const View& view)>;
+
+/// In double, through an atlas that is built for them.
+LightDepths own_light_depths(const View& view);
+
+/// Lights the further volumes of a dark view's medium by the beams that `lit`, its lit medium, has.
+void light_others(const View& dark, std::span<const Beam> beams, const DepthsOf& depths_of,
+                  Medium& lit, const Progress& progress = {});
+
 /// The view in the light of its beams and, if it has a sky, of exact_sky_count directions, all
 /// exact.
 View lit(View view, const LightDepths& depths);

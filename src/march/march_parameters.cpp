@@ -8,6 +8,7 @@
 
 #include "march/explain.h"
 #include "march/march_tables.h"
+#include "march/others.h"
 #include "march/ray_bounds.h"
 #include "march/transfer_table.h"
 #include "psivox/error.h"
@@ -70,12 +71,15 @@ glsl::Grid grid_numbers(const RayBundle& bundle, const BrickAtlas& atlas, double
   return g;
 }
 
+const Field* field_of(const std::shared_ptr<const Field>& field) { return field.get(); }
+const Field* field_of(const std::vector<Medium>&) { return nullptr; }  // see place_others
+
 void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) {
   const Medium& medium = view.medium;
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
 #define GRID(id, name)                                                                     \
-  if (grids[id] && medium.name) {                                                          \
-    const RayBundle bundle = make_ray_bundle(view.camera, *medium.name, *medium.density);  \
+  if (const Field* field = grids[id] ? field_of(medium.name) : nullptr) {                  \
+    const RayBundle bundle = make_ray_bundle(view.camera, *field, *medium.density);        \
     setup.parameters.name = grid_numbers(bundle, *grids[id], setup.parameters.world_unit); \
     setup.constants.name##_levels = grids[id]->pages.levels;                               \
   }
@@ -227,6 +231,7 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,
   place_medium(view, setup);
   place_method(view, atlas, options, setup);
   place_function(view, options, setup);
+  place_others(view, atlas, setup);
   place_bounds(view, atlas, options, setup);
   place_passed(options.passed, options.pixels.value_or(PixelBox{}), setup);
   return setup;

@@ -115,14 +115,13 @@ RayTemplate make_ray_template(const glm::dvec3& direction, int planes, int conne
   return result;
 }
 
-namespace {
-
-/// Appends entries; returns where the first one is.
 int append(const std::vector<glm::vec4>& entries, MarchSetup& setup) {
   const int first = int(setup.tables.size());
   setup.tables.insert(setup.tables.end(), entries.begin(), entries.end());
   return first;
 }
+
+namespace {
 
 /// Appends numbers, four an entry.
 int append(const std::vector<float>& numbers, MarchSetup& setup) {

@@ -10,6 +10,9 @@ namespace psivox {
 
 struct Ramps;
 
+/// Appends entries to the setup's tables; returns where the first one is.
+int append(const std::vector<glm::vec4>& entries, MarchSetup& setup);
+
 // Each appends a table to those of the setup and sets the parameters and constants that tell the
 // march of it.
 

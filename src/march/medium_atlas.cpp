@@ -10,6 +10,7 @@
 
 #include "march/grids.h"
 #include "march/march_parameters.h"
+#include "march/others.h"
 #include "medium/value_range.h"
 #include "psivox/leaf_values.h"
 
@@ -106,7 +107,14 @@ AtlasOptions density_options(const View& view) {
   }
   options.own_texels = medium.light || medium.lit;  // its light is stored beside it
   options.mark_octants = true;
-  if (medium.emission) options.walked = where_values_are(*medium.emission, *medium.density);
+  const auto walk = [&](const Field& other) {
+    for (const Box& box : where_values_are(other, *medium.density)) options.walked.push_back(box);
+  };
+  if (medium.emission) walk(*medium.emission);
+  for (const Medium& other : medium.others) {
+    walk(*other.density);
+    if (other.emission) walk(*other.emission);
+  }
   return options;
 }
 
@@ -135,6 +143,22 @@ class Builder {
                           : build(luminance, {});
   }
 
+  void add_others(MediumAtlas& atlas) {
+    std::vector<OtherBricks> parts;
+    for (std::size_t i = 0; i < view_.medium.others.size(); ++i) {
+      const Medium& other = view_.medium.others[i];
+      const bool lit = other.lit;
+      OtherBricks& part = parts.emplace_back(
+          OtherBricks{.volume = i, .bricks = build(*other.density, {.own_texels = lit})});
+      if (lit)
+        part.light = build_beside(*other.luminance, part.bricks,
+                                  {.texel = view_.scene.texel, .memory_limit = left_});
+      if (other.emission)
+        parts.push_back({.volume = i, .emits = true, .bricks = build(*other.emission, {})});
+    }
+    join_others(parts, atlas);
+  }
+
   void use(const BrickAtlas& atlas) {
     // 1 rather than 0, which would be no limit
     const std::uint64_t used = 2 * atlas.size.bytes();
@@ -151,10 +175,11 @@ class Builder {
 MediumAtlas build_medium_atlas(const View& view) {
   const Medium& medium = view.medium;
   Builder builder(view);
-  MediumAtlas result{builder.build(*medium.density, density_options(view)), {}, {}, {}};
+  MediumAtlas result{builder.build(*medium.density, density_options(view)), {}, {}, {}, {}};
   if (medium.luminance && !medium.light) builder.add_luminance(result);
   if (medium.emission) result.emission = builder.build(*medium.emission, {});
   if (medium.gradient) result.gradient = builder.build(*medium.gradient, {});
+  builder.add_others(result);
   return result;
 }
 
@@ -192,7 +217,7 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
     if (!part) return build_atlas(field, options);
     return build_atlas(field_of_bricks(field, *part, options.with_margin), options);
   };
-  MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}};
+  MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}, {}};
   result.part = region;
   result.greatest = greatest ? *greatest : density_range(medium).y;
   result.paired = medium.lit && result.density.own_texels;
@@ -219,6 +244,7 @@ void add_luminance(MediumAtlas& atlas, const View& view) {
   for (const BrickAtlas* grid : grids_of(atlas))
     if (grid) builder.use(*grid);
   builder.add_luminance(atlas);
+  builder.add_others(atlas);
 }
 
 }  // namespace psivox

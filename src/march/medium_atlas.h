@@ -7,13 +7,28 @@
 
 namespace psivox {
 
+/// Where the bricks of a further volume are, or of what it emits.
+struct PlacedOther {
+  std::size_t volume = 0;  ///< place in Medium::others
+  bool emits = false;
+  int channels = 1;  ///< attenuation and luminance, or emission
+  Box domain;        ///< voxels, as the next two
+  glm::ivec3 table_min{0}, table_size{0};
+  int levels = 1;
+  int first_page = 0;            ///< of its table
+  int slots = 0, constants = 0;  ///< of a channel
+  double greatest = 0;           ///< of its values, if it attenuates
+};
+
 /// The grids of a view's medium as bricks: only what its picture depends on.
 struct MediumAtlas {
   BrickAtlas density;
   std::optional<BrickAtlas> luminance;  ///< where the luminance has a grid of its own
   std::optional<BrickAtlas> emission;
   std::optional<BrickAtlas> gradient;  ///< where the transfer function has one
-  bool paired = false;                 ///< luminance has the density's bricks in the same slots
+  std::optional<BrickAtlas> others;    ///< of all further volumes, see others.h
+  std::vector<PlacedOther> placed{};
+  bool paired = false;  ///< luminance has the density's bricks in the same slots
   /// The region whose density and gradient are stored, alone: cells beside it may have values
   /// [8 voxels, inclusive]
   std::optional<Box> part{};

@@ -4,6 +4,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "march/shader_constants.h"
+
 namespace psivox {
 namespace {
 
@@ -20,6 +22,10 @@ double cell_turns(const MarchSetup& setup, double cells) {
       c.luminance_source == int(LuminanceSource::vector))
     add(p.luminance.domain_max - p.luminance.domain_min);
   if (c.emission_channels) add(p.emission.domain_max - p.emission.domain_min);
+  for (int i = 0; i < c.other_volumes; ++i) {
+    const glm::vec4* entries = &setup.tables[std::size_t(p.others_first + i * other_entries)];
+    add(glm::ivec3(entries[9]) - glm::ivec3(entries[8]));
+  }
   // Deep cells are crossed in parts that hold at least a 240th of what they may (see shallow_part),
   // until the depth at which every ray has ended.
   return pieces * cells + 240 / p.piece_depth * std::min(p.stop_depth, 1e7);
@@ -37,6 +43,16 @@ double longest_ray(const MarchParameters& p) {
     }
   // The direction varies inside the picture; a factor 2 covers what its nine points miss.
   return 2 * glm::length(size) / slowest;
+}
+
+/// Length of the longest line through a box of voxels [world units].
+double diagonal_of(const Field& field, const glm::dvec3& size) {
+  const glm::dmat3 m(field.world_from_index);
+  double longest = 0;
+  for (const double y : {-1.0, 1.0})
+    for (const double z : {-1.0, 1.0})
+      longest = std::max(longest, glm::length(m * (size * glm::dvec3(1, y, z))));
+  return longest;
 }
 
 /// Largest value that an atlas holds, and 0.
@@ -64,17 +80,21 @@ DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas) {
   const double attenuation =
       medium.transfer ? medium.transfer->max_attenuation(-std::numeric_limits<double>::max(), value)
                       : value;
-  const glm::dmat3 m(medium.density->world_from_index);
-  const auto diagonal = [&](const glm::dvec3& size) {
-    double longest = 0;
-    for (const double y : {-1.0, 1.0})
-      for (const double z : {-1.0, 1.0})
-        longest = std::max(longest, glm::length(m * (size * glm::dvec3(1, y, z))));
-    return longest;
-  };
-  const double per_length = medium.extinction * attenuation;
-  return {per_length * diagonal(atlas.density.domain.max - atlas.density.domain.min),
-          per_length * diagonal(glm::dvec3(1))};
+  double per_length = medium.extinction * attenuation;
+  const double way =
+      diagonal_of(*medium.density, atlas.density.domain.max - atlas.density.domain.min);
+  const glm::dvec3 one(1);
+  // beside other volumes a run of one value is one piece
+  const bool runs = !medium.others.empty() &&
+                    std::ranges::any_of(atlas.density.constants, [](float v) { return v > 0; });
+  double cell = per_length * (runs ? way : diagonal_of(*medium.density, one));
+  for (const PlacedOther& other : atlas.placed) {
+    const Medium& volume = medium.others[other.volume];
+    const double depth = volume.extinction * other.greatest;
+    per_length += depth;
+    cell += depth * (other.constants > 0 ? way : diagonal_of(*volume.density, one));
+  }
+  return {per_length * way, cell};
 }
 
 CellNodes cell_nodes(double cell_depth) {

@@ -6,6 +6,9 @@
 /// Added to the opacity of a ray that stood still before its end, on its way from the GPU.
 inline constexpr int stuck_mark = 4;
 
+/// Entries that a further volume has in the tables (shaders/others.glsl).
+inline constexpr int other_entries = 13;
+
 /// X(name, value) for the rows of modes, as MODE_mip and SHOWS_light.
 #define PSIVOX_SHADER_MODE(name, ...) PSIVOX_ROW(MODE_##name, Mode::name)
 #define PSIVOX_SHADER_SHOWS(name) PSIVOX_ROW(SHOWS_##name, Shows::name)
@@ -34,4 +37,5 @@ inline constexpr int stuck_mark = 4;
   X(NEXT_X, brick_values* brick_values) /* texels from a value to the next along x */ \
   X(NEXT_Y, brick_values)                                                             \
   X(NEXT_Z, 1)                                                                        \
+  X(OTHER_ENTRIES, other_entries) /* of a further volume in the tables */             \
   X(STUCK_MARK, stuck_mark)

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <limits>
 #include <map>
 
@@ -28,23 +29,36 @@ void check_density(const Field& density) {
                                      "); a density is scalar: choose another with --grid");
 }
 
-/// The fields that the scene's mode uses, with values placed by its centering.
+/// Where the scene puts a volume in the world.
+glm::dmat4 placement(const Scene& scene) {
+  glm::dmat4 m = glm::translate(glm::dmat4(1), scene.translate);
+  for (int axis = 2; axis >= 0; --axis) {
+    glm::dvec3 along(0);
+    along[axis] = 1;
+    m = glm::rotate(m, glm::radians(scene.rotate[axis]), along);
+  }
+  return glm::scale(m, glm::dvec3(scene.scale));
+}
+
+/// The fields that the scene's mode uses, with values placed by its centering, in its world.
 MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
   MediumFields used = fields;
   if (!scene.composites()) used.luminance = used.temperature = used.emission = nullptr;
-  if (scene.centering == Centering::node) return used;
-  std::map<std::shared_ptr<const Field>, std::shared_ptr<const Field>> shifted{{nullptr, nullptr}};
+  const glm::dmat4 place = placement(scene);
+  if (scene.centering == Centering::node && place == glm::dmat4(1)) return used;
+  const glm::dvec3 shift(scene.centering == Centering::node ? 0 : 0.5);
+  std::map<std::shared_ptr<const Field>, std::shared_ptr<const Field>> moved{{nullptr, nullptr}};
   std::vector<std::shared_ptr<const Field>*> all{&used.density, &used.drawn, &used.luminance,
                                                  &used.temperature, &used.emission};
   for (auto& field : used.albedo) all.push_back(&field);
   for (auto* field : all) {
-    auto [place, is_new] = shifted.try_emplace(*field);
+    auto [found, is_new] = moved.try_emplace(*field);
     if (is_new) {
       Field copy = **field;
-      copy.world_from_index = glm::translate(copy.world_from_index, glm::dvec3(0.5));
-      place->second = std::make_shared<const Field>(std::move(copy));
+      copy.world_from_index = place * glm::translate(copy.world_from_index, shift);
+      found->second = std::make_shared<const Field>(std::move(copy));
     }
-    *field = place->second;
+    *field = found->second;
   }
   return used;
 }
@@ -127,6 +141,23 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
   return medium;
 }
 
+/// Reads the scene's further volumes. One without an extinction has the first one's where the scene
+/// gives that, else its own; its text becomes complete, so that it draws the same again.
+std::vector<Medium> further_volumes(const Medium& first, Scene& scene) {
+  if (!scene.volumes.empty() && first.extinction == 0)
+    throw Error(ExitCode::usage, "--and needs a first volume whose --extinction is above 0");
+  std::vector<Medium> all;
+  for (std::string& text : scene.volumes) {
+    const Scene own = scene_of_volume(scene, text);
+    const MediumFields fields = used_fields(own, read_fields(own, VdbFile(own.input)));
+    check_density(*fields.density);
+    check_in_memory(*fields.density);
+    all.push_back(make_medium(own, fields));
+    if (!own.extinction) text += " extinction=" + number_text(all.back().extinction);
+  }
+  return all;
+}
+
 /// The scene with the names of the grids that it has, and with a colour map for values of vectors
 /// if nothing else gives their luminance.
 Scene with_names(Scene scene, const MediumFields& fields) {
@@ -190,15 +221,25 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
     throw Error(ExitCode::usage,
                 "--color-bar shows the colours of a map; give --colormap or --transfer-function");
   View view{scene, make_medium(scene, fields), {}, {}};
+  Scene complete = scene;
+  view.medium.others = further_volumes(view.medium, complete);
   auto subject =
       std::make_shared<Subject>(subject_of(view.medium, scene.mode, fields.weights.get()));
   subject->z_up = fields.z_up;
   view.subject = subject;
-  view.scene = with_planes(scene, *subject);
+  view.scene = with_planes(complete, *subject);
   view.camera = make_camera(view.scene, *subject);
   resolve(fields, view);
   if (fields.drawn) view.medium.density = fields.drawn;
   return view;
+}
+
+Medium seen_from(const Medium& medium, std::size_t other) {
+  Medium first = medium.others[other];
+  first.others = medium.others;
+  first.others[other] = medium;
+  first.others[other].others.clear();
+  return first;
 }
 
 std::vector<ParallelLight> surface_lights(const View& view) {

@@ -38,6 +38,7 @@ std::string modes_in_parts() {
 std::string parts_obstacle(const Scene& scene) {
   if (!info(scene.mode).in_parts) return "--mode " + modes_in_parts();
   if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
+  if (!scene.volumes.empty()) return "one volume, without --and";
   return {};
 }
 

@@ -242,6 +242,17 @@ void add_density(const Medium& medium, Mode mode, const WeighedLeaves* known, Su
       field, [&](const float* value) { return table(*value); }, subject);
 }
 
+void add_volume(const Medium& first, const Medium& other, Mode mode, Subject& subject) {
+  Subject own = subject_of(other, mode);
+  for (VisibleGrid& grid : own.grids) {
+    if (first.extinction > 0 && other.extinction > 0)
+      for (VisibleBlock& block : grid.blocks) block.amount *= other.extinction / first.extinction;
+    subject.grids.push_back(std::move(grid));
+  }
+  subject.box_min = glm::min(subject.box_min, own.box_min);
+  subject.box_max = glm::max(subject.box_max, own.box_max);
+}
+
 }  // namespace
 
 Subject subject_of(const Medium& medium, Mode mode, const WeighedLeaves* known) {
@@ -259,6 +270,7 @@ Subject subject_of(const Medium& medium, Mode mode, const WeighedLeaves* known) 
   if (subject.grids.empty())
     subject.grids.push_back({medium.density->world_from_index, {domain_block(*medium.density)}});
   world_bounds(*medium.density, subject.box_min, subject.box_max);
+  for (const Medium& other : medium.others) add_volume(medium, other, mode, subject);
   return subject;
 }
 

@@ -80,6 +80,7 @@ std::string kind_of(const Parameter& p) {
         if constexpr (std::is_same_v<T, glm::ivec2>) return "pixels";
         if constexpr (std::is_same_v<T, std::optional<OpacityCurve>>) return "opacity";
         if constexpr (std::is_same_v<T, std::vector<DirectionalLight>>) return "lights";
+        if constexpr (std::is_same_v<T, std::vector<std::string>>) return "texts";
         if constexpr (std::is_same_v<T, std::optional<Plane>>) return "plane";
         if constexpr (std::is_same_v<T, glm::dvec3> ||
                       std::is_same_v<T, std::optional<glm::dvec3>> ||

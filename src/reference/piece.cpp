@@ -100,6 +100,8 @@ class Quadrature {
         L_[c][k] = piece.L[c][k] - L_mean_[c];
         L_max_ = std::max(L_max_, std::abs(L_[c][k]));
       }
+      for (const Source& source : piece.sources)
+        L_max_ = std::max(L_max_, max_magnitude(source.L[c]));
       if (piece.glows) glow_max_ = std::max(glow_max_, max_magnitude(piece.glow[c]));
     }
   }
@@ -134,6 +136,10 @@ class Quadrature {
       const double w = weight[k] * std::exp(-optical_depth(u));
       const double S = w * evaluate(piece_.x, u);
       for (std::size_t c = 0; c < channels(); ++c) radiance[c] += S * evaluate(L_[c], u);
+      for (const Source& source : piece_.sources) {
+        const double own = w * evaluate(source.x, u);
+        for (std::size_t c = 0; c < channels(); ++c) radiance[c] += own * evaluate(source.L[c], u);
+      }
       if (glow_max_ > 0)
         for (std::size_t c = 0; c < channels(); ++c) radiance[c] += w * evaluate(piece_.glow[c], u);
     }
@@ -205,6 +211,8 @@ double Piece::max_luminance() const {
   double largest = 0;
   for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c)
     largest = std::max(largest, max_magnitude(L[c]));
+  for (const Source& source : sources)
+    for (const Cubic& of_channel : source.L) largest = std::max(largest, max_magnitude(of_channel));
   return largest;
 }
 

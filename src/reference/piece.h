@@ -2,6 +2,7 @@
 
 #include <array>
 #include <glm/vec3.hpp>
+#include <vector>
 
 namespace psivox {
 
@@ -44,6 +45,12 @@ MonotoneEnds monotone_ends(const Cubic& c);
 /// it does not.
 double crossing(const Cubic& c, double value, double a, double b);
 
+/// A volume along a stretch of a ray.
+struct Source {
+  Cubic x;                 ///< its tau * length
+  std::array<Cubic, 3> L;  ///< its luminance
+};
+
 /// A stretch of a ray along which all properties of the medium are polynomials of u; u is 0 at its
 /// front.
 struct Piece {
@@ -51,10 +58,11 @@ struct Piece {
   std::array<Cubic, 3> L{};  ///< luminance, `channels` of them
   int channels = 0;
   bool glows = false;
-  std::array<Cubic, 3> glow{};  ///< emission * length, `channels` of them; read if it glows
-  double glow_share = 0;        ///< of the tolerance, for the emission's part
-  double x_error = 0;           ///< bounds on rounding in x and L, beyond a few epsilon of
-  double L_error = 0;           ///< themselves
+  std::array<Cubic, 3> glow{};    ///< emission * length, `channels` of them; read if it glows
+  double glow_share = 0;          ///< of the tolerance, for the emission's part
+  std::vector<Source> sources{};  ///< of several volumes, in place of L; their x add up to x
+  double x_error = 0;             ///< bounds on rounding in x and L, beyond a few epsilon of
+  double L_error = 0;             ///< themselves
 
   double optical_depth() const { return mean(x); }
   double max_luminance() const;  ///< a bound on |L|

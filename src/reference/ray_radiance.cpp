@@ -60,12 +60,16 @@ RayMedium::RayMedium(const Medium& m)
   if (emission)
     behind_max +=
         std::abs(medium.emission_scale) * emission->max_magnitude() * longest_way(*medium.emission);
+  for (const Medium& other : m.others) {
+    others.emplace_back(other);
+    behind_max += others.back().behind_max;
+  }
 }
 
 // The rounding of any sum hides a transparency below 1e-21; near 1e-308 it has no digits itself.
 RayIntegrator::RayIntegrator(const RayMedium& medium, double tolerance)
     : medium_(&medium),
-      by_stretches_(medium.medium.transfer || medium.medium.emission),
+      by_stretches_(medium.medium.transfer || medium.medium.emission || !medium.others.empty()),
       accuracy_{tolerance, std::max(tolerance, 1e-20) / (10 * std::max(1.0, medium.behind_max))},
       density_cache_(medium.density) {
   // Pieces of one grid's cells are summed first and then multiplied by the colour, so the colour
@@ -75,6 +79,7 @@ RayIntegrator::RayIntegrator(const RayMedium& medium, double tolerance)
   if (medium.luminance) luminance_cache_.emplace(*medium.luminance);
   if (medium.emission) emission_cache_.emplace(*medium.emission);
   if (medium.gradient) gradient_cache_.emplace(*medium.gradient);
+  for (const RayMedium& other : medium.others) others_.emplace_back(other, tolerance);
 }
 
 RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
@@ -173,6 +178,17 @@ void RayIntegrator::add_across_grid(const CellPiece& cell, const std::array<doub
 
 RayDepth RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
   if (medium_->medium.transfer) return depth_by_stretches(ray, t0, t1);
+  RayDepth all = depth_in_cells(ray, t0, t1);
+  for (RayIntegrator& other : others_) {
+    const RayDepth more = other.whole_depth(ray, t0, t1);
+    all.depth += more.depth;
+    all.error += more.error;
+    all.cells += more.cells;
+  }
+  return all;
+}
+
+RayDepth RayIntegrator::depth_in_cells(const WorldRay& ray, double t0, double t1) {
   const Field& field = medium_->density.field();
   const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
   double sum = 0;

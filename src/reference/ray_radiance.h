@@ -45,6 +45,7 @@ struct RayMedium {
   std::optional<FieldLookup> luminance;  ///< if a grid other than density gives L
   std::optional<FieldLookup> emission;
   std::optional<FieldLookup> gradient;  ///< if the transfer function has one
+  std::vector<RayMedium> others{};      ///< further volumes
   glm::dvec3 color;                     ///< factor of a grid's value, or L itself
   double L_max;                         ///< bound on |L| anywhere
   double behind_max;  ///< bound on the radiance of anything behind a point of a ray
@@ -70,10 +71,14 @@ class RayIntegrator {
   void add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
                        const IndexRay& density_ray, const IndexRay& luminance_ray, RaySum& sum);
 
-  // With a transfer function or emission (ray_stretches.cpp), the integral goes by stretches in
-  // which every grid has at most one cell.
+  // With a transfer function, emission or several volumes (ray_stretches.cpp), the integral goes by
+  // stretches in which every grid has at most one cell.
   struct Stretches;
+  void begin(const WorldRay& ray, double t_middle, double t0, double t1, Stretches& at);
+  void read_stretch(const Stretches& at, double a, double b, Piece& piece) const;
+  void add_volumes(const Stretches& at, double a, double b, RaySum& sum) const;
   RayRadiance radiance_by_stretches(const WorldRay& ray, double t0, double t1);
+  RayDepth depth_in_cells(const WorldRay& ray, double t0, double t1);
   RayDepth depth_by_stretches(const WorldRay& ray, double t0, double t1);
   void add_stretch(const Stretches& at, double a, double b, RaySum& sum);
   void classify_stretch(const Stretches& at, double a, double b);
@@ -86,6 +91,7 @@ class RayIntegrator {
   std::optional<BlockCache> emission_cache_;
   std::optional<BlockCache> gradient_cache_;
   std::vector<ClassifiedPart> parts_;
+  std::vector<RayIntegrator> others_;  ///< of further volumes
 };
 
 /// Prepares the medium for a single ray and integrates it.

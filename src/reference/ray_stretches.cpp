@@ -3,18 +3,13 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <list>
 
 #include "cell_walk.h"
 #include "ray_radiance.h"
 
 namespace psivox {
 namespace {
-
-void move_on(std::optional<GridWalk>& walk, double s, double& end) {
-  if (!walk) return;
-  walk->reach(s);
-  end = std::min(end, walk->end());
-}
 
 double largest_attenuation(const Medium& medium, const GridWalk& density,
                            const std::optional<GridWalk>& gradient) {
@@ -35,12 +30,66 @@ double face_error(const Medium& medium, const IndexRay& ray) {
   return 4 * epsilon * tau * extent(*medium.density) / std::max(slowest, 1e-300);
 }
 
+/// Of all grids along which a ray goes.
+double extents_of(const Medium& medium) {
+  double sum = extent(*medium.density);
+  for (const auto& field : {medium.luminance, medium.emission})
+    if (field) sum += extent(*field);
+  for (const Medium& other : medium.others) sum += extents_of(other);
+  return sum;
+}
+
 }  // namespace
 
 struct RayIntegrator::Stretches {
   std::optional<GridWalk> density, luminance, emission, gradient;
-  glm::dvec3 color{1};  ///< factor of the luminance along this ray
+  glm::dvec3 color{1};          ///< factor of the luminance along this ray
+  glm::dvec3 more{0};           ///< added to it, of a further volume
+  std::list<Stretches> others;  ///< of further volumes
+
+  /// Moves all walks to s; `end` becomes where the first of them leaves a cell.
+  void move_on(double s, double& end) {
+    for (std::optional<GridWalk>* const walk : {&density, &luminance, &emission, &gradient}) {
+      if (!*walk) continue;
+      (*walk)->reach(s);
+      end = std::min(end, (*walk)->end());
+    }
+    for (Stretches& other : others) other.move_on(s, end);
+  }
+
+  /// The part of the ray in any of the volumes.
+  void span(double& begin, double& end) const {
+    for (const std::optional<GridWalk>* const walk : {&density, &emission}) {
+      if (!*walk || !(*walk)->ray().hits()) continue;
+      begin = std::min(begin, (*walk)->ray().s_begin);
+      end = std::max(end, (*walk)->ray().s_end);
+    }
+    for (const Stretches& other : others) other.span(begin, end);
+  }
+
+  bool glows() const { return emission && emission->in_cell() && !emission->all_zero(); }
 };
+
+void RayIntegrator::begin(const WorldRay& ray, double t_middle, double t0, double t1,
+                          Stretches& at) {
+  const Medium& medium = medium_->medium;
+  at.color = medium.color * phase_factor(medium, ray.direction);
+  at.density.emplace(medium_->density, density_cache_,
+                     make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  if (medium_->gradient)
+    at.gradient.emplace(*medium_->gradient, *gradient_cache_, at.density->ray());
+  if (medium_->luminance)
+    at.luminance.emplace(*medium_->luminance, *luminance_cache_,
+                         make_index_ray(*medium.luminance, ray, t_middle, t0, t1));
+  if (medium_->emission)
+    at.emission.emplace(*medium_->emission, *emission_cache_,
+                        make_index_ray(*medium.emission, ray, t_middle, t0, t1));
+  for (RayIntegrator& other : others_) {
+    Stretches& own = at.others.emplace_back();
+    other.begin(ray, t_middle, t0, t1, own);
+    own.more = other.medium_->medium.ambient - medium.ambient;
+  }
+}
 
 /// Sets parts_ to the parts of the density's values from a to b.
 void RayIntegrator::classify_stretch(const Stretches& at, double a, double b) {
@@ -52,37 +101,68 @@ void RayIntegrator::classify_stretch(const Stretches& at, double a, double b) {
     classify(function, value, parts_);
 }
 
+/// Reads the luminance and the emission along [a,b].
+void RayIntegrator::read_stretch(const Stretches& at, double a, double b, Piece& piece) const {
+  const Medium& medium = medium_->medium;
+  piece.channels = 3;
+  piece.glows = at.glows();
+  const Cubic value = at.density->along(a, b);
+  for (int c = 0; c < 3; ++c) {
+    Cubic& L = piece.L[static_cast<std::size_t>(c)];
+    if (at.luminance)
+      L = scaled(at.luminance->along(a, b, medium_->luminance->field().channels == 3 ? c : 0),
+                 at.color[c]);
+    if (medium.source == LuminanceSource::density) L = scaled(value, at.color[c]);
+    if (medium.source == LuminanceSource::constant) L = constant_cubic(at.color[c]);
+    if (piece.glows)
+      piece.glow[static_cast<std::size_t>(c)] =
+          scaled(at.emission->along(a, b, medium.emission->channels == 3 ? c : 0),
+                 medium.emission_scale * (b - a));
+  }
+  if (!piece.glows) return;
+  const IndexRay& ray = at.emission->ray();
+  piece.glow_share = (b - a) / (ray.s_end - ray.s_begin);
+}
+
+/// Adds the volumes along [a,b], of which none has a function.
+void RayIntegrator::add_volumes(const Stretches& at, double a, double b, RaySum& sum) const {
+  Piece all;
+  all.channels = 3;
+  all.glow_share = 1;
+  const auto add = [&](const RayIntegrator& volume, const Stretches& own) {
+    Piece piece;
+    volume.read_stretch(own, a, b, piece);
+    for (std::size_t c = 0; c < 3 && piece.glows; ++c)
+      for (std::size_t k = 0; k < 4; ++k) all.glow[c][k] += piece.glow[c][k];
+    if (piece.glows)  // several may glow
+      all.glow_share = std::min(all.glow_share, piece.glow_share / double(1 + others_.size()));
+    all.glows = all.glows || piece.glows;
+    const Medium& medium = volume.medium_->medium;
+    if (!(largest_attenuation(medium, *own.density, own.gradient) > 0)) return;
+    Source source{scaled(own.density->along(a, b), medium.extinction * (b - a)), piece.L};
+    for (std::size_t k = 0; k < 4; ++k) {
+      all.x[k] += source.x[k];
+      for (int c = 0; c < 3; ++c) source.L[std::size_t(c)][k] += own.more[c];
+    }
+    all.sources.push_back(source);
+  };
+  add(*this, at);
+  auto volume = others_.begin();
+  for (const Stretches& own : at.others) add(*volume++, own);
+  if (all.glows || !all.sources.empty()) sum.add(all, accuracy_);
+}
+
 /// Reads the luminance of another grid and the emission along [a,b], then cuts them with the
 /// density's parts.
 void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum& sum) {
+  if (!others_.empty()) return add_volumes(at, a, b, sum);
   const Medium& medium = medium_->medium;
-  const bool glows = at.emission && at.emission->in_cell() && !at.emission->all_zero();
+  const bool glows = at.glows();
   const bool attenuates = largest_attenuation(medium, *at.density, at.gradient) > 0;
   if (!glows && !attenuates) return;
 
   Piece whole;
-  whole.channels = 3;
-  whole.glows = glows;
-  for (int c = 0; c < 3; ++c) {
-    const auto i = static_cast<std::size_t>(c);
-    if (at.luminance)
-      whole.L[i] =
-          scaled(at.luminance->along(a, b, medium_->luminance->field().channels == 3 ? c : 0),
-                 at.color[c]);
-    if (glows)
-      whole.glow[i] = scaled(at.emission->along(a, b, medium.emission->channels == 3 ? c : 0),
-                             medium.emission_scale * (b - a));
-  }
-  const Cubic value = at.density->along(a, b);
-  for (int c = 0; c < 3; ++c) {
-    Cubic& L = whole.L[static_cast<std::size_t>(c)];
-    if (medium.source == LuminanceSource::density) L = scaled(value, at.color[c]);
-    if (medium.source == LuminanceSource::constant) L = constant_cubic(at.color[c]);
-  }
-  if (glows) {
-    const IndexRay& ray = at.emission->ray();
-    whole.glow_share = (b - a) / (ray.s_end - ray.s_begin);
-  }
+  read_stretch(at, a, b, whole);
   if (!attenuates) {
     sum.add(whole, accuracy_);
     return;
@@ -118,26 +198,9 @@ RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0,
   assert(medium.source != LuminanceSource::transfer || medium.transfer);
   const double t_middle = nearest_to_middle(*medium.density, ray);
   Stretches at;
-  at.color = medium.color * phase_factor(medium, ray.direction);
-  at.density.emplace(medium_->density, density_cache_,
-                     make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  this->begin(ray, t_middle, t0, t1, at);
   double begin = infinity, end = -infinity;
-  auto span = [&](const IndexRay& r) {
-    if (!r.hits()) return;
-    begin = std::min(begin, r.s_begin);
-    end = std::max(end, r.s_end);
-  };
-  span(at.density->ray());
-  if (medium_->gradient)
-    at.gradient.emplace(*medium_->gradient, *gradient_cache_, at.density->ray());
-  if (medium_->luminance)
-    at.luminance.emplace(*medium_->luminance, *luminance_cache_,
-                         make_index_ray(*medium.luminance, ray, t_middle, t0, t1));
-  if (medium_->emission) {
-    at.emission.emplace(*medium_->emission, *emission_cache_,
-                        make_index_ray(*medium.emission, ray, t_middle, t0, t1));
-    span(at.emission->ray());
-  }
+  at.span(begin, end);
 
   RaySum sum;
   sum.depth_error = face_error(medium, at.density->ray());
@@ -145,10 +208,7 @@ RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0,
   double counted = -infinity;
   for (double s = begin; s < end && !stopped;) {
     double to = end;
-    move_on(at.density, s, to);
-    move_on(at.luminance, s, to);
-    move_on(at.emission, s, to);
-    move_on(at.gradient, s, to);
+    at.move_on(s, to);
     if (at.density->in_cell() && !at.density->all_zero() && at.density->begin() > counted) {
       counted = at.density->begin();
       ++sum.cells;
@@ -158,9 +218,7 @@ RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0,
     s = to;
   }
 
-  const double extents = extent(*medium.density) +
-                         (medium_->luminance ? extent(*medium.luminance) : 0) +
-                         (medium_->emission ? extent(*medium.emission) : 0);
+  const double extents = extents_of(medium);
   return {sum.radiance + medium.ambient * sum.opacity(), sum.optical_depth,
           sum.error + sum.rounding(extents) +
               max_component(medium.ambient) * sum.opacity_rounding(extents) +
@@ -182,8 +240,7 @@ RayDepth RayIntegrator::depth_by_stretches(const WorldRay& ray, double t0, doubl
   const IndexRay& index_ray = at.density->ray();
   for (double s = index_ray.s_begin; s < index_ray.s_end;) {
     double to = index_ray.s_end;
-    move_on(at.density, s, to);
-    move_on(at.gradient, s, to);
+    at.move_on(s, to);
     const double from = s;
     s = to;
     if (at.density->begin() > counted) {

@@ -255,6 +255,7 @@ void validate(const Scene& scene) {
   validate_mode(scene);
   validate_march(scene);
   validate_cuts(scene);
+  validate_volumes(scene);
   if (scene.tone_map != ToneMap::none && scene.uses_ocio())
     fail("--tone-map and the --ocio options exclude each other; leave one of them out");
   if (scene.ortho_width && scene.projection == Projection::perspective)

@@ -107,8 +107,9 @@ bool read(std::string_view text, const Range& range, DirectionalLight& value) {
          read_color(text.substr(color + 1), range, value.color);
 }
 
-/// Lights with a semicolon between them, or the word for none.
-bool read(std::string_view text, const Range& range, std::vector<DirectionalLight>& value) {
+/// Items with a semicolon between them.
+template <typename T>
+bool read(std::string_view text, const Range& range, std::vector<T>& value) {
   for (const std::string& item : split(text, ';'))
     if (!read(item, range, value.emplace_back())) return false;
   return !value.empty();
@@ -212,6 +213,9 @@ requires std::is_enum_v<E> std::string text_of(E value) {
 // ---- the text of what is expected ----
 
 std::string kind_text(const Parameter&, const std::string&) { return "text"; }
+std::string kind_text(const Parameter&, const std::vector<std::string>&) {
+  return "files, with ; between them";
+}
 std::string kind_text(const Parameter&, bool) { return "true or false"; }
 std::string kind_text(const Parameter& p, int) { return "a whole number" + p.range.text(); }
 std::string kind_text(const Parameter&, std::uint64_t) { return "a size such as 512M or 1.5GiB"; }
@@ -299,15 +303,17 @@ void assign(const Parameter& p, std::string_view text, std::optional<T>& target)
   target = value;
 }
 
-void assign(const Parameter& p, std::string_view text, std::vector<DirectionalLight>& target) {
-  std::vector<DirectionalLight> lights;
-  if (text != p.unset && !read(text, p.range, lights)) refuse(p, text, lights);
-  target = std::move(lights);
+template <typename T>
+void assign(const Parameter& p, std::string_view text, std::vector<T>& target) {
+  std::vector<T> items;
+  if (text != p.unset && !read(text, p.range, items)) refuse(p, text, items);
+  target = std::move(items);
 }
 
-std::string text_of(const Parameter& p, const std::vector<DirectionalLight>& lights) {
+template <typename T>
+std::string text_of(const Parameter& p, const std::vector<T>& items) {
   std::string text;
-  for (const DirectionalLight& light : lights) text += (text.empty() ? "" : ";") + text_of(light);
+  for (const T& item : items) text += (text.empty() ? "" : ";") + text_of(item);
   return text.empty() ? p.unset : text;
 }
 

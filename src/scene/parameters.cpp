@@ -53,6 +53,12 @@ Rows input_rows() {
            "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length; "
            ":active is 1 at active voxels",
            &Scene::grid}),
+      {"volumes", "FILE [NAME=VALUE]...", "", "none",
+       "draw another volume in the same scene; several may be given; each has the scene's options, "
+       "but for those that follow its file's name: grid, scale, rotate, translate, extinction, "
+       "luminance, albedo, albedo-grid, emission-grid, emission-scale, emission-color, "
+       "temperature-scale, temperature-offset",
+       &Scene::volumes, any, "none"},
       {"strict", "", "", "",
        "refuse NaN, Inf, negative values, backgrounds and non-linear transforms", &Scene::strict},
       {"background-value", "V", "", "none: 0, said in a notice",
@@ -60,6 +66,11 @@ Rows input_rows() {
        &Scene::background_value, any, "none"},
       {"centering", enum_metavar<Centering>(), "", "",
        "place value i at index i (node) or i + 1/2 (cell)", &Scene::centering},
+      {"scale", "S", "", "", "make the volume S times as large, about the world's origin",
+       &Scene::scale, above_0},
+      {"rotate", "X,Y,Z", "degrees", "", "then turn it about the world's axes x, y and z, in turn",
+       &Scene::rotate},
+      {"translate", "X,Y,Z", "world units", "", "then move it", &Scene::translate},
       {"lod", "N", "", "", "level of detail: make voxels twice as wide N times, of mean values",
        &Scene::lod, halvings},
   };

@@ -46,6 +46,10 @@ json json_of(const Parameter& p, const std::vector<DirectionalLight>& lights, co
   return items;
 }
 
+json json_of(const Parameter& p, const std::vector<std::string>& items, const Scene&) {
+  return items.empty() ? json(p.unset) : json(items);
+}
+
 template <typename T>
 json json_of(const Parameter& p, const std::optional<T>& value, const Scene& scene) {
   return value ? json_of(p, *value, scene) : json(p.unset);
@@ -63,6 +67,7 @@ bool is_text(const Parameter& p) { return std::holds_alternative<std::string Sce
 char separator(const Parameter& p) {
   const auto of_type = []<typename T>(T Scene::*) {
     if (std::is_same_v<T, glm::ivec2>) return 'x';
+    if (std::is_same_v<T, std::vector<std::string>>) return ';';
     const bool list =
         std::is_same_v<T, glm::dvec3> || std::is_same_v<T, std::optional<glm::dvec3>> ||
         std::is_same_v<T, std::optional<Background>> ||
@@ -85,7 +90,7 @@ std::string command_line_text(const Parameter& p, const json& value) {
   std::string text;
   for (const json& item : value) {
     if (!text.empty()) text += list ? ';' : separator(p);
-    if (list)
+    if (list || (item.is_string() && separator(p) == ';'))
       text += command_line_text(p, item);
     else
       text += dumped(is_color(p) && item.is_number() ? json(item.get<double>()) : item);

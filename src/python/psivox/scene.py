@@ -50,7 +50,7 @@ def _text(name, value, kind=""):
     items = _items(value)
     if kind == "opacity":
         return ",".join(":".join(_text(name, part) for part in _items(item)) for item in items)
-    if kind == "lights" and not all(_number(item) is not None for item in items):
+    if kind == "texts" or kind == "lights" and not all(_number(item) is not None for item in items):
         return ";".join(_text(name, item) for item in items)
     return ("x" if kind == "pixels" else ",").join(_text(name, item) for item in items)
 

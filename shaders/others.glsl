@@ -1,0 +1,141 @@
+// Further volumes, each on a lattice of its own, and their sum along a part of a ray. One grid holds
+// the bricks of all, and `tables` the rest, OTHER_ENTRIES each (src/march/others.cpp).
+
+// A cubic of each colour times another one: low(s) + s^4 high(s).
+struct Sextics {
+  Cubics low;
+  Cubics high;
+};
+
+// All further volumes together, over a part of the ray.
+struct Others {
+  real end;           // where the first of them leaves a cell
+  Cubic attenuation;  // tau / extinction
+  Sextics source;     // of each, its tau / extinction times its luminance
+  Cubics glow;        // emission [radiance / unit of t]
+};
+
+Cubics no_cubics() { return constant_cubics(real3(real(0.0))); }
+
+Others no_others() {
+  Cubics none = no_cubics();
+  return Others(NEVER, none.x, Sextics(none, none), none);
+}
+
+Cubics first_part(Cubics c, real part) {
+  return Cubics(first_part(c.x, part), first_part(c.y, part), first_part(c.z, part));
+}
+
+// Over the first part of what they are given for.
+Others first_part(Others o, real part) {
+  real squared = part * part;
+  Cubics high = scaled(first_part(o.source.high, part), real3(squared * squared));
+  return Others(o.end, first_part(o.attenuation, part),
+                Sextics(first_part(o.source.low, part), high), first_part(o.glow, part));
+}
+
+real3 sextics(IN(Sextics) c, real s) {
+  real squared = s * s;
+  return polynomials(c.low, s) + polynomials(c.high, s) * (squared * squared);
+}
+
+// One of them where a ray runs through it.
+struct Other {
+  Ray ray;
+  Node node;        // of its page table
+  int3 cell;
+  real4 counts;     // tau / extinction of value 1, emission of value 1, slots and constants a channel
+  int channels;     // of its bricks
+};
+
+// A row of the affine map from the density's voxels to its own: its numbers, and what float32 left.
+real mapped(int entry, real3 p, real w) {
+  real4 row = fetch_table(entry) + fetch_table(entry + 1);
+  return row.x * p.x + row.y * p.y + row.z * p.z + row.w * w;
+}
+
+real3 mapped_vector(int first, real3 p, real w) {
+  return real3(mapped(first, p, w), mapped(first + 2, p, w), mapped(first + 4, p, w));
+}
+
+int3 whole_numbers(real4 v) { return int3(int(v.x), int(v.y), int(v.z)); }
+
+Node find_other(int first, int3 cell) {
+  real4 table = fetch_table(first + 6);
+  real4 size = fetch_table(first + 7);
+  int3 at = cell - whole_numbers(table);
+  int shift = 3 * int(table.w);
+  int3 q = at >> shift;
+  uint entry = fetch_page(others_grid, int(size.w) + (q.x * int(size.y) + q.y) * int(size.z) + q.z);
+  for (int level = 1; level < others_levels; ++level) {
+    if (int(entry >> PAYLOAD_BITS) == NODE_CHILD) {
+      shift -= 3;
+      q = (at >> shift) & 7;
+      entry = fetch_page(others_grid, (int(entry) & PAYLOAD_MASK) + ((q.x * 8 + q.y) * 8 + q.z));
+    }
+  }
+  return node_of(entry, cell, at, shift);
+}
+
+// A channel of it along the ray from t on, over a unit of t.
+Cubic other_channel(Other o, real t, int channel) {
+  Node node = o.node;
+  node.payload += channel * int(node.kind == NODE_BRICK ? o.counts.z : o.counts.w);
+  return cubic_along(fetch_corners(others_grid, node, o.cell), position(o.ray, t) - real3(o.cell),
+                     o.ray.direction);
+}
+
+// Its channels from `first` on: one for all colours, or three.
+Cubics other_colors(Other o, real t, int first) {
+  Cubic x = other_channel(o, t, first);
+  if (o.channels < first + 3) return Cubics(x, x, x);
+  return Cubics(x, other_channel(o, t, first + 1), other_channel(o, t, first + 2));
+}
+
+void add_source(INOUT(Others) sum, Cubic tau, IN(Cubics) L, real3 color) {
+  Cubics low = Cubics(product_low(tau, L.x), product_low(tau, L.y), product_low(tau, L.z));
+  Cubics high = Cubics(product_high(tau, L.x), product_high(tau, L.y), product_high(tau, L.z));
+  sum.source.low = sum_of(sum.source.low, scaled(low, color));
+  sum.source.high = sum_of(sum.source.high, scaled(high, color));
+}
+
+// Adds the volume that has entries from `first` on, from t on, over a unit of t.
+void add_other(INOUT(Others) sum, int first, Ray along, real t, real phase) {
+  real4 low = fetch_table(first + 8);
+  real4 high = fetch_table(first + 9);
+  int3 domain_min = whole_numbers(low);
+  int3 domain_max = whole_numbers(high);
+  Ray ray = make_ray(mapped_vector(first, along.anchor, real(1.0)),
+                     mapped_vector(first, along.direction, real(0.0)), domain_min, domain_max,
+                     along.begin);
+  real ahead = t + near_face;
+  bool here = ahead >= ray.begin && ahead < ray.end;
+  if (ahead < ray.begin && ray.begin < ray.end) sum.end = min(sum.end, ray.begin);
+  if (!here) return;
+  int3 cell = cell_at(ray, ahead, domain_min, domain_max);
+  Node node = find_other(first, cell);
+  bool brick = node.kind == NODE_BRICK;
+  sum.end = min(sum.end, leave(ray, brick ? cell : node.lo, brick ? 1 : node.side).t);
+  if (node.kind == NODE_EMPTY) return;
+  Other o = Other(ray, node, cell, fetch_table(first + 10), int(low.w));
+  if (o.counts.y > real(0.0)) {
+    if (others_shine) sum.glow = sum_of(sum.glow, scaled(other_colors(o, t, 0), real3(o.counts.y)));
+    return;
+  }
+  Cubic tau = scaled(other_channel(o, t, 0), o.counts.x);
+  sum.attenuation = sum_of(sum.attenuation, tau);
+  if (!others_shine) return;
+  real4 color = fetch_table(first + 11);
+  real3 lit = real3(color.x, color.y, color.z) * phase;
+  real4 more = fetch_table(first + 12);
+  sum.source.low = sum_of(sum.source.low, scaled(Cubics(tau, tau, tau), real3(more.x, more.y, more.z)));
+  if (o.channels > 1 && brick) add_source(sum, tau, other_colors(o, t, 1), lit);
+}
+
+// The further volumes from t on, over a unit of t. `phase`: a factor of their light.
+Others others_from(Ray ray, real t, real phase) {
+  Others sum = no_others();
+  for (int i = 0; i < other_volumes; ++i)
+    add_other(sum, others_first + i * OTHER_ENTRIES, ray, t, phase);
+  return sum;
+}

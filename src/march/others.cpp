@@ -1,0 +1,146 @@
+#include "march/others.h"
+
+#include <algorithm>
+#include <glm/matrix.hpp>
+#include <span>
+
+#include "march/march_tables.h"
+#include "march/shader_constants.h"
+#include "psivox/error.h"
+
+namespace psivox {
+namespace {
+
+/// Moves the payloads of a part's page table to where its tables, slots and constants are.
+void append_pages(const PageTable& from, int first_slot, int first_constant, PageTable& to) {
+  const auto first_page = std::uint32_t(to.entries.size());
+  for (const std::uint32_t entry : from.entries) {
+    const EntryKind kind = entry_kind(entry);
+    std::uint32_t payload = entry_payload(entry);
+    if (kind == EntryKind::child) payload += first_page;
+    if (kind == EntryKind::constant) payload += std::uint32_t(first_constant);
+    if (kind == EntryKind::brick) payload = from.slot(entry) + std::uint32_t(first_slot);
+    to.entries.push_back(make_entry(kind, payload));
+  }
+}
+
+/// One channel of values after the other.
+template <typename T>
+void append_channels(const T* from, std::size_t count, int channels, std::vector<T>& to) {
+  for (int c = 0; c < channels; ++c)
+    for (std::size_t i = 0; i < count; ++i) to.push_back(from[i * std::size_t(channels) + c]);
+}
+
+void append_texels(const BrickAtlas& from, std::vector<float>& texels32,
+                   std::vector<std::uint16_t>& texels16) {
+  const std::size_t count = from.bricks.size() * brick_texels;
+  if (from.texels32) append_channels(from.texels32.get(), count, from.channels, texels32);
+  if (from.texels16) append_channels(from.texels16.get(), count, from.channels, texels16);
+}
+
+template <typename T>
+std::unique_ptr<T[]> copied(const std::vector<T>& values) {
+  if (values.empty()) return nullptr;
+  auto copy = std::make_unique_for_overwrite<T[]>(values.size());
+  std::ranges::copy(values, copy.get());
+  return copy;
+}
+
+double greatest_value(const BrickAtlas& atlas) {
+  double most = 0;
+  for (const BrickStats& brick : atlas.bricks) most = std::max(most, double(brick.max));
+  for (const float constant : atlas.constants) most = std::max(most, double(constant));
+  return most;
+}
+
+}  // namespace
+
+void join_others(const std::vector<OtherBricks>& parts, MediumAtlas& atlas) {
+  atlas.others.reset();
+  atlas.placed.clear();
+  if (parts.empty()) return;
+  BrickAtlas all;
+  all.texel = parts.front().bricks.texel;
+  std::vector<float> texels32;
+  std::vector<std::uint16_t> texels16;
+  for (const OtherBricks& part : parts) {
+    const BrickAtlas& bricks = part.bricks;
+    const int channels = bricks.channels + (part.light ? part.light->channels : 0);
+    const auto constants = int(bricks.constants.size()) / bricks.channels;
+    atlas.placed.push_back({.volume = part.volume,
+                            .emits = part.emits,
+                            .channels = channels,
+                            .domain = bricks.domain,
+                            .table_min = bricks.pages.min,
+                            .table_size = bricks.pages.top_size,
+                            .levels = bricks.pages.levels,
+                            .first_page = int(all.pages.entries.size()),
+                            .slots = int(bricks.bricks.size()),
+                            .constants = constants,
+                            .greatest = part.emits ? 0 : greatest_value(bricks)});
+    append_pages(bricks.pages, int(all.bricks.size()), int(all.constants.size()), all.pages);
+    all.pages.levels = std::max(all.pages.levels, bricks.pages.levels);
+    append_channels(bricks.constants.data(), std::size_t(constants), bricks.channels,
+                    all.constants);
+    for (int c = 0; c < channels; ++c)
+      all.bricks.insert(all.bricks.end(), bricks.bricks.begin(), bricks.bricks.end());
+    append_texels(bricks, texels32, texels16);
+    if (part.light) append_texels(*part.light, texels32, texels16);
+  }
+  // the tables are of float32, which counts as far
+  if (all.pages.entries.size() > std::size_t{1} << 24 || all.bricks.size() > std::size_t{1} << 24)
+    throw Error(ExitCode::memory, "the volumes of --and have too many bricks; --lod makes fewer");
+  all.texels32 = copied(texels32);
+  all.texels16 = copied(texels16);
+  all.size = {.textured_bricks = all.bricks.size(),
+              .constant_bricks = all.constants.size(),
+              .page_bytes = all.pages.entries.size() * sizeof(std::uint32_t),
+              .constant_bytes = all.constants.size() * sizeof(float),
+              .texel_bytes = texels32.size() * sizeof(float) + texels16.size() * 2};
+  atlas.others = std::move(all);
+}
+
+void place_others(const View& view, const MediumAtlas& atlas, MarchSetup& setup) {
+  if (!atlas.others) return;
+  const Medium& medium = view.medium;
+  std::vector<glm::vec4> entries;
+  const auto add_exact = [&](const glm::dvec4& numbers) {
+    const glm::vec4 high(numbers);
+    entries.push_back(high);
+    entries.emplace_back(numbers - glm::dvec4(high));
+  };
+  bool shine = false;
+  for (const PlacedOther& placed : atlas.placed) {
+    const Medium& other = medium.others[placed.volume];
+    if (placed.emits && !other.emission) continue;  // towards light
+    const Field& field = placed.emits ? *other.emission : *other.density;
+    const glm::ivec3 origin = make_ray_bundle(view.camera, field, *medium.density).origin;
+    const auto moved = [](const glm::ivec3& by) {
+      glm::dmat4 m(1);
+      m[3] = glm::dvec4(by, 1);
+      return m;
+    };
+    const glm::dmat4 rows = glm::transpose(moved(-origin) * glm::inverse(field.world_from_index) *
+                                           medium.density->world_from_index * moved(setup.origin));
+    for (int axis = 0; axis < 3; ++axis) add_exact(rows[axis]);
+    entries.emplace_back(placed.table_min - origin, placed.levels);
+    entries.emplace_back(placed.table_size, placed.first_page);
+    entries.emplace_back(placed.domain.min - origin, placed.channels);
+    entries.emplace_back(placed.domain.max - origin, 0);
+    const double unit = setup.parameters.world_unit;
+    entries.emplace_back(placed.emits ? 0 : other.extinction / medium.extinction,
+                         placed.emits ? other.emission_scale * unit : 0, placed.slots,
+                         placed.constants);
+    const glm::dvec3 own = other.lit ? other.ambient : other.color;
+    entries.emplace_back(other.lit ? other.color : glm::dvec3(0), 0);
+    entries.emplace_back(own - medium.ambient, 0);
+    shine |= placed.emits || other.lit || own != (medium.lit ? medium.ambient : medium.color);
+  }
+  shine |= medium.source != LuminanceSource::constant;
+  setup.parameters.others_first = append(entries, setup);
+  setup.constants.other_volumes = int(entries.size()) / other_entries;
+  setup.constants.others_levels = atlas.others->pages.levels;
+  setup.constants.others_shine = shine;
+}
+
+}  // namespace psivox

@@ -1,0 +1,176 @@
+// Several volumes in one scene: against one volume that holds their sum, the reference, each other
+// in another order, and tolerances.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <glm/common.hpp>
+
+#include "psivox/draw.h"
+#include "psivox/leaf_values.h"
+#include "psivox/medium.h"
+#include "psivox/open.h"
+#include "psivox/picture_file.h"
+#include "psivox/vdb.h"
+#include "usage_error.h"
+
+namespace psivox {
+namespace {
+
+const std::string assets = std::string(PSIVOX_ASSETS) + "/";
+
+Scene scene_with(std::vector<std::string> volumes) {
+  Scene scene;
+  scene.input = assets + "rotated.vdb";
+  scene.look = "plain";
+  scene.volumes = std::move(volumes);
+  scene.extinction = 4;
+  scene.luminance = glm::dvec3(0.9, 0.8, 0.7);
+  scene.resolution = {64, 48};
+  return scene;
+}
+
+/// A slab and blobs of other colours, on lattices that are turned against the first one's.
+std::vector<std::string> slab_and_blobs() {
+  return {assets + "slab.vdb extinction=2 luminance=1,0.3,0.1 translate=-1.2,-0.5,-0.2 scale=0.9",
+          assets + "blobs.vdb extinction=3 luminance=0.2,0.5,1 rotate=20,40,10 scale=0.5"};
+}
+
+struct Difference {
+  double rms = 0, max = 0;
+};
+
+Difference difference(const Image& a, const Image& b) {
+  Difference d;
+  const auto x = a.rgba(), y = b.rgba();
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double off = std::abs(double(x[i]) - double(y[i]));
+    d.rms += off * off / double(x.size());
+    d.max = std::max(d.max, off);
+  }
+  d.rms = std::sqrt(d.rms);
+  return d;
+}
+
+Image drawn(const Scene& scene, Marcher& marcher) { return Session(scene).draw(marcher).image; }
+
+/// Within rounding of float32 texels and sums: the same bound as one volume has in march_test.
+constexpr double rounding = 2e-6;
+
+TEST(Volumes, TwoOnOneLatticeAreTheirSum) {
+  Scene whole = scene_with({});
+  whole.tolerance = 1e-6;
+  whole.extinction = 6;
+  Scene parts = whole;
+  parts.volumes = {whole.input + " extinction=4"};
+  parts.extinction = 2;
+  const auto gpu = open_gpu();
+  EXPECT_LE(difference(drawn(whole, *gpu), drawn(parts, *gpu)).max, 1e-6);
+  whole.lights = parts.lights = {{glm::dvec3(1, -1, -0.5)}};
+  whole.luminance = parts.luminance = glm::dvec3(0.1);
+  EXPECT_LE(difference(drawn(whole, *gpu), drawn(parts, *gpu)).max, rounding);
+}
+
+TEST(Volumes, AgreeWithTheReferenceOnLatticesOfTheirOwn) {
+  Scene scene = scene_with(slab_and_blobs());
+  scene.early_termination = 0;
+  const Image reference = drawn(scene, *open_reference());
+  EXPECT_LE(difference(drawn(scene, *open_double()), reference).max, 3e-7);  // texels are float32
+  EXPECT_LE(difference(drawn(scene, *open_gpu()), reference).rms, 2e-7);
+}
+
+TEST(Volumes, DoNotDependOnTheirOrder) {
+  Scene scene = scene_with(slab_and_blobs());
+  scene.early_termination = 0;
+  Scene other = scene;
+  std::swap(other.volumes[0], other.volumes[1]);
+  const View view = Session(scene).view();
+  other.camera_position = scene.camera_position = view.camera.position;
+  other.camera_target = scene.camera_target = view.camera.position + 2.0 * view.camera.forward;
+  EXPECT_LE(difference(drawn(scene, *open_double()), drawn(other, *open_double())).max, 1e-9);
+}
+
+TEST(Volumes, EmissionsAddUp) {
+  Scene scene = scene_with({});
+  scene.input = assets + "blobs.vdb";
+  scene.grid = "density";
+  scene.emission_grid = "temperature";
+  scene.emission_scale = 3e-4;
+  scene.early_termination = 0;
+  Scene parts = scene;  // the same, with half of the emission in a volume of its own
+  parts.emission_scale = 1e-4;
+  parts.extinction = 3;
+  parts.volumes = {scene.input + " extinction=1 emission-grid=temperature emission-scale=0.0002"};
+  scene.integrator = Integrator::cell_exact;
+  const auto march = open_double();
+  const Image whole = drawn(scene, *march);
+  const auto values = whole.rgba();
+  const double brightest = double(*std::ranges::max_element(values));
+  EXPECT_LE(difference(whole, drawn(parts, *march)).max, rounding * std::max(brightest, 1.0));
+  EXPECT_GT(brightest, 0.2);
+}
+
+/// The lights, skies and colours of a scene by every tolerance.
+class VolumeTolerance : public testing::TestWithParam<int> {};
+
+TEST_P(VolumeTolerance, IsKept) {
+  Scene scene = scene_with(slab_and_blobs());
+  if (GetParam() == 1) scene.lights = {{glm::dvec3(1, -0.6, -0.4)}, {glm::dvec3(0, -1, 0)}};
+  if (GetParam() == 2) {
+    scene.lights = {{glm::dvec3(1, -0.6, -0.4)}};
+    scene.phase_g = 0.5;
+    scene.volumes[1] += " albedo=0.9,0.5,0.2 emission-grid=temperature emission-scale=0.002";
+  }
+  if (GetParam() > 0) scene.luminance = glm::dvec3(0.02);
+  scene.light_quality = LightQuality::automatic;
+  Scene exact = scene;
+  exact.renderer = RendererKind::reference;
+  const Image truth = drawn(exact, *open_reference());
+  const auto gpu = open_gpu();
+  for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+    scene.tolerance = tolerance;
+    EXPECT_LE(difference(drawn(scene, *gpu), truth).rms, tolerance) << tolerance;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, VolumeTolerance, testing::Values(0, 1, 2));
+
+TEST(Volumes, AreCompletedSoThatTheyDrawTheSameAgain) {
+  Scene scene = scene_with({assets + "slab.vdb"});
+  scene.extinction.reset();
+  const Scene resolved = Session(scene).view().scene;
+  ASSERT_EQ(resolved.volumes.size(), 1u);
+  EXPECT_NE(resolved.volumes[0].find(" extinction="), std::string::npos) << resolved.volumes[0];
+  const auto march = open_double();
+  EXPECT_EQ(difference(drawn(scene, *march), drawn(resolved, *march)).max, 0);
+}
+
+TEST(Volumes, HaveTheLooksOfTheirFiles) {
+  Scene scene = scene_with({assets + "blobs.vdb"});
+  scene.look.clear();
+  scene.luminance.reset();
+  const OpenedScene opened = open_scene(scene, VdbFile(scene.input), {.open_look = "auto"});
+  EXPECT_NE(opened.view.scene.volumes[0].find("emission-grid=temperature"), std::string::npos)
+      << opened.view.scene.volumes[0];
+}
+
+TEST(Volumes, RefuseWhatTheyCannotDraw) {
+  const auto refused = [](auto change) {
+    Scene scene = scene_with({assets + "slab.vdb"});
+    change(scene);
+    return usage_error([&] { Session session(scene); });
+  };
+  EXPECT_NE(refused([](Scene& s) { s.mode = Mode::mip; }).find("--mode alpha"), std::string::npos);
+  EXPECT_NE(refused([](Scene& s) { s.step = 1; }).find("--step"), std::string::npos);
+  EXPECT_NE(refused([](Scene& s) { s.colormap = Colormap::viridis; }).find("--colormap"),
+            std::string::npos);
+  EXPECT_NE(refused([](Scene& s) { s.volumes[0] += " zoom=2"; }).find("'zoom'"), std::string::npos);
+  EXPECT_NE(refused([](Scene& s) { s.volumes[0] += " extinction=x"; }).find("extinction"),
+            std::string::npos);
+  EXPECT_NE(refused([](Scene& s) { s.extinction = 0; }).find("above 0"), std::string::npos);
+  EXPECT_NE(refused([](Scene& s) { s.volumes.assign(8, s.volumes[0]); }).find("7"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace psivox
