@@ -117,7 +117,7 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
     if (std::holds_alternative<std::vector<DirectionalLight> Scene::*>(p.member) ||
         std::holds_alternative<std::vector<std::string> Scene::*>(p.member))
       option = add_option_function<std::vector<std::string>>(
-                   (p.name == "volumes" ? "--and,--" : "--") + p.name,
+                   "--" + p.name + (p.name == "volumes" ? ",--and" : ""),
                    [&settings, &p](const std::vector<std::string>& items) {
                      settings.push_back({p.name, joined(items, ";")});
                    })

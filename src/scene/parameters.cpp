@@ -53,9 +53,10 @@ Rows input_rows() {
            "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length; "
            ":active is 1 at active voxels",
            &Scene::grid}),
-      {"volumes", "FILE [NAME=VALUE]...", "", "none",
-       "draw another volume in the same scene; several may be given; each has the scene's options, "
-       "but for those that follow its file's name: grid, scale, rotate, translate, extinction, "
+      {"volumes", "FILE", "", "none",
+       "draw another volume in the same scene; several may be given. Each has the scene's options, "
+       "but for those that follow its file as NAME=VALUE: grid, scale, rotate, translate, "
+       "extinction, "
        "luminance, albedo, albedo-grid, emission-grid, emission-scale, emission-color, "
        "temperature-scale, temperature-offset",
        &Scene::volumes, any, "none"},
