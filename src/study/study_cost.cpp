@@ -1,0 +1,105 @@
+#include "study/study_cost.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "study/page.h"
+#include "study/report.h"
+
+namespace psivox {
+namespace {
+
+/// Studies of fewer pixels are short, and so is one of fewer seconds.
+constexpr double worth_a_trial = 256 * 256, worth_a_line = 60;
+
+/// "40 seconds", "7 minutes", "1.5 hours".
+std::string duration_text(double seconds) {
+  if (seconds < 90) return decimals(seconds, 0) + " seconds";
+  if (seconds < 90 * 60) return decimals(seconds / 60, 0) + " minutes";
+  return decimals(seconds / 3600, 1) + " hours";
+}
+
+}  // namespace
+
+double StudyCost::pixels(const Variant& v) const {
+  const glm::dvec2 own(scene_of(v, scene_).resolution), all(scene_.resolution);
+  return own.x * own.y / (all.x * all.y);
+}
+
+double StudyCost::picture(const Variant& v) const {
+  const Method& method = v.method;
+  const double work = v.tolerance                            ? 3
+                      : method.sampling == Sampling::uniform ? 0.5 / method.step
+                                                             : 1 + 0.2 * method.segments;
+  return unit_ * (0.3 + work * pixels(v));
+}
+
+double StudyCost::references() const {
+  double sum = 0;
+  std::set<std::string> names;
+  for (const Variant& v : plan_.variants)
+    if (names.insert(reference_name(v)).second) sum += reference_ * pixels(v);
+  return sum;
+}
+
+double StudyCost::measuring(std::size_t i) const {
+  const Variant& v = plan_.variants[i];
+  const Variant& last = plan_.variants[i > 0 ? i - 1 : 0];
+  const bool new_program = i == 0 || last.method.integrator != v.method.integrator ||
+                           last.method.sampling != v.method.sampling || last.filter != v.filter ||
+                           v.tolerance;
+  return picture(v) * (2 + (options_.split ? march_ : 0)) + (new_program ? compile_ : 0);
+}
+
+double StudyCost::left(const std::vector<std::optional<StudyPoint>>& points) const {
+  double sum = references();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!points[i] || (options_.split && !points[i]->arithmetic)) sum += measuring(i);
+    const auto timed = points[i] ? static_cast<int>(points[i]->times.size()) : 0;
+    sum += std::max(options_.repeats - timed, 0) * picture(plan_.variants[i]);
+  }
+  return sum;
+}
+
+const Variant* StudyCost::typical() const {
+  double mean = 0;
+  std::vector<const Variant*> large;
+  for (const Variant& v : plan_.variants) {
+    const glm::dvec2 size(scene_of(v, scene_).resolution);
+    if (v.tolerance || size.x * size.y < worth_a_trial) continue;
+    large.push_back(&v);
+    mean += picture(v);
+  }
+  if (large.empty()) return nullptr;
+  mean /= double(large.size());
+  return *std::ranges::min_element(large, {},
+                                   [&](const Variant* v) { return std::abs(picture(*v) - mean); });
+}
+
+void StudyCost::take(const Variant& tried, const CostTrial& trial) {
+  unit_ *= trial.gpu / picture(tried);
+  compile_ = 2 * trial.compile;
+  march_ = trial.march / trial.gpu;
+  reference_ = trial.reference / pixels(tried);
+}
+
+std::string StudyCost::forecast() const {
+  const double all = left(std::vector<std::optional<StudyPoint>>(plan_.variants.size()));
+  if (all < worth_a_line) return "";
+  double marching = 0, compiling = 0;
+  for (std::size_t i = 0; i < plan_.variants.size(); ++i) {
+    const double march = options_.split ? march_ * picture(plan_.variants[i]) : 0;
+    marching += march;
+    compiling += measuring(i) - march - 2 * picture(plan_.variants[i]);
+  }
+  std::string text = "the study takes about " + duration_text(all) + ", by a trial; for less: ";
+  if (options_.sweep.resolutions.empty())
+    text += "--resolution " + std::to_string(scene_.resolution.x / 2) + "x" +
+            std::to_string(scene_.resolution.y / 2) + " (" +
+            duration_text(compiling + (all - compiling) / 4) + "), ";
+  if (options_.split) text += "--no-split (" + duration_text(all - marching) + "), ";
+  return text + "fewer --integrators or --steps";
+}
+
+}  // namespace psivox
