@@ -12,6 +12,7 @@ namespace {
 
 /// Studies of fewer pixels are short, and so is one of fewer seconds.
 constexpr double worth_a_trial = 256 * 256, worth_a_line = 60;
+constexpr double short_study = 300;  ///< [s]
 
 /// "40 seconds", "7 minutes", "1.5 hours".
 std::string duration_text(double seconds) {
@@ -29,10 +30,12 @@ double StudyCost::pixels(const Variant& v) const {
 
 double StudyCost::picture(const Variant& v) const {
   const Method& method = v.method;
+  // as processor times of all rules go by step and segments: a fog of one emission, llvmpipe
   const double work = v.tolerance                            ? 3
                       : method.sampling == Sampling::uniform ? 0.5 / method.step
-                                                             : 1 + 0.2 * method.segments;
-  return unit_ * (0.3 + work * pixels(v));
+                      : method.segments == 0                 ? 0.6
+                                                             : 0.2 + 0.4 * method.segments;
+  return unit_ * (0.1 + work * pixels(v));
 }
 
 double StudyCost::references() const {
@@ -94,10 +97,13 @@ std::string StudyCost::forecast() const {
     compiling += measuring(i) - march - 2 * picture(plan_.variants[i]);
   }
   std::string text = "the study takes about " + duration_text(all) + ", by a trial; for less: ";
+  const double drawing = all - compiling;
+  int part = 2;
+  while (part < 8 && compiling + drawing / (part * part) > short_study) ++part;
   if (options_.sweep.resolutions.empty())
-    text += "--resolution " + std::to_string(scene_.resolution.x / 2) + "x" +
-            std::to_string(scene_.resolution.y / 2) + " (" +
-            duration_text(compiling + (all - compiling) / 4) + "), ";
+    text += "--resolution " + std::to_string(scene_.resolution.x / part) + "x" +
+            std::to_string(scene_.resolution.y / part) + " (" +
+            duration_text(compiling + drawing / (part * part)) + "), ";
   if (options_.split) text += "--no-split (" + duration_text(all - marching) + "), ";
   return text + "fewer --integrators or --steps";
 }
