@@ -99,6 +99,8 @@ void check_foreign(const StudyOptions& options, const Scene& scene) {
   if (sizes.empty()) sizes.push_back(scene.resolution);
   std::set<std::string> files;
   for (const ForeignPicture& foreign : options.foreign) {
+    check_foreign_name(foreign.name);
+    if (foreign.time_ms != 0) check_foreign_time(foreign);
     if (!files.insert(file_name(foreign)).second)
       throw Error(ExitCode::usage, "two pictures are named " + in_quotes(foreign.name));
     const Image image = read_image(foreign.file);

@@ -2,10 +2,7 @@
 #include <cmath>
 #include <map>
 
-#include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/parameters.h"
-#include "psivox/picture_file.h"
 #include "psivox/stopwatch.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
