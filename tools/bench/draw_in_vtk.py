@@ -31,11 +31,11 @@ image.GetPointData().SetScalars(numpy_to_vtk(values.ravel(order="F"), deep=True)
 
 opacity, color = vtk.vtkPiecewiseFunction(), vtk.vtkColorTransferFunction()
 for value in numpy.linspace(0, values.max(), 16385):
-    opacity.AddPoint(value, 1 - numpy.exp(-float(extinction) * value))
+    opacity.AddPoint(value, -numpy.expm1(-float(extinction) * float(step) * value))
 color.AddRGBPoint(0, *map(float, luminance.split(",")))
 medium = vtk.vtkVolumeProperty()
 medium.SetInterpolationTypeToLinear()
-medium.SetScalarOpacityUnitDistance(1)
+medium.SetScalarOpacityUnitDistance(float(step))
 medium.SetScalarOpacity(opacity)
 medium.SetColor(color)
 mapper = vtk.vtkGPUVolumeRayCastMapper()
