@@ -1,4 +1,4 @@
-// Pictures of other renderers in a study, and its clocks.
+// A study's pictures of other renderers, its clocks and its forecast.
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "psivox/parameters.h"
 #include "psivox/text.h"
-#include "study/foreign.h"
 #include "study/report.h"
+#include "study/study_pictures.h"
 #include "study/study_plots.h"
 #include "usage_error.h"
 
@@ -35,8 +35,13 @@ TEST(Foreign, TextsName) {
   EXPECT_EQ(timed.time_ms, 12.5);
   EXPECT_EQ(file_name(timed), "foreign_cycles_1");
   EXPECT_EQ(foreign_picture("x=a,b").file, "a,b");
-  for (const char* text : {"", "a", "=a", "a=", "a,b=c", " a=b", "psivox=b", "a=b,0", "a=b,inf"})
+  for (const char* text : {"", "a", "a=", "a,b"})
     EXPECT_NE(usage_error([&] { foreign_picture(text); }), "no error") << text;
+  StudyOptions options;
+  for (const char* text : {"=a", "a,b=c", " a=b", "a =b", "psivox=b", "a=b,-1", "a=b,inf"}) {
+    options.foreign = {foreign_picture(text)};
+    EXPECT_NE(usage_error([&] { check_foreign(options, Scene{}); }), "no error") << text;
+  }
 }
 
 TEST(Foreign, PicturesWithNaNAreRefused) {
@@ -94,6 +99,22 @@ TEST(Plots, ProcessorTimeAloneWhereOtherWorkDisturbsWallTime) {
   r.renderer = "a GPU";  // its work is not the processor's
   EXPECT_EQ(clock_note(r), "");
   EXPECT_TRUE(has("error-time"));
+}
+
+TEST(StudyCost, ForecastsFromATrial) {
+  StudyOptions options;
+  Scene scene;
+  scene.resolution = {1280, 720};
+  StudyPlan plan;
+  plan.variants.push_back(two_points().points[0].variant);
+  StudyCost cost(options, plan, scene);
+  // the reference's 60 s, 2 pictures to measure and 3 to time of 1 s, a march of 10 s, 2 programs
+  const CostTrial trial{.gpu = 1, .compile = 0.25, .march = 10, .reference = 60};
+  EXPECT_EQ(cost.forecast(plan.variants[0], trial),
+            "the study takes about 76 seconds, by a trial; for less: --resolution 640x360 (19 "
+            "seconds), --no-split (66 seconds), fewer --integrators or --steps");
+  EXPECT_EQ(cost.forecast(plan.variants[0], {.gpu = 1, .compile = 0, .march = 1, .reference = 1}),
+            "");
 }
 
 }  // namespace

@@ -111,7 +111,7 @@ bool parse(StudyCall& call, Arguments arguments) {
       "study",
       "Renders a volume by many methods and measures the error and time of each. Writes "
       "tables, plots, pictures and a page that shows them.",
-      {"output", "integrators", "steps", "resume", "quiet"},
+      {"output", "integrators", "steps", "add", "camera-for", "resume", "quiet"},
       {"smoke.vdb -o study", "smoke.vdb -o study --resume --add 'cycles 1=cycles.exr,2050'",
        "smoke.vdb -o study --resolution 256x256 --integrators psi-weighted,cell-exact"});
   line.add_option("-o,--output", call.output, "folder for the results; created if missing")
@@ -245,8 +245,8 @@ void study_command(Arguments arguments) {
     usage("--add, --peers and --camera-for are for one frame; give its file");
   if (!call.camera_for.empty()) return print_camera(scene, call.camera_for);
   if (files) return study_frames(call, scene, list_files(call.sequence, *files), options);
-  check_study_folder(options.folder, options.resume);
   check_foreign(options, scene);
+  check_study_folder(options.folder, options.resume);
   OpenedScene opened = open_scene(scene, VdbFile(scene.input));
   if (!call.quiet) {
     print_look(opened.looked, false);

@@ -8,7 +8,7 @@
 namespace psivox {
 
 /// The renderers that camera_lines writes for: `pbrt`, ...; and `json`.
-const std::vector<std::string>& camera_line_formats();
+std::vector<std::string> camera_line_formats();
 
 /// The view's camera as lines of a renderer's scene or script, so that its picture of the same
 /// volume can be compared with psivox's pixel by pixel; `json` has the whole scene too.

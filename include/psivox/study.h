@@ -73,8 +73,9 @@ struct StudyOptions {
 /// the folder cannot be made.
 void check_study_folder(const std::filesystem::path& folder, bool resume);
 
-/// Throws Error(usage) if two pictures of other renderers have one name, Error(input) if one cannot
-/// be read, has NaN or Inf, or another resolution than the study of the scene.
+/// Throws Error(usage) if a picture of another renderer has a name that is no name or another's, or
+/// a time below 0; Error(input) if one cannot be read, has NaN or Inf, or another resolution than
+/// the study of the scene.
 void check_foreign(const StudyOptions& options, const Scene& scene);
 
 /// Runs the study of a view from make_view and writes tables, plots, pictures and index.html to the

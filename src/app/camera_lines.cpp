@@ -59,6 +59,7 @@ PixelFilter "box" "float xradius" [0.5] "float yradius" [0.5]
 </sensor>
 )"},
     {"blender", ", ", R"(import bpy
+import math
 from mathutils import Matrix
 scene = bpy.context.scene
 camera = bpy.data.objects.new("psivox", bpy.data.cameras.new("psivox"))
@@ -70,7 +71,7 @@ camera.matrix_world = Matrix.Translation(({position})) @ axes.to_4x4()
 camera.data.sensor_fit = "HORIZONTAL"
 camera.data.clip_start, camera.data.clip_end = {near}, {far}
 )",
-     "camera.data.angle = {fov_radians}\n",
+     "camera.data.angle = math.radians({fov})\n",
      "camera.data.type, camera.data.ortho_scale = \"ORTHO\", {width}\n",
      R"(scene.render.resolution_x, scene.render.resolution_y = {x}, {y}
 scene.render.resolution_percentage = 100
@@ -79,7 +80,7 @@ scene.render.pixel_aspect_x = scene.render.pixel_aspect_y = 1
     // It draws constant luminance alone: all light is scattered, none is shadowed.
     {"vdb_render", ",", "vdb_render {file} picture.exr -res {x}x{y} -camera {projection}",
      " -focal 50 -aperture {aperture}", " -frame {width}",
-     " -translate {position} -lookat {target} -up {up} -near {near} -far {far}{grid}"
+     " -translate {position} -lookat {target} -up {up}{grid}"
      " -absorb 0,0,0 -scatter {per_voxel},{per_voxel},{per_voxel} -light 0,0,1,{luminance} -gain 0"
      " -cutoff 0 -shadowstep 1e9\n"},
     {"paraview", ", ", R"(from paraview.simple import *
@@ -120,7 +121,6 @@ std::map<std::string, std::string> values_of(const View& view, const char* betwe
       {"scene", to_json(view.scene)}};
   const std::pair<const char*, double> numbers[] = {
       {"fov", degrees(camera.half_width)},
-      {"fov_radians", 2 * std::atan(camera.half_width)},
       {"vertical_fov", degrees(camera.half_height)},
       {"shorter_fov", degrees(std::min(camera.half_width, camera.half_height))},
       {"aperture", 100 * camera.half_width},
@@ -137,12 +137,9 @@ std::map<std::string, std::string> values_of(const View& view, const char* betwe
 
 }  // namespace
 
-const std::vector<std::string>& camera_line_formats() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const Renderer& renderer : renderers) all.emplace_back(renderer.name);
-    return all;
-  }();
+std::vector<std::string> camera_line_formats() {
+  std::vector<std::string> names;
+  for (const Renderer& renderer : renderers) names.emplace_back(renderer.name);
   return names;
 }
 

@@ -1,7 +1,5 @@
 // Pictures of other renderers in a study.
 
-#include "study/foreign.h"
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -12,25 +10,23 @@
 #include "psivox/picture_file.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
+#include "study/study_pictures.h"
 
 namespace psivox {
 namespace {
 
 /// A name becomes a file's, a cell of CSV and a line of a legend.
-void check_foreign_name(const std::string& name) {
+void check_name_and_time(const ForeignPicture& picture) {
   constexpr const char* letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789";
+  const std::string& name = picture.name;
   const bool plain = name.find_first_not_of(letters + std::string(" ._+-")) == name.npos;
-  if (plain && name.find_first_of(letters) == 0 && name.back() != ' ' && name != "psivox") return;
-  throw Error(ExitCode::usage, in_quotes(name) +
-                                   ": not a renderer's name; letters, digits, spaces and . _ + - "
-                                   "make one, a letter or digit first, other than psivox");
-}
-
-void check_foreign_time(const ForeignPicture& picture) {
-  if (std::isfinite(picture.time_ms) && picture.time_ms > 0) return;
-  throw Error(ExitCode::usage, in_quotes(picture.name) + ": its time is " +
-                                   number_text(picture.time_ms) +
-                                   "; give milliseconds above 0, or none");
+  if (!plain || name.find_first_of(letters) != 0 || name.back() == ' ' || name == "psivox")
+    throw Error(ExitCode::usage, in_quotes(name) +
+                                     ": not a renderer's name; letters, digits, spaces and . _ + - "
+                                     "make one, a letter or digit first, other than psivox");
+  if (!std::isfinite(picture.time_ms) || picture.time_ms < 0)
+    throw Error(ExitCode::usage, in_quotes(name) + ": its time is " + number_text(picture.time_ms) +
+                                     "; give milliseconds above 0, or none");
 }
 
 std::string size_text(int width, int height) {
@@ -57,13 +53,10 @@ ForeignPicture foreign_picture(std::string_view text) {
   if (equals == text.npos || equals + 1 == text.size())
     throw Error(ExitCode::usage, "--add " + in_quotes(text) + ": expected NAME=PICTURE[,TIME_MS]");
   ForeignPicture picture{std::string(text.substr(0, equals)), std::string(text.substr(equals + 1))};
-  check_foreign_name(picture.name);
   const std::size_t comma = picture.file.rfind(',');
   if (comma != std::string::npos &&
-      read_number(std::string_view(picture.file).substr(comma + 1), picture.time_ms)) {
+      read_number(std::string_view(picture.file).substr(comma + 1), picture.time_ms))
     picture.file.resize(comma);
-    check_foreign_time(picture);
-  }
   return picture;
 }
 
@@ -80,10 +73,8 @@ std::vector<ForeignPicture> read_foreign_pictures(const std::string& path) {
       const std::filesystem::path file = item.at("picture").get<std::string>();
       pictures.push_back({item.at("name").get<std::string>(),
                           (std::filesystem::path(path).parent_path() / file).string()});
-      check_foreign_name(pictures.back().name);
-      if (!item.contains("time_ms") || item["time_ms"].is_null()) continue;
-      pictures.back().time_ms = item["time_ms"].get<double>();
-      check_foreign_time(pictures.back());
+      if (item.contains("time_ms") && !item["time_ms"].is_null())
+        pictures.back().time_ms = item["time_ms"].get<double>();
     }
   } catch (const nlohmann::json::exception& error) {
     throw Error(ExitCode::usage, path + ": not a list of pictures in JSON: " + error.what());
@@ -99,8 +90,7 @@ void check_foreign(const StudyOptions& options, const Scene& scene) {
   if (sizes.empty()) sizes.push_back(scene.resolution);
   std::set<std::string> files;
   for (const ForeignPicture& foreign : options.foreign) {
-    check_foreign_name(foreign.name);
-    if (foreign.time_ms != 0) check_foreign_time(foreign);
+    check_name_and_time(foreign);
     if (!files.insert(file_name(foreign)).second)
       throw Error(ExitCode::usage, "two pictures are named " + in_quotes(foreign.name));
     const Image image = read_image(foreign.file);

@@ -60,9 +60,9 @@ class StudyRun {
 StudyRun::StudyRun(View view, const StudyOptions& options)
     : options_(options),
       pictures_(std::move(view), options),
-      plan_(plan_study(options.sweep, pictures_.scene())),
-      base_(new_results(pictures_.view(), pictures_.renderer(), options.repeats)),
-      cost_(options_, plan_, pictures_.scene()) {}
+      plan_(plan_study(options.sweep, pictures_.scene)),
+      base_(new_results(pictures_.view(), description(*pictures_.gpu), options.repeats)),
+      cost_(options_, plan_, pictures_.scene) {}
 
 void StudyRun::refuse_nothing() const {
   if (!plan_.variants.empty()) return;
@@ -80,7 +80,7 @@ void StudyRun::check_texels() {
     if (!found.contains(texel)) {
       found[texel] = "";
       try {
-        pictures_.prepare(variant);
+        pictures_.prepare(*pictures_.gpu, variant);
       } catch (const Error& error) {
         if (error.code() != ExitCode::input) throw;
         found[texel] = error.what();
@@ -117,17 +117,21 @@ void StudyRun::resume() {
 
 /// Says how long a new study takes.
 void StudyRun::forecast() {
-  const Variant* typical = options_.say ? cost_.typical() : nullptr;
-  if (!typical || fs::exists(options_.folder / results_name)) return;
-  cost_.take(*typical, pictures_.trial(*typical));
-  if (const std::string text = cost_.forecast(); !text.empty()) options_.say(text);
+  constexpr int short_pixels = 256 * 256;
+  const Variant& tried = plan_.variants[plan_.variants.size() / 2];
+  const glm::ivec2 size = scene_of(tried, pictures_.scene).resolution;
+  if (!options_.say || tried.tolerance || size.x * size.y < short_pixels ||
+      fs::exists(options_.folder / results_name))
+    return;
+  const std::string text = cost_.forecast(tried, pictures_.trial(tried));
+  if (!text.empty()) options_.say(text);
 }
 
 /// Step and arithmetic error, both from one march in double.
 PictureError StudyRun::split(const Variant& variant, const Drawn& drawn, PictureError& step_error) {
   Wish wish = pictures_.wish_of(variant);
   wish.plan = drawn.plan;
-  const Image exact = pictures_.exact(wish);
+  const Image exact = pictures_.draw(*pictures_.by_double, wish).image;
   step_error = picture_error(exact, pictures_.reference(variant));
   return picture_error(drawn.image, exact);
 }
@@ -141,7 +145,7 @@ std::string StudyRun::same_picture(std::size_t i, const StudyPoint& point, const
         !differ_in_rule(plan_.variants[j], point.variant) ||
         std::abs(points_[j]->error.rms() - point.error.rms()) > rounding)  // triangle inequality
       continue;
-    const Image other = pictures_.draw(pictures_.wish_of(plan_.variants[j])).image;
+    const Image other = pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants[j])).image;
     if (picture_error(other, image).rms() <= rounding) return variant_name(plan_.variants[j]);
   }
   return {};
@@ -155,11 +159,11 @@ void StudyRun::measure(std::size_t i) {
   if (points_[i]) point.times = points_[i]->times;
 
   Wish wish = pictures_.wish_of(variant);
-  Drawn drawn = pictures_.draw(wish);
+  Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
   wish.plan = drawn.plan;
   wish.count = true;
   wish.confirm = false;
-  const RenderStats counts = pictures_.draw(wish).stats;
+  const RenderStats counts = pictures_.draw(*pictures_.gpu, wish).stats;
   const Image& reference = pictures_.reference(variant);
   if (drawn.plan) {
     point.chosen = variant_of(drawn.plan->chosen.method, variant.resolution);
@@ -191,7 +195,7 @@ void StudyRun::measure(std::size_t i) {
 void StudyRun::settle() {
   constexpr double background_ms = 200;
   const Stopwatch watch;
-  do pictures_.draw(pictures_.wish_of(plan_.variants.front()));
+  do pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants.front()));
   while (watch.ms() < background_ms);
 }
 
@@ -199,7 +203,7 @@ void StudyRun::time(std::size_t i) {
   const Variant& variant = plan_.variants[i];
   Wish wish = pictures_.wish_of(variant);
   wish.confirm = false;
-  const Drawn drawn = pictures_.draw(wish);
+  const Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
   const RenderStats& stats = drawn.stats;
   const PreparationTimes& before = drawn.times;
   points_[i]->times.push_back(
@@ -229,7 +233,7 @@ std::string StudyRun::state() const {
 
 void StudyRun::run() {
   refuse_nothing();
-  pictures_.prepare_light(plan_.variants.front());
+  pictures_.prepare(*pictures_.by_reference, plan_.variants.front());
   check_texels();
   resume();
   for (const char* folder : {pictures_folder, differences_folder})
@@ -238,7 +242,7 @@ void StudyRun::run() {
   all_ = cost_.left(points_);
   if (!fs::exists(options_.folder / results_name)) save();
   for (const Variant& variant : plan_.variants) pictures_.reference(variant);
-  base_.reference_bound = pictures_.reference_bound();
+  base_.reference_bound = pictures_.reference_bound;
   for (const ForeignPicture& foreign : options_.foreign)
     base_.foreign.push_back(pictures_.compare(foreign));
   save();

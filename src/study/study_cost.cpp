@@ -1,7 +1,6 @@
 #include "study/study_cost.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "study/page.h"
@@ -10,9 +9,7 @@
 namespace psivox {
 namespace {
 
-/// Studies of fewer pixels are short, and so is one of fewer seconds.
-constexpr double worth_a_trial = 256 * 256, worth_a_line = 60;
-constexpr double short_study = 300;  ///< [s]
+constexpr double worth_a_line = 60, short_study = 300;  ///< [s]
 
 /// "40 seconds", "7 minutes", "1.5 hours".
 std::string duration_text(double seconds) {
@@ -65,45 +62,27 @@ double StudyCost::left(const std::vector<std::optional<StudyPoint>>& points) con
   return sum;
 }
 
-const Variant* StudyCost::typical() const {
-  double mean = 0;
-  std::vector<const Variant*> large;
-  for (const Variant& v : plan_.variants) {
-    const glm::dvec2 size(scene_of(v, scene_).resolution);
-    if (v.tolerance || size.x * size.y < worth_a_trial) continue;
-    large.push_back(&v);
-    mean += picture(v);
-  }
-  if (large.empty()) return nullptr;
-  mean /= double(large.size());
-  return *std::ranges::min_element(large, {},
-                                   [&](const Variant* v) { return std::abs(picture(*v) - mean); });
-}
-
-void StudyCost::take(const Variant& tried, const CostTrial& trial) {
+std::string StudyCost::forecast(const Variant& tried, const CostTrial& trial) {
   unit_ *= trial.gpu / picture(tried);
   compile_ = 2 * trial.compile;
   march_ = trial.march / trial.gpu;
   reference_ = trial.reference / pixels(tried);
-}
-
-std::string StudyCost::forecast() const {
   const double all = left(std::vector<std::optional<StudyPoint>>(plan_.variants.size()));
   if (all < worth_a_line) return "";
-  double marching = 0, compiling = 0;
+  double marching = 0, fixed = 0;  // the marches in double, and what the size does not change
   for (std::size_t i = 0; i < plan_.variants.size(); ++i) {
-    const double march = options_.split ? march_ * picture(plan_.variants[i]) : 0;
+    const double gpu = picture(plan_.variants[i]), march = march_ * gpu;
     marching += march;
-    compiling += measuring(i) - march - 2 * picture(plan_.variants[i]);
+    fixed += measuring(i) - 2 * gpu - march;
   }
-  std::string text = "the study takes about " + duration_text(all) + ", by a trial; for less: ";
-  const double drawing = all - compiling;
   int part = 2;
-  while (part < 8 && compiling + drawing / (part * part) > short_study) ++part;
+  const auto smaller = [&] { return fixed + (all - fixed) / (part * part); };
+  while (part < 8 && smaller() > short_study) ++part;
+  std::string text = "the study takes about " + duration_text(all) + ", by a trial; for less: ";
   if (options_.sweep.resolutions.empty())
-    text += "--resolution " + std::to_string(scene_.resolution.x / part) + "x" +
-            std::to_string(scene_.resolution.y / part) + " (" +
-            duration_text(compiling + drawing / (part * part)) + "), ";
+    text +=
+        formatted("--resolution %dx%d (", scene_.resolution.x / part, scene_.resolution.y / part) +
+        duration_text(smaller()) + "), ";
   if (options_.split) text += "--no-split (" + duration_text(all - marching) + "), ";
   return text + "fewer --integrators or --steps";
 }

@@ -9,16 +9,15 @@
 
 namespace psivox {
 
-/// What the trial of one variant took [s].
+/// What the trial of a variant took [s].
 struct CostTrial {
   double gpu = 0, compile = 0, march = 0, reference = 0;
 };
 
 /// What the pictures of a study cost: in units of one GPU picture of a cheap variant or, after a
-/// trial, in seconds.
+/// trial, in seconds. What it is made of must outlive it.
 class StudyCost {
  public:
-  /// All three must outlive it.
   StudyCost(const StudyOptions& options, const StudyPlan& plan, const Scene& scene)
       : options_(options), plan_(plan), scene_(scene) {}
 
@@ -27,12 +26,8 @@ class StudyCost {
   double measuring(std::size_t i) const;
   /// Of all that these points lack.
   double left(const std::vector<std::optional<StudyPoint>>& points) const;
-
-  /// A variant of average cost to try, if the study is worth a trial: its pictures are large.
-  const Variant* typical() const;
-  void take(const Variant& tried, const CostTrial& trial);
   /// How long the study takes and how it takes less, in a line; empty if it is short.
-  std::string forecast() const;
+  std::string forecast(const Variant& tried, const CostTrial& trial);
 
  private:
   double pixels(const Variant&) const;  ///< over those of the scene's picture

@@ -24,34 +24,34 @@ View shared_view(View view) {
 StudyPictures::StudyPictures(View view, const StudyOptions& options)
     : options_(options),
       session_(shared_view(std::move(view))),
-      scene_(session_.view().scene),
-      gpu_(open_gpu({.device = scene_.device})),
-      double_(open_double()),
-      reference_(open_reference()) {}
-
-void StudyPictures::stop_if_asked() const {
-  if (options_.stop && options_.stop()) throw Error(ExitCode::interrupted, "interrupted");
-}
+      scene(session_.view().scene),
+      gpu(open_gpu({.device = scene.device})),
+      by_double(open_double()),
+      by_reference(open_reference()) {}
 
 Wish StudyPictures::wish_of(const Variant& variant) const {
   Wish wish;
-  wish.scene = scene_of(variant, scene_);
-  wish.progress = [this](Stage, double) { stop_if_asked(); };
+  wish.scene = scene_of(variant, scene);
+  wish.progress = [&stop = options_.stop](Stage, double) {
+    if (stop && stop()) throw Error(ExitCode::interrupted, "interrupted");
+  };
   return wish;
 }
 
+/// As an earlier run of the study left it, or drawn. The bound always comes from the layer as
+/// saved, so both cases give the same bound.
 Image StudyPictures::make_reference(const Variant& variant) {
   const fs::path path = options_.folder / (reference_name(variant) + ".exr");
   Wish wish = wish_of(variant);
-  Scene own = scene_;
+  Scene own = scene;
   own.resolution = wish.scene->resolution;
   wish.scene = own;
   wish.layers.error = true;
-  const std::string scene = to_json(own);
-  if (options_.resume && fs::exists(path) && read_metadata(path, "psivox:scene") == scene)
+  const std::string text = to_json(own);
+  if (options_.resume && fs::exists(path) && read_metadata(path, "psivox:scene") == text)
     return read_image(path);
-  Image image = session_.draw(*reference_, wish).image;
-  image.metadata["psivox:scene"] = scene;
+  Image image = session_.draw(*by_reference, wish).image;
+  image.metadata["psivox:scene"] = text;
   write_image(image, path);
   return image;
 }
@@ -64,7 +64,7 @@ const Image& StudyPictures::reference(const Variant& variant) {
   for (const Layer& layer : image.layers)
     if (layer.name == "error")
       for (const float bound : layer.values)
-        reference_bound_ = std::max(reference_bound_, double(bound));
+        reference_bound = std::max(reference_bound, double(bound));
   return image;
 }
 
@@ -79,11 +79,11 @@ CostTrial StudyPictures::trial(const Variant& variant) {
   Wish small = whole;
   small.resolution = glm::max(whole.scene->resolution / part, 1);
   CostTrial trial;
-  const double first = seconds(*gpu_, whole);
-  trial.gpu = seconds(*gpu_, whole);
+  const double first = seconds(*gpu, whole);
+  trial.gpu = seconds(*gpu, whole);
   trial.compile = std::max(first - trial.gpu, 0.0);
-  if (options_.split) trial.march = part * part * seconds(*double_, small);
-  trial.reference = part * part * seconds(*reference_, small);
+  if (options_.split) trial.march = part * part * seconds(*by_double, small);
+  trial.reference = part * part * seconds(*by_reference, small);
   return trial;
 }
 
@@ -94,25 +94,24 @@ Legend StudyPictures::legend(const glm::ivec2& resolution) const {
   return legend_of(own);
 }
 
-void StudyPictures::write_png(Image image, const Scene& scene, const fs::path& path) const {
-  write_picture(image, scene, legend(scene.resolution), renderer(), {path.string()});
+void StudyPictures::write_png(Image image, const Scene& own, const fs::path& path) const {
+  write_picture(image, own, legend(own.resolution), description(*gpu), {path.string()});
 }
 
 ForeignPoint StudyPictures::compare(const ForeignPicture& foreign) const {
-  const Image picture = read_image(foreign.file);
+  Image picture = read_image(foreign.file);
   const auto same_size = [&](const auto& reference) {
     return reference.second.width == picture.width && reference.second.height == picture.height;
   };
   const Image& reference = std::ranges::find_if(references_, same_size)->second;
-  Scene scene = scene_;
-  scene.resolution = {picture.width, picture.height};
-  const Legend behind = legend(scene.resolution);
+  Scene own = scene;
+  own.resolution = {picture.width, picture.height};
+  const Legend around = legend(own.resolution);
   const auto [point, difference] = compare_foreign(
-      foreign, picture, reference, scene.background.value_or(glm::dvec3(0)).color, behind.behind);
+      foreign, picture, reference, own.background.value_or(glm::dvec3(0)).color, around.behind);
   const std::string file = file_name(foreign) + ".png";
   write_image(difference, options_.folder / differences_folder / file);
-  Image shown = picture;
-  write_picture(shown, scene, behind, shown_name(point),
+  write_picture(picture, own, around, shown_name(point),
                 {(options_.folder / pictures_folder / file).string()});
   return point;
 }
