@@ -169,7 +169,7 @@ void mark_front(Plot& plot, const StudyResults& results, const Abscissa& x) {
 
 /// Other renderers, where their times are known: a curve for each.
 void add_foreign(Plot& plot, const StudyResults& results) {
-  constexpr Ink foreign_inks[] = {{20, 20, 20}, {0, 110, 110}, {150, 75, 0}, {110, 0, 110}};
+  constexpr Ink foreign_inks[] = {{0, 110, 110}, {150, 75, 0}, {90, 0, 160}, {90, 90, 90}};
   std::size_t renderers = 0;
   for (const ForeignPoint& point : results.foreign) {
     if (point.picture.time_ms <= 0) continue;
