@@ -53,7 +53,7 @@ only_in '^pybind11/' '^src/python/'
 # A line: the component, then its public headers in include/psivox.
 floors=$(
   cat <<'LIST'
-base error foreign_format guarded_reading loaded_module map_range memory option_concepts progress statistics stopwatch text text_file
+base error foreign_format guarded_reading loaded_module map_range memory option_concepts progress renderer_name statistics stopwatch text text_file
 colour display
 team team
 guard
@@ -71,7 +71,7 @@ reference
 plan
 draw draw picture_file
 look look
-app command_text file_report open
+app camera_lines command_text file_report open
 sequence camera_motion sequence
 verify verify
 study study

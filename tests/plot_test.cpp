@@ -45,7 +45,7 @@ TEST(Plot, SvgHasItsColoursAndText) {
 TEST(Plot, PageHoldsItsData) {
   NamedPlot named{"name", {}};
   named.plot.title = "a < b";
-  named.plot.series.push_back({{{1, 0.5, "</script>"}, {2, 0.25, "b"}, {0, 1, "no place"}},
+  named.plot.series.push_back({{{1, 0.5, "</script>"}, {2, 0.25, "b", 1.5, 4}, {0, 1, "no place"}},
                                Ink{31, 119, 180},
                                Shape::square,
                                true,
@@ -60,7 +60,8 @@ TEST(Plot, PageHoldsItsData) {
   const std::string open = "<script type=\"application/json\">", close = "</script>";
   const std::size_t begin = html.find(open) + open.size();
   const std::string text = html.substr(begin, html.find(close, begin) - begin);
-  EXPECT_NE(text.find("[[1.0,0.5,\"\\u003c/script>\"],[2.0,0.25,\"b\"]]"), std::string::npos)
+  EXPECT_NE(text.find("[[1.0,0.5,\"\\u003c/script>\"],[2.0,0.25,\"b\",1.5,4.0]]"),
+            std::string::npos)
       << text;
   for (const char* part : {R"("title":"a \u003c b")", R"("entries":["rule","cells"])",
                            R"("color":"#1f77b4")", R"("shape":"square")", R"("dashed":true)",

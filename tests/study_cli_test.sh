@@ -25,8 +25,8 @@ run() {
   [ $code -eq "$expected" ] && grep -qF -- "$part" <<<"$output" ||
     fail "study $*: exit $code, expected $expected with \"$part\"; printed: $(tail -n 2 <<<"$output")"
 }
-# A study's CSV without its times, the last 9 columns.
-numbers() { sed -E 's/(,[^,]*){9}$//' "$1/results.csv"; }
+# A study's CSV without its times, the last 15 columns.
+numbers() { sed -E 's/(,[^,]*){15}$//' "$1/results.csv"; }
 rows() { tail -n +2 "$1/results.csv" 2>/dev/null | wc -l; }
 
 sweep=("$assets/blobs.vdb" --resolution 32x24 --luminance-grid density -q --repeats 2
@@ -215,10 +215,10 @@ run 0 "" "${sweep[@]}" -o sizes --resolutions 24x24,48x16 --integrators psi-exac
 for file in reference_24x24.exr reference_48x16.png pictures/psi-exact_cells_2_24x24.png; do
   [ -s "sizes/$file" ] || fail "no sizes/$file"
 done
-[ "$(cut -d, -f7 sizes/results.csv | sort | uniq -c | tr -s ' \n' ' ')" = " 4 24x24 4 48x16 1 resolution " ] ||
-  fail "sizes: $(cut -d, -f7 sizes/results.csv | sort | uniq -c)"
+[ "$(columns sizes resolution | sort | uniq -c | tr -s ' \n' ' ')" = " 4 24x24 4 48x16 " ] ||
+  fail "sizes: $(columns sizes resolution | sort | uniq -c)"
 # an error like that of step 1 shows that each picture was compared with a reference of its own size
-awk -F, 'NR > 1 && !($8 < 1e-2) { exit 1 }' sizes/results.csv || fail "sizes: errors of another size's reference"
+columns sizes rms | awk '!($1 < 1e-2) { exit 1 }' || fail "sizes: errors of another size's reference"
 
 run 0 "" --summary whole,killed3/ -o summary
 [ "$(wc -l <summary/needs.csv)" = 41 ] || fail "needs.csv has $(wc -l <summary/needs.csv) lines, expected 41"
@@ -227,6 +227,61 @@ for file in needs-samples.svg needs-cpu.svg index.html; do
   [ -s "summary/$file" ] || fail "no summary/$file"
 done
 run 3 "nowhere" --summary whole,nowhere -o summary2
+
+# --- other renderers ------------------------------------------------------------------------------
+# The camera for each of them is the scene's, and printing it needs no folder.
+view=("$assets/blobs.vdb" --look plain --extinction 3 --luminance 1,0.6,0.2 --azimuth 35 --fov 40
+  --resolution 64x48)
+for format in json pbrt mitsuba blender vdb_render paraview; do
+  for projection in perspective orthographic; do
+    run 0 "3.87" "${view[@]}" --azimuth 0 --camera-position 3.87,2,4 --camera-for $format --projection $projection
+    "$program" study "${view[@]}" --camera-for $format --projection $projection -q | grep '{[a-z_]*}' &&
+      fail "--camera-for $format leaves a name open"
+  done
+done
+"$program" study "${view[@]}" --camera-for json -q | python3 -m json.tool >/dev/null || fail "no JSON"
+run 2 "pbrt" "${view[@]}" --camera-for maya
+# A picture by psivox stands for another renderer's: the study finds the error that it measured
+# itself, to the last digit, because the picture is the same. Over black, alpha is gone.
+theirs=("${view[@]}" --step 1 --integrator midpoint --early-termination 6.103515625e-5 -q)
+"$program" render "${theirs[@]}" -o their.exr
+"$program" render "${theirs[@]}" -o opaque.exr --background 0,0,0
+echo '[{"name": "peer fine", "picture": "../their.exr", "time_ms": 0.125}]' >whole/peers.json
+others=("${view[@]}" --background 0,0,0 --samplings uniform --steps 1 --integrators midpoint
+  --repeats 1 --no-split -q)
+run 0 "" "${others[@]}" -o others --peers whole/peers.json --add "peer 2=their.exr,7.5" \
+  --add over=opaque.exr
+columns others renderer,rms,radiance_rms,alpha_rms,wall_ms_median | tr '\n' , | awk -F, '{
+  # black leaves R, G and B as they are
+  exit !($1 == "psivox" && $6 == "peer fine" && $7 == $2 && $8 == $3 && $9 == $4 &&
+    $10 == 0.125 && $15 == 7.5 && $16 == "over" && $17 == $3 && $18 == $17 && $19 == "") }' ||
+  fail "other renderers: $(columns others renderer,rms,radiance_rms,alpha_rms,wall_ms_median)"
+for part in 'peer 2 (foreign)' 'data-variant="over (foreign)"' 'peer (foreign, time as given)'; do
+  grep -qF "$part" others/index.html || fail "the page lacks $part"
+done
+grep -qF '| over (foreign) |' others/results.md || fail "results.md lacks a picture"
+grep -q 'over (foreign, time' others/index.html && fail "a picture without a time is in a plot of times"
+[ -s others/differences/foreign_peer_2.png ] || fail "no difference of another renderer"
+run 0 "" "${others[@]}" -o others --resume --add late=their.exr
+[ "$(columns others renderer | tr '\n' ,)" = "psivox,peer fine,peer 2,over,late," ] ||
+  fail "resuming lost a picture: $(columns others renderer)"
+run 2 "NAME=PICTURE" "${others[@]}" -o bad --add their.exr
+run 2 "not a renderer's name" "${others[@]}" -o bad --add a/b=their.exr
+run 2 "above 0" "${others[@]}" -o bad --add peer=their.exr,-1
+run 2 "are named" "${others[@]}" -o bad --add peer=their.exr --add peer=opaque.exr
+run 3 "no such file" "${others[@]}" -o bad --add peer=none.exr
+run 3 "has 64x48 pixels; the study's pictures have 32x24" "${others[@]}" -o bad --add peer=their.exr --resolution 32x24
+run 2 "no key 'time'" "${others[@]}" -o bad --peers <(echo '[{"name": "a", "picture": "b", "time": 1}]')
+run 2 "need a scene" --psi -o bad --add peer=their.exr
+ln -s "$assets/blobs.vdb" blobs.0001.vdb
+run 2 "one frame" blobs.####.vdb --frames 1 -o bad --add peer=their.exr
+# vdb_render's camera is psivox's: at steps of half a voxel their pictures differ by less than 1e-3,
+# and a camera that is off by a pixel by more than 1e-2.
+if command -v vdb_render >/dev/null; then
+  eval "$("$program" study "${view[@]}" --camera-for vdb_render -q) -step 0.5" >/dev/null 2>&1
+  "$program" render "${view[@]}" --renderer reference -o truth.exr -q
+  "$program" compare picture.exr truth.exr --max-rms 1e-3 || fail "vdb_render has another camera"
+fi
 
 [ $failed -eq 0 ] && echo "all passed"
 exit $((failed > 0))

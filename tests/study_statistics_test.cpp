@@ -37,7 +37,11 @@ TEST(Spread, MedianOfOddAndEven) {
   EXPECT_EQ(odd.median, 3);
   EXPECT_EQ(odd.min, 1);
   EXPECT_EQ(odd.max, 5);
+  EXPECT_EQ(odd.lower, 2);
+  EXPECT_EQ(odd.upper, 4);
   EXPECT_EQ(spread_of({4, 1, 3, 2}).median, 2.5);
+  EXPECT_EQ(spread_of({4, 1, 3, 2}).upper, 3.25);
+  EXPECT_EQ(spread_of({7}).lower, 7);
   EXPECT_EQ(spread_of({}).median, 0);
 }
 

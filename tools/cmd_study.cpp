@@ -13,6 +13,7 @@
 #include "frame_list.h"
 #include "notices.h"
 #include "progress_bar.h"
+#include "psivox/camera_lines.h"
 #include "psivox/command_text.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
@@ -87,7 +88,8 @@ struct StudyCall {
   SceneOptions scene;
   FrameOptions sequence;
   std::map<std::string, std::string> lists;  ///< the sweep's lists, as given
-  std::string output, file;
+  std::string output, file, camera_for, peers;
+  std::vector<std::string> added;  ///< NAME=PICTURE[,TIME_MS]
   std::optional<int> repeats;
   std::vector<std::string> summary;  ///< folders
   bool psi = false, orders = false, no_split = false, resume = false, quiet = false;
@@ -109,12 +111,11 @@ bool parse(StudyCall& call, Arguments arguments) {
       "study",
       "Renders a volume by many methods and measures the error and time of each. Writes "
       "tables, plots, pictures and a page that shows them.",
-      {"output", "integrators", "steps", "resume", "quiet"},
-      {"smoke.vdb -o study", "smoke.vdb -o study --resume",
+      {"output", "integrators", "steps", "add", "camera-for", "resume", "quiet"},
+      {"smoke.vdb -o study", "smoke.vdb -o study --resume --add 'cycles 1=cycles.exr,2050'",
        "smoke.vdb -o study --resolution 256x256 --integrators psi-weighted,cell-exact"});
   line.add_option("-o,--output", call.output, "folder for the results; created if missing")
-      ->type_name("DIR")
-      ->required();
+      ->type_name("DIR");
   for (const std::string& name : sweep_lists()) {
     const auto& [help, usual] = list_help.at(name);
     line.add_option("--" + name, call.lists[name], help)->type_name("LIST")->default_str(usual);
@@ -131,6 +132,19 @@ bool parse(StudyCall& call, Arguments arguments) {
                 "do not split the error into step error and arithmetic error; saves most of the "
                 "time");
   line.add_flag("--resume", call.resume, "continue the study in DIR");
+  line.add_option("--add", call.added,
+                  "another renderer's picture of the scene, and its time if known; repeat for more")
+      ->type_name("NAME=PICTURE[,TIME_MS]")
+      ->allow_extra_args(false)
+      ->take_all();
+  line.add_option("--peers", call.peers,
+                  "read a list of such pictures from a .json: objects with name, picture, time_ms")
+      ->type_name("FILE");
+  line.add_option("--camera-for", call.camera_for,
+                  "print the camera for another renderer: " + joined(camera_line_formats(), ", ") +
+                      "; nothing else")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(camera_line_formats()).description(""));
   CLI::Option* psi =
       line.add_flag("--psi", call.psi, "study the rules themselves, without a volume");
   line.add_flag("--orders", call.orders,
@@ -144,6 +158,7 @@ bool parse(StudyCall& call, Arguments arguments) {
   without.emplace_back("input");
   call.scene.add_to(line, without);
   if (!line.read(arguments)) return false;
+  if (call.output.empty() && call.camera_for.empty()) usage("--output is required");
   if (!call.sequence.inputs.empty()) call.scene.set("input", call.sequence.inputs.front());
   return true;
 }
@@ -158,6 +173,8 @@ StudyOptions options_of(const StudyCall& call, const StudyFile& file) {
   if (call.repeats) options.repeats = *call.repeats;
   options.split = !call.no_split;
   options.resume = call.resume;
+  if (!call.peers.empty()) options.foreign = read_foreign_pictures(call.peers);
+  for (const std::string& text : call.added) options.foreign.push_back(foreign_picture(text));
   return options;
 }
 
@@ -169,6 +186,11 @@ void stop_on_interrupt() {
   action.sa_handler = [](int) { interrupted = 1; };
   action.sa_flags = SA_RESETHAND;
   sigaction(SIGINT, &action, nullptr);
+}
+
+void print_camera(const Scene& scene, const std::string& renderer) {
+  const OpenedScene opened = open_scene(scene, VdbFile(scene.input));
+  std::fputs(camera_lines(opened.view, renderer).c_str(), stdout);
 }
 
 /// Studies each frame in a folder of its own, in one scene, and then all of them together.
@@ -201,6 +223,9 @@ void study_frames(const StudyCall& call, const Scene& scene, const FrameList& li
 void study_command(Arguments arguments) {
   StudyCall call;
   if (!parse(call, arguments)) return;
+  const bool scene_less = call.psi || call.orders || !call.summary.empty();
+  if (scene_less && !(call.added.empty() && call.peers.empty() && call.camera_for.empty()))
+    usage("--add, --peers and --camera-for need a scene; --psi, --orders and --summary have none");
   if (call.psi || call.orders) {
     ProgressBar bar(call.quiet);
     return (call.psi ? run_psi_study : run_order_study)(call.output, bar.progress());
@@ -216,8 +241,12 @@ void study_command(Arguments arguments) {
   if (inputs.empty()) inputs.push_back(scene.input);
   stop_on_interrupt();
   options.stop = [] { return interrupted != 0; };
-  if (const auto files = sequence_files(inputs, !call.sequence.frames.empty()))
-    return study_frames(call, scene, list_files(call.sequence, *files), options);
+  const auto files = sequence_files(inputs, !call.sequence.frames.empty());
+  if (files && !(options.foreign.empty() && call.camera_for.empty()))
+    usage("--add, --peers and --camera-for are for one frame; give its file");
+  if (!call.camera_for.empty()) return print_camera(scene, call.camera_for);
+  if (files) return study_frames(call, scene, list_files(call.sequence, *files), options);
+  check_foreign(options, scene);
   check_study_folder(options.folder, options.resume);
   OpenedScene opened = open_scene(scene, VdbFile(scene.input));
   if (!call.quiet) {
@@ -230,6 +259,11 @@ void study_command(Arguments arguments) {
   {
     ProgressBar bar(call.quiet);
     options.progress = bar.progress();
+    if (!call.quiet)
+      options.say = [&](const std::string& text) {
+        bar.clear();
+        std::fprintf(stderr, "psivox: %s\n", text.c_str());
+      };
     conclusion = run_study(std::move(opened.view), options);
   }
   if (!call.quiet) std::printf("%s\n", conclusion.c_str());

@@ -18,15 +18,20 @@ inline double percentile(std::vector<double> values, double fraction) {
 
 struct Spread {
   double median = 0, min = 0, max = 0;
+  double lower = 0, upper = 0;  ///< the quartiles
 };
 
-/// The median of an even number of values is the mean of the middle two; all are 0 if there are
-/// none.
+/// Median and quartiles lie between sorted values linearly, at 1/2, 1/4 and 3/4 of the way from the
+/// first to the last; all are 0 if there are none.
 inline Spread spread_of(std::vector<double> values) {
   if (values.empty()) return {};
   std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return {(values[(n - 1) / 2] + values[n / 2]) / 2, values.front(), values.back()};
+  const auto at = [&](double fraction) {
+    const double place = fraction * double(values.size() - 1);
+    const auto i = std::size_t(place);
+    return std::lerp(values[i], values[std::min(i + 1, values.size() - 1)], place - double(i));
+  };
+  return {at(0.5), values.front(), values.back(), at(0.25), at(0.75)};
 }
 
 /// Mean, RMS and largest magnitude of values that arrive one by one; all are 0 if there are none.

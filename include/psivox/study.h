@@ -43,19 +43,40 @@ Scene studied_scene(const Scene& scene);
 /// Error(usage).
 void set_sweep(Sweep& sweep, std::string_view list, std::string_view text);
 
+/// A picture that another renderer drew of the scene, through the study's camera.
+struct ForeignPicture {
+  std::string name;    ///< the renderer, and its setting after a space: "vdb_render step 1"
+  std::string file;    ///< of any format that read_image knows
+  double time_ms = 0;  ///< as its user gives it; 0: none
+};
+
+/// The picture that `NAME=FILE[,TIME_MS]` names. Throws Error(usage).
+ForeignPicture foreign_picture(std::string_view text);
+
+/// Reads a list in JSON, [{"name": , "picture": , "time_ms": }, ...]; files are named from its
+/// folder. Throws Error(input), Error(usage).
+std::vector<ForeignPicture> read_foreign_pictures(const std::string& path);
+
 struct StudyOptions {
   std::filesystem::path folder;  ///< made if it is missing
   Sweep sweep;
   int repeats = 3;
   bool split = true;    ///< measure step and arithmetic error apart, by the march in double
   bool resume = false;  ///< go on with the study in the folder, if there is one
+  std::vector<ForeignPicture> foreign{};  ///< compared too
   Progress progress{};
   std::function<bool()> stop{};  ///< called between and during renders; may be empty
+  std::function<void(const std::string&)> say{};  ///< takes lines for the user; may be empty
 };
 
 /// Throws Error(usage) if the folder holds results and `resume` is not set, and Error(output) if
 /// the folder cannot be made.
 void check_study_folder(const std::filesystem::path& folder, bool resume);
+
+/// Throws Error(usage) if a picture of another renderer has a name that is no name or another's, or
+/// a time below 0; Error(input) if one cannot be read, has NaN or Inf, or another resolution than
+/// the study of the scene.
+void check_foreign(const StudyOptions& options, const Scene& scene);
 
 /// Runs the study of a view from make_view and writes tables, plots, pictures and index.html to the
 /// folder. It writes results.json and results.csv again after every point, so a study can be

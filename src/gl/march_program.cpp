@@ -5,6 +5,7 @@
 #include <string>
 
 #include "psivox/error.h"
+#include "psivox/renderer_name.h"
 
 namespace psivox::gl {
 namespace {
@@ -23,7 +24,7 @@ void set_parameter(const Program& program, const std::string& name, const glsl::
 
 bool driver_is_software() {
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  return renderer && std::string(renderer).find("llvmpipe") != std::string::npos;
+  return renderer && is_software(renderer);
 }
 
 MarchProgram::MarchProgram(const ProgramKey& key, const std::string& shader)

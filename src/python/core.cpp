@@ -253,6 +253,7 @@ void define_studies(py::module_& m) {
   m.def("swept_parameters", &swept_parameters);
   m.def("study", [](const std::shared_ptr<VdbFile>& file, const SceneWords& words,
                     const std::string& folder, const std::map<std::string, std::string>& lists,
+                    const std::vector<std::tuple<std::string, std::string, double>>& foreign,
                     int repeats, bool split, bool resume, const py::object& report) {
     const Progress progress = reporting(report);
     return run([&] {
@@ -263,6 +264,8 @@ void define_studies(py::module_& m) {
       options.split = split;
       options.resume = resume;
       options.progress = progress;
+      for (const auto& [name, picture, time_ms] : foreign)
+        options.foreign.push_back({name, picture, time_ms});
       check_study_folder(folder, resume);
       return run_study(study_view(*file, words), options);
     });

@@ -92,7 +92,8 @@ class Page {
     for (const Series& series : plot.series)
       for (const PlotPoint& point : series.points) {
         if (!has_place(point)) continue;
-        x[0] = std::min(x[0], point.x), x[1] = std::max(x[1], point.x);
+        x[0] = std::min(x[0], point.lower > 0 ? point.lower : point.x);
+        x[1] = std::max({x[1], point.x, point.upper});
         y[0] = std::min(y[0], point.y), y[1] = std::max(y[1], point.y);
       }
     x_ = make_axis(x[0], x[1], left, right);
@@ -135,6 +136,10 @@ class Page {
     else if (shape == Shape::square)
       elements_ += "<rect" + attribute("x", x - radius) + attribute("y", y - radius) +
                    attribute("width", 2 * radius) + attribute("height", 2 * radius) + fill;
+    else if (shape == Shape::triangle)
+      elements_ += formatted("<polygon points=\"%.2f,%.2f %.2f,%.2f %.2f,%.2f\"", x, y - radius,
+                             x + radius, y + radius, x - radius, y + radius) +
+                   fill;
     else
       elements_ += formatted("<polygon points=\"%.2f,%.2f %.2f,%.2f %.2f,%.2f %.2f,%.2f\"", x,
                              y - radius, x + radius, y, x, y + radius, x - radius, y) +
@@ -176,6 +181,9 @@ class Page {
       line(places[i - 1].first, places[i - 1].second, places[i].first, places[i].second, 1.4,
            series.ink, series.dashed ? 4 : 0);
     for (const auto& [x, y] : places) mark(x, y, mark_radius, series.shape, series.ink);
+    for (const PlotPoint& p : series.points)
+      if (has_place(p) && p.lower > 0 && p.lower < p.upper)
+        line(x_.at(p.lower), y_.at(p.y), x_.at(p.upper), y_.at(p.y), 1, series.ink);
   }
 
   void front() {

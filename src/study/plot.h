@@ -16,11 +16,12 @@ std::string hex(Ink ink);
 /// `text` with &, < and > escaped for HTML and SVG.
 std::string escaped(const std::string& text);
 
-enum class Shape { disc, square, diamond, ring };
+enum class Shape { disc, square, diamond, ring, triangle };
 
 struct PlotPoint {
   double x = 0, y = 0;
-  std::string name{};  ///< shown by an interactive plot; may be empty
+  std::string name{};           ///< shown by an interactive plot; may be empty
+  double lower = 0, upper = 0;  ///< quartiles of x, joined by a line; 0: none
 };
 
 /// Whether a logarithmic plot can show the point: both numbers must be finite and above 0.

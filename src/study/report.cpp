@@ -118,7 +118,7 @@ std::string first_screen(const StudyResults& results, const std::string& picture
 
 std::string spread_text(const Spread& s) {
   if (s.max <= 0) return "–";
-  return decimals(s.median, 1) + " (" + decimals(s.min, 1) + "–" + decimals(s.max, 1) + ")";
+  return decimals(s.median, 1) + " (" + decimals(s.lower, 1) + "–" + decimals(s.upper, 1) + ")";
 }
 
 std::string max_text(const Deviation& d) {
@@ -150,15 +150,31 @@ Facts facts_of(const StudyPoint& p) {
   return facts;
 }
 
+Facts facts_of(const ForeignPoint& p) {
+  const Deviation& radiance = p.error.radiance;
+  const double time = p.picture.time_ms;
+  return {{"RMS", two_digits(p.rms())},
+          {"over", p.opaque ? "R G B" : "R G B A"},
+          {"radiance max, pixel", max_text(radiance)},
+          {"radiance 99 %", two_digits(radiance.p99)},
+          {"radiance mean", two_digits(radiance.mean)},
+          {"alpha RMS", p.opaque ? "–" : two_digits(p.error.alpha.rms)},
+          {"ms, as given", time > 0 ? decimals(time, 1) : "–"}};
+}
+
+void add_row(TextTable& rows, const std::string& name, const Facts& facts) {
+  rows.push_back({name});
+  for (const auto& [label, text] : facts) {
+    if (rows.size() == 2) rows[0].push_back(label);
+    rows.back().push_back(text);
+  }
+}
+
 std::string points_table(const StudyResults& results) {
   TextTable rows = {{"variant"}};
   for (const StudyPoint& p : results.points) {
     const std::string chosen = p.chosen ? ": " + variant_name(*p.chosen) : "";
-    rows.push_back({variant_name(p.variant) + chosen});
-    for (const auto& [label, text] : facts_of(p)) {
-      if (rows.size() == 2) rows[0].push_back(label);
-      rows.back().push_back(text);
-    }
+    add_row(rows, variant_name(p.variant) + chosen, facts_of(p));
   }
   return html_table(rows);
 }
@@ -175,6 +191,7 @@ std::string plot_facts(const StudyResults& results) {
       if (std::find(std::begin(brief), std::end(brief), fact.first) != std::end(brief))
         shown.push_back(fact);
   }
+  for (const ForeignPoint& p : results.foreign) all[shown_name(p)] = facts_of(p);
   return html_facts(all);
 }
 
@@ -205,22 +222,28 @@ std::string skipped_table(const StudyResults& results) {
   return "<h2>Skipped</h2>\n" + html_table(rows, Cells::words);
 }
 
+/// A picture beside its difference.
+std::string pair_of(const fs::path& folder, const std::string& name, const std::string& file_name,
+                    double scale) {
+  const std::string file = file_name + ".png";
+  // Beside a point of a plot the name stands above the pictures.
+  const std::string label = "<span class=\"name\">" + name + ": </span>";
+  return "<div class=\"pair\">" +
+         html_figure(folder / pictures_folder / file, label + "picture", thumbnail_width, name) +
+         html_figure(folder / differences_folder / file,
+                     label + "difference, ±" + two_digits(scale), thumbnail_width, name) +
+         "</div>\n";
+}
+
 std::string gallery(const StudyResults& results, const fs::path& folder) {
   std::string out =
       "<p>Every variant has its picture and the difference from the reference: blue where the "
       "picture is darker, red where it is brighter. The caption has the difference at full "
       "colour.</p>\n<div class=\"gallery\">\n";
-  for (const StudyPoint& p : results.points) {
-    const std::string name = variant_name(p.variant), file = file_name(p.variant) + ".png";
-    // Beside a point of a plot the name stands above the pictures.
-    const std::string label = "<span class=\"name\">" + name + ": </span>";
-    out += "<div class=\"pair\">";
-    out += html_figure(folder / pictures_folder / file, label + "picture", thumbnail_width, name);
-    out += html_figure(folder / differences_folder / file,
-                       label + "difference, ±" + two_digits(p.difference_scale), thumbnail_width,
-                       name);
-    out += "</div>\n";
-  }
+  for (const ForeignPoint& p : results.foreign)
+    out += pair_of(folder, shown_name(p), file_name(p.picture), p.difference_scale);
+  for (const StudyPoint& p : results.points)
+    out += pair_of(folder, variant_name(p.variant), file_name(p.variant), p.difference_scale);
   return out + "</div>\n";
 }
 
@@ -239,6 +262,12 @@ std::string references(const StudyResults& results, const fs::path& folder) {
 
 }  // namespace
 
+TextTable foreign_table(const StudyResults& results) {
+  TextTable rows = {{"renderer"}};
+  for (const ForeignPoint& p : results.foreign) add_row(rows, shown_name(p), facts_of(p));
+  return rows;
+}
+
 std::string reference_name(const Variant& variant) {
   if (variant.resolution.x == 0) return "reference";
   return "reference_" + parameter_text(scene_of(variant, {}), "resolution");
@@ -254,15 +283,19 @@ void write_report(const StudyResults& results, const fs::path& folder) {
       "processor time.</p>\n" +
       html_table(cheapest_table(results), Cells::words);
   body += "<h2>Plots</h2>\n";
+  if (const std::string note = clock_note(results); !note.empty()) body += "<p>" + note + "</p>\n";
   for (const NamedPlot& named : plots_of(results)) body += write_plot(named, folder);
   body += plot_facts(results);
+  if (!results.foreign.empty())
+    body += "<h2>Other renderers</h2>\n<p>" + std::string(foreign_note) + "</p>\n" +
+            html_table(foreign_table(results));
   body += "<h2>Rules by samplings</h2>\n<p>" + std::string(rules_note) + "</p>\n" +
           html_table(rules_table(results));
   body += "<h2>What an error takes</h2>\n<p>" + std::string(needs_note) + "</p>\n" +
           html_table(needs_table(results));
   body +=
-      "<h2>All numbers</h2>\n<p>Times are medians, with the least and the greatest in parentheses. "
-      "The step error is the march in double less the reference; the arithmetic error is the GPU's "
+      "<h2>All numbers</h2>\n<p>Times are medians, with the quartiles in parentheses. The "
+      " step error is the march in double less the reference; the arithmetic error is the GPU's "
       "picture less the march in double.</p>\n" +
       points_table(results);
   body += skipped_table(results);

@@ -37,7 +37,14 @@ inline constexpr const char* needs_note =
     "already "
     "reaches the RMS; –: no point reaches it.";
 
-/// Markdown: both tables, and the list of skipped variants.
+/// A row for each picture of another renderer.
+TextTable foreign_table(const StudyResults& results);
+inline constexpr const char* foreign_note =
+    "Pictures of other renderers, through the same camera, less the reference. A picture whose "
+    "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the others "
+    "in R G B A, premultiplied. Times are as given: psivox did not measure them.";
+
+/// Markdown: the tables, and the list of skipped variants.
 std::string results_markdown(const StudyResults& results);
 
 }  // namespace psivox

@@ -124,6 +124,27 @@ StudyPoint point_from(const Json& j) {
   return p;
 }
 
+Json json_of(const ForeignPoint& p) {
+  return {{"name", p.picture.name},
+          {"picture", p.picture.file},
+          {"time_ms", p.picture.time_ms > 0 ? Json(p.picture.time_ms) : Json(nullptr)},
+          {"opaque", p.opaque},
+          {"resolution", {p.resolution.x, p.resolution.y}},
+          {"rms", p.rms()},
+          {"error", json_of(p.error)},
+          {"difference_scale", p.difference_scale}};
+}
+
+ForeignPoint foreign_from(const Json& j) {
+  const Json& time = j.at("time_ms");
+  return {{j.at("name").get<std::string>(), j.at("picture").get<std::string>(),
+           time.is_null() ? 0 : time.get<double>()},
+          j.at("opaque").get<bool>(),
+          {j.at("resolution").at(0).get<int>(), j.at("resolution").at(1).get<int>()},
+          error_from(j.at("error")),
+          j.at("difference_scale").get<double>()};
+}
+
 Json conclusion_json(const StudyResults& results) {
   const Conclusion conclusion = conclusion_of(results);
   const auto advice = [&](const StudyPoint* p) -> Json {
@@ -176,6 +197,8 @@ std::string results_json(const StudyResults& r) {
   }
   out["points"] = Json::array();
   for (const StudyPoint& point : r.points) out["points"].push_back(json_of(point));
+  out["foreign"] = Json::array();
+  for (const ForeignPoint& point : r.foreign) out["foreign"].push_back(json_of(point));
   return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -199,6 +222,7 @@ StudyResults results_from_json(std::string_view text, std::string_view source) {
     for (const Json& s : j.at("skipped"))
       r.skipped.push_back({variant_from(s), s.at("reason").get<std::string>()});
     for (const Json& p : j.at("points")) r.points.push_back(point_from(p));
+    for (const Json& p : j.value("foreign", Json::array())) r.foreign.push_back(foreign_from(p));
     return r;
   } catch (const Json::exception& error) {
     throw Error(ExitCode::input,

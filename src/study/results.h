@@ -78,6 +78,29 @@ inline Spread wall_ms(const StudyPoint& point) { return spread(point, &TimeSampl
 inline Spread gpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::gpu_ms); }
 inline Spread cpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::cpu_ms); }
 
+/// The measurement of another renderer's picture.
+struct ForeignPoint {
+  ForeignPicture picture;
+  /// Its alpha is 1 everywhere, unlike the reference's. R, G and B are compared over the scene's
+  /// background, or black, and the error of alpha is not known.
+  bool opaque = false;
+  glm::ivec2 resolution{0};
+  PictureError error{};
+  double difference_scale = 0;
+  double rms() const { return opaque ? error.radiance.rms : error.rms(); }
+};
+
+/// What tables and plots call it: its name, marked as foreign.
+inline std::string shown_name(const ForeignPoint& point) {
+  return point.picture.name + " (foreign)";
+}
+/// The renderer, without its setting.
+inline std::string renderer_name(const ForeignPoint& point) {
+  return point.picture.name.substr(0, point.picture.name.find(' '));
+}
+/// The name as that of a file, without extension.
+std::string file_name(const ForeignPicture& picture);
+
 /// The contents of results.json.
 struct StudyResults {
   std::string version, git;       ///< of psivox; the hash is empty if the build has none
@@ -91,6 +114,7 @@ struct StudyResults {
   int repeats = 0;
   std::vector<SkippedVariant> skipped;
   std::vector<StudyPoint> points;
+  std::vector<ForeignPoint> foreign{};
 };
 
 /// The command that draws the study's scene by the default method.

@@ -8,6 +8,7 @@
 #include "study/conclusion.h"
 #include "study/page.h"
 #include "study/report.h"
+#include "study/study_plots.h"
 
 namespace psivox {
 namespace {
@@ -18,15 +19,37 @@ void add_header(CsvLine& line, const std::string& prefix) {
       line << prefix + channels + "_" + number;
 }
 
-void add(CsvLine& line, const PictureError& error) {
-  for (const Deviation* d : {&error.radiance, &error.alpha})
-    line << d->rms << d->max << d->max_x << d->max_y << d->p99 << d->mean << double(d->not_finite);
+void add(CsvLine& line, const Deviation& d) {
+  line << d.rms << d.max << d.max_x << d.max_y << d.p99 << d.mean << double(d.not_finite);
 }
 
 void add_short(CsvLine& line, const std::optional<PictureError>& error) {
   for (const Deviation PictureError::*part : {&PictureError::radiance, &PictureError::alpha})
     for (const double Deviation::*number : {&Deviation::rms, &Deviation::max})
       line << (error ? number_text((*error).*part.*number) : std::string());
+}
+
+/// Cells of what is not known of another renderer are empty.
+std::string csv_line(const ForeignPoint& point) {
+  const auto [x, y] = std::pair(point.resolution.x, point.resolution.y);
+  CsvLine line;
+  const auto leave = [&](int cells) {
+    for (int i = 0; i < cells; ++i) line << "";
+  };
+  line << point.picture.name;
+  leave(6);
+  line << std::to_string(x) + "x" + std::to_string(y);
+  leave(2);
+  line << point.rms();
+  add(line, point.error.radiance);
+  if (point.opaque)
+    leave(7);
+  else
+    add(line, point.error.alpha);
+  leave(8 + 3 + 1 + 5);
+  line << (point.picture.time_ms > 0 ? number_text(point.picture.time_ms) : "");
+  leave(4 + 5);
+  return line.str();
 }
 
 /// Distinct names in the order of first appearance.
@@ -79,8 +102,8 @@ TextTable needs_table(const StudyResults& results) {
 
 std::string results_csv(const StudyResults& results) {
   CsvLine header;
-  for (const char* name : {"integrator", "sampling", "segments", "step", "filter", "texel",
-                           "resolution", "tolerance", "estimate", "rms"})
+  for (const char* name : {"renderer", "integrator", "sampling", "segments", "step", "filter",
+                           "texel", "resolution", "tolerance", "estimate", "rms"})
     header << std::string(name);
   add_header(header, "");
   for (const char* error : {"step_error_", "arithmetic_error_"})
@@ -92,7 +115,7 @@ std::string results_csv(const StudyResults& results) {
          << "atlas_bytes"
          << "repeats";
   for (const char* clock : {"gpu", "wall", "cpu"})
-    for (const char* number : {"median", "min", "max"})
+    for (const char* number : {"median", "lower", "upper", "min", "max"})
       header << std::string(clock) + "_ms_" + number;
   std::string out = header.str();
   const Scene base = scene_from_json(results.scene, "the study's scene");
@@ -101,18 +124,20 @@ std::string results_csv(const StudyResults& results) {
     const Scene scene = scene_of(marched, base);
     const auto text = [&](const char* name) { return parameter_text(scene, name); };
     CsvLine line;
-    line << text("integrator") << text("sampling") << double(marched.method.segments)
+    line << "psivox" << text("integrator") << text("sampling") << double(marched.method.segments)
          << marched.method.step << text("filter") << text("texel") << text("resolution")
          << point.variant.tolerance.value_or(0) << point.estimate << point.error.rms();
-    add(line, point.error);
+    add(line, point.error.radiance);
+    add(line, point.error.alpha);
     add_short(line, point.step_error);
     add_short(line, point.arithmetic);
     line << point.samples_per_ray << point.steps_per_ray << double(point.atlas_bytes)
          << double(point.times.size());
     for (const Spread& spread : {gpu_ms(point), wall_ms(point), cpu_ms(point)})
-      line << spread.median << spread.min << spread.max;
+      line << spread.median << spread.lower << spread.upper << spread.min << spread.max;
     out += line.str();
   }
+  for (const ForeignPoint& point : results.foreign) out += csv_line(point);
   return out;
 }
 
@@ -139,6 +164,9 @@ std::string results_markdown(const StudyResults& results) {
                     command_of(results) + "\n```\n\n" + rules_note + "\n\n" +
                     markdown_table(rules) + "\n" + needs_note + "\n\n" +
                     markdown_table(needs_table(results));
+  if (const std::string note = clock_note(results); !note.empty()) out += "\n" + note + "\n";
+  if (!results.foreign.empty())
+    out += "\n" + std::string(foreign_note) + "\n\n" + markdown_table(foreign_table(results));
   if (results.skipped.empty()) return out;
   out += "\nSkipped:\n\n";
   for (const auto& [variants, reason] : skipped_lines(results.skipped))

@@ -2,10 +2,7 @@
 #include <cmath>
 #include <map>
 
-#include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/parameters.h"
-#include "psivox/picture_file.h"
 #include "psivox/stopwatch.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
@@ -14,24 +11,12 @@
 #include "study/page.h"
 #include "study/report.h"
 #include "study/results.h"
+#include "study/study_pictures.h"
 
 namespace psivox {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Work for the progress bar; the unit is one GPU render of a cheap variant.
-constexpr double compile_work = 10;  // two programs, one of which counts
-constexpr double reference_work = 10;
-constexpr double double_work = 10;  // the march in double, relative to the GPU
-
-/// The method that a plan chose, as a variant.
-Variant variant_of(const Trial& chosen, const glm::ivec2& resolution) {
-  Variant variant{chosen.method};
-  if (is_cell_rule(chosen.method.integrator)) variant.method.segments = 0;
-  variant.resolution = resolution;
-  return variant;
-}
 
 class StudyRun {
  public:
@@ -46,79 +31,38 @@ class StudyRun {
   void refuse_nothing() const;
   void check_texels();
   void resume();
-  void make_references();
-  Image make_reference(const Variant& variant);
+  void forecast();
   void measure(std::size_t i);
   void settle();
   void time(std::size_t i);
 
-  Wish wish_of(const Variant& variant) const;
   PictureError split(const Variant& variant, const Drawn& drawn, PictureError& step_error);
   std::string same_picture(std::size_t i, const StudyPoint& point, const Image& image);
-  void write_png(Image image, const Scene& scene, const fs::path& path) const;
 
-  void stop_if_asked() const {
-    if (options_.stop && options_.stop()) throw Error(ExitCode::interrupted, "interrupted");
-  }
   bool measured(std::size_t i) const {
     return points_[i] && (!options_.split || points_[i]->arithmetic);
   }
   void did(double work) {
     done_ += work;
-    if (options_.progress) options_.progress(done_ / all_work_);
+    if (options_.progress) options_.progress(done_ / all_);
   }
-  double render_work(const Variant& v) const {
-    const glm::dvec2 own(scene_of(v, scene_).resolution), all(scene_.resolution);
-    const Method& method = v.method;
-    const double work = v.tolerance                            ? 3
-                        : method.sampling == Sampling::uniform ? 0.5 / method.step
-                                                               : 1 + 0.2 * method.segments;
-    return 0.3 + work * own.x * own.y / (all.x * all.y);
-  }
-  double measure_work(std::size_t i) const;
-  void add_up_work();
   void save() const;
 
   const StudyOptions& options_;
-  Session session_;  ///< all draw it, in the light that the reference computes
-  Scene scene_;      ///< the session's, without the parameters that the sweep sets
-  std::shared_ptr<Marcher> gpu_, double_, reference_;
+  StudyPictures pictures_;
   StudyPlan plan_;
   StudyResults base_;                              ///< without points
   std::vector<std::optional<StudyPoint>> points_;  ///< one for each variant of the plan
-  std::map<std::string, Image> references_;        ///< by reference_name(variant)
-  double done_ = 0, all_work_ = 1;
+  StudyCost cost_;
+  double done_ = 0, all_ = 1;
 };
-
-/// The view of the scene that all variants share.
-View shared_view(View view) {
-  view.scene = studied_scene(view.scene);
-  return view;
-}
-
-/// Whether the variants differ in their rule alone.
-bool differ_in_rule(Variant a, const Variant& b) {
-  a.method.integrator = b.method.integrator;
-  return a == b && !a.tolerance;
-}
 
 StudyRun::StudyRun(View view, const StudyOptions& options)
     : options_(options),
-      session_(shared_view(std::move(view))),
-      scene_(session_.view().scene),
-      gpu_(open_gpu({.device = scene_.device})),
-      double_(open_double()),
-      reference_(open_reference()) {
-  plan_ = plan_study(options.sweep, scene_);
-  base_ = new_results(session_.view(), description(*gpu_), options.repeats);
-}
-
-Wish StudyRun::wish_of(const Variant& variant) const {
-  Wish wish;
-  wish.scene = scene_of(variant, scene_);
-  wish.progress = [this](Stage, double) { stop_if_asked(); };
-  return wish;
-}
+      pictures_(std::move(view), options),
+      plan_(plan_study(options.sweep, pictures_.scene)),
+      base_(new_results(pictures_.view(), description(*pictures_.gpu), options.repeats)),
+      cost_(options_, plan_, pictures_.scene) {}
 
 void StudyRun::refuse_nothing() const {
   if (!plan_.variants.empty()) return;
@@ -136,7 +80,7 @@ void StudyRun::check_texels() {
     if (!found.contains(texel)) {
       found[texel] = "";
       try {
-        session_.prepare(*gpu_, wish_of(variant));
+        pictures_.prepare(*pictures_.gpu, variant);
       } catch (const Error& error) {
         if (error.code() != ExitCode::input) throw;
         found[texel] = error.what();
@@ -161,50 +105,34 @@ void StudyRun::resume() {
     throw Error(ExitCode::usage, "cannot resume: the study in " +
                                      in_quotes(options_.folder.string()) + " " + obstacle +
                                      "; give another folder with -o");
+  for (const ForeignPoint& point : begun.foreign) {
+    const auto given = [&](const ForeignPicture& f) { return f.name == point.picture.name; };
+    if (std::ranges::none_of(options_.foreign, given)) base_.foreign.push_back(point);
+  }
   for (const StudyPoint& point : begun.points) {
     const auto at = std::find(plan_.variants.begin(), plan_.variants.end(), point.variant);
     points_[std::size_t(at - plan_.variants.begin())] = point;
   }
 }
 
-/// Reads the reference that an earlier run of the study left, or renders it. The bound always comes
-/// from the layer as saved, so both cases give the same bound.
-Image StudyRun::make_reference(const Variant& variant) {
-  const fs::path path = options_.folder / (reference_name(variant) + ".exr");
-  Wish wish = wish_of(variant);
-  Scene own = scene_;
-  own.resolution = wish.scene->resolution;
-  wish.scene = own;
-  wish.layers.error = true;
-  const std::string scene = to_json(own);
-  if (options_.resume && fs::exists(path) && read_metadata(path, "psivox:scene") == scene)
-    return read_image(path);
-  Image image = session_.draw(*reference_, wish).image;
-  image.metadata["psivox:scene"] = scene;
-  write_image(image, path);
-  return image;
-}
-
-/// One reference for each resolution.
-void StudyRun::make_references() {
-  for (const Variant& variant : plan_.variants) {
-    const std::string name = reference_name(variant);
-    if (references_.contains(name)) continue;
-    const Image& image = references_[name] = make_reference(variant);
-    write_png(image, wish_of(variant).scene.value(), options_.folder / (name + ".png"));
-    for (const Layer& layer : image.layers)
-      if (layer.name == "error")
-        for (const float bound : layer.values)
-          base_.reference_bound = std::max(base_.reference_bound, double(bound));
-  }
+/// Says how long a new study takes.
+void StudyRun::forecast() {
+  constexpr int short_pixels = 256 * 256;
+  const Variant& tried = plan_.variants[plan_.variants.size() / 2];
+  const glm::ivec2 size = scene_of(tried, pictures_.scene).resolution;
+  if (!options_.say || tried.tolerance || size.x * size.y < short_pixels ||
+      fs::exists(options_.folder / results_name))
+    return;
+  const std::string text = cost_.forecast(tried, pictures_.trial(tried));
+  if (!text.empty()) options_.say(text);
 }
 
 /// Step and arithmetic error, both from one march in double.
 PictureError StudyRun::split(const Variant& variant, const Drawn& drawn, PictureError& step_error) {
-  Wish wish = wish_of(variant);
+  Wish wish = pictures_.wish_of(variant);
   wish.plan = drawn.plan;
-  const Image exact = session_.draw(*double_, wish).image;
-  step_error = picture_error(exact, references_.at(reference_name(variant)));
+  const Image exact = pictures_.draw(*pictures_.by_double, wish).image;
+  step_error = picture_error(exact, pictures_.reference(variant));
   return picture_error(drawn.image, exact);
 }
 
@@ -217,15 +145,10 @@ std::string StudyRun::same_picture(std::size_t i, const StudyPoint& point, const
         !differ_in_rule(plan_.variants[j], point.variant) ||
         std::abs(points_[j]->error.rms() - point.error.rms()) > rounding)  // triangle inequality
       continue;
-    const Image other = session_.draw(*gpu_, wish_of(plan_.variants[j])).image;
+    const Image other = pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants[j])).image;
     if (picture_error(other, image).rms() <= rounding) return variant_name(plan_.variants[j]);
   }
   return {};
-}
-
-/// Writes the picture as `render` does, with the scene's background and exposure.
-void StudyRun::write_png(Image image, const Scene& scene, const fs::path& path) const {
-  write_picture(image, scene, legend_of(session_.view()), base_.renderer, {path.string()});
 }
 
 /// Measures all but the times; these results do not depend on when they are measured.
@@ -235,15 +158,15 @@ void StudyRun::measure(std::size_t i) {
   point.variant = variant;
   if (points_[i]) point.times = points_[i]->times;
 
-  Wish wish = wish_of(variant);
-  Drawn drawn = session_.draw(*gpu_, wish);
+  Wish wish = pictures_.wish_of(variant);
+  Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
   wish.plan = drawn.plan;
   wish.count = true;
   wish.confirm = false;
-  const RenderStats counts = session_.draw(*gpu_, wish).stats;
-  const Image& reference = references_.at(reference_name(variant));
+  const RenderStats counts = pictures_.draw(*pictures_.gpu, wish).stats;
+  const Image& reference = pictures_.reference(variant);
   if (drawn.plan) {
-    point.chosen = variant_of(drawn.plan->chosen, variant.resolution);
+    point.chosen = variant_of(drawn.plan->chosen.method, variant.resolution);
     point.estimate = drawn.plan->chosen.rms;
   }
   point.error = picture_error(drawn.image, reference);
@@ -262,7 +185,8 @@ void StudyRun::measure(std::size_t i) {
   const std::string file = file_name(variant) + ".png";
   write_image(difference_picture(drawn.image, reference, point.difference_scale),
               options_.folder / differences_folder / file);
-  write_png(std::move(drawn.image), wish.scene.value(), options_.folder / pictures_folder / file);
+  pictures_.write_png(std::move(drawn.image), wish.scene.value(),
+                      options_.folder / pictures_folder / file);
   points_[i] = std::move(point);
 }
 
@@ -271,38 +195,19 @@ void StudyRun::measure(std::size_t i) {
 void StudyRun::settle() {
   constexpr double background_ms = 200;
   const Stopwatch watch;
-  do session_.draw(*gpu_, wish_of(plan_.variants.front()));
+  do pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants.front()));
   while (watch.ms() < background_ms);
 }
 
 void StudyRun::time(std::size_t i) {
   const Variant& variant = plan_.variants[i];
-  Wish wish = wish_of(variant);
+  Wish wish = pictures_.wish_of(variant);
   wish.confirm = false;
-  const Drawn drawn = session_.draw(*gpu_, wish);
+  const Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
   const RenderStats& stats = drawn.stats;
   const PreparationTimes& before = drawn.times;
   points_[i]->times.push_back(
       {before.plan_ms + stats.march_ms, stats.gpu_ms, before.plan_cpu_ms + stats.cpu_ms});
-}
-
-double StudyRun::measure_work(std::size_t i) const {
-  const Variant& v = plan_.variants[i];
-  const Variant& last = plan_.variants[i > 0 ? i - 1 : 0];
-  const bool new_program = i == 0 || last.method.integrator != v.method.integrator ||
-                           last.method.sampling != v.method.sampling || last.filter != v.filter ||
-                           v.tolerance;
-  return render_work(v) * (2 + (options_.split ? double_work : 0)) +
-         (new_program ? compile_work : 0);
-}
-
-void StudyRun::add_up_work() {
-  all_work_ = reference_work;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (!measured(i)) all_work_ += measure_work(i);
-    const auto timed = points_[i] ? static_cast<int>(points_[i]->times.size()) : 0;
-    all_work_ += std::max(options_.repeats - timed, 0) * render_work(plan_.variants[i]);
-  }
 }
 
 StudyResults StudyRun::results() const {
@@ -328,32 +233,39 @@ std::string StudyRun::state() const {
 
 void StudyRun::run() {
   refuse_nothing();
-  session_.prepare(*reference_, wish_of(plan_.variants.front()));
+  pictures_.prepare(*pictures_.by_reference, plan_.variants.front());
   check_texels();
   resume();
   for (const char* folder : {pictures_folder, differences_folder})
     make_folder(options_.folder / folder);
-  add_up_work();
+  forecast();
+  all_ = cost_.left(points_);
   if (!fs::exists(options_.folder / results_name)) save();
-  make_references();
-  did(reference_work);
+  for (const Variant& variant : plan_.variants) pictures_.reference(variant);
+  base_.reference_bound = pictures_.reference_bound;
+  for (const ForeignPicture& foreign : options_.foreign)
+    base_.foreign.push_back(pictures_.compare(foreign));
+  save();
+  did(cost_.references());
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (measured(i)) continue;
     measure(i);
     save();
-    did(measure_work(i));
+    did(cost_.measuring(i));
   }
   const auto finished = [&](const auto& point) {
     return static_cast<int>(point->times.size()) >= options_.repeats;
   };
   if (!std::all_of(points_.begin(), points_.end(), finished)) settle();
-  // Times are measured in rounds, so that a machine that slows down affects all variants alike.
+  // Times are measured in rounds, to and fro, so that a machine that slows down affects all
+  // variants alike.
   for (int round = 0; round < options_.repeats; ++round)
-    for (std::size_t i = 0; i < points_.size(); ++i) {
+    for (std::size_t n = 0; n < points_.size(); ++n) {
+      const std::size_t i = round % 2 == 0 ? n : points_.size() - 1 - n;
       if (static_cast<int>(points_[i]->times.size()) > round) continue;
       time(i);
       save();
-      did(render_work(plan_.variants[i]));
+      did(cost_.picture(plan_.variants[i]));
     }
   save();
 }
@@ -372,6 +284,7 @@ std::string run_study(View view, const StudyOptions& options) {
   if (view.scene.shows(Shows::plane))
     throw Error(ExitCode::usage, "--mode slice does not march; a study has nothing to compare");
   check_study_folder(options.folder, options.resume);
+  check_foreign(options, view.scene);
   StudyRun run(std::move(view), options);
   try {
     run.run();

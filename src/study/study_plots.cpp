@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "psivox/renderer_name.h"
+#include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "study/page.h"
 
@@ -30,7 +32,7 @@ namespace {
 using Json = nlohmann::ordered_json;  // data for src/study/page/plots.js
 
 const char* shape_name(Shape shape) {
-  constexpr const char* names[] = {"disc", "square", "diamond", "ring"};
+  constexpr const char* names[] = {"disc", "square", "diamond", "ring", "triangle"};
   return names[static_cast<int>(shape)];
 }
 
@@ -40,8 +42,12 @@ Json json_of(const Series& series) {
               {"shape", shape_name(series.shape)},
               {"dashed", series.dashed},
               {"points", Json::array()}};
-  for (const PlotPoint& point : series.points)
-    if (has_place(point)) out["points"].push_back({point.x, point.y, point.name});
+  for (const PlotPoint& point : series.points) {
+    if (!has_place(point)) continue;
+    out["points"].push_back({point.x, point.y, point.name});
+    if (point.lower > 0)
+      out["points"].back().insert(out["points"].back().end(), {point.lower, point.upper});
+  }
   return out;
 }
 
@@ -118,13 +124,13 @@ bool is_dashed(const Variant& variant) {
 /// Errors within this fraction count as equal on the Pareto front.
 constexpr double front_margin = 0.01;
 
-using Abscissa = std::function<double(const StudyPoint&)>;
+using Abscissa = std::function<Spread(const StudyPoint&)>;
 
 Plot plot_of(const StudyResults& results, const std::string& title, const std::string& x_label,
              const Abscissa& x) {
   std::vector<const StudyPoint*> points;
   for (const StudyPoint& point : results.points)
-    if (x(point) > 0) points.push_back(&point);
+    if (x(point).median > 0) points.push_back(&point);
   // A curve joins its points from coarse to fine.
   std::stable_sort(points.begin(), points.end(), [](const StudyPoint* a, const StudyPoint* b) {
     return is_coarser(a->variant, b->variant);
@@ -136,7 +142,9 @@ Plot plot_of(const StudyResults& results, const std::string& title, const std::s
     };
     auto curve = std::find_if(curves.begin(), curves.end(), same);
     if (curve == curves.end()) curve = curves.insert(curve, {point->variant, {}});
-    curve->points.push_back({x(*point), point->error.rms(), variant_name(point->variant)});
+    const Spread at = x(*point);
+    curve->points.push_back(
+        {at.median, point->error.rms(), variant_name(point->variant), at.lower, at.upper});
   }
   Plot plot = plot_of_curves(curves);
   plot.title = title;
@@ -149,13 +157,40 @@ void mark_front(Plot& plot, const StudyResults& results, const Abscissa& x) {
   std::vector<const StudyPoint*> points;
   std::vector<Cost> costs;
   for (const StudyPoint& point : results.points) {
-    if (!(x(point) > 0)) continue;
+    const double cost = x(point).median;
+    if (!(cost > 0)) continue;
     points.push_back(&point);
-    costs.push_back({x(point), point.error.rms()});
+    costs.push_back({cost, point.error.rms()});
   }
   for (const std::size_t i : pareto_front(costs, front_margin))
     plot.front.push_back({costs[i].time, costs[i].error, variant_name(points[i]->variant)});
   if (!plot.front.empty()) plot.legend.push_back(front_entry());
+}
+
+/// Other renderers, where their times are known: a curve for each.
+void add_foreign(Plot& plot, const StudyResults& results) {
+  constexpr Ink foreign_inks[] = {{0, 110, 110}, {150, 75, 0}, {90, 0, 160}, {90, 90, 90}};
+  std::size_t renderers = 0;
+  for (const ForeignPoint& point : results.foreign) {
+    if (point.picture.time_ms <= 0) continue;
+    const std::string entry = renderer_name(point) + " (foreign, time as given)";
+    auto series = std::ranges::find(plot.series, std::vector{entry}, &Series::entries);
+    if (series == plot.series.end()) {
+      const Ink ink = foreign_inks[renderers++ % std::size(foreign_inks)];
+      series = plot.series.insert(series, {{}, ink, Shape::triangle, false, {entry}});
+      plot.legend.push_back({entry, ink, Shape::triangle, true});
+    }
+    series->points.push_back({point.picture.time_ms, point.rms(), shown_name(point)});
+  }
+}
+
+/// Median over the points of the distance between a clock's quartiles, relative to its median.
+double scatter(const StudyResults& results, double TimeSample::*clock) {
+  std::vector<double> all;
+  for (const StudyPoint& point : results.points)
+    if (const Spread s = spread(point, clock); s.median > 0)
+      all.push_back((s.upper - s.lower) / s.median);
+  return spread_of(all).median;
 }
 
 }  // namespace
@@ -187,28 +222,40 @@ Plot plot_of_curves(const std::vector<PlotCurve>& curves) {
   return plot;
 }
 
+std::string clock_note(const StudyResults& results) {
+  // 5 % is less than a mark is wide
+  constexpr double visible = 0.05, more = 2;
+  const double wall = scatter(results, &TimeSample::wall_ms);
+  const double processor = scatter(results, &TimeSample::cpu_ms);
+  if (!is_software(results.renderer) || wall < visible || wall < more * processor) return "";
+  return "The machine did other work: between repeats, wall times scatter by " +
+         percent_text(wall) + " and processor times by " + percent_text(processor) +
+         " (the distance of the quartiles over the median; half of the points have more). The "
+         "draws are the processor's, so only its time is plotted.";
+}
+
 std::vector<NamedPlot> plots_of(const StudyResults& results) {
   std::vector<NamedPlot> plots;
   const auto add = [&](const char* name, const char* title, const char* x_label, const Abscissa& x,
-                       bool front) {
-    const auto has = [&](const StudyPoint& p) { return x(p) > 0; };
+                       bool front, bool time = false) {
+    const auto has = [&](const StudyPoint& p) { return x(p).median > 0; };
     if (std::none_of(results.points.begin(), results.points.end(), has)) return;
     Plot plot = plot_of(results, title, x_label, x);
+    if (time) add_foreign(plot, results);
     if (front) mark_front(plot, results, x);
     plots.push_back({name, std::move(plot)});
   };
   add(
       "error-step", "Error by step", "uniform step [voxels]",
-      [](const StudyPoint& p) { return p.variant.method.step; }, false);
+      [](const StudyPoint& p) { return Spread{p.variant.method.step}; }, false);
   add(
       "error-samples", "Error by look-ups", "field look-ups per ray",
-      [](const StudyPoint& p) { return p.samples_per_ray; }, true);
-  add(
-      "error-time", "Error by the GPU's time", "time of the draws by the GPU's timer [ms], median",
-      [](const StudyPoint& p) { return gpu_ms(p).median; }, true);
-  add(
-      "error-cpu", "Error by processor time", "processor time of the march [ms], median",
-      [](const StudyPoint& p) { return cpu_ms(p).median; }, true);
+      [](const StudyPoint& p) { return Spread{p.samples_per_ray}; }, true);
+  if (clock_note(results).empty())
+    add("error-time", "Error by the GPU's time",
+        "time of the draws by the GPU's timer [ms], median and quartiles", gpu_ms, true, true);
+  add("error-cpu", "Error by processor time",
+      "processor time of the march [ms], median and quartiles", cpu_ms, true, true);
   return plots;
 }
 

@@ -48,6 +48,10 @@ Plot plot_of_curves(const std::vector<PlotCurve>& curves);
 /// The rule's colour in every plot.
 Ink ink_of(Integrator rule);
 
+/// If a software renderer's wall times scatter between repeats and its processor times do not: a
+/// sentence that says so; then the page plots processor time alone. Else empty.
+std::string clock_note(const StudyResults& results);
+
 /// Plots of error by step, by look-ups, by GPU time if the driver has a timer, and by CPU time.
 std::vector<NamedPlot> plots_of(const StudyResults& results);
 

@@ -108,6 +108,18 @@ void set_sweep(Sweep& sweep, std::string_view list, std::string_view text) {
   }
 }
 
+Variant variant_of(Method method, const glm::ivec2& resolution) {
+  if (is_cell_rule(method.integrator)) method.segments = 0;
+  Variant variant{method};
+  variant.resolution = resolution;
+  return variant;
+}
+
+bool differ_in_rule(Variant a, const Variant& b) {
+  a.method.integrator = b.method.integrator;
+  return a == b && !a.tolerance;
+}
+
 Scene scene_of(const Variant& variant, const Scene& base) {
   Scene scene = studied_scene(base);
   if (variant.resolution.x > 0) scene.resolution = variant.resolution;

@@ -151,6 +151,21 @@ def test_study(blobs):
     assert all(0 < row["rms"] < 1 for row in rows)
 
 
+def test_study_of_other_renderers(blobs, refused, tmp_path):
+    scene = {"resolution": (16, 16), "integrator": "midpoint", "step": 1, "look": "plain"}
+    psivox.render(blobs, **scene).write(tmp_path / "theirs.exr")
+    lists = {"resolution": (16, 16), "integrators": "midpoint", "samplings": "uniform", "steps": 1,
+             "look": "plain", "repeats": 1, "split": False}
+    own, theirs, timed = psivox.study(
+        blobs, add={"peer 1": tmp_path / "theirs.exr", "peer 2": (tmp_path / "theirs.exr", 2.5)},
+        **lists)
+    assert [row["renderer"] for row in (own, theirs, timed)] == ["psivox", "peer 1", "peer 2"]
+    assert own["rms"] == theirs["rms"] and theirs["wall_ms_median"] is None
+    assert timed["wall_ms_median"] == 2.5
+    refused(2, psivox.study, blobs, add={"a/b": tmp_path / "theirs.exr"}, **lists)
+    refused(3, psivox.study, blobs, add={"peer": tmp_path / "none.exr"}, **lists)
+
+
 def test_devices():
     for device in psivox.devices():
         assert {"index", "renderer", "problem", "software"} <= set(device)

@@ -6,16 +6,17 @@
 Builds the peers that it finds into build/peers, draws each scene by every method at several steps,
 in rounds, and measures every picture against `psivox render --renderer reference`. For each scene
 it prints the time at RMS 1e-2 to 1e-5, interpolated between the steps in logarithms. All numbers
-are in build/peers/peers.csv. Scenes A, B and vdb_render need ../shared/peers, the others
-../shared/data."""
+are in build/peers/peers.csv. Scenes A and B need ../shared/peers, the others ../shared/data.
+vdb_render, Blender's Cycles and VTK draw constant luminance, through the camera that `psivox study
+--camera-for` prints; --study puts the peers' pictures and process times into a study of each scene."""
 
 import argparse
 import csv
-import importlib.util
 import json
 import math
 import os
 import re
+import shlex
 import shutil
 import statistics
 import subprocess
@@ -75,7 +76,6 @@ class Bench:
         self.out = options.out
         self.out.mkdir(parents=True, exist_ok=True)
         self.psivox = options.psivox
-        self.vdb_render = None
 
     def build(self, source, *flags):
         """The program of a source file, built if older; None, with a message, if that fails."""
@@ -104,22 +104,26 @@ class Bench:
                                       f"-Wl,-rpath,{library}")
         else:
             say("skipped: NanoVDB: install libnanovdb-dev")
-        script = self.options.peers / "run_vdb_render.sh"
-        if shutil.which("vdb_render") and script.exists():
-            self.vdb_render = script
-        else:
-            say(f"skipped: vdb_render: install libopenvdb-tools; it is called by {script}")
-        # No script drives these peers; the peers' README has their times.
-        for name, found in (("VTK", importlib.util.find_spec("vtk")),
-                            ("Blender's Cycles", shutil.which("blender"))):
-            say(f"skipped: {name}: {'no script drives it' if found else 'not installed'}")
+        xvfb, python = shutil.which("xvfb-run"), shutil.which("python3", path="/usr/bin")
+        has_vtk = xvfb and run([python, "-c", "import vtk, pyopenvdb, OpenImageIO"])
+        # method: camera's format, command before the camera's file, packages; all take steps
+        peers = {"vdb_render": (shutil.which("vdb_render"), "libopenvdb-tools"),
+                 "cycles": (shutil.which("blender"), "blender"),
+                 "vtk": (has_vtk, "python3-vtk9 python3-openvdb python3-openimageio xvfb")}
+        self.foreign = [name for name, (found, _) in peers.items() if found]
+        for name, (found, packages) in peers.items():
+            if not found:
+                say(f"skipped: {name}: install {packages}")
+        self.commands = {"cycles": ["blender", "-b", "--factory-startup", "-P",
+                                    ROOT / "tools/bench/draw_in_cycles.py", "--"],
+                         "vtk": [xvfb, "-a", python, ROOT / "tools/bench/draw_in_vtk.py"]}
 
     def file(self, scene):
         folder = self.out if scene["file"] == "scene.vdb" else self.options.data
         return folder / scene["file"]
 
-    def psivox_command(self, scene, picture):
-        command = [self.psivox, "render", self.file(scene), "-o", picture, "-q",
+    def scene_options(self, scene):
+        command = [self.file(scene), "-q", "--look", "plain",
                    "--resolution", f"{self.options.size}x{self.options.size}",
                    f"--camera-position={scene['position']}", f"--camera-target={scene['target']}",
                    "--fov", scene["fov"], "--extinction", scene["extinction"],
@@ -133,6 +137,12 @@ class Bench:
         function = self.out / "transfer.json"
         function.write_text(json.dumps({"points": ends}))
         return command[:-2] + ["--transfer-function", function]
+
+    def picture(self, name, method, parameter):
+        return self.out / f"{name}-{method}-{parameter}.exr".replace(" ", "-")
+
+    def psivox_command(self, scene, picture):
+        return [self.psivox, "render", *self.scene_options(scene), "-o", picture]
 
     def psivox_method(self, *extra):
         def draw(scene, picture):
@@ -155,20 +165,50 @@ class Bench:
             return times["march_ms"], times["march_cpu_ms"], done[1], done[2]
         return draw
 
-    def vdb_render_method(self, step):
+    def foreign_method(self, name, step):
+        """Draws through the camera that psivox prints; the step is in voxels."""
+        formats = {"cycles": "blender", "vtk": "paraview"}
+
         def draw(scene, picture):
-            done = run([self.vdb_render, self.file(scene), step, self.options.size, picture])
+            lines = run([self.psivox, "study", *self.scene_options(scene), "--camera-for",
+                         formats.get(name, name)])[0]
+            if name == "vdb_render":
+                words = [str(picture) if word == "picture.exr" else word for word in shlex.split(lines)]
+                done = run([*words, "-step", step, "-compression", "none"])
+            else:
+                camera = self.out / f"camera-{name}"
+                camera.write_text(lines)
+                world_step = step * self.voxel(scene)
+                done = run([*self.commands[name], camera, self.file(scene), scene["extinction"],
+                            scene["to"], world_step, picture])
             return (math.nan, math.nan, done[1], done[2]) if done else None
         return draw
+
+    def voxel(self, scene):
+        grids = json.loads(run([self.psivox, "info", self.file(scene), "--json"])[0])["grids"]
+        return next(g["voxel_size"][0] for g in grids if g["name"] == "density")
+
+    def study(self, name, rows):
+        """Writes a study of the scene with the peers' pictures, and the list that it reads."""
+        peers = [{"name": f"{row['method']} step {row['step']}", "picture": self.picture(name, row["method"], row["step"]).name,
+                  "time_ms": row["process_ms"]}
+                 for row in rows if not row["method"].startswith("psivox")]
+        (self.out / f"peers-{name}.json").write_text(json.dumps(peers, indent=1))
+        folder = self.out / f"study-{name}"
+        shutil.rmtree(folder, ignore_errors=True)
+        run([self.psivox, "study", *self.scene_options(SCENES[name]), "--no-split", "-o", folder,
+             "--integrators", "porter-duff,midpoint,psi-balanced,psi-weighted,cell-exact",
+             "--peers", self.out / f"peers-{name}.json"])
+        say(f"scene {name}: {folder}/index.html")
 
     def methods(self, name):
         """(method, parameter, draw) for a scene."""
         result = []
         if self.nanovdb:
             result += [("NanoVDB loop", step, self.nanovdb_method(step)) for step in STEPS + FINE_STEPS]
-        if self.vdb_render and name == "A":
-            result += [("vdb_render", step, self.vdb_render_method(step))
-                       for step in (4, 2, 1, 0.5, 0.25)]
+        if SCENES[name]["from"] == SCENES[name]["to"]:
+            result += [(peer, step, self.foreign_method(peer, step))
+                       for peer in self.foreign for step in (4, 2, 1, 0.5, 0.25)]
         for rule in ("midpoint", "porter-duff", "psi-balanced"):
             result += [(f"psivox {rule}", step,
                         self.psivox_method("--integrator", rule, "--step", step))
@@ -198,11 +238,11 @@ class Bench:
         if not reference.exists():
             say(f"scene {name}: the reference")
             run(self.psivox_command(scene, reference) + ["--renderer", "reference"])
-        picture = self.out / "picture.exr"
         methods, times, errors = self.methods(name), defaultdict(list), {}
         for turn in range(self.options.rounds):
             say(f"scene {name}: round {turn + 1} of {self.options.rounds}")
             for method, parameter, draw in methods:
+                picture = self.picture(name, method, parameter)
                 took = draw(scene, picture)
                 if not took:
                     continue
@@ -251,6 +291,7 @@ def main():
     parser.add_argument("--peers", type=Path, default=ROOT.parent / "shared/peers")
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared/data")
     parser.add_argument("--out", type=Path, default=ROOT / "build/peers")
+    parser.add_argument("--study", action="store_true", help="also write a study of each scene")
     parser.add_argument("--times", default="march_ms,process_ms",
                         help="columns to print, march_cpu_ms and process_cpu_ms on a busy machine; "
                         "default: %(default)s")
@@ -277,6 +318,8 @@ def main():
             table.writerows(rows)
         for what in options.times.split(",") if own else ():
             print_table(name, own, what)
+        if options.study and own:
+            bench.study(name, own)
         sys.stdout.flush()
 
 

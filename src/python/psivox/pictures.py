@@ -244,11 +244,12 @@ def _value(text):
     return text or None
 
 
-def study(source, folder=None, *, repeats=3, split=True, resume=False, progress=None, scene=None,
-          camera=None, **keywords):
+def study(source, folder=None, *, add=None, repeats=3, split=True, resume=False, progress=None,
+          scene=None, camera=None, **keywords):
     """Draws one scene by many methods and measures the error and the time of each.
 
     folder: for the tables, plots and pictures of `psivox study`; by default they are not kept.
+    add: pictures of other renderers by name, each a file, or a file and its time [ms].
     repeats: timed runs of each method.
     split: also measures step error and arithmetic error apart, which takes most of the time.
     resume: goes on with the study in the folder.
@@ -256,7 +257,8 @@ def study(source, folder=None, *, repeats=3, split=True, resume=False, progress=
         to vary; all combinations are drawn.
     Other keywords are the scene's, as for render().
 
-    Returns a list of dicts, one for each method: the rows of results.csv, for pandas.DataFrame.
+    Returns a list of dicts, one for each method and added picture: the rows of results.csv, for
+    pandas.DataFrame.
     """
     names = _core.sweep_lists()
     lists = {name: ",".join(_item(item) for item in _list(keywords.pop(name)))
@@ -270,10 +272,15 @@ def study(source, folder=None, *, repeats=3, split=True, resume=False, progress=
     words = words_of(keywords, (*_call_names, *names), scene, camera)
     words.settings = [("input", opened.path), *words.settings]
     bar = _Progress(progress)
+    foreign = []
+    for name, picture in (add or {}).items():
+        file, time_ms = picture if isinstance(picture, tuple) else (picture, 0)
+        foreign.append((name, os.fspath(file), time_ms))
     with tempfile.TemporaryDirectory(prefix="psivox-") as kept:
         where = os.path.join(kept, "study") if folder is None else os.fspath(folder)
         try:
-            _core.study(opened.file, words, where, lists, repeats, split, resume, bar.report)
+            _core.study(opened.file, words, where, lists, foreign, repeats, split, resume,
+                        bar.report)
         finally:
             bar.close()
         with open(os.path.join(where, "results.csv"), newline="", encoding="utf-8") as file:

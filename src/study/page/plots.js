@@ -5,7 +5,8 @@
 
 (() => {
   const clickRange = 5;  // [pixels]: a drag that stays within it is a click
-  const shapes = {disc: 'circle', square: 'rect', diamond: 'rectRot', ring: 'circle'};
+  const shapes = {disc: 'circle', square: 'rect', diamond: 'rectRot', ring: 'circle',
+                  triangle: 'triangle'};
 
   /** The contents of a tooltip: rows of label and text, by the point's name. */
   const facts = JSON.parse(document.getElementById('facts')?.textContent ?? '{}');
@@ -78,7 +79,7 @@
     return {
       entries: series.entries,
       color: series.color,
-      data: series.points.map(([x, y, name]) => ({x, y, name})),
+      data: series.points.map(([x, y, name, lower, upper]) => ({x, y, name, lower, upper})),
       showLine: true,
       stepped: series.front ? 'before' : false,
       borderColor: series.color,
@@ -93,6 +94,29 @@
       pointHitRadius: 6
     };
   }
+
+  /** Joins the quartiles of each point of the curves that are shown. */
+  const quartiles = {
+    id: 'quartiles',
+    afterDatasetsDraw(chart) {
+      const {ctx, scales: {x, y}, chartArea: {left, top, width, height}} = chart;
+      ctx.save();
+      ctx.beginPath();
+      ctx.rect(left, top, width, height);
+      ctx.clip();
+      for (const {index} of chart.getSortedVisibleDatasetMetas()) {
+        const {data, borderColor} = chart.data.datasets[index];
+        ctx.strokeStyle = borderColor;
+        ctx.beginPath();
+        for (const point of data.filter(({lower}) => lower > 0)) {
+          ctx.moveTo(x.getPixelForValue(point.lower), y.getPixelForValue(point.y));
+          ctx.lineTo(x.getPixelForValue(point.upper), y.getPixelForValue(point.y));
+        }
+        ctx.stroke();
+      }
+      ctx.restore();
+    }
+  };
 
   /** Pales all curves except those of the legend's entry `focus`; null pales none. */
   function paintFocus(chart, focus) {
@@ -151,7 +175,8 @@
       disc: '<circle cx="17" cy="8" r="4"/>',
       square: '<rect x="13" y="4" width="8" height="8"/>',
       diamond: '<path d="M17 3l5 5-5 5-5-5z"/>',
-      ring: '<circle cx="17" cy="8" r="5" fill="none" stroke-width="1.7"/>'
+      ring: '<circle cx="17" cy="8" r="5" fill="none" stroke-width="1.7"/>',
+      triangle: '<path d="M17 3l5 9h-10z"/>'
     }[entry.shape];
     const line = entry.joined
       ? `<path d="M2 8h30" stroke-width="1.7" stroke-dasharray="${entry.dashed ? '5 4' : 'none'}"/>`
@@ -302,6 +327,7 @@
     const chart = new Chart(canvas, {
       type: 'scatter',
       data: {datasets: plot.series.map(datasetOf)},
+      plugins: [quartiles],
       options: {
         animation: false,
         maintainAspectRatio: false,

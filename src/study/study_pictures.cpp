@@ -1,0 +1,119 @@
+#include "study/study_pictures.h"
+
+#include <algorithm>
+
+#include "psivox/error.h"
+#include "psivox/parameters.h"
+#include "psivox/picture_file.h"
+#include "psivox/stopwatch.h"
+#include "study/report.h"
+
+namespace psivox {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The view of the scene that all variants share.
+View shared_view(View view) {
+  view.scene = studied_scene(view.scene);
+  return view;
+}
+
+}  // namespace
+
+StudyPictures::StudyPictures(View view, const StudyOptions& options)
+    : options_(options),
+      session_(shared_view(std::move(view))),
+      scene(session_.view().scene),
+      gpu(open_gpu({.device = scene.device})),
+      by_double(open_double()),
+      by_reference(open_reference()) {}
+
+Wish StudyPictures::wish_of(const Variant& variant) const {
+  Wish wish;
+  wish.scene = scene_of(variant, scene);
+  wish.progress = [&stop = options_.stop](Stage, double) {
+    if (stop && stop()) throw Error(ExitCode::interrupted, "interrupted");
+  };
+  return wish;
+}
+
+/// As an earlier run of the study left it, or drawn. The bound always comes from the layer as
+/// saved, so both cases give the same bound.
+Image StudyPictures::make_reference(const Variant& variant) {
+  const fs::path path = options_.folder / (reference_name(variant) + ".exr");
+  Wish wish = wish_of(variant);
+  Scene own = scene;
+  own.resolution = wish.scene->resolution;
+  wish.scene = own;
+  wish.layers.error = true;
+  const std::string text = to_json(own);
+  if (options_.resume && fs::exists(path) && read_metadata(path, "psivox:scene") == text)
+    return read_image(path);
+  Image image = session_.draw(*by_reference, wish).image;
+  image.metadata["psivox:scene"] = text;
+  write_image(image, path);
+  return image;
+}
+
+const Image& StudyPictures::reference(const Variant& variant) {
+  const std::string name = reference_name(variant);
+  if (const auto found = references_.find(name); found != references_.end()) return found->second;
+  const Image& image = references_[name] = make_reference(variant);
+  write_png(image, wish_of(variant).scene.value(), options_.folder / (name + ".png"));
+  for (const Layer& layer : image.layers)
+    if (layer.name == "error")
+      for (const float bound : layer.values)
+        reference_bound = std::max(reference_bound, double(bound));
+  return image;
+}
+
+CostTrial StudyPictures::trial(const Variant& variant) {
+  constexpr int part = 8;
+  const auto seconds = [&](Marcher& marcher, const Wish& wish) {
+    const Stopwatch watch;
+    session_.draw(marcher, wish);
+    return watch.ms() / 1e3;
+  };
+  const Wish whole = wish_of(variant);
+  Wish small = whole;
+  small.resolution = glm::max(whole.scene->resolution / part, 1);
+  CostTrial trial;
+  const double first = seconds(*gpu, whole);
+  trial.gpu = seconds(*gpu, whole);
+  trial.compile = std::max(first - trial.gpu, 0.0);
+  if (options_.split) trial.march = part * part * seconds(*by_double, small);
+  trial.reference = part * part * seconds(*by_reference, small);
+  return trial;
+}
+
+Legend StudyPictures::legend(const glm::ivec2& resolution) const {
+  View own = session_.view();
+  own.scene.resolution = resolution;
+  own.camera = make_camera(own.scene, *own.subject);
+  return legend_of(own);
+}
+
+void StudyPictures::write_png(Image image, const Scene& own, const fs::path& path) const {
+  write_picture(image, own, legend(own.resolution), description(*gpu), {path.string()});
+}
+
+ForeignPoint StudyPictures::compare(const ForeignPicture& foreign) const {
+  Image picture = read_image(foreign.file);
+  const auto same_size = [&](const auto& reference) {
+    return reference.second.width == picture.width && reference.second.height == picture.height;
+  };
+  const Image& reference = std::ranges::find_if(references_, same_size)->second;
+  Scene own = scene;
+  own.resolution = {picture.width, picture.height};
+  const Legend around = legend(own.resolution);
+  const auto [point, difference] = compare_foreign(
+      foreign, picture, reference, own.background.value_or(glm::dvec3(0)).color, around.behind);
+  const std::string file = file_name(foreign) + ".png";
+  write_image(difference, options_.folder / differences_folder / file);
+  write_picture(picture, own, around, shown_name(point),
+                {(options_.folder / pictures_folder / file).string()});
+  return point;
+}
+
+}  // namespace psivox
