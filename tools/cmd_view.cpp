@@ -122,7 +122,6 @@ void view_command(Arguments arguments) {
   ViewCall call;
   if (!parse(call, arguments)) return;
   Scene scene = call.scene.scene();
-  check_one_volume(scene, "view");
   std::vector<std::string> notices = call.scene.notices();
   if (!scene.holdout.empty()) {
     notices.push_back("--holdout is left out: its depths are of one camera, and a window's moves");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
@@ -99,6 +100,9 @@ double phase_factor(const Medium& medium, const glm::dvec3& ray_direction);
 std::vector<ParallelLight> surface_lights(const View& view);
 
 struct WeighedLeaves;
+
+/// The transform of a grid as the scene places its volume and its values.
+glm::dmat4 placed(const Scene& scene, const glm::dmat4& world_from_index);
 
 /// The grids of a scene. One is null if the scene has none or its mode does not use it. Two may be
 /// the same field.

@@ -178,7 +178,7 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
   const Stopwatch watch;
   const LightError missed = lighting ? lighting->error() : LightError{};
   MarchPlan result;
-  if (!parts.whole()) {
+  if (!parts.whole() || (wish.time_budget_ms && !marched.medium.others.empty())) {
     result = exact_plan(marched);
   } else if (wish.time_budget_ms) {
     const glm::dvec2 size(marched.scene.resolution);

@@ -20,6 +20,19 @@
 #include "psivox/text.h"
 
 namespace psivox {
+
+glm::dmat4 placed(const Scene& scene, const glm::dmat4& world_from_index) {
+  glm::dmat4 m = glm::translate(glm::dmat4(1), scene.translate);
+  for (int axis = 2; axis >= 0; --axis) {
+    glm::dvec3 along(0);
+    along[axis] = 1;
+    m = glm::rotate(m, glm::radians(scene.rotate[axis]), along);
+  }
+  m = glm::scale(m, glm::dvec3(scene.scale));
+  const glm::dvec3 shift(scene.centering == Centering::node ? 0 : 0.5);
+  return m * glm::translate(world_from_index, shift);
+}
+
 namespace {
 
 void check_density(const Field& density) {
@@ -29,24 +42,11 @@ void check_density(const Field& density) {
                                      "); a density is scalar: choose another with --grid");
 }
 
-/// Where the scene puts a volume in the world.
-glm::dmat4 placement(const Scene& scene) {
-  glm::dmat4 m = glm::translate(glm::dmat4(1), scene.translate);
-  for (int axis = 2; axis >= 0; --axis) {
-    glm::dvec3 along(0);
-    along[axis] = 1;
-    m = glm::rotate(m, glm::radians(scene.rotate[axis]), along);
-  }
-  return glm::scale(m, glm::dvec3(scene.scale));
-}
-
 /// The fields that the scene's mode uses, with values placed by its centering, in its world.
 MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
   MediumFields used = fields;
   if (!scene.composites()) used.luminance = used.temperature = used.emission = nullptr;
-  const glm::dmat4 place = placement(scene);
-  if (scene.centering == Centering::node && place == glm::dmat4(1)) return used;
-  const glm::dvec3 shift(scene.centering == Centering::node ? 0 : 0.5);
+  if (placed(scene, glm::dmat4(1)) == glm::dmat4(1)) return used;
   std::map<std::shared_ptr<const Field>, std::shared_ptr<const Field>> moved{{nullptr, nullptr}};
   std::vector<std::shared_ptr<const Field>*> all{&used.density, &used.drawn, &used.luminance,
                                                  &used.temperature, &used.emission};
@@ -55,7 +55,7 @@ MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
     auto [found, is_new] = moved.try_emplace(*field);
     if (is_new) {
       Field copy = **field;
-      copy.world_from_index = place * glm::translate(copy.world_from_index, shift);
+      copy.world_from_index = placed(scene, copy.world_from_index);
       found->second = std::make_shared<const Field>(std::move(copy));
     }
     *field = found->second;

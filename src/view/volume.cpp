@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/ext/matrix_transform.hpp>
 #include <regex>
 #include <utility>
 
@@ -45,9 +44,7 @@ void count(const Field& field, Histogram& histogram) {
 Subject whole_box(const Scene& scene, const Volume& volume) {
   Field domain;
   domain.active_box = volume.fields.density->active_box;
-  domain.world_from_index = volume.fields.density->world_from_index;
-  if (scene.centering == Centering::cell)
-    domain.world_from_index = glm::translate(domain.world_from_index, glm::dvec3(0.5));
+  domain.world_from_index = placed(scene, volume.fields.density->world_from_index);
   glm::dvec3 low, high;
   world_bounds(domain, low, high);
   Subject box = box_subject(low, high);
