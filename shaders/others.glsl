@@ -92,11 +92,11 @@ Cubics other_colors(Other o, real t, int first) {
   return Cubics(x, other_channel(o, t, first + 1), other_channel(o, t, first + 2));
 }
 
-void add_source(INOUT(Others) sum, Cubic tau, IN(Cubics) L, real3 color) {
+void add_source(INOUT(Others) sum, Cubic tau, IN(Cubics) L, real3 factor) {
   Cubics low = Cubics(product_low(tau, L.x), product_low(tau, L.y), product_low(tau, L.z));
   Cubics high = Cubics(product_high(tau, L.x), product_high(tau, L.y), product_high(tau, L.z));
-  sum.source.low = sum_of(sum.source.low, scaled(low, color));
-  sum.source.high = sum_of(sum.source.high, scaled(high, color));
+  sum.source.low = sum_of(sum.source.low, scaled(low, factor));
+  sum.source.high = sum_of(sum.source.high, scaled(high, factor));
 }
 
 // Adds the volume that has entries from `first` on, from t on, over a unit of t.
@@ -125,8 +125,8 @@ void add_other(INOUT(Others) sum, int first, Ray along, real t, real phase) {
   Cubic tau = scaled(other_channel(o, t, 0), o.counts.x);
   sum.attenuation = sum_of(sum.attenuation, tau);
   if (!others_shine) return;
-  real4 color = fetch_table(first + 11);
-  real3 lit = real3(color.x, color.y, color.z) * phase;
+  real4 own = fetch_table(first + 11);
+  real3 lit = real3(own.x, own.y, own.z) * phase;
   real4 more = fetch_table(first + 12);
   sum.source.low = sum_of(sum.source.low, scaled(Cubics(tau, tau, tau), real3(more.x, more.y, more.z)));
   if (o.channels > 1 && brick) add_source(sum, tau, other_colors(o, t, 1), lit);

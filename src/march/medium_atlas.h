@@ -26,7 +26,7 @@ struct MediumAtlas {
   std::optional<BrickAtlas> luminance;  ///< where the luminance has a grid of its own
   std::optional<BrickAtlas> emission;
   std::optional<BrickAtlas> gradient;  ///< where the transfer function has one
-  std::optional<BrickAtlas> others;    ///< of all further volumes, see others.h
+  std::optional<BrickAtlas> others{};  ///< of all further volumes, see others.h
   std::vector<PlacedOther> placed{};
   bool paired = false;  ///< luminance has the density's bricks in the same slots
   /// The region whose density and gradient are stored, alone: cells beside it may have values
