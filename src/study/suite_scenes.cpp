@@ -29,6 +29,9 @@ const Rules thesis_rules{porter_duff,
                          Integrator::psi_balanced};
 const Rules function_rules{porter_duff, Integrator::psi_weighted, Integrator::psi_balanced,
                            Integrator::preintegrated, Integrator::preintegrated_fast};
+const Rules thesis_cell_rules{Integrator::average, Integrator::linear_luminance,
+                              Integrator::opacity_linear, Integrator::psi_weighted,
+                              Integrator::cell_exact};
 const Rules exact_rules{Integrator::psi_weighted, Integrator::cell_exact};
 const std::vector<double> usual_steps{1, 0.5, 0.25, 0.125};
 const std::vector<double> fine_steps{0.5, 0.25, 0.125, 0.0625, 0.03125};
@@ -210,21 +213,21 @@ void add_values(std::vector<SuiteScene>& all, const Maker& make) {
        exact_rules,
        fine_steps,
        [=](const WorldRay& ray) { return -std::expm1(-2 * tent_along(ray, at)); }});
-  Scene both = looking(make.scene(64, 256), {60, 50, 200}, {15.5, 15.5, 28}, 42.0);
+  Scene both = looking(make.scene(64, 256), {15.5, 15.5, 200}, {15.5, 15.5, 28}, 32.0);
   both.extinction = 0.12;
   const auto spheres = thesis_spheres();
   all.push_back({"spheres",
-                 "Moreland's two spheres, red in front of blue, dense in the middle",
+                 "Moreland's two spheres, red in front of blue, seen along an axis; K 0.12",
                  Smoothness::kinks,
                  {view_of(both, spheres.density, spheres.color)},
                  thesis_rules,
-                 exact_rules,
-                 {8, 4, 2, 1, 0.5, 0.25}});
+                 thesis_cell_rules,
+                 {12, 6, 3, 1.5, 0.75, 0.375}});
 }
 
 /// Values that attenuate and glow through a function.
 void add_functions(std::vector<SuiteScene>& all, const Maker& make) {
-  all.push_back(make.shell("sphere", "1 - |p| in the cube [-1, 1]³", 15,
+  all.push_back(make.shell("sphere", "1 - r in the cube [-1, 1]³", 15,
                            [](const glm::dvec3& p) { return 1 - glm::length(p); }));
   all.push_back(make.shell("tube", "a tube of varying width in the cube [-1, 1]³", 15,
                            [](const glm::dvec3& p) {
