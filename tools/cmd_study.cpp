@@ -134,16 +134,19 @@ bool parse(StudyCall& call, Arguments arguments) {
   line.add_flag("--resume", call.resume, "continue the study in DIR");
   CLI::Option* psi =
       line.add_flag("--psi", call.psi, "study the rules themselves, without a volume");
-  line.add_flag("--orders", call.orders,
-                "fit the orders of convergence in step, voxel and pixel, without a volume")
-      ->excludes(psi);
+  CLI::Option* orders =
+      line.add_flag("--orders", call.orders,
+                    "fit the orders of convergence in step, voxel and pixel, without a volume")
+          ->excludes(psi);
   line.add_option("--suite", call.suite,
                   "measure the precision suite, small or full, without a volume; exits with 7 if "
                   "an order of convergence or an error is not as expected")
       ->type_name("[SIZE]")
       ->expected(0, 1)
       ->default_str("small")
-      ->check(CLI::IsMember({"small", "full"}));
+      ->check(CLI::IsMember({"small", "full"}))
+      ->excludes(psi)
+      ->excludes(orders);
   line.add_list("--summary", call.summary, "compare finished studies, each named by its folder")
       ->type_name("DIR,...");
   line.add_flag("-q,--quiet", call.quiet, "print errors only");
