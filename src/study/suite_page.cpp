@@ -197,7 +197,8 @@ StudyResults study_of(const SuiteResult& result, bool few_rules) {
     const bool few = is_cell_rule(m.integrator) || (m.sampling == Sampling::uniform &&
                                                     (m.integrator == Integrator::porter_duff ||
                                                      m.integrator == Integrator::psi_weighted ||
-                                                     m.integrator == Integrator::psi_balanced));
+                                                     m.integrator == Integrator::psi_balanced ||
+                       m.integrator == Integrator::preintegrated));
     if (few || !few_rules) study.points.push_back(row.point);
   }
   return study;
