@@ -33,15 +33,16 @@ class SuiteRun {
       view.scene = studied_scene(view.scene);
       sessions_.emplace_back(std::move(view));
     }
-    for (const Sampling sampling : {Sampling::uniform, Sampling::cells}) {
-      Sweep sweep;
-      sweep.samplings = {sampling};
-      sweep.integrators = sampling == Sampling::cells ? scene.cell_rules : scene.rules;
-      sweep.segments = {2, 4, 8};
-      sweep.steps = scene.steps;
-      const auto plan = plan_study(sweep, sessions_.front().view().scene);
-      variants.insert(variants.end(), plan.variants.begin(), plan.variants.end());
-    }
+    Sweep uniform, cells;
+    uniform.samplings = {Sampling::uniform};
+    uniform.integrators = scene.rules;
+    uniform.steps = scene.steps;
+    cells.samplings = {Sampling::cells};
+    cells.integrators = {Integrator::psi_weighted, Integrator::cell_exact};
+    cells.segments = {2, 4, 8};
+    for (const Sweep& sweep : {uniform, cells})
+      std::ranges::copy(plan_study(sweep, sessions_.front().view().scene).variants,
+                        std::back_inserter(variants));
     result.scene = std::move(scene);
   }
 

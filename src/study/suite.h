@@ -28,9 +28,9 @@ struct SuiteScene {
   std::string name;    ///< of its files too
   std::string medium;  ///< in words, for a reader who has not seen psivox
   Smoothness smoothness = Smoothness::kinks;
-  std::vector<View> views;                    ///< compared as one picture
-  std::vector<Integrator> rules, cell_rules;  ///< between uniform samples, and in cells
-  std::vector<double> steps;                  ///< [voxels]
+  std::vector<View> views;        ///< compared as one picture
+  std::vector<Integrator> rules;  ///< between uniform samples
+  std::vector<double> steps;      ///< [voxels]
   /// The exact value of `channel` at the end of a ray; empty: only the reference knows it.
   std::function<double(const WorldRay&)> truth{};
   int channel = 3;
@@ -63,9 +63,10 @@ struct SuiteOrder {
 };
 
 /// Bounds on cell-exact. RMS 2e-6 and, of one cell, 5e-5 are what docs/method.md promises. In a
-/// tent of half-width w about a value below 1, which has a few roundings of 2^-24 and at most 8, an
-/// error e of the value is one of e/w of the attenuation at its top: at most 2 e/w of the tent's
-/// depth d, and d e^-d <= 0.37. Where a ray touches a jump, no bound on one pixel holds.
+/// tent of half-width w an error e of the value is one of e/w of the attenuation at its top: at
+/// most 2 e/w of the tent's depth d, and d e^-d <= 0.37. Below 1 the roundings of a value have RMS
+/// e below 2^-24 and add up to 8 times that. Where a ray touches a jump, no bound on one pixel
+/// holds.
 struct ExactBound {
   double rms, max;
 };

@@ -15,10 +15,6 @@
 namespace psivox {
 namespace {
 
-std::string percent(double fraction) {
-  return fraction > 0.01 ? decimals(100 * fraction, 1) : two_digits(100 * fraction);
-}
-
 TextTable scenes_table(const std::vector<SuiteResult>& results) {
   TextTable table = {{"scene", "medium", "reference's own bound", "closed form less reference"}};
   for (const SuiteResult& r : results)
@@ -62,31 +58,21 @@ TextTable orders_table(const std::vector<SuiteResult>& results, const std::vecto
   return table;
 }
 
-TextTable rows_table(const std::vector<SuiteResult>& results) {
-  TextTable table = {{"scene", "rule", "sampling", "RMS", "99.9 % below", "largest", "PSNR [dB]",
+/// The pictures of Marschner and Lobb's scenes, or of all others.
+TextTable rows_table(const std::vector<SuiteResult>& results, bool marschner_lobb) {
+  TextTable table = {{"scene", "rule, sampling", "RMS", "99.9 % below", "largest", "PSNR [dB]",
                       "look-ups a ray", "time [ms]"}};
-  for (const SuiteResult& r : results)
-    for (const SuiteRow& row : r.rows) {
-      const StudyPoint& p = row.point;
-      table.push_back({r.scene.name, rule_name(p.variant), sampling_name(p.variant),
-                       two_digits(p.error.rms()), two_digits(row.p999), two_digits(row.max),
-                       decimals(row.psnr(), 1), decimals(p.samples_per_ray, 1),
-                       decimals(cpu_ms(p).median, 1)});
-    }
-  return table;
-}
-
-TextTable histogram_table(const std::vector<SuiteResult>& results) {
-  TextTable table = {{"half-width, rule, sampling", "PSNR [dB]"}};
   for (int bin = 1; bin <= suite_bins; ++bin)
     table[0].push_back("> 1e-" + std::to_string(bin) + " [%]");
   for (const SuiteResult& r : results) {
-    if (!r.scene.name.starts_with("marschner")) continue;
+    if (r.scene.name.starts_with("marschner") != marschner_lobb) continue;
     for (const SuiteRow& row : r.rows) {
-      table.push_back({r.scene.name.substr(r.scene.name.rfind('-') + 1) + ", " +
-                           variant_name(row.point.variant),
-                       decimals(row.psnr(), 1)});
-      for (const double fraction : row.above) table.back().push_back(percent(fraction));
+      const StudyPoint& p = row.point;
+      table.push_back({r.scene.name, variant_name(p.variant), two_digits(p.error.rms()),
+                       two_digits(row.p999), two_digits(row.max), decimals(row.psnr(), 1),
+                       decimals(p.samples_per_ray, 1), decimals(cpu_ms(p).median, 1)});
+      for (const double above : row.above)
+        table.back().push_back(above > 0.01 ? decimals(100 * above, 1) : two_digits(100 * above));
     }
   }
   return table;
@@ -151,8 +137,10 @@ TextTable thesis_table() {
   double low = 0.2, high = 0.4;  // thirds: the RMS has one minimum there
   while (high - low > 1e-4) {
     const double a = low + (high - low) / 3, b = high - (high - low) / 3;
-    (psi_error(a).rms() < psi_error(b).rms() ? high : low) =
-        psi_error(a).rms() < psi_error(b).rms() ? b : a;
+    if (psi_error(a).rms() < psi_error(b).rms())
+      high = b;
+    else
+      low = a;
   }
   const auto row = [](const std::string& what, double printed, double fitted, const auto& error) {
     const ErrorSum theirs = error(printed), ours = error(fitted);
@@ -194,11 +182,11 @@ StudyResults study_of(const SuiteResult& result, bool few_rules) {
   StudyResults study;
   for (const SuiteRow& row : result.rows) {
     const Method& m = row.point.variant.method;
-    const bool few = is_cell_rule(m.integrator) || (m.sampling == Sampling::uniform &&
-                                                    (m.integrator == Integrator::porter_duff ||
-                                                     m.integrator == Integrator::psi_weighted ||
-                                                     m.integrator == Integrator::psi_balanced ||
-                       m.integrator == Integrator::preintegrated));
+    const bool few =
+        is_cell_rule(m.integrator) ||
+        (m.sampling == Sampling::uniform &&
+         (m.integrator == Integrator::porter_duff || m.integrator == Integrator::psi_weighted ||
+          m.integrator == Integrator::psi_balanced || m.integrator == Integrator::preintegrated));
     if (few || !few_rules) study.points.push_back(row.point);
   }
   return study;
@@ -209,7 +197,7 @@ NamedPlot mission_plot(const std::vector<SuiteResult>& results, bool functions) 
   std::vector<NamedStudy> studies;
   for (const SuiteResult& r : results)
     if (bool(r.scene.views.front().medium.transfer) == functions &&
-        std::ranges::find(r.scene.cell_rules, Integrator::cell_exact) != r.scene.cell_rules.end())
+        !r.scene.views.front().medium.gradient)
       studies.push_back({r.scene.name, study_of(r, true)});
   NamedPlot named = look_ups_plot(studies);
   named.name = functions ? "suite-functions" : "suite-values";
@@ -276,14 +264,14 @@ std::string write_suite(const std::vector<SuiteResult>& results, const std::vect
        "share of the absolute differences above powers of ten. preintegrated-fast is their 1-D "
        "pre-integration, preintegrated their 2-D one. psivox has neither a trapezoid nor a Simpson "
        "rule within intervals; cell-exact takes their place.",
-       histogram_table(results)},
+       rows_table(results, true)},
       {"Moreland's numbers",
        "The thesis fits two numbers to segments of linear opacity. Here they are fitted to 400 x "
        "400 pairs of end opacities by least squares.",
        thesis_table()},
       {"Along a cross-section", "The same approximations where the mean opacity is 1/2.",
        cross_section_table()},
-      {"All pictures", "", rows_table(results)}};
+      {"All other pictures", "", rows_table(results, false)}};
 
   std::string body = "<p class=\"conclusion\">" + escaped(conclusion) + ".</p>\n",
               markdown = conclusion + ".\n";

@@ -21,51 +21,43 @@ constexpr Integrator porter_duff = Integrator::porter_duff;
 
 const Rules value_rules{porter_duff, Integrator::midpoint, Integrator::psi_weighted,
                         Integrator::psi_balanced};
-const Rules thesis_rules{porter_duff,
-                         Integrator::average,
-                         Integrator::linear_luminance,
-                         Integrator::opacity_linear,
-                         Integrator::psi_weighted,
-                         Integrator::psi_balanced};
 const Rules function_rules{porter_duff, Integrator::psi_weighted, Integrator::psi_balanced,
                            Integrator::preintegrated, Integrator::preintegrated_fast};
-const Rules thesis_cell_rules{Integrator::average, Integrator::linear_luminance,
-                              Integrator::opacity_linear, Integrator::psi_weighted,
-                              Integrator::cell_exact};
-const Rules exact_rules{Integrator::psi_weighted, Integrator::cell_exact};
 const std::vector<double> usual_steps{1, 0.5, 0.25, 0.125};
 const std::vector<double> fine_steps{0.5, 0.25, 0.125, 0.0625, 0.03125};
 const std::vector<double> first_order_steps{1, 1.0 / 4, 1.0 / 16, 1.0 / 64, 1.0 / 256};
 
-/// A shell of a surface: a tent of half-width `w` about its value.
-struct Shell {
-  double value, w;
-  glm::dvec3 color;
-};
+glm::dvec3 color_of(double value) { return {1 - 0.8 * value, 0.4, 0.2 + 0.8 * value}; }
 
-/// Colours are linear between the shells' values, and constant outside.
-TransferFunction shells(const std::vector<Shell>& all) {
-  const auto color = [&](double value) {
-    for (std::size_t i = 1; i < all.size(); ++i)
-      if (value < all[i].value && value > all[i - 1].value)
-        return glm::mix(all[i - 1].color, all[i].color,
-                        (value - all[i - 1].value) / (all[i].value - all[i - 1].value));
-    return value < all.front().value ? all.front().color : all.back().color;
-  };
+/// Tents of half-width w about values.
+TransferFunction tents(const std::vector<double>& values, double w) {
   std::vector<TransferPoint> points;
-  for (const Shell& s : all)
+  for (const double middle : values)
     for (const int side : {-1, 0, 1}) {
-      const double value = s.value + side * s.w;
-      points.push_back({value, side == 0 ? 1.0 : 0.0, side == 0 ? s.color : color(value)});
+      const double value = middle + side * w;
+      points.push_back({value, side == 0 ? 1.0 : 0.0, color_of(value)});
     }
   return TransferFunction(std::move(points));
+}
+
+/// A function of the cube [-1, 1]^3, at `side` voxels along each edge, from face to face.
+std::shared_ptr<const Field> cube(int side, const std::function<double(const glm::dvec3&)>& f) {
+  const double size = 2.0 / (side - 1);
+  const glm::dmat4 m = glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(-1)), glm::dvec3(size));
+  return share(make_field(
+      {glm::ivec3(0), glm::ivec3(side - 1)},
+      [&](glm::ivec3 v) { return float(f(size * glm::dvec3(v) - 1.0)); }, m));
 }
 
 struct Maker {
   bool full;
   std::filesystem::path folder;
 
-  Scene scene(int side, int full_side) const { return small_scene(full ? full_side : side); }
+  Scene scene(double K, int side = 64, int full_side = 256) const {
+    Scene out = small_scene(full ? full_side : side);
+    out.extinction = K;
+    return out;
+  }
 
   View view(Scene scene, const std::string& name, const TransferFunction& function,
             std::shared_ptr<const Field> density) const {
@@ -79,8 +71,7 @@ struct Maker {
     const auto world = [&](const glm::dvec3& p) {
       return glm::dvec3(plate.world_from_index * glm::dvec4(p, 1));
     };
-    Scene out = looking(scene(64, 256), world(from), world(to));
-    out.extinction = K;
+    Scene out = looking(scene(K), world(from), world(to));
     out.fov = 25;
     return out;
   }
@@ -88,85 +79,48 @@ struct Maker {
   /// A plate of glowing values, L = value.
   SuiteScene plate(const std::string& name, const std::string& medium, const Plate& plate, double K,
                    const glm::dvec3& from, const glm::dvec3& to) const {
+    const View view = view_of(across(plate, K, from, to), plate.field(), Glow::density);
     return {name,
             medium,
             Smoothness::kinks,
-            {view_of(across(plate, K, from, to), plate.field(), Glow::density)},
+            {view},
             value_rules,
-            exact_rules,
             usual_steps,
             [=](const WorldRay& ray) { return -std::expm1(-K * plate.along(ray)); }};
   }
 
-  SuiteScene shell(const std::string& name, const std::string& medium, double K,
-                   const std::function<double(const glm::dvec3&)>& f) const;
-  SuiteScene marschner_lobb(double w, const std::shared_ptr<const Field>& field) const;
+  /// The cube through tents, from 30 degrees above its middle, in several turns about z.
+  SuiteScene shells(const std::string& name, const std::string& medium, double K, double w,
+                    const std::shared_ptr<const Field>& field, int turns = 1, int side = 64,
+                    int full_side = 256) const {
+    const TransferFunction function = tents({0.3, 0.5, 0.7}, w);
+    SuiteScene out{
+        name,
+        medium + ", through tents of half-width " + two_digits(w) + " about 0.3, 0.5 and 0.7",
+        Smoothness::kinks,
+        {},
+        function_rules,
+        fine_steps};
+    out.tent = w;
+    for (int turn = 0; turn < turns; ++turn) {
+      const double yaw = glm::radians(17.0 + 36 * turn);
+      const glm::dvec3 from(std::cos(yaw), std::sin(yaw), std::tan(glm::radians(30.0)));
+      Scene scene = looking(this->scene(K, side, full_side), 4.0 * glm::normalize(from), {0, 0, 0});
+      scene.camera_up = glm::dvec3(0, 0, 1);
+      scene.clip = WorldBox{glm::dvec3(-1), glm::dvec3(1)};
+      scene.fov = 45;
+      out.views.push_back(view(scene, name, function, field));
+    }
+    return out;
+  }
 };
-
-/// A function of the cube [-1, 1]^3, at `side` voxels along each edge, from face to face.
-std::shared_ptr<const Field> cube(int side, const std::function<double(const glm::dvec3&)>& f) {
-  const double size = 2.0 / (side - 1);
-  const auto at = [=](glm::ivec3 v) { return size * glm::dvec3(v) - 1.0; };
-  const glm::dmat4 m = glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(-1)), glm::dvec3(size));
-  return share(make_field(
-      {glm::ivec3(0), glm::ivec3(side - 1)}, [&](glm::ivec3 v) { return float(f(at(v))); }, m));
-}
-
-/// Looks at the cube from `yaw` degrees about z, 30 degrees above its middle.
-Scene at_cube(Scene scene, double yaw) {
-  const glm::dvec3 from(std::cos(glm::radians(yaw)), std::sin(glm::radians(yaw)), std::tan(0.5236));
-  scene = looking(scene, 4.0 * glm::normalize(from), {0, 0, 0});
-  scene.camera_up = glm::dvec3(0, 0, 1);
-  scene.clip = WorldBox{glm::dvec3(-1), glm::dvec3(1)};
-  scene.fov = 45;
-  return scene;
-}
-
-SuiteScene Maker::shell(const std::string& name, const std::string& medium, double K,
-                        const std::function<double(const glm::dvec3&)>& f) const {
-  constexpr double w = 0.05;
-  Scene scene = at_cube(this->scene(64, 256), 17);
-  scene.extinction = K;
-  const TransferFunction function = shells({{0.4, w, {1, 0.3, 0.1}}, {0.6, w, {0.1, 0.4, 1}}});
-  SuiteScene out{name,
-                 medium + ", through tents of half-width " + number_text(w) + " about 0.4 and 0.6",
-                 Smoothness::kinks,
-                 {view(scene, name, function, cube(full ? 128 : 64, f))},
-                 function_rules,
-                 exact_rules,
-                 fine_steps};
-  out.tent = w;
-  return out;
-}
 
 /// Marschner and Lobb's signal (An Evaluation of Reconstruction Filters for Volume Rendering, 1994,
 /// eq. 1).
-double marschner_lobb_value(const glm::dvec3& p) {
+double marschner_lobb(const glm::dvec3& p) {
   constexpr double f_M = 6, alpha = 0.25, pi = std::numbers::pi;
   const double ripple = std::cos(2 * pi * f_M * std::cos(pi / 2 * std::hypot(p.x, p.y)));
   return (1 - std::sin(pi / 2 * p.z) + alpha * (1 + ripple)) / (2 * (1 + alpha));
-}
-
-SuiteScene Maker::marschner_lobb(double w, const std::shared_ptr<const Field>& field) const {
-  const std::string name = "marschner-lobb-" + formatted("%.4f", w);
-  const TransferFunction function =
-      shells({{0.3, w, {1, 0.3, 0.1}}, {0.5, w, {0.2, 0.9, 0.3}}, {0.7, w, {0.1, 0.4, 1}}});
-  SuiteScene out{name,
-                 "Marschner and Lobb's signal in 128³ voxels, f_M 6, alpha 0.25, through tents of "
-                 "half-width " +
-                     two_digits(w) + " about 0.3, 0.5 and 0.7",
-                 Smoothness::rough,
-                 {},
-                 function_rules,
-                 exact_rules,
-                 full ? std::vector{0.1, 0.01, 0.001} : std::vector{0.1, 0.01}};
-  out.tent = w;
-  for (int turn = 0; turn < (full ? 10 : 1); ++turn) {
-    Scene scene = at_cube(this->scene(48, 512), 17 + 36 * turn);
-    scene.extinction = 20 * 0.05 / w;
-    out.views.push_back(view(scene, name, function, field));
-  }
-  return out;
 }
 
 /// Length along x where the plate's value, linear between voxels, is above a level [voxels].
@@ -201,43 +155,39 @@ void add_values(std::vector<SuiteScene>& all, const Maker& make) {
                            "a ramp and a plateau, rotated, sheared, in voxels of 0.3 x 0.5 x 1.1",
                            turned, 0.3, {-30, 3, 2}, {16, 0, 0}));
   const glm::ivec3 at(8, 0, -8);
-  Scene close =
-      looking(make.scene(64, 256), glm::dvec3(at) + glm::dvec3(12, 9, 7), glm::dvec3(at), 3.0);
-  close.extinction = 2;
-  all.push_back(
-      {"voxel",
-       "one voxel of value 1 in vacuum, K 2, L = value",
-       Smoothness::kinks,
-       {view_of(close, make_field({at, at}, [](glm::ivec3) { return 1.0f; }), Glow::density)},
-       value_rules,
-       exact_rules,
-       fine_steps,
-       [=](const WorldRay& ray) { return -std::expm1(-2 * tent_along(ray, at)); }});
-  Scene both = looking(make.scene(64, 256), {15.5, 15.5, 200}, {15.5, 15.5, 28}, 32.0);
-  both.extinction = 0.12;
-  const auto spheres = thesis_spheres();
+  const View voxel = view_of(looking(make.scene(2), {20, 9, -1}, glm::dvec3(at), 3.0),
+                             make_field({at, at}, [](glm::ivec3) { return 1.0f; }), Glow::density);
+  all.push_back({"voxel",
+                 "one voxel of value 1 in vacuum, K 2, L = value",
+                 Smoothness::kinks,
+                 {voxel},
+                 value_rules,
+                 fine_steps,
+                 [=](const WorldRay& ray) { return -std::expm1(-2 * tent_along(ray, at)); }});
+  const Spheres both = thesis_spheres();
+  const Scene along = looking(make.scene(0.12), {15.5, 15.5, 200}, {15.5, 15.5, 28}, 32.0);
   all.push_back({"spheres",
                  "Moreland's two spheres, red in front of blue, seen along an axis; K 0.12",
                  Smoothness::kinks,
-                 {view_of(both, spheres.density, spheres.color)},
-                 thesis_rules,
-                 thesis_cell_rules,
+                 {view_of(along, both.density, both.color)},
+                 {porter_duff, Integrator::average, Integrator::linear_luminance,
+                  Integrator::opacity_linear, Integrator::psi_weighted, Integrator::psi_balanced},
                  {12, 6, 3, 1.5, 0.75, 0.375}});
 }
 
 /// Values that attenuate and glow through a function.
 void add_functions(std::vector<SuiteScene>& all, const Maker& make) {
-  all.push_back(make.shell("sphere", "1 - r in the cube [-1, 1]³", 15,
-                           [](const glm::dvec3& p) { return 1 - glm::length(p); }));
-  all.push_back(make.shell("tube", "a tube of varying width in the cube [-1, 1]³", 15,
-                           [](const glm::dvec3& p) {
-                             const double bend = 0.9 - 0.5 * std::cos(7 * p.x);
-                             return 10 * (0.1 - std::hypot(p.y, p.z) * std::pow(bend, 3));
-                           }));
+  const int side = make.full ? 128 : 64;
+  all.push_back(make.shells("sphere", "1 - r in the cube [-1, 1]³", 15, 0.05,
+                            cube(side, [](const glm::dvec3& p) { return 1 - glm::length(p); })));
+  const auto tube = cube(side, [](const glm::dvec3& p) {
+    return 10 * (0.1 - std::hypot(p.y, p.z) * std::pow(0.9 - 0.5 * std::cos(7 * p.x), 3));
+  });
+  all.push_back(make.shells("tube", "a tube of varying width in the same cube", 15, 0.05, tube));
   all.back().smoothness = Smoothness::cut;  // by the cube's faces
   const double level = 0.6, opacity = 0.4;
   const TransferFunction step(
-      {{level, 0, {1, 0.4, 0.1}}, {level, 1, {1, 0.4, 0.1}}, {1, 1, {0, 1, 2}}});
+      {{level, 0, color_of(level)}, {level, 1, color_of(level)}, {1, 1, color_of(1)}});
   SuiteScene stepped = make.plate("step", "the Gaussian, vacuum below 0.6, K 0.4 above", bell,
                                   opacity, {-40, 6, 9}, {16, 0, 0});
   Scene across = make.across(bell, opacity, {-40, 6, 9}, {16, 0, 0});
@@ -249,25 +199,23 @@ void add_functions(std::vector<SuiteScene>& all, const Maker& make) {
     return -std::expm1(-opacity * width_above(bell, float(level)) / std::abs(bell.slope(ray)));
   };
   all.push_back(stepped);
-  Scene blob = looking(make.scene(64, 256), {80, 66, 70}, {19.5, 17.5, 15.5}, 44.0);
-  blob.extinction = 4;
+  const auto blob = [&](double K) {
+    return looking(make.scene(K), {80, 66, 70}, {19.5, 17.5, 15.5}, 44.0);
+  };
   all.push_back({"opaque",
-                 "blobs with silhouettes, vacuum below 0.6, 4 optical depths a voxel above",
+                 "blobs with silhouettes, vacuum below 0.6, K 4 above",
                  Smoothness::rough,
-                 {make.view(blob, "opaque", step, share(blobs()))},
+                 {make.view(blob(4), "opaque", step, share(blobs()))},
                  function_rules,
-                 exact_rules,
                  first_order_steps});
   all.back().touches_jump = true;
-  blob.extinction = 1;
-  const TransferFunction two_d({{0, 0, {1, 0.2, 0}}, {0.4, 0, {1, 0.2, 0}}, {0.6, 0, {0, 0.5, 1}}},
-                               true, {.isosurfaces = {{0.3, 1.5, 0.5}, {0.7, 1, 1}}});
+  const TransferFunction two_d({{0, 0, color_of(0)}, {1, 0, color_of(1)}}, true,
+                               {.isosurfaces = {{0.3, 1.5, 0.5}, {0.7, 1, 1}}});
   all.push_back({"gradient",
                  "the same blobs, with two of Levoy's surfaces: a function of value and gradient",
                  Smoothness::kinks,
-                 {make.view(blob, "gradient", two_d, share(blobs()))},
+                 {make.view(blob(1), "gradient", two_d, share(blobs()))},
                  value_rules,
-                 {Integrator::psi_weighted},
                  fine_steps});
 }
 
@@ -278,10 +226,16 @@ std::vector<SuiteScene> suite_scenes(bool full, const std::filesystem::path& fol
   std::vector<SuiteScene> all;
   add_values(all, make);
   add_functions(all, make);
-  const auto signal = cube(128, marschner_lobb_value);
+  const auto signal = cube(128, marschner_lobb);
   const double widest = std::pow(0.05, 0.1), thinnest = std::pow(0.002, 0.1);
-  for (const int i : full ? std::vector{0, 1, 2, 3, 4, 5, 6, 7, 8, 9} : std::vector{0, 9})
-    all.push_back(make.marschner_lobb(std::pow(std::lerp(widest, thinnest, i / 9.0), 10), signal));
+  for (int i = 0; i < 10; i += full ? 1 : 9) {
+    const double w = std::pow(std::lerp(widest, thinnest, i / 9.0), 10);
+    all.push_back(make.shells("marschner-lobb-" + formatted("%.4f", w),
+                              "Marschner and Lobb's signal in 128³ voxels, f_M 6, alpha 0.25",
+                              20 * 0.05 / w, w, signal, full ? 10 : 1, 48, 512));
+    all.back().smoothness = Smoothness::rough;
+    all.back().steps = full ? std::vector{0.1, 0.01, 0.001} : std::vector{0.1, 0.01};
+  }
   return all;
 }
 
