@@ -214,8 +214,16 @@ Samples sample_step(INOUT(March) m, StepWalk w, Step s, Ray ray) {
 
 // Goes to the end of an empty node, or of a run that is crossed: the next lattice may be finer, and
 // begins at its own face.
-void leave_run(INOUT(March) m, StepWalk w, Step s, Ray ray) {
+void leave_run(INOUT(March) m, INOUT(StepWalk) w, Step s, Ray ray) {
   if (!closed_form(w.node) || (constant_run(w.node) && s.t_back < w.node_end)) return;
+  // A rule that integrates between values needs the one at the face, which the next node has.
+  if (transfer_rule && w.node.kind == NODE_EMPTY && w.node_end < ray.end) {
+    m.t = max(m.t, w.node_end);
+    m.front.value = UNKNOWN;
+    m.known = false;
+    w.onward = true;
+    return;
+  }
   bool to_the_end = w.node_end >= ray.end || brick_steps;
   real t_last = to_the_end ? w.node_end : step * floor(w.node_end / step);
   if (t_last > m.t) {

@@ -106,6 +106,10 @@ run 0 "" "$assets/blobs.vdb" --study study.json -o file -q --no-split --texels a
 [ "$(rows file)" = 4 ] || fail "study file: $(rows file) rows, expected 4"
 echo '{"stpes": [1]}' >bad.json
 run 2 "did you mean steps?" "$assets/blobs.vdb" --study bad.json -o bad
+echo '{"points": [{"value": 0, "attenuation": 1}], "isosurfaces": [{"value": 0.5, "thickness": 1, "attenuation": 1}]}' >shells.json
+run 0 "" "$assets/blobs.vdb" --transfer-function shells.json --luminance 1,1,1 --resolution 16x16 -q \
+  --repeats 1 --no-split --integrators midpoint,cell-exact --segments 2 --steps 1 -o shells
+[ "$(rows shells)" = 2 ] || fail "a function of the gradient: $(rows shells) rows, expected 2"
 run 2 "did you mean --integrators?" "$assets/blobs.vdb" --integrator midpoint -o bad
 run 2 "did you mean psi-exact?" "$assets/blobs.vdb" --integrators psi-exatc -o bad
 run 2 "parallel rays" "$assets/blobs.vdb" --samplings template -o bad -q

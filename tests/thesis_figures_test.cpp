@@ -11,8 +11,8 @@
 
 #include "figure.h"
 #include "march/shader_math.h"
-#include "psi_quadrature.h"
 #include "psivox/colormap.h"
+#include "study/linear_opacity.h"
 
 namespace psivox {
 namespace {
@@ -86,27 +86,6 @@ TEST(ThesisFigures, PsiOfLinearAttenuation) {
          0.0485);
 }
 
-/// A segment of length 1 whose transparency per unit length e(u) = 1 - alpha(u) is linear.
-struct LinearOpacity {
-  double e_f, e_b;
-
-  /// int_0^u ln e: the difference of e ln e - e between its ends, over the slope.
-  double log_transparency(double u) const {
-    const double slope = e_b - e_f, e = e_f + slope * u;
-    if (std::abs(slope) < 1e-9) return u * std::log(e_f);
-    return (e * std::log(e) - e - e_f * std::log(e_f) + e_f) / slope;
-  }
-  double zeta() const { return std::exp(log_transparency(1)); }
-  double psi() const {
-    static const GaussRule gauss(16);
-    double sum = 0;
-    for (std::size_t i = 0; i < gauss.node.size(); ++i)
-      sum += 0.5 * double(gauss.weight[i]) *
-             std::exp(log_transparency(0.5 + 0.5 * double(gauss.node[i])));
-    return sum;
-  }
-};
-
 /// alpha_zeta minus the mean opacity, over alpha_b - alpha_f, for many means (grey), and the
 /// parabola of eq. 64 (red).
 void draw_zeta() {
@@ -132,14 +111,12 @@ void draw_zeta() {
 TEST(ThesisFigures, PsiAndZetaOfLinearOpacity) {
   const auto psi_error = [&](double weight_f) {
     return over_opacities([=](double a_f, double a_b) {
-      const double t = attenuation(weight_f * a_f + (1 - weight_f) * a_b);
-      return h(t) - LinearOpacity{1 - a_f, 1 - a_b}.psi();
+      return psi_65(a_f, a_b, 1 - weight_f) - LinearOpacity{1 - a_f, 1 - a_b}.psi();
     });
   };
   const auto draw_psi_error = [](const std::string& name, double weight_f) {
     draw(name, [=](double a_f, double a_b) {
-      return h(attenuation(weight_f * a_f + (1 - weight_f) * a_b)) -
-             LinearOpacity{1 - a_f, 1 - a_b}.psi();
+      return psi_65(a_f, a_b, 1 - weight_f) - LinearOpacity{1 - a_f, 1 - a_b}.psi();
     });
   };
   draw_psi_error("psi_error_mean", 0.5);
@@ -149,8 +126,7 @@ TEST(ThesisFigures, PsiAndZetaOfLinearOpacity) {
   expect("linear opacity, Psi of eq. 65", psi_error(0.73), 0.0156, 0.065);
   const auto zeta_error = [&](double bend) {
     return over_opacities([=](double a_f, double a_b) {
-      return 1 - (a_f + a_b) / 2 - bend * (a_b - a_f) * (a_b - a_f) -
-             LinearOpacity{1 - a_f, 1 - a_b}.zeta();
+      return 1 - opacity_64(a_f, a_b, bend) - LinearOpacity{1 - a_f, 1 - a_b}.zeta();
     });
   };
   expect("linear opacity, zeta of its mean", zeta_error(0), 0.0286, 0.129);

@@ -7,24 +7,11 @@
 namespace psivox {
 namespace {
 
-/// Red before blue along z, both dense in the middle; they touch.
 View two_spheres(Integrator rule, double step) {
-  const auto sphere = [](const glm::dvec3& p, const glm::dvec3& c) {
-    const glm::dvec3 d = (p - c) / 12.0;
-    return std::max(0.0, 1 - glm::dot(d, d));
-  };
-  const Box box{{0, 0, 0}, {31, 31, 55}};
-  Field density = make_field(box, [&](glm::ivec3 v) {
-    const glm::dvec3 p(v);
-    return float(sphere(p, {17, 17, 40}) + sphere(p, {14, 14, 16}));
-  });
-  Field color = make_vector_field(box, [](glm::ivec3 v) {
-    const float red = float(std::clamp((v.z - 22) / 12.0, 0.0, 1.0));
-    return glm::vec3(0.05f + 0.95f * red, 0.15f, 1.0f - 0.95f * red);
-  });
+  Spheres spheres = thesis_spheres();
   Scene scene = looking(small_scene(96), {15.5, 15.5, 200}, {15.5, 15.5, 28}, 32.0);
   scene.extinction = 0.12;
-  return view_of(with(scene, rule, step), std::move(density), std::move(color));
+  return view_of(with(scene, rule, step), std::move(spheres.density), std::move(spheres.color));
 }
 
 class ThesisSpheres : public GpuTest {};

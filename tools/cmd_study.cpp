@@ -92,6 +92,7 @@ struct StudyCall {
   std::vector<std::string> added;  ///< NAME=PICTURE[,TIME_MS]
   std::optional<int> repeats;
   std::vector<std::string> summary;  ///< folders
+  std::string suite;                 ///< its size; empty: none
   bool psi = false, orders = false, no_split = false, resume = false, quiet = false;
 };
 
@@ -147,9 +148,19 @@ bool parse(StudyCall& call, Arguments arguments) {
       ->check(CLI::IsMember(camera_line_formats()).description(""));
   CLI::Option* psi =
       line.add_flag("--psi", call.psi, "study the rules themselves, without a volume");
-  line.add_flag("--orders", call.orders,
-                "fit the orders of convergence in step, voxel and pixel, without a volume")
-      ->excludes(psi);
+  CLI::Option* orders =
+      line.add_flag("--orders", call.orders,
+                    "fit the orders of convergence in step, voxel and pixel, without a volume")
+          ->excludes(psi);
+  line.add_option("--suite", call.suite,
+                  "measure the precision suite, small or full, without a volume; exits with 7 if "
+                  "an order of convergence or an error is not as expected")
+      ->type_name("[SIZE]")
+      ->expected(0, 1)
+      ->default_str("small")
+      ->check(CLI::IsMember({"small", "full"}))
+      ->excludes(psi)
+      ->excludes(orders);
   line.add_list("--summary", call.summary, "compare finished studies, each named by its folder")
       ->type_name("DIR,...");
   line.add_flag("-q,--quiet", call.quiet, "print errors only");
@@ -229,6 +240,16 @@ void study_command(Arguments arguments) {
   if (call.psi || call.orders) {
     ProgressBar bar(call.quiet);
     return (call.psi ? run_psi_study : run_order_study)(call.output, bar.progress());
+  }
+  if (!call.suite.empty()) {
+    std::string conclusion;
+    {
+      ProgressBar bar(call.quiet);
+      conclusion =
+          run_suite(call.output, call.suite == "full", call.scene.scene({}).device, bar.progress());
+    }
+    if (!call.quiet) std::printf("%s\n", conclusion.c_str());
+    return;
   }
   if (!call.summary.empty())
     return run_summary({call.summary.begin(), call.summary.end()}, call.output);

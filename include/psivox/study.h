@@ -113,4 +113,12 @@ void run_psi_study(const std::filesystem::path& folder, const Progress& progress
 /// media given by formulas. Writes orders.csv, orders.json, orders.md, plots and index.html.
 void run_order_study(const std::filesystem::path& folder, const Progress& progress = {});
 
+/// Draws scenes whose truth is known by many methods and compares errors and orders of convergence
+/// with those expected. `full`: larger pictures, and Marschner and Lobb's signal as Weiss and
+/// Westermann (2021) measure it. Writes suite.csv, suite.md, plots and index.html. Returns a
+/// sentence. Throws Error(verification) if an order or an error is not as it must be, when all is
+/// written.
+std::string run_suite(const std::filesystem::path& folder, bool full, int device,
+                      const Progress& progress = {});
+
 }  // namespace psivox

@@ -35,9 +35,6 @@ std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& densit
   return glm::dvec2(std::min(range.x, 0.0), std::max(range.x, 0.0));
 }
 
-namespace {
-
-/// Throws if the scene has an option that does not work with a function of the gradient.
 void check_gradient_rules(const Scene& scene) {
   const auto fail = [&](const std::string& what, const std::string& instead) {
     throw Error(ExitCode::usage, "--transfer-function " + in_quotes(scene.transfer_function) +
@@ -53,6 +50,8 @@ void check_gradient_rules(const Scene& scene) {
   if (scene.split_knots && !voxels)
     fail("--split-knots finds knots of values alone", "leave it out and raise --segments");
 }
+
+namespace {
 
 /// The map of a component, whose sign is a direction: its magnitude attenuates. The map has a point
 /// at 0.

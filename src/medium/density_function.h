@@ -31,4 +31,8 @@ double resolved_isovalue(const Scene& scene, const Field& density);
 /// (Field::half_width).
 double field_isovalue(double isovalue, const Field& density);
 
+/// Throws Error(usage) if the scene has an option that does not work with a function of the
+/// gradient, which its transfer function is.
+void check_gradient_rules(const Scene& scene);
+
 }  // namespace psivox

@@ -26,11 +26,6 @@ std::vector<double> plot_rms() {
   return all;
 }
 
-struct NamedStudy {
-  std::string name;  ///< of its folder
-  StudyResults results;
-};
-
 std::vector<NamedStudy> read_studies(const std::vector<std::filesystem::path>& folders) {
   std::vector<NamedStudy> studies;
   for (const auto& folder : folders) {
@@ -150,6 +145,10 @@ std::string summary_csv(const std::vector<NamedStudy>& studies) {
 }
 
 }  // namespace
+
+NamedPlot look_ups_plot(const std::vector<NamedStudy>& studies) {
+  return summary_plot(studies, summary_costs[0]);
+}
 
 void run_summary(const std::vector<std::filesystem::path>& folders,
                  const std::filesystem::path& out) {

@@ -55,4 +55,12 @@ std::string clock_note(const StudyResults& results);
 /// Plots of error by step, by look-ups, by GPU time if the driver has a timer, and by CPU time.
 std::vector<NamedPlot> plots_of(const StudyResults& results);
 
+struct NamedStudy {
+  std::string name;  ///< of its folder
+  StudyResults results;
+};
+
+/// RMS by look-ups per ray: geometric means over the studies, at every RMS that all of them reach.
+NamedPlot look_ups_plot(const std::vector<NamedStudy>& studies);
+
 }  // namespace psivox

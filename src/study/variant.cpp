@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <tuple>
 
+#include "medium/density_function.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "psivox/text.h"
+#include "psivox/transfer_function.h"
 #include "study/variant.h"
 
 namespace psivox {
@@ -54,10 +56,12 @@ Variant what_counts(Variant variant, const Scene& base) {
   return variant;
 }
 
-/// The reason why the scene refuses this variant, or empty.
-std::string refusal(const Variant& variant, const Scene& base) {
+/// The reason why the scene refuses this variant, or empty. `gradient`: the scene's transfer
+/// function is one of the gradient too.
+std::string refusal(const Variant& variant, const Scene& base, bool gradient) {
   try {
     validate(scene_of(variant, base));
+    if (gradient && !variant.tolerance) check_gradient_rules(scene_of(variant, base));
   } catch (const Error& error) {
     return error.what();
   }
@@ -209,12 +213,14 @@ std::vector<std::pair<std::string, std::string>> skipped_lines(
 
 StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
   StudyPlan plan;
+  const bool gradient = !base.transfer_function.empty() &&
+                        read_transfer_function(base.transfer_function).has_gradient();
   const auto consider_one = [&](const Variant& variant) {
     const auto same = [&](const Variant& other) { return other == variant; };
     if (std::any_of(plan.variants.begin(), plan.variants.end(), same)) return;
     const auto skipped_same = [&](const SkippedVariant& other) { return other.variant == variant; };
     if (std::any_of(plan.skipped.begin(), plan.skipped.end(), skipped_same)) return;
-    std::string reason = refusal(variant, base);
+    std::string reason = refusal(variant, base, gradient);
     const auto no_other = [&](const Variant& other) {
       return what_counts(other, base) == what_counts(variant, base);
     };

@@ -35,6 +35,28 @@ inline Field blobs(const glm::ivec3& at = {0, 0, 0}, const glm::dmat4& m = glm::
       [at](glm::ivec3 v) { return blobs_at(glm::dvec3(v - at)); }, m);
 }
 
+/// Moreland's picture of two spheres (2004, fig. 1.10): red before blue along z, both dense in the
+/// middle; they touch.
+struct Spheres {
+  Field density, color;
+};
+inline Spheres thesis_spheres() {
+  const auto sphere = [](const glm::dvec3& p, const glm::dvec3& c) {
+    const glm::dvec3 d = (p - c) / 12.0;
+    return std::max(0.0, 1 - glm::dot(d, d));
+  };
+  const Box box{{0, 0, 0}, {31, 31, 55}};
+  return {make_field(box,
+                     [&](glm::ivec3 v) {
+                       const glm::dvec3 p(v);
+                       return float(sphere(p, {17, 17, 40}) + sphere(p, {14, 14, 16}));
+                     }),
+          make_vector_field(box, [](glm::ivec3 v) {
+            const float red = float(std::clamp((v.z - 22) / 12.0, 0.0, 1.0));
+            return glm::vec3(0.05f + 0.95f * red, 0.15f, 1.0f - 0.95f * red);
+          })};
+}
+
 /// Blobs and rough noise in one field, with constant and empty bricks.
 inline Field mixed(const glm::dmat4& m = glm::dmat4(1)) {
   return make_field(

@@ -1,0 +1,212 @@
+#include "study/suite.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "psivox/draw.h"
+#include "psivox/error.h"
+#include "psivox/study.h"
+#include "psivox/text.h"
+#include "study/orders.h"
+#include "study/page.h"
+#include "verify/made_views.h"
+
+namespace psivox {
+namespace {
+
+/// Pictures of one size and their layers, one below the other.
+Image stacked(const std::vector<Image>& pictures) {
+  Image all = pictures.front();
+  for (std::size_t i = 1; i < pictures.size(); ++i) {
+    all.height += pictures[i].height;
+    for (std::size_t l = 0; l < all.layers.size(); ++l)
+      all.layers[l].values.insert(all.layers[l].values.end(), pictures[i].layers[l].values.begin(),
+                                  pictures[i].layers[l].values.end());
+  }
+  return all;
+}
+
+class SuiteRun {
+ public:
+  SuiteRun(SuiteScene scene, Marcher& gpu) : gpu_(gpu) {
+    for (View view : scene.views) {
+      view.scene = studied_scene(view.scene);
+      sessions_.emplace_back(std::move(view));
+    }
+    Sweep uniform, cells;
+    uniform.samplings = {Sampling::uniform};
+    uniform.integrators = scene.rules;
+    uniform.steps = scene.steps;
+    cells.samplings = {Sampling::cells};
+    cells.integrators = {Integrator::psi_weighted, Integrator::cell_exact};
+    cells.segments = {2, 4, 8};
+    for (const Sweep& sweep : {uniform, cells})
+      std::ranges::copy(plan_study(sweep, sessions_.front().view().scene).variants,
+                        std::back_inserter(variants));
+    result.scene = std::move(scene);
+  }
+
+  void take_reference(const std::filesystem::path& png);
+  void measure(const Variant& variant);
+  void fit_orders();
+  /// Of one variant, in look-ups of a ray through 100 voxels.
+  double work(const Variant& v) const {
+    return 20 + (v.method.step > 0 ? 100 / v.method.step : 100.0 + 20 * v.method.segments);
+  }
+
+  SuiteResult result;
+  std::vector<Variant> variants;
+
+ private:
+  Marcher& gpu_;
+  std::vector<Session> sessions_;
+  Image reference_;
+};
+
+void SuiteRun::take_reference(const std::filesystem::path& png) {
+  const auto reference = open_reference();
+  std::vector<Image> pictures;
+  for (Session& session : sessions_) {
+    Wish wish;
+    wish.layers.error = true;
+    pictures.push_back(session.draw(*reference, wish).image);
+    const View& view = session.view();
+    const Image& image = pictures.back();
+    for (int y = 0; result.scene.truth && y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x)
+        result.truth_error =
+            std::max(result.truth_error, std::abs(pixel(image, x, y, result.scene.channel) -
+                                                  result.scene.truth(pixel_ray(view, x, y))));
+  }
+  write_image(pictures.front(), png);
+  reference_ = stacked(pictures);
+  const auto& bounds = reference_.layers.back().values;
+  result.reference_bound = *std::max_element(bounds.begin(), bounds.end());
+}
+
+void SuiteRun::measure(const Variant& variant) {
+  SuiteRow row;
+  StudyPoint& point = row.point;
+  point.variant = variant;
+  std::vector<Image> pictures;
+  std::uint64_t rays = 0, samples = 0, steps = 0;
+  double ms = 0;
+  for (Session& session : sessions_) {
+    Wish wish;
+    wish.scene = scene_of(variant, session.view().scene);
+    wish.confirm = false;
+    wish.count = true;
+    if (pictures.empty()) {  // a driver builds a program when it first draws with it
+      wish.resolution = glm::ivec2(4);
+      session.draw(gpu_, wish);
+      wish.resolution.reset();
+    }
+    Drawn drawn = session.draw(gpu_, wish);
+    const RenderStats& counts = drawn.stats;
+    rays += counts.rays, samples += counts.samples, steps += counts.steps;
+    ms += counts.cpu_ms;
+    result.faults += counts.stuck;
+    pictures.push_back(std::move(drawn.image));
+  }
+  const Image picture = stacked(pictures);
+  point.error = picture_error(picture, reference_);
+  point.samples_per_ray = double(samples) / double(rays);
+  point.steps_per_ray = double(steps) / double(rays);
+  point.times = {{ms, 0, ms}};
+  result.faults += point.error.radiance.not_finite + point.error.alpha.not_finite;
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < picture.rgba().size(); ++i)
+    differences.push_back(std::abs(double(picture.rgba()[i]) - reference_.rgba()[i]));
+  for (int bin = 0; bin < suite_bins; ++bin)
+    row.above[std::size_t(bin)] =
+        double(std::count_if(differences.begin(), differences.end(),
+                             [=](double d) { return !(d <= std::pow(10, -1 - bin)); })) /
+        double(differences.size());
+  row.max = std::max(point.error.radiance.max, point.error.alpha.max);
+  row.p999 = percentile(std::move(differences), 0.999);
+  result.rows.push_back(std::move(row));
+}
+
+void SuiteRun::fit_orders() {
+  // Rounding adds its square to the error's: at 4 times it, 3 %.
+  const double floor = 4 * rounding_rms(reference_);
+  std::vector<std::pair<Variant, std::vector<LengthError>>> curves;
+  for (const SuiteRow& row : result.rows) {
+    const Method& method = row.point.variant.method;
+    if (is_cell_rule(method.integrator)) continue;
+    const Variant curve = refinement(row.point.variant);
+    if (curves.empty() || curves.back().first != curve) curves.push_back({curve, {}});
+    curves.back().second.emplace_back(method.step > 0 ? method.step : 1.0 / method.segments,
+                                      row.point.error.rms());
+  }
+  for (const auto& [variant, errors] : curves) {
+    const auto fitted = finest_four(errors, floor);
+    SuiteOrder order{variant, expected_order(result.scene, variant.method)};
+    order.points = int(fitted.size());
+    if (order.points > 2) order.observed = fitted_order(fitted);
+    result.orders.push_back(order);
+  }
+}
+
+}  // namespace
+
+ExactBound exact_bound(const SuiteScene& scene) {
+  const double of_value = scene.tent > 0 ? 2 * 0.37 * 0x1p-24 / scene.tent : 0;
+  return {2e-6 + of_value,
+          scene.touches_jump ? std::numeric_limits<double>::infinity() : 5e-5 + 8 * of_value};
+}
+
+bool SuiteOrder::holds() const {
+  return expected == 0 || points < 3 || std::abs(observed - expected) <= 0.35;
+}
+
+std::vector<std::string> SuiteResult::misses() const {
+  std::vector<std::string> out;
+  const auto miss = [&](const std::string& what) { out.push_back(scene.name + ": " + what); };
+  for (const SuiteOrder& order : orders)
+    if (!order.holds())
+      miss(variant_name(order.refinement) + " has order " + decimals(order.observed, 2) +
+           ", expected " + number_text(order.expected));
+  if (truth_error > truth_bound())
+    miss("the reference is " + two_digits(truth_error) + " off the closed form, bound " +
+         two_digits(truth_bound()));
+  const ExactBound bound = exact_bound(scene);
+  for (const SuiteRow& row : rows)
+    if (is_cell_rule(row.point.variant.method.integrator) &&
+        (row.point.error.rms() > bound.rms || row.max > bound.max))
+      miss("cell-exact has RMS " + two_digits(row.point.error.rms()) + " and largest error " +
+           two_digits(row.max) + ", bounds " + two_digits(bound.rms) + " and " +
+           two_digits(bound.max));
+  if (faults) miss(std::to_string(faults) + " values are not finite, or rays stood still");
+  return out;
+}
+
+std::string run_suite(const std::filesystem::path& folder, bool full, int device,
+                      const Progress& progress) {
+  check_study_folder(folder, false);
+  const auto gpu = open_gpu({.device = device});
+  std::vector<SuiteRun> runs;
+  double all = 0, done = 0;
+  for (SuiteScene& scene : suite_scenes(full, folder)) {
+    runs.emplace_back(std::move(scene), *gpu);
+    const SuiteRun& run = runs.back();
+    for (const Variant& variant : run.variants)
+      all += run.work(variant) * double(run.result.scene.views.size());
+  }
+  std::vector<SuiteResult> results;
+  for (SuiteRun& run : runs) {
+    run.take_reference(folder / (run.result.scene.name + ".png"));
+    for (const Variant& variant : run.variants) {
+      run.measure(variant);
+      done += run.work(variant) * double(run.result.scene.views.size());
+      if (progress) progress(done / all);
+    }
+    run.fit_orders();
+    results.push_back(std::move(run.result));
+  }
+  std::vector<OrderRow> rays = step_orders();
+  std::erase_if(rays, [](const OrderRow& row) { return row.K != 3; });
+  return write_suite(results, rays, description(*gpu), folder);
+}
+
+}  // namespace psivox

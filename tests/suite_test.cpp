@@ -1,0 +1,60 @@
+// What the precision suite holds. tests/suite_test.sh runs it.
+
+#include "study/suite.h"
+
+#include <gtest/gtest.h>
+
+namespace psivox {
+namespace {
+
+SuiteRow exact_row(double error) {
+  SuiteRow row;
+  row.point.variant.method.integrator = Integrator::cell_exact;
+  row.point.error.radiance.rms = row.point.error.alpha.rms = row.max = error;
+  return row;
+}
+
+TEST(Suite, SaysWhatMisses) {
+  SuiteResult result;
+  result.scene.name = "scene";
+  Variant uniform{{Integrator::midpoint, Sampling::uniform}};
+  result.orders = {{uniform, 2, 1.8, 4}, {uniform, 0, 0.5, 4}, {uniform, 2, 0, 2}};
+  result.rows = {exact_row(1e-6)};
+  result.reference_bound = 1e-9;
+  result.truth_error = 1e-7;  // a picture's floats hold no less
+  EXPECT_TRUE(result.misses().empty());
+  result.orders.push_back({uniform, 2, 1.5, 4});
+  result.rows.push_back(exact_row(3e-6));
+  result.truth_error = 2e-7;
+  result.faults = 1;
+  EXPECT_EQ(result.misses().size(), 4u);
+  EXPECT_EQ(result.misses().front(), "scene: midpoint uniform has order 1.50, expected 2");
+}
+
+TEST(Suite, ThinShellsAreBoundedByTheRoundingOfTheirValues) {
+  SuiteScene scene;
+  EXPECT_EQ(exact_bound(scene).rms, 2e-6);
+  scene.tent = 0.05;
+  const double wide = exact_bound(scene).rms - 2e-6;
+  scene.tent = 0.005;
+  EXPECT_NEAR(exact_bound(scene).rms - 2e-6, 10 * wide, 1e-12);
+}
+
+TEST(Suite, ExpectsTheOrdersOfTheory) {
+  SuiteScene scene;
+  const auto order = [&](Integrator rule, Sampling sampling = Sampling::uniform) {
+    return expected_order(scene, {rule, sampling});
+  };
+  EXPECT_EQ(order(Integrator::porter_duff), 2);
+  EXPECT_EQ(order(Integrator::porter_duff, Sampling::cells), 1);
+  EXPECT_EQ(order(Integrator::cell_exact, Sampling::cells), 0);
+  scene.smoothness = Smoothness::cut;
+  EXPECT_EQ(order(Integrator::porter_duff), 1);
+  EXPECT_EQ(order(Integrator::psi_balanced), 2);
+  scene.smoothness = Smoothness::jumps;
+  EXPECT_EQ(order(Integrator::psi_balanced), 1);
+  EXPECT_EQ(order(Integrator::preintegrated), 2);
+}
+
+}  // namespace
+}  // namespace psivox
