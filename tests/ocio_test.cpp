@@ -118,7 +118,9 @@ TEST_F(OcioTest, ColourIsDividedByAlphaFirst) {
   write(picture(true), scene("Warm"), path("opaque.png"));
   const std::vector<int> thin = codes_of(path("thin.png")), opaque = codes_of(path("opaque.png"));
   for (std::size_t i = 0; i < thin.size(); ++i)
-    if (i % 4 != 3 && thin[i | 3] > 0) EXPECT_NEAR(thin[i], opaque[i], 1);  // (a l) / a is rounded
+    if (i % 4 != 3 && thin[i | 3] > 0) {
+      EXPECT_NEAR(thin[i], opaque[i], 1);  // (a l) / a is rounded
+    }
 }
 
 TEST_F(OcioTest, PlainViewIsThePictureWithoutOne) {

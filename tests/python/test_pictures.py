@@ -115,6 +115,13 @@ def test_the_scene_draws_the_picture_again(blobs):
     assert psivox.compare(image, again).max == 0
 
 
+def test_several_volumes(blobs):
+    image = psivox.render(blobs, resolution=SMALL, volumes=[f"{blobs} translate=1,0,0 extinction=2"])
+    again = psivox.render(blobs, scene=image.scene)
+    assert image.scene["volumes"][0].startswith(f"{blobs} translate=1,0,0 extinction=2")
+    assert psivox.compare(image, again).max == 0
+
+
 def test_a_transparent_picture_stays_so_beside_an_opaque_file(blobs, tmp_path):
     image = psivox.render(blobs, resolution=SMALL, look="surface")
     before = np.array(image)
