@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "atlas/page_table.h"
+#include "field/index_space.h"
 
 namespace psivox::atlas {
 namespace {
@@ -168,8 +169,7 @@ void add_margin(const BrickSource& source, const AtlasOptions& options, const Bo
       const std::int32_t i = numbers.find(piece.min);
       if (i == BlockMap::none) return false;
       const Candidate& found = candidates[std::size_t(i)];
-      return found.kind != EntryKind::empty &&
-             glm::clamp(brick, found.bricks.min, found.bricks.max) == brick;
+      return found.kind != EntryKind::empty && found.bricks.contains(brick);
     });
   };
   for (std::size_t i = 0; i < own; ++i)
@@ -186,24 +186,16 @@ void add_margin(const BrickSource& source, const AtlasOptions& options, const Bo
     }
 }
 
-/// Bricks of a box that is not empty.
-std::uint64_t brick_count(const Box& box) {
-  const glm::u64vec3 size(box.max - box.min + 1);
-  return size.x * size.y * size.z;
-}
-
-Box common(const Box& a, const Box& b) { return {glm::max(a.min, b.min), glm::min(a.max, b.max)}; }
-
 /// Whether bricks of one value are few enough to store their texels.
 bool few_are_constant(const std::vector<Candidate>& candidates,
                       const std::vector<BrickSource::ConstantBox>& tiles) {
   std::uint64_t constants = 0, others = 0;
   for (const Candidate& candidate : candidates) {
-    const std::uint64_t count = brick_count(candidate.bricks);
+    const std::uint64_t count = count_of(candidate.bricks);
     if (candidate.kind == EntryKind::constant) constants += count;
     if (candidate.kind == EntryKind::brick) others += count;
   }
-  for (const BrickSource::ConstantBox& tile : tiles) constants += brick_count({tile.min, tile.max});
+  for (const BrickSource::ConstantBox& tile : tiles) constants += count_of({tile.min, tile.max});
   return constants <= std::max(few_constants, others);
 }
 
