@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <glm/common.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -21,6 +22,7 @@ struct Box {
   glm::ivec3 min{0};
   glm::ivec3 max{-1};
   bool empty() const { return max.x < min.x || max.y < min.y || max.z < min.z; }
+  bool contains(const glm::ivec3& voxel) const { return voxel == glm::clamp(voxel, min, max); }
   bool operator==(const Box&) const = default;
 };
 

@@ -12,9 +12,6 @@
 
 namespace psivox {
 
-/// Strides of OpenVDB's order.
-constexpr Strides tree_strides(int channels) { return {64 * channels, 8 * channels, channels, 1}; }
-
 /// Where 8^3 voxels have their values.
 struct LeafValues {
   const float* first = nullptr;  ///< of the smallest voxel

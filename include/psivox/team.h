@@ -75,9 +75,6 @@ class Team {
   template <typename T>
   void sum(std::span<T> numbers) requires std::is_arithmetic_v<T>;
 
-  /// What the first gives. What others give is of no use.
-  std::string broadcast(const std::string& bytes);
-
   /// Sends `to[r]` to each rank r. Returns what each has sent to this one.
   template <Plain T>
   std::vector<std::vector<T>> exchange(const std::vector<std::vector<T>>& to);

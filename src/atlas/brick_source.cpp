@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <cstring>
 #include <functional>
-#include <glm/common.hpp>
 #include <iterator>
 #include <set>
 #include <string>
@@ -39,7 +38,7 @@ Box Piece::bricks(const Box& region) const {
   Box box{first, first};
   for (int axis = 0; axis < 3; ++axis)
     if ((first[axis] & last) != last) box.max[axis] += last - 1;
-  return {glm::max(box.min, region.min), glm::min(box.max, region.max)};
+  return common(box, region);
 }
 
 Piece Piece::at(const glm::ivec3& brick, int width) {

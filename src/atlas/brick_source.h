@@ -1,11 +1,10 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <vector>
 
 #include "atlas/block_map.h"
+#include "field/index_space.h"
 #include "psivox/atlas.h"
 #include "psivox/leaf_values.h"
 
@@ -21,9 +20,6 @@ struct Block {
   /// `room`.
   const float* row(int x, int y, int count, int channels, float* room) const;
 };
-
-inline constexpr Box everywhere{glm::ivec3(std::numeric_limits<int>::min()),
-                                glm::ivec3(std::numeric_limits<int>::max())};
 
 /// Bricks that are found as one: a single one, or many between wide tiles whose blocks are equal.
 /// Along each axis cells of `width` voxels are split into their last brick, whose apron lies in the

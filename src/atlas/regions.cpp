@@ -11,6 +11,7 @@
 #include <map>
 #include <utility>
 
+#include "field/index_space.h"
 #include "psivox/atlas.h"
 
 namespace psivox {
@@ -34,7 +35,7 @@ Cut cut(std::span<glm::ivec3> bricks, double share) {
   }
   const glm::ivec3 extent = high - low;
   Cut result;
-  result.axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+  result.axis = longest_axis(extent);
   const int axis = result.axis;
   const auto wanted = std::ptrdiff_t(std::lround(share * double(bricks.size())));
   const auto place = bricks.begin() + std::min(wanted, std::ptrdiff_t(bricks.size()) - 1);

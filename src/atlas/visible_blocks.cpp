@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/common.hpp>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "atlas/brick_source.h"
+#include "field/index_space.h"
 #include "psivox/atlas.h"
 #include "psivox/error.h"
 
@@ -32,15 +32,12 @@ class BlockList {
   BlockList(const Field& field, const std::optional<Box>& region)
       : name_(field.name), seen_(field.leaves.size()) {
     const Box domain = field.domain();
-    first_ = domain.min >> 3;
-    last_ = domain.max >> 3;
-    if (!region) return;
-    first_ = glm::max(first_, region->min);
-    last_ = glm::min(last_, region->max + 1);
+    bounds_ = {domain.min >> 3, domain.max >> 3};
+    if (region) bounds_ = common(bounds_, {region->min, region->max + 1});
   }
 
   void add(const glm::ivec3& block) {
-    if (block != glm::clamp(block, first_, last_)) return;
+    if (!bounds_.contains(block)) return;
     const auto next = std::int32_t(blocks_.size());
     if (seen_.insert(block, next) != next) return;
     blocks_.push_back(block);
@@ -48,8 +45,8 @@ class BlockList {
   }
 
   void add_box(const glm::ivec3& min, const glm::ivec3& max) {
-    const Box box = inside({min, max});
-    check(volume(box));
+    const Box box = common({min, max}, bounds_);
+    check(count_of(box));
     for (int x = box.min.x; x <= box.max.x; ++x)
       for (int y = box.min.y; y <= box.max.y; ++y)
         for (int z = box.min.z; z <= box.max.z; ++z) add({x, y, z});
@@ -57,7 +54,7 @@ class BlockList {
   /// Boxes that share no block. If they are too many, none is listed.
   void add_disjoint(std::span<const Box> boxes) {
     std::uint64_t count = 0;
-    for (const Box& box : boxes) check(count += volume(inside(box)));
+    for (const Box& box : boxes) check(count += count_of(common(box, bounds_)));
     for (const Box& box : boxes) add_box(box.min, box.max);
   }
   /// Adds the neighbours of a box's bricks whose bits are set.
@@ -65,7 +62,7 @@ class BlockList {
     for (int i = 0; i < 8; ++i)
       if (reached >> i & 1) add_box(bricks.min + neighbour(i), bricks.max + neighbour(i));
   }
-  void add_domain() { add_box(first_, last_); }
+  void add_domain() { add_box(bounds_.min, bounds_.max); }
 
   /// The blocks' first voxels, sorted.
   std::vector<glm::ivec3> origins() const {
@@ -78,12 +75,6 @@ class BlockList {
   }
 
  private:
-  Box inside(const Box& box) const { return {glm::max(box.min, first_), glm::min(box.max, last_)}; }
-  static std::uint64_t volume(const Box& box) {
-    if (box.empty()) return 0;
-    const glm::u64vec3 size(box.max - box.min + 1);
-    return size.x * size.y * size.z;
-  }
   void check(std::uint64_t count) const {
     if (count > most_blocks)
       throw Error(ExitCode::memory,
@@ -95,7 +86,7 @@ class BlockList {
   std::string name_;
   BlockMap seen_;
   std::vector<glm::ivec3> blocks_;
-  glm::ivec3 first_, last_;
+  Box bounds_;  ///< of the blocks that may be added
 };
 
 /// Least and greatest corner value of those cells of a brick that reach into the block at `offset`
@@ -143,7 +134,7 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
   const BrickSource source(field);
   std::optional<BrickSource> companion;
   if (options.companion) companion.emplace(*options.companion);
-  const Box region = options.region.value_or(atlas::everywhere);
+  const Box region = options.region.value_or(everywhere);
   std::vector<Piece> pieces = source.candidates();
   std::erase_if(pieces, [&](const Piece& piece) { return piece.bricks(region).empty(); });
   std::vector<std::uint8_t> reached(pieces.size());

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "colour/display.h"
+#include "field/index_space.h"
 #include "medium/density_function.h"
 #include "medium/value_range.h"
 #include "psivox/clip.h"
@@ -23,16 +24,9 @@ std::string short_text(const glm::dvec3& v) { return formatted("%.4g,%.4g,%.4g",
 std::string short_text(const glm::dvec2& v) { return formatted("%.4g to %.4g", v.x, v.y); }
 
 bool meets_box(const WorldRay& ray, const View& view) {
-  double near = view.camera.orthographic ? -std::numeric_limits<double>::infinity() : 0;
-  double far = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    const double a = (view.subject->box_min[axis] - ray.origin[axis]) / ray.direction[axis];
-    const double b = (view.subject->box_max[axis] - ray.origin[axis]) / ray.direction[axis];
-    if (std::isnan(a) || std::isnan(b)) continue;  // along a face
-    near = std::max(near, std::min(a, b));
-    far = std::min(far, std::max(a, b));
-  }
-  return near <= far;
+  const glm::dvec2 inside =
+      interval_in(view.subject->box_min, view.subject->box_max, ray.origin, ray.direction);
+  return inside.x <= inside.y && (view.camera.orthographic || inside.y >= 0);
 }
 
 /// Tries 64 x 64 rays.

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <glm/common.hpp>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -54,9 +53,8 @@ std::vector<std::pair<int, int>> runs_of(std::span<const glm::ivec3> bricks, int
 void add_boxes(std::span<const glm::ivec3> bricks, const Box& box, std::span<const int> axes,
                std::size_t most, std::vector<Box>& boxes) {
   std::vector<glm::ivec3> inside;
-  std::ranges::copy_if(bricks, std::back_inserter(inside), [&](const glm::ivec3& brick) {
-    return glm::clamp(brick, box.min, box.max) == brick;
-  });
+  std::ranges::copy_if(bricks, std::back_inserter(inside),
+                       [&](const glm::ivec3& brick) { return box.contains(brick); });
   if (axes.empty() || inside.size() <= most) return boxes.push_back(box);
   const auto runs = runs_of(inside, axes.front(), most, 0);
   for (std::size_t i = 0; i < runs.size(); ++i) {

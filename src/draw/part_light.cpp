@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <glm/matrix.hpp>
 #include <mutex>
 #include <numeric>
 
 #include "draw/part_marcher.h"
+#include "field/index_space.h"
 #include "march/march_double.h"
 #include "psivox/parts.h"
 #include "reference/reference.h"
@@ -16,15 +16,8 @@ namespace {
 
 /// Whether a ray from 0 meets a box.
 bool meets(const glm::dvec3& min, const glm::dvec3& max, const glm::dvec3& direction) {
-  double enter = 0, leave = INFINITY;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double d = direction[axis];
-    if (d == 0 && (min[axis] > 0 || max[axis] < 0)) return false;
-    if (d == 0) continue;
-    enter = std::max(enter, (d > 0 ? min : max)[axis] / d);
-    leave = std::min(leave, (d > 0 ? max : min)[axis] / d);
-  }
-  return enter <= leave;
+  const glm::dvec2 inside = interval_in(min, max, glm::dvec3(0), direction);
+  return std::max(inside.x, 0.0) <= inside.y;
 }
 
 /// The wanted blocks from which rays towards the light meet a region, a box of bricks.
@@ -245,11 +238,8 @@ LightPilot::Depths PartMarcher::exact_depths(const View& view, const MediumAtlas
 }
 
 LightShare PartMarcher::light_share(std::shared_ptr<const Field> density) const {
-  constexpr glm::ivec3 most(1 << 27);  // the outermost parts reach farther than there are voxels
   const Box bricks = split_.parts.all()[std::size_t(team_.rank())].bricks;
-  return {&team_,
-          {8 * glm::max(bricks.min, -most), 8 * glm::min(bricks.max, most) + 7},
-          std::move(density)};
+  return {&team_, voxels_of(bricks), std::move(density)};
 }
 
 }  // namespace psivox

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/common.hpp>
 #include <string>
 #include <utility>
 
@@ -226,9 +225,7 @@ Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ive
     }
     most = most_bricks(view, wish, needs, limit);
   }
-  std::erase_if(bricks, [&](const glm::ivec3& brick) {
-    return glm::clamp(brick, part.bricks.min, part.bricks.max) != brick;
-  });
+  std::erase_if(bricks, [&](const glm::ivec3& brick) { return !part.bricks.contains(brick); });
   return Regions(std::move(bricks), most, part.bricks);
 }
 

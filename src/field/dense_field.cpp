@@ -3,12 +3,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
 #include <limits>
 
+#include "field/index_space.h"
 #include "psivox/error.h"
 #include "psivox/memory.h"
 #include "psivox/text.h"
@@ -20,14 +19,6 @@ constexpr int leaf_width = 8;
 
 /// Voxels along an axis that make the active box empty.
 constexpr int no_voxel = std::numeric_limits<int>::max();
-
-void check_transform(const std::string& name, const glm::dmat4& m) {
-  bool finite = true;
-  for (int c = 0; c < 4; ++c)
-    for (int r = 0; r < 4; ++r) finite &= std::isfinite(m[c][r]);
-  if (!finite || glm::determinant(glm::dmat3(m)) == 0)
-    throw Error(ExitCode::input, "grid " + in_quotes(name) + " has voxels without a volume");
-}
 
 }  // namespace
 
@@ -42,7 +33,8 @@ struct DenseField::Block {
 DenseField::DenseField(const std::string& name, const glm::ivec3& shape, int channels,
                        const glm::dmat4& world_from_index)
     : shape_(shape) {
-  check_transform(name, world_from_index);
+  if (!has_volume(world_from_index))
+    throw Error(ExitCode::input, "grid " + in_quotes(name) + " has voxels without a volume");
   field_.name = name;
   field_.value_type = channels == 3 ? "vec3s" : "float";
   field_.channels = channels;

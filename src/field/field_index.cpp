@@ -5,7 +5,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
-#include <limits>
+
+#include "field/index_space.h"
 
 namespace psivox {
 namespace {
@@ -111,8 +112,8 @@ std::size_t FieldIndex::empty_steps(const glm::dvec3& point, const glm::dvec3& s
     const glm::ivec3 origin = origin_of(voxel, widths[level]);
     if (holds_any(static_cast<int>(level), origin)) continue;
     const glm::dvec3 low = glm::dvec3(origin) - 0.5, high = low + double(widths[level]);
-    const glm::dvec3 left = glm::max((low - point) / step, (high - point) / step);
-    return static_cast<std::size_t>(std::max(1.0, std::ceil(std::min({left.x, left.y, left.z}))));
+    const double left = interval_in(low, high, point, step).y;
+    return static_cast<std::size_t>(std::max(1.0, std::ceil(left)));
   }
   return 0;
 }
@@ -125,13 +126,9 @@ std::size_t FieldIndex::empty_cells(const glm::dvec3& point, const glm::dvec3& s
     if (holds_any(static_cast<int>(level), origin)) continue;
     const glm::dvec3 low = glm::dvec3(origin) + margin;
     const glm::dvec3 high = glm::dvec3(origin + (widths[level] - 1)) - margin;
-    double left = std::numeric_limits<double>::infinity();
-    for (int axis = 0; axis < 3; ++axis) {
-      if (point[axis] <= low[axis] || point[axis] >= high[axis]) return 0;
-      if (step[axis] != 0)
-        left = std::min(left, ((step[axis] > 0 ? high : low)[axis] - point[axis]) / step[axis]);
-    }
-    return static_cast<std::size_t>(std::ceil(left));
+    if (glm::any(glm::lessThanEqual(point, low)) || glm::any(glm::greaterThanEqual(point, high)))
+      return 0;
+    return static_cast<std::size_t>(std::ceil(interval_in(low, high, point, step).y));
   }
   return 0;
 }

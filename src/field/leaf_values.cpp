@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 #include <memory>
 #include <vector>
@@ -35,7 +34,8 @@ std::vector<Leaf> read_leaves(const Field& field, std::span<const std::uint32_t>
 }  // namespace
 
 LeafValues values_of(const Field& field, const Leaf& leaf) {
-  if (leaf.values || !field.array) return {leaf.values, tree_strides(field.channels)};
+  if (const int c = field.channels; leaf.values || !field.array)
+    return {leaf.values, {64 * c, 8 * c, c, 1}};  // OpenVDB's order
   const auto [x, y, z, channel] = field.array->strides;
   const glm::ivec3& o = leaf.origin;
   return {field.array->first + (o.x * x + o.y * y + o.z * z), field.array->strides};

@@ -1,138 +1,15 @@
-#include "gl/shader_source.h"
-
 #include <algorithm>
-#include <cctype>
 #include <optional>
 #include <string_view>
-#include <unordered_map>
 #include <unordered_set>
+
+#include "gl/shader_source.h"
+#include "gl/shader_tokens.h"
 
 namespace psivox::gl {
 namespace {
 
-struct Token {
-  std::string_view text;
-  std::size_t at = 0;  ///< first character in the source
-  std::size_t end() const { return at + text.size(); }
-  bool is_name() const { return std::isalpha(text[0]) || text[0] == '_'; }
-};
-
-/// From the first token to before the last.
-struct Range {
-  std::size_t first = 0, last = 0;
-  bool empty() const { return first >= last; }
-};
-
-bool part_of_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
-
-/// Tokens of a text without comments. Lines of the preprocessor are one token each.
-std::vector<Token> tokens_of(std::string_view text) {
-  std::vector<Token> tokens;
-  for (std::size_t i = 0; i < text.size();) {
-    std::size_t end = i + 1;
-    if (std::isspace(static_cast<unsigned char>(text[i]))) {
-      ++i;
-      continue;
-    }
-    if (text[i] == '#') {
-      while (end < text.size() && (text[end] != '\n' || text[end - 1] == '\\')) ++end;
-    } else if (part_of_name(text[i])) {
-      while (end < text.size() && (part_of_name(text[end]) || text[end] == '.')) {
-        if (text[end] == '.' && !std::isdigit(static_cast<unsigned char>(text[i]))) break;
-        ++end;
-      }
-    } else if (end < text.size()) {
-      constexpr std::string_view pairs[] = {"==", "!=", "<=", ">=", "&&", "||"};
-      if (std::find(std::begin(pairs), std::end(pairs), text.substr(i, 2)) != std::end(pairs))
-        ++end;
-    }
-    tokens.push_back({text.substr(i, end - i), i});
-    i = end;
-  }
-  return tokens;
-}
-
-using Constants = std::unordered_map<std::string_view, long>;
 using Names = std::unordered_set<std::string_view>;
-
-/// Values of constant expressions: of !, comparisons, && and ||. Other expressions have none.
-class Evaluator {
- public:
-  Evaluator(const std::vector<Token>& tokens, const Constants& constants)
-      : tokens_(tokens), constants_(constants) {}
-
-  std::optional<long> operator()(Range r) const {
-    while (!r.empty() && at(r.first) == "(" && closing(r.first, r.last) == r.last - 1)
-      r = {r.first + 1, r.last - 1};
-    if (r.empty() || find(r, {"?", "="})) return {};
-    if (const auto split = find(r, {"||"})) return either(r, *split, 1);
-    if (const auto split = find(r, {"&&"})) return either(r, *split, 0);
-    if (const auto split = find(r, {"==", "!=", "<", ">", "<=", ">="})) return compare(r, *split);
-    if (at(r.first) == "!") {
-      const auto value = (*this)({r.first + 1, r.last});
-      if (value) return !*value;
-      return {};
-    }
-    if (r.last - r.first == 1) return atom(at(r.first));
-    return {};
-  }
-
- private:
-  std::string_view at(std::size_t i) const { return tokens_[i].text; }
-
-  std::optional<long> atom(std::string_view text) const {
-    if (text == "true") return 1;
-    if (text == "false") return 0;
-    if (std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; }))
-      return std::stol(std::string(text));
-    const auto found = constants_.find(text);
-    if (found == constants_.end()) return {};
-    return found->second;
-  }
-
-  /// The value of A || B, which is `decided` 1 where either side is; of A && B with 0.
-  std::optional<long> either(Range r, std::size_t split, long decided) const {
-    const auto left = (*this)({r.first, split}), right = (*this)({split + 1, r.last});
-    if ((left && bool(*left) == bool(decided)) || (right && bool(*right) == bool(decided)))
-      return decided;
-    if (left && right) return !decided;
-    return {};
-  }
-
-  std::optional<long> compare(Range r, std::size_t split) const {
-    const auto a = (*this)({r.first, split}), b = (*this)({split + 1, r.last});
-    if (!a || !b) return {};
-    const std::string_view op = at(split);
-    if (op == "==") return *a == *b;
-    if (op == "!=") return *a != *b;
-    if (op == "<") return *a < *b;
-    if (op == ">") return *a > *b;
-    return op == "<=" ? *a <= *b : *a >= *b;
-  }
-
-  /// The first of some operators outside parentheses.
-  std::optional<std::size_t> find(Range r, std::initializer_list<std::string_view> ops) const {
-    int depth = 0;
-    for (std::size_t i = r.first; i < r.last; ++i) {
-      if (at(i) == "(" || at(i) == "[") ++depth;
-      if (at(i) == ")" || at(i) == "]") --depth;
-      if (depth == 0 && std::find(ops.begin(), ops.end(), at(i)) != ops.end()) return i;
-    }
-    return {};
-  }
-
-  std::size_t closing(std::size_t open, std::size_t last) const {
-    int depth = 0;
-    for (std::size_t i = open; i < last; ++i) {
-      if (at(i) == "(") ++depth;
-      if (at(i) == ")" && --depth == 0) return i;
-    }
-    return last;
-  }
-
-  const std::vector<Token>& tokens_;
-  const Constants& constants_;
-};
 
 /// The first line of a text, which goes on behind it.
 std::string_view take_line(std::string_view& text) {
@@ -154,7 +31,7 @@ std::optional<std::string> decided(std::string_view text) {
     const std::vector<Token> tokens =
         tokens_of(line.starts_with("#") ? line.substr(1) : std::string_view());
     const std::string_view word = tokens.empty() ? "" : tokens[0].text;
-    const auto value = Evaluator(tokens, defined)({word == "if" ? 1u : 2u, tokens.size()});
+    const auto value = value_of(tokens, {word == "if" ? 1u : 2u, tokens.size()}, defined);
     const bool closes = word == "else" || word == "endif";
     if (word == "ifdef" || word == "ifndef" || word == "elif" || (word == "if" && !value) ||
         (closes && kept.empty()))
@@ -173,8 +50,8 @@ std::optional<std::string> decided(std::string_view text) {
 /// A function's definition.
 struct Function {
   std::string_view name;
-  Range all;   ///< with its type
-  Range body;  ///< between its braces
+  TokenRange all;   ///< with its type
+  TokenRange body;  ///< between its braces
 };
 
 class Reducer {
@@ -209,7 +86,7 @@ class Reducer {
     return tokens_.size();
   }
 
-  bool has_directives(Range r) const {
+  bool has_directives(TokenRange r) const {
     for (std::size_t i = r.first; i < std::min(r.last, tokens_.size()); ++i)
       if (at(i)[0] == '#') return true;
     return false;
@@ -235,13 +112,13 @@ class Reducer {
       if (!derived && !(at(i) == "const" && at(i + 3) == "=")) continue;
       const std::string_view type = at(derived ? i + 2 : i + 1);
       if (type != "int" && type != "bool") continue;
-      Range value{derived ? i + 6 : i + 4, i};
+      TokenRange value{derived ? i + 6 : i + 4, i};
       value.last = value.first;
       if (derived)
         value.last = behind(i + 1) - 1;
       else
         while (at(value.last) != ";") ++value.last;
-      if (const auto known = Evaluator(tokens_, constants_)(value))
+      if (const auto known = value_of(tokens_, value, constants_))
         constants_[at(derived ? i + 4 : i + 2)] = *known;
     }
     // a name that functions declare too is no constant there
@@ -252,7 +129,7 @@ class Reducer {
             constants_.erase(found);
   }
 
-  void erase(Range r) {
+  void erase(TokenRange r) {
     r.last = std::min(r.last, tokens_.size());  // of a text with faults
     if (r.empty()) return;
     for (std::size_t i = tokens_[r.first].at; i < tokens_[r.last - 1].end(); ++i)
@@ -273,7 +150,7 @@ class Reducer {
   }
 
   /// Returns whether the block ends in a return, whatever the branches that remain.
-  bool reduce_block(Range r) {
+  bool reduce_block(TokenRange r) {
     for (std::size_t i = r.first; i < r.last; i = statement_end(i))
       if (reduce_statement(i)) {
         erase({statement_end(i), r.last});
@@ -293,7 +170,7 @@ class Reducer {
   bool reduce_branch(std::size_t i) {
     const std::size_t then = behind(i + 1), end = statement_end(then);
     const bool has_else = at(end) == "else";
-    const auto known = Evaluator(tokens_, constants_)({i + 2, then - 1});
+    const auto known = value_of(tokens_, {i + 2, then - 1}, constants_);
     if (!known) {
       reduce_statement(then);
       if (has_else) reduce_statement(end + 1);
@@ -312,7 +189,7 @@ class Reducer {
   }
 
   /// The names in a range, those in lines of the preprocessor too.
-  void collect(Range r, Names& names) const {
+  void collect(TokenRange r, Names& names) const {
     for (std::size_t i = r.first; i < std::min(r.last, tokens_.size()); ++i) {
       if (erased_[i]) continue;
       if (at(i)[0] == '#') {

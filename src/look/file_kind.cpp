@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "field/index_space.h"
 #include "psivox/leaf_values.h"
 
 namespace psivox {
@@ -22,15 +23,14 @@ class Lattice {
   /// it did.
   template <typename See>
   bool any_in(const glm::ivec3& origin, int size, See&& see) const {
-    const glm::ivec3 low = glm::max(origin, box_.min);
-    const glm::ivec3 high = glm::min(origin + (size - 1), box_.max);
-    if (Box{low, high}.empty()) return false;
-    const glm::ivec3 first = (low - box_.min) / width_, last = (high - box_.min) / width_;
+    const Box cube = common({origin, origin + (size - 1)}, box_);
+    if (cube.empty()) return false;
+    const glm::ivec3 first = (cube.min - box_.min) / width_, last = (cube.max - box_.min) / width_;
     for (int x = first.x; x <= last.x; ++x)
       for (int y = first.y; y <= last.y; ++y)
         for (int z = first.z; z <= last.z; ++z) {
           const glm::ivec3 voxel = chosen({x, y, z});
-          if (glm::clamp(voxel, low, high) == voxel && see(voxel)) return true;
+          if (cube.contains(voxel) && see(voxel)) return true;
         }
     return false;
   }

@@ -1,10 +1,8 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -58,7 +56,7 @@ class VoxelLines {
     while (true) {
       const glm::dvec3 point = line.from + k * line.way;
       const glm::ivec3 voxel = nearest_voxel(point);
-      if (glm::clamp(voxel, domain_.min, domain_.max) != voxel) return;
+      if (!domain_.contains(voxel)) return;
       const double value = at(voxel);
       const std::size_t empty =
           value == 0 && empty_is_clear_ ? index_.empty_steps(point, line.way) : 0;
@@ -75,7 +73,7 @@ class VoxelLines {
     for (double n = 0;;) {
       const glm::dvec3 point = line.from + (k + n) * line.way;
       const glm::ivec3 nearest = nearest_voxel(point);
-      if (glm::clamp(nearest, domain_.min, domain_.max) != nearest) return;
+      if (!domain_.contains(nearest)) return;
       std::size_t empty = 0;
       if (empty_is_clear_ && at(nearest) == 0) empty = index_.empty_cells(point, line.way);
       if (empty == 0 && !see(n, at(point))) return;

@@ -10,6 +10,7 @@
 #include <glm/vector_relational.hpp>
 #include <memory>
 
+#include "field/index_space.h"
 #include "march/atlas_march.h"
 #include "march/column_values.h"
 #include "march/march_parameters.h"
@@ -249,26 +250,19 @@ class Integration {
   }
 
   /// Where a column is inside the domain.
-  std::pair<double, double> inside(const LatticeBrick& brick, int i, int j) const {
-    double begin = -1e30, end = 1e30;
+  glm::dvec2 inside(const LatticeBrick& brick, int i, int j) const {
     const glm::dvec2 start = across(brick, i, j, 0);
-    const auto cut = [&](double from, double way, int axis) {
-      if (way == 0) {
-        if (from < clip_.min[axis] || from > clip_.max[axis]) end = begin;
-        return;
-      }
-      const double a = (clip_.min[axis] - from) / way, b = (clip_.max[axis] - from) / way;
-      begin = std::max(begin, std::min(a, b));
-      end = std::min(end, std::max(a, b));
-    };
-    cut(frame_.first, -frame_.side, frame_.axis);
-    cut(start.x, -frame_.shear.x, frame_.axis_u);
-    cut(start.y, -frame_.shear.y, frame_.axis_v);
-    return {begin, end};
+    glm::dvec3 from, way;
+    const auto set = [&](int axis, double at, double step) { from[axis] = at, way[axis] = step; };
+    set(frame_.axis, frame_.first, -frame_.side);
+    set(frame_.axis_u, start.x, -frame_.shear.x);
+    set(frame_.axis_v, start.y, -frame_.shear.y);
+    return interval_in(clip_.min, clip_.max, from, way);
   }
 
   void integrate(const LatticeBrick& brick, int i, int j, double* to) {
-    const auto [begin, end] = inside(brick, i, j);
+    const glm::dvec2 in = inside(brick, i, j);
+    const double begin = in.x, end = in.y;
     double t = std::max(double(brick.z - 1), begin), depth = 0;
     Point<Real> front;
     if (t < std::min(double(brick.z + 7), end)) front = point(brick, i, j, t);

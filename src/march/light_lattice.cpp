@@ -1,14 +1,13 @@
 #include "march/light_lattice.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
-#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <limits>
 #include <map>
 
+#include "field/index_space.h"
 #include "march/lattice_tiles.h"
 
 namespace psivox {
@@ -19,7 +18,7 @@ LatticeFrame::LatticeFrame(const View& view, const MediumAtlas& atlas, const Bea
   const glm::dvec3 towards(glm::inverse(glm::dmat3(medium.density->world_from_index)) *
                            -beam.direction);
   const glm::dvec3 size = glm::abs(towards);
-  axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  axis = longest_axis(size);
   axis_u = axis == 0 ? 1 : 0;
   axis_v = axis == 2 ? 1 : 2;
   side = towards[axis] > 0 ? 1 : -1;
@@ -31,8 +30,8 @@ LatticeFrame::LatticeFrame(const View& view, const MediumAtlas& atlas, const Bea
 }
 
 void LatticeFrame::set_part(const Box& bricks) {
-  constexpr glm::ivec3 most(1 << 27);  // the outermost regions reach farther than there are voxels
-  part = Box{8 * glm::max(bricks.min, -most), 8 * glm::min(bricks.max, most) + 8};
+  const Box voxels = voxels_of(bricks);
+  part = Box{voxels.min, voxels.max + 1};
 }
 
 bool LatticeFrame::meets_part(const LatticeBrick& brick) const {

@@ -90,7 +90,7 @@ class Looks {
     double sum = 0;
     for (std::size_t k = 0; k < line.points && sum < most;) {
       const glm::dvec3 point = line.first + double(k) * line.step;
-      if (!share_.has(glm::ivec3(glm::round(point)))) {
+      if (!share_.voxels.contains(glm::ivec3(glm::round(point)))) {
         ++k;
         continue;
       }
@@ -105,13 +105,6 @@ class Looks {
   Attenuation attenuation_;
   const LightShare& share_;
 };
-
-/// Where a line is inside a box: from and to, in its own units.
-std::pair<double, double> inside(const Box& box, const glm::dvec3& from, const glm::dvec3& way) {
-  const glm::dvec3 a = (glm::dvec3(box.min) - from) / way, b = (glm::dvec3(box.max) - from) / way;
-  const glm::dvec3 low = glm::min(a, b), high = glm::max(a, b);
-  return {std::max({low.x, low.y, low.z}), std::min({high.x, high.y, high.z})};
-}
 
 /// Columns and rows of about `count` rays of the picture.
 glm::ivec2 rays_of(const glm::ivec2& picture, double count) {
@@ -150,12 +143,12 @@ void LightPilot::place_points(double rays) {
     for (int x = 0; x < size.x; ++x) {
       const WorldRay ray = camera_ray(view_.camera, size, x + uniform(), y + uniform());
       const glm::dvec3 from(to_index * glm::dvec4(ray.origin, 1)), way = turn * ray.direction;
-      const auto [first, last] = inside(domain, from, way);
-      const double begin = std::max(first, 0.0);
-      if (!(last > begin)) continue;
+      const glm::dvec2 inside = interval_in(domain.min, domain.max, from, way);
+      const double begin = std::max(inside.x, 0.0);
+      if (!(inside.y > begin)) continue;
       const double step = 1 / glm::length(way);  // a voxel
       const Line line{from + (begin + 0.5 * step) * way, step * way, step,
-                      std::size_t(std::ceil((last - begin) / step))};
+                      std::size_t(std::ceil((inside.y - begin) / step))};
       const std::vector<Met> met = looks.met({&line, 1}, most_depth).front();
       double T = 1;
       opacities.clear();
@@ -182,7 +175,7 @@ std::vector<glm::dvec3> LightPilot::exact_light(const LitLuminance& luminance) c
   std::vector<Known> light;
   light.reserve(voxels_.size());
   for (const glm::ivec3& voxel : voxels_)
-    light.push_back(share_.has(voxel) ? Known{luminance.own(voxel), true} : Known{});
+    light.push_back(share_.voxels.contains(voxel) ? Known{luminance.own(voxel), true} : Known{});
   for (std::size_t b = 0; b < luminance.beams().size(); ++b) {
     Beam exact = luminance.beams()[b];
     exact.method = {};
@@ -207,13 +200,14 @@ double LightPilot::mean_cells(double termination) const {
   // a sample of the medium's voxels, not of those that are seen
   const std::vector<Leaf>& leaves = (share_.whole ? share_.whole : medium.density)->leaves;
   const std::size_t stride = std::max<std::size_t>(leaves.size() / 256, 1);
+  const Box domain = medium.density->domain();
   std::vector<Line> lines;
   for (std::size_t i = 0; i < leaves.size(); i += stride) {
     const Beam& beam = luminance_.beams()[lines.size() % luminance_.beams().size()];
     const glm::dvec3 way = to_index * -beam.direction;
     const double step = 1 / glm::length(way);
     const glm::dvec3 from(leaves[i].origin + 4);
-    const double points = inside(medium.density->domain(), from, way).second / step;
+    const double points = interval_in(domain.min, domain.max, from, way).y / step;
     lines.push_back({from, step * way, step, std::size_t(std::ceil(std::max(points, 0.0)))});
   }
   const double stop = -std::log(termination);

@@ -1,13 +1,12 @@
 #pragma once
 
 #include <functional>
-#include <glm/common.hpp>
 #include <glm/vec3.hpp>
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "field/index_space.h"
 #include "march/light.h"
 #include "psivox/team.h"
 
@@ -17,15 +16,11 @@ namespace psivox {
 struct LightShare {
   Team* team = alone().get();
   /// Voxels that none but this process has.
-  Box voxels{glm::ivec3(std::numeric_limits<int>::min()),
-             glm::ivec3(std::numeric_limits<int>::max())};
+  Box voxels = everywhere;
   /// The leaves of the whole density, without values; null: the medium's density has them.
   std::shared_ptr<const Field> whole{};
 
   bool together() const { return team->size() > 1; }
-  bool has(const glm::ivec3& voxel) const {
-    return voxel == glm::clamp(voxel, voxels.min, voxels.max);
-  }
 };
 
 /// What a picture misses in its light.

@@ -6,6 +6,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
+#include "field/index_space.h"
 #include "march/explain.h"
 #include "march/march_tables.h"
 #include "march/others.h"
@@ -45,12 +46,6 @@ bool has_end_corrections(const View& view) {
          !view.medium.transfer && !view.medium.emission && scene.composites() &&
          !info(scene.mode).from_back && scene.resolved_integrator() == Integrator::psi_balanced &&
          (begins_inside(view) || scene.clip || scene.clip_plane || view.holdout);
-}
-
-double finest_voxel(const Field& field) {
-  const glm::dmat4& m = field.world_from_index;
-  return std::min({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
-                   glm::length(glm::dvec3(m[2]))});
 }
 
 namespace {

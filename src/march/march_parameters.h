@@ -45,10 +45,6 @@ struct MarchSetup {
   glm::ivec3 origin{0};  ///< voxel that the density's coordinates are relative to
 };
 
-/// Length of the shortest column of the transform: the finest voxel [world units]. Steps count in
-/// it.
-double finest_voxel(const Field& field);
-
 /// Setup for a view and the atlases of its medium. max_turns is left at what a ray can need at
 /// most, a bound: cells and nodes crossed, or steps.
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "field/index_space.h"
 #include "march/glsl_subset.h"
 #include "march/preintegration.h"
 #include "march/transfer_table.h"
@@ -82,7 +83,7 @@ RayTemplate make_ray_template(const glm::dvec3& direction, int planes, int conne
                 "--sampling template: the grid is too wide for a template; use --sampling uniform");
   RayTemplate result;
   const glm::dvec3 size = glm::abs(direction);
-  result.axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  result.axis = longest_axis(size);
   const glm::dvec3 slope = direction / size[result.axis];
   const glm::dvec3 sign = glm::sign(direction);
 

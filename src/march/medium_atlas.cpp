@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <optional>
 
+#include "field/index_space.h"
 #include "march/grids.h"
 #include "march/march_parameters.h"
 #include "march/others.h"
@@ -184,7 +184,6 @@ MediumAtlas build_medium_atlas(const View& view) {
 }
 
 constexpr std::uint64_t region_top_entries = std::uint64_t{1} << 15;
-constexpr glm::ivec3 most_bricks(1 << 27);
 
 glm::ivec3 region_ghost(const View& view) {
   if (view.scene.resolved_sampling() == Sampling::cells) return {};
@@ -194,15 +193,13 @@ glm::ivec3 region_ghost(const View& view) {
   const glm::dmat3 rows = glm::transpose(glm::inverse(glm::dmat3(density.world_from_index)));
   glm::ivec3 ghost;
   for (int axis = 0; axis < 3; ++axis)
-    ghost[axis] = 1 + int(std::min(step * glm::length(rows[axis]) / 8, double(most_bricks.x)));
+    ghost[axis] = 1 + int(std::min(step * glm::length(rows[axis]) / 8, double(most_bricks)));
   return ghost;
 }
 
 Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin) {
-  // the outermost regions reach farther than there are voxels
-  const glm::ivec3 min = glm::max(bricks.min, -most_bricks);
-  const glm::ivec3 max = glm::min(bricks.max, most_bricks);
-  return part_of_field(field, {8 * min - (with_margin ? 8 : 0), 8 * max + 15});
+  const Box voxels = voxels_of(bricks);
+  return part_of_field(field, {voxels.min - (with_margin ? 8 : 0), voxels.max + 8});
 }
 
 MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost,

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "march/march_tables.h"
+#include "march/ray_bounds.h"
 #include "march/shader_constants.h"
 #include "psivox/error.h"
 
@@ -44,13 +45,6 @@ std::unique_ptr<T[]> copied(const std::vector<T>& values) {
   auto copy = std::make_unique_for_overwrite<T[]>(values.size());
   std::ranges::copy(values, copy.get());
   return copy;
-}
-
-double greatest_value(const BrickAtlas& atlas) {
-  double most = 0;
-  for (const BrickStats& brick : atlas.bricks) most = std::max(most, double(brick.max));
-  for (const float constant : atlas.constants) most = std::max(most, double(constant));
-  return most;
 }
 
 }  // namespace

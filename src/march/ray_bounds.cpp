@@ -55,15 +55,14 @@ double diagonal_of(const Field& field, const glm::dvec3& size) {
   return longest;
 }
 
-/// Largest value that an atlas holds, and 0.
-double largest_value(const BrickAtlas& atlas) {
+}  // namespace
+
+double greatest_value(const BrickAtlas& atlas) {
   double most = 0;
   for (const BrickStats& brick : atlas.bricks) most = std::max(most, double(brick.max));
   for (const float constant : atlas.constants) most = std::max(most, double(constant));
   return most;
 }
-
-}  // namespace
 
 double turn_bound(const MarchSetup& setup, double finest_step) {
   const MarchParameters& p = setup.parameters;
@@ -75,7 +74,7 @@ double turn_bound(const MarchSetup& setup, double finest_step) {
 }
 
 DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas) {
-  const double value = atlas.greatest ? *atlas.greatest : largest_value(atlas.density);
+  const double value = atlas.greatest ? *atlas.greatest : greatest_value(atlas.density);
   // a value in between may have the largest attenuation
   const double attenuation =
       medium.transfer ? medium.transfer->max_attenuation(-std::numeric_limits<double>::max(), value)

@@ -7,6 +7,9 @@ namespace psivox {
 /// More turns than any ray of the march can take. `finest_step`: under uniform [unit of t].
 double turn_bound(const MarchSetup& setup, double finest_step);
 
+/// Largest value that an atlas holds, and 0.
+double greatest_value(const BrickAtlas& atlas);
+
 /// Bounds on the optical depth of a ray through the density.
 struct DepthBounds {
   double whole = 0;

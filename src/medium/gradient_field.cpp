@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -33,11 +32,11 @@ void check_blocks(const Field& field, std::size_t blocks) {
 /// outermost blocks of tiles, and the blocks behind a face of either.
 std::vector<glm::ivec3> candidate_blocks(const Field& field) {
   const Box domain = field.domain();
-  const glm::ivec3 first = domain.min & ~7, last = domain.max & ~7;
+  const Box origins{domain.min & ~7, domain.max & ~7};
   std::unordered_set<glm::ivec3, VoxelHash> blocks;
   blocks.reserve(field.leaves.size() * 3 / 2);
   const auto add = [&](const glm::ivec3& origin) {
-    if (origin != glm::clamp(origin, first, last)) return;
+    if (!origins.contains(origin)) return;
     blocks.insert(origin);
     check_blocks(field, blocks.size());
   };

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
-#include <glm/common.hpp>
 #include <map>
 #include <mutex>
 #include <numeric>
@@ -42,10 +41,8 @@ std::vector<std::uint32_t> own_leaves(const Field& field, const Team& team) {
   if (team.size() == 1) return numbers;
   const Regions parts = Regions::in_parts(leaf_bricks(field), std::size_t(team.size()));
   const Box part = parts.all()[std::size_t(team.rank())].bricks;
-  std::erase_if(numbers, [&](std::uint32_t n) {
-    const glm::ivec3 brick = field.leaves[n].origin >> 3;
-    return glm::clamp(brick, part.min, part.max) != brick;
-  });
+  std::erase_if(numbers,
+                [&](std::uint32_t n) { return !part.contains(field.leaves[n].origin >> 3); });
   return numbers;
 }
 

@@ -209,7 +209,7 @@ class BlockFinder {
       for (int y = first.y; y <= last.y; ++y)
         for (int z = first.z; z <= last.z; ++z) {
           const glm::ivec3 cell(x, y, z);
-          if (!inner.empty() && glm::clamp(cell, inner.min, inner.max) == cell) continue;
+          if (!inner.empty() && inner.contains(cell)) continue;
           add_box(glm::max(start(cell), whole.min), glm::min(start(cell) + 7, whole.max));
         }
   }

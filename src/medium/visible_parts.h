@@ -116,10 +116,7 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
   };
   const Box domain = field.domain();
   const CellLattice lattice(field);
-  const auto inside = [&](const glm::ivec3& voxel) {
-    return glm::clamp(voxel, domain.min, domain.max) == voxel;
-  };
-  const bool all_inside = inside(leaf.origin) && inside(leaf.origin + 7);
+  const bool all_inside = domain.contains(leaf.origin) && domain.contains(leaf.origin + 7);
   const OrderedValues values(field, leaf);
   std::array<Part, 8> parts;
   double least = std::numeric_limits<double>::infinity(), greatest = 0;
@@ -131,7 +128,7 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
       const double w = weight(values.data() + ((x * 8 + y) * 8 + z) * field.channels);
       take(w);
       if (!(w > 0) || w < faintest) continue;
-      if (!all_inside && !inside(leaf.origin + glm::ivec3(x, y, z))) continue;
+      if (!all_inside && !domain.contains(leaf.origin + glm::ivec3(x, y, z))) continue;
       least = std::min(least, w);
       greatest = std::max(greatest, w);
       amount += w;

@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
+
+#include "field/index_space.h"
 
 namespace psivox {
 namespace {
@@ -21,12 +22,6 @@ constexpr double kinks_share = 4.0 / 8;
 
 /// The share for emission, which lattices are tried with in the middle of a step.
 constexpr double emission_kinks_share = 4.0 / 8;
-
-double finest_voxel_of(const Field& field) {
-  const glm::dmat4& m = field.world_from_index;
-  return std::min({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
-                   glm::length(glm::dvec3(m[2]))});
-}
 
 /// How the attenuation varies over a brick's values.
 struct FunctionBend {
@@ -129,7 +124,7 @@ StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double bright
   const Medium& medium = view.medium;
   const std::vector<BrickStats>& bricks = atlas.density.bricks;
   const Peak peak(view, atlas);
-  const double scale = medium.extinction * finest_voxel_of(*medium.density);
+  const double scale = medium.extinction * finest_voxel(*medium.density);
   kink_scale_ = scale * kinks_share;
   const double floor = std::max(1.0, brightest);
   double least = 0, most = 0;
@@ -176,8 +171,8 @@ void StepBounds::complete(const std::vector<bool>& wanted) {
 void StepBounds::bound_emission(const View& view, const BrickAtlas& emission) {
   const Medium& medium = view.medium;
   const std::vector<float> kinks = brick_kinks(emission);
-  const double unit = finest_voxel_of(*medium.density);
-  const double voxels = unit / finest_voxel_of(*medium.emission);  // of the emission a step of 1
+  const double unit = finest_voxel(*medium.density);
+  const double voxels = unit / finest_voxel(*medium.emission);  // of the emission a step of 1
   const double scale = medium.emission_scale * unit;
   const std::size_t stride = std::size_t(emission.channels) * brick_texels;
   for (std::size_t i = 0; i < kinks.size(); ++i) {

@@ -1,13 +1,12 @@
 #include "scan/scan.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
 #include <new>
 #include <utility>
 
+#include "field/index_space.h"
 #include "psivox/dense_field.h"
 #include "psivox/error.h"
 #include "psivox/memory.h"
@@ -40,14 +39,6 @@ double least_bytes(const Header& header) {
   return lines + skip + 2 * values - 1;
 }
 
-void check_place(const Header& header, const FileBlocks& file) {
-  bool finite = true;
-  for (int c = 0; c < 4; ++c)
-    for (int r = 0; r < 4; ++r) finite &= std::isfinite(header.world_from_index[c][r]);
-  if (!finite || glm::determinant(glm::dmat3(header.world_from_index)) == 0)
-    refuse(file, "its header gives voxels no volume");
-}
-
 constexpr std::int64_t leaf_planes = 8;
 
 }  // namespace
@@ -56,7 +47,7 @@ Scan::Scan(Header header, std::shared_ptr<FileBlocks> file, std::shared_ptr<File
     : header_(std::move(header)), file_(std::move(header_.detached ? data : file)) {
   const FileBlocks& head = header_.detached ? *file : *file_;
   if (!file_) refuse(head, "its values lie in a file beside it, which is not there");
-  check_place(header_, head);
+  if (!has_volume(header_.world_from_index)) refuse(head, "its header gives voxels no volume");
   if (header_.frames > most_frames)
     refuse(head, "has " + std::to_string(header_.frames) + " frames; psivox reads up to " +
                      std::to_string(most_frames));

@@ -2,12 +2,19 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "psivox/scene.h"
 #include "psivox/text.h"
 
 namespace psivox {
+
+/// Stands before the direction of a light that turns with the camera.
+inline constexpr std::string_view camera_prefix = "camera:";
+
+/// Stands for the environment's map behind the medium.
+inline constexpr std::string_view environment_word = "environment";
 
 /// Names on the command line of an enumeration's values, in their order from 0.
 inline std::vector<std::string> enum_names(Sampling) { return {"cells", "uniform", "template"}; }

@@ -114,10 +114,6 @@ std::vector<std::string> Team::gather(std::string_view bytes) {
   return checked(all_gather(content + std::string(bytes)));
 }
 
-std::string Team::broadcast(const std::string& bytes) {
-  return std::move(gather(first() ? std::string_view(bytes) : std::string_view()).front());
-}
-
 void Team::check_same(std::string_view bytes, const std::string& differs) {
   const std::vector<std::string> all = gather(bytes);
   for (std::size_t rank = 1; rank < all.size(); ++rank)

@@ -2,10 +2,11 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <glm/matrix.hpp>
 #include <optional>
 #include <sstream>
 #include <vector>
+
+#include "field/index_space.h"
 
 namespace psivox::vdb {
 namespace {
@@ -47,17 +48,6 @@ const SupportedType* find(const std::string& grid_type) {
 
 /// Coordinates below this limit keep differences, sums of two and a margin within an int.
 constexpr std::int64_t max_extent = std::int64_t{1} << 30;
-
-bool invertible(const openvdb::math::Transform& transform) {
-  const glm::dmat4 m = world_from_index(transform);
-  for (int column = 0; column < 4; ++column) {
-    for (int row = 0; row < 4; ++row) {
-      if (!std::isfinite(m[column][row])) return false;
-    }
-  }
-  const double det = glm::determinant(m);
-  return std::isfinite(det) && det != 0.0;
-}
 
 /// The half width of a level set, or the 0 of a fog of that class; nothing for other grids.
 std::optional<double> half_width(const openvdb::GridBase& grid) {
@@ -136,7 +126,7 @@ std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary
   if (too_large(summary.active_box)) {
     return "has active voxels 2^30 or more apart or from the origin; crop it";
   }
-  if (grid.transform().isLinear() && !invertible(grid.transform())) {
+  if (grid.transform().isLinear() && !has_volume(world_from_index(grid.transform()))) {
     return "has a transform that is singular or not finite";
   }
   return {};

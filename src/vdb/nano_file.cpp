@@ -1,15 +1,20 @@
 #include "nano_file.h"
 
 #include <openvdb/io/Compression.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
+#include "file_grid.h"
 #include "grid_types.h"
-#include "nano_grid.h"
+#include "nano_tree.h"
 #include "psivox/error.h"
 #include "psivox/memory.h"
 #include "psivox/text.h"
@@ -60,6 +65,49 @@ void check_version(const std::string& path, std::uint32_t version) {
   throw Error(ExitCode::input, subject(path) + "was written by NanoVDB " + version_text(version) +
                                    ", psivox reads " + std::to_string(nano_major_version()));
 }
+
+/// A grid of a .nvdb. All of its bytes are in memory.
+class NanoGrid final : public FileGrid {
+ public:
+  NanoGrid(NanoFile& file, const GridEntry& entry, bool marked)
+      : FileGrid(file, entry, marked || is_mask(entry.descriptor.gridType())) {
+    file.guarded(entry, [&] {
+      const std::uint32_t type = file.stored(entry).type,
+                          grid_class = file.stored(entry).grid_class;
+      NanoBytes bytes;
+      std::tie(memory_, bytes) = file.unpacked(entry);
+      openvdb::GridBase::Ptr head = nano_head(bytes, type, grid_class);
+      head->setName(entry.descriptor.gridName());
+      if (const NanoType stored = nano_type(type, grid_class); stored.quantised)
+        head->insertMeta("nanovdb_type", openvdb::StringMetadata(stored.name));
+      tree_ = nano_tree(bytes, type, grid_class);
+      begin(std::move(head), /*masks=*/false);
+    });
+  }
+
+  std::string why_whole() const override { return "its file has it as one block"; }
+  std::shared_ptr<StoredLeaves> stored_leaves(const LeafSurvey&, std::string, bool) override {
+    return nullptr;
+  }
+
+ private:
+  Topology read_topology(const TopologyWish& wish) override {
+    return tree_->topology(*head_, wish);
+  }
+
+  void read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) override {
+    const std::size_t count = topology_.leaves.size();
+    std::size_t end = enough ? 1 : count;
+    for (std::size_t first = 0; first < count; first = end, end = 2 * first) {
+      end = std::min(end, count);
+      tbb::parallel_for(first, end, [&](std::size_t n) { tree_->decode(n, fill_, take); });
+      if (enough && enough()) return;
+    }
+  }
+
+  std::shared_ptr<const void> memory_;
+  std::unique_ptr<NanoTree> tree_;
+};
 
 }  // namespace
 

@@ -13,7 +13,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <glm/matrix.hpp>
 #include <memory>
 #include <new>
 #include <optional>
@@ -23,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "field/index_space.h"
 #include "grid_types.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
@@ -124,13 +124,6 @@ constexpr const char* bad_values = "values are not finite, or negative";
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::runtime_error(what);
-}
-
-bool is_finite(const glm::dmat4& m) {
-  for (int column = 0; column < 4; ++column)
-    for (int row = 0; row < 4; ++row)
-      if (!std::isfinite(m[column][row])) return false;
-  return true;
 }
 
 /// A cube of leaves of one width, in a list in the tree's order.
@@ -266,8 +259,7 @@ void check_field(const FieldFacts& facts, GridRole role) {
   const Field& field = facts.field;
   require(field.channels == 1 || field.channels == 3, "an impossible number of channels");
   require(!field.active_box.empty() && !too_large(field.active_box), "an impossible box");
-  require(is_finite(field.world_from_index) && glm::determinant(field.world_from_index) != 0,
-          "an impossible transform");
+  require(has_volume(field.world_from_index), "an impossible transform");
   require(std::isfinite(field.half_width) && field.half_width >= 0, "an impossible half width");
   require(std::isfinite(field.replaced.least), "an impossible least value");
   check_range(field.active_range);

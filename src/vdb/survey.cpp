@@ -59,10 +59,6 @@ glm::vec2 bounds_of(const float* values, std::size_t count) {
   return {*std::ranges::min_element(least), *std::ranges::max_element(greatest)};
 }
 
-bool in_box(const Box& box, const glm::ivec3& voxel) {
-  return glm::clamp(voxel, box.min, box.max) == voxel;
-}
-
 }  // namespace
 
 float smallest_good(GridRole role) { return role == GridRole::data ? -kMaxFloat : 0.0f; }
@@ -95,11 +91,11 @@ ValueSurvey LeafSurvey::extents(const glm::ivec3& origin, const float* values,
     found.active = found.all;
   else
     for (auto on = active.beginOn(); on; ++on) found.active.add(values[on.pos() * stride]);
-  if (in_box(box_, origin) && in_box(box_, origin + 7))
+  if (box_.contains(origin) && box_.contains(origin + 7))
     found.in_box = found.all;
   else
     for (int n = 0; n < int(kLeafVoxels); ++n)
-      if (in_box(box_, origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7)))
+      if (box_.contains(origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7)))
         found.in_box.add(values[std::size_t(n) * stride]);
   return found;
 }

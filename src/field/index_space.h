@@ -1,0 +1,81 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <limits>
+
+#include "psivox/field.h"
+
+// Boxes, lines and transforms of index space.
+
+namespace psivox {
+
+/// A box that holds every voxel.
+inline constexpr Box everywhere{glm::ivec3(std::numeric_limits<int>::min()),
+                                glm::ivec3(std::numeric_limits<int>::max())};
+
+/// What two boxes share.
+inline Box common(const Box& a, const Box& b) {
+  return {glm::max(a.min, b.min), glm::min(a.max, b.max)};
+}
+
+/// Points of integer coordinates in a box.
+inline std::uint64_t count_of(const Box& box) {
+  if (box.empty()) return 0;
+  const glm::u64vec3 size(box.max - box.min + 1);
+  return size.x * size.y * size.z;
+}
+
+/// Bricks along an axis, on either side of 0, that have voxels of int coordinates, and some beyond.
+inline constexpr int most_bricks = 1 << 27;
+
+/// Voxels of a box of bricks. The outermost parts and regions reach farther than there are voxels.
+inline Box voxels_of(const Box& bricks) {
+  const glm::ivec3 most(most_bricks);
+  return {8 * glm::max(bricks.min, -most), 8 * glm::min(bricks.max, most) + 7};
+}
+
+/// The axis of the largest extent; of equal ones the first.
+inline int longest_axis(const glm::dvec3& size) {
+  return size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+}
+
+/// Where a line is between two corners of a box: from and to, in lengths of `way`. The first is
+/// above the second if it misses the box.
+inline glm::dvec2 interval_in(const glm::dvec3& min, const glm::dvec3& max, const glm::dvec3& from,
+                              const glm::dvec3& way) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  glm::dvec2 found(-infinity, infinity);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (way[axis] == 0) {
+      if (from[axis] < min[axis] || from[axis] > max[axis]) return {infinity, -infinity};
+      continue;
+    }
+    const double a = (min[axis] - from[axis]) / way[axis], b = (max[axis] - from[axis]) / way[axis];
+    found = {std::max(found.x, std::min(a, b)), std::min(found.y, std::max(a, b))};
+  }
+  return found;
+}
+
+/// Whether a transform is finite and gives voxels a volume.
+inline bool has_volume(const glm::dmat4& world_from_index) {
+  for (int c = 0; c < 4; ++c)
+    for (int r = 0; r < 4; ++r)
+      if (!std::isfinite(world_from_index[c][r])) return false;
+  const double volume = glm::determinant(world_from_index);
+  return std::isfinite(volume) && volume != 0;
+}
+
+/// Length of the shortest column of the transform: the finest voxel [world units]. Steps count in
+/// it.
+inline double finest_voxel(const Field& field) {
+  const glm::dmat4& m = field.world_from_index;
+  return std::min({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
+                   glm::length(glm::dvec3(m[2]))});
+}
+
+}  // namespace psivox
