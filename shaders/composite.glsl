@@ -166,8 +166,8 @@ struct NodeSum {
   real value;  // of the density grid, times its weight
   real3 L;     // of a luminance grid, times its weight
   real3 glow;  // as seen at the piece's front
-  real own;       // the weight of the density; of the rest the further volumes
-  real3 others;   // their luminance, times their weight
+  real own;      // part of the weight that is the density's; the rest is the further volumes'
+  real3 others;  // their luminance, times their weight
 };
 
 // The node at `place` of the way through the piece: `share` is its part of the piece.

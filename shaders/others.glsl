@@ -1,5 +1,13 @@
 // Further volumes, each on a lattice of its own, and their sum along a part of a ray. One grid holds
-// the bricks of all, and `tables` the rest, OTHER_ENTRIES each (src/march/others.cpp).
+// the bricks of all. `tables` has OTHER_ENTRIES for each (src/march/others.cpp):
+//   0 to 5  rows of the affine map from the density's voxels to its own: numbers, and what float32 left
+//   6       first voxel of its page table; levels
+//   7       entries of the top table; place of the first one
+//   8       first voxel of its domain; channels
+//   9       last voxel of its domain
+//   10      tau / extinction of value 1; emission of value 1; slots and constants of a channel
+//   11      factor of its luminance
+//   12      luminance that it has everywhere, less the density's
 
 // A cubic of each colour times another one: low(s) + s^4 high(s).
 struct Sextics {
@@ -42,13 +50,13 @@ real3 sextics(IN(Sextics) c, real s) {
 // One of them where a ray runs through it.
 struct Other {
   Ray ray;
-  Node node;        // of its page table
+  Node node;
   int3 cell;
-  real4 counts;     // tau / extinction of value 1, emission of value 1, slots and constants a channel
-  int channels;     // of its bricks
+  real4 scales;  // entry 10
+  int channels;
 };
 
-// A row of the affine map from the density's voxels to its own: its numbers, and what float32 left.
+// A row of the affine map, times (p, w).
 real mapped(int entry, real3 p, real w) {
   real4 row = fetch_table(entry) + fetch_table(entry + 1);
   return row.x * p.x + row.y * p.y + row.z * p.z + row.w * w;
@@ -80,7 +88,7 @@ Node find_other(int first, int3 cell) {
 // A channel of it along the ray from t on, over a unit of t.
 Cubic other_channel(Other o, real t, int channel) {
   Node node = o.node;
-  node.payload += channel * int(node.kind == NODE_BRICK ? o.counts.z : o.counts.w);
+  node.payload += channel * int(node.kind == NODE_BRICK ? o.scales.z : o.scales.w);
   return cubic_along(fetch_corners(others_grid, node, o.cell), position(o.ray, t) - real3(o.cell),
                      o.ray.direction);
 }
@@ -118,18 +126,18 @@ void add_other(INOUT(Others) sum, int first, Ray along, real t, real phase) {
   sum.end = min(sum.end, leave(ray, brick ? cell : node.lo, brick ? 1 : node.side).t);
   if (node.kind == NODE_EMPTY) return;
   Other o = Other(ray, node, cell, fetch_table(first + 10), int(low.w));
-  if (o.counts.y > real(0.0)) {
-    if (others_shine) sum.glow = sum_of(sum.glow, scaled(other_colors(o, t, 0), real3(o.counts.y)));
+  if (o.scales.y > real(0.0)) {
+    if (others_shine) sum.glow = sum_of(sum.glow, scaled(other_colors(o, t, 0), real3(o.scales.y)));
     return;
   }
-  Cubic tau = scaled(other_channel(o, t, 0), o.counts.x);
+  Cubic tau = scaled(other_channel(o, t, 0), o.scales.x);
   sum.attenuation = sum_of(sum.attenuation, tau);
   if (!others_shine) return;
-  real4 own = fetch_table(first + 11);
-  real3 lit = real3(own.x, own.y, own.z) * phase;
+  real4 lit = fetch_table(first + 11);
   real4 more = fetch_table(first + 12);
   sum.source.low = sum_of(sum.source.low, scaled(Cubics(tau, tau, tau), real3(more.x, more.y, more.z)));
-  if (o.channels > 1 && brick) add_source(sum, tau, other_colors(o, t, 1), lit);
+  if (o.channels > 1 && brick)
+    add_source(sum, tau, other_colors(o, t, 1), real3(lit.x, lit.y, lit.z) * phase);
 }
 
 // The further volumes from t on, over a unit of t. `phase`: a factor of their light.

@@ -1,30 +1,9 @@
 #!/usr/bin/env bash
 # Tests sequences as their users render them: sequence_cli_test.sh PSIVOX MAKE_ASSETS. Without an
 # EGL device it skips (exit 77).
-set -u
-program=$1 make_assets=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-if ! "$program" render --list-devices | grep -q "4\.[5-9]"; then
-  echo "no EGL device: skipped"
-  exit 77
-fi
+command=render make_assets=$2
+. "$(dirname "$0")/cli_setup.sh"
 
-failures=0
-fail() {
-  echo "FAILED: $*"
-  failures=$((failures + 1))
-}
-# run CODE TEXT ARGUMENTS...: the exit code, and a part of what is printed.
-run() {
-  local expected=$1 text=$2 code
-  shift 2
-  "$program" render "$@" >printed.txt 2>&1 </dev/null
-  code=$?
-  [ $code -eq "$expected" ] || fail "render $*: exit $code, expected $expected: $(tail -n 2 printed.txt)"
-  grep -qF -- "$text" printed.txt || fail "render $*: no '$text' in: $(tail -n 3 printed.txt)"
-}
 # Files of a folder in one line, hidden ones too.
 files() { (cd "$1" && find . -type f | sed 's|^\./||' | sort | tr '\n' ' ' | sed 's/ $//'); }
 has() { [ "$(files "$1")" = "$2" ] || fail "$3: $1 has '$(files "$1")', expected '$2'"; }
@@ -253,5 +232,5 @@ run 3 "no file matches" in/fire.####.vdb -o a.#.png
 run 3 "no volume" folder -o a.#.png
 run 5 "cannot write" $pattern -o nowhere/a.#.png
 
-[ $failures -eq 0 ] && echo "sequences: all passed"
-exit $failures
+[ $failed -eq 0 ] && echo "sequences: all passed"
+exit $((failed > 0))

@@ -1,30 +1,9 @@
 #!/usr/bin/env bash
 # Tests psivox study as its users call it: study_cli_test.sh PSIVOX ASSETS. Without an EGL device it
 # skips (exit 77).
-set -u
-program=$1 assets=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-if ! "$program" render --list-devices | grep -q "4\.[5-9]"; then
-  echo "no EGL device: skipped"
-  exit 77
-fi
+command=study assets=$2
+. "$(dirname "$0")/cli_setup.sh"
 
-failed=0
-fail() {
-  echo "FAILED: $1"
-  failed=$((failed + 1))
-}
-# run EXPECTED PART ARGUMENTS...: checks the exit code and a part of the output
-run() {
-  local expected=$1 part=$2 output code
-  shift 2
-  output=$("$program" study "$@" 2>&1 </dev/null)
-  code=$?
-  [ $code -eq "$expected" ] && grep -qF -- "$part" <<<"$output" ||
-    fail "study $*: exit $code, expected $expected with \"$part\"; printed: $(tail -n 2 <<<"$output")"
-}
 # A study's CSV without its times, the last 15 columns.
 numbers() { sed -E 's/(,[^,]*){15}$//' "$1/results.csv"; }
 rows() { tail -n +2 "$1/results.csv" 2>/dev/null | wc -l; }

@@ -1,29 +1,9 @@
 #!/usr/bin/env bash
 # Runs the precision suite as its users do: suite_test.sh PSIVOX. Its exit code tells whether every
 # order and error is as it must be. Without an EGL device it skips (exit 77).
-set -u
-program=$1
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-if ! "$program" render --list-devices | grep -q "4\.[5-9]"; then
-  echo "no EGL device: skipped"
-  exit 77
-fi
-failed=0
-fail() {
-  echo "FAILED: $1"
-  failed=1
-}
-# run EXPECTED PART ARGUMENTS...: checks the exit code and a part of the output
-run() {
-  local expected=$1 part=$2 output code
-  shift 2
-  output=$("$program" study "$@" 2>&1 </dev/null)
-  code=$?
-  [ $code -eq "$expected" ] && grep -qF -- "$part" <<<"$output" ||
-    fail "study $*: exit $code, expected $expected with \"$part\"; printed: $(tail -n 2 <<<"$output")"
-}
+command=study
+. "$(dirname "$0")/cli_setup.sh"
+
 run 2 "small" --suite=huge -o bad
 run 2 "excludes" --suite --orders -o bad
 run 4 "--list-devices" --suite --device 99 -o bad -q
@@ -37,4 +17,4 @@ awk -F, 'NR == 1 { n = NF } NF != n { exit 1 } END { exit NR != 316 }' suite/sui
 grep -q "NOT AS EXPECTED" suite/suite.md && fail "suite.md has what the exit code denies"
 grep -oE ' (src|href)="[^"]{0,9}|url\(' suite/index.html | grep -vE '"data:|\.svg|href="(suite|gaussian|inside|ramp|rotated|voxel|sphere|tube|step|opaque|gradient|marschner)' &&
   fail "index.html asks for files"
-exit $failed
+exit $((failed > 0))

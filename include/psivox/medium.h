@@ -71,9 +71,6 @@ struct Medium {
   std::vector<Medium> others{};
 };
 
-/// The medium with that further volume in the first one's place, and the first one in its.
-Medium seen_from(const Medium& medium, std::size_t other);
-
 /// The medium, the camera, what it looks at, and the scene with all optionals resolved, so that
 /// rendering `scene` again gives the same picture.
 struct View {
@@ -102,7 +99,7 @@ std::vector<ParallelLight> surface_lights(const View& view);
 struct WeighedLeaves;
 
 /// The transform of a grid as the scene places its volume and its values.
-glm::dmat4 placed(const Scene& scene, const glm::dmat4& world_from_index);
+glm::dmat4 placement(const Scene& scene, const glm::dmat4& world_from_index);
 
 /// The grids of a scene. One is null if the scene has none or its mode does not use it. Two may be
 /// the same field.
@@ -115,6 +112,7 @@ struct MediumFields {
   /// What the leaves of the density weigh, if its values stay in the file.
   std::shared_ptr<const WeighedLeaves> weights{};
   std::vector<std::shared_ptr<const Field>> albedo{};  ///< as in ScatteredLight
+  std::vector<MediumFields> others{};                  ///< of further volumes
 };
 
 /// Reads the grids that the picture depends on under the scene's mode. `empty`: grids without
@@ -124,6 +122,8 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty = f
 /// The grids of a file that an albedo grid's name stands for: the one of that name, or the three
 /// NAME_r, NAME_g and NAME_b; none if the file has neither.
 std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& name);
+/// Reads those of the scene's further volumes into fields.others, if they are not there.
+void read_volumes(const Scene& scene, MediumFields& fields);
 /// Equal for scenes to which read_fields gives the same fields of a file.
 std::string fields_key(const Scene& scene);
 

@@ -69,7 +69,7 @@ struct Scene {
   std::string input;
   std::string look;  ///< see look.h; empty: not said
   std::string grid;  ///< empty: `density`, else the only scalar grid
-  /// Further volumes in the scene, each as "FILE NAME=VALUE ...", see medium/volumes.h.
+  /// Further volumes in the scene, each as "FILE NAME=VALUE ...", see scene_of_volume.
   std::vector<std::string> volumes;
   std::optional<double> background_value;  ///< in place of a grid's own, if that is not 0
   Centering centering = Centering::node;

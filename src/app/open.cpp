@@ -44,14 +44,20 @@ void check_picture(const Scene& scene, const std::vector<std::string>& layers, b
 
 namespace {
 
-/// A further volume's text with what its own file's look says, of what a volume has for itself.
-std::string with_own_look(const Scene& scene, std::string text, const std::string& open_look) {
+/// Adds a further volume to a scene in its look: with what its own file's look says, of what a
+/// volume has for itself.
+void add_volume(const Scene& scene, std::string text, const std::string& open_look,
+                LookedScene& looked) {
   const Scene own = scene_of_volume(scene, text);
-  const LookedScene looked = with_look(own, VdbFile(own.input), open_look);
-  for (const Setting& setting : looked.settings)
+  const VdbFile file(own.input);
+  LookedScene of_file = with_look(own, file, open_look);
+  for (const Setting& setting : of_file.settings)
     if (std::ranges::count(volume_parameters(), setting.name))
       text += " " + setting.name + "=" + setting.text;
-  return text;
+  const Scene shown = scene_of_volume(looked.scene, text);
+  const bool read = fields_key(shown) == fields_key(of_file.scene);
+  looked.fields.others.push_back(read ? std::move(of_file.fields) : read_fields(shown, file));
+  looked.scene.volumes.push_back(std::move(text));
 }
 
 }  // namespace
@@ -62,7 +68,8 @@ OpenedScene open_scene(const Scene& scene, const VdbFile& file, const OpenOption
   OpenedScene opened{with_look(first, file, options.open_look, options.background, options.parts),
                      {}};
   for (const std::string& volume : scene.volumes)
-    opened.looked.scene.volumes.push_back(with_own_look(scene, volume, options.open_look));
+    add_volume(scene, volume, options.open_look, opened.looked);
+  if (!scene.volumes.empty()) opened.looked.settings = changed_settings(scene, opened.looked.scene);
   opened.view = make_view(opened.looked.scene, opened.looked.fields);
   return opened;
 }

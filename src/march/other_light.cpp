@@ -11,10 +11,13 @@
 namespace psivox {
 namespace {
 
-/// The view with a further volume in the first one's place.
+/// The view with a further volume in the first one's place, and the first one in its.
 View seen_from(const View& view, std::size_t other) {
   View own = view;
-  own.medium = seen_from(view.medium, other);
+  own.medium = view.medium.others[other];
+  own.medium.others = view.medium.others;
+  own.medium.others[other] = view.medium;
+  own.medium.others[other].others.clear();
   if (other < view.scene.volumes.size())
     own.scene.albedo = scene_of_volume(view.scene, view.scene.volumes[other]).albedo;
   return own;

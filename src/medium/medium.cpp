@@ -21,7 +21,7 @@
 
 namespace psivox {
 
-glm::dmat4 placed(const Scene& scene, const glm::dmat4& world_from_index) {
+glm::dmat4 placement(const Scene& scene, const glm::dmat4& world_from_index) {
   glm::dmat4 m = glm::translate(glm::dmat4(1), scene.translate);
   for (int axis = 2; axis >= 0; --axis) {
     glm::dvec3 along(0);
@@ -46,7 +46,7 @@ void check_density(const Field& density) {
 MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
   MediumFields used = fields;
   if (!scene.composites()) used.luminance = used.temperature = used.emission = nullptr;
-  if (placed(scene, glm::dmat4(1)) == glm::dmat4(1)) return used;
+  if (placement(scene, glm::dmat4(1)) == glm::dmat4(1)) return used;
   std::map<std::shared_ptr<const Field>, std::shared_ptr<const Field>> moved{{nullptr, nullptr}};
   std::vector<std::shared_ptr<const Field>*> all{&used.density, &used.drawn, &used.luminance,
                                                  &used.temperature, &used.emission};
@@ -55,7 +55,7 @@ MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
     auto [found, is_new] = moved.try_emplace(*field);
     if (is_new) {
       Field copy = **field;
-      copy.world_from_index = placed(scene, copy.world_from_index);
+      copy.world_from_index = placement(scene, copy.world_from_index);
       found->second = std::make_shared<const Field>(std::move(copy));
     }
     *field = found->second;
@@ -141,18 +141,18 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
   return medium;
 }
 
-/// Reads the scene's further volumes. One without an extinction has the first one's where the scene
-/// gives that, else its own; its text becomes complete, so that it draws the same again.
-std::vector<Medium> further_volumes(const Medium& first, Scene& scene) {
+/// The scene's further volumes. One without an extinction has the first one's where the scene gives
+/// that, else its own; its text becomes complete, so that it draws the same again.
+std::vector<Medium> further_volumes(const Medium& first, const MediumFields& fields, Scene& scene) {
   if (!scene.volumes.empty() && first.extinction == 0)
     throw Error(ExitCode::usage, "--and needs a first volume whose --extinction is above 0");
   std::vector<Medium> all;
   for (std::string& text : scene.volumes) {
     const Scene own = scene_of_volume(scene, text);
-    const MediumFields fields = used_fields(own, read_fields(own, VdbFile(own.input)));
-    check_density(*fields.density);
-    check_in_memory(*fields.density);
-    all.push_back(make_medium(own, fields));
+    const MediumFields used = used_fields(own, fields.others[all.size()]);
+    check_density(*used.density);
+    check_in_memory(*used.density);
+    all.push_back(make_medium(own, used));
     if (!own.extinction) text += " extinction=" + number_text(all.back().extinction);
   }
   return all;
@@ -213,7 +213,7 @@ View make_view(const Scene& scene, std::shared_ptr<const Field> density,
 
 View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   check_density(*all_fields.density);
-  const MediumFields fields = used_fields(unnamed, all_fields);
+  MediumFields fields = used_fields(unnamed, all_fields);
   const Scene scene = with_names(unnamed, fields);
   validate(scene);
   if (scene.color_bar && !scene.colormap && !scene.shows(Shows::value) &&
@@ -222,7 +222,8 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
                 "--color-bar shows the colours of a map; give --colormap or --transfer-function");
   View view{scene, make_medium(scene, fields), {}, {}};
   Scene complete = scene;
-  view.medium.others = further_volumes(view.medium, complete);
+  read_volumes(scene, fields);
+  view.medium.others = further_volumes(view.medium, fields, complete);
   auto subject =
       std::make_shared<Subject>(subject_of(view.medium, scene.mode, fields.weights.get()));
   subject->z_up = fields.z_up;
@@ -232,14 +233,6 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   resolve(fields, view);
   if (fields.drawn) view.medium.density = fields.drawn;
   return view;
-}
-
-Medium seen_from(const Medium& medium, std::size_t other) {
-  Medium first = medium.others[other];
-  first.others = medium.others;
-  first.others[other] = medium;
-  first.others[other].others.clear();
-  return first;
 }
 
 std::vector<ParallelLight> surface_lights(const View& view) {

@@ -118,6 +118,13 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   return fields;
 }
 
+void read_volumes(const Scene& scene, MediumFields& fields) {
+  while (fields.others.size() < scene.volumes.size()) {
+    const Scene own = scene_of_volume(scene, scene.volumes[fields.others.size()]);
+    fields.others.push_back(read_fields(own, VdbFile(own.input)));
+  }
+}
+
 std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& name) {
   if (file.channels(name) > 0) return {name};
   std::vector<std::string> names;
@@ -129,7 +136,7 @@ std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& na
 std::string fields_key(const Scene& scene) {
   std::string key;
   for (const char* name : {"input", "grid", "strict", "background-value", "lod", "luminance-grid",
-                           "temperature-grid", "emission-grid", "albedo-grid"})
+                           "temperature-grid", "emission-grid", "albedo-grid", "volumes"})
     key += "\n" + parameter_text(scene, name);
   if (scene.range && (scene.range->percent.x || scene.range->percent.y))
     key += "\n" + parameter_text(scene, "range");

@@ -217,38 +217,15 @@ const char* const suite_intro =
     "GL driver named below. Times are processor times of one march; everything else is the same "
     "on every run.</p>\n";
 
-}  // namespace
+struct Section {
+  std::string title, text;
+  TextTable table;
+  Cells cells = Cells::numbers;
+};
 
-bool ray_holds(const OrderRow& row) {
-  return row.about || std::abs(row.observed() - row.expected) <= 0.1;
-}
-
-std::string write_suite(const std::vector<SuiteResult>& results, const std::vector<OrderRow>& rays,
-                        const std::string& renderer, const std::filesystem::path& folder) {
-  std::vector<std::string> misses;
-  for (const OrderRow& row : rays)
-    if (!ray_holds(row))
-      misses.push_back("smooth ray, " + row.rays + ": " + row.way + " has order " +
-                       decimals(row.observed(), 2) + ", expected " + number_text(row.expected));
-  std::size_t rows = 0;
-  auto orders = std::ranges::count(rays, false, &OrderRow::about);
-  for (const SuiteResult& r : results) {
-    std::ranges::copy(r.misses(), std::back_inserter(misses));
-    rows += r.rows.size();
-    orders += std::ranges::count_if(
-        r.orders, [](const SuiteOrder& o) { return o.expected > 0 && o.points > 2; });
-  }
-  const std::string conclusion =
-      std::to_string(results.size()) + " scenes, " + std::to_string(rows) + " pictures, " +
-      std::to_string(orders) + " orders of convergence held: " +
-      (misses.empty() ? "all as expected" : std::to_string(misses.size()) + " not as expected");
-
-  struct Section {
-    std::string title, text;
-    TextTable table;
-    Cells cells = Cells::numbers;
-  };
-  const std::vector<Section> sections = {
+std::vector<Section> sections_of(const std::vector<SuiteResult>& results,
+                                 const std::vector<OrderRow>& rays) {
+  return {
       {"Rules", "A segment lies between two samples, or is a part of a cell.", rules_table(results),
        Cells::words},
       {"Scenes", "Each with what its truth rests on.", scenes_table(results), Cells::words},
@@ -272,13 +249,51 @@ std::string write_suite(const std::vector<SuiteResult>& results, const std::vect
       {"Along a cross-section", "The same approximations where the mean opacity is 1/2.",
        cross_section_table()},
       {"All other pictures", "", rows_table(results, false)}};
+}
 
-  std::string body = "<p class=\"conclusion\">" + escaped(conclusion) + ".</p>\n",
-              markdown = conclusion + ".\n";
-  for (const std::string& miss : misses) {
-    body += "<p><b>Not as expected:</b> " + escaped(miss) + "</p>\n";
-    markdown += "\n- " + miss + "\n";
+/// What is not as it must be, one sentence each.
+std::vector<std::string> all_misses(const std::vector<SuiteResult>& results,
+                                    const std::vector<OrderRow>& rays) {
+  std::vector<std::string> misses;
+  for (const OrderRow& row : rays)
+    if (!ray_holds(row))
+      misses.push_back("smooth ray, " + row.rays + ": " + row.way + " has order " +
+                       decimals(row.observed(), 2) + ", expected " + number_text(row.expected));
+  for (const SuiteResult& r : results) std::ranges::copy(r.misses(), std::back_inserter(misses));
+  return misses;
+}
+
+std::string conclusion_of(const std::vector<SuiteResult>& results,
+                          const std::vector<OrderRow>& rays, std::size_t misses) {
+  std::size_t rows = 0;
+  auto orders = std::ranges::count(rays, false, &OrderRow::about);
+  for (const SuiteResult& r : results) {
+    rows += r.rows.size();
+    orders += std::ranges::count_if(
+        r.orders, [](const SuiteOrder& o) { return o.expected > 0 && o.points > 2; });
   }
+  return std::to_string(results.size()) + " scenes, " + std::to_string(rows) + " pictures, " +
+         std::to_string(orders) + " orders of convergence held: " +
+         (misses == 0 ? "all as expected" : std::to_string(misses) + " not as expected") + ".";
+}
+
+std::string markdown_of(const std::string& conclusion, const std::vector<std::string>& misses,
+                        const std::vector<Section>& sections) {
+  std::string text = conclusion + "\n";
+  for (const std::string& miss : misses) text += "\n- " + miss + "\n";
+  for (const Section& section : sections)
+    text +=
+        "\n**" + section.title + "**\n\n" + section.text + "\n\n" + markdown_table(section.table);
+  return text;
+}
+
+/// The page's body. Writes its plots beside it.
+std::string body_of(const std::string& conclusion, const std::vector<std::string>& misses,
+                    const std::vector<Section>& sections, const std::vector<SuiteResult>& results,
+                    const std::string& renderer, const std::filesystem::path& folder) {
+  std::string body = "<p class=\"conclusion\">" + escaped(conclusion) + "</p>\n";
+  for (const std::string& miss : misses)
+    body += "<p><b>Not as expected:</b> " + escaped(miss) + "</p>\n";
   body += suite_intro + std::string("<p>psivox ") + PSIVOX_VERSION + " " + PSIVOX_GIT_HASH + ", " +
           escaped(renderer) + "</p>\n<div class=\"gallery\">\n";
   for (const SuiteResult& r : results)
@@ -286,27 +301,36 @@ std::string write_suite(const std::vector<SuiteResult>& results, const std::vect
   body += "</div>\n<h2>Error by look-ups</h2>\n";
   for (const bool functions : {false, true})
     body += write_plot(mission_plot(results, functions), folder);
-  for (const Section& section : sections) {
+  for (const Section& section : sections)
     body += "<h2>" + section.title + "</h2>\n<p>" + section.text + "</p>\n" +
             html_table(section.table, section.cells);
-    markdown +=
-        "\n**" + section.title + "**\n\n" + section.text + "\n\n" + markdown_table(section.table);
-  }
   body += "<h2>Each scene</h2>\n";
   for (const SuiteResult& r : results)
     for (NamedPlot& named : plots_of(study_of(r, false)))
       if (named.name == "error-samples") {
-        named.name = r.scene.name;
-        named.plot.title = r.scene.name;
+        named.name = named.plot.title = r.scene.name;
         body += write_plot(named, folder);
       }
+  return body;
+}
+
+}  // namespace
+
+bool ray_holds(const OrderRow& row) {
+  return row.about || std::abs(row.observed() - row.expected) <= 0.1;
+}
+
+std::string write_suite(const std::vector<SuiteResult>& results, const std::vector<OrderRow>& rays,
+                        const std::string& renderer, const std::filesystem::path& folder) {
+  const std::vector<std::string> misses = all_misses(results, rays);
+  const std::string conclusion = conclusion_of(results, rays, misses.size());
+  const std::vector<Section> sections = sections_of(results, rays);
+  const std::string body = body_of(conclusion, misses, sections, results, renderer, folder);
   write_text((folder / "suite.csv").string(), suite_csv(results));
-  write_text((folder / "suite.md").string(), markdown);
+  write_text((folder / "suite.md").string(), markdown_of(conclusion, misses, sections));
   write_text((folder / "index.html").string(), html_page("psivox study --suite", body));
-  if (misses.empty()) return conclusion + ".";
-  std::string all;
-  for (const std::string& miss : misses) all += (all.empty() ? "" : "; ") + miss;
-  throw Error(ExitCode::verification, all);
+  if (!misses.empty()) throw Error(ExitCode::verification, joined(misses, "; "));
+  return conclusion;
 }
 
 }  // namespace psivox

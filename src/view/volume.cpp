@@ -44,7 +44,7 @@ void count(const Field& field, Histogram& histogram) {
 Subject whole_box(const Scene& scene, const Volume& volume) {
   Field domain;
   domain.active_box = volume.fields.density->active_box;
-  domain.world_from_index = placed(scene, volume.fields.density->world_from_index);
+  domain.world_from_index = placement(scene, volume.fields.density->world_from_index);
   glm::dvec3 low, high;
   world_bounds(domain, low, high);
   Subject box = box_subject(low, high);
