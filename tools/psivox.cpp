@@ -19,6 +19,7 @@
 #include "psivox/error.h"
 #include "psivox/guarded_reading.h"
 #include "psivox/image.h"
+#include "psivox/memory.h"
 #include "psivox/text.h"
 #include "psivox/text_file.h"
 #include "psivox/vdb.h"
@@ -161,6 +162,7 @@ int main(int argc, char** argv) {
   using namespace psivox;
   std::string who = "psivox";
   report_failed_writes();
+  keep_freed_memory();
   try {
     start_guarded_reading();
     run({argv + (argc > 0 ? 1 : 0), argv + argc}, who);

@@ -30,8 +30,5 @@ std::string parts_obstacle(const Scene& scene);
 /// memory that is free, if it has no limit. 0: not known.
 std::uint64_t grid_memory(const Scene& scene);
 
-/// Makes the process give freed memory back to the system at once, which costs some time. glibc
-/// otherwise keeps blocks of up to 32 MiB, so that parts of a volume would add up.
-void give_back_freed_memory();
 
 }  // namespace psivox

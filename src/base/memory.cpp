@@ -1,11 +1,17 @@
 #include "psivox/memory.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -84,6 +90,28 @@ std::uint64_t available_memory(const fs::path& root) {
   const std::uint64_t machine = kibibytes == unknown ? unknown : kibibytes << 10;
   const std::uint64_t left = std::min({machine, left_in_groups(root), left_in_address_space()});
   return left == unknown ? 0 : std::max<std::uint64_t>(left, 1);
+}
+
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  constexpr int kept = 1 << 28, block = 1 << 25, ahead = 1 << 26;  // bytes; a block: glibc's limit
+  constexpr std::uintptr_t page = 1 << 21;
+  mallopt(M_TRIM_THRESHOLD, kept);   // the end of the heap that stays
+  mallopt(M_MMAP_THRESHOLD, block);  // blocks up to this size come from the heap
+  mallopt(M_TOP_PAD, ahead);         // the heap grows by this at a time
+  const std::unique_ptr<void, void (*)(void*)> first(std::malloc(page), std::free);
+  const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(first.get()) + page - 1) & -page;
+  const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(sbrk(0)) & -page;
+  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // a wish
+#endif
+}
+
+void give_back_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 128 << 10);  // as they are at first; to set them ends their growth
+  mallopt(M_TRIM_THRESHOLD, 128 << 10);
+  mallopt(M_TOP_PAD, 128 << 10);
+#endif
 }
 
 }  // namespace psivox

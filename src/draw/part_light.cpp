@@ -8,6 +8,7 @@
 #include "draw/part_marcher.h"
 #include "field/index_space.h"
 #include "march/march_double.h"
+#include "psivox/memory.h"
 #include "psivox/parts.h"
 #include "reference/reference.h"
 

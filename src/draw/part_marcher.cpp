@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "psivox/memory.h"
 #include "psivox/parts.h"
 
 namespace psivox {

@@ -13,6 +13,7 @@
 #include "medium/vector_part.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "psivox/memory.h"
 #include "psivox/parameters.h"
 #include "psivox/parts.h"
 #include "psivox/text.h"

@@ -6,6 +6,7 @@
 #include "medium/vector_part.h"
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
+#include "psivox/memory.h"
 #include "psivox/parameters.h"
 #include "psivox/parts.h"
 #include "psivox/text.h"
