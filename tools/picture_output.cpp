@@ -47,6 +47,15 @@ void put_out(const RenderCall& call, const View& view, RenderReport& report) {
   if (!call.quiet) print_notices(notices);
 }
 
+void put_page(const RenderCall& call, Session& session, RenderReport& report) {
+  if (!call.quiet) print_notices(report.drawn.notices);
+  const Stopwatch writing;
+  report.output_bytes = write_page(call.output, session, report.drawn, call.page);
+  report.write_ms = writing.ms();
+  if (!call.quiet)
+    std::fprintf(stderr, "psivox: the page has %.2f MB\n", double(report.output_bytes) / 1e6);
+}
+
 namespace {
 
 double per_ray(std::uint64_t count, const RenderStats& stats) {

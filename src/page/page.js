@@ -1,0 +1,452 @@
+// Turns the picture of a page: src/page/page.cpp writes the page, and the shaders are the march's own
+// (src/gl/webgl_march.h). The state of the canvas is in its data-state: moving, refining, rest.
+"use strict";
+const element = id => document.getElementById(id);
+const scene = JSON.parse(element("scene").textContent);
+const canvas = element("view");
+
+// --- vectors -------------------------------------------------------------------------------------
+const sum = (a, b) => a.map((v, i) => v + b[i]);
+const times = (s, a) => a.map(v => s * v);
+const minus = (a, b) => a.map((v, i) => v - b[i]);
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const length = a => Math.sqrt(dot(a, a));
+const clamp = (v, least, most) => Math.min(Math.max(v, least), most);
+const rotated = (v, axis, angle) => {  // Rodrigues
+  const along = times(dot(v, axis) * (1 - Math.cos(angle)), axis);
+  return sum(sum(times(Math.cos(angle), v), times(Math.sin(angle), cross(axis, v))), along);
+};
+
+// --- the camera: the first one and how it was moved, so that the way back leads to the same -------
+const first = scene.camera;
+const first_depth = length(minus(first.target, first.position));
+const still = () => ({turn: [0, 0], shift: [0, 0, 0], notches: 0});
+let moved = still();
+
+function camera() {
+  const angles = times(Math.PI / canvas.clientHeight, moved.turn);
+  const elevation = Math.asin(clamp(dot(first.forward, first.axis), -1, 1));
+  const pitch = clamp(elevation - angles[1], -Math.PI / 2, Math.PI / 2) - elevation;
+  const turned = v => moved.turn[0] || moved.turn[1]
+    ? rotated(rotated(v, first.right, pitch), first.axis, -angles[0]) : v;
+  const zoom = 0.9 ** moved.notches, forward = turned(first.forward);
+  const target = sum(first.target, moved.shift);
+  const depth = first.orthographic ? first_depth : zoom * first_depth;
+  return {
+    target, depth, forward, right: turned(first.right), up: turned(first.up),
+    position: minus(target, times(depth, forward)),
+    half_width: first.orthographic ? zoom * first.half_width : first.half_width,
+    half_height: (first.orthographic ? zoom : 1) * first.half_width * scene.size[1] / scene.size[0],
+  };
+}
+
+function move(pixels) {  // the plane through the target follows the pointer
+  const c = camera(), width = first.orthographic ? c.half_width : c.half_width * c.depth;
+  const pixel = 2 * width / canvas.clientWidth;
+  moved.shift = sum(moved.shift, sum(times(pixel * pixels[1], c.up), times(-pixel * pixels[0], c.right)));
+}
+
+// --- WebGL: textures, programs, targets ----------------------------------------------------------
+const row = 4096;  // entries of a texture's row, as in shaders/webgl.glsl
+const gl = canvas.getContext("webgl2", {alpha: false, antialias: false, preserveDrawingBuffer: true});
+
+function formats(name) {
+  const half = name.endsWith("16F"), uint = name.endsWith("UI");
+  const channels = name.match(/^[RGBA]+/)[0].length;
+  return {
+    channels, internal: gl[name], type: uint ? gl.UNSIGNED_INT : half ? gl.HALF_FLOAT : gl.FLOAT,
+    format: uint ? gl.RED_INTEGER : [gl.RED, gl.RG, gl.RGB, gl.RGBA][channels - 1],
+    array: uint ? Uint32Array : half ? Uint16Array : Float32Array,
+  };
+}
+
+// The numbers of an element: their first bytes, their second ones, ..., deflated. A code of values
+// would be decoded here.
+async function numbers(id, array) {
+  const text = atob(element(id).textContent), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const planes = new Uint8Array(await new Response(stream).arrayBuffer());
+  const size = array.BYTES_PER_ELEMENT, count = planes.length / size, result = new Uint8Array(planes.length);
+  for (let k = 0; k < size; ++k)
+    for (let i = 0; i < count; ++i) result[i * size + k] = planes[k * count + i];
+  element(id).remove();
+  return new array(result.buffer);
+}
+
+async function load_texture(texture, unit) {
+  const {channels, internal, format, type, array} = formats(texture.format);
+  const parts = [];
+  for (let i = 0; i < texture.channels.length; ++i) parts.push(await numbers(`${texture.name}-${i}`, array));
+  const entries = parts[0].length / texture.channels[0], rows = Math.max(1, Math.ceil(entries / row));
+  if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw Error("This device's textures are too small.");
+  const all = new array(rows * row * channels);
+  let first = 0;
+  parts.forEach((part, k) => {
+    const own = texture.channels[k];
+    for (let i = 0; i < entries; ++i)
+      for (let c = 0; c < own; ++c) all[i * channels + first + c] = part[i * own + c];
+    first += own;
+  });
+  const made = new_texture(unit);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, internal, row, rows);
+  gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, row, rows, format, type, all);
+  return made;
+}
+
+function new_texture(unit) {
+  const texture = gl.createTexture();
+  gl.activeTexture(gl.TEXTURE0 + unit);
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+    gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+  return texture;
+}
+
+function build(id) {
+  const program = gl.createProgram();
+  const vertex = `#version 300 es
+    void main() { gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1); }`;
+  for (const [type, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, element(id).textContent]]) {
+    const shader = gl.createShader(type);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS))
+      throw Error(`The shader does not compile: ${gl.getShaderInfoLog(shader)}`);
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS))
+    throw Error(`The shader does not link: ${gl.getProgramInfoLog(program)}`);
+  const places = {};
+  const uniforms = [];
+  for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); ++i)
+    uniforms.push(gl.getActiveUniform(program, i));
+  const set = (name, kind, ...values) => {  // sets a uniform; those that the shader does not have are ignored
+    gl.useProgram(program);
+    places[name] ??= gl.getUniformLocation(program, name);
+    gl[`uniform${kind}v`](places[name], values);
+  };
+  // grids that the scene does not have: any texture of the type
+  const unit = name => march.textures.findIndex(texture => texture.name === name);
+  for (const {name, type} of uniforms) {
+    if (type === gl.SAMPLER_2D) set(name, "1i", unit("tables"));
+    if (type === gl.UNSIGNED_INT_SAMPLER_2D) set(name, "1i", unit("density_pages"));
+  }
+  return set;
+}
+
+class Target {  // a picture of radiance, top row first
+  constructor(unit, size) {
+    this.size = size;
+    this.texture = new_texture(unit);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32F, ...size);
+    this.buffer = gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.buffer);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.texture, 0);
+  }
+  clear() {
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.buffer);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, -1]);
+  }
+  delete() {
+    gl.deleteFramebuffer(this.buffer);
+    gl.deleteTexture(this.texture);
+  }
+}
+
+// Until the commands so far are done [ms].
+function done() {
+  const sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0), begun = performance.now();
+  gl.flush();
+  return new Promise((resolve, reject) => (function poll() {
+    if (gl.isContextLost()) return reject(Error("The browser has lost its graphics; load the page again."));
+    if (gl.getSyncParameter(sync, gl.SYNC_STATUS) !== gl.SIGNALED) return setTimeout(poll);
+    gl.deleteSync(sync);
+    resolve(performance.now() - begun);
+  })());
+}
+
+// --- the march -----------------------------------------------------------------------------------
+const march = scene.march, fine_unit = march.textures.length, coarse_unit = fine_unit + 1;
+const background_choices = [scene.background ?? [0, 0, 0], [0, 0, 0], [0.2, 0.2, 0.2], [1, 1, 1]];
+let set_march, set_display, tables, fine, coarse;
+let exposure = scene.exposure, background = 0, samples = march.samples;
+
+async function load() {
+  if (!gl) throw Error("This browser has no WebGL 2: the picture does not turn.");
+  if (!gl.getExtension("EXT_color_buffer_float"))
+    throw Error("This browser's WebGL draws no floats: the picture does not turn.");
+  if (samples.length > 1 && !gl.getExtension("EXT_float_blend")) {
+    samples = [[0.5, 0.5]];
+    element("message").textContent = "This browser draws one sample a pixel.";
+  }
+  set_march = build("march");
+  set_display = build("display");
+  for (const [name, kind, values] of march.uniforms) set_march(name, kind, ...values);
+  for (const [unit, texture] of march.textures.entries()) {
+    const made = await load_texture(texture, unit);
+    if (texture.name === "tables") tables = {made, unit};
+    set_march(texture.name, "1i", unit);
+  }
+  set_display("fine", "1i", fine_unit);
+  set_display("coarse", "1i", coarse_unit);
+  set_display("tone_map", "1i", scene.tone_map);
+}
+
+// As place_clip in src/march/march_tables.cpp: distance and speed as functions of u and v, each with
+// what float32 leaves of it.
+function place_clip(c, distance) {
+  const anchor = sum(c.position, times(distance, c.forward)), spread = first.orthographic ? 1 : distance;
+  const entries = march.clip.flatMap(({normal, offset}) => {
+    const across = [0, dot(normal, c.right) * c.half_width, dot(normal, c.up) * c.half_height];
+    const at = sum([dot(normal, anchor) - offset, 0, 0], times(spread, across));
+    const along = [dot(normal, c.forward), 0, 0];
+    return [times(1 / march.unit, at), first.orthographic ? along : sum(along, across)];
+  });
+  gl.activeTexture(gl.TEXTURE0 + tables.unit);
+  entries.flatMap(e => [e.map(Math.fround), e.map(v => v - Math.fround(v))]).forEach((entry, i) => {
+    const at = march.clip_first + i;
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, at % row, Math.floor(at / row), 1, 1, gl.RGBA, gl.FLOAT,
+                     new Float32Array([...entry, 0]));
+  });
+}
+
+// As make_ray_bundle in src/scene/camera.cpp.
+function place_camera() {
+  const c = camera(), distance = Math.max(0, dot(minus(march.middle, c.position), c.forward));
+  const right = times(c.half_width, c.right), up = times(c.half_height, c.up);
+  const spread = first.orthographic ? 1 : distance, turn = first.orthographic ? 0 : 1;
+  const world = {0: c.forward, u: times(turn, right), v: times(turn, up)};
+  const anchor = sum(c.position, times(distance, c.forward));
+  for (const grid of march.grids) {
+    const turned = v => sum(sum(times(v[0], grid.columns[0]), times(v[1], grid.columns[1])),
+                            times(v[2], grid.columns[2]));
+    const set = (name, value) => set_march(`given.${grid.name}.${name}`, "3f", ...value);
+    set("anchor_0", turned(minus(anchor, grid.origin)));
+    set("anchor_u", turned(times(spread, right)));
+    set("anchor_v", turned(times(spread, up)));
+    for (const k in world) set(`direction_${k}`, times(march.unit, turned(world[k])));
+  }
+  for (const k in world) set_march(`given.world_${k}`, "3f", ...world[k]);
+  set_march("given.camera_distance", "1f", distance / march.unit);
+  if (march.clip.length) place_clip(c, distance);
+}
+
+// One sample of each pixel of a rectangle, added to those before it.
+function draw(target, size, [x, y, width, height], sample, add) {
+  gl.bindFramebuffer(gl.FRAMEBUFFER, target.buffer);
+  gl.viewport(0, 0, ...size);
+  gl.enable(gl.SCISSOR_TEST);
+  gl.scissor(x, y, width, height);
+  set_march("given.image_size", "2f", ...size);
+  set_march("given.sample_offset", "2f", ...sample);
+  if (add) gl.enable(gl.BLEND);
+  gl.blendFunc(gl.ONE, gl.ONE);
+  gl.drawArrays(gl.TRIANGLES, 0, 3);
+  gl.disable(gl.BLEND);
+}
+
+let coarse_size = [1, 1], size = scene.size;
+
+function show() {
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  gl.disable(gl.SCISSOR_TEST);
+  gl.viewport(0, 0, ...size);
+  set_display("size", "2i", ...size);
+  set_display("coarse_size", "2i", ...coarse_size);
+  set_display("samples", "1f", samples.length);
+  set_display("exposure", "1f", 2 ** exposure);
+  set_display("background", "3f", ...background_choices[background]);
+  gl.drawArrays(gl.TRIANGLES, 0, 3);
+}
+
+// --- coarse while it moves, then exact, some squares at a time, from the middle on ----------------
+const square = 32, rest_after = 200, wanted_ms = 60;  // [pixels], [ms], [ms]
+let pixel_ms = 1e-3, last_change = 0, changes = 0, at_work = false;
+
+function squares() {
+  const all = [];
+  for (let y = 0; y < size[1]; y += square)
+    for (let x = 0; x < size[0]; x += square)
+      all.push([x, y, Math.min(square, size[0] - x), Math.min(square, size[1] - y)]);
+  const far = ([x, y, w, h]) => Math.hypot(x + w / 2 - size[0] / 2, y + h / 2 - size[1] / 2);
+  return all.sort((a, b) => far(a) - far(b));
+}
+
+async function draw_coarse() {
+  const part = Math.min(1, Math.sqrt(wanted_ms / 2 / (pixel_ms * size[0] * size[1])));
+  coarse_size = size.map(n => Math.max(1, Math.round(part * n)));
+  fine.clear();
+  draw(coarse, coarse_size, [0, 0, ...coarse_size], [0.5, 0.5], false);
+  show();
+  const ms = await done();
+  pixel_ms = 0.5 * (pixel_ms + ms / (coarse_size[0] * coarse_size[1]));
+}
+
+// Returns false if the picture changes before it is complete.
+async function refine(change) {
+  const left = squares();
+  let some = 1;
+  for (let shown = 0; left.length;) {
+    const now = left.splice(0, some);
+    for (const pixels of now)
+      samples.forEach((sample, i) => draw(fine, size, pixels, sample, i > 0));
+    const ms = await done();
+    if (change !== changes) return false;
+    some = ms > 2 * wanted_ms ? Math.max(1, some >> 1) : ms < 0.5 * wanted_ms ? 2 * some : some;
+    if (performance.now() - shown > 100 || !left.length) {
+      show();
+      shown = performance.now();
+    }
+  }
+  return true;
+}
+
+const next_frame = () => new Promise(requestAnimationFrame);
+
+async function work() {
+  if (at_work) return;
+  at_work = true;
+  try {
+    for (let drawn = -1; drawn !== changes;) {
+      const change = changes;
+      canvas.dataset.state = "moving";
+      await next_frame();
+      place_camera();
+      await draw_coarse();
+      canvas.dataset.frames = Number(canvas.dataset.frames ?? 0) + 1;
+      while (change === changes && performance.now() - last_change < rest_after) await next_frame();
+      if (change !== changes) continue;
+      canvas.dataset.state = "refining";
+      if (await refine(change)) drawn = change;
+    }
+    if (gl.getError()) throw Error("The browser's WebGL does not draw the picture.");
+    canvas.dataset.state = "rest";
+  } catch (error) {
+    fail(error);
+  }
+  at_work = false;
+}
+
+function changed() {
+  last_change = performance.now();
+  ++changes;
+  work();
+}
+
+function resize(wanted) {
+  size = wanted;
+  [canvas.width, canvas.height] = size;
+  for (const target of [fine, coarse]) target?.delete();
+  fine = new Target(fine_unit, size);
+  coarse = new Target(coarse_unit, size);
+}
+
+// --- what the user does --------------------------------------------------------------------------
+const pointers = new Map();
+const middle = () => times(1 / pointers.size, [...pointers.values()].reduce(sum));
+const spread = () => length([...minus(...pointers.values()), 0]);
+
+canvas.addEventListener("pointerdown", event => {
+  canvas.setPointerCapture(event.pointerId);
+  pointers.set(event.pointerId, [event.clientX, event.clientY]);
+});
+canvas.addEventListener("pointermove", event => {
+  if (!pointers.has(event.pointerId)) return;
+  const before = middle(), wide = pointers.size === 2 && spread();
+  pointers.set(event.pointerId, [event.clientX, event.clientY]);
+  const way = minus(middle(), before);
+  if (pointers.size === 2) moved.notches -= Math.log(spread() / wide) / Math.log(0.9);
+  if (pointers.size === 2 || event.shiftKey || event.buttons & 6) move(way);
+  else moved.turn = sum(moved.turn, way);
+  changed();
+});
+for (const end of ["pointerup", "pointercancel"])
+  canvas.addEventListener(end, event => pointers.delete(event.pointerId));
+canvas.addEventListener("contextmenu", event => event.preventDefault());
+canvas.addEventListener("wheel", event => {
+  event.preventDefault();
+  moved.notches -= event.deltaMode === 0 ? event.deltaY / 100 : Math.sign(event.deltaY);
+  changed();
+}, {passive: false});
+
+const rounded = (v, unit) => {  // as the window rounds (view/navigation.h)
+  const digits = 10 ** Math.ceil(-Math.log10(unit));
+  return Math.round(v * digits) / digits + 0;
+};
+
+function command() {
+  const c = camera(), unit = 1e-6 * c.depth, place = v => v.map(x => rounded(x, unit)).join(",");
+  const pole = Math.abs(dot(c.forward, first.axis)) > 0.999;
+  let line = `${scene.command} --camera-position=${place(c.position)} --camera-target=${place(c.target)}` +
+    ` --camera-up=${(pole ? c.up : first.axis).map(x => rounded(x, 1e-6)).join(",")}`;
+  if (first.orthographic)
+    line += ` --ortho-width=${rounded(2 * c.half_width * first.zoom, 1e-6 * c.half_width)}`;
+  if (exposure) line += ` --exposure=${exposure}`;
+  if (background || scene.background) line += ` --background=${background_choices[background].join(",")}`;
+  return line;
+}
+
+const step = 20;  // of an arrow [pixels]
+const turn = way => () => { moved.turn = sum(moved.turn, times(step, way)); changed(); };
+const shift = way => () => { move(times(step, way)); changed(); };
+const zoom = notches => () => { moved.notches += notches; changed(); };
+const expose = by => () => { exposure += by; show(); };
+const actions = {
+  reset() {
+    moved = still();
+    [exposure, background] = [scene.exposure, 0];
+    changed();
+  },
+  darker: expose(-0.25), brighter: expose(0.25),
+  ground() {
+    background = (background + 1) % background_choices.length;
+    show();
+  },
+  full() { document.fullscreenElement ? document.exitFullscreen() : element("frame").requestFullscreen(); },
+  async copy() {
+    const line = command();
+    element("message").textContent = line;
+    await navigator.clipboard?.writeText(line).catch(() => {});
+  },
+};
+const keys = {
+  r: actions.reset, e: actions.darker, E: actions.brighter, b: actions.ground, f: actions.full,
+  c: actions.copy, "+": zoom(1), "=": zoom(1), "-": zoom(-1),
+};
+const arrows = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+
+document.addEventListener("keydown", event => {
+  if (event.ctrlKey || event.metaKey || event.altKey || !fine) return;
+  const way = arrows[event.key];
+  const action = way ? (event.shiftKey ? shift : turn)(way) : keys[event.key];
+  if (!action) return;
+  event.preventDefault();
+  action();
+});
+document.addEventListener("fullscreenchange", () => {
+  const scale = Math.min(screen.width * devicePixelRatio / scene.size[0],
+                         screen.height * devicePixelRatio / scene.size[1]);
+  resize(document.fullscreenElement ? scene.size.map(n => Math.round(scale * n)) : scene.size);
+  changed();
+});
+
+function fail(error) {
+  canvas.hidden = element("controls").hidden = element("help").hidden = true;
+  element("still").hidden = false;
+  element("message").textContent = error.message;
+  canvas.dataset.state = "failed";
+}
+
+for (const name of ["error", "credit"]) element(name).textContent = scene[name];
+element("name").textContent = scene.title;
+load().then(() => {
+  for (const name in actions) element(name).onclick = actions[name];
+  resize(scene.size);
+  canvas.hidden = element("controls").hidden = element("help").hidden = false;
+  element("still").hidden = true;
+  changed();
+}).catch(fail);
