@@ -223,10 +223,11 @@ std::uint64_t write_page(const std::string& path, Session& session, const Drawn&
     for (std::size_t i = 0; i < texture.channels.size(); ++i)
       data += element(texture.name + "-" + std::to_string(i), "text/plain",
                       packed(texture.channels[i]));
-  fill(page, "@TITLE@", html_text(fs::path(view.scene.input).filename().string()));
-  fill(page, "@PICTURE@", png_of(drawn, view));
-  fill(page, "@DATA@", data);
+  // from the last on, so that no text is taken for a mark
   fill(page, "@SCRIPT@", turning_page_files().at("page.js"));
+  fill(page, "@DATA@", data);
+  fill(page, "@PICTURE@", png_of(drawn, view));
+  fill(page, "@TITLE@", html_text(fs::path(view.scene.input).filename().string()));
   check_size(double(page.size()), options);
   write_text(path, page);
   return page.size();

@@ -265,7 +265,7 @@ function show() {
 
 // --- coarse while it moves, then exact, some squares at a time, from the middle on ----------------
 const square = 32, rest_after = 200, wanted_ms = 60;  // [pixels], [ms], [ms]
-let pixel_ms = 1e-3, last_change = 0, changes = 0, at_work = false;
+let part = 0.25, last_change = 0, changes = 0, at_work = false;
 
 function squares() {
   const all = [];
@@ -277,13 +277,12 @@ function squares() {
 }
 
 async function draw_coarse() {
-  const part = Math.min(1, Math.sqrt(wanted_ms / 2 / (pixel_ms * size[0] * size[1])));
   coarse_size = size.map(n => Math.max(1, Math.round(part * n)));
   fine.clear();
   draw(coarse, coarse_size, [0, 0, ...coarse_size], [0.5, 0.5], false);
   show();
   const ms = await done();
-  pixel_ms = 0.5 * (pixel_ms + ms / (coarse_size[0] * coarse_size[1]));
+  part = clamp(part * (ms > wanted_ms ? 0.8 : ms < 0.5 * wanted_ms ? 1.25 : 1), 1 / 8, 1);
 }
 
 // Returns false if the picture changes before it is complete.
@@ -318,6 +317,7 @@ async function work() {
       place_camera();
       await draw_coarse();
       canvas.dataset.frames = Number(canvas.dataset.frames ?? 0) + 1;
+      canvas.dataset.first ??= Math.round(performance.now());  // [ms]
       while (change === changes && performance.now() - last_change < rest_after) await next_frame();
       if (change !== changes) continue;
       canvas.dataset.state = "refining";
