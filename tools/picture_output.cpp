@@ -11,6 +11,7 @@
 #include "notices.h"
 #include "psivox/picture_file.h"
 #include "psivox/text.h"
+#include "psivox/text_file.h"
 
 namespace psivox {
 
@@ -50,7 +51,9 @@ void put_out(const RenderCall& call, const View& view, RenderReport& report) {
 void put_page(const RenderCall& call, Session& session, RenderReport& report) {
   if (!call.quiet) print_notices(report.drawn.notices);
   const Stopwatch writing;
-  report.output_bytes = write_page(call.output, session, report.drawn, call.page);
+  const std::string page = page_text(session, report.drawn, call.page);
+  write_text(call.output, page);
+  report.output_bytes = page.size();
   report.write_ms = writing.ms();
   if (!call.quiet)
     std::fprintf(stderr, "psivox: the page has %.2f MB\n", double(report.output_bytes) / 1e6);

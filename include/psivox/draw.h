@@ -156,9 +156,9 @@ class Session {
   /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
   void prepare(Marcher& marcher, const Wish& wish = {});
 
-  /// The converted grids, with their light once that is computed. Throws what convert throws, and
-  /// Error(memory) if the volume must be drawn in parts.
-  const MediumAtlas& atlas();
+  /// The grids converted to a texel type, with their light once that is computed. Throws what
+  /// convert throws, and Error(memory) if the volume must be drawn in parts.
+  const MediumAtlas& atlas(TexelType texel);
 
   /// Chooses the method for the tolerance of the wish's scene, or for the wish's time budget.
   MarchPlan plan(Marcher& marcher, const Wish& wish);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "psivox/draw.h"
@@ -21,14 +20,12 @@ bool is_page_name(const std::string& path);
 /// Why no page shows the scene, in one line; empty if one does.
 std::string page_obstacle(const Scene& scene);
 
-/// Throws what write_page would throw, as far as that is known before the picture is drawn.
+/// Throws what page_text would throw, as far as that is known before the picture is drawn.
 void check_page(Session& session, const PageOptions& options);
 
-/// Writes the page of a picture that the session has drawn: the march's shaders for WebGL 2, the
-/// atlas with its light, and the picture itself for browsers that cannot draw. Returns the page's
-/// bytes. Throws Error(usage) if the page is larger than the limit or cannot show the scene,
-/// Error(memory) if the volume was drawn in parts, Error(output).
-std::uint64_t write_page(const std::string& path, Session& session, const Drawn& drawn,
-                         const PageOptions& options);
+/// The page of a picture that the session has drawn: the march's shaders for WebGL 2, the atlas
+/// with its light, and the picture itself for browsers that cannot draw. Throws Error(usage) if the
+/// page is larger than the limit, Error(memory) if the volume was drawn in parts.
+std::string page_text(Session& session, const Drawn& drawn, const PageOptions& options);
 
 }  // namespace psivox

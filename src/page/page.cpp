@@ -46,10 +46,10 @@ std::string packed(const gl::WebNumbers& numbers) {
 
 void check_size(double bytes, const PageOptions& options) {
   if (bytes <= options.limit_mb * megabyte) return;
-  throw Error(ExitCode::usage,
-              formatted("the page takes %.1f MB or more, above --page-limit %g; --lod 1 or --clip "
-                        "makes it smaller, --page-limit allows it",
-                        bytes / megabyte, options.limit_mb));
+  throw Error(ExitCode::usage, formatted("the page takes %.1f MB or more, above --page-limit %g; "
+                                         "--texel float16, --lod 1 or --clip "
+                                         "makes it smaller",
+                                         bytes / megabyte, options.limit_mb));
 }
 
 /// The picture as a PNG of base64.
@@ -198,7 +198,8 @@ void check_page(Session& session, const PageOptions& options) {
   if (const std::string obstacle = page_obstacle(session.view().scene); !obstacle.empty())
     throw Error(ExitCode::usage, obstacle);
   double bytes = 0, least = 0;
-  const std::vector<gl::WebTexture> textures = gl::web_textures(session.atlas());
+  const std::vector<gl::WebTexture> textures =
+      gl::web_textures(session.atlas(session.view().scene.texel));
   for (const gl::WebTexture& texture : textures)
     for (const gl::WebNumbers& some : texture.channels) bytes += double(some.bytes.size());
   if (bytes < options.limit_mb * megabyte) return;  // it will be smaller
@@ -207,30 +208,38 @@ void check_page(Session& session, const PageOptions& options) {
   check_size(least, options);
 }
 
-std::uint64_t write_page(const std::string& path, Session& session, const Drawn& drawn,
-                         const PageOptions& options) {
-  View view = drawn.plan ? drawn.plan->march->view : session.view();
+std::string page_text(Session& session, const Drawn& drawn, const PageOptions& options) {
+  View view = session.view();
+  const PlannedMarch* const planned = drawn.plan ? drawn.plan->march.get() : nullptr;
+  if (planned)
+    view = planned->view;
+  else
+    view.scene = drawn.scene;
+  view.camera = make_camera(drawn.scene, *view.subject);
+  view.scene.background = drawn.scene.background;
   if (!view.scene.exposure) view.scene.exposure = auto_exposure(drawn.image, view.scene.tone_map);
   gl::WebMarch march;
-  make_web_march(view, session.atlas(), drawn.plan ? drawn.plan->march->brick_steps : nullptr,
+  make_web_march(view, session.atlas(view.scene.texel), planned ? planned->brick_steps : nullptr,
                  march);
-  std::string page = turning_page_files().at("page.html");
-  std::string data = element("scene", "application/json",
-                             without_tags(scene_json(view, drawn, march, options).dump()));
+  std::string data =
+      element("scene", "application/json",
+              without_tags(scene_json(view, drawn, march, options)
+                               .dump(-1, ' ', false, Json::error_handler_t::replace)));
   data += element("march", "x-shader/x-fragment", march.text);
   data += element("display", "x-shader/x-fragment", gl::web_display_text());
   for (const gl::WebTexture& texture : march.textures)
     for (std::size_t i = 0; i < texture.channels.size(); ++i)
       data += element(texture.name + "-" + std::to_string(i), "text/plain",
                       packed(texture.channels[i]));
+  const std::map<std::string, std::string>& files = turning_page_files();
+  std::string page = files.at("page.html");
   // from the last on, so that no text is taken for a mark
-  fill(page, "@SCRIPT@", turning_page_files().at("page.js"));
+  fill(page, "@SCRIPT@", files.at("camera.js") + files.at("march.js") + files.at("page.js"));
   fill(page, "@DATA@", data);
   fill(page, "@PICTURE@", png_of(drawn, view));
   fill(page, "@TITLE@", html_text(fs::path(view.scene.input).filename().string()));
   check_size(double(page.size()), options);
-  write_text(path, page);
-  return page.size();
+  return page;
 }
 
 }  // namespace psivox
