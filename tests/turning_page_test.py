@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 
-from browser import NO_GRAPHICS, SHIFT, SOFTWARE_GRAPHICS, Browser
+from browser import SHIFT, SOFTWARE_GRAPHICS, Browser
 
 SCENES = {
     "smoke": ["rotated.vdb", "--credit", "A & B", "--tolerance", "1e-4"],
@@ -158,7 +158,7 @@ def test_broken(browser, folder, name):
 
 
 def test_no_graphics(folder, name):
-    with Browser(NO_GRAPHICS) as browser:
+    with Browser(["--disable-3d-apis"]) as browser:
         browser.open(folder / f"{name}.html")
         state = rest(browser)
         shown = browser.run("return [element('still').hidden, element('message').textContent]")
