@@ -5,6 +5,7 @@ with SwiftShader, a driver that shares no code with psivox's.
 """
 
 import base64
+import math
 import pathlib
 import shlex
 import subprocess
@@ -132,9 +133,32 @@ def test_controls(browser, program, folder):
         act()
         expect(rest(browser) == "rest" and picture(browser) != before, f"{what}: nothing happens")
         check_command(browser, program, folder, what)
-    browser.keys(("keyDown", "r"), ("keyUp", "r"))
+    for again in (True, False):
+        browser.keys(("keyDown", "r"), ("keyUp", "r"))
+        rest(browser)
+        expect(picture(browser) == first, "after a reset it is another picture")
+        if again:
+            check_double_click(browser)
+
+
+def check_double_click(browser):
+    """The point that a pixel shows comes into the middle."""
+    x, y = middle(browser)
+    browser.run("const own = pick; pick = pixel => window.picked = own(pixel)")
+    expect(browser.run("return pick([0, 0])") is None, "something is beside the volume")
+    # a pixel other than the middle one, in a surface without an edge nearby
+    at = browser.run("""
+      const flat = (x, y) => {
+        const points = [[x, y], [x - 1, y - 1], [x + 1, y + 1], [x - 1, y + 1], [x + 1, y - 1]].map(pick);
+        return points.every(Boolean) && points.every(p => length(minus(p, points[0])) < 0.2);
+      };
+      for (let y = 20; y < 44; ++y) for (let x = 20; x < 44; ++x) if (x < 30 && flat(x, y)) return [x, y];""")
+    browser.double_click((x + at[0] - 32, y + at[1] - 32))
     rest(browser)
-    expect(picture(browser) == first, "after a reset it is another picture")
+    point, target, eye = browser.run("return [picked, camera().target, camera().position]")
+    expect(math.dist(point, target) < 1e-6 * math.dist(point, eye), f"it looks at {target}, not at {point}")
+    there = browser.run("return pick([32, 32])")
+    expect(there and math.dist(point, there) < 0.2, f"in the middle is {there}, not {point}")
 
 
 def test_broken(browser, folder, name):

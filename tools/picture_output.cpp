@@ -49,14 +49,16 @@ void put_out(const RenderCall& call, const View& view, RenderReport& report) {
 }
 
 void put_page(const RenderCall& call, Session& session, RenderReport& report) {
-  if (!call.quiet) print_notices(report.drawn.notices);
+  std::vector<std::string> notices = report.drawn.notices;
+  if (const auto blank = blank_reason(session.view(), report.drawn.image); !blank.empty())
+    notices.push_back(blank);
   const Stopwatch writing;
   const std::string page = page_text(session, report.drawn, call.page);
   write_text(call.output, page);
   report.output_bytes = page.size();
   report.write_ms = writing.ms();
-  if (!call.quiet)
-    std::fprintf(stderr, "psivox: the page has %.2f MB\n", double(report.output_bytes) / 1e6);
+  notices.push_back(formatted("the page has %.2f MB", double(page.size()) / 1e6));
+  if (!call.quiet) print_notices(notices);
 }
 
 namespace {

@@ -92,7 +92,7 @@ std::vector<WebTexture> web_textures(const MediumAtlas& atlas) {
 }
 
 void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps& steps,
-                    WebMarch& march) {
+                    bool has_depth, WebMarch& march) {
   march.setup = make_march_setup(view, atlas, {.brick_steps = steps});
   MarchSetup& setup = march.setup;
   setup.constants.passes_octants = false;  // see there
@@ -100,6 +100,8 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
   ProgramKey key;
   key.constants = setup.constants;
   march.text = webgl_text(march_source(key, "march.frag", false));
+  key.constants.find_depth = true;
+  if (has_depth) march.depth_text = webgl_text(march_source(key, "march.frag", false));
 
   Uniforms uniforms(march.uniforms);
   uniforms.add(setup.parameters);

@@ -37,7 +37,7 @@ struct WebGrid {
 /// march.frag for WebGL 2, with all that it reads.
 struct WebMarch {
   MarchSetup setup;
-  std::string text;
+  std::string text, depth_text;  ///< the second finds the depth too; empty: there is none
   std::vector<WebUniform> uniforms;
   std::vector<WebTexture> textures;  ///< they point to the setup's and the atlas's numbers
   std::vector<WebGrid> grids;
@@ -46,7 +46,7 @@ struct WebMarch {
 /// The march of a view, with exact filtering. The atlas must stay as long as the result, which is
 /// not to be moved.
 void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps& steps,
-                    WebMarch& march);
+                    bool has_depth, WebMarch& march);
 
 /// The atlas's textures alone. Those of the luminance come with its light.
 std::vector<WebTexture> web_textures(const MediumAtlas& atlas);

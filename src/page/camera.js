@@ -21,11 +21,11 @@ const rotated = (v, axis, angle) => {  // Rodrigues
 // --- the camera: the first one and how it was moved, so that the way back leads to the same -------
 const first = scene.camera;
 const first_depth = length(minus(first.target, first.position));
-const still = () => ({turn: [0, 0], shift: [0, 0, 0], notches: 0});
+const still = () => ({turn: [0, 0], shift: [0, 0, 0], notches: 0});  // turn: of 180 degrees
 let moved = still();
 
 function camera() {
-  const angles = times(Math.PI / canvas.clientHeight, moved.turn);
+  const angles = times(Math.PI, moved.turn);
   const elevation = Math.asin(clamp(dot(first.forward, first.axis), -1, 1));
   const pitch = clamp(elevation - angles[1], -Math.PI / 2, Math.PI / 2) - elevation;
   const turned = v => moved.turn[0] || moved.turn[1]
@@ -39,6 +39,11 @@ function camera() {
     half_width: first.orthographic ? zoom * first.half_width : first.half_width,
     half_height: (first.orthographic ? zoom : 1) * first.half_width * scene.size[1] / scene.size[0],
   };
+}
+
+// Half a turn is the picture's height. What is added is a multiple of 2^-30, so that sums are exact.
+function turn(pixels) {
+  moved.turn = sum(moved.turn, pixels.map(v => Math.round(v / canvas.clientHeight * 2 ** 30) / 2 ** 30));
 }
 
 function move(pixels) {  // the plane through the target follows the pointer

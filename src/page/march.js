@@ -42,10 +42,9 @@ async function load_texture(texture, unit) {
       for (let c = 0; c < own; ++c) all[i * channels + first + c] = part[i * own + c];
     first += own;
   });
-  const made = new_texture(unit);
+  new_texture(unit);
   gl.texStorage2D(gl.TEXTURE_2D, 1, internal, row, rows);
   gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, row, rows, format, type, all);
-  return made;
 }
 
 function new_texture(unit) {
@@ -82,10 +81,9 @@ function build(id) {
     gl[`uniform${kind}v`](places[name], values);
   };
   // grids that the scene does not have: any texture of the type
-  const unit = name => march.textures.findIndex(texture => texture.name === name);
   for (const {name, type} of uniforms) {
-    if (type === gl.SAMPLER_2D) set(name, "1i", unit("tables"));
-    if (type === gl.UNSIGNED_INT_SAMPLER_2D) set(name, "1i", unit("density_pages"));
+    if (type === gl.SAMPLER_2D) set(name, "1i", tables_unit);
+    if (type === gl.UNSIGNED_INT_SAMPLER_2D) set(name, "1i", unit_of("density_pages"));
   }
   return set;
 }
@@ -98,6 +96,10 @@ class Target {  // a picture of radiance, top row first
     this.buffer = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.buffer);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.texture, 0);
+  }
+  bind(unit) {
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
   }
   clear() {
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.buffer);
@@ -123,9 +125,10 @@ function done() {
 }
 
 // --- the march -----------------------------------------------------------------------------------
-const march = scene.march, fine_unit = march.textures.length, coarse_unit = fine_unit + 1;
+const march = scene.march, unit_of = name => march.textures.findIndex(texture => texture.name === name);
+const tables_unit = unit_of("tables"), fine_unit = march.textures.length, coarse_unit = fine_unit + 1;
 const background_choices = [scene.background ?? [0, 0, 0], [0, 0, 0], [0.2, 0.2, 0.2], [1, 1, 1]];
-let set_march, set_display, tables, fine, coarse;
+let set_march, set_display, fine, coarse;
 let exposure = scene.exposure, background = 0, samples = march.samples;
 
 async function load() {
@@ -136,17 +139,20 @@ async function load() {
     samples = [[0.5, 0.5]];
     element("message").textContent = "This browser draws one sample a pixel.";
   }
-  set_march = build("march");
+  set_march = build_march("march");
   set_display = build("display");
-  for (const [name, kind, values] of march.uniforms) set_march(name, kind, ...values);
-  for (const [unit, texture] of march.textures.entries()) {
-    const made = await load_texture(texture, unit);
-    if (texture.name === "tables") tables = {made, unit};
-    set_march(texture.name, "1i", unit);
-  }
+  for (const [unit, texture] of march.textures.entries()) await load_texture(texture, unit);
   set_display("fine", "1i", fine_unit);
   set_display("coarse", "1i", coarse_unit);
   set_display("tone_map", "1i", scene.tone_map);
+}
+
+// A program of march.frag, with all uniforms that stay.
+function build_march(id) {
+  const set = build(id);
+  for (const [name, kind, values] of march.uniforms) set(name, kind, ...values);
+  for (const [unit, texture] of march.textures.entries()) set(texture.name, "1i", unit);
+  return set;
 }
 
 // As place_clip in src/march/march_tables.cpp: distance and speed as functions of u and v, each with
@@ -159,7 +165,7 @@ function place_clip(c, distance) {
     const along = [dot(normal, c.forward), 0, 0];
     return [times(1 / march.unit, at), first.orthographic ? along : sum(along, across)];
   });
-  gl.activeTexture(gl.TEXTURE0 + tables.unit);
+  gl.activeTexture(gl.TEXTURE0 + tables_unit);
   entries.flatMap(e => [e.map(Math.fround), e.map(v => v - Math.fround(v))]).forEach((entry, i) => {
     const at = march.clip_first + i;
     gl.texSubImage2D(gl.TEXTURE_2D, 0, at % row, Math.floor(at / row), 1, 1, gl.RGBA, gl.FLOAT,
@@ -168,7 +174,7 @@ function place_clip(c, distance) {
 }
 
 // As make_ray_bundle in src/scene/camera.cpp.
-function place_camera() {
+function place_camera(set_march) {
   const c = camera(), distance = Math.max(0, dot(minus(march.middle, c.position), c.forward));
   const right = times(c.half_width, c.right), up = times(c.half_height, c.up);
   const spread = first.orthographic ? 1 : distance, turn = first.orthographic ? 0 : 1;
@@ -186,10 +192,11 @@ function place_camera() {
   for (const k in world) set_march(`given.world_${k}`, "3f", ...world[k]);
   set_march("given.camera_distance", "1f", distance / march.unit);
   if (march.clip.length) place_clip(c, distance);
+  return c;
 }
 
 // One sample of each pixel of a rectangle, added to those before it.
-function draw(target, size, [x, y, width, height], sample, add) {
+function draw(set_march, target, size, [x, y, width, height], sample, add) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, target.buffer);
   gl.viewport(0, 0, ...size);
   gl.enable(gl.SCISSOR_TEST);
@@ -200,6 +207,32 @@ function draw(target, size, [x, y, width, height], sample, add) {
   gl.blendFunc(gl.ONE, gl.ONE);
   gl.drawArrays(gl.TRIANGLES, 0, 3);
   gl.disable(gl.BLEND);
+}
+
+let set_depth;
+
+// The point [world] at which a pixel's ray meets what hides the rest; unset: there is none.
+function pick(pixel) {
+  if (!element("depth").textContent) return;
+  set_depth ??= build_march("depth");
+  const target = new Target(fine_unit, [1, 1]), layers = new Target(coarse_unit, [1, 1]);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, target.buffer);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT1, gl.TEXTURE_2D, layers.texture, 0);
+  gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
+  const c = place_camera(set_depth), found = new Float32Array(4);
+  set_depth("tile_origin", "2i", ...pixel);
+  draw(set_depth, target, size, [0, 0, 1, 1], [0.5, 0.5], false);
+  gl.readBuffer(gl.COLOR_ATTACHMENT1);
+  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.FLOAT, found);
+  target.delete();
+  layers.delete();
+  for (const [unit, kept] of [[fine_unit, fine], [coarse_unit, coarse]]) kept.bind(unit);
+  if (found[0] > 1e29) return;  // NEVER in shaders/ray.glsl
+  const u = 2 * (pixel[0] + 0.5) / size[0] - 1, v = 1 - 2 * (pixel[1] + 0.5) / size[1];
+  const across = sum(times(u * c.half_width, c.right), times(v * c.half_height, c.up));
+  if (first.orthographic) return sum(sum(c.position, across), times(found[0], c.forward));
+  const way = sum(c.forward, across);
+  return sum(c.position, times(found[0] / length(way), way));
 }
 
 let coarse_size = [1, 1], size = scene.size;

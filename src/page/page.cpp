@@ -220,12 +220,13 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
   if (!view.scene.exposure) view.scene.exposure = auto_exposure(drawn.image, view.scene.tone_map);
   gl::WebMarch march;
   make_web_march(view, session.atlas(view.scene.texel), planned ? planned->brick_steps : nullptr,
-                 march);
+                 layer_obstacle("depth", view.scene).empty(), march);
   std::string data =
       element("scene", "application/json",
               without_tags(scene_json(view, drawn, march, options)
                                .dump(-1, ' ', false, Json::error_handler_t::replace)));
   data += element("march", "x-shader/x-fragment", march.text);
+  data += element("depth", "x-shader/x-fragment", march.depth_text);
   data += element("display", "x-shader/x-fragment", gl::web_display_text());
   for (const gl::WebTexture& texture : march.textures)
     for (std::size_t i = 0; i < texture.channels.size(); ++i)

@@ -17,7 +17,7 @@ function squares() {
 async function draw_coarse() {
   coarse_size = size.map(n => Math.max(1, Math.round(part * n)));
   fine.clear();
-  draw(coarse, coarse_size, [0, 0, ...coarse_size], [0.5, 0.5], false);
+  draw(set_march, coarse, coarse_size, [0, 0, ...coarse_size], [0.5, 0.5], false);
   show();
   const ms = await done();
   part = clamp(part * (ms > wanted_ms ? 0.8 : ms < 0.5 * wanted_ms ? 1.25 : 1), 1 / 8, 1);
@@ -30,7 +30,7 @@ async function refine(change) {
   for (let shown = 0; left.length;) {
     const now = left.splice(0, some);
     for (const pixels of now)
-      samples.forEach((sample, i) => draw(fine, size, pixels, sample, i > 0));
+      samples.forEach((sample, i) => draw(set_march, fine, size, pixels, sample, i > 0));
     const ms = await done();
     if (change !== changes) return false;
     some = ms > 2 * wanted_ms ? Math.max(1, some >> 1) : ms < 0.5 * wanted_ms ? 2 * some : some;
@@ -52,7 +52,7 @@ async function work() {
       const change = changes;
       canvas.dataset.state = "moving";
       await next_frame();
-      place_camera();
+      place_camera(set_march);
       await draw_coarse();
       canvas.dataset.frames = Number(canvas.dataset.frames ?? 0) + 1;
       canvas.dataset.first ??= Math.round(performance.now());  // [ms]
@@ -99,12 +99,20 @@ canvas.addEventListener("pointermove", event => {
   const way = minus(middle(), before);
   if (pointers.size === 2) moved.notches -= Math.log(spread() / wide) / Math.log(0.9);
   if (pointers.size === 2 || event.shiftKey || event.buttons & 6) move(way);
-  else moved.turn = sum(moved.turn, way);
+  else turn(way);
   changed();
 });
 for (const end of ["pointerup", "pointercancel"])
   canvas.addEventListener(end, event => pointers.delete(event.pointerId));
 canvas.addEventListener("contextmenu", event => event.preventDefault());
+canvas.addEventListener("dblclick", event => {
+  const box = canvas.getBoundingClientRect();
+  const point = pick([event.clientX - box.left, event.clientY - box.top].map(
+    (v, i) => Math.floor(v * size[i] / [box.width, box.height][i])));
+  if (!point) return;
+  moved.shift = minus(point, first.target);
+  changed();
+});
 canvas.addEventListener("wheel", event => {
   event.preventDefault();
   moved.notches -= event.deltaMode === 0 ? event.deltaY / 100 : Math.sign(event.deltaY);
@@ -112,8 +120,7 @@ canvas.addEventListener("wheel", event => {
 }, {passive: false});
 
 const step = 20;  // of an arrow [pixels]
-const turn = way => () => { moved.turn = sum(moved.turn, times(step, way)); changed(); };
-const shift = way => () => { move(times(step, way)); changed(); };
+const by_arrow = (act, way) => () => { act(times(step, way)); changed(); };
 const zoom = notches => () => { moved.notches += notches; changed(); };
 const expose = by => () => { exposure += by; show(); };
 const actions = {
@@ -143,7 +150,7 @@ const arrows = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowD
 document.addEventListener("keydown", event => {
   if (event.ctrlKey || event.metaKey || event.altKey || !fine) return;
   const way = arrows[event.key];
-  const action = way ? (event.shiftKey ? shift : turn)(way) : keys[event.key];
+  const action = way ? by_arrow(event.shiftKey ? move : turn, way) : keys[event.key];
   if (!action) return;
   event.preventDefault();
   action();
