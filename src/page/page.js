@@ -134,7 +134,7 @@ const actions = {
     background = (background + 1) % background_choices.length;
     show();
   },
-  full() { document.fullscreenElement ? document.exitFullscreen() : element("frame").requestFullscreen(); },
+  full() { document.fullscreenElement ? document.exitFullscreen() : element("frame").requestFullscreen?.(); },
   async copy() {
     const line = command();
     element("message").textContent = line;
