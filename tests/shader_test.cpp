@@ -189,20 +189,20 @@ TEST(Macros, AreReplacedAsByAPreprocessor) {
 TEST(WebGlText, SetsGlobalsInMainAndRoundsWhatIsPrecise) {
   gl::ShaderSource source;
   for (const char* line :
-       {"#version 450 core", "uniform samplerBuffer tables;", "uniform float given;",
-        "const float two = 2.0;", "float step = two * given;", "float unread = given;",
-        "void main() {", "  precise float t = step * two;",
-        "  gl_FragDepth = t + texelFetch(tables, 0).x;", "}"})
+       {"#version 450 core", "uniform samplerBuffer tables;", "uniform usamplerBuffer codes[1];",
+        "uniform float given;", "const float two = 2.0;", "float step = two * given;",
+        "float unread = given;", "void main() {", "  precise float t = step * two;",
+        "  gl_FragDepth = t + texelFetch(tables, int(texelFetch(codes[0], 7).x)).x;", "}"})
     source.add_line(line, {});
-  const std::string text = gl::webgl_text(source);
+  const std::string text = gl::webgl_text(source, {"tables"});
   EXPECT_TRUE(text.starts_with("#version 300 es\n"));
   std::string own = text.substr(text.find("uniform sampler2D tables"));
   std::erase(own, ' ');
   EXPECT_EQ(own,
-            "uniformsampler2Dtables;\nuniformfloatgiven;\nconstfloattwo=2.0;\n"
+            "uniformsampler2Dtables;\n\nuniformfloatgiven;\nconstfloattwo=2.0;\n"
             "floatlattice_step;\n\nvoidmain(){\nlattice_step=two*given;\n\n"
             "floatt=exactly(lattice_step*two);\n"
-            "gl_FragDepth=t+entry_of(tables,0).x;\n}\n");
+            "gl_FragDepth=t+entry_of(tables,int(uvec4(0u).x)).x;\n}\n");
   EXPECT_EQ(gl::webgl_name("given.step"), "given.lattice_step");
 }
 

@@ -97,20 +97,23 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
   MarchSetup& setup = march.setup;
   setup.constants.passes_octants = false;  // see there
   setup.parameters.max_turns = 1 << 30;    // a page's tiles are small, its camera is anywhere
+  march.textures = web_textures(atlas);
+  march.textures.push_back(
+      {"tables", "RGBA32F", {{bytes_of(setup.tables.data(), setup.tables.size()), 4, 4}}});
   ProgramKey key;
   key.constants = setup.constants;
-  march.text = webgl_text(march_source(key, "march.frag", false));
+  std::vector<std::string> names;
+  for (const WebTexture& texture : march.textures) names.push_back(texture.name);
+  const auto text = [&] { return webgl_text(march_source(key, "march.frag", false), names); };
+  march.text = text();
   key.constants.find_depth = true;
-  if (has_depth) march.depth_text = webgl_text(march_source(key, "march.frag", false));
+  if (has_depth) march.depth_text = text();
 
   Uniforms uniforms(march.uniforms);
   uniforms.add(setup.parameters);
   if (setup.constants.one_interval)
     uniforms.add("interval_entries", std::span<const glm::vec4>(setup.tables)
                                          .subspan(std::size_t(setup.parameters.transfer_first), 8));
-  march.textures = web_textures(atlas);
-  march.textures.push_back(
-      {"tables", "RGBA32F", {{bytes_of(setup.tables.data(), setup.tables.size()), 4, 4}}});
   const Medium& medium = view.medium;
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
   const auto add_rays = [&](const std::string& name, const Field* field) {
@@ -125,6 +128,8 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
 #undef GRID
 }
 
-std::string web_display_text() { return webgl_text(reduced(load_shader("page.frag", "", {}))); }
+std::string web_display_text() {
+  return webgl_text(reduced(load_shader("page.frag", "", {})), {"fine", "coarse"});
+}
 
 }  // namespace psivox::gl

@@ -32,14 +32,17 @@ ShaderSource source_of(const std::string& text) {
 /// A text with parts of it replaced.
 class Rewriter {
  public:
-  explicit Rewriter(std::string text) : text_(std::move(text)), tokens_(tokens_of(text_)) {
+  Rewriter(std::string text, const std::vector<std::string>& textures)
+      : text_(std::move(text)), tokens_(tokens_of(text_)), textures_(textures) {
     for (const Token& token : tokens_) ++uses_[token.text];
   }
 
   std::string run() {
     for (std::size_t i = 0; i < tokens_.size();) i = statement(i);
-    for (std::size_t i = 0; i < tokens_.size(); ++i)
+    for (std::size_t i = 0; i + 3 < tokens_.size(); ++i) {
       if (at(i) == "precise") round_exactly(i);
+      if (at(i) == "entry_of") read_nothing(i);
+    }
     const std::size_t brace = find(main_, "{");
     replace(tokens_[brace].end(), tokens_[brace].end(), "\n" + settings_);
     std::ranges::stable_sort(edits_, {}, &Edit::first);
@@ -71,6 +74,14 @@ class Rewriter {
   /// gets its value in main, which ES demands.
   std::size_t statement(std::size_t i) {
     if (at(i)[0] == '#') return i + 1;
+    if (at(i) == "uniform" && at(i + 1).ends_with("sampler2D")) {
+      const std::string_view name = at(i + 2);
+      const std::size_t end = find(i, ";");
+      if (std::ranges::find(textures_, name) != textures_.end()) return end + 1;
+      missing_[name] = at(i + 1) == "sampler2D" ? "vec4(0.0)" : "uvec4(0u)";
+      replace(tokens_[i].at, tokens_[end].end(), "");
+      return end + 1;
+    }
     std::size_t end = i, equals = 0;
     int depth = 0;
     for (; end < tokens_.size(); ++end) {
@@ -103,9 +114,24 @@ class Rewriter {
     replace(tokens_[end].at, tokens_[end].at, ")");
   }
 
+  /// An entry of a texture that there is not: WebGL may have 16 at a time.
+  void read_nothing(std::size_t i) {
+    const auto found = missing_.find(at(i + 2));
+    if (found == missing_.end()) return;
+    std::size_t end = i + 1;
+    for (int depth = 1; depth > 0;) {
+      ++end;
+      if (at(end) == "(") ++depth;
+      if (at(end) == ")") --depth;
+    }
+    replace(tokens_[i].at, tokens_[end].end(), found->second);
+  }
+
   const std::string text_;
   std::vector<Token> tokens_;
   std::unordered_map<std::string_view, int> uses_;
+  const std::vector<std::string>& textures_;
+  std::unordered_map<std::string_view, std::string> missing_;  ///< their entries, by name
   std::vector<Edit> edits_;
   std::string settings_;  ///< of globals, in main
   std::size_t main_ = 0;
@@ -117,11 +143,11 @@ std::string webgl_name(const std::string& name) {
   return split(web_names().expanded(name), '\n').front();
 }
 
-std::string webgl_text(const ShaderSource& source) {
+std::string webgl_text(const ShaderSource& source, const std::vector<std::string>& textures) {
   const std::string text = reduced(source_of(web_names().expanded(source.text))).text;
   const auto body = [](const std::string& all) { return all.substr(all.find('\n') + 1); };
   return "#version 300 es\n" + body(load_shader("webgl.glsl", "", {}).text) +
-         Rewriter(body(text)).run();
+         Rewriter(body(text), textures).run();
 }
 
 }  // namespace psivox::gl

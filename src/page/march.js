@@ -9,7 +9,7 @@ function formats(name) {
   const channels = name.match(/^[RGBA]+/)[0].length;
   return {
     channels, internal: gl[name], type: uint ? gl.UNSIGNED_INT : half ? gl.HALF_FLOAT : gl.FLOAT,
-    format: uint ? gl.RED_INTEGER : [gl.RED, gl.RG, gl.RGB, gl.RGBA][channels - 1],
+    format: uint ? [gl.RED_INTEGER, gl.RG_INTEGER][channels - 1] : [gl.RED, gl.RG, gl.RGB, gl.RGBA][channels - 1],
     array: uint ? Uint32Array : half ? Uint16Array : Float32Array,
   };
 }
@@ -72,20 +72,11 @@ function build(id) {
   if (!gl.getProgramParameter(program, gl.LINK_STATUS))
     throw Error(`The shader does not link: ${gl.getProgramInfoLog(program)}`);
   const places = {};
-  const uniforms = [];
-  for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); ++i)
-    uniforms.push(gl.getActiveUniform(program, i));
-  const set = (name, kind, ...values) => {  // sets a uniform; those that the shader does not have are ignored
+  return (name, kind, ...values) => {  // sets a uniform; those that the shader does not have are ignored
     gl.useProgram(program);
     places[name] ??= gl.getUniformLocation(program, name);
     gl[`uniform${kind}v`](places[name], values);
   };
-  // grids that the scene does not have: any texture of the type
-  for (const {name, type} of uniforms) {
-    if (type === gl.SAMPLER_2D) set(name, "1i", tables_unit);
-    if (type === gl.UNSIGNED_INT_SAMPLER_2D) set(name, "1i", unit_of("density_pages"));
-  }
-  return set;
 }
 
 class Target {  // a picture of radiance, top row first
@@ -125,8 +116,8 @@ function done() {
 }
 
 // --- the march -----------------------------------------------------------------------------------
-const march = scene.march, unit_of = name => march.textures.findIndex(texture => texture.name === name);
-const tables_unit = unit_of("tables"), fine_unit = march.textures.length, coarse_unit = fine_unit + 1;
+const march = scene.march, tables_unit = march.textures.findIndex(texture => texture.name === "tables");
+const fine_unit = march.textures.length, coarse_unit = fine_unit + 1;
 const background_choices = [scene.background ?? [0, 0, 0], [0, 0, 0], [0.2, 0.2, 0.2], [1, 1, 1]];
 let set_march, set_display, fine, coarse;
 let exposure = scene.exposure, background = 0, samples = march.samples;
