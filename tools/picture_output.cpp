@@ -11,6 +11,7 @@
 #include "notices.h"
 #include "psivox/picture_file.h"
 #include "psivox/text.h"
+#include "psivox/text_file.h"
 
 namespace psivox {
 
@@ -44,6 +45,19 @@ void put_out(const RenderCall& call, const View& view, RenderReport& report) {
   const Image& image = report.drawn.image;
   if (double(image.width) * image.height > long_write) say("writing " + in_quotes(call.output));
   const auto notices = write_picture(call, call.output, view, report);
+  if (!call.quiet) print_notices(notices);
+}
+
+void put_page(const RenderCall& call, Session& session, RenderReport& report) {
+  std::vector<std::string> notices = report.drawn.notices;
+  if (const auto blank = blank_reason(session.view(), report.drawn.image); !blank.empty())
+    notices.push_back(blank);
+  const Stopwatch writing;
+  const std::string page = page_text(session, report.drawn, call.page);
+  write_text(call.output, page);
+  report.output_bytes = page.size();
+  report.write_ms = writing.ms();
+  notices.push_back(formatted("the page has %.2f MB", double(page.size()) / 1e6));
   if (!call.quiet) print_notices(notices);
 }
 

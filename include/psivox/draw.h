@@ -20,6 +20,8 @@
 
 namespace psivox {
 
+struct MediumAtlas;
+
 /// Why the light of a view takes more than the memory for its grids, in one line; empty: it does
 /// not. Of a density whose values stay in the file it is not known.
 std::string light_obstacle(const View& view);
@@ -153,6 +155,10 @@ class Session {
 
   /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
   void prepare(Marcher& marcher, const Wish& wish = {});
+
+  /// The grids converted to a texel type, with their light once that is computed. Throws what
+  /// convert throws, and Error(memory) if the volume must be drawn in parts.
+  const MediumAtlas& atlas(TexelType texel);
 
   /// Chooses the method for the tolerance of the wish's scene, or for the wish's time budget.
   MarchPlan plan(Marcher& marcher, const Wish& wish);

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include "base/base64.h"
 #include "psivox/image.h"
 #include "psivox/text_file.h"
 #include "study/page.h"
@@ -9,24 +10,6 @@ namespace psivox {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string base64(const std::string& bytes) {
-  static constexpr char digits[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  const auto byte = [&](std::size_t i) {
-    return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u;
-  };
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const unsigned three = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
-    out += digits[three >> 18];
-    out += digits[three >> 12 & 63];
-    out += i + 1 < bytes.size() ? digits[three >> 6 & 63] : '=';
-    out += i + 2 < bytes.size() ? digits[three & 63] : '=';
-  }
-  return out;
-}
 
 /// The picture at most `width` pixels wide: means over blocks of pixels.
 Image shrunk(const Image& image, int width) {
