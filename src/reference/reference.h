@@ -12,8 +12,9 @@
 namespace psivox {
 
 struct ReferenceResult {
-  /// R G B A, and layer `error`: the bound on each pixel's radiance error; for maxima and surfaces
-  /// also layer `depth`, the distance from the camera [world units], +Inf where there is none.
+  /// R G B A, and layer `error`: a bound on the error of each pixel's worst channel; for maxima and
+  /// surfaces also layer `depth`, the distance from the camera [world units], +Inf where there is
+  /// none.
   Image image;
   double error_max = 0;     ///< largest of the bounds
   std::uint64_t cells = 0;  ///< cells crossed with a corner that is not 0
