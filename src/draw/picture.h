@@ -17,6 +17,8 @@ class Picture {
   /// Adds layer `error`. The marcher must hold the atlas for exact filtering. The medium may have
   /// better light than the picture's.
   void add_error(const Medium& medium);
+  /// Adds layer `bound`.
+  void add_bound();
   Drawn finish();
 
  private:

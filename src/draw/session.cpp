@@ -227,6 +227,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     atlas.upload(marcher, view, wanted.scene.texel, Filter::exact, times);
     picture.add_error(view.medium);
   }
+  if (marches && wish.layers.bound) picture.add_bound();
   Drawn drawn = picture.finish();
   drawn.light = std::move(shone);
   if (marches && parts.whole()) drawn.atlas = atlas.of(view, wanted.scene.texel, times).size();

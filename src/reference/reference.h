@@ -29,6 +29,13 @@ struct ReferenceResult {
 ReferenceResult render_reference(const View& view, double tolerance = 1e-12,
                                  const Progress& progress = {});
 
+/// Layer `bound`: at each pixel an upper bound on the difference of the picture's worst channel
+/// from the integral of the view's medium along the pixel's rays. It is the difference from the
+/// reference, which is off by about `tolerance` at most, plus the reference's own bound, rounded
+/// up.
+Layer bound_layer(const View& view, const Image& picture, double tolerance = 1e-9,
+                  const Progress& progress = {});
+
 /// R G B A of some of the view's pixels, in double.
 std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::ivec2> pixels,
                                          double tolerance = 1e-12, const Progress& progress = {});
