@@ -110,11 +110,13 @@ void Picture::add_error(const Medium& medium) {
   drawn_.image.layers.push_back(error_layer(drawn_.image, better, left.rms));
 }
 
-void Picture::add_bound() {
+void Picture::add_bound(const Medium& medium) {
+  View exact = view_;
+  exact.medium = medium;
   Progress progress;
   if (wish_.progress)
     progress = [this](double fraction) { wish_.progress(Stage::checking, fraction); };
-  drawn_.image.layers.push_back(bound_layer(view_, drawn_.image, 1e-9, progress));
+  drawn_.image.layers.push_back(bound_layer(exact, drawn_.image, 1e-9, progress));
   drawn_.bound = *std::ranges::max_element(drawn_.image.layers.back().values);
 }
 

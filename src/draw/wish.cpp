@@ -39,8 +39,9 @@ std::string layer_obstacle(const std::string& layer, const Scene& scene) {
     return "--mode slice does not march: it has no error to estimate";
   if (layer == "bound" && !scene.attenuates())
     return "--aov bound is of integrals; take --mode alpha, back-to-front or xray";
-  if (layer == "bound" && scene.lit())
-    return "--aov bound cannot tell the error of the light on the medium; take --aov error";
+  if (layer == "bound" && scene.lit() && (scene.sky || !scene.environment.empty()))
+    return "--aov bound cannot bound what a sky's directions miss; take --aov error, or leave out "
+           "--sky and --environment";
   if (layer == "bound" && scene.background)
     return "--aov bound is of the medium alone; leave out --background";
   if (layer == "deep" && (!scene.composites() || info(scene.mode).from_back))
