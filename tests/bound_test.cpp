@@ -80,7 +80,7 @@ View scene_of(int i) {
   View view = source == 2
                   ? view_of(scene, small_field(i, m), small_field(i + 3, tilted))
                   : view_of(scene, small_field(i, m), source == 1 ? Glow::density : Glow::constant);
-  view.medium.color = {0.7, 1.3, 0.2};
+  view.medium.color = {0.7, i % 2 ? 1.3 : 0.1, 0.2};
   if (source > 2) {
     view.medium.source = LuminanceSource::transfer;
     view.medium.transfer =
