@@ -50,6 +50,8 @@ class SuiteRun {
   void take_reference(const std::filesystem::path& png);
   void measure(const Variant& variant);
   void fit_orders();
+  /// Frees what pictures take.
+  void forget() { sessions_.clear(), references_.clear(); }
   /// Of the picture of one variant, in look-ups, if rays go through 100 voxels.
   double work(const Variant& v) const { return rays() * of_ray(v) / std::pow(part(v), 2); }
   /// Of the reference, relative to look-ups of the GPU's march with a software driver.
@@ -242,6 +244,7 @@ std::string run_suite(const std::filesystem::path& folder, bool full, int device
       advance(run.work(variant));
     }
     run.fit_orders();
+    run.forget();
     results.push_back(std::move(run.result));
   }
   std::vector<OrderRow> rays = step_orders();
