@@ -337,6 +337,12 @@ t 0 - render --scene deep.exr -o b.exr -q
 cmp -s deep.exr b.exr || { echo "FAILED: a deep picture's scene draws another"; failed=$((failed + 1)); }
 t 0 "deep samples a pixel" render "$S" -o a.exr --aov deep --pixel-samples 4 -v --resolution 32x32
 t 3 "it is a deep image" compare deep.exr a.exr
+t 0 '"bound_max"' render "$S" -o a.exr --aov bound --light 0,-1,0.2 --stats - $R
+t 2 "is of integrals" render "$S" -o a.exr --aov bound --mode mip $R
+t 2 "what a sky's directions miss" render "$S" -o a.exr --aov bound --sky 1,1,1 $R
+t 2 "leave out --background" render "$S" -o a.exr --aov bound --background white $R
+t 2 "adds an error that --aov bound lacks" render "$S" -o a.exr --aov bound --half $R
+t 6 "without layer bound" render "$S" -o a.exr --aov bound --memory-limit 300K --look plain $R
 t 2 "leave out the others" render "$S" -o a.exr --aov deep,depth $R
 t 2 "take --mode alpha" render "$S" -o a.exr --aov deep --mode mip $R
 t 2 "leave out --background" render "$S" -o a.exr --aov deep --background white $R

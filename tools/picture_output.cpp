@@ -98,6 +98,7 @@ Json error_json(const RenderReport& report) {
     error["layer_rms"] = report.drawn.difference->rms;
     error["layer_max"] = report.drawn.difference->max;
   }
+  if (report.drawn.bound) error["bound_max"] = *report.drawn.bound;
   if (report.checked) {
     error["checked_pixels"] = report.checked->pixels;
     error["checked_rms"] = report.checked->rms;
@@ -192,6 +193,7 @@ std::string RenderReport::table() const {
   if (const auto& difference = drawn.difference)
     out +=
         formatted("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
+  if (drawn.bound) out += formatted("error     at most %.1e: layer bound\n", *drawn.bound);
   out += formatted("rays      %llu", static_cast<unsigned long long>(stats.rays));
   if (const std::size_t pixels = drawn.image.deep.counts.size())
     out += formatted(", %.1f deep samples a pixel\n",

@@ -217,6 +217,8 @@ void check(const RenderCall& call, const Scene& scene) {
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(call.layers.size()), code_bytes);
   if (call.format.half && std::ranges::count(call.layers, "deep"))
     usage("--half has too few digits for --aov deep; leave it out");
+  if (call.format.half && std::ranges::count(call.layers, "bound"))
+    usage("--half adds an error that --aov bound lacks; leave it out");
   if (!call.layers.empty() && !holds_layers(call.output)) usage("--aov needs an .exr as output");
   if (!call.stats.empty()) check_text_writable(call.stats);
 }

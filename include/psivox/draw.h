@@ -55,10 +55,11 @@ struct Layers {
   bool steps = false;    ///< segments of a pixel's rays
   bool samples = false;  ///< field look-ups of a pixel's rays
   bool error = false;    ///< estimated RMS error of each pixel over R G B A
+  bool bound = false;    ///< upper bound on the error of each pixel's worst channel
   /// Image::deep in place of layers: transmittance and radiance in front of every depth are within
   /// the scene's tolerance, or the default one. The picture is what it adds up to.
   bool deep = false;
-  bool any() const { return depth || transmittance || steps || samples || error || deep; }
+  bool any() const { return depth || transmittance || steps || samples || error || bound || deep; }
 };
 
 /// `depth`, `transmittance`, ...
@@ -121,6 +122,7 @@ struct Drawn {
   Scene scene;                    ///< the scene drawn, with a tolerance if that chose the method
   std::optional<MarchPlan> plan;  ///< set if the method was chosen
   std::optional<Comparison> difference;  ///< from the exact picture; set with layer `error`
+  std::optional<double> bound;           ///< the greatest; set with layer `bound`
   std::optional<DrawnLight> light;       ///< set if light shines on the medium
   RenderStats stats;
   PreparationTimes times;

@@ -80,7 +80,8 @@ TextTable rows_table(const std::vector<SuiteResult>& results, bool marschner_lob
 
 std::string suite_csv(const std::vector<SuiteResult>& results) {
   std::string out =
-      "scene,rule,sampling,step,segments,rms,p999,max,psnr,samples_per_ray,steps_per_ray,cpu_ms";
+      "scene,rule,sampling,step,segments,rms,p999,max,psnr,rays,samples_per_ray,steps_per_ray,cpu_"
+      "ms";
   for (int bin = 1; bin <= suite_bins; ++bin) out += ",above_1e-" + std::to_string(bin);
   out += ",expected_order,order\n";
   for (const SuiteResult& r : results)
@@ -89,8 +90,8 @@ std::string suite_csv(const std::vector<SuiteResult>& results) {
       CsvLine line;
       line << r.scene.name << rule_name(p.variant) << sampling_name(refinement(p.variant))
            << p.variant.method.step << double(p.variant.method.segments) << p.error.rms()
-           << row.p999 << row.max << row.psnr() << p.samples_per_ray << p.steps_per_ray
-           << cpu_ms(p).median;
+           << row.p999 << row.max << row.psnr() << double(row.rays) << p.samples_per_ray
+           << p.steps_per_ray << cpu_ms(p).median;
       for (const double fraction : row.above) line << fraction;
       const auto order =
           std::ranges::find(r.orders, refinement(p.variant), &SuiteOrder::refinement);

@@ -188,7 +188,7 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
 
     source: a .vdb's path, a grid of `psivox.open`, an array by [x, y, z] (see `psivox.field`), or a
         dict of these by the names of grids.
-    aov: extra layers: depth, transmittance, steps, samples, error; or deep, a deep picture:
+    aov: extra layers: depth, transmittance, steps, samples, error, bound; or deep, a deep picture:
         image["deep"] is the number of samples of each pixel and, from front to back, their Z,
         ZBack, R, G, B and A.
     time_budget: chooses the most accurate method for this time [ms], in place of a tolerance.
