@@ -117,7 +117,7 @@ std::vector<Axis> axes_of(const NrrdText& text, const FileBlocks& file) {
     if (!list->empty() && list->size() != sizes.size())
       refuse(file, "has another number of kinds or directions than of sizes");
   // some writers give no axis a direction, but all of them kinds and spacings
-  const auto is_none = [](const std::string& text) { return lower_case(text) == "none"; };
+  const auto is_none = [](const std::string& word) { return lower_case(word) == "none"; };
   if (std::ranges::all_of(directions, is_none)) directions.clear();
   std::vector<Axis> axes(sizes.size());
   std::int64_t stride = 1;
