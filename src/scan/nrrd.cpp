@@ -60,8 +60,8 @@ void set_encoding(const NrrdText& text, Header& header, const FileBlocks& file) 
     refuse(file, "has values of type " + in_quotes(type) + ", which psivox does not read");
   const Encoding* known_encoding = meaning_of(nrrd_encodings, encoding);
   if (!known_encoding)
-    refuse(file,
-           "has the encoding " + in_quotes(encoding) + "; psivox reads raw, gzip, text and hex");
+    refuse(file, "has the encoding " + in_quotes(encoding) +
+                     "; psivox reads raw, gzip, text and hex; teem's unu save -e gzip converts it");
   header.type = *known_type;
   header.encoding = *known_encoding;
   const std::string endian = lower_case(text.of("endian"));
