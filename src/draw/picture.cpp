@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "march/film.h"
+#include "march/light.h"
 #include "march/march_double.h"
 #include "psivox/parameters.h"
 #include "psivox/text.h"
@@ -111,8 +112,9 @@ void Picture::add_error(const Medium& medium) {
 }
 
 void Picture::add_bound(const Medium& medium) {
-  View exact = view_;
-  exact.medium = medium;
+  View dark = view_;
+  dark.medium = medium;
+  const View exact = lit(dark, reference_light_depths(dark));
   Progress progress;
   if (wish_.progress)
     progress = [this](double fraction) { wish_.progress(Stage::checking, fraction); };

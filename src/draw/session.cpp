@@ -9,12 +9,10 @@
 #include "image/read_environment.h"
 #include "image/read_holdout.h"
 #include "march/explain.h"
-#include "march/light.h"
 #include "psivox/clip.h"
 #include "psivox/parameters.h"
 #include "psivox/stopwatch.h"
 #include "psivox/vdb.h"
-#include "reference/reference.h"
 
 namespace psivox {
 namespace {
@@ -229,11 +227,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     atlas.upload(marcher, view, wanted.scene.texel, Filter::exact, times);
     picture.add_error(view.medium);
   }
-  if (marches && wish.layers.bound) {
-    View exact = wanted;
-    exact.medium = unlit;
-    picture.add_bound(lighting ? lit(exact, reference_light_depths(exact)).medium : unlit);
-  }
+  if (marches && wish.layers.bound) picture.add_bound(unlit);
   Drawn drawn = picture.finish();
   drawn.light = std::move(shone);
   if (marches && parts.whole()) drawn.atlas = atlas.of(view, wanted.scene.texel, times).size();
