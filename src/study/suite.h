@@ -66,10 +66,10 @@ struct SuiteOrder {
 /// Bounds on cell-exact. RMS 2e-6 and, of one cell, 5e-5 are what docs/method.md promises. In a
 /// tent of half-width w an error e of the value is one of e/w of the attenuation at its top: at
 /// most 2 e/w of the tent's depth d, and d e^-d <= 0.37. Below 1 the roundings of a value have RMS
-/// e below 2^-24 and add up to 8 times that. The few rays that graze a face of the clip add
-/// what its misplaced face attenuates. Where a ray touches a jump, no bound on one pixel holds.
+/// e below 2^-24 and add up to 8 times that. Where a ray touches a jump, no bound on one pixel
+/// holds.
 struct ExactBound {
-  double rms, p999, max;
+  double rms, max;
 };
 ExactBound exact_bound(const SuiteScene& scene);
 
