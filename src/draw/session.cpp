@@ -9,6 +9,7 @@
 #include "image/read_environment.h"
 #include "image/read_holdout.h"
 #include "march/explain.h"
+#include "plan/choose_codes.h"
 #include "psivox/clip.h"
 #include "psivox/parameters.h"
 #include "psivox/stopwatch.h"
@@ -148,7 +149,7 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
     served = lighting->serves(wanted, source, need);
     if (served) return;
     if (dark) {
-      atlas.upload(parts.marcher(), view, view.scene.texel, Filter::exact, times);
+      atlas.upload(parts.marcher(), view, host_texel(view.scene.texel), Filter::exact, times);
     } else {  // the light that is there may be half of what the memory holds
       view.medium = lighting->dark();
       lighting->forget();
@@ -188,10 +189,17 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
                          of_stage(wish.progress, Stage::choosing));
   } else {
     View with_rest = marched;
-    if (double& rest = *with_rest.scene.tolerance; missed.rms < rest)
-      rest = std::sqrt(rest * rest - missed.rms * missed.rms);
-    result = plan_march(with_rest, atlas.of(view, marched.scene.texel, times),
-                        of_stage(wish.progress, Stage::choosing));
+    double& rest = *with_rest.scene.tolerance;
+    if (missed.rms < rest) rest = std::sqrt(rest * rest - missed.rms * missed.rms);
+    const double all = rest;
+    if (may_be_coded(marched)) rest *= std::sqrt(1 - codes_share * codes_share);
+    const MediumAtlas& grids = atlas.of(view, marched.scene.texel, times);
+    const Progress progress = of_stage(wish.progress, Stage::choosing);
+    result = plan_march(with_rest, grids, progress);
+    const auto coded = [&](const CodeWidths& widths) -> const MediumAtlas& {
+      return atlas.coded_as(view, widths, times);
+    };
+    choose_codes(result, grids, all, coded, progress);
   }
   result.light_rms = missed.rms;
   result.light_max = missed.max;
@@ -215,6 +223,8 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   // a plan for the whole may have steps of its bricks
   if (marches && chooses && !(chosen && parts.whole())) chosen = plan(parts, wanted, wish, times);
 
+  const CodeWidths codes = chosen && parts.whole() ? chosen->march->code_widths : nullptr;
+  if (codes) atlas.upload_coded(marcher, view, codes, times);
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march();
   std::optional<DrawnLight> shone;
@@ -224,12 +234,16 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     // a quarter changes an estimate by 3 %
     if (lighting && lighting->error().rms > 0)
       light(parts, wanted, {.rms = lighting->error().rms / 4}, wish.progress, times);
-    atlas.upload(marcher, view, wanted.scene.texel, Filter::exact, times);
+    atlas.upload(marcher, view, host_texel(wanted.scene.texel), Filter::exact, times);
     picture.add_error(view.medium);
   }
   Drawn drawn = picture.finish();
   drawn.light = std::move(shone);
-  if (marches && parts.whole()) drawn.atlas = atlas.of(view, wanted.scene.texel, times).size();
+  if (marches && parts.whole()) {
+    const MediumAtlas& grids = atlas.of(view, wanted.scene.texel, times);
+    const CodeWidths drawn_as = codes ? codes : fixed_widths(grids, wanted.scene.texel);
+    drawn.atlas = (drawn_as ? atlas.coded_as(view, drawn_as, times) : grids).size();
+  }
   drawn.times = times;
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +

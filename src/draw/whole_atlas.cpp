@@ -22,11 +22,13 @@ double WholeAtlas::bytes() const {
 }
 
 void WholeAtlas::clear() {
+  coded_.reset();
   atlases_.clear();
   uploads_.clear();
 }
 
 const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, PreparationTimes& times) {
+  texel = host_texel(texel);
   const auto found = atlases_.find(texel);
   if (found != atlases_.end()) return found->second;
   const Stopwatch watch;
@@ -40,6 +42,8 @@ const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, Preparation
 void WholeAtlas::upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
                         PreparationTimes& times) {
   const MediumAtlas& wanted = of(view, texel, times);
+  if (const CodeWidths widths = fixed_widths(wanted, texel))
+    return upload_coded(marcher, view, widths, times);
   std::uint64_t& number = uploads_[{texel, filter}];
   if (number != 0 && marcher.holds == number) return;
   marcher.holds = 0;
@@ -47,7 +51,29 @@ void WholeAtlas::upload(Marcher& marcher, const View& view, TexelType texel, Fil
   marcher.holds = number = next_upload();
 }
 
+void WholeAtlas::upload_coded(Marcher& marcher, const View& view, const CodeWidths& widths,
+                              PreparationTimes& times) {
+  const MediumAtlas& codes = coded_as(view, widths, times);
+  if (marcher.holds == coded_number_) return;
+  marcher.holds = 0;
+  marcher.upload(codes, Filter::exact);
+  marcher.holds = coded_number_;
+}
+
+const MediumAtlas& WholeAtlas::coded_as(const View& view, const CodeWidths& widths,
+                                        PreparationTimes& times) {
+  if (coded_ && *coded_widths_ == *widths) return *coded_;
+  const MediumAtlas& atlas = of(view, TexelType::float32, times);
+  const Stopwatch watch;
+  coded_.emplace(coded(atlas, *widths));
+  coded_widths_ = widths;
+  coded_number_ = next_upload();
+  times.atlas_ms += watch.ms();
+  return *coded_;
+}
+
 void WholeAtlas::relight(const View& view) {
+  coded_.reset();
   View shining = view;
   for (auto& [texel, lit] : atlases_) {
     shining.scene.texel = texel;

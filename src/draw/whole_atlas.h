@@ -9,8 +9,14 @@
 
 namespace psivox {
 
-/// The atlases of a whole medium, one for each texel type, as long as the medium is drawn as one
-/// part.
+/// The type of the host's bricks, by which light is computed and methods are chosen, whatever codes
+/// the device has.
+inline TexelType host_texel(TexelType texel) {
+  return texel == TexelType::float16 ? texel : TexelType::float32;
+}
+
+/// The atlases of a whole medium, in float32 or float16 or both, and the codes made of them last,
+/// as long as the medium is drawn as one part.
 class WholeAtlas {
  public:
   bool empty() const { return atlases_.empty(); }
@@ -23,12 +29,20 @@ class WholeAtlas {
   /// Uploads it for a filter, if the marcher holds something else.
   void upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
               PreparationTimes& times);
+  /// Uploads codes of these widths, of the float32 atlas, for exact filtering.
+  void upload_coded(Marcher& marcher, const View& view, const CodeWidths& widths,
+                    PreparationTimes& times);
+  /// The codes, made if they are not there.
+  const MediumAtlas& coded_as(const View& view, const CodeWidths& widths, PreparationTimes& times);
   /// Replaces the luminance, after the view's light was computed.
   void relight(const View& view);
 
  private:
   std::map<TexelType, MediumAtlas> atlases_;
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads_;  ///< their numbers
+  std::optional<MediumAtlas> coded_;                               ///< that were asked for last
+  CodeWidths coded_widths_;
+  std::uint64_t coded_number_ = 0;
 };
 
 }  // namespace psivox
