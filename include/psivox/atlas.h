@@ -129,10 +129,11 @@ struct BrickAtlas {
   bool own_texels = false;            ///< no two share a slot, and constants are 0
   std::shared_ptr<float[]> texels32;  ///< brick_texels * channels a slot, or null
   std::shared_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
-  std::vector<std::uint64_t> codes{};         ///< instead of texels, see CodeWidth
+  std::shared_ptr<std::uint64_t[]> codes;     ///< instead of texels, see CodeWidth
   std::vector<std::uint32_t> code_places{};   ///< of these, by slot: the payloads of their entries
   AtlasSize size;
 
+  std::size_t code_count() const { return codes ? size.texel_bytes / sizeof(std::uint64_t) : 0; }
   std::size_t texel_count() const { return bricks.size() * brick_texels * std::size_t(channels); }
 };
 

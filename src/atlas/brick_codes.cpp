@@ -1,9 +1,11 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <string>
+#include <type_traits>
 
 #include "psivox/atlas.h"
 #include "psivox/error.h"
@@ -39,6 +41,8 @@ struct Record {
   const float* values;
   int channels;
   float min, max;
+
+  bool can_be_coded() const { return std::isfinite(max - min); }
 };
 
 Record record_of(const BrickAtlas& atlas, std::size_t slot, int channel) {
@@ -65,25 +69,32 @@ void for_records(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_t 
 /// Returns the word behind the record.
 std::uint64_t* encode(const Record& record, CodeWidth width, std::uint64_t* words) {
   const AffineCode code = code_of(record.min, record.max, width);
+  const int codes_last = (1 << bits_of(width)) - 1;
+  const float per_step = 1 / code.step, last = float(codes_last) + 0.5F;
+  std::array<std::int32_t, brick_texels> codes;
+  const auto find = [&](auto channels) {
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+      const float at = (record.values[i * std::size_t(channels)] - code.offset) * per_step + 0.5F;
+      codes[i] = std::int32_t(std::min(at, last));
+    }
+  };
+  if (record.channels == 1)
+    find(std::integral_constant<int, 1>());  // which vectorises
+  else
+    find(record.channels);
+  std::uint64_t* const end = words + std::ptrdiff_t(code_words) * row_words(width);
   *words++ = std::bit_cast<std::uint32_t>(code.offset) |
              std::uint64_t{std::bit_cast<std::uint32_t>(code.step)} << 32;
-  const double per_step = 1 / double(code.step), last = (1 << bits_of(width)) - 1;
   const int cells = brick_cells / row_words(width), bits = bits_of(width);
-  const float* value = record.values;
-  for (int row = 0; row < brick_values * brick_values; ++row) {
-    std::uint64_t codes[brick_values];
-    for (std::uint64_t& to : codes) {
-      const double at = (double(*value) - double(code.offset)) * per_step + 0.5;
-      to = std::uint64_t(std::clamp(at, 0.0, last));
-      value += record.channels;
-    }
+  for (const std::int32_t* row = codes.data(); row != codes.data() + brick_texels;
+       row += brick_values)
     for (int z = 0; z < brick_cells; z += cells) {
       std::uint64_t word = 0;
-      for (int i = 0; i <= cells; ++i) word |= codes[z + i] << (bits * i);
+      for (int i = cells; i >= 0; --i) word = word << bits | std::uint64_t(row[z + i]);
       *words++ = word;
     }
-  }
-  return words + row_words(width) - 1;
+  std::fill(words, end, 0);
+  return end;
 }
 
 }  // namespace
@@ -98,7 +109,7 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
       int width = 0;
       while (width < 3 && !(code_of(record.min, record.max, CodeWidth(width)).step <= most))
         ++width;
-      fits = fits && width < 3;
+      fits = fits && width < 3 && record.can_be_coded();
       widths->push_back(CodeWidth(width));
       most = step_beside;
     });
@@ -126,14 +137,19 @@ BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
     entry = make_entry(EntryKind::brick,
                        result.code_places[atlas.pages.slot(entry)] | hidden << entry_slot_bits);
   }
-  result.codes.resize(std::size_t(count) * code_words);
+  result.codes = std::make_shared_for_overwrite<std::uint64_t[]>(std::size_t(count) * code_words);
   tbb::parallel_for(std::size_t{0}, result.bricks.size(), [&](std::size_t slot) {
-    std::uint64_t* to = result.codes.data() + std::size_t(result.code_places[slot]) * code_words;
+    std::uint64_t* to = result.codes.get() + std::size_t(result.code_places[slot]) * code_words;
     const CodeWidth* width = widths.data() + slot * records;
-    for_records(atlas, beside, slot,
-                [&](const Record& record) { to = encode(record, *width++, to); });
+    for_records(atlas, beside, slot, [&](const Record& record) {
+      if (!record.can_be_coded())
+        throw Error(ExitCode::input, "values reach from " + std::to_string(record.min) + " to " +
+                                         std::to_string(record.max) +
+                                         ", beyond codes; use --texel float32");
+      to = encode(record, *width++, to);
+    });
   });
-  result.size.texel_bytes = result.codes.size() * sizeof(std::uint64_t);
+  result.size.texel_bytes = std::uint64_t(count) * code_words * sizeof(std::uint64_t);
   return result;
 }
 

@@ -69,6 +69,9 @@ struct Session::Impl {
              PreparationTimes& times);
   /// Lights and uploads for a view, which gets the light.
   void prepare(PartMarcher& parts, View& wanted, const Wish& wish, PreparationTimes& times);
+  /// Uploads for a view, as codes if there are widths.
+  void upload(Marcher& marcher, const View& wanted, const Wish& wish, const CodeWidths& codes,
+              PreparationTimes& times);
   MarchPlan plan(PartMarcher& parts, const View& marched, const Wish& wish,
                  PreparationTimes& times);
   Drawn draw(Marcher& marcher, const Wish& wish);
@@ -169,8 +172,18 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
   light(parts, wanted, light_need(parts.marcher(), wanted.scene, wish), wish.progress, times);
   wanted.medium = view.medium;
   if (!parts.marches_whole() || wish.layers.deep) return;
+  if (wanted.scene.tolerance && !wish.time_budget_ms && may_be_coded(wanted))
+    return;  // the plan's codes will be uploaded
+  upload(parts.marcher(), wanted, wish, {}, times);
+}
+
+void Session::Impl::upload(Marcher& marcher, const View& wanted, const Wish& wish,
+                           const CodeWidths& codes, PreparationTimes& times) {
   enter(wish.progress, Stage::uploading);
-  atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter, times);
+  if (codes)
+    atlas.upload_coded(marcher, view, codes, times);
+  else
+    atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times);
 }
 
 MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish,
@@ -191,15 +204,13 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
     View with_rest = marched;
     double& rest = *with_rest.scene.tolerance;
     if (missed.rms < rest) rest = std::sqrt(rest * rest - missed.rms * missed.rms);
-    const double all = rest;
-    if (may_be_coded(marched)) rest *= std::sqrt(1 - codes_share * codes_share);
     const MediumAtlas& grids = atlas.of(view, marched.scene.texel, times);
     const Progress progress = of_stage(wish.progress, Stage::choosing);
     result = plan_march(with_rest, grids, progress);
     const auto coded = [&](const CodeWidths& widths) -> const MediumAtlas& {
       return atlas.coded_as(view, widths, times);
     };
-    choose_codes(result, grids, all, coded, progress);
+    if (may_be_coded(marched)) choose_codes(result, grids, rest, coded, progress);
   }
   result.light_rms = missed.rms;
   result.light_max = missed.max;
@@ -223,8 +234,14 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   // a plan for the whole may have steps of its bricks
   if (marches && chooses && !(chosen && parts.whole())) chosen = plan(parts, wanted, wish, times);
 
-  const CodeWidths codes = chosen && parts.whole() ? chosen->march->code_widths : nullptr;
-  if (codes) atlas.upload_coded(marcher, view, codes, times);
+  CodeWidths codes;
+  if (marches && parts.whole()) {
+    if (chosen) codes = chosen->march->code_widths;
+    // those that the marcher holds will do for a preview
+    if (wish.any_light && wish.time_budget_ms && may_be_coded(wanted))
+      codes = atlas.held_codes(marcher);
+    upload(marcher, wanted, wish, codes, times);
+  }
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march();
   std::optional<DrawnLight> shone;

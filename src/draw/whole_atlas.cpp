@@ -1,5 +1,6 @@
 #include "draw/whole_atlas.h"
 
+#include <algorithm>
 #include <atomic>
 
 #include "psivox/stopwatch.h"
@@ -22,7 +23,7 @@ double WholeAtlas::bytes() const {
 }
 
 void WholeAtlas::clear() {
-  coded_.reset();
+  coded_.clear();
   atlases_.clear();
   uploads_.clear();
 }
@@ -53,27 +54,37 @@ void WholeAtlas::upload(Marcher& marcher, const View& view, TexelType texel, Fil
 
 void WholeAtlas::upload_coded(Marcher& marcher, const View& view, const CodeWidths& widths,
                               PreparationTimes& times) {
-  const MediumAtlas& codes = coded_as(view, widths, times);
-  if (marcher.holds == coded_number_) return;
+  const Coded& codes = coded_of(view, widths, times);
+  if (marcher.holds == codes.number) return;
   marcher.holds = 0;
-  marcher.upload(codes, Filter::exact);
-  marcher.holds = coded_number_;
+  marcher.upload(codes.atlas, Filter::exact);
+  marcher.holds = codes.number;
 }
 
-const MediumAtlas& WholeAtlas::coded_as(const View& view, const CodeWidths& widths,
+CodeWidths WholeAtlas::held_codes(const Marcher& marcher) const {
+  for (const Coded& codes : coded_)
+    if (codes.number == marcher.holds) return codes.widths;
+  return {};
+}
+
+WholeAtlas::Coded& WholeAtlas::coded_of(const View& view, const CodeWidths& widths,
                                         PreparationTimes& times) {
-  if (coded_ && *coded_widths_ == *widths) return *coded_;
+  const auto found =
+      std::ranges::find_if(coded_, [&](const Coded& codes) { return *codes.widths == *widths; });
+  if (found != coded_.end()) {
+    coded_.splice(coded_.begin(), coded_, found);
+    return coded_.front();
+  }
   const MediumAtlas& atlas = of(view, TexelType::float32, times);
   const Stopwatch watch;
-  coded_.emplace(coded(atlas, *widths));
-  coded_widths_ = widths;
-  coded_number_ = next_upload();
+  coded_.push_front({widths, coded(atlas, *widths), next_upload()});
+  if (coded_.size() > 2) coded_.pop_back();
   times.atlas_ms += watch.ms();
-  return *coded_;
+  return coded_.front();
 }
 
 void WholeAtlas::relight(const View& view) {
-  coded_.reset();
+  coded_.clear();
   View shining = view;
   for (auto& [texel, lit] : atlases_) {
     shining.scene.texel = texel;

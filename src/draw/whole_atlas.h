@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <list>
 #include <map>
 #include <utility>
 
@@ -33,16 +34,25 @@ class WholeAtlas {
   void upload_coded(Marcher& marcher, const View& view, const CodeWidths& widths,
                     PreparationTimes& times);
   /// The codes, made if they are not there.
-  const MediumAtlas& coded_as(const View& view, const CodeWidths& widths, PreparationTimes& times);
+  const MediumAtlas& coded_as(const View& view, const CodeWidths& widths, PreparationTimes& times) {
+    return coded_of(view, widths, times).atlas;
+  }
+  /// The widths of the codes that the marcher holds; null if it holds none.
+  CodeWidths held_codes(const Marcher& marcher) const;
   /// Replaces the luminance, after the view's light was computed.
   void relight(const View& view);
 
  private:
+  struct Coded {
+    CodeWidths widths;
+    MediumAtlas atlas;
+    std::uint64_t number;  ///< of its upload
+  };
+  Coded& coded_of(const View& view, const CodeWidths& widths, PreparationTimes& times);
+
   std::map<TexelType, MediumAtlas> atlases_;
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads_;  ///< their numbers
-  std::optional<MediumAtlas> coded_;                               ///< that were asked for last
-  CodeWidths coded_widths_;
-  std::uint64_t coded_number_ = 0;
+  std::list<Coded> coded_;  ///< the last two, the newest first
 };
 
 }  // namespace psivox

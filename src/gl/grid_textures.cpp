@@ -114,7 +114,7 @@ AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const Brick
                               atlas.constants.size() * sizeof(float));
   if (filter == Filter::hardware)
     upload_bricks(atlas);
-  else if (!atlas.codes.empty())
+  else if (atlas.codes)
     upload_codes(atlas);
   else
     upload_buffers(atlas, beside);
@@ -180,7 +180,7 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* be
 
 void AtlasTextures::upload_codes(const BrickAtlas& atlas) {
   upload_pages(atlas.pages.entries);
-  const std::uint64_t count = atlas.codes.size();
+  const std::uint64_t count = atlas.code_count();
   if (count > std::uint64_t(std::numeric_limits<int>::max()))
     throw DeviceFull(ExitCode::graphics, "codes of " + std::to_string(count) +
                                              " words are beyond what a shader can address");
@@ -188,7 +188,7 @@ void AtlasTextures::upload_codes(const BrickAtlas& atlas) {
       std::max<std::uint64_t>(max_texels_ / brick_texels, 1) * brick_texels;
   texels_per_buffer_ = int(std::min(per_buffer, count));
   for (std::uint64_t first = 0; first < count; first += per_buffer)
-    texels_.push_back(buffer_texture(GL_RG32UI, atlas.codes.data() + first,
+    texels_.push_back(buffer_texture(GL_RG32UI, atlas.codes.get() + first,
                                      std::min(count - first, per_buffer) * sizeof(std::uint64_t)));
 }
 

@@ -2,12 +2,13 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
 #include <optional>
 
 #include "field/index_space.h"
 #include "march/march_double.h"
 #include "plan/brick_effects.h"
-#include "plan/trials.h"
+#include "psivox/statistics.h"
 
 namespace psivox {
 namespace {
@@ -15,11 +16,18 @@ namespace {
 /// Of codes that are chosen first, a step changes the optical depth of a voxel times the light
 /// there by this much [tolerances]; and light by this much. Errors of a ray's voxels are
 /// independent.
-constexpr double depth_step = 1, light_step = 2;
+constexpr double depth_step = 3, light_step = 3;
 
 /// Each further trial's codes are so much finer.
-constexpr double finer = 0.25;
+constexpr double finer = 1.0 / 3;
 constexpr int most_trials = 3;
+
+/// What the pilot's rays may show with codes [tolerances]: a method may take nearly all that any
+/// may (pilot_safety, worst_ray), and codes a little more.
+constexpr double coded_rms = 0.85, coded_ray = 4.5;
+
+/// Rays that are marched before what they show is looked at.
+constexpr std::size_t batch = 128;
 
 /// Part of the float32 texels' bytes above which they stay.
 constexpr double worthwhile = 0.75;
@@ -46,34 +54,48 @@ std::vector<double> effects_of_values(const View& view, const MediumAtlas& atlas
   return effects;
 }
 
-/// What the pilot's rays show over an atlas.
-Image drawn_in_double(const View& view, const MediumAtlas& atlas, const BrickSteps& steps,
-                      const Progress& progress) {
-  const View small = pilot_view(view);
-  const glm::ivec2 size = small.scene.resolution;
+/// Errors of the pilot's rays over an atlas, by all channels. It ends with the first batch in which
+/// a ray is beyond `most`.
+ErrorSum errors_over(const MediumAtlas& atlas, const PlannedMarch& planned, double most,
+                     const Progress& progress) {
+  const Image& truth = planned.truth;
+  const std::size_t count = std::size_t(truth.width) * std::size_t(truth.height);
   std::vector<glm::ivec2> pixels;
-  for (int y = 0; y < size.y; ++y)
-    for (int x = 0; x < size.x; ++x) pixels.emplace_back(x, y);
-  std::vector<MarchedRay> rays(pixels.size());
-  PixelMarch(small, atlas, steps).march(pixels, rays, progress);
-  Image image{size.x, size.y, {{"", {"R", "G", "B", "A"}, {}}}, {}};
-  for (const MarchedRay& ray : rays)
-    for (int c = 0; c < 4; ++c) image.layers[0].values.push_back(ray.picture[c]);
-  return image;
+  // a stride that has no divisor in common with the count, so that a batch is spread
+  std::size_t stride = std::max<std::size_t>(std::size_t(0.618 * double(count)), 1);
+  while (std::gcd(stride, count) != 1) ++stride;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = i * stride % count;
+    pixels.emplace_back(at % std::size_t(truth.width), at / std::size_t(truth.width));
+  }
+  const PixelMarch march(pilot_view(planned.view), atlas, planned.brick_steps);
+  std::vector<MarchedRay> rays(std::min(batch, count));
+  ErrorSum sum;
+  for (std::size_t first = 0; first < count && sum.max <= most; first += batch) {
+    const std::size_t some = std::min(batch, count - first);
+    const std::span<const glm::ivec2> these = std::span(pixels).subspan(first, some);
+    march.march(these, std::span(rays).first(some), progress);
+    for (std::size_t i = 0; i < some; ++i) {
+      const std::size_t at = std::size_t(these[i].y * truth.width + these[i].x);
+      for (int c = 0; c < 4; ++c)
+        sum.add(double(rays[i].picture[c]) - double(truth.rgba()[4 * at + std::size_t(c)]), at);
+    }
+  }
+  return sum;
 }
 
 }  // namespace
 
 bool may_be_coded(const View& view) {
-  return view.scene.texel == TexelType::automatic && view.scene.attenuates() &&
-         !view.medium.gradient;
+  return view.scene.tolerance && view.scene.texel == TexelType::automatic &&
+         view.scene.attenuates() && !view.medium.gradient;
 }
 
 void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance,
                   const std::function<const MediumAtlas&(const CodeWidths&)>& coded,
                   const Progress& progress) {
   const View& view = plan.march->view;
-  if (!may_be_coded(view) || !plan.reached || plan.rays == 0) return;
+  if (!plan.reached || plan.rays == 0) return;
   const std::vector<double> effects = effects_of_values(view, atlas);
   const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
   const glm::dvec3& color = view.medium.color;
@@ -91,8 +113,7 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance,
     if (!widths) return;
     const MediumAtlas& codes = coded(widths);
     if (double(codes.density.size.texel_bytes) > most) return;
-    const Image drawn = drawn_in_double(view, codes, plan.march->brick_steps, progress);
-    const Comparison missed = compare_images(drawn, plan.march->truth);
+    const ErrorSum missed = errors_over(codes, *plan.march, coded_ray * tolerance, progress);
     if (std::getenv("HL_STEP")) {
       int n[3] = {0, 0, 0};
       for (auto w : *widths) ++n[int(w)];
@@ -100,14 +121,15 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance,
               "codes: share %g bytes %.3f widths %d %d %d float rms %.3g max %.3g coded rms %.3g "
               "max %.3g\n",
               share, double(codes.density.size.texel_bytes) / most * worthwhile, n[0], n[1], n[2],
-              plan.chosen.rms / tolerance, plan.chosen.max / tolerance, missed.rms / tolerance,
+              plan.chosen.rms / tolerance, plan.chosen.max / tolerance, missed.rms() / tolerance,
               missed.max / tolerance);
     }
-    if (missed.rms > pilot_safety * tolerance || missed.max > worst_ray * tolerance) continue;
+    // also where a ray is no number
+    if (!(missed.rms() <= coded_rms * tolerance && missed.max <= coded_ray * tolerance)) continue;
     PlannedMarch march = *plan.march;
     march.code_widths = widths;
     plan.march = std::make_shared<PlannedMarch>(std::move(march));
-    plan.chosen.rms = missed.rms;
+    plan.chosen.rms = missed.rms();
     plan.chosen.max = missed.max;
     return;
   }

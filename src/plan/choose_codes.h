@@ -6,10 +6,7 @@
 
 namespace psivox {
 
-/// The part of a tolerance that codes may use up. The march has what is left, in quadrature.
-inline constexpr double codes_share = 0.4;
-
-/// Whether a plan for the view may have codes: its texels are chosen, and it has a pilot.
+/// Whether the view may be drawn by codes that are chosen for it.
 bool may_be_coded(const View& view);
 
 /// Gives the plan the coarsest codes of the density, and of the light beside it, with which the
