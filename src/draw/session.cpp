@@ -27,18 +27,6 @@ void enter(const StageProgress& progress, Stage stage) {
   if (progress) progress(stage, 0);
 }
 
-/// Part of a tolerance that the light may use up. The march has what is left, in quadrature.
-constexpr double light_share = 0.5;
-
-LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish) {
-  if (wish.any_light) return {};
-  if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)
-    return {.exact = true};
-  if (scene.tolerance) return {.rms = light_share * *scene.tolerance};
-  if (wish.time_budget_ms) return {.rms = light_share * default_tolerance};
-  return {.exact = true};
-}
-
 /// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
 double unit_ms(PartMarcher& marcher, const View& view) {
   View small = budget_unit(view);
@@ -69,9 +57,6 @@ struct Session::Impl {
              PreparationTimes& times);
   /// Lights and uploads for a view, which gets the light.
   void prepare(PartMarcher& parts, View& wanted, const Wish& wish, PreparationTimes& times);
-  /// Uploads for a view, as codes if there are widths.
-  void upload(Marcher& marcher, const View& wanted, const Wish& wish, const CodeWidths& codes,
-              PreparationTimes& times);
   MarchPlan plan(PartMarcher& parts, const View& marched, const Wish& wish,
                  PreparationTimes& times);
   Drawn draw(Marcher& marcher, const Wish& wish);
@@ -174,16 +159,9 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
   if (!parts.marches_whole() || wish.layers.deep) return;
   if (wanted.scene.tolerance && !wish.time_budget_ms && may_be_coded(wanted))
     return;  // the plan's codes will be uploaded
-  upload(parts.marcher(), wanted, wish, {}, times);
-}
-
-void Session::Impl::upload(Marcher& marcher, const View& wanted, const Wish& wish,
-                           const CodeWidths& codes, PreparationTimes& times) {
   enter(wish.progress, Stage::uploading);
-  if (codes)
-    atlas.upload_coded(marcher, view, codes, times);
-  else
-    atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times);
+  atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter, times,
+               atlas.preview_codes(parts.marcher(), wanted, wish));
 }
 
 MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish,
@@ -207,10 +185,13 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
     const MediumAtlas& grids = atlas.of(view, marched.scene.texel, times);
     const Progress progress = of_stage(wish.progress, Stage::choosing);
     result = plan_march(with_rest, grids, progress);
-    const auto coded = [&](const CodeWidths& widths) -> const MediumAtlas& {
-      return atlas.coded_as(view, widths, times);
-    };
-    if (may_be_coded(marched)) choose_codes(result, grids, rest, coded, progress);
+    if (may_be_coded(marched))
+      choose_codes(
+          result, grids, rest,
+          [&](const CodeWidths& codes) -> const MediumAtlas& {
+            return atlas.on_device(view, TexelType::float32, codes, times);
+          },
+          progress);
   }
   result.light_rms = missed.rms;
   result.light_max = missed.max;
@@ -236,11 +217,9 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
 
   CodeWidths codes;
   if (marches && parts.whole()) {
-    if (chosen) codes = chosen->march->code_widths;
-    // those that the marcher holds will do for a preview
-    if (wish.any_light && wish.time_budget_ms && may_be_coded(wanted))
-      codes = atlas.held_codes(marcher);
-    upload(marcher, wanted, wish, codes, times);
+    codes = chosen ? chosen->march->code_widths : nullptr;
+    if (!codes) codes = atlas.preview_codes(marcher, wanted, wish);
+    atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes);
   }
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march();
@@ -256,11 +235,8 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   }
   Drawn drawn = picture.finish();
   drawn.light = std::move(shone);
-  if (marches && parts.whole()) {
-    const MediumAtlas& grids = atlas.of(view, wanted.scene.texel, times);
-    const CodeWidths drawn_as = codes ? codes : fixed_widths(grids, wanted.scene.texel);
-    drawn.atlas = (drawn_as ? atlas.coded_as(view, drawn_as, times) : grids).size();
-  }
+  if (marches && parts.whole())
+    drawn.atlas = atlas.on_device(view, wanted.scene.texel, codes, times).size();
   drawn.times = times;
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +

@@ -27,18 +27,14 @@ class WholeAtlas {
 
   /// The atlas of a view with that texel type, built if it is not there.
   const MediumAtlas& of(const View& view, TexelType texel, PreparationTimes& times);
-  /// Uploads it for a filter, if the marcher holds something else.
+  /// What the device has of it: codes of these widths, or of the type's own, or the bricks.
+  const MediumAtlas& on_device(const View& view, TexelType texel, const CodeWidths& codes,
+                               PreparationTimes& times);
+  /// Uploads that for a filter, if the marcher holds something else.
   void upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
-              PreparationTimes& times);
-  /// Uploads codes of these widths, of the float32 atlas, for exact filtering.
-  void upload_coded(Marcher& marcher, const View& view, const CodeWidths& widths,
-                    PreparationTimes& times);
-  /// The codes, made if they are not there.
-  const MediumAtlas& coded_as(const View& view, const CodeWidths& widths, PreparationTimes& times) {
-    return coded_of(view, widths, times).atlas;
-  }
-  /// The widths of the codes that the marcher holds; null if it holds none.
-  CodeWidths held_codes(const Marcher& marcher) const;
+              PreparationTimes& times, const CodeWidths& codes = {});
+  /// The widths of the codes that the marcher holds, if they will do for a preview; else null.
+  CodeWidths preview_codes(const Marcher& marcher, const View& wanted, const Wish& wish) const;
   /// Replaces the luminance, after the view's light was computed.
   void relight(const View& view);
 
@@ -48,7 +44,8 @@ class WholeAtlas {
     MediumAtlas atlas;
     std::uint64_t number;  ///< of its upload
   };
-  Coded& coded_of(const View& view, const CodeWidths& widths, PreparationTimes& times);
+  const Coded& coded_of(const MediumAtlas& atlas, const CodeWidths& widths,
+                        PreparationTimes& times);
 
   std::map<TexelType, MediumAtlas> atlases_;
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads_;  ///< their numbers

@@ -1,7 +1,6 @@
 #include "plan/choose_codes.h"
 
 #include <cmath>
-#include <cstdlib>
 #include <numeric>
 #include <optional>
 
@@ -87,7 +86,7 @@ ErrorSum errors_over(const MediumAtlas& atlas, const PlannedMarch& planned, doub
 }  // namespace
 
 bool may_be_coded(const View& view) {
-  return view.scene.tolerance && view.scene.texel == TexelType::automatic &&
+  return view.scene.texel == TexelType::automatic && view.scene.filter == Filter::exact &&
          view.scene.attenuates() && !view.medium.gradient;
 }
 
@@ -103,7 +102,6 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance,
   const double most =
       worthwhile * double(atlas.density.size.texel_bytes + (beside ? beside->size.texel_bytes : 0));
   double share = tolerance;
-  if (const char* e = std::getenv("HL_STEP")) share *= std::atof(e);
   for (int trial = 0; trial < most_trials; ++trial, share *= finer) {
     std::vector<float> steps;
     for (const double effect : effects)
@@ -114,16 +112,6 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance,
     const MediumAtlas& codes = coded(widths);
     if (double(codes.density.size.texel_bytes) > most) return;
     const ErrorSum missed = errors_over(codes, *plan.march, coded_ray * tolerance, progress);
-    if (std::getenv("HL_STEP")) {
-      int n[3] = {0, 0, 0};
-      for (auto w : *widths) ++n[int(w)];
-      fprintf(stderr,
-              "codes: share %g bytes %.3f widths %d %d %d float rms %.3g max %.3g coded rms %.3g "
-              "max %.3g\n",
-              share, double(codes.density.size.texel_bytes) / most * worthwhile, n[0], n[1], n[2],
-              plan.chosen.rms / tolerance, plan.chosen.max / tolerance, missed.rms() / tolerance,
-              missed.max / tolerance);
-    }
     // also where a ray is no number
     if (!(missed.rms() <= coded_rms * tolerance && missed.max <= coded_ray * tolerance)) continue;
     PlannedMarch march = *plan.march;
