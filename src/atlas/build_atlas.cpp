@@ -76,7 +76,7 @@ void check_limit(const AtlasSize& size, const std::string& grid, const AtlasOpti
     throw Error(ExitCode::memory,
                 "grid '" + grid + "' needs an atlas of " + mebibytes(needed) +
                     " (host and GPU), over the limit of " + mebibytes(options.memory_limit) +
-                    (options.texel == TexelType::float32 ? "; --texel float16 halves it" : ""));
+                    (options.texel == TexelType::float16 ? "" : "; --texel float16 halves it"));
 }
 
 /// Texels and statistics of the bricks at result.places.

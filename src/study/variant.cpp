@@ -100,7 +100,8 @@ void set_sweep(Sweep& sweep, std::string_view list, std::string_view text) {
     throw Error(ExitCode::usage,
                 "a study has no list " + in_quotes(list) + suggestion(list, sweep_lists()));
   }
-  const std::vector<std::string> names = split(find_parameter(found->parameter)->metavar, '|');
+  std::vector<std::string> names = split(find_parameter(found->parameter)->metavar, '|');
+  std::erase(names, "auto");  // one of the others
   const std::vector<std::string> items = text == "all" && names.size() > 1 ? names : split(text);
   if (items.empty())
     throw Error(ExitCode::usage, "--" + std::string(list) + " is empty; give values with commas");
