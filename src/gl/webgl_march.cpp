@@ -66,6 +66,11 @@ void add_grid(const std::string& name, const BrickAtlas& atlas, const BrickAtlas
   textures.push_back({name + "_constants",
                       format_of(atlas.channels, 4),
                       {{bytes_of(constants.data(), constants.size()), 4, atlas.channels}}});
+  if (atlas.codes) {
+    const std::string_view codes = bytes_of(atlas.codes.get(), atlas.code_count());
+    textures.push_back({name + "_codes", "RG32UI", {{codes, 4, 2}}});
+    return;
+  }
   WebTexture texels{name + "_texels", {}, {texels_of(atlas)}};
   if (beside) texels.channels.push_back(texels_of(*beside));
   int channels = 0;

@@ -9,7 +9,7 @@
 #include "base/base64.h"
 #include "gl/webgl_march.h"
 #include "page/page_files.h"
-#include "plan/plan.h"
+#include "plan/choose_codes.h"
 #include "psivox/clip.h"
 #include "psivox/command_text.h"
 #include "psivox/legend.h"
@@ -47,7 +47,7 @@ std::string packed(const gl::WebNumbers& numbers) {
 void check_size(double bytes, const PageOptions& options) {
   if (bytes <= options.limit_mb * megabyte) return;
   throw Error(ExitCode::usage, formatted("the page takes %.1f MB or more, above --page-limit %g; "
-                                         "--texel float16, --lod 1 or --clip "
+                                         "--tolerance, --lod 1 or --clip "
                                          "makes it smaller",
                                          bytes / megabyte, options.limit_mb));
 }
@@ -198,12 +198,13 @@ void check_page(Session& session, const PageOptions& options) {
   if (const std::string obstacle = page_obstacle(session.view().scene); !obstacle.empty())
     throw Error(ExitCode::usage, obstacle);
   double bytes = 0, least = 0;
-  const std::vector<gl::WebTexture> textures =
-      gl::web_textures(session.atlas(session.view().scene.texel));
-  for (const gl::WebTexture& texture : textures)
+  const auto textures = [&](TexelType texel) { return gl::web_textures(session.atlas(texel)); };
+  const View& view = session.view();
+  for (const gl::WebTexture& texture : textures(view.scene.texel))
     for (const gl::WebNumbers& some : texture.channels) bytes += double(some.bytes.size());
   if (bytes < options.limit_mb * megabyte) return;  // it will be smaller
-  for (const gl::WebTexture& texture : textures)
+  const bool chooses = view.scene.tolerance && may_be_coded(view);
+  for (const gl::WebTexture& texture : textures(chooses ? TexelType::code7 : view.scene.texel))
     for (const gl::WebNumbers& some : texture.channels) least += double(packed(some).size());
   check_size(least, options);
 }
@@ -219,7 +220,9 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
   view.scene.background = drawn.scene.background;
   if (!view.scene.exposure) view.scene.exposure = auto_exposure(drawn.image, view.scene.tone_map);
   gl::WebMarch march;
-  make_web_march(view, session.atlas(view.scene.texel), planned ? planned->brick_steps : nullptr,
+  const MediumAtlas& atlas =
+      session.atlas(view.scene.texel, planned ? planned->code_widths : nullptr);
+  make_web_march(view, atlas, planned ? planned->brick_steps : nullptr,
                  layer_obstacle("depth", view.scene).empty(), march);
   std::string data =
       element("scene", "application/json",
