@@ -68,7 +68,7 @@ void add_grid(const std::string& name, const BrickAtlas& atlas, const BrickAtlas
                       {{bytes_of(constants.data(), constants.size()), 4, atlas.channels}}});
   if (atlas.codes) {
     const std::string_view codes = bytes_of(atlas.codes.get(), atlas.code_count());
-    textures.push_back({name + "_codes", "RG32UI", {{codes, 4, 2}}});
+    textures.push_back({name + "_codes", code_format, {{codes, 4, 2}}});
     return;
   }
   WebTexture texels{name + "_texels", {}, {texels_of(atlas)}};

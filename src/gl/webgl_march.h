@@ -21,6 +21,9 @@ struct WebNumbers {
   int size = 4, channels = 1;
 };
 
+/// The format of the words of codes (CodeWidth), and of no other texture.
+inline constexpr auto code_format = "RG32UI";
+
 /// Entries for texture buffers, one after the other.
 struct WebTexture {
   std::string name, format;  ///< `RGBA32F`

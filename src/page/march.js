@@ -14,8 +14,7 @@ function formats(name) {
   };
 }
 
-// The numbers of an element: their first bytes, their second ones, ..., deflated. A code of values
-// would be decoded here.
+// The numbers of an element: their first bytes, their second ones, ..., deflated.
 async function numbers(id, array) {
   const text = atob(element(id).textContent), bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
@@ -28,10 +27,45 @@ async function numbers(id, array) {
   return new array(result.buffer);
 }
 
+// The words of bricks in codes, as add_differences in src/page/packed_numbers.cpp takes them apart.
+function words_of(heads, differences) {
+  const places = [], codes = new Int32Array(729), width_of = i => heads[2 * i + 1] & 3;
+  let end = 0, first = 0;
+  for (let i = 0; 2 * i < heads.length; end += 82 << width_of(i++)) places.push(end);
+  const words = new Uint32Array(2 * end);
+  for (const [wide, bits] of [7, 12, 16].entries())
+    places.forEach((place, i) => {
+      if (width_of(i) !== wide) return;
+      for (let k = 0; k < 729; ++k) {
+        const folded = differences[first + k] >> (16 - bits);
+        codes[k] = folded & 1 ? ~(folded >> 1) : folded >> 1;
+      }
+      first += 729;
+      for (const stride of [1, 9, 81])
+        for (let k = stride; k < 729; ++k) if (Math.floor(k / stride) % 9) codes[k] += codes[k - stride];
+      words.set(heads.subarray(2 * i, 2 * i + 2), 2 * place);
+      put_codes(codes, wide, bits, words.subarray(2 * place + 2));
+    });
+  return words;
+}
+
+function put_codes(codes, wide, bits, words) {
+  const cells = 8 >> wide, mask = (1 << bits) - 1;
+  for (let row = 0, at = 0; row < 81; ++row)
+    for (let z = 0; z < 8; z += cells, at += 2)
+      for (let k = 0; k <= cells; ++k) {  // no two codes have a bit in common
+        const part = (codes[9 * row + z + k] & mask) * 2 ** (k * bits);
+        words[at] += part % 2 ** 32;
+        words[at + 1] += Math.floor(part / 2 ** 32);
+      }
+}
+
 async function load_texture(texture, unit) {
   const {channels, internal, format, type, array} = formats(texture.format);
   const parts = [];
-  for (let i = 0; i < texture.channels.length; ++i) parts.push(await numbers(`${texture.name}-${i}`, array));
+  const part = (i, of) => numbers(`${texture.name}-${i}`, of);
+  if (texture.format === "RG32UI") parts.push(words_of(await part(0, array), await part(1, Uint16Array)));
+  else for (let i = 0; i < texture.channels.length; ++i) parts.push(await part(i, array));
   const entries = parts[0].length / texture.channels[0], rows = Math.max(1, Math.ceil(entries / row));
   if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw Error("This device's textures are too small.");
   const all = new array(rows * row * channels);

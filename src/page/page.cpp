@@ -1,13 +1,13 @@
 #include "psivox/page.h"
 
 #include <unistd.h>
-#include <zlib.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "base/base64.h"
 #include "gl/webgl_march.h"
+#include "page/packed_numbers.h"
 #include "page/page_files.h"
 #include "plan/choose_codes.h"
 #include "psivox/clip.h"
@@ -26,23 +26,6 @@ using Json = nlohmann::ordered_json;
 constexpr double megabyte = 1e6;
 
 Json json_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
-
-/// The numbers as the page holds them: their first bytes, then their second ones, ..., deflated.
-/// Neighbours are alike in their high bytes, which deflates to less.
-std::string packed(const gl::WebNumbers& numbers) {
-  const auto size = std::size_t(numbers.size);
-  const std::size_t count = numbers.bytes.size() / size;
-  std::string planes(numbers.bytes.size(), '\0');
-  for (std::size_t k = 0; k < size; ++k)
-    for (std::size_t i = 0; i < count; ++i) planes[k * count + i] = numbers.bytes[i * size + k];
-  uLongf length = compressBound(planes.size());
-  std::string result(length, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(result.data()), &length,
-                reinterpret_cast<const Bytef*>(planes.data()), planes.size(), 6) != Z_OK)
-    throw Error(ExitCode::failure, "the page's numbers cannot be compressed");
-  result.resize(length);
-  return base64(result);
-}
 
 void check_size(double bytes, const PageOptions& options) {
   if (bytes <= options.limit_mb * megabyte) return;
@@ -205,7 +188,7 @@ void check_page(Session& session, const PageOptions& options) {
   if (bytes < options.limit_mb * megabyte) return;  // it will be smaller
   const bool chooses = view.scene.tolerance && may_be_coded(view);
   for (const gl::WebTexture& texture : textures(chooses ? TexelType::code7 : view.scene.texel))
-    for (const gl::WebNumbers& some : texture.channels) least += double(packed(some).size());
+    for (const std::string& text : packed(texture)) least += double(text.size());
   check_size(least, options);
 }
 
@@ -231,10 +214,11 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
   data += element("march", "x-shader/x-fragment", march.text);
   data += element("depth", "x-shader/x-fragment", march.depth_text);
   data += element("display", "x-shader/x-fragment", gl::web_display_text());
-  for (const gl::WebTexture& texture : march.textures)
-    for (std::size_t i = 0; i < texture.channels.size(); ++i)
-      data += element(texture.name + "-" + std::to_string(i), "text/plain",
-                      packed(texture.channels[i]));
+  for (const gl::WebTexture& texture : march.textures) {
+    const std::vector<std::string> texts = packed(texture);
+    for (std::size_t i = 0; i < texts.size(); ++i)
+      data += element(texture.name + "-" + std::to_string(i), "text/plain", texts[i]);
+  }
   const std::map<std::string, std::string>& files = turning_page_files();
   std::string page = files.at("page.html");
   // from the last on, so that no text is taken for a mark

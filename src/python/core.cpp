@@ -202,7 +202,7 @@ void define_pictures(py::module_& m) {
       .def_readwrite("base_file", &SceneWords::base_file)
       .def_readwrite("camera", &SceneWords::camera)
       .def_readwrite("settings", &SceneWords::settings);
-  py::class_<Picture>(m, "Image", py::buffer_protocol())
+  py::class_<Picture>(m, "Image", py::buffer_protocol(), py::dynamic_attr())
       .def_buffer([](Picture& picture) {
         const Image& image = picture.image;
         const py::ssize_t width = image.width;
