@@ -109,7 +109,8 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
   key.constants = setup.constants;
   std::vector<std::string> names;
   for (const WebTexture& texture : march.textures) names.push_back(texture.name);
-  const auto text = [&] { return webgl_text(march_source(key, "march.frag", false), names); };
+  const char* const shader = view.scene.shows(Shows::plane) ? "slice.frag" : "march.frag";
+  const auto text = [&] { return webgl_text(march_source(key, shader, false), names); };
   march.text = text();
   key.constants.find_depth = true;
   if (has_depth) march.depth_text = text();

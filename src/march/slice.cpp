@@ -43,23 +43,24 @@ bool passes(const Plane& plane, const Leaf& leaf, const glm::dmat4& world_from_i
   return least <= rounding && most >= -rounding;
 }
 
-/// A density whose values stay in the file with the leaves alone that a plane passes, in memory.
-std::shared_ptr<const Field> on_plane(const std::shared_ptr<const Field>& density,
-                                      const Scene& scene) {
-  const Field& field = *density;
-  if (!field.reader) return density;
+/// A density with the leaves alone that a plane passes, in memory.
+std::shared_ptr<const Field> on_plane(const Field& field, const Scene& scene) {
   const Plane plane = placed_plane(scene);
   std::vector<std::uint32_t> numbers;
   for (std::size_t n = 0; n < field.leaves.size(); ++n)
     if (passes(plane, field.leaves[n], field.world_from_index)) numbers.push_back(std::uint32_t(n));
+  const glm::ivec3 nowhere(1 << 30);
+  Field part = part_of_field(field, {nowhere, nowhere});
+  if (!field.reader) {
+    for (const std::uint32_t n : numbers) part.leaves.push_back(field.leaves[n]);
+    return std::make_shared<const Field>(std::move(part));
+  }
   const std::size_t per_leaf = 512 * std::size_t(field.channels);
   const std::uint64_t needed = numbers.size() * per_leaf * sizeof(float);
   if (const std::uint64_t most = grid_memory(scene); most > 0 && needed > most)
     throw Error(ExitCode::memory, "grid '" + field.name + "': the slice passes " +
                                       mebibytes(needed) + " of its values, over the limit of " +
                                       mebibytes(most) + " for grids; raise --memory-limit");
-  const glm::ivec3 nowhere(1 << 30);
-  Field part = part_of_field(field, {nowhere, nowhere});
   const auto values = std::make_shared_for_overwrite<float[]>(numbers.size() * per_leaf);
   constexpr std::size_t at_once = 4096;
   for (std::size_t n = 0; n < numbers.size(); n += at_once)
@@ -75,7 +76,7 @@ class Slice {
  public:
   explicit Slice(const View& view)
       : view_(view),
-        density_(on_plane(view.medium.density, view.scene)),
+        density_(on_plane(*view.medium.density, view.scene)),
         values_(*density_),
         domain_(view.medium.density->domain()),
         index_from_world_(glm::inverse(view.medium.density->world_from_index)),
@@ -121,6 +122,17 @@ class Slice {
 };
 
 }  // namespace
+
+View slice_view(View view) {
+  const Medium whole = std::move(view.medium);
+  view.medium = {};
+  view.medium.density = on_plane(*whole.density, view.scene);
+  view.medium.color = whole.color;
+  view.medium.transfer = whole.transfer;
+  const bool colored = whole.transfer && whole.transfer->has_color();
+  view.medium.source = colored ? LuminanceSource::transfer : LuminanceSource::density;
+  return view;
+}
 
 RenderResult draw_slice(const View& view, const RenderOptions& options) {
   const Stopwatch watch;

@@ -7,6 +7,7 @@
 
 #include "base/base64.h"
 #include "gl/webgl_march.h"
+#include "march/film.h"
 #include "page/packed_numbers.h"
 #include "page/page_files.h"
 #include "plan/choose_codes.h"
@@ -100,7 +101,7 @@ Json march_json(const View& view, const gl::WebMarch& march) {
          {"columns", {json_of(grid.linear[0]), json_of(grid.linear[1]), json_of(grid.linear[2])}},
          {"origin", json_of(grid.origin)}});
   json["clip"] = Json::array();
-  for (const HalfSpace& half : clip_of(view.scene))
+  for (const HalfSpace& half : cuts_of(view.scene))
     json["clip"].push_back({{"normal", json_of(half.normal)}, {"offset", half.offset}});
   for (const gl::WebUniform& uniform : march.uniforms)
     json["uniforms"].push_back({uniform.name, uniform.kind, uniform.values});
@@ -156,6 +157,14 @@ std::string html_text(std::string_view text) {
   return out;
 }
 
+/// What a slice shows, in place of the view's medium, and its atlas; unset in other modes.
+std::optional<MediumAtlas> slice_atlas(View& view) {
+  if (!view.scene.shows(Shows::plane)) return {};
+  view = slice_view(std::move(view));
+  view.scene.texel = TexelType::float32;
+  return build_medium_atlas(view);
+}
+
 }  // namespace
 
 bool is_page_name(const std::string& path) {
@@ -165,7 +174,6 @@ bool is_page_name(const std::string& path) {
 
 std::string page_obstacle(const Scene& scene) {
   const auto no = [](const std::string& what) { return "a page (.html) has no " + what; };
-  if (scene.shows(Shows::plane)) return no("--mode slice");
   if (scene.filter == Filter::hardware) return no("--filter hardware");
   if (scene.resolved_sampling() == Sampling::template_) return no("--sampling template");
   if (!scene.holdout.empty()) return no("--holdout");
@@ -180,6 +188,7 @@ std::string page_obstacle(const Scene& scene) {
 void check_page(Session& session, const PageOptions& options) {
   if (const std::string obstacle = page_obstacle(session.view().scene); !obstacle.empty())
     throw Error(ExitCode::usage, obstacle);
+  if (session.view().scene.shows(Shows::plane)) return;  // its bricks are few
   double bytes = 0, least = 0;
   const auto textures = [&](TexelType texel) { return gl::web_textures(session.atlas(texel)); };
   const View& view = session.view();
@@ -203,8 +212,9 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
   view.scene.background = drawn.scene.background;
   if (!view.scene.exposure) view.scene.exposure = auto_exposure(drawn.image, view.scene.tone_map);
   gl::WebMarch march;
+  const std::optional<MediumAtlas> sliced = slice_atlas(view);
   const MediumAtlas& atlas =
-      session.atlas(view.scene.texel, planned ? planned->code_widths : nullptr);
+      sliced ? *sliced : session.atlas(view.scene.texel, planned ? planned->code_widths : nullptr);
   make_web_march(view, atlas, planned ? planned->brick_steps : nullptr,
                  layer_obstacle("depth", view.scene).empty(), march);
   std::string data =

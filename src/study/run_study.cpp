@@ -268,6 +268,7 @@ void StudyRun::run() {
       did(cost_.picture(plan_.variants[i]));
     }
   save();
+  pictures_.write_turning_page();
 }
 
 }  // namespace

@@ -117,7 +117,9 @@ def test_page(blobs, refused, tmp_path):
     assert page.html.startswith("<!DOCTYPE html>") and "A \\u003c B" in page.html
     assert page._repr_html_().startswith("<iframe srcdoc=")
     assert "above page_limit" in refused(2, psivox.show, blobs, resolution=SMALL, page_limit=0.01)
-    assert "no mode slice" in refused(2, psivox.show, blobs, resolution=SMALL, mode="slice")
+    assert "no holdout" in refused(2, psivox.show, blobs, resolution=SMALL, holdout="x.exr")
+    image.page(tmp_path / "y.html", credit="A < B")
+    assert (tmp_path / "y.html").read_text() == page.html
 
 
 def test_the_scene_draws_the_picture_again(blobs):
