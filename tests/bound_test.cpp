@@ -6,9 +6,9 @@
 #include <random>
 #include <vector>
 
+#include "base/statistics.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
-#include "psivox/statistics.h"
 #include "reference/piece.h"
 #include "study/suite.h"
 

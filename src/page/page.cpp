@@ -5,18 +5,18 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/command_text.h"
 #include "base/base64.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "gl/webgl_march.h"
 #include "march/film.h"
 #include "page/packed_numbers.h"
 #include "page/page_files.h"
 #include "plan/choose_codes.h"
-#include "psivox/clip.h"
-#include "psivox/command_text.h"
 #include "psivox/legend.h"
 #include "psivox/picture_file.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
+#include "scene/clip.h"
 
 namespace psivox {
 namespace {
@@ -36,12 +36,14 @@ void check_size(double bytes, const PageOptions& options) {
                                          bytes / megabyte, options.limit_mb));
 }
 
-/// The picture as a PNG of base64.
+/// The picture as a PNG of base64, over black if there is no background.
 std::string png_of(const Drawn& drawn, const View& view) {
+  Scene scene = view.scene;
+  if (!scene.background) scene.background = glm::dvec3(0);
   const fs::path file =
       fs::temp_directory_path() / ("psivox-page-" + std::to_string(getpid()) + ".png");
   Image image = drawn.image;
-  write_picture(image, view.scene, legend_of(view), drawn.stats.renderer, {file.string()});
+  write_picture(image, scene, legend_of(view), drawn.stats.renderer, {file.string()});
   const std::string bytes = read_text(file.string(), "picture");
   fs::remove(file);
   return base64(bytes);

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
+#include "base/stopwatch.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/page.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
-#include "psivox/stopwatch.h"
-#include "psivox/text_file.h"
 #include "study/report.h"
 
 namespace psivox {
