@@ -3,7 +3,7 @@
 # headless Chromium with its own OpenGL driver, what its pages draw. Without an EGL device, Chromium,
 # its driver or Python it skips (exit 77).
 tests=$(cd "$(dirname "$0")" && pwd) assets=$2
-command=render
+tested=render
 . "$tests/browser_setup.sh"
 
 R="-q --resolution 64x64"
