@@ -30,5 +30,4 @@ std::string parts_obstacle(const Scene& scene);
 /// memory that is free, if it has no limit. 0: not known.
 std::uint64_t grid_memory(const Scene& scene);
 
-
 }  // namespace psivox
