@@ -14,6 +14,12 @@ struct LightNeed {
   double rms = 0;  ///< largest error, RMS over the picture and R G B A; 0: any light will do
 };
 
+/// Part of a tolerance that the light may use up. The march has what is left, in quadrature.
+inline constexpr double light_share = 0.5;
+
+/// What a wish for a picture of the scene asks of its light.
+LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish);
+
 /// Where optical depths towards lights come from: through the atlas of the whole, or part by part.
 struct LightSource {
   std::function<LightDepths(const View& view)> depths;

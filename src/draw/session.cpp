@@ -26,18 +26,6 @@ void enter(const StageProgress& progress, Stage stage) {
   if (progress) progress(stage, 0);
 }
 
-/// Part of a tolerance that the light may use up. The march has what is left, in quadrature.
-constexpr double light_share = 0.5;
-
-LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish) {
-  if (wish.any_light) return {};
-  if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)
-    return {.exact = true};
-  if (scene.tolerance) return {.rms = light_share * *scene.tolerance};
-  if (wish.time_budget_ms) return {.rms = light_share * default_tolerance};
-  return {.exact = true};
-}
-
 /// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
 double unit_ms(PartMarcher& marcher, const View& view) {
   View small = budget_unit(view);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "draw/lighting.h"
 #include "psivox/draw.h"
 #include "psivox/parameters.h"
 
@@ -14,6 +15,15 @@ constexpr std::pair<const char*, bool Layers::*> layer_members[] = {
     {"deep", &Layers::deep}};
 
 }  // namespace
+
+LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish) {
+  if (wish.any_light) return {};
+  if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)
+    return {.exact = true};
+  if (scene.tolerance) return {.rms = light_share * *scene.tolerance};
+  if (wish.time_budget_ms) return {.rms = light_share * default_tolerance};
+  return {.exact = true};
+}
 
 const std::vector<std::string>& layer_names() {
   static const std::vector<std::string> names = [] {

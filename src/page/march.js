@@ -14,8 +14,7 @@ function formats(name) {
   };
 }
 
-// The numbers of an element: their first bytes, their second ones, ..., deflated. A code of values
-// would be decoded here.
+// The numbers of an element: their first bytes, their second ones, ..., deflated.
 async function numbers(id, array) {
   const text = atob(element(id).textContent), bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
