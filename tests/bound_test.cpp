@@ -6,10 +6,11 @@
 #include <random>
 #include <vector>
 
+#include "base/statistics.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
-#include "psivox/statistics.h"
 #include "reference/piece.h"
+#include "scene/transfer_function.h"
 #include "study/suite.h"
 
 namespace psivox {

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "notices.h"
 #include "psivox/picture_file.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 
 namespace psivox {
 

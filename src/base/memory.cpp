@@ -1,4 +1,4 @@
-#include "psivox/memory.h"
+#include "base/memory.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>

@@ -5,11 +5,11 @@
 #include <mutex>
 #include <numeric>
 
+#include "base/memory.h"
 #include "draw/part_marcher.h"
 #include "field/index_space.h"
 #include "march/march_double.h"
-#include "psivox/memory.h"
-#include "psivox/parts.h"
+#include "psivox/medium.h"
 #include "reference/reference.h"
 
 namespace psivox {

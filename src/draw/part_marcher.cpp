@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "psivox/memory.h"
-#include "psivox/parts.h"
+#include "base/memory.h"
+#include "psivox/medium.h"
 
 namespace psivox {
 namespace {

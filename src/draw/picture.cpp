@@ -4,11 +4,11 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "base/text.h"
 #include "march/film.h"
 #include "march/light.h"
 #include "march/march_double.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 #include "reference/reference.h"
 
 namespace psivox {

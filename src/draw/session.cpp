@@ -3,16 +3,18 @@
 #include <cmath>
 #include <utility>
 
+#include "base/stopwatch.h"
 #include "draw/part_marcher.h"
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
 #include "image/read_environment.h"
 #include "image/read_holdout.h"
 #include "march/explain.h"
-#include "psivox/clip.h"
 #include "psivox/parameters.h"
-#include "psivox/stopwatch.h"
 #include "psivox/vdb.h"
+#include "scene/clip.h"
+#include "scene/environment.h"
+#include "scene/holdout.h"
 
 namespace psivox {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-#include "psivox/stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace psivox {
 namespace {

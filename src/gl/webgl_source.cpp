@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "gl/shader_macros.h"
 #include "gl/shader_tokens.h"
-#include "psivox/text.h"
 
 namespace psivox::gl {
 namespace {

@@ -6,9 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "psivox/text.h"
+#include "scene/holdout.h"
 
 namespace psivox {
 namespace {

@@ -6,7 +6,8 @@
 
 #include "look/draft.h"
 #include "look/voxel_lines.h"
-#include "psivox/clip.h"
+#include "scene/clip.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

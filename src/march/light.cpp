@@ -9,9 +9,11 @@
 #include <numeric>
 #include <optional>
 
+#include "base/text.h"
 #include "march/medium_atlas.h"
 #include "march/voxel_luminance.h"
-#include "psivox/text.h"
+#include "scene/environment.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,5 @@
 #include "march/film.h"
+#include "scene/holdout.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -12,13 +13,14 @@
 #include <span>
 #include <vector>
 
+#include "base/stopwatch.h"
+#include "base/text.h"
 #include "field/field_index.h"
-#include "psivox/clip.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
-#include "psivox/parts.h"
-#include "psivox/stopwatch.h"
-#include "psivox/text.h"
+#include "psivox/medium.h"
+#include "scene/clip.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -1,11 +1,11 @@
-#include "psivox/parts.h"
+#include "psivox/medium.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
-#include "psivox/memory.h"
-#include "psivox/text.h"
+#include "base/memory.h"
+#include "base/text.h"
 #include "scene/enum_names.h"
 
 namespace psivox {

@@ -1,15 +1,14 @@
 #include <memory>
 
+#include "base/memory.h"
+#include "base/text.h"
 #include "medium/coarse_field.h"
 #include "medium/stored_density.h"
 #include "medium/value_range.h"
 #include "medium/vector_part.h"
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
-#include "psivox/memory.h"
 #include "psivox/parameters.h"
-#include "psivox/parts.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

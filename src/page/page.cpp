@@ -8,16 +8,16 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/command_text.h"
 #include "base/html.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "gl/webgl_march.h"
 #include "page/page_files.h"
 #include "plan/plan.h"
-#include "psivox/clip.h"
-#include "psivox/command_text.h"
 #include "psivox/legend.h"
 #include "psivox/picture_file.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
+#include "scene/clip.h"
 
 namespace psivox {
 namespace {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "field/index_space.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -9,14 +9,14 @@
 #include <array>
 #include <variant>
 
+#include "base/guarded_reading.h"
+#include "base/option_concepts.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "core.h"
 #include "drawing.h"
 #include "gl/object_counts.h"
-#include "psivox/guarded_reading.h"
-#include "psivox/option_concepts.h"
 #include "psivox/study.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "psivox/verify.h"
 #include "scene/color_text.h"
 

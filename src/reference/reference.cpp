@@ -1,4 +1,5 @@
 #include "reference/reference.h"
+#include "scene/holdout.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
@@ -9,8 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "psivox/error.h"
-#include "psivox/stopwatch.h"
 #include "ray_modes.h"
 #include "ray_radiance.h"
 

@@ -1,8 +1,8 @@
 #include <unistd.h>
 
 #include "base/html.h"
+#include "base/text_file.h"
 #include "psivox/image.h"
-#include "psivox/text_file.h"
 #include "study/page.h"
 #include "study/plot.h"
 

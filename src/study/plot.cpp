@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/html.h"
-#include "psivox/text.h"
+#include "base/text.h"
 #include "study/page.h"
 
 namespace psivox {

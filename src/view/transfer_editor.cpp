@@ -10,10 +10,11 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "colour/srgb.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
+#include "scene/transfer_function.h"
 #include "view/sliders.h"
 
 namespace psivox::view {
