@@ -14,7 +14,7 @@ struct Others {
   real end;           // where the first of them leaves a cell
   Cubic attenuation;  // tau / extinction
   Cubics source;      // of each, its tau / extinction times its luminance, a sextic: source(s) +
-  Cubics source_high; // s^4 source_high(s). A struct of the two is one level more than WebGL allows
+  Cubics source_high; // s^4 source_high(s). Not a struct: WebGL would not nest so deep
   Cubics glow;        // emission [radiance / unit of t]
 };
 

@@ -14,6 +14,6 @@ uvec4 entry_of(usampler2D rows, int i) {
   return texelFetch(rows, ivec2(i & ((1 << row_bits) - 1), i >> row_bits), 0);
 }
 
-// Nor has it `precise`. No compiler fuses a product with a sum across bits that it cannot know.
+// It has no `precise`. No compiler fuses a product with a sum across bits that it cannot know.
 uniform int no_bits;  // 0
 float exactly(float v) { return intBitsToFloat(floatBitsToInt(v) ^ no_bits); }

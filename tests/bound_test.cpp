@@ -10,6 +10,7 @@
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "reference/piece.h"
+#include "scene/transfer_function.h"
 #include "study/suite.h"
 
 namespace psivox {

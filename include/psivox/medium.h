@@ -13,11 +13,12 @@
 #include "psivox/scene.h"
 #include "psivox/team.h"
 #include "psivox/vdb.h"
-#include "scene/environment.h"
-#include "scene/holdout.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
+
+class Environment;
+class TransferFunction;
+struct Holdout;
 
 /// The source of the luminance L. It decides what the march fetches and sums.
 enum class LuminanceSource : int {

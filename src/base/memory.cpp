@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdlib>
 #include <fstream>
 #include <limits>
@@ -95,14 +96,17 @@ std::uint64_t available_memory(const fs::path& root) {
 void keep_freed_memory() {
 #ifdef __GLIBC__
   constexpr int kept = 1 << 28, block = 1 << 25, ahead = 1 << 26;  // bytes; a block: glibc's limit
-  constexpr std::uintptr_t page = 1 << 21;
+  constexpr std::size_t page = 1 << 21;
   mallopt(M_TRIM_THRESHOLD, kept);   // the end of the heap that stays
   mallopt(M_MMAP_THRESHOLD, block);  // blocks up to this size come from the heap
   mallopt(M_TOP_PAD, ahead);         // the heap grows by this at a time
   const std::unique_ptr<void, void (*)(void*)> first(std::malloc(page), std::free);
-  const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(first.get()) + page - 1) & -page;
-  const std::uintptr_t end = reinterpret_cast<std::uintptr_t>(sbrk(0)) & -page;
-  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // a wish
+  void* begin = first.get();
+  const std::ptrdiff_t heap = static_cast<char*>(sbrk(0)) - static_cast<char*>(begin);
+  if (!begin || heap < 0) return;  // the heap could not grow
+  auto length = std::size_t(heap);
+  // a wish, as the kernel may have no such pages
+  if (std::align(page, page, begin, length)) madvise(begin, length / page * page, MADV_HUGEPAGE);
 #endif
 }
 

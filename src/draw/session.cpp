@@ -14,6 +14,8 @@
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/clip.h"
+#include "scene/environment.h"
+#include "scene/holdout.h"
 
 namespace psivox {
 namespace {

@@ -13,7 +13,8 @@
 namespace psivox::gl {
 namespace {
 
-/// What the web has not, as macros of what it has. It gives no global the name of a function.
+/// Names that WebGL lacks, as macros of those that it has. Its globals may not have the name of a
+/// function that the language has.
 Macros web_names() {
   Macros macros;
   for (const char* const name : {"samplerBuffer sampler2D", "usamplerBuffer usampler2D",
@@ -114,7 +115,7 @@ class Rewriter {
     replace(tokens_[end].at, tokens_[end].at, ")");
   }
 
-  /// An entry of a texture that there is not: WebGL may have 16 at a time.
+  /// Puts zeros in place of a look-up in a texture that is missing: WebGL promises 16, not more.
   void read_nothing(std::size_t i) {
     const auto found = missing_.find(at(i + 2));
     if (found == missing_.end()) return;

@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-#include "base/base64.h"
+#include "base/html.h"
 #include "psivox/atlas.h"
 #include "psivox/error.h"
 

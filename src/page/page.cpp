@@ -1,12 +1,13 @@
 #include "psivox/page.h"
 
-#include <unistd.h>
-
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/command_text.h"
-#include "base/base64.h"
+#include "base/html.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "gl/webgl_march.h"
@@ -36,17 +37,35 @@ void check_size(double bytes, const PageOptions& options) {
                                          bytes / megabyte, options.limit_mb));
 }
 
-/// The picture as a PNG of base64, over black if there is no background.
+/// A folder that nobody else may write to, removed at its end.
+class PrivateFolder {
+ public:
+  PrivateFolder() {
+    if (!mkdtemp(path_.data())) throw Error(ExitCode::output, path_ + ": " + std::strerror(errno));
+  }
+  ~PrivateFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_ = (fs::temp_directory_path() / "psivox-page-XXXXXX").string();
+};
+
+/// The picture as a PNG of base64, over black if there is no background. Writers of pictures need
+/// a file.
 std::string png_of(const Drawn& drawn, const View& view) {
   Scene scene = view.scene;
   if (!scene.background) scene.background = glm::dvec3(0);
-  const fs::path file =
-      fs::temp_directory_path() / ("psivox-page-" + std::to_string(getpid()) + ".png");
+  const PrivateFolder folder;
+  const std::string file = folder.path() + "/picture.png";
   Image image = drawn.image;
-  write_picture(image, scene, legend_of(view), drawn.stats.renderer, {file.string()});
-  const std::string bytes = read_text(file.string(), "picture");
-  fs::remove(file);
-  return base64(bytes);
+  write_picture(image, scene, legend_of(view), drawn.stats.renderer, {file});
+  return base64(read_text(file, "picture"));
 }
 
 /// The command that draws the picture, but for what the page changes: camera, exposure, background.
@@ -150,13 +169,6 @@ std::string without_tags(std::string json) {
 /// Puts a text where the template has its mark.
 void fill(std::string& page, const std::string& mark, const std::string& text) {
   page.replace(page.find(mark), mark.size(), text);
-}
-
-std::string html_text(std::string_view text) {
-  std::string out;
-  for (const char c : text)
-    out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
-  return out;
 }
 
 /// What a slice shows, in place of the view's medium, and its atlas; unset in other modes.

@@ -8,6 +8,7 @@
 #include "field/index_space.h"
 #include "march/march_double.h"
 #include "plan/brick_effects.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,5 @@
 #include "classify.h"
+#include "scene/transfer_function.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
 #include "ray_radiance.h"
+#include "scene/transfer_function.h"
 
 #include <algorithm>
 #include <cassert>

@@ -7,6 +7,7 @@
 
 #include "cell_walk.h"
 #include "ray_radiance.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

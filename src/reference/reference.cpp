@@ -1,4 +1,5 @@
 #include "reference/reference.h"
+#include "scene/holdout.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>

@@ -1,6 +1,21 @@
-#include "base/base64.h"
+#include "base/html.h"
 
 namespace psivox {
+
+std::string html_text(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else
+      out += c;
+  }
+  return out;
+}
 
 std::string base64(std::string_view bytes) {
   static constexpr char digits[] =
