@@ -1,6 +1,6 @@
 // Cameras of glTF and of ParaView: the axes, the field of view, nested nodes, bad files.
 
-#include "psivox/camera_file.h"
+#include "scene/camera_file.h"
 #include "expect_near.h"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 #include <sstream>
 #include <vector>
 
+#include "base/text_file.h"
 #include "psivox/error.h"
-#include "psivox/text_file.h"
 #include "verify/made_views.h"
 #include "verify/make_field.h"
 

@@ -53,16 +53,16 @@ only_in '^pybind11/' '^src/python/'
 # A line: the component, then its public headers in include/psivox.
 floors=$(
   cat <<'LIST'
-base error foreign_format guarded_reading loaded_module map_range memory option_concepts progress renderer_name statistics stopwatch text text_file
+base error progress
 colour display
 team team
 guard
-field dense_field field leaf_values value_percentile value_survey
+field dense_field field leaf_values value_survey
 scan
 vdb vdb
-scene black_body camera camera_file clip colormap environment holdout integrators method modes parameters scene subject transfer_function
-atlas atlas regions
-medium medium parts
+scene camera colormap integrators method modes parameters scene
+atlas atlas
+medium medium
 image image legend scene_file
 oiio
 march marcher
@@ -71,8 +71,8 @@ reference
 plan
 draw draw picture_file
 look look
-app camera_lines command_text file_report open
-sequence camera_motion sequence
+app file_report open
+sequence sequence
 verify verify
 study study
 view

@@ -1,6 +1,6 @@
 // --clip, --clip-plane and --mode slice, by every marcher.
 
-#include "psivox/clip.h"
+#include "scene/clip.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "psivox/error.h"
-#include "psivox/transfer_function.h"
 #include "scene/color_space.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -1,7 +1,7 @@
 // Light of a latitude-longitude map, and albedos that differ by place: against a sky, a light,
 // closed forms and the reference.
 
-#include "psivox/environment.h"
+#include "scene/environment.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/text_file.h"
 #include "blobs_scene.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/study.h"
-#include "psivox/text_file.h"
 #include "study/results.h"
 
 namespace psivox {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "psivox/medium.h"
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 #include "verify/make_field.h"
 
 // Shared by the tests of functions of value and gradient.

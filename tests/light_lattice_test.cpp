@@ -10,10 +10,10 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <vector>
 
+#include "atlas/regions.h"
 #include "light_cases.h"
 #include "march/light.h"
 #include "march_cases.h"
-#include "psivox/regions.h"
 
 namespace psivox {
 namespace {

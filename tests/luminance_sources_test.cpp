@@ -14,10 +14,10 @@
 #include <string>
 
 #include "field_voxels.h"
-#include "psivox/black_body.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
+#include "scene/black_body.h"
 #include "verify/make_field.h"
 
 namespace psivox {

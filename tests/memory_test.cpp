@@ -1,6 +1,6 @@
 // The memory that is left, under made-up files of the system.
 
-#include "psivox/memory.h"
+#include "base/memory.h"
 
 #include <gtest/gtest.h>
 

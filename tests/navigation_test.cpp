@@ -11,10 +11,10 @@
 #include <glm/geometric.hpp>
 #include <semaphore>
 
-#include "psivox/command_text.h"
+#include "app/command_text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/text_file.h"
 #include "view/controls.h"
 #include "view/current_volume.h"
 #include "view/files.h"

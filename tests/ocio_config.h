@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "psivox/text_file.h"
+#include "base/text_file.h"
 
 namespace psivox {
 

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <string>
 
+#include "app/command_text.h"
 #include "ocio_config.h"
-#include "psivox/command_text.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
 #include "psivox/scene_file.h"

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/text_file.h"
 #include "usage_error.h"
 
 namespace psivox {

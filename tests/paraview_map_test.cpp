@@ -6,10 +6,10 @@
 #include <sstream>
 #include <string>
 
+#include "base/text_file.h"
 #include "psivox/error.h"
-#include "psivox/text_file.h"
-#include "psivox/transfer_function.h"
 #include "scene/color_space.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <regex>
 
-#include "psivox/text_file.h"
+#include "base/text_file.h"
 #include "study/study_plots.h"
 
 namespace psivox {

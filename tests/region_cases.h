@@ -2,8 +2,8 @@
 
 #include <utility>
 
+#include "atlas/regions.h"
 #include "draw/part_marcher.h"
-#include "psivox/regions.h"
 #include "psivox/scene.h"
 #include "psivox/team.h"
 

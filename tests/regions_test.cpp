@@ -1,4 +1,4 @@
-#include "psivox/regions.h"
+#include "atlas/regions.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <glm/vec2.hpp>
 #include <utility>
 
-#include "psivox/guarded_reading.h"
+#include "base/guarded_reading.h"
 #include "psivox/leaf_values.h"
 #include "scan_made_files.h"
 

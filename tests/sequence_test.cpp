@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "psivox/camera_motion.h"
+#include "sequence/camera_motion.h"
 #include "usage_error.h"
 
 namespace psivox {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "base/text.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 #include "study/report.h"
 #include "study/study_pictures.h"
 #include "study/study_plots.h"

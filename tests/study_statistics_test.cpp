@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "psivox/statistics.h"
+#include "base/statistics.h"
 #include "psivox/study.h"
 #include "study/study_plots.h"
 

@@ -1,6 +1,6 @@
 // Transfer functions: the knots, the values between them, and their file.
 
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 #include <gtest/gtest.h>
 

@@ -9,11 +9,11 @@
 #include <memory>
 #include <random>
 
+#include "base/statistics.h"
+#include "field/value_percentile.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
-#include "psivox/statistics.h"
-#include "psivox/value_percentile.h"
 #include "verify/make_field.h"
 
 namespace psivox {

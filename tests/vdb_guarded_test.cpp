@@ -15,10 +15,10 @@
 #include <sstream>
 #include <thread>
 
+#include "base/guarded_reading.h"
 #include "guard/pack.h"
 #include "guard/process.h"
 #include "guard/service.h"
-#include "psivox/guarded_reading.h"
 #include "psivox/leaf_values.h"
 #include "vdb/guarded_reader.h"
 #include "vdb/reading_messages.h"

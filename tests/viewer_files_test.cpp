@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <glm/geometric.hpp>
 
-#include "psivox/camera_file.h"
+#include "base/text_file.h"
 #include "psivox/parameters.h"
-#include "psivox/text_file.h"
+#include "scene/camera_file.h"
 #include "viewer_hands.h"
 
 namespace psivox::view {

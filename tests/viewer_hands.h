@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "psivox/command_text.h"
+#include "app/command_text.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "view/viewer.h"

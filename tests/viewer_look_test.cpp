@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <glm/geometric.hpp>
 
+#include "base/text_file.h"
 #include "psivox/image.h"
 #include "psivox/look.h"
 #include "psivox/parameters.h"
-#include "psivox/text_file.h"
 #include "viewer_hands.h"
 
 namespace psivox::view {

@@ -4,10 +4,10 @@
 
 #include <filesystem>
 
+#include "base/text_file.h"
 #include "psivox/image.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
-#include "psivox/text_file.h"
 #include "viewer_hands.h"
 
 namespace psivox::view {

@@ -10,11 +10,11 @@
 #include <fstream>
 #include <thread>
 
+#include "base/text_file.h"
 #include "ocio_config.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
-#include "psivox/text_file.h"
 #include "view/benchmark.h"
 #include "viewer_hands.h"
 

@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "atlas/regions.h"
+#include "base/text.h"
 #include "command_line.h"
 #include "commands.h"
 #include "psivox/atlas.h"
 #include "psivox/file_report.h"
-#include "psivox/regions.h"
-#include "psivox/text.h"
 #include "psivox/vdb.h"
 
 namespace psivox {

@@ -10,22 +10,22 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "commands.h"
 #include "frame_list.h"
 #include "movie.h"
 #include "notices.h"
 #include "picture_output.h"
 #include "progress_bar.h"
-#include "psivox/camera_file.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/picture_file.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "psivox/vdb.h"
 #include "render_call.h"
 #include "render_on_ranks.h"
+#include "scene/camera_file.h"
 
 namespace psivox {
 namespace {

@@ -8,19 +8,19 @@
 #include <optional>
 #include <string>
 
+#include "app/camera_lines.h"
+#include "app/command_text.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "command_line.h"
 #include "commands.h"
 #include "frame_list.h"
 #include "notices.h"
 #include "progress_bar.h"
-#include "psivox/camera_lines.h"
-#include "psivox/command_text.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
 #include "psivox/sequence.h"
 #include "psivox/study.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "psivox/vdb.h"
 #include "scene_options.h"
 

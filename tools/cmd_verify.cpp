@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "command_line.h"
 #include "commands.h"
 #include "psivox/error.h"
-#include "psivox/stopwatch.h"
 #include "psivox/verify.h"
 
 namespace psivox {

@@ -6,12 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "command_line.h"
 #include "commands.h"
 #include "notices.h"
 #include "psivox/error.h"
 #include "psivox/picture_file.h"
-#include "psivox/text.h"
 #include "scene_options.h"
 #ifdef PSIVOX_VIEWER
 #include "view/benchmark.h"

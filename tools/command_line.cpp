@@ -6,10 +6,10 @@
 #include <memory>
 #include <sstream>
 
+#include "base/guarded_reading.h"
+#include "base/option_concepts.h"
 #include "help_forms.h"
 #include "psivox/error.h"
-#include "psivox/guarded_reading.h"
-#include "psivox/option_concepts.h"
 
 namespace psivox {
 namespace {

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox {
 

@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <numeric>
 
+#include "base/text.h"
 #include "notices.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "psivox/camera_motion.h"
 #include "psivox/draw.h"
 #include "psivox/sequence.h"
 #include "render_call.h"
+#include "sequence/camera_motion.h"
 
 namespace psivox {
 

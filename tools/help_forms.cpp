@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "app/command_text.h"
+#include "base/text.h"
 #include "command_line.h"
-#include "psivox/command_text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

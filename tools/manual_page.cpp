@@ -1,8 +1,8 @@
 // Manual pages in roff: psivox(1), psivox-render(1) and so on.
 
+#include "base/text.h"
 #include "help_forms.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

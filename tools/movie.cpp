@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
-#include "psivox/command_text.h"
+#include "app/command_text.h"
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

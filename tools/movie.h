@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "base/text_file.h"
 #include "psivox/image.h"
-#include "psivox/text_file.h"
 
 namespace psivox {
 

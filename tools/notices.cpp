@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <string>
 
+#include "base/text.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox {
 

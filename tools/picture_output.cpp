@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/text.h"
 #include "notices.h"
 #include "psivox/picture_file.h"
-#include "psivox/text.h"
 
 namespace psivox {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
-#include "psivox/stopwatch.h"
 #include "render_call.h"
 
 namespace psivox {

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "psivox/text.h"
+#include "base/text.h"
 
 namespace psivox {
 namespace {

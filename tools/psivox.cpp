@@ -12,15 +12,15 @@
 #include <thread>
 #include <vector>
 
+#include "base/guarded_reading.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "command_line.h"
 #include "commands.h"
 #include "help_forms.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/guarded_reading.h"
 #include "psivox/image.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "psivox/vdb.h"
 
 namespace psivox {

@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "command_line.h"
 #include "psivox/error.h"
-#include "psivox/holdout.h"
 #include "psivox/image.h"
 #include "psivox/open.h"
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
+#include "scene/holdout.h"
 
 namespace psivox {
 namespace {

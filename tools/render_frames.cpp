@@ -5,17 +5,17 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "frame_list.h"
 #include "movie.h"
 #include "notices.h"
 #include "picture_output.h"
 #include "progress_bar.h"
-#include "psivox/camera_file.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
+#include "scene/camera_file.h"
 
 namespace psivox {
 namespace {

@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "frame_list.h"
-#include "psivox/parts.h"
+#include "psivox/medium.h"
 
 namespace psivox {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
@@ -8,13 +9,13 @@
 #include <vector>
 
 #include "psivox/camera.h"
-#include "psivox/environment.h"
 #include "psivox/field.h"
-#include "psivox/holdout.h"
-#include "psivox/parts.h"
 #include "psivox/scene.h"
-#include "psivox/transfer_function.h"
+#include "psivox/team.h"
 #include "psivox/vdb.h"
+#include "scene/environment.h"
+#include "scene/holdout.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 
@@ -95,6 +96,29 @@ double phase_factor(const Medium& medium, const glm::dvec3& ray_direction);
 /// The scene's lights as they shine on surfaces, turned to the world; their radiance is their
 /// colour. None: light comes from the camera.
 std::vector<ParallelLight> surface_lights(const View& view);
+
+/// Where the values of a scene's density may be.
+struct Parts {
+  /// If they take more than half of grid_memory(), they may stay in the file, provided that the
+  /// scene can be drawn in parts.
+  bool allowed = false;
+  /// In a team of several they stay in the file if they can, however few they are. Each member
+  /// reads the values of its own part.
+  std::shared_ptr<Team> team = alone();
+};
+
+/// Which pictures can be drawn in parts, if the scene's cannot, as the rest of a sentence; else
+/// empty.
+std::string parts_obstacle(const Scene& scene);
+
+/// Bytes that a scene's grids may take on host and GPU together: its memory limit without what the
+/// program itself and the picture take, but no less than 32 MiB or the limit; or four fifths of the
+/// memory that is free, if it has no limit. 0: not known.
+std::uint64_t grid_memory(const Scene& scene);
+
+/// Makes the process give freed memory back to the system at once, which costs some time. glibc
+/// otherwise keeps blocks of up to 32 MiB, so that parts of a volume would add up.
+void give_back_freed_memory();
 
 struct WeighedLeaves;
 

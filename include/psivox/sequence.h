@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "psivox/camera.h"
 #include "psivox/open.h"
-#include "psivox/subject.h"
 
 // Sequences: one file for each frame, and one scene for all of them.
 

@@ -1,4 +1,4 @@
-#include "psivox/camera_lines.h"
+#include "app/camera_lines.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <iterator>
 #include <map>
 
-#include "psivox/command_text.h"
+#include "app/command_text.h"
+#include "base/text.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,4 @@
-#include "psivox/command_text.h"
+#include "app/command_text.h"
 
 #include "psivox/look.h"
 #include "psivox/parameters.h"

@@ -6,10 +6,10 @@
 #include <sstream>
 #include <utility>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 #include "scene/vector_json.h"
 
 namespace psivox {

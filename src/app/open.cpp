@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "psivox/camera_file.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "scene/camera_file.h"
 
 namespace psivox {
 

@@ -9,8 +9,8 @@
 #include <set>
 #include <string>
 
+#include "base/memory.h"
 #include "psivox/error.h"
-#include "psivox/memory.h"
 
 namespace psivox::atlas {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "atlas/atlas_plan.h"
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,4 @@
-#include "psivox/regions.h"
+#include "atlas/regions.h"
 
 #include <algorithm>
 #include <array>

@@ -10,8 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include "base/foreign_format.h"
 #include "psivox/error.h"
-#include "psivox/foreign_format.h"
 
 namespace psivox {
 namespace {

@@ -1,6 +1,6 @@
-#include "psivox/foreign_format.h"
+#include "base/foreign_format.h"
 
-#include "psivox/text.h"
+#include "base/text.h"
 
 namespace psivox {
 namespace {

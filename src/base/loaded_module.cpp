@@ -1,4 +1,4 @@
-#include "psivox/loaded_module.h"
+#include "base/loaded_module.h"
 
 #include <dlfcn.h>
 

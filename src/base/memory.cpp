@@ -1,4 +1,4 @@
-#include "psivox/memory.h"
+#include "base/memory.h"
 
 #include <sys/resource.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "psivox/text.h"
+#include "base/text.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,4 +1,4 @@
-#include "psivox/text_file.h"
+#include "base/text_file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -17,8 +17,8 @@
 #include <string>
 #include <system_error>
 
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

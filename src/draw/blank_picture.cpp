@@ -6,15 +6,15 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "base/text.h"
 #include "colour/display.h"
 #include "field/index_space.h"
 #include "medium/density_function.h"
 #include "medium/value_range.h"
-#include "psivox/clip.h"
+#include "psivox/camera.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
-#include "psivox/subject.h"
-#include "psivox/text.h"
+#include "scene/clip.h"
 #include "scene/color_space.h"
 
 namespace psivox {

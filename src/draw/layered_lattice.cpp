@@ -5,9 +5,9 @@
 #include <map>
 #include <utility>
 
+#include "atlas/regions.h"
 #include "draw/part_marcher.h"
 #include "march/lattice_tiles.h"
-#include "psivox/regions.h"
 
 namespace psivox {
 namespace {

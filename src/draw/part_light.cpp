@@ -8,7 +8,7 @@
 #include "draw/part_marcher.h"
 #include "field/index_space.h"
 #include "march/march_double.h"
-#include "psivox/parts.h"
+#include "psivox/medium.h"
 #include "reference/reference.h"
 
 namespace psivox {

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "psivox/parts.h"
+#include "psivox/medium.h"
 
 namespace psivox {
 namespace {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "base/text.h"
 #include "march/film.h"
 #include "march/march_double.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

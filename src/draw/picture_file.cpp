@@ -3,11 +3,11 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/memory.h"
+#include "base/stopwatch.h"
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/memory.h"
 #include "psivox/scene_file.h"
-#include "psivox/stopwatch.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/stopwatch.h"
 #include "draw/part_marcher.h"
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
@@ -10,10 +11,9 @@
 #include "image/read_holdout.h"
 #include "march/explain.h"
 #include "plan/choose_codes.h"
-#include "psivox/clip.h"
 #include "psivox/parameters.h"
-#include "psivox/stopwatch.h"
 #include "psivox/vdb.h"
+#include "scene/clip.h"
 
 namespace psivox {
 namespace {

@@ -5,12 +5,12 @@
 #include <string>
 #include <utility>
 
+#include "base/text.h"
 #include "draw/lighting.h"
 #include "march/medium_atlas.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
-#include "psivox/parts.h"
-#include "psivox/text.h"
+#include "psivox/medium.h"
 
 namespace psivox {
 namespace {

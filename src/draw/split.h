@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
+#include "atlas/regions.h"
 #include "psivox/draw.h"
-#include "psivox/regions.h"
 
 namespace psivox {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <atomic>
 
+#include "base/stopwatch.h"
 #include "plan/choose_codes.h"
-#include "psivox/stopwatch.h"
 
 namespace psivox {
 namespace {

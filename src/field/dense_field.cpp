@@ -7,10 +7,10 @@
 #include <glm/mat3x3.hpp>
 #include <limits>
 
+#include "base/memory.h"
+#include "base/text.h"
 #include "field/index_space.h"
 #include "psivox/error.h"
-#include "psivox/memory.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

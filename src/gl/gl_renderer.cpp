@@ -6,13 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "base/stopwatch.h"
 #include "gl/egl_context.h"
 #include "gl/grid_textures.h"
 #include "gl/picture_pass.h"
 #include "gl/tile_target.h"
 #include "march/light_lattice.h"
 #include "psivox/error.h"
-#include "psivox/stopwatch.h"
 
 namespace psivox {
 namespace gl {

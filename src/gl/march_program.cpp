@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
+#include "base/renderer_name.h"
 #include "psivox/error.h"
-#include "psivox/renderer_name.h"
 
 namespace psivox::gl {
 namespace {

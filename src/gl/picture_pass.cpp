@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "march/film.h"
 #include "march/shader_constants.h"
-#include "psivox/stopwatch.h"
 
 namespace psivox::gl {
 

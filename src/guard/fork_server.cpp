@@ -15,8 +15,8 @@
 #include <system_error>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 
 namespace psivox::guard {
 namespace {

@@ -14,9 +14,9 @@
 #include <thread>
 #include <utility>
 
+#include "base/memory.h"
 #include "pack.h"
 #include "psivox/error.h"
-#include "psivox/memory.h"
 
 namespace psivox::guard {
 

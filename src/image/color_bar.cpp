@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "canvas.h"
 #include "psivox/camera.h"
 #include "psivox/legend.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

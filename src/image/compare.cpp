@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "base/statistics.h"
 #include "psivox/colormap.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "psivox/statistics.h"
 
 namespace psivox {
 namespace {

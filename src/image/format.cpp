@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "psivox/text.h"
+#include "base/text.h"
 
 namespace psivox::image_io {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/text_file.h"
 #include "psivox/image.h"
-#include "psivox/text_file.h"
 
 namespace psivox::image_io {
 

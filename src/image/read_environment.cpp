@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "psivox/text.h"
 
 namespace psivox {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "psivox/environment.h"
 #include "psivox/scene.h"
+#include "scene/environment.h"
 
 namespace psivox {
 

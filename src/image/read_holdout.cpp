@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "psivox/holdout.h"
+#include "scene/holdout.h"
 
 namespace psivox {
 

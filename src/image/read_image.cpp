@@ -9,11 +9,11 @@
 #include <optional>
 #include <string>
 
+#include "base/loaded_module.h"
 #include "colour/srgb.h"
 #include "format.h"
 #include "picture_files.h"
 #include "psivox/image.h"
-#include "psivox/loaded_module.h"
 
 namespace psivox::image_io {
 namespace {

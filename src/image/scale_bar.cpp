@@ -2,9 +2,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "base/text.h"
 #include "canvas.h"
 #include "psivox/legend.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -1,11 +1,11 @@
 #include "psivox/scene_file.h"
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
-#include "psivox/holdout.h"
 #include "psivox/image.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
+#include "scene/holdout.h"
 
 namespace psivox {
 namespace {

@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "colour/display.h"
 #include "format.h"
 #include "output_file.h"
 #include "picture_files.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "psivox/text.h"
 #include "srgb_codes.h"
 
 namespace psivox {

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "base/text.h"
 #include "look/draft.h"
 #include "look/file_kind.h"
 #include "look/voxel_lines.h"
 #include "medium/value_range.h"
 #include "medium/vector_part.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "look/flame.h"
 #include "psivox/medium.h"
-#include "psivox/parts.h"
 #include "psivox/scene.h"
 #include "psivox/vdb.h"
 

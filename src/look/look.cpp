@@ -7,16 +7,16 @@
 #include <optional>
 #include <system_error>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "look/choices.h"
 #include "look/embedded_looks.h"
 #include "look/file_kind.h"
 #include "medium/vector_part.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "psivox/medium.h"
 #include "psivox/parameters.h"
-#include "psivox/parts.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 
 namespace psivox {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "look/draft.h"
 #include "look/voxel_lines.h"
-#include "psivox/clip.h"
+#include "scene/clip.h"
 
 namespace psivox {
 namespace {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/text.h"
 #include "march/atlas_march.h"
 #include "march/preintegration.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -9,9 +9,9 @@
 #include <numeric>
 #include <optional>
 
+#include "base/text.h"
 #include "march/medium_atlas.h"
 #include "march/voxel_luminance.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -9,10 +9,10 @@
 #include <glm/common.hpp>
 #include <thread>
 
+#include "base/stopwatch.h"
 #include "march/atlas_march.h"
 #include "march/deep_fit.h"
 #include "march/film.h"
-#include "psivox/stopwatch.h"
 
 // Under AddressSanitizer it would take minutes to compile.
 #ifdef __SANITIZE_ADDRESS__

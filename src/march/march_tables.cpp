@@ -10,8 +10,8 @@
 #include "march/glsl_subset.h"
 #include "march/preintegration.h"
 #include "march/transfer_table.h"
-#include "psivox/clip.h"
 #include "psivox/error.h"
+#include "scene/clip.h"
 
 namespace psivox {
 

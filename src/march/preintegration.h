@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "march/transfer_table.h"
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

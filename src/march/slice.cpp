@@ -12,13 +12,13 @@
 #include <span>
 #include <vector>
 
+#include "base/stopwatch.h"
+#include "base/text.h"
 #include "field/field_index.h"
-#include "psivox/clip.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
-#include "psivox/parts.h"
-#include "psivox/stopwatch.h"
-#include "psivox/text.h"
+#include "psivox/medium.h"
+#include "scene/clip.h"
 
 namespace psivox {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "medium/value_range.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 #include "scene/value_window.h"
 
 namespace psivox {

@@ -6,7 +6,7 @@
 
 #include "psivox/field.h"
 #include "psivox/scene.h"
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

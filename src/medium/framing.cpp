@@ -5,7 +5,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
-#include "psivox/subject.h"
+#include "psivox/camera.h"
 
 namespace psivox {
 namespace {

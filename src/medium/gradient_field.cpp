@@ -12,9 +12,9 @@
 #include <memory>
 #include <unordered_set>
 
+#include "base/text.h"
 #include "field/field_index.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

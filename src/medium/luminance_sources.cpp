@@ -5,12 +5,12 @@
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 
+#include "base/text.h"
 #include "medium/map_field.h"
 #include "medium/value_range.h"
-#include "psivox/black_body.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
-#include "psivox/text.h"
+#include "scene/black_body.h"
 
 namespace psivox {
 namespace {

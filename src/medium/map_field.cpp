@@ -8,11 +8,11 @@
 #include <memory>
 #include <unordered_set>
 
+#include "base/text.h"
 #include "field/field_index.h"
 #include "medium/gradient_field.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

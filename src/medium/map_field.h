@@ -4,7 +4,7 @@
 #include <glm/vec3.hpp>
 
 #include "psivox/field.h"
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

@@ -7,17 +7,17 @@
 #include <limits>
 #include <map>
 
+#include "base/text.h"
 #include "medium/density_function.h"
 #include "medium/gradient_field.h"
 #include "medium/luminance_sources.h"
 #include "medium/map_field.h"
 #include "medium/value_range.h"
 #include "medium/visible_parts.h"
-#include "psivox/clip.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
+#include "scene/clip.h"
 
 namespace psivox {
 

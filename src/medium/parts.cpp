@@ -1,4 +1,4 @@
-#include "psivox/parts.h"
+#include "psivox/medium.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -8,8 +8,8 @@
 #include <malloc.h>
 #endif
 
-#include "psivox/memory.h"
-#include "psivox/text.h"
+#include "base/memory.h"
+#include "base/text.h"
 #include "scene/enum_names.h"
 
 namespace psivox {

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "base/text.h"
 #include "medium/coarse_field.h"
 #include "medium/stored_density.h"
 #include "medium/value_range.h"
@@ -7,8 +8,6 @@
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
-#include "psivox/parts.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

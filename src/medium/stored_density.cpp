@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
+#include "atlas/regions.h"
+#include "field/value_percentile.h"
 #include "medium/coarse_field.h"
 #include "psivox/atlas.h"
 #include "psivox/leaf_values.h"
-#include "psivox/regions.h"
-#include "psivox/value_percentile.h"
 
 namespace psivox {
 namespace {

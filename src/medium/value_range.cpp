@@ -7,8 +7,8 @@
 #include <array>
 #include <limits>
 
+#include "field/value_percentile.h"
 #include "psivox/leaf_values.h"
-#include "psivox/value_percentile.h"
 
 namespace psivox {
 namespace {

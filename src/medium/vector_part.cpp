@@ -4,10 +4,10 @@
 #include <array>
 #include <glm/geometric.hpp>
 
+#include "base/text.h"
 #include "medium/map_field.h"
 #include "medium/value_range.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

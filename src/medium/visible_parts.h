@@ -13,9 +13,9 @@
 #include <utility>
 #include <vector>
 
+#include "psivox/camera.h"
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
-#include "psivox/subject.h"
 
 // What the voxels of leaves weigh: their attenuation or emission.
 

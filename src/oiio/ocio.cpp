@@ -6,8 +6,8 @@
 #include <memory>
 #include <mutex>
 
+#include "base/text.h"
 #include "oiio/picture_module.h"
-#include "psivox/text.h"
 
 namespace psivox::image_io {
 namespace {

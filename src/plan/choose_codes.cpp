@@ -4,10 +4,10 @@
 #include <numeric>
 #include <optional>
 
+#include "base/statistics.h"
 #include "field/index_space.h"
 #include "march/march_double.h"
 #include "plan/brick_effects.h"
-#include "psivox/statistics.h"
 
 namespace psivox {
 namespace {

@@ -5,10 +5,10 @@
 #include <limits>
 #include <random>
 
+#include "base/statistics.h"
 #include "march/march_double.h"
 #include "plan/lattice_search.h"
 #include "psivox/error.h"
-#include "psivox/statistics.h"
 #include "reference/reference.h"
 
 namespace psivox {

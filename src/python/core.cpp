@@ -9,13 +9,13 @@
 #include <array>
 #include <variant>
 
+#include "base/guarded_reading.h"
+#include "base/option_concepts.h"
+#include "base/text.h"
 #include "core.h"
 #include "drawing.h"
 #include "gl/object_counts.h"
-#include "psivox/guarded_reading.h"
-#include "psivox/option_concepts.h"
 #include "psivox/study.h"
-#include "psivox/text.h"
 #include "psivox/verify.h"
 #include "scene/color_text.h"
 

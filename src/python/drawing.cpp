@@ -7,10 +7,10 @@
 #include <set>
 
 #include "psivox/camera.h"
-#include "psivox/clip.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
 #include "psivox/scene_file.h"
+#include "scene/clip.h"
 
 namespace psivox::python {
 namespace {

@@ -8,12 +8,12 @@
 #include <glm/common.hpp>
 #include <memory>
 
+#include "base/memory.h"
+#include "base/text.h"
 #include "core.h"
 #include "psivox/dense_field.h"
 #include "psivox/file_report.h"
 #include "psivox/leaf_values.h"
-#include "psivox/memory.h"
-#include "psivox/text.h"
 
 namespace psivox::python {
 namespace {

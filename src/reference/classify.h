@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "piece.h"
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

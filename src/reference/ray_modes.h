@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "field_lookup.h"
-#include "psivox/clip.h"
 #include "psivox/medium.h"
 #include "ray_radiance.h"
+#include "scene/clip.h"
 
 namespace psivox {
 

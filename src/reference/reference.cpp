@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "psivox/error.h"
-#include "psivox/stopwatch.h"
 #include "ray_modes.h"
 #include "ray_radiance.h"
 

@@ -6,7 +6,7 @@
 #include <glm/mat3x3.hpp>
 #include <limits>
 
-#include "psivox/text.h"
+#include "base/text.h"
 #include "scan/byte_stream.h"
 #include "scan/header.h"
 

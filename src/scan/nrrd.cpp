@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "psivox/text.h"
+#include "base/text.h"
 #include "scan/byte_stream.h"
 #include "scan/header.h"
 #include "scan/nrrd_text.h"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "psivox/text.h"
+#include "base/text.h"
 #include "scan/byte_stream.h"
 
 // The lines of an NRRD header: fields, words and numbers, without their meaning.

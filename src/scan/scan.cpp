@@ -6,11 +6,11 @@
 #include <new>
 #include <utility>
 
+#include "base/memory.h"
+#include "base/text.h"
 #include "field/index_space.h"
 #include "psivox/dense_field.h"
 #include "psivox/error.h"
-#include "psivox/memory.h"
-#include "psivox/text.h"
 #include "scan/byte_stream.h"
 #include "scan/nrrd_text.h"
 #include "scan/value_stream.h"

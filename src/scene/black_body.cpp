@@ -1,4 +1,4 @@
-#include "psivox/black_body.h"
+#include "scene/black_body.h"
 
 #include <algorithm>
 #include <array>

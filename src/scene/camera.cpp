@@ -8,8 +8,8 @@
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 
-#include "psivox/clip.h"
 #include "psivox/error.h"
+#include "scene/clip.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,4 @@
-#include "psivox/camera_file.h"
+#include "scene/camera_file.h"
 
 #include <array>
 #include <cmath>
@@ -6,9 +6,9 @@
 #include <glm/trigonometric.hpp>
 #include <utility>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "scene/gltf_camera.h"
 #include "scene/paraview.h"
 

@@ -1,4 +1,4 @@
-#include "psivox/clip.h"
+#include "scene/clip.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>

@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-#include "psivox/text.h"
+#include "base/text.h"
 #include "scene/color_space.h"
 
 namespace psivox {

@@ -2,10 +2,10 @@
 
 #include <span>
 
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
-#include "psivox/transfer_function.h"
 #include "scene/color_space.h"
+#include "scene/transfer_function.h"
 #include "scene/value_window.h"
 
 namespace psivox {

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/scene.h"
-#include "psivox/text.h"
 
 namespace psivox {
 

@@ -1,4 +1,4 @@
-#include "psivox/environment.h"
+#include "scene/environment.h"
 
 #include <algorithm>
 #include <cmath>

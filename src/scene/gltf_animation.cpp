@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "base/text_file.h"
 #include "psivox/error.h"
-#include "psivox/text_file.h"
 
 namespace psivox {
 namespace {

@@ -12,8 +12,8 @@
 #include <optional>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 #include "scene/vector_json.h"
 
 namespace psivox {

@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "psivox/camera_file.h"
+#include "scene/camera_file.h"
 
 namespace psivox {
 

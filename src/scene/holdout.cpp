@@ -1,4 +1,4 @@
-#include "psivox/holdout.h"
+#include "scene/holdout.h"
 
 #include <cmath>
 #include <cstddef>
@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "psivox/text.h"
+#include "base/text.h"
 
 namespace psivox {
 namespace {

@@ -1,7 +1,7 @@
 #include <cmath>
 
+#include "base/text.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 #include "scene/color_text.h"
 #include "scene/enum_names.h"
 

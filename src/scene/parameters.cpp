@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "psivox/text.h"
+#include "base/text.h"
 #include "scene/enum_names.h"
 
 namespace psivox {

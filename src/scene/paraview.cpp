@@ -10,8 +10,8 @@
 #include <sstream>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 #include "scene/color_space.h"
 
 namespace psivox {

@@ -3,8 +3,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "psivox/camera_file.h"
-#include "psivox/transfer_function.h"
+#include "scene/camera_file.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

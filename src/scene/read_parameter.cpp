@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 #include "scene/color_text.h"
 #include "scene/enum_names.h"
 

@@ -1,4 +1,4 @@
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "scene/paraview.h"
 
 namespace psivox {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "psivox/scene.h"
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cctype>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

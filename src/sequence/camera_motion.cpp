@@ -1,4 +1,4 @@
-#include "psivox/camera_motion.h"
+#include "sequence/camera_motion.h"
 
 #include <algorithm>
 #include <glm/ext/matrix_transform.hpp>
@@ -6,10 +6,10 @@
 #include <glm/trigonometric.hpp>
 #include <nlohmann/json.hpp>
 
-#include "psivox/camera_file.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
+#include "scene/camera_file.h"
 
 namespace psivox {
 

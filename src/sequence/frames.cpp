@@ -5,9 +5,9 @@
 #include <regex>
 #include <set>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

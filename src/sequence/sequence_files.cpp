@@ -4,11 +4,11 @@
 #include <optional>
 #include <set>
 
+#include "base/foreign_format.h"
+#include "base/text.h"
 #include "look/flame.h"
 #include "psivox/error.h"
-#include "psivox/foreign_format.h"
 #include "psivox/sequence.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "look/draft.h"
-#include "psivox/clip.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
+#include "scene/clip.h"
 
 namespace psivox {
 namespace {

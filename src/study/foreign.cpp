@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/picture_file.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "study/study_pictures.h"
 
 namespace psivox {

@@ -9,11 +9,11 @@
 #include <thread>
 #include <vector>
 
+#include "base/text.h"
 #include "git_hash.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox {
 namespace {

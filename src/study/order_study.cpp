@@ -4,10 +4,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "git_hash.h"
 #include "psivox/study.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "study/orders.h"
 #include "study/page.h"
 #include "study/study_plots.h"

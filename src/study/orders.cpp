@@ -3,9 +3,9 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "base/statistics.h"
 #include "march/formula_march.h"
 #include "psivox/draw.h"
-#include "psivox/statistics.h"
 #include "study/variant.h"
 #include "verify/made_views.h"
 #include "verify/make_field.h"

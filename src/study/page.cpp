@@ -1,7 +1,7 @@
 #include <unistd.h>
 
+#include "base/text_file.h"
 #include "psivox/image.h"
-#include "psivox/text_file.h"
 #include "study/page.h"
 #include "study/plot.h"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 
 namespace psivox {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "psivox/text.h"
+#include "base/text.h"
 #include "study/page.h"
 
 namespace psivox {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/statistics.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "march/formula_march.h"
 #include "psivox/colormap.h"
 #include "psivox/image.h"
-#include "psivox/statistics.h"
 #include "psivox/study.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "study/page.h"
 #include "study/variant.h"
 

@@ -5,10 +5,10 @@
 #include <map>
 #include <regex>
 
-#include "psivox/command_text.h"
+#include "app/command_text.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "study/conclusion.h"
 #include "study/page.h"
 #include "study/study_plots.h"

@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "psivox/command_text.h"
+#include "app/command_text.h"
+#include "base/statistics.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/statistics.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "study/conclusion.h"
 
 namespace psivox {

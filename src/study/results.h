@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/statistics.h"
 #include "psivox/image.h"
 #include "psivox/medium.h"
-#include "psivox/statistics.h"
 #include "study/variant.h"
 
 namespace psivox {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 #include "study/conclusion.h"
 #include "study/page.h"
 #include "study/report.h"

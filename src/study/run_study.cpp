@@ -2,11 +2,11 @@
 #include <cmath>
 #include <map>
 
+#include "base/stopwatch.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
-#include "psivox/stopwatch.h"
 #include "psivox/study.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "study/conclusion.h"
 #include "study/page.h"
 #include "study/report.h"

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "base/stopwatch.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
-#include "psivox/stopwatch.h"
 #include "study/report.h"
 
 namespace psivox {

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "psivox/renderer_name.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
+#include "base/renderer_name.h"
+#include "base/text.h"
+#include "base/text_file.h"
 #include "study/page.h"
 
 namespace psivox {

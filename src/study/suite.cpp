@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/study.h"
-#include "psivox/text.h"
 #include "study/orders.h"
 #include "study/page.h"
 #include "verify/made_views.h"

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "git_hash.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "study/linear_opacity.h"
 #include "study/page.h"
 #include "study/study_plots.h"

@@ -4,9 +4,9 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/trigonometric.hpp>
 
-#include "psivox/text.h"
-#include "psivox/text_file.h"
-#include "psivox/transfer_function.h"
+#include "base/text.h"
+#include "base/text_file.h"
+#include "scene/transfer_function.h"
 #include "study/page.h"
 #include "study/suite.h"
 #include "verify/case.h"

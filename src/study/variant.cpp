@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <tuple>
 
+#include "base/text.h"
 #include "medium/density_function.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
-#include "psivox/text.h"
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 #include "study/variant.h"
 
 namespace psivox {

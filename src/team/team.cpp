@@ -7,8 +7,8 @@
 #include <exception>
 #include <new>
 
-#include "psivox/loaded_module.h"
-#include "psivox/text.h"
+#include "base/loaded_module.h"
+#include "base/text.h"
 
 namespace psivox {
 namespace {

@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "archive_grid.h"
+#include "base/foreign_format.h"
+#include "base/text.h"
 #include "grid_types.h"
 #include "leaf_decoder.h"
 #include "point_counts.h"
 #include "psivox/error.h"
-#include "psivox/foreign_format.h"
-#include "psivox/text.h"
 #include "topology.h"
 #include "value_block.h"
 

@@ -5,10 +5,10 @@
 #include <numeric>
 #include <utility>
 
+#include "field/value_percentile.h"
 #include "grid_types.h"
 #include "point_counts.h"
 #include "psivox/error.h"
-#include "psivox/value_percentile.h"
 
 namespace psivox::vdb {
 namespace {

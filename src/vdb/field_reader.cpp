@@ -8,11 +8,11 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
+#include "base/text.h"
+#include "field/value_percentile.h"
 #include "grid_info.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
-#include "psivox/text.h"
-#include "psivox/value_percentile.h"
 #include "survey.h"
 
 namespace psivox::vdb {

@@ -6,8 +6,8 @@
 #include <new>
 #include <utility>
 
+#include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 
 namespace psivox::vdb {
 

@@ -9,12 +9,12 @@
 #include <optional>
 #include <vector>
 
+#include "base/text.h"
+#include "field/value_percentile.h"
 #include "file_grid.h"
 #include "file_metadata.h"
 #include "grid_types.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
-#include "psivox/value_percentile.h"
 #include "survey.h"
 
 namespace psivox::vdb {

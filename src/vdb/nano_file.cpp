@@ -12,12 +12,12 @@
 #include <tuple>
 #include <utility>
 
+#include "base/memory.h"
+#include "base/text.h"
 #include "file_grid.h"
 #include "grid_types.h"
 #include "nano_tree.h"
 #include "psivox/error.h"
-#include "psivox/memory.h"
-#include "psivox/text.h"
 #include "value_block.h"
 
 namespace psivox::vdb {

@@ -11,11 +11,11 @@
 #include <sstream>
 #include <utility>
 
+#include "base/text.h"
+#include "field/value_percentile.h"
 #include "file_grid.h"
 #include "grid_types.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
-#include "psivox/value_percentile.h"
 #include "survey.h"
 
 namespace psivox::vdb {

@@ -9,9 +9,9 @@
 #include <system_error>
 #include <utility>
 
+#include "base/guarded_reading.h"
 #include "guard/service.h"
 #include "guarded_reader.h"
-#include "psivox/guarded_reading.h"
 #include "survey.h"
 
 namespace psivox {

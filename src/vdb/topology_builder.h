@@ -8,8 +8,8 @@
 #include <limits>
 #include <utility>
 
+#include "field/value_percentile.h"
 #include "grid_types.h"
-#include "psivox/value_percentile.h"
 #include "topology.h"
 #include "value_block.h"
 

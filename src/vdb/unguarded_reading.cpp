@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "psivox/guarded_reading.h"
+#include "base/guarded_reading.h"
 #include "reader.h"
 
 namespace psivox {

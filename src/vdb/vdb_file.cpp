@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "base/file_blocks.h"
+#include "base/text.h"
 #include "field_reader.h"
 #include "file_metadata.h"
 #include "psivox/error.h"
-#include "psivox/text.h"
 #include "psivox/vdb.h"
 #include "reader.h"
 #include "scan/header.h"

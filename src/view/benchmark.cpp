@@ -6,9 +6,9 @@
 #include <fstream>
 #include <utility>
 
+#include "base/statistics.h"
+#include "base/stopwatch.h"
 #include "psivox/error.h"
-#include "psivox/statistics.h"
-#include "psivox/stopwatch.h"
 
 namespace psivox::view {
 namespace {

@@ -6,7 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "psivox/clip.h"
+#include "scene/clip.h"
 #include "view/navigation.h"
 #include "view/sliders.h"
 

@@ -2,8 +2,8 @@
 
 #include <glm/vec3.hpp>
 
+#include "psivox/camera.h"
 #include "psivox/scene.h"
-#include "psivox/subject.h"
 
 namespace psivox::view {
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <sstream>
 
+#include "base/text_file.h"
 #include "psivox/error.h"
-#include "psivox/text_file.h"
 
 namespace psivox::view {
 

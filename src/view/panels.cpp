@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/text.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 #include "view/cut_panel.h"
 #include "view/parameter_panel.h"
 #include "view/sliders.h"

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
 
 namespace psivox::view {
 namespace {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
+#include "base/stopwatch.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
-#include "psivox/stopwatch.h"
 
 namespace psivox::view {
 namespace {

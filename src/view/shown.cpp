@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "psivox/parameters.h"
-#include "psivox/transfer_function.h"
+#include "scene/transfer_function.h"
 
 namespace psivox::view {
 namespace {

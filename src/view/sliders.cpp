@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "psivox/text.h"
+#include "base/text.h"
 #include "view/navigation.h"
 
 namespace psivox::view {

@@ -10,10 +10,10 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/text.h"
+#include "base/text_file.h"
 #include "colour/srgb.h"
 #include "psivox/parameters.h"
-#include "psivox/text.h"
-#include "psivox/text_file.h"
 #include "view/sliders.h"
 
 namespace psivox::view {

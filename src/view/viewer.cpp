@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/stopwatch.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
-#include "psivox/stopwatch.h"
 #include "view/files.h"
 #include "view/shown.h"
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "psivox/camera_file.h"
-#include "psivox/command_text.h"
+#include "app/command_text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/text_file.h"
+#include "scene/camera_file.h"
 #include "view/shown.h"
 #include "view/viewer.h"
 

@@ -5,11 +5,11 @@
 #include <regex>
 #include <utility>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
-#include "psivox/text.h"
 #include "view/files.h"
 
 namespace psivox::view {

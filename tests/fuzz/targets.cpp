@@ -14,17 +14,17 @@
 #include <vector>
 
 #include "psivox/atlas.h"
-#include "psivox/camera_file.h"
-#include "psivox/camera_motion.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
-#include "psivox/transfer_function.h"
 #include "psivox/vdb.h"
 #include "render_call.h"
+#include "scene/camera_file.h"
+#include "scene/transfer_function.h"
+#include "sequence/camera_motion.h"
 
 namespace psivox::fuzz {
 namespace {

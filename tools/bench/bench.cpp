@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "base/stopwatch.h"
+#include "base/text.h"
 #include "bench.h"
 #include "dense_shader.h"
 #include "gl/egl_context.h"
@@ -22,8 +24,6 @@
 #include "march/medium_atlas.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/stopwatch.h"
-#include "psivox/text.h"
 
 namespace {
 

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/statistics.h"
 #include "psivox/field.h"
-#include "psivox/statistics.h"
 
 namespace psivox::bench {
 

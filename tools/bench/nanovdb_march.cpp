@@ -25,8 +25,8 @@
 #include <map>
 #include <string>
 
+#include "base/stopwatch.h"
 #include "psivox/image.h"
-#include "psivox/stopwatch.h"
 
 namespace {
 

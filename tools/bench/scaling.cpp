@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "bench.h"
 #include "gl/egl_context.h"
 #include "gl/program.h"
@@ -15,7 +16,6 @@
 #include "psivox/dense_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/stopwatch.h"
 
 namespace {
 

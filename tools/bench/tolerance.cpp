@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
+#include "base/statistics.h"
+#include "base/text_file.h"
 #include "bench.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/statistics.h"
-#include "psivox/text_file.h"
 
 namespace {
 

@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "base/stopwatch.h"
+#include "base/text_file.h"
 #include "model.h"
 #include "null_device.h"
 #include "psivox/parameters.h"
-#include "psivox/stopwatch.h"
-#include "psivox/text_file.h"
 
 namespace {
 

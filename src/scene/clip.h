@@ -6,7 +6,6 @@
 
 #include "psivox/camera.h"
 #include "psivox/scene.h"
-#include "psivox/subject.h"
 
 namespace psivox {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "psivox/camera.h"
-#include "psivox/camera_file.h"
 #include "psivox/medium.h"
 #include "psivox/scene.h"
+#include "scene/camera_file.h"
 
 // Cameras that move over the frames of a sequence.
 
