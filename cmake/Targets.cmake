@@ -1,8 +1,10 @@
-# Flags and components. A component is a folder of src/, compiled separately with the packages it
-# may use: OpenVDB in vdb, OpenImageIO in oiio, GL in gl. tests/check_includes.sh enforces the rules
-# that include paths cannot.
+# What each target compiles with, and components. A component is a folder of src/, compiled
+# separately with the packages it may use: OpenVDB in vdb, OpenImageIO in oiio, GL in gl.
+# tests/check_includes.sh enforces the rules that include paths cannot.
 add_library(psivox_flags INTERFACE)
 target_compile_features(psivox_flags INTERFACE cxx_std_20)
+target_include_directories(psivox_flags INTERFACE "${PROJECT_SOURCE_DIR}/include"
+  "${PROJECT_SOURCE_DIR}/src" "${PROJECT_BINARY_DIR}/generated")
 target_compile_options(psivox_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow
   # gcc 12 reports overlaps in std::string's operator+ that do not exist (bug 105651)
@@ -37,8 +39,6 @@ function(psivox_component name)
   psivox_sources(sources ${name})
   add_library(psivox_${name} OBJECT ${sources} ${arg_SOURCES})
   set_target_properties(psivox_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-  target_include_directories(psivox_${name} PRIVATE
-    "${PROJECT_SOURCE_DIR}/include" "${PROJECT_SOURCE_DIR}/src" "${PROJECT_BINARY_DIR}/generated")
   target_link_libraries(psivox_${name} PRIVATE psivox_flags glm::glm ${arg_USES})
   if(NOT PSIVOX_COMPONENTS OR name IN_LIST PSIVOX_COMPONENTS)
     target_sources(psivox PRIVATE $<TARGET_OBJECTS:psivox_${name}>)
@@ -63,7 +63,6 @@ function(psivox_module name folder)
   set_target_properties(psivox_${name} PROPERTIES
     LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/src/psivox")
   psivox_finds_library(psivox_${name} "$ORIGIN/..")
-  target_include_directories(psivox_${name} PRIVATE "${PROJECT_SOURCE_DIR}/src")
   target_link_libraries(psivox_${name} PRIVATE psivox psivox_flags ${arg_USES})
 endfunction()
 

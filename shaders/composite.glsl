@@ -178,7 +178,7 @@ void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, 
   real weight = integrate_cell(piece.tau, through, s);
   sum.weight += weight;
   if (other_volumes > 0) {
-    if (others_shine) sum.others = sum.others + sextics(m.others.source, place) * through;
+    if (others_shine) sum.others = sum.others + source_at(m.others, place) * through;
     if (others_shine) sum.glow = sum.glow + polynomials(m.others.glow, place) * through;
     weight = integrate_cell(piece.value, through, place);
     sum.own += weight;

@@ -9,17 +9,12 @@
 //   11      factor of its luminance
 //   12      luminance that it has everywhere, less the density's
 
-// A cubic of each colour times another one: low(s) + s^4 high(s).
-struct Sextics {
-  Cubics low;
-  Cubics high;
-};
-
 // All further volumes together, over a part of the ray.
 struct Others {
   real end;           // where the first of them leaves a cell
   Cubic attenuation;  // tau / extinction
-  Sextics source;     // of each, its tau / extinction times its luminance
+  Cubics source;      // of each, its tau / extinction times its luminance, a sextic: source(s) +
+  Cubics source_high; // s^4 source_high(s). Not a struct: WebGL would not nest so deep
   Cubics glow;        // emission [radiance / unit of t]
 };
 
@@ -27,7 +22,7 @@ Cubics no_cubics() { return constant_cubics(real3(real(0.0))); }
 
 Others no_others() {
   Cubics none = no_cubics();
-  return Others(NEVER, none.x, Sextics(none, none), none);
+  return Others(NEVER, none.x, none, none, none);
 }
 
 Cubics first_part(Cubics c, real part) {
@@ -37,14 +32,14 @@ Cubics first_part(Cubics c, real part) {
 // Over the first part of what they are given for.
 Others first_part(Others o, real part) {
   real squared = part * part;
-  Cubics high = scaled(first_part(o.source.high, part), real3(squared * squared));
-  return Others(o.end, first_part(o.attenuation, part),
-                Sextics(first_part(o.source.low, part), high), first_part(o.glow, part));
+  Cubics high = scaled(first_part(o.source_high, part), real3(squared * squared));
+  return Others(o.end, first_part(o.attenuation, part), first_part(o.source, part), high,
+                first_part(o.glow, part));
 }
 
-real3 sextics(IN(Sextics) c, real s) {
+real3 source_at(IN(Others) o, real s) {
   real squared = s * s;
-  return polynomials(c.low, s) + polynomials(c.high, s) * (squared * squared);
+  return polynomials(o.source, s) + polynomials(o.source_high, s) * (squared * squared);
 }
 
 // One of them where a ray runs through it.
@@ -103,8 +98,8 @@ Cubics other_colors(Other o, real t, int first) {
 void add_source(INOUT(Others) sum, Cubic tau, IN(Cubics) L, real3 factor) {
   Cubics low = Cubics(product_low(tau, L.x), product_low(tau, L.y), product_low(tau, L.z));
   Cubics high = Cubics(product_high(tau, L.x), product_high(tau, L.y), product_high(tau, L.z));
-  sum.source.low = sum_of(sum.source.low, scaled(low, factor));
-  sum.source.high = sum_of(sum.source.high, scaled(high, factor));
+  sum.source = sum_of(sum.source, scaled(low, factor));
+  sum.source_high = sum_of(sum.source_high, scaled(high, factor));
 }
 
 // Adds the volume that has entries from `first` on, from t on, over a unit of t.
@@ -135,7 +130,7 @@ void add_other(INOUT(Others) sum, int first, Ray along, real t, real phase) {
   if (!others_shine) return;
   real4 lit = fetch_table(first + 11);
   real4 more = fetch_table(first + 12);
-  sum.source.low = sum_of(sum.source.low, scaled(Cubics(tau, tau, tau), real3(more.x, more.y, more.z)));
+  sum.source = sum_of(sum.source, scaled(Cubics(tau, tau, tau), real3(more.x, more.y, more.z)));
   if (o.channels > 1 && brick)
     add_source(sum, tau, other_colors(o, t, 1), real3(lit.x, lit.y, lit.z) * phase);
 }

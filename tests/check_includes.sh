@@ -39,10 +39,10 @@ only_in '^nanovdb/' '^src/vdb/nano_' '^tools/bench/nanovdb_march\.cpp$' '^tests/
 only_in '^(OpenEXR/|png\.h)' '^src/image/'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/(image_cases\.h|(deep|ocio)_test\.cpp)$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.' '^tests/gl_trouble_test\.cpp$'
-only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/medium/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
+only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/medium/' '^src/page/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
 only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'
-only_in '^zlib\.h' '^src/scan/' '^tests/scan_made_files\.h$'
+only_in '^zlib\.h' '^src/page/' '^src/scan/' '^tests/scan_made_files\.h$'
 only_in '^stb/' '^src/image/glyphs\.'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/(viewer_hands\.h|parameter_panel_test\.cpp)$'
 only_in '^mpi\.h' '^src/team/mpi/'
@@ -72,6 +72,7 @@ plan
 draw draw picture_file
 look look
 app file_report open
+page page
 sequence sequence
 verify verify
 study study

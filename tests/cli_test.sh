@@ -325,11 +325,11 @@ t 3 "there is no such file" render "$S" -o a.exr --holdout none.exr $R
 t 2 "give both or neither" render "$S" -o a.exr --holdout-depth distance $R
 # Several volumes: what is wrong with one, and where they are not drawn.
 t 0 - render "$S" -o a.exr --and "$S scale=0.5 translate=1,0,0" $R
-t 3 "there is no such file" render "$S" -o a.exr --and none.vdb $R
+t 3 "none.vdb: no such file" render "$S" -o a.exr --and none.vdb $R
 t 2 "no 'zoom' of its own; it may have grid, scale" render "$S" -o a.exr --and "$S zoom=2" $R
 t 2 "is for one volume; leave out --and" study "$S" -o several --and "$S" -q
 t 2 "is for one volume; leave out --and" render "$S" -o a.exr --and "$S" --time-budget 100 $R
-t 6 "only one volume, without --and, are drawn in parts" render "$S" -o a.exr --and "$S" --memory-limit 600K $R
+t 6 "only volumes without --and are drawn in parts" render "$S" -o a.exr --and "$S" --memory-limit 600K $R
 t 2 "depths of one camera" render "$S" -o 'a.##.exr' --turntable 3 --holdout whole.exr $R
 # A deep picture, and what it is not for.
 t 0 '"deep_samples"' render "$S" -o deep.exr --aov deep --stats - $R
@@ -337,6 +337,12 @@ t 0 - render --scene deep.exr -o b.exr -q
 cmp -s deep.exr b.exr || { echo "FAILED: a deep picture's scene draws another"; failed=$((failed + 1)); }
 t 0 "deep samples a pixel" render "$S" -o a.exr --aov deep --pixel-samples 4 -v --resolution 32x32
 t 3 "it is a deep image" compare deep.exr a.exr
+t 0 '"bound_max"' render "$S" -o a.exr --aov bound --light 0,-1,0.2 --stats - $R
+t 2 "is of integrals" render "$S" -o a.exr --aov bound --mode mip $R
+t 2 "what a sky's directions miss" render "$S" -o a.exr --aov bound --sky 1,1,1 $R
+t 2 "leave out --background" render "$S" -o a.exr --aov bound --background white $R
+t 2 "adds an error that --aov bound lacks" render "$S" -o a.exr --aov bound --half $R
+t 6 "without layer bound" render "$S" -o a.exr --aov bound --memory-limit 300K --look plain $R
 t 2 "leave out the others" render "$S" -o a.exr --aov deep,depth $R
 t 2 "take --mode alpha" render "$S" -o a.exr --aov deep --mode mip $R
 t 2 "leave out --background" render "$S" -o a.exr --aov deep --background white $R

@@ -10,6 +10,7 @@
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/parameters.h"
+#include "scene/transfer_function.h"
 #include "verify/made_views.h"
 #include "verify/make_field.h"
 

@@ -10,6 +10,7 @@
 #include "march/light.h"
 #include "march/march_parameters.h"
 #include "march_cases.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

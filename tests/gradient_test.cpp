@@ -16,6 +16,7 @@
 #include "medium/map_field.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

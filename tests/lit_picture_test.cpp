@@ -7,6 +7,7 @@
 
 #include "light_cases.h"
 #include "march_cases.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -18,6 +18,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "scene/black_body.h"
+#include "scene/transfer_function.h"
 #include "verify/make_field.h"
 
 namespace psivox {

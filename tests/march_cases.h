@@ -19,6 +19,7 @@
 #include "psivox/image.h"
 #include "reference/reference.h"
 #include "reference_cases.h"
+#include "scene/environment.h"
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 

@@ -5,6 +5,7 @@
 
 #include "march_cases.h"
 #include "psivox/vdb.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

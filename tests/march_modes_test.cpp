@@ -5,6 +5,7 @@
 #include <string>
 
 #include "march_cases.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

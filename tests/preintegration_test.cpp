@@ -7,6 +7,7 @@
 
 #include "march/atlas_march.h"
 #include "march_cases.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -12,6 +12,7 @@
 #include "psivox/medium.h"
 #include "ray_quadrature.h"
 #include "reference/ray_radiance.h"
+#include "scene/transfer_function.h"
 #include "verify/made_fields.h"
 
 namespace psivox {

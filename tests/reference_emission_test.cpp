@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "reference_cases.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -8,6 +8,7 @@
 #include "reference/ray_modes.h"
 #include "reference/reference.h"
 #include "reference_cases.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

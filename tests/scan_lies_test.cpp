@@ -11,7 +11,8 @@ TEST(Scans, WhatIsNotReadIsNamed) {
   const auto nifti = [](int datatype) {
     return nifti_header(false, false, datatype, dims()) + std::string(16000, '\1');
   };
-  std::string nowhere = nifti(2), analyze = nifti(2);
+  std::string nowhere = nifti(2), analyze = nifti(2), cifti = nifti(2);
+  cifti.replace(68, 2, "\xba\x0b");  // the intent 3002
   for (std::size_t i = 280; i < 328; ++i) nowhere[i] = 0;
   analyze[344] = 0;
   const std::string raw = "encoding: raw\n", uchar = values_of_type<std::uint8_t>(false);
@@ -22,6 +23,7 @@ TEST(Scans, WhatIsNotReadIsNamed) {
       {nifti(7), "unknown type 7"},
       {nowhere, "no volume"},
       {analyze, "Analyze"},
+      {cifti, "CIFTI"},
       {nifti(2).substr(0, 200), "ends within its header"},
       {nifti(64).substr(0, 4000), "cut short"},
       {nrrd("block", raw + "\n"), "type 'block'"},

@@ -279,6 +279,14 @@ TEST(Nrrd, WithoutASpaceItHasItsSpacings) {
   EXPECT_TRUE(file.z_up().empty());
   EXPECT_EQ(file.read("image").world_from_index,
             (glm::dmat4{{1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 3, 0}, {5.5, 0, 1.5, 1}}));
+  // directions of which none is one say nothing either
+  const VdbFile undirected(write_scan(
+      "u.nrrd", head +
+                    "space: RAS\nspace directions: none none none\nkinds: space space space\n"
+                    "spacings: 2 2 5\nspace origin: (10,12,100)\n\n" +
+                    values_of_type<std::uint8_t>(false)));
+  EXPECT_EQ(undirected.read("image").world_from_index,
+            (glm::dmat4{{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 5, 0}, {10, 12, 100, 1}}));
 }
 
 }  // namespace

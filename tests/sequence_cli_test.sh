@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests sequences as their users render them: sequence_cli_test.sh PSIVOX MAKE_ASSETS. Without an
 # EGL device it skips (exit 77).
-command=render make_assets=$2
+tested=render make_assets=$2
 . "$(dirname "$0")/cli_setup.sh"
 
 # Files of a folder in one line, hidden ones too.

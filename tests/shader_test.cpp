@@ -9,7 +9,9 @@
 #include <sstream>
 #include <string>
 
+#include "gl/shader_macros.h"
 #include "gl/shader_source.h"
+#include "gl/webgl_source.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "shader_copy.h"
@@ -167,6 +169,41 @@ TEST(ShaderSource, EveryLineKnowsItsPlace) {
   EXPECT_EQ(source.places[2].file, "prelude");
   EXPECT_EQ(source.places[2].line, 2);
   EXPECT_EQ(source.text.find("#include"), std::string::npos);
+}
+
+TEST(Macros, AreReplacedAsByAPreprocessor) {
+  gl::Macros macros;
+  EXPECT_EQ(macros.expanded("#define real float\n"
+                            "#define PAIR(type, name) type name##_a, \\\n"
+                            "  name ## _b;\n"
+                            "#define own(x) own(x + 1e-3)\n"
+                            "PAIR(real, u)\n"
+                            "own(max(real, 2.0)); own; surreal real3\n"
+                            "#undef real\n"
+                            "real\n"),
+            "float u_a,    u_b;\n"
+            "own(max(float, 2.0) + 1e-3); own; surreal real3\n"
+            "real\n");
+}
+
+TEST(WebGlText, SetsGlobalsInMainAndRoundsWhatIsPrecise) {
+  gl::ShaderSource source;
+  for (const char* line :
+       {"#version 450 core", "uniform samplerBuffer tables;", "uniform usamplerBuffer codes[1];",
+        "uniform float given;", "const float two = 2.0;", "float step = two * given;",
+        "float unread = given;", "void main() {", "  precise float t = step * two;",
+        "  gl_FragDepth = t + texelFetch(tables, int(texelFetch(codes[0], 7).x)).x;", "}"})
+    source.add_line(line, {});
+  const std::string text = gl::webgl_text(source, {"tables"});
+  EXPECT_TRUE(text.starts_with("#version 300 es\n"));
+  std::string own = text.substr(text.find("uniform sampler2D tables"));
+  std::erase(own, ' ');
+  EXPECT_EQ(own,
+            "uniformsampler2Dtables;\n\nuniformfloatgiven;\nconstfloattwo=2.0;\n"
+            "floatlattice_step;\n\nvoidmain(){\nlattice_step=two*given;\n\n"
+            "floatt=exactly(lattice_step*two);\n"
+            "gl_FragDepth=t+entry_of(tables,int(uvec4(0u).x)).x;\n}\n");
+  EXPECT_EQ(gl::webgl_name("given.step"), "given.lattice_step");
 }
 
 /// The text of `reduced`, line by line with single spaces, and the lines' numbers.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests psivox study as its users call it: study_cli_test.sh PSIVOX ASSETS. Without an EGL device it
 # skips (exit 77).
-command=study assets=$2
+tested=study assets=$2
 . "$(dirname "$0")/cli_setup.sh"
 
 # A study's CSV without its times, the last 15 columns.

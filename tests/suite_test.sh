@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the precision suite as its users do: suite_test.sh PSIVOX. Its exit code tells whether every
 # order and error is as it must be. Without an EGL device it skips (exit 77).
-command=study
+tested=study
 . "$(dirname "$0")/cli_setup.sh"
 
 run 2 "small" --suite=huge -o bad

@@ -14,6 +14,7 @@
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
+#include "scene/transfer_function.h"
 #include "verify/make_field.h"
 
 namespace psivox {

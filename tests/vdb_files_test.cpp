@@ -9,6 +9,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
+#include "scene/transfer_function.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 
@@ -112,7 +113,11 @@ TEST(VdbFiles, WhatCannotBeRenderedIsRefused) {
   hollow->tree().root().setBackground(0.3f, /*updateChildNodes=*/false);
   hollow->setGridClass(openvdb::GRID_LEVEL_SET);
   hollow->tree().setValue(Coord(0), 0.1f);
-  const VdbFile vdb(write_vdb({far, hollow}));
+  auto huge = named<FloatGrid>("huge");
+  huge->tree().setValue(Coord(0), 1.0f);
+  huge->setTransform(openvdb::math::Transform::createLinearTransform(1e80));
+  const VdbFile vdb(write_vdb({far, hollow, huge}));
+  EXPECT_NE(input_error([&] { vdb.read("huge"); }).find("beyond 1e75"), std::string::npos);
   EXPECT_NE(input_error([&] { vdb.read("far"); }).find("2^30 or more apart"), std::string::npos);
   EXPECT_NE(input_error([&] { vdb.read("hollow"); }).find("level set without an inside"),
             std::string::npos);

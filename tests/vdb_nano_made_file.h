@@ -21,8 +21,8 @@ std::filesystem::path written_nano(const std::vector<openvdb::GridBase::Ptr>& gr
 template <typename BuildT>
 std::filesystem::path quantised_nano(const openvdb::FloatGrid& grid, const std::string& name);
 
-/// Writes a grid of one voxel, whose type OpenVDB lacks: Vec3d, int16 or uint32. The type's name
-/// is that of grid and file.
+/// Writes a grid of one voxel, whose type OpenVDB lacks: Vec3d, int16 or uint32, or uint8 as a bare
+/// grid. The type's name is that of grid and file.
 template <typename ValueT>
 std::filesystem::path built_nano(const std::string& type, ValueT value);
 

@@ -156,6 +156,15 @@ TEST(NanoVdb, IntegersThatOpenVdbLacksAreWidened) {
   EXPECT_EQ(of_32.info(true)[0].values->greatest, 3000000000.0);
 }
 
+/// A type that NanoVDB 32.4 does not name, by its number.
+TEST(NanoVdb, BytesAreWidened) {
+  const std::string made = test::file_bytes(test::built_nano<std::uint8_t>("uint8", 200));
+  const VdbFile file(
+      test::write_bytes("uint8.nvdb", with("NanoVDB1" + made.substr(8), 636, std::uint32_t{26})));
+  EXPECT_EQ(file.value_type("uint8"), "int32");
+  EXPECT_EQ(file.info(true)[0].values->greatest, 200);
+}
+
 TEST(NanoVdb, PointsAreTheirNumberInEachVoxel) {
   using namespace openvdb;
   const std::vector<Vec3f> at{{1, 1, 1}, {1, 1, 1.2f}, {2, 3, 4}, {9, 1, 1}};
@@ -189,9 +198,11 @@ TEST(NanoVdb, FilesThatLieAreErrors) {
                         grid = 16 + 176 + 8, grid_type = grid + 636, root = grid + 672 + 24,
                         table_size = grid + 672 + 64 + 24, first_child = table_size + 40;
   constexpr std::uint64_t most = ~std::uint64_t{0};
-  EXPECT_NE(error_of(with(good, version, 28u)).find("NanoVDB 28, psivox reads 32"), good.npos);
+  EXPECT_NE(error_of(with(good, version, 0x1001Cu)).find("NanoVDB 28.1, psivox reads 32"),
+            good.npos);
   EXPECT_NE(error_of(with(good, version, 33u << 21)).find("NanoVDB 33.0"), good.npos);
   EXPECT_NE(error_of(with(good, type, 12u)).find("RGBA8"), good.npos);
+  EXPECT_NE(error_of(with(good, type, 20u)).find("OnIndex"), good.npos);
   EXPECT_NE(error_of(with(good, type, 99u)).find("unknown"), good.npos);
   for (const std::string& lie :
        {with(good, codec, std::uint16_t{7}), with(good, codec, std::uint16_t{1}),
@@ -202,6 +213,29 @@ TEST(NanoVdb, FilesThatLieAreErrors) {
         with(good, first_child + 8, -(std::int64_t{1} << 62)), good.substr(0, 10),
         good.substr(0, 100), good.substr(0, good.size() / 2), good.substr(0, good.size() - 1),
         good + "more"})
+    EXPECT_NE(error_of(lie), "");
+}
+
+/// Two grids as they are in memory, without headers and entries.
+TEST(NanoVdb, BareGridsAreRead) {
+  std::string bare;
+  const auto add = [&](const GridBase::Ptr& grid) {
+    const std::string bytes = test::file_bytes(written_nano({grid}, Codec::NONE));
+    bare += "NanoVDB1" + bytes.substr(bytes.find("NanoVDB", 8) + 8);
+  };
+  const auto density = ball_with_tiles<openvdb::FloatGrid>("density"),
+             v = ball_with_tiles<openvdb::Vec3SGrid>("v");
+  add(density);
+  const std::size_t second = bare.size();
+  add(v);
+  expect_same(VdbFile(test::write_bytes("bare.nvdb", bare)),
+              VdbFile(test::written({density, v}, openvdb::io::COMPRESS_NONE)));
+  constexpr std::size_t version = 16, bytes = 32;
+  EXPECT_NE(error_of(with(bare, version, 33u << 21)).find("NanoVDB 33.0"), bare.npos);
+  for (const std::string& lie :
+       {with(bare, bytes, std::uint64_t{0}), with(bare, bytes, ~std::uint64_t{0}),
+        with(bare, second + bytes, std::uint64_t{100}), bare.substr(0, 100),
+        bare.substr(0, second + 100), bare + "more"})
     EXPECT_NE(error_of(lie), "");
 }
 

@@ -110,18 +110,23 @@ TEST(Volumes, EmissionsAddUp) {
   EXPECT_GT(brightest, 0.2);
 }
 
-/// The lights, skies and colours of a scene by every tolerance.
-class VolumeTolerance : public testing::TestWithParam<int> {};
-
-TEST_P(VolumeTolerance, IsKept) {
+/// Without light, under two lights, and with all else that a volume may have.
+Scene lit_scene(int number) {
   Scene scene = scene_with(slab_and_blobs());
-  if (GetParam() == 1) scene.lights = {{glm::dvec3(1, -0.6, -0.4)}, {glm::dvec3(0, -1, 0)}};
-  if (GetParam() == 2) {
+  if (number == 1) scene.lights = {{glm::dvec3(1, -0.6, -0.4)}, {glm::dvec3(0, -1, 0)}};
+  if (number == 2) {
     scene.lights = {{glm::dvec3(1, -0.6, -0.4)}};
     scene.phase_g = 0.5;
     scene.volumes[1] += " albedo=0.9,0.5,0.2 emission-grid=temperature emission-scale=0.002";
   }
-  if (GetParam() > 0) scene.luminance = glm::dvec3(0.02);
+  if (number > 0) scene.luminance = glm::dvec3(0.02);
+  return scene;
+}
+
+class VolumeTolerance : public testing::TestWithParam<int> {};
+
+TEST_P(VolumeTolerance, IsKept) {
+  Scene scene = lit_scene(GetParam());
   scene.light_quality = LightQuality::automatic;
   Scene exact = scene;
   exact.renderer = RendererKind::reference;
@@ -131,6 +136,32 @@ TEST_P(VolumeTolerance, IsKept) {
     scene.tolerance = tolerance;
     EXPECT_LE(difference(drawn(scene, *gpu), truth).rms, tolerance) << tolerance;
   }
+}
+
+/// Layer `bound`, against the march in double, which shares no code with the reference.
+TEST(Volumes, AreBoundedInEveryPixel) {
+  Scene scene = lit_scene(2);
+  scene.resolution = {32, 24};
+  scene.clip = {glm::dvec3(-0.7, -9, -9), glm::dvec3(9)};
+  Scene exact = scene;
+  exact.light_quality = LightQuality::exact;
+  exact.early_termination = 0;
+  const Image truth = drawn(exact, *open_double());
+  scene.early_termination = 0.4;
+  Wish wish;
+  wish.layers.bound = true;
+  const Image picture = Session(scene).draw(*open_gpu(), wish).image;
+  const std::vector<float>& bound = picture.layers.back().values;
+  std::size_t telling = 0;  // pixels that are off by more than the truth
+  for (std::size_t i = 0; i < bound.size(); ++i) {
+    double off = 0;
+    for (std::size_t c = 0; c < 4; ++c)
+      off = std::max(off, std::abs(double(picture.rgba()[4 * i + c]) - truth.rgba()[4 * i + c]));
+    EXPECT_LE(off, bound[i] + rounding) << i;  // of the truth: voxels and light in float32
+    telling += off > 50 * rounding;
+    if (off > 50 * rounding) EXPECT_LE(bound[i], 1.05 * off) << i;
+  }
+  EXPECT_GT(telling, 100u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, VolumeTolerance, testing::Values(0, 1, 2));

@@ -105,7 +105,7 @@ class RenderJob {
   void draw(Session& session, Marcher& marcher);
   /// Compares with the reference, and prints the result to standard output.
   void print_check(Session& session);
-  void write(const View& view);
+  void write(Session& session);
 
   std::shared_ptr<Team> team_;
   RenderCall call_;
@@ -190,8 +190,11 @@ void RenderJob::print_check(Session& session) {
                 method_text(plan->chosen.method).c_str());
 }
 
-void RenderJob::write(const View& view) {
-  put_out(call_, view, report_);
+void RenderJob::write(Session& session) {
+  if (is_page_name(call_.output))
+    put_page(call_, session, report_);
+  else
+    put_out(call_, session.view(), report_);
   if (call_.thumbnail) name_thumbnail(call_);
   report_.total_ms = process_ms();
   if (!call_.stats.empty()) write_text(call_.stats, report_.json());
@@ -219,10 +222,11 @@ void RenderJob::run(Arguments arguments) {
   if (call_.output.empty()) return;
   std::shared_ptr<Marcher> marcher;
   team_->agree([&] { marcher = opened.get(); });
+  if (is_page_name(call_.output)) check_page(*session, call_.page);
   draw(*session, *marcher);
   if (call_.check_error) print_check(*session);
   team_->agree([&] {
-    if (team_->first()) write(session->view());
+    if (team_->first()) write(*session);
   });
 }
 

@@ -35,30 +35,52 @@ std::string wrapped(const std::string& text) {
   return out;
 }
 
-/// "--name METAVAR   help (default: value)".
+/// "--name METAVAR   help (default: value)". It lays out all of a help, because CLI11's own lay-out
+/// changes with its version.
 class HelpFormatter : public CLI::Formatter {
  public:
-  explicit HelpFormatter(const std::vector<std::string>& common) : common_(common) {
-    column_width(option_width);
-    label("Positionals", "Arguments");
-  }
-  /// One empty line between groups; CLI11 prints two.
-  std::string make_group(std::string group, bool positional,
-                         std::vector<const CLI::Option*> options) const override {
-    if (group == hidden_group) return "";
-    const std::string text = CLI::Formatter::make_group(group, positional, options);
-    return positional ? text + "\n" : text.substr(text.find_first_not_of('\n'));
-  }
+  explicit HelpFormatter(const std::vector<std::string>& common) : common_(common) {}
+
   /// Normally with the common options alone, as one group.
   std::string make_help(const CLI::App* app, std::string name,
                         CLI::AppFormatMode mode) const override {
-    if (mode == CLI::AppFormatMode::All || common_.empty())
-      return CLI::Formatter::make_help(app, name, mode);
-    std::vector<const CLI::Option*> options = app->get_options([&](const CLI::Option* option) {
-      return option->nonpositional() && std::ranges::count(common_, option->get_lnames().front());
-    });
-    return make_description(app) + make_usage(app, std::move(name)) + make_positionals(app) +
-           make_group("Common options", false, std::move(options)) + "\n" + make_footer(app);
+    std::string usage = make_usage(app, std::move(name));  // since 2.5 without "Usage: "
+    usage = usage.substr(usage.find("psivox"));
+    std::string text = app->get_description() +
+                       "\nUsage: " + usage.substr(0, usage.find_last_not_of('\n') + 1) + "\n";
+    const auto add = [&](const std::string& group, bool positional, const auto& wanted) {
+      const auto options = app->get_options([&](const CLI::Option* option) {
+        return option->get_positional() == positional && wanted(option);
+      });
+      if (!options.empty()) text += "\n" + make_group(group, positional, options);
+    };
+    add("Arguments", true, [](const CLI::Option*) { return true; });
+    if (mode == CLI::AppFormatMode::All || common_.empty()) {
+      for (const std::string& group : app->get_groups())
+        if (group != hidden_group)
+          add(group, false, [&](const auto* option) { return option->get_group() == group; });
+    } else {
+      add("Common options", false, [&](const CLI::Option* option) {
+        return std::ranges::count(common_, option->get_lnames().front()) > 0;
+      });
+    }
+    return text + "\n" + app->get_footer() + "\n";
+  }
+  std::string make_group(std::string group, bool positional,
+                         std::vector<const CLI::Option*> options) const override {
+    std::string text = group + ":\n";
+    for (const CLI::Option* option : options) text += make_option(option, positional);
+    return text;
+  }
+  std::string make_option(const CLI::Option* option, bool positional) const override {
+    const std::string next_line = "\n" + std::string(option_width, ' ');
+    std::string row = "  " + make_option_name(option, positional) + make_option_opts(option);
+    row += row.size() < option_width ? std::string(option_width - row.size(), ' ') : next_line;
+    std::istringstream lines(make_option_desc(option));
+    std::string line;
+    for (bool first = true; std::getline(lines, line); first = false)
+      row += (first ? "" : next_line) + line;
+    return row + "\n";
   }
   std::string make_option_opts(const CLI::Option* option) const override {
     if (!option->get_option_text().empty()) return option->get_option_text();
@@ -87,6 +109,7 @@ CommandLine::CommandLine(const std::string& command, const std::string& summary,
   for (const std::string& example : examples)
     examples_.push_back(get_name() + (example.empty() ? "" : " ") + example);
   formatter(std::make_shared<HelpFormatter>(common_));
+  option_defaults()->group("Options");  // CLI11 2.6 has another name
   set_help_flag("-h,--help", "print a short help; --help=man, =bash, =zsh or =fish in that form");
   set_help_all_flag("--help-all", "print every option");
   option_defaults()->take_last();

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "base/text.h"
+#include "base/text_file.h"
 #include "notices.h"
 #include "psivox/picture_file.h"
 
@@ -44,6 +45,19 @@ void put_out(const RenderCall& call, const View& view, RenderReport& report) {
   const Image& image = report.drawn.image;
   if (double(image.width) * image.height > long_write) say("writing " + in_quotes(call.output));
   const auto notices = write_picture(call, call.output, view, report);
+  if (!call.quiet) print_notices(notices);
+}
+
+void put_page(const RenderCall& call, Session& session, RenderReport& report) {
+  std::vector<std::string> notices = report.drawn.notices;
+  if (const auto blank = blank_reason(session.view(), report.drawn.image); !blank.empty())
+    notices.push_back(blank);
+  const Stopwatch writing;
+  const std::string page = page_text(session, report.drawn, call.page);
+  write_text(call.output, page);
+  report.output_bytes = page.size();
+  report.write_ms = writing.ms();
+  notices.push_back(formatted("the page has %.2f MB", double(page.size()) / 1e6));
   if (!call.quiet) print_notices(notices);
 }
 
@@ -84,6 +98,7 @@ Json error_json(const RenderReport& report) {
     error["layer_rms"] = report.drawn.difference->rms;
     error["layer_max"] = report.drawn.difference->max;
   }
+  if (report.drawn.bound) error["bound_max"] = *report.drawn.bound;
   if (report.checked) {
     error["checked_pixels"] = report.checked->pixels;
     error["checked_rms"] = report.checked->rms;
@@ -178,6 +193,7 @@ std::string RenderReport::table() const {
   if (const auto& difference = drawn.difference)
     out +=
         formatted("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
+  if (drawn.bound) out += formatted("error     at most %.1e: layer bound\n", *drawn.bound);
   out += formatted("rays      %llu", static_cast<unsigned long long>(stats.rays));
   if (const std::size_t pixels = drawn.image.deep.counts.size())
     out += formatted(", %.1f deep samples a pixel\n",

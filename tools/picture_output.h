@@ -47,4 +47,7 @@ std::vector<std::string> write_picture(const RenderCall& call, const std::string
 /// Writes the picture of `psivox render` as write_picture does, and prints what there is to say.
 void put_out(const RenderCall& call, const View& view, RenderReport& report);
 
+/// Writes the page of `psivox render`, and prints its size.
+void put_page(const RenderCall& call, Session& session, RenderReport& report);
+
 }  // namespace psivox

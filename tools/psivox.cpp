@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/guarded_reading.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "command_line.h"
@@ -161,6 +162,7 @@ int main(int argc, char** argv) {
   using namespace psivox;
   std::string who = "psivox";
   report_failed_writes();
+  keep_freed_memory();
   try {
     start_guarded_reading();
     run({argv + (argc > 0 ? 1 : 0), argv + argc}, who);

@@ -20,7 +20,7 @@ void add_outputs(CommandLine& line, RenderCall& call) {
   const std::string output = group_name(ParameterGroup::output);
   line.add_option("-o,--output", call.output,
                   "picture to write: .exr or .tif (linear, premultiplied), .png (sRGB); without "
-                  "alpha: .jpg or .webp (sRGB), .hdr (linear)")
+                  "alpha: .jpg or .webp (sRGB), .hdr (linear); .html: a page on which it turns")
       ->type_name("FILE")
       ->group(output);
   std::vector<std::string> layers = layer_names();
@@ -35,6 +35,14 @@ void add_outputs(CommandLine& line, RenderCall& call) {
                   "within 1 GiB of memory and 20 s; .png if -o names no format")
       ->type_name("N")
       ->check(number_in<int>({.min = 1, .max = 4096}))
+      ->group(output);
+  line.add_option("--credit", call.page.credit, "line below the picture of an .html")
+      ->type_name("TEXT")
+      ->group(output);
+  line.add_option("--page-limit", call.page.limit_mb, "largest .html")
+      ->type_name("MB")
+      ->check(number_in<double>({.min = 0, .min_open = true}))
+      ->capture_default_str()
       ->group(output);
   line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats")->group(output);
   line.add_option(
@@ -150,7 +158,28 @@ void take_layers(RenderCall& call, const Scene& scene) {
       call.layers.push_back(layer);
 }
 
+namespace {
+
+/// Throws Error(usage) for what a page has not, and where nothing else is a page.
+void check_page_call(const RenderCall& call, const Scene& scene) {
+  if (!is_page_name(call.output)) {
+    if (!call.page.credit.empty()) usage("--credit is for a page, -o FILE.html");
+    return;
+  }
+  if (const std::string obstacle = page_obstacle(scene); !obstacle.empty()) usage(obstacle);
+  if (call.turntable || !call.camera_path.empty() || !call.movie.empty() ||
+      !call.sequence.frames.empty() || FramePattern::of_placeholder(call.output))
+    usage("a page (.html) shows one volume, not a sequence");
+  if (!call.layers.empty()) usage("--aov needs an .exr as output");
+  if (call.format.half || call.format.bits)
+    usage("--half and --bits are for pictures, not for a page");
+  if (call.thumbnail) usage("--thumbnail makes a picture, not a page");
+}
+
+}  // namespace
+
 void check(const RenderCall& call, const Scene& scene) {
+  check_page_call(call, scene);
   if (call.time_budget && scene.tolerance)
     usage("--time-budget and --tolerance exclude each other");
   check_picture(scene, call.layers, call.time_budget.has_value());
@@ -180,12 +209,16 @@ void check(const RenderCall& call, const Scene& scene) {
     usage("-o " + call.output +
           " has the standard output for itself; leave out --print-scene, --explain, --check-error "
           "and --stats -");
-  if (!call.output.empty())
+  if (is_page_name(call.output))
+    check_text_writable(call.output);
+  else if (!call.output.empty())
     check_writable(call.output, call.format, scene.resolution.x, scene.resolution.y);
   const int code_bytes = holds_layers(call.output) ? 0 : call.format.bits == 16 ? 8 : 4;
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(call.layers.size()), code_bytes);
   if (call.format.half && std::ranges::count(call.layers, "deep"))
     usage("--half has too few digits for --aov deep; leave it out");
+  if (call.format.half && std::ranges::count(call.layers, "bound"))
+    usage("--half adds an error that --aov bound lacks; leave it out");
   if (!call.layers.empty() && !holds_layers(call.output)) usage("--aov needs an .exr as output");
   if (!call.stats.empty()) check_text_writable(call.stats);
 }

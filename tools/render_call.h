@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "psivox/draw.h"
 #include "psivox/image.h"
+#include "psivox/page.h"
 #include "scene_options.h"
 
 namespace psivox {
@@ -23,6 +24,7 @@ struct RenderCall {
   std::optional<int> thumbnail;       ///< side [pixels]
   std::string thumbnail_name;         ///< may lack an extension, which `output` then has
   WriteOptions format;
+  PageOptions page;  ///< where the output is one
   bool print_scene = false, explain = false, verbose = false, quiet = false, list_devices = false;
 
   // of a sequence

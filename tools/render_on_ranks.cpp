@@ -29,6 +29,7 @@ void check_scope(const RenderCall& call, const Scene& scene) {
     refuse("not a sequence");
   if (scene.renderer == RendererKind::reference) refuse("not by --renderer reference");
   if (call.output.empty()) refuse("and need -o");
+  if (is_page_name(call.output)) refuse("not a page");
   if (scene.shows(Shows::plane) || !info(scene.mode).in_parts)
     refuse("in --mode alpha, mip, lmip, isosurface and xray only");
   if (const std::string obstacle = parts_obstacle(scene); !obstacle.empty())

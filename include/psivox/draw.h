@@ -20,6 +20,8 @@
 
 namespace psivox {
 
+struct MediumAtlas;
+
 /// Why the light of a view takes more than the memory for its grids, in one line; empty: it does
 /// not. Of a density whose values stay in the file it is not known.
 std::string light_obstacle(const View& view);
@@ -53,10 +55,11 @@ struct Layers {
   bool steps = false;    ///< segments of a pixel's rays
   bool samples = false;  ///< field look-ups of a pixel's rays
   bool error = false;    ///< estimated RMS error of each pixel over R G B A
+  bool bound = false;    ///< upper bound on the error of each pixel's worst channel
   /// Image::deep in place of layers: transmittance and radiance in front of every depth are within
   /// the scene's tolerance, or the default one. The picture is what it adds up to.
   bool deep = false;
-  bool any() const { return depth || transmittance || steps || samples || error || deep; }
+  bool any() const { return depth || transmittance || steps || samples || error || bound || deep; }
 };
 
 /// `depth`, `transmittance`, ...
@@ -119,6 +122,7 @@ struct Drawn {
   Scene scene;                    ///< the scene drawn, with a tolerance if that chose the method
   std::optional<MarchPlan> plan;  ///< set if the method was chosen
   std::optional<Comparison> difference;  ///< from the exact picture; set with layer `error`
+  std::optional<double> bound;           ///< the greatest; set with layer `bound`
   std::optional<DrawnLight> light;       ///< set if light shines on the medium
   RenderStats stats;
   PreparationTimes times;
@@ -153,6 +157,10 @@ class Session {
 
   /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
   void prepare(Marcher& marcher, const Wish& wish = {});
+
+  /// The grids converted to a texel type, with their light once that is computed. Throws what
+  /// convert throws, and Error(memory) if the volume must be drawn in parts.
+  const MediumAtlas& atlas(TexelType texel);
 
   /// Chooses the method for the tolerance of the wish's scene, or for the wish's time budget.
   MarchPlan plan(Marcher& marcher, const Wish& wish);

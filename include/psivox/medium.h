@@ -13,11 +13,12 @@
 #include "psivox/scene.h"
 #include "psivox/team.h"
 #include "psivox/vdb.h"
-#include "scene/environment.h"
-#include "scene/holdout.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
+
+class Environment;
+class TransferFunction;
+struct Holdout;
 
 /// The source of the luminance L. It decides what the march fetches and sums.
 enum class LuminanceSource : int {
@@ -115,10 +116,6 @@ std::string parts_obstacle(const Scene& scene);
 /// program itself and the picture take, but no less than 32 MiB or the limit; or four fifths of the
 /// memory that is free, if it has no limit. 0: not known.
 std::uint64_t grid_memory(const Scene& scene);
-
-/// Makes the process give freed memory back to the system at once, which costs some time. glibc
-/// otherwise keeps blocks of up to 32 MiB, so that parts of a volume would add up.
-void give_back_freed_memory();
 
 struct WeighedLeaves;
 

@@ -146,7 +146,8 @@ struct Scene {
   int connectivity = 26;            ///< of a ray template's voxels: 6, 18 or 26
   double opacity_unit = 1;          ///< [voxels of the finest index axis], opacity_linear's
   std::optional<double> tolerance;  ///< largest RMS error over R G B A; chooses the method
-  /// Transmittance at which a ray ends; 0: never. Unset: 1/16384, or a quarter of the tolerance.
+  /// Transmittance at which a ray ends; 0: never. Unset: 1/16384, or at most a quarter of the
+  /// tolerance.
   std::optional<double> early_termination;
   Filter filter = Filter::exact;
   TexelType texel = TexelType::automatic;

@@ -1,11 +1,18 @@
 #include "base/memory.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -84,6 +91,31 @@ std::uint64_t available_memory(const fs::path& root) {
   const std::uint64_t machine = kibibytes == unknown ? unknown : kibibytes << 10;
   const std::uint64_t left = std::min({machine, left_in_groups(root), left_in_address_space()});
   return left == unknown ? 0 : std::max<std::uint64_t>(left, 1);
+}
+
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  constexpr int kept = 1 << 28, block = 1 << 25, ahead = 1 << 26;  // bytes; a block: glibc's limit
+  constexpr std::size_t page = 1 << 21;
+  mallopt(M_TRIM_THRESHOLD, kept);   // the end of the heap that stays
+  mallopt(M_MMAP_THRESHOLD, block);  // blocks up to this size come from the heap
+  mallopt(M_TOP_PAD, ahead);         // the heap grows by this at a time
+  const std::unique_ptr<void, void (*)(void*)> first(std::malloc(page), std::free);
+  void* begin = first.get();
+  const std::ptrdiff_t heap = static_cast<char*>(sbrk(0)) - static_cast<char*>(begin);
+  if (!begin || heap < 0) return;  // the heap could not grow
+  auto length = std::size_t(heap);
+  // a wish, as the kernel may have no such pages
+  if (std::align(page, page, begin, length)) madvise(begin, length / page * page, MADV_HUGEPAGE);
+#endif
+}
+
+void give_back_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 128 << 10);  // as they are at first; to set them ends their growth
+  mallopt(M_TRIM_THRESHOLD, 128 << 10);
+  mallopt(M_TOP_PAD, 128 << 10);
+#endif
 }
 
 }  // namespace psivox

@@ -16,6 +16,7 @@
 #include "psivox/medium.h"
 #include "scene/clip.h"
 #include "scene/color_space.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <numeric>
 
+#include "base/memory.h"
 #include "draw/part_marcher.h"
 #include "field/index_space.h"
 #include "march/march_double.h"

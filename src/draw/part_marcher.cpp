@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/memory.h"
 #include "psivox/medium.h"
 
 namespace psivox {

@@ -1,12 +1,15 @@
 #include "draw/picture.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "base/text.h"
 #include "march/film.h"
+#include "march/light.h"
 #include "march/march_double.h"
 #include "psivox/parameters.h"
+#include "reference/reference.h"
 
 namespace psivox {
 namespace {
@@ -14,7 +17,7 @@ namespace {
 bool wanted(const std::string& layer, const Layers& layers) {
   return (layer == "depth" && layers.depth) || (layer == "transmittance" && layers.transmittance) ||
          (layer == "steps" && layers.steps) || (layer == "samples" && layers.samples) ||
-         (layer == "error" && layers.error);
+         (layer == "error" && layers.error) || (layer == "bound" && layers.bound);
 }
 
 /// The camera whose only pixel has this ray at its centre and the pixel width of `camera`.
@@ -106,6 +109,17 @@ void Picture::add_error(const Medium& medium) {
   drawn_.difference->rms = std::hypot(drawn_.difference->rms, left.rms);
   drawn_.difference->max += left.max;
   drawn_.image.layers.push_back(error_layer(drawn_.image, better, left.rms));
+}
+
+void Picture::add_bound(const Medium& medium) {
+  View dark = view_;
+  dark.medium = medium;
+  const View exact = lit(dark, reference_light_depths(dark));
+  Progress progress;
+  if (wish_.progress)
+    progress = [this](double fraction) { wish_.progress(Stage::checking, fraction); };
+  drawn_.image.layers.push_back(bound_layer(exact, drawn_.image, 1e-9, progress));
+  drawn_.bound = *std::ranges::max_element(drawn_.image.layers.back().values);
 }
 
 Drawn Picture::finish() {

@@ -14,6 +14,8 @@
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/clip.h"
+#include "scene/environment.h"
+#include "scene/holdout.h"
 
 namespace psivox {
 namespace {
@@ -231,6 +233,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     atlas.upload(marcher, view, host_texel(wanted.scene.texel), Filter::exact, times);
     picture.add_error(view.medium);
   }
+  if (marches && wish.layers.bound) picture.add_bound(unlit);
   Drawn drawn = picture.finish();
   drawn.light = std::move(shone);
   drawn.atlas = stored;
@@ -300,6 +303,15 @@ void Session::prepare(Marcher& marcher, const Wish& wish) {
   View wanted = impl_->viewed(wish);
   PartMarcher parts = impl_->parts_of(marcher, wanted, wish);
   impl_->prepare(parts, wanted, wish, times);
+}
+
+const MediumAtlas& Session::atlas(TexelType texel) {
+  convert();
+  if (impl_->atlas.empty())
+    throw Error(ExitCode::memory,
+                "the volume must be drawn in parts; give a larger --memory-limit, or --lod 1");
+  PreparationTimes times;
+  return impl_->atlas.of(impl_->view, texel, times);
 }
 
 MarchPlan Session::plan(Marcher& marcher, const Wish& wish) {

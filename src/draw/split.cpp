@@ -20,13 +20,14 @@ std::string region_obstacle(const View& view, const Wish& wish) {
   if (std::string obstacle = parts_obstacle(view.scene); !obstacle.empty()) return obstacle;
   if (wish.time_budget_ms) return "pictures without --time-budget";
   if (wish.layers.error) return "pictures without layer error";
+  if (wish.layers.bound) return "pictures without layer bound";
   return {};
 }
 
 /// The pictures that several processes can draw, if they cannot draw this one; else empty.
 std::string team_obstacle(const View& view, const Wish& wish) {
   const Layers& layers = wish.layers;
-  if (layers.depth || layers.steps || layers.samples || layers.error)
+  if (layers.depth || layers.steps || layers.samples || layers.error || layers.bound)
     return "pictures without other layers than transmittance";
   if (view.scene.shows(Shows::plane)) return "pictures in other modes than slice";
   return region_obstacle(view, wish);

@@ -11,7 +11,8 @@ namespace {
 constexpr std::pair<const char*, bool Layers::*> layer_members[] = {
     {"depth", &Layers::depth}, {"transmittance", &Layers::transmittance},
     {"steps", &Layers::steps}, {"samples", &Layers::samples},
-    {"error", &Layers::error}, {"deep", &Layers::deep}};
+    {"error", &Layers::error}, {"bound", &Layers::bound},
+    {"deep", &Layers::deep}};
 
 }  // namespace
 
@@ -46,6 +47,13 @@ std::string layer_obstacle(const std::string& layer, const Scene& scene) {
            "--mode back-to-front does not follow; take --mode alpha";
   if (layer == "error" && scene.shows(Shows::plane))
     return "--mode slice does not march: it has no error to estimate";
+  if (layer == "bound" && !scene.attenuates())
+    return "--aov bound is of integrals; take --mode alpha, back-to-front or xray";
+  if (layer == "bound" && scene.lit() && (scene.sky || !scene.environment.empty()))
+    return "--aov bound cannot bound what a sky's directions miss; take --aov error, or leave out "
+           "--sky and --environment";
+  if (layer == "bound" && scene.background)
+    return "--aov bound is of the medium alone; leave out --background";
   if (layer == "deep" && (!scene.composites() || info(scene.mode).from_back))
     return "--aov deep holds the medium in front of each depth; take --mode alpha";
   if (layer == "deep" && scene.background)

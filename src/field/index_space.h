@@ -61,13 +61,16 @@ inline glm::dvec2 interval_in(const glm::dvec3& min, const glm::dvec3& max, cons
   return found;
 }
 
-/// Whether a transform is finite and gives voxels a volume.
+/// Whether a transform gives voxels a volume, and numbers with which one can calculate: squares of
+/// lengths, volumes and their inverses are finite.
 inline bool has_volume(const glm::dmat4& world_from_index) {
+  constexpr double most = 1e75;  // the fourth root of the greatest double is 1e77
+  const glm::dmat4 inverse = glm::inverse(world_from_index);
   for (int c = 0; c < 4; ++c)
     for (int r = 0; r < 4; ++r)
-      if (!std::isfinite(world_from_index[c][r])) return false;
-  const double volume = glm::determinant(world_from_index);
-  return std::isfinite(volume) && volume != 0;
+      if (!(std::abs(world_from_index[c][r]) <= most && std::abs(inverse[c][r]) <= most))
+        return false;
+  return true;
 }
 
 /// Length of the shortest column of the transform: the finest voxel [world units]. Steps count in

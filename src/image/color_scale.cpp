@@ -1,4 +1,6 @@
 #include "psivox/legend.h"
+#include "scene/environment.h"
+#include "scene/transfer_function.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "scene/environment.h"
 
 namespace psivox {
 

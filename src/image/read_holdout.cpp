@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "scene/holdout.h"
 
 namespace psivox {
 namespace {

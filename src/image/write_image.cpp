@@ -174,6 +174,8 @@ std::string write_image(const Image& image, const fs::path& path, const WriteOpt
   check_layers(image, path);
   if (options.half && !image.deep.counts.empty())
     throw Error(ExitCode::usage, "--half has too few digits for a deep picture; leave it out");
+  if (options.half && std::ranges::count(image.layers, "bound", &Layer::name))
+    throw Error(ExitCode::usage, "--half adds an error that layer bound lacks; leave it out");
   image_io::OutputFile file(path);
   if (format == Format::exr)
     image_io::write_exr(image, options, file);

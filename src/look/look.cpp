@@ -7,6 +7,7 @@
 #include <optional>
 #include <system_error>
 
+#include "base/memory.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "look/choices.h"

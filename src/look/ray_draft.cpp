@@ -7,6 +7,7 @@
 #include "look/draft.h"
 #include "look/voxel_lines.h"
 #include "scene/clip.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "look/file_kind.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

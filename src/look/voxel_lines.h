@@ -9,6 +9,7 @@
 
 #include "field/field_index.h"
 #include "psivox/medium.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

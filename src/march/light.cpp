@@ -12,6 +12,8 @@
 #include "base/text.h"
 #include "march/medium_atlas.h"
 #include "march/voxel_luminance.h"
+#include "scene/environment.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "psivox/medium.h"
 #include "psivox/progress.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

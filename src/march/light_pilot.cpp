@@ -11,6 +11,7 @@
 #include <random>
 
 #include "field/field_index.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

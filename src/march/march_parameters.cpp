@@ -13,6 +13,7 @@
 #include "march/ray_bounds.h"
 #include "march/transfer_table.h"
 #include "psivox/error.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -12,6 +12,8 @@
 #include "march/transfer_table.h"
 #include "psivox/error.h"
 #include "scene/clip.h"
+#include "scene/holdout.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "march/march_parameters.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

@@ -13,6 +13,7 @@
 #include "march/others.h"
 #include "medium/value_range.h"
 #include "psivox/leaf_values.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

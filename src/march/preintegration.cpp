@@ -1,4 +1,5 @@
 #include "march/preintegration.h"
+#include "scene/transfer_function.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "march/shader_constants.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,5 @@
 #include "march/film.h"
+#include "scene/holdout.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -19,6 +20,7 @@
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 #include "scene/clip.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

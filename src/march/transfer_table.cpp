@@ -1,4 +1,5 @@
 #include "march/transfer_table.h"
+#include "scene/transfer_function.h"
 
 #include <algorithm>
 #include <bit>

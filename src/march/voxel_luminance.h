@@ -14,6 +14,7 @@
 
 #include "field/field_index.h"
 #include "psivox/medium.h"
+#include "scene/transfer_function.h"
 
 // What a medium has at the voxels of its density before light comes: its own luminance, its albedo.
 

@@ -6,6 +6,7 @@
 
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

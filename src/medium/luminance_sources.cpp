@@ -11,6 +11,7 @@
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "scene/black_body.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "psivox/medium.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

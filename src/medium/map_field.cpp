@@ -13,6 +13,7 @@
 #include "medium/gradient_field.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

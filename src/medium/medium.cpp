@@ -18,6 +18,7 @@
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "scene/clip.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 

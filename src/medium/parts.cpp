@@ -4,10 +4,6 @@
 #include <cstddef>
 #include <vector>
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include "base/memory.h"
 #include "base/text.h"
 #include "scene/enum_names.h"
@@ -38,7 +34,7 @@ std::string modes_in_parts() {
 std::string parts_obstacle(const Scene& scene) {
   if (!info(scene.mode).in_parts) return "--mode " + modes_in_parts();
   if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
-  if (!scene.volumes.empty()) return "one volume, without --and";
+  if (!scene.volumes.empty()) return "volumes without --and";
   return {};
 }
 
@@ -48,12 +44,6 @@ std::uint64_t grid_memory(const Scene& scene) {
   const auto pixels = std::uint64_t(scene.resolution.x) * std::uint64_t(scene.resolution.y);
   const std::uint64_t others = of_program + of_pixel * pixels;
   return std::max(limit > others ? limit - others : 0, std::min(limit, least));
-}
-
-void give_back_freed_memory() {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 128 << 10);  // as it is at first; to set it ends its growth
-#endif
 }
 
 }  // namespace psivox

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "base/memory.h"
 #include "base/text.h"
 #include "medium/coarse_field.h"
 #include "medium/stored_density.h"

@@ -9,6 +9,7 @@
 
 #include "field/index_space.h"
 #include "plan/brick_effects.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

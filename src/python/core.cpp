@@ -12,6 +12,7 @@
 #include "base/guarded_reading.h"
 #include "base/option_concepts.h"
 #include "base/text.h"
+#include "base/text_file.h"
 #include "core.h"
 #include "drawing.h"
 #include "gl/object_counts.h"
@@ -228,6 +229,7 @@ void define_pictures(py::module_& m) {
       .def_property_readonly("_scene", [](const Picture& p) { return to_json(p.scene); })
       .def_property_readonly("estimate", &plan_dict)
       .def_property_readonly("checked", &checked_dict)
+      .def_property_readonly("_page", [](const Picture& p) { return py::bytes(p.page); })
       .def("_write",
            [](const Picture& picture, const std::string& path, bool half, std::optional<int> bits) {
              return all_with_keywords(
@@ -239,8 +241,10 @@ void define_pictures(py::module_& m) {
       }))
       .def("draw",
            [](Drawing& drawing, const SceneWords& words, const std::vector<std::string>& layers,
-              std::optional<double> budget, int check_error, const py::object& report) {
-             const PictureWords wanted{layers, budget, check_error};
+              std::optional<double> budget, int check_error, const py::object& report,
+              const std::optional<std::pair<std::string, double>>& page) {
+             PictureWords wanted{layers, budget, check_error};
+             if (page) wanted.page = PageOptions{page->first, page->second};
              const Progress progress = reporting(report);
              return run(
                  [&] { return std::make_unique<Picture>(drawing.draw(words, wanted, progress)); });
@@ -293,6 +297,9 @@ void define_studies(py::module_& m) {
                            py::arg("version") = d.version, py::arg("problem") = d.problem,
                            py::arg("software") = d.software));
     return rows;
+  });
+  m.def("write_text", [](const std::string& path, const std::string& text) {
+    run([&] { write_text(path, text); });
   });
   m.def("compare",
         [](const std::variant<std::string, Floats>& a, const std::variant<std::string, Floats>& b) {

@@ -33,6 +33,8 @@ void check(const Scene& scene, const PictureWords& wanted) {
   check_picture(scene, wanted.layers, wanted.time_budget_ms.has_value());
   if (wanted.check_error > 0 && scene.shows(Shows::plane))
     throw Error(ExitCode::usage, "--mode slice does not march: it has no error to check");
+  if (const std::string no = page_obstacle(scene); wanted.page && !no.empty())
+    throw Error(ExitCode::usage, no);
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(wanted.layers.size()), 0);
 }
 
@@ -157,6 +159,7 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   wish.layers = layers_of(wanted.layers);
   wish.time_budget_ms = wanted.time_budget_ms;
   wish.progress = over_stages(progress, session_->view().medium.light.has_value());
+  if (wanted.page) check_page(*session_, *wanted.page);
   try {
     const Released used{marcher_.get(given)};
     Drawn drawn = session_->draw(used.marcher, wish);
@@ -165,9 +168,16 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
     if (wanted.check_error > 0)
       checked =
           session_->check_error(drawn.image, wanted.check_error, [&](double) { progress(1); });
+    const bool by_look = !gives_background_ && !words.give("background");
+    std::string page;
+    if (wanted.page) {
+      if (by_look) drawn.scene.background = look_background_;
+      page = page_text(*session_, drawn, *wanted.page);
+    }
     Picture picture = finish(std::move(drawn), wish, wanted);
-    if (gives_background_ || words.give("background")) picture.look_background.reset();
+    if (!by_look) picture.look_background.reset();
     picture.checked = checked;
+    picture.page = std::move(page);
     return picture;
   } catch (const Error& error) {
     if (error.code() == ExitCode::graphics) marcher_.end(/*large=*/true);

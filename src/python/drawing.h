@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "psivox/draw.h"
+#include "psivox/page.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
 #include "psivox/progress.h"
@@ -78,6 +79,7 @@ struct PictureWords {
   std::vector<std::string> layers;
   std::optional<double> time_budget_ms;
   int check_error = 0;  ///< pixels to compare with the reference
+  std::optional<PageOptions> page{};
 };
 
 /// A picture and what drew it.
@@ -91,6 +93,7 @@ struct Picture {
   std::string renderer;
   std::optional<MarchPlan> plan;
   std::optional<CheckedError> checked;
+  std::string page;  ///< if that was wanted
 };
 
 /// Writes as the command line does; returns notices.

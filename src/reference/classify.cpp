@@ -1,4 +1,5 @@
 #include "classify.h"
+#include "scene/transfer_function.h"
 
 #include <algorithm>
 #include <cmath>
@@ -87,12 +88,21 @@ void classify(const TransferFunction* function, const Cubic& value,
   }
   const auto [low, high] = std::minmax_element(value.begin(), value.end());
   double begin = 0;
-  if (*low == *high) {  // a value on a knot must not be extrapolated from a steep neighbour
+  const double rounding = 16 * std::numeric_limits<double>::epsilon() * max_magnitude(value);
+  if (*high - *low <= rounding) {  // must not be extrapolated from a steep neighbour of a knot
     const TransferPoint p = function->at(*low);
     ClassifiedPart whole;
     whole.attenuation = constant_cubic(p.attenuation);
     for (int c = 0; c < 3; ++c)
       whole.color[static_cast<std::size_t>(c)] = constant_cubic(p.color[c]);
+    for (const double side : {-2 * rounding, 2 * rounding}) {
+      if (*low == *high) break;
+      const TransferPoint off = function->at(*low + side);
+      whole.attenuation_error =
+          std::max(whole.attenuation_error, std::abs(off.attenuation - p.attenuation));
+      for (int c = 0; c < 3; ++c)
+        whole.color_error = std::max(whole.color_error, std::abs(off.color[c] - p.color[c]));
+    }
     parts.push_back(whole);
     return;
   }

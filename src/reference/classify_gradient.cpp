@@ -7,6 +7,7 @@
 
 #include "classify.h"
 #include "ray_radiance.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "cell_walk.h"
 #include "ray_radiance.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -159,8 +160,8 @@ RayPicture RayModes::radiance(const WorldRay& ray) {
 RayPicture RayModes::depth(const WorldRay& ray) {
   const RayDepth d = integrator_.whole_depth(ray, part_.x, part_.y);
   const glm::dvec3& color = view_->medium.color;
-  return {color * d.depth, -std::expm1(-d.depth), max_component(glm::abs(color)) * d.error,
-          infinity, d.cells};
+  return {color * d.depth, -std::expm1(-d.depth),
+          std::max(1.0, max_component(glm::abs(color))) * d.error, infinity, d.cells};
 }
 
 RayPicture RayModes::maximum(const WorldRay& ray) {

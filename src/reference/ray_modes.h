@@ -16,7 +16,7 @@ namespace psivox {
 struct RayPicture {
   glm::dvec3 radiance{0};  ///< premultiplied
   double opacity = 0;
-  double error = 0;  ///< bound on the error of the worst channel of the radiance
+  double error = 0;  ///< bound on the error of the worst channel of radiance and opacity
   double depth =
       std::numeric_limits<double>::infinity();  ///< of the maximum or the surface [world]
   std::uint64_t cells = 0;                      ///< crossed, with a corner that is not 0

@@ -1,4 +1,5 @@
 #include "ray_radiance.h"
+#include "scene/transfer_function.h"
 
 #include <algorithm>
 #include <cassert>
@@ -117,9 +118,11 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
   RayRadiance result;
   result.radiance = color * sum.radiance + medium.ambient * sum.opacity();
   result.optical_depth = sum.optical_depth;
+  const double opacity_error = sum.opacity_rounding(extents);
   result.error = max_component(glm::abs(color)) * (sum.error + sum.rounding(extents)) +
-                 max_component(medium.ambient) * sum.opacity_rounding(extents) +
+                 max_component(medium.ambient) * opacity_error +
                  (stopped ? sum.T * medium_->behind_max : 0);
+  result.error = std::max(result.error, opacity_error + (stopped ? sum.T : 0));
   result.cells = sum.cells;
   return result;
 }

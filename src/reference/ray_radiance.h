@@ -26,7 +26,7 @@ struct RaySum;
 struct RayRadiance {
   glm::dvec3 radiance{0};
   double optical_depth = 0;  ///< up to the point where the walk stopped
-  double error = 0;          ///< bound on the error of the worst channel
+  double error = 0;          ///< bound on the error of the worst channel and of the opacity
   std::uint64_t cells = 0;   ///< crossed, with a corner that is not 0, up to the stop
 };
 

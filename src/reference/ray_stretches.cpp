@@ -7,6 +7,7 @@
 
 #include "cell_walk.h"
 #include "ray_radiance.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -219,11 +220,13 @@ RayRadiance RayIntegrator::radiance_by_stretches(const WorldRay& ray, double t0,
   }
 
   const double extents = extents_of(medium);
-  return {sum.radiance + medium.ambient * sum.opacity(), sum.optical_depth,
-          sum.error + sum.rounding(extents) +
-              max_component(medium.ambient) * sum.opacity_rounding(extents) +
-              (stopped ? sum.T * medium_->behind_max : 0),
-          sum.cells};
+  const double opacity_error = sum.opacity_rounding(extents);
+  return {
+      sum.radiance + medium.ambient * sum.opacity(), sum.optical_depth,
+      std::max(sum.error + sum.rounding(extents) + max_component(medium.ambient) * opacity_error +
+                   (stopped ? sum.T * medium_->behind_max : 0),
+               opacity_error + (stopped ? sum.T : 0)),
+      sum.cells};
 }
 
 RayDepth RayIntegrator::depth_by_stretches(const WorldRay& ray, double t0, double t1) {

@@ -1,4 +1,5 @@
 #include "reference/reference.h"
+#include "scene/holdout.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
@@ -63,8 +64,37 @@ static void set_pixel(Image& image, int x, int y, const RayPicture& p) {
   if (image.layers.size() > 2) image.layers[2].values[i] = static_cast<float>(p.depth);
 }
 
-ReferenceResult render_reference(const View& view, double tolerance, const Progress& progress) {
+/// Calls `take(x, y, RayPicture)` with every pixel, on many threads.
+template <typename Take>
+static void each_pixel(const View& view, double tolerance, const Progress& progress,
+                       const Take& take) {
   if (view.medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
+  const int width = view.scene.resolution.x, height = view.scene.resolution.y;
+  const RayMedium medium(view.medium);
+  tbb::enumerable_thread_specific<RayModes> modes(
+      [&] { return RayModes(view, medium, tolerance); });
+  const int columns = (width + tile_width - 1) / tile_width;
+  const int rows = (height + tile_width - 1) / tile_width;
+  std::atomic<int> tiles_done = 0;
+  const std::thread::id caller = std::this_thread::get_id();
+  tbb::parallel_for(
+      tbb::blocked_range<int>(0, columns * rows, 1),
+      [&](const tbb::blocked_range<int>& tiles) {
+        for (int tile = tiles.begin(); tile < tiles.end(); ++tile) {
+          const int x0 = tile % columns * tile_width, y0 = tile / columns * tile_width;
+          for (int y = y0; y < std::min(y0 + tile_width, height); ++y)
+            for (int x = x0; x < std::min(x0 + tile_width, width); ++x)
+              take(x, y, integrate_pixel(view, modes.local(), x, y));
+          const int done = ++tiles_done;
+          if (progress && std::this_thread::get_id() == caller)
+            progress(static_cast<double>(done) / (columns * rows));
+        }
+      },
+      tbb::simple_partitioner());
+  if (progress) progress(1);
+}
+
+ReferenceResult render_reference(const View& view, double tolerance, const Progress& progress) {
   const Stopwatch watch;
   const int width = view.scene.resolution.x, height = view.scene.resolution.y;
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -77,47 +107,42 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
   if (has_depth(view.scene))
     result.image.layers.push_back({"depth", {"depth"}, std::vector<float>(pixels)});
 
-  struct Worker {
-    RayModes modes;
+  struct Sums {
     double error_max = 0;
     std::uint64_t cells = 0;
   };
-  const RayMedium medium(view.medium);
-  tbb::enumerable_thread_specific<Worker> workers(
-      [&] { return Worker{RayModes(view, medium, tolerance)}; });
-
-  const int columns = (width + tile_width - 1) / tile_width;
-  const int rows = (height + tile_width - 1) / tile_width;
-  std::atomic<int> tiles_done = 0;
-  const std::thread::id caller = std::this_thread::get_id();
-  tbb::parallel_for(
-      tbb::blocked_range<int>(0, columns * rows, 1),
-      [&](const tbb::blocked_range<int>& tiles) {
-        Worker& worker = workers.local();
-        for (int tile = tiles.begin(); tile < tiles.end(); ++tile) {
-          const int x0 = tile % columns * tile_width, y0 = tile / columns * tile_width;
-          for (int y = y0; y < std::min(y0 + tile_width, height); ++y) {
-            for (int x = x0; x < std::min(x0 + tile_width, width); ++x) {
-              const RayPicture p = integrate_pixel(view, worker.modes, x, y);
-              set_pixel(result.image, x, y, p);
-              worker.error_max = std::max(worker.error_max, p.error);
-              worker.cells += p.cells;
-            }
-          }
-          const int done = ++tiles_done;
-          if (progress && std::this_thread::get_id() == caller)
-            progress(static_cast<double>(done) / (columns * rows));
-        }
-      },
-      tbb::simple_partitioner());
-
-  for (const Worker& worker : workers) {
+  tbb::enumerable_thread_specific<Sums> workers;
+  each_pixel(view, tolerance, progress, [&](int x, int y, const RayPicture& p) {
+    set_pixel(result.image, x, y, p);
+    Sums& sums = workers.local();
+    sums.error_max = std::max(sums.error_max, p.error);
+    sums.cells += p.cells;
+  });
+  for (const Sums& worker : workers) {
     result.error_max = std::max(result.error_max, worker.error_max);
     result.cells += worker.cells;
   }
   result.seconds = 1e-3 * watch.ms();
-  if (progress) progress(1);
   return result;
+}
+
+Layer bound_layer(const View& view, const Image& picture, double tolerance,
+                  const Progress& progress) {
+  Layer layer{"bound", {"bound"}, std::vector<float>(picture.rgba().size() / 4)};
+  each_pixel(view, tolerance, progress, [&](int x, int y, const RayPicture& p) {
+    const std::size_t i = std::size_t(y) * std::size_t(picture.width) + std::size_t(x);
+    const glm::dvec4 exact(p.radiance, p.opacity);
+    double off = 0;
+    for (int c = 0; c < 4; ++c) {
+      const double d = std::abs(double(picture.rgba()[4 * i + std::size_t(c)]) - exact[c]);
+      off = std::isnan(d) ? infinity : std::max(off, d);
+    }
+    off += p.error;
+    const float stored = float(off);
+    layer.values[i] =
+        double(stored) < off ? std::nextafter(stored, std::numeric_limits<float>::max()) : stored;
+  });
+  return layer;
 }
 
 std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::ivec2> pixels,

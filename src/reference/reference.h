@@ -12,8 +12,9 @@
 namespace psivox {
 
 struct ReferenceResult {
-  /// R G B A, and layer `error`: the bound on each pixel's radiance error; for maxima and surfaces
-  /// also layer `depth`, the distance from the camera [world units], +Inf where there is none.
+  /// R G B A, and layer `error`: a bound on the error of each pixel's worst channel; for maxima and
+  /// surfaces also layer `depth`, the distance from the camera [world units], +Inf where there is
+  /// none.
   Image image;
   double error_max = 0;     ///< largest of the bounds
   std::uint64_t cells = 0;  ///< cells crossed with a corner that is not 0
@@ -27,6 +28,13 @@ struct ReferenceResult {
 /// transparency above `tolerance`. The reference reads Field, not the atlas.
 ReferenceResult render_reference(const View& view, double tolerance = 1e-12,
                                  const Progress& progress = {});
+
+/// Layer `bound`: at each pixel an upper bound on the difference of the picture's worst channel
+/// from the integral of the view's medium along the pixel's rays. It is the difference from the
+/// reference, which is off by about `tolerance` at most, plus the reference's own bound, rounded
+/// up.
+Layer bound_layer(const View& view, const Image& picture, double tolerance = 1e-9,
+                  const Progress& progress = {});
 
 /// R G B A of some of the view's pixels, in double.
 std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::ivec2> pixels,

@@ -228,6 +228,8 @@ Header read_nifti(FileBlocks& file, bool packed) {
   if (magic != "n+" + version && magic != "ni" + version)
     refuse(file, "is an Analyze 7.5 header, which does not say where left is; nibabel converts it");
   const NiftiFields fields = second ? nifti2(from) : nifti1(from);
+  if (fields.intent / 100 == 30)  // 3000 to 3099 are those of CIFTI-2
+    refuse(file, "is a CIFTI file: its values belong to surfaces, not to a volume");
   const auto* type = std::ranges::find(nifti_types, fields.datatype, &NiftiType::number);
   if (type == std::end(nifti_types))
     refuse(file, "has " + refused_type(fields.datatype) + ", which psivox does not read");

@@ -60,8 +60,8 @@ void set_encoding(const NrrdText& text, Header& header, const FileBlocks& file) 
     refuse(file, "has values of type " + in_quotes(type) + ", which psivox does not read");
   const Encoding* known_encoding = meaning_of(nrrd_encodings, encoding);
   if (!known_encoding)
-    refuse(file,
-           "has the encoding " + in_quotes(encoding) + "; psivox reads raw, gzip, text and hex");
+    refuse(file, "has the encoding " + in_quotes(encoding) +
+                     "; psivox reads raw, gzip, text and hex; teem's unu save -e gzip converts it");
   header.type = *known_type;
   header.encoding = *known_encoding;
   const std::string endian = lower_case(text.of("endian"));
@@ -107,15 +107,18 @@ bool is_place(const std::string& kind) {
 }
 
 std::vector<Axis> axes_of(const NrrdText& text, const FileBlocks& file) {
-  const std::vector<std::string> sizes = words(text.of("sizes")), kinds = words(text.of("kinds")),
-                                 directions = words(text.of("spacedirections"));
+  const std::vector<std::string> sizes = words(text.of("sizes")), kinds = words(text.of("kinds"));
+  std::vector<std::string> directions = words(text.of("spacedirections"));
   const auto count = number<int>(file, text.of("dimension"), "a dimension");
   if (count < 1 || count > 16 || sizes.size() != std::size_t(count))
     refuse(file, "has " + std::to_string(sizes.size()) + " sizes for " + std::to_string(count) +
                      " dimensions");
-  for (const auto* list : {&kinds, &directions})
+  for (const std::vector<std::string>* list : {&kinds, &std::as_const(directions)})
     if (!list->empty() && list->size() != sizes.size())
       refuse(file, "has another number of kinds or directions than of sizes");
+  // some writers give no axis a direction, but all of them kinds and spacings
+  const auto is_none = [](const std::string& word) { return lower_case(word) == "none"; };
+  if (std::ranges::all_of(directions, is_none)) directions.clear();
   std::vector<Axis> axes(sizes.size());
   std::int64_t stride = 1;
   for (std::size_t i = 0; i < axes.size(); ++i) {
@@ -129,7 +132,7 @@ std::vector<Axis> axes_of(const NrrdText& text, const FileBlocks& file) {
     if (!kinds.empty()) axis.kind = plain(kinds[i]);
     axis.spatial = is_place(axis.kind);
     if (directions.empty()) continue;
-    axis.spatial = lower_case(directions[i]) != "none";
+    axis.spatial = !is_none(directions[i]);
     if (axis.spatial) axis.direction = vector_of(file, directions[i]);
   }
   // Of four axes without kinds and directions, a short first one has components, or else the last
@@ -229,7 +232,7 @@ constexpr Names<std::array<double, 2>> nrrd_spaces[] = {
 void set_transform(const NrrdText& text, const std::vector<Axis>& axes,
                    const std::vector<std::size_t>& space, Header& header, const FileBlocks& file) {
   glm::dmat4& m = header.world_from_index;
-  if (text.of("spacedirections").empty()) {
+  if (!axes[space[0]].direction) {
     m = spaced_transform(text, axes, space, file);
   } else {
     for (std::size_t i = 0; i < space.size(); ++i)

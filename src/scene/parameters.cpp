@@ -255,7 +255,7 @@ Rows accuracy_rows() {
                   number_text(default_tolerance) + ", unless an option below sets the method",
                   "largest RMS error over R, G, B and A; psivox chooses the method for it",
                   &Scene::tolerance, above_0, "none"})),
-      march_only({"early-termination", "T", "transmittance", "1/16384, or --tolerance / 4",
+      march_only({"early-termination", "T", "transmittance", "1/16384, or at most --tolerance / 4",
                   "end a ray below this transmittance; 0: never", &Scene::early_termination,
                   below_1, "auto"}),
       chosen(march_only(

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include "base/html.h"
 #include "base/text_file.h"
 #include "psivox/image.h"
 #include "study/page.h"
@@ -9,24 +10,6 @@ namespace psivox {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string base64(const std::string& bytes) {
-  static constexpr char digits[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  const auto byte = [&](std::size_t i) {
-    return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0u;
-  };
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const unsigned three = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
-    out += digits[three >> 18];
-    out += digits[three >> 12 & 63];
-    out += i + 1 < bytes.size() ? digits[three >> 6 & 63] : '=';
-    out += i + 2 < bytes.size() ? digits[three & 63] : '=';
-  }
-  return out;
-}
 
 /// The picture at most `width` pixels wide: means over blocks of pixels.
 Image shrunk(const Image& image, int width) {
@@ -70,8 +53,8 @@ std::string html_page(const std::string& title, const std::string& body) {
   const std::string scripts = has_plots ? script("chart.min.js") + script("plots.js") : "";
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
          "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-         escaped(title) + "</title>\n<style>\n" + page_files().at("page.css") +
-         "</style>\n</head>\n<body>\n<h1>" + escaped(title) + "</h1>\n" + body + scripts +
+         html_text(title) + "</title>\n<style>\n" + page_files().at("page.css") +
+         "</style>\n</head>\n<body>\n<h1>" + html_text(title) + "</h1>\n" + body + scripts +
          "</body>\n</html>\n";
 }
 
@@ -91,7 +74,7 @@ std::string html_table(const std::vector<std::vector<std::string>>& rows, Cells 
 std::string html_figure(const fs::path& png, const std::string& caption, int width,
                         const std::string& variant) {
   std::string out = "<figure";
-  if (!variant.empty()) out += " data-variant=\"" + escaped(variant) + "\"";
+  if (!variant.empty()) out += " data-variant=\"" + html_text(variant) + "\"";
   out += ">";
   if (fs::exists(png))
     out += "<img alt=\"\" src=\"data:image/png;base64," + base64(png_bytes(png, width)) + "\">";

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/html.h"
 #include "base/text.h"
 #include "study/page.h"
 
@@ -16,21 +17,6 @@ std::string attribute(const char* name, double value) {
 }  // namespace
 
 std::string hex(Ink ink) { return formatted("#%02x%02x%02x", ink.r, ink.g, ink.b); }
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 namespace {
 
@@ -152,7 +138,7 @@ class Page {
     elements_ += "<text" + attribute("x", x) + attribute("y", y) + " text-anchor=\"" + anchor +
                  "\" fill=\"" + hex(black) + "\"";
     if (upwards) elements_ += formatted(" transform=\"rotate(-90 %.2f %.2f)\"", x, y);
-    elements_ += ">" + escaped(words) + "</text>\n";
+    elements_ += ">" + html_text(words) + "</text>\n";
   }
 
   void axes() {

@@ -13,9 +13,6 @@ struct Ink {
 /// "#1f77b4", as HTML and SVG write it.
 std::string hex(Ink ink);
 
-/// `text` with &, < and > escaped for HTML and SVG.
-std::string escaped(const std::string& text);
-
 enum class Shape { disc, square, diamond, ring, triangle };
 
 struct PlotPoint {

@@ -1,4 +1,5 @@
 #include "study/report.h"
+#include "base/html.h"
 
 #include <algorithm>
 #include <iterator>
@@ -67,24 +68,24 @@ std::string head(const StudyResults& r) {
   const Scene scene = scene_from_json(r.scene, "the study's scene");
   return html_table(
       {{"study", ""},
-       {"file", escaped(r.input) + ", FNV-1a " + r.input_hash},
-       {"light", escaped(light_text(scene))},
-       {"luminance", escaped(luminance_text(scene))},
-       {"emission", escaped(emission_text(scene))},
+       {"file", html_text(r.input) + ", FNV-1a " + r.input_hash},
+       {"light", html_text(light_text(scene))},
+       {"luminance", html_text(luminance_text(scene))},
+       {"emission", html_text(emission_text(scene))},
        {"reference", "adaptive quadrature in double; its error is at most " +
                          two_digits(r.reference_bound) + " at any pixel"},
        {"points", std::to_string(r.points.size()) + ", each timed " +
                       (r.repeats == 1 ? "once" : std::to_string(r.repeats) + " times")},
-       {"psivox", escaped(version)},
-       {"GL", escaped(r.renderer)},
-       {"machine", escaped(r.processor) + ", " + std::to_string(r.threads) + " threads, " +
-                       escaped(r.system)}},
+       {"psivox", html_text(version)},
+       {"GL", html_text(r.renderer)},
+       {"machine", html_text(r.processor) + ", " + std::to_string(r.threads) + " threads, " +
+                       html_text(r.system)}},
       Cells::words);
 }
 
 /// The page's first sentence. Lines break between options.
 std::string conclusion_html(const StudyResults& results) {
-  const std::string sentence = escaped(conclusion_text(results));
+  const std::string sentence = html_text(conclusion_text(results));
   std::string html;
   bool code = false;
   for (std::size_t i = 0; i < sentence.size(); ++i) {
@@ -104,7 +105,7 @@ std::string conclusion_html(const StudyResults& results) {
 std::string command_html(const StudyResults& results) {
   static const std::regex option(" --");
   return "<pre class=\"command\"><span>" +
-         std::regex_replace(escaped(command_of(results)), option, "</span> <span>--") +
+         std::regex_replace(html_text(command_of(results)), option, "</span> <span>--") +
          "</span></pre>\n";
 }
 
@@ -218,7 +219,7 @@ std::string skipped_table(const StudyResults& results) {
   if (results.skipped.empty()) return "";
   TextTable rows = {{"skipped", "why"}};
   for (const auto& [variants, reason] : skipped_lines(results.skipped))
-    rows.push_back({variants, escaped(reason)});
+    rows.push_back({variants, html_text(reason)});
   return "<h2>Skipped</h2>\n" + html_table(rows, Cells::words);
 }
 
@@ -300,7 +301,7 @@ void write_report(const StudyResults& results, const fs::path& folder) {
       points_table(results);
   body += skipped_table(results);
   body += "<h2>Pictures</h2>\n" + gallery(results, folder);
-  body += "<h2>Scene</h2>\n<pre>" + escaped(results.scene) + "</pre>\n";
+  body += "<h2>Scene</h2>\n<pre>" + html_text(results.scene) + "</pre>\n";
   write_text((folder / "index.html").string(), html_page("psivox study", body));
 }
 

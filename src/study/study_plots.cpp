@@ -1,4 +1,5 @@
 #include "study/study_plots.h"
+#include "base/html.h"
 
 #include <algorithm>
 #include <functional>
@@ -88,7 +89,7 @@ std::string write_plot(const NamedPlot& named, const std::filesystem::path& fold
   const std::string svg = svg_of(named.plot), file = named.name + ".svg";
   write_text((folder / file).string(), svg);
   return "<section class=\"plot\" id=\"" + named.name + "\"><header><h3>" +
-         escaped(named.plot.title) + "</h3><a href=\"" + file + "\">SVG</a></header>\n" + svg +
+         html_text(named.plot.title) + "</h3><a href=\"" + file + "\">SVG</a></header>\n" + svg +
          html_json("", json_of(named.plot)) + "</section>\n";
 }
 

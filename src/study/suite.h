@@ -49,6 +49,7 @@ inline constexpr int suite_bins = 7;
 
 struct SuiteRow {
   StudyPoint point;
+  std::uint64_t rays = 0;
   double p999 = 0, max = 0;
   std::array<double, suite_bins> above{};  ///< fraction of the differences above 10^-1, 10^-2, ...
   double psnr() const { return -20 * std::log10(point.error.rms()); }  ///< with a peak of 1

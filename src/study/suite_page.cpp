@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/html.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "git_hash.h"
@@ -80,7 +81,8 @@ TextTable rows_table(const std::vector<SuiteResult>& results, bool marschner_lob
 
 std::string suite_csv(const std::vector<SuiteResult>& results) {
   std::string out =
-      "scene,rule,sampling,step,segments,rms,p999,max,psnr,samples_per_ray,steps_per_ray,cpu_ms";
+      "scene,rule,sampling,step,segments,rms,p999,max,psnr,rays,samples_per_ray,steps_per_ray,"
+      "cpu_ms";
   for (int bin = 1; bin <= suite_bins; ++bin) out += ",above_1e-" + std::to_string(bin);
   out += ",expected_order,order\n";
   for (const SuiteResult& r : results)
@@ -89,8 +91,8 @@ std::string suite_csv(const std::vector<SuiteResult>& results) {
       CsvLine line;
       line << r.scene.name << rule_name(p.variant) << sampling_name(refinement(p.variant))
            << p.variant.method.step << double(p.variant.method.segments) << p.error.rms()
-           << row.p999 << row.max << row.psnr() << p.samples_per_ray << p.steps_per_ray
-           << cpu_ms(p).median;
+           << row.p999 << row.max << row.psnr() << double(row.rays) << p.samples_per_ray
+           << p.steps_per_ray << cpu_ms(p).median;
       for (const double fraction : row.above) line << fraction;
       const auto order =
           std::ranges::find(r.orders, refinement(p.variant), &SuiteOrder::refinement);
@@ -291,11 +293,11 @@ std::string markdown_of(const std::string& conclusion, const std::vector<std::st
 std::string body_of(const std::string& conclusion, const std::vector<std::string>& misses,
                     const std::vector<Section>& sections, const std::vector<SuiteResult>& results,
                     const std::string& renderer, const std::filesystem::path& folder) {
-  std::string body = "<p class=\"conclusion\">" + escaped(conclusion) + "</p>\n";
+  std::string body = "<p class=\"conclusion\">" + html_text(conclusion) + "</p>\n";
   for (const std::string& miss : misses)
-    body += "<p><b>Not as expected:</b> " + escaped(miss) + "</p>\n";
+    body += "<p><b>Not as expected:</b> " + html_text(miss) + "</p>\n";
   body += suite_intro + std::string("<p>psivox ") + PSIVOX_VERSION + " " + PSIVOX_GIT_HASH + ", " +
-          escaped(renderer) + "</p>\n<div class=\"gallery\">\n";
+          html_text(renderer) + "</p>\n<div class=\"gallery\">\n";
   for (const SuiteResult& r : results)
     body += html_figure(folder / (r.scene.name + ".png"), r.scene.name, 160);
   body += "</div>\n<h2>Error by look-ups</h2>\n";

@@ -127,7 +127,7 @@ std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary
     return "has active voxels 2^30 or more apart or from the origin; crop it";
   }
   if (grid.transform().isLinear() && !has_volume(world_from_index(grid.transform()))) {
-    return "has a transform that is singular or not finite";
+    return "has a transform that is singular, not finite or beyond 1e75";
   }
   return {};
 }

@@ -49,21 +49,36 @@ struct NanoEntry {
 };
 static_assert(sizeof(NanoEntry) == 176);
 
-constexpr std::string_view name_of_format = "NanoVDB";
+/// What a grid's bytes begin with, as nanovdb::GridData.
+struct GridHead {
+  std::array<char, 8> magic;
+  std::uint64_t checksum;
+  std::uint32_t version, flags, index, count;
+  std::uint64_t bytes;
+  std::array<char, 256> name;
+  std::array<char, 336> place;  ///< transform, box, size of a voxel
+  std::uint32_t grid_class, type;
+  std::array<char, 32> more;
+};
+static_assert(sizeof(GridHead) == 672);
+
+constexpr std::string_view name_of_format = "NanoVDB", name_of_bare_grid = "NanoVDB1";
 constexpr std::uint64_t blosc_chunk = 1 << 30;    // that Blosc compresses at a time [bytes]
 constexpr std::uint64_t longest_name = 64 << 10;  // [bytes]
 constexpr std::uint64_t greatest_ratio = 1100;    // zlib's is 1032, LZ4's 255
 
-/// Before version 29 the whole number was the major version.
+/// Before version 29 the halves of the number were major and minor.
 std::string version_text(std::uint32_t version) {
-  if (version >> 21 == 0) return std::to_string(version);
-  return std::to_string(version >> 21) + "." + std::to_string(version >> 10 & 0x7FF);
+  const bool old = version >> 21 == 0;
+  return std::to_string(old ? version & 0xFFFF : version >> 21) + "." +
+         std::to_string(old ? version >> 16 : version >> 10 & 0x7FF);
 }
 
 void check_version(const std::string& path, std::uint32_t version) {
   if (version >> 21 == nano_major_version()) return;
   throw Error(ExitCode::input, subject(path) + "was written by NanoVDB " + version_text(version) +
-                                   ", psivox reads " + std::to_string(nano_major_version()));
+                                   ", psivox reads " + std::to_string(nano_major_version()) +
+                                   ": convert the .vdb again");
 }
 
 /// A grid of a .nvdb. All of its bytes are in memory.
@@ -133,7 +148,9 @@ NanoFile::NanoFile(std::shared_ptr<FileBlocks> file, Progress progress)
 
 void NanoFile::read_segment() {
   const auto header = take<SegmentHeader>(stream_);
-  if (!std::string_view(header.magic.data(), header.magic.size()).starts_with(name_of_format))
+  const std::string_view magic(header.magic.data(), header.magic.size());
+  if (magic == name_of_bare_grid) return read_bare_grid();
+  if (!magic.starts_with(name_of_format))
     throw openvdb::IoError("something else follows its grids");
   check_version(path(), header.version);
   if (header.grids == 0) throw openvdb::IoError("it has no grid");
@@ -142,18 +159,34 @@ void NanoFile::read_segment() {
   place_entries(first, std::uint64_t(stream_.tellg()));
 }
 
+/// A grid without a segment's header and entry, as NanoVDB has it in memory.
+void NanoFile::read_bare_grid() {
+  const std::uint64_t at = std::uint64_t(stream_.tellg()) - sizeof(SegmentHeader);
+  stream_.seekg(std::streamoff(at));
+  const auto head = take<GridHead>(stream_);
+  check_version(path(), head.version);
+  if (head.bytes < sizeof head) throw openvdb::IoError("a grid has an impossible size");
+  add_entry({head.name.data(), head.name.size()},
+            {head.bytes, head.bytes, 0, head.type, head.grid_class, none});
+  place_entries(entries_.size() - 1, at);
+}
+
 void NanoFile::read_entry(std::uint16_t codec) {
   const auto entry = take<NanoEntry>(stream_);
   if (entry.name_length > longest_name) throw openvdb::IoError("a name has an impossible length");
   std::string name(entry.name_length, '\0');
   stream_.read(name.data(), std::streamsize(name.size()));
+  add_entry(std::move(name), {entry.memory, entry.bytes, 0, entry.type, entry.grid_class, codec});
+}
+
+void NanoFile::add_entry(std::string name, const Stored& grid) {
   name.resize(std::min(name.find('\0'), name.size()));
-  const NanoType type = nano_type(entry.type, entry.grid_class);
+  const NanoType type = nano_type(grid.type, grid.grid_class);
   GridEntry listed;
   listed.descriptor = {name, type.grid_type.empty() ? type.name : type.grid_type};
   if (type.grid_type.empty()) listed.problem = unsupported_type(type.name);
   entries_.push_back(std::move(listed));
-  stored_.push_back({entry.memory, entry.bytes, 0, entry.type, entry.grid_class, codec});
+  stored_.push_back(grid);
 }
 
 /// The grids of a segment follow each other. Moves the stream behind them. A grid that the file's

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,7 +15,8 @@ namespace psivox::vdb {
 bool is_nano(FileBlocks& file);
 
 /// A .nvdb open for reading, its directory read. The file is a sequence of segments: a header, an
-/// entry for each grid, and the bytes of each grid, which are compressed as one block.
+/// entry for each grid, and the bytes of each grid, which are compressed as one block. Since
+/// version 32.6 a file can also be a sequence of bare grids.
 class NanoFile final : public GridFile {
  public:
   /// Throws Error(input) if the file is damaged before its first grid, or of another major version
@@ -40,7 +42,9 @@ class NanoFile final : public GridFile {
 
  private:
   void read_segment();
+  void read_bare_grid();
   void read_entry(std::uint16_t codec);
+  void add_entry(std::string name, const Stored& grid);  ///< the name may end before its text
   void place_entries(std::size_t first, std::uint64_t at);
   void unpack(const Stored& stored, char* to);
 

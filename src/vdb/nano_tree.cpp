@@ -46,7 +46,15 @@ const std::vector<KnownType>& known_types() {
       {GridType::RGBA8, {"RGBA8"}},
       {GridType::Vec4f, {"Vec4f"}},
       {GridType::Vec4d, {"Vec4d"}},
-      {GridType::Index, {"index"}}};
+      {GridType::Index, {"index"}},
+      // since version 32.5: not every header has them
+      {GridType(20), {"OnIndex"}},
+      {GridType(21), {"IndexMask"}},
+      {GridType(22), {"OnIndexMask"}},
+      {GridType(23), {"PointIndex"}},
+      {GridType(24), {"Vec3u8"}},
+      {GridType(25), {"Vec3u16"}},
+      {GridType(26), {"uint8", Int32Grid::gridType()}, make_tree<std::uint8_t, Int32Grid>}};
   return types;
 }
 

@@ -2,6 +2,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
 
+#include "scene/transfer_function.h"
 #include "verify/case.h"
 #include "verify/made_fields.h"
 #include "verify/made_views.h"

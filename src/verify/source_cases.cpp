@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/transfer_function.h"
 #include "verify/case.h"
 #include "verify/made_views.h"
 

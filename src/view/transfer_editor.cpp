@@ -14,6 +14,7 @@
 #include "base/text_file.h"
 #include "colour/srgb.h"
 #include "psivox/parameters.h"
+#include "scene/transfer_function.h"
 #include "view/sliders.h"
 
 namespace psivox::view {

@@ -10,6 +10,7 @@
 #include "psivox/draw.h"
 #include "psivox/open.h"
 #include "psivox/vdb.h"
+#include "scene/transfer_function.h"
 
 namespace psivox::view {
 

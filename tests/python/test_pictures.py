@@ -108,6 +108,18 @@ def test_png_of_a_notebook(blobs):
     assert png.startswith(b"\x89PNG") and len(png) > 500
 
 
+def test_page(blobs, refused, tmp_path):
+    page = psivox.show(blobs, resolution=SMALL, credit="A < B", azimuth=20)
+    image = psivox.render(blobs, resolution=SMALL, azimuth=20)
+    assert psivox.compare(image, page.image).max == 0
+    page.write(tmp_path / "x.html")
+    assert (tmp_path / "x.html").read_text() == page.html
+    assert page.html.startswith("<!DOCTYPE html>") and "A \\u003c B" in page.html
+    assert page._repr_html_().startswith("<iframe srcdoc=")
+    assert "above page_limit" in refused(2, psivox.show, blobs, resolution=SMALL, page_limit=0.01)
+    assert "no mode slice" in refused(2, psivox.show, blobs, resolution=SMALL, mode="slice")
+
+
 def test_the_scene_draws_the_picture_again(blobs):
     image = psivox.render(blobs, resolution=SMALL, elevation=20)
     again = psivox.render(blobs, scene=image.scene)

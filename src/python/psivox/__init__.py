@@ -17,14 +17,14 @@ import os as _os
 from . import _core
 from ._core import Error, trust_files
 from .grids import Field, File, field, info, open
-from .pictures import (Comparison, Image, Session, compare, devices, reference, render, study,
-                       verify)
+from .pictures import (Comparison, Image, Page, Session, compare, devices, reference, render, show,
+                       study, verify)
 from .scene import parameters
 
 __version__ = _core.version
-__all__ = ["Comparison", "Error", "Field", "File", "Image", "Session", "compare", "devices",
-           "field", "info", "open", "parameters", "reference", "render", "study", "trust_files",
-           "verify"]
+__all__ = ["Comparison", "Error", "Field", "File", "Image", "Page", "Session", "compare",
+           "devices", "field", "info", "open", "parameters", "reference", "render", "show", "study",
+           "trust_files", "verify"]
 
 Error.__module__ = "psivox"
 

@@ -1,6 +1,7 @@
 """Pictures: drawing, measuring and comparing them."""
 
 import csv
+import html
 import json
 import os
 import tempfile
@@ -13,8 +14,8 @@ from . import _core
 from .grids import Source, usage
 from .scene import documented, words_of
 
-__all__ = ["Comparison", "Image", "Session", "compare", "devices", "reference", "render", "study",
-           "verify"]
+__all__ = ["Comparison", "Image", "Page", "Session", "compare", "devices", "reference", "render",
+           "show", "study", "verify"]
 
 # keywords of a call that are not the scene's
 _call_names = ("aov", "camera", "check_error", "progress", "scene", "time_budget")
@@ -159,10 +160,11 @@ class Session:
         return self._draw(words_of(scene, _call_names, None, camera), aov, time_budget, check_error,
                           progress)
 
-    def _draw(self, words, aov, time_budget, check_error, progress):
+    def _draw(self, words, aov, time_budget, check_error, progress, page=None):
         bar = _Progress(progress)
         try:
-            image = self._drawing.draw(words, _layers(aov), time_budget, check_error, bar.report)
+            image = self._drawing.draw(words, _layers(aov), time_budget, check_error, bar.report,
+                                       page)
         finally:
             bar.close()
         for notice in image.notices:
@@ -186,7 +188,7 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
 
     source: a .vdb's path, a grid of `psivox.open`, an array by [x, y, z] (see `psivox.field`), or a
         dict of these by the names of grids.
-    aov: extra layers: depth, transmittance, steps, samples, error; or deep, a deep picture:
+    aov: extra layers: depth, transmittance, steps, samples, error, bound; or deep, a deep picture:
         image["deep"] is the number of samples of each pixel and, from front to back, their Z,
         ZBack, R, G, B and A.
     time_budget: chooses the most accurate method for this time [ms], in place of a tolerance.
@@ -201,6 +203,39 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
     """
     with Session(source, scene=scene, camera=camera, **keywords) as session:
         return session._draw(words_of({}), aov, time_budget, check_error, progress)
+
+
+class Page:
+    """A page on which a picture turns, in any browser with WebGL 2; Jupyter shows it.
+
+    `image`: the Image that it shows at rest. `html`: its text.
+    """
+
+    def __init__(self, image):
+        self.image, self.html = image, image._page.decode(errors="replace")
+
+    def write(self, path):
+        """Writes the .html that `psivox render -o` writes."""
+        _core.write_text(os.fspath(path), self.html)
+
+    def _repr_html_(self):
+        return (f'<iframe srcdoc="{html.escape(self.html)}" width="100%" allow="fullscreen" '
+                f'style="border: 0; height: {self.image.height + 80}px"></iframe>')
+
+    def __repr__(self):
+        return f"<psivox.Page: {self.image.width}x{self.image.height}, {len(self.html) / 1e6:.1f} MB>"
+
+
+def show(source, *, credit="", page_limit=32, progress=None, scene=None, camera=None, **keywords):
+    """Draws the picture of psivox.render and returns a Page, on which it turns. Jupyter shows it.
+
+    credit: a line below the picture.
+    page_limit: largest page [MB].
+    The other keywords are those of psivox.render.
+    """
+    with Session(source, scene=scene, camera=camera, **keywords) as session:
+        page = (credit, page_limit)
+        return Page(session._draw(words_of({}), (), None, 0, progress, page))
 
 
 def reference(source, **keywords):
@@ -310,5 +345,6 @@ def devices():
 
 
 documented(render)
+documented(show)
 documented(Session.render)
 documented(Session.__init__)

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace psivox {
+
+/// A text with &, < and > escaped, for HTML and SVG.
+std::string html_text(std::string_view text);
+
+/// RFC 4648, with `=`, as in a `data:` address.
+std::string base64(std::string_view bytes);
+
+}  // namespace psivox

@@ -1,0 +1,152 @@
+#include "gl/shader_macros.h"
+
+#include <algorithm>
+#include <cctype>
+
+namespace psivox::gl {
+namespace {
+
+bool in_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+bool starts_name(char c) { return in_word(c) && !std::isdigit(static_cast<unsigned char>(c)); }
+
+/// The word at the beginning of a text: a name, or a number with its point and letters.
+std::string_view word_of(std::string_view text) {
+  const bool name = starts_name(text[0]);
+  std::size_t end = 0;
+  while (end < text.size() && (in_word(text[end]) || (!name && text[end] == '.'))) ++end;
+  return text.substr(0, end);
+}
+
+std::size_t skip_spaces(std::string_view text, std::size_t i) {
+  while (i < text.size() && std::isspace(static_cast<unsigned char>(text[i]))) ++i;
+  return i;
+}
+
+std::string trimmed(std::string_view text) {
+  const std::size_t first = skip_spaces(text, 0);
+  std::size_t last = text.size();
+  while (last > first && std::isspace(static_cast<unsigned char>(text[last - 1]))) --last;
+  return std::string(text.substr(first, last - first));
+}
+
+/// What stands in the parentheses at `i`, by its commas. Moves `i` behind them.
+std::vector<std::string> items_at(std::string_view text, std::size_t& i) {
+  std::vector<std::string> items;
+  std::size_t first = i + 1;
+  int depth = 0;
+  for (; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '(' || c == '[') ++depth;
+    if (c == ')' || c == ']') --depth;
+    if (depth > 0 && !(depth == 1 && c == ',')) continue;
+    items.push_back(trimmed(text.substr(first, i - first)));
+    first = i + 1;
+    if (depth == 0) break;
+  }
+  ++i;
+  return items;
+}
+
+/// A line without its end; goes on behind it. A line that ends in \ includes the next.
+std::string take_logical_line(std::string_view& text) {
+  std::string line;
+  for (bool more = true; more && !text.empty();) {
+    const std::string_view part = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(part.size() + 1, text.size()));
+    more = part.ends_with('\\');
+    line += more ? std::string(part.substr(0, part.size() - 1)) + " " : std::string(part);
+  }
+  return line;
+}
+
+}  // namespace
+
+void Macros::define(std::string_view text) {
+  const std::string name(word_of(text));
+  Macro macro;
+  std::size_t i = name.size();
+  macro.is_function = i < text.size() && text[i] == '(';
+  if (macro.is_function) macro.parameters = items_at(text, i);
+  macro.body = trimmed(text.substr(i));
+  macros_[name] = std::move(macro);
+}
+
+std::string Macros::expanded(std::string_view text) {
+  std::string result, lines;
+  const auto finish = [&] {
+    result += replaced(lines, {});
+    lines.clear();
+  };
+  while (!text.empty()) {
+    const std::string line = take_logical_line(text);
+    if (!line.starts_with("#")) {
+      lines += line + "\n";
+      continue;
+    }
+    finish();
+    if (line.starts_with("#define "))
+      define(line.substr(8));
+    else if (line.starts_with("#undef "))
+      macros_.erase(trimmed(line.substr(7)));
+    else
+      result += line + "\n";
+  }
+  finish();
+  return result;
+}
+
+std::string Macros::replaced(std::string_view text, const Names& open) const {
+  std::string result;
+  for (std::size_t i = 0; i < text.size();) {
+    if (!in_word(text[i])) {
+      result += text[i++];
+      continue;
+    }
+    const std::string name(word_of(text.substr(i)));
+    i += name.size();
+    const auto found = macros_.find(name);
+    if (found == macros_.end() || open.contains(name)) {
+      result += name;
+      continue;
+    }
+    std::vector<std::string> arguments;
+    std::size_t end = skip_spaces(text, i);
+    if (found->second.is_function) {
+      if (end < text.size() && text[end] == '(') arguments = items_at(text, end);
+      if (arguments.size() != found->second.parameters.size()) {
+        result += name;
+        continue;
+      }
+      i = end;
+    }
+    for (std::string& argument : arguments) argument = replaced(argument, open);
+    result += call(name, found->second, arguments, open);
+  }
+  return result;
+}
+
+std::string Macros::call(const std::string& name, const Macro& macro,
+                         const std::vector<std::string>& arguments, Names open) const {
+  std::string result;
+  const std::string_view body = macro.body;
+  for (std::size_t i = 0; i < body.size();) {
+    if (body.substr(i, 2) == "##") {
+      result.erase(result.find_last_not_of(' ') + 1);
+      i = skip_spaces(body, i + 2);
+      continue;
+    }
+    if (!in_word(body[i])) {
+      result += body[i++];
+      continue;
+    }
+    const std::string word(word_of(body.substr(i)));
+    i += word.size();
+    const auto parameter = std::ranges::find(macro.parameters, word);
+    const auto place = std::size_t(parameter - macro.parameters.begin());
+    result += parameter == macro.parameters.end() ? word : arguments[place];
+  }
+  open.insert(name);
+  return replaced(result, open);
+}
+
+}  // namespace psivox::gl

@@ -1,0 +1,258 @@
+#include "psivox/page.h"
+
+#include <zlib.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "app/command_text.h"
+#include "base/html.h"
+#include "base/text.h"
+#include "base/text_file.h"
+#include "gl/webgl_march.h"
+#include "page/page_files.h"
+#include "plan/plan.h"
+#include "psivox/legend.h"
+#include "psivox/picture_file.h"
+#include "scene/clip.h"
+
+namespace psivox {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr double megabyte = 1e6;
+
+Json json_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+/// The numbers as the page holds them: their first bytes, then their second ones, ..., deflated.
+/// Neighbours are alike in their high bytes, which deflates to less.
+std::string packed(const gl::WebNumbers& numbers) {
+  const auto size = std::size_t(numbers.size);
+  const std::size_t count = numbers.bytes.size() / size;
+  std::string planes(numbers.bytes.size(), '\0');
+  for (std::size_t k = 0; k < size; ++k)
+    for (std::size_t i = 0; i < count; ++i) planes[k * count + i] = numbers.bytes[i * size + k];
+  uLongf length = compressBound(planes.size());
+  std::string result(length, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(result.data()), &length,
+                reinterpret_cast<const Bytef*>(planes.data()), planes.size(), 6) != Z_OK)
+    throw Error(ExitCode::failure, "the page's numbers cannot be compressed");
+  result.resize(length);
+  return base64(result);
+}
+
+void check_size(double bytes, const PageOptions& options) {
+  if (bytes <= options.limit_mb * megabyte) return;
+  throw Error(ExitCode::usage, formatted("the page takes %.1f MB or more, above --page-limit %g; "
+                                         "--texel float16, --lod 1 or --clip "
+                                         "makes it smaller",
+                                         bytes / megabyte, options.limit_mb));
+}
+
+/// A folder that nobody else may write to, removed at its end.
+class PrivateFolder {
+ public:
+  PrivateFolder() {
+    if (!mkdtemp(path_.data())) throw Error(ExitCode::output, path_ + ": " + std::strerror(errno));
+  }
+  ~PrivateFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_ = (fs::temp_directory_path() / "psivox-page-XXXXXX").string();
+};
+
+/// The picture as a PNG of base64. Writers of pictures need a file.
+std::string png_of(const Drawn& drawn, const View& view) {
+  const PrivateFolder folder;
+  const std::string file = folder.path() + "/picture.png";
+  Image image = drawn.image;
+  write_picture(image, view.scene, legend_of(view), drawn.stats.renderer, {file});
+  return base64(read_text(file, "picture"));
+}
+
+/// The command that draws the picture, but for what the page changes: camera, exposure, background.
+/// Lights that follow the camera stay where they are.
+std::string command_of(Scene scene, const Camera& camera) {
+  for (DirectionalLight& light : scene.lights) {
+    if (light.of_camera) light.direction = from_camera(camera, light.direction);
+    light.of_camera = false;
+  }
+  scene.camera_position.reset();
+  scene.camera_target.reset();
+  scene.camera_up.reset();
+  scene.azimuth = scene.elevation = 0;
+  scene.ortho_width.reset();
+  scene.exposure = Scene{}.exposure;
+  scene.background.reset();
+  return render_command_line(scene, "picture.png");
+}
+
+/// "estimated error RMS 3.1e-04, tolerance 0.001"; empty where nothing is known of it.
+std::string error_text(const Drawn& drawn) {
+  std::string text;
+  if (drawn.plan && drawn.plan->rays > 0)
+    text = formatted("estimated error RMS %.1e", drawn.plan->chosen.rms);
+  if (drawn.scene.tolerance)
+    text +=
+        (text.empty() ? "tolerance " : ", tolerance ") + formatted("%g", *drawn.scene.tolerance);
+  return text;
+}
+
+Json camera_json(const View& view) {
+  const Camera& camera = view.camera;
+  return {{"position", json_of(camera.position)},
+          {"target", json_of(camera.target)},
+          {"right", json_of(camera.right)},
+          {"up", json_of(camera.up)},
+          {"forward", json_of(camera.forward)},
+          {"axis", json_of(glm::normalize(camera.camera_up))},
+          {"orthographic", camera.orthographic},
+          {"half_width", camera.half_width},
+          {"zoom", view.scene.zoom}};
+}
+
+/// What the script needs to march, but for the textures' numbers.
+Json march_json(const View& view, const gl::WebMarch& march) {
+  const Box domain = view.medium.density->domain();
+  const glm::dvec3 middle = 0.5 * (glm::dvec3(domain.min) + glm::dvec3(domain.max));
+  Json json = {{"unit", march.setup.parameters.world_unit},
+               {"middle", json_of(view.medium.density->world_from_index * glm::dvec4(middle, 1))},
+               {"clip_first", march.setup.parameters.clip_first}};
+  for (const gl::WebGrid& grid : march.grids)
+    json["grids"].push_back(
+        {{"name", grid.name},
+         {"columns", {json_of(grid.linear[0]), json_of(grid.linear[1]), json_of(grid.linear[2])}},
+         {"origin", json_of(grid.origin)}});
+  json["clip"] = Json::array();
+  for (const HalfSpace& half : clip_of(view.scene))
+    json["clip"].push_back({{"normal", json_of(half.normal)}, {"offset", half.offset}});
+  for (const gl::WebUniform& uniform : march.uniforms)
+    json["uniforms"].push_back({uniform.name, uniform.kind, uniform.values});
+  for (const gl::WebTexture& texture : march.textures) {
+    Json channels = Json::array();
+    for (const gl::WebNumbers& some : texture.channels) channels.push_back(some.channels);
+    json["textures"].push_back(
+        {{"name", texture.name}, {"format", texture.format}, {"channels", channels}});
+  }
+  for (int i = 0; i < view.scene.pixel_samples; ++i) {
+    const glm::dvec2 place = pixel_sample(i, view.scene.pixel_samples);
+    json["samples"].push_back({place.x, place.y});
+  }
+  return json;
+}
+
+Json scene_json(const View& view, const Drawn& drawn, const gl::WebMarch& march,
+                const PageOptions& options) {
+  const Scene& scene = view.scene;
+  return {{"title", fs::path(scene.input).filename().string()},
+          {"error", error_text(drawn)},
+          {"credit", options.credit},
+          {"version", PSIVOX_VERSION},
+          {"command", command_of(drawn.scene, view.camera)},
+          {"size", {scene.resolution.x, scene.resolution.y}},
+          {"exposure", scene.exposure.value_or(0)},
+          {"tone_map", int(scene.tone_map)},
+          {"background", scene.background ? json_of(scene.background->color) : Json()},
+          {"camera", camera_json(view)},
+          {"march", march_json(view, march)}};
+}
+
+/// An element that the script reads by its id. No text of ours ends it: JSON's `<` is escaped.
+std::string element(const std::string& id, const std::string& type, const std::string& text) {
+  return "<script type=\"" + type + "\" id=\"" + id + "\">" + text + "</script>\n";
+}
+
+std::string without_tags(std::string json) {
+  for (std::size_t i = 0; (i = json.find('<', i)) != std::string::npos;)
+    json.replace(i, 1, "\\u003c");
+  return json;
+}
+
+/// Puts a text where the template has its mark.
+void fill(std::string& page, const std::string& mark, const std::string& text) {
+  page.replace(page.find(mark), mark.size(), text);
+}
+
+}  // namespace
+
+bool is_page_name(const std::string& path) {
+  const std::string extension = lower_case(fs::path(path).extension().string());
+  return extension == ".html" || extension == ".htm";
+}
+
+std::string page_obstacle(const Scene& scene) {
+  const auto no = [](const std::string& what) { return "a page (.html) has no " + what; };
+  if (scene.shows(Shows::plane)) return no("--mode slice");
+  if (scene.filter == Filter::hardware) return no("--filter hardware");
+  if (scene.resolved_sampling() == Sampling::template_) return no("--sampling template");
+  if (!scene.holdout.empty()) return no("--holdout");
+  if (scene.uses_ocio()) return no("--ocio; leave it out");
+  if (scene.background && scene.background->environment) return no("--background environment");
+  if (scene.color_bar) return no("--color-bar");
+  if (scene.scale_bar) return no("--scale-bar");
+  if (scene.renderer == RendererKind::reference) return no("--renderer reference");
+  return {};
+}
+
+void check_page(Session& session, const PageOptions& options) {
+  if (const std::string obstacle = page_obstacle(session.view().scene); !obstacle.empty())
+    throw Error(ExitCode::usage, obstacle);
+  double bytes = 0, least = 0;
+  const std::vector<gl::WebTexture> textures =
+      gl::web_textures(session.atlas(session.view().scene.texel));
+  for (const gl::WebTexture& texture : textures)
+    for (const gl::WebNumbers& some : texture.channels) bytes += double(some.bytes.size());
+  if (bytes < options.limit_mb * megabyte) return;  // it will be smaller
+  for (const gl::WebTexture& texture : textures)
+    for (const gl::WebNumbers& some : texture.channels) least += double(packed(some).size());
+  check_size(least, options);
+}
+
+std::string page_text(Session& session, const Drawn& drawn, const PageOptions& options) {
+  View view = session.view();
+  const PlannedMarch* const planned = drawn.plan ? drawn.plan->march.get() : nullptr;
+  if (planned)
+    view = planned->view;
+  else
+    view.scene = drawn.scene;
+  view.camera = make_camera(drawn.scene, *view.subject);
+  view.scene.background = drawn.scene.background;
+  if (!view.scene.exposure) view.scene.exposure = auto_exposure(drawn.image, view.scene.tone_map);
+  gl::WebMarch march;
+  make_web_march(view, session.atlas(view.scene.texel), planned ? planned->brick_steps : nullptr,
+                 layer_obstacle("depth", view.scene).empty(), march);
+  std::string data =
+      element("scene", "application/json",
+              without_tags(scene_json(view, drawn, march, options)
+                               .dump(-1, ' ', false, Json::error_handler_t::replace)));
+  data += element("march", "x-shader/x-fragment", march.text);
+  data += element("depth", "x-shader/x-fragment", march.depth_text);
+  data += element("display", "x-shader/x-fragment", gl::web_display_text());
+  for (const gl::WebTexture& texture : march.textures)
+    for (std::size_t i = 0; i < texture.channels.size(); ++i)
+      data += element(texture.name + "-" + std::to_string(i), "text/plain",
+                      packed(texture.channels[i]));
+  const std::map<std::string, std::string>& files = turning_page_files();
+  std::string page = files.at("page.html");
+  // from the last on, so that no text is taken for a mark
+  fill(page, "@SCRIPT@", files.at("camera.js") + files.at("march.js") + files.at("page.js"));
+  fill(page, "@DATA@", data);
+  fill(page, "@PICTURE@", png_of(drawn, view));
+  fill(page, "@TITLE@", html_text(fs::path(view.scene.input).filename().string()));
+  check_size(double(page.size()), options);
+  return page;
+}
+
+}  // namespace psivox
