@@ -25,8 +25,9 @@ CodedCell find_codes(int first, int3 cell) {
 // The codes at the two ends of a cell along z, in a row's word.
 real2 codes_at(IN(CodedCell) c, int i) {
   uint2 word = fetch_code(i);
-  uint low = word.y >> (c.bit & 31u);
-  if (c.bit < 32u) low = (word.x >> c.bit) | ((word.y << 1u) << (31u - c.bit));
+  bool high = c.bit >= 32u;
+  uint shift = c.bit & 31u;
+  uint low = ((high ? word.y : word.x) >> shift) | (((high ? 0u : word.y) << 1u) << (31u - shift));
   uint mask = (1u << c.width) - 1u;
   return real2(real(int(low & mask)), real(int((low >> c.width) & mask)));
 }

@@ -187,13 +187,10 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
     const MediumAtlas& grids = atlas.of(view, marched.scene.texel, times);
     const Progress progress = of_stage(wish.progress, Stage::choosing);
     result = plan_march(with_rest, grids, progress);
-    if (may_be_coded(marched))
-      choose_codes(
-          result, grids, rest,
-          [&](const CodeWidths& codes) -> const MediumAtlas& {
-            return atlas.on_device(view, TexelType::float32, codes, times);
-          },
-          progress);
+    const auto coded = [&](const CodeWidths& codes) -> const MediumAtlas& {
+      return atlas.on_device(view, TexelType::float32, codes, times);
+    };
+    if (may_be_coded(marched)) choose_codes(result, grids, rest, coded, progress);
   }
   result.light_rms = missed.rms;
   result.light_max = missed.max;
@@ -217,11 +214,12 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   // a plan for the whole may have steps of its bricks
   if (marches && chooses && !(chosen && parts.whole())) chosen = plan(parts, wanted, wish, times);
 
-  CodeWidths codes;
+  AtlasSize stored;
+  CodeWidths codes = chosen ? chosen->march->code_widths : nullptr;
   if (marches && parts.whole()) {
-    codes = chosen ? chosen->march->code_widths : nullptr;
     if (!codes) codes = atlas.preview_codes(marcher, wanted, wish);
     atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes);
+    stored = atlas.on_device(view, wanted.scene.texel, codes, times).size();
   }
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march();
@@ -238,8 +236,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   if (marches && wish.layers.bound) picture.add_bound(unlit);
   Drawn drawn = picture.finish();
   drawn.light = std::move(shone);
-  if (marches && parts.whole())
-    drawn.atlas = atlas.on_device(view, wanted.scene.texel, codes, times).size();
+  drawn.atlas = stored;
   drawn.times = times;
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +

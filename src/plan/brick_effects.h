@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "march/medium_atlas.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 
