@@ -68,7 +68,10 @@ void add_grid(const std::string& name, const BrickAtlas& atlas, const BrickAtlas
                       {{bytes_of(constants.data(), constants.size()), 4, atlas.channels}}});
   if (atlas.codes) {
     const std::string_view codes = bytes_of(atlas.codes.get(), atlas.code_count());
-    textures.push_back({name + "_codes", code_format, {{codes, 4, 2}}});
+    textures.push_back({name + "_codes",
+                        beside ? "RGBA32UI" : "RG32UI",
+                        {{codes, 4, beside ? 4 : 2}},
+                        beside ? 1 + beside->channels : 1});
     return;
   }
   WebTexture texels{name + "_texels", {}, {texels_of(atlas)}};

@@ -21,13 +21,11 @@ struct WebNumbers {
   int size = 4, channels = 1;
 };
 
-/// The format of the words of codes (CodeWidth), and of no other texture.
-inline constexpr auto code_format = "RG32UI";
-
 /// Entries for texture buffers, one after the other.
 struct WebTexture {
   std::string name, format;  ///< `RGBA32F`
   std::vector<WebNumbers> channels;
+  int code_channels = 0;  ///< of bricks in codes (CodeWidth); 0: these are no codes
 };
 
 /// How a camera's rays come into a grid's voxels (RayBundle).

@@ -52,9 +52,11 @@ std::string packed(const std::vector<T>& numbers) {
                  int(sizeof(T))});
 }
 
-/// A record's codes (CodeWidth) as what the seven corners before each voxel do not tell, which is
-/// 0 where values are trilinear: 0, -1, 1, -2, ... as 0, 1, 2, 3, ..., in the high bits.
-void add_differences(const std::uint64_t* rows, int wide, std::vector<std::uint16_t>& all) {
+/// A channel's codes in a brick (CodeWidth) as what the seven corners before each voxel do not
+/// tell, which is 0 where values are trilinear: 0, -1, 1, -2, ... as 0, 1, 2, 3, ..., in the high
+/// bits.
+void add_differences(const std::uint64_t* rows, int channels, int wide,
+                     std::vector<std::uint16_t>& all) {
   const int bits = std::array{7, 12, 16}[std::size_t(wide)], cells = brick_cells >> wide;
   const std::uint32_t mask = (1u << bits) - 1;
   std::array<std::uint32_t, brick_texels> codes;
@@ -62,7 +64,8 @@ void add_differences(const std::uint64_t* rows, int wide, std::vector<std::uint1
     const int row = i / brick_values, z = i % brick_values;
     const int word = std::min(z / cells, (1 << wide) - 1);
     codes[std::size_t(i)] =
-        std::uint32_t(rows[(row << wide) + word] >> (bits * (z - word * cells))) & mask;
+        std::uint32_t(rows[channels * ((row << wide) + word)] >> (bits * (z - word * cells))) &
+        mask;
   }
   for (const std::size_t stride : {1, 9, 81})
     for (std::size_t i = codes.size(); i-- > stride;)
@@ -74,30 +77,33 @@ void add_differences(const std::uint64_t* rows, int wide, std::vector<std::uint1
   }
 }
 
-/// Records in codes as two elements: their heads, and the differences of their codes, those of the
-/// narrowest first, so that the deflated bytes beside each other are alike.
-std::vector<std::string> packed_codes(std::string_view bytes) {
+/// Bricks in codes as two elements: their heads, and the differences of their codes, those of the
+/// narrowest first and channel by channel, so that the deflated bytes beside each other are alike.
+std::vector<std::string> packed_codes(std::string_view bytes, int channels) {
   const std::span words(reinterpret_cast<const std::uint64_t*>(bytes.data()), bytes.size() / 8);
   std::vector<std::uint32_t> heads;
-  std::array<std::vector<const std::uint64_t*>, 3> records;
+  std::array<std::vector<const std::uint64_t*>, 3> bricks;
   for (std::size_t i = 0; i < words.size();) {
     const std::size_t wide = words[i] >> 32 & 3;
-    heads.insert(heads.end(), {std::uint32_t(words[i]), std::uint32_t(words[i] >> 32)});
-    records[wide].push_back(&words[i] + 1);
-    i += std::size_t(code_words) << wide;
+    for (const std::uint64_t head : words.subspan(i, std::size_t(channels)))
+      heads.insert(heads.end(), {std::uint32_t(head), std::uint32_t(head >> 32)});
+    bricks[wide].push_back(&words[i] + channels);
+    i += std::size_t(channels * code_words) << wide;
   }
   std::vector<std::uint16_t> differences;
-  differences.reserve(heads.size() * brick_texels);
+  differences.reserve(heads.size() / 2 * brick_texels);
   for (int wide = 0; wide < 3; ++wide)
-    for (const std::uint64_t* rows : records[std::size_t(wide)])
-      add_differences(rows, wide, differences);
+    for (int channel = 0; channel < channels; ++channel)
+      for (const std::uint64_t* rows : bricks[std::size_t(wide)])
+        add_differences(rows + channel, channels, wide, differences);
   return {packed(heads), packed(differences)};
 }
 
 }  // namespace
 
 std::vector<std::string> packed(const gl::WebTexture& texture) {
-  if (texture.format == gl::code_format) return packed_codes(texture.channels[0].bytes);
+  if (texture.code_channels > 0)
+    return packed_codes(texture.channels[0].bytes, texture.code_channels);
   std::vector<std::string> texts;
   for (const gl::WebNumbers& some : texture.channels) texts.push_back(packed(some));
   return texts;

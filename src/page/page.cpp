@@ -129,8 +129,10 @@ Json march_json(const View& view, const gl::WebMarch& march) {
   for (const gl::WebTexture& texture : march.textures) {
     Json channels = Json::array();
     for (const gl::WebNumbers& some : texture.channels) channels.push_back(some.channels);
-    json["textures"].push_back(
-        {{"name", texture.name}, {"format", texture.format}, {"channels", channels}});
+    json["textures"].push_back({{"name", texture.name},
+                                {"format", texture.format},
+                                {"channels", channels},
+                                {"code_channels", texture.code_channels}});
   }
   for (int i = 0; i < view.scene.pixel_samples; ++i) {
     const glm::dvec2 place = pixel_sample(i, view.scene.pixel_samples);

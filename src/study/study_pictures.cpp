@@ -103,6 +103,7 @@ void StudyPictures::write_png(Image image, const Scene& own, const fs::path& pat
 void StudyPictures::write_turning_page() {
   Wish wish = wish_of({});
   wish.scene = with_default_tolerance(scene);
+  wish.fewest_bytes = true;
   if (!page_obstacle(*wish.scene).empty()) return;
   const Drawn drawn = draw(*gpu, wish);
   try {
