@@ -29,7 +29,7 @@ SCENES = {
 }
 # Both drivers march by the same formulas in float32. Where the page has its values as codes and the
 # picture has them as floats, each keeps the tolerance, 1e-4 in these scenes: 2e-4 are 0.05 codes times the
-# slope of sRGB's curve, which is below 4 where radiance is above 0.02. What is left are codes that round to
+# slope of sRGB's curve, which is 4.3 at a radiance of 0.02 and falls. What is left are codes that round to
 # the other side. A march that is wrong differs by many codes where it is.
 BOUND = 0.25  # RMS over R G B [codes of 8 bits]
 

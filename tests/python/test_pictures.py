@@ -111,7 +111,8 @@ def test_png_of_a_notebook(blobs):
 def test_page(blobs, refused, tmp_path):
     page = psivox.show(blobs, resolution=SMALL, credit="A < B", azimuth=20)
     image = psivox.render(blobs, resolution=SMALL, azimuth=20)
-    assert psivox.compare(image, page.image).max == 0
+    # a page always has codes: each of the two keeps the tolerance
+    assert psivox.compare(image, page.image).rms < 2e-3
     page.write(tmp_path / "x.html")
     assert (tmp_path / "x.html").read_text() == page.html
     assert page.html.startswith("<!DOCTYPE html>") and "A \\u003c B" in page.html
