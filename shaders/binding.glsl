@@ -6,7 +6,7 @@
 #define real3 vec3
 #define real4 vec4
 #define int3 ivec3
-#define uint2 uvec2
+#define uint4 uvec4
 #define INOUT(type) inout type
 #define IN(type) type
 
@@ -86,15 +86,15 @@ vec4 fetch_interval(int i) { return only_interval[i]; }
     } \
   } \
   uniform usamplerBuffer name##_codes[name##_buffers]; \
-  uvec2 name##_code(int i) { \
+  uvec4 name##_code(int i) { \
     if (name##_buffers == 1) { \
-      return texelFetch(name##_codes[0], i).xy; \
+      return texelFetch(name##_codes[0], i); \
     } else { \
       int b = i / texels_per_buffer; \
       int k = i - b * texels_per_buffer; \
       for (int j = 0; j < name##_buffers - 1; ++j) \
-        if (j == b) return texelFetch(name##_codes[j], k).xy; \
-      return texelFetch(name##_codes[name##_buffers - 1], k).xy; \
+        if (j == b) return texelFetch(name##_codes[j], k); \
+      return texelFetch(name##_codes[name##_buffers - 1], k); \
     } \
   }
 #include "grids.glsl"
@@ -107,7 +107,7 @@ vec4 filtered(sampler3D bricks, int slot, vec3 local) {
   return textureLod(bricks, (vec3(texel) + local.zyx + 0.5) / vec3(textureSize(bricks, 0)), 0.0);
 }
 
-uvec2 fetch_code(int i) { return density_code(i); }
+uvec4 fetch_code(int i) { return density_code(i); }
 
 // A luminance beside the density is in its texels' further channels, but in textures of its own for the
 // driver's filter.

@@ -1,46 +1,62 @@
-// Bricks in codes (CodeWidth in atlas.h): a record for the density and for each channel beside it.
+// Bricks in codes (CodeWidth in atlas.h). A texel is a word of 64 bits; with light beside the density it
+// is two, and with coloured light two texels follow each other: the density and red, green and blue.
 
-// Where a record of a coded brick has the codes of a cell.
+int code_texels() { return paired && luminance_source == SOURCE_VECTOR ? 2 : 1; }
+
+// Where a coded brick has the codes of a cell.
 struct CodedCell {
-  int word;    // of the first of its four rows
-  int next_y;  // words to the next one along y
+  int head;
+  int rows;    // texel of the first of its four rows
+  int next_y;  // texels to the next one along y
   int next_x;
-  int behind;  // first word of the next record
   uint bit;    // where the codes begin in a word
   uint width;  // of a code [bits]
-  real offset;
-  real scale;
 };
 
-CodedCell find_codes(int first, int3 cell) {
-  uint2 head = fetch_code(first);
-  int wide = int(head.y & 3u);
+CodedCell find_codes(int payload, int3 cell) {
+  int n = code_texels();
+  int head = payload * CODE_WORDS * n;
+  int wide = int(fetch_code(head).y & 3u);
   uint width = uint(7 + 5 * wide - (wide >> 1));
   int row = cell.x * BRICK_VALUES + cell.y;
-  return CodedCell(first + 1 + ((row * BRICK_CELLS + cell.z) >> (3 - wide)), 1 << wide,
-                   BRICK_VALUES << wide, first + (CODE_WORDS << wide), uint(cell.z & ((BRICK_CELLS >> wide) - 1)) * width,
-                   width, real_of_bits(head.x), real_of_bits(head.y));
+  return CodedCell(head, head + (1 + ((row * BRICK_CELLS + cell.z) >> (3 - wide))) * n, n << wide,
+                   (BRICK_VALUES << wide) * n, uint(cell.z & ((BRICK_CELLS >> wide) - 1)) * width, width);
 }
 
 // The codes at the two ends of a cell along z, in a row's word.
-real2 codes_at(IN(CodedCell) c, int i) {
-  uint2 word = fetch_code(i);
-  bool high = c.bit >= 32u;
+real2 codes_in(IN(CodedCell) c, uint low, uint high) {
+  bool is_high = c.bit >= 32u;
   uint shift = c.bit & 31u;
-  uint low = ((high ? word.y : word.x) >> shift) | (((high ? 0u : word.y) << 1u) << (31u - shift));
+  uint bits = ((is_high ? high : low) >> shift) | (((is_high ? 0u : high) << 1u) << (31u - shift));
   uint mask = (1u << c.width) - 1u;
-  return real2(real(int(low & mask)), real(int((low >> c.width) & mask)));
+  return real2(real(int(bits & mask)), real(int((bits >> c.width) & mask)));
 }
 
-real4 decoded(IN(CodedCell) c, int i) {
-  real2 a = codes_at(c, i);
-  real2 b = codes_at(c, i + c.next_y);
-  return real4(a.x, a.y, b.x, b.y) * c.scale + c.offset;
+Corners decoded(uint offset, uint step_bits, real2 p, real2 q, real2 r, real2 s) {
+  real from = real_of_bits(offset);
+  real scale = real_of_bits(step_bits);
+  return Corners(real4(p.x, p.y, q.x, q.y) * scale + from, real4(r.x, r.y, s.x, s.y) * scale + from);
 }
 
-Corners decoded(IN(CodedCell) c) { return Corners(decoded(c, c.word), decoded(c, c.word + c.next_x)); }
+// Two channels of a coded brick.
+struct TwoCorners {
+  Corners a;
+  Corners b;
+};
 
-// The records of a coded brick: the density, then each channel of a luminance beside it.
+TwoCorners decode_two(IN(CodedCell) c, int i) {
+  uint4 head = fetch_code(c.head + i);
+  uint4 p = fetch_code(c.rows + i);
+  uint4 q = fetch_code(c.rows + i + c.next_y);
+  uint4 r = fetch_code(c.rows + i + c.next_x);
+  uint4 s = fetch_code(c.rows + i + c.next_x + c.next_y);
+  return TwoCorners(decoded(head.x, head.y, codes_in(c, p.x, p.y), codes_in(c, q.x, q.y),
+                            codes_in(c, r.x, r.y), codes_in(c, s.x, s.y)),
+                    decoded(head.z, head.w, codes_in(c, p.z, p.w), codes_in(c, q.z, q.w),
+                            codes_in(c, r.z, r.w), codes_in(c, s.z, s.w)));
+}
+
+// The density, and the channels of a luminance beside it.
 struct CodedBrick {
   Corners v;
   Corners x;
@@ -49,12 +65,9 @@ struct CodedBrick {
 };
 
 CodedBrick decode_brick(Node brick, int3 cell) {
-  CodedCell c = find_codes(brick.payload * CODE_WORDS, cell);
-  Corners v = decoded(c);
-  c = find_codes(c.behind, cell);
-  Corners x = decoded(c);
-  if (luminance_source != SOURCE_VECTOR) return CodedBrick(v, x, x, x);
-  c = find_codes(c.behind, cell);
-  Corners y = decoded(c);
-  return CodedBrick(v, x, y, decoded(find_codes(c.behind, cell)));
+  CodedCell c = find_codes(brick.payload, cell);
+  TwoCorners first = decode_two(c, 0);
+  if (code_texels() == 1) return CodedBrick(first.a, first.b, first.b, first.b);
+  TwoCorners second = decode_two(c, 1);
+  return CodedBrick(first.a, first.b, second.a, second.b);
 }

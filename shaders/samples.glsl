@@ -22,7 +22,7 @@ Corners fetch_corners(int grid, Node node, int3 cell) {
   }
   if (coded && paired && grid == luminance_grid) return decode_brick(node, cell - first_cell(node)).x;
   if (coded && grid == density_grid)
-    return decoded(find_codes(node.payload * CODE_WORDS, cell - first_cell(node)));
+    return decode_brick(node, cell - first_cell(node)).v;
   int i = texel_index(node.payload, cell - first_cell(node));
   return Corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
 }

@@ -185,11 +185,14 @@ Scene asked(double tolerance) {
   return scene;
 }
 
-/// Draws it with codes and in float32. Returns the part of float32's bytes that the codes take.
+/// Draws it with codes, if they save bytes, and in float32. Returns the part of float32's bytes
+/// that the codes take.
 double expect_within(const View& view) {
   const double tolerance = *view.scene.tolerance;
   Session session(view);
-  const Drawn drawn = session.draw(*Gpu::renderer());
+  Wish small;
+  small.fewest_bytes = true;
+  const Drawn drawn = session.draw(*Gpu::renderer(), small);
   // the estimate is of the pilot's rays, the error of all
   EXPECT_LE(drawn.plan->chosen.rms, tolerance);
   const CheckedError error = session.check_error(drawn.image, 64 * 64);
@@ -215,6 +218,17 @@ TEST_F(CodedMarch, AToleranceChoosesCodes) {
   scene.lights.clear();
   scene.colormap = Colormap::viridis;
   EXPECT_LE(expect_within(view_of(scene, mixed())), 0.5);
+}
+
+TEST_F(CodedMarch, OnlyAPictureOfManyLookUpsPaysForThem) {
+  const auto texel_bytes = [](int pixels, TexelType texel) {
+    Scene scene = asked(1e-3);
+    scene.resolution = {pixels, pixels};
+    scene.texel = texel;
+    return Session(view_of(scene, mixed())).draw(*Gpu::renderer()).atlas.texel_bytes;
+  };
+  EXPECT_EQ(texel_bytes(2, TexelType::automatic), texel_bytes(2, TexelType::float32));
+  EXPECT_LT(texel_bytes(64, TexelType::automatic), texel_bytes(64, TexelType::float32) / 2);
 }
 
 TEST_F(CodedMarch, ValuesThatNeedFloat32KeepIt) {

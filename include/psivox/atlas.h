@@ -106,14 +106,15 @@ struct AtlasOptions {
 /// Codes: a brick stored as offset + step * code has rows of nine codes along z. A word of 64 bits
 /// has the codes at the ends of 8, 4 or 2 cells, the last one again the first of the next word, so
 /// that one load has both ends of a cell. The word before the rows has the offset and the step, as
-/// floats; the two lowest bits of the step tell how many words a row takes: 1, 2 or 4.
+/// floats; the two lowest bits of the step tell how many words a row takes: 1, 2 or 4. Of channels
+/// beside the density each has words of its own, of the same width: word i of all channels, then
+/// word i + 1.
 enum class CodeWidth : std::uint8_t { bits7, bits12, bits16 };
 
-/// Words of a brick of the narrowest codes; payloads of entries count them.
+/// Words of a channel of a brick of the narrowest codes; payloads of entries count them.
 inline constexpr int code_words = 1 + brick_values * brick_values;
 
-/// The widths of an atlas's bricks, in slot order: of each brick the density's, then those of the
-/// channels beside it. Null: no codes.
+/// The widths of an atlas's bricks, in slot order. Null: no codes.
 using CodeWidths = std::shared_ptr<const std::vector<CodeWidth>>;
 
 /// A field as bricks: textured where values differ, one constant where they are all equal, nothing
@@ -186,8 +187,8 @@ BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const Atla
 CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
-/// A scalar atlas of float32 with codes of these widths in place of its texels, and behind each
-/// brick the codes of the one beside it.
+/// A scalar atlas of float32 with codes of these widths in place of its texels, and of what is
+/// beside it.
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                  const BrickAtlas* beside = nullptr);
 

@@ -66,8 +66,8 @@ void for_records(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_t 
     each(record_of(*beside, slot, channel));
 }
 
-/// Returns the word behind the record.
-std::uint64_t* encode(const Record& record, CodeWidth width, std::uint64_t* words) {
+/// Writes each word, and zeros behind the rows, `stride` words behind the one before.
+void encode(const Record& record, CodeWidth width, std::uint64_t* words, std::size_t stride) {
   const AffineCode code = code_of(record.min, record.max, width);
   const int codes_last = (1 << bits_of(width)) - 1;
   const float per_step = 1 / code.step, last = float(codes_last) + 0.5F;
@@ -82,19 +82,26 @@ std::uint64_t* encode(const Record& record, CodeWidth width, std::uint64_t* word
     find(std::integral_constant<int, 1>());  // which vectorises
   else
     find(record.channels);
-  std::uint64_t* const end = words + std::ptrdiff_t(code_words) * row_words(width);
-  *words++ = std::bit_cast<std::uint32_t>(code.offset) |
-             std::uint64_t{std::bit_cast<std::uint32_t>(code.step)} << 32;
-  const int cells = brick_cells / row_words(width), bits = bits_of(width);
-  for (const std::int32_t* row = codes.data(); row != codes.data() + brick_texels;
-       row += brick_values)
-    for (int z = 0; z < brick_cells; z += cells) {
-      std::uint64_t word = 0;
-      for (int i = cells; i >= 0; --i) word = word << bits | std::uint64_t(row[z + i]);
-      *words++ = word;
-    }
-  std::fill(words, end, 0);
-  return end;
+  const auto write = [&](std::uint64_t word) {
+    *words = word;
+    words += stride;
+  };
+  write(std::bit_cast<std::uint32_t>(code.offset) |
+        std::uint64_t{std::bit_cast<std::uint32_t>(code.step)} << 32);
+  const auto pack = [&]<int wide>(std::integral_constant<int, wide>) {  // loops of known lengths
+    constexpr int cells = brick_cells >> wide;
+    for (std::size_t row = 0; row < codes.size(); row += brick_values)
+      for (std::size_t z = 0; z < brick_cells; z += cells) {
+        std::uint64_t word = 0;
+        for (std::size_t i = cells + 1; i-- > 0;)
+          word = word << word_bits[wide] | std::uint64_t(codes[row + z + i]);
+        write(word);
+      }
+  };
+  if (width == CodeWidth::bits7) pack(std::integral_constant<int, 0>());
+  if (width == CodeWidth::bits12) pack(std::integral_constant<int, 1>());
+  if (width == CodeWidth::bits16) pack(std::integral_constant<int, 2>());
+  for (int i = 1; i < row_words(width); ++i) write(0);
 }
 
 }  // namespace
@@ -105,14 +112,14 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
   bool fits = true;
   for (std::size_t slot = 0; slot < atlas.bricks.size() && fits; ++slot) {
     float most = steps[slot];
+    int width = 0;
     for_records(atlas, beside, slot, [&](const Record& record) {
-      int width = 0;
       while (width < 3 && !(code_of(record.min, record.max, CodeWidth(width)).step <= most))
         ++width;
       fits = fits && width < 3 && record.can_be_coded();
-      widths->push_back(CodeWidth(width));
       most = step_beside;
     });
+    widths->push_back(CodeWidth(width));
   }
   return fits ? widths : nullptr;
 }
@@ -125,9 +132,9 @@ BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
   result.texels32.reset();
   const std::size_t records = beside ? 1 + std::size_t(beside->channels) : 1;
   std::uint32_t count = 0;
-  for (std::size_t i = 0; i < widths.size(); ++i) {
-    if (i % records == 0) result.code_places.push_back(count);
-    count += std::uint32_t(row_words(widths[i]));
+  for (const CodeWidth width : widths) {
+    result.code_places.push_back(count);
+    count += std::uint32_t(row_words(width));
   }
   PageTable& pages = result.pages;
   pages.octants = pages.octants && count >> entry_slot_bits == 0;
@@ -137,19 +144,20 @@ BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
     entry = make_entry(EntryKind::brick,
                        result.code_places[atlas.pages.slot(entry)] | hidden << entry_slot_bits);
   }
-  result.codes = std::make_shared_for_overwrite<std::uint64_t[]>(std::size_t(count) * code_words);
+  const std::size_t words = std::size_t(count) * code_words * records;
+  result.codes = std::make_shared_for_overwrite<std::uint64_t[]>(words);
   tbb::parallel_for(std::size_t{0}, result.bricks.size(), [&](std::size_t slot) {
-    std::uint64_t* to = result.codes.get() + std::size_t(result.code_places[slot]) * code_words;
-    const CodeWidth* width = widths.data() + slot * records;
+    std::uint64_t* to =
+        result.codes.get() + std::size_t(result.code_places[slot]) * code_words * records;
     for_records(atlas, beside, slot, [&](const Record& record) {
       if (!record.can_be_coded())
         throw Error(ExitCode::input, "values reach from " + std::to_string(record.min) + " to " +
                                          std::to_string(record.max) +
                                          ", beyond codes; use --texel float32");
-      to = encode(record, *width++, to);
+      encode(record, widths[slot], to++, records);
     });
   });
-  result.size.texel_bytes = std::uint64_t(count) * code_words * sizeof(std::uint64_t);
+  result.size.texel_bytes = words * sizeof(std::uint64_t);
   return result;
 }
 

@@ -190,7 +190,8 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
     const auto coded = [&](const CodeWidths& codes) -> const MediumAtlas& {
       return atlas.on_device(view, TexelType::float32, codes, times);
     };
-    if (may_be_coded(marched)) choose_codes(result, grids, rest, coded, progress);
+    if (may_be_coded(marched))
+      choose_codes(result, grids, rest, wish.fewest_bytes, coded, progress);
   }
   result.light_rms = missed.rms;
   result.light_max = missed.max;

@@ -244,10 +244,8 @@ MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths
 
 CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel) {
   if (!has_codes(texel)) return {};
-  const int records = atlas.paired ? 1 + atlas.luminance->channels : 1;
   const auto width = CodeWidth(int(texel) - int(TexelType::code7));
-  return std::make_shared<std::vector<CodeWidth>>(
-      atlas.density.bricks.size() * std::size_t(records), width);
+  return std::make_shared<std::vector<CodeWidth>>(atlas.density.bricks.size(), width);
 }
 
 glm::dvec2 density_range(const Medium& medium) { return stored_range(*medium.density); }
