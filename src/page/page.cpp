@@ -15,7 +15,7 @@
 #include "page/packed_numbers.h"
 #include "page/page_files.h"
 #include "plan/choose_codes.h"
-#include "psivox/legend.h"
+#include "psivox/image.h"
 #include "psivox/picture_file.h"
 #include "scene/clip.h"
 
@@ -56,15 +56,14 @@ class PrivateFolder {
   std::string path_ = (fs::temp_directory_path() / "psivox-page-XXXXXX").string();
 };
 
-/// The picture as a PNG of base64, over black if there is no background. Writers of pictures need
-/// a file.
-std::string png_of(const Drawn& drawn, const View& view) {
-  Scene scene = view.scene;
-  if (!scene.background) scene.background = glm::dvec3(0);
+/// The picture as a PNG of base64, over black if there is no background. It has no metadata: these
+/// name folders. Writers of pictures need a file.
+std::string png_of(Image image, const Scene& scene) {
   const PrivateFolder folder;
   const std::string file = folder.path() + "/picture.png";
-  Image image = drawn.image;
-  write_picture(image, scene, legend_of(view), drawn.stats.renderer, {file});
+  add_background(image, scene.background ? scene.background->color : glm::dvec3(0), {});
+  image.metadata.clear();
+  write_image(image, file, {.display = display_of(scene)});
   return base64(read_text(file, "picture"));
 }
 
@@ -250,7 +249,7 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
   // from the last on, so that no text is taken for a mark
   fill(page, "@SCRIPT@", files.at("camera.js") + files.at("march.js") + files.at("page.js"));
   fill(page, "@DATA@", data);
-  fill(page, "@PICTURE@", png_of(drawn, view));
+  fill(page, "@PICTURE@", png_of(drawn.image, view.scene));
   fill(page, "@TITLE@", html_text(fs::path(view.scene.input).filename().string()));
   check_size(double(page.size()), options);
   return page;
