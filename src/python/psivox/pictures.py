@@ -83,7 +83,8 @@ class Image:
     def page(self, path, *, credit="", page_limit=32):
         """Writes a page on which the picture turns, as psivox.show makes it. Draws the picture once
         more: its file or array must still be the same."""
-        show(self._source, scene=self.scene, credit=credit, page_limit=page_limit).write(path)
+        show(self._source, scene=self.scene, background=self._background, credit=credit,
+             page_limit=page_limit).write(path)
 
     def _repr_png_(self):
         with tempfile.TemporaryDirectory(prefix="psivox-") as folder:
