@@ -84,9 +84,11 @@ std::string command_of(Scene scene, const Camera& camera) {
   return render_command_line(scene, "picture.png");
 }
 
-/// "estimated error RMS 3.1e-04, tolerance 0.001"; empty where nothing is known of it.
+/// "estimated error RMS 3.1e-04, tolerance 0.001"; empty where nothing is known of it, and of a
+/// slice, which has none.
 std::string error_text(const Drawn& drawn) {
   std::string text;
+  if (drawn.scene.shows(Shows::plane)) return text;
   if (drawn.plan && drawn.plan->rays > 0)
     text = formatted("estimated error RMS %.1e", drawn.plan->chosen.rms);
   if (drawn.scene.tolerance)
