@@ -134,7 +134,7 @@ BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
 BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options) {
   BrickAtlas result;
   result.channels = field.channels;
-  result.texel = options.texel;
+  result.texel = host_texel(options.texel);
   result.domain = layout.domain;
   result.pages = layout.pages;
   result.places = layout.places;

@@ -5,16 +5,11 @@
 #include <map>
 #include <utility>
 
+#include "atlas/atlas_plan.h"
 #include "march/marcher.h"
 #include "psivox/draw.h"
 
 namespace psivox {
-
-/// The type of the host's bricks, by which light is computed and methods are chosen, whatever codes
-/// the device has.
-inline TexelType host_texel(TexelType texel) {
-  return texel == TexelType::float16 ? texel : TexelType::float32;
-}
 
 /// The atlases of a whole medium, in float32 or float16 or both, and the codes made of them last,
 /// as long as the medium is drawn as one part.

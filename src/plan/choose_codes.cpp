@@ -34,7 +34,7 @@ constexpr std::size_t batch = 128;
 
 /// Part of the float32 texels' bytes above which they stay. Beside light the march takes longer by
 /// codes, so that only bytes speak for them.
-constexpr double worthwhile = 0.75, worthwhile_in_light = 0.34;
+constexpr double worthwhile = 0.75, worthwhile_in_light = 0.55;
 
 /// Look-ups of a picture for each texel from which on codes are chosen. To choose them takes about
 /// as long as they save in the upload; what they save in the march comes on top. Processor time of

@@ -14,7 +14,7 @@ bool may_be_coded(const View& view);
 /// until the next. The plan keeps float32 if codes save less than a quarter of the texels, or if a
 /// brick needs more than 16 bits. Unless `fewest_bytes`, it also keeps float32 where the picture is
 /// too small to pay for the choice and memory is not scarce, and where codes of density and light
-/// save less than two thirds.
+/// save less than 45 %.
 void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, bool fewest_bytes,
                   const std::function<const MediumAtlas&(const CodeWidths&)>& coded,
                   const Progress& progress);
