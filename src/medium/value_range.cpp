@@ -4,9 +4,9 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
+#include "field/lane_range.h"
 #include "field/value_percentile.h"
 #include "psivox/leaf_values.h"
 
@@ -45,18 +45,12 @@ glm::dvec2 stored_range(const Field& field) {
       tbb::blocked_range<std::size_t>(0, field.leaves.size(), 256), glm::dvec2(0),
       [&](const auto& some, glm::dvec2 found) {
         for (std::size_t n = some.begin(); n != some.end(); ++n) {
-          // four ranges at once: a vector's
-          std::array<float, 4> low{}, high{};
+          constexpr std::size_t lanes = 64;
+          LaneRange<lanes> range;
           const OrderedValues values(field, field.leaves[n]);
-          for (std::size_t i = 0; i < 512; i += 4)
-            for (std::size_t k = 0; k < 4; ++k) {
-              low[k] = std::min(low[k], values[i + k]);
-              high[k] = std::max(high[k], values[i + k]);
-            }
-          for (std::size_t k = 0; k < 4; ++k) {
-            include(found, low[k]);
-            include(found, high[k]);
-          }
+          for (std::size_t i = 0; i < 512; i += lanes) range.include(values.data() + i);
+          include(found, range.least());
+          include(found, range.greatest());
         }
         return found;
       },
