@@ -1,13 +1,16 @@
 // psivox render IN.vdb -o OUT.exr: draws a picture.
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <future>
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "base/text.h"
@@ -24,7 +27,6 @@
 #include "psivox/picture_file.h"
 #include "psivox/vdb.h"
 #include "render_call.h"
-#include "render_on_ranks.h"
 #include "scene/camera_file.h"
 
 namespace psivox {
@@ -81,6 +83,60 @@ void name_thumbnail(const RenderCall& call) {
   if (failed)
     throw Error(ExitCode::output,
                 "cannot write " + in_quotes(call.thumbnail_name) + ": " + failed.message());
+}
+
+// --- several processes that draw a picture together ----------------------------------------
+
+[[noreturn]] void refuse(const std::string& what) {
+  usage("several processes draw one picture together, " + what + "; start one process for that");
+}
+
+/// Throws Error(usage) if the call asks for what several processes cannot do.
+void check_scope(const RenderCall& call, const Scene& scene) {
+  if (call.list_devices) refuse("and do not list devices");
+  if (call.explain) refuse("without --explain");
+  if (call.check_error) refuse("without --check-error");
+  if (std::ranges::count(call.layers, "deep")) refuse("without --aov deep");
+  if (!call.camera_path.empty() || call.turntable || !call.movie.empty() ||
+      list_frames(call, scene, nullptr))
+    refuse("not a sequence");
+  if (scene.renderer == RendererKind::reference) refuse("not by --renderer reference");
+  if (call.output.empty()) refuse("and need -o");
+  if (is_page_name(call.output)) refuse("not a page");
+  if (scene.shows(Shows::plane) || !info(scene.mode).in_parts)
+    refuse("in --mode alpha, mip, lmip, isosurface and xray only");
+  if (const std::string obstacle = parts_obstacle(scene); !obstacle.empty())
+    refuse("in " + obstacle + " only");
+}
+
+/// The marcher of this rank: the ranks of a machine take its GPUs in turn.
+std::shared_ptr<Marcher> open_own(Scene scene, const Team::Place& place) {
+  if (scene.renderer == RendererKind::gl && scene.device < 0 && place.local_size > 1) {
+    std::vector<int> gpus;
+    for (const DeviceInfo& device : list_devices())
+      if (device.problem.empty() && !device.software) gpus.push_back(device.index);
+    if (gpus.size() > 1) scene.device = gpus[place.in_turn(gpus.size())];
+  }
+  return open_marcher(scene);
+}
+
+/// Does this rank's work. The first writes and reports. Throws AgreedError in the first; the others
+/// end.
+void run_on(Team& team, const std::function<void()>& work) {
+  if (!team.first())
+    if (const int nothing = open("/dev/null", O_WRONLY | O_CLOEXEC); nothing >= 0)
+      dup2(nothing, STDOUT_FILENO);
+  try {
+    work();
+  } catch (const AgreedError& error) {
+    if (!team.first()) std::exit(int(error.code()));
+    throw;
+  } catch (const std::exception& error) {
+    // the others wait for this one
+    std::fprintf(stderr, "psivox: rank %d of %d, on %s: %s\n", team.rank(), team.size(),
+                 team.place().machine.c_str(), error.what());
+    team.abort(int(ExitCode::failure));
+  }
 }
 
 // --- a call, by one process or by one of several ------------------------------------------
@@ -191,10 +247,7 @@ void RenderJob::print_check(Session& session) {
 }
 
 void RenderJob::write(Session& session) {
-  if (is_page_name(call_.output))
-    put_page(call_, session, report_);
-  else
-    put_out(call_, session.view(), report_);
+  put_out(call_, session, report_);
   if (call_.thumbnail) name_thumbnail(call_);
   report_.total_ms = process_ms();
   if (!call_.stats.empty()) write_text(call_.stats, report_.json());

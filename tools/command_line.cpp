@@ -8,16 +8,14 @@
 
 #include "base/guarded_reading.h"
 #include "base/option_concepts.h"
+#include "commands.h"
 #include "help_forms.h"
-#include "psivox/error.h"
 
 namespace psivox {
 namespace {
 
 constexpr std::size_t option_width = 34, text_width = 66;
 constexpr std::size_t longest_metavar = 40;  ///< a longer list of words moves to the help text
-
-[[noreturn]] void fail(const std::string& message) { throw Error(ExitCode::usage, message); }
 
 /// Breaks lines between words: CLI11 indents lines but does not break them.
 std::string wrapped(const std::string& text) {
@@ -44,10 +42,10 @@ class HelpFormatter : public CLI::Formatter {
   /// Normally with the common options alone, as one group.
   std::string make_help(const CLI::App* app, std::string name,
                         CLI::AppFormatMode mode) const override {
-    std::string usage = make_usage(app, std::move(name));  // since 2.5 without "Usage: "
-    usage = usage.substr(usage.find("psivox"));
+    std::string line = make_usage(app, std::move(name));  // since 2.5 without "Usage: "
+    line = line.substr(line.find("psivox"));
     std::string text = app->get_description() +
-                       "\nUsage: " + usage.substr(0, usage.find_last_not_of('\n') + 1) + "\n";
+                       "\nUsage: " + line.substr(0, line.find_last_not_of('\n') + 1) + "\n";
     const auto add = [&](const std::string& group, bool positional, const auto& wanted) {
       const auto options = app->get_options([&](const CLI::Option* option) {
         return option->get_positional() == positional && wanted(option);
@@ -109,7 +107,7 @@ CommandLine::CommandLine(const std::string& command, const std::string& summary,
   for (const std::string& example : examples)
     examples_.push_back(get_name() + (example.empty() ? "" : " ") + example);
   formatter(std::make_shared<HelpFormatter>(common_));
-  option_defaults()->group("Options");  // CLI11 2.6 has another name
+  begin_group("Options");  // CLI11 2.6 has another name
   set_help_flag("-h,--help", "print a short help; --help=man, =bash, =zsh or =fish in that form");
   set_help_all_flag("--help-all", "print every option");
   option_defaults()->take_last();
@@ -118,11 +116,7 @@ CommandLine::CommandLine(const std::string& command, const std::string& summary,
 
 CLI::Option* CommandLine::add_list(const std::string& name, std::vector<std::string>& items,
                                    const std::string& help) {
-  return add_option(name, items, help)
-      ->type_name("LIST")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->take_all();
+  return add_value(name, items, "LIST", help)->delimiter(',')->allow_extra_args(false)->take_all();
 }
 
 void CommandLine::add_parameters(std::vector<Setting>& settings,
@@ -160,7 +154,7 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
 void CommandLine::check_remaining() const {
   for (const std::string& argument : remaining()) {
     if (argument == "--") continue;
-    if (!argument.starts_with("-")) fail("unexpected argument " + in_quotes(argument));
+    if (!argument.starts_with("-")) usage("unexpected argument " + in_quotes(argument));
     const std::string name = argument.substr(0, argument.find('='));
     std::vector<std::string> known;
     for (const CLI::Option* option : get_options())
@@ -168,8 +162,8 @@ void CommandLine::check_remaining() const {
         known.push_back("--" + option->get_lnames().front());
     const std::string meant = option_of_concept(name);
     const bool has = std::find(known.begin(), known.end(), meant) != known.end();
-    fail("unknown option " + name +
-         (has ? "; " + meant + " does that here" : suggestion(name, known)));
+    usage("unknown option " + name +
+          (has ? "; " + meant + " does that here" : suggestion(name, known)));
   }
 }
 
@@ -207,9 +201,9 @@ bool CommandLine::read(std::span<const std::string> arguments) {
     print_help(CLI::AppFormatMode::All);
     return false;
   } catch (const CLI::ArgumentMismatch&) {  // thrown if an option at the end has no value
-    fail(arguments.back() + " needs a value");
+    usage(arguments.back() + " needs a value");
   } catch (const CLI::ParseError& error) {
-    fail(error.what());
+    usage(error.what());
   }
   check_remaining();
   return true;

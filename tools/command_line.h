@@ -25,6 +25,14 @@ class CommandLine : public CLI::App {
   CommandLine(const std::string& command, const std::string& summary,
               std::vector<std::string> common = {}, const std::vector<std::string>& examples = {});
 
+  /// Options that follow are listed under this heading.
+  void begin_group(const std::string& heading) { option_defaults()->group(heading); }
+  /// An option with a value, or an argument of no metavar.
+  template <typename T>
+  CLI::Option* add_value(const std::string& name, T& value, const std::string& metavar,
+                         const std::string& help) {
+    return add_option(name, value, help)->type_name(metavar);
+  }
   /// `name` takes items separated by commas; several uses append their items.
   CLI::Option* add_list(const std::string& name, std::vector<std::string>& items,
                         const std::string& help);
@@ -51,14 +59,19 @@ class CommandLine : public CLI::App {
 /// errors.
 inline constexpr const char* hidden_group = "Hidden";
 
+/// Checks that an option's value is one of these.
+template <typename T>
+CLI::Validator one_of(const std::vector<T>& values) {
+  return CLI::IsMember(values).description("");
+}
+
 /// Checks that an option's value is a finite number of that type in the range. CLI11's own Range
 /// accepts NaN and prints limits with 300 digits.
 template <typename Number>
 CLI::Validator number_in(const Range& range) {
   const auto check = [range](const std::string& text) {
     Number value{};
-    if (read_number(text, value) && std::isfinite(static_cast<double>(value)) &&
-        range.contains(static_cast<double>(value)))
+    if (read_number(text, value) && std::isfinite(double(value)) && range.contains(double(value)))
       return std::string();
     return std::string("expected ") + (std::is_integral_v<Number> ? "a whole number" : "a number") +
            range.text() + ", not " + in_quotes(text);

@@ -43,13 +43,12 @@ Transform::Ptr scale_and_move(double voxel_size, const Vec3d& origin) {
 }
 
 /// Rounds to 7 bits, which zip far better than a float's 24.
-float quantised(double value) { return static_cast<float>(std::round(value * 128.0) / 128.0); }
+float quantised(double value) { return float(std::round(value * 128.0) / 128.0); }
 
 /// Uniform in [0, 1), from an integer point; the finaliser of MurmurHash3.
 double hash(int x, int y, int z, std::uint32_t seed) {
-  std::uint32_t h = seed + static_cast<std::uint32_t>(x) * 0x9e3779b1u +
-                    static_cast<std::uint32_t>(y) * 0x85ebca77u +
-                    static_cast<std::uint32_t>(z) * 0xc2b2ae3du;
+  std::uint32_t h = seed + std::uint32_t(x) * 0x9e3779b1u + std::uint32_t(y) * 0x85ebca77u +
+                    std::uint32_t(z) * 0xc2b2ae3du;
   h = (h ^ (h >> 16)) * 0x85ebca6bu;
   h = (h ^ (h >> 13)) * 0xc2b2ae35u;
   h ^= h >> 16;
@@ -61,7 +60,7 @@ double noise(const Vec3d& p, std::uint32_t seed) {
   int cell[3];
   double t[3];
   for (int axis = 0; axis < 3; ++axis) {
-    cell[axis] = static_cast<int>(std::floor(p[axis]));
+    cell[axis] = int(std::floor(p[axis]));
     const double f = p[axis] - cell[axis];
     t[axis] = f * f * (3.0 - 2.0 * f);
   }
@@ -124,7 +123,7 @@ openvdb::GridCPtrVec ramp() {
   auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(0.1));
   auto accessor = grid->getAccessor();
   for (const Coord& c : CoordBBox(Coord(0), Coord(31, 15, 15))) {
-    accessor.setValue(c, static_cast<float>(c.x() + 1) / 32.0f);
+    accessor.setValue(c, float(c.x() + 1) / 32.0f);
   }
   return {grid};
 }
@@ -152,7 +151,7 @@ openvdb::GridCPtrVec blobs() {
   auto temperature = new_grid<FloatGrid>("temperature", transform(n_temperature));
   fill_cube(*temperature, n_temperature, [](const Vec3d& p) {
     const double heat = std::exp(-6.0 * (p - Vec3d(0.45, 0.35, 0.45)).lengthSqr());
-    return static_cast<float>(std::round((800.0 + 4000.0 * heat) / 32.0) * 32.0);
+    return float(std::round((800.0 + 4000.0 * heat) / 32.0) * 32.0);
   });
 
   auto color = new_grid<Vec3SGrid>("color", transform(n_color));
@@ -198,7 +197,7 @@ openvdb::GridCPtrVec rotated() {
   for (const Coord& c : CoordBBox(Coord(0), Coord(47, 31, 23))) {
     const double x = (c.x() - 17.0) / 11.0, y = (c.y() - 18.0) / 7.0, z = (c.z() - 9.0) / 4.5;
     const double value = std::exp(-0.5 * (x * x + y * y + z * z + 0.6 * x * y - 0.3 * y * z));
-    if (value > 1.0 / 256.0) accessor.setValue(c, static_cast<float>(value));
+    if (value > 1.0 / 256.0) accessor.setValue(c, float(value));
   }
   return {grid};
 }
@@ -219,7 +218,7 @@ openvdb::GridCPtrVec plume(int n, double time) {
     const Vec3d risen = p - Vec3d(0.0, 1.5 * time, 0.0);
     const double detail = 0.6 * noise(risen * 14.0, 3) + 0.4 * noise(risen * 33.0, 4);
     const double value = inside * under * (1.6 * detail - 0.5) * (0.1 + 0.9 * time);
-    if (value > 0.0) accessor.setValue(c, static_cast<float>(value));
+    if (value > 0.0) accessor.setValue(c, float(value));
   }
   return {grid};
 }
@@ -238,7 +237,7 @@ openvdb::GridCPtrVec fog(int n) {
           const Coord c(x + (i >> 6), y + (i >> 3 & 7), z + (i & 7));
           const Vec3d p = (c.asVec3d() * 2.0 - Vec3d(n - 1)) / n;
           const double smooth = 1.0 - 0.3 * p.lengthSqr();
-          values[i] = static_cast<float>(smooth * (0.8 + 0.2 * hash(c.x(), c.y(), c.z(), 9)));
+          values[i] = float(smooth * (0.8 + 0.2 * hash(c.x(), c.y(), c.z(), 9)));
         }
       }
   return {grid};
@@ -251,7 +250,7 @@ void clear_identity(const std::filesystem::path& path) {
   std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
   file.exceptions(std::ios::failbit | std::ios::badbit);
   file.seekp(8 + 3 * 4 + 1);
-  file.write(identity.data(), static_cast<std::streamsize>(identity.size()));
+  file.write(identity.data(), std::streamsize(identity.size()));
 }
 
 void write(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids) {

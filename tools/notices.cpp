@@ -1,7 +1,6 @@
 #include "notices.h"
 
 #include <cstdio>
-#include <string>
 
 #include "base/text.h"
 #include "psivox/parameters.h"

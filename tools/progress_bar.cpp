@@ -19,7 +19,7 @@ constexpr int bar_width = 40;
 std::string time_left(double fraction, double passed_s) {
   if (fraction < 0.02 || passed_s < 2) return "";
   const double left_s = passed_s * (1 - fraction) / fraction;
-  const auto seconds = static_cast<int>(std::lround(std::min(left_s, 359999.0)));
+  const auto seconds = int(std::lround(std::min(left_s, 359999.0)));
   if (seconds >= 3600)
     return formatted(", %d:%02d:%02d left", seconds / 3600, seconds / 60 % 60, seconds % 60);
   return formatted(", %d:%02d left", seconds / 60, seconds % 60);
@@ -40,6 +40,7 @@ void ProgressBar::clear() {
 
 Progress ProgressBar::progress() {
   if (quiet_) return {};
+  start_ = std::chrono::steady_clock::now();
   return [this](double fraction) { show(fraction); };
 }
 
@@ -48,15 +49,15 @@ void ProgressBar::show(double fraction) {
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
   if (!marks_.passes(fraction, passed.count())) return;
   const std::string left = time_left(fraction, passed.count());
-  const int percent = static_cast<int>(fraction * 100);
+  const int percent = int(fraction * 100);
   if (!terminal_) {
     std::fprintf(stderr, "psivox: %d %%%s\n", percent, left.c_str());
     return;
   }
   drawn_ = true;
-  const int filled = static_cast<int>(fraction * bar_width);
-  const std::string bar = std::string(static_cast<std::size_t>(filled), '#') +
-                          std::string(static_cast<std::size_t>(bar_width - filled), '.');
+  const int filled = int(fraction * bar_width);
+  const std::string bar =
+      std::string(std::size_t(filled), '#') + std::string(std::size_t(bar_width - filled), '.');
   std::fprintf(stderr, "\r[%s] %3d %%%s\033[K", bar.c_str(), percent, left.c_str());
   std::fflush(stderr);
 }

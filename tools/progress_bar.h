@@ -16,7 +16,7 @@ class ProgressMarks {
   /// Whether to show `fraction`, 0 to 1, now. Times count from the start of the work.
   bool passes(double fraction, double passed_s) {
     if (passed_s < patience_s_) return false;
-    const int part = static_cast<int>(fraction * parts_);
+    const int part = int(fraction * parts_);
     if (part <= part_ && passed_s < shown_s_ + silence_s_) return false;
     part_ = part;
     shown_s_ = passed_s;
@@ -39,7 +39,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Empty if there is nothing to show. The bar must outlive it.
+  /// For work that begins now; empty if there is nothing to show. The bar must outlive it.
   Progress progress();
 
   /// Removes the bar from the terminal, for a line of text; it comes back with the next progress.
@@ -48,7 +48,7 @@ class ProgressBar {
  private:
   void show(double fraction);
 
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point start_;
   bool quiet_;
   bool terminal_;
   ProgressMarks marks_;

@@ -31,7 +31,7 @@ void end_after(int seconds, const char* message) {
     std::this_thread::sleep_for(std::chrono::seconds(seconds));
     remove_hidden_files();
     std::fprintf(stderr, "psivox: %s\n", message);
-    _exit(static_cast<int>(ExitCode::failure));
+    _exit(int(ExitCode::failure));
   }).detach();
 }
 
@@ -152,7 +152,7 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
 int fail(const std::string& who, const char* message, ExitCode code) {
   std::cout.flush();
   std::fprintf(stderr, "%s: %s\n", who.c_str(), message);
-  return static_cast<int>(code);
+  return int(code);
 }
 
 }  // namespace

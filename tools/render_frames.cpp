@@ -13,7 +13,7 @@
 #include "picture_output.h"
 #include "progress_bar.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
+#include "psivox/picture_file.h"
 #include "psivox/sequence.h"
 #include "scene/camera_file.h"
 
@@ -111,12 +111,11 @@ bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {
     std::map<std::string, std::string> found = read_metadata(frame.output);
     const std::optional<Scene> scene = maker.scene_of(frame);
     const Scene wanted = scene ? *scene : maker.read(frame).scene;
-    for (const auto& [name, value] : picture_metadata(call, frame.output, wanted))
+    const PictureFile file{frame.output, call.format, call.layers};
+    for (const auto& [name, value] : picture_metadata(file, wanted))
       if (name != "psivox:folder" && found[name] != value) return false;
     return true;
-  } catch (const fs::filesystem_error&) {
-    return false;
-  } catch (const Error&) {
+  } catch (const std::runtime_error&) {
     return false;  // drawing it will say why
   }
 }
@@ -313,14 +312,15 @@ void FrameLoop::finish() {
 void render_frames(const RenderCall& call, const Scene& scene, const FrameList& list,
                    const CameraPath* path) {
   if (call.explain || call.check_error)
-    throw Error(ExitCode::usage, std::string(call.explain ? "--explain" : "--check-error") +
-                                     " is for one picture: give one file");
+    usage(std::string(call.explain ? "--explain" : "--check-error") +
+          " is for one picture: give one file");
   if (is_standard_output(call.output) && list.frames.size() > 1)
-    throw Error(ExitCode::usage, "-o " + call.output + " takes one picture");
+    usage("-o " + call.output + " takes one picture");
   if (call.resume && !call.output.empty() && !holds_scene(call.output))
-    throw Error(ExitCode::usage, "--resume reads a picture's scene, which " +
-                                     in_quotes(call.output) + " cannot hold; write .png or .exr");
-  if (!call.movie.empty()) check_movie_name(call.movie);
+    usage("--resume reads a picture's scene, which " + in_quotes(call.output) +
+          " cannot hold; write .png or .exr");
+  if (!call.movie.empty() && !is_movie_name(call.movie))
+    usage("--movie " + in_quotes(call.movie) + ": expected .mp4, .mov, .mkv or .avi");
   if (!call.movie.empty() && call.output.empty() && !can_make_movies())
     throw Error(ExitCode::output,
                 "--movie needs ffmpeg, which is not installed; -o out.####.png writes pictures");

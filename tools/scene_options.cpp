@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "psivox/open.h"
-#include "psivox/parameters.h"
 #include "psivox/scene_file.h"
 #include "psivox/sequence.h"
 #include "psivox/vdb.h"
@@ -17,25 +16,17 @@ bool file_z_is_up(const Scene& scene) {
   return !VdbFile(files ? files->begin()->second : scene.input).z_up().empty();
 }
 
-void SceneOptions::add_to(CommandLine& line, std::span<const std::string> without) {
-  line.add_option("--scene", file_,
-                  "read parameters from a .json, or from a picture that psivox wrote; the command "
-                  "line overrides them")
-      ->type_name("FILE")
-      ->group(group_name(ParameterGroup::input));
+void SceneOptions::add_to(CommandLine& line, const std::vector<std::string>& without) {
+  line.begin_group(group_name(ParameterGroup::input));
+  line.add_value("--scene", file_, "FILE",
+                 "read parameters from a .json, or from a picture that psivox wrote; the command "
+                 "line overrides them");
   line.add_trust();
-  line.add_option("--camera", camera_,
-                  "camera of a .gltf, .glb or ParaView's .pvcc; :NAME of one of several")
-      ->type_name("FILE[:NAME]")
-      ->group(group_name(ParameterGroup::camera));
-  line.add_parameters(settings_, [&](const Parameter& p) {
-    return std::find(without.begin(), without.end(), p.name) == without.end();
-  });
-}
-
-bool SceneOptions::gives(const std::string& name) const {
-  return std::any_of(settings_.begin(), settings_.end(),
-                     [&](const Setting& setting) { return setting.name == name; });
+  line.begin_group(group_name(ParameterGroup::camera));
+  line.add_value("--camera", camera_, "FILE[:NAME]",
+                 "camera of a .gltf, .glb or ParaView's .pvcc; :NAME of one of several");
+  line.add_parameters(settings_,
+                      [&](const Parameter& p) { return std::ranges::count(without, p.name) == 0; });
 }
 
 std::vector<std::string> SceneOptions::notices() const {
@@ -62,26 +53,20 @@ Scene SceneOptions::scene(Scene scene) {
 }
 
 void FrameOptions::add_to(CommandLine& line) {
-  line.add_option("IN.vdb", inputs,
-                  "a volume; or a sequence: fire.####.vdb, a folder, or several files")
-      ->type_name("")
+  line.begin_group("Frames");
+  line.add_value("IN.vdb", inputs, "",
+                 "a volume; or a sequence: fire.####.vdb, a folder, or several files")
       ->take_all();
-  line.add_option("--frames", frames,
-                  "frames of a sequence, such as 1-100, 1-100x2 or 1-10,20 (default: all)")
-      ->type_name("A-B[xS]")
-      ->group(frames_group);
-  line.add_option("--auto-from", auto_from,
-                  "frames from which extinction, camera, range, look and exposure are chosen for "
-                  "all (default: the first, the middle and the last)")
-      ->type_name("all|A-B[xS]")
-      ->group(frames_group);
-  line.add_option("--missing", missing,
-                  "what to do about a frame without a file: refuse to start, leave it out, or take "
-                  "the one before it")
-      ->type_name("error|skip|hold")
-      ->check(CLI::IsMember({"error", "skip", "hold"}).description(""))
-      ->capture_default_str()
-      ->group(frames_group);
+  line.add_value("--frames", frames, "A-B[xS]",
+                 "frames of a sequence, such as 1-100, 1-100x2 or 1-10,20 (default: all)");
+  line.add_value("--auto-from", auto_from, "all|A-B[xS]",
+                 "frames from which extinction, camera, range, look and exposure are chosen for "
+                 "all (default: the first, the middle and the last)");
+  line.add_value("--missing", missing, "error|skip|hold",
+                 "what to do about a frame without a file: refuse to start, leave it out, or take "
+                 "the one before it")
+      ->check(one_of<std::string>({"error", "skip", "hold"}))
+      ->capture_default_str();
 }
 
 }  // namespace psivox

@@ -1,9 +1,5 @@
 #pragma once
 
-#include <span>
-#include <string>
-#include <vector>
-
 #include "command_line.h"
 #include "psivox/scene.h"
 
@@ -14,16 +10,13 @@ namespace psivox {
 class SceneOptions {
  public:
   /// Adds all options but the parameters in `without`.
-  void add_to(CommandLine& line, std::span<const std::string> without = {});
+  void add_to(CommandLine& line, const std::vector<std::string>& without);
 
   /// Sets a parameter as the command line would.
   void set(const std::string& name, const std::string& text) { settings_.push_back({name, text}); }
 
   /// What to say about the colours that the command line gives.
   std::vector<std::string> notices() const;
-
-  /// Whether the command line gives a parameter, if only its default.
-  bool gives(const std::string& name) const;
 
   /// Returns the scene, validated but not resolved. `base` supplies what the file does not set.
   /// Throws Error(usage), Error(input).
@@ -48,10 +41,8 @@ struct FrameOptions {
   std::string auto_from;          ///< empty: the first, the middle and the last; `all`
   std::string missing = "error";  ///< or `skip`, `hold`
 
+  /// Begins their section of --help.
   void add_to(CommandLine& line);
 };
-
-/// Their section in --help.
-inline constexpr const char* frames_group = "Frames";
 
 }  // namespace psivox

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/trigonometric.hpp>
-#include <iterator>
 #include <map>
 
 #include "app/command_text.h"

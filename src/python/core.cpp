@@ -2,7 +2,6 @@
 
 #include <pybind11/functional.h>
 #include <pybind11/numpy.h>
-#include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -14,7 +13,6 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "core.h"
-#include "drawing.h"
 #include "gl/object_counts.h"
 #include "psivox/study.h"
 #include "psivox/verify.h"

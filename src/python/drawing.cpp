@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <set>
 
 #include "psivox/camera.h"
 #include "psivox/error.h"

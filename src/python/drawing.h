@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -105,8 +104,6 @@ class Drawing {
  public:
   Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words);
   ~Drawing() { close(); }
-  Drawing(const Drawing&) = delete;
-  Drawing& operator=(const Drawing&) = delete;
 
   /// The scene with these words over the drawing's own. Where the medium depends on them it is made
   /// anew, else it uses the atlas, light and context of the picture before.

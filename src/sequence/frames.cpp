@@ -28,6 +28,34 @@ std::size_t digits_of(const std::smatch& found) {
   return digits.empty() || digits == "0" ? 1 : std::size_t(digits[0] - '0');
 }
 
+constexpr std::size_t most_frames = 1000000;
+
+[[noreturn]] void refuse_frames(const std::string& option, const std::string& text) {
+  throw Error(
+      ExitCode::usage,
+      option + ": expected frames such as 1-100, 1-100x2 or 1-10,20, not " + in_quotes(text));
+}
+
+/// First, last and step of `7`, `1-100` or `1-100x2`.
+struct Span {
+  int first = 0, last = 0, step = 1;
+};
+
+Span read_span(const std::string& item, const std::string& option, const std::string& text) {
+  Span span;
+  const std::size_t x = item.find('x');
+  const std::string ends = item.substr(0, x);
+  const std::size_t dash = ends.find('-');
+  bool good = read_number(ends.substr(0, dash), span.first);
+  span.last = span.first;
+  if (dash != std::string::npos) good &= read_number(ends.substr(dash + 1), span.last);
+  if (x != std::string::npos)
+    good &= dash != std::string::npos && read_number(item.substr(x + 1), span.step);
+  if (!good || span.first < 0 || span.last < span.first || span.step < 1)
+    refuse_frames(option, text);
+  return span;
+}
+
 }  // namespace
 
 std::optional<FramePattern> FramePattern::of_placeholder(const std::string& path) {
@@ -95,38 +123,6 @@ std::map<int, std::string> FramePattern::files() const {
   }
   return found;
 }
-
-namespace {
-
-constexpr std::size_t most_frames = 1000000;
-
-[[noreturn]] void refuse_frames(const std::string& option, const std::string& text) {
-  throw Error(
-      ExitCode::usage,
-      option + ": expected frames such as 1-100, 1-100x2 or 1-10,20, not " + in_quotes(text));
-}
-
-/// First, last and step of `7`, `1-100` or `1-100x2`.
-struct Span {
-  int first = 0, last = 0, step = 1;
-};
-
-Span read_span(const std::string& item, const std::string& option, const std::string& text) {
-  Span span;
-  const std::size_t x = item.find('x');
-  const std::string ends = item.substr(0, x);
-  const std::size_t dash = ends.find('-');
-  bool good = read_number(ends.substr(0, dash), span.first);
-  span.last = span.first;
-  if (dash != std::string::npos) good &= read_number(ends.substr(dash + 1), span.last);
-  if (x != std::string::npos)
-    good &= dash != std::string::npos && read_number(item.substr(x + 1), span.step);
-  if (!good || span.first < 0 || span.last < span.first || span.step < 1)
-    refuse_frames(option, text);
-  return span;
-}
-
-}  // namespace
 
 std::vector<int> read_frames(const std::string& text, const std::string& option) {
   std::set<int> frames;

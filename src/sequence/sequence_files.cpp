@@ -74,6 +74,23 @@ std::optional<SequenceFiles> frames_within(const std::string& path) {
   }
 }
 
+/// Files that are looked at for a flame.
+constexpr std::size_t most_surveyed = 64;
+
+/// Voxels that burn; unset if the file has no grid of a flame, or cannot be read.
+std::optional<std::uint64_t> burning_voxels(const std::string& path) {
+  try {
+    const VdbFile file(path);
+    for (const char* name : flame_names(/*hot=*/false)) {
+      if (file.channels(name) != 1) continue;
+      const GridContent content = file.content(name);
+      return content.nothing.empty() ? content.active_voxels : 0;
+    }
+  } catch (const Error&) {  // drawing it will say why
+  }
+  return {};
+}
+
 }  // namespace
 
 std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs, bool within) {
@@ -102,27 +119,6 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs,
   for (const std::string& path : paths) files.emplace(int(files.size()) + 1, path);
   return files;
 }
-
-namespace {
-
-/// Files that are looked at for a flame.
-constexpr std::size_t most_surveyed = 64;
-
-/// Voxels that burn; unset if the file has no grid of a flame, or cannot be read.
-std::optional<std::uint64_t> burning_voxels(const std::string& path) {
-  try {
-    const VdbFile file(path);
-    for (const char* name : flame_names(/*hot=*/false)) {
-      if (file.channels(name) != 1) continue;
-      const GridContent content = file.content(name);
-      return content.nothing.empty() ? content.active_voxels : 0;
-    }
-  } catch (const Error&) {  // drawing it will say why
-  }
-  return {};
-}
-
-}  // namespace
 
 std::vector<std::string> auto_samples(const SequenceFiles& files) {
   std::vector<std::string> paths;

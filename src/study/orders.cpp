@@ -1,6 +1,5 @@
 #include "study/orders.h"
 
-#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/statistics.h"
@@ -55,25 +54,6 @@ OrderRow step_row(Integrator rule, double K, const RayEnds& ends, bool corrected
     row.errors.emplace_back(h / medium.scale, phase_rms(rule, medium, ends, h, corrected));
   return row;
 }
-
-}  // namespace
-
-std::vector<OrderRow> step_orders(const Progress& progress) {
-  std::vector<OrderRow> rows;
-  const double all = 2 * 3 * 12;
-  for (const RayEnds& ends : ray_ends)
-    for (const double K : {0.3, 3.0, 30.0})
-      for (const IntegratorInfo& rule : integrators) {
-        if (!is_segment_rule(rule.id)) continue;
-        rows.push_back(step_row(rule.id, K, ends, false));
-        if (rule.id == Integrator::psi_balanced && ends.inside)
-          rows.push_back(step_row(rule.id, K, ends, true));
-        if (progress) progress(double(rows.size()) / all);
-      }
-  return rows;
-}
-
-namespace {
 
 // Orders in the size of voxels and of pixels come from pictures of the march in double.
 
@@ -190,6 +170,21 @@ SheetErrors sheet_errors(int side) {
 }
 
 }  // namespace
+
+std::vector<OrderRow> step_orders(const Progress& progress) {
+  std::vector<OrderRow> rows;
+  const double all = 2 * 3 * 12;
+  for (const RayEnds& ends : ray_ends)
+    for (const double K : {0.3, 3.0, 30.0})
+      for (const IntegratorInfo& rule : integrators) {
+        if (!is_segment_rule(rule.id)) continue;
+        rows.push_back(step_row(rule.id, K, ends, false));
+        if (rule.id == Integrator::psi_balanced && ends.inside)
+          rows.push_back(step_row(rule.id, K, ends, true));
+        if (progress) progress(double(rows.size()) / all);
+      }
+  return rows;
+}
 
 std::vector<OrderRow> voxel_orders(const Progress& progress) {
   const Scene outside = looking(small_scene(24), {6, 4, 5}, {0, 0, 0}, 3.0);

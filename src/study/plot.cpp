@@ -14,12 +14,6 @@ std::string attribute(const char* name, double value) {
   return std::string(" ") + name + "=\"" + decimals(value, 2) + "\"";
 }
 
-}  // namespace
-
-std::string hex(Ink ink) { return formatted("#%02x%02x%02x", ink.r, ink.g, ink.b); }
-
-namespace {
-
 constexpr int least_width = 900, page_height = 560;
 constexpr double letter_width = 6.5;  ///< approximate width of a letter of the legend
 constexpr double left = 80, right = 690, top = 40, bottom = 500;  ///< the box of the axes
@@ -201,6 +195,8 @@ class Page {
 };
 
 }  // namespace
+
+std::string hex(Ink ink) { return formatted("#%02x%02x%02x", ink.r, ink.g, ink.b); }
 
 bool has_place(const PlotPoint& point) {
   return point.x > 0 && point.y > 0 && std::isfinite(point.x) && std::isfinite(point.y);

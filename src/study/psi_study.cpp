@@ -56,8 +56,8 @@ SegmentError rule_error(Integrator rule, double x_f, double x_b) {
 
 /// Rounds the ends to float first, so that their own rounding does not count.
 SegmentError float_error(Integrator rule, double x_f, double x_b) {
-  x_f = static_cast<double>(static_cast<float>(x_f));
-  x_b = static_cast<double>(static_cast<float>(x_b));
+  x_f = double(float(x_f));
+  x_b = double(float(x_b));
   return difference(Outcome(rule_weights_float(rule, x_f, x_b)),
                     Outcome(rule_weights_double(rule, x_f, x_b)));
 }

@@ -171,9 +171,9 @@ void StudyRun::measure(std::size_t i) {
   }
   point.error = picture_error(drawn.image, reference);
   point.same_as = same_picture(i, point, drawn.image);
-  const double rays = static_cast<double>(counts.rays);
-  point.samples_per_ray = static_cast<double>(counts.samples) / rays;
-  point.steps_per_ray = static_cast<double>(counts.steps) / rays;
+  const double rays = double(counts.rays);
+  point.samples_per_ray = double(counts.samples) / rays;
+  point.steps_per_ray = double(counts.steps) / rays;
   point.atlas_bytes = drawn.atlas.bytes();
   const Deviation& radiance = point.error.radiance;
   point.difference_scale = radiance.p99 > 0 ? radiance.p99 : radiance.max;
@@ -225,7 +225,7 @@ void StudyRun::save() const {
 
 std::string StudyRun::state() const {
   const auto finished = std::count_if(points_.begin(), points_.end(), [&](const auto& point) {
-    return point && static_cast<int>(point->times.size()) >= options_.repeats;
+    return point && int(point->times.size()) >= options_.repeats;
   });
   return std::to_string(finished) + " of " + std::to_string(points_.size()) +
          " points are finished";
@@ -254,7 +254,7 @@ void StudyRun::run() {
     did(cost_.measuring(i));
   }
   const auto finished = [&](const auto& point) {
-    return static_cast<int>(point->times.size()) >= options_.repeats;
+    return int(point->times.size()) >= options_.repeats;
   };
   if (!std::all_of(points_.begin(), points_.end(), finished)) settle();
   // Times are measured in rounds, to and fro, so that a machine that slows down affects all
@@ -262,7 +262,7 @@ void StudyRun::run() {
   for (int round = 0; round < options_.repeats; ++round)
     for (std::size_t n = 0; n < points_.size(); ++n) {
       const std::size_t i = round % 2 == 0 ? n : points_.size() - 1 - n;
-      if (static_cast<int>(points_[i]->times.size()) > round) continue;
+      if (int(points_[i]->times.size()) > round) continue;
       time(i);
       save();
       did(cost_.picture(plan_.variants[i]));

@@ -56,7 +56,7 @@ double StudyCost::left(const std::vector<std::optional<StudyPoint>>& points) con
   double sum = references();
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i] || (options_.split && !points[i]->arithmetic)) sum += measuring(i);
-    const auto timed = points[i] ? static_cast<int>(points[i]->times.size()) : 0;
+    const auto timed = points[i] ? int(points[i]->times.size()) : 0;
     sum += std::max(options_.repeats - timed, 0) * picture(plan_.variants[i]);
   }
   return sum;

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "study/page.h"
 #include "study/plot.h"
 #include "study/results.h"
 #include "study/variant.h"
@@ -29,9 +29,6 @@ struct NamedPlot {
 /// Writes the plot as NAME.svg to the folder. Returns HTML: the SVG, and the plot's data for the
 /// interactive chart that replaces the SVG where scripts run.
 std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder);
-
-/// Labels and texts that describe a point.
-using Facts = std::vector<std::pair<std::string, std::string>>;
 
 /// HTML that a page's charts show for a point, found by the point's name. Once per page.
 std::string html_facts(const std::map<std::string, Facts>& facts);

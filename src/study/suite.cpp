@@ -1,14 +1,12 @@
 #include "study/suite.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "base/text.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/study.h"
-#include "study/orders.h"
 #include "study/page.h"
 #include "verify/made_views.h"
 

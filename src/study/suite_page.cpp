@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "base/html.h"
 #include "base/text.h"
@@ -28,14 +29,11 @@ TextTable scenes_table(const std::vector<SuiteResult>& results) {
 
 TextTable rules_table(const std::vector<SuiteResult>& results) {
   TextTable table = {{"rule", "what it takes a segment as"}};
-  for (const IntegratorInfo& rule : integrators)
-    for (const SuiteResult& r : results)
-      if (std::ranges::any_of(r.rows, [&](const SuiteRow& row) {
-            return row.point.variant.method.integrator == rule.id;
-          })) {
-        table.push_back({rule_name({.method = {.integrator = rule.id}}), rule.help});
-        break;
-      }
+  std::set<Integrator> drawn;
+  for (const SuiteResult& r : results)
+    for (const SuiteRow& row : r.rows) drawn.insert(row.point.variant.method.integrator);
+  for (const Integrator rule : drawn)
+    table.push_back({rule_name({.method = {.integrator = rule}}), info(rule).help});
   return table;
 }
 
@@ -304,8 +302,7 @@ std::string body_of(const std::string& conclusion, const std::vector<std::string
   for (const bool functions : {false, true})
     body += write_plot(mission_plot(results, functions), folder);
   for (const Section& section : sections)
-    body += "<h2>" + section.title + "</h2>\n<p>" + section.text + "</p>\n" +
-            html_table(section.table, section.cells);
+    body += html_section(section.title, section.text, section.table, section.cells);
   body += "<h2>Each scene</h2>\n";
   for (const SuiteResult& r : results)
     for (NamedPlot& named : plots_of(study_of(r, false)))

@@ -14,11 +14,11 @@ namespace psivox {
 
 /// Values in [0, 1), uncorrelated from voxel to voxel; about a quarter are 0.
 inline float noise(const glm::ivec3& v) {
-  auto mixed = [](int i, std::uint32_t factor) { return static_cast<std::uint32_t>(i) * factor; };
+  auto mixed = [](int i, std::uint32_t factor) { return std::uint32_t(i) * factor; };
   std::uint32_t h = mixed(v.x, 73856093u) ^ mixed(v.y, 19349663u) ^ mixed(v.z, 83492791u);
   h = (h ^ (h >> 13)) * 0x5bd1e995u;
   h ^= h >> 15;
-  return std::max(0.0f, static_cast<float>(h & 0xffffu) / 65536.0f * 1.33f - 0.33f);
+  return std::max(0.0f, float(h & 0xffffu) / 65536.0f * 1.33f - 0.33f);
 }
 
 /// Smooth blobs in a box of 40 x 36 x 32 voxels that starts at `at`, 0 around them.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -28,9 +27,8 @@ inline Field make_field_of(const Box& active, int channels,
   const glm::ivec3 first(active.min.x >> 3, active.min.y >> 3, active.min.z >> 3);
   const glm::ivec3 last(active.max.x >> 3, active.max.y >> 3, active.max.z >> 3);
   const glm::ivec3 count = last - first + 1;
-  const auto floats_per_leaf = static_cast<std::size_t>(512 * channels);
-  const auto leaves = static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) *
-                      static_cast<std::size_t>(count.z);
+  const auto floats_per_leaf = std::size_t(512 * channels);
+  const auto leaves = std::size_t(count.x) * std::size_t(count.y) * std::size_t(count.z);
   auto values = std::make_shared<std::vector<float>>(leaves * floats_per_leaf);
   float* out = values->data();
   for (int x = first.x; x <= last.x; ++x)

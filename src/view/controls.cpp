@@ -39,7 +39,7 @@ void copy(Viewer& viewer, const Event& event) {
 }
 void toggle_help(Viewer& viewer, const Event&) { viewer.panels().help ^= true; }
 void next_comparison(Viewer& viewer, const Event&) {
-  const int next = (static_cast<int>(viewer.display().comparison) + 1) % 3;
+  const int next = (int(viewer.display().comparison) + 1) % 3;
   viewer.compare(static_cast<Comparison>(next), viewer.other());
 }
 

@@ -30,8 +30,6 @@ class CurrentVolume {
   /// The thread calls `on_news`.
   explicit CurrentVolume(std::function<void()> on_news);
   ~CurrentVolume();
-  CurrentVolume(const CurrentVolume&) = delete;
-  CurrentVolume& operator=(const CurrentVolume&) = delete;
 
   const std::shared_ptr<Volume>& get() const { return volume_; }
   /// Loads the scene's volume, a frame of the sequence with these samples, unless it is there. True

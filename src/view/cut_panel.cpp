@@ -2,7 +2,6 @@
 
 #include <imgui.h>
 
-#include <algorithm>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 

@@ -3,7 +3,6 @@
 #include <array>
 #include <chrono>
 #include <functional>
-#include <span>
 #include <string>
 
 #include "view/window.h"

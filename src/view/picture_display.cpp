@@ -164,10 +164,10 @@ void PictureDisplay::encode(GLuint picture, GLuint other, const Screen& to,
   glBindTextureUnit(0, picture);
   glBindTextureUnit(1, difference ? other : picture);
   if (view_codes_) glBindTextureUnit(2, view_codes_);
-  program_->set("by_view", static_cast<int>(view_codes_ && !difference));
-  program_->set("difference", static_cast<int>(difference));
+  program_->set("by_view", int(view_codes_ && !difference));
+  program_->set("difference", int(difference));
   program_->set("exposure", settings_.display.factor());
-  program_->set("tone_map", static_cast<int>(settings_.display.tone_map));
+  program_->set("tone_map", int(settings_.display.tone_map));
   program_->set("gain", settings_.gain);
   program_->set("background", settings_.background);
   glBindVertexArray(vertex_array_);
@@ -187,7 +187,7 @@ void PictureDisplay::encode_previews() {
 
 void PictureDisplay::show_previews(GLuint framebuffer, const glm::ivec2& size, bool flipped) {
   const bool wipe = settings_.comparison == Comparison::wipe;
-  const int divider = wipe ? static_cast<int>(std::lround(settings_.divider * size.x)) : size.x;
+  const int divider = wipe ? int(std::lround(settings_.divider * size.x)) : size.x;
   glDisable(GL_SCISSOR_TEST);
   for (std::size_t i = 0; i < (wipe ? 2u : 1u); ++i) {
     const Screen& from = sides_[i].encoded;
@@ -205,7 +205,7 @@ void PictureDisplay::encode_exact(const Part& part) {
   const bool wipe = settings_.comparison == Comparison::wipe;
   if (part.side == 1 && settings_.comparison == Comparison::none) return;
   int first = part.origin.x, last = part.origin.x + part.size.x;
-  const int divider = static_cast<int>(std::lround(settings_.divider * screen_.size.x));
+  const int divider = int(std::lround(settings_.divider * screen_.size.x));
   if (wipe) (part.side == 0 ? last : first) = std::clamp(divider, first, last);
   if (first >= last) return;
   const std::size_t picture = wipe ? part.side : 0;

@@ -5,7 +5,6 @@
 #include <array>
 #include <glm/vec3.hpp>
 #include <memory>
-#include <optional>
 
 #include "gl/program.h"
 #include "view/picture_maker.h"
@@ -38,8 +37,6 @@ class PictureDisplay {
   /// Throws Error(graphics).
   PictureDisplay();
   ~PictureDisplay();
-  PictureDisplay(const PictureDisplay&) = delete;
-  PictureDisplay& operator=(const PictureDisplay&) = delete;
 
   void set_preview(const PreviewPicture& picture);
   /// Drops the parts of older wishes.

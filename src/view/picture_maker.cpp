@@ -1,6 +1,5 @@
 #include "view/picture_maker.h"
 
-#include <cmath>
 #include <utility>
 
 #include "base/stopwatch.h"

@@ -72,8 +72,6 @@ class PictureMaker {
 
   PictureMaker(const Options& options, std::function<void()> on_news);
   ~PictureMaker();
-  PictureMaker(const PictureMaker&) = delete;
-  PictureMaker& operator=(const PictureMaker&) = delete;
 
   /// Replaces the last wish.
   void wish(PictureWish wish);

@@ -13,7 +13,7 @@ namespace {
 /// Null if the picture has no such layer.
 const Layer* layer_of(const Image& image, ShownLayer layer) {
   const auto found = std::find_if(image.layers.begin(), image.layers.end(), [&](const Layer& l) {
-    return l.name == shown_layers[static_cast<std::size_t>(layer)];
+    return l.name == shown_layers[std::size_t(layer)];
   });
   return found == image.layers.end() ? nullptr : &*found;
 }
@@ -22,11 +22,31 @@ void paint(const std::vector<float>& values, const TransferFunction& map, std::s
   for (std::size_t i = 0; i < values.size(); ++i) {
     const bool there = std::isfinite(values[i]);
     const glm::dvec3 color = there ? map.at(values[i]).color : glm::dvec3(0);
-    for (std::size_t c = 0; c < 3; ++c)
-      rgba[4 * i + c] = static_cast<float>(color[static_cast<int>(c)]);
+    for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = float(color[int(c)]);
     rgba[4 * i + 3] = there ? 1.0f : 0.0f;
   }
 }
+
+/// From best to cheapest.
+constexpr std::array<Rung, 12> rungs{{{1, 1},
+                                      {1.25, 1},
+                                      {1.5, 1.25},
+                                      {2, 1.25},
+                                      {2, 2},
+                                      {2.5, 2},
+                                      {3, 2},
+                                      {4, 2},
+                                      {4, 3},
+                                      {6, 3},
+                                      {8, 4},
+                                      {16, 6}}};
+
+/// Cost relative to the first rung. Twice the step saves less than half, because crossing nodes
+/// costs time too.
+double cost_of(const Rung& rung) { return (0.3 + 0.7 / rung.step) / (rung.divisor * rung.divisor); }
+
+/// Time of any picture, however small, to set up, draw and read back [ms].
+constexpr double overhead_ms = 2;
 
 }  // namespace
 
@@ -46,8 +66,8 @@ glm::dvec2 show_layer(ShownLayer layer, std::span<Image> images) {
     if (!values) return {0, 0};
     for (const float value : values->values) {
       if (!std::isfinite(value)) continue;
-      low = std::min(low, static_cast<double>(value));
-      high = std::max(high, static_cast<double>(value));
+      low = std::min(low, double(value));
+      high = std::max(high, double(value));
     }
   }
   if (layer != ShownLayer::depth || low > high) low = 0;
@@ -76,32 +96,7 @@ Scene with_method_of(const Scene& other, Scene scene) {
   return scene;
 }
 
-namespace {
-
-/// From best to cheapest.
-constexpr std::array<Rung, 12> rungs{{{1, 1},
-                                      {1.25, 1},
-                                      {1.5, 1.25},
-                                      {2, 1.25},
-                                      {2, 2},
-                                      {2.5, 2},
-                                      {3, 2},
-                                      {4, 2},
-                                      {4, 3},
-                                      {6, 3},
-                                      {8, 4},
-                                      {16, 6}}};
-
-/// Cost relative to the first rung. Twice the step saves less than half, because crossing nodes
-/// costs time too.
-double cost_of(const Rung& rung) { return (0.3 + 0.7 / rung.step) / (rung.divisor * rung.divisor); }
-
-/// Time of any picture, however small, to set up, draw and read back [ms].
-constexpr double overhead_ms = 2;
-
-}  // namespace
-
-Rung Pace::rung() const { return rungs[static_cast<std::size_t>(index_)]; }
+Rung Pace::rung() const { return rungs[std::size_t(index_)]; }
 
 void Pace::took(const Rung& rung, double ms) {
   const double full = std::max(ms - overhead_ms, 0.1) / cost_of(rung);
@@ -110,9 +105,9 @@ void Pace::took(const Rung& rung, double ms) {
   cost_ms_ = known_ && full < cost_ms_ ? 0.8 * cost_ms_ + 0.2 * full : full;
   known_ = true;
   const auto expected = [&](int i) {
-    return overhead_ms + cost_ms_ * cost_of(rungs[static_cast<std::size_t>(i)]);
+    return overhead_ms + cost_ms_ * cost_of(rungs[std::size_t(i)]);
   };
-  const int last = static_cast<int>(rungs.size()) - 1;
+  const int last = int(rungs.size()) - 1;
   while (index_ < last && expected(index_) > budget_ms_) ++index_;
   while (index_ > 0 && expected(index_ - 1) < 0.85 * budget_ms_) --index_;
 }
@@ -120,7 +115,7 @@ void Pace::took(const Rung& rung, double ms) {
 Scene preview_scene(const Scene& scene, const Rung& rung) {
   Scene preview = scene;
   const auto part = [&](int pixels) {
-    return std::max(1, static_cast<int>(std::lround(pixels / rung.divisor)));
+    return std::max(1, int(std::lround(pixels / rung.divisor)));
   };
   preview.resolution = {part(scene.resolution.x), part(scene.resolution.y)};
   preview.pixel_samples = 1;

@@ -32,7 +32,7 @@ struct Track {
   double per_pixel() const { return (limits.y - limits.x) / length(); }
   float place_of(double value) const {
     const double part = (std::clamp(value, limits.x, limits.y) - limits.x) / (limits.y - limits.x);
-    return static_cast<float>(left() + part * length());
+    return float(left() + part * length());
   }
 };
 
@@ -79,7 +79,7 @@ void draw_track(const Track& track, const glm::dvec2& ends, bool hovered, bool a
                                    : ImGuiCol_FrameBg;
   list.AddRectFilled(corner, end, colour(frame), style.FrameRounding);
   const float low = track.place_of(ends.x), high = track.place_of(ends.y);
-  const auto half = static_cast<float>(track.grab());
+  const auto half = float(track.grab());
   list.AddRectFilled({low, corner.y + 0.3f * track.height}, {high, end.y - 0.3f * track.height},
                      colour(ImGuiCol_Header));
   for (const float x : {low, high})

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,8 +51,6 @@ class Viewer {
   /// Throws Error(graphics) if there is no display.
   Viewer(const Scene& scene, const ViewerOptions& options);
   ~Viewer();
-  Viewer(const Viewer&) = delete;
-  Viewer& operator=(const Viewer&) = delete;
 
   /// Waits for events, at most `wait_s`, and draws the window if something happened. False once the
   /// window is closed. Throws what the first load throws, and Error(graphics) if nothing can be

@@ -20,10 +20,10 @@ void count(const Field& field, Histogram& histogram) {
     for (const Leaf& leaf : field.leaves) {
       const OrderedValues values(field, leaf);
       for (std::size_t i = 0; i < 512; ++i)
-        if (values[i] != 0) take(static_cast<double>(values[i]), 1.0);
+        if (values[i] != 0) take(double(values[i]), 1.0);
     }
     for (const Tile& tile : field.tiles)
-      take(static_cast<double>(tile.value.x), std::pow(static_cast<double>(tile.width), 3.0));
+      take(double(tile.value.x), std::pow(double(tile.width), 3.0));
   };
   double low = 0, high = 0;
   each([&](double value, double) {
@@ -32,10 +32,10 @@ void count(const Field& field, Histogram& histogram) {
   });
   histogram.min = low;
   histogram.max = high > low ? high : low + 1;
-  const double bins = static_cast<double>(histogram.counts.size());
+  const double bins = double(histogram.counts.size());
   const double scale = bins / (histogram.max - histogram.min);
   each([&](double value, double weight) {
-    const auto bin = static_cast<std::size_t>(std::clamp((value - low) * scale, 0.0, bins - 1));
+    const auto bin = std::size_t(std::clamp((value - low) * scale, 0.0, bins - 1));
     histogram.counts[bin] += weight;
   });
 }
@@ -138,6 +138,27 @@ std::string key_of(const Scene& scene, int generation, const std::string& stamp)
   return key;
 }
 
+bool same(const Scene& a, const Scene& b, const Parameter& p) {
+  return parameter_text(a, p) == parameter_text(b, p);
+}
+
+void copy(const Parameter& p, const Scene& from, Scene& to) {
+  std::visit([&](auto member) { to.*member = from.*member; }, p.member);
+}
+
+/// With three digits of each number, for a person.
+std::string shortened(const std::string& options) {
+  static const std::regex number(R"(\d+\.\d{3,}(e[+-]?\d+)?)");
+  std::string text;
+  auto at = options.cbegin();
+  for (std::sregex_iterator i(options.cbegin(), options.cend(), number), end; i != end; ++i) {
+    text.append(at, (*i)[0].first);
+    text += formatted("%.3g", std::stod(i->str()));
+    at = (*i)[0].second;
+  }
+  return text.append(at, options.cend());
+}
+
 }  // namespace
 
 std::string volume_key(const Scene& scene, int generation) {
@@ -197,31 +218,6 @@ Scene with_medium_of(const Volume& volume, const Scene& scene) {
   }
   return mixed;
 }
-
-namespace {
-
-bool same(const Scene& a, const Scene& b, const Parameter& p) {
-  return parameter_text(a, p) == parameter_text(b, p);
-}
-
-void copy(const Parameter& p, const Scene& from, Scene& to) {
-  std::visit([&](auto member) { to.*member = from.*member; }, p.member);
-}
-
-/// With three digits of each number, for a person.
-std::string shortened(const std::string& options) {
-  static const std::regex number(R"(\d+\.\d{3,}(e[+-]?\d+)?)");
-  std::string text;
-  auto at = options.cbegin();
-  for (std::sregex_iterator i(options.cbegin(), options.cend(), number), end; i != end; ++i) {
-    text.append(at, (*i)[0].first);
-    text += formatted("%.3g", std::stod(i->str()));
-    at = (*i)[0].second;
-  }
-  return text.append(at, options.cend());
-}
-
-}  // namespace
 
 LookChoice::LookChoice(const Scene& start)
     : start_(leaves_look_open(start) ? "auto" : start.look), name_(start_) {}

@@ -10,8 +10,6 @@
 #include <glm/common.hpp>
 #include <map>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -23,7 +21,6 @@
 #include "gl/tile_target.h"
 #include "march/medium_atlas.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 
 namespace {
 
@@ -36,8 +33,6 @@ class DenseRenderer {
  public:
   DenseRenderer(const Field& field, int side);
   ~DenseRenderer();
-  DenseRenderer(const DenseRenderer&) = delete;
-  DenseRenderer& operator=(const DenseRenderer&) = delete;
 
   /// Draws the view and reads it back; returns milliseconds. Luminance is constant or the density
   /// grid.
@@ -181,15 +176,6 @@ void print_variants(const std::vector<Variant>& variants) {
   }
 }
 
-/// A change of a scene to uniform steps.
-auto uniform_steps(double step, Integrator rule, Filter filter) {
-  return [=](Scene& s) {
-    s.step = step;
-    s.integrator = rule;
-    s.filter = filter;
-  };
-}
-
 void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_density,
                  double step) {
   const std::string uniform_name = formatted("uniform %g", step);
@@ -213,7 +199,11 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
     return view;
   };
   const auto uniform = [step](Integrator rule, Filter filter) {
-    return uniform_steps(step, rule, filter);
+    return [=](Scene& s) {
+      s.step = step;
+      s.integrator = rule;
+      s.filter = filter;
+    };
   };
   const auto cells = [](Scene& s) { s.sampling = Sampling::cells; };
   const auto add = [&](const std::string& name, Marcher& gpu, const View& view,
@@ -267,22 +257,14 @@ void bench_scene(const std::string& name, Field field, double step) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    double step = 1;
-    int first = 1;
-    if (argc > 2 && std::string(argv[1]) == "-s") {
-      step = std::atof(argv[2]);
-      first = 3;
-    }
+  const bool with_step = argc > 2 && std::string(argv[1]) == "-s";
+  return bench::run("bench", [&] {
+    const double step = with_step ? std::atof(argv[2]) : 1;
     bench_scene("fog", bench::make_fog(256), step);
-    for (int i = first; i < argc; ++i) {
+    for (int i = with_step ? 3 : 1; i < argc; ++i) {
       const VdbFile file(argv[i]);
       bench_scene(std::filesystem::path(argv[i]).filename().string(),
                   file.read(file.default_grid()), step);
     }
-    return 0;
-  } catch (const Error& e) {
-    std::fprintf(stderr, "bench: %s\n", e.what());
-    return int(e.code());
-  }
+  });
 }

@@ -8,14 +8,15 @@
 #include <string>
 #include <vector>
 
+#include "base/renderer_name.h"
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "bench.h"
 #include "gl/egl_context.h"
 #include "gl/program.h"
 #include "gl/tile_target.h"
 #include "psivox/dense_field.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 
 namespace {
 
@@ -53,7 +54,7 @@ void main() {
 /// faster. For a software renderer the seconds are CPU time.
 double fetch_rate(const BrickAtlas& atlas) {
   const gl::EglContext context({});
-  const bool software = bench::is_software(context.renderer());
+  const bool software = is_software(context.renderer());
   const gl::TileTarget target(fetch_side, false, false);
   const gl::Program program("fetch.frag", "#define LOOKUPS " + std::to_string(lookups) + "\n",
                             {{"fetch.frag", shader}});
@@ -139,7 +140,7 @@ struct Point {
   void draw() {
     const RenderStats stats = session.draw(*gpu, wish).stats;
     times.push_back(stats.march_ms);
-    work.push_back(bench::is_software(stats.renderer) ? stats.cpu_ms : stats.gpu_ms);
+    work.push_back(is_software(stats.renderer) ? stats.cpu_ms : stats.gpu_ms);
   }
 };
 
@@ -157,9 +158,7 @@ class Curve {
   void add_tolerance(double tolerance, const SharedField& field, int side, double extinction) {
     Scene scene = scene_of(side, extinction);
     scene.tolerance = tolerance;
-    char text[32];
-    std::snprintf(text, sizeof text, "%.0e", tolerance);
-    points_.emplace_back(text, field, scene);
+    points_.emplace_back(formatted("%.0e", tolerance), field, scene);
   }
 
   /// Prints a table. "of limit" is the rate over the limit; the march spends the rest of its time
@@ -246,12 +245,4 @@ void run() {
 
 }  // namespace
 
-int main() {
-  try {
-    run();
-    return 0;
-  } catch (const psivox::Error& error) {
-    std::fprintf(stderr, "scaling: %s\n", error.what());
-    return int(error.code());
-  }
-}
+int main() { return bench::run("scaling", run); }

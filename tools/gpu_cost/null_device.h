@@ -1,8 +1,7 @@
 #pragma once
 
-#include <vulkan/vulkan.h>
-
 #include <string>
+#include <vulkan/vulkan_raii.hpp>
 
 #include "programs.h"
 
@@ -10,14 +9,11 @@ namespace psivox::gpu_cost {
 
 /// What the driver's compiler says of a pipeline's fragment shader.
 struct Compiled {
-  int registers = 0;         ///< vector registers of a thread
-  int scalar_registers = 0;  ///< of a wave
-  int spills = 0;            ///< registers kept in memory, of both kinds
-  int waves = 0;             ///< that a SIMD holds at a time
+  int registers = 0;  ///< vector registers of a thread
+  int spills = 0;     ///< registers kept in memory, vector and scalar ones
+  int waves = 0;      ///< that a SIMD holds at a time
   int instructions = 0;
   int branches = 0;
-  int code_bytes = 0;
-  int latency = 0;             ///< of a wave, estimated [clocks]
   int inverse_throughput = 0;  ///< estimated [clocks a wave]
   std::string assembly;
 };
@@ -27,22 +23,17 @@ class NullDevice {
  public:
   /// `family`: as RADV names it, navi21. Throws std::runtime_error where there is no RADV.
   explicit NullDevice(const std::string& family);
-  ~NullDevice();
-  NullDevice(const NullDevice&) = delete;
-  NullDevice& operator=(const NullDevice&) = delete;
 
-  /// A pipeline that draws four targets without vertices, from that shader.
+  /// A pipeline that draws six targets without vertices, from that shader.
   Compiled compile(const Module& vertex, const Module& fragment) const;
 
  private:
-  void choose_device();
-  void open_device();
-  VkPipelineLayout make_layout(const Module& fragment, VkDescriptorSetLayout& set) const;
-  Compiled statistics(VkPipeline pipeline) const;
+  Compiled statistics(const vk::raii::Pipeline& pipeline) const;
+  std::string assembly(const vk::PipelineExecutableInfoKHR& info) const;
 
-  VkInstance instance_ = nullptr;
-  VkPhysicalDevice physical_ = nullptr;
-  VkDevice device_ = nullptr;
+  vk::raii::Context context_;
+  vk::raii::Instance instance_;
+  vk::raii::Device device_;
 };
 
 }  // namespace psivox::gpu_cost

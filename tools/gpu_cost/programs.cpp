@@ -116,16 +116,6 @@ class Recorder : public Marcher {
   const MediumAtlas* atlas_ = nullptr;
 };
 
-}  // namespace
-
-std::vector<Program> programs_of(const Scene& scene, bool count_rays) {
-  const auto recorder = std::make_shared<Recorder>(count_rays);
-  Session(scene).draw(*recorder, {.confirm = false});
-  return std::move(recorder->programs);
-}
-
-namespace {
-
 /// glslang's state of a process.
 struct Glslang {
   Glslang() { glslang::InitializeProcess(); }
@@ -158,6 +148,12 @@ std::vector<Binding> bindings_of(glslang::TProgram& program) {
 }
 
 }  // namespace
+
+std::vector<Program> programs_of(const Scene& scene, bool count_rays) {
+  const auto recorder = std::make_shared<Recorder>(count_rays);
+  Session(scene).draw(*recorder, {.confirm = false});
+  return std::move(recorder->programs);
+}
 
 Module module_from_glsl(const std::string& text, ShaderStage stage, bool optimised) {
   static const Glslang glslang_of_process;
