@@ -37,7 +37,6 @@ std::string movie_command(const std::string& pictures, const std::string& movie,
 /// Whether a file of this name is a film that ffmpeg writes.
 bool is_movie_name(const std::string& path);
 
-/// Whether there is an ffmpeg.
 bool can_make_movies();
 
 }  // namespace psivox

@@ -20,7 +20,6 @@
 namespace psivox {
 namespace {
 
-/// A frame that was read.
 struct ReadFrame {
   std::shared_ptr<Session> session;
   Scene scene;         ///< to draw, complete
@@ -120,7 +119,6 @@ bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {
   }
 }
 
-/// Draws and writes frames, one after the other.
 class FrameLoop {
  public:
   FrameLoop(const RenderCall& call, FrameMaker& maker, std::future<std::shared_ptr<Marcher>> opened)
@@ -148,7 +146,6 @@ class FrameLoop {
 
   std::shared_ptr<DrawnFrame> draw(const Frame& frame, const ReadFrame& read);
   void write(std::shared_ptr<DrawnFrame> drawn);
-  /// Waits for the last frame to be written.
   void take_written();
   void add_standing(const Frame& frame);
   /// Throws the error on, unless --keep-going goes on after it.

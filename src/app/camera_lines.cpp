@@ -92,7 +92,6 @@ view.CameraViewUp = [{up}]
      "view.CameraParallelProjection, view.CameraParallelScale = 1, {half_height}\n"},
 };
 
-/// What the names stand for.
 std::map<std::string, std::string> values_of(const View& view, const char* between) {
   const Camera& camera = view.camera;
   const auto vector = [&](const glm::dvec3& v) {

@@ -340,7 +340,7 @@ PYBIND11_MODULE(_core, m) {
     return std::array{n.textures, n.buffers,       n.framebuffers, n.programs,
                       n.shaders,  n.vertex_arrays, n.queries};
   });
-  m.def("close", [] { marchers().close(); });
+  m.def("close", &close_marchers);
 }
 
 }  // namespace psivox::python

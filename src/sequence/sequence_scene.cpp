@@ -62,7 +62,6 @@ double thinness(const Sample& sample) {
   return sample.dark ? std::numeric_limits<double>::infinity() : extinction_of(sample);
 }
 
-/// The sample with the densest medium.
 const Sample& densest(const std::vector<Sample>& samples) {
   return *std::ranges::min_element(samples, {}, thinness);
 }
@@ -88,7 +87,6 @@ void take_range(const std::vector<Sample>& samples, Scene& scene) {
   }
 }
 
-/// Temperatures of the hottest flame.
 void take_temperatures(const std::vector<Sample>& samples, Scene& scene) {
   const Sample* hottest = nullptr;
   for (const Sample& sample : samples)
@@ -182,7 +180,6 @@ std::vector<Sample> samples_of(const Scene& scene, std::span<const std::string> 
   return samples;
 }
 
-/// The least exposure of the samples' drafts.
 double least_exposure(const Scene& scene, std::span<const std::string> paths) {
   double least = std::numeric_limits<double>::infinity();
   for (const std::string& path : paths) {

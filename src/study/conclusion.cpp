@@ -81,7 +81,6 @@ std::string look_ups(const StudyPoint& p) {
   return decimals(p.samples_per_ray, 0) + " look-ups a ray";
 }
 
-/// The scene that the study is of.
 Scene scene_in(const StudyResults& results) {
   return scene_from_json(results.scene, "the study's scene");
 }
@@ -100,7 +99,6 @@ const StudyPoint* first_of_same(const StudyResults& results, const StudyPoint* p
   return found == same.end() ? same.front() : *found;
 }
 
-/// The variants with the same picture.
 std::vector<Variant> same_variants(const StudyResults& results, const StudyPoint& point) {
   std::vector<Variant> variants;
   for (const StudyPoint* p : same_pictures(results, point)) variants.push_back(p->variant);

@@ -38,12 +38,8 @@ double phase_rms(Integrator rule, const SmoothRay& medium, const RayEnds& ends, 
 }
 
 OrderRow step_row(Integrator rule, double K, const RayEnds& ends, bool corrected) {
-  OrderRow row;
-  row.refined = Refined::step;
-  row.rays = ends.name;
-  row.rule = rule;
-  row.way = rule_name({{.integrator = rule}}) + (corrected ? ", end corrections" : "");
-  row.K = K;
+  OrderRow row{Refined::step, ends.name,
+               rule_name({{.integrator = rule}}) + (corrected ? ", end corrections" : ""), rule, K};
   row.expected = rule == Integrator::psi_balanced ? (ends.inside && !corrected ? 2 : 4)
                  : rule == Integrator::porter_duff && ends.inside ? 1
                                                                   : 2;
@@ -87,7 +83,6 @@ std::shared_ptr<const Field> bump_voxels(double size,
 
 Image picture_by(Marcher& marcher, const View& view) { return Session(view).draw(marcher).image; }
 
-/// How the voxels' picture is drawn.
 struct VoxelMethod {
   const char* name;
   Integrator rule;
@@ -192,16 +187,9 @@ std::vector<OrderRow> voxel_orders(const Progress& progress) {
   std::vector<OrderRow> rows;
   for (const Scene* scene : {&outside, &inside})
     for (const VoxelMethod& method : voxel_methods) {
-      OrderRow row{Refined::voxel,
-                   scene == &outside ? "vacuum to vacuum" : "from inside",
-                   method.name,
-                   method.rule,
-                   bump_K,
-                   2,
-                   false,
-                   picture_floor,
-                   {}};
-      rows.push_back(row);
+      const char* rays = scene == &outside ? "vacuum to vacuum" : "from inside";
+      rows.push_back(
+          {Refined::voxel, rays, method.name, method.rule, bump_K, 2, false, picture_floor});
     }
   const int first = 1, last = 4;
   for (int level = first; level <= last; ++level) {
@@ -226,15 +214,8 @@ std::vector<OrderRow> voxel_orders(const Progress& progress) {
 
 std::vector<OrderRow> pixel_orders(const Progress& progress) {
   const auto row = [](const char* look_up, double expected) {
-    return OrderRow{Refined::pixel,
-                    "vacuum to vacuum",
-                    look_up,
-                    Integrator::psi_weighted,
-                    8 * sheet_K,
-                    expected,
-                    false,
-                    picture_floor,
-                    {}};
+    return OrderRow{Refined::pixel, "vacuum to vacuum", look_up, Integrator::psi_weighted,
+                    8 * sheet_K,    expected,           false,   picture_floor};
   };
   OrderRow nearest = row("the nearest pixel", 1), bilinear = row("bilinear between pixels", 2),
            mean = row("mean of the picture", 2);

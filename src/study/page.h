@@ -20,13 +20,11 @@ inline std::string two_digits(double value) {
   return power ? out.substr(0, e + 1) + std::to_string(power) : out.substr(0, e);
 }
 
-/// A number with `count` decimals.
 inline std::string decimals(double value, int count) { return formatted("%.*f", count, value); }
 
 /// Rows of cells; the first row is the head.
 using TextTable = std::vector<std::vector<std::string>>;
 
-/// The table in Markdown.
 inline std::string markdown_table(const TextTable& rows) {
   std::string out;
   for (const auto& row : rows) {

@@ -57,7 +57,6 @@ struct Plot {
 Series front_series(const Plot& plot);
 LegendEntry front_entry();
 
-/// The plot as an SVG.
 std::string svg_of(const Plot& plot);
 
 }  // namespace psivox

@@ -88,7 +88,6 @@ std::string between_options(const std::string& html, const char* tag) {
   return std::regex_replace(html, option, formatted("</%s> <%s>--", tag, tag));
 }
 
-/// The page's first sentence.
 std::string conclusion_html(const StudyResults& results) {
   std::string html;
   const std::vector<std::string> parts = split(html_text(conclusion_text(results)), '`');
@@ -97,7 +96,6 @@ std::string conclusion_html(const StudyResults& results) {
   return "<p class=\"conclusion\">" + html + "</p>\n";
 }
 
-/// The command that draws the picture.
 std::string command_html(const StudyResults& results) {
   return "<pre class=\"command\"><span>" + between_options(html_text(command_of(results)), "span") +
          "</span></pre>\n";
@@ -216,7 +214,6 @@ std::string skipped_table(const StudyResults& results) {
   return "<h2>Skipped</h2>\n" + html_table(rows, Cells::words);
 }
 
-/// A picture beside its difference.
 std::string pair_of(const fs::path& folder, const std::string& name, const std::string& file_name,
                     double scale) {
   const std::string file = file_name + ".png";

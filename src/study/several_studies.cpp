@@ -161,7 +161,6 @@ struct FrameStatistics {
     if (point.error.radiance.not_finite || point.error.alpha.not_finite)
       worst_p99 = std::numeric_limits<double>::infinity();
   }
-  /// The frame with the greatest RMS.
   int worst_frame() const {
     return frames[std::size_t(std::ranges::max_element(rms) - rms.begin())];
   }

@@ -251,7 +251,6 @@ std::vector<Section> sections_of(const std::vector<SuiteResult>& results,
       {"All other pictures", "", rows_table(results, false)}};
 }
 
-/// What is not as it must be, one sentence each.
 std::vector<std::string> all_misses(const std::vector<SuiteResult>& results,
                                     const std::vector<OrderRow>& rays) {
   std::vector<std::string> misses;

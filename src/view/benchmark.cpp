@@ -30,7 +30,6 @@ double until_exact(Viewer& viewer, double* first_part_ms = nullptr) {
   return start.ms();
 }
 
-/// Resident memory of this process [MiB].
 double resident_mib() {
   std::ifstream file("/proc/self/statm");
   double total = 0, resident = 0;

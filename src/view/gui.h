@@ -19,7 +19,6 @@ class Gui {
 
   void feed(const Event& event);
   void begin_frame(const glm::ivec2& size, double seconds);
-  /// Draws into the window.
   void end_frame();
 
   /// Whether the pointer or the keyboard is for the panels, not for the picture.

@@ -6,9 +6,7 @@
 
 #include "base/text.h"
 #include "psivox/parameters.h"
-#include "view/cut_panel.h"
-#include "view/parameter_panel.h"
-#include "view/sliders.h"
+#include "view/widgets.h"
 #include "view/viewer.h"
 
 namespace psivox::view {
@@ -238,7 +236,6 @@ void draw_help(Viewer& viewer) {
   ImGui::End();
 }
 
-/// The box of the first volume while it is loading.
 void draw_box(Viewer& viewer) {
   if (!viewer.box() || viewer.volume()) return;
   const glm::dvec3 &low = viewer.box()->box_min, &high = viewer.box()->box_max;

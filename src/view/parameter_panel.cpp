@@ -1,4 +1,4 @@
-#include "view/parameter_panel.h"
+#include "view/widgets.h"
 
 #include <imgui.h>
 #include <imgui_stdlib.h>

@@ -45,7 +45,6 @@ class PictureDisplay {
   /// there are none.
   const Image* exact(std::uint64_t number, std::size_t side) const;
 
-  /// Fills the window.
   void draw(const glm::ivec2& size, const DisplaySettings& settings);
   /// Builds the shader again from its folder. If that throws Error(graphics), the old one stays.
   void reload_shader();

@@ -91,7 +91,7 @@ Scene with_method_of(const Scene& other, Scene scene) {
   for (const Parameter& p : parameters()) {
     const bool differs = p.group == ParameterGroup::accuracy && p.name != "split-knots" &&
                          p.under_tolerance != UnderTolerance::unchanged;
-    if (differs) std::visit([&](auto member) { scene.*member = other.*member; }, p.member);
+    if (differs) copy_parameter(other, scene, p);
   }
   return scene;
 }

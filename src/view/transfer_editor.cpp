@@ -13,7 +13,7 @@
 #include "colour/srgb.h"
 #include "psivox/parameters.h"
 #include "scene/transfer_function.h"
-#include "view/sliders.h"
+#include "view/widgets.h"
 
 namespace psivox::view {
 namespace {

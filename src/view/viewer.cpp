@@ -153,12 +153,12 @@ void Viewer::take_pictures() {
 }
 
 void Viewer::take_saved() {
-  const auto outcome = save_.outcome();
-  if (!outcome) return;
-  if (outcome->error.empty())
-    messages_.say("saved " + outcome->what);
+  const auto failure = save_.outcome();
+  if (!failure) return;
+  if (failure->empty())
+    messages_.say("saved " + save_.what());
   else
-    error(outcome->error);
+    error(*failure);
 }
 
 void Viewer::take_news() {

@@ -138,14 +138,6 @@ std::string key_of(const Scene& scene, int generation, const std::string& stamp)
   return key;
 }
 
-bool same(const Scene& a, const Scene& b, const Parameter& p) {
-  return parameter_text(a, p) == parameter_text(b, p);
-}
-
-void copy(const Parameter& p, const Scene& from, Scene& to) {
-  std::visit([&](auto member) { to.*member = from.*member; }, p.member);
-}
-
 /// With three digits of each number, for a person.
 std::string shortened(const std::string& options) {
   static const std::regex number(R"(\d+\.\d{3,}(e[+-]?\d+)?)");
@@ -212,10 +204,8 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
 
 Scene with_medium_of(const Volume& volume, const Scene& scene) {
   Scene mixed = volume.scene;
-  for (const Parameter& p : parameters()) {
-    if (belongs_to_medium(p)) continue;
-    std::visit([&](auto member) { mixed.*member = scene.*member; }, p.member);
-  }
+  for (const Parameter& p : parameters())
+    if (!belongs_to_medium(p)) copy_parameter(scene, mixed, p);
   return mixed;
 }
 
@@ -232,7 +222,7 @@ void LookChoice::take_back(Scene& scene, bool camera) {
   for (const std::string& name : std::exchange(set_, {})) {
     const Parameter& p = *find_parameter(name);
     if (!camera && p.group == ParameterGroup::camera) continue;
-    if (same(scene, set_scene_, p)) set_default(scene, p);
+    if (has_same(scene, set_scene_, p)) set_default(scene, p);
   }
 }
 
@@ -258,8 +248,8 @@ std::string LookChoice::take(const Volume& volume, Scene& scene) {
   for (const Setting& setting : chosen.settings) {
     const Parameter& p = *find_parameter(setting.name);
     if (p.group != ParameterGroup::camera) options += " --" + setting.name + "=" + setting.text;
-    if (!same(scene, volume.asked, p)) continue;
-    copy(p, chosen.scene, scene);
+    if (!has_same(scene, volume.asked, p)) continue;
+    copy_parameter(chosen.scene, scene, p);
     set_.push_back(setting.name);
   }
   if (asked) chosen_ = chosen.look;
@@ -275,10 +265,11 @@ void LookChoice::hold(const Volume& volume, Scene& scene) {
   for (const Parameter& p : parameters()) {
     const bool part = p.group == ParameterGroup::look || p.group == ParameterGroup::light;
     // grids of a look may be missing in one frame and come again
-    if (!part || p.name == "look" || p.name == "emission-grid" || same(scene, volume.resolved, p))
+    if (!part || p.name == "look" || p.name == "emission-grid" ||
+        has_same(scene, volume.resolved, p))
       continue;
-    copy(p, volume.resolved, scene);
-    copy(p, volume.resolved, set_scene_);
+    copy_parameter(volume.resolved, scene, p);
+    copy_parameter(volume.resolved, set_scene_, p);
     set_.push_back(p.name);
   }
 }

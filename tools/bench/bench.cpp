@@ -118,7 +118,6 @@ double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
   return watch.ms();
 }
 
-/// How to draw the scene, and the times it took.
 struct Variant {
   std::string name;
   std::function<double()> draw;  ///< milliseconds

@@ -68,7 +68,6 @@ struct Curve {
   std::vector<CurvePoint> points;
 };
 
-/// The first point within the error.
 std::vector<CurvePoint>::iterator first_within(Curve& curve, double error) {
   return std::find_if(curve.points.begin(), curve.points.end(),
                       [&](const CurvePoint& p) { return p.rms <= error; });

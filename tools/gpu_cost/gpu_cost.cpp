@@ -232,7 +232,6 @@ int check_programs(const std::filesystem::path& assets) {
   return faults;
 }
 
-/// The exit code of --check.
 int check_all(const std::filesystem::path& assets) {
   try {
     const NullDevice device(families[0]);

@@ -17,7 +17,6 @@ struct Listed {
   std::string shader = "march.frag";
 };
 
-/// The list, in the order of the table.
 const std::vector<Listed>& listed_programs();
 
 /// Turns of the march's loop and look-ups in bricks, by the march in double.
@@ -28,7 +27,6 @@ struct RayCounts {
   double look_ups = 0;  ///< mean of a ray
 };
 
-/// A program that a picture needs.
 struct Program {
   std::string shader;
   std::string text;  ///< GLSL, as a GPU's driver gets it
