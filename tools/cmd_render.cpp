@@ -146,142 +146,132 @@ class RenderJob {
   /// `team`: the processes that draw the picture together.
   explicit RenderJob(std::shared_ptr<Team> team) : team_(std::move(team)) {}
 
-  void run(Arguments arguments);
+  void run(Arguments arguments) {
+    report_.startup_ms = process_ms();
+    bool goes_on = true;
+    team_->agree([&] { goes_on = understand(arguments); });
+    if (!goes_on) return;
+    team_->check_same(to_json(scene_) + joined(call_.layers, ","), "has other options");
+    if (draw_frames()) return;
+    // opened while the file is read
+    std::future<std::shared_ptr<Marcher>> opened;
+    if (!call_.output.empty())
+      opened = std::async(std::launch::async, [scene = scene_, place = team_->place()] {
+        return open_own(scene, place);
+      });
+    std::optional<Session> session;
+    team_->agree([&] {
+      session.emplace(read());
+      describe(*session);
+    });
+    if (call_.output.empty()) return;
+    std::shared_ptr<Marcher> marcher;
+    team_->agree([&] { marcher = opened.get(); });
+    if (is_page_name(call_.output)) check_page(*session, call_.page);
+    draw(*session, *marcher);
+    if (call_.check_error) print_check(*session);
+    team_->agree([&] {
+      if (team_->first()) write(*session);
+    });
+  }
 
  private:
   bool alone() const { return team_->size() == 1; }
 
   /// Returns false if there is nothing left to do.
-  bool understand(Arguments arguments);
+  bool understand(Arguments arguments) {
+    if (!parse(call_, arguments)) return false;
+    if (!team_->first()) call_.quiet = true;
+    if (call_.list_devices && alone()) {
+      print_devices();
+      return false;
+    }
+    scene_ = call_.scene.scene();
+    take_layers(call_, scene_);
+    if (holds_codes(call_.output, call_.format) || !call_.movie.empty()) resolve_ocio(scene_);
+    if (call_.thumbnail) make_thumbnail(call_, scene_);
+    if (is_movie_name(call_.output))
+      usage("-o writes pictures; --movie " + call_.output + " writes a film");
+    if (team_->first()) check(call_, scene_);
+    if (!alone()) check_scope(call_, scene_);
+    if (!call_.quiet) print_notices(call_.scene.notices());
+    if (!call_.time_budget) scene_ = with_default_tolerance(scene_);
+    report_.input = scene_.input;
+    report_.output = call_.output;
+    if (!scene_.input.empty()) return true;
+    std::cout << to_json(scene_);  // only with --print-scene
+    return false;
+  }
+
   /// Returns false if the call asks for one picture.
-  bool draw_frames();
-  View read();
+  bool draw_frames() {
+    if (!alone()) return false;
+    std::optional<CameraPath> path;
+    if (!call_.camera_path.empty())
+      path = CameraPath::read(call_.camera_path, file_z_is_up(scene_), call_.frame_rate);
+    const auto frames = list_frames(call_, scene_, path ? &*path : nullptr);
+    if (frames) render_frames(call_, scene_, *frames, path ? &*path : nullptr);
+    return frames.has_value();
+  }
+
+  View read() {
+    const Stopwatch watch;
+    OpenedScene opened = open_scene(
+        scene_, VdbFile(scene_.input),
+        {.background = shows_background(call_), .parts = {.allowed = true, .team = team_}});
+    if (!alone()) check_scope(call_, opened.looked.scene);
+    report_.read_ms = watch.ms();
+    if (call_.quiet) return std::move(opened.view);
+    if (alone() || leaves_look_open(scene_)) print_look(opened.looked, call_.verbose);
+    print_choices(opened, call_.verbose);
+    return std::move(opened.view);
+  }
+
   /// Tells what the call asks to know before the picture is drawn.
-  void describe(Session& session);
-  void draw(Session& session, Marcher& marcher);
+  void describe(Session& session) {
+    const View& view = session.view();
+    if (call_.print_scene) std::cout << to_json(view.scene) << std::flush;
+    if (!call_.camera.empty() && team_->first())
+      write_camera(call_.camera, view.camera, z_is_up(view.scene, *view.subject));
+    if (!call_.explain) return;
+    for (const Explanation& line : session.explain())
+      std::printf("%-16s %s\n", line.what.c_str(), line.text.c_str());
+  }
+
+  void draw(Session& session, Marcher& marcher) {
+    ProgressBar bar(call_.quiet);
+    Wish wish = wish_of(call_);
+    wish.team = team_;
+    wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
+    report_.drawn = session.draw(marcher, wish);
+  }
+
   /// Compares with the reference, and prints the result to standard output.
-  void print_check(Session& session);
-  void write(Session& session);
+  void print_check(Session& session) {
+    ProgressBar bar(call_.quiet);
+    report_.checked = session.check_error(report_.drawn.image,
+                                          std::min(*call_.check_error, 100000000), bar.progress());
+    const CheckedError& checked = *report_.checked;
+    std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
+                checked.rms, checked.max, checked.max_x, checked.max_y, checked.pixels);
+    if (const auto& plan = report_.drawn.plan)
+      std::printf("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms, plan->chosen.max,
+                  method_text(plan->chosen.method).c_str());
+  }
+
+  void write(Session& session) {
+    put_out(call_, session, report_);
+    if (call_.thumbnail) name_thumbnail(call_);
+    report_.total_ms = process_ms();
+    if (!call_.stats.empty()) write_text(call_.stats, report_.json());
+    if (call_.verbose) std::fputs(report_.table().c_str(), stderr);
+  }
 
   std::shared_ptr<Team> team_;
   RenderCall call_;
   Scene scene_;
   RenderReport report_;
 };
-
-bool RenderJob::understand(Arguments arguments) {
-  if (!parse(call_, arguments)) return false;
-  if (!team_->first()) call_.quiet = true;
-  if (call_.list_devices && alone()) {
-    print_devices();
-    return false;
-  }
-  scene_ = call_.scene.scene();
-  take_layers(call_, scene_);
-  if (holds_codes(call_.output, call_.format) || !call_.movie.empty()) resolve_ocio(scene_);
-  if (call_.thumbnail) make_thumbnail(call_, scene_);
-  if (is_movie_name(call_.output))
-    usage("-o writes pictures; --movie " + call_.output + " writes a film");
-  if (team_->first()) check(call_, scene_);
-  if (!alone()) check_scope(call_, scene_);
-  if (!call_.quiet) print_notices(call_.scene.notices());
-  if (!call_.time_budget) scene_ = with_default_tolerance(scene_);
-  report_.input = scene_.input;
-  report_.output = call_.output;
-  if (!scene_.input.empty()) return true;
-  std::cout << to_json(scene_);  // only with --print-scene
-  return false;
-}
-
-bool RenderJob::draw_frames() {
-  if (!alone()) return false;
-  std::optional<CameraPath> path;
-  if (!call_.camera_path.empty())
-    path = CameraPath::read(call_.camera_path, file_z_is_up(scene_), call_.frame_rate);
-  const auto frames = list_frames(call_, scene_, path ? &*path : nullptr);
-  if (frames) render_frames(call_, scene_, *frames, path ? &*path : nullptr);
-  return frames.has_value();
-}
-
-View RenderJob::read() {
-  const Stopwatch watch;
-  OpenedScene opened = open_scene(
-      scene_, VdbFile(scene_.input),
-      {.background = shows_background(call_), .parts = {.allowed = true, .team = team_}});
-  if (!alone()) check_scope(call_, opened.looked.scene);
-  report_.read_ms = watch.ms();
-  if (call_.quiet) return std::move(opened.view);
-  if (alone() || leaves_look_open(scene_)) print_look(opened.looked, call_.verbose);
-  print_choices(opened, call_.verbose);
-  return std::move(opened.view);
-}
-
-void RenderJob::describe(Session& session) {
-  const View& view = session.view();
-  if (call_.print_scene) std::cout << to_json(view.scene) << std::flush;
-  if (!call_.camera.empty() && team_->first())
-    write_camera(call_.camera, view.camera, z_is_up(view.scene, *view.subject));
-  if (!call_.explain) return;
-  for (const Explanation& line : session.explain())
-    std::printf("%-16s %s\n", line.what.c_str(), line.text.c_str());
-}
-
-void RenderJob::draw(Session& session, Marcher& marcher) {
-  ProgressBar bar(call_.quiet);
-  Wish wish = wish_of(call_);
-  wish.team = team_;
-  wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
-  report_.drawn = session.draw(marcher, wish);
-}
-
-void RenderJob::print_check(Session& session) {
-  ProgressBar bar(call_.quiet);
-  report_.checked = session.check_error(report_.drawn.image,
-                                        std::min(*call_.check_error, 100000000), bar.progress());
-  const CheckedError& checked = *report_.checked;
-  std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
-              checked.rms, checked.max, checked.max_x, checked.max_y, checked.pixels);
-  if (const auto& plan = report_.drawn.plan)
-    std::printf("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms, plan->chosen.max,
-                method_text(plan->chosen.method).c_str());
-}
-
-void RenderJob::write(Session& session) {
-  put_out(call_, session, report_);
-  if (call_.thumbnail) name_thumbnail(call_);
-  report_.total_ms = process_ms();
-  if (!call_.stats.empty()) write_text(call_.stats, report_.json());
-  if (call_.verbose) std::fputs(report_.table().c_str(), stderr);
-}
-
-void RenderJob::run(Arguments arguments) {
-  report_.startup_ms = process_ms();
-  bool goes_on = true;
-  team_->agree([&] { goes_on = understand(arguments); });
-  if (!goes_on) return;
-  team_->check_same(to_json(scene_) + joined(call_.layers, ","), "has other options");
-  if (draw_frames()) return;
-  // opened while the file is read
-  std::future<std::shared_ptr<Marcher>> opened;
-  if (!call_.output.empty())
-    opened = std::async(std::launch::async, [scene = scene_, place = team_->place()] {
-      return open_own(scene, place);
-    });
-  std::optional<Session> session;
-  team_->agree([&] {
-    session.emplace(read());
-    describe(*session);
-  });
-  if (call_.output.empty()) return;
-  std::shared_ptr<Marcher> marcher;
-  team_->agree([&] { marcher = opened.get(); });
-  if (is_page_name(call_.output)) check_page(*session, call_.page);
-  draw(*session, *marcher);
-  if (call_.check_error) print_check(*session);
-  team_->agree([&] {
-    if (team_->first()) write(*session);
-  });
-}
 
 }  // namespace
 

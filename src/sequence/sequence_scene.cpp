@@ -87,12 +87,18 @@ void take_range(const std::vector<Sample>& samples, Scene& scene) {
   }
 }
 
-void take_temperatures(const std::vector<Sample>& samples, Scene& scene) {
-  const Sample* hottest = nullptr;
+/// The sample whose flame has the least number; null if none has a flame.
+template <typename Number>
+const Sample* least_flame(const std::vector<Sample>& samples, const Number& number) {
+  const Sample* least = nullptr;
   for (const Sample& sample : samples)
-    if (has_flame(sample) && (!hottest || sample.looked.scene.temperature_scale <
-                                              hottest->looked.scene.temperature_scale))
-      hottest = &sample;
+    if (has_flame(sample) && (!least || number(sample) < number(*least))) least = &sample;
+  return least;
+}
+
+void take_temperatures(const std::vector<Sample>& samples, Scene& scene) {
+  const Sample* hottest =
+      least_flame(samples, [](const Sample& s) { return s.looked.scene.temperature_scale; });
   if (!hottest) return;
   scene.temperature_scale = hottest->looked.scene.temperature_scale;
   scene.temperature_offset = hottest->looked.scene.temperature_offset;
@@ -105,14 +111,12 @@ void take_brightness(const std::vector<Sample>& samples, Scene& scene) {
   scene.lights = least.lights;
   scene.luminance = least.luminance;
   scene.sky = least.sky;
-  const Scene* flame = nullptr;
-  for (const Sample& sample : samples)
-    if (has_flame(sample) && (!flame || sample.scene.emission_scale < flame->emission_scale))
-      flame = &sample.scene;
+  const Sample* flame =
+      least_flame(samples, [](const Sample& s) { return s.scene.emission_scale; });
   if (!flame) return;
-  scene.emission_grid = flame->emission_grid;
-  scene.emission_color = flame->emission_color;
-  scene.emission_scale = flame->emission_scale;
+  scene.emission_grid = flame->scene.emission_grid;
+  scene.emission_color = flame->scene.emission_color;
+  scene.emission_scale = flame->scene.emission_scale;
 }
 
 Subject all_subjects(const std::vector<Sample>& samples) {

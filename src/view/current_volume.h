@@ -66,6 +66,8 @@ class CurrentVolume {
     std::string key;                 ///< of the wish; empty: neither `volume` nor `error` is there
     std::optional<Subject> box;      ///< of the volume in preparation
   };
+  /// Changes what the thread is to do, and wakes it.
+  void post(const std::function<void()>& change);
   void run(const std::stop_token& stop);
   /// Works until `wishes_` differs from `number`.
   void prepare(const Wish& wish, bool wanted, std::uint64_t number);

@@ -6,8 +6,8 @@
 
 #include "base/text.h"
 #include "psivox/parameters.h"
-#include "view/widgets.h"
 #include "view/viewer.h"
+#include "view/widgets.h"
 
 namespace psivox::view {
 namespace {

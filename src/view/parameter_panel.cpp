@@ -130,21 +130,6 @@ bool edit_text(const Parameter& p, const Scene& scene, const ParameterChoices& c
   return std::visit(held, p.member);
 }
 
-bool set_text(Scene& scene, const Parameter& p, const std::string& text,
-              const std::function<void(const std::string&)>& refuse) {
-  try {
-    Scene next = scene;
-    const Setting setting{p.name, text};
-    apply_over(next, {&setting, 1});
-    validate(next);
-    scene = next;
-    return true;
-  } catch (const Error& error) {
-    refuse(error.what());
-    return false;
-  }
-}
-
 /// The widget of one parameter, and the button that resets it.
 bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& choices,
                     const Refuse& refuse) {
@@ -160,10 +145,25 @@ bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& ch
     }
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("back to the default");
   }
-  return done && text != current && set_text(scene, p, text, refuse);
+  if (!done || text == current) return false;
+  try {
+    set_valid(scene, p.name, text);
+    return true;
+  } catch (const Error& error) {
+    refuse(error.what());
+    return false;
+  }
 }
 
 }  // namespace
+
+void set_valid(Scene& scene, const std::string& name, const std::string& text) {
+  Scene next = scene;
+  const Setting setting{name, text};
+  apply_over(next, {&setting, 1});
+  validate(next);
+  scene = next;
+}
 
 bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse) {
   bool changed = false, open = false;

@@ -46,15 +46,6 @@ std::vector<TransferPoint> identity(const Histogram& histogram) {
 
 double three_digits(double value) { return std::strtod(formatted("%.3g", value).c_str(), nullptr); }
 
-/// Throws Error(usage) if the rest of the scene needs or refuses a function.
-void name_function(Scene& scene, const std::string& path) {
-  Scene next = scene;
-  const Setting setting{"transfer-function", path};
-  apply_over(next, {&setting, 1});
-  validate(next);
-  scene = next;
-}
-
 /// The name, or with a number the first like it that no file has.
 std::string unused_name(const std::string& stem) {
   for (int i = 1;; ++i) {
@@ -283,7 +274,7 @@ bool TransferEditor::draw_selected() {
 
 void TransferEditor::write(Scene& scene) {
   write_text(own_file_, to_json(TransferFunction(points_, has_color_)));
-  name_function(scene, own_file_);
+  set_valid(scene, "transfer-function", own_file_);
 }
 
 bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
@@ -314,7 +305,7 @@ bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
     points_ = read_transfer_function(path_).points();
     selected_ = -1;
   }
-  name_function(scene, action == Action::clear ? "" : path_);
+  set_valid(scene, "transfer-function", action == Action::clear ? "" : path_);
   taken_from_.clear();
   return true;
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "medium/value_range.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
@@ -16,28 +17,22 @@ namespace psivox::view {
 namespace {
 
 void count(const Field& field, Histogram& histogram) {
-  const auto each = [&](const auto& take) {
-    for (const Leaf& leaf : field.leaves) {
-      const OrderedValues values(field, leaf);
-      for (std::size_t i = 0; i < 512; ++i)
-        if (values[i] != 0) take(double(values[i]), 1.0);
-    }
-    for (const Tile& tile : field.tiles)
-      take(double(tile.value.x), std::pow(double(tile.width), 3.0));
-  };
-  double low = 0, high = 0;
-  each([&](double value, double) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  });
-  histogram.min = low;
-  histogram.max = high > low ? high : low + 1;
+  const glm::dvec2 range = stored_range(field);
+  histogram.min = range.x;
+  histogram.max = range.y > range.x ? range.y : range.x + 1;
   const double bins = double(histogram.counts.size());
   const double scale = bins / (histogram.max - histogram.min);
-  each([&](double value, double weight) {
-    const auto bin = std::size_t(std::clamp((value - low) * scale, 0.0, bins - 1));
-    histogram.counts[bin] += weight;
-  });
+  const auto take = [&](double value, double weight) {
+    const double bin = std::clamp((value - histogram.min) * scale, 0.0, bins - 1);
+    histogram.counts[std::size_t(bin)] += weight;
+  };
+  for (const Leaf& leaf : field.leaves) {
+    const OrderedValues values(field, leaf);
+    for (std::size_t i = 0; i < 512; ++i)
+      if (values[i] != 0) take(double(values[i]), 1);
+  }
+  for (const Tile& tile : field.tiles)
+    take(double(tile.value.x), std::pow(double(tile.width), 3.0));
 }
 
 /// The whole domain as make_view sees it.
@@ -52,11 +47,14 @@ Subject whole_box(const Scene& scene, const Volume& volume) {
   return box;
 }
 
-/// Turns the camera's lights into the world's.
-void keep_lights(const Camera& camera, Scene& scene) {
+/// Turns lights that a look has set from the camera's into the world's.
+void keep_lights(const Volume& volume, Scene& scene, OpenedScene& opened) {
+  if (scene.lights == volume.asked.lights) return;
   for (DirectionalLight& light : scene.lights)
     if (std::exchange(light.of_camera, false))
-      light.direction = from_camera(camera, light.direction);
+      light.direction = from_camera(opened.view.camera, light.direction);
+  opened.looked.scene.lights = scene.lights;
+  opened = open_scene(opened.looked.scene, std::move(opened.looked.fields));
 }
 
 /// Whether frames of a sequence could differ in what `auto` chooses for them.
@@ -72,10 +70,7 @@ OpenedScene choose_look(Volume& volume, const VdbFile& file) {
   volume.chosen = opened.looked;
   volume.chosen->fields = {};
   Scene& scene = volume.chosen->scene;
-  if (scene.lights != volume.asked.lights) {
-    keep_lights(opened.view.camera, scene);
-    opened = open_scene(scene, std::move(opened.looked.fields));
-  }
+  keep_lights(volume, scene, opened);
   if (volume.asked.emission_grid.empty() && !scene.emission_grid.empty())
     volume.chosen_grids.push_back(scene.emission_grid);
   return opened;
@@ -88,11 +83,7 @@ OpenedScene choose_for_sequence(Volume& volume, const std::vector<std::string>& 
   volume.chosen_grids = sequence.chosen_grids;
   OpenedScene opened = open_frame(sequence, file, volume.asked.input);
   sequence.scene.input = volume.asked.input;
-  if (sequence.scene.lights != volume.asked.lights) {
-    keep_lights(opened.view.camera, sequence.scene);
-    opened.looked.scene.lights = sequence.scene.lights;
-    opened = open_scene(opened.looked.scene, std::move(opened.looked.fields));
-  }
+  keep_lights(volume, sequence.scene, opened);
   // a method is chosen for each picture
   std::erase_if(sequence.settings, [](const Setting& setting) {
     return find_parameter(setting.name)->group == ParameterGroup::accuracy;

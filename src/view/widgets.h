@@ -39,6 +39,10 @@ struct ParameterChoices {
   double extinction = 1;  ///< the number that `auto` chose
 };
 
+/// Sets a parameter as the command line does. Throws Error(usage), and leaves the scene, if the
+/// rest of it refuses the value.
+void set_valid(Scene& scene, const std::string& name, const std::string& text);
+
 /// Called with the reason for which a value was refused.
 using Refuse = std::function<void(const std::string& why)>;
 
