@@ -5,8 +5,6 @@
 #include <string>
 
 #include "command_line.h"
-#include "commands.h"
-#include "psivox/error.h"
 #include "psivox/image.h"
 #include "render_call.h"
 

@@ -13,7 +13,6 @@
 #include "atlas/regions.h"
 #include "base/text.h"
 #include "command_line.h"
-#include "commands.h"
 #include "psivox/atlas.h"
 #include "psivox/file_report.h"
 #include "psivox/vdb.h"

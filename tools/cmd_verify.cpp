@@ -7,8 +7,6 @@
 
 #include "base/stopwatch.h"
 #include "command_line.h"
-#include "commands.h"
-#include "psivox/error.h"
 #include "psivox/verify.h"
 
 namespace psivox {

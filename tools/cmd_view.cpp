@@ -8,9 +8,7 @@
 
 #include "base/text.h"
 #include "command_line.h"
-#include "commands.h"
 #include "notices.h"
-#include "psivox/error.h"
 #include "psivox/picture_file.h"
 #include "scene_options.h"
 #ifdef PSIVOX_VIEWER

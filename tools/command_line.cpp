@@ -8,7 +8,6 @@
 
 #include "base/guarded_reading.h"
 #include "base/option_concepts.h"
-#include "commands.h"
 #include "help_forms.h"
 
 namespace psivox {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "psivox/error.h"
 #include "psivox/parameters.h"
 
 namespace psivox {
@@ -54,6 +55,24 @@ class CommandLine : public CLI::App {
 
   std::vector<std::string> common_, examples_;
 };
+
+/// `arguments` follow the command's name. Commands throw Error; psivox.cpp turns it into a message
+/// and an exit code.
+using Arguments = std::span<const std::string>;
+
+void render_command(Arguments arguments);
+void info_command(Arguments arguments);
+void compare_command(Arguments arguments);
+void study_command(Arguments arguments);
+void verify_command(Arguments arguments);
+void view_command(Arguments arguments);
+
+[[noreturn]] inline void usage(const std::string& message) {
+  throw Error(ExitCode::usage, message);
+}
+
+/// The process ends with exit code 1, this message and no unfinished files, if it still runs then.
+void end_after(int seconds, const char* message);
 
 /// The group of options that --help does not list. CLI11's own, "", omits their names from its
 /// errors.

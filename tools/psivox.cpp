@@ -17,10 +17,8 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "command_line.h"
-#include "commands.h"
 #include "help_forms.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/vdb.h"
 

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "commands.h"
 #include "psivox/draw.h"
 #include "psivox/image.h"
 #include "psivox/page.h"
