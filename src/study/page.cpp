@@ -4,7 +4,6 @@
 #include "base/text_file.h"
 #include "psivox/image.h"
 #include "study/page.h"
-#include "study/plot.h"
 
 namespace psivox {
 namespace {

@@ -1,11 +1,10 @@
-#include "study/plot.h"
+#include "study/study_plots.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/html.h"
 #include "base/text.h"
-#include "study/page.h"
 
 namespace psivox {
 namespace {

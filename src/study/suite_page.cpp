@@ -9,7 +9,6 @@
 #include "base/text_file.h"
 #include "git_hash.h"
 #include "psivox/error.h"
-#include "study/linear_opacity.h"
 #include "study/page.h"
 #include "study/study_plots.h"
 #include "study/suite.h"

@@ -1,4 +1,4 @@
-// The combinations that a study renders, and their names.
+#include "study/variant.h"
 
 #include <algorithm>
 #include <functional>

@@ -8,7 +8,6 @@
 
 #include "psivox/method.h"
 #include "psivox/study.h"
-#include "study/variant.h"
 
 namespace psivox {
 
