@@ -160,9 +160,9 @@ void CommandLine::check_remaining() const {
       if (option->nonpositional() && option->get_group() != hidden_group && name.starts_with("--"))
         known.push_back("--" + option->get_lnames().front());
     const std::string meant = option_of_concept(name);
-    const bool has = std::find(known.begin(), known.end(), meant) != known.end();
     usage("unknown option " + name +
-          (has ? "; " + meant + " does that here" : suggestion(name, known)));
+          (std::ranges::count(known, meant) ? "; " + meant + " does that here"
+                                            : suggestion(name, known)));
   }
 }
 

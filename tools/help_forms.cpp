@@ -274,11 +274,10 @@ std::vector<HelpOption> help_options(const CLI::App& command) {
   // groups keep the order of their first options
   std::vector<std::string> groups;
   for (const HelpOption& option : options)
-    if (std::find(groups.begin(), groups.end(), option.group) == groups.end())
-      groups.push_back(option.group);
+    if (!std::ranges::count(groups, option.group)) groups.push_back(option.group);
   for (const std::string& group : groups)
-    std::copy_if(options.begin(), options.end(), std::back_inserter(arguments),
-                 [&](const HelpOption& option) { return option.group == group; });
+    std::ranges::copy_if(options, std::back_inserter(arguments),
+                         [&](const HelpOption& option) { return option.group == group; });
   return arguments;
 }
 

@@ -141,10 +141,8 @@ void take_layers(RenderCall& call, const Scene& scene) {
   const bool given = !call.layers.empty();
   std::erase(call.layers, "none");
   if (given || !holds_layers(call.output)) return;
-  const std::vector<std::string>& known = layer_names();
   for (const std::string& layer : call.scene.layers())
-    if (std::find(known.begin(), known.end(), layer) != known.end() &&
-        layer_obstacle(layer, scene).empty())
+    if (std::ranges::count(layer_names(), layer) && layer_obstacle(layer, scene).empty())
       call.layers.push_back(layer);
 }
 

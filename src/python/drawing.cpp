@@ -15,8 +15,7 @@ namespace psivox::python {
 namespace {
 
 void add_once(std::vector<std::string>& notices, const std::string& notice) {
-  if (!notice.empty() && std::find(notices.begin(), notices.end(), notice) == notices.end())
-    notices.push_back(notice);
+  if (!notice.empty() && !std::ranges::count(notices, notice)) notices.push_back(notice);
 }
 
 /// Checks what needs no work.

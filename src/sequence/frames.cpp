@@ -238,18 +238,16 @@ std::string frames_text(std::span<const int> frames) {
 }
 
 std::vector<int> gaps(const SequenceFiles& files) {
-  std::vector<int> missing;
   int step = std::numeric_limits<int>::max(), common = 0;
   for (auto file = files.begin(), next = file; file != files.end(); file = next) {
     if (++next == files.end()) break;
     step = std::min(step, next->first - file->first);
     common = std::gcd(common, next->first - file->first);
   }
+  std::vector<int> missing;
   if (common != step) return missing;  // the numbers follow no step
-  for (auto file = files.begin(), next = file; file != files.end(); file = next)
-    if (++next != files.end())
-      for (int frame = file->first + step; frame < next->first; frame += step)
-        missing.push_back(frame);
+  for (int frame = files.begin()->first; frame < files.rbegin()->first; frame += step)
+    if (!files.contains(frame)) missing.push_back(frame);
   return missing;
 }
 

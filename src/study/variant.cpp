@@ -192,10 +192,8 @@ std::vector<std::pair<std::string, std::string>> skipped_lines(
   std::vector<std::pair<std::string, std::string>> lines;
   for (const SkippedVariant& s : skipped) {
     const std::string rule = rule_name(s.variant) + ": ", sampling = sampling_name(s.variant);
-    const auto same = [&](const auto& line) {
-      return line.first.starts_with(rule) && line.second == s.reason;
-    };
-    const auto line = std::find_if(lines.begin(), lines.end(), same);
+    const auto line = std::ranges::find_if(
+        lines, [&](const auto& l) { return l.first.starts_with(rule) && l.second == s.reason; });
     if (line == lines.end())
       lines.emplace_back(rule + sampling, s.reason);
     else

@@ -79,7 +79,6 @@ std::unique_ptr<gl::Program> build_program() {
 }  // namespace
 
 PictureDisplay::PictureDisplay() : program_(build_program()) {
-  glCreateVertexArrays(1, &vertex_array_);
   for (Side& side : sides_) {
     fit(side.preview, side.preview_size, {1, 1});
     fit(side.exact, side.exact_size, {1, 1});
@@ -96,7 +95,6 @@ PictureDisplay::~PictureDisplay() {
   }
   remove(screen_);
   glDeleteTextures(1, &view_codes_);
-  glDeleteVertexArrays(1, &vertex_array_);
 }
 
 void PictureDisplay::reload_shader() {
@@ -156,7 +154,6 @@ void PictureDisplay::encode(GLuint picture, GLuint other, const Screen& to,
                             const glm::ivec2& origin, const glm::ivec2& size) {
   const bool difference = settings_.comparison == Comparison::difference;
   glBindFramebuffer(GL_FRAMEBUFFER, to.framebuffer);
-  glViewport(0, 0, to.size.x, to.size.y);
   glEnable(GL_SCISSOR_TEST);
   glScissor(origin.x, origin.y, size.x, size.y);
   glDisable(GL_BLEND);
@@ -170,9 +167,7 @@ void PictureDisplay::encode(GLuint picture, GLuint other, const Screen& to,
   program_->set("tone_map", int(settings_.display.tone_map));
   program_->set("gain", settings_.gain);
   program_->set("background", settings_.background);
-  glBindVertexArray(vertex_array_);
-  glUseProgram(program_->id());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  triangle_.draw(*program_, to.size.x, to.size.y);
   glDisable(GL_SCISSOR_TEST);
 }
 

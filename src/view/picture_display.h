@@ -72,7 +72,7 @@ class PictureDisplay {
   std::array<Side, 2> sides_;
   Screen screen_;  ///< previews, and over them the exact parts
   std::unique_ptr<gl::Program> program_;
-  GLuint vertex_array_ = 0;
+  gl::Triangle triangle_;
   GLuint view_codes_ = 0;  ///< a table of view_'s codes; 0: sRGB
   OcioView view_;
   DisplaySettings settings_;

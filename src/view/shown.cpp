@@ -12,9 +12,8 @@ namespace {
 
 /// Null if the picture has no such layer.
 const Layer* layer_of(const Image& image, ShownLayer layer) {
-  const auto found = std::find_if(image.layers.begin(), image.layers.end(), [&](const Layer& l) {
-    return l.name == shown_layers[std::size_t(layer)];
-  });
+  const auto found =
+      std::ranges::find(image.layers, shown_layers[std::size_t(layer)], &Layer::name);
   return found == image.layers.end() ? nullptr : &*found;
 }
 

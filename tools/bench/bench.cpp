@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
-#include <glm/common.hpp>
 #include <map>
 #include <memory>
 
@@ -15,6 +14,7 @@
 #include "base/text.h"
 #include "bench.h"
 #include "dense_shader.h"
+#include "field/dense_values.h"
 #include "gl/egl_context.h"
 #include "gl/march_program.h"
 #include "gl/program.h"
@@ -34,24 +34,8 @@ class DenseRenderer {
   DenseRenderer(const Field& field, int side) : context_({}), target_(side, false, false) {
     const Box domain = field.domain();
     const glm::ivec3 size = domain.max - domain.min + 1;
-    const auto index = [&](const glm::ivec3& at) {
-      return (std::size_t(at.x) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.z) +
-             std::size_t(at.z);
-    };
     std::vector<float> values(std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z));
-    const auto fill = [&](const glm::ivec3& origin, int width, auto value) {
-      const glm::ivec3 lo = glm::max(origin, domain.min);
-      const glm::ivec3 hi = glm::min(origin + width - 1, domain.max);
-      for (int x = lo.x; x <= hi.x; ++x)
-        for (int y = lo.y; y <= hi.y; ++y)
-          for (int z = lo.z; z <= hi.z; ++z)
-            values[index(glm::ivec3(x, y, z) - domain.min)] = value(glm::ivec3(x, y, z) - origin);
-    };
-    for (const Tile& tile : field.tiles)
-      fill(tile.origin, tile.width, [&](const glm::ivec3&) { return tile.value.x; });
-    for (const Leaf& leaf : field.leaves)
-      fill(leaf.origin, 8,
-           [&](const glm::ivec3& at) { return leaf.values[(at.x * 8 + at.y) * 8 + at.z]; });
+    write_dense(field, domain, values.data());
 
     glCreateTextures(GL_TEXTURE_3D, 1, &volume_);
     glTextureStorage3D(volume_, 1, GL_R32F, size.z, size.y, size.x);
@@ -59,14 +43,12 @@ class DenseRenderer {
     glTextureParameteri(volume_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureSubImage3D(volume_, 0, 0, 0, 0, size.z, size.y, size.x, GL_RED, GL_FLOAT,
                         values.data());
-    glCreateVertexArrays(1, &vertex_array_);
     context_.check("copying the dense volume");
   }
 
   ~DenseRenderer() {
     context_.make_current();
     glDeleteTextures(1, &volume_);
-    glDeleteVertexArrays(1, &vertex_array_);
   }
 
   /// Draws the view and reads it back; returns milliseconds. Luminance is constant or the density
@@ -96,10 +78,7 @@ class DenseRenderer {
     const Stopwatch watch;
     target_.bind(0);
     glBindTextureUnit(0, volume_);
-    glBindVertexArray(vertex_array_);
-    glUseProgram(program->id());
-    glViewport(0, 0, size.x, size.y);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    triangle_.draw(*program, size.x, size.y);
     std::vector<glm::vec4> picture(std::size_t(size.x) * std::size_t(size.y));
     target_.read_picture(size.x, size.y, picture.data(), size.x);
     context_.check("drawing the dense volume");
@@ -109,7 +88,8 @@ class DenseRenderer {
  private:
   gl::EglContext context_;
   gl::TileTarget target_;
-  GLuint volume_ = 0, vertex_array_ = 0;
+  gl::Triangle triangle_;
+  GLuint volume_ = 0;
   std::map<std::string, std::unique_ptr<gl::Program>> programs_;
 };
 

@@ -59,30 +59,26 @@ double fetch_rate(const BrickAtlas& atlas) {
   const gl::Program program("fetch.frag", "#define LOOKUPS " + std::to_string(lookups) + "\n",
                             {{"fetch.frag", shader}});
   const std::size_t texels = atlas.bricks.size() * brick_texels;
-  GLuint buffer = 0, texture = 0, vertex_array = 0;
+  const gl::Triangle triangle;
+  GLuint buffer = 0, texture = 0;
   glCreateBuffers(1, &buffer);
   glNamedBufferStorage(buffer, GLsizeiptr(texels * sizeof(float)), atlas.texels32.get(), 0);
   glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
   glTextureBuffer(texture, GL_R32F, buffer);
-  glCreateVertexArrays(1, &vertex_array);
-  glBindVertexArray(vertex_array);
   program.set("texels", 0);
   program.set("cells", int(texels) - 91);
-  glViewport(0, 0, fetch_side, fetch_side);
 
   std::vector<double> times;
   for (int i = 0; i < 8; ++i) {
     const Stopwatch watch;
     target.bind(0);
     glBindTextureUnit(0, texture);
-    glUseProgram(program.id());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    triangle.draw(program, fetch_side, fetch_side);
     glFinish();
     if (i == 0) continue;  // the first draw compiles
     times.push_back(software ? watch.cpu_ms() : watch.ms());
   }
   context.check("fetching texels");
-  glDeleteVertexArrays(1, &vertex_array);
   glDeleteTextures(1, &texture);
   glDeleteBuffers(1, &buffer);
   return 1e3 * lookups * double(fetch_side) * fetch_side / median(times);
