@@ -20,7 +20,6 @@
 #include "psivox/sequence.h"
 #include "psivox/study.h"
 #include "psivox/vdb.h"
-#include "scene_options.h"
 
 namespace psivox {
 namespace {

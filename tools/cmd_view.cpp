@@ -10,7 +10,6 @@
 #include "command_line.h"
 #include "notices.h"
 #include "psivox/picture_file.h"
-#include "scene_options.h"
 #ifdef PSIVOX_VIEWER
 #include "view/benchmark.h"
 #include "view/viewer.h"

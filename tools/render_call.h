@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "psivox/draw.h"
 #include "psivox/image.h"
 #include "psivox/page.h"
-#include "scene_options.h"
 
 namespace psivox {
 

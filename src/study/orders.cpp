@@ -6,8 +6,8 @@
 #include "march/formula_march.h"
 #include "psivox/draw.h"
 #include "study/variant.h"
+#include "verify/made_fields.h"
 #include "verify/made_views.h"
-#include "verify/make_field.h"
 
 namespace psivox {
 namespace {
