@@ -8,14 +8,12 @@
 #include <optional>
 #include <string>
 
-#include "app/camera_lines.h"
 #include "app/command_text.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "command_line.h"
 #include "frame_list.h"
 #include "notices.h"
-#include "progress_bar.h"
 #include "psivox/open.h"
 #include "psivox/sequence.h"
 #include "psivox/study.h"

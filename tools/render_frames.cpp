@@ -11,7 +11,6 @@
 #include "movie.h"
 #include "notices.h"
 #include "picture_output.h"
-#include "progress_bar.h"
 #include "psivox/draw.h"
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"

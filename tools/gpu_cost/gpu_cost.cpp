@@ -10,7 +10,7 @@
 
 #include "base/stopwatch.h"
 #include "base/text_file.h"
-#include "null_device.h"
+#include "programs.h"
 #include "psivox/parameters.h"
 
 namespace {
