@@ -33,14 +33,16 @@ Facts cells_of(const StudyPoint& point, const Scene& base) {
   const Variant marched = point.chosen.value_or(point.variant);
   const Scene scene = scene_of(marched, base);
   Facts row = {{"renderer", "psivox"}};
-  for (const char* name :
-       {"integrator", "sampling", "segments", "step", "filter", "texel", "resolution"})
-    row.emplace_back(name, parameter_text(scene, name));
-  row[3].second = number_text(marched.method.segments);
-  row[4].second = number_text(marched.method.step);
+  const auto add_texts = [&](std::initializer_list<const char*> names) {
+    for (const char* name : names) row.emplace_back(name, parameter_text(scene, name));
+  };
   const auto add_number = [&](const std::string& name, double number) {
     row.emplace_back(name, number_text(number));
   };
+  add_texts({"integrator", "sampling"});
+  add_number("segments", marched.method.segments);
+  add_number("step", marched.method.step);
+  add_texts({"filter", "texel", "resolution"});
   add_number("tolerance", point.variant.tolerance.value_or(0));
   add_number("estimate", point.estimate);
   add_number("rms", point.error.rms());
