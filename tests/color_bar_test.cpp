@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "image/glyphs.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -15,7 +15,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "scene/transfer_function.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -198,7 +198,7 @@ void take_open(const Scene& asked, const Scene& look, bool background, Scene& sc
     if (p.name == "background" && !background) continue;
     // a scene of optical depths has decided about its exposure
     if (p.name == "exposure" && asked.shows(Shows::depth)) continue;
-    std::visit([&](auto member) { scene.*member = look.*member; }, p.member);
+    copy_parameter(look, scene, p);
   }
 }
 

@@ -79,14 +79,21 @@ std::string Range::text() const {
   return out;
 }
 
+bool has_same(const Scene& a, const Scene& b, const Parameter& parameter) {
+  return std::visit([&](auto member) { return a.*member == b.*member; }, parameter.member);
+}
+
+void copy_parameter(const Scene& from, Scene& to, const Parameter& parameter) {
+  std::visit([&](auto member) { to.*member = from.*member; }, parameter.member);
+}
+
 bool has_default(const Scene& scene, const Parameter& parameter) {
   static const Scene defaults;
-  return std::visit([&](auto member) { return scene.*member == defaults.*member; },
-                    parameter.member);
+  return has_same(scene, defaults, parameter);
 }
 
 void set_default(Scene& scene, const Parameter& parameter) {
-  std::visit([&](auto member) { scene.*member = Scene{}.*member; }, parameter.member);
+  copy_parameter(Scene{}, scene, parameter);
   scene.given.erase(parameter.name);
 }
 
