@@ -1,6 +1,7 @@
 // Windows over a grid's values: ranges, percentiles, and the curve of the opacity.
 
-#include "scene/value_window.h"
+#include "psivox/scene.h"
+#include "scene/transfer_function.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +15,6 @@
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
-#include "scene/transfer_function.h"
 #include "verify/make_field.h"
 
 namespace psivox {

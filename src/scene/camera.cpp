@@ -158,7 +158,7 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
   if (scene.camera_up == glm::dvec3(0))
     throw Error(ExitCode::usage, "--camera-up 0,0,0 has no direction");
 
-  const double aspect = static_cast<double>(scene.resolution.x) / scene.resolution.y;
+  const double aspect = double(scene.resolution.x) / scene.resolution.y;
   Camera camera;
   camera.orthographic = scene.projection == Projection::orthographic;
   camera.half_width = std::tan(glm::radians(fov) / 2);
@@ -219,6 +219,13 @@ void keep_camera(Scene& scene, const Camera& camera) {
   if (camera.orthographic) scene.ortho_width = 2 * camera.half_width;
 }
 
+double VisibleGrid::reach(const VisibleBlock& block, const glm::dvec3& direction) const {
+  const glm::dvec3 per_voxel = glm::transpose(glm::dmat3(world_from_index)) * direction;
+  return glm::dot(direction, glm::dvec3(world_from_index[3])) +
+         glm::dot(per_voxel, 0.5 * (block.min + block.max)) +
+         glm::dot(glm::abs(per_voxel), 0.5 * (block.max - block.min));
+}
+
 void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max) {
   const Box domain = field.domain();
   box_min = glm::dvec3(INFINITY);
@@ -233,9 +240,9 @@ void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max) 
 glm::dvec2 pixel_sample(int i, int n) {
   // Uses the rank of the radical inverse among the n, not the inverse itself. Then, for any n, both
   // coordinates have one sample in each n-th of the pixel, and the mean 1/2.
-  const double own = radical_inverse(static_cast<unsigned>(i));
+  const double own = radical_inverse(unsigned(i));
   int rank = 0;
-  for (int j = 0; j < n; ++j) rank += radical_inverse(static_cast<unsigned>(j)) < own;
+  for (int j = 0; j < n; ++j) rank += radical_inverse(unsigned(j)) < own;
   return {(i + 0.5) / n, (rank + 0.5) / n};
 }
 
