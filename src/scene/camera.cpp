@@ -1,8 +1,8 @@
 #include "psivox/camera.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -19,13 +19,6 @@ struct Frame {
 
   glm::dmat3 axes() const { return {right, up, forward}; }
 };
-
-std::array<glm::dvec3, 8> corners(const glm::dvec3& min, const glm::dvec3& max) {
-  std::array<glm::dvec3, 8> out;
-  for (unsigned i = 0; i < 8; ++i)
-    out[i] = {i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z};
-  return out;
-}
 
 /// Throws if the view is along an `up` that was chosen. If it was not, an axis across the view
 /// replaces it: the one that keeps +X on the right when looking up or down.
@@ -230,7 +223,9 @@ void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max) 
   const Box domain = field.domain();
   box_min = glm::dvec3(INFINITY);
   box_max = glm::dvec3(-INFINITY);
-  for (const glm::dvec3& corner : corners(domain.min, domain.max)) {
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner = glm::mix(glm::dvec3(domain.min), glm::dvec3(domain.max),
+                                       glm::dvec3(i & 1, i >> 1 & 1, i >> 2));
     const glm::dvec3 p(field.world_from_index * glm::dvec4(corner, 1));
     box_min = glm::min(box_min, p);
     box_max = glm::max(box_max, p);

@@ -8,8 +8,6 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
-#include "scene/gltf.h"
-#include "scene/paraview.h"
 
 namespace psivox {
 namespace {

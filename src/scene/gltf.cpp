@@ -1,7 +1,7 @@
 // Khronos Group, glTF 2.0 Specification, 2021: 3.10 cameras, 3.11 animations, 5.25 nodes, 4.4 GLB,
 // appendix C interpolation.
 
-#include "scene/gltf.h"
+#include "scene/camera_file.h"
 
 #include <algorithm>
 #include <array>

@@ -12,6 +12,7 @@
 
 #include "base/text.h"
 #include "psivox/error.h"
+#include "scene/camera_file.h"
 #include "scene/color.h"
 
 namespace psivox {
