@@ -4,7 +4,7 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 #include "field/lane_range.h"
 #include "field/value_percentile.h"
@@ -13,16 +13,9 @@
 namespace psivox {
 namespace {
 
-constexpr double no_bound = std::numeric_limits<double>::infinity();
-
 void include(glm::dvec2& range, float value) {
-  range.x = std::min(range.x, static_cast<double>(value));
-  range.y = std::max(range.y, static_cast<double>(value));
-}
-
-bool inside(const Box& box, const glm::ivec3& voxel) {
-  return voxel.x >= box.min.x && voxel.y >= box.min.y && voxel.z >= box.min.z &&
-         voxel.x <= box.max.x && voxel.y <= box.max.y && voxel.z <= box.max.z;
+  range.x = std::min(range.x, double(value));
+  range.y = std::max(range.y, double(value));
 }
 
 /// Calls take(value) for the first channel of the leaves' voxels in the active box.
@@ -32,7 +25,7 @@ void for_active(const Field& field, const Take& take) {
     const LeafValues values = values_of(field, leaf);
     for (int i = 0; i < 512; ++i) {
       const glm::ivec3 voxel(i >> 6, (i >> 3) & 7, i & 7);
-      if (inside(field.active_box, leaf.origin + voxel)) take(*values.at(voxel));
+      if (field.active_box.contains(leaf.origin + voxel)) take(*values.at(voxel));
     }
   }
 }
@@ -63,7 +56,7 @@ glm::dvec2 stored_range(const Field& field) {
 
 glm::dvec2 active_range(const Field& field) {
   if (field.active_range) return glm::dvec2(*field.active_range);
-  glm::dvec2 range(no_bound, -no_bound);
+  glm::dvec2 range(HUGE_VAL, -HUGE_VAL);
   for_active(field, [&](float value) { include(range, value); });
   for (const Tile& tile : field.tiles) include(range, tile.value.x);
   return range.x <= range.y ? range : glm::dvec2(0);
