@@ -98,7 +98,7 @@ void check_limit(const AtlasSize& size, const std::string& grid, const AtlasOpti
     throw Error(ExitCode::memory,
                 "grid '" + grid + "' needs an atlas of " + mebibytes(needed) +
                     " (host and GPU), over the limit of " + mebibytes(options.memory_limit) +
-                    (options.texel == TexelType::float32 ? "; --texel float16 halves it" : ""));
+                    (options.texel == TexelType::float16 ? "" : "; --texel float16 halves it"));
 }
 
 /// Texels and statistics of the bricks at result.places.
@@ -156,7 +156,7 @@ BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
 BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options) {
   BrickAtlas result;
   result.channels = field.channels;
-  result.texel = options.texel;
+  result.texel = host_texel(options.texel);
   result.domain = layout.domain;
   result.pages = layout.pages;
   result.places = layout.places;

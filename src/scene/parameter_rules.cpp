@@ -63,6 +63,12 @@ void apply_sampling(Scene& scene, std::span<const Setting> settings) {
   if (perspective && !given("ortho-width")) scene.ortho_width.reset();
 }
 
+/// Whether an error is estimated with the parameter's value: float32 is what codes fall back on.
+bool goes_with_tolerance(const Scene& scene, const Parameter& p) {
+  return p.under_tolerance == UnderTolerance::free || has_default(scene, p) ||
+         (p.name == "texel" && scene.texel == TexelType::float32);
+}
+
 /// A given tolerance replaces the method of the file, and a given method its tolerance.
 void apply_tolerance(Scene& scene, std::span<const Setting> settings) {
   const bool tolerance_given = contains(settings, "tolerance");
@@ -70,7 +76,7 @@ void apply_tolerance(Scene& scene, std::span<const Setting> settings) {
     if (p.under_tolerance == UnderTolerance::free) continue;
     const bool given = contains(settings, p.name);
     if (tolerance_given && scene.tolerance && !given) set_default(scene, p);
-    if (!tolerance_given && given && !has_default(scene, p)) scene.tolerance.reset();
+    if (!tolerance_given && given && !goes_with_tolerance(scene, p)) scene.tolerance.reset();
   }
 }
 
@@ -141,6 +147,15 @@ void validate_march(const Scene& scene) {
   if (scene.tolerance) check_method_unset(scene, "--tolerance");
   if (scene.sampling == Sampling::template_ && scene.projection != Projection::orthographic)
     contradict("--sampling template needs parallel rays; give --projection orthographic with it");
+  if (has_codes(scene.texel) && scene.filter == Filter::hardware)
+    contradict(
+        "--texel code7, code12 and code16 are decoded by the march; leave out --filter hardware");
+  if (has_codes(scene.texel) && scene.sampling == Sampling::template_)
+    contradict(
+        "--texel code7, code12 and code16 have cells, not voxels; leave out --sampling template");
+  if (has_codes(scene.texel) && scene.shows(Shows::surface))
+    contradict(
+        "--mode isosurface needs bricks that agree at their faces; leave out --texel code...");
   if (scene.connectivity != 6 && scene.connectivity != 18 && scene.connectivity != 26)
     contradict("--connectivity is 6, 18 or 26");
   if (scene.connectivity != 26 && scene.sampling != Sampling::template_)
@@ -220,9 +235,8 @@ void apply_over(Scene& scene, std::span<const Setting> settings) {
 
 bool leaves_method_open(const Scene& scene) {
   if (scene.tolerance || scene.renderer == RendererKind::reference) return false;
-  return std::ranges::all_of(parameters(), [&](const Parameter& p) {
-    return p.under_tolerance == UnderTolerance::free || has_default(scene, p);
-  });
+  return std::ranges::all_of(parameters(),
+                             [&](const Parameter& p) { return goes_with_tolerance(scene, p); });
 }
 
 Scene with_default_tolerance(Scene scene) {
@@ -232,7 +246,7 @@ Scene with_default_tolerance(Scene scene) {
 
 void check_method_unset(const Scene& scene, std::string_view chooser) {
   for (const Parameter& p : parameters()) {
-    if (p.under_tolerance == UnderTolerance::free || has_default(scene, p)) continue;
+    if (goes_with_tolerance(scene, p)) continue;
     const std::string option = "--" + p.name, who(chooser);
     if (p.under_tolerance == UnderTolerance::chosen)
       contradict(who + " chooses " + option + " itself; leave one of them out");

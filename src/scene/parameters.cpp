@@ -287,7 +287,9 @@ Rows accuracy_rows() {
                             "interpolate in float32 (exact) or by the GPU's texture unit",
                             &Scene::filter})),
       unchanged(
-          {"texel", enum_metavar<TexelType>(), "", "", "type of the stored values", &Scene::texel}),
+          {"texel", enum_metavar<TexelType>(), "", "",
+           "type of the stored values; auto: float32, and codes as coarse as --tolerance allows",
+           &Scene::texel}),
       march_only({"renderer", enum_metavar<RendererKind>(), "", "",
                   "GPU, reference integrator on the CPU, or the GPU's march in double on the CPU",
                   &Scene::renderer}),
