@@ -2,16 +2,13 @@
 
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "app/command_text.h"
 #include "base/text.h"
@@ -23,36 +20,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Extension, and ffmpeg's name of the format.
-constexpr std::array<std::pair<const char*, const char*>, 4> formats{
-    {{".mp4", "mp4"}, {".mov", "mov"}, {".mkv", "matroska"}, {".avi", "avi"}}};
-
-/// Null: none.
-const char* known_format(const std::string& path) {
+/// ffmpeg's name of the format; null: it is no film's.
+const char* format_of(const std::string& path) {
+  constexpr std::pair<const char*, const char*> formats[] = {
+      {".mp4", "mp4"}, {".mov", "mov"}, {".mkv", "matroska"}, {".avi", "avi"}};
   for (const auto& [extension, format] : formats)
     if (path.ends_with(extension)) return format;
   return nullptr;
 }
 
-const char* format_of(const std::string& path) {
-  if (const char* format = known_format(path)) return format;
-  throw Error(ExitCode::usage,
-              "--movie " + in_quotes(path) + ": expected .mp4, .mov, .mkv or .avi");
-}
-
 /// What every player shows: H.264, colours at half resolution, an even width and height.
-const std::vector<std::string>& encoding() {
-  static const std::vector<std::string> options{
-      "-vf",    "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-crf", "17", "-pix_fmt",
-      "yuv420p"};
-  return options;
-}
+const std::string encoding =
+    "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -c:v libx264 -crf 17 -pix_fmt yuv420p";
 
 }  // namespace
 
-bool is_movie_name(const std::string& path) { return known_format(path); }
-
-void check_movie_name(const std::string& path) { format_of(path); }
+bool is_movie_name(const std::string& path) { return format_of(path); }
 
 bool can_make_movies() {
   const char* folders = std::getenv("PATH");
@@ -65,12 +48,11 @@ std::string movie_command(const std::string& pictures, const std::string& movie,
                           double frame_rate) {
   std::string names = pictures;
   if (const auto pattern = FramePattern::of_placeholder(pictures)) names = pattern->printf_form();
-  return "ffmpeg -framerate " + number_text(frame_rate) + " -i " + names + " " +
-         joined(encoding(), " ") + " " + movie;
+  return "ffmpeg -framerate " + number_text(frame_rate) + " -i " + names + " " + encoding + " " +
+         movie;
 }
 
 Movie::Movie(const std::string& path, double frame_rate) : path_(path), frame_rate_(frame_rate) {
-  format_of(path);
   try {
     file_.emplace(path);
   } catch (const std::system_error& failure) {
@@ -87,12 +69,11 @@ void Movie::fail(const std::string& why) {
 }
 
 void Movie::start(int width, int height) {
-  std::string command =
+  const std::string command =
       "exec ffmpeg -loglevel error -xerror -y -f rawvideo -pixel_format rgb24 -video_size " +
       std::to_string(width) + "x" + std::to_string(height) + " -framerate " +
-      number_text(frame_rate_) + " -i -";
-  for (const std::string& word : encoding()) command += " " + shell_word(word);
-  command += std::string(" -f ") + format_of(path_) + " " + shell_word(file_->path().string());
+      number_text(frame_rate_) + " -i - " + encoding + " -f " + format_of(path_) + " " +
+      shell_word(file_->path().string());
   std::signal(SIGPIPE, SIG_IGN);  // an ffmpeg that ends early makes a write fail instead
   std::signal(SIGCHLD, SIG_DFL);  // if a parent ignored it, pclose() would not find ffmpeg's code
   ffmpeg_ = ::popen(command.c_str(), "we");

@@ -19,11 +19,6 @@ bool shows_background(const RenderCall& call) {
   return call.output.empty() ? !call.movie.empty() : shows_background(call.output);
 }
 
-std::map<std::string, std::string> picture_metadata(const RenderCall& call,
-                                                    const std::string& output, const Scene& scene) {
-  return picture_metadata(PictureFile{output, call.format, call.layers}, scene);
-}
-
 std::vector<std::string> write_picture(const RenderCall& call, const std::string& output,
                                        const View& view, RenderReport& report) {
   WrittenPicture written =
@@ -35,36 +30,30 @@ std::vector<std::string> write_picture(const RenderCall& call, const std::string
   return std::move(written.notices);
 }
 
-void put_out(const RenderCall& call, const View& view, RenderReport& report) {
-  const auto say = [&](const std::string& notice) {
-    if (!call.quiet && !notice.empty()) std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+void put_out(const RenderCall& call, Session& session, RenderReport& report) {
+  const auto say = [&](const std::vector<std::string>& notices) {
+    if (!call.quiet) print_notices(notices);
   };
-  if (!call.quiet) print_notices(report.drawn.notices);
-  say(blank_reason(view, report.drawn.image));
-  constexpr double long_write = 1e7;  // [pixels]; a second and more
   const Image& image = report.drawn.image;
-  if (double(image.width) * image.height > long_write) say("writing " + in_quotes(call.output));
-  const auto notices = write_picture(call, call.output, view, report);
-  if (!call.quiet) print_notices(notices);
-}
-
-void put_page(const RenderCall& call, Session& session, RenderReport& report) {
-  std::vector<std::string> notices = report.drawn.notices;
-  if (const auto blank = blank_reason(session.view(), report.drawn.image); !blank.empty())
-    notices.push_back(blank);
-  const Stopwatch writing;
-  const std::string page = page_text(session, report.drawn, call.page);
-  write_text(call.output, page);
-  report.output_bytes = page.size();
-  report.write_ms = writing.ms();
-  notices.push_back(formatted("the page has %.2f MB", double(page.size()) / 1e6));
-  if (!call.quiet) print_notices(notices);
+  say(report.drawn.notices);
+  if (const auto blank = blank_reason(session.view(), image); !blank.empty()) say({blank});
+  if (is_page_name(call.output)) {
+    const Stopwatch writing;
+    const std::string page = page_text(session, report.drawn, call.page);
+    write_text(call.output, page);
+    report.output_bytes = page.size();
+    report.write_ms = writing.ms();
+    return say({formatted("the page has %.2f MB", double(page.size()) / 1e6)});
+  }
+  constexpr double long_write = 1e7;  // [pixels]; a second and more
+  if (double(image.width) * image.height > long_write) say({"writing " + in_quotes(call.output)});
+  say(write_picture(call, call.output, session.view(), report));
 }
 
 namespace {
 
 double per_ray(std::uint64_t count, const RenderStats& stats) {
-  return stats.rays ? static_cast<double>(count) / static_cast<double>(stats.rays) : 0;
+  return stats.rays ? double(count) / double(stats.rays) : 0;
 }
 
 using Json = nlohmann::ordered_json;
@@ -123,8 +112,8 @@ double process_ms() {
   double ticks = 0;
   timespec now{};
   if (!(fields >> ticks) || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0;
-  const double now_s = static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-  return 1e3 * (now_s - ticks / static_cast<double>(sysconf(_SC_CLK_TCK)));
+  const double now_s = double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+  return 1e3 * (now_s - ticks / double(sysconf(_SC_CLK_TCK)));
 }
 
 std::string RenderReport::json() const {
@@ -204,10 +193,10 @@ std::string RenderReport::table() const {
     out += formatted(", %.1f samples and %.1f steps each\n", per_ray(stats.samples, stats),
                      per_ray(stats.steps, stats));
   out += formatted("atlas     %.2f MiB: %llu textured and %llu constant bricks\n",
-                   static_cast<double>(atlas.bytes()) / (1 << 20),
+                   double(atlas.bytes()) / (1 << 20),
                    static_cast<unsigned long long>(atlas.textured_bricks),
                    static_cast<unsigned long long>(atlas.constant_bricks));
-  out += formatted("output    %.2f MiB\n", static_cast<double>(output_bytes) / (1 << 20));
+  out += formatted("output    %.2f MiB\n", double(output_bytes) / (1 << 20));
   return out;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,20 +33,14 @@ struct RenderReport {
 /// --background is given, if only as `none`.
 bool shows_background(const RenderCall& call);
 
-/// The metadata of a picture of that scene, but for the renderer's name.
-std::map<std::string, std::string> picture_metadata(const RenderCall& call,
-                                                    const std::string& output, const Scene& scene);
-
 /// Writes the report's picture with its scene, composited with the background and with the color
 /// bar that the scene asks for, and completes the report. Returns sentences for the user. Throws
 /// Error(output).
 std::vector<std::string> write_picture(const RenderCall& call, const std::string& output,
                                        const View& view, RenderReport& report);
 
-/// Writes the picture of `psivox render` as write_picture does, and prints what there is to say.
-void put_out(const RenderCall& call, const View& view, RenderReport& report);
-
-/// Writes the page of `psivox render`, and prints its size.
-void put_page(const RenderCall& call, Session& session, RenderReport& report);
+/// Writes the picture of `psivox render` as write_picture does, or its page, and prints what there
+/// is to say.
+void put_out(const RenderCall& call, Session& session, RenderReport& report);
 
 }  // namespace psivox
