@@ -6,6 +6,7 @@
 #define real3 vec3
 #define real4 vec4
 #define int3 ivec3
+#define uint4 uvec4
 #define INOUT(type) inout type
 #define IN(type) type
 
@@ -48,6 +49,7 @@ uniform Parameters given;
 #include "march_parameters.glsl"
 #undef PARAMETER
 
+float real_of_bits(uint bits) { return uintBitsToFloat(bits); }
 float power_of_two(int n) { return intBitsToFloat((n + 127) << 23); }
 
 uniform samplerBuffer tables;  // what transfer functions and rules look up
@@ -82,6 +84,18 @@ vec4 fetch_interval(int i) { return only_interval[i]; }
         if (j == b) return texelFetch(name##_texels[j], k); \
       return texelFetch(name##_texels[name##_buffers - 1], k); \
     } \
+  } \
+  uniform usamplerBuffer name##_codes[name##_buffers]; \
+  uvec4 name##_code(int i) { \
+    if (name##_buffers == 1) { \
+      return texelFetch(name##_codes[0], i); \
+    } else { \
+      int b = i / texels_per_buffer; \
+      int k = i - b * texels_per_buffer; \
+      for (int j = 0; j < name##_buffers - 1; ++j) \
+        if (j == b) return texelFetch(name##_codes[j], k); \
+      return texelFetch(name##_codes[name##_buffers - 1], k); \
+    } \
   }
 #include "grids.glsl"
 #undef GRID
@@ -92,6 +106,8 @@ vec4 filtered(sampler3D bricks, int slot, vec3 local) {
   // a texel's centre is at +0.5; z is the fastest axis
   return textureLod(bricks, (vec3(texel) + local.zyx + 0.5) / vec3(textureSize(bricks, 0)), 0.0);
 }
+
+uvec4 fetch_code(int i) { return density_code(i); }
 
 // A luminance beside the density is in its texels' further channels, but in textures of its own for the
 // driver's filter.

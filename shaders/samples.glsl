@@ -13,11 +13,16 @@ real4 fetch_four(int grid, int i) {
                fetch_texel(grid, i + NEXT_Y + NEXT_Z));
 }
 
+#include "codes.glsl"
+
 Corners fetch_corners(int grid, Node node, int3 cell) {
   if (node.kind == NODE_CONSTANT) {
     real v = fetch_constant(grid, node.payload);
     return Corners(real4(v, v, v, v), real4(v, v, v, v));
   }
+  if (coded && paired && grid == luminance_grid) return decode_brick(node, cell - first_cell(node)).x;
+  if (coded && grid == density_grid)
+    return decode_brick(node, cell - first_cell(node)).v;
   int i = texel_index(node.payload, cell - first_cell(node));
   return Corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
 }
@@ -44,6 +49,17 @@ struct Pairs {
 };
 
 Pairs fetch_pairs(Node brick, int3 cell) {
+  if (coded) {
+    CodedBrick b = decode_brick(brick, cell - first_cell(brick));
+    return Pairs(real4(b.v.lo.x, b.x.lo.x, b.y.lo.x, b.z.lo.x),
+                 real4(b.v.lo.y, b.x.lo.y, b.y.lo.y, b.z.lo.y),
+                 real4(b.v.lo.z, b.x.lo.z, b.y.lo.z, b.z.lo.z),
+                 real4(b.v.lo.w, b.x.lo.w, b.y.lo.w, b.z.lo.w),
+                 real4(b.v.hi.x, b.x.hi.x, b.y.hi.x, b.z.hi.x),
+                 real4(b.v.hi.y, b.x.hi.y, b.y.hi.y, b.z.hi.y),
+                 real4(b.v.hi.z, b.x.hi.z, b.y.hi.z, b.z.hi.z),
+                 real4(b.v.hi.w, b.x.hi.w, b.y.hi.w, b.z.hi.w));
+  }
   int i = texel_index(brick.payload, cell - first_cell(brick));
   int k = i + NEXT_X;
   return Pairs(fetch_pair(i), fetch_pair(i + NEXT_Z), fetch_pair(i + NEXT_Y),
@@ -251,6 +267,12 @@ real3 slope_vector(int grid, Node node, Ray ray, real t) {
   real3 local = position(ray, t) - real3(first_cell(node));
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
+  if (coded && paired && grid == luminance_grid) {
+    CodedBrick b = decode_brick(node, cell);
+    return real3(dot(trilinear_gradient(b.x, u), ray.direction),
+                 dot(trilinear_gradient(b.y, u), ray.direction),
+                 dot(trilinear_gradient(b.z, u), ray.direction));
+  }
   int i = texel_index(node.payload, cell);
   // each edge along x: its value at u.x, and its difference
   real3 a00 = fetch_texel3(grid, i);

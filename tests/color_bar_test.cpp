@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-#include "image/glyphs.h"
+#include "image/canvas.h"
 #include "verify/made_fields.h"
 
 namespace psivox {

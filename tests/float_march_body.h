@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <glm/gtc/packing.hpp>
+#include <glm/vec4.hpp>
 
 #include "float_march.h"
 #include "march/film.h"
@@ -29,6 +30,7 @@ using real3 = glm::vec3;
 using real4 = glm::vec4;
 using int3 = glm::ivec3;
 using uint = std::uint32_t;
+using uint4 = glm::uvec4;
 
 struct Grid {
 #define PARAMETER(type, name) type name{};

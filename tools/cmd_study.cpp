@@ -94,7 +94,7 @@ const std::map<std::string, std::pair<const char*, const char*>> list_help = {
     {"segments", {"linear segments per cell, under cells", "1,2,4"}},
     {"steps", {"uniform steps [voxels]", "4,2,1,0.5,0.25"}},
     {"filters", {"of exact, hardware, or all", "exact"}},
-    {"texels", {"of float32, float16, or all", "float32"}},
+    {"texels", {"of float32, float16, code7, code12, code16, or all", "float32"}},
     {"tolerances", {"tolerances, each with the method that it chooses", "none"}},
     {"resolutions", {"of WxH [pixels]", "--resolution's"}}};
 

@@ -6,7 +6,6 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "psivox/field.h"
@@ -25,7 +24,7 @@ enum class EntryKind : std::uint32_t { empty = 0, constant = 1, brick = 2, child
 
 inline constexpr std::uint32_t entry_payload_bits = 30;
 constexpr std::uint32_t make_entry(EntryKind kind, std::uint32_t payload) {
-  return static_cast<std::uint32_t>(kind) << entry_payload_bits | payload;
+  return std::uint32_t(kind) << entry_payload_bits | payload;
 }
 constexpr EntryKind entry_kind(std::uint32_t entry) {
   return static_cast<EntryKind>(entry >> entry_payload_bits);
@@ -103,6 +102,20 @@ struct AtlasOptions {
   std::uint64_t top_entries = std::uint64_t{1} << 22;
 };
 
+/// Codes: a brick stored as offset + step * code has rows of nine codes along z. A word of 64 bits
+/// has the codes at the ends of 8, 4 or 2 cells, the last one again the first of the next word, so
+/// that one load has both ends of a cell. The word before the rows has the offset and the step, as
+/// floats; the two lowest bits of the step tell how many words a row takes: 1, 2 or 4. Of channels
+/// beside the density each has words of its own, of the same width: word i of all channels, then
+/// word i + 1.
+enum class CodeWidth : std::uint8_t { bits7, bits12, bits16 };
+
+/// Words of a channel of a brick of the narrowest codes; payloads of entries count them.
+inline constexpr int code_words = 1 + brick_values * brick_values;
+
+/// The widths of an atlas's bricks, in slot order. Null: no codes.
+using CodeWidths = std::shared_ptr<const std::vector<CodeWidth>>;
+
 /// A field as bricks: textured where values differ, one constant where they are all equal, nothing
 /// where they are all 0. Values are the grid's own; texels are z fastest, `channels` interleaved.
 struct BrickAtlas {
@@ -114,10 +127,13 @@ struct BrickAtlas {
   std::vector<BrickStats> bricks;     ///< one per textured brick, in slot order
   std::vector<glm::ivec3> places;     ///< of these bricks [8 voxels]; of equal ones the first
   bool own_texels = false;            ///< no two share a slot, and constants are 0
-  std::unique_ptr<float[]> texels32;  ///< brick_texels * channels a slot, or null
-  std::unique_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
+  std::shared_ptr<float[]> texels32;  ///< brick_texels * channels a slot, or null
+  std::shared_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
+  std::shared_ptr<std::uint64_t[]> codes;     ///< instead of texels, see CodeWidth
+  std::vector<std::uint32_t> code_places{};   ///< of these, by slot: the payloads of their entries
   AtlasSize size;
 
+  std::size_t code_count() const { return codes ? size.texel_bytes / sizeof(std::uint64_t) : 0; }
   std::size_t texel_count() const { return bricks.size() * brick_texels * std::size_t(channels); }
 };
 
@@ -164,5 +180,15 @@ BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});
 /// pages and slots are the same. Of the options texel and memory_limit count. Throws as build_atlas
 /// does.
 BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options);
+
+/// Widths of codes with which no value is off by more than half of a step: of the atlas by slot,
+/// and of what is beside it, if anything is. Null if a brick needs more than 16 bits.
+CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
+                       const BrickAtlas* beside = nullptr, float step_beside = 0);
+
+/// A scalar atlas of float32 with codes of these widths in place of its texels, and of what is
+/// beside it.
+BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
+                 const BrickAtlas* beside = nullptr);
 
 }  // namespace psivox

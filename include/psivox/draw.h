@@ -90,6 +90,8 @@ struct Wish {
   /// Any light will do that was computed before, or else a coarse one (for previews). If not set,
   /// the light is as exact as the tolerance asks, or exact if there is none.
   bool any_light = false;
+  /// Codes wherever they save bytes, and not only where a picture's march pays for choosing them.
+  bool fewest_bytes = false;
   bool count = false;   ///< count segments and look-ups in the stats
   bool confirm = true;  ///< estimate the error from the pilot's rays as the device draws them
   StageProgress progress{};

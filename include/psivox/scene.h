@@ -41,7 +41,10 @@ enum class Filter { exact, hardware };
 enum class Projection { perspective, orthographic };
 enum class UpAxis { automatic, y, z };
 enum class RendererKind { gl, reference, march_double };
-enum class TexelType { float32, float16 };
+/// automatic: float32, or codes as coarse as a tolerance allows. code7, 12 and 16: the density's
+/// bricks as codes of so many bits on the device, all else in float32.
+enum class TexelType { automatic, float32, float16, code7, code12, code16 };
+constexpr bool has_codes(TexelType texel) { return texel >= TexelType::code7; }
 enum class LightQuality { automatic, exact };
 enum class EmissionColor { white, black_body };
 
@@ -147,7 +150,7 @@ struct Scene {
   /// tolerance.
   std::optional<double> early_termination;
   Filter filter = Filter::exact;
-  TexelType texel = TexelType::float32;
+  TexelType texel = TexelType::automatic;
   RendererKind renderer = RendererKind::gl;
 
   std::optional<glm::dvec3> camera_position;

@@ -52,7 +52,7 @@ bool few_are_constant(const std::vector<Candidate>& candidates,
 BrickAtlas without_bricks(const Field& field, const AtlasOptions& options) {
   BrickAtlas atlas;
   atlas.channels = field.channels;
-  atlas.texel = options.texel;
+  atlas.texel = host_texel(options.texel);
   atlas.domain = field.domain();
   for (const Box& box : options.walked) {
     atlas.domain.min = glm::min(atlas.domain.min, box.min);

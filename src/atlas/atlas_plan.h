@@ -3,6 +3,16 @@
 #include "atlas/brick_source.h"
 #include "psivox/atlas.h"
 
+namespace psivox {
+
+/// The type of the host's bricks, by which light is computed and methods are chosen, whatever codes
+/// the device has.
+inline TexelType host_texel(TexelType texel) {
+  return texel == TexelType::float16 ? texel : TexelType::float32;
+}
+
+}  // namespace psivox
+
 namespace psivox::atlas {
 
 /// Topology of an atlas: everything except the texels.

@@ -140,13 +140,13 @@ void check_deep(const Scene& scene, const PartMarcher& parts) {
                 "--aov deep needs the whole volume in one part; give a larger --memory-limit");
 }
 
-Drawn deep_picture(const View& view, const MediumAtlas& atlas, double light_share,
+Drawn deep_picture(const View& view, const MediumAtlas& atlas, double share_of_light,
                    const Progress& progress) {
   const double tolerance = view.scene.tolerance.value_or(default_tolerance);
   constexpr double behind = 1.0 / 64;  // what is left where a ray ends, of luminance up to 16
   View exact = exact_view(view);
   exact.scene.early_termination = behind / 16 * tolerance;
-  const double rest = std::sqrt(1 - light_share * light_share) - behind;
+  const double rest = std::sqrt(1 - share_of_light * share_of_light) - behind;
   RenderResult result = render_deep(exact, atlas, rest * tolerance, progress);
   Drawn drawn;
   drawn.image = std::move(result.image);

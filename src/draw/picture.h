@@ -41,8 +41,8 @@ class Picture {
 void check_deep(const Scene& scene, const PartMarcher& parts);
 
 /// The deep picture of a view whose light is computed: on the CPU, by exact cells, whatever its
-/// method. `light_share`: part of the tolerance that the light has, in quadrature.
-Drawn deep_picture(const View& view, const MediumAtlas& atlas, double light_share,
+/// method. `share_of_light`: part of the tolerance that the light has, in quadrature.
+Drawn deep_picture(const View& view, const MediumAtlas& atlas, double share_of_light,
                    const Progress& progress);
 
 /// Session::pick for a view and its atlas, marched in double by the view's method.

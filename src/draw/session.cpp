@@ -7,9 +7,9 @@
 #include "draw/part_marcher.h"
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
-#include "image/read_environment.h"
-#include "image/read_holdout.h"
+#include "image/scene_pictures.h"
 #include "march/explain.h"
+#include "plan/choose_codes.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/clip.h"
@@ -138,7 +138,7 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
     served = lighting->serves(wanted, source, need);
     if (served) return;
     if (dark) {
-      atlas.upload(parts.marcher(), view, view.scene.texel, Filter::exact, times);
+      atlas.upload(parts.marcher(), view, host_texel(view.scene.texel), Filter::exact, times);
     } else {  // the light that is there may be half of what the memory holds
       view.medium = lighting->dark();
       lighting->forget();
@@ -158,8 +158,11 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
   light(parts, wanted, light_need(parts.marcher(), wanted.scene, wish), wish.progress, times);
   wanted.medium = view.medium;
   if (!parts.marches_whole() || wish.layers.deep) return;
+  if (wanted.scene.tolerance && !wish.time_budget_ms && may_be_coded(wanted))
+    return;  // the plan's codes will be uploaded
   enter(wish.progress, Stage::uploading);
-  atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter, times);
+  atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter, times,
+               atlas.preview_codes(parts.marcher(), wanted, wish));
 }
 
 MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish,
@@ -178,10 +181,16 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
                          of_stage(wish.progress, Stage::choosing));
   } else {
     View with_rest = marched;
-    if (double& rest = *with_rest.scene.tolerance; missed.rms < rest)
-      rest = std::sqrt(rest * rest - missed.rms * missed.rms);
-    result = plan_march(with_rest, atlas.of(view, marched.scene.texel, times),
-                        of_stage(wish.progress, Stage::choosing));
+    double& rest = *with_rest.scene.tolerance;
+    if (missed.rms < rest) rest = std::sqrt(rest * rest - missed.rms * missed.rms);
+    const MediumAtlas& grids = atlas.of(view, marched.scene.texel, times);
+    const Progress progress = of_stage(wish.progress, Stage::choosing);
+    result = plan_march(with_rest, grids, progress);
+    const auto coded = [&](const CodeWidths& codes) -> const MediumAtlas& {
+      return atlas.on_device(view, TexelType::float32, codes, times);
+    };
+    if (may_be_coded(marched))
+      choose_codes(result, grids, rest, wish.fewest_bytes, coded, progress);
   }
   result.light_rms = missed.rms;
   result.light_max = missed.max;
@@ -205,6 +214,13 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   // a plan for the whole may have steps of its bricks
   if (marches && chooses && !(chosen && parts.whole())) chosen = plan(parts, wanted, wish, times);
 
+  AtlasSize stored;
+  CodeWidths codes = chosen ? chosen->march->code_widths : nullptr;
+  if (marches && parts.whole()) {
+    if (!codes) codes = atlas.preview_codes(marcher, wanted, wish);
+    atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes);
+    stored = atlas.on_device(view, wanted.scene.texel, codes, times).size();
+  }
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march();
   std::optional<DrawnLight> shone;
@@ -214,13 +230,13 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     // a quarter changes an estimate by 3 %
     if (lighting && lighting->error().rms > 0)
       light(parts, wanted, {.rms = lighting->error().rms / 4}, wish.progress, times);
-    atlas.upload(marcher, view, wanted.scene.texel, Filter::exact, times);
+    atlas.upload(marcher, view, host_texel(wanted.scene.texel), Filter::exact, times);
     picture.add_error(view.medium);
   }
   if (marches && wish.layers.bound) picture.add_bound(unlit);
   Drawn drawn = picture.finish();
   drawn.light = std::move(shone);
-  if (marches && parts.whole()) drawn.atlas = atlas.of(view, wanted.scene.texel, times).size();
+  drawn.atlas = stored;
   drawn.times = times;
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +

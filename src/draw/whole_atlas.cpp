@@ -1,8 +1,10 @@
 #include "draw/whole_atlas.h"
 
+#include <algorithm>
 #include <atomic>
 
 #include "base/stopwatch.h"
+#include "plan/choose_codes.h"
 
 namespace psivox {
 namespace {
@@ -22,11 +24,13 @@ double WholeAtlas::bytes() const {
 }
 
 void WholeAtlas::clear() {
+  coded_.clear();
   atlases_.clear();
   uploads_.clear();
 }
 
 const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, PreparationTimes& times) {
+  texel = host_texel(texel);
   const auto found = atlases_.find(texel);
   if (found != atlases_.end()) return found->second;
   const Stopwatch watch;
@@ -37,17 +41,50 @@ const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, Preparation
   return built;
 }
 
+const WholeAtlas::Coded& WholeAtlas::coded_of(const MediumAtlas& atlas, const CodeWidths& widths,
+                                              PreparationTimes& times) {
+  const auto found =
+      std::ranges::find_if(coded_, [&](const Coded& codes) { return *codes.widths == *widths; });
+  if (found != coded_.end()) {
+    coded_.splice(coded_.begin(), coded_, found);
+    return coded_.front();
+  }
+  const Stopwatch watch;
+  coded_.push_front({widths, coded(atlas, *widths), next_upload()});
+  if (coded_.size() > 2) coded_.pop_back();
+  times.atlas_ms += watch.ms();
+  return coded_.front();
+}
+
+const MediumAtlas& WholeAtlas::on_device(const View& view, TexelType texel, const CodeWidths& codes,
+                                         PreparationTimes& times) {
+  const MediumAtlas& atlas = of(view, texel, times);
+  const CodeWidths widths = codes ? codes : fixed_widths(atlas, texel);
+  return widths ? coded_of(atlas, widths, times).atlas : atlas;
+}
+
 void WholeAtlas::upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
-                        PreparationTimes& times) {
-  const MediumAtlas& wanted = of(view, texel, times);
-  std::uint64_t& number = uploads_[{texel, filter}];
+                        PreparationTimes& times, const CodeWidths& codes) {
+  const MediumAtlas& wanted = on_device(view, texel, codes, times);
+  std::uint64_t& number =
+      wanted.density.codes ? coded_.front().number : uploads_[{host_texel(texel), filter}];
   if (number != 0 && marcher.holds == number) return;
   marcher.holds = 0;
   marcher.upload(wanted, filter);
-  marcher.holds = number = next_upload();
+  if (number == 0) number = next_upload();
+  marcher.holds = number;
+}
+
+CodeWidths WholeAtlas::preview_codes(const Marcher& marcher, const View& wanted,
+                                     const Wish& wish) const {
+  if (wish.any_light && wish.time_budget_ms && may_be_coded(wanted))
+    for (const Coded& codes : coded_)
+      if (codes.number == marcher.holds) return codes.widths;
+  return {};
 }
 
 void WholeAtlas::relight(const View& view) {
+  coded_.clear();
   View shining = view;
   for (auto& [texel, lit] : atlases_) {
     shining.scene.texel = texel;

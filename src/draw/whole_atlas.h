@@ -1,16 +1,18 @@
 #pragma once
 
 #include <cstdint>
+#include <list>
 #include <map>
 #include <utility>
 
+#include "atlas/atlas_plan.h"
 #include "march/marcher.h"
 #include "psivox/draw.h"
 
 namespace psivox {
 
-/// The atlases of a whole medium, one for each texel type, as long as the medium is drawn as one
-/// part.
+/// The atlases of a whole medium, in float32 or float16 or both, and the codes made of them last,
+/// as long as the medium is drawn as one part.
 class WholeAtlas {
  public:
   bool empty() const { return atlases_.empty(); }
@@ -20,15 +22,29 @@ class WholeAtlas {
 
   /// The atlas of a view with that texel type, built if it is not there.
   const MediumAtlas& of(const View& view, TexelType texel, PreparationTimes& times);
-  /// Uploads it for a filter, if the marcher holds something else.
+  /// What the device has of it: codes of these widths, or of the type's own, or the bricks.
+  const MediumAtlas& on_device(const View& view, TexelType texel, const CodeWidths& codes,
+                               PreparationTimes& times);
+  /// Uploads that for a filter, if the marcher holds something else.
   void upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
-              PreparationTimes& times);
+              PreparationTimes& times, const CodeWidths& codes = {});
+  /// The widths of the codes that the marcher holds, if they will do for a preview; else null.
+  CodeWidths preview_codes(const Marcher& marcher, const View& wanted, const Wish& wish) const;
   /// Replaces the luminance, after the view's light was computed.
   void relight(const View& view);
 
  private:
+  struct Coded {
+    CodeWidths widths;
+    MediumAtlas atlas;
+    std::uint64_t number;  ///< of its upload
+  };
+  const Coded& coded_of(const MediumAtlas& atlas, const CodeWidths& widths,
+                        PreparationTimes& times);
+
   std::map<TexelType, MediumAtlas> atlases_;
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads_;  ///< their numbers
+  std::list<Coded> coded_;  ///< the last two, the newest first
 };
 
 }  // namespace psivox

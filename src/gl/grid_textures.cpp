@@ -43,6 +43,8 @@ class AtlasTextures {
   GLuint buffer_texture(GLenum format, const void* data, std::size_t bytes, GLbitfield flags = 0);
   void upload_pages(const std::vector<std::uint32_t>& entries);
   void upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside);
+  /// `pairs`: a texel is two words.
+  void upload_codes(const BrickAtlas& atlas, bool pairs);
   /// A texture of `count` texels of both atlases, from the `first` on.
   GLuint upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside, std::uint64_t first,
                       std::uint64_t count);
@@ -113,6 +115,8 @@ AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const Brick
                               atlas.constants.size() * sizeof(float));
   if (filter == Filter::hardware)
     upload_bricks(atlas);
+  else if (atlas.codes)
+    upload_codes(atlas, beside);
   else
     upload_buffers(atlas, beside);
 }
@@ -173,6 +177,21 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* be
     }
     first += per_buffer;
   } while (first < bricks);
+}
+
+void AtlasTextures::upload_codes(const BrickAtlas& atlas, bool pairs) {
+  upload_pages(atlas.pages.entries);
+  const std::uint64_t words = pairs ? 2 : 1, count = atlas.code_count() / words;
+  if (count > std::uint64_t(std::numeric_limits<int>::max()))
+    throw DeviceFull(ExitCode::graphics, "codes of " + std::to_string(count) +
+                                             " texels are beyond what a shader can address");
+  const std::uint64_t per_buffer =
+      std::max<std::uint64_t>(max_texels_ / brick_texels, 1) * brick_texels;
+  texels_per_buffer_ = int(std::min(per_buffer, count));
+  for (std::uint64_t first = 0; first < count; first += per_buffer)
+    texels_.push_back(
+        buffer_texture(pairs ? GL_RGBA32UI : GL_RG32UI, atlas.codes.get() + first * words,
+                       std::min(count - first, per_buffer) * words * sizeof(std::uint64_t)));
 }
 
 GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside,

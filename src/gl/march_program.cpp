@@ -36,7 +36,8 @@ MarchProgram::MarchProgram(const ProgramKey& key, const std::string& shader)
     program_.set((name + "_constants").c_str(), unit + 1);
     program_.set((name + "_bricks").c_str(), unit + 2);
     for (int i = 0; i < std::max(buffers, 1); ++i)
-      program_.set((name + "_texels[" + std::to_string(i) + "]").c_str(), unit + 3 + i);
+      for (const char* store : {"_texels[", "_codes["})
+        program_.set((name + store + std::to_string(i) + "]").c_str(), unit + 3 + i);
   };
 #define GRID(id, name) set_units(id, #name);
 #include "grids.glsl"

@@ -11,13 +11,10 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "look/choices.h"
-#include "look/embedded_looks.h"
 #include "look/file_kind.h"
-#include "medium/vector_part.h"
+#include "medium/map_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/medium.h"
-#include "psivox/parameters.h"
 
 namespace psivox {
 namespace {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <glm/gtc/packing.hpp>
 
 #include "march/glsl_subset.h"

@@ -31,6 +31,12 @@ real4 fetch_pair(int i) const {
   if (luminance_source != SOURCE_VECTOR) return {v, x, x, x};
   return {v, x, value(luminance_grid, first + 1), value(luminance_grid, first + 2)};
 }
+uint4 fetch_code(int i) const {
+  const std::uint64_t* words = grids[density_grid]->codes.get() + std::size_t(i) * (paired ? 2 : 1);
+  const std::uint64_t a = words[0], b = paired ? words[1] : 0;
+  return {uint(a), uint(a >> 32), uint(b), uint(b >> 32)};
+}
+real real_of_bits(uint bits) const { return std::bit_cast<float>(bits); }
 // Filtering in hardware is what the GPU alone does; in double the weights are exact.
 real filtered_texel(int, int, real3) const { return 0; }
 real3 filtered_texel3(int, int, real3) const { return real3(0); }

@@ -56,6 +56,8 @@ struct FormulaMarch {
   real fetch_texel(int, int) const { return 0; }
   real3 fetch_texel3(int, int) const { return real3(0); }
   real4 fetch_pair(int) const { return real4(0); }
+  uint4 fetch_code(int) const { return {}; }
+  real real_of_bits(uint) const { return 0; }
   real filtered_texel(int grid, int, real3 local) const {
     const real x = local.x - half_width;
     return grid == density_grid ? formulas->tau(x) : formulas->luminance(x);

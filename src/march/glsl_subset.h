@@ -32,5 +32,6 @@ using real3 = glm::dvec3;
 using real4 = glm::dvec4;
 using int3 = glm::ivec3;
 using uint = std::uint32_t;
+using uint4 = glm::uvec4;
 
 }  // namespace psivox::glsl

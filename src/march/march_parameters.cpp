@@ -81,6 +81,7 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
   }
 #include "grids.glsl"
 #undef GRID
+  setup.constants.coded = atlas.density.codes != nullptr;
   setup.constants.paired = atlas.paired;
   setup.constants.constant_runs = atlas.density.size.constant_bricks > 0;
   if (atlas.emission && medium.emission)

@@ -264,8 +264,12 @@ void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& densit
   if (parts.size() != density.bricks.size())
     throw Error(ExitCode::failure, "the bricks' steps are not of the view's atlas");
   setup.constants.brick_steps = true;
-  setup.parameters.brick_steps_first = int(setup.tables.size());
-  for (const float part : parts) setup.tables.emplace_back(part, 0, 0, 0);
+  const std::size_t first = setup.tables.size();
+  setup.parameters.brick_steps_first = int(first);
+  for (std::size_t slot = 0; slot < parts.size(); ++slot) {
+    if (setup.constants.coded) setup.tables.resize(first + density.code_places[slot], glm::vec4(0));
+    setup.tables.emplace_back(parts[slot], 0, 0, 0);
+  }
 }
 
 void place_preintegration(const View& view, bool may_update, MarchSetup& setup) {

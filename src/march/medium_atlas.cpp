@@ -234,6 +234,19 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   return result;
 }
 
+MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths) {
+  MediumAtlas result = atlas;
+  result.density = coded(atlas.density, widths, atlas.paired ? &*atlas.luminance : nullptr);
+  if (atlas.paired) result.luminance->size.texel_bytes = 0;
+  return result;
+}
+
+CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel) {
+  if (!has_codes(texel)) return {};
+  const auto width = CodeWidth(int(texel) - int(TexelType::code7));
+  return std::make_shared<std::vector<CodeWidth>>(atlas.density.bricks.size(), width);
+}
+
 glm::dvec2 density_range(const Medium& medium) { return stored_range(*medium.density); }
 
 void add_luminance(MediumAtlas& atlas, const View& view) {

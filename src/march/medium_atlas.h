@@ -66,6 +66,13 @@ Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin);
 /// greatest.
 glm::dvec2 density_range(const Medium& medium);
 
+/// What the device stores: the density's bricks, with the luminance beside them, as codes of these
+/// widths; all else is shared. The host keeps the float32 atlas: it is what methods are chosen by.
+MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths);
+
+/// One width for all bricks, if that is the type of texels; else null.
+CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel);
+
 /// Adds the luminance of a view whose light has been computed since.
 void add_luminance(MediumAtlas& atlas, const View& view);
 

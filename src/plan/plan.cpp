@@ -28,7 +28,7 @@ MarchPlan plan_of(Trials& trials, const Trial& chosen, bool reached) {
   plan.samples = trials.pilot().all_samples();
   plan.by_brick = bool(marched.brick_steps);
   plan.march = std::make_shared<PlannedMarch>(
-      PlannedMarch{std::move(marched.view), std::move(marched.brick_steps), truth});
+      PlannedMarch{std::move(marched.view), std::move(marched.brick_steps), truth, {}});
   return plan;
 }
 
@@ -112,6 +112,7 @@ View exact_view(const View& view) {
   View exact = with_method(view, exact_method(view));
   exact.scene.early_termination = 0;
   exact.scene.filter = Filter::exact;
+  if (has_codes(exact.scene.texel)) exact.scene.texel = TexelType::float32;
   return exact;
 }
 
@@ -121,7 +122,7 @@ MarchPlan exact_plan(const View& view) {
   plan.chosen.rms = arithmetic_error;
   View exact = with_method(view, plan.chosen.method);
   exact.scene.early_termination = view.scene.resolved_early_termination();
-  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(exact), {}, {}});
+  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(exact), {}, {}, {}});
   return plan;
 }
 

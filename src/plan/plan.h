@@ -6,9 +6,10 @@ namespace psivox {
 
 /// The march that a plan chose, and the pilot that it used.
 struct PlannedMarch {
-  View view;               ///< with the method chosen; its scene has no tolerance
-  BrickSteps brick_steps;  ///< null: one step everywhere
-  Image truth;             ///< the pilot's rays, exact in double; empty if no method was tried
+  View view;                 ///< with the method chosen; its scene has no tolerance
+  BrickSteps brick_steps;    ///< null: one step everywhere
+  Image truth;               ///< the pilot's rays, exact in double; empty if no method was tried
+  CodeWidths code_widths{};  ///< null: float32
 };
 
 /// Finds the cheapest method for `view` whose RMS error over R G B A is at most its scene's

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "field/index_space.h"
+#include "plan/brick_effects.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -24,54 +25,6 @@ constexpr double kinks_share = 4.0 / 8;
 /// The share for emission, which lattices are tried with in the middle of a step.
 constexpr double emission_kinks_share = 4.0 / 8;
 
-/// How the attenuation varies over a brick's values.
-struct FunctionBend {
-  double slope = 1;  ///< largest
-  double turn = 0;   ///< sum of the changes of slope inside the range
-  double range = 0;  ///< largest minus smallest attenuation
-};
-
-/// A function's slopes, found once: a colour map has hundreds of knots, and a volume many bricks.
-class FunctionBends {
- public:
-  explicit FunctionBends(const TransferFunction& function) : function_(function) {
-    const std::vector<TransferPoint>& points = function.points();
-    for (std::size_t k = 0; k <= points.size(); ++k) {
-      double slope = 0;  // between the knots k - 1 and k
-      if (k > 0 && k < points.size())
-        slope = (points[k].attenuation - points[k - 1].attenuation) /
-                (points[k].value - points[k - 1].value);
-      turns_.push_back(k > 0 ? std::abs(slope - slopes_.back()) : 0);
-      slopes_.push_back(slope);
-    }
-  }
-
-  /// Between two values.
-  FunctionBend between(double min, double max) const {
-    FunctionBend bend{0, 0, 0};
-    double least = function_.at(min).attenuation, most = least;
-    const auto see = [&](double value) {
-      least = std::min(least, value);
-      most = std::max(most, value);
-    };
-    see(function_.at(max).attenuation);
-    const int from = function_.interval(min), to = function_.interval(max);
-    for (int k = from; k <= to; ++k) {
-      bend.slope = std::max(bend.slope, std::abs(slopes_[std::size_t(k + 1)]));
-      if (k == from) continue;
-      bend.turn += turns_[std::size_t(k + 1)];
-      see(function_.points()[std::size_t(k)].attenuation);
-    }
-    bend.range = most - least;
-    return bend;
-  }
-
- private:
-  const TransferFunction& function_;
-  std::vector<double> slopes_;  ///< before each knot, and behind the last
-  std::vector<double> turns_;   ///< changes of the slope at the knots; first 0
-};
-
 /// Most that a brick's values change along a unit of length of any direction [1/voxel].
 double greatest_slope(const float* values) {
   constexpr std::size_t n = brick_values;
@@ -85,38 +38,6 @@ double greatest_slope(const float* values) {
   }
   return std::sqrt(sum);
 }
-
-float greatest_of(const BrickAtlas& grid) {
-  float most = 0;
-  if (grid.channels == 1)
-    for (const BrickStats& brick : grid.bricks) most = std::max(most, brick.max);
-  else
-    for (std::size_t i = 0; i < grid.texel_count(); ++i) most = std::max(most, grid.texels32[i]);
-  for (const float constant : grid.constants) most = std::max(most, constant);
-  return most;
-}
-
-/// Largest luminance of the medium for densities between two values.
-class Peak {
- public:
-  Peak(const View& view, const MediumAtlas& atlas) : medium_(view.medium) {
-    if (atlas.luminance) factor_ = double(greatest_of(*atlas.luminance));
-  }
-  double at(double min, double max) const {
-    double peak = std::max({medium_.color.x, medium_.color.y, medium_.color.z}) * factor_;
-    if (medium_.source == LuminanceSource::density) peak *= max;
-    if (medium_.source == LuminanceSource::transfer) {
-      const glm::dvec3 color = medium_.transfer->max_color(min, max);
-      peak *= std::max({color.x, color.y, color.z});
-    }
-    const glm::dvec3& ambient = medium_.ambient;
-    return peak + std::max({ambient.x, ambient.y, ambient.z});
-  }
-
- private:
-  const Medium& medium_;
-  double factor_ = 1;
-};
 
 }  // namespace
 

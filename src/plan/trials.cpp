@@ -11,12 +11,6 @@
 namespace psivox {
 namespace {
 
-/// Fraction of the tolerance that the pilot's RMS may reach.
-constexpr double safety = 0.8;
-
-/// Largest error of a ray of the pilot [tolerances].
-constexpr double worst_ray = 4;
-
 /// Largest radiance assumed behind any brick, relative to the brightest ray of the pilot.
 constexpr double brightness_share = 2;
 
@@ -122,7 +116,7 @@ Trials::Trials(const View& view, const MediumAtlas& atlas, double tolerance,
   view_.scene.early_termination = view.scene.resolved_early_termination();
 }
 
-double Trials::target() const { return safety * tolerance_; }
+double Trials::target() const { return pilot_safety * tolerance_; }
 
 std::vector<Trial> Trials::done() const {
   std::vector<Trial> trials;

@@ -52,6 +52,12 @@ class Attempt {
   bool refused_ = false;
 };
 
+/// Fraction of the tolerance that the pilot's RMS may reach.
+inline constexpr double pilot_safety = 0.8;
+
+/// Largest error of a ray of the pilot [tolerances].
+inline constexpr double worst_ray = 4;
+
 /// How much a brick that no ray of the pilot meets may miss, by its bound [tolerances]. The second
 /// value is for bricks that keep narrower steps than they must, so that the step elsewhere can be
 /// wider.

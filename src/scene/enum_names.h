@@ -29,7 +29,9 @@ inline std::vector<std::string> enum_names(UpAxis) { return {"auto", "y", "z"}; 
 inline std::vector<std::string> enum_names(RendererKind) {
   return {"gl", "reference", "march-double"};
 }
-inline std::vector<std::string> enum_names(TexelType) { return {"float32", "float16"}; }
+inline std::vector<std::string> enum_names(TexelType) {
+  return {"auto", "float32", "float16", "code7", "code12", "code16"};
+}
 inline std::vector<std::string> enum_names(DepthKind) { return {"z", "distance"}; }
 inline std::vector<std::string> enum_names(ToneMap) { return {"none", "filmic"}; }
 /// The names of a table's rows, with dashes.

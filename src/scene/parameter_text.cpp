@@ -2,7 +2,7 @@
 
 #include "base/text.h"
 #include "psivox/parameters.h"
-#include "scene/color_text.h"
+#include "scene/color.h"
 #include "scene/enum_names.h"
 
 namespace psivox {
@@ -37,7 +37,7 @@ std::string text_of(const Plane& plane) {
 std::string text_of(const glm::ivec2& v) { return text_of(v.x) + "x" + text_of(v.y); }
 template <typename E>
 requires std::is_enum_v<E> std::string text_of(E value) {
-  return enum_names(value)[static_cast<std::size_t>(value)];
+  return enum_names(value)[std::size_t(value)];
 }
 
 template <typename T>

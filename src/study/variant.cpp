@@ -95,7 +95,8 @@ void set_sweep(Sweep& sweep, std::string_view name, std::string_view text) {
   if (list == std::end(lists))
     throw Error(ExitCode::usage,
                 "a study has no list " + in_quotes(name) + suggestion(name, sweep_lists()));
-  const std::vector<std::string> names = split(find_parameter(list->parameter)->metavar, '|');
+  std::vector<std::string> names = split(find_parameter(list->parameter)->metavar, '|');
+  std::erase(names, "auto");  // one of the others
   const std::vector<std::string> items = text == "all" && names.size() > 1 ? names : split(text);
   if (items.empty())
     throw Error(ExitCode::usage, "--" + std::string(name) + " is empty; give values with commas");

@@ -4,11 +4,19 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "colour/srgb.h"
+#include "psivox/parameters.h"
 
 namespace psivox {
+
+/// Files of assets/colors by name: `css.json`.
+const std::map<std::string, std::string>& color_data();
 
 /// Converts sRGB codes to linear light and back, channel by channel.
 glm::dvec3 linear_from_srgb(const glm::dvec3& code);
@@ -56,5 +64,25 @@ std::vector<double> color_knots(const Curve& curve, double first, double last) {
   append_parts(first, last, fits, 9, ends);
   return ends;
 }
+
+/// The linear colour that #rgb, #rrggbb or a name of CSS stands for: these are sRGB codes.
+std::optional<glm::dvec3> named_color(std::string_view text);
+
+/// The three codes of sRGB in R,G,B if all are whole numbers up to 255 and one is above 1; so other
+/// programs write colours.
+std::optional<glm::ivec3> color_codes(std::string_view text);
+
+/// The linear colour of codes from 0 to 255.
+glm::dvec3 color_of_codes(const glm::ivec3& codes);
+
+/// "#ff8000".
+std::string hex_text(const glm::ivec3& codes);
+
+/// Whether numbers that look like codes are codes: behind the medium nothing is brighter than
+/// white, but lights and luminances are.
+bool takes_codes(const Parameter& parameter);
+
+/// Whether one number stands for a grey, and a grey is written as one.
+bool takes_grey(const Parameter& parameter);
 
 }  // namespace psivox

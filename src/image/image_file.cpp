@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <new>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "base/loaded_module.h"
 #include "base/text.h"
 #include "colour/display.h"
 #include "format.h"
@@ -16,18 +19,19 @@
 namespace psivox {
 namespace {
 
+namespace fs = std::filesystem;
+using image_io::Format;
 using image_io::half_code;
 
 float brightest(const float* rgba) { return std::max({rgba[0], rgba[1], rgba[2]}); }
 
 }  // namespace
 
-Clipping clipping(const Image& image, const std::filesystem::path& path,
-                  const WriteOptions& options) {
+Clipping clipping(const Image& image, const fs::path& path, const WriteOptions& options) {
   Clipping result;
   if (!holds_codes(path, options)) return result;
   const bool has_alpha = image_io::facts_of(image_io::format_from_extension(path)).alpha;
-  const auto factor = static_cast<float>(options.display.factor());
+  const auto factor = float(options.display.factor());
   const auto shown = [&](float radiance) {
     return display_light(factor * radiance, options.display.tone_map);
   };
@@ -64,16 +68,13 @@ double auto_exposure(const Image& image, ToneMap tone_map) {
     if (light > 0 && std::isfinite(light)) lights.push_back(light);
   }
   if (lights.empty()) return 0;
-  const auto at = static_cast<std::ptrdiff_t>(percentile * double(lights.size() - 1));
+  const auto at = std::ptrdiff_t(percentile * double(lights.size() - 1));
   std::nth_element(lights.begin(), lights.begin() + at, lights.end());
-  const double bright = double(lights[static_cast<std::size_t>(at)]);
+  const double bright = double(lights[std::size_t(at)]);
   return std::round(100 * std::log2(radiance_of_display(target, tone_map) / bright)) / 100;
 }
 
 namespace {
-
-namespace fs = std::filesystem;
-using image_io::Format;
 
 bool through_openimageio(Format format) { return format != Format::exr && format != Format::png; }
 
@@ -104,8 +105,7 @@ void check_layers(const Image& image, const fs::path& path) {
     throw Error(ExitCode::failure, "cannot write " + in_quotes(path.string()) + ": " + why);
   };
   if (image.width <= 0 || image.height <= 0) fail("the picture is empty");
-  const auto pixels =
-      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  const auto pixels = std::size_t(image.width) * std::size_t(image.height);
   if (image.layers.empty() || !image.layers.front().name.empty() ||
       image.layers.front().channels != std::vector<std::string>{"R", "G", "B", "A"}) {
     fail("the first layer is not R G B A");
@@ -217,5 +217,70 @@ bool is_standard_output(const fs::path& path) { return image_io::is_standard_out
 bool holds_layers(const fs::path& path) {
   return image_io::format_of_extension(path) == Format::exr;
 }
+
+namespace {
+
+const image_io::PictureFiles* load_module(ExitCode if_missing) {
+  std::string problem;
+  const auto get = reinterpret_cast<image_io::GetPictureFiles>(
+      load_symbol(PSIVOX_OIIO_MODULE, image_io::picture_files_symbol, /*shared=*/false, problem));
+  if (get) return get();
+  throw Error(if_missing, image_io::one_line(
+                              "cannot load the module that reads and writes pictures: " + problem));
+}
+
+}  // namespace
+
+const image_io::PictureFiles& image_io::picture_files(ExitCode if_missing) {
+  static const PictureFiles* const loaded = load_module(if_missing);  // tried again if it throws
+  return *loaded;
+}
+
+namespace {
+
+Image read_any(const fs::path& path, Format format, bool needs_picture) {
+  try {
+    if (format == Format::png) return image_io::read_png(path);
+    return image_io::picture_files(ExitCode::failure).read(path, format, needs_picture);
+  } catch (const std::bad_alloc&) {
+    throw image_io::read_error(path, "there is not enough memory for its pixels");
+  }
+}
+
+}  // namespace
+
+Image read_image(const fs::path& path) {
+  return read_any(path, image_io::format_from_contents(path), /*needs_picture=*/true);
+}
+
+Image read_layers(const fs::path& path) {
+  const Format format = image_io::format_from_contents(path);
+  if (format != Format::exr)
+    throw image_io::read_error(path, "it is no EXR, which alone has layers");
+  return read_any(path, format, /*needs_picture=*/false);
+}
+
+std::map<std::string, std::string> read_metadata(const fs::path& path) {
+  const Format format = image_io::format_from_contents(path);
+  return format == Format::png
+             ? image_io::read_png(path).metadata
+             : image_io::picture_files(ExitCode::failure).read_metadata(path, format);
+}
+
+std::string read_metadata(const fs::path& path, const std::string& key) {
+  const auto metadata = read_metadata(path);
+  const auto found = metadata.find(key);
+  return found == metadata.end() ? std::string() : found->second;
+}
+
+OcioView complete_view(const OcioView& view) {
+  return image_io::picture_files(ExitCode::failure).complete_view(view);
+}
+
+void show_by(const OcioView& view, std::span<float> rgb) {
+  image_io::picture_files(ExitCode::failure).show_by(view, rgb);
+}
+
+std::string openimageio_version() { return image_io::picture_files(ExitCode::failure).version(); }
 
 }  // namespace psivox

@@ -1,0 +1,163 @@
+#include "plan/choose_codes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "base/statistics.h"
+#include "field/index_space.h"
+#include "march/march_double.h"
+#include "plan/brick_effects.h"
+#include "psivox/medium.h"
+
+namespace psivox {
+namespace {
+
+/// Of codes that are chosen first, a step changes the optical depth of a voxel times the light
+/// there by this much [tolerances]; and light by this much. Errors of a ray's voxels are
+/// independent.
+constexpr double depth_step = 12, light_step = 12;
+
+/// Each further trial's steps are narrower by what the trial before missed, within these factors,
+/// and reach this part of what may be missed.
+constexpr double narrower = 3.0 / 4, narrowest = 1.0 / 32, aimed = 0.8;
+constexpr int most_trials = 3;
+
+/// What the pilot's rays may show with codes [tolerances]: a method may take nearly all that any
+/// may (pilot_safety, worst_ray), and codes a little more.
+constexpr double coded_rms = 0.85, coded_ray = 4.5;
+
+/// Rays that are marched before what they show is looked at.
+constexpr std::size_t batch = 128;
+
+/// Part of the float32 texels' bytes above which they stay. Beside light the march takes longer by
+/// codes, so that only bytes speak for them.
+constexpr double worthwhile = 0.75, worthwhile_in_light = 0.55;
+
+/// Look-ups of a picture for each texel from which on codes are chosen. To choose them takes about
+/// as long as they save in the upload; what they save in the march comes on top. Processor time of
+/// the whole process by that of float32: 1.05 at 0.01 look-ups a texel, 0.98 at 0.1, 0.9 at 0.2.
+constexpr double paying_look_ups = 0.1;
+
+/// Part of the memory that grids may take from which on it is scarce.
+constexpr double scarce = 0.25;
+
+/// How much of a picture a change of a brick's values by 1 changes in a voxel, by slot.
+std::vector<double> effects_of_values(const View& view, const MediumAtlas& atlas) {
+  const Medium& medium = view.medium;
+  const Peak peak(view, atlas);
+  const double scale = medium.extinction * finest_voxel(*medium.density);
+  const double brightness = std::max({medium.color.x, medium.color.y, medium.color.z});
+  std::optional<FunctionBends> bends;
+  if (medium.transfer) bends.emplace(*medium.transfer);
+  std::vector<double> effects;
+  for (const BrickStats& brick : atlas.density.bricks) {
+    const double min = brick.min, max = brick.max;
+    FunctionBend bend{.most = max};
+    if (bends) bend = bends->between(min, max);
+    double light = 0;
+    if (medium.source == LuminanceSource::density) light = brightness;
+    if (medium.source == LuminanceSource::transfer) light = brightness * bend.color_slope;
+    effects.push_back(scale * bend.slope * std::max(1.0, peak.at(min, max)) +
+                      std::min(1.0, scale * bend.most) * light);
+  }
+  return effects;
+}
+
+/// Errors of the pilot's rays over an atlas, by all channels. It ends with the first batch in which
+/// a ray is beyond `most`.
+ErrorSum errors_over(const MediumAtlas& atlas, const PlannedMarch& planned, double most,
+                     const Progress& progress) {
+  const Image& truth = planned.truth;
+  const std::size_t count = std::size_t(truth.width) * std::size_t(truth.height);
+  std::vector<glm::ivec2> pixels;
+  // a stride that has no divisor in common with the count, so that a batch is spread
+  std::size_t stride = std::max<std::size_t>(std::size_t(0.618 * double(count)), 1);
+  while (std::gcd(stride, count) != 1) ++stride;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = i * stride % count;
+    pixels.emplace_back(at % std::size_t(truth.width), at / std::size_t(truth.width));
+  }
+  const PixelMarch march(pilot_view(planned.view), atlas, planned.brick_steps);
+  std::vector<MarchedRay> rays(std::min(batch, count));
+  ErrorSum sum;
+  for (std::size_t first = 0; first < count && sum.max <= most; first += batch) {
+    const std::size_t some = std::min(batch, count - first);
+    const std::span<const glm::ivec2> these = std::span(pixels).subspan(first, some);
+    march.march(these, std::span(rays).first(some), progress);
+    for (std::size_t i = 0; i < some; ++i) {
+      const std::size_t at = std::size_t(these[i].y * truth.width + these[i].x);
+      for (int c = 0; c < 4; ++c)
+        sum.add(double(rays[i].picture[c]) - double(truth.rgba()[4 * at + std::size_t(c)]), at);
+    }
+  }
+  return sum;
+}
+
+/// Whether the picture's march pays for the choice of codes, or the host's and the device's copies
+/// of float32 take much of the memory.
+bool are_worthwhile(const MarchPlan& plan, const Scene& scene, double bytes) {
+  const glm::dvec2 size(scene.resolution);
+  const double look_ups = size.x * size.y * scene.pixel_samples * plan.chosen.samples;
+  return look_ups >= paying_look_ups * bytes / sizeof(float) ||
+         2 * bytes >= scarce * double(grid_memory(scene));
+}
+
+/// How much narrower the next trial's steps are: errors grow as the steps do, and those of the
+/// method and of codes add up as squares.
+double next_step(const ErrorSum& missed, double of_method, double most_rms, double most_ray) {
+  const auto square = [](double x) { return x * x; };
+  const double of_codes = square(missed.rms()) - square(of_method);
+  const double left = square(most_rms) - square(of_method);
+  const double part =
+      std::min(std::sqrt(std::max(left, 0.0) / std::max(of_codes, 1e-300)), most_ray / missed.max);
+  return part > 0 ? std::clamp(aimed * part, narrowest, narrower) : narrowest;
+}
+
+}  // namespace
+
+bool may_be_coded(const View& view) {
+  return view.scene.texel == TexelType::automatic && view.scene.filter == Filter::exact &&
+         view.scene.attenuates() && !view.medium.gradient;
+}
+
+void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, bool fewest_bytes,
+                  const std::function<const MediumAtlas&(const CodeWidths&)>& coded,
+                  const Progress& progress) {
+  const View& view = plan.march->view;
+  const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
+  const auto bytes =
+      double(atlas.density.size.texel_bytes + (beside ? beside->size.texel_bytes : 0));
+  if (!plan.reached || plan.rays == 0) return;
+  if (!fewest_bytes && !are_worthwhile(plan, view.scene, bytes)) return;
+  const std::vector<double> effects = effects_of_values(view, atlas);
+  const glm::dvec3& color = view.medium.color;
+  const double brightness = std::max({color.x, color.y, color.z, 1e-30});
+  const double most = bytes * (beside && !fewest_bytes ? worthwhile_in_light : worthwhile);
+  const double most_rms = coded_rms * tolerance, most_ray = coded_ray * tolerance;
+  double share = tolerance;
+  for (int trial = 0; trial < most_trials; ++trial) {
+    std::vector<float> steps;
+    for (const double effect : effects)
+      steps.push_back(float(std::min(depth_step * share / effect, 1e30)));
+    const CodeWidths widths =
+        code_widths(atlas.density, steps, beside, float(light_step * share / brightness));
+    if (!widths) return;
+    const MediumAtlas& codes = coded(widths);
+    if (double(codes.density.size.texel_bytes) > most) return;
+    const ErrorSum missed = errors_over(codes, *plan.march, most_ray, progress);
+    if (!(missed.rms() <= most_rms && missed.max <= most_ray)) {  // or a ray is no number
+      share *= next_step(missed, plan.chosen.rms, most_rms, most_ray);
+      continue;
+    }
+    PlannedMarch march = *plan.march;
+    march.code_widths = widths;
+    plan.march = std::make_shared<PlannedMarch>(std::move(march));
+    plan.chosen.rms = missed.rms();
+    plan.chosen.max = missed.max;
+    return;
+  }
+}
+
+}  // namespace psivox

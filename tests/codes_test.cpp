@@ -1,0 +1,256 @@
+// Bricks in codes: their values, their pictures, and how a tolerance chooses them.
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+
+#include "blobs_scene.h"
+#include "light_cases.h"
+#include "march_cases.h"
+#include "psivox/draw.h"
+#include "psivox/error.h"
+#include "verify/make_field.h"
+
+namespace psivox {
+namespace {
+
+constexpr TexelType types[] = {TexelType::code7, TexelType::code12, TexelType::code16};
+constexpr int bits[] = {7, 12, 16};
+
+/// The brick's value at a voxel, from the word that begins with it or ends with it.
+double decoded(const BrickAtlas& atlas, std::size_t slot, int row, int z, bool as_end) {
+  const std::uint64_t* words =
+      atlas.codes.get() + std::size_t(atlas.code_places[slot]) * code_words;
+  const auto offset = std::bit_cast<float>(std::uint32_t(words[0]));
+  const auto step_bits = std::uint32_t(words[0] >> 32);
+  const int width = int(step_bits & 3), cells = 8 >> width;
+  const int cell = as_end ? z - 1 : z;
+  const std::uint64_t word = words[1 + row * (1 << width) + cell / cells];
+  const std::uint64_t code =
+      word >> (bits[width] * (cell % cells + as_end)) & ((std::uint64_t{1} << bits[width]) - 1);
+  return double(offset) + double(std::bit_cast<float>(step_bits)) * double(code);
+}
+
+double step_of(const BrickAtlas& atlas, std::size_t slot) {
+  const std::uint64_t head = atlas.codes[std::size_t(atlas.code_places[slot]) * code_words];
+  return double(std::bit_cast<float>(std::uint32_t(head >> 32)));
+}
+
+void expect_half_steps(const BrickAtlas& full, const BrickAtlas& codes) {
+  for (std::size_t slot = 0; slot < full.bricks.size(); ++slot) {
+    const BrickStats& brick = full.bricks[slot];
+    const double step = step_of(codes, slot);
+    // half a step, float32's rounding of a code of 16 bits, and of the offset
+    const double bound =
+        (0.5 + 65536 * 1.2e-7) * step + 6e-8 * std::max(std::abs(brick.min), std::abs(brick.max));
+    for (int i = 0; i < brick_texels; ++i) {
+      const float value = full.texels32[slot * brick_texels + std::size_t(i)];
+      for (const bool as_end : {false, true}) {
+        const int z = i % 9;
+        if (as_end ? z == 0 : z == 8) continue;
+        const double coded = decoded(codes, slot, i / 9, z, as_end);
+        ASSERT_LE(std::abs(coded - double(value)), bound) << slot << ' ' << i;
+        if (value == 0) {
+          ASSERT_NEAR(coded, 0, 0.01 * step);
+        }
+      }
+    }
+  }
+}
+
+Field signed_noise() {
+  return make_field({{-9, 4, 0}, {20, 19, 17}}, [](glm::ivec3 v) {
+    return v.x < 0 ? 1e30f * (noise(v) - 0.5f) : v.y < 12 ? 1e-30f * noise(v) : 5 - 9 * noise(v);
+  });
+}
+
+TEST(Codes, EveryValueIsWithinHalfAStep) {
+  for (const Field& field : {mixed(), signed_noise()}) {
+    MediumAtlas atlas;
+    atlas.density = build_atlas(field);
+    std::uint64_t before = 0;
+    for (const TexelType type : types) {
+      const BrickAtlas codes = coded(atlas.density, *fixed_widths(atlas, type));
+      expect_half_steps(atlas.density, codes);
+      EXPECT_EQ(codes.texels32, nullptr);
+      EXPECT_GT(codes.size.texel_bytes, before);
+      before = codes.size.texel_bytes;
+    }
+  }
+}
+
+TEST(Codes, BricksAreAsWideAsTheirStepsAsk) {
+  const BrickAtlas atlas = build_atlas(signed_noise());
+  const std::size_t count = atlas.bricks.size();
+  const CodeWidths any = code_widths(atlas, std::vector<float>(count, 1e29f));
+  ASSERT_TRUE(any);
+  EXPECT_EQ(coded(atlas, *any).size.texel_bytes, count * code_words * 8);
+  // in units of the values' own size, where every brick has other values
+  std::vector<float> steps;
+  for (const BrickStats& brick : atlas.bricks) steps.push_back((brick.max - brick.min) / 1000);
+  const CodeWidths twelve = code_widths(atlas, steps);
+  ASSERT_TRUE(twelve);
+  for (const CodeWidth width : *twelve) EXPECT_EQ(width, CodeWidth::bits12);
+  expect_half_steps(atlas, coded(atlas, *twelve));
+  steps.back() /= 100;
+  EXPECT_FALSE(code_widths(atlas, steps));
+}
+
+class CodedMarch : public GpuTest {};
+
+/// Both read the same codes: the bounds of any arithmetic (march_test).
+void expect_arithmetic(const std::string& what, const View& view, const MediumAtlas& codes) {
+  ASSERT_TRUE(codes.density.codes);
+  const Image gpu = render_gl(view, codes).image;
+  expect_content(gpu);
+  const Comparison c = difference(what, gpu, render_double(view, codes).image);
+  EXPECT_LE(c.rms, 1e-6) << what;
+  EXPECT_LE(c.max, 2e-5) << what;
+}
+
+Scene oblique() {
+  Scene scene = looking(small_scene(64), {95, 60, 70}, {11, 12, 11});
+  scene.extinction = 0.12;
+  return scene;
+}
+
+Scene by(Scene scene, bool cells) {
+  if (cells)
+    scene.integrator = Integrator::cell_exact;
+  else
+    scene.step = 0.7;
+  return scene;
+}
+
+/// Widths in turn, so that neighbouring bricks differ.
+MediumAtlas coded_in_turn(const MediumAtlas& atlas) {
+  std::vector<CodeWidth> widths = *fixed_widths(atlas, TexelType::code7);
+  for (std::size_t i = 0; i < widths.size(); ++i) widths[i] = CodeWidth(i % 3);
+  return coded(atlas, widths);
+}
+
+TEST_F(CodedMarch, GpuIsTheMarchInDouble) {
+  for (const bool cells : {true, false})
+    for (const Glow glow : {Glow::constant, Glow::density}) {
+      const View view = view_of(by(oblique(), cells), mixed(), glow);
+      expect_arithmetic(cells ? "cells" : "uniform", view, coded_in_turn(build_medium_atlas(view)));
+    }
+}
+
+TEST_F(CodedMarch, GpuIsTheMarchInDoubleWithLightBesideTheDensity) {
+  for (const bool cells : {true, false})
+    for (const bool colours : {true, false}) {
+      Scene scene = by(oblique(), cells);
+      scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
+      if (colours) scene.lights.push_back({{-1, -0.2, 0.5}, {0.2, 0.5, 1}});
+      const View view = lit_in_double(view_of(scene, mixed()));
+      const MediumAtlas atlas = build_medium_atlas(view);
+      ASSERT_TRUE(atlas.paired);
+      ASSERT_EQ(atlas.luminance->channels, colours ? 3 : 1);
+      const std::string what = std::string(cells ? "cells" : "uniform") + (colours ? ", 3" : ", 1");
+      expect_arithmetic(what, view, coded_in_turn(atlas));
+      // codes of 16 bits are as good as float32, to 1/65535 of a brick's range
+      const MediumAtlas fine = coded(atlas, *fixed_widths(atlas, TexelType::code16));
+      const Image exact = render_double(view, atlas).image;
+      EXPECT_LE(difference("  16 bits", render_double(view, fine).image, exact).max, 1e-5);
+    }
+}
+
+TEST_F(CodedMarch, SeveralBuffersAreOne) {
+  const View view = view_of(by(oblique(), true), mixed());
+  const MediumAtlas codes = coded_in_turn(build_medium_atlas(view));
+  const std::uint64_t limit = codes.density.code_count() / 6 + 729;
+  ASSERT_LE(codes.density.pages.entries.size(), limit);
+  const Image several =
+      render_gl(view, codes, {.render = {}, .limits = {.buffer_texels = limit}}).image;
+  EXPECT_EQ(compare_images(render_gl(view, codes).image, several).max, 0);
+}
+
+TEST_F(CodedMarch, PartsAreTheWhole) {
+  Scene scene = blobs_scene();
+  scene.texel = TexelType::code12;
+  const Image whole = Session(scene).draw(*Gpu::renderer()).image;
+  scene.memory_limit = 600000;
+  const Drawn parts = Session(scene).draw(*Gpu::renderer());
+  EXPECT_EQ(parts.notices.size(), 1u) << "drawn whole";
+  EXPECT_LE(compare_images(whole, parts.image).max, 1e-6);  // as in part_marcher_test
+}
+
+Scene asked(double tolerance) {
+  Scene scene = looking(small_scene(64), {95, 60, 70}, {11, 12, 11});
+  scene.extinction = 0.12;
+  scene.early_termination.reset();
+  scene.tolerance = tolerance;
+  return scene;
+}
+
+/// Draws it with codes, if they save bytes, and in float32. Returns the part of float32's bytes
+/// that the codes take.
+double expect_within(const View& view) {
+  const double tolerance = *view.scene.tolerance;
+  Session session(view);
+  Wish small;
+  small.fewest_bytes = true;
+  const Drawn drawn = session.draw(*Gpu::renderer(), small);
+  // the estimate is of the pilot's rays, the error of all
+  EXPECT_LE(drawn.plan->chosen.rms, tolerance);
+  const CheckedError error = session.check_error(drawn.image, 64 * 64);
+  EXPECT_LE(error.rms, tolerance);
+  EXPECT_LE(error.max, 12.5 * tolerance);  // as docs/notes/tolerances.md has it for float32
+  Wish full;
+  full.scene = view.scene;
+  full.scene->texel = TexelType::float32;
+  const Drawn exact = session.draw(*Gpu::renderer(), full);
+  return double(drawn.atlas.texel_bytes) / double(exact.atlas.texel_bytes);
+}
+
+TEST_F(CodedMarch, AToleranceChoosesCodes) {
+  for (const bool own : {false, true}) {
+    const Glow glow = own ? Glow::density : Glow::constant;
+    EXPECT_LE(expect_within(view_of(asked(1e-2), mixed(), glow)), 0.25);
+    EXPECT_LE(expect_within(view_of(asked(1e-3), mixed(), glow)), 0.45);
+    EXPECT_LE(expect_within(view_of(asked(1e-4), mixed(), glow)), 0.55);
+  }
+  Scene scene = asked(1e-3);
+  scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
+  EXPECT_LE(expect_within(view_of(scene, mixed())), 0.5);
+  scene.lights.clear();
+  scene.colormap = Colormap::viridis;
+  EXPECT_LE(expect_within(view_of(scene, mixed())), 0.5);
+}
+
+TEST_F(CodedMarch, OnlyAPictureOfManyLookUpsPaysForThem) {
+  const auto texel_bytes = [](int pixels, TexelType texel) {
+    Scene scene = asked(1e-3);
+    scene.resolution = {pixels, pixels};
+    scene.texel = texel;
+    return Session(view_of(scene, mixed())).draw(*Gpu::renderer()).atlas.texel_bytes;
+  };
+  EXPECT_EQ(texel_bytes(2, TexelType::automatic), texel_bytes(2, TexelType::float32));
+  EXPECT_LT(texel_bytes(64, TexelType::automatic), texel_bytes(64, TexelType::float32) / 2);
+}
+
+TEST_F(CodedMarch, ValuesThatNeedFloat32KeepIt) {
+  const Field field = make_field({{0, 0, 0}, {30, 30, 30}}, [](glm::ivec3 v) {
+    return v == glm::ivec3(13, 14, 15) ? 1e30f : blobs_at(glm::dvec3(v));
+  });
+  EXPECT_EQ(expect_within(view_of(asked(1e-3), field)), 1);
+  Scene steep = asked(1e-4);
+  steep.transfer_function = function_file();  // a jump within 1e-5 of the value
+  EXPECT_EQ(expect_within(view_of(steep, mixed())), 1);
+}
+
+TEST_F(CodedMarch, WithoutAToleranceThereAreNone) {
+  const View view = view_of(by(oblique(), true), mixed());
+  Session session(view);
+  Wish full;
+  full.scene = view.scene;
+  full.scene->texel = TexelType::float32;
+  const Drawn drawn = session.draw(*Gpu::renderer()), exact = session.draw(*Gpu::renderer(), full);
+  EXPECT_EQ(drawn.atlas.texel_bytes, exact.atlas.texel_bytes);
+  EXPECT_EQ(compare_images(drawn.image, exact.image).max, 0);
+}
+
+}  // namespace
+}  // namespace psivox
