@@ -16,7 +16,6 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "frame_list.h"
-#include "movie.h"
 #include "notices.h"
 #include "picture_output.h"
 #include "psivox/draw.h"
