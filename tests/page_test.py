@@ -175,6 +175,10 @@ def main(folder):
         test_legend(browser, plot)
         test_zoom(browser, plot)
         test_phone(browser, page)
+        turning = browser.run("return document.querySelector('.first a').href")
+        expect(turning == (folder / "study/turning.html").as_uri(), f"the page links to {turning}")
+        size = (folder / "study/turning.html").stat().st_size
+        expect(size <= 2e6, f"the page that turns has {size} bytes")
         test_phone(browser, folder / "summary/index.html")
 
         browser.open(folder / "summary/index.html")

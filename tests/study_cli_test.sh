@@ -15,7 +15,7 @@ sweep=("$assets/blobs.vdb" --resolution 32x24 --luminance-grid density -q --repe
 run 0 "" "${sweep[@]}" -o whole
 [ "$(rows whole)" = 7 ] || fail "whole: $(rows whole) rows, expected 7"
 for file in results.csv results.json results.md index.html reference.exr reference.png \
-  error-step.svg error-samples.svg error-cpu.svg \
+  error-step.svg error-samples.svg error-cpu.svg turning.html \
   pictures/psi-exact_step_0.5.png differences/cell-exact_cells.png; do
   [ -s "whole/$file" ] || fail "no $file"
 done
@@ -28,8 +28,8 @@ sentence=$(grep -m 1 -o '<p class="conclusion">.*</p>' whole/index.html | sed 's
 grep -q '^For 8 bits use .* look-ups a ray' <<<"$sentence" || fail "index.html concludes: $sentence"
 grep -A 1 '^<h1>' whole/index.html | grep -qF 'class="conclusion"' || fail "the conclusion is not first"
 tr -d '\`' <whole/results.json | grep -qF "$sentence" || fail "results.json has no '$sentence'"
-# Links lead to the plots' SVG files beside it.
-grep -oE ' (src|href)="[^"]{0,9}|url\(' whole/index.html | grep -vE '"data:|href="error-' && fail "index.html asks for files"
+# Links lead to files beside it: the plots' SVGs, and the page that turns.
+grep -oE ' (src|href)="[^"]{0,9}|url\(' whole/index.html | grep -vE '"data:|href="(error-|turning\.)' && fail "index.html asks for files"
 
 # --- resuming ----------------------------------------------------------------------------------
 run 2 "--resume" "${sweep[@]}" -o whole
@@ -82,7 +82,7 @@ cat >study.json <<EOF
  "scene": {"resolution": [16, 16]}}
 EOF
 run 0 "" "$assets/blobs.vdb" --study study.json -o file -q --no-split --texels all --filters all
-[ "$(rows file)" = 4 ] || fail "study file: $(rows file) rows, expected 4"
+[ "$(rows file)" = 7 ] || fail "study file: $(rows file) rows, expected 7"
 echo '{"stpes": [1]}' >bad.json
 run 2 "did you mean steps?" "$assets/blobs.vdb" --study bad.json -o bad
 echo '{"points": [{"value": 0, "attenuation": 1}], "isosurfaces": [{"value": 0.5, "thickness": 1, "attenuation": 1}]}' >shells.json

@@ -7,6 +7,7 @@ with SwiftShader, a driver that shares no code with psivox's.
 import base64
 import math
 import pathlib
+import re
 import shlex
 import subprocess
 import sys
@@ -16,17 +17,20 @@ from browser import SHIFT, SOFTWARE_GRAPHICS, Browser
 
 SCENES = {
     "smoke": ["rotated.vdb", "--credit", "A & B", "--tolerance", "1e-4"],
-    "fire": ["blobs.vdb"],
+    "fire": ["blobs.vdb", "--tolerance", "1e-4"],
+    "light": ["blobs.vdb", "--light", "1,-1,-1", "--albedo-grid", "color", "--tolerance", "1e-4"],
     "function": ["rotated.vdb", "--transfer-function", "ASSETS/shells.json", "--background", "black",
-                 "--pixel-samples", "2", "--clip", "0.3,0,-1,3,2.5,1.4"],
+                 "--pixel-samples", "2", "--tolerance", "1e-4", "--clip", "0.3,0,-1,3,2.5,1.4"],
     "surface": ["rotated.vdb", "--mode", "isosurface", "--isovalue", "0.2", "--projection", "orthographic",
                 "--tolerance", "1e-4"],
     "maximum": ["blobs.vdb", "--mode", "mip", "--background", "gray"],
+    "slice": ["rotated.vdb", "--mode", "slice", "--slice", "1,1,0.5", "--clip-plane", "0,1,0"],
     "volumes": ["slab.vdb", "--and", "ASSETS/ramp.vdb", "--background", "0.1,0.1,0.1", "--texel", "float16"],
 }
-# Both drivers march the same atlas by the same formulas in float32, so that radiances differ by far
-# less than a tolerance of 1e-3, which is 0.26 codes. What is left are codes that round to the other
-# side. A march that is wrong differs by many codes where it is.
+# Both drivers march by the same formulas in float32. Where the page has its values as codes and the
+# picture has them as floats, each keeps the tolerance, 1e-4 in these scenes: 2e-4 are 0.05 codes times the
+# slope of sRGB's curve, which is 4.3 at a radiance of 0.02 and falls. What is left are codes that round to
+# the other side. A march that is wrong differs by many codes where it is.
 BOUND = 0.25  # RMS over R G B [codes of 8 bits]
 
 failures = []
@@ -59,7 +63,7 @@ def picture(browser):
 
 
 def difference(browser, png):
-    """RMS of the canvas and a picture's file [codes]."""
+    """RMS of the canvas and a picture's bytes [codes]."""
     return browser.run("""
       const pixels = source => {
         const copy = document.createElement("canvas");
@@ -73,7 +77,7 @@ def difference(browser, png):
         let sum = 0;
         for (let i = 0; i < a.length; ++i) if (i % 4 < 3) sum += (a[i] - b[i]) ** 2;
         return Math.sqrt(sum / (0.75 * a.length));
-      })""", base64.b64encode(png.read_bytes()).decode())
+      })""", base64.b64encode(png).decode())
 
 
 def middle(browser):
@@ -93,16 +97,17 @@ def check_command(browser, program, folder, what):
     output = folder / "turned.png"
     words = [f"--output={output}" if word.startswith("--output=") else word for word in words]
     subprocess.run([program, *words[1:], "-q"], check=True)
-    rms = difference(browser, output)
+    rms = difference(browser, output.read_bytes())
     expect(rms <= BOUND, f"{what}: {rms:.3f} codes from its command line's picture")
     return rms
 
 
 def test_scene(browser, program, assets, folder, name):
-    page, png = folder / f"{name}.html", folder / f"{name}.png"
+    page, output = folder / f"{name}.html", folder / f"{name}.png"
     arguments = SCENES[name]
     render(program, arguments, page, assets)
-    render(program, [a for a in arguments if a not in ("--credit", "A & B")], png, assets)
+    render(program, [a for a in arguments if a not in ("--credit", "A & B")], output, assets)
+    png = output.read_bytes()
     browser.open(page)
     state = rest(browser)
     expect(state == "rest", f"{name}: {state}: {browser.run('return document.body.innerText')}")
@@ -177,7 +182,7 @@ def test_broken(browser, folder, name):
     broken.write_text(wrong)
     browser.open(broken)
     rest(browser)
-    rms = difference(browser, folder / f"{name}.png")
+    rms = difference(browser, (folder / f"{name}.png").read_bytes())
     expect(rms > BOUND, f"an extinction of 0.9 differs by {rms:.3f} codes only")
 
 
@@ -189,7 +194,37 @@ def test_no_graphics(folder, name):
         expect(state == "failed" and not shown[0] and "WebGL 2" in shown[1], f"without WebGL: {state}, {shown}")
 
 
+def test_codes(program, assets, folder):
+    """Where the device has codes, the page has these alone. They have half of the bits of float32 or less,
+    and what corners do not tell of each other is mostly 0: deflated they have less than half of float32's bytes."""
+    def elements(name, *options):
+        page = folder / f"{name}.html"
+        render(program, ["rotated.vdb", *options], page, assets)
+        found = re.findall(r'id="density_(codes|texels)-\d">([^<]*)', page.read_text())
+        return {kind for kind, _ in found}, sum(len(text) for _, text in found)
+    (coded, small), (plain, large) = elements("coded"), elements("plain", "--texel", "float32")
+    expect(coded == {"codes"} and plain == {"texels"}, f"the pages have {coded} and {plain}")
+    expect(2 * small < large, f"codes take {small} bytes, values {large}")
+
+
+def test_docs(browser, docs):
+    """Each page in docs/pages shows at rest the picture that it contains, and the docs link to it."""
+    linked = set()
+    for text in (docs.parent / "README.md", docs / "user-guide.md"):
+        linked |= set(re.findall(r"pages/[\w-]+\.html", text.read_text()))
+    pages = sorted((docs / "pages").iterdir())
+    expect({f"pages/{page.name}" for page in pages} == linked, f"the docs link to {linked}")
+    expect(sum(page.stat().st_size for page in pages) < 2.5e6, "the pages of the docs are too large")
+    for page in pages:
+        browser.open(page)
+        state = rest(browser)
+        png = base64.b64decode(re.search(r"data:image/png;base64,([^\"]*)", page.read_text())[1])
+        rms = difference(browser, png) if state == "rest" else math.inf
+        expect(rms <= BOUND, f"{page.name}: {state}, {rms:.3f} codes from its picture")
+
+
 def main(program, assets, folder):
+    test_codes(program, assets, folder)
     with Browser(SOFTWARE_GRAPHICS) as browser:
         for name in SCENES:
             test_scene(browser, program, assets, folder, name)
@@ -199,6 +234,7 @@ def main(program, assets, folder):
                     expect(part in text, f"the page does not say {part}")
                 test_controls(browser, program, folder)
                 test_broken(browser, folder, name)
+        test_docs(browser, assets.parent / "docs")
     test_no_graphics(folder, "smoke")
     return 1 if failures else 0
 

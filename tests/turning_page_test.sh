@@ -8,7 +8,6 @@ tested=render
 
 R="-q --resolution 64x64"
 S=$assets/rotated.vdb
-run 2 "a page (.html) has no --mode slice" "$S" -o a.html $R --mode slice
 run 2 "a page (.html) has no --filter hardware" "$S" -o a.html $R --filter hardware
 run 2 "a page (.html) has no --color-bar" "$S" -o a.html $R --color-bar
 run 2 "--aov needs an .exr" "$S" -o a.html $R --aov depth

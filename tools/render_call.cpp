@@ -196,6 +196,7 @@ Wish wish_of(const RenderCall& call) {
   wish.layers = layers_of(call.layers);
   wish.count = call.verbose || !call.stats.empty();
   wish.time_budget_ms = call.time_budget;
+  wish.fewest_bytes = is_page_name(call.output);
   return wish;
 }
 

@@ -160,9 +160,10 @@ class Session {
   /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
   void prepare(Marcher& marcher, const Wish& wish = {});
 
-  /// The grids converted to a texel type, with their light once that is computed. Throws what
-  /// convert throws, and Error(memory) if the volume must be drawn in parts.
-  const MediumAtlas& atlas(TexelType texel);
+  /// What the device has of the grids with a texel type, or with a plan's codes, with their light
+  /// once that is computed. It stays until the next call. Throws what convert throws, and
+  /// Error(memory) if the volume must be drawn in parts.
+  const MediumAtlas& atlas(TexelType texel, const CodeWidths& codes = {});
 
   /// Chooses the method for the tolerance of the wish's scene, or for the wish's time budget.
   MarchPlan plan(Marcher& marcher, const Wish& wish);

@@ -305,13 +305,13 @@ void Session::prepare(Marcher& marcher, const Wish& wish) {
   impl_->prepare(parts, wanted, wish, times);
 }
 
-const MediumAtlas& Session::atlas(TexelType texel) {
+const MediumAtlas& Session::atlas(TexelType texel, const CodeWidths& codes) {
   convert();
   if (impl_->atlas.empty())
     throw Error(ExitCode::memory,
                 "the volume must be drawn in parts; give a larger --memory-limit, or --lod 1");
   PreparationTimes times;
-  return impl_->atlas.of(impl_->view, texel, times);
+  return impl_->atlas.on_device(impl_->view, texel, codes, times);
 }
 
 MarchPlan Session::plan(Marcher& marcher, const Wish& wish) {

@@ -66,6 +66,14 @@ void add_grid(const std::string& name, const BrickAtlas& atlas, const BrickAtlas
   textures.push_back({name + "_constants",
                       format_of(atlas.channels, 4),
                       {{bytes_of(constants.data(), constants.size()), 4, atlas.channels}}});
+  if (atlas.codes) {
+    const std::string_view codes = bytes_of(atlas.codes.get(), atlas.code_count());
+    textures.push_back({name + "_codes",
+                        beside ? "RGBA32UI" : "RG32UI",
+                        {{codes, 4, beside ? 4 : 2}},
+                        beside ? 1 + beside->channels : 1});
+    return;
+  }
   WebTexture texels{name + "_texels", {}, {texels_of(atlas)}};
   if (beside) texels.channels.push_back(texels_of(*beside));
   int channels = 0;
@@ -104,7 +112,8 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
   key.constants = setup.constants;
   std::vector<std::string> names;
   for (const WebTexture& texture : march.textures) names.push_back(texture.name);
-  const auto text = [&] { return webgl_text(march_source(key, "march.frag", false), names); };
+  const char* const shader = view.scene.shows(Shows::plane) ? "slice.frag" : "march.frag";
+  const auto text = [&] { return webgl_text(march_source(key, shader, false), names); };
   march.text = text();
   key.constants.find_depth = true;
   if (has_depth) march.depth_text = text();

@@ -25,6 +25,7 @@ struct WebNumbers {
 struct WebTexture {
   std::string name, format;  ///< `RGBA32F`
   std::vector<WebNumbers> channels;
+  int code_channels = 0;  ///< of bricks in codes (CodeWidth); 0: these are no codes
 };
 
 /// How a camera's rays come into a grid's voxels (RayBundle).

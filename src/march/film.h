@@ -70,4 +70,7 @@ class Film {
 /// the colours of the colour map or transfer function. It takes the place of every marcher.
 RenderResult draw_slice(const View& view, const RenderOptions& options);
 
+/// The view with nothing in its medium but what a slice shows.
+View slice_view(View view);
+
 }  // namespace psivox

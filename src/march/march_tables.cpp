@@ -198,8 +198,8 @@ void place_passed(const std::vector<float>& depths, const PixelBox& pixels, Marc
 }
 
 void place_clip(const View& view, double anchor_distance, MarchSetup& setup) {
-  const std::vector<HalfSpace> clip = clip_of(view.scene);
-  if (clip.empty()) return;
+  const std::vector<HalfSpace> cuts = cuts_of(view.scene);
+  if (cuts.empty()) return;
   const Camera& camera = view.camera;
   MarchParameters& p = setup.parameters;
   std::vector<glm::vec4> entries;
@@ -210,7 +210,7 @@ void place_clip(const View& view, double anchor_distance, MarchSetup& setup) {
   };
   const glm::dvec3 anchor = camera.position + anchor_distance * camera.forward;
   const double spread = camera.orthographic ? 1 : anchor_distance;
-  for (const HalfSpace& half : clip) {
+  for (const HalfSpace& half : cuts) {
     const double unit = p.world_unit;
     const glm::dvec3 across(0, glm::dot(half.normal, camera.right) * camera.half_width,
                             glm::dot(half.normal, camera.up) * camera.half_height);
@@ -220,8 +220,8 @@ void place_clip(const View& view, double anchor_distance, MarchSetup& setup) {
     add(camera.orthographic ? along : along + across);
   }
   p.clip_first = append(entries, setup);
-  p.clip_planes = int(clip.size());
-  setup.constants.clips = true;
+  p.clip_planes = int(clip_of(view.scene).size());
+  setup.constants.clips = p.clip_planes > 0;
 }
 
 void place_holdout(const View& view, double anchor_distance, MarchSetup& setup) {

@@ -90,7 +90,8 @@ AtlasOptions density_options(const View& view) {
       return own.min <= isovalue && isovalue <= own.max;
     };
     options.with_margin = true;  // normals are central differences
-  } else if (medium.transfer && !view.scene.shows(Shows::value)) {
+  } else if (medium.transfer && !view.scene.shows(Shows::value) &&
+             !view.scene.shows(Shows::plane)) {
     // A uniform step reaches from brick to brick, so that a rule which applies the function between
     // its ends needs every value.
     const bool every_value = is_transfer_rule(view.scene.resolved_integrator()) &&

@@ -44,28 +44,27 @@ bool passes(const Plane& plane, const Leaf& leaf, const glm::dmat4& world_from_i
   return least <= rounding && most >= -rounding;
 }
 
-/// A density whose values stay in the file with the leaves alone that a plane passes, in memory.
-std::shared_ptr<const Field> on_plane(const std::shared_ptr<const Field>& density,
-                                      const Scene& scene) {
-  if (!density->reader) return density;
+/// A density with the leaves alone that a plane passes, in memory.
+std::shared_ptr<const Field> on_plane(const Field& density, const Scene& scene) {
   const Plane plane = placed_plane(scene);
   const auto wanted = [&](const Leaf& leaf) {
-    return passes(plane, leaf, density->world_from_index);
+    return passes(plane, leaf, density.world_from_index);
   };
-  const std::uint64_t needed = std::uint64_t(std::ranges::count_if(density->leaves, wanted)) * 512 *
-                               sizeof(float) * std::uint64_t(density->channels);
-  if (const std::uint64_t most = grid_memory(scene); most > 0 && needed > most)
-    throw Error(ExitCode::memory, "grid '" + density->name + "': the slice passes " +
+  const std::uint64_t most = density.reader ? grid_memory(scene) : 0;
+  const std::uint64_t needed = std::uint64_t(std::ranges::count_if(density.leaves, wanted)) * 512 *
+                               sizeof(float) * std::uint64_t(density.channels);
+  if (most > 0 && needed > most)
+    throw Error(ExitCode::memory, "grid '" + density.name + "': the slice passes " +
                                       mebibytes(needed) + " of its values, over the limit of " +
                                       mebibytes(most) + " for grids; raise --memory-limit");
-  return std::make_shared<const Field>(part_of_field(*density, wanted));
+  return std::make_shared<const Field>(part_of_field(density, wanted));
 }
 
 class Slice {
  public:
   explicit Slice(const View& view)
       : view_(view),
-        density_(on_plane(view.medium.density, view.scene)),
+        density_(on_plane(*view.medium.density, view.scene)),
         values_(*density_),
         domain_(view.medium.density->domain()),
         index_from_world_(glm::inverse(view.medium.density->world_from_index)),
@@ -111,6 +110,17 @@ class Slice {
 };
 
 }  // namespace
+
+View slice_view(View view) {
+  const Medium whole = std::move(view.medium);
+  view.medium = {};
+  view.medium.density = on_plane(*whole.density, view.scene);
+  view.medium.color = whole.color;
+  view.medium.transfer = whole.transfer;
+  const bool colored = whole.transfer && whole.transfer->has_color();
+  view.medium.source = colored ? LuminanceSource::transfer : LuminanceSource::density;
+  return view;
+}
 
 RenderResult draw_slice(const View& view, const RenderOptions& options) {
   const Stopwatch watch;

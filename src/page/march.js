@@ -9,7 +9,7 @@ function formats(name) {
   const channels = name.match(/^[RGBA]+/)[0].length;
   return {
     channels, internal: gl[name], type: uint ? gl.UNSIGNED_INT : half ? gl.HALF_FLOAT : gl.FLOAT,
-    format: uint ? [gl.RED_INTEGER, gl.RG_INTEGER][channels - 1] : [gl.RED, gl.RG, gl.RGB, gl.RGBA][channels - 1],
+    format: uint ? [gl.RED_INTEGER, gl.RG_INTEGER, , gl.RGBA_INTEGER][channels - 1] : [gl.RED, gl.RG, gl.RGB, gl.RGBA][channels - 1],
     array: uint ? Uint32Array : half ? Uint16Array : Float32Array,
   };
 }
@@ -27,10 +27,47 @@ async function numbers(id, array) {
   return new array(result.buffer);
 }
 
+// The words of bricks in codes, as add_differences in src/page/packed_numbers.cpp takes them apart.
+// Places count numbers of 32 bits; each word has two.
+function words_of(heads, differences, channels) {
+  const places = [], codes = new Int32Array(729), pair = 2 * channels, width_of = i => heads[pair * i + 1] & 3;
+  let end = 0, first = 0;
+  for (let i = 0; pair * i < heads.length; end += pair * 82 << width_of(i++)) places.push(end);
+  const words = new Uint32Array(end);
+  places.forEach((place, i) => words.set(heads.subarray(pair * i, pair * (i + 1)), place));
+  for (const [wide, bits] of [7, 12, 16].entries())
+    for (let channel = 0; channel < channels; ++channel) places.forEach((place, i) => {
+      if (width_of(i) !== wide) return;
+      for (let k = 0; k < 729; ++k) {
+        const folded = differences[first + k] >> (16 - bits);
+        codes[k] = folded & 1 ? ~(folded >> 1) : folded >> 1;
+      }
+      first += 729;
+      for (const stride of [1, 9, 81])
+        for (let k = stride; k < 729; ++k) if (Math.floor(k / stride) % 9) codes[k] += codes[k - stride];
+      put_codes(codes, wide, bits, words.subarray(place + pair + 2 * channel), pair);
+    });
+  return words;
+}
+
+function put_codes(codes, wide, bits, words, stride) {
+  const cells = 8 >> wide, mask = (1 << bits) - 1;
+  for (let row = 0, at = 0; row < 81; ++row)
+    for (let z = 0; z < 8; z += cells, at += stride)
+      for (let k = 0; k <= cells; ++k) {  // no two codes have a bit in common
+        const part = (codes[9 * row + z + k] & mask) * 2 ** (k * bits);
+        words[at] += part % 2 ** 32;
+        words[at + 1] += Math.floor(part / 2 ** 32);
+      }
+}
+
 async function load_texture(texture, unit) {
   const {channels, internal, format, type, array} = formats(texture.format);
   const parts = [];
-  for (let i = 0; i < texture.channels.length; ++i) parts.push(await numbers(`${texture.name}-${i}`, array));
+  const part = (i, of) => numbers(`${texture.name}-${i}`, of);
+  if (texture.code_channels)
+    parts.push(words_of(await part(0, array), await part(1, Uint16Array), texture.code_channels));
+  else for (let i = 0; i < texture.channels.length; ++i) parts.push(await part(i, array));
   const entries = parts[0].length / texture.channels[0], rows = Math.max(1, Math.ceil(entries / row));
   if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw Error("This device's textures are too small.");
   const all = new array(rows * row * channels);

@@ -1,7 +1,5 @@
 #include "psivox/page.h"
 
-#include <zlib.h>
-
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -13,9 +11,11 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "gl/webgl_march.h"
+#include "march/film.h"
+#include "page/packed_numbers.h"
 #include "page/page_files.h"
-#include "plan/plan.h"
-#include "psivox/legend.h"
+#include "plan/choose_codes.h"
+#include "psivox/image.h"
 #include "psivox/picture_file.h"
 #include "scene/clip.h"
 
@@ -29,27 +29,10 @@ constexpr double megabyte = 1e6;
 
 Json json_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
-/// The numbers as the page holds them: their first bytes, then their second ones, ..., deflated.
-/// Neighbours are alike in their high bytes, which deflates to less.
-std::string packed(const gl::WebNumbers& numbers) {
-  const auto size = std::size_t(numbers.size);
-  const std::size_t count = numbers.bytes.size() / size;
-  std::string planes(numbers.bytes.size(), '\0');
-  for (std::size_t k = 0; k < size; ++k)
-    for (std::size_t i = 0; i < count; ++i) planes[k * count + i] = numbers.bytes[i * size + k];
-  uLongf length = compressBound(planes.size());
-  std::string result(length, '\0');
-  if (compress2(reinterpret_cast<Bytef*>(result.data()), &length,
-                reinterpret_cast<const Bytef*>(planes.data()), planes.size(), 6) != Z_OK)
-    throw Error(ExitCode::failure, "the page's numbers cannot be compressed");
-  result.resize(length);
-  return base64(result);
-}
-
 void check_size(double bytes, const PageOptions& options) {
   if (bytes <= options.limit_mb * megabyte) return;
   throw Error(ExitCode::usage, formatted("the page takes %.1f MB or more, above --page-limit %g; "
-                                         "--texel float16, --lod 1 or --clip "
+                                         "--tolerance, --lod 1 or --clip "
                                          "makes it smaller",
                                          bytes / megabyte, options.limit_mb));
 }
@@ -73,12 +56,14 @@ class PrivateFolder {
   std::string path_ = (fs::temp_directory_path() / "psivox-page-XXXXXX").string();
 };
 
-/// The picture as a PNG of base64. Writers of pictures need a file.
-std::string png_of(const Drawn& drawn, const View& view) {
+/// The picture as a PNG of base64, over black if there is no background. It has no metadata: these
+/// name folders. Writers of pictures need a file.
+std::string png_of(Image image, const Scene& scene) {
   const PrivateFolder folder;
   const std::string file = folder.path() + "/picture.png";
-  Image image = drawn.image;
-  write_picture(image, view.scene, legend_of(view), drawn.stats.renderer, {file});
+  add_background(image, scene.background ? scene.background->color : glm::dvec3(0), {});
+  image.metadata.clear();
+  write_image(image, file, {.display = display_of(scene)});
   return base64(read_text(file, "picture"));
 }
 
@@ -99,9 +84,11 @@ std::string command_of(Scene scene, const Camera& camera) {
   return render_command_line(scene, "picture.png");
 }
 
-/// "estimated error RMS 3.1e-04, tolerance 0.001"; empty where nothing is known of it.
+/// "estimated error RMS 3.1e-04, tolerance 0.001"; empty where nothing is known of it, and of a
+/// slice, which has none.
 std::string error_text(const Drawn& drawn) {
   std::string text;
+  if (drawn.scene.shows(Shows::plane)) return text;
   if (drawn.plan && drawn.plan->rays > 0)
     text = formatted("estimated error RMS %.1e", drawn.plan->chosen.rms);
   if (drawn.scene.tolerance)
@@ -136,15 +123,17 @@ Json march_json(const View& view, const gl::WebMarch& march) {
          {"columns", {json_of(grid.linear[0]), json_of(grid.linear[1]), json_of(grid.linear[2])}},
          {"origin", json_of(grid.origin)}});
   json["clip"] = Json::array();
-  for (const HalfSpace& half : clip_of(view.scene))
+  for (const HalfSpace& half : cuts_of(view.scene))
     json["clip"].push_back({{"normal", json_of(half.normal)}, {"offset", half.offset}});
   for (const gl::WebUniform& uniform : march.uniforms)
     json["uniforms"].push_back({uniform.name, uniform.kind, uniform.values});
   for (const gl::WebTexture& texture : march.textures) {
     Json channels = Json::array();
     for (const gl::WebNumbers& some : texture.channels) channels.push_back(some.channels);
-    json["textures"].push_back(
-        {{"name", texture.name}, {"format", texture.format}, {"channels", channels}});
+    json["textures"].push_back({{"name", texture.name},
+                                {"format", texture.format},
+                                {"channels", channels},
+                                {"code_channels", texture.code_channels}});
   }
   for (int i = 0; i < view.scene.pixel_samples; ++i) {
     const glm::dvec2 place = pixel_sample(i, view.scene.pixel_samples);
@@ -185,6 +174,14 @@ void fill(std::string& page, const std::string& mark, const std::string& text) {
   page.replace(page.find(mark), mark.size(), text);
 }
 
+/// What a slice shows, in place of the view's medium, and its atlas; unset in other modes.
+std::optional<MediumAtlas> slice_atlas(View& view) {
+  if (!view.scene.shows(Shows::plane)) return {};
+  view = slice_view(std::move(view));
+  view.scene.texel = TexelType::float32;
+  return build_medium_atlas(view);
+}
+
 }  // namespace
 
 bool is_page_name(const std::string& path) {
@@ -194,7 +191,6 @@ bool is_page_name(const std::string& path) {
 
 std::string page_obstacle(const Scene& scene) {
   const auto no = [](const std::string& what) { return "a page (.html) has no " + what; };
-  if (scene.shows(Shows::plane)) return no("--mode slice");
   if (scene.filter == Filter::hardware) return no("--filter hardware");
   if (scene.resolved_sampling() == Sampling::template_) return no("--sampling template");
   if (!scene.holdout.empty()) return no("--holdout");
@@ -209,14 +205,16 @@ std::string page_obstacle(const Scene& scene) {
 void check_page(Session& session, const PageOptions& options) {
   if (const std::string obstacle = page_obstacle(session.view().scene); !obstacle.empty())
     throw Error(ExitCode::usage, obstacle);
+  if (session.view().scene.shows(Shows::plane)) return;  // its bricks are few
   double bytes = 0, least = 0;
-  const std::vector<gl::WebTexture> textures =
-      gl::web_textures(session.atlas(session.view().scene.texel));
-  for (const gl::WebTexture& texture : textures)
+  const auto textures = [&](TexelType texel) { return gl::web_textures(session.atlas(texel)); };
+  const View& view = session.view();
+  for (const gl::WebTexture& texture : textures(view.scene.texel))
     for (const gl::WebNumbers& some : texture.channels) bytes += double(some.bytes.size());
   if (bytes < options.limit_mb * megabyte) return;  // it will be smaller
-  for (const gl::WebTexture& texture : textures)
-    for (const gl::WebNumbers& some : texture.channels) least += double(packed(some).size());
+  const bool chooses = view.scene.tolerance && may_be_coded(view);
+  for (const gl::WebTexture& texture : textures(chooses ? TexelType::code7 : view.scene.texel))
+    for (const std::string& text : packed(texture)) least += double(text.size());
   check_size(least, options);
 }
 
@@ -231,7 +229,10 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
   view.scene.background = drawn.scene.background;
   if (!view.scene.exposure) view.scene.exposure = auto_exposure(drawn.image, view.scene.tone_map);
   gl::WebMarch march;
-  make_web_march(view, session.atlas(view.scene.texel), planned ? planned->brick_steps : nullptr,
+  const std::optional<MediumAtlas> sliced = slice_atlas(view);
+  const MediumAtlas& atlas =
+      sliced ? *sliced : session.atlas(view.scene.texel, planned ? planned->code_widths : nullptr);
+  make_web_march(view, atlas, planned ? planned->brick_steps : nullptr,
                  layer_obstacle("depth", view.scene).empty(), march);
   std::string data =
       element("scene", "application/json",
@@ -240,16 +241,17 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
   data += element("march", "x-shader/x-fragment", march.text);
   data += element("depth", "x-shader/x-fragment", march.depth_text);
   data += element("display", "x-shader/x-fragment", gl::web_display_text());
-  for (const gl::WebTexture& texture : march.textures)
-    for (std::size_t i = 0; i < texture.channels.size(); ++i)
-      data += element(texture.name + "-" + std::to_string(i), "text/plain",
-                      packed(texture.channels[i]));
+  for (const gl::WebTexture& texture : march.textures) {
+    const std::vector<std::string> texts = packed(texture);
+    for (std::size_t i = 0; i < texts.size(); ++i)
+      data += element(texture.name + "-" + std::to_string(i), "text/plain", texts[i]);
+  }
   const std::map<std::string, std::string>& files = turning_page_files();
   std::string page = files.at("page.html");
   // from the last on, so that no text is taken for a mark
   fill(page, "@SCRIPT@", files.at("camera.js") + files.at("march.js") + files.at("page.js"));
   fill(page, "@DATA@", data);
-  fill(page, "@PICTURE@", png_of(drawn, view));
+  fill(page, "@PICTURE@", png_of(drawn.image, view.scene));
   fill(page, "@TITLE@", html_text(fs::path(view.scene.input).filename().string()));
   check_size(double(page.size()), options);
   return page;

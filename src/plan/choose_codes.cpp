@@ -10,6 +10,7 @@
 #include "march/march_double.h"
 #include "plan/brick_effects.h"
 #include "psivox/medium.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -21,7 +22,7 @@ constexpr double depth_step = 12, light_step = 12;
 
 /// Each further trial's steps are narrower by what the trial before missed, within these factors,
 /// and reach this part of what may be missed.
-constexpr double narrower = 3.0 / 4, narrowest = 1.0 / 32, aimed = 0.8;
+constexpr double narrower = 1.0 / 4, narrowest = 1.0 / 32, aimed = 0.8;
 constexpr int most_trials = 3;
 
 /// What the pilot's rays may show with codes [tolerances]: a method may take nearly all that any

@@ -198,7 +198,7 @@ void define_pictures(py::module_& m) {
       .def_readwrite("base_file", &SceneWords::base_file)
       .def_readwrite("camera", &SceneWords::camera)
       .def_readwrite("settings", &SceneWords::settings);
-  py::class_<Picture>(m, "Image", py::buffer_protocol())
+  py::class_<Picture>(m, "Image", py::buffer_protocol(), py::dynamic_attr())
       .def_buffer([](Picture& picture) {
         const Image& image = picture.image;
         const py::ssize_t width = image.width;
@@ -225,6 +225,12 @@ void define_pictures(py::module_& m) {
       .def_property_readonly("_scene", [](const Picture& p) { return to_json(p.scene); })
       .def_property_readonly("estimate", &plan_dict)
       .def_property_readonly("checked", &checked_dict)
+      .def_property_readonly("_background",
+                             [](const Picture& p) -> std::optional<std::array<double, 3>> {
+                               if (!p.look_background) return {};
+                               const glm::dvec3& color = p.look_background->color;
+                               return std::array{color.x, color.y, color.z};
+                             })
       .def_property_readonly("_page", [](const Picture& p) { return py::bytes(p.page); })
       .def("_write",
            [](const Picture& picture, const std::string& path, bool half, std::optional<int> bits) {

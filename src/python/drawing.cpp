@@ -166,6 +166,7 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   wish.scene = moved(given, in_time);
   wish.layers = layers_of(wanted.layers);
   wish.time_budget_ms = wanted.time_budget_ms;
+  wish.fewest_bytes = wanted.page.has_value();
   wish.progress = over_stages(progress, session_->view().medium.light.has_value());
   if (wanted.page) check_page(*session_, *wanted.page);
   try {

@@ -7,6 +7,11 @@
 
 namespace psivox {
 
+static HalfSpace bounded_by(const Plane& plane) {
+  const glm::dvec3 normal = glm::normalize(plane.normal);
+  return {normal, glm::dot(normal, plane.point.value_or(glm::dvec3(0)))};
+}
+
 std::vector<HalfSpace> clip_of(const Scene& scene) {
   std::vector<HalfSpace> clip;
   if (scene.clip) {
@@ -17,11 +22,14 @@ std::vector<HalfSpace> clip_of(const Scene& scene) {
       clip.push_back({-normal, -scene.clip->max[axis]});
     }
   }
-  if (scene.clip_plane) {
-    const glm::dvec3 normal = glm::normalize(scene.clip_plane->normal);
-    clip.push_back({normal, glm::dot(normal, scene.clip_plane->point.value_or(glm::dvec3(0)))});
-  }
+  if (scene.clip_plane) clip.push_back(bounded_by(*scene.clip_plane));
   return clip;
+}
+
+std::vector<HalfSpace> cuts_of(const Scene& scene) {
+  std::vector<HalfSpace> cuts = clip_of(scene);
+  if (scene.shows(Shows::plane) && scene.slice) cuts.push_back(bounded_by(*scene.slice));
+  return cuts;
 }
 
 glm::dvec2 clip_interval(const std::vector<HalfSpace>& clip, const WorldRay& ray) {

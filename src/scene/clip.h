@@ -18,6 +18,10 @@ struct HalfSpace {
 /// What --clip and --clip-plane leave: the intersection of these. Empty: everything.
 std::vector<HalfSpace> clip_of(const Scene& scene);
 
+/// The clip's half spaces and, behind them, one that the slice's plane bounds, if the mode shows
+/// it.
+std::vector<HalfSpace> cuts_of(const Scene& scene);
+
 /// The part of a ray, from and to [world units], that the half spaces leave of it. Empty if the
 /// second is not above the first.
 glm::dvec2 clip_interval(const std::vector<HalfSpace>& clip, const WorldRay& ray);

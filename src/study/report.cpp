@@ -247,6 +247,8 @@ std::string references(const StudyResults& results, const fs::path& folder) {
     if (!names.insert(name).second) continue;
     out += html_figure(folder / (name + ".png"), "the picture, by the reference", picture_width);
   }
+  if (fs::exists(folder / turning_name))
+    out += std::string("<p><a href=\"") + turning_name + "\">Turn the picture</a></p>\n";
   return out;
 }
 

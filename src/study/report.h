@@ -12,6 +12,9 @@ namespace psivox {
 inline constexpr const char* pictures_folder = "pictures";
 inline constexpr const char* differences_folder = "differences";
 
+/// The page on which the study's picture turns, if there is one.
+inline constexpr const char* turning_name = "turning.html";
+
 /// File name, without extension, of the reference for a variant. There is one reference per
 /// resolution.
 std::string reference_name(const Variant& variant);

@@ -64,6 +64,7 @@ class StudyRun {
         did(cost_.picture(plan_.variants[i]));
       }
     save();
+    pictures_.write_turning_page();
   }
 
   void report() const { write_report(results(), options_.folder); }

@@ -4,7 +4,9 @@
 #include <set>
 
 #include "base/stopwatch.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
+#include "psivox/page.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
 #include "study/page.h"
@@ -107,6 +109,20 @@ Legend StudyPictures::legend(const glm::ivec2& resolution) const {
 
 void StudyPictures::write_png(Image image, const Scene& own, const fs::path& path) const {
   write_picture(image, own, legend(own.resolution), description(*gpu), {path.string()});
+}
+
+void StudyPictures::write_turning_page() {
+  Wish wish = wish_of({});
+  wish.scene = with_default_tolerance(scene);
+  wish.fewest_bytes = true;
+  if (!page_obstacle(*wish.scene).empty()) return;
+  const Drawn drawn = draw(*gpu, wish);
+  try {
+    const std::string page = page_text(session_, drawn, {.limit_mb = 2});
+    write_text((options_.folder / turning_name).string(), page);
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::usage && error.code() != ExitCode::memory) throw;
+  }
 }
 
 ForeignPoint StudyPictures::compare(const ForeignPicture& foreign) const {

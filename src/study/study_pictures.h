@@ -45,6 +45,9 @@ class StudyPictures {
   CostTrial trial(const Variant& variant);
   /// Writes the picture as `render` does, with the scene's background and exposure.
   void write_png(Image image, const Scene& scene, const std::filesystem::path& path) const;
+  /// Writes the page on which the picture turns, by the method of the default tolerance. Writes
+  /// none where a page cannot show the scene, or takes more than 2 MB.
+  void write_turning_page();
   /// Compares with the reference of the same size, which must be there; writes both pictures.
   ForeignPoint compare(const ForeignPicture& foreign) const;
 

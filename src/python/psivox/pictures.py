@@ -80,6 +80,12 @@ class Image:
         for notice in self._write(os.fspath(path), half, bits):
             warnings.warn(notice, stacklevel=2)
 
+    def page(self, path, *, credit="", page_limit=32):
+        """Writes a page on which the picture turns, as psivox.show makes it. Draws the picture once
+        more: its file or array must still be the same."""
+        show(self._source, scene=self.scene, background=self._background, credit=credit,
+             page_limit=page_limit).write(path)
+
     def _repr_png_(self):
         with tempfile.TemporaryDirectory(prefix="psivox-") as folder:
             path = os.path.join(folder, "picture.png")
@@ -152,6 +158,7 @@ class Session:
             keywords["grid"] = opened.grid
         words = words_of(keywords, _call_names, scene, camera)
         words.settings = [("input", opened.path), *words.settings]
+        self._source = source
         self._drawing = _core.Drawing(opened.file, words)
 
     def render(self, *, aov=(), time_budget=None, check_error=0, progress=None, camera=None,
@@ -169,6 +176,7 @@ class Session:
             bar.close()
         for notice in image.notices:
             warnings.warn(notice, stacklevel=3)  # where `render` was called
+        image._source = self._source
         return image
 
     def close(self):

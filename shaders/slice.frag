@@ -1,0 +1,29 @@
+// The values on a plane, for pages; src/march/slice.cpp draws every other picture of them.
+#include "marcher.glsl"
+
+// Row 0 of the framebuffer is the picture's top row of the tile.
+uniform ivec2 tile_origin;
+
+layout(location = 0) out vec4 out_picture;  // R G B A
+layout(location = 1) out vec4 out_layers;   // depth [world]
+
+vec3 shown(float value) {
+  if (!transfer) return vec3(value);
+  Classified c = classify(value);
+  return luminance_source == SOURCE_TRANSFER ? c.color : vec3(c.attenuation);
+}
+
+void main() {
+  Pixel p = make_pixel(floor(gl_FragCoord.xy) + vec2(tile_origin));
+  Ray ray = march_ray_of(p);
+  int plane = clip_first + 4 * clip_planes;  // behind the clip's
+  float t = -affine(plane, p) / (affine(plane + 2, p) * p.inverse_length);
+  out_picture = vec4(0.0);
+  out_layers = vec4(NEVER, 0.0, 0.0, 0.0);
+  if (!(t >= ray.begin && t <= ray.end)) return;
+  Node node = find_node(density_grid, cell_at(ray, t, density.domain_min, density.domain_max));
+  float value = node_value(node);
+  if (node.kind == NODE_BRICK) value = sample_scalar(density_grid, node, position(ray, t));
+  out_picture = vec4(color * shown(value), 1.0);
+  out_layers.x = (t - camera_time(p)) * world_unit;
+}
