@@ -175,6 +175,7 @@ void RenderJob::draw(Session& session, Marcher& marcher) {
   Wish wish = wish_of(call_);
   wish.team = team_;
   wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
+  wish.last = true;
   report_.drawn = session.draw(marcher, wish);
 }
 
