@@ -1,6 +1,6 @@
-# What each target compiles with, and components. A component is a folder of src/, compiled
-# separately with the packages it may use: OpenVDB in vdb, OpenImageIO in oiio, GL in gl.
-# tests/check_includes.sh enforces the rules that include paths cannot.
+# Flags and components. A component is a folder of src/, compiled separately with the packages it
+# may use: OpenVDB in vdb, OpenImageIO in oiio, GL in gl. tests/check_includes.sh enforces the rules
+# that include paths cannot.
 add_library(psivox_flags INTERFACE)
 target_compile_features(psivox_flags INTERFACE cxx_std_20)
 target_include_directories(psivox_flags INTERFACE "${PROJECT_SOURCE_DIR}/include"

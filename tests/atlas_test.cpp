@@ -14,7 +14,7 @@
 #include "field_voxels.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

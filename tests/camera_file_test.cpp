@@ -16,8 +16,8 @@
 
 #include "base/text_file.h"
 #include "psivox/error.h"
+#include "verify/made_fields.h"
 #include "verify/made_views.h"
-#include "verify/make_field.h"
 
 namespace psivox {
 namespace {

@@ -12,7 +12,7 @@
 #include "expect_near.h"
 #include "psivox/camera.h"
 #include "psivox/error.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

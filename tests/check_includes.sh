@@ -43,7 +43,7 @@ only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/medium/' '^src/page/' '^src/
 only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'
 only_in '^zlib\.h' '^src/page/' '^src/scan/' '^tests/scan_made_files\.h$'
-only_in '^stb/' '^src/image/glyphs\.'
+only_in '^stb/' '^src/image/canvas\.'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/(viewer_hands\.h|parameter_panel_test\.cpp)$'
 only_in '^mpi\.h' '^src/team/mpi/'
 only_in '^gtest/' '^tests/'

@@ -11,8 +11,8 @@
 #include "psivox/draw.h"
 #include "psivox/parameters.h"
 #include "scene/transfer_function.h"
+#include "verify/made_fields.h"
 #include "verify/made_views.h"
-#include "verify/make_field.h"
 
 namespace psivox {
 namespace {

@@ -10,7 +10,7 @@
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <cmath>
 
-#include "image/glyphs.h"
-#include "verify/make_field.h"
+#include "image/canvas.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

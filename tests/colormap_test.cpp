@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "psivox/error.h"
-#include "scene/color_space.h"
+#include "scene/color.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

@@ -7,7 +7,7 @@
 #include "march_cases.h"
 #include "plan/trial_method.h"
 #include "psivox/draw.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

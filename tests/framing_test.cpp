@@ -10,8 +10,8 @@
 #include "expect_near.h"
 #include "psivox/legend.h"
 #include "psivox/medium.h"
+#include "verify/made_fields.h"
 #include "verify/made_views.h"
-#include "verify/make_field.h"
 
 namespace psivox {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "psivox/medium.h"
 #include "scene/transfer_function.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 // Shared by the tests of functions of value and gradient.
 

@@ -328,8 +328,8 @@ TEST(GradientReference, AgreesWithSamples) {
       EXPECT_NEAR(r.optical_depth, s.optical_depth, off);
       for (int c = 0; c < 3; ++c) EXPECT_NEAR(r.radiance[c], s.radiance[c], off);
       const RayMedium ready(medium);
-      const RayDepth whole = RayIntegrator(ready, 1e-12).whole_depth(ray);
-      EXPECT_NEAR(whole.depth, r.optical_depth, whole.error + r.error);
+      const RayRadiance whole = RayIntegrator(ready, 1e-12).whole_depth(ray);
+      EXPECT_NEAR(whole.optical_depth, r.optical_depth, whole.error + r.error);
       // fits to 1e-11 of the attenuation, along optical depths of about 10
       EXPECT_LT(r.error, 1e-8);
       EXPECT_LT(whole.error, 1e-8);
@@ -382,7 +382,7 @@ TEST(IsosurfaceShell, IsEquallyThickWhateverTheSlope) {
     most_slope = std::max(most_slope, s);
     // the t at which the depth starts to grow, and at which it stops
     const auto depth = [&](double r) {
-      return integrator.optical_depth(ray, R - 2 * thickness, r);
+      return integrator.whole_depth(ray, R - 2 * thickness, r).optical_depth;
     };
     const double whole = depth(R + 2 * thickness);
     const auto reach = [&](double part) {

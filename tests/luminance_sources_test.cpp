@@ -19,7 +19,7 @@
 #include "psivox/parameters.h"
 #include "scene/black_body.h"
 #include "scene/transfer_function.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

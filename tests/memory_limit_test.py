@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """memory_limit_test.py PSIVOX MAKE_ASSETS: a volume that is several times as large as --memory-limit
 is drawn within the limit + 10 %, by the peak of resident memory that the system reports, and the
-picture is that of the whole; in light, too. A small picture takes few page faults."""
+picture is that of the whole; in light, too. A small picture takes few page faults, and the dynamic
+linker finds OpenVDB's symbols in the first library in which it looks."""
 import os
 import re
 import subprocess
@@ -45,6 +46,10 @@ def render(output, *options):
     return peak_of(program, "render", "fog.vdb", "-o", output, "--sampling", "cells",
                    "--early-termination", "0", "--resolution", "160x90", *options)
 
+
+libraries = re.findall(r"lib(openvdb|psivox)\.so", subprocess.run(
+    ["ldd", program], capture_output=True, text=True, check=True).stdout)
+assert "openvdb" not in libraries or libraries[0] == "openvdb", libraries
 
 with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)

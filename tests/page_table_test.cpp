@@ -9,7 +9,7 @@
 #include "march/atlas_march.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "view/parameter_panel.h"
+#include "view/widgets.h"
 
 namespace psivox::view {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "base/text_file.h"
 #include "psivox/error.h"
-#include "scene/color_space.h"
+#include "scene/color.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "../tools/progress_bar.h"
+#include "../tools/notices.h"
 
 namespace psivox {
 namespace {

@@ -39,6 +39,23 @@ inline Medium make_medium(Field density, double extinction, Field luminance) {
   return medium;
 }
 
+/// Prepares the medium for a single ray and integrates it.
+inline RayRadiance ray_radiance(const Medium& medium, const WorldRay& ray,
+                                double tolerance = 1e-12) {
+  const RayMedium ready(medium);
+  return RayIntegrator(ready, tolerance).radiance(ray);
+}
+
+/// Optical depth of extinction * field, exact except for rounding.
+inline double optical_depth(const Field& field, double extinction, const WorldRay& ray,
+                            double t0 = 0, double t1 = infinity) {
+  Medium medium;
+  medium.density = {std::shared_ptr<const Field>(), &field};
+  medium.extinction = extinction;
+  const RayMedium ready(medium);
+  return RayIntegrator(ready, 0).whole_depth(ray, t0, t1).optical_depth;
+}
+
 /// The same ray, by a plain quadrature of point-sampled fields.
 inline PlainRadiance plain(const Medium& medium, const WorldRay& ray, double t1, int panels = 48) {
   const PlainField density(*medium.density);

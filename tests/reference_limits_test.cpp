@@ -163,8 +163,8 @@ TEST(ReferenceLimits, BoundHolds) {
         for (int c = 0; c < 3; ++c)
           EXPECT_LE(std::abs(r.radiance[c] - truth.radiance[c]), r.error + truth.error)
               << tolerance;
-        // The rest covers the rounding of radiances up to ready.L_max.
-        EXPECT_LE(r.error, 1.1 * tolerance + 1e-13 * ready.L_max) << tolerance;
+        // The rest covers the rounding of radiances up to ready.behind_max.
+        EXPECT_LE(r.error, 1.1 * tolerance + 1e-13 * ready.behind_max) << tolerance;
       }
     }
   }

@@ -143,7 +143,7 @@ TEST(Reference, CountsCellsThatHoldValues) {
       make_field({{-20, 0, 0}, {40, 7, 7}}, [](glm::ivec3 v) { return v.x == 0 ? 1.0f : 0.0f; }), 1,
       LuminanceSource::constant);
   const RayMedium ready(medium);
-  const RayDepth depth = RayIntegrator(ready, 0).whole_depth({{-50, 3.5, 3.5}, {1, 0, 0}});
+  const RayRadiance depth = RayIntegrator(ready, 0).whole_depth({{-50, 3.5, 3.5}, {1, 0, 0}});
   EXPECT_EQ(depth.cells, 2u);  // [-1, 0] and [0, 1]
 }
 
@@ -179,7 +179,6 @@ TEST(Reference, PictureIsItsRays) {
       EXPECT_EQ(image.layers[1].name, "error");
       const RayMedium ready(view.medium);
       RayIntegrator integrator(ready, 1e-12);
-      double error_max = 0;
       std::uint64_t cells = 0;
       for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
@@ -194,7 +193,6 @@ TEST(Reference, PictureIsItsRays) {
             error += r.error / n;
             cells += r.cells;
           }
-          error_max = std::max(error_max, error);
           const auto i = static_cast<std::size_t>(y * image.width + x);
           for (int c = 0; c < 3; ++c)
             EXPECT_FLOAT_EQ(image.rgba()[4 * i + static_cast<std::size_t>(c)],
@@ -205,7 +203,6 @@ TEST(Reference, PictureIsItsRays) {
       }
       EXPECT_GT(cells, 0u);
       EXPECT_EQ(result.cells, cells);
-      EXPECT_DOUBLE_EQ(result.error_max, error_max);
       const ReferenceResult again = render_reference(view);
       EXPECT_EQ(again.image.layers[0].values, image.layers[0].values);
       EXPECT_EQ(again.image.layers[1].values, image.layers[1].values);

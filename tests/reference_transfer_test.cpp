@@ -71,8 +71,8 @@ TEST(ReferenceTransfer, AJumpCutsWhereTheValuePassesIt) {
   EXPECT_NEAR(ray_radiance(medium, along_x).optical_depth, 0.25 * length, 1e-14);
   // The depth that xray shows ends there too.
   const RayMedium ready(medium);
-  const RayDepth depth = RayIntegrator(ready, 1e-12).whole_depth(along_x);
-  EXPECT_NEAR(depth.depth, 0.25 * length, 1e-14);
+  const RayRadiance depth = RayIntegrator(ready, 1e-12).whole_depth(along_x);
+  EXPECT_NEAR(depth.optical_depth, 0.25 * length, 1e-14);
   EXPECT_LT(depth.error, 1e-13);
 }
 

@@ -12,7 +12,7 @@
 #include "figure.h"
 #include "march/shader_math.h"
 #include "psivox/colormap.h"
-#include "study/linear_opacity.h"
+#include "study/suite.h"
 
 namespace psivox {
 namespace {

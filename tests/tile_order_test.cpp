@@ -12,8 +12,8 @@
 
 #include "march/pixel_box.h"
 #include "reference/ray_radiance.h"
+#include "verify/made_fields.h"
 #include "verify/made_views.h"
-#include "verify/make_field.h"
 
 namespace psivox::gl {
 namespace {

@@ -80,7 +80,6 @@ TEST(TransferFunction, HasIntervalsThatHoldTheirLowerPoint) {
   EXPECT_EQ(constant.interval(2), 0);
   EXPECT_EQ(constant.at(-5).attenuation, 3);
   EXPECT_EQ(constant.max_attenuation(0, 5), 3);
-  EXPECT_EQ(constant.attenuation_integral(4), 6);
 }
 
 TEST(TransferFunction, StoresFloatsAndWidensJumpsToOneStep) {
@@ -128,31 +127,6 @@ TEST(TransferFunction, MaximaHoldOverTheIntervalAndAreReached) {
       if (p.value >= a && p.value <= b) reached = std::max(reached, p.attenuation);
     }
     EXPECT_EQ(reached, most);
-  }
-}
-
-TEST(TransferFunction, IntegralIsTheAntiderivative) {
-  const TransferFunction f = example();
-  const double up = f.points()[2].value - 1;  // the jump's width, its mean attenuation 3
-  EXPECT_EQ(f.attenuation_integral(-1), 0);
-  EXPECT_EQ(f.attenuation_integral(-4), 0);
-  EXPECT_EQ(f.attenuation_integral(0), 1);
-  EXPECT_EQ(f.attenuation_integral(1), 4);
-  // Few roundings of numbers below 8: 1e-15 each.
-  EXPECT_NEAR(f.attenuation_integral(3), 4 + 3 * up + (2 - up), 1e-14);
-  EXPECT_NEAR(f.attenuation_integral(6) - f.attenuation_integral(4), 1, 1e-14);
-
-  // Between two points the attenuation is linear, so the midpoint rule is exact except for
-  // rounding.
-  std::mt19937_64 random(4);
-  for (int round = 0; round < 100; ++round) {
-    const TransferFunction r = random_function(random);
-    for (std::size_t k = 0; k + 1 < r.points().size(); ++k) {
-      const double a = r.points()[k].value, b = r.points()[k + 1].value;
-      const double c = a + 0.3 * (b - a), d = a + 0.9 * (b - a);
-      EXPECT_NEAR(r.attenuation_integral(d) - r.attenuation_integral(c),
-                  (d - c) * r.at((c + d) / 2).attenuation, 1e-14);
-    }
   }
 }
 

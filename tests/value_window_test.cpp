@@ -1,6 +1,7 @@
 // Windows over a grid's values: ranges, percentiles, and the curve of the opacity.
 
-#include "scene/value_window.h"
+#include "psivox/scene.h"
+#include "scene/transfer_function.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +16,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "scene/transfer_function.h"
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

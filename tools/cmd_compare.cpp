@@ -5,8 +5,6 @@
 #include <string>
 
 #include "command_line.h"
-#include "commands.h"
-#include "psivox/error.h"
 #include "psivox/image.h"
 #include "render_call.h"
 
@@ -30,17 +28,16 @@ void compare_command(Arguments arguments) {
   CommandLine line(
       "compare", "Prints the difference of two pictures in linear radiance.", {},
       {"a.exr b.exr", "a.exr b.exr --diff difference.png", "a.exr b.exr --max-rms 1e-3"});
-  line.add_option("A", a, "picture: any that psivox writes")->type_name("")->required();
-  line.add_option("B", b, "another of the same size")->type_name("")->required();
-  line.add_option("--diff", diff,
-                  "picture of A - B to write: blue where A is darker, red where it is brighter")
-      ->type_name("FILE");
+  line.add_value("A", a, "", "picture: any that psivox writes")->required();
+  line.add_value("B", b, "", "another of the same size")->required();
+  line.add_value("--diff", diff, "FILE",
+                 "picture of A - B to write: blue where A is darker, red where it is brighter");
   const CLI::Validator limit = number_in<double>({.min = 0});
-  line.add_option("--max-rms", max_rms, "exit with 7 if the RMS over pixels and channels exceeds X")
-      ->type_name("X")
+  line.add_value("--max-rms", max_rms, "X",
+                 "exit with 7 if the RMS over pixels and channels exceeds X")
       ->check(limit);
-  line.add_option("--max-abs", max_abs, "exit with 7 if the largest absolute difference exceeds X")
-      ->type_name("X")
+  line.add_value("--max-abs", max_abs, "X",
+                 "exit with 7 if the largest absolute difference exceeds X")
       ->check(limit);
   if (!line.read(arguments)) return;
 

@@ -13,7 +13,6 @@
 #include "atlas/regions.h"
 #include "base/text.h"
 #include "command_line.h"
-#include "commands.h"
 #include "psivox/atlas.h"
 #include "psivox/file_report.h"
 #include "psivox/vdb.h"
@@ -124,14 +123,13 @@ void info_command(Arguments arguments) {
                    "Tells what a file (.vdb, NIfTI, NRRD) contains: grids, values, boxes, and what "
                    "auto chooses.",
                    {}, {"smoke.vdb", "smoke.vdb --json", "smoke.vdb --regions 4"});
-  line.add_option("IN.vdb", path, "file to describe")->type_name("")->required();
+  line.add_value("IN.vdb", path, "", "file to describe")->required();
   line.add_flag("--topology", topology,
                 "read no values of voxels: no ranges, sizes of atlases, nor what auto chooses");
   line.add_flag("--json", as_json, "print JSON");
-  line.add_option("--regions", regions,
-                  "print instead how K processes of MPI would split the volume: bricks, leaves and "
-                  "memory of each")
-      ->type_name("K")
+  line.add_value("--regions", regions, "K",
+                 "print instead how K processes of MPI would split the volume: bricks, leaves and "
+                 "memory of each")
       ->check(number_in<int>({.min = 1, .max = 100000}));
   line.add_trust();
   if (!line.read(arguments)) return;

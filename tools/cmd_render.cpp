@@ -1,30 +1,28 @@
 // psivox render IN.vdb -o OUT.exr: draws a picture.
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <future>
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "base/text.h"
 #include "base/text_file.h"
-#include "commands.h"
 #include "frame_list.h"
-#include "movie.h"
 #include "notices.h"
 #include "picture_output.h"
-#include "progress_bar.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/picture_file.h"
 #include "psivox/vdb.h"
 #include "render_call.h"
-#include "render_on_ranks.h"
 #include "scene/camera_file.h"
 
 namespace psivox {
@@ -83,6 +81,60 @@ void name_thumbnail(const RenderCall& call) {
                 "cannot write " + in_quotes(call.thumbnail_name) + ": " + failed.message());
 }
 
+// --- several processes that draw a picture together ----------------------------------------
+
+[[noreturn]] void refuse(const std::string& what) {
+  usage("several processes draw one picture together, " + what + "; start one process for that");
+}
+
+/// Throws Error(usage) if the call asks for what several processes cannot do.
+void check_scope(const RenderCall& call, const Scene& scene) {
+  if (call.list_devices) refuse("and do not list devices");
+  if (call.explain) refuse("without --explain");
+  if (call.check_error) refuse("without --check-error");
+  if (std::ranges::count(call.layers, "deep")) refuse("without --aov deep");
+  if (!call.camera_path.empty() || call.turntable || !call.movie.empty() ||
+      list_frames(call, scene, nullptr))
+    refuse("not a sequence");
+  if (scene.renderer == RendererKind::reference) refuse("not by --renderer reference");
+  if (call.output.empty()) refuse("and need -o");
+  if (is_page_name(call.output)) refuse("not a page");
+  if (scene.shows(Shows::plane) || !info(scene.mode).in_parts)
+    refuse("in --mode alpha, mip, lmip, isosurface and xray only");
+  if (const std::string obstacle = parts_obstacle(scene); !obstacle.empty())
+    refuse("in " + obstacle + " only");
+}
+
+/// The marcher of this rank: the ranks of a machine take its GPUs in turn.
+std::shared_ptr<Marcher> open_own(Scene scene, const Team::Place& place) {
+  if (scene.renderer == RendererKind::gl && scene.device < 0 && place.local_size > 1) {
+    std::vector<int> gpus;
+    for (const DeviceInfo& device : list_devices())
+      if (device.problem.empty() && !device.software) gpus.push_back(device.index);
+    if (gpus.size() > 1) scene.device = gpus[place.in_turn(gpus.size())];
+  }
+  return open_marcher(scene);
+}
+
+/// Does this rank's work. The first writes and reports. Throws AgreedError in the first; the others
+/// end.
+void run_on(Team& team, const std::function<void()>& work) {
+  if (!team.first())
+    if (const int nothing = open("/dev/null", O_WRONLY | O_CLOEXEC); nothing >= 0)
+      dup2(nothing, STDOUT_FILENO);
+  try {
+    work();
+  } catch (const AgreedError& error) {
+    if (!team.first()) std::exit(int(error.code()));
+    throw;
+  } catch (const std::exception& error) {
+    // the others wait for this one
+    std::fprintf(stderr, "psivox: rank %d of %d, on %s: %s\n", team.rank(), team.size(),
+                 team.place().machine.c_str(), error.what());
+    team.abort(int(ExitCode::failure));
+  }
+}
+
 // --- a call, by one process or by one of several ------------------------------------------
 
 class RenderJob {
@@ -90,146 +142,133 @@ class RenderJob {
   /// `team`: the processes that draw the picture together.
   explicit RenderJob(std::shared_ptr<Team> team) : team_(std::move(team)) {}
 
-  void run(Arguments arguments);
+  void run(Arguments arguments) {
+    report_.startup_ms = process_ms();
+    bool goes_on = true;
+    team_->agree([&] { goes_on = understand(arguments); });
+    if (!goes_on) return;
+    team_->check_same(to_json(scene_) + joined(call_.layers, ","), "has other options");
+    if (draw_frames()) return;
+    // opened while the file is read
+    std::future<std::shared_ptr<Marcher>> opened;
+    if (!call_.output.empty())
+      opened = std::async(std::launch::async, [scene = scene_, place = team_->place()] {
+        return open_own(scene, place);
+      });
+    std::optional<Session> session;
+    team_->agree([&] {
+      session.emplace(read());
+      describe(*session);
+    });
+    if (call_.output.empty()) return;
+    std::shared_ptr<Marcher> marcher;
+    team_->agree([&] { marcher = opened.get(); });
+    if (is_page_name(call_.output)) check_page(*session, call_.page);
+    draw(*session, *marcher);
+    if (call_.check_error) print_check(*session);
+    team_->agree([&] {
+      if (team_->first()) write(*session);
+    });
+  }
 
  private:
   bool alone() const { return team_->size() == 1; }
 
   /// Returns false if there is nothing left to do.
-  bool understand(Arguments arguments);
+  bool understand(Arguments arguments) {
+    if (!parse(call_, arguments)) return false;
+    if (!team_->first()) call_.quiet = true;
+    if (call_.list_devices && alone()) {
+      print_devices();
+      return false;
+    }
+    scene_ = call_.scene.scene();
+    take_layers(call_, scene_);
+    if (holds_codes(call_.output, call_.format) || !call_.movie.empty()) resolve_ocio(scene_);
+    if (call_.thumbnail) make_thumbnail(call_, scene_);
+    if (is_movie_name(call_.output))
+      usage("-o writes pictures; --movie " + call_.output + " writes a film");
+    if (team_->first()) check(call_, scene_);
+    if (!alone()) check_scope(call_, scene_);
+    if (!call_.quiet) print_notices(call_.scene.notices());
+    if (!call_.time_budget) scene_ = with_default_tolerance(scene_);
+    report_.input = scene_.input;
+    report_.output = call_.output;
+    if (!scene_.input.empty()) return true;
+    std::cout << to_json(scene_);  // only with --print-scene
+    return false;
+  }
+
   /// Returns false if the call asks for one picture.
-  bool draw_frames();
-  View read();
+  bool draw_frames() {
+    if (!alone()) return false;
+    std::optional<CameraPath> path;
+    if (!call_.camera_path.empty())
+      path = CameraPath::read(call_.camera_path, file_z_is_up(scene_), call_.frame_rate);
+    const auto frames = list_frames(call_, scene_, path ? &*path : nullptr);
+    if (frames) render_frames(call_, scene_, *frames, path ? &*path : nullptr);
+    return frames.has_value();
+  }
+
+  View read() {
+    const Stopwatch watch;
+    OpenedScene opened = open_scene(
+        scene_, VdbFile(scene_.input),
+        {.background = shows_background(call_), .parts = {.allowed = true, .team = team_}});
+    if (!alone()) check_scope(call_, opened.looked.scene);
+    report_.read_ms = watch.ms();
+    if (call_.quiet) return std::move(opened.view);
+    if (alone() || leaves_look_open(scene_)) print_look(opened.looked, call_.verbose);
+    print_choices(opened, call_.verbose);
+    return std::move(opened.view);
+  }
+
   /// Tells what the call asks to know before the picture is drawn.
-  void describe(Session& session);
-  void draw(Session& session, Marcher& marcher);
+  void describe(Session& session) {
+    const View& view = session.view();
+    if (call_.print_scene) std::cout << to_json(view.scene) << std::flush;
+    if (!call_.camera.empty() && team_->first())
+      write_camera(call_.camera, view.camera, z_is_up(view.scene, *view.subject));
+    if (!call_.explain) return;
+    for (const Explanation& line : session.explain())
+      std::printf("%-16s %s\n", line.what.c_str(), line.text.c_str());
+  }
+
+  void draw(Session& session, Marcher& marcher) {
+    ProgressBar bar(call_.quiet);
+    Wish wish = wish_of(call_);
+    wish.team = team_;
+    wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
+    wish.last = true;
+    report_.drawn = session.draw(marcher, wish);
+  }
+
   /// Compares with the reference, and prints the result to standard output.
-  void print_check(Session& session);
-  void write(Session& session);
+  void print_check(Session& session) {
+    ProgressBar bar(call_.quiet);
+    report_.checked = session.check_error(report_.drawn.image,
+                                          std::min(*call_.check_error, 100000000), bar.progress());
+    const CheckedError& checked = *report_.checked;
+    std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
+                checked.rms, checked.max, checked.max_x, checked.max_y, checked.pixels);
+    if (const auto& plan = report_.drawn.plan)
+      std::printf("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms, plan->chosen.max,
+                  method_text(plan->chosen.method).c_str());
+  }
+
+  void write(Session& session) {
+    put_out(call_, session, report_);
+    if (call_.thumbnail) name_thumbnail(call_);
+    report_.total_ms = process_ms();
+    if (!call_.stats.empty()) write_text(call_.stats, report_.json());
+    if (call_.verbose) std::fputs(report_.table().c_str(), stderr);
+  }
 
   std::shared_ptr<Team> team_;
   RenderCall call_;
   Scene scene_;
   RenderReport report_;
 };
-
-bool RenderJob::understand(Arguments arguments) {
-  if (!parse(call_, arguments)) return false;
-  if (!team_->first()) call_.quiet = true;
-  if (call_.list_devices && alone()) {
-    print_devices();
-    return false;
-  }
-  scene_ = call_.scene.scene();
-  take_layers(call_, scene_);
-  if (holds_codes(call_.output, call_.format) || !call_.movie.empty()) resolve_ocio(scene_);
-  if (call_.thumbnail) make_thumbnail(call_, scene_);
-  if (is_movie_name(call_.output))
-    usage("-o writes pictures; --movie " + call_.output + " writes a film");
-  if (team_->first()) check(call_, scene_);
-  if (!alone()) check_scope(call_, scene_);
-  if (!call_.quiet) print_notices(call_.scene.notices());
-  if (!call_.time_budget) scene_ = with_default_tolerance(scene_);
-  report_.input = scene_.input;
-  report_.output = call_.output;
-  if (!scene_.input.empty()) return true;
-  std::cout << to_json(scene_);  // only with --print-scene
-  return false;
-}
-
-bool RenderJob::draw_frames() {
-  if (!alone()) return false;
-  std::optional<CameraPath> path;
-  if (!call_.camera_path.empty())
-    path = CameraPath::read(call_.camera_path, file_z_is_up(scene_), call_.frame_rate);
-  const auto frames = list_frames(call_, scene_, path ? &*path : nullptr);
-  if (frames) render_frames(call_, scene_, *frames, path ? &*path : nullptr);
-  return frames.has_value();
-}
-
-View RenderJob::read() {
-  const Stopwatch watch;
-  OpenedScene opened = open_scene(
-      scene_, VdbFile(scene_.input),
-      {.background = shows_background(call_), .parts = {.allowed = true, .team = team_}});
-  if (!alone()) check_scope(call_, opened.looked.scene);
-  report_.read_ms = watch.ms();
-  if (call_.quiet) return std::move(opened.view);
-  if (alone() || leaves_look_open(scene_)) print_look(opened.looked, call_.verbose);
-  print_choices(opened, call_.verbose);
-  return std::move(opened.view);
-}
-
-void RenderJob::describe(Session& session) {
-  const View& view = session.view();
-  if (call_.print_scene) std::cout << to_json(view.scene) << std::flush;
-  if (!call_.camera.empty() && team_->first())
-    write_camera(call_.camera, view.camera, z_is_up(view.scene, *view.subject));
-  if (!call_.explain) return;
-  for (const Explanation& line : session.explain())
-    std::printf("%-16s %s\n", line.what.c_str(), line.text.c_str());
-}
-
-void RenderJob::draw(Session& session, Marcher& marcher) {
-  ProgressBar bar(call_.quiet);
-  Wish wish = wish_of(call_);
-  wish.team = team_;
-  wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
-  wish.last = true;
-  report_.drawn = session.draw(marcher, wish);
-}
-
-void RenderJob::print_check(Session& session) {
-  ProgressBar bar(call_.quiet);
-  report_.checked = session.check_error(report_.drawn.image,
-                                        std::min(*call_.check_error, 100000000), bar.progress());
-  const CheckedError& checked = *report_.checked;
-  std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
-              checked.rms, checked.max, checked.max_x, checked.max_y, checked.pixels);
-  if (const auto& plan = report_.drawn.plan)
-    std::printf("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms, plan->chosen.max,
-                method_text(plan->chosen.method).c_str());
-}
-
-void RenderJob::write(Session& session) {
-  if (is_page_name(call_.output))
-    put_page(call_, session, report_);
-  else
-    put_out(call_, session.view(), report_);
-  if (call_.thumbnail) name_thumbnail(call_);
-  report_.total_ms = process_ms();
-  if (!call_.stats.empty()) write_text(call_.stats, report_.json());
-  if (call_.verbose) std::fputs(report_.table().c_str(), stderr);
-}
-
-void RenderJob::run(Arguments arguments) {
-  report_.startup_ms = process_ms();
-  bool goes_on = true;
-  team_->agree([&] { goes_on = understand(arguments); });
-  if (!goes_on) return;
-  team_->check_same(to_json(scene_) + joined(call_.layers, ","), "has other options");
-  if (draw_frames()) return;
-  // opened while the file is read
-  std::future<std::shared_ptr<Marcher>> opened;
-  if (!call_.output.empty())
-    opened = std::async(std::launch::async, [scene = scene_, place = team_->place()] {
-      return open_own(scene, place);
-    });
-  std::optional<Session> session;
-  team_->agree([&] {
-    session.emplace(read());
-    describe(*session);
-  });
-  if (call_.output.empty()) return;
-  std::shared_ptr<Marcher> marcher;
-  team_->agree([&] { marcher = opened.get(); });
-  if (is_page_name(call_.output)) check_page(*session, call_.page);
-  draw(*session, *marcher);
-  if (call_.check_error) print_check(*session);
-  team_->agree([&] {
-    if (team_->first()) write(*session);
-  });
-}
 
 }  // namespace
 

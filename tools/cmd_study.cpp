@@ -8,21 +8,16 @@
 #include <optional>
 #include <string>
 
-#include "app/camera_lines.h"
 #include "app/command_text.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "command_line.h"
-#include "commands.h"
 #include "frame_list.h"
 #include "notices.h"
-#include "progress_bar.h"
-#include "psivox/error.h"
 #include "psivox/open.h"
 #include "psivox/sequence.h"
 #include "psivox/study.h"
 #include "psivox/vdb.h"
-#include "scene_options.h"
 
 namespace psivox {
 namespace {
@@ -43,24 +38,20 @@ std::string list_text(const json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_array()) return value.dump();
   std::string text;
-  for (const json& item : value)
-    text += (text.empty() ? "" : ",") + (item.is_string() ? item.get<std::string>() : item.dump());
+  for (const json& item : value) text += (text.empty() ? "" : ",") + list_text(item);
   return text;
 }
 
 int repeats_of(const json& value) {
   if (!value.is_number_integer() || !repeats_range.contains(value.get<double>()))
-    throw Error(ExitCode::usage,
-                "repeats " + value.dump() + ": expected a whole number" + repeats_range.text());
+    usage("repeats " + value.dump() + ": expected a whole number" + repeats_range.text());
   return value.get<int>();
 }
 
 /// Reads a JSON object: the sweep's lists by name, as arrays or in the command line's syntax;
 /// `repeats`; and `scene`, an object in the format of --scene. Throws Error(input), Error(usage).
 StudyFile read_study_file(const std::string& path) {
-  const auto fail = [&](const std::string& what) {
-    throw Error(ExitCode::usage, path + ": " + what);
-  };
+  const auto fail = [&](const std::string& what) { usage(path + ": " + what); };
   json object;
   try {
     object = json::parse(read_text(path, "study"));
@@ -115,47 +106,40 @@ bool parse(StudyCall& call, Arguments arguments) {
       {"output", "integrators", "steps", "add", "camera-for", "resume", "quiet"},
       {"smoke.vdb -o study", "smoke.vdb -o study --resume --add 'cycles 1=cycles.exr,2050'",
        "smoke.vdb -o study --resolution 256x256 --integrators psi-weighted,cell-exact"});
-  line.add_option("-o,--output", call.output, "folder for the results; created if missing")
-      ->type_name("DIR");
+  line.add_value("-o,--output", call.output, "DIR", "folder for the results; created if missing");
   for (const std::string& name : sweep_lists()) {
     const auto& [help, usual] = list_help.at(name);
-    line.add_option("--" + name, call.lists[name], help)->type_name("LIST")->default_str(usual);
+    line.add_value("--" + name, call.lists[name], "LIST", help)->default_str(usual);
   }
-  line.add_option("--repeats", call.repeats, "timed runs of each method; the median counts")
-      ->type_name("N")
+  line.add_value("--repeats", call.repeats, "N", "timed runs of each method; the median counts")
       ->check(number_in<int>(repeats_range))
       ->default_str(number_text(StudyOptions{}.repeats));
-  line.add_option("--study", call.file,
-                  "read the lists above, repeats and scene from a .json; the command line "
-                  "overrides them")
-      ->type_name("FILE");
+  line.add_value("--study", call.file, "FILE",
+                 "read the lists above, repeats and scene from a .json; the command line "
+                 "overrides them");
   line.add_flag("--no-split", call.no_split,
                 "do not split the error into step error and arithmetic error; saves most of the "
                 "time");
   line.add_flag("--resume", call.resume, "continue the study in DIR");
-  line.add_option("--add", call.added,
-                  "another renderer's picture of the scene, and its time if known; repeat for more")
-      ->type_name("NAME=PICTURE[,TIME_MS]")
+  line.add_value("--add", call.added, "NAME=PICTURE[,TIME_MS]",
+                 "another renderer's picture of the scene, and its time if known; repeat for more")
       ->allow_extra_args(false)
       ->take_all();
-  line.add_option("--peers", call.peers,
-                  "read a list of such pictures from a .json: objects with name, picture, time_ms")
-      ->type_name("FILE");
-  line.add_option("--camera-for", call.camera_for,
-                  "print the camera for another renderer: " + joined(camera_line_formats(), ", ") +
-                      "; nothing else")
-      ->type_name("NAME")
-      ->check(CLI::IsMember(camera_line_formats()).description(""));
+  line.add_value("--peers", call.peers, "FILE",
+                 "read a list of such pictures from a .json: objects with name, picture, time_ms");
+  line.add_value("--camera-for", call.camera_for, "NAME",
+                 "print the camera for another renderer: " + joined(camera_line_formats(), ", ") +
+                     "; nothing else")
+      ->check(one_of(camera_line_formats()));
   CLI::Option* psi =
       line.add_flag("--psi", call.psi, "study the rules themselves, without a volume");
   CLI::Option* orders =
       line.add_flag("--orders", call.orders,
                     "fit the orders of convergence in step, voxel and pixel, without a volume")
           ->excludes(psi);
-  line.add_option("--suite", call.suite,
-                  "measure the precision suite, small or full, without a volume; exits with 7 if "
-                  "an order of convergence or an error is not as expected")
-      ->type_name("[SIZE]")
+  line.add_value("--suite", call.suite, "[SIZE]",
+                 "measure the precision suite, small or full, without a volume; exits with 7 if "
+                 "an order of convergence or an error is not as expected")
       ->expected(0, 1)
       ->default_str("small")
       ->check(CLI::IsMember({"small", "full"}))
@@ -204,13 +188,13 @@ void print_camera(const Scene& scene, const std::string& renderer) {
   std::fputs(camera_lines(opened.view, renderer).c_str(), stdout);
 }
 
-/// Studies each frame in a folder of its own, in one scene, and then all of them together.
-void study_frames(const StudyCall& call, const Scene& scene, const FrameList& list,
-                  StudyOptions options) {
+/// Studies each frame in a folder of its own, in one scene, and then all of them together. Returns
+/// the conclusion.
+std::string study_frames(const StudyCall& call, const Scene& scene, const FrameList& list,
+                         StudyOptions options, ProgressBar& bar) {
   const std::filesystem::path folder = options.folder;
   const SequenceScene sequence = resolve_sequence(scene, list.samples, "auto");
   if (!call.quiet) print_choice(sequence, list);
-  ProgressBar bar(call.quiet);
   const Progress progress = bar.progress();
   std::vector<StudiedFrame> studied;
   for (const Frame& frame : list.frames) {
@@ -224,9 +208,7 @@ void study_frames(const StudyCall& call, const Scene& scene, const FrameList& li
     run_study(std::move(opened.view), options);
     studied.push_back({frame.number, options.folder});
   }
-  const std::string conclusion = write_frame_statistics(studied, folder);
-  bar.clear();
-  if (!call.quiet) std::printf("%s\n", conclusion.c_str());
+  return write_frame_statistics(studied, folder);
 }
 
 }  // namespace
@@ -237,22 +219,18 @@ void study_command(Arguments arguments) {
   const bool scene_less = call.psi || call.orders || !call.summary.empty();
   if (scene_less && !(call.added.empty() && call.peers.empty() && call.camera_for.empty()))
     usage("--add, --peers and --camera-for need a scene; --psi, --orders and --summary have none");
-  if (call.psi || call.orders) {
-    ProgressBar bar(call.quiet);
-    return (call.psi ? run_psi_study : run_order_study)(call.output, bar.progress());
-  }
-  if (!call.suite.empty()) {
-    std::string conclusion;
-    {
-      ProgressBar bar(call.quiet);
-      conclusion =
-          run_suite(call.output, call.suite == "full", call.scene.scene({}).device, bar.progress());
-    }
-    if (!call.quiet) std::printf("%s\n", conclusion.c_str());
-    return;
-  }
   if (!call.summary.empty())
     return run_summary({call.summary.begin(), call.summary.end()}, call.output);
+  ProgressBar bar(call.quiet);
+  const auto conclude = [&](const std::string& conclusion) {
+    bar.clear();
+    if (!call.quiet) std::printf("%s\n", conclusion.c_str());
+  };
+  if (call.psi || call.orders)
+    return (call.psi ? run_psi_study : run_order_study)(call.output, bar.progress());
+  if (!call.suite.empty())
+    return conclude(
+        run_suite(call.output, call.suite == "full", call.scene.scene({}).device, bar.progress()));
   const StudyFile file = call.file.empty() ? StudyFile{} : read_study_file(call.file);
   StudyOptions options = options_of(call, file);
   const Scene scene = call.scene.scene(file.scene);
@@ -266,28 +244,23 @@ void study_command(Arguments arguments) {
   if (files && !(options.foreign.empty() && call.camera_for.empty()))
     usage("--add, --peers and --camera-for are for one frame; give its file");
   if (!call.camera_for.empty()) return print_camera(scene, call.camera_for);
-  if (files) return study_frames(call, scene, list_files(call.sequence, *files), options);
+  if (files)
+    return conclude(study_frames(call, scene, list_files(call.sequence, *files), options, bar));
   check_foreign(options, scene);
   check_study_folder(options.folder, options.resume);
   OpenedScene opened = open_scene(scene, VdbFile(scene.input));
   if (!call.quiet) {
+    options.say = [&](const std::string& text) {
+      bar.clear();
+      std::fprintf(stderr, "psivox: %s\n", text.c_str());
+    };
     print_look(opened.looked, false);
     print_choices(opened, false);
-    std::fprintf(stderr, "psivox: the scene: %s\n",
-                 render_command_line(studied_scene(opened.view.scene), "picture.png").c_str());
+    options.say("the scene: " +
+                render_command_line(studied_scene(opened.view.scene), "picture.png"));
   }
-  std::string conclusion;
-  {
-    ProgressBar bar(call.quiet);
-    options.progress = bar.progress();
-    if (!call.quiet)
-      options.say = [&](const std::string& text) {
-        bar.clear();
-        std::fprintf(stderr, "psivox: %s\n", text.c_str());
-      };
-    conclusion = run_study(std::move(opened.view), options);
-  }
-  if (!call.quiet) std::printf("%s\n", conclusion.c_str());
+  options.progress = bar.progress();
+  conclude(run_study(std::move(opened.view), options));
 }
 
 }  // namespace psivox

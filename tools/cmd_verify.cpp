@@ -7,8 +7,6 @@
 
 #include "base/stopwatch.h"
 #include "command_line.h"
-#include "commands.h"
-#include "psivox/error.h"
 #include "psivox/verify.h"
 
 namespace psivox {
@@ -16,17 +14,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string short_number(double value) { return formatted("%.1e", value); }
-
-std::string padded(const std::string& text, std::size_t width) {
-  return text + std::string(width > text.size() ? width - text.size() : 0, ' ') + ' ';
-}
-
-constexpr std::size_t name_width = 30, number_width = 8;
-
 void print_case(const VerifyCase& c) {
-  std::cout << padded(c.name, name_width) << padded(short_number(c.error), number_width)
-            << padded(short_number(c.bound), number_width) << (c.passed() ? "pass  " : "FAIL  ")
+  std::cout << formatted("%-30s %-8.1e %-8.1e %s  ", c.name.c_str(), c.error, c.bound,
+                         c.passed() ? "pass" : "FAIL")
             << c.reason << std::endl;
 }
 
@@ -77,8 +67,8 @@ void verify_command(Arguments arguments) {
 
   if (!as_json)
     std::cout << verify_note(scene.filter) << '\n'
-              << padded("case", name_width) << padded("error", number_width)
-              << padded("bound", number_width) << "      reason for the bound" << std::endl;
+              << formatted("%-30s %-8s %-8s ", "case", "error", "bound")
+              << "      reason for the bound" << std::endl;
   const Stopwatch watch;
   VerifyOptions options{.filter = scene.filter, .device = scene.device};
   if (!as_json) options.progress = print_case;
@@ -89,7 +79,7 @@ void verify_command(Arguments arguments) {
     print_json(report, scene.filter, seconds);
   } else {
     for (const std::string& name : report.left_out)
-      std::cout << padded(name, name_width)
+      std::cout << formatted("%-30s ", name.c_str())
                 << "skipped: the bound of this filter would be too wide to mean anything\n";
     std::cout << summary(report, seconds) << "; " << report.renderer << '\n';
   }

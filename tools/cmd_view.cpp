@@ -8,11 +8,8 @@
 
 #include "base/text.h"
 #include "command_line.h"
-#include "commands.h"
 #include "notices.h"
-#include "psivox/error.h"
 #include "psivox/picture_file.h"
-#include "scene_options.h"
 #ifdef PSIVOX_VIEWER
 #include "view/benchmark.h"
 #include "view/viewer.h"
@@ -30,43 +27,34 @@ struct ViewCall {
   bool watch = false, gl_debug = false, quiet = false;
 };
 
-/// For measurements and tests of the window; see docs/preview.md.
-void add_benchmarks(CommandLine& line, ViewCall& call) {
+bool parse(ViewCall& call, Arguments arguments) {
+  CommandLine line("view", "Shows a volume (.vdb, NIfTI, NRRD) in a window.", {"watch"},
+                   {"smoke.vdb", "'fire.####.vdb'", "smoke.vdb --watch --light camera:1,-1,-1"});
+  line.add_value("--frame-budget", call.frame_budget_ms, "MS",
+                 "time for one picture while the camera moves [ms]")
+      ->check(number_in<double>({.min = 0}))
+      ->capture_default_str();
+  line.add_flag("--watch", call.watch, "read the file again when it changes");
+  line.add_value("--context", call.context, "native|egl",
+                 "create the window's OpenGL context by the window system or by EGL")
+      ->check(one_of<std::string>({"native", "egl"}))
+      ->capture_default_str();
+  line.add_flag("--gl-debug", call.gl_debug, "treat messages of the OpenGL driver as errors");
+  line.add_flag("-q,--quiet", call.quiet, "print errors only");
+  line.add_value("IN.vdb", call.inputs, "",
+                 "volume to show; a sequence: fire.####.vdb, a folder, or several files")
+      ->take_all();
+  call.scene.add_to(line, {"input"});
+  // for measurements and tests of the window; see docs/preview.md
+  line.begin_group(hidden_group);
   const CLI::Validator count = number_in<int>({.min = 2});
   line.add_option("--benchmark-orbit", call.orbit,
                   "orbit until N pictures were shown, print the times, and end")
-      ->group(hidden_group)
       ->check(count);
   line.add_option("--benchmark-session", call.session,
                   "open the files of the input's folder in turn, N times, and orbit around each; "
                   "print memory and OpenGL objects, and end")
-      ->group(hidden_group)
       ->check(count);
-}
-
-bool parse(ViewCall& call, Arguments arguments) {
-  CommandLine line("view", "Shows a volume (.vdb, NIfTI, NRRD) in a window.", {"watch"},
-                   {"smoke.vdb", "'fire.####.vdb'", "smoke.vdb --watch --light camera:1,-1,-1"});
-  line.add_option("--frame-budget", call.frame_budget_ms,
-                  "time for one picture while the camera moves [ms]")
-      ->type_name("MS")
-      ->check(number_in<double>({.min = 0}))
-      ->capture_default_str();
-  line.add_flag("--watch", call.watch, "read the file again when it changes");
-  line.add_option("--context", call.context,
-                  "create the window's OpenGL context by the window system or by EGL")
-      ->type_name("native|egl")
-      ->check(CLI::IsMember({"native", "egl"}).description(""))
-      ->capture_default_str();
-  line.add_flag("--gl-debug", call.gl_debug, "treat messages of the OpenGL driver as errors");
-  line.add_flag("-q,--quiet", call.quiet, "print errors only");
-  line.add_option("IN.vdb", call.inputs,
-                  "volume to show; a sequence: fire.####.vdb, a folder, or several files")
-      ->type_name("")
-      ->take_all();
-  const std::vector<std::string> without{"input"};
-  call.scene.add_to(line, without);
-  add_benchmarks(line, call);
   if (!line.read(arguments)) return false;
   if (!call.inputs.empty()) call.scene.set("input", call.inputs.front());
   return true;
@@ -105,7 +93,7 @@ void print_session(view::Viewer& viewer, const std::string& input, int switches)
       files.push_back(entry.path().string());
   const view::SessionReport report = view::benchmark_session(viewer, files, switches);
   std::printf("session   %d switches among %d files in %.0f s; %d errors\n", report.switches,
-              static_cast<int>(files.size()), report.seconds, viewer.messages().error_count());
+              int(files.size()), report.seconds, viewer.messages().error_count());
   std::printf("memory    %.1f MiB when settled, %.1f at the end, %.1f at most\n",
               report.settled.resident_mib, report.end.resident_mib, report.most_mib);
   for (const auto& [when, state] :

@@ -9,15 +9,16 @@
 #include "base/guarded_reading.h"
 #include "base/option_concepts.h"
 #include "help_forms.h"
-#include "psivox/error.h"
+#include "psivox/open.h"
+#include "psivox/scene_file.h"
+#include "psivox/sequence.h"
+#include "psivox/vdb.h"
 
 namespace psivox {
 namespace {
 
 constexpr std::size_t option_width = 34, text_width = 66;
 constexpr std::size_t longest_metavar = 40;  ///< a longer list of words moves to the help text
-
-[[noreturn]] void fail(const std::string& message) { throw Error(ExitCode::usage, message); }
 
 /// Breaks lines between words: CLI11 indents lines but does not break them.
 std::string wrapped(const std::string& text) {
@@ -44,10 +45,10 @@ class HelpFormatter : public CLI::Formatter {
   /// Normally with the common options alone, as one group.
   std::string make_help(const CLI::App* app, std::string name,
                         CLI::AppFormatMode mode) const override {
-    std::string usage = make_usage(app, std::move(name));  // since 2.5 without "Usage: "
-    usage = usage.substr(usage.find("psivox"));
+    std::string line = make_usage(app, std::move(name));  // since 2.5 without "Usage: "
+    line = line.substr(line.find("psivox"));
     std::string text = app->get_description() +
-                       "\nUsage: " + usage.substr(0, usage.find_last_not_of('\n') + 1) + "\n";
+                       "\nUsage: " + line.substr(0, line.find_last_not_of('\n') + 1) + "\n";
     const auto add = [&](const std::string& group, bool positional, const auto& wanted) {
       const auto options = app->get_options([&](const CLI::Option* option) {
         return option->get_positional() == positional && wanted(option);
@@ -109,7 +110,7 @@ CommandLine::CommandLine(const std::string& command, const std::string& summary,
   for (const std::string& example : examples)
     examples_.push_back(get_name() + (example.empty() ? "" : " ") + example);
   formatter(std::make_shared<HelpFormatter>(common_));
-  option_defaults()->group("Options");  // CLI11 2.6 has another name
+  begin_group("Options");  // CLI11 2.6 has another name
   set_help_flag("-h,--help", "print a short help; --help=man, =bash, =zsh or =fish in that form");
   set_help_all_flag("--help-all", "print every option");
   option_defaults()->take_last();
@@ -118,11 +119,7 @@ CommandLine::CommandLine(const std::string& command, const std::string& summary,
 
 CLI::Option* CommandLine::add_list(const std::string& name, std::vector<std::string>& items,
                                    const std::string& help) {
-  return add_option(name, items, help)
-      ->type_name("LIST")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->take_all();
+  return add_value(name, items, "LIST", help)->delimiter(',')->allow_extra_args(false)->take_all();
 }
 
 void CommandLine::add_parameters(std::vector<Setting>& settings,
@@ -160,16 +157,16 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
 void CommandLine::check_remaining() const {
   for (const std::string& argument : remaining()) {
     if (argument == "--") continue;
-    if (!argument.starts_with("-")) fail("unexpected argument " + in_quotes(argument));
+    if (!argument.starts_with("-")) usage("unexpected argument " + in_quotes(argument));
     const std::string name = argument.substr(0, argument.find('='));
     std::vector<std::string> known;
     for (const CLI::Option* option : get_options())
       if (option->nonpositional() && option->get_group() != hidden_group && name.starts_with("--"))
         known.push_back("--" + option->get_lnames().front());
     const std::string meant = option_of_concept(name);
-    const bool has = std::find(known.begin(), known.end(), meant) != known.end();
-    fail("unknown option " + name +
-         (has ? "; " + meant + " does that here" : suggestion(name, known)));
+    usage("unknown option " + name +
+          (std::ranges::count(known, meant) ? "; " + meant + " does that here"
+                                            : suggestion(name, known)));
   }
 }
 
@@ -207,12 +204,71 @@ bool CommandLine::read(std::span<const std::string> arguments) {
     print_help(CLI::AppFormatMode::All);
     return false;
   } catch (const CLI::ArgumentMismatch&) {  // thrown if an option at the end has no value
-    fail(arguments.back() + " needs a value");
+    usage(arguments.back() + " needs a value");
   } catch (const CLI::ParseError& error) {
-    fail(error.what());
+    usage(error.what());
   }
   check_remaining();
   return true;
+}
+
+bool file_z_is_up(const Scene& scene) {
+  if (scene.up_axis != UpAxis::automatic || scene.input.empty()) return scene.up_axis == UpAxis::z;
+  const auto files = sequence_files(std::vector{scene.input});
+  return !VdbFile(files ? files->begin()->second : scene.input).z_up().empty();
+}
+
+void SceneOptions::add_to(CommandLine& line, const std::vector<std::string>& without) {
+  line.begin_group(group_name(ParameterGroup::input));
+  line.add_value("--scene", file_, "FILE",
+                 "read parameters from a .json, or from a picture that psivox wrote; the command "
+                 "line overrides them");
+  line.add_trust();
+  line.begin_group(group_name(ParameterGroup::camera));
+  line.add_value("--camera", camera_, "FILE[:NAME]",
+                 "camera of a .gltf, .glb or ParaView's .pvcc; :NAME of one of several");
+  line.add_parameters(settings_,
+                      [&](const Parameter& p) { return std::ranges::count(without, p.name) == 0; });
+}
+
+std::vector<std::string> SceneOptions::notices() const {
+  std::vector<std::string> notices;
+  for (const Setting& setting : settings_)
+    if (std::string notice = color_notice(*find_parameter(setting.name), setting.text);
+        !notice.empty())
+      notices.push_back(std::move(notice));
+  return notices;
+}
+
+Scene SceneOptions::scene(Scene scene) {
+  if (!file_.empty()) {
+    SceneFile read = read_scene_file(file_);
+    scene = std::move(read.scene);
+    layers_ = std::move(read.layers);
+  }
+  scene = with_settings(std::move(scene), camera_, settings_, file_z_is_up);
+  Scene given = scene;
+  // the look may bring a surface
+  if (leaves_look_open(scene) || !scene.look.empty()) given.isovalue.reset();
+  validate(given);
+  return scene;
+}
+
+void FrameOptions::add_to(CommandLine& line) {
+  line.begin_group("Frames");
+  line.add_value("IN.vdb", inputs, "",
+                 "a volume; or a sequence: fire.####.vdb, a folder, or several files")
+      ->take_all();
+  line.add_value("--frames", frames, "A-B[xS]",
+                 "frames of a sequence, such as 1-100, 1-100x2 or 1-10,20 (default: all)");
+  line.add_value("--auto-from", auto_from, "all|A-B[xS]",
+                 "frames from which extinction, camera, range, look and exposure are chosen for "
+                 "all (default: the first, the middle and the last)");
+  line.add_value("--missing", missing, "error|skip|hold",
+                 "what to do about a frame without a file: refuse to start, leave it out, or take "
+                 "the one before it")
+      ->check(one_of<std::string>({"error", "skip", "hold"}))
+      ->capture_default_str();
 }
 
 }  // namespace psivox

@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "base/text.h"
+#include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/scene.h"
 
 namespace psivox {
 
@@ -25,6 +27,14 @@ class CommandLine : public CLI::App {
   CommandLine(const std::string& command, const std::string& summary,
               std::vector<std::string> common = {}, const std::vector<std::string>& examples = {});
 
+  /// Options that follow are listed under this heading.
+  void begin_group(const std::string& heading) { option_defaults()->group(heading); }
+  /// An option with a value, or an argument of no metavar.
+  template <typename T>
+  CLI::Option* add_value(const std::string& name, T& value, const std::string& metavar,
+                         const std::string& help) {
+    return add_option(name, value, help)->type_name(metavar);
+  }
   /// `name` takes items separated by commas; several uses append their items.
   CLI::Option* add_list(const std::string& name, std::vector<std::string>& items,
                         const std::string& help);
@@ -47,9 +57,33 @@ class CommandLine : public CLI::App {
   std::vector<std::string> common_, examples_;
 };
 
+/// `arguments` follow the command's name. Commands throw Error; psivox.cpp turns it into a message
+/// and an exit code.
+using Arguments = std::span<const std::string>;
+
+void render_command(Arguments arguments);
+void info_command(Arguments arguments);
+void compare_command(Arguments arguments);
+void study_command(Arguments arguments);
+void verify_command(Arguments arguments);
+void view_command(Arguments arguments);
+
+[[noreturn]] inline void usage(const std::string& message) {
+  throw Error(ExitCode::usage, message);
+}
+
+/// The process ends with exit code 1, this message and no unfinished files, if it still runs then.
+void end_after(int seconds, const char* message);
+
 /// The group of options that --help does not list. CLI11's own, "", omits their names from its
 /// errors.
 inline constexpr const char* hidden_group = "Hidden";
+
+/// Checks that an option's value is one of these.
+template <typename T>
+CLI::Validator one_of(const std::vector<T>& values) {
+  return CLI::IsMember(values).description("");
+}
 
 /// Checks that an option's value is a finite number of that type in the range. CLI11's own Range
 /// accepts NaN and prints limits with 300 digits.
@@ -57,13 +91,52 @@ template <typename Number>
 CLI::Validator number_in(const Range& range) {
   const auto check = [range](const std::string& text) {
     Number value{};
-    if (read_number(text, value) && std::isfinite(static_cast<double>(value)) &&
-        range.contains(static_cast<double>(value)))
+    if (read_number(text, value) && std::isfinite(double(value)) && range.contains(double(value)))
       return std::string();
     return std::string("expected ") + (std::is_integral_v<Number> ? "a whole number" : "a number") +
            range.text() + ", not " + in_quotes(text);
   };
   return {check, ""};
 }
+
+/// The scene of a command line: the scene of a file, with the camera of another, overridden by
+/// options.
+class SceneOptions {
+ public:
+  /// Adds all options but the parameters in `without`.
+  void add_to(CommandLine& line, const std::vector<std::string>& without);
+
+  /// Sets a parameter as the command line would.
+  void set(const std::string& name, const std::string& text) { settings_.push_back({name, text}); }
+
+  /// What to say about the colours that the command line gives.
+  std::vector<std::string> notices() const;
+
+  /// Returns the scene, validated but not resolved. `base` supplies what the file does not set.
+  /// Throws Error(usage), Error(input).
+  Scene scene(Scene base = {});
+
+  /// The layers that the picture of --scene was drawn with, once scene() was called.
+  const std::vector<std::string>& layers() const { return layers_; }
+
+ private:
+  std::string file_, camera_;
+  std::vector<Setting> settings_;
+  std::vector<std::string> layers_;
+};
+
+/// Whether Z is up, by the scene or else by its input, the first file of a sequence.
+bool file_z_is_up(const Scene& scene);
+
+/// The options that say which frames a command works on.
+struct FrameOptions {
+  std::vector<std::string> inputs;
+  std::string frames;             ///< empty: all
+  std::string auto_from;          ///< empty: the first, the middle and the last; `all`
+  std::string missing = "error";  ///< or `skip`, `hold`
+
+  /// Begins their section of --help.
+  void add_to(CommandLine& line);
+};
 
 }  // namespace psivox

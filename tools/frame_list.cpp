@@ -8,7 +8,6 @@
 #include "base/text.h"
 #include "notices.h"
 #include "psivox/error.h"
-#include "psivox/sequence.h"
 
 namespace psivox {
 namespace {
@@ -49,11 +48,9 @@ void name_outputs(const RenderCall& call, FrameList& list) {
   const auto pattern = FramePattern::of_placeholder(call.output);
   if (!pattern && list.frames.size() > 1) {
     const std::size_t dot = std::min(call.output.rfind('.'), call.output.size());
-    throw Error(
-        ExitCode::usage,
-        (call.sequence.inputs.size() > 1 ? "several files are frames of a sequence: " : "") +
-            std::to_string(list.frames.size()) + " frames need a place for their number: -o " +
-            call.output.substr(0, dot) + ".####" + call.output.substr(dot));
+    usage((call.sequence.inputs.size() > 1 ? "several files are frames of a sequence: " : "") +
+          std::to_string(list.frames.size()) + " frames need a place for their number: -o " +
+          call.output.substr(0, dot) + ".####" + call.output.substr(dot));
   }
   for (Frame& frame : list.frames) {
     frame.output = pattern ? pattern->path(frame.number) : call.output;
@@ -69,9 +66,10 @@ FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
   list.first = files.begin()->first;
   for (const auto& [frame, path] : files) list.files.push_back(path);
   list.samples = samples_of(options.auto_from, files);
-  std::vector<int> numbers, missing;
+  std::vector<int> there, numbers, missing;
+  for (const auto& [frame, path] : files) there.push_back(frame);
   if (options.frames.empty()) {
-    for (const auto& [frame, path] : files) numbers.push_back(frame);
+    numbers = there;
     // files that were named one by one are those that are wanted
     if (options.inputs.size() == 1 || options.missing == "hold") missing = gaps(files);
     if (options.missing == "hold") numbers.insert(numbers.end(), missing.begin(), missing.end());
@@ -93,12 +91,8 @@ FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
                             (missing.size() > 1 ? " frames have" : " frame has") +
                             " no file: " + frames_text(missing);
   if (options.missing == "error" && !options.frames.empty())
-    throw Error(
-        ExitCode::input, which + "; the files have frames " + [&] {
-          std::vector<int> there;
-          for (const auto& [frame, path] : files) there.push_back(frame);
-          return frames_text(there);
-        }() + "; --missing skip or hold goes on without");
+    throw Error(ExitCode::input, which + "; the files have frames " + frames_text(there) +
+                                     "; --missing skip or hold goes on without");
   list.notices.push_back(which + (options.missing == "hold" ? "; the frame before is drawn" : ""));
   if (list.frames.empty()) throw Error(ExitCode::input, which);
   return list;
@@ -119,10 +113,9 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
                                         {call.keep_going, "--keep-going"},
                                         {!call.movie.empty(), "--movie"}})
       if (given)
-        throw Error(ExitCode::usage,
-                    std::string(option) +
-                        " is for a sequence: give fire.####.vdb, a folder, "
-                        "a scan with --frames, several files, --turntable or --camera-path");
+        usage(std::string(option) +
+              " is for a sequence: give fire.####.vdb, a folder, "
+              "a scan with --frames, several files, --turntable or --camera-path");
     return {};
   }
   FrameList list;

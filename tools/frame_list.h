@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,7 +11,6 @@
 
 namespace psivox {
 
-/// One picture of a sequence.
 struct Frame {
   int number = 0;
   std::string input, output;  ///< `output` is empty if only a film is written

@@ -42,8 +42,4 @@ std::vector<HelpOption> help_options(const CLI::App& command);
 /// The form that an argument `--help=NAME` asks for. Throws Error(usage).
 const HelpForm& help_form(std::string_view argument);
 
-// in roff, for man
-std::string manual_page(const HelpCommand& command, std::span<const HelpOption> options);
-std::string manual_of_program(std::span<const HelpCommand> commands);
-
 }  // namespace psivox

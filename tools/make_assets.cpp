@@ -43,13 +43,12 @@ Transform::Ptr scale_and_move(double voxel_size, const Vec3d& origin) {
 }
 
 /// Rounds to 7 bits, which zip far better than a float's 24.
-float quantised(double value) { return static_cast<float>(std::round(value * 128.0) / 128.0); }
+float quantised(double value) { return float(std::round(value * 128.0) / 128.0); }
 
 /// Uniform in [0, 1), from an integer point; the finaliser of MurmurHash3.
 double hash(int x, int y, int z, std::uint32_t seed) {
-  std::uint32_t h = seed + static_cast<std::uint32_t>(x) * 0x9e3779b1u +
-                    static_cast<std::uint32_t>(y) * 0x85ebca77u +
-                    static_cast<std::uint32_t>(z) * 0xc2b2ae3du;
+  std::uint32_t h = seed + std::uint32_t(x) * 0x9e3779b1u + std::uint32_t(y) * 0x85ebca77u +
+                    std::uint32_t(z) * 0xc2b2ae3du;
   h = (h ^ (h >> 16)) * 0x85ebca6bu;
   h = (h ^ (h >> 13)) * 0xc2b2ae35u;
   h ^= h >> 16;
@@ -61,7 +60,7 @@ double noise(const Vec3d& p, std::uint32_t seed) {
   int cell[3];
   double t[3];
   for (int axis = 0; axis < 3; ++axis) {
-    cell[axis] = static_cast<int>(std::floor(p[axis]));
+    cell[axis] = int(std::floor(p[axis]));
     const double f = p[axis] - cell[axis];
     t[axis] = f * f * (3.0 - 2.0 * f);
   }
@@ -97,15 +96,22 @@ double cluster(const Vec3d& p) {
   return std::clamp(sum * (0.45 + 1.1 * detail) - 0.06, 0.0, 1.0);
 }
 
-/// Sets every voxel of an n^3 cube to value(centre in [0,1]^3), unless that is 0.
+/// Sets every voxel of a box to value(voxel), unless that is 0.
 template <typename GridT, typename F>
-void fill_cube(GridT& grid, int n, F&& value) {
+void fill(GridT& grid, const CoordBBox& box, F&& value) {
   auto accessor = grid.getAccessor();
-  for (const Coord& c : CoordBBox(Coord(0), Coord(n - 1))) {
-    const Vec3d p((c.x() + 0.5) / n, (c.y() + 0.5) / n, (c.z() + 0.5) / n);
-    const auto v = value(p);
+  for (const Coord& c : box) {
+    const auto v = value(c);
     if (v != openvdb::zeroVal<decltype(v)>()) accessor.setValue(c, v);
   }
+}
+
+/// The same in an n^3 cube, by value(centre in [0,1]^3).
+template <typename GridT, typename F>
+void fill_cube(GridT& grid, int n, F&& value) {
+  fill(grid, CoordBBox(Coord(0), Coord(n - 1)), [&](const Coord& c) {
+    return value(Vec3d((c.x() + 0.5) / n, (c.y() + 0.5) / n, (c.z() + 0.5) / n));
+  });
 }
 
 /// A slab of constant 1, 40x24x16 voxels, not aligned to leaves. `density` has leaves only;
@@ -122,10 +128,8 @@ openvdb::GridCPtrVec slab() {
 /// Linear in x from 1/32 to 1, with hard ends: 32x16x16 voxels from the origin.
 openvdb::GridCPtrVec ramp() {
   auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(0.1));
-  auto accessor = grid->getAccessor();
-  for (const Coord& c : CoordBBox(Coord(0), Coord(31, 15, 15))) {
-    accessor.setValue(c, static_cast<float>(c.x() + 1) / 32.0f);
-  }
+  fill(*grid, CoordBBox(Coord(0), Coord(31, 15, 15)),
+       [](const Coord& c) { return float(c.x() + 1) / 32.0f; });
   return {grid};
 }
 
@@ -152,7 +156,7 @@ openvdb::GridCPtrVec blobs() {
   auto temperature = new_grid<FloatGrid>("temperature", transform(n_temperature));
   fill_cube(*temperature, n_temperature, [](const Vec3d& p) {
     const double heat = std::exp(-6.0 * (p - Vec3d(0.45, 0.35, 0.45)).lengthSqr());
-    return static_cast<float>(std::round((800.0 + 4000.0 * heat) / 32.0) * 32.0);
+    return float(std::round((800.0 + 4000.0 * heat) / 32.0) * 32.0);
   });
 
   auto color = new_grid<Vec3SGrid>("color", transform(n_color));
@@ -194,12 +198,11 @@ openvdb::GridCPtrVec rotated() {
   transform->postTranslate(Vec3d(0.7, -0.4, 0.2));
   auto grid = new_grid<FloatGrid>("density", transform);
   grid->setSaveFloatAsHalf(true);
-  auto accessor = grid->getAccessor();
-  for (const Coord& c : CoordBBox(Coord(0), Coord(47, 31, 23))) {
+  fill(*grid, CoordBBox(Coord(0), Coord(47, 31, 23)), [](const Coord& c) {
     const double x = (c.x() - 17.0) / 11.0, y = (c.y() - 18.0) / 7.0, z = (c.z() - 9.0) / 4.5;
     const double value = std::exp(-0.5 * (x * x + y * y + z * z + 0.6 * x * y - 0.3 * y * z));
-    if (value > 1.0 / 256.0) accessor.setValue(c, static_cast<float>(value));
-  }
+    return value > 1.0 / 256.0 ? float(value) : 0.0f;
+  });
   return {grid};
 }
 
@@ -208,19 +211,18 @@ openvdb::GridCPtrVec rotated() {
 openvdb::GridCPtrVec plume(int n, double time) {
   auto grid = new_grid<FloatGrid>("density", Transform::createLinearTransform(2.0 / n));
   grid->setSaveFloatAsHalf(true);
-  auto accessor = grid->getAccessor();
   const double top = 0.3 + 0.65 * time;
-  for (const Coord& c : CoordBBox(Coord(0), Coord(n / 2 - 1, n - 1, n / 2 - 1))) {
+  fill(*grid, CoordBBox(Coord(0), Coord(n / 2 - 1, n - 1, n / 2 - 1)), [&](const Coord& c) {
     const Vec3d p((c.x() + 0.5) / n - 0.25, (c.y() + 0.5) / n, (c.z() + 0.5) / n - 0.25);
     const double radius = 0.06 + 0.16 * p[1];
     const double inside = 1.0 - (p[0] * p[0] + p[2] * p[2]) / (radius * radius);
     const double under = std::min((top - p[1]) / 0.15, 1.0);
-    if (inside <= 0.0 || under <= 0.0) continue;
+    if (inside <= 0.0 || under <= 0.0) return 0.0f;
     const Vec3d risen = p - Vec3d(0.0, 1.5 * time, 0.0);
     const double detail = 0.6 * noise(risen * 14.0, 3) + 0.4 * noise(risen * 33.0, 4);
     const double value = inside * under * (1.6 * detail - 0.5) * (0.1 + 0.9 * time);
-    if (value > 0.0) accessor.setValue(c, static_cast<float>(value));
-  }
+    return float(std::max(value, 0.0));
+  });
   return {grid};
 }
 
@@ -238,7 +240,7 @@ openvdb::GridCPtrVec fog(int n) {
           const Coord c(x + (i >> 6), y + (i >> 3 & 7), z + (i & 7));
           const Vec3d p = (c.asVec3d() * 2.0 - Vec3d(n - 1)) / n;
           const double smooth = 1.0 - 0.3 * p.lengthSqr();
-          values[i] = static_cast<float>(smooth * (0.8 + 0.2 * hash(c.x(), c.y(), c.z(), 9)));
+          values[i] = float(smooth * (0.8 + 0.2 * hash(c.x(), c.y(), c.z(), 9)));
         }
       }
   return {grid};
@@ -251,10 +253,11 @@ void clear_identity(const std::filesystem::path& path) {
   std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
   file.exceptions(std::ios::failbit | std::ios::badbit);
   file.seekp(8 + 3 * 4 + 1);
-  file.write(identity.data(), static_cast<std::streamsize>(identity.size()));
+  file.write(identity.data(), std::streamsize(identity.size()));
 }
 
 void write(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids) {
+  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path());
   openvdb::io::File file(path.string());
   file.setCompression(openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK);
   file.write(grids);
@@ -265,41 +268,32 @@ void write(const std::filesystem::path& path, const openvdb::GridCPtrVec& grids)
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const bool of_plume = argc == 5 && std::string(argv[1]) == "--plume";
-  const bool of_nothing = argc == 3 && std::string(argv[1]) == "--empty";
-  const bool of_fog = argc == 4 && std::string(argv[1]) == "--fog";
-  if (argc != 2 && !of_plume && !of_nothing && !of_fog) {
-    std::fprintf(stderr, "usage: make_assets DIR, or make_assets --plume DIR FRAMES VOXELS\n");
-    return 2;
-  }
   openvdb::initialize();
-  if (of_fog) {
+  const std::string what = argc > 1 ? argv[1] : "";
+  if (what == "--fog" && argc == 4) {
     write(argv[2], fog(std::stoi(argv[3])));
-    return 0;
-  }
-  if (of_nothing) {
+  } else if (what == "--empty" && argc == 3) {
     write(argv[2], {new_grid<FloatGrid>("density", Transform::createLinearTransform(1.0))});
-    return 0;
-  }
-  if (of_plume) {
-    const std::filesystem::path dir = argv[2];
-    std::filesystem::create_directories(dir);
+  } else if (what == "--plume" && argc == 5) {
     const int frames = std::stoi(argv[3]);
     for (int frame = 1; frame <= frames; ++frame) {
       char name[32];
       std::snprintf(name, sizeof name, "plume.%04d.vdb", frame);
-      write(dir / name, plume(std::stoi(argv[4]), double(frame - 1) / std::max(frames - 1, 1)));
+      write(std::filesystem::path(argv[2]) / name,
+            plume(std::stoi(argv[4]), double(frame - 1) / std::max(frames - 1, 1)));
     }
-    return 0;
+  } else if (argc == 2) {
+    const std::filesystem::path dir = what;
+    write(dir / "slab.vdb", slab());
+    write(dir / "ramp.vdb", ramp());
+    write(dir / "single_voxel.vdb", single_voxel());
+    write(dir / "blobs.vdb", blobs());
+    write(dir / "tiles.vdb", tiles());
+    write(dir / "rotated.vdb", rotated());
+  } else {
+    std::fprintf(stderr, "usage: make_assets DIR, or make_assets --plume DIR FRAMES VOXELS\n");
+    return 2;
   }
-  const std::filesystem::path dir = argv[1];
-  std::filesystem::create_directories(dir);
-  write(dir / "slab.vdb", slab());
-  write(dir / "ramp.vdb", ramp());
-  write(dir / "single_voxel.vdb", single_voxel());
-  write(dir / "blobs.vdb", blobs());
-  write(dir / "tiles.vdb", tiles());
-  write(dir / "rotated.vdb", rotated());
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "make_assets: %s\n", e.what());

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints the tables of src/scene/colormap.cpp from matplotlib's tables (Debian: python3-matplotlib).
+"""Prints assets/colors/colormaps.json from matplotlib's tables (Debian: python3-matplotlib).
 
 It keeps as few of a table's 256 sRGB codes as possible: linear radiance between those kept must
 reproduce all others within half an 8-bit step."""
@@ -37,29 +37,10 @@ def kept(table):
     return knots
 
 
-print("""#pragma once
-
-namespace psivox {
-
-/// A knot of a colour map: its place in 256 and its sRGB code.
-struct ColormapKnot {
-  int place;
-  double red, green, blue;
-};
-
-/// From matplotlib's tables by tools/make_colormaps.py: linear radiance between knots is within half
-/// an 8-bit step of them. viridis, inferno, magma, plasma: S. van der Walt and N. Smith (CC0);
-/// cividis: J. Nunez, C. Anderton, R. Renslow 2018 (CC0); turbo: A. Mikhailov, Google 2019
-/// (Apache 2.0).
-// clang-format off""")
+tables = []
 for name in MAPS:
     table = matplotlib.colormaps[name].colors
-    knots = kept(table)
-    print(f"inline constexpr ColormapKnot {name}_knots[] = {{")
-    for row in range(0, len(knots), 2):
-        print("  " + " ".join("{%d, %s}," % (i, ", ".join("%.6g" % c for c in table[i]))
-                              for i in knots[row:row + 2]))
-    print("};")
-print("""// clang-format on
-
-}  // namespace psivox""")
+    rows = ["[%s]" % ", ".join([str(i)] + ["%.6g" % c for c in table[i]]) for i in kept(table)]
+    lines = ["    " + ", ".join(rows[i:i + 2]) for i in range(0, len(rows), 2)]
+    tables.append('  "%s": [\n%s\n  ]' % (name, ",\n".join(lines)))
+print("{\n" + ",\n".join(tables) + "\n}")

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <chrono>
 #include <span>
 #include <string>
 
 #include "psivox/open.h"
+#include "psivox/progress.h"
 
 namespace psivox {
 
@@ -21,5 +23,54 @@ void print_look(const LookedScene& looked, bool to_copy,
 /// Prints how the grids were changed as they were read, and the numbers that `auto` chose where the
 /// look leaves them open: rounded, or as options to copy.
 void print_choices(const OpenedScene& opened, bool to_copy);
+
+/// Decides when progress is worth showing: first after `patience_s`, then whenever one of `parts`
+/// equal parts of the work is done, and at least every `silence_s`.
+class ProgressMarks {
+ public:
+  ProgressMarks(int parts, double patience_s, double silence_s)
+      : parts_(parts), patience_s_(patience_s), silence_s_(silence_s) {}
+
+  /// Whether to show `fraction`, 0 to 1, now. Times count from the start of the work.
+  bool passes(double fraction, double passed_s) {
+    if (passed_s < patience_s_) return false;
+    const int part = int(fraction * parts_);
+    if (part <= part_ && passed_s < shown_s_ + silence_s_) return false;
+    part_ = part;
+    shown_s_ = passed_s;
+    return true;
+  }
+
+ private:
+  int parts_;
+  double patience_s_, silence_s_;
+  int part_ = -1;  ///< the last one shown
+  double shown_s_ = 0;
+};
+
+/// Shows progress on stderr with the time left: a bar on a terminal; elsewhere a line for every
+/// tenth or every ten seconds. Work that is done in a moment shows nothing.
+class ProgressBar {
+ public:
+  explicit ProgressBar(bool quiet);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// For work that begins now; empty if there is nothing to show. The bar must outlive it.
+  Progress progress();
+
+  /// Removes the bar from the terminal, for a line of text; it comes back with the next progress.
+  void clear();
+
+ private:
+  void show(double fraction);
+
+  std::chrono::steady_clock::time_point start_;
+  bool quiet_;
+  bool terminal_;
+  ProgressMarks marks_;
+  bool drawn_ = false;
+};
 
 }  // namespace psivox

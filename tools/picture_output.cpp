@@ -3,25 +3,26 @@
 #include <time.h>
 #include <unistd.h>
 
-#include <cstdio>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <system_error>
 
+#include "app/command_text.h"
 #include "base/text.h"
-#include "base/text_file.h"
 #include "notices.h"
 #include "psivox/picture_file.h"
+#include "psivox/sequence.h"
 
 namespace psivox {
 
 bool shows_background(const RenderCall& call) {
   return call.output.empty() ? !call.movie.empty() : shows_background(call.output);
-}
-
-std::map<std::string, std::string> picture_metadata(const RenderCall& call,
-                                                    const std::string& output, const Scene& scene) {
-  return picture_metadata(PictureFile{output, call.format, call.layers}, scene);
 }
 
 std::vector<std::string> write_picture(const RenderCall& call, const std::string& output,
@@ -35,36 +36,30 @@ std::vector<std::string> write_picture(const RenderCall& call, const std::string
   return std::move(written.notices);
 }
 
-void put_out(const RenderCall& call, const View& view, RenderReport& report) {
-  const auto say = [&](const std::string& notice) {
-    if (!call.quiet && !notice.empty()) std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+void put_out(const RenderCall& call, Session& session, RenderReport& report) {
+  const auto say = [&](const std::vector<std::string>& notices) {
+    if (!call.quiet) print_notices(notices);
   };
-  if (!call.quiet) print_notices(report.drawn.notices);
-  say(blank_reason(view, report.drawn.image));
-  constexpr double long_write = 1e7;  // [pixels]; a second and more
   const Image& image = report.drawn.image;
-  if (double(image.width) * image.height > long_write) say("writing " + in_quotes(call.output));
-  const auto notices = write_picture(call, call.output, view, report);
-  if (!call.quiet) print_notices(notices);
-}
-
-void put_page(const RenderCall& call, Session& session, RenderReport& report) {
-  std::vector<std::string> notices = report.drawn.notices;
-  if (const auto blank = blank_reason(session.view(), report.drawn.image); !blank.empty())
-    notices.push_back(blank);
-  const Stopwatch writing;
-  const std::string page = page_text(session, report.drawn, call.page);
-  write_text(call.output, page);
-  report.output_bytes = page.size();
-  report.write_ms = writing.ms();
-  notices.push_back(formatted("the page has %.2f MB", double(page.size()) / 1e6));
-  if (!call.quiet) print_notices(notices);
+  say(report.drawn.notices);
+  if (const auto blank = blank_reason(session.view(), image); !blank.empty()) say({blank});
+  if (is_page_name(call.output)) {
+    const Stopwatch writing;
+    const std::string page = page_text(session, report.drawn, call.page);
+    write_text(call.output, page);
+    report.output_bytes = page.size();
+    report.write_ms = writing.ms();
+    return say({formatted("the page has %.2f MB", double(page.size()) / 1e6)});
+  }
+  constexpr double long_write = 1e7;  // [pixels]; a second and more
+  if (double(image.width) * image.height > long_write) say({"writing " + in_quotes(call.output)});
+  say(write_picture(call, call.output, session.view(), report));
 }
 
 namespace {
 
 double per_ray(std::uint64_t count, const RenderStats& stats) {
-  return stats.rays ? static_cast<double>(count) / static_cast<double>(stats.rays) : 0;
+  return stats.rays ? double(count) / double(stats.rays) : 0;
 }
 
 using Json = nlohmann::ordered_json;
@@ -107,6 +102,19 @@ Json error_json(const RenderReport& report) {
   return error;
 }
 
+/// ffmpeg's name of the format; null: it is no film's.
+const char* format_of(const std::string& path) {
+  constexpr std::pair<const char*, const char*> formats[] = {
+      {".mp4", "mp4"}, {".mov", "mov"}, {".mkv", "matroska"}, {".avi", "avi"}};
+  for (const auto& [extension, format] : formats)
+    if (path.ends_with(extension)) return format;
+  return nullptr;
+}
+
+/// What every player shows: H.264, colours at half resolution, an even width and height.
+const std::string encoding =
+    "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -c:v libx264 -crf 17 -pix_fmt yuv420p";
+
 }  // namespace
 
 double process_ms() {
@@ -123,8 +131,8 @@ double process_ms() {
   double ticks = 0;
   timespec now{};
   if (!(fields >> ticks) || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0;
-  const double now_s = static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-  return 1e3 * (now_s - ticks / static_cast<double>(sysconf(_SC_CLK_TCK)));
+  const double now_s = double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+  return 1e3 * (now_s - ticks / double(sysconf(_SC_CLK_TCK)));
 }
 
 std::string RenderReport::json() const {
@@ -204,11 +212,74 @@ std::string RenderReport::table() const {
     out += formatted(", %.1f samples and %.1f steps each\n", per_ray(stats.samples, stats),
                      per_ray(stats.steps, stats));
   out += formatted("atlas     %.2f MiB: %llu textured and %llu constant bricks\n",
-                   static_cast<double>(atlas.bytes()) / (1 << 20),
+                   double(atlas.bytes()) / (1 << 20),
                    static_cast<unsigned long long>(atlas.textured_bricks),
                    static_cast<unsigned long long>(atlas.constant_bricks));
-  out += formatted("output    %.2f MiB\n", static_cast<double>(output_bytes) / (1 << 20));
+  out += formatted("output    %.2f MiB\n", double(output_bytes) / (1 << 20));
   return out;
+}
+
+bool is_movie_name(const std::string& path) { return format_of(path); }
+
+bool can_make_movies() {
+  const char* folders = std::getenv("PATH");
+  for (const std::string& folder : split(folders ? folders : "", ':'))
+    if (::access((std::filesystem::path(folder) / "ffmpeg").c_str(), X_OK) == 0) return true;
+  return false;
+}
+
+std::string movie_command(const std::string& pictures, const std::string& movie,
+                          double frame_rate) {
+  std::string names = pictures;
+  if (const auto pattern = FramePattern::of_placeholder(pictures)) names = pattern->printf_form();
+  return "ffmpeg -framerate " + number_text(frame_rate) + " -i " + names + " " + encoding + " " +
+         movie;
+}
+
+Movie::Movie(const std::string& path, double frame_rate) : path_(path), frame_rate_(frame_rate) {
+  try {
+    file_.emplace(path);
+  } catch (const std::system_error& failure) {
+    fail(failure.code().message());
+  }
+}
+
+Movie::~Movie() {
+  if (ffmpeg_) ::pclose(ffmpeg_);
+}
+
+void Movie::fail(const std::string& why) {
+  throw Error(ExitCode::output, "cannot write " + in_quotes(path_) + ": " + why);
+}
+
+void Movie::start(int width, int height) {
+  const std::string command =
+      "exec ffmpeg -loglevel error -xerror -y -f rawvideo -pixel_format rgb24 -video_size " +
+      std::to_string(width) + "x" + std::to_string(height) + " -framerate " +
+      number_text(frame_rate_) + " -i - " + encoding + " -f " + format_of(path_) + " " +
+      shell_word(file_->path().string());
+  std::signal(SIGPIPE, SIG_IGN);  // an ffmpeg that ends early makes a write fail instead
+  std::signal(SIGCHLD, SIG_DFL);  // if a parent ignored it, pclose() would not find ffmpeg's code
+  ffmpeg_ = ::popen(command.c_str(), "we");
+  if (!ffmpeg_) fail(std::string("ffmpeg: ") + std::strerror(errno));
+}
+
+void Movie::add(const Image& image, const Display& display) {
+  if (!ffmpeg_) start(image.width, image.height);
+  const std::vector<std::uint8_t> bytes = srgb_bytes(image, display);
+  if (std::fwrite(bytes.data(), 1, bytes.size(), ffmpeg_) != bytes.size() ||
+      std::fflush(ffmpeg_) != 0)
+    fail("ffmpeg ended early");
+}
+
+void Movie::finish() {
+  if (!ffmpeg_) return;
+  if (::pclose(std::exchange(ffmpeg_, nullptr)) != 0) fail("ffmpeg failed");
+  try {
+    file_->show();
+  } catch (const std::system_error& failure) {
+    fail(failure.code().message());
+  }
 }
 
 }  // namespace psivox

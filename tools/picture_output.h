@@ -1,12 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/stopwatch.h"
+#include "base/text_file.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
 #include "render_call.h"
@@ -34,20 +35,44 @@ struct RenderReport {
 /// --background is given, if only as `none`.
 bool shows_background(const RenderCall& call);
 
-/// The metadata of a picture of that scene, but for the renderer's name.
-std::map<std::string, std::string> picture_metadata(const RenderCall& call,
-                                                    const std::string& output, const Scene& scene);
-
 /// Writes the report's picture with its scene, composited with the background and with the color
 /// bar that the scene asks for, and completes the report. Returns sentences for the user. Throws
 /// Error(output).
 std::vector<std::string> write_picture(const RenderCall& call, const std::string& output,
                                        const View& view, RenderReport& report);
 
-/// Writes the picture of `psivox render` as write_picture does, and prints what there is to say.
-void put_out(const RenderCall& call, const View& view, RenderReport& report);
+/// Writes the picture of `psivox render` as write_picture does, or its page, and prints what there
+/// is to say.
+void put_out(const RenderCall& call, Session& session, RenderReport& report);
 
-/// Writes the page of `psivox render`, and prints its size.
-void put_page(const RenderCall& call, Session& session, RenderReport& report);
+/// A film that ffmpeg writes from pictures. It appears under its name when it is complete.
+class Movie {
+ public:
+  /// `path` must be a film's name. Throws Error(output) if no file can be made there.
+  Movie(const std::string& path, double frame_rate);
+  ~Movie();
+
+  /// Appends a picture, over black. All have one size. Throws Error(output).
+  void add(const Image& image, const Display& display);
+  /// Ends the film. Throws Error(output).
+  void finish();
+
+ private:
+  void start(int width, int height);
+  [[noreturn]] void fail(const std::string& why);
+
+  std::string path_;
+  double frame_rate_;
+  std::optional<HiddenFile> file_;
+  std::FILE* ffmpeg_ = nullptr;
+};
+
+/// The command that makes a film of pictures `out.####.png`.
+std::string movie_command(const std::string& pictures, const std::string& movie, double frame_rate);
+
+/// Whether a file of this name is a film that ffmpeg writes.
+bool is_movie_name(const std::string& path);
+
+bool can_make_movies();
 
 }  // namespace psivox

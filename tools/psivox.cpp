@@ -17,10 +17,8 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "command_line.h"
-#include "commands.h"
 #include "help_forms.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/vdb.h"
 
@@ -31,7 +29,7 @@ void end_after(int seconds, const char* message) {
     std::this_thread::sleep_for(std::chrono::seconds(seconds));
     remove_hidden_files();
     std::fprintf(stderr, "psivox: %s\n", message);
-    _exit(static_cast<int>(ExitCode::failure));
+    _exit(int(ExitCode::failure));
   }).detach();
 }
 
@@ -152,7 +150,7 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
 int fail(const std::string& who, const char* message, ExitCode code) {
   std::cout.flush();
   std::fprintf(stderr, "%s: %s\n", who.c_str(), message);
-  return static_cast<int>(code);
+  return int(code);
 }
 
 }  // namespace

@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "base/text.h"
 #include "base/text_file.h"
 #include "command_line.h"
-#include "psivox/error.h"
-#include "psivox/image.h"
 #include "psivox/open.h"
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"
@@ -16,127 +13,68 @@
 namespace psivox {
 namespace {
 
+namespace fs = std::filesystem;
+
+const CLI::Validator above_zero = number_in<double>({.min = 0, .min_open = true});
+
 void add_outputs(CommandLine& line, RenderCall& call) {
-  const std::string output = group_name(ParameterGroup::output);
-  line.add_option("-o,--output", call.output,
-                  "picture to write: .exr or .tif (linear, premultiplied), .png (sRGB); without "
-                  "alpha: .jpg or .webp (sRGB), .hdr (linear); .html: a page on which it turns")
-      ->type_name("FILE")
-      ->group(output);
+  line.begin_group(group_name(ParameterGroup::output));
+  line.add_value("-o,--output", call.output, "FILE",
+                 "picture to write: .exr or .tif (linear, premultiplied), .png (sRGB); without "
+                 "alpha: .jpg or .webp (sRGB), .hdr (linear); .html: a page on which it turns");
   std::vector<std::string> layers = layer_names();
   layers.emplace_back("none");
   line.add_list("--aov", call.layers,
                 "extra layers of the .exr: " + joined(layer_names(), ", ") +
                     " makes it a deep .exr; none drops those of --scene's picture")
-      ->check(CLI::IsMember(layers).description(""))
-      ->group(output);
-  line.add_option("--thumbnail", call.thumbnail,
-                  "make a picture of NxN pixels for a file manager: exact enough for 8 bits, "
-                  "within 1 GiB of memory and 20 s; .png if -o names no format")
-      ->type_name("N")
-      ->check(number_in<int>({.min = 1, .max = 4096}))
-      ->group(output);
-  line.add_option("--credit", call.page.credit, "line below the picture of an .html")
-      ->type_name("TEXT")
-      ->group(output);
-  line.add_option("--page-limit", call.page.limit_mb, "largest .html")
-      ->type_name("MB")
-      ->check(number_in<double>({.min = 0, .min_open = true}))
-      ->capture_default_str()
-      ->group(output);
-  line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats")->group(output);
-  line.add_option(
-          "--bits", call.format.bits,
-          "bits per channel of a .png (default: 8) or of a .tif, which then is sRGB instead "
-          "of linear 32-bit floats")
-      ->type_name("8|16")
-      ->check(CLI::IsMember({8, 16}).description(""))
-      ->group(output);
+      ->check(one_of(layers));
+  line.add_value("--thumbnail", call.thumbnail, "N",
+                 "make a picture of NxN pixels for a file manager: exact enough for 8 bits, "
+                 "within 1 GiB of memory and 20 s; .png if -o names no format")
+      ->check(number_in<int>({.min = 1, .max = 4096}));
+  line.add_value("--credit", call.page.credit, "TEXT", "line below the picture of an .html");
+  line.add_value("--page-limit", call.page.limit_mb, "MB", "largest .html")
+      ->check(above_zero)
+      ->capture_default_str();
+  line.add_flag("--half", call.format.half, "store the .exr in 16-bit floats");
+  line.add_value("--bits", call.format.bits, "8|16",
+                 "bits per channel of a .png (default: 8) or of a .tif, which then is sRGB instead "
+                 "of linear 32-bit floats")
+      ->check(one_of<int>({8, 16}));
   line.add_flag("--print-scene", call.print_scene,
-                "print the complete scene as JSON; render only if -o is given")
-      ->group(output);
-  line.add_option(
-          "--export-camera", call.camera,
-          "write the camera as .gltf (Blender reads it) or ParaView's .pvcc; render only if "
-          "-o is given")
-      ->type_name("FILE")
-      ->group(output);
+                "print the complete scene as JSON; render only if -o is given");
+  line.add_value("--export-camera", call.camera, "FILE",
+                 "write the camera as .gltf (Blender reads it) or ParaView's .pvcc; render only if "
+                 "-o is given");
   line.add_flag("--explain", call.explain,
-                "print what the march computes and skips, and why; render only if -o is given")
-      ->group(output);
-  line.add_option("--stats", call.stats,
-                  "write times, counts and bytes as JSON; - is the standard output")
-      ->type_name("FILE")
-      ->group(output);
+                "print what the march computes and skips, and why; render only if -o is given");
+  line.add_value("--stats", call.stats, "FILE",
+                 "write times, counts and bytes as JSON; - is the standard output");
   CLI::Option* verbose = line.add_flag("-v,--verbose", call.verbose,
-                                       "print the look's options, times, counts and bytes")
-                             ->group(output);
-  line.add_flag("-q,--quiet", call.quiet, "print errors only")->excludes(verbose)->group(output);
+                                       "print the look's options, times, counts and bytes");
+  line.add_flag("-q,--quiet", call.quiet, "print errors only")->excludes(verbose);
 }
 
 void add_frames(CommandLine& line, RenderCall& call) {
   call.sequence.add_to(line);
-  line.add_option("--turntable", call.turntable,
-                  "turn the camera around the volume in N pictures; along a sequence, in N frames")
-      ->type_name("N")
-      ->check(number_in<int>({.min = 1}))
-      ->group(frames_group);
-  line.add_option("--camera-path", call.camera_path,
-                  "camera of each frame: key frames in a .json, or the animation of a .gltf or "
-                  ".glb")
-      ->type_name("FILE[:NAME]")
-      ->group(frames_group);
-  line.add_flag("--follow", call.follow, "keep the volume in the middle of each frame")
-      ->group(frames_group);
+  line.add_value("--turntable", call.turntable, "N",
+                 "turn the camera around the volume in N pictures; along a sequence, in N frames")
+      ->check(number_in<int>({.min = 1}));
+  line.add_value("--camera-path", call.camera_path, "FILE[:NAME]",
+                 "camera of each frame: key frames in a .json, or the animation of a .gltf or "
+                 ".glb");
+  line.add_flag("--follow", call.follow, "keep the volume in the middle of each frame");
   line.add_flag("--resume", call.resume,
                 "leave out frames whose picture is there, of the same scene and not older than "
-                "its volume")
-      ->group(frames_group);
+                "its volume");
   line.add_flag("--keep-going", call.keep_going,
-                "go on after a frame that cannot be read; the exit code is then 3")
-      ->group(frames_group);
-  line.add_option("--movie", call.movie, "write the frames as a film too, through ffmpeg")
-      ->type_name("FILE.mp4")
-      ->group(frames_group);
-  line.add_option("--fps", call.frame_rate, "frames per second of --movie and --camera-path")
-      ->type_name("N")
-      ->check(number_in<double>({.min = 0, .min_open = true}))
-      ->capture_default_str()
-      ->group(frames_group);
+                "go on after a frame that cannot be read; the exit code is then 3");
+  line.add_value("--movie", call.movie, "FILE.mp4",
+                 "write the frames as a film too, through ffmpeg");
+  line.add_value("--fps", call.frame_rate, "N", "frames per second of --movie and --camera-path")
+      ->check(above_zero)
+      ->capture_default_str();
 }
-
-}  // namespace
-
-bool parse(RenderCall& call, Arguments arguments) {
-  CommandLine line("render",
-                   "Renders a volume (.vdb, NIfTI, NRRD) to a picture, without a window. Under "
-                   "mpirun several processes\n"
-                   "draw it together, in every mode but slice and back-to-front; no sequences.",
-                   {"output", "frames", "turntable", "movie", "verbose"},
-                   {"smoke.vdb -o smoke.png",
-                    "smoke.vdb -o smoke.exr --azimuth 30 --background white --tolerance 1e-4",
-                    "'fire.####.vdb' -o 'fire.####.png' --movie fire.mp4"});
-  add_outputs(line, call);
-  add_frames(line, call);
-  line.add_flag("--list-devices", call.list_devices, "print the EGL devices and exit");
-  const std::vector<std::string> without{"input"};
-  call.scene.add_to(line, without);
-  line.add_option("--time-budget", call.time_budget,
-                  "choose the most accurate method expected to march in MS milliseconds here")
-      ->type_name("MS")
-      ->check(number_in<double>({.min = 0, .min_open = true}))
-      ->group(group_name(ParameterGroup::accuracy));
-  line.add_option("--check-error", call.check_error,
-                  "compare N pixels with the reference integrator and print the error")
-      ->type_name("N")
-      ->check(number_in<int>({.min = 1}))
-      ->group(group_name(ParameterGroup::accuracy));
-  if (!line.read(arguments)) return false;
-  if (!call.sequence.inputs.empty()) call.scene.set("input", call.sequence.inputs.front());
-  return true;
-}
-
-namespace {
 
 /// What gives the picture that vdb_render takes as its last argument, or any.
 std::string likely_output(const RenderCall& call) {
@@ -144,21 +82,6 @@ std::string likely_output(const RenderCall& call) {
   if (inputs.size() > 1 && has_picture_extension(inputs.back())) return "-o " + inputs.back();
   return "-o FILE.exr or -o FILE.png";
 }
-
-}  // namespace
-
-void take_layers(RenderCall& call, const Scene& scene) {
-  const bool given = !call.layers.empty();
-  std::erase(call.layers, "none");
-  if (given || !holds_layers(call.output)) return;
-  const std::vector<std::string>& known = layer_names();
-  for (const std::string& layer : call.scene.layers())
-    if (std::find(known.begin(), known.end(), layer) != known.end() &&
-        layer_obstacle(layer, scene).empty())
-      call.layers.push_back(layer);
-}
-
-namespace {
 
 /// Throws Error(usage) for what a page has not, and where nothing else is a page.
 void check_page_call(const RenderCall& call, const Scene& scene) {
@@ -176,7 +99,52 @@ void check_page_call(const RenderCall& call, const Scene& scene) {
   if (call.thumbnail) usage("--thumbnail makes a picture, not a page");
 }
 
+bool is_file(const std::string& path) { return !path.empty() && path != "-"; }
+
+/// Devices such as /dev/null keep nothing that could be lost.
+bool same_file(const std::string& a, const std::string& b) {
+  if (!is_file(a) || !is_file(b)) return false;
+  std::error_code missing;
+  if (fs::exists(a, missing) && fs::exists(b, missing))
+    return fs::is_regular_file(a, missing) && fs::equivalent(a, b, missing);
+  return fs::weakly_canonical(a, missing) == fs::weakly_canonical(b, missing);
+}
+
 }  // namespace
+
+bool parse(RenderCall& call, Arguments arguments) {
+  CommandLine line("render",
+                   "Renders a volume (.vdb, NIfTI, NRRD) to a picture, without a window. Under "
+                   "mpirun several processes\n"
+                   "draw it together, in every mode but slice and back-to-front; no sequences.",
+                   {"output", "frames", "turntable", "movie", "verbose"},
+                   {"smoke.vdb -o smoke.png",
+                    "smoke.vdb -o smoke.exr --azimuth 30 --background white --tolerance 1e-4",
+                    "'fire.####.vdb' -o 'fire.####.png' --movie fire.mp4"});
+  line.add_flag("--list-devices", call.list_devices, "print the EGL devices and exit");
+  add_outputs(line, call);
+  add_frames(line, call);
+  call.scene.add_to(line, {"input"});
+  line.begin_group(group_name(ParameterGroup::accuracy));
+  line.add_value("--time-budget", call.time_budget, "MS",
+                 "choose the most accurate method expected to march in MS milliseconds here")
+      ->check(above_zero);
+  line.add_value("--check-error", call.check_error, "N",
+                 "compare N pixels with the reference integrator and print the error")
+      ->check(number_in<int>({.min = 1}));
+  if (!line.read(arguments)) return false;
+  if (!call.sequence.inputs.empty()) call.scene.set("input", call.sequence.inputs.front());
+  return true;
+}
+
+void take_layers(RenderCall& call, const Scene& scene) {
+  const bool given = !call.layers.empty();
+  std::erase(call.layers, "none");
+  if (given || !holds_layers(call.output)) return;
+  for (const std::string& layer : call.scene.layers())
+    if (std::ranges::count(layer_names(), layer) && layer_obstacle(layer, scene).empty())
+      call.layers.push_back(layer);
+}
 
 void check(const RenderCall& call, const Scene& scene) {
   check_page_call(call, scene);
@@ -231,35 +199,17 @@ Wish wish_of(const RenderCall& call) {
   return wish;
 }
 
-namespace {
-
-namespace fs = std::filesystem;
-
-bool is_file(const std::string& path) { return !path.empty() && path != "-"; }
-
-/// Devices such as /dev/null keep nothing that could be lost.
-bool same_file(const std::string& a, const std::string& b) {
-  if (!is_file(a) || !is_file(b)) return false;
-  std::error_code missing;
-  if (fs::exists(a, missing) && fs::exists(b, missing))
-    return fs::is_regular_file(a, missing) && fs::equivalent(a, b, missing);
-  return fs::weakly_canonical(a, missing) == fs::weakly_canonical(b, missing);
-}
-
-}  // namespace
-
 void check_overwriting(std::span<const WrittenFile> written, std::span<const std::string> read) {
   for (std::size_t n = 0; n < written.size(); ++n) {
     const auto& [option, path] = written[n];
     const std::string what = std::string(option) + " " + in_quotes(path);
     for (const std::string& input : read)
       if (same_file(path, input))
-        throw Error(ExitCode::usage, what + " is the input " + in_quotes(input) +
-                                         ", which it would replace; give another name");
+        usage(what + " is the input " + in_quotes(input) +
+              ", which it would replace; give another name");
     for (const WrittenFile& other : written.first(n))
       if (same_file(path, other.path))
-        throw Error(ExitCode::usage, what + " is also the file of " + std::string(other.option) +
-                                         "; give another name");
+        usage(what + " is also the file of " + other.option + "; give another name");
   }
 }
 

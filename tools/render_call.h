@@ -5,11 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "commands.h"
+#include "command_line.h"
 #include "psivox/draw.h"
 #include "psivox/image.h"
 #include "psivox/page.h"
-#include "scene_options.h"
 
 namespace psivox {
 

@@ -8,19 +8,16 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "frame_list.h"
-#include "movie.h"
 #include "notices.h"
 #include "picture_output.h"
-#include "progress_bar.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
+#include "psivox/picture_file.h"
 #include "psivox/sequence.h"
 #include "scene/camera_file.h"
 
 namespace psivox {
 namespace {
 
-/// A frame that was read.
 struct ReadFrame {
   std::shared_ptr<Session> session;
   Scene scene;         ///< to draw, complete
@@ -31,20 +28,57 @@ struct ReadFrame {
 class FrameMaker {
  public:
   FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
-             const CameraPath* path);
+             const CameraPath* path)
+      : sequence_(resolve_sequence(scene, list.samples, "auto", shows_background(call),
+                                   call.keep_going ? list.files : std::vector<std::string>())),
+        turntable_(call.turntable),
+        path_(path),
+        follow_(call.follow),
+        first_(list.first) {
+    if (!turntable_ || scene.camera_position) return;
+    // the camera as the scene sets it, in the look that was chosen
+    Scene open = scene;
+    open.up_axis = sequence_.scene.up_axis;
+    const Scene framed = framed_for_turn(open, *sequence_.subject);
+    keep_camera(sequence_.scene, make_camera(framed, *sequence_.subject));
+  }
 
   const SequenceScene& sequence() const { return sequence_; }
 
   /// The frame's scene as its picture's metadata has it, without reading voxels; unset if the
   /// camera follows what they show. Throws Error(input).
-  std::optional<Scene> scene_of(const Frame& frame) const;
+  std::optional<Scene> scene_of(const Frame& frame) const {
+    if (follow_) return {};
+    return moved(frame_scene(sequence_, VdbFile(frame.input), frame.input), frame.number);
+  }
 
   /// Reads a frame; the session of the frame before if that has the same file. Throws Error(input),
   /// Error(memory).
-  ReadFrame read(const Frame& frame);
+  ReadFrame read(const Frame& frame) {
+    const Stopwatch watch;
+    if (last_input_ != frame.input) {
+      last_session_.reset();
+      const VdbFile file(frame.input);
+      View view = open_frame(sequence_, file, frame.input).view;
+      if (follow_) view = followed(std::move(view));
+      last_scene_ = view.scene;
+      last_session_ = std::make_shared<Session>(std::move(view));
+      // a limit is for one volume: no other one is converted beside it
+      if (last_scene_.memory_limit == 0 && last_scene_.renderer != RendererKind::reference)
+        last_session_->convert();
+      last_input_ = frame.input;
+    }
+    return {last_session_, moved(last_scene_, frame.number), watch.ms()};
+  }
 
  private:
-  Scene moved(Scene scene, int frame) const;
+  Scene moved(Scene scene, int frame) const {
+    if (const auto depths = FramePattern::of_placeholder(scene.holdout))
+      scene.holdout = depths->path(frame);
+    if (path_) return path_->at(scene, frame);
+    if (turntable_) return turned(scene, 360.0 * (frame - first_) / *turntable_);
+    return scene;
+  }
 
   SequenceScene sequence_;
   std::optional<int> turntable_;
@@ -56,52 +90,6 @@ class FrameMaker {
   Scene last_scene_;
 };
 
-FrameMaker::FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
-                       const CameraPath* path)
-    : sequence_(resolve_sequence(scene, list.samples, "auto", shows_background(call),
-                                 call.keep_going ? list.files : std::vector<std::string>())),
-      turntable_(call.turntable),
-      path_(path),
-      follow_(call.follow),
-      first_(list.first) {
-  if (!turntable_ || scene.camera_position) return;
-  // the camera as the scene sets it, in the look that was chosen
-  Scene open = scene;
-  open.up_axis = sequence_.scene.up_axis;
-  const Scene framed = framed_for_turn(open, *sequence_.subject);
-  keep_camera(sequence_.scene, make_camera(framed, *sequence_.subject));
-}
-
-Scene FrameMaker::moved(Scene scene, int frame) const {
-  if (const auto depths = FramePattern::of_placeholder(scene.holdout))
-    scene.holdout = depths->path(frame);
-  if (path_) return path_->at(scene, frame);
-  if (turntable_) return turned(scene, 360.0 * (frame - first_) / *turntable_);
-  return scene;
-}
-
-std::optional<Scene> FrameMaker::scene_of(const Frame& frame) const {
-  if (follow_) return {};
-  return moved(frame_scene(sequence_, VdbFile(frame.input), frame.input), frame.number);
-}
-
-ReadFrame FrameMaker::read(const Frame& frame) {
-  const Stopwatch watch;
-  if (last_input_ != frame.input) {
-    last_session_.reset();
-    const VdbFile file(frame.input);
-    View view = open_frame(sequence_, file, frame.input).view;
-    if (follow_) view = followed(std::move(view));
-    last_scene_ = view.scene;
-    last_session_ = std::make_shared<Session>(std::move(view));
-    // a limit is for one volume: no other one is converted beside it
-    if (last_scene_.memory_limit == 0 && last_scene_.renderer != RendererKind::reference)
-      last_session_->convert();
-    last_input_ = frame.input;
-  }
-  return {last_session_, moved(last_scene_, frame.number), watch.ms()};
-}
-
 /// Whether the frame's picture is there, of that scene, and not older than its volume.
 bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {
   namespace fs = std::filesystem;
@@ -111,17 +99,15 @@ bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {
     std::map<std::string, std::string> found = read_metadata(frame.output);
     const std::optional<Scene> scene = maker.scene_of(frame);
     const Scene wanted = scene ? *scene : maker.read(frame).scene;
-    for (const auto& [name, value] : picture_metadata(call, frame.output, wanted))
+    const PictureFile file{frame.output, call.format, call.layers};
+    for (const auto& [name, value] : picture_metadata(file, wanted))
       if (name != "psivox:folder" && found[name] != value) return false;
     return true;
-  } catch (const fs::filesystem_error&) {
-    return false;
-  } catch (const Error&) {
+  } catch (const std::runtime_error&) {
     return false;  // drawing it will say why
   }
 }
 
-/// Draws and writes frames, one after the other.
 class FrameLoop {
  public:
   FrameLoop(const RenderCall& call, FrameMaker& maker, std::future<std::shared_ptr<Marcher>> opened)
@@ -134,9 +120,68 @@ class FrameLoop {
     if (written_.valid()) written_.wait();
   }
 
-  void run(const std::vector<Frame>& frames);
+  void run(const std::vector<Frame>& frames) {
+    std::vector<std::size_t> wanted;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      if (!call_.resume || !stands(call_, maker_, frames[i])) wanted.push_back(i);
+    standing_ = frames.size() - wanted.size();
+    if (standing_) say(std::to_string(standing_) + " frames stand already");
+    const auto read_ahead = [&](std::size_t k) {
+      if (k < wanted.size())
+        next_ = std::async(std::launch::async,
+                           [this, &frame = frames[wanted[k]]] { return maker_.read(frame); });
+    };
+    read_ahead(0);
+    for (std::size_t i = 0, k = 0; i < frames.size(); ++i) {
+      if (k == wanted.size() || wanted[k] != i) {
+        if (movie_) add_standing(frames[i]);
+        continue;
+      }
+      done_ = double(k) / double(wanted.size());
+      part_ = 1 / double(wanted.size());
+      ++k;
+      ReadFrame read;
+      try {
+        const Stopwatch waiting;
+        read = next_.get();
+        waited_ms_ += waiting.ms();
+      } catch (const Error& error) {
+        read_ahead(k);
+        report_bad(frames[i], error);
+        continue;
+      }
+      read_ahead(k);
+      write(draw(frames[i], read));
+    }
+    take_written();
+  }
+
   /// Ends the film, writes the statistics, and throws Error(input) if frames could not be read.
-  void finish();
+  void finish() {
+    if (movie_) movie_->finish();
+    if (!movie_ && !call_.movie.empty())
+      say("ffmpeg is not installed; this makes the film: " +
+          movie_command(call_.output, call_.movie, call_.frame_rate));
+    const double total_ms = watch_.ms();
+    if (!call_.stats.empty()) {
+      const nlohmann::ordered_json all = {
+          {"frames", reports_},
+          {"standing", standing_},
+          {"bad", bad_},
+          {"times_ms", {{"total", total_ms}, {"waited", waited_ms_}}}};
+      write_text(call_.stats,
+                 all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    }
+    if (call_.verbose)
+      std::fprintf(stderr,
+                   "frames    %d in %.1f s, of which %.1f s waiting for reading and writing\n",
+                   drawn_, 1e-3 * total_ms, 1e-3 * waited_ms_);
+    if (!bad_.empty())
+      throw Error(ExitCode::input,
+                  std::to_string(bad_.size()) + " of " +
+                      std::to_string(bad_.size() + std::size_t(drawn_) + standing_) +
+                      " frames could not be read: " + frames_text(bad_));
+  }
 
  private:
   /// A frame that was drawn, for the thread that writes it.
@@ -147,14 +192,78 @@ class FrameLoop {
     std::vector<std::string> notices;
   };
 
-  std::shared_ptr<DrawnFrame> draw(const Frame& frame, const ReadFrame& read);
-  void write(std::shared_ptr<DrawnFrame> drawn);
-  /// Waits for the last frame to be written.
-  void take_written();
-  void add_standing(const Frame& frame);
+  std::shared_ptr<DrawnFrame> draw(const Frame& frame, const ReadFrame& read) {
+    if (!marcher_) marcher_ = opened_.get();
+    Wish wish = wish_of(call_);
+    wish.scene = read.scene;
+    if (progress_)
+      wish.progress = over_stages([this](double done) { progress_(done_ + part_ * done); },
+                                  read.session->view().medium.light.has_value());
+    const Stopwatch drawing;
+    auto drawn = std::make_shared<DrawnFrame>();
+    drawn->frame = frame;
+    drawn->report.input = frame.input;
+    drawn->report.output = frame.output;
+    drawn->report.read_ms = read.read_ms;
+    drawn->report.drawn = read.session->draw(*marcher_, wish);
+    drawn->view = read.session->view();
+    drawn->view.scene = read.scene;
+    for (const std::string& notice : drawn->report.drawn.notices) say(notice);
+    say(blank_reason(drawn->view, drawn->report.drawn.image));
+    drawn->report.total_ms = drawing.ms();
+    ++drawn_;
+    return drawn;
+  }
+
+  void write(std::shared_ptr<DrawnFrame> drawn) {
+    take_written();
+    written_ = std::async(std::launch::async, [this, drawn = std::move(drawn)] {
+      if (!drawn->frame.output.empty())
+        drawn->notices = write_picture(call_, drawn->frame.output, drawn->view, drawn->report);
+      if (movie_) movie_->add(drawn->report.drawn.image, display_of(drawn->view.scene));
+      drawn->report.drawn.image = {};
+      return drawn;
+    });
+  }
+
+  void take_written() {
+    if (!written_.valid()) return;
+    const Stopwatch waiting;
+    const std::shared_ptr<DrawnFrame> written = written_.get();
+    waited_ms_ += waiting.ms();
+    for (const std::string& notice : written->notices) say(notice);
+    const RenderReport& report = written->report;
+    if (!call_.stats.empty()) {
+      auto row = nlohmann::ordered_json::parse(report.json());
+      row["frame"] = written->frame.number;
+      reports_.push_back(std::move(row));
+    }
+    if (call_.verbose) {
+      bar_.clear();
+      std::fprintf(stderr, "frame %d\n%s", written->frame.number, report.table().c_str());
+    }
+  }
+
+  void add_standing(const Frame& frame) {
+    take_written();
+    const Scene& scene = maker_.sequence().scene;
+    const bool coded = holds_codes(frame.output, call_.format);
+    movie_->add(read_image(frame.output), coded ? Display{} : display_of(scene));
+  }
+
   /// Throws the error on, unless --keep-going goes on after it.
-  void report_bad(const Frame& frame, const Error& error);
-  void say(const std::string& notice);
+  void report_bad(const Frame& frame, const Error& error) {
+    if (!call_.keep_going || error.code() != ExitCode::input) throw;
+    bad_.push_back(frame.number);
+    bar_.clear();
+    std::fprintf(stderr, "psivox: frame %d: %s\n", frame.number, error.what());
+  }
+
+  void say(const std::string& notice) {
+    if (notice.empty() || call_.quiet || !said_.insert(notice).second) return;
+    bar_.clear();
+    std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+  }
 
   const RenderCall& call_;
   FrameMaker& maker_;
@@ -175,152 +284,20 @@ class FrameLoop {
   nlohmann::ordered_json reports_ = nlohmann::ordered_json::array();
 };
 
-void FrameLoop::say(const std::string& notice) {
-  if (notice.empty() || call_.quiet || !said_.insert(notice).second) return;
-  bar_.clear();
-  std::fprintf(stderr, "psivox: %s\n", notice.c_str());
-}
-
-std::shared_ptr<FrameLoop::DrawnFrame> FrameLoop::draw(const Frame& frame, const ReadFrame& read) {
-  if (!marcher_) marcher_ = opened_.get();
-  Wish wish = wish_of(call_);
-  wish.scene = read.scene;
-  if (progress_)
-    wish.progress = over_stages([this](double done) { progress_(done_ + part_ * done); },
-                                read.session->view().medium.light.has_value());
-  const Stopwatch drawing;
-  auto drawn = std::make_shared<DrawnFrame>();
-  drawn->frame = frame;
-  drawn->report.input = frame.input;
-  drawn->report.output = frame.output;
-  drawn->report.read_ms = read.read_ms;
-  drawn->report.drawn = read.session->draw(*marcher_, wish);
-  drawn->view = read.session->view();
-  drawn->view.scene = read.scene;
-  for (const std::string& notice : drawn->report.drawn.notices) say(notice);
-  say(blank_reason(drawn->view, drawn->report.drawn.image));
-  drawn->report.total_ms = drawing.ms();
-  ++drawn_;
-  return drawn;
-}
-
-void FrameLoop::take_written() {
-  if (!written_.valid()) return;
-  const Stopwatch waiting;
-  const std::shared_ptr<DrawnFrame> written = written_.get();
-  waited_ms_ += waiting.ms();
-  for (const std::string& notice : written->notices) say(notice);
-  const RenderReport& report = written->report;
-  if (!call_.stats.empty()) {
-    auto row = nlohmann::ordered_json::parse(report.json());
-    row["frame"] = written->frame.number;
-    reports_.push_back(std::move(row));
-  }
-  if (call_.verbose) {
-    bar_.clear();
-    std::fprintf(stderr, "frame %d\n%s", written->frame.number, report.table().c_str());
-  }
-}
-
-void FrameLoop::write(std::shared_ptr<DrawnFrame> drawn) {
-  take_written();
-  written_ = std::async(std::launch::async, [this, drawn = std::move(drawn)] {
-    if (!drawn->frame.output.empty())
-      drawn->notices = write_picture(call_, drawn->frame.output, drawn->view, drawn->report);
-    if (movie_) movie_->add(drawn->report.drawn.image, display_of(drawn->view.scene));
-    drawn->report.drawn.image = {};
-    return drawn;
-  });
-}
-
-void FrameLoop::add_standing(const Frame& frame) {
-  take_written();
-  const Scene& scene = maker_.sequence().scene;
-  const bool coded = holds_codes(frame.output, call_.format);
-  movie_->add(read_image(frame.output), coded ? Display{} : display_of(scene));
-}
-
-void FrameLoop::report_bad(const Frame& frame, const Error& error) {
-  if (!call_.keep_going || error.code() != ExitCode::input) throw;
-  bad_.push_back(frame.number);
-  bar_.clear();
-  std::fprintf(stderr, "psivox: frame %d: %s\n", frame.number, error.what());
-}
-
-void FrameLoop::run(const std::vector<Frame>& frames) {
-  std::vector<std::size_t> wanted;
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    if (!call_.resume || !stands(call_, maker_, frames[i])) wanted.push_back(i);
-  standing_ = frames.size() - wanted.size();
-  if (standing_) say(std::to_string(standing_) + " frames stand already");
-  const auto read_ahead = [&](std::size_t k) {
-    if (k < wanted.size())
-      next_ = std::async(std::launch::async,
-                         [this, &frame = frames[wanted[k]]] { return maker_.read(frame); });
-  };
-  read_ahead(0);
-  for (std::size_t i = 0, k = 0; i < frames.size(); ++i) {
-    if (k == wanted.size() || wanted[k] != i) {
-      if (movie_) add_standing(frames[i]);
-      continue;
-    }
-    done_ = double(k) / double(wanted.size());
-    part_ = 1 / double(wanted.size());
-    ++k;
-    ReadFrame read;
-    try {
-      const Stopwatch waiting;
-      read = next_.get();
-      waited_ms_ += waiting.ms();
-    } catch (const Error& error) {
-      read_ahead(k);
-      report_bad(frames[i], error);
-      continue;
-    }
-    read_ahead(k);
-    write(draw(frames[i], read));
-  }
-  take_written();
-}
-
-void FrameLoop::finish() {
-  if (movie_) movie_->finish();
-  if (!movie_ && !call_.movie.empty())
-    say("ffmpeg is not installed; this makes the film: " +
-        movie_command(call_.output, call_.movie, call_.frame_rate));
-  const double total_ms = watch_.ms();
-  if (!call_.stats.empty()) {
-    const nlohmann::ordered_json all = {
-        {"frames", reports_},
-        {"standing", standing_},
-        {"bad", bad_},
-        {"times_ms", {{"total", total_ms}, {"waited", waited_ms_}}}};
-    write_text(call_.stats,
-               all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-  }
-  if (call_.verbose)
-    std::fprintf(stderr,
-                 "frames    %d in %.1f s, of which %.1f s waiting for reading and writing\n",
-                 drawn_, 1e-3 * total_ms, 1e-3 * waited_ms_);
-  if (!bad_.empty())
-    throw Error(ExitCode::input, std::to_string(bad_.size()) + " of " +
-                                     std::to_string(bad_.size() + std::size_t(drawn_) + standing_) +
-                                     " frames could not be read: " + frames_text(bad_));
-}
-
 }  // namespace
 
 void render_frames(const RenderCall& call, const Scene& scene, const FrameList& list,
                    const CameraPath* path) {
   if (call.explain || call.check_error)
-    throw Error(ExitCode::usage, std::string(call.explain ? "--explain" : "--check-error") +
-                                     " is for one picture: give one file");
+    usage(std::string(call.explain ? "--explain" : "--check-error") +
+          " is for one picture: give one file");
   if (is_standard_output(call.output) && list.frames.size() > 1)
-    throw Error(ExitCode::usage, "-o " + call.output + " takes one picture");
+    usage("-o " + call.output + " takes one picture");
   if (call.resume && !call.output.empty() && !holds_scene(call.output))
-    throw Error(ExitCode::usage, "--resume reads a picture's scene, which " +
-                                     in_quotes(call.output) + " cannot hold; write .png or .exr");
-  if (!call.movie.empty()) check_movie_name(call.movie);
+    usage("--resume reads a picture's scene, which " + in_quotes(call.output) +
+          " cannot hold; write .png or .exr");
+  if (!call.movie.empty() && !is_movie_name(call.movie))
+    usage("--movie " + in_quotes(call.movie) + ": expected .mp4, .mov, .mkv or .avi");
   if (!call.movie.empty() && call.output.empty() && !can_make_movies())
     throw Error(ExitCode::output,
                 "--movie needs ffmpeg, which is not installed; -o out.####.png writes pictures");

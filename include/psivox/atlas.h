@@ -6,7 +6,6 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "psivox/field.h"
@@ -25,7 +24,7 @@ enum class EntryKind : std::uint32_t { empty = 0, constant = 1, brick = 2, child
 
 inline constexpr std::uint32_t entry_payload_bits = 30;
 constexpr std::uint32_t make_entry(EntryKind kind, std::uint32_t payload) {
-  return static_cast<std::uint32_t>(kind) << entry_payload_bits | payload;
+  return std::uint32_t(kind) << entry_payload_bits | payload;
 }
 constexpr EntryKind entry_kind(std::uint32_t entry) {
   return static_cast<EntryKind>(entry >> entry_payload_bits);

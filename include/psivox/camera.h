@@ -22,6 +22,9 @@ struct VisibleBlock {
 struct VisibleGrid {
   glm::dmat4 world_from_index{1.0};
   std::vector<VisibleBlock> blocks;
+
+  /// The greatest dot product of a point of the block with a direction [world units].
+  double reach(const VisibleBlock& block, const glm::dvec3& direction) const;
 };
 
 /// What an automatic camera looks at: the visible parts of a medium, and the axis that is up.

@@ -73,7 +73,7 @@ inline constexpr IntegratorInfo integrators[] = {
 #undef PSIVOX_ROW
 };
 
-constexpr const IntegratorInfo& info(Integrator id) { return integrators[static_cast<int>(id)]; }
+constexpr const IntegratorInfo& info(Integrator id) { return integrators[int(id)]; }
 constexpr bool is_cell_rule(Integrator id) { return info(id).kind == IntegratorKind::cell; }
 constexpr bool is_segment_rule(Integrator id) { return info(id).kind == IntegratorKind::segment; }
 constexpr bool is_transfer_rule(Integrator id) { return info(id).kind == IntegratorKind::transfer; }

@@ -68,7 +68,7 @@ using TreeOrder = std::array<int, 9>;
 inline TreeOrder tree_order(const glm::ivec3& origin) {
   TreeOrder key{};
   for (int axis = 0; axis < 3; ++axis) {
-    const auto at = static_cast<std::size_t>(axis);
+    const auto at = std::size_t(axis);
     key[at] = origin[axis] >> 12;
     key[at + 3] = (origin[axis] >> 7) & 31;
     key[at + 6] = (origin[axis] >> 3) & 15;
@@ -76,8 +76,9 @@ inline TreeOrder tree_order(const glm::ivec3& origin) {
   return key;
 }
 
-/// The field with those leaves only that have voxels in the box, and their values in memory. It
-/// keeps all tiles and everything else.
+/// The field with those leaves only that have voxels in the box, or are wanted, and their values in
+/// memory. It keeps all tiles and everything else.
 Field part_of_field(const Field& field, const Box& voxels);
+Field part_of_field(const Field& field, const WantLeaf& wanted);
 
 }  // namespace psivox

@@ -53,7 +53,7 @@ inline constexpr ModeInfo mode_rows[] = {
 #undef PSIVOX_ROW
 };
 
-constexpr const ModeInfo& info(Mode id) { return mode_rows[static_cast<int>(id)]; }
+constexpr const ModeInfo& info(Mode id) { return mode_rows[int(id)]; }
 
 /// The mode that composites the same light from the front, and so has its depths.
 constexpr Mode from_front(Mode id) { return info(id).from_back ? Mode::alpha : id; }

@@ -98,6 +98,9 @@ std::string color_notice(const Parameter& parameter, std::string_view text);
 /// draws scenes that differ in it.
 bool belongs_to_medium(const Parameter& parameter);
 
+bool has_same(const Scene& a, const Scene& b, const Parameter& parameter);
+/// Sets the parameter of a scene to that of another.
+void copy_parameter(const Scene& from, Scene& to, const Parameter& parameter);
 bool has_default(const Scene& scene, const Parameter& parameter);
 /// The parameter is then not given (see is_given).
 void set_default(Scene& scene, const Parameter& parameter);

@@ -3,7 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "psivox/scene.h"
+#include "psivox/medium.h"
+
+// A scene as text: psivox's command line, and the cameras of other renderers.
 
 namespace psivox {
 
@@ -16,5 +18,12 @@ std::string shell_word(const std::string& text);
 
 /// The arguments as one line for a shell, quoted. More options may follow it.
 std::string render_command_line(const Scene& scene, const std::string& output);
+
+/// The renderers that camera_lines writes for: `pbrt`, ...; and `json`.
+std::vector<std::string> camera_line_formats();
+
+/// The view's camera as lines of a renderer's scene or script, so that its picture of the same
+/// volume can be compared with psivox's pixel by pixel; `json` has the whole scene too.
+std::string camera_lines(const View& view, const std::string& format);
 
 }  // namespace psivox

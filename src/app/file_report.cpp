@@ -9,7 +9,6 @@
 #include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
-#include "psivox/parameters.h"
 #include "scene/vector_json.h"
 
 namespace psivox {

@@ -49,19 +49,6 @@ Piece Piece::at(const glm::ivec3& brick, int width) {
   return piece;
 }
 
-const float* Block::row(int x, int y, int count, int channels, float* room) const {
-  if (is_constant()) {
-    for (int i = 0; i < count * channels; ++i) room[i] = constant[i % channels];
-    return room;
-  }
-  const float* from = values.at({x, y, 0});
-  const Strides& strides = values.strides;
-  if (strides.z == channels && strides.channel == 1) return from;
-  for (int z = 0; z < count; ++z, from += strides.z)
-    for (int c = 0; c < channels; ++c) room[z * channels + c] = from[c * strides.channel];
-  return room;
-}
-
 BrickSource::BrickSource(const Field& field) : field_(field), leaves_(field.leaves.size()) {
   check_in_memory(field);
   for (std::size_t i = 0; i < field.leaves.size(); ++i)

@@ -21,6 +21,19 @@ struct Block {
   const float* row(int x, int y, int count, int channels, float* room) const;
 };
 
+inline const float* Block::row(int x, int y, int count, int channels, float* room) const {
+  if (is_constant()) {
+    for (int i = 0; i < count * channels; ++i) room[i] = constant[i % channels];
+    return room;
+  }
+  const float* from = values.at({x, y, 0});
+  const Strides& strides = values.strides;
+  if (strides.z == channels && strides.channel == 1) return from;
+  for (int z = 0; z < count; ++z, from += strides.z)
+    for (int c = 0; c < channels; ++c) room[z * channels + c] = from[c * strides.channel];
+  return room;
+}
+
 /// Bricks that are found as one: a single one, or many between wide tiles whose blocks are equal.
 /// Along each axis cells of `width` voxels are split into their last brick, whose apron lies in the
 /// next cell, and the others, so that pieces are disjoint.

@@ -10,5 +10,7 @@ std::string html_text(std::string_view text);
 
 /// RFC 4648, with `=`, as in a `data:` address.
 std::string base64(std::string_view bytes);
+/// The bytes of such a text, up to the first character that is none of its digits.
+std::string from_base64(std::string_view text);
 
 }  // namespace psivox

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <algorithm>
-#include <iterator>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#include "base/text.h"
 
 namespace psivox {
 
@@ -11,63 +13,35 @@ namespace psivox {
 /// elsewhere; empty if none is known. It comes before suggestion(): `--samples` resembles
 /// `--sampling`.
 inline std::string option_of_concept(std::string_view name) {
-  struct Concept {
-    std::string_view name, option;
+  static constexpr std::pair<std::string_view, std::string_view> concepts[] = {
+      {"--albedo", "scattering"},
+      {"--aov", "layers passes"},
+      {"--background", "backdrop bg"},
+      {"--camera-position", "eye from translate"},
+      {"--camera-target", "lookat"},
+      {"--clip", "crop cut"},
+      {"--color-bar", "legend scalar-bar"},
+      {"--colormap", "color lut palette"},
+      {"--device", "gpu"},
+      {"--exposure", "brightness gain gamma"},
+      {"--extinction", "absorb density"},
+      {"--grid", "field scalars variable"},
+      {"--isovalue", "contour threshold"},
+      {"--light", "shadow sun"},
+      {"--look", "preset style"},
+      {"--mode", "plane plot"},
+      {"--opacity", "alpha"},
+      {"--output", "output-file"},
+      {"--pixel-samples", "rays samples spp"},
+      {"--range", "level levels volume-range window"},
+      {"--resolution", "dimensions height size width"},
+      {"--slice", "slice-axis slice-position"},
+      {"--tone-map", "tonemap"},
   };
-  static constexpr Concept concepts[] = {
-      {"--absorb", "--extinction"},
-      {"--alpha", "--opacity"},
-      {"--backdrop", "--background"},
-      {"--bg", "--background"},
-      {"--brightness", "--exposure"},
-      {"--color", "--colormap"},
-      {"--contour", "--isovalue"},
-      {"--crop", "--clip"},
-      {"--cut", "--clip"},
-      {"--density", "--extinction"},
-      {"--dimensions", "--resolution"},
-      {"--eye", "--camera-position"},
-      {"--field", "--grid"},
-      {"--from", "--camera-position"},
-      {"--gain", "--exposure"},
-      {"--gamma", "--exposure"},
-      {"--gpu", "--device"},
-      {"--height", "--resolution"},
-      {"--layers", "--aov"},
-      {"--legend", "--color-bar"},
-      {"--level", "--range"},
-      {"--levels", "--range"},
-      {"--lookat", "--camera-target"},
-      {"--lut", "--colormap"},
-      {"--output-file", "--output"},
-      {"--palette", "--colormap"},
-      {"--passes", "--aov"},
-      {"--plane", "--mode"},
-      {"--plot", "--mode"},
-      {"--preset", "--look"},
-      {"--rays", "--pixel-samples"},
-      {"--samples", "--pixel-samples"},
-      {"--scalar-bar", "--color-bar"},
-      {"--scalars", "--grid"},
-      {"--scattering", "--albedo"},
-      {"--shadow", "--light"},
-      {"--size", "--resolution"},
-      {"--slice-axis", "--slice"},
-      {"--slice-position", "--slice"},
-      {"--spp", "--pixel-samples"},
-      {"--style", "--look"},
-      {"--sun", "--light"},
-      {"--threshold", "--isovalue"},
-      {"--tonemap", "--tone-map"},
-      {"--translate", "--camera-position"},
-      {"--variable", "--grid"},
-      {"--volume-range", "--range"},
-      {"--width", "--resolution"},
-      {"--window", "--range"},
-  };
-  const auto same = [&](const Concept& c) { return c.name == name; };
-  const auto found = std::find_if(std::begin(concepts), std::end(concepts), same);
-  return found == std::end(concepts) ? "" : std::string(found->option);
+  if (!name.starts_with("--")) return "";
+  for (const auto& [option, names] : concepts)
+    if (std::ranges::count(split(names, ' '), name.substr(2)) > 0) return std::string(option);
+  return "";
 }
 
 }  // namespace psivox

@@ -15,7 +15,7 @@
 #include "psivox/draw.h"
 #include "psivox/medium.h"
 #include "scene/clip.h"
-#include "scene/color_space.h"
+#include "scene/color.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/gtc/type_ptr.hpp>
 #include <glm/vector_relational.hpp>
 
 #include "field/index_space.h"
@@ -18,9 +19,8 @@ glm::ivec3 origin_of(const glm::ivec3& voxel, int width) { return voxel & ~(widt
 
 std::size_t VoxelHash::operator()(const glm::ivec3& v) const {
   std::uint64_t h = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    h = (h ^ static_cast<std::uint32_t>(v[axis])) * 0x9E3779B97F4A7C15ull;
-  return static_cast<std::size_t>(h ^ (h >> 32));
+  for (int axis = 0; axis < 3; ++axis) h = (h ^ std::uint32_t(v[axis])) * 0x9E3779B97F4A7C15ull;
+  return std::size_t(h ^ (h >> 32));
 }
 
 std::size_t FieldIndex::slot_of(const glm::ivec3& origin) const {
@@ -44,39 +44,34 @@ FieldIndex::FieldIndex(const Field& field) : field_(&field) {
   };
   for (std::size_t n = 0; n < field.leaves.size(); ++n) {
     const glm::ivec3& origin = field.leaves[n].origin;
-    slots_[slot_of(origin)] = static_cast<std::uint32_t>(n + 1);
+    slots_[slot_of(origin)] = std::uint32_t(n + 1);
     occupy(origin, 8);
   }
   for (const Tile& tile : field.tiles) {
     for (std::size_t level = 0; level < widths.size(); ++level)
-      if (widths[level] == tile.width) tiles_[level].emplace(tile.origin, tile.value);
+      if (widths[level] == tile.width) tiles_[level].emplace(tile.origin, &tile);
     occupy(tile.origin, tile.width);
   }
 }
 
 FieldIndex::Block FieldIndex::block(const glm::ivec3& origin) const {
-  if (const Leaf* found = leaf(origin)) return {values_of(*field_, *found), 0};
+  static constexpr std::array<float, 3> zeros{};
+  constexpr Strides of_one_value{0, 0, 0, 1};
+  if (const Leaf* found = leaf(origin)) return {values_of(*field_, *found), true};
   for (std::size_t level = 0; level < widths.size(); ++level) {
     const auto tile = tiles_[level].find(origin_of(origin, widths[level]));
-    if (tile != tiles_[level].end()) return {{}, tile->second.x};
+    if (tile != tiles_[level].end())
+      return {{glm::value_ptr(tile->second->value), of_one_value}, true};
   }
-  return {};
+  return {{zeros.data(), of_one_value}, false};
 }
 
 glm::dvec3 FieldIndex::at(const glm::ivec3& voxel) const {
-  if (const Leaf* found = leaf(origin_of(voxel, 8))) {
-    const LeafValues values = values_of(*field_, *found);
-    const float* from = values.at(voxel & 7);
-    glm::dvec3 value(0);
-    for (int c = 0; c < field_->channels; ++c)
-      value[c] = static_cast<double>(from[c * values.strides.channel]);
-    return value;
-  }
-  for (std::size_t level = 0; level < widths.size(); ++level) {
-    const auto tile = tiles_[level].find(origin_of(voxel, widths[level]));
-    if (tile != tiles_[level].end()) return glm::dvec3(tile->second);
-  }
-  return glm::dvec3(0);
+  const LeafValues values = block(origin_of(voxel, 8)).values;
+  const float* from = values.at(voxel & 7);
+  glm::dvec3 value(0);
+  for (int c = 0; c < field_->channels; ++c) value[c] = double(from[c * values.strides.channel]);
+  return value;
 }
 
 glm::dvec3 FieldIndex::at(const glm::dvec3& point) const {
@@ -98,44 +93,43 @@ glm::dvec3 FieldIndex::at(const glm::dvec3& point) const {
 
 bool FieldIndex::holds_any(int level, const glm::ivec3& origin) const {
   if (is_one(level, origin)) return true;
-  return level < 2 && occupied_[static_cast<std::size_t>(level)].contains(origin);
+  return level < 2 && occupied_[std::size_t(level)].contains(origin);
 }
 
 bool FieldIndex::is_one(int level, const glm::ivec3& origin) const {
-  if (tiles_[static_cast<std::size_t>(level)].contains(origin)) return true;
-  return widths[static_cast<std::size_t>(level)] == 8 && leaf(origin) != nullptr;
+  if (tiles_[std::size_t(level)].contains(origin)) return true;
+  return widths[std::size_t(level)] == 8 && leaf(origin) != nullptr;
+}
+
+std::optional<Box> FieldIndex::empty_cube(const glm::ivec3& voxel) const {
+  for (std::size_t level = 0; level < widths.size(); ++level) {
+    const glm::ivec3 origin = origin_of(voxel, widths[level]);
+    if (!holds_any(int(level), origin)) return Box{origin, origin + (widths[level] - 1)};
+  }
+  return {};
 }
 
 std::size_t FieldIndex::empty_steps(const glm::dvec3& point, const glm::dvec3& step) const {
-  const glm::ivec3 voxel(glm::round(point));
-  for (std::size_t level = 0; level < widths.size(); ++level) {
-    const glm::ivec3 origin = origin_of(voxel, widths[level]);
-    if (holds_any(static_cast<int>(level), origin)) continue;
-    const glm::dvec3 low = glm::dvec3(origin) - 0.5, high = low + double(widths[level]);
-    const double left = interval_in(low, high, point, step).y;
-    return static_cast<std::size_t>(std::max(1.0, std::ceil(left)));
-  }
-  return 0;
+  const std::optional<Box> cube = empty_cube(glm::ivec3(glm::round(point)));
+  if (!cube) return 0;
+  const glm::dvec3 low = glm::dvec3(cube->min) - 0.5, high = glm::dvec3(cube->max) + 0.5;
+  const double left = interval_in(low, high, point, step).y;
+  return std::size_t(std::max(1.0, std::ceil(left)));
 }
 
 std::size_t FieldIndex::empty_cells(const glm::dvec3& point, const glm::dvec3& step) const {
   constexpr double margin = 1e-3;  // beyond the rounding of any coordinate, 2^31 * 2^-52
-  const glm::ivec3 voxel(glm::floor(point));
-  for (std::size_t level = 0; level < widths.size(); ++level) {
-    const glm::ivec3 origin = origin_of(voxel, widths[level]);
-    if (holds_any(static_cast<int>(level), origin)) continue;
-    const glm::dvec3 low = glm::dvec3(origin) + margin;
-    const glm::dvec3 high = glm::dvec3(origin + (widths[level] - 1)) - margin;
-    if (glm::any(glm::lessThanEqual(point, low)) || glm::any(glm::greaterThanEqual(point, high)))
-      return 0;
-    return static_cast<std::size_t>(std::ceil(interval_in(low, high, point, step).y));
-  }
-  return 0;
+  const std::optional<Box> cube = empty_cube(glm::ivec3(glm::floor(point)));
+  if (!cube) return 0;
+  const glm::dvec3 low = glm::dvec3(cube->min) + margin, high = glm::dvec3(cube->max) - margin;
+  if (glm::any(glm::lessThanEqual(point, low)) || glm::any(glm::greaterThanEqual(point, high)))
+    return 0;
+  return std::size_t(std::ceil(interval_in(low, high, point, step).y));
 }
 
 bool FieldIndex::stores(const glm::ivec3& voxel) const {
   for (std::size_t level = 0; level < widths.size(); ++level)
-    if (is_one(static_cast<int>(level), origin_of(voxel, widths[level]))) return true;
+    if (is_one(int(level), origin_of(voxel, widths[level]))) return true;
   return false;
 }
 

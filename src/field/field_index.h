@@ -26,19 +26,18 @@ class FieldIndex {
 
   explicit FieldIndex(const Field& field);
 
-  /// 8^3 voxels: the first channels of a leaf's values, or one value.
+  const Field& field() const { return *field_; }
+
+  /// 8^3 voxels. The strides between them are 0 where one value fills the block.
   struct Block {
-    LeafValues values{};  ///< without any: `constant` everywhere
-    float constant = 0;
-    /// The value of voxel (x, y, z), where i = (x * 8 + y) * 8 + z.
-    float value(int i) const {
-      return values.first ? *values.at({i >> 6, (i >> 3) & 7, i & 7}) : constant;
-    }
+    LeafValues values{};
+    bool stored = false;  ///< in a leaf or a tile; else all are 0
+
+    /// The first channel of voxel (x, y, z), where i = (x * 8 + y) * 8 + z.
+    float value(int i) const { return *values.at({i >> 6, (i >> 3) & 7, i & 7}); }
   };
-
-  /// The block at `origin`, a multiple of 8; 0 where nothing is stored.
+  /// The block at `origin`, a multiple of 8. Tiles' values are the field's own.
   Block block(const glm::ivec3& origin) const;
-
   /// Value of a voxel; 0 where nothing is stored.
   glm::dvec3 at(const glm::ivec3& voxel) const;
 
@@ -65,6 +64,8 @@ class FieldIndex {
   bool stores(const glm::ivec3& voxel) const;
 
  private:
+  /// The widest cube of those widths that has the voxel and is empty, if there is one.
+  std::optional<Box> empty_cube(const glm::ivec3& voxel) const;
   /// Slot of the leaf at `origin`, or a free one.
   std::size_t slot_of(const glm::ivec3& origin) const;
   /// Null if there is none.
@@ -73,7 +74,7 @@ class FieldIndex {
   const Field* field_;
   /// A leaf's number + 1 at the hash of its origin, or behind it; 0: free.
   std::vector<std::uint32_t> slots_;
-  std::array<std::unordered_map<glm::ivec3, glm::vec3, VoxelHash>, 3> tiles_;  ///< by origin
+  std::array<std::unordered_map<glm::ivec3, const Tile*, VoxelHash>, 3> tiles_;  ///< by origin
   std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;  ///< for the two wider ones
 };
 

@@ -48,11 +48,10 @@ inline int longest_axis(const glm::dvec3& size) {
 /// above the second if it misses the box.
 inline glm::dvec2 interval_in(const glm::dvec3& min, const glm::dvec3& max, const glm::dvec3& from,
                               const glm::dvec3& way) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  glm::dvec2 found(-infinity, infinity);
+  glm::dvec2 found(-HUGE_VAL, HUGE_VAL);
   for (int axis = 0; axis < 3; ++axis) {
     if (way[axis] == 0) {
-      if (from[axis] < min[axis] || from[axis] > max[axis]) return {infinity, -infinity};
+      if (from[axis] < min[axis] || from[axis] > max[axis]) return {HUGE_VAL, -HUGE_VAL};
       continue;
     }
     const double a = (min[axis] - from[axis]) / way[axis], b = (max[axis] - from[axis]) / way[axis];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <glm/vector_relational.hpp>
+#include <iterator>
 #include <memory>
 #include <vector>
 
@@ -97,10 +98,13 @@ void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& 
 }
 
 Field part_of_field(const Field& field, const Box& voxels) {
-  const auto inside = [&](const Leaf& leaf) {
+  return part_of_field(field, [&](const Leaf& leaf) {
     return glm::all(glm::lessThanEqual(leaf.origin, voxels.max)) &&
            glm::all(glm::greaterThanEqual(leaf.origin + 7, voxels.min));
-  };
+  });
+}
+
+Field part_of_field(const Field& field, const WantLeaf& wanted) {
   // not a copy of the whole: leaves are many
   Field part;
   part.name = field.name;
@@ -118,13 +122,12 @@ Field part_of_field(const Field& field, const Box& voxels) {
   if (!field.reader) {
     part.array = field.array;
     part.storage = field.storage;
-    for (const Leaf& leaf : field.leaves)
-      if (inside(leaf)) part.leaves.push_back(leaf);
+    std::ranges::copy_if(field.leaves, std::back_inserter(part.leaves), wanted);
     return part;
   }
   std::vector<std::uint32_t> numbers;
   for (std::size_t n = 0; n < field.leaves.size(); ++n)
-    if (inside(field.leaves[n])) numbers.push_back(std::uint32_t(n));
+    if (wanted(field.leaves[n])) numbers.push_back(std::uint32_t(n));
   const auto values =
       std::make_shared_for_overwrite<float[]>(numbers.size() * floats_per_leaf(field));
   part.leaves = read_leaves(field, numbers, values.get());

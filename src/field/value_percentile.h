@@ -13,7 +13,7 @@
 namespace psivox {
 
 inline std::uint64_t tile_voxels(const Tile& tile) {
-  const auto width = static_cast<std::uint64_t>(tile.width);
+  const auto width = std::uint64_t(tile.width);
   return width * width * width;
 }
 
@@ -53,8 +53,8 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
   std::vector<std::uint32_t> high;
   std::vector<std::uint64_t> ranks;
   for (const double percent : percents) {
-    const double wanted = std::ceil(percent / 100 * static_cast<double>(all));
-    ranks.push_back(std::min(wanted < 1 ? 1 : static_cast<std::uint64_t>(wanted), all));
+    const double wanted = std::ceil(percent / 100 * double(all));
+    ranks.push_back(std::min(wanted < 1 ? 1 : std::uint64_t(wanted), all));
     high.push_back(find(counts, ranks.back()));
   }
   std::vector<Counts> low(percents.size(), Counts(bins));
@@ -68,25 +68,25 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
   for (std::size_t i = 0; i < high.size(); ++i) {
     join(std::span(low[i]));
     const std::uint32_t key = high[i] << 16 | find(low[i], ranks[i]);
-    values.push_back(
-        static_cast<double>(std::bit_cast<float>(key & 0x80000000u ? key & 0x7fffffffu : ~key)));
+    values.push_back(double(std::bit_cast<float>(key & 0x80000000u ? key & 0x7fffffffu : ~key)));
   }
   return values;
 }
 
 /// Calls take(value, 1) for the first channel of leaves that stay in a file, NaN where a voxel is
-/// not active, and then take(value, voxels) for active tiles.
+/// not active, and then, if they are wanted, take(value, voxels) for active tiles.
 template <typename Take>
 void each_active(const LeafReader& reader, std::span<const std::uint32_t> leaves, int channels,
-                 const Take& take) {
+                 const Take& take, bool tiles = true) {
   constexpr std::size_t at_once = 4096;  // 8 MiB of scalars
-  const std::size_t floats = 512 * static_cast<std::size_t>(channels);
+  const std::size_t floats = 512 * std::size_t(channels);
   std::vector<float> values(std::min(at_once, leaves.size()) * floats);
   for (std::size_t n = 0; n < leaves.size(); n += at_once) {
     const auto some = leaves.subspan(n, std::min(at_once, leaves.size() - n));
     reader.read_active(some, values.data());
     for (std::size_t i = 0; i < floats * some.size(); i += floats / 512) take(values[i], 1);
   }
+  if (!tiles) return;
   for (const TileValue& tile : reader.active_tiles()) take(tile.value, tile.voxels);
 }
 

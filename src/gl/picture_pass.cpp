@@ -1,6 +1,7 @@
 #include "gl/picture_pass.h"
 
 #include <algorithm>
+#include <bit>
 #include <optional>
 #include <span>
 #include <string>
@@ -221,7 +222,9 @@ PicturePass::PicturePass(const EglContext& context, const MarchProgram& march, c
       picture_(options.pixels.value_or(PixelBox{{}, view.scene.resolution})),
       drawn_(common(picture_, pixels_of(view, glm::dvec3(domain.min), glm::dvec3(domain.max)))),
       beside_(around(drawn_, picture_)) {
-  make_target(march.key().resumable || options.tile_ms < 100 ? 64 : 512);
+  const int first = march.key().resumable || options.tile_ms < 100 ? 64 : 512;
+  const auto widest = unsigned(std::max(drawn_.size.x, drawn_.size.y));
+  make_target(std::clamp(int(std::bit_ceil(widest)), smallest_side, first));
   // Drivers compile at the first draw: one pixel, so that the march's time is the march's. It is
   // one that misses the domain, if any does, since all these draw the same.
   target_->bind(0);

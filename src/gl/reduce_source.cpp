@@ -11,13 +11,6 @@ namespace {
 
 using Names = std::unordered_set<std::string_view>;
 
-/// The first line of a text, which goes on behind it.
-std::string_view take_line(std::string_view& text) {
-  const std::string_view line = text.substr(0, text.find('\n'));
-  text.remove_prefix(std::min(line.size() + 1, text.size()));
-  return line;
-}
-
 /// Text in which the conditional parts are decided and comments are blank; lines stay. Unset where
 /// another condition than #if of a constant stands.
 std::optional<std::string> decided(std::string_view text) {
@@ -238,8 +231,7 @@ ShaderSource reduced(const ShaderSource& source) {
   ShaderSource result;
   for (std::size_t i = 0; !rest.empty(); ++i) {
     const std::string_view line = take_line(rest);
-    if (line.find_first_not_of(" ") != std::string::npos)
-      result.add_line(std::string(line), source.places[i]);
+    if (line.find_first_not_of(' ') != std::string::npos) result.add_line(line, source.places[i]);
   }
   return result;
 }

@@ -1,10 +1,12 @@
 #include "gl/shader_source.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <regex>
 #include <sstream>
+#include <utility>
 
 #include "psivox/error.h"
 
@@ -35,11 +37,11 @@ void expand(const std::string& name, const std::string& included_from,
   const std::string text = own != generated.end() ? own->second : read_shader(name, included_from);
   const auto folder = std::filesystem::path(name).parent_path();
 
-  std::istringstream lines(text);
-  std::string line;
-  for (int i = 1; std::getline(lines, line); ++i) {
+  std::string_view lines = text;
+  for (int i = 1; !lines.empty(); ++i) {
+    const std::string_view line = take_line(lines);
     if (line.starts_with("#include \"")) {
-      const std::string included = line.substr(10, line.rfind('"') - 10);
+      const std::string_view included = line.substr(10, line.rfind('"') - 10);
       const std::string here = name + ":" + std::to_string(i);
       expand((folder / included).lexically_normal().string(), here, generated, source);
     } else {
@@ -50,18 +52,24 @@ void expand(const std::string& name, const std::string& included_from,
 
 }  // namespace
 
-void ShaderSource::add_line(const std::string& line, const Place& place) {
-  text += line + "\n";
-  places.push_back(place);
+std::string_view take_line(std::string_view& text) {
+  const std::string_view line = text.substr(0, text.find('\n'));
+  text.remove_prefix(std::min(line.size() + 1, text.size()));
+  return line;
+}
+
+void ShaderSource::add_line(std::string_view line, Place place) {
+  text += line;
+  text += '\n';
+  places.push_back(std::move(place));
 }
 
 ShaderSource load_shader(const std::string& name, const std::string& prelude,
                          const std::map<std::string, std::string>& generated) {
   ShaderSource source;
   source.add_line("#version 450 core", {"version", 1});
-  std::istringstream lines(prelude);
-  std::string line;
-  for (int i = 1; std::getline(lines, line); ++i) source.add_line(line, {"prelude", i});
+  std::string_view lines = prelude;
+  for (int i = 1; !lines.empty(); ++i) source.add_line(take_line(lines), {"prelude", i});
   expand(name, "", generated, source);
   return source;
 }

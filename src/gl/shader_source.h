@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace psivox::gl {
@@ -16,11 +17,14 @@ struct ShaderSource {
   std::string text;
   std::vector<Place> places;  ///< of each line of text
 
-  void add_line(const std::string& line, const Place& place);
+  void add_line(std::string_view line, Place place);
 
   /// A driver's log with `0:217` or `0(217)` written as `ray.glsl:17`.
   std::string map_log(const std::string& log) const;
 };
+
+/// The first line of a text, which goes on behind it.
+std::string_view take_line(std::string_view& text);
 
 /// Expands `name` from the shader folder: the embedded one, or where PSIVOX_SHADER_DIR is set, that
 /// folder's files. `prelude` follows the #version line; `generated` adds files that exist only for

@@ -8,7 +8,12 @@
 namespace psivox::gl {
 namespace {
 
-bool part_of_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+// of ASCII, whatever the locale, and without a call
+bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool part_of_name(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_';
+}
 
 class Evaluator {
  public:
@@ -37,8 +42,7 @@ class Evaluator {
   std::optional<long> atom(std::string_view text) const {
     if (text == "true") return 1;
     if (text == "false") return 0;
-    if (std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; }))
-      return std::stol(std::string(text));
+    if (std::all_of(text.begin(), text.end(), is_digit)) return std::stol(std::string(text));
     const auto found = constants_.find(text);
     if (found == constants_.end()) return {};
     return found->second;
@@ -94,7 +98,7 @@ std::vector<Token> tokens_of(std::string_view text) {
   std::vector<Token> tokens;
   for (std::size_t i = 0; i < text.size();) {
     std::size_t end = i + 1;
-    if (std::isspace(static_cast<unsigned char>(text[i]))) {
+    if (is_space(text[i])) {
       ++i;
       continue;
     }
@@ -102,7 +106,7 @@ std::vector<Token> tokens_of(std::string_view text) {
       while (end < text.size() && (text[end] != '\n' || text[end - 1] == '\\')) ++end;
     } else if (part_of_name(text[i])) {
       while (end < text.size() && (part_of_name(text[end]) || text[end] == '.')) {
-        if (text[end] == '.' && !std::isdigit(static_cast<unsigned char>(text[i]))) break;
+        if (text[end] == '.' && !is_digit(text[i])) break;
         ++end;
       }
     } else if (end < text.size()) {

@@ -2,12 +2,25 @@
 
 #include <glm/vec3.hpp>
 #include <string>
+#include <string_view>
+#include <vector>
 
-#include "glyphs.h"
 #include "psivox/display.h"
 #include "psivox/image.h"
 
 namespace psivox::image_io {
+
+/// One line of text as coverage, 0 to 1, row by row from the top.
+struct TextPicture {
+  int width = 0, height = 0;
+  std::vector<float> coverage;
+};
+
+/// The text in DejaVu Sans, which the library contains, so that a machine needs no fonts. All
+/// pictures of one size have the same height and baseline.
+///
+/// `size`: from the top of ascenders to the bottom of descenders [pixels].
+TextPicture text_picture(std::string_view text, double size);
 
 struct Rectangle {
   int x = 0, y = 0, width = 0, height = 0;

@@ -29,8 +29,8 @@ Comparison compare_images(const Image& a, const Image& b) {
                                      " and " + size_text(b));
   }
   static constexpr std::array<const char*, 4> channel_names = {"R", "G", "B", "A"};
-  const auto width = static_cast<std::size_t>(a.width);
-  const std::size_t pixels = width * static_cast<std::size_t>(a.height);
+  const auto width = std::size_t(a.width);
+  const std::size_t pixels = width * std::size_t(a.height);
   assert(a.rgba().size() == pixels * 4 && b.rgba().size() == pixels * 4);
 
   Comparison result;
@@ -43,7 +43,7 @@ Comparison compare_images(const Image& a, const Image& b) {
       continue;
     }
     for (std::size_t c = 0; c < 4; ++c) {
-      const double difference = static_cast<double>(pixel_a[c]) - static_cast<double>(pixel_b[c]);
+      const double difference = double(pixel_a[c]) - double(pixel_b[c]);
       channels[c].add(difference, i * 4 + c);
     }
   }
@@ -55,8 +55,8 @@ Comparison compare_images(const Image& a, const Image& b) {
   }
   result.rms = all.rms();
   result.max = all.max;
-  result.max_x = static_cast<int>(all.max_at / 4 % width);
-  result.max_y = static_cast<int>(all.max_at / 4 / width);
+  result.max_x = int(all.max_at / 4 % width);
+  result.max_y = int(all.max_at / 4 / width);
   if (all.max > 0) result.max_channel = channel_names[all.max_at % 4];
   return result;
 }

@@ -6,8 +6,6 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
-#include <optional>
-#include <string>
 
 #include "base/text.h"
 
@@ -82,7 +80,7 @@ std::optional<Format> format_from_start(std::string_view start) {
 
 }  // namespace
 
-const FormatFacts& facts_of(Format format) { return formats[static_cast<std::size_t>(format)]; }
+const FormatFacts& facts_of(Format format) { return formats[std::size_t(format)]; }
 
 bool is_standard_output(const std::filesystem::path& path) {
   const std::string& name = path.native();
@@ -94,9 +92,8 @@ std::optional<Format> format_of_extension(const std::filesystem::path& path) {
   if (name == "-") return Format::png;
   const bool piped = name.ends_with(":-");
   std::string extension = piped ? "." + name.substr(0, name.size() - 2) : path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
   if (!extension.empty())
     for (const FormatFacts& facts : formats)
       if (extension == facts.extension || extension == facts.other_extension) return facts.format;
@@ -126,7 +123,7 @@ Format format_from_contents(const std::filesystem::path& path) {
 
   std::array<char, 12> bytes{};
   file.read(bytes.data(), bytes.size());
-  const auto format = format_from_start({bytes.data(), static_cast<std::size_t>(file.gcount())});
+  const auto format = format_from_start({bytes.data(), std::size_t(file.gcount())});
   if (!format) throw read_error(path, "it is no EXR, PNG, TIFF, JPEG, HDR or WebP file");
   return *format;
 }

@@ -60,6 +60,9 @@ std::string exr_channel_name(const Layer& layer, std::size_t channel);
 /// Error(output).
 void write_exr(const Image& image, const WriteOptions& options, OutputFile& file);
 
+/// Reads linear, premultiplied R G B A, and all texts as metadata. Throws Error(input).
+Image read_png(const std::filesystem::path& path);
+
 /// Writes the picture's srgb_codes. A PNG holds no other layers. Throws Error(output).
 void write_png(const Image& image, const WriteOptions& options, OutputFile& file);
 

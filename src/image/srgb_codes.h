@@ -27,9 +27,9 @@ template <typename Code>
 std::vector<Code> srgb_codes(std::span<const float> rgba, std::size_t channels,
                              const Display& display) {
   const auto quantised = [](float value) {
-    return static_cast<Code>(value * std::numeric_limits<Code>::max() + 0.5f);
+    return Code(value * std::numeric_limits<Code>::max() + 0.5f);
   };
-  const auto factor = static_cast<float>(display.factor());
+  const auto factor = float(display.factor());
   const auto alpha_at = [&](std::size_t i) { return channels == 4 ? clamped(rgba[i + 3]) : 1; };
   const bool by_view = !display.ocio.config.empty();
   std::vector<float> viewed;  // R G B

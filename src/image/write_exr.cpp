@@ -28,12 +28,12 @@ class OutputStream final : public Imf::OStream {
   explicit OutputStream(OutputFile& file) : OStream("picture.exr"), file_(file) {}
 
   void write(const char bytes[], int count) override {
-    const auto size = static_cast<std::size_t>(count);
+    const auto size = std::size_t(count);
     if (file_.write({bytes, size}) != size) throw std::runtime_error("a write failed");
   }
-  std::uint64_t tellp() override { return static_cast<std::uint64_t>(file_.tell()); }
+  std::uint64_t tellp() override { return std::uint64_t(file_.tell()); }
   void seekp(std::uint64_t position) override {
-    if (!file_.seek(static_cast<std::int64_t>(position))) throw std::runtime_error("a seek failed");
+    if (!file_.seek(std::int64_t(position))) throw std::runtime_error("a seek failed");
   }
 
  private:
@@ -67,7 +67,7 @@ Imf::Slice slice(Imf::PixelType type, const std::vector<Value>& values, int widt
   const std::size_t stride = channels * sizeof(Value);
   // read only, whatever its type says
   auto* first = const_cast<char*>(reinterpret_cast<const char*>(values.data() + channel));
-  return {type, first, stride, stride * static_cast<std::size_t>(width)};
+  return {type, first, stride, stride * std::size_t(width)};
 }
 
 /// Deep samples as one part of scan lines: volume samples, from Z to ZBack, tidy.
@@ -75,7 +75,7 @@ void encode_deep(const Image& image, OutputFile& file) {
   const std::pair<const char*, float DeepSample::*> members[] = {
       {"Z", &DeepSample::z}, {"ZBack", &DeepSample::z_back}, {"R", &DeepSample::r},
       {"G", &DeepSample::g}, {"B", &DeepSample::b},          {"A", &DeepSample::a}};
-  const auto width = static_cast<std::size_t>(image.width);
+  const auto width = std::size_t(image.width);
   const DeepPixels& deep = image.deep;
   Imf::Header header = header_of(image);
   header.setType(Imf::DEEPSCANLINE);
@@ -131,9 +131,8 @@ void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
 
 void write_exr(const Image& image, const WriteOptions& options, OutputFile& file) {
   static std::once_flag threads;  // pictures may be written from several
-  std::call_once(threads, [] {
-    Imf::setGlobalThreadCount(static_cast<int>(std::thread::hardware_concurrency()));
-  });
+  std::call_once(threads,
+                 [] { Imf::setGlobalThreadCount(int(std::thread::hardware_concurrency())); });
   std::string says;
   try {
     encode(image, options, file);

@@ -8,8 +8,8 @@
 #include "look/draft.h"
 #include "look/file_kind.h"
 #include "look/voxel_lines.h"
+#include "medium/map_field.h"
 #include "medium/value_range.h"
-#include "medium/vector_part.h"
 #include "psivox/parameters.h"
 
 namespace psivox {

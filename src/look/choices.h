@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,9 @@
 #include "psivox/vdb.h"
 
 namespace psivox {
+
+/// Files of assets/looks by name: `smoke.json`.
+const std::map<std::string, std::string>& embedded_looks();
 
 /// Fields of a file, read again only for a scene that needs others.
 class KeptFields {

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <glm/common.hpp>
 #include <tuple>
-#include <vector>
 
 #include "field/index_space.h"
 #include "psivox/leaf_values.h"

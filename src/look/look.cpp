@@ -11,13 +11,10 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "look/choices.h"
-#include "look/embedded_looks.h"
 #include "look/file_kind.h"
-#include "medium/vector_part.h"
+#include "medium/map_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/medium.h"
-#include "psivox/parameters.h"
 
 namespace psivox {
 namespace {
@@ -198,7 +195,7 @@ void take_open(const Scene& asked, const Scene& look, bool background, Scene& sc
     if (p.name == "background" && !background) continue;
     // a scene of optical depths has decided about its exposure
     if (p.name == "exposure" && asked.shows(Shows::depth)) continue;
-    std::visit([&](auto member) { scene.*member = look.*member; }, p.member);
+    copy_parameter(look, scene, p);
   }
 }
 

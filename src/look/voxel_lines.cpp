@@ -1,26 +1,17 @@
 #include "look/voxel_lines.h"
 
-#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <vector>
 
 #include "look/file_kind.h"
-#include "scene/transfer_function.h"
+#include "march/light.h"
 
 namespace psivox {
-namespace {
-
-std::optional<TransferFunction> attenuation_of(const Medium& medium) {
-  if (!medium.transfer) return {};
-  return medium.transfer->attenuation_alone();
-}
-
-}  // namespace
 
 VoxelLines::VoxelLines(const Medium& medium)
-    : function_(attenuation_of(medium)),
+    : function_(without_colors(medium)),
       index_(*medium.density),
       domain_(medium.density->domain()),
       to_index_(glm::inverse(glm::dmat3(medium.density->world_from_index))),

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
-#include <optional>
+#include <memory>
 
 #include "field/field_index.h"
 #include "psivox/medium.h"
@@ -84,7 +84,7 @@ class VoxelLines {
 
  private:
   /// Without colours, among whose many knots a search would take longer.
-  std::optional<TransferFunction> function_;
+  std::shared_ptr<const TransferFunction> function_;
   FieldIndex index_;
   Box domain_;
   glm::dmat3 to_index_;

@@ -158,39 +158,20 @@ bool CarriedLight::ended(const PixelBox& pixels) const {
   return true;
 }
 
-std::vector<float> CarriedLight::depths() const {
-  const std::size_t pixels = rays_.size() / samples_;
-  std::vector<float> means(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    PixelSums sums;
-    for (std::size_t sample = 0; sample < samples_; ++sample)
-      sums.add(glm::dvec4(0), {depths_[sample * pixels + i], 0, 0, 0});
-    means[i] = sums.depth();
-  }
-  return means;
-}
-
 Image CarriedLight::picture(bool transmittance) const {
-  const std::size_t pixels = rays_.size() / samples_;
-  Image image{pixels_.size.x,
-              pixels_.size.y,
-              {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels)}},
-              {}};
-  std::vector<float> left(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    glm::dvec4 sum(0);
-    double through = 0;
-    for (std::size_t sample = 0; sample < samples_; ++sample) {
-      const glm::dvec4& ray = rays_[sample * pixels + i];
-      sum += fold_.picture(ray);
-      through += fold_.transmittance(ray);
+  Film film(pixels_.size, samples(), {.depth = !depths_.empty(), .transmittance = transmittance});
+  for (int y = 0; y < film.height(); ++y)
+    for (int x = 0; x < film.width(); ++x) {
+      PixelSums sums;
+      for (int sample = 0; sample < samples(); ++sample) {
+        const std::size_t i = index(pixels_.origin + glm::ivec2(x, y), sample);
+        sums.add(fold_.picture(rays_[i]),
+                 {depths_.empty() ? none : depths_[i], fold_.transmittance(rays_[i]), 0, 0});
+      }
+      film.set(x, y, sums);
     }
-    for (int c = 0; c < 4; ++c)
-      image.rgba()[4 * i + std::size_t(c)] = float(sum[c] / double(samples_));
-    left[i] = float(through / double(samples_));
-  }
-  if (!depths_.empty()) image.layers.push_back({"depth", {"depth"}, depths()});
-  if (transmittance) image.layers.push_back({"transmittance", {"transmittance"}, std::move(left)});
+  RenderStats stats;
+  Image image = film.finish(stats);
   for (const Sum& sum : sums_) image.layers.push_back({sum.layer, {sum.layer}, sum.values});
   return image;
 }

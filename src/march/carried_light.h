@@ -96,7 +96,6 @@ class CarriedLight {
   };
 
   double depth_before(std::size_t ray) const { return before_.empty() ? 0 : double(before_[ray]); }
-  std::vector<float> depths() const;
 
   RayFold fold_;
   PixelBox pixels_;

@@ -4,17 +4,14 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vec4.hpp>
-#include <limits>
 #include <optional>
 
 namespace psivox {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 /// Numbers that a quantity may have.
 struct Window {
-  double low = -infinity, high = infinity;
+  double low = -HUGE_VAL, high = HUGE_VAL;
   bool empty() const { return low > high; }
   double middle() const { return 0.5 * (low + high); }
   void narrow(double a, double b) {
@@ -40,7 +37,7 @@ class Fit {
     for (const CurvePoint& point : curve) {
       const double T = std::exp(-point.depth);
       depths_.push_back(
-          {-std::log(T + tolerance), T > tolerance ? -std::log(T - tolerance) : infinity});
+          {-std::log(T + tolerance), T > tolerance ? -std::log(T - tolerance) : HUGE_VAL});
     }
   }
 
@@ -78,7 +75,7 @@ class Fit {
 
   /// Optical depths a unit of z that keep the transmittance up to each point within the tolerance.
   Window slopes(std::size_t first, std::size_t last) const {
-    Window window{0, infinity};
+    Window window{0, HUGE_VAL};
     for (std::size_t i = first + 1; i <= last && !window.empty(); ++i) {
       const double z = curve_[i].z - curve_[first].z;
       window.narrow((depths_[i].low - depth_) / z, (depths_[i].high - depth_) / z);

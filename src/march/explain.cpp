@@ -1,8 +1,5 @@
 #include "march/explain.h"
 
-#include <cmath>
-#include <cstdio>
-
 #include "base/text.h"
 #include "march/atlas_march.h"
 #include "march/preintegration.h"
@@ -11,11 +8,7 @@
 namespace psivox {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+std::string number(double value) { return formatted("%.4g", value); }
 
 /// The view as if its light were in a grid already.
 View with_light(View view) {

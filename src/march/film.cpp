@@ -18,9 +18,8 @@ float PixelSums::depth() const {
                                   : std::numeric_limits<float>::infinity();
 }
 
-Film::Film(const View& view, const RenderOptions& options)
-    : pixel_samples_(view.scene.pixel_samples) {
-  const glm::ivec2 size = options.pixels ? options.pixels->size : view.scene.resolution;
+Film::Film(const glm::ivec2& size, int pixel_samples, const RenderOptions& options)
+    : pixel_samples_(pixel_samples) {
   image_.width = size.x;
   image_.height = size.y;
   image_.layers.reserve(5);  // the pointers into them must stay

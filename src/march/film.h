@@ -26,7 +26,10 @@ struct PixelSums {
 /// A picture and its layers in the making. Different pixels may be set from different threads.
 class Film {
  public:
-  Film(const View& view, const RenderOptions& options);
+  Film(const glm::ivec2& size, int pixel_samples, const RenderOptions& layers);
+  Film(const View& view, const RenderOptions& options)
+      : Film(options.pixels ? options.pixels->size : view.scene.resolution,
+             view.scene.pixel_samples, options) {}
 
   /// Picture and transmittance become means, steps and samples stay sums; depth is the mean where
   /// most samples have one, else +Inf.

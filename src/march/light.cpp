@@ -5,21 +5,15 @@
 #include <cmath>
 #include <glm/ext/scalar_constants.hpp>
 #include <glm/geometric.hpp>
-#include <glm/vector_relational.hpp>
 #include <numeric>
 #include <optional>
 
 #include "base/text.h"
 #include "march/medium_atlas.h"
-#include "march/voxel_luminance.h"
 #include "scene/environment.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
-
-/// Blocks whose exact depths are asked for at once, between two reports of progress.
-constexpr std::size_t batch = 512;
 
 /// The brightest beam's radiance if all others are fractions of it, else nothing.
 std::optional<glm::dvec3> common_color(std::span<const Beam> beams) {
@@ -50,8 +44,8 @@ Field field_of_blocks(const Field& density, const LightBlocks& blocks, int chann
   field.active_voxels = 512 * blocks.wanted.size();
   field.world_from_index = density.world_from_index;
   for (std::size_t i = 0; i < blocks.wanted.size(); ++i)
-    field.leaves.push_back({blocks.all[blocks.wanted[i]],
-                            values.get() + i * 512 * static_cast<std::size_t>(channels)});
+    field.leaves.push_back(
+        {blocks.all[blocks.wanted[i]], values.get() + i * 512 * std::size_t(channels)});
   field.storage = std::move(values);
   return field;
 }
@@ -130,118 +124,89 @@ double transmittance_of(double light, int octaves) {
   return T < double(std::numeric_limits<float>::min()) ? 0 : T;  // GPUs have no less
 }
 
-struct LitLuminance::Impl {
-  Impl(const View& view, std::vector<Beam> given)
-      : medium(view.medium),
-        camera(view.camera),
-        g(view.scene.phase_g),
-        octaves(view.scene.scatter_octaves),
-        beams(std::move(given)),
-        glow(medium),
-        albedo(medium) {
-    (medium.source == LuminanceSource::constant ? ambient : own_color) = medium.color;
-    by_ray = g != 0 && octaves == 1 && beams.size() == 1 && own_color == glm::dvec3(0);
-    common = common_color(medium, beams);
-  }
+LitLuminance::LitLuminance(const View& view, std::vector<Beam> given)
+    : medium_(view.medium),
+      camera_(view.camera),
+      g_(view.scene.phase_g),
+      octaves_(view.scene.scatter_octaves),
+      beams_(std::move(given)),
+      glow_(medium_),
+      albedo_(medium_) {
+  (medium_.source == LuminanceSource::constant ? ambient_ : own_color_) = medium_.color;
+  by_ray_ = g_ != 0 && octaves_ == 1 && beams_.size() == 1 && own_color_ == glm::dvec3(0);
+  common_ = common_color(medium_, beams_);
+}
 
-  double phase(const Beam& beam, const glm::ivec3& voxel, double cosine) const {
-    const glm::dvec3 at(medium.density->world_from_index * glm::dvec4(voxel, 1));
-    const glm::dvec3 seen =
-        camera.orthographic || at == camera.position ? camera.forward : at - camera.position;
-    return henyey_greenstein(cosine, -glm::dot(beam.direction, glm::normalize(seen)));
-  }
+double LitLuminance::phase(const Beam& beam, const glm::ivec3& voxel, double cosine) const {
+  const glm::dvec3 at(medium_.density->world_from_index * glm::dvec4(voxel, 1));
+  const glm::dvec3 seen =
+      camera_.orthographic || at == camera_.position ? camera_.forward : at - camera_.position;
+  return henyey_greenstein(cosine, -glm::dot(beam.direction, glm::normalize(seen)));
+}
 
-  /// What arrives of a beam's light at a voxel, times its phase: the sum over the octaves. Colour
-  /// is float or dvec3, Real the precision of the exponential.
-  template <typename Colour, typename Real>
-  Colour scattered(const Colour& light, const Beam& beam, const glm::ivec3& voxel,
-                   Real depth) const {
-    const bool phases = g != 0 && !by_ray;
-    depth = std::max(depth, Real(0));  // a lattice's may be below 0
-    Colour sum(0);
-    Real scale = 1;
-    for (int i = 0; i < octaves; ++i, scale *= Real(octave_ratio)) {
-      const Colour L = scale * light * std::exp(-scale * depth);
-      sum += phases ? Colour(phase(beam, voxel, g * scale) * double_of(L)) : L;
+namespace {
+
+double double_of(float value) { return value; }
+const glm::dvec3& double_of(const glm::dvec3& value) { return value; }
+
+}  // namespace
+
+template <typename Colour, typename Real>
+Colour LitLuminance::scattered(const Colour& light, const Beam& beam, const glm::ivec3& voxel,
+                               Real depth) const {
+  const bool phases = g_ != 0 && !by_ray_;
+  depth = std::max(depth, Real(0));  // a lattice's may be below 0
+  Colour sum(0);
+  Real scale = 1;
+  for (int i = 0; i < octaves_; ++i, scale *= Real(octave_ratio)) {
+    const Colour L = scale * light * std::exp(-scale * depth);
+    sum += phases ? Colour(phase(beam, voxel, g_ * scale) * double_of(L)) : L;
+  }
+  return sum;
+}
+
+glm::dvec3 LitLuminance::share(std::size_t beam, const glm::ivec3& voxel, double depth) const {
+  glm::dvec3 L = scattered(beams_[beam].radiance, beams_[beam], voxel, depth);
+  if (!albedo_.is_one()) L *= albedo_.at(voxel);
+  return medium_.light->tinted ? L * glow_.at(voxel) : L;
+}
+
+glm::dvec3 LitLuminance::own(const glm::ivec3& voxel) const {
+  return own_color_ == glm::dvec3(0) ? glm::dvec3(0) : own_color_ * glow_.at(voxel);
+}
+
+void LitLuminance::add(const Beam& beam, bool first, const glm::ivec3& origin,
+                       std::span<const double> depths, float* to) const {
+  const auto voxel = [&](int i) { return origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7); };
+  if (common_) {
+    const double all = glm::length(*common_);
+    const float ratio = all > 0 ? float(glm::length(beam.radiance) / all) : 1;
+    for (int i = 0; i < 512; ++i) {
+      const float L = scattered(ratio, beam, voxel(i), float(depths[std::size_t(i)]));
+      to[i] = first ? L : to[i] + L;
     }
-    return sum;
+    return;
   }
-  static double double_of(float value) { return value; }
-  static const glm::dvec3& double_of(const glm::dvec3& value) { return value; }
-
-  glm::dvec3 share(const Beam& beam, const glm::ivec3& voxel, double depth) const {
-    glm::dvec3 L = scattered(beam.radiance, beam, voxel, depth);
-    if (!albedo.is_one()) L *= albedo.at(voxel);
-    return medium.light->tinted ? L * glow.at(voxel) : L;
+  const bool tinted = medium_.light->tinted, glows = first && own_color_ != glm::dvec3(0);
+  std::array<glm::dvec3, 512> glow_of;
+  if (tinted || glows) glow_.block(origin, glow_of);
+  for (int i = 0; i < 512; ++i, to += 3) {
+    const glm::dvec3& own_glow = glow_of[std::size_t(i)];
+    glm::dvec3 L = scattered(beam.radiance, beam, voxel(i), depths[std::size_t(i)]);
+    if (!albedo_.is_one()) L *= albedo_.at(voxel(i));
+    if (tinted) L *= own_glow;
+    if (glows) L += own_color_ * own_glow;
+    if (!first) L += glm::dvec3(to[0], to[1], to[2]);
+    for (int c = 0; c < 3; ++c) to[c] = float(L[c]);
   }
-
-  glm::dvec3 own(const glm::ivec3& voxel) const {
-    return own_color == glm::dvec3(0) ? glm::dvec3(0) : own_color * glow.at(voxel);
-  }
-
-  /// Adds a beam to a block's values, which the first that comes sets.
-  void add(const Beam& beam, bool first, const glm::ivec3& origin, std::span<const double> depths,
-           float* to) const {
-    const auto voxel = [&](int i) { return origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7); };
-    if (common) {
-      const double all = glm::length(*common);
-      const float ratio = all > 0 ? float(glm::length(beam.radiance) / all) : 1;
-      for (int i = 0; i < 512; ++i) {
-        const float L = scattered(ratio, beam, voxel(i), float(depths[std::size_t(i)]));
-        to[i] = first ? L : to[i] + L;
-      }
-      return;
-    }
-    const bool tinted = medium.light->tinted, glows = first && own_color != glm::dvec3(0);
-    std::array<glm::dvec3, 512> glow_of;
-    if (tinted || glows) glow.block(origin, glow_of);
-    for (int i = 0; i < 512; ++i, to += 3) {
-      const glm::dvec3& own_glow = glow_of[std::size_t(i)];
-      glm::dvec3 L = scattered(beam.radiance, beam, voxel(i), depths[std::size_t(i)]);
-      if (!albedo.is_one()) L *= albedo.at(voxel(i));
-      if (tinted) L *= own_glow;
-      if (glows) L += own_color * own_glow;
-      if (!first) L += glm::dvec3(to[0], to[1], to[2]);
-      for (int c = 0; c < 3; ++c) to[c] = float(L[c]);
-    }
-  }
-
-  const Medium& medium;
-  Camera camera;
-  double g;
-  int octaves;
-  std::vector<Beam> beams;
-  OwnLuminance glow;
-  PointAlbedo albedo;
-  glm::dvec3 ambient{0};             ///< the medium's luminance where it is constant
-  glm::dvec3 own_color{0};           ///< factor of `glow` where it is not
-  bool by_ray = false;               ///< the phase is one factor of each ray
-  std::optional<glm::dvec3> common;  ///< colour of all luminance: one channel will do
-};
+}
 
 int luminance_channels(const Medium& medium, std::span<const Beam> beams) {
   return common_color(medium, beams) ? 1 : 3;
 }
 
-LitLuminance::LitLuminance(const View& view, std::vector<Beam> beams)
-    : impl_(std::make_unique<Impl>(view, std::move(beams))) {}
-LitLuminance::~LitLuminance() = default;
-
-const std::vector<Beam>& LitLuminance::beams() const { return impl_->beams; }
-
-glm::dvec3 LitLuminance::own(const glm::ivec3& voxel) const { return impl_->own(voxel); }
-
-glm::dvec3 LitLuminance::share(std::size_t beam, const glm::ivec3& voxel, double depth) const {
-  return impl_->share(impl_->beams[beam], voxel, depth);
-}
-
-bool LitLuminance::sees_camera() const { return impl_->g != 0 && !impl_->by_ray; }
-
-int LitLuminance::channels() const { return impl_->common ? 1 : 3; }
-
 Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths,
                             const Progress& progress) const {
-  const Impl& impl = *impl_;
   const int channels = this->channels();
   const std::size_t stride = 512 * std::size_t(channels);
   const auto values = std::make_shared_for_overwrite<float[]>(blocks.wanted.size() * stride);
@@ -251,51 +216,27 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
 
   std::vector<std::uint8_t> begun(blocks.all.size());
   depths(
-      impl.beams, blocks,
+      beams_, blocks,
       [&](std::size_t beam, std::size_t block, std::span<const double> part) {
-        impl.add(impl.beams[beam], !begun[block], blocks.all[block], part, places[block]);
+        add(beams_[beam], !begun[block], blocks.all[block], part, places[block]);
         begun[block] = 1;
       },
       progress);
 
-  Medium medium = impl.medium;
+  Medium medium = medium_;
   medium.luminance =
       std::make_shared<const Field>(field_of_blocks(*medium.density, blocks, channels, values));
   medium.source = channels == 3 ? LuminanceSource::vector : LuminanceSource::scalar;
-  medium.color = impl.common.value_or(glm::dvec3(1));
-  medium.ambient = impl.ambient;
+  medium.color = common_.value_or(glm::dvec3(1));
+  medium.ambient = ambient_;
   medium.transfer = without_colors(medium);
-  if (impl.by_ray) {
-    medium.phase_axis = impl.beams.front().direction;
-    medium.phase_g = impl.g;
+  if (by_ray_) {
+    medium.phase_axis = beams_.front().direction;
+    medium.phase_g = g_;
   }
   medium.light.reset();
   medium.lit = true;
   return medium;
-}
-
-LightDepths one_by_one(BeamDepths depths) {
-  return [depths = std::move(depths)](std::span<const Beam> beams, const LightBlocks& blocks,
-                                      const TakeLight& take, const Progress& progress) {
-    for (std::size_t b = 0; b < beams.size(); ++b)
-      depths(
-          beams[b], blocks,
-          [&](std::size_t block, std::span<const double> part) { take(b, block, part); },
-          [&](double done) {
-            if (progress) progress((double(b) + done) / double(beams.size()));
-          });
-  };
-}
-
-void in_batches(const LightBlocks& blocks, const Progress& progress,
-                const std::function<void(std::span<const std::size_t>)>& some) {
-  const std::span<const std::size_t> wanted = blocks.wanted;
-  for (std::size_t first = 0; first < wanted.size(); first += batch) {
-    const std::span<const std::size_t> part =
-        wanted.subspan(first, std::min(wanted.size() - first, batch));
-    some(part);
-    if (progress) progress(double(first + part.size()) / double(wanted.size()));
-  }
 }
 
 View lit(View view, const LightDepths& depths) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "march/voxel_luminance.h"
 #include "psivox/medium.h"
 #include "psivox/progress.h"
 #include "scene/transfer_function.h"
@@ -99,32 +100,59 @@ double transmittance_of(double light, int octaves);
 class LitLuminance {
  public:
   LitLuminance(const View& view, std::vector<Beam> beams);
-  ~LitLuminance();
   LitLuminance(const LitLuminance&) = delete;
   LitLuminance& operator=(const LitLuminance&) = delete;
 
-  const std::vector<Beam>& beams() const;
+  const std::vector<Beam>& beams() const { return beams_; }
   /// L without its beams and without what is constant.
   glm::dvec3 own(const glm::ivec3& voxel) const;
   /// What a beam adds to L behind an optical depth.
   glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel, double depth) const;
   /// Channels of the lit medium's luminance.
-  int channels() const;
+  int channels() const { return common_ ? 1 : 3; }
   /// Whether the camera changes it: there are several phases, so each voxel has its own.
-  bool sees_camera() const;
+  bool sees_camera() const { return g_ != 0 && !by_ray_; }
 
   /// The medium with L as its luminance in the blocks that are wanted.
   Medium medium(const LightBlocks& blocks, const LightDepths& depths,
                 const Progress& progress = {}) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  double phase(const Beam& beam, const glm::ivec3& voxel, double cosine) const;
+  /// What arrives of a beam's light at a voxel, times its phase: the sum over the octaves. Colour
+  /// is float or dvec3, Real the precision of the exponential.
+  template <typename Colour, typename Real>
+  Colour scattered(const Colour& light, const Beam& beam, const glm::ivec3& voxel,
+                   Real depth) const;
+  /// Adds a beam to a block's values, which the first that comes sets.
+  void add(const Beam& beam, bool first, const glm::ivec3& origin, std::span<const double> depths,
+           float* to) const;
+
+  const Medium& medium_;
+  Camera camera_;
+  double g_;
+  int octaves_;
+  std::vector<Beam> beams_;
+  OwnLuminance glow_;
+  PointAlbedo albedo_;
+  glm::dvec3 ambient_{0};             ///< the medium's luminance where it is constant
+  glm::dvec3 own_color_{0};           ///< factor of `glow_` where it is not
+  bool by_ray_ = false;               ///< the phase is one factor of each ray
+  std::optional<glm::dvec3> common_;  ///< colour of all luminance: one channel will do
 };
 
 /// Calls `some` for the wanted blocks, some hundreds at a time, with progress between them.
 void in_batches(const LightBlocks& blocks, const Progress& progress,
                 const std::function<void(std::span<const std::size_t>)>& some);
+
+/// An optical depth at a voxel. Several threads call it.
+using VoxelDepth = std::function<double(const glm::ivec3& voxel)>;
+
+/// Takes the depths of all voxels of the wanted blocks, by all threads.
+void take_blocks(const LightBlocks& blocks, const VoxelDepth& depth, const TakeDepths& take,
+                 const Progress& progress);
+/// The depths of some voxels, by all threads.
+std::vector<double> depths_of(std::span<const glm::ivec3> voxels, const VoxelDepth& depth);
 
 /// Depths through the medium of a view, which must outlive them.
 using DepthsOf = std::function<LightDepths(const View& view)>;

@@ -1,12 +1,9 @@
 #pragma once
 
-#include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include "march/light.h"
 #include "march/medium_atlas.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -26,34 +25,6 @@ constexpr double most_light_rays = 400, fewest_light_rays = 64;
 /// What lies behind this transmittance is not looked at.
 constexpr double least_transmittance = 1e-6, most_depth = 14;
 
-/// Attenuation of a medium at its voxels.
-class Attenuation {
- public:
-  explicit Attenuation(const Medium& medium)
-      : medium_(medium), density_(*medium.density), function_(without_colors(medium)) {
-    if (medium.gradient) gradient_.emplace(*medium.gradient);
-  }
-  /// At the voxel nearest to a point of index space.
-  double near(const glm::dvec3& point) const {
-    const glm::ivec3 voxel(glm::round(point));
-    const double value = density_.at(voxel).x;
-    if (!function_) return medium_.extinction * value;
-    const double slope = gradient_ ? gradient_->at(voxel).x : 0;
-    return medium_.extinction * function_->attenuation(value, slope);
-  }
-  /// Steps from a point on that meet nothing that is stored, nor attenuates; 0 if this one does.
-  std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) const {
-    const bool clear = !function_ || function_->attenuation(0, 0) == 0;
-    return clear ? density_.empty_steps(point, step) : 0;
-  }
-
- private:
-  const Medium& medium_;
-  FieldIndex density_;
-  std::shared_ptr<const TransferFunction> function_;
-  std::optional<FieldIndex> gradient_;
-};
-
 /// Points of index space along which to look, from the first on.
 struct Line {
   glm::dvec3 first, step;
@@ -71,7 +42,14 @@ struct Met {
 /// Looks along lines, together with the team.
 class Looks {
  public:
-  Looks(const Medium& medium, const LightShare& share) : attenuation_(medium), share_(share) {}
+  Looks(const Medium& medium, const LightShare& share)
+      : medium_(medium),
+        density_(*medium.density),
+        function_(without_colors(medium)),
+        share_(share) {
+    if (medium.gradient) gradient_.emplace(*medium.gradient);
+    empty_is_clear_ = !function_ || function_->attenuation(0, 0) == 0;
+  }
 
   /// What each line meets, up to an optical depth or farther.
   std::vector<std::vector<Met>> met(std::span<const Line> lines, double most) const {
@@ -91,19 +69,32 @@ class Looks {
     double sum = 0;
     for (std::size_t k = 0; k < line.points && sum < most;) {
       const glm::dvec3 point = line.first + double(k) * line.step;
-      if (!share_.voxels.contains(glm::ivec3(glm::round(point)))) {
+      const glm::ivec3 voxel(glm::round(point));
+      if (!share_.voxels.contains(voxel)) {
         ++k;
         continue;
       }
-      const double depth = line.length * attenuation_.near(point);
+      const double depth = line.length * attenuation(voxel);
       if (depth > 0) points.push_back({number, std::uint32_t(k), depth});
       sum += depth;
-      const std::size_t skipped = depth == 0 ? attenuation_.empty_steps(point, line.step) : 0;
+      const bool clear = depth == 0 && empty_is_clear_;
+      const std::size_t skipped = clear ? density_.empty_steps(point, line.step) : 0;
       k += std::max<std::size_t>(skipped, 1);
     }
   }
 
-  Attenuation attenuation_;
+  double attenuation(const glm::ivec3& voxel) const {
+    const double value = density_.at(voxel).x;
+    if (!function_) return medium_.extinction * value;
+    const double slope = gradient_ ? gradient_->at(voxel).x : 0;
+    return medium_.extinction * function_->attenuation(value, slope);
+  }
+
+  const Medium& medium_;
+  FieldIndex density_;
+  std::shared_ptr<const TransferFunction> function_;
+  std::optional<FieldIndex> gradient_;
+  bool empty_is_clear_;
   const LightShare& share_;
 };
 

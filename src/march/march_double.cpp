@@ -182,7 +182,7 @@ RenderResult render_deep(const View& view, const MediumAtlas& atlas, double tole
   const glm::ivec2 size = view.scene.resolution;
   const int n = view.scene.pixel_samples;
   Film film(view, {});
-  std::vector<std::vector<DeepSample>> rows(static_cast<std::size_t>(size.y));
+  std::vector<std::vector<DeepSample>> rows(std::size_t(size.y));
   DeepPixels deep;
   deep.counts.resize(std::size_t(size.x) * std::size_t(size.y));
   for_each(setup, atlas, rows.size(), 4, progress, [&](AtlasMarch& march, std::size_t y) {

@@ -8,7 +8,7 @@
 #endif
 #define INOUT(type) type&
 #define IN(type) const type&
-#define PSIVOX_ROW(name, value) static constexpr int name = static_cast<int>(value);
+#define PSIVOX_ROW(name, value) static constexpr int name = int(value);
 PSIVOX_SHADER_CONSTANTS(PSIVOX_ROW)
 #undef PSIVOX_ROW
 #define PARAMETER(type, name) type name{};

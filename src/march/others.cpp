@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <glm/matrix.hpp>
-#include <span>
 
 #include "march/march_tables.h"
 #include "march/ray_bounds.h"

@@ -1,5 +1,4 @@
 #include "march/preintegration.h"
-#include "scene/transfer_function.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -72,24 +71,29 @@ void PreintegratedTable::build() {
   const auto count = std::size_t(layers_) * std::size_t(size_);
   runs_.resize(std::size_t(layers_) * std::size_t(widths) * std::size_t(widths));
   entries_.assign(count * std::size_t(size_), glm::vec4(0));
+  compute(0, widths - 1);
+}
+
+/// Computes the runs of the intervals from lo to hi, and the entries of spans that have one of
+/// them.
+void PreintegratedTable::compute(int lo, int hi) {
+  const int widths = size_ - 1;
   tbb::parallel_for(tbb::blocked_range<int>(0, layers_ * widths, 4), [&](const auto& range) {
     for (int k = range.begin(); k < range.end(); ++k) {
       const int layer = k / widths, width = k % widths + 1;
       const double length = extinction_ * length_at(layer + 1) / width;
-      for (int i = 0; i < widths; ++i) runs_of(layer, width)[i] = lattice_->run(i, length);
-      fill(layer, width, 0, widths - width);
+      TransferRun* const runs =
+          runs_.data() + std::size_t(layer * widths + width - 1) * std::size_t(widths);
+      for (int i = lo; i <= hi; ++i) runs[i] = lattice_->run(i, length);
+      glm::vec4* up = entries_.data() + std::size_t(layer * size_ + width) * std::size_t(size_);
+      glm::vec4* down =
+          entries_.data() + std::size_t(layer * size_ + size_ - width) * std::size_t(size_) + width;
+      lattice_->spans(runs, width, std::max(0, lo - width + 1), std::min(hi, widths - width),
+                      [&](int i, const TransferSpan& span) {
+                        up[i] = glm::vec4(shading_of(span.up, span), 0);
+                        down[i] = glm::vec4(shading_of(span.down, span), 0);
+                      });
     }
-  });
-}
-
-/// Entries of the spans of `width` intervals from lo to hi.
-void PreintegratedTable::fill(int layer, int width, int lo, int hi) {
-  glm::vec4* up = entries_.data() + std::size_t(layer * size_ + width) * std::size_t(size_);
-  glm::vec4* down =
-      entries_.data() + std::size_t(layer * size_ + size_ - width) * std::size_t(size_) + width;
-  lattice_->spans(runs_of(layer, width), width, lo, hi, [&](int i, const TransferSpan& span) {
-    up[i] = glm::vec4(shading_of(span.up, span), 0);
-    down[i] = glm::vec4(shading_of(span.down, span), 0);
   });
 }
 
@@ -113,14 +117,7 @@ bool PreintegratedTable::update(const TransferFunction& changed) {
   const int hi = std::clamp(int(std::ceil((to - first_) * scale_)) - 1, lo, widths - 1);
 
   lattice_.emplace(function_, first_, last_, widths);
-  tbb::parallel_for(tbb::blocked_range<int>(0, layers_ * widths, 4), [&](const auto& range) {
-    for (int k = range.begin(); k < range.end(); ++k) {
-      const int layer = k / widths, width = k % widths + 1;
-      const double length = extinction_ * length_at(layer + 1) / width;
-      for (int i = lo; i <= hi; ++i) runs_of(layer, width)[i] = lattice_->run(i, length);
-      fill(layer, width, std::max(0, lo - width + 1), std::min(hi, widths - width));
-    }
-  });
+  compute(lo, hi);
   return true;
 }
 

@@ -60,10 +60,7 @@ class PreintegratedTable {
   double length_at(double y) const { return max_length_ * (y / layers_) * (y / layers_); }
   int size_of(const TransferFunction& function) const;
   void build();
-  void fill(int layer, int width, int lo, int hi);
-  TransferRun* runs_of(int layer, int width) {
-    return runs_.data() + std::size_t(layer * (size_ - 1) + width - 1) * std::size_t(size_ - 1);
-  }
+  void compute(int lo, int hi);
 
   TransferFunction function_;
   double extinction_, max_length_;

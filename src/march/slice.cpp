@@ -8,7 +8,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -48,29 +47,18 @@ bool passes(const Plane& plane, const Leaf& leaf, const glm::dmat4& world_from_i
 /// A density whose values stay in the file with the leaves alone that a plane passes, in memory.
 std::shared_ptr<const Field> on_plane(const std::shared_ptr<const Field>& density,
                                       const Scene& scene) {
-  const Field& field = *density;
-  if (!field.reader) return density;
+  if (!density->reader) return density;
   const Plane plane = placed_plane(scene);
-  std::vector<std::uint32_t> numbers;
-  for (std::size_t n = 0; n < field.leaves.size(); ++n)
-    if (passes(plane, field.leaves[n], field.world_from_index)) numbers.push_back(std::uint32_t(n));
-  const std::size_t per_leaf = 512 * std::size_t(field.channels);
-  const std::uint64_t needed = numbers.size() * per_leaf * sizeof(float);
+  const auto wanted = [&](const Leaf& leaf) {
+    return passes(plane, leaf, density->world_from_index);
+  };
+  const std::uint64_t needed = std::uint64_t(std::ranges::count_if(density->leaves, wanted)) * 512 *
+                               sizeof(float) * std::uint64_t(density->channels);
   if (const std::uint64_t most = grid_memory(scene); most > 0 && needed > most)
-    throw Error(ExitCode::memory, "grid '" + field.name + "': the slice passes " +
+    throw Error(ExitCode::memory, "grid '" + density->name + "': the slice passes " +
                                       mebibytes(needed) + " of its values, over the limit of " +
                                       mebibytes(most) + " for grids; raise --memory-limit");
-  const glm::ivec3 nowhere(1 << 30);
-  Field part = part_of_field(field, {nowhere, nowhere});
-  const auto values = std::make_shared_for_overwrite<float[]>(numbers.size() * per_leaf);
-  constexpr std::size_t at_once = 4096;
-  for (std::size_t n = 0; n < numbers.size(); n += at_once)
-    field.reader->read(std::span(numbers).subspan(n, std::min(at_once, numbers.size() - n)),
-                       values.get() + n * per_leaf);
-  for (std::size_t n = 0; n < numbers.size(); ++n)
-    part.leaves.push_back({field.leaves[numbers[n]].origin, values.get() + n * per_leaf});
-  part.storage = values;
-  return std::make_shared<const Field>(std::move(part));
+  return std::make_shared<const Field>(part_of_field(*density, wanted));
 }
 
 class Slice {

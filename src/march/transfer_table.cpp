@@ -1,7 +1,5 @@
 #include "march/transfer_table.h"
-#include "scene/transfer_function.h"
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <glm/common.hpp>
@@ -65,8 +63,7 @@ TransferLattice::TransferLattice(const TransferFunction& function, double first,
     : integrals_(std::size_t(intervals)) {
   const std::vector<TransferPoint>& points = function.points();
   const double spacing = (last - first) / intervals;
-  auto next = std::upper_bound(points.begin(), points.end(), first,
-                               [](double v, const TransferPoint& p) { return v < p.value; });
+  auto next = std::ranges::upper_bound(points, first, {}, &TransferPoint::value);
   TransferPoint from = function.at(first);
   for (int i = 0; i < intervals; ++i) {
     first_piece_.push_back(int(pieces_.size()));
@@ -160,9 +157,7 @@ TransferTable make_transfer_table(const TransferFunction& function) {
   table.min = points.front().value;
   const double range = points.back().value - points.front().value;
   const auto interval = [&](double value) {
-    const auto next =
-        std::upper_bound(points.begin(), points.end(), value,
-                         [](double v, const TransferPoint& p) { return v < p.value; });
+    const auto next = std::ranges::upper_bound(points, value, {}, &TransferPoint::value);
     return std::clamp(int(next - points.begin()) - 1, 0, table.knots - 2);
   };
   // So many bins that none holds two knots, within reason: then nothing is searched.

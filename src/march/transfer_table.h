@@ -42,7 +42,6 @@ class TransferLattice {
  public:
   TransferLattice(const TransferFunction& function, double first, double last, int intervals);
 
-  int intervals() const { return int(integrals_.size()); }
   /// `length`: optical length of the interval at attenuation 1.
   TransferRun run(int interval, double length) const;
 

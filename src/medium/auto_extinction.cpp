@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <vector>
@@ -18,7 +17,7 @@ constexpr int rays_per_side = 17;
 struct Attenuation {
   const TransferFunction* transfer;
   double operator()(float value) const {
-    const double v = static_cast<double>(value);
+    const double v = double(value);
     return transfer ? transfer->at(v).attenuation : v;
   }
 };
@@ -84,8 +83,7 @@ class LineBundle {
   template <typename LineSum>
   void for_lines_through(const glm::ivec3& origin, int width, LineSum line_sum) {
     const auto first = [&](const std::vector<int>& places, int from) {
-      return static_cast<std::size_t>(std::lower_bound(places.begin(), places.end(), from) -
-                                      places.begin());
+      return std::size_t(std::lower_bound(places.begin(), places.end(), from) - places.begin());
     };
     const std::size_t j_end = first(across_1_, origin[b_] + width);
     const std::size_t k_begin = first(across_2_, origin[c_]);
@@ -128,7 +126,7 @@ std::vector<int> lattice(int min, int max, double part) {
   std::vector<int> places;
   for (int i = 0; i < rays_per_side; ++i) {
     const double u = 0.5 + part * ((i + 0.5) / rays_per_side - 0.5);
-    places.push_back(static_cast<int>(std::lround(min + u * (static_cast<double>(max) - min))));
+    places.push_back(int(std::lround(min + u * (double(max) - min))));
   }
   return places;
 }

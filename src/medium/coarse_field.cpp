@@ -2,12 +2,9 @@
 
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "medium/value_range.h"

@@ -7,8 +7,6 @@
 #include "medium/value_range.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "scene/transfer_function.h"
-#include "scene/value_window.h"
 
 namespace psivox {
 

@@ -18,8 +18,6 @@ constexpr double least_part = 0.01;    // of the most opaque bin: less is not vi
 constexpr double frame_margin = 0.1;   // of the half width and half height, left free
 constexpr double mean_depth = 3;       // optical depth of a mean bin, whatever the extinction
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 using Profile = std::array<double, bins>;
 
 /// A box along the axes of the frame [world units].
@@ -40,7 +38,7 @@ FrameBox around(const FrameBox& a, const FrameBox& b) {
 }
 
 FrameBox bounds(const std::vector<Part>& parts) {
-  FrameBox all{glm::dvec3(infinity), glm::dvec3(-infinity)};
+  FrameBox all{glm::dvec3(HUGE_VAL), glm::dvec3(-HUGE_VAL)};
   for (const Part& part : parts) all = around(all, part.box);
   return all;
 }
@@ -73,7 +71,7 @@ struct Axis {
   double edge(int i) const { return i == bins ? high : low + (high - low) * i / bins; }
   int bin(double x) const {
     const double place = high > low ? (x - low) / (high - low) * bins : 0;
-    return static_cast<int>(std::clamp(place, 0.0, bins - 1.0));
+    return int(std::clamp(place, 0.0, bins - 1.0));
   }
   /// Calls take(bin, length of [from, to] in it, as a part of the bin's own).
   template <typename Take>
@@ -95,7 +93,7 @@ struct Depths {
     const double bin_area = (x.high - x.low) * (y.high - y.low) / (bins * bins);
     y.spread(part.box.min.y, part.box.max.y, [&](int j, double high) {
       x.spread(part.box.min.x, part.box.max.x, [&](int i, double wide) {
-        const auto k = static_cast<std::size_t>(j) * bins + static_cast<std::size_t>(i);
+        const auto k = std::size_t(j) * bins + std::size_t(i);
         depth[k] += part.amount * high * wide * bin_area / whole;
         covered[k] = std::min(1.0, covered[k] + high * wide);
       });
@@ -123,7 +121,7 @@ double quantile(const Profile& profile, const Axis& axis, double share) {
   for (const double value : profile) sum += value;
   double left = share * sum;
   for (int i = 0; i < bins; ++i) {
-    const double value = profile[static_cast<std::size_t>(i)];
+    const double value = profile[std::size_t(i)];
     if (left <= value && value > 0)
       return axis.edge(i) + (axis.edge(i + 1) - axis.edge(i)) * left / value;
     left -= value;
@@ -134,8 +132,8 @@ double quantile(const Profile& profile, const Axis& axis, double share) {
 /// What remains of the axis. `visible` tells which bins have something to see.
 Axis trimmed(const Profile& profile, const std::array<bool, bins>& visible, const Axis& axis) {
   int first = 0, last = bins - 1;
-  while (first < last && !visible[static_cast<std::size_t>(first)]) ++first;
-  while (last > first && !visible[static_cast<std::size_t>(last)]) --last;
+  while (first < last && !visible[std::size_t(first)]) ++first;
+  while (last > first && !visible[std::size_t(last)]) --last;
   double low = quantile(profile, axis, left_out);
   double high = quantile(profile, axis, 1 - left_out);
   const double far_low = quantile(profile, axis, left_out_far);
@@ -179,8 +177,8 @@ FrameBox trimmed(const std::vector<Part>& parts, std::size_t grids, const FrameB
         std::max(part.box.max.z - part.box.min.z, std::numeric_limits<double>::min());
     const double bin_length = (z.high - z.low) / bins;
     z.spread(part.box.min.z, part.box.max.z, [&](int k, double deep) {
-      along_z[static_cast<std::size_t>(k)] += part.amount * deep * bin_length / length;
-      z_visible[static_cast<std::size_t>(k)] = true;
+      along_z[std::size_t(k)] += part.amount * deep * bin_length / length;
+      z_visible[std::size_t(k)] = true;
     });
   }
   const Axis new_x = trimmed(along_x, x_visible, x), new_y = trimmed(along_y, y_visible, y),
@@ -222,15 +220,10 @@ std::vector<Part> counted_parts(const Subject& subject, const glm::dmat3& axes) 
 /// than its block, which may be turned against the frame, nor than its box.
 double reach(const Subject& subject, const glm::dmat3& axes, const std::vector<Part>& parts,
              const glm::dvec3& direction) {
-  double farthest = -infinity;
+  double farthest = -HUGE_VAL;
   for (const Part& part : parts) {
     const VisibleGrid& grid = subject.grids[part.grid];
-    const VisibleBlock& block = grid.blocks[part.block];
-    const glm::dvec3 along = axes * direction;
-    const glm::dvec3 per_voxel = glm::transpose(glm::dmat3(grid.world_from_index)) * along;
-    const double of_block = glm::dot(along, glm::dvec3(grid.world_from_index[3])) +
-                            glm::dot(per_voxel, 0.5 * (block.min + block.max)) +
-                            glm::dot(glm::abs(per_voxel), 0.5 * (block.max - block.min));
+    const double of_block = grid.reach(grid.blocks[part.block], axes * direction);
     const glm::dvec3 corner = glm::max(direction * part.box.min, direction * part.box.max);
     farthest = std::max(farthest, std::min(of_block, corner.x + corner.y + corner.z));
   }

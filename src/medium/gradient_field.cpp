@@ -1,6 +1,5 @@
 #include "medium/gradient_field.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <memory>
+#include <tuple>
 #include <unordered_set>
 
 #include "base/text.h"
@@ -56,9 +56,7 @@ std::vector<glm::ivec3> candidate_blocks(const Field& field) {
   for (const Leaf& leaf : field.leaves) add_faces(leaf.origin, 8);
   for (const Tile& tile : field.tiles) add_faces(tile.origin, tile.width);
   std::vector<glm::ivec3> sorted(blocks.begin(), blocks.end());
-  std::sort(sorted.begin(), sorted.end(), [](const glm::ivec3& a, const glm::ivec3& b) {
-    return std::array{a.x, a.y, a.z} < std::array{b.x, b.y, b.z};
-  });
+  std::ranges::sort(sorted, {}, [](const glm::ivec3& v) { return std::tuple(v.x, v.y, v.z); });
   return sorted;
 }
 
@@ -72,8 +70,7 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
     for (int side = 0; side < 2; ++side) {
       glm::ivec3 there = origin;
       there[axis] += side ? 8 : -8;
-      around[2 * static_cast<std::size_t>(axis) + static_cast<std::size_t>(side)] =
-          index.block(there);
+      around[2 * std::size_t(axis) + std::size_t(side)] = index.block(there);
     }
   bool any = false;
   for (int i = 0; i < 512; ++i) {
@@ -81,14 +78,14 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
     glm::dvec3 difference;
     for (int axis = 0; axis < 3; ++axis) {
       const int stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
-      const std::size_t below = 2 * static_cast<std::size_t>(axis);
+      const std::size_t below = 2 * std::size_t(axis);
       const float low =
           local[axis] > 0 ? own.value(i - stride) : around[below].value(i + 7 * stride);
       const float high =
           local[axis] < 7 ? own.value(i + stride) : around[below + 1].value(i - 7 * stride);
-      difference[axis] = static_cast<double>(high) - static_cast<double>(low);
+      difference[axis] = double(high) - double(low);
     }
-    to[i] = static_cast<float>(0.5 * glm::length(normal * difference));
+    to[i] = float(0.5 * glm::length(normal * difference));
     any = any || to[i] != 0;
   }
   return any;
@@ -105,7 +102,7 @@ void split_tile(const FieldIndex& gradient, const Box& domain, const Tile& tile,
     parts.push_back(tile);
     return;
   }
-  const int width = FieldIndex::widths[static_cast<std::size_t>(level) + 1];
+  const int width = FieldIndex::widths[std::size_t(level) + 1];
   for (int x = 0; x < tile.width; x += width)
     for (int y = 0; y < tile.width; y += width)
       for (int z = 0; z < tile.width; z += width)
@@ -126,11 +123,9 @@ Field gradient_of_voxels(const Field& field) {
   const std::vector<glm::ivec3> blocks = candidate_blocks(field);
   const auto values = std::make_shared_for_overwrite<float[]>(blocks.size() * 512);
   std::vector<char> any(blocks.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 64),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t n = range.begin(); n != range.end(); ++n)
-                        any[n] = compute_block(index, normal, blocks[n], values.get() + n * 512);
-                    });
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
+    any[n] = compute_block(index, normal, blocks[n], values.get() + n * 512);
+  });
   for (std::size_t n = 0; n < blocks.size(); ++n)
     if (any[n]) result.leaves.push_back({blocks[n], values.get() + n * 512});
   result.active_voxels = 512 * result.leaves.size();
@@ -144,7 +139,7 @@ Field told_by_blocks(const Field& field, const Field& gradient, bool with_zeros)
   result.tiles.clear();
   for (const Tile& tile : field.tiles) {
     int level = 0;
-    while (FieldIndex::widths[static_cast<std::size_t>(level)] != tile.width) ++level;
+    while (FieldIndex::widths[std::size_t(level)] != tile.width) ++level;
     split_tile(gradients, field.domain(), tile, level, result.tiles);
     check_blocks(field, result.tiles.size());
   }

@@ -11,7 +11,6 @@
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "scene/black_body.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -35,7 +34,7 @@ Field black_bodies(const Scene& scene, const Field& temperature) {
   };
   Field luminance = map_field(temperature, 3, [&](const glm::vec3& value) {
     if (value.x == 0) return glm::vec3(0);
-    return glm::vec3(black_body(kelvin(static_cast<double>(value.x))));
+    return glm::vec3(black_body(kelvin(double(value.x))));
   });
   const double hottest = kelvin(stored_range(temperature).y);
   if (hottest < draper_point)

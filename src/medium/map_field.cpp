@@ -1,9 +1,11 @@
 #include "medium/map_field.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <memory>
 #include <unordered_set>
@@ -11,9 +13,9 @@
 #include "base/text.h"
 #include "field/field_index.h"
 #include "medium/gradient_field.h"
+#include "medium/value_range.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -34,7 +36,7 @@ class Filler {
 
   /// Fills the cubes of one width that lie in [min, max].
   void fill(int level, const glm::ivec3& min, const glm::ivec3& max) {
-    const int width = FieldIndex::widths[static_cast<std::size_t>(level)];
+    const int width = FieldIndex::widths[std::size_t(level)];
     const glm::ivec3 first = min & ~(width - 1);
     for (int x = first.x; x <= max.x; x += width)
       for (int y = first.y; y <= max.y; y += width)
@@ -104,25 +106,22 @@ Field map_field(const Field& field, int channels, const VoxelMap& map) {
   result.channels = channels;
   result.active_range.reset();
   result.stored_range.reset();
-  const std::size_t from_stride = static_cast<std::size_t>(field.channels);
-  const std::size_t to_stride = static_cast<std::size_t>(channels);
+  const std::size_t from_stride = std::size_t(field.channels);
+  const std::size_t to_stride = std::size_t(channels);
   const auto values =
       std::make_shared_for_overwrite<float[]>(field.leaves.size() * 512 * to_stride);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, field.leaves.size(), 16),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t n = range.begin(); n != range.end(); ++n) {
-                        const OrderedValues own(field, field.leaves[n]);
-                        const float* from = own.data();
-                        float* to = values.get() + n * 512 * to_stride;
-                        result.leaves[n].values = to;
-                        for (int i = 0; i < 512; ++i, from += from_stride, to += to_stride) {
-                          glm::vec3 value(0);
-                          for (int c = 0; c < field.channels; ++c) value[c] = from[c];
-                          value = map(value);
-                          for (int c = 0; c < channels; ++c) to[c] = value[c];
-                        }
-                      }
-                    });
+  tbb::parallel_for(std::size_t{0}, field.leaves.size(), [&](std::size_t n) {
+    const OrderedValues own(field, field.leaves[n]);
+    const float* from = own.data();
+    float* to = values.get() + n * 512 * to_stride;
+    result.leaves[n].values = to;
+    for (int i = 0; i < 512; ++i, from += from_stride, to += to_stride) {
+      glm::vec3 value(0);
+      for (int c = 0; c < field.channels; ++c) value[c] = from[c];
+      value = map(value);
+      for (int c = 0; c < channels; ++c) to[c] = value[c];
+    }
+  });
   for (Tile& tile : result.tiles) tile.value = map(tile.value);
   std::erase_if(result.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0); });
   result.array.reset();
@@ -132,8 +131,8 @@ Field map_field(const Field& field, int channels, const VoxelMap& map) {
 
 Field attenuation_of_voxels(const Field& field, const TransferFunction& function) {
   const auto map = [&](const glm::vec3& value) {
-    const TransferPoint point = function.at(static_cast<double>(value.x));
-    return glm::vec3(static_cast<float>(point.attenuation), 0, 0);
+    const TransferPoint point = function.at(double(value.x));
+    return glm::vec3(float(point.attenuation), 0, 0);
   };
   if (function.at(0).attenuation == 0) return map_field(field, 1, map);
   Field whole = field;
@@ -158,25 +157,20 @@ Field attenuation_of_voxels(const Field& field, const Field& gradient,
       result.leaves.push_back({tile.origin, nullptr});
       continue;
     }
-    const double v = static_cast<double>(tile.value.x);
-    const auto attenuation = static_cast<float>(function.attenuation(v, 0));
+    const double v = double(tile.value.x);
+    const auto attenuation = float(function.attenuation(v, 0));
     if (attenuation != 0)
       result.tiles.push_back({tile.origin, tile.width, glm::vec3(attenuation, 0, 0)});
   }
   const auto to = std::make_shared_for_overwrite<float[]>(result.leaves.size() * 512);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.leaves.size(), 16),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t n = range.begin(); n != range.end(); ++n) {
-                        Leaf& leaf = result.leaves[n];
-                        const FieldIndex::Block v = values.block(leaf.origin);
-                        const FieldIndex::Block g = gradients.block(leaf.origin);
-                        float* attenuation = to.get() + n * 512;
-                        leaf.values = attenuation;
-                        for (int i = 0; i < 512; ++i)
-                          attenuation[i] = static_cast<float>(function.attenuation(
-                              static_cast<double>(v.value(i)), static_cast<double>(g.value(i))));
-                      }
-                    });
+  tbb::parallel_for(std::size_t{0}, result.leaves.size(), [&](std::size_t n) {
+    Leaf& leaf = result.leaves[n];
+    const FieldIndex::Block v = values.block(leaf.origin), g = gradients.block(leaf.origin);
+    float* attenuation = to.get() + n * 512;
+    leaf.values = attenuation;
+    for (int i = 0; i < 512; ++i)
+      attenuation[i] = float(function.attenuation(double(v.value(i)), double(g.value(i))));
+  });
   result.array.reset();
   result.storage = to;
   return result;
@@ -189,8 +183,46 @@ Field color_of_voxels(const Field& field, const TransferFunction& function) {
   else if (function.at(0).color != glm::dvec3(0))
     fill_surroundings(whole);
   return map_field(whole, 3, [&](const glm::vec3& value) {
-    return glm::vec3(function.at(static_cast<double>(value.x)).color);
+    return glm::vec3(function.at(double(value.x)).color);
   });
+}
+
+namespace {
+
+constexpr std::array<const char*, 4> parts{"x", "y", "z", "length"};
+
+}  // namespace
+
+VectorPart vector_part(const VdbFile& file, const std::string& name) {
+  const int channels = file.channels(name);
+  if (channels == 3) return {name, "length"};
+  const std::size_t colon = name.rfind(':');
+  if (channels != 0 || colon == std::string::npos) return {name, ""};
+  const VectorPart named{name.substr(0, colon), name.substr(colon + 1)};
+  const int of_grid = file.channels(named.grid);
+  if (of_grid == 0) return {name, ""};
+  if (named.active()) return named;
+  if (of_grid == 1)
+    throw Error(ExitCode::input, "grid " + in_quotes(named.grid) + " is scalar: it has no part " +
+                                     in_quotes(named.part) + " but 'active'; give its name alone");
+  if (std::ranges::find(parts, named.part) == parts.end())
+    throw Error(ExitCode::input, "grid " + in_quotes(named.grid) + " has no part " +
+                                     in_quotes(named.part) +
+                                     "; a vector has x, y, z, length and active");
+  return named;
+}
+
+Field part_of_vectors(const Field& vectors, const VectorPart& part) {
+  const auto place = std::ranges::find(parts, part.part) - parts.begin();
+  Field field = map_field(vectors, 1, [place](const glm::vec3& v) {
+    const float value = place == 3 ? glm::length(v) : v[int(place)];
+    return glm::vec3(value, 0, 0);
+  });
+  field.name += ":" + part.part;
+  field.value_type = "float";
+  field.of_vectors = true;
+  field.active_range = glm::vec2(active_range(field));
+  return field;
 }
 
 }  // namespace psivox

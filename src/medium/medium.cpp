@@ -4,7 +4,6 @@
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
-#include <limits>
 #include <map>
 
 #include "base/text.h"
@@ -79,8 +78,7 @@ void set_gradient_function(const Scene& scene, const std::shared_ptr<const Field
     if (voxels) medium.density = attenuation;
   }
   if (voxels) return;
-  constexpr double any = std::numeric_limits<double>::infinity();
-  const bool zeros = function->max_attenuation(glm::dvec2(0), glm::dvec2(0, any)) > 0;
+  const bool zeros = function->max_attenuation(glm::dvec2(0), glm::dvec2(0, HUGE_VAL)) > 0;
   medium.density = density;
   if (zeros || !density->tiles.empty())
     medium.density = std::make_shared<const Field>(told_by_blocks(*density, *gradient, zeros));

@@ -1,7 +1,6 @@
 #include "medium/stored_density.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <functional>
 #include <map>
@@ -26,9 +25,7 @@ constexpr std::size_t leaves_at_once = 4096;  // 8 MiB of scalars
 /// A number that differs, in all likelihood, between files of different leaves (FNV-1a).
 std::string topology_of(const Field& field) {
   std::uint64_t hash = 14695981039346656037u;
-  const auto add = [&hash](int number) {
-    hash = (hash ^ static_cast<std::uint32_t>(number)) * 1099511628211u;
-  };
+  const auto add = [&hash](int number) { hash = (hash ^ std::uint32_t(number)) * 1099511628211u; };
   for (const Leaf& leaf : field.leaves)
     for (int axis = 0; axis < 3; ++axis) add(leaf.origin[axis]);
   return std::to_string(hash) + " " + std::to_string(field.active_voxels);
@@ -81,18 +78,11 @@ class KeptLeaves final : public LeafReader {
 
   /// Percentiles of the active values of all members' leaves.
   std::vector<double> percentiles(std::span<const double> percents, Team& team) const {
-    std::vector<float> values(std::min(leaves_at_once, own_.size()) * floats_);
     const auto each = [&](const auto& take) {
-      for (std::size_t n = 0; n < own_.size(); n += leaves_at_once) {
-        const auto some = std::span(own_).subspan(n, std::min(leaves_at_once, own_.size() - n));
-        file_->read_active(some, values.data());
-        for (std::size_t i = 0; i < 512 * some.size(); ++i)
-          if (const float value = values[i * floats_ / 512]; !std::isnan(value))
-            take(std::min(value, largest_), 1);
-      }
-      if (!team.first()) return;
-      for (const TileValue& tile : file_->active_tiles())
-        take(std::min(tile.value, largest_), tile.voxels);
+      each_active(
+          *file_, own_, int(floats_ / 512),
+          [&](float value, std::uint64_t count) { take(std::min(value, largest_), count); },
+          team.first());
     };
     return value_percentiles(each, percents,
                              [&](std::span<std::uint64_t> counts) { team.sum(counts); });

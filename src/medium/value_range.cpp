@@ -4,25 +4,18 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <array>
-#include <limits>
+#include <cmath>
 
+#include "field/lane_range.h"
 #include "field/value_percentile.h"
 #include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {
 
-constexpr double no_bound = std::numeric_limits<double>::infinity();
-
 void include(glm::dvec2& range, float value) {
-  range.x = std::min(range.x, static_cast<double>(value));
-  range.y = std::max(range.y, static_cast<double>(value));
-}
-
-bool inside(const Box& box, const glm::ivec3& voxel) {
-  return voxel.x >= box.min.x && voxel.y >= box.min.y && voxel.z >= box.min.z &&
-         voxel.x <= box.max.x && voxel.y <= box.max.y && voxel.z <= box.max.z;
+  range.x = std::min(range.x, double(value));
+  range.y = std::max(range.y, double(value));
 }
 
 /// Calls take(value) for the first channel of the leaves' voxels in the active box.
@@ -32,7 +25,7 @@ void for_active(const Field& field, const Take& take) {
     const LeafValues values = values_of(field, leaf);
     for (int i = 0; i < 512; ++i) {
       const glm::ivec3 voxel(i >> 6, (i >> 3) & 7, i & 7);
-      if (inside(field.active_box, leaf.origin + voxel)) take(*values.at(voxel));
+      if (field.active_box.contains(leaf.origin + voxel)) take(*values.at(voxel));
     }
   }
 }
@@ -45,18 +38,12 @@ glm::dvec2 stored_range(const Field& field) {
       tbb::blocked_range<std::size_t>(0, field.leaves.size(), 256), glm::dvec2(0),
       [&](const auto& some, glm::dvec2 found) {
         for (std::size_t n = some.begin(); n != some.end(); ++n) {
-          // four ranges at once: a vector's
-          std::array<float, 4> low{}, high{};
+          constexpr std::size_t lanes = 64;
+          LaneRange<lanes> range;
           const OrderedValues values(field, field.leaves[n]);
-          for (std::size_t i = 0; i < 512; i += 4)
-            for (std::size_t k = 0; k < 4; ++k) {
-              low[k] = std::min(low[k], values[i + k]);
-              high[k] = std::max(high[k], values[i + k]);
-            }
-          for (std::size_t k = 0; k < 4; ++k) {
-            include(found, low[k]);
-            include(found, high[k]);
-          }
+          for (std::size_t i = 0; i < 512; i += lanes) range.include(values.data() + i);
+          include(found, range.least());
+          include(found, range.greatest());
         }
         return found;
       },
@@ -69,7 +56,7 @@ glm::dvec2 stored_range(const Field& field) {
 
 glm::dvec2 active_range(const Field& field) {
   if (field.active_range) return glm::dvec2(*field.active_range);
-  glm::dvec2 range(no_bound, -no_bound);
+  glm::dvec2 range(HUGE_VAL, -HUGE_VAL);
   for_active(field, [&](float value) { include(range, value); });
   for (const Tile& tile : field.tiles) include(range, tile.value.x);
   return range.x <= range.y ? range : glm::dvec2(0);

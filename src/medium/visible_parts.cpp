@@ -2,17 +2,10 @@
 
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <glm/common.hpp>
-#include <span>
 #include <tuple>
-#include <vector>
 
 #include "medium/value_range.h"
-#include "psivox/leaf_values.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -29,9 +22,8 @@ class FunctionTable {
     constexpr int entries = 4096;
     low_ = range.x;
     scale_ = range.y > range.x ? entries / (range.y - range.x) : 0;
-    constexpr double unbounded = std::numeric_limits<double>::infinity();
     const auto attenuation = [&](double from, double to) {
-      return function.max_attenuation(glm::dvec2(from, to), glm::dvec2(0, unbounded));
+      return function.max_attenuation(glm::dvec2(from, to), glm::dvec2(0, HUGE_VAL));
     };
     zero_ = attenuation(0, 0);
     for (int i = 0; i < entries; ++i)
@@ -40,9 +32,8 @@ class FunctionTable {
   }
   double operator()(float value) const {
     if (value == 0) return zero_;
-    const double place = (static_cast<double>(value) - low_) * scale_;
-    return entries_[static_cast<std::size_t>(
-        std::clamp(place, 0.0, static_cast<double>(entries_.size() - 1)))];
+    const double place = (double(value) - low_) * scale_;
+    return entries_[std::size_t(std::clamp(place, 0.0, double(entries_.size() - 1)))];
   }
 
  private:
@@ -121,7 +112,7 @@ class BlockFinder {
   std::vector<VisibleBlock> find() const {
     WeighedLeaves found = weighed();
     for (const Tile& tile : field_.tiles)
-      found.counts.add(weight_(&tile.value.x), static_cast<std::uint64_t>(std::pow(tile.width, 3)));
+      found.counts.add(weight_(&tile.value.x), std::uint64_t(std::pow(tile.width, 3)));
     const double greatest = found.counts.exceeded_by(odd_share);
     if (!(greatest > 0)) return {};
     const double faintest = least_weight * greatest;
@@ -232,10 +223,7 @@ void add_density(const Medium& medium, Mode mode, const WeighedLeaves* known, Su
   const Field& field = *medium.density;
   if (info(mode).shows == Shows::surface)
     return add_grid(
-        field,
-        [&](const float* value) {
-          return static_cast<double>(*value) >= medium.isovalue ? 1.0 : 0.0;
-        },
+        field, [&](const float* value) { return double(*value) >= medium.isovalue ? 1.0 : 0.0; },
         subject);
   if (!medium.transfer) return add_grid(field, ValueWeight(), subject, known);
   const FunctionTable table(*medium.transfer, field);
@@ -264,7 +252,7 @@ Subject subject_of(const Medium& medium, Mode mode, const WeighedLeaves* known) 
     add_grid(
         *medium.emission,
         [channels](const float* value) {
-          return static_cast<double>(*std::max_element(value, value + channels));
+          return double(*std::max_element(value, value + channels));
         },
         subject);
   }

@@ -44,18 +44,17 @@ class WeightCounts {
     for (const std::uint64_t count : counts_) all += count;
     for (std::size_t i = counts_.size(); i-- > 0;) {
       above += counts_[i];
-      if (above > 0 && static_cast<double>(above) >= share * static_cast<double>(all))
-        return begin_of(i);
+      if (above > 0 && double(above) >= share * double(all)) return begin_of(i);
     }
     return 0;
   }
 
  private:
   static std::size_t bin_of(double weight) {
-    return std::bit_cast<std::uint32_t>(static_cast<float>(weight)) >> 21;
+    return std::bit_cast<std::uint32_t>(float(weight)) >> 21;
   }
   static double begin_of(std::size_t bin) {
-    return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bin) << 21));
+    return double(std::bit_cast<float>(std::uint32_t(bin) << 21));
   }
 
   std::array<std::uint64_t, 1024> counts_{};  // of the positive floats, by their upper 11 bits
@@ -149,13 +148,13 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
   LeafWeights found;
   if (!(greatest > 0)) return found;
   for (std::size_t n = 0; n < parts.size(); ++n) {
-    found.amounts[n] = static_cast<float>(parts[n].amount);
+    found.amounts[n] = float(parts[n].amount);
     if (parts[n].amount > 0) found.set_box(n, parts[n].low, parts[n].high);
   }
   const float infinity = std::numeric_limits<float>::infinity();
-  found.least = std::isinf(greatest) ? 0 : static_cast<float>(least);  // it will be another value
+  found.least = std::isinf(greatest) ? 0 : float(least);  // it will be another value
   if (double(found.least) > least) found.least = std::nextafter(found.least, 0.0f);
-  found.greatest = static_cast<float>(greatest);
+  found.greatest = float(greatest);
   if (double(found.greatest) < greatest) found.greatest = std::nextafter(found.greatest, infinity);
   return found;
 }
@@ -183,7 +182,7 @@ struct WeighedLeaves {
 
 /// The weight of a density without a transfer function.
 struct ValueWeight {
-  double operator()(const float* value) const { return static_cast<double>(*value); }
+  double operator()(const float* value) const { return double(*value); }
 };
 
 /// The blocks of the medium that are visible under the mode: leaves and tiles, shrunk to the voxels

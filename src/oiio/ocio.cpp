@@ -69,12 +69,12 @@ void show_by_ocio(const OcioView& view, std::span<float> rgb) {
   constexpr std::size_t width = 1024;
   for (std::size_t at = 0; at < rgb.size();) {
     const std::size_t pixels = (rgb.size() - at) / 3;
-    const int columns = static_cast<int>(std::min(width, pixels));
-    const int rows = static_cast<int>(pixels / static_cast<std::size_t>(columns));
+    const int columns = int(std::min(width, pixels));
+    const int rows = int(pixels / std::size_t(columns));
     OIIO::ImageBuf piece(OIIO::ImageSpec(columns, rows, 3, OIIO::TypeFloat), rgb.data() + at);
     if (!OIIO::ImageBufAlgo::colorconvert(piece, piece, processor.get(), /*unpremult=*/false))
       throw refused(view, piece.geterror());
-    at += 3 * static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+    at += 3 * std::size_t(columns) * std::size_t(rows);
   }
 }
 

@@ -18,7 +18,7 @@ std::optional<std::size_t> index_of(const std::vector<std::string>& names,
                                     const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - names.begin());
+  return std::size_t(found - names.begin());
 }
 
 std::optional<LayerSource> picture_source(const std::vector<std::string>& names) {
@@ -158,13 +158,12 @@ Layer cut_layer(const LayerSource& source, std::span<const float> stored,
                 const OIIO::ImageSpec& spec, const Window& window) {
   const std::size_t count = source.channels.size();
   Layer layer{source.name, source.channels, {}};
-  layer.values.resize(static_cast<std::size_t>(window.width) *
-                      static_cast<std::size_t>(window.height) * count);
+  layer.values.resize(std::size_t(window.width) * std::size_t(window.height) * count);
   float* to = layer.values.data();
   for (std::int64_t y = window.y; y < window.y + window.height; ++y) {
     for (std::int64_t x = window.x; x < window.x + window.width; ++x, to += count) {
       if (x < 0 || x >= spec.width || y < 0 || y >= spec.height) continue;
-      const auto from = static_cast<std::size_t>((y * spec.width + x) * spec.nchannels);
+      const auto from = std::size_t((y * spec.width + x) * spec.nchannels);
       for (std::size_t c = 0; c < count; ++c) {
         to[c] = source.indices[c] ? stored[from + *source.indices[c]] : 1.0f;
       }
@@ -192,9 +191,8 @@ Image read_picture(const std::filesystem::path& path, Format format, bool needs_
   }
 
   // Left uninitialised, so that a lying header costs no memory: the pages come as pixels do.
-  const std::size_t count = static_cast<std::size_t>(spec.width) *
-                            static_cast<std::size_t>(spec.height) *
-                            static_cast<std::size_t>(spec.nchannels);
+  const std::size_t count =
+      std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(spec.nchannels);
   const auto stored = std::make_unique_for_overwrite<float[]>(count);
   const bool read = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, stored.get());
   // read_image returns true for a TIFF or JPEG that is cut short.

@@ -2,7 +2,6 @@
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "image/srgb_codes.h"

@@ -2,7 +2,6 @@
 
 #include <pybind11/functional.h>
 #include <pybind11/numpy.h>
-#include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -14,11 +13,10 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "core.h"
-#include "drawing.h"
 #include "gl/object_counts.h"
 #include "psivox/study.h"
 #include "psivox/verify.h"
-#include "scene/color_text.h"
+#include "scene/color.h"
 
 namespace psivox::python {
 
@@ -112,9 +110,8 @@ std::string hint(const std::string& name, const std::vector<std::string>& known)
   std::string option = "--" + name;
   std::replace(option.begin(), option.end(), '_', '-');
   const std::string meant = with_keywords(option_of_concept(option));
-  return std::find(known.begin(), known.end(), meant) == known.end()
-             ? suggestion(name, known)
-             : "; " + meant + " does that here";
+  return std::ranges::count(known, meant) ? "; " + meant + " does that here"
+                                          : suggestion(name, known);
 }
 
 /// Any picture as the library has it: H x W x 4, or x 3 with alpha 1.
@@ -132,11 +129,10 @@ Image image_of(const Floats& pixels) {
 }
 
 py::dict comparison_dict(const Comparison& c) {
-  py::dict out(py::arg("rms") = c.rms, py::arg("max") = c.max, py::arg("max_x") = c.max_x,
-               py::arg("max_y") = c.max_y, py::arg("max_channel") = c.max_channel,
-               py::arg("channel_rms") = c.channel_rms, py::arg("channel_mean") = c.channel_mean,
-               py::arg("not_finite") = c.not_finite);
-  return out;
+  return py::dict(py::arg("rms") = c.rms, py::arg("max") = c.max, py::arg("max_x") = c.max_x,
+                  py::arg("max_y") = c.max_y, py::arg("max_channel") = c.max_channel,
+                  py::arg("channel_rms") = c.channel_rms, py::arg("channel_mean") = c.channel_mean,
+                  py::arg("not_finite") = c.not_finite);
 }
 
 py::object plan_dict(const Picture& picture) {
@@ -342,7 +338,7 @@ PYBIND11_MODULE(_core, m) {
     return std::array{n.textures, n.buffers,       n.framebuffers, n.programs,
                       n.shaders,  n.vertex_arrays, n.queries};
   });
-  m.def("close", [] { marchers().close(); });
+  m.def("close", &close_marchers);
 }
 
 }  // namespace psivox::python

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <set>
 
 #include "psivox/camera.h"
 #include "psivox/error.h"
@@ -16,16 +15,7 @@ namespace psivox::python {
 namespace {
 
 void add_once(std::vector<std::string>& notices, const std::string& notice) {
-  if (!notice.empty() && std::find(notices.begin(), notices.end(), notice) == notices.end())
-    notices.push_back(notice);
-}
-
-bool same(const Scene& a, const Scene& b, const Parameter& p) {
-  return std::visit([&](auto member) { return a.*member == b.*member; }, p.member);
-}
-
-void take(const Scene& from, const Parameter& p, Scene& to) {
-  std::visit([&](auto member) { to.*member = from.*member; }, p.member);
+  if (!notice.empty() && !std::ranges::count(notices, notice)) notices.push_back(notice);
 }
 
 /// Checks what needs no work.
@@ -45,6 +35,23 @@ struct Released {
 };
 
 constexpr std::uint64_t large_atlas = 64 << 20;  // [bytes]
+constexpr std::size_t most_idle = 2;
+
+struct Idle {
+  RendererKind renderer;
+  int device;
+  std::shared_ptr<Marcher> marcher;
+};
+
+/// Marchers that nobody draws with now. Never destroyed: drivers end before a static object would.
+struct Pool {
+  std::mutex mutex;
+  std::vector<Idle> idle;
+};
+Pool& pool() {
+  static auto* const kept = new Pool;
+  return *kept;
+}
 
 }  // namespace
 
@@ -105,12 +112,13 @@ void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress
 
 std::optional<Scene> Drawing::moved(const Scene& given, bool in_time) const {
   if (in_time == in_time_ && std::ranges::all_of(parameters(), [&](const Parameter& p) {
-        return same(given, prepared_, p);
+        return has_same(given, prepared_, p);
       }))
     return {};
   Scene scene = session_->view().scene;
   for (const Parameter& p : parameters())
-    if (!belongs_to_medium(p)) take(same(given, prepared_, p) ? looked_ : given, p, scene);
+    if (!belongs_to_medium(p))
+      copy_parameter(has_same(given, prepared_, p) ? looked_ : given, scene, p);
   scene.tolerance = given.tolerance;  // the method is chosen anew
   return scene;
 }
@@ -149,7 +157,7 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   const Scene given = scene_of(words, *file_, given_);
   check(given, wanted);
   const bool prepared = session_ && std::ranges::all_of(parameters(), [&](const Parameter& p) {
-                          return !belongs_to_medium(p) || same(given, prepared_, p);
+                          return !belongs_to_medium(p) || has_same(given, prepared_, p);
                         });
   // pixels are checked in the session's own scene
   if (!prepared || (wanted.check_error > 0 && moved(given, in_time)))
@@ -161,9 +169,11 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   wish.progress = over_stages(progress, session_->view().medium.light.has_value());
   if (wanted.page) check_page(*session_, *wanted.page);
   try {
-    const Released used{marcher_.get(given)};
+    if (lease_ && !lease_->fits(given)) lease_.reset();
+    if (!lease_) lease_.emplace(given);
+    const Released used{lease_->marcher()};
     Drawn drawn = session_->draw(used.marcher, wish);
-    large_ = drawn.atlas.bytes() > large_atlas;
+    lease_->large = drawn.atlas.bytes() > large_atlas;
     std::optional<CheckedError> checked;
     if (wanted.check_error > 0)
       checked =
@@ -180,70 +190,46 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
     picture.page = std::move(page);
     return picture;
   } catch (const Error& error) {
-    if (error.code() == ExitCode::graphics) marcher_.end(/*large=*/true);
+    if (lease_ && error.code() == ExitCode::graphics) {
+      lease_->large = true;
+      lease_.reset();
+    }
     throw;
   }
 }
 
 void Drawing::close() {
   const std::lock_guard lock(mutex_);
-  marcher_.end(large_);
+  lease_.reset();
 }
 
 View study_view(const VdbFile& file, const SceneWords& words) {
   return open_scene(scene_of(words, file), file).view;
 }
 
-namespace {
-constexpr std::size_t most_idle = 2;
-}
-
-Marchers& marchers() {
-  static auto* const kept = new Marchers;
-  return *kept;
-}
-
-std::shared_ptr<Marcher> Marchers::take(RendererKind renderer, int device) {
+Lease::Lease(const Scene& scene) : renderer_(scene.renderer), device_(scene.device) {
   {
-    const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(idle_.begin(), idle_.end(), [&](const Idle& idle) {
-      return idle.renderer == renderer && idle.device == device;
+    const std::lock_guard lock(pool().mutex);
+    const auto found = std::ranges::find_if(pool().idle, [&](const Idle& idle) {
+      return idle.renderer == renderer_ && idle.device == device_;
     });
-    if (found != idle_.end()) {
-      std::shared_ptr<Marcher> marcher = std::move(found->marcher);
-      idle_.erase(found);
-      return marcher;
+    if (found != pool().idle.end()) {
+      marcher_ = std::move(found->marcher);
+      pool().idle.erase(found);
     }
   }
-  Scene scene;
-  scene.renderer = renderer;
-  scene.device = device;
-  return open_marcher(scene);
+  if (!marcher_) marcher_ = open_marcher(scene);
 }
 
-void Marchers::give_back(RendererKind renderer, int device, std::shared_ptr<Marcher> marcher) {
-  const std::lock_guard lock(mutex_);
-  if (idle_.size() < most_idle) idle_.push_back({renderer, device, std::move(marcher)});
+Lease::~Lease() {
+  if (large) return;
+  const std::lock_guard lock(pool().mutex);
+  if (pool().idle.size() < most_idle) pool().idle.push_back({renderer_, device_, marcher_});
 }
 
-void Marchers::close() {
-  const std::lock_guard lock(mutex_);
-  idle_.clear();
-}
-
-Marcher& Lease::get(const Scene& scene) {
-  if (marcher_ && (renderer_ != scene.renderer || device_ != scene.device)) end();
-  if (!marcher_) {
-    renderer_ = scene.renderer;
-    device_ = scene.device;
-    marcher_ = marchers().take(renderer_, device_);
-  }
-  return *marcher_;
-}
-
-void Lease::end(bool large) {
-  if (marcher_ && !large) marchers().give_back(renderer_, device_, std::move(marcher_));
-  marcher_.reset();
+void close_marchers() {
+  const std::lock_guard lock(pool().mutex);
+  pool().idle.clear();
 }
 
 void check_process() {

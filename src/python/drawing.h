@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -17,45 +16,30 @@
 
 namespace psivox::python {
 
-/// Marchers that nobody draws with now: opening one takes longer than drawing a small picture.
-class Marchers {
- public:
-  std::shared_ptr<Marcher> take(RendererKind renderer, int device);
-  /// Keeps the marcher for the next picture, unless there are some already.
-  void give_back(RendererKind renderer, int device, std::shared_ptr<Marcher> marcher);
-  void close();
-
- private:
-  struct Idle {
-    RendererKind renderer;
-    int device;
-    std::shared_ptr<Marcher> marcher;
-  };
-  std::mutex mutex_;
-  std::vector<Idle> idle_;
-};
-
-/// Never destroyed: drivers end before a static object would.
-Marchers& marchers();
-
-/// A marcher while somebody draws with it.
+/// A marcher while somebody draws with it. Others may take it afterwards: opening one takes longer
+/// than drawing a small picture.
 class Lease {
  public:
-  Lease() = default;
-  ~Lease() { end(); }
+  /// The marcher that a scene asks for.
+  explicit Lease(const Scene& scene);
+  ~Lease();
   Lease(const Lease&) = delete;
   Lease& operator=(const Lease&) = delete;
 
-  /// The marcher that a scene asks for.
-  Marcher& get(const Scene& scene);
-  /// Gives the marcher back; `large`: what it holds takes so much memory that it is closed.
-  void end(bool large = false);
+  bool fits(const Scene& scene) const {
+    return renderer_ == scene.renderer && device_ == scene.device;
+  }
+  Marcher& marcher() { return *marcher_; }
+  bool large = false;  ///< what the marcher holds takes so much memory that it is closed
 
  private:
-  RendererKind renderer_ = RendererKind::gl;
-  int device_ = -1;
+  RendererKind renderer_;
+  int device_;
   std::shared_ptr<Marcher> marcher_;
 };
+
+/// Closes the marchers that nobody draws with.
+void close_marchers();
 
 /// Throws Error(failure) in a process that was forked from one that has drawn: neither threads nor
 /// OpenGL survive a fork.
@@ -105,8 +89,6 @@ class Drawing {
  public:
   Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words);
   ~Drawing() { close(); }
-  Drawing(const Drawing&) = delete;
-  Drawing& operator=(const Drawing&) = delete;
 
   /// The scene with these words over the drawing's own. Where the medium depends on them it is made
   /// anew, else it uses the atlas, light and context of the picture before.
@@ -130,8 +112,7 @@ class Drawing {
   std::optional<Background> look_background_;
   std::optional<Session> session_;
   std::vector<std::string> color_notices_, notices_;
-  Lease marcher_;
-  bool large_ = false;  ///< the marcher holds a large atlas
+  std::optional<Lease> lease_;
 };
 
 /// The view of a study, in the look of a picture.

@@ -3,17 +3,15 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include <algorithm>
 #include <array>
-#include <glm/common.hpp>
 #include <memory>
 
 #include "base/memory.h"
 #include "base/text.h"
 #include "core.h"
+#include "field/dense_values.h"
 #include "psivox/dense_field.h"
 #include "psivox/file_report.h"
-#include "psivox/leaf_values.h"
 
 namespace psivox::python {
 namespace {
@@ -51,33 +49,8 @@ py::array_t<float> dense_values(const VdbFile& file, const std::string& grid) {
   std::vector<py::ssize_t> shape{size.x, size.y, size.z};
   if (field.channels == 3) shape.push_back(3);
   py::array_t<float> array(shape);
-  const auto channels = std::size_t(field.channels);
   float* const out = array.mutable_data();
-  const auto put = [&](const glm::ivec3& voxel, const float* value) {
-    const glm::ivec3 at = voxel - box.min;
-    if (at.x < 0 || at.y < 0 || at.z < 0 || at.x >= size.x || at.y >= size.y || at.z >= size.z)
-      return;
-    const std::size_t index =
-        (std::size_t(at.x) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.z) +
-        std::size_t(at.z);
-    std::copy_n(value, channels, out + index * channels);
-  };
-  run([&] {
-    std::fill_n(out, std::size_t(array.size()), 0.0f);
-    for (const Tile& tile : field.tiles) {
-      const glm::ivec3 from = glm::max(tile.origin, box.min);
-      const glm::ivec3 to = glm::min(tile.origin + (tile.width - 1), box.max);
-      for (int x = from.x; x <= to.x; ++x)
-        for (int y = from.y; y <= to.y; ++y)
-          for (int z = from.z; z <= to.z; ++z) put({x, y, z}, &tile.value.x);
-    }
-    for (const Leaf& leaf : field.leaves) {
-      const OrderedValues values(field, leaf);
-      for (int i = 0; i < 512; ++i)
-        put(leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7),
-            values.data() + std::size_t(i) * channels);
-    }
-  });
+  run([&] { write_dense(field, box, out); });
   return array;
 }
 

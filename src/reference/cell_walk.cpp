@@ -2,6 +2,7 @@
 #include "ray_radiance.h"
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -20,8 +21,7 @@ std::int64_t floor_divide(std::int64_t a, int b) { return a >= 0 ? a / b : -((-a
 
 glm::ivec3 middle_of(const Box& box) {
   glm::ivec3 middle;
-  for (int i = 0; i < 3; ++i)
-    middle[i] = static_cast<int>((std::int64_t{box.min[i]} + box.max[i]) >> 1);
+  for (int i = 0; i < 3; ++i) middle[i] = int((std::int64_t{box.min[i]} + box.max[i]) >> 1);
   return middle;
 }
 
@@ -45,7 +45,7 @@ IndexRay make_index_ray(const Field& field, const WorldRay& ray, double t_middle
   const WideVec translation(field.world_from_index[3]);
   const WideVec origin = (WideVec(ray.origin) - translation) - world_from_index * WideVec(r.anchor);
   const WideVec direction(ray.direction);
-  r.P = glm::dvec3(index_from_world * (origin + static_cast<Wide>(t_middle) * direction));
+  r.P = glm::dvec3(index_from_world * (origin + Wide(t_middle) * direction));
   r.D = glm::dvec3(index_from_world * direction);
 
   r.s_begin = t0 - t_middle;
@@ -68,7 +68,7 @@ CubeSteps::CubeSteps(const IndexRay& ray, int width, double s0, double s1)
     : ray_(&ray), width_(width), s1_(s1), begin_(s0) {
   for (int i = 0; i < 3; ++i) {
     const double p = ray.D[i] == 0 ? ray.P[i] : ray.P[i] + s0 * ray.D[i];
-    const auto cell = static_cast<std::int64_t>(std::floor(p)) + ray.anchor[i];
+    const auto cell = std::int64_t(std::floor(p)) + ray.anchor[i];
     std::int64_t key = floor_divide(cell, width);
     next_[i] = infinity;
     if (ray.D[i] != 0) {
@@ -80,7 +80,7 @@ CubeSteps::CubeSteps(const IndexRay& ray, int width, double s0, double s1)
       while (ray.crossing(i, (key + far - ahead) * width) > s0) key -= ahead;
       next_[i] = ray.crossing(i, (key + far) * width);
     }
-    key_[i] = static_cast<int>(key);
+    key_[i] = int(key);
   }
   find_end();
 }
@@ -100,22 +100,63 @@ void CubeSteps::find_end() { end_ = std::min(s1_, std::min(next_.x, std::min(nex
 
 namespace {
 
-constexpr std::size_t cells_level = FieldLookup::widths.size();
+glm::ivec3 neighbour(int i) { return {i >> 2, (i >> 1) & 1, i & 1}; }
+
+bool all_zero(const CellBlock& block, int channels) {
+  for (int x = 0; x <= 8; ++x)
+    for (int y = 0; y <= 8; ++y)
+      for (int z = 0; z <= 8; ++z)
+        for (int c = 0; c < channels; ++c)
+          if (block.value({x, y, z}, c) != 0) return false;
+  return true;
+}
+
+/// False only if every corner of the cells [w key, w key + w), w = widths[level], is 0.
+bool may_hold_values(const FieldIndex& index, std::size_t level, const glm::ivec3& key) {
+  for (int i = 0; i < 8; ++i) {
+    const glm::ivec3 cube = FieldIndex::widths[level] * (key + neighbour(i));
+    if (index.holds_any(int(level), cube) || index.stores(cube)) return true;  // a wider tile does
+  }
+  return false;
+}
+
+constexpr std::size_t cells_level = FieldIndex::widths.size();
 
 }  // namespace
 
-GridWalk::GridWalk(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray)
-    : lookup_(&lookup),
-      cache_(&cache),
-      ray_(ray),
-      begin_(-infinity),
-      end_(ray.hits() ? ray.s_begin : infinity) {}
+// 8 x 8 x 16 neighbouring blocks have distinct slots, which the rays of one image tile share.
+BlockCache::BlockCache(const FieldIndex& index) : index_(&index), blocks_(1024) {
+  for (CellBlock& block : blocks_) block.key = glm::ivec3(INT_MIN);  // no block has this key
+}
+
+const CellBlock& BlockCache::at(const glm::ivec3& key) {
+  const int slot = (key.x & 7) | (key.y & 7) << 3 | (key.z & 15) << 6;
+  CellBlock& block = blocks_[std::size_t(slot)];
+  if (block.key != key) block = made(key);
+  return block;
+}
+
+CellBlock BlockCache::made(const glm::ivec3& key) const {
+  CellBlock made;
+  made.key = key;
+  bool stored = false;
+  for (int i = 0; i < 8; ++i) {
+    const FieldIndex::Block block = index_->block(8 * (key + neighbour(i)));
+    made.values[std::size_t(i)] = block.values;
+    stored |= block.stored;
+  }
+  made.empty = !stored || all_zero(made, index_->field().channels);
+  return made;
+}
+
+GridWalk::GridWalk(BlockCache& cache, const IndexRay& ray)
+    : cache_(&cache), ray_(ray), begin_(-infinity), end_(ray.hits() ? ray.s_begin : infinity) {}
 
 void GridWalk::next() {
   if (steps_[0])
     steps_[level_]->next();
   else
-    steps_[0].emplace(ray_, FieldLookup::widths[0], ray_.s_begin, ray_.s_end);
+    steps_[0].emplace(ray_, FieldIndex::widths[0], ray_.s_begin, ray_.s_end);
   find();
 }
 
@@ -133,13 +174,15 @@ void GridWalk::find() {
       continue;
     }
     if (level_ == cells_level) return enter_cell(steps);
-    bool empty = !lookup_->may_hold_values(static_cast<int>(level_), steps.key());
-    if (!empty && level_ + 1 == cells_level) {
+    bool empty = false;
+    if (level_ + 1 == cells_level) {
       block_ = &cache_->at(steps.key());
       empty = block_->empty;
+    } else {
+      empty = !may_hold_values(cache_->index(), level_, steps.key());
     }
     if (empty) return enter_zeros(steps.begin(), steps.end(), true);
-    const int width = level_ + 1 == cells_level ? 1 : FieldLookup::widths[level_ + 1];
+    const int width = level_ + 1 == cells_level ? 1 : FieldIndex::widths[level_ + 1];
     steps_[level_ + 1].emplace(ray_, width, steps.begin(), steps.end());
     ++level_;
   }
@@ -158,12 +201,14 @@ void GridWalk::enter_cell(const CubeSteps& steps) {
   end_ = steps.end();
   in_domain_ = true;
   cell_ = steps.key();
-  for (int c = 0; c < block_->channels; ++c) {
-    const auto i = static_cast<std::size_t>(c);
+  for (int c = 0; c < cache_->index().field().channels; ++c) {
+    const auto i = std::size_t(c);
     corners_[i] = block_->corners(cell_, c);
-    const auto [low, high] = std::minmax_element(corners_[i].begin(), corners_[i].end());
-    low_[i] = *low;
-    high_[i] = *high;
+    low_[i] = high_[i] = corners_[i].front();
+    for (const double value : corners_[i]) {
+      low_[i] = std::min(low_[i], value);
+      high_[i] = std::max(high_[i], value);
+    }
   }
 }
 
@@ -175,7 +220,8 @@ bool GridWalk::all_zero() const {
 // that a cell of one value is exactly that.
 Cubic GridWalk::along(double a, double b, int channel) const {
   if (!block_) return {};
-  Cubic c = cubic_along(corners(channel), ray_.in_cell(cell_, a), ray_.in_cell(cell_, b));
+  Cubic c =
+      cubic_along(corners_[std::size_t(channel)], ray_.in_cell(cell_, a), ray_.in_cell(cell_, b));
   for (double& v : c) v = std::clamp(v, low(channel), high(channel));
   return c;
 }

@@ -5,8 +5,9 @@
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <vector>
 
-#include "field_lookup.h"
+#include "field/field_index.h"
 #include "piece.h"
 #include "psivox/camera.h"
 #include "psivox/field.h"
@@ -26,7 +27,7 @@ struct IndexRay {
   /// Where the ray meets a plane of integer index coordinate. Every level of the walk uses this one
   /// expression, so that two levels give the same plane equal values to the last bit.
   double crossing(int axis, std::int64_t plane) const {
-    return (static_cast<double>(plane - anchor[axis]) - P[axis]) / D[axis];
+    return (double(plane - anchor[axis]) - P[axis]) / D[axis];
   }
 
   /// Coordinates in a cell, 0 to 1; clamped against rounding.
@@ -66,46 +67,54 @@ class CubeSteps {
   glm::dvec3 next_{0};  ///< s at which the ray leaves the cube along each axis
 };
 
-/// A cell and the part of a ray in it.
-struct CellPiece {
-  const CellBlock& block;
-  glm::ivec3 cell;
-  double begin, end;  ///< s, begin < end
+/// The 8x8x8 cells from voxel 8 * key on, with the 9x9x9 voxels at their corners. A cell has the
+/// coordinates of its smallest voxel. Voxel 8 of an axis lies in the next block of the field.
+struct CellBlock {
+  glm::ivec3 key{0};
+  /// The field's block key + (dx,dy,dz) is at 4 dx + 2 dy + dz.
+  std::array<LeafValues, 8> values{};
+  bool empty = true;  ///< all 9x9x9 voxels are 0 in every channel
+
+  /// Value of one voxel, each coordinate relative to the block, 0 to 8.
+  float value(const glm::ivec3& voxel, int channel) const {
+    const int block = 4 * (voxel.x >> 3) + 2 * (voxel.y >> 3) + (voxel.z >> 3);
+    const LeafValues& own = values[std::size_t(block)];
+    return own.at(voxel & 7)[channel * own.strides.channel];
+  }
+
+  /// The eight voxels around a cell of this block (in index space), at 4 dx + 2 dy + dz.
+  std::array<double, 8> corners(const glm::ivec3& cell, int channel) const {
+    const glm::ivec3 local = cell - 8 * key;
+    std::array<double, 8> c;
+    for (int i = 0; i < 8; ++i) {
+      c[std::size_t(i)] = value(local + glm::ivec3(i >> 2, (i >> 1) & 1, i & 1), channel);
+    }
+    return c;
+  }
 };
 
-/// Calls visit(const CellPiece&) for each cell of the non-empty blocks that the ray crosses, front
-/// to back, until it returns false. Parameters from `level` on serve the recursion.
-template <class Visit>
-bool walk_cells(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray, Visit&& visit,
-                double s0, double s1, int level) {
-  const int width = FieldLookup::widths[static_cast<std::size_t>(level)];
-  for (CubeSteps cube(ray, width, s0, s1); !cube.done(); cube.next()) {
-    if (!lookup.may_hold_values(level, cube.key())) continue;
-    if (width > 8) {
-      if (!walk_cells(lookup, cache, ray, visit, cube.begin(), cube.end(), level + 1)) return false;
-      continue;
-    }
-    const CellBlock& block = cache.at(cube.key());
-    if (block.empty) continue;
-    for (CubeSteps cell(ray, 1, cube.begin(), cube.end()); !cell.done(); cell.next()) {
-      if (!(cell.begin() < cell.end())) continue;
-      if (!visit(CellPiece{block, cell.key(), cell.begin(), cell.end()})) return false;
-    }
-  }
-  return true;
-}
+/// The blocks of a field that one thread has used recently.
+class BlockCache {
+ public:
+  /// `index` must outlive it.
+  explicit BlockCache(const FieldIndex& index);
+  const FieldIndex& index() const { return *index_; }
+  /// Valid until the next call.
+  const CellBlock& at(const glm::ivec3& key);
 
-template <class Visit>
-void walk_cells(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray, Visit&& visit) {
-  if (ray.hits()) walk_cells(lookup, cache, ray, visit, ray.s_begin, ray.s_end, 0);
-}
+ private:
+  CellBlock made(const glm::ivec3& key) const;
+
+  const FieldIndex* index_;
+  std::vector<CellBlock> blocks_;
+};
 
 /// The path of a ray through one grid, as stretches without gaps from -infinity to infinity: before
 /// the domain, in a cell, in a whole cube of zeros, behind the domain.
 class GridWalk {
  public:
-  /// `lookup` and `cache` must outlive it.
-  GridWalk(const FieldLookup& lookup, BlockCache& cache, const IndexRay& ray);
+  /// `cache` must outlive it.
+  GridWalk(BlockCache& cache, const IndexRay& ray);
   GridWalk(const GridWalk&) = delete;
   GridWalk& operator=(const GridWalk&) = delete;
 
@@ -114,11 +123,6 @@ class GridWalk {
   double end() const { return end_; }
   bool in_domain() const { return in_domain_; }
   bool in_cell() const { return block_ != nullptr; }  ///< in a block that is not empty
-  const glm::ivec3& cell() const { return cell_; }
-  const std::array<double, 8>& corners(int channel = 0) const {
-    return corners_[static_cast<std::size_t>(channel)];
-  }
-
   void next();
   /// Moves on until the stretch ends behind s.
   void reach(double s) {
@@ -126,10 +130,9 @@ class GridWalk {
   }
 
   /// Smallest and largest value of the stretch's corners.
-  double low(int channel = 0) const { return low_[static_cast<std::size_t>(channel)]; }
-  double high(int channel = 0) const { return high_[static_cast<std::size_t>(channel)]; }
+  double low(int channel = 0) const { return low_[std::size_t(channel)]; }
+  double high(int channel = 0) const { return high_[std::size_t(channel)]; }
   bool all_zero() const;  ///< in every channel
-
   /// The field from a to b, inside the stretch.
   Cubic along(double a, double b, int channel = 0) const;
 
@@ -138,10 +141,9 @@ class GridWalk {
   void enter_zeros(double begin, double end, bool in_domain);
   void enter_cell(const CubeSteps& steps);
 
-  const FieldLookup* lookup_;
   BlockCache* cache_;
   IndexRay ray_;
-  std::array<std::optional<CubeSteps>, 4> steps_;  ///< cubes of FieldLookup::widths, cells
+  std::array<std::optional<CubeSteps>, 4> steps_;  ///< cubes of FieldIndex::widths, cells
   std::size_t level_ = 0;
   double begin_, end_;
   bool in_domain_ = false;

@@ -1,5 +1,4 @@
 #include "classify.h"
-#include "scene/transfer_function.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,9 +13,9 @@ struct Interval {
 
   Interval(const TransferFunction& function, int k) {
     const auto& points = function.points();
-    const int last = static_cast<int>(points.size()) - 1;
-    a = points[static_cast<std::size_t>(std::clamp(k, 0, last))];
-    b = points[static_cast<std::size_t>(std::clamp(k + 1, 0, last))];
+    const int last = int(points.size()) - 1;
+    a = points[std::size_t(std::clamp(k, 0, last))];
+    b = points[std::size_t(std::clamp(k + 1, 0, last))];
   }
 
   /// The linear function that is at_a at a and at_b at b, applied to values accurate to a few
@@ -51,7 +50,7 @@ std::vector<double> knot_crossings(const TransferFunction& function, const Cubic
               to = function.interval(evaluate(value, b));
     const int step = from < to ? 1 : -1;
     for (int k = from; k != to; k += step) {
-      const auto knot = static_cast<std::size_t>(step > 0 ? k + 1 : k);
+      const auto knot = std::size_t(step > 0 ? k + 1 : k);
       a = crossing(value, function.points()[knot].value, a, b);
       cuts.push_back(a);
     }
@@ -73,31 +72,26 @@ ClassifiedPart classify_part(const TransferFunction& function, const Cubic& valu
   result.attenuation = interval.of(own, size, a.attenuation, b.attenuation);
   result.attenuation_error = interval.error(size, a.attenuation, b.attenuation);
   for (int c = 0; c < 3; ++c) {
-    result.color[static_cast<std::size_t>(c)] = interval.of(own, size, a.color[c], b.color[c]);
+    result.color[std::size_t(c)] = interval.of(own, size, a.color[c], b.color[c]);
     result.color_error = std::max(result.color_error, interval.error(size, a.color[c], b.color[c]));
   }
   return result;
 }
 
-void classify(const TransferFunction* function, const Cubic& value,
+void classify(const TransferFunction& function, const Cubic& value,
               std::vector<ClassifiedPart>& parts) {
   parts.clear();
-  if (!function) {
-    parts.push_back({0, 1, value, {}, 0, 0});
-    return;
-  }
   const auto [low, high] = std::minmax_element(value.begin(), value.end());
   double begin = 0;
   const double rounding = 16 * std::numeric_limits<double>::epsilon() * max_magnitude(value);
   if (*high - *low <= rounding) {  // must not be extrapolated from a steep neighbour of a knot
-    const TransferPoint p = function->at(*low);
+    const TransferPoint p = function.at(*low);
     ClassifiedPart whole;
     whole.attenuation = constant_cubic(p.attenuation);
-    for (int c = 0; c < 3; ++c)
-      whole.color[static_cast<std::size_t>(c)] = constant_cubic(p.color[c]);
+    for (int c = 0; c < 3; ++c) whole.color[std::size_t(c)] = constant_cubic(p.color[c]);
     for (const double side : {-2 * rounding, 2 * rounding}) {
       if (*low == *high) break;
-      const TransferPoint off = function->at(*low + side);
+      const TransferPoint off = function.at(*low + side);
       whole.attenuation_error =
           std::max(whole.attenuation_error, std::abs(off.attenuation - p.attenuation));
       for (int c = 0; c < 3; ++c)
@@ -106,14 +100,14 @@ void classify(const TransferFunction* function, const Cubic& value,
     parts.push_back(whole);
     return;
   }
-  if (function->interval(*low) != function->interval(*high)) {
-    for (const double end : knot_crossings(*function, value)) {
+  if (function.interval(*low) != function.interval(*high)) {
+    for (const double end : knot_crossings(function, value)) {
       if (!(begin < end)) continue;
-      parts.push_back(classify_part(*function, value, begin, end));
+      parts.push_back(classify_part(function, value, begin, end));
       begin = end;
     }
   }
-  if (begin < 1) parts.push_back(classify_part(*function, value, begin, 1));
+  if (begin < 1) parts.push_back(classify_part(function, value, begin, 1));
 }
 
 }  // namespace psivox

@@ -18,9 +18,8 @@ struct ClassifiedPart {
   double color_error = 0;
 };
 
-/// Cuts the values where they pass through the knots. A null function means that the value itself
-/// is the attenuation; the result is one part.
-void classify(const TransferFunction* function, const Cubic& value,
+/// Cuts the values where they pass through the knots.
+void classify(const TransferFunction& function, const Cubic& value,
               std::vector<ClassifiedPart>& parts);
 
 /// Cuts a function of value and gradient, whose magnitude is another cubic, into parts that cubics

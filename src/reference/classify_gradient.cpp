@@ -61,7 +61,7 @@ Cubic interpolate(const Function& f) {
   for (int k = 0; k < 4; ++k) {
     const double s = k / 3.0, pairs = k == 2 ? 1.0 / 3 : k == 3 ? 1.0 : 0.0;
     const double triple = k == 3 ? 1.0 : 0.0;
-    c[static_cast<std::size_t>(k)] +=
+    c[std::size_t(k)] +=
         d[1] * (s - a) + d[2] * (pairs - (a + b) * s + a * b) +
         d[3] * (triple - (a + b + e) * pairs + (a * b + a * e + b * e) * s - a * b * e);
   }
@@ -169,8 +169,7 @@ class Fitter {
     }
     ClassifiedPart result = classify_part(function_, value_, begin, end);
     for (int c = 0; c < 3 && only_value_; ++c)  // a value on a knot has the knot's own colour
-      result.color[static_cast<std::size_t>(c)] =
-          constant_cubic(function_.at(*only_value_).color[c]);
+      result.color[std::size_t(c)] = constant_cubic(function_.at(*only_value_).color[c]);
     result.attenuation = sum.cubic;
     result.attenuation_error = sum.error;
     parts_.push_back(result);
@@ -182,18 +181,18 @@ class Fitter {
     const GradientPart& gradients = function_.gradient_part();
     const std::size_t columns = std::max<std::size_t>(gradients.gradients.size(), 1);
     const int k = function_.interval(middle);
-    const auto last = static_cast<int>(points.size()) - 1;
-    const auto below = static_cast<std::size_t>(std::clamp(k, 0, last));
-    const auto above = static_cast<std::size_t>(std::clamp(k + 1, 0, last));
+    const auto last = int(points.size()) - 1;
+    const auto below = std::size_t(std::clamp(k, 0, last));
+    const auto above = std::size_t(std::clamp(k + 1, 0, last));
     std::size_t left = 0, right = 0;
     Share w{constant_cubic(1), constant_cubic(0), 0};
     if (!gradients.gradients.empty()) {
       const auto next = std::upper_bound(gradients.gradients.begin(), gradients.gradients.end(),
                                          evaluate(gradient, 0.5)) -
                         gradients.gradients.begin();
-      const auto last_column = static_cast<std::ptrdiff_t>(columns) - 1;
-      left = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(next - 1, 0, last_column));
-      right = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(next, 0, last_column));
+      const auto last_column = std::ptrdiff_t(columns) - 1;
+      left = std::size_t(std::clamp<std::ptrdiff_t>(next - 1, 0, last_column));
+      right = std::size_t(std::clamp<std::ptrdiff_t>(next, 0, last_column));
       w = share_between(gradient, gradient_size_, gradients.gradients[left],
                         gradients.gradients[right]);
     }

@@ -134,7 +134,7 @@ class Quadrature {
   }
 
  private:
-  std::size_t channels() const { return static_cast<std::size_t>(piece_.channels); }
+  std::size_t channels() const { return std::size_t(piece_.channels); }
 
   double optical_depth(double u) const {  // Bernstein form of the quartic, g(0) = 0
     const double w = 1 - u;
@@ -254,7 +254,7 @@ class Quadrature {
 
 double Piece::max_luminance() const {
   double largest = 0;
-  for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c)
+  for (std::size_t c = 0; c < std::size_t(channels); ++c)
     largest = std::max(largest, max_magnitude(L[c]));
   for (const Source& source : sources)
     for (const Cubic& of_channel : source.L) largest = std::max(largest, max_magnitude(of_channel));
@@ -263,7 +263,7 @@ double Piece::max_luminance() const {
 
 double Piece::max_glow() const {
   double largest = 0;
-  for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c)
+  for (std::size_t c = 0; c < std::size_t(channels); ++c)
     largest = std::max(largest, max_magnitude(glow[c]));
   return largest;
 }

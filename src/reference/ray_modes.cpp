@@ -8,7 +8,6 @@
 #include <glm/matrix.hpp>
 
 #include "cell_walk.h"
-#include "ray_radiance.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -20,8 +19,7 @@ class DensityWalk {
   DensityWalk(const RayMedium& medium, BlockCache& cache, const WorldRay& ray,
               const glm::dvec2& part)
       : t_middle(nearest_to_middle(*medium.medium.density, ray)),
-        grid(medium.density, cache,
-             make_index_ray(*medium.medium.density, ray, t_middle, part.x, part.y)) {
+        grid(cache, make_index_ray(*medium.medium.density, ray, t_middle, part.x, part.y)) {
     next();
   }
 
@@ -73,7 +71,7 @@ double interpolated(BlockCache& cache, const Box& domain, const glm::ivec3& anch
   double value = 0;
   for (int i = 0; i < 8; ++i) {
     const glm::dvec3 w = glm::mix(1.0 - u, u, glm::dvec3(i >> 2, (i >> 1) & 1, i & 1));
-    value += corners[static_cast<std::size_t>(i)] * w.x * w.y * w.z;
+    value += corners[std::size_t(i)] * w.x * w.y * w.z;
   }
   return value;
 }
@@ -158,9 +156,9 @@ RayPicture RayModes::radiance(const WorldRay& ray) {
 }
 
 RayPicture RayModes::depth(const WorldRay& ray) {
-  const RayDepth d = integrator_.whole_depth(ray, part_.x, part_.y);
+  const RayRadiance d = integrator_.whole_depth(ray, part_.x, part_.y);
   const glm::dvec3& color = view_->medium.color;
-  return {color * d.depth, -std::expm1(-d.depth),
+  return {color * d.optical_depth, -std::expm1(-d.optical_depth),
           std::max(1.0, max_component(glm::abs(color))) * d.error, infinity, d.cells};
 }
 

@@ -5,7 +5,6 @@
 #include <limits>
 #include <optional>
 
-#include "field_lookup.h"
 #include "psivox/medium.h"
 #include "ray_radiance.h"
 #include "scene/clip.h"

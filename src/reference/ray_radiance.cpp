@@ -1,27 +1,18 @@
 #include "ray_radiance.h"
-#include "scene/transfer_function.h"
 
-#include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <memory>
+#include <list>
+
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
 
-bool all_zero(const std::array<double, 8>& corners) {
-  return std::all_of(corners.begin(), corners.end(), [](double v) { return v == 0; });
-}
-
-std::optional<FieldLookup> lookup_of(const std::shared_ptr<const Field>& field) {
+std::optional<FieldIndex> index_of(const std::shared_ptr<const Field>& field) {
   if (!field) return std::nullopt;
-  return FieldLookup(*field);
-}
-
-bool has_luminance_grid(const Medium& medium) {
-  return medium.source == LuminanceSource::scalar || medium.source == LuminanceSource::vector;
+  return FieldIndex(*field);
 }
 
 /// Upper bound on the length of a path through a field's domain [world units].
@@ -32,11 +23,44 @@ double longest_way(const Field& field) {
   return sum;
 }
 
-double max_color(const TransferFunction& function) {
-  double most = 0;
-  for (const TransferPoint& point : function.points())
-    most = std::max(most, max_component(point.color));
-  return most;
+/// Largest magnitude of a value in any channel.
+double max_magnitude(const Field& field) {
+  double largest = 0;
+  for (const Leaf& leaf : field.leaves)
+    for (const float value : OrderedValues(field, leaf))
+      largest = std::max(largest, std::abs(double(value)));
+  for (const Tile& tile : field.tiles)
+    for (int c = 0; c < field.channels; ++c)
+      largest = std::max(largest, std::abs(double(tile.value[c])));
+  return largest;
+}
+
+double largest_attenuation(const Medium& medium, const GridWalk& density,
+                           const std::optional<GridWalk>& gradient) {
+  if (!density.in_domain()) return 0;
+  if (!medium.transfer) return std::max(density.high(), 0.0);
+  const glm::dvec2 gradients =
+      gradient ? glm::dvec2(gradient->low(), gradient->high()) : glm::dvec2();
+  return medium.transfer->max_attenuation(glm::dvec2(density.low(), density.high()), gradients);
+}
+
+/// Error of the optical depth from the rounded position of the domain's faces, if there is medium
+/// next to them.
+double face_error(const Medium& medium, const IndexRay& ray) {
+  if (!medium.transfer || !ray.hits()) return 0;
+  const double tau =
+      medium.extinction * medium.transfer->max_attenuation(glm::dvec2(0), glm::dvec2(0, infinity));
+  const double slowest = max_component(glm::abs(ray.D));
+  return 4 * epsilon * tau * extent(*medium.density) / std::max(slowest, 1e-300);
+}
+
+/// Of all grids along which a ray goes.
+double extents_of(const Medium& medium) {
+  double sum = extent(*medium.density);
+  for (const auto& field : {medium.luminance, medium.emission})
+    if (field) sum += extent(*field);
+  for (const Medium& other : medium.others) sum += extents_of(other);
+  return sum;
 }
 
 }  // namespace
@@ -44,23 +68,22 @@ double max_color(const TransferFunction& function) {
 RayMedium::RayMedium(const Medium& m)
     : medium(m),
       density(*medium.density),
-      luminance(has_luminance_grid(medium) ? lookup_of(medium.luminance) : std::nullopt),
-      emission(lookup_of(medium.emission)),
-      gradient(lookup_of(medium.gradient)),
-      color(m.color) {
-  L_max = max_component(glm::abs(color));
+      luminance(index_of(medium.luminance)),
+      emission(index_of(medium.emission)),
+      gradient(index_of(medium.gradient)) {
+  double L_max = max_component(glm::abs(medium.color));
   if (luminance)
-    L_max *= luminance->max_magnitude();
+    L_max *= max_magnitude(*medium.luminance);
   else if (medium.source == LuminanceSource::density)
-    L_max *= density.max_magnitude();
+    L_max *= max_magnitude(*medium.density);
   else if (medium.source == LuminanceSource::transfer)
-    L_max *= max_color(*medium.transfer);
+    L_max *= max_component(medium.transfer->max_color(-infinity, infinity));
   const double g = std::abs(medium.phase_g);
   L_max *= (1 + g) / ((1 - g) * (1 - g));  // the greatest value of the phase function
   behind_max = L_max + max_component(medium.ambient);
   if (emission)
-    behind_max +=
-        std::abs(medium.emission_scale) * emission->max_magnitude() * longest_way(*medium.emission);
+    behind_max += std::abs(medium.emission_scale) * max_magnitude(*medium.emission) *
+                  longest_way(*medium.emission);
   for (const Medium& other : m.others) {
     others.emplace_back(other);
     behind_max += others.back().behind_max;
@@ -70,162 +93,252 @@ RayMedium::RayMedium(const Medium& m)
 // The rounding of any sum hides a transparency below 1e-21; near 1e-308 it has no digits itself.
 RayIntegrator::RayIntegrator(const RayMedium& medium, double tolerance)
     : medium_(&medium),
-      by_stretches_(medium.medium.transfer || medium.medium.emission || !medium.others.empty()),
       accuracy_{tolerance, std::max(tolerance, 1e-20) / (10 * std::max(1.0, medium.behind_max))},
       density_cache_(medium.density) {
-  // Pieces of one grid's cells are summed first and then multiplied by the colour, so the colour
-  // divides the tolerance.
-  if (!by_stretches_)
-    accuracy_.tolerance /= std::max(max_component(glm::abs(medium.color)), 1e-300);
   if (medium.luminance) luminance_cache_.emplace(*medium.luminance);
   if (medium.emission) emission_cache_.emplace(*medium.emission);
   if (medium.gradient) gradient_cache_.emplace(*medium.gradient);
-  for (const RayMedium& other : medium.others) others_.emplace_back(other, tolerance);
+  for (const RayMedium& other : medium.others) {
+    others_.emplace_back(other, tolerance);
+    others_.back().color_at_end_ = false;
+    others_.back().channels_ = 3;
+  }
+  const Medium& m = medium.medium;
+  color_at_end_ = !m.transfer && !m.emission && m.others.empty();
+  if (!color_at_end_) return;
+  channels_ = m.source == LuminanceSource::constant ? 0 : m.luminance ? m.luminance->channels : 1;
+  accuracy_.tolerance /= std::max(max_component(glm::abs(m.color)), 1e-300);
+}
+
+struct RayIntegrator::Stretches {
+  std::optional<GridWalk> density, luminance, emission, gradient;
+  glm::dvec3 color{1};          ///< factor of the luminance along this ray
+  glm::dvec3 more{0};           ///< added to it, of a further volume
+  std::list<Stretches> others;  ///< of further volumes
+
+  /// Moves all walks to s; `end` becomes where the first of them leaves a cell.
+  void move_on(double s, double& end) {
+    for (std::optional<GridWalk>* const walk : {&density, &luminance, &emission, &gradient}) {
+      if (!*walk) continue;
+      (*walk)->reach(s);
+      end = std::min(end, (*walk)->end());
+    }
+    for (Stretches& other : others) other.move_on(s, end);
+  }
+
+  /// The part of the ray in any of the volumes.
+  void span(double& begin, double& end) const {
+    for (const std::optional<GridWalk>* const walk : {&density, &emission}) {
+      if (!*walk || !(*walk)->ray().hits()) continue;
+      begin = std::min(begin, (*walk)->ray().s_begin);
+      end = std::max(end, (*walk)->ray().s_end);
+    }
+    for (const Stretches& other : others) other.span(begin, end);
+  }
+
+  bool glows() const { return emission && emission->in_cell() && !emission->all_zero(); }
+};
+
+void RayIntegrator::begin(const WorldRay& ray, double t_middle, double t0, double t1,
+                          Stretches& at) {
+  const Medium& medium = medium_->medium;
+  if (!color_at_end_) at.color = medium.color * phase_factor(medium, ray.direction);
+  at.density.emplace(density_cache_, make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray());
+  if (medium_->luminance)
+    at.luminance.emplace(*luminance_cache_,
+                         make_index_ray(*medium.luminance, ray, t_middle, t0, t1));
+  if (medium_->emission)
+    at.emission.emplace(*emission_cache_, make_index_ray(*medium.emission, ray, t_middle, t0, t1));
+  for (RayIntegrator& other : others_) {
+    Stretches& own = at.others.emplace_back();
+    other.begin(ray, t_middle, t0, t1, own);
+    own.more = other.medium_->medium.ambient - medium.ambient;
+  }
+}
+
+/// Sets parts_ to the parts of the density's values from a to b.
+void RayIntegrator::classify_stretch(const Stretches& at, double a, double b, const Cubic& value) {
+  const TransferFunction& function = *medium_->medium.transfer;
+  if (at.gradient)
+    classify(function, value, at.gradient->along(a, b), parts_);
+  else
+    classify(function, value, parts_);
+}
+
+/// Reads the luminance and the emission along [a,b], where the density has that value.
+void RayIntegrator::read_stretch(const Stretches& at, double a, double b, const Cubic& value,
+                                 Piece& piece) const {
+  const Medium& medium = medium_->medium;
+  piece.channels = channels_;
+  piece.glows = at.glows();
+  for (int c = 0; c < channels_; ++c) {
+    Cubic& L = piece.L[std::size_t(c)];
+    if (at.luminance)
+      L = scaled(at.luminance->along(a, b, medium.luminance->channels == 3 ? c : 0), at.color[c]);
+    if (medium.source == LuminanceSource::density) L = scaled(value, at.color[c]);
+    if (medium.source == LuminanceSource::constant) L = constant_cubic(at.color[c]);
+    if (piece.glows)
+      piece.glow[std::size_t(c)] =
+          scaled(at.emission->along(a, b, medium.emission->channels == 3 ? c : 0),
+                 medium.emission_scale * (b - a));
+  }
+  if (!piece.glows) return;
+  const IndexRay& ray = at.emission->ray();
+  piece.glow_share = (b - a) / (ray.s_end - ray.s_begin);
+}
+
+/// Adds the volumes along [a,b], of which none has a function.
+void RayIntegrator::add_volumes(const Stretches& at, double a, double b, RaySum& sum) const {
+  Piece all;
+  all.channels = 3;
+  all.glow_share = 1;
+  const auto add = [&](const RayIntegrator& volume, const Stretches& own) {
+    Piece piece;
+    const Cubic value = own.density->along(a, b);
+    volume.read_stretch(own, a, b, value, piece);
+    for (std::size_t c = 0; c < 3 && piece.glows; ++c)
+      for (std::size_t k = 0; k < 4; ++k) all.glow[c][k] += piece.glow[c][k];
+    if (piece.glows)  // several may glow
+      all.glow_share = std::min(all.glow_share, piece.glow_share / double(1 + others_.size()));
+    all.glows = all.glows || piece.glows;
+    const Medium& medium = volume.medium_->medium;
+    if (!(largest_attenuation(medium, *own.density, own.gradient) > 0)) return;
+    Source source{scaled(value, medium.extinction * (b - a)), piece.L};
+    for (std::size_t k = 0; k < 4; ++k) {
+      all.x[k] += source.x[k];
+      for (int c = 0; c < 3; ++c) source.L[std::size_t(c)][k] += own.more[c];
+    }
+    all.sources.push_back(source);
+  };
+  add(*this, at);
+  auto volume = others_.begin();
+  for (const Stretches& own : at.others) add(*volume++, own);
+  if (all.glows || !all.sources.empty()) sum.add(all, accuracy_);
+}
+
+/// Reads the luminance of another grid and the emission along [a,b], then cuts them with the
+/// density's parts.
+void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum& sum) {
+  if (!others_.empty()) return add_volumes(at, a, b, sum);
+  const Medium& medium = medium_->medium;
+  const bool glows = at.glows();
+  const bool attenuates = largest_attenuation(medium, *at.density, at.gradient) > 0;
+  if (!glows && !attenuates) return;
+
+  const double x = medium.extinction * (b - a);
+  const Cubic value = at.density->along(a, b);
+  if (channels_ == 0) return sum.pass(x * mean(value));
+  Piece whole;
+  read_stretch(at, a, b, value, whole);
+  if (!attenuates || !medium.transfer) {
+    if (attenuates) whole.x = scaled(value, x);
+    return sum.add(whole, accuracy_);
+  }
+
+  classify_stretch(at, a, b, value);
+  for (const ClassifiedPart& p : parts_) {
+    const double u = p.end - p.begin;
+    Piece piece = whole;
+    if (u < 1) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        piece.L[c] = part(whole.L[c], p.begin, p.end);
+        if (glows) piece.glow[c] = scaled(part(whole.glow[c], p.begin, p.end), u);
+      }
+      piece.glow_share *= u;
+    }
+    if (medium.source == LuminanceSource::transfer) {
+      for (int c = 0; c < 3; ++c) {
+        const auto i = std::size_t(c);
+        piece.L[i] = scaled(p.color[i], at.color[c]);
+      }
+      piece.L_error = p.color_error * max_component(glm::abs(at.color));
+    }
+    piece.x = scaled(p.attenuation, x * u);
+    piece.x_error = p.attenuation_error * (x * u);
+    sum.add(piece, accuracy_);
+  }
 }
 
 RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
-  if (by_stretches_) return radiance_by_stretches(ray, t0, t1);
   const Medium& medium = medium_->medium;
+  assert(medium.source != LuminanceSource::transfer || medium.transfer);
   const double t_middle = nearest_to_middle(*medium.density, ray);
-  const IndexRay density_ray = make_index_ray(*medium.density, ray, t_middle, t0, t1);
-  IndexRay luminance_ray;
-  if (medium_->luminance) luminance_ray = make_index_ray(*medium.luminance, ray, t_middle, t0, t1);
+  Stretches at;
+  this->begin(ray, t_middle, t0, t1, at);
+  double begin = infinity, end = -infinity;
+  at.span(begin, end);
 
   RaySum sum;
+  sum.depth_error = face_error(medium, at.density->ray());
   bool stopped = false;
-  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
-    const std::array<double, 8> corners = cell.block.corners(cell.cell, 0);
-    if (all_zero(corners)) return true;
-    ++sum.cells;
-    if (medium_->luminance)
-      add_across_grid(cell, corners, density_ray, luminance_ray, sum);
-    else
-      add_whole(cell, corners, density_ray, sum);
-    stopped = sum.T <= accuracy_.T_stop;
-    return !stopped;
-  });
-
-  if (medium.source == LuminanceSource::constant) {
-    sum.radiance = glm::dvec3(sum.opacity());
-    sum.L_max = 1;
-  } else if (medium.source != LuminanceSource::vector) {
-    sum.radiance = glm::dvec3(sum.radiance.x);
-  }
-  const double extents =
-      extent(*medium.density) + (medium_->luminance ? extent(*medium.luminance) : 0);
-
-  const glm::dvec3 color = medium_->color * phase_factor(medium, ray.direction);
-  RayRadiance result;
-  result.radiance = color * sum.radiance + medium.ambient * sum.opacity();
-  result.optical_depth = sum.optical_depth;
-  const double opacity_error = sum.opacity_rounding(extents);
-  result.error = max_component(glm::abs(color)) * (sum.error + sum.rounding(extents)) +
-                 max_component(medium.ambient) * opacity_error +
-                 (stopped ? sum.T * medium_->behind_max : 0);
-  result.error = std::max(result.error, opacity_error + (stopped ? sum.T : 0));
-  result.cells = sum.cells;
-  return result;
-}
-
-/// Adds a cell as one piece: luminance is constant or the density grid's own.
-void RayIntegrator::add_whole(const CellPiece& cell, const std::array<double, 8>& corners,
-                              const IndexRay& ray, RaySum& sum) const {
-  const Cubic value =
-      cubic_along(corners, ray.in_cell(cell.cell, cell.begin), ray.in_cell(cell.cell, cell.end));
-  Piece piece;
-  piece.x = scaled(value, medium_->medium.extinction * (cell.end - cell.begin));
-  if (medium_->medium.source == LuminanceSource::constant) {
-    sum.pass(piece.optical_depth());
-    return;
-  }
-  piece.channels = 1;
-  piece.L[0] = value;
-  sum.add(piece, accuracy_);
-}
-
-/// Adds a piece for each cell of the grid that gives the luminance, so that both grids are cubics
-/// in each piece. Outside that grid's domain the luminance is 0.
-void RayIntegrator::add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
-                                    const IndexRay& density_ray, const IndexRay& luminance_ray,
-                                    RaySum& sum) {
-  Piece piece;
-  piece.channels = medium_->luminance->field().channels;
-  auto add = [&](double a, double b, const glm::ivec3* luminance_cell) {
-    if (!(a < b)) return;
-    const Cubic value =
-        cubic_along(corners, density_ray.in_cell(cell.cell, a), density_ray.in_cell(cell.cell, b));
-    piece.x = scaled(value, medium_->medium.extinction * (b - a));
-    if (!luminance_cell) {
-      sum.pass(piece.optical_depth());
-      return;
+  double counted = -infinity;
+  for (double s = begin; s < end && !stopped;) {
+    double to = end;
+    at.move_on(s, to);
+    if (at.density->in_cell() && !at.density->all_zero() && at.density->begin() > counted) {
+      counted = at.density->begin();
+      ++sum.cells;
     }
-    const CellBlock& block = luminance_cache_->at(
-        {luminance_cell->x >> 3, luminance_cell->y >> 3, luminance_cell->z >> 3});
-    for (int c = 0; c < piece.channels; ++c)
-      piece.L[static_cast<std::size_t>(c)] =
-          cubic_along(block.corners(*luminance_cell, c), luminance_ray.in_cell(*luminance_cell, a),
-                      luminance_ray.in_cell(*luminance_cell, b));
-    sum.add(piece, accuracy_);
-  };
-  const double a = std::max(cell.begin, luminance_ray.s_begin);
-  const double b = std::min(cell.end, luminance_ray.s_end);
-  if (!(a < b)) {
-    add(cell.begin, cell.end, nullptr);
-    return;
+    add_stretch(at, s, to, sum);
+    stopped = sum.T <= accuracy_.T_stop;
+    s = to;
   }
-  add(cell.begin, a, nullptr);
-  for (CubeSteps step(luminance_ray, 1, a, b); !step.done(); step.next())
-    add(step.begin(), step.end(), &step.key());
-  add(b, cell.end, nullptr);
+
+  if (color_at_end_) sum.multiply(channels_, medium.color * phase_factor(medium, ray.direction));
+  const double extents = extents_of(medium);
+  const double opacity_error = sum.opacity_rounding(extents);
+  return {
+      sum.radiance + medium.ambient * sum.opacity(), sum.optical_depth,
+      std::max(sum.error + sum.rounding(extents) + max_component(medium.ambient) * opacity_error +
+                   (stopped ? sum.T * medium_->behind_max : 0),
+               opacity_error + (stopped ? sum.T : 0)),
+      sum.cells};
 }
 
-RayDepth RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
-  if (medium_->medium.transfer) return depth_by_stretches(ray, t0, t1);
-  RayDepth all = depth_in_cells(ray, t0, t1);
+RayRadiance RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1) {
+  const Medium& medium = medium_->medium;
+  const double t_middle = nearest_to_middle(*medium.density, ray);
+  Stretches at;
+  at.density.emplace(density_cache_, make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray());
+  RayRadiance result;
+  double sum = 0, error = 0, counted = -infinity;
+  std::uint64_t terms = 0;
+  const IndexRay& index_ray = at.density->ray();
+  for (double s = index_ray.s_begin; s < index_ray.s_end;) {
+    double to = index_ray.s_end;
+    at.move_on(s, to);
+    const double from = s;
+    s = to;
+    if (at.density->begin() > counted) {
+      counted = at.density->begin();
+      result.cells += at.density->in_cell() && !at.density->all_zero();
+    }
+    if (!(largest_attenuation(medium, *at.density, at.gradient) > 0)) continue;
+    const Cubic value = at.density->along(from, to);
+    if (!medium.transfer) {
+      sum += mean(value) * (to - from);
+      ++terms;
+      continue;
+    }
+    classify_stretch(at, from, to, value);
+    for (const ClassifiedPart& p : parts_) {
+      sum += mean(p.attenuation) * (p.end - p.begin) * (to - from);
+      error += p.attenuation_error * (p.end - p.begin) * (to - from);
+      ++terms;
+    }
+  }
+  result.optical_depth = medium.extinction * sum;
+  result.error = medium.extinction * error + face_error(medium, index_ray) +
+                 (16 + double(terms) + extent(*medium.density)) * epsilon * result.optical_depth;
   for (RayIntegrator& other : others_) {
-    const RayDepth more = other.whole_depth(ray, t0, t1);
-    all.depth += more.depth;
-    all.error += more.error;
-    all.cells += more.cells;
+    const RayRadiance more = other.whole_depth(ray, t0, t1);
+    result.optical_depth += more.optical_depth;
+    result.error += more.error;
+    result.cells += more.cells;
   }
-  return all;
-}
-
-RayDepth RayIntegrator::depth_in_cells(const WorldRay& ray, double t0, double t1) {
-  const Field& field = medium_->density.field();
-  const IndexRay density_ray = make_index_ray(field, ray, nearest_to_middle(field, ray), t0, t1);
-  double sum = 0;
-  RayDepth result;
-  walk_cells(medium_->density, density_cache_, density_ray, [&](const CellPiece& cell) {
-    const std::array<double, 8> corners = cell.block.corners(cell.cell, 0);
-    const Cubic value = cubic_along(corners, density_ray.in_cell(cell.cell, cell.begin),
-                                    density_ray.in_cell(cell.cell, cell.end));
-    sum += mean(value) * (cell.end - cell.begin);
-    result.cells += !all_zero(corners);
-    return true;
-  });
-  result.depth = medium_->medium.extinction * sum;
-  result.error = (16 + static_cast<double>(result.cells) + extent(field)) *
-                 std::numeric_limits<double>::epsilon() * result.depth;
   return result;
-}
-
-double RayIntegrator::optical_depth(const WorldRay& ray, double t0, double t1) {
-  return whole_depth(ray, t0, t1).depth;
-}
-
-RayRadiance ray_radiance(const Medium& medium, const WorldRay& ray, double tolerance) {
-  const RayMedium ready(medium);
-  return RayIntegrator(ready, tolerance).radiance(ray);
-}
-
-double optical_depth(const Field& field, double extinction, const WorldRay& ray, double t0,
-                     double t1) {
-  Medium medium;
-  medium.density = {std::shared_ptr<const Field>(), &field};
-  medium.extinction = extinction;
-  const RayMedium ready(medium);
-  return RayIntegrator(ready, 0).optical_depth(ray, t0, t1);
 }
 
 }  // namespace psivox

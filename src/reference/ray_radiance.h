@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -11,7 +10,6 @@
 
 #include "cell_walk.h"
 #include "classify.h"
-#include "field_lookup.h"
 #include "piece.h"
 #include "psivox/field.h"
 #include "psivox/medium.h"
@@ -30,24 +28,16 @@ struct RayRadiance {
   std::uint64_t cells = 0;   ///< crossed, with a corner that is not 0, up to the stop
 };
 
-struct RayDepth {
-  double depth = 0;
-  double error = 0;  ///< bound
-  std::uint64_t cells = 0;
-};
-
 /// A medium prepared for rays, shared by threads.
 struct RayMedium {
   explicit RayMedium(const Medium& m);
 
   Medium medium;
-  FieldLookup density;
-  std::optional<FieldLookup> luminance;  ///< if a grid other than density gives L
-  std::optional<FieldLookup> emission;
-  std::optional<FieldLookup> gradient;  ///< if the transfer function has one
-  std::vector<RayMedium> others{};      ///< further volumes
-  glm::dvec3 color;                     ///< factor of a grid's value, or L itself
-  double L_max;                         ///< bound on |L| anywhere
+  FieldIndex density;
+  std::optional<FieldIndex> luminance;  ///< if a grid other than density gives L
+  std::optional<FieldIndex> emission;
+  std::optional<FieldIndex> gradient;  ///< if the transfer function has one
+  std::vector<RayMedium> others{};     ///< further volumes
   double behind_max;  ///< bound on the radiance of anything behind a point of a ray
 };
 
@@ -61,30 +51,23 @@ class RayIntegrator {
 
   RayRadiance radiance(const WorldRay& ray, double t0 = 0, double t1 = infinity);
 
-  /// Optical depth up to the ray's end, however opaque.
-  RayDepth whole_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
-  double optical_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
+  /// Without radiance: optical depth up to the ray's end, however opaque, and its error.
+  RayRadiance whole_depth(const WorldRay& ray, double t0 = 0, double t1 = infinity);
 
  private:
-  void add_whole(const CellPiece& cell, const std::array<double, 8>& corners, const IndexRay& ray,
-                 RaySum& sum) const;
-  void add_across_grid(const CellPiece& cell, const std::array<double, 8>& corners,
-                       const IndexRay& density_ray, const IndexRay& luminance_ray, RaySum& sum);
-
-  // With a transfer function, emission or several volumes (ray_stretches.cpp), the integral goes by
-  // stretches in which every grid has at most one cell.
+  /// Where a ray is in all grids: the integral goes by stretches in which each has one cell at
+  /// most.
   struct Stretches;
   void begin(const WorldRay& ray, double t_middle, double t0, double t1, Stretches& at);
-  void read_stretch(const Stretches& at, double a, double b, Piece& piece) const;
+  void read_stretch(const Stretches& at, double a, double b, const Cubic& value,
+                    Piece& piece) const;
   void add_volumes(const Stretches& at, double a, double b, RaySum& sum) const;
-  RayRadiance radiance_by_stretches(const WorldRay& ray, double t0, double t1);
-  RayDepth depth_in_cells(const WorldRay& ray, double t0, double t1);
-  RayDepth depth_by_stretches(const WorldRay& ray, double t0, double t1);
   void add_stretch(const Stretches& at, double a, double b, RaySum& sum);
-  void classify_stretch(const Stretches& at, double a, double b);
+  void classify_stretch(const Stretches& at, double a, double b, const Cubic& value);
 
   const RayMedium* medium_;
-  bool by_stretches_;
+  bool color_at_end_;  ///< not in the pieces, which are alike but for it
+  int channels_ = 3;   ///< of the pieces
   Accuracy accuracy_;
   BlockCache density_cache_;
   std::optional<BlockCache> luminance_cache_;
@@ -93,13 +76,6 @@ class RayIntegrator {
   std::vector<ClassifiedPart> parts_;
   std::vector<RayIntegrator> others_;  ///< of further volumes
 };
-
-/// Prepares the medium for a single ray and integrates it.
-RayRadiance ray_radiance(const Medium& medium, const WorldRay& ray, double tolerance = 1e-12);
-
-/// Optical depth of extinction * field, exact except for rounding.
-double optical_depth(const Field& field, double extinction, const WorldRay& ray, double t0 = 0,
-                     double t1 = infinity);
 
 inline double max_component(const glm::dvec3& v) { return std::max(v.x, std::max(v.y, v.z)); }
 
@@ -130,12 +106,22 @@ struct RaySum {
   void add(const Piece& piece, const Accuracy& accuracy) {
     const PieceRadiance r = integrate(piece, T, accuracy);
     const double depth = piece.optical_depth();
-    for (int c = 0; c < piece.channels; ++c) radiance[c] += r.radiance[static_cast<std::size_t>(c)];
+    for (int c = 0; c < piece.channels; ++c) radiance[c] += r.radiance[std::size_t(c)];
     error += r.error + piece.L_error * T * std::min(depth, 1.0);
     depth_error += piece.x_error;
     if (piece.glows) glow += T * piece.max_glow();
     L_max = std::max(L_max, piece.max_luminance());
     pass(depth);
+  }
+
+  /// Applies a colour that was left out of pieces of so many channels; of none, L is the colour.
+  void multiply(int channels, const glm::dvec3& color) {
+    if (channels == 0) L_max = 1;
+    radiance = color * (channels == 0   ? glm::dvec3(opacity())
+                        : channels == 1 ? glm::dvec3(radiance.x)
+                                        : radiance);
+    error *= max_component(glm::abs(color));
+    L_max *= max_component(glm::abs(color));
   }
 
   double opacity() const { return -std::expm1(-optical_depth); }
@@ -149,7 +135,7 @@ struct RaySum {
 
  private:
   double rounding(double extents, double L, double emission) const {
-    const double roundings = 16 + static_cast<double>(pieces) + extents;
+    const double roundings = 16 + double(pieces) + extents;
     return roundings * std::numeric_limits<double>::epsilon() * (opacity() * L + emission) +
            depth_error * (2 * L + emission);
   }

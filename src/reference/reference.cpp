@@ -1,14 +1,12 @@
 #include "reference/reference.h"
 #include "scene/holdout.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <thread>
-#include <vector>
 
 #include "base/stopwatch.h"
 #include "psivox/error.h"
@@ -55,49 +53,54 @@ bool has_depth(const Scene& scene) {
 
 /// Sets a pixel of the picture and of its layers `error` and, if it has one, `depth`.
 static void set_pixel(Image& image, int x, int y, const RayPicture& p) {
-  const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
-                 static_cast<std::size_t>(x);
+  const auto i = std::size_t(y) * std::size_t(image.width) + std::size_t(x);
   float* rgba = image.layers[0].values.data() + 4 * i;
-  for (int c = 0; c < 3; ++c) rgba[c] = static_cast<float>(p.radiance[c]);
-  rgba[3] = static_cast<float>(p.opacity);
-  image.layers[1].values[i] = static_cast<float>(p.error);
-  if (image.layers.size() > 2) image.layers[2].values[i] = static_cast<float>(p.depth);
+  for (int c = 0; c < 3; ++c) rgba[c] = float(p.radiance[c]);
+  rgba[3] = float(p.opacity);
+  image.layers[1].values[i] = float(p.error);
+  if (image.layers.size() > 2) image.layers[2].values[i] = float(p.depth);
+}
+
+/// Calls body(i, draw) for i below `count`, on many threads, where draw(x, y) is the RayPicture of
+/// a pixel. `progress` is called on this thread.
+template <typename Body>
+static void for_each(const View& view, double tolerance, const Progress& progress, int count,
+                     const Body& body) {
+  if (view.medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
+  const RayMedium medium(view.medium);
+  tbb::enumerable_thread_specific<RayModes> modes(
+      [&] { return RayModes(view, medium, tolerance); });
+  std::atomic<int> done = 0;
+  const std::thread::id caller = std::this_thread::get_id();
+  tbb::parallel_for(
+      0, count,
+      [&](int i) {
+        body(i, [&](int x, int y) { return integrate_pixel(view, modes.local(), x, y); });
+        const int now = ++done;
+        if (progress && std::this_thread::get_id() == caller) progress(double(now) / count);
+      },
+      tbb::simple_partitioner());
+  if (progress) progress(1);
 }
 
 /// Calls `take(x, y, RayPicture)` with every pixel, on many threads.
 template <typename Take>
 static void each_pixel(const View& view, double tolerance, const Progress& progress,
                        const Take& take) {
-  if (view.medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
   const int width = view.scene.resolution.x, height = view.scene.resolution.y;
-  const RayMedium medium(view.medium);
-  tbb::enumerable_thread_specific<RayModes> modes(
-      [&] { return RayModes(view, medium, tolerance); });
   const int columns = (width + tile_width - 1) / tile_width;
   const int rows = (height + tile_width - 1) / tile_width;
-  std::atomic<int> tiles_done = 0;
-  const std::thread::id caller = std::this_thread::get_id();
-  tbb::parallel_for(
-      tbb::blocked_range<int>(0, columns * rows, 1),
-      [&](const tbb::blocked_range<int>& tiles) {
-        for (int tile = tiles.begin(); tile < tiles.end(); ++tile) {
-          const int x0 = tile % columns * tile_width, y0 = tile / columns * tile_width;
-          for (int y = y0; y < std::min(y0 + tile_width, height); ++y)
-            for (int x = x0; x < std::min(x0 + tile_width, width); ++x)
-              take(x, y, integrate_pixel(view, modes.local(), x, y));
-          const int done = ++tiles_done;
-          if (progress && std::this_thread::get_id() == caller)
-            progress(static_cast<double>(done) / (columns * rows));
-        }
-      },
-      tbb::simple_partitioner());
-  if (progress) progress(1);
+  for_each(view, tolerance, progress, columns * rows, [&](int tile, const auto& draw) {
+    const int x0 = tile % columns * tile_width, y0 = tile / columns * tile_width;
+    for (int y = y0; y < std::min(y0 + tile_width, height); ++y)
+      for (int x = x0; x < std::min(x0 + tile_width, width); ++x) take(x, y, draw(x, y));
+  });
 }
 
 ReferenceResult render_reference(const View& view, double tolerance, const Progress& progress) {
   const Stopwatch watch;
   const int width = view.scene.resolution.x, height = view.scene.resolution.y;
-  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const std::size_t pixels = std::size_t(width) * std::size_t(height);
 
   ReferenceResult result;
   result.image.width = width;
@@ -107,21 +110,12 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
   if (has_depth(view.scene))
     result.image.layers.push_back({"depth", {"depth"}, std::vector<float>(pixels)});
 
-  struct Sums {
-    double error_max = 0;
-    std::uint64_t cells = 0;
-  };
-  tbb::enumerable_thread_specific<Sums> workers;
+  std::atomic<std::uint64_t> cells = 0;
   each_pixel(view, tolerance, progress, [&](int x, int y, const RayPicture& p) {
     set_pixel(result.image, x, y, p);
-    Sums& sums = workers.local();
-    sums.error_max = std::max(sums.error_max, p.error);
-    sums.cells += p.cells;
+    cells += p.cells;
   });
-  for (const Sums& worker : workers) {
-    result.error_max = std::max(result.error_max, worker.error_max);
-    result.cells += worker.cells;
-  }
+  result.cells = cells;
   result.seconds = 1e-3 * watch.ms();
   return result;
 }
@@ -147,19 +141,11 @@ Layer bound_layer(const View& view, const Image& picture, double tolerance,
 
 std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::ivec2> pixels,
                                          double tolerance, const Progress& progress) {
-  if (view.medium.light) throw Error(ExitCode::failure, "the view's light is still to be computed");
-  const RayMedium medium(view.medium);
-  tbb::enumerable_thread_specific<RayModes> modes(
-      [&] { return RayModes(view, medium, tolerance); });
   std::vector<glm::dvec4> result(pixels.size());
-  std::atomic<std::size_t> done = 0;
-  const std::thread::id caller = std::this_thread::get_id();
-  tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
-    const RayPicture p = integrate_pixel(view, modes.local(), pixels[i].x, pixels[i].y);
-    result[i] = glm::dvec4(p.radiance, p.opacity);
-    ++done;
-    if (progress && std::this_thread::get_id() == caller)
-      progress(double(done) / double(pixels.size()));
+  for_each(view, tolerance, progress, int(pixels.size()), [&](int i, const auto& draw) {
+    const glm::ivec2 pixel = pixels[std::size_t(i)];
+    const RayPicture p = draw(pixel.x, pixel.y);
+    result[std::size_t(i)] = glm::dvec4(p.radiance, p.opacity);
   });
   return result;
 }
@@ -175,7 +161,7 @@ class VoxelDepths {
   double operator()(const glm::ivec3& voxel) {
     const glm::dmat4& world_from_index = medium_.medium.density->world_from_index;
     const glm::dvec3 at(world_from_index * glm::dvec4(voxel, 1));
-    return workers_.local().optical_depth({at, towards_});
+    return workers_.local().whole_depth({at, towards_}).optical_depth;
   }
 
  private:
@@ -191,25 +177,14 @@ LightDepths reference_light_depths(const View& view) {
   return one_by_one([&view](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
                             const Progress& progress) {
     VoxelDepths depth(view, beam);
-    in_batches(blocks, progress, [&](std::span<const std::size_t> some) {
-      tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
-        std::vector<double> depths(512);
-        for (int i = 0; i < 512; ++i)
-          depths[std::size_t(i)] =
-              depth(blocks.all[some[k]] + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
-        take(some[k], depths);
-      });
-    });
+    take_blocks(blocks, std::ref(depth), take, progress);
   });
 }
 
 std::vector<double> reference_light_depths(const View& view, const Beam& beam,
                                            std::span<const glm::ivec3> voxels) {
   VoxelDepths depth(view, beam);
-  std::vector<double> depths(voxels.size());
-  tbb::parallel_for(std::size_t{0}, voxels.size(),
-                    [&](std::size_t i) { depths[i] = depth(voxels[i]); });
-  return depths;
+  return depths_of(voxels, std::ref(depth));
 }
 
 }  // namespace psivox

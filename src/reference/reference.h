@@ -16,7 +16,6 @@ struct ReferenceResult {
   /// surfaces also layer `depth`, the distance from the camera [world units], +Inf where there is
   /// none.
   Image image;
-  double error_max = 0;     ///< largest of the bounds
   std::uint64_t cells = 0;  ///< cells crossed with a corner that is not 0
   double seconds = 0;
 };

@@ -7,11 +7,23 @@
 #include <string>
 
 #include "base/file_blocks.h"
+#include "base/text.h"
 
 namespace psivox::scan {
 
 /// Throws Error(input) about the file.
 [[noreturn]] void refuse(const FileBlocks& file, const std::string& what);
+
+/// The number that a text is. Throws Error(input) with the field if it is none.
+template <typename Number>
+Number number(const FileBlocks& file, const std::string& text, const char* field) {
+  Number value{};
+  // std::from_chars knows no plus sign
+  const std::string_view digits = std::string_view(text).substr(text.starts_with('+') ? 1 : 0);
+  if (!read_number(digits, value))
+    refuse(file, std::string(field) + " of " + in_quotes(text) + " is no number");
+  return value;
+}
 
 /// A file's bytes from a place on, in their order; unpacked, if they are a gzip.
 class ByteStream {

@@ -71,5 +71,7 @@ bool is_nrrd(std::string_view head);
 /// and nifti2.h (nifti.nimh.nih.gov), teem.sourceforge.net/nrrd/format.html.
 Header read_nifti(FileBlocks& file, bool packed);
 Header read_nrrd(FileBlocks& file);
+/// The file that has an NRRD's values, as its header names it; empty: the header's own.
+std::string nrrd_data_file(FileBlocks& file);
 
 }  // namespace psivox::scan

@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
-#include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <limits>
 

@@ -8,10 +8,72 @@
 #include "base/text.h"
 #include "scan/byte_stream.h"
 #include "scan/header.h"
-#include "scan/nrrd_text.h"
 
 namespace psivox::scan {
 namespace {
+
+/// The fields of a header by their names in lower case, without spaces: `datafile` is `data file`.
+struct NrrdText {
+  std::map<std::string, std::string> fields;
+  std::int64_t end = 0;  ///< of the header [bytes]
+
+  /// A field; empty if there is none.
+  const std::string& of(const std::string& name) const {
+    static const std::string none;
+    const auto field = fields.find(name);
+    return field == fields.end() ? none : field->second;
+  }
+};
+
+std::string trimmed(std::string_view text) {
+  const auto begin = text.find_first_not_of(" \t");
+  if (begin == text.npos) return {};
+  return std::string(text.substr(begin, text.find_last_not_of(" \t") - begin + 1));
+}
+
+/// Reads lines up to the first empty one, or to the end of a header whose values lie elsewhere.
+/// Throws Error(input) if the header is longer than 1 MiB.
+NrrdText read_nrrd_text(FileBlocks& file) {
+  constexpr std::int64_t longest = 1 << 20;
+  ByteStream stream(file, 0);
+  NrrdText text;
+  stream.line();  // the magic
+  while (stream.position() < file.size()) {
+    if (stream.position() > longest) refuse(file, "its header has no end");
+    const std::string line = stream.line();
+    if (line.empty()) break;
+    const auto colon = line.find(':');
+    // a comment, or a key and its value, which mean something to their writer alone
+    if (line[0] == '#' || colon == line.npos || line.substr(colon).starts_with(":=")) continue;
+    std::string name = lower_case(line.substr(0, colon));
+    std::erase(name, ' ');
+    if (name == "centerings") name = "centers";
+    text.fields[name] = trimmed(std::string_view(line).substr(colon + 1));
+  }
+  text.end = stream.position();
+  return text;
+}
+
+/// Words between spaces. Spaces within quotes or brackets do not separate words.
+std::vector<std::string> words(std::string_view text) {
+  std::vector<std::string> all;
+  std::string word;
+  int depth = 0;
+  bool quoted = false;
+  for (const char c : std::string(text) + ' ') {
+    if (c == '"') quoted = !quoted;
+    if (!quoted && c == '(') ++depth;
+    if (!quoted && c == ')') --depth;
+    const bool space = c == ' ' || c == '\t';
+    if (space && depth <= 0 && !quoted) {
+      if (!word.empty()) all.push_back(word);
+      word.clear();
+    } else if (!space || quoted) {
+      word += c;
+    }
+  }
+  return all;
+}
 
 /// A name in lower case, without spaces and hyphens, which writers may leave out.
 std::string plain(std::string_view name) {
@@ -256,6 +318,8 @@ void set_transform(const NrrdText& text, const std::vector<Axis>& axes,
 }  // namespace
 
 bool is_nrrd(std::string_view head) { return head.starts_with("NRRD0"); }
+
+std::string nrrd_data_file(FileBlocks& file) { return read_nrrd_text(file).of("datafile"); }
 
 Header read_nrrd(FileBlocks& file) {
   const NrrdText text = read_nrrd_text(file);

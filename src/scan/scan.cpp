@@ -12,7 +12,6 @@
 #include "psivox/dense_field.h"
 #include "psivox/error.h"
 #include "scan/byte_stream.h"
-#include "scan/nrrd_text.h"
 #include "scan/value_stream.h"
 
 namespace psivox::scan {
@@ -127,7 +126,7 @@ std::string data_path(FileBlocks& header) {
     return own.replace_extension(".img").string();
   }
   if (!is_nrrd(head)) return {};
-  const std::string name = read_nrrd_text(header).of("datafile");
+  const std::string name = nrrd_data_file(header);
   if (name.empty()) return {};
   if (name.starts_with("LIST") || name.find('%') != name.npos)
     refuse(header, "its values lie in several files, which psivox does not read together");

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "scan/nrrd_text.h"
-
 namespace psivox::scan {
 namespace {
 

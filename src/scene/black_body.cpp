@@ -48,15 +48,15 @@ class XyzTable {
   XyzTable() {
     const std::vector<Band> bands = make_bands();
     for (std::size_t i = 0; i < rows_.size(); ++i)
-      rows_[i] = glm::log(integral(bands, static_cast<double>(i) * step));
+      rows_[i] = glm::log(integral(bands, double(i) * step));
     const glm::dvec3 white = (*this)(6500);
     for (glm::dvec3& row : rows_) row -= std::log(white.y);
   }
 
   glm::dvec3 operator()(double kelvin) const {
     const double u = 1 / kelvin, place = u / step;
-    const auto row = std::min(static_cast<std::size_t>(place), rows_.size() - 2);
-    const double t = place - static_cast<double>(row);
+    const auto row = std::min(std::size_t(place), rows_.size() - 2);
+    const double t = place - double(row);
     const glm::dvec3 smooth = glm::mix(rows_[row], rows_[row + 1], t);
     return glm::exp(smooth) / std::expm1(c2 / reference_nm * u);
   }

@@ -1,8 +1,8 @@
 #include "psivox/camera.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -19,13 +19,6 @@ struct Frame {
 
   glm::dmat3 axes() const { return {right, up, forward}; }
 };
-
-std::array<glm::dvec3, 8> corners(const glm::dvec3& min, const glm::dvec3& max) {
-  std::array<glm::dvec3, 8> out;
-  for (unsigned i = 0; i < 8; ++i)
-    out[i] = {i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z};
-  return out;
-}
 
 /// Throws if the view is along an `up` that was chosen. If it was not, an axis across the view
 /// replaces it: the one that keeps +X on the right when looking up or down.
@@ -158,7 +151,7 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
   if (scene.camera_up == glm::dvec3(0))
     throw Error(ExitCode::usage, "--camera-up 0,0,0 has no direction");
 
-  const double aspect = static_cast<double>(scene.resolution.x) / scene.resolution.y;
+  const double aspect = double(scene.resolution.x) / scene.resolution.y;
   Camera camera;
   camera.orthographic = scene.projection == Projection::orthographic;
   camera.half_width = std::tan(glm::radians(fov) / 2);
@@ -219,11 +212,20 @@ void keep_camera(Scene& scene, const Camera& camera) {
   if (camera.orthographic) scene.ortho_width = 2 * camera.half_width;
 }
 
+double VisibleGrid::reach(const VisibleBlock& block, const glm::dvec3& direction) const {
+  const glm::dvec3 per_voxel = glm::transpose(glm::dmat3(world_from_index)) * direction;
+  return glm::dot(direction, glm::dvec3(world_from_index[3])) +
+         glm::dot(per_voxel, 0.5 * (block.min + block.max)) +
+         glm::dot(glm::abs(per_voxel), 0.5 * (block.max - block.min));
+}
+
 void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max) {
   const Box domain = field.domain();
   box_min = glm::dvec3(INFINITY);
   box_max = glm::dvec3(-INFINITY);
-  for (const glm::dvec3& corner : corners(domain.min, domain.max)) {
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner = glm::mix(glm::dvec3(domain.min), glm::dvec3(domain.max),
+                                       glm::dvec3(i & 1, i >> 1 & 1, i >> 2));
     const glm::dvec3 p(field.world_from_index * glm::dvec4(corner, 1));
     box_min = glm::min(box_min, p);
     box_max = glm::max(box_max, p);
@@ -233,9 +235,9 @@ void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max) 
 glm::dvec2 pixel_sample(int i, int n) {
   // Uses the rank of the radical inverse among the n, not the inverse itself. Then, for any n, both
   // coordinates have one sample in each n-th of the pixel, and the mean 1/2.
-  const double own = radical_inverse(static_cast<unsigned>(i));
+  const double own = radical_inverse(unsigned(i));
   int rank = 0;
-  for (int j = 0; j < n; ++j) rank += radical_inverse(static_cast<unsigned>(j)) < own;
+  for (int j = 0; j < n; ++j) rank += radical_inverse(unsigned(j)) < own;
   return {(i + 0.5) / n, (rank + 0.5) / n};
 }
 

@@ -2,15 +2,12 @@
 
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <glm/trigonometric.hpp>
 #include <utility>
 
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
-#include "scene/gltf_camera.h"
-#include "scene/paraview.h"
 
 namespace psivox {
 namespace {
@@ -81,7 +78,7 @@ FileCamera read_camera(const std::string& path, bool z_up) {
                                        "leave out the name");
     camera = camera_from_paraview(text, file);
   } else {
-    camera = camera_from_gltf(file.ends_with(".glb") ? json_of_glb(text, file) : text, name, file);
+    camera = camera_from_gltf(text, name, file);
     if (z_up) camera = mapped(camera, z_up_from_y_up);
   }
   check(camera, file);
@@ -104,7 +101,7 @@ CameraAnimation read_camera_animation(const std::string& path, bool z_up) {
 }
 
 void set_camera(Scene& scene, const FileCamera& camera) {
-  const double aspect = static_cast<double>(scene.resolution.x) / scene.resolution.y;
+  const double aspect = double(scene.resolution.x) / scene.resolution.y;
   scene.camera_position = camera.position;
   scene.camera_target = camera.target;
   scene.camera_up = camera.up;

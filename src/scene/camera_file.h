@@ -45,4 +45,25 @@ void set_camera(Scene& scene, const FileCamera& camera);
 /// another extension, Error(output).
 void write_camera(const std::string& path, const Camera& camera, bool z_up);
 
+// By its formats: gltf.cpp and paraview.cpp.
+
+/// The camera of that name in a .gltf or .glb file, in glTF's own axes; the first if `name` is
+/// empty. Throws Error(input) with `source`, the file's path, in its message.
+FileCamera camera_from_gltf(const std::string& bytes, const std::string& name,
+                            const std::string& source);
+
+/// A glTF file with one camera, given in glTF's own axes. `aspect` is width over height.
+std::string gltf_of(const FileCamera& camera, double aspect);
+
+/// The animations of a .gltf or .glb file, all together, as they move the camera of that name, the
+/// first if it is empty; in glTF's own axes. Buffers are looked for beside `source`. Throws
+/// Error(input).
+CameraAnimation animation_from_gltf(const std::string& bytes, const std::string& name,
+                                    const std::string& source);
+
+/// ParaView's camera (.pvcc). Throws Error(input) with `source` in its message.
+FileCamera camera_from_paraview(const std::string& text, const std::string& source);
+
+std::string paraview_of(const FileCamera& camera);
+
 }  // namespace psivox

@@ -1,9 +1,9 @@
 #include "scene/clip.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <limits>
 
 namespace psivox {
 
@@ -25,8 +25,7 @@ std::vector<HalfSpace> clip_of(const Scene& scene) {
 }
 
 glm::dvec2 clip_interval(const std::vector<HalfSpace>& clip, const WorldRay& ray) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  glm::dvec2 part(0, infinity);
+  glm::dvec2 part(0, HUGE_VAL);
   for (const HalfSpace& half : clip) {
     const double distance = glm::dot(half.normal, ray.origin) - half.offset;
     const double speed = glm::dot(half.normal, ray.direction);
@@ -35,7 +34,7 @@ glm::dvec2 clip_interval(const std::vector<HalfSpace>& clip, const WorldRay& ray
     else if (speed < 0)
       part.y = std::min(part.y, -distance / speed);
     else if (distance < 0)
-      part.y = -infinity;
+      part.y = -HUGE_VAL;
   }
   return part;
 }
@@ -50,14 +49,9 @@ Scene with_planes(Scene scene, const Subject& subject) {
 
 static void cut(Subject& subject, const std::vector<HalfSpace>& clip) {
   for (VisibleGrid& grid : subject.grids) {
-    const glm::dmat3 index_from_world = glm::transpose(glm::dmat3(grid.world_from_index));
     std::erase_if(grid.blocks, [&](const VisibleBlock& block) {
       return std::ranges::any_of(clip, [&](const HalfSpace& half) {
-        const glm::dvec3 per_voxel = index_from_world * half.normal;
-        const double farthest = glm::dot(half.normal, glm::dvec3(grid.world_from_index[3])) +
-                                glm::dot(per_voxel, 0.5 * (block.min + block.max)) +
-                                glm::dot(glm::abs(per_voxel), 0.5 * (block.max - block.min));
-        return farthest <= half.offset;
+        return grid.reach(block, half.normal) <= half.offset;
       });
     });
   }

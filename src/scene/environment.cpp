@@ -7,7 +7,6 @@
 #include <glm/ext/scalar_constants.hpp>
 #include <glm/geometric.hpp>
 #include <queue>
-#include <utility>
 
 namespace psivox {
 namespace {

@@ -1,18 +1,20 @@
-// Rules across parameters.
+// Rules across parameters; what a method sets.
 
 #include <algorithm>
 
+#include "base/text.h"
 #include "psivox/error.h"
+#include "psivox/method.h"
 #include "psivox/parameters.h"
+#include "scene/enum_names.h"
 
 namespace psivox {
 namespace {
 
+[[noreturn]] void contradict(const std::string& message) { throw Error(ExitCode::usage, message); }
+
 bool contains(std::span<const Setting> settings, std::string_view name) {
-  for (const Setting& setting : settings) {
-    if (setting.name == name) return true;
-  }
-  return false;
+  return std::ranges::count(settings, name, &Setting::name) > 0;
 }
 
 void clear(Scene& scene, std::string_view name) { set_default(scene, *find_parameter(name)); }
@@ -90,98 +92,97 @@ std::vector<const ModeInfo*> others_with_option(Mode mode) {
 void validate_mode(const Scene& scene) {
   for (const ModeInfo* other : others_with_option(scene.mode))
     if (!has_default(scene, *find_parameter(other->option)))
-      throw Error(ExitCode::usage, "--" + std::string(other->option) + " is for --mode " +
-                                       other->name + "; give both or neither");
+      contradict("--" + std::string(other->option) + " is for --mode " + other->name +
+                 "; give both or neither");
 }
 
 void validate_light(const Scene& scene) {
   for (const DirectionalLight& light : scene.lights)
-    if (light.direction == glm::dvec3(0))
-      throw Error(ExitCode::usage, "--light 0,0,0 has no direction");
-  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
+    if (light.direction == glm::dvec3(0)) contradict("--light 0,0,0 has no direction");
   if (!scene.environment.empty() && scene.sky)
-    fail("--environment and --sky exclude each other; leave one of them out");
+    contradict("--environment and --sky exclude each other; leave one of them out");
   if (!scene.environment.empty()) return;
   if (scene.environment_rotation != 0 || scene.environment_scale != 1)
-    fail("--environment-rotation and --environment-scale are of --environment; give it too");
+    contradict("--environment-rotation and --environment-scale are of --environment; give it too");
   if (scene.background && scene.background->environment)
-    fail("--background environment shows the map of --environment; give it too");
+    contradict("--background environment shows the map of --environment; give it too");
 }
 
 void validate_medium(const Scene& scene) {
-  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   if (!scene.transfer_function.empty() && scene.colormap)
-    fail("--transfer-function and --colormap exclude each other; leave one of them out");
+    contradict("--transfer-function and --colormap exclude each other; leave one of them out");
   if (!scene.transfer_function.empty() && (scene.range || scene.opacity))
-    fail("--transfer-function has values of its own; leave out --range and --opacity");
+    contradict("--transfer-function has values of its own; leave out --range and --opacity");
   if (scene.range && scene.range->percent.x == scene.range->percent.y &&
       !(scene.range->ends.x < scene.range->ends.y))
-    fail("--range MIN,MAX: MIN must be below MAX");
+    contradict("--range MIN,MAX: MIN must be below MAX");
   if (!scene.has_function()) {
     if (scene.classification == Classification::pre)
-      fail(
+      contradict(
           "--classification pre needs a function; give --transfer-function, --colormap or "
           "--opacity");
     if (scene.split_knots)
-      fail("--split-knots needs a function; give --transfer-function or --colormap");
+      contradict("--split-knots needs a function; give --transfer-function or --colormap");
   }
   if (!scene.luminance_grid.empty() && !scene.temperature_grid.empty())
-    fail("--luminance-grid and --temperature-grid exclude each other; leave one of them out");
+    contradict("--luminance-grid and --temperature-grid exclude each other; leave one of them out");
   if (scene.colormap && !scene.luminance_grid.empty())
-    fail("--colormap and --luminance-grid exclude each other; leave one of them out");
+    contradict("--colormap and --luminance-grid exclude each other; leave one of them out");
   if (scene.colormap && !scene.temperature_grid.empty())
-    fail("--colormap and --temperature-grid exclude each other; leave one of them out");
+    contradict("--colormap and --temperature-grid exclude each other; leave one of them out");
   if (scene.classification == Classification::pre && !scene.attenuates())
-    fail("--classification pre is for --mode alpha, back-to-front and xray");
+    contradict("--classification pre is for --mode alpha, back-to-front and xray");
   validate_light(scene);
 }
 
 void validate_march(const Scene& scene) {
-  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   if (scene.shows(Shows::surface) && scene.resolved_sampling() != Sampling::cells)
-    fail(
+    contradict(
         "--mode isosurface finds its surface in cells; it goes with --sampling cells, without "
         "--step");
   if (scene.step && scene.sampling == Sampling::cells)
-    fail("--step is for --sampling uniform, not cells; leave one of them out");
+    contradict("--step is for --sampling uniform, not cells; leave one of them out");
   if (scene.step && scene.sampling == Sampling::template_)
-    fail("--step is for --sampling uniform, not template; leave one of them out");
+    contradict("--step is for --sampling uniform, not template; leave one of them out");
   if (scene.tolerance) check_method_unset(scene, "--tolerance");
   if (scene.sampling == Sampling::template_ && scene.projection != Projection::orthographic)
-    fail("--sampling template needs parallel rays; give --projection orthographic with it");
+    contradict("--sampling template needs parallel rays; give --projection orthographic with it");
   if (has_codes(scene.texel) && scene.filter == Filter::hardware)
-    fail("--texel code7, code12 and code16 are decoded by the march; leave out --filter hardware");
+    contradict(
+        "--texel code7, code12 and code16 are decoded by the march; leave out --filter hardware");
   if (has_codes(scene.texel) && scene.sampling == Sampling::template_)
-    fail("--texel code7, code12 and code16 have cells, not voxels; leave out --sampling template");
+    contradict(
+        "--texel code7, code12 and code16 have cells, not voxels; leave out --sampling template");
   if (has_codes(scene.texel) && scene.shows(Shows::surface))
-    fail("--mode isosurface needs bricks that agree at their faces; leave out --texel code...");
+    contradict(
+        "--mode isosurface needs bricks that agree at their faces; leave out --texel code...");
   if (scene.connectivity != 6 && scene.connectivity != 18 && scene.connectivity != 26)
-    fail("--connectivity is 6, 18 or 26");
+    contradict("--connectivity is 6, 18 or 26");
   if (scene.connectivity != 26 && scene.sampling != Sampling::template_)
-    fail("--connectivity is for --sampling template; give both or neither");
+    contradict("--connectivity is for --sampling template; give both or neither");
   if (scene.integrator && is_cell_rule(*scene.integrator) &&
       scene.resolved_sampling() != Sampling::cells)
-    fail("--integrator cell-exact integrates cells; it goes with --sampling cells, without --step");
+    contradict(
+        "--integrator cell-exact integrates cells; it goes with --sampling cells, without --step");
   if (scene.integrator && is_transfer_rule(*scene.integrator) && !scene.has_function())
-    throw Error(ExitCode::usage,
-                "--integrator " + parameter_text(scene, "integrator") +
-                    " integrates a transfer function; give --transfer-function or --colormap");
+    contradict("--integrator " + parameter_text(scene, "integrator") +
+               " integrates a transfer function; give --transfer-function or --colormap");
 }
 
 void validate_cuts(const Scene& scene) {
-  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
-  if (scene.slice && scene.slice->normal == glm::dvec3(0)) fail("--slice: its normal is 0");
+  if (scene.slice && scene.slice->normal == glm::dvec3(0)) contradict("--slice: its normal is 0");
   if (scene.clip_plane && scene.clip_plane->normal == glm::dvec3(0))
-    fail("--clip-plane: its normal is 0");
+    contradict("--clip-plane: its normal is 0");
   if (scene.clip)
     for (int axis = 0; axis < 3; ++axis)
       if (!(scene.clip->min[axis] < scene.clip->max[axis]))
-        fail("--clip X0,Y0,Z0,X1,Y1,Z1: the first three must be below the last three");
+        contradict("--clip X0,Y0,Z0,X1,Y1,Z1: the first three must be below the last three");
   if ((scene.clip || scene.clip_plane || !scene.holdout.empty()) &&
       scene.sampling == Sampling::template_)
-    fail("--sampling template marches whole rays; leave out --clip, --clip-plane and --holdout");
+    contradict(
+        "--sampling template marches whole rays; leave out --clip, --clip-plane and --holdout");
   if (scene.holdout_depth != DepthKind::z && scene.holdout.empty())
-    fail("--holdout-depth tells what the depths of --holdout are; give both or neither");
+    contradict("--holdout-depth tells what the depths of --holdout are; give both or neither");
 }
 
 /// A view of OpenColorIO has a curve of its own: the later one of it and a tone map counts.
@@ -248,10 +249,9 @@ void check_method_unset(const Scene& scene, std::string_view chooser) {
     if (goes_with_tolerance(scene, p)) continue;
     const std::string option = "--" + p.name, who(chooser);
     if (p.under_tolerance == UnderTolerance::chosen)
-      throw Error(ExitCode::usage, who + " chooses " + option + " itself; leave one of them out");
-    throw Error(ExitCode::usage, who + " needs " + option + " " + p.default_text +
-                                     ": it does not estimate the error of " + option + " " +
-                                     parameter_text(scene, p));
+      contradict(who + " chooses " + option + " itself; leave one of them out");
+    contradict(who + " needs " + option + " " + p.default_text +
+               ": it does not estimate the error of " + option + " " + parameter_text(scene, p));
   }
 }
 
@@ -261,19 +261,36 @@ bool belongs_to_medium(const Parameter& parameter) {
 }
 
 void validate(const Scene& scene) {
-  const auto fail = [](const char* message) { throw Error(ExitCode::usage, message); };
   validate_medium(scene);
   validate_mode(scene);
   validate_march(scene);
   validate_cuts(scene);
   validate_volumes(scene);
   if (scene.tone_map != ToneMap::none && scene.uses_ocio())
-    fail("--tone-map and the --ocio options exclude each other; leave one of them out");
+    contradict("--tone-map and the --ocio options exclude each other; leave one of them out");
   if (scene.ortho_width && scene.projection == Projection::perspective)
-    fail("--ortho-width is for --projection orthographic; a perspective view has --fov");
-  if (scene.camera_up == glm::dvec3(0)) fail("--camera-up 0,0,0 has no direction");
+    contradict("--ortho-width is for --projection orthographic; a perspective view has --fov");
+  if (scene.camera_up == glm::dvec3(0)) contradict("--camera-up 0,0,0 has no direction");
   if (scene.camera_position && scene.camera_position == scene.camera_target)
-    fail("--camera-position and --camera-target are the same point; move one of them");
+    contradict("--camera-position and --camera-target are the same point; move one of them");
+}
+
+std::string method_text(const Method& method) {
+  const std::string rule = enum_names(Integrator{})[std::size_t(method.integrator)];
+  if (method.sampling == Sampling::uniform)
+    return formatted("uniform %s, step %.3g", rule.c_str(), method.step);
+  if (is_cell_rule(method.integrator)) return "cells " + rule;
+  return formatted("cells %s, segments %d", rule.c_str(), method.segments);
+}
+
+Scene with_method(Scene scene, const Method& method) {
+  scene.tolerance.reset();
+  scene.sampling = method.sampling;
+  scene.integrator = method.integrator;
+  scene.segments = method.segments > 0 ? method.segments : Scene{}.segments;
+  scene.step.reset();
+  if (method.step > 0) scene.step = method.step;
+  return scene;
 }
 
 }  // namespace psivox

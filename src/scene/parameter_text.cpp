@@ -2,7 +2,7 @@
 
 #include "base/text.h"
 #include "psivox/parameters.h"
-#include "scene/color_text.h"
+#include "scene/color.h"
 #include "scene/enum_names.h"
 
 namespace psivox {
@@ -37,7 +37,7 @@ std::string text_of(const Plane& plane) {
 std::string text_of(const glm::ivec2& v) { return text_of(v.x) + "x" + text_of(v.y); }
 template <typename E>
 requires std::is_enum_v<E> std::string text_of(E value) {
-  return enum_names(value)[static_cast<std::size_t>(value)];
+  return enum_names(value)[std::size_t(value)];
 }
 
 template <typename T>
@@ -79,14 +79,21 @@ std::string Range::text() const {
   return out;
 }
 
+bool has_same(const Scene& a, const Scene& b, const Parameter& parameter) {
+  return std::visit([&](auto member) { return a.*member == b.*member; }, parameter.member);
+}
+
+void copy_parameter(const Scene& from, Scene& to, const Parameter& parameter) {
+  std::visit([&](auto member) { to.*member = from.*member; }, parameter.member);
+}
+
 bool has_default(const Scene& scene, const Parameter& parameter) {
   static const Scene defaults;
-  return std::visit([&](auto member) { return scene.*member == defaults.*member; },
-                    parameter.member);
+  return has_same(scene, defaults, parameter);
 }
 
 void set_default(Scene& scene, const Parameter& parameter) {
-  std::visit([&](auto member) { scene.*member = Scene{}.*member; }, parameter.member);
+  copy_parameter(Scene{}, scene, parameter);
   scene.given.erase(parameter.name);
 }
 

@@ -330,7 +330,7 @@ std::vector<Parameter> make_table() {
 std::string group_name(ParameterGroup group) {
   static constexpr const char* names[] = {"Input",  "Output",   "Look",   "Light",
                                           "Camera", "Accuracy", "Machine"};
-  return names[static_cast<std::size_t>(group)];
+  return names[std::size_t(group)];
 }
 
 const std::vector<Parameter>& parameters() {
@@ -339,10 +339,8 @@ const std::vector<Parameter>& parameters() {
 }
 
 const Parameter* find_parameter(std::string_view name) {
-  for (const Parameter& row : parameters()) {
-    if (row.name == name) return &row;
-  }
-  return nullptr;
+  const auto row = std::ranges::find(parameters(), name, &Parameter::name);
+  return row == parameters().end() ? nullptr : &*row;
 }
 
 }  // namespace psivox

@@ -12,7 +12,8 @@
 
 #include "base/text.h"
 #include "psivox/error.h"
-#include "scene/color_space.h"
+#include "scene/camera_file.h"
+#include "scene/color.h"
 
 namespace psivox {
 namespace {
@@ -163,10 +164,8 @@ std::vector<TransferPoint> read_opacities(const json& object,
 
 /// The limit of the points' straight lines from below, or from above, at a value.
 TransferPoint limit(const std::vector<TransferPoint>& points, double value, bool from_above) {
-  const auto less = [](const TransferPoint& p, double v) { return p.value < v; };
-  const auto greater = [](double v, const TransferPoint& p) { return v < p.value; };
-  const auto next = from_above ? std::upper_bound(points.begin(), points.end(), value, greater)
-                               : std::lower_bound(points.begin(), points.end(), value, less);
+  const auto next = from_above ? std::ranges::upper_bound(points, value, {}, &TransferPoint::value)
+                               : std::ranges::lower_bound(points, value, {}, &TransferPoint::value);
   if (next == points.begin()) return points.front();
   if (next == points.end()) return points.back();
   const TransferPoint &a = next[-1], &b = *next;

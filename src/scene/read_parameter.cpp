@@ -4,7 +4,7 @@
 #include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "scene/color_text.h"
+#include "scene/color.h"
 #include "scene/enum_names.h"
 
 namespace psivox {
@@ -129,10 +129,10 @@ bool read(std::string_view text, const Range&, Plane& value) {
            read(text.substr(third + 1), Range{}, value.normal);
   }
   value.normal = glm::dvec3(0);
-  value.normal[static_cast<int>(index)] = backwards ? -1 : 1;
+  value.normal[int(index)] = backwards ? -1 : 1;
   if (axis.size() == 1) return true;
   value.point = glm::dvec3(0);
-  return axis[1] == '=' && read(axis.substr(2), Range{}, (*value.point)[static_cast<int>(index)]);
+  return axis[1] == '=' && read(axis.substr(2), Range{}, (*value.point)[int(index)]);
 }
 
 /// Bytes, with the suffixes of GNU's tools: K = KiB = 1024, KB = 1000, and so on.
@@ -146,8 +146,8 @@ bool read(std::string_view text, const Range&, std::uint64_t& value) {
   if (!suffix.empty() && suffix != "B") {
     const std::size_t power = std::string_view("KMGT").find(suffix[0]);
     if (power == std::string_view::npos) return false;
-    factor = std::pow(1024.0, static_cast<double>(power + 1));
-    decimal_factor = std::pow(1000.0, static_cast<double>(power + 1));
+    factor = std::pow(1024.0, double(power + 1));
+    decimal_factor = std::pow(1000.0, double(power + 1));
     const std::string_view rest = suffix.substr(1);
     if (rest == "B")
       factor = decimal_factor;
@@ -156,7 +156,7 @@ bool read(std::string_view text, const Range&, std::uint64_t& value) {
   }
   const double bytes = std::floor(number * factor);
   if (!(bytes < 0x1p64)) return false;
-  value = static_cast<std::uint64_t>(bytes);
+  value = std::uint64_t(bytes);
   return true;
 }
 

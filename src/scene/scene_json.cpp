@@ -2,58 +2,15 @@
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "scene/enum_names.h"
 
 namespace psivox {
 namespace {
 
 using nlohmann::json;
-
-template <typename T>
-json json_of(const Parameter& p, const T& value, const Scene& scene) {
-  if constexpr (std::is_arithmetic_v<T>)
-    return value;
-  else if constexpr (std::is_same_v<T, glm::dvec3>)
-    return takes_grey(p) && value == glm::dvec3(value.x) ? json(value.x)
-                                                         : json{value.x, value.y, value.z};
-  else if constexpr (std::is_same_v<T, Background>)
-    return value.environment ? json(parameter_text(scene, p)) : json_of(p, value.color, scene);
-  else if constexpr (std::is_same_v<T, glm::ivec2>)
-    return {value.x, value.y};
-  else if constexpr (std::is_same_v<T, MapRange>)
-    return value.percent.x || value.percent.y ? json(parameter_text(scene, p))
-                                              : json{value.ends.x, value.ends.y};
-  else if constexpr (std::is_same_v<T, WorldBox>)
-    return {value.min.x, value.min.y, value.min.z, value.max.x, value.max.y, value.max.z};
-  else
-    return parameter_text(scene, p);
-}
-
-json json_of(const DirectionalLight& light) {
-  json numbers = {light.direction.x, light.direction.y, light.direction.z,
-                  light.color.x,     light.color.y,     light.color.z};
-  if (!light.of_camera) return numbers;
-  return {{"camera", std::move(numbers)}};
-}
-
-/// One light of the world is its six numbers; several are an array.
-json json_of(const Parameter& p, const std::vector<DirectionalLight>& lights, const Scene&) {
-  if (lights.empty()) return p.unset;
-  if (lights.size() == 1 && !lights.front().of_camera) return json_of(lights.front());
-  json items = json::array();
-  for (const DirectionalLight& light : lights) items.push_back(json_of(light));
-  return items;
-}
-
-json json_of(const Parameter& p, const std::vector<std::string>& items, const Scene&) {
-  return items.empty() ? json(p.unset) : json(items);
-}
-
-template <typename T>
-json json_of(const Parameter& p, const std::optional<T>& value, const Scene& scene) {
-  return value ? json_of(p, *value, scene) : json(p.unset);
-}
 
 // nlohmann-json prints the shortest digits that read back as the same double. A file name need not
 // be UTF-8, which JSON must.
@@ -77,6 +34,38 @@ char separator(const Parameter& p) {
     return list ? ',' : '\0';
   };
   return std::visit(of_type, p.member);
+}
+
+bool is_plane(const Parameter& p) {
+  return std::holds_alternative<std::optional<Plane> Scene::*>(p.member);
+}
+
+/// One item of a parameter's text: numbers and lists of them as such, all else as a text.
+json item_json(const Parameter& p, std::string_view text) {
+  if (text.starts_with(camera_prefix))
+    return {{"camera", item_json(p, text.substr(camera_prefix.size()))}};
+  const bool whole = separator(p) == 'x' || std::holds_alternative<int Scene::*>(p.member) ||
+                     std::holds_alternative<std::uint64_t Scene::*>(p.member);
+  if (text == "true" || text == "false") return text == "true";
+  json items = json::array();
+  for (const std::string& item : split(text, separator(p) == 'x' ? 'x' : ',')) {
+    double number = 0;
+    if (!read_number(item, number) || is_plane(p)) return text;
+    items.push_back(whole ? json::parse(item) : json(number));
+  }
+  return items.size() == 1 ? items.front() : items;
+}
+
+/// A parameter's text as JSON. One light of the world is its six numbers; several are an array.
+json json_of(const Parameter& p, const std::string& text) {
+  if (is_text(p) || text == p.unset) return text;
+  const bool files = separator(p) == ';';
+  if (!files && !std::holds_alternative<std::vector<DirectionalLight> Scene::*>(p.member))
+    return item_json(p, text);
+  json items = json::array();
+  for (const std::string& item : split(text, ';'))
+    items.push_back(files ? json(item) : item_json(p, item));
+  return items.size() == 1 && items.front().is_array() ? items.front() : items;
 }
 
 /// A JSON value in the command line's syntax, so that the same code reads both. A value without
@@ -103,9 +92,8 @@ std::string command_line_text(const Parameter& p, const json& value) {
 std::string to_json(const Scene& scene) {
   std::string out = "{";
   for (const Parameter& p : parameters()) {
-    const json value =
-        std::visit([&](auto member) { return json_of(p, scene.*member, scene); }, p.member);
-    out += (out.size() > 1 ? ",\n  \"" : "\n  \"") + p.name + "\": " + dumped(value);
+    const std::string value = dumped(json_of(p, parameter_text(scene, p)));
+    out += (out.size() > 1 ? ",\n  \"" : "\n  \"") + p.name + "\": " + value;
   }
   return out + "\n}\n";
 }

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/common.hpp>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <span>
 
 #include "base/text.h"
-#include "base/text_file.h"
 #include "psivox/error.h"
-#include "scene/paraview.h"
+#include "psivox/scene.h"
 
 namespace psivox {
 namespace {
@@ -22,19 +20,29 @@ constexpr double float_max = std::numeric_limits<float>::max();
               "point " + std::to_string(index + 1) + " of the transfer function: " + problem);
 }
 
-void check_number(std::size_t index, const char* what, double number, double min) {
+/// What is wrong with a number, which must be a float32 of at least `min`; empty: nothing.
+std::string problem_of(const std::string& what, double number, double min) {
   if (!(std::abs(number) <= float_max))
-    refuse(index, std::string(what) + " " + number_text(number) + " is no finite float32");
-  if (number < min) refuse(index, std::string(what) + " " + number_text(number) + " is negative");
+    return what + " " + number_text(number) + " is no finite float32";
+  return number < min ? what + " " + number_text(number) + " is negative" : "";
+}
+
+void check_number(const std::string& what, double number, double min) {
+  const std::string problem = problem_of(what, number, min);
+  if (!problem.empty()) throw Error(ExitCode::input, problem);
 }
 
 /// Throws Error(input) unless the points are what TransferFunction says.
 void check(const std::vector<TransferPoint>& points) {
   if (points.empty()) throw Error(ExitCode::input, "the transfer function has no points");
   for (std::size_t i = 0; i < points.size(); ++i) {
-    check_number(i, "value", points[i].value, -float_max);
-    check_number(i, "attenuation", points[i].attenuation, 0);
-    for (int c = 0; c < 3; ++c) check_number(i, "color", points[i].color[c], 0);
+    const auto check_own = [&](const char* what, double number, double min) {
+      const std::string problem = problem_of(what, number, min);
+      if (!problem.empty()) refuse(i, problem);
+    };
+    check_own("value", points[i].value, -float_max);
+    check_own("attenuation", points[i].attenuation, 0);
+    for (int c = 0; c < 3; ++c) check_own("color", points[i].color[c], 0);
     if (i > 0 && points[i].value < points[i - 1].value)
       refuse(i, "values must ascend, but " + number_text(points[i].value) + " follows " +
                     number_text(points[i - 1].value));
@@ -44,13 +52,27 @@ void check(const std::vector<TransferPoint>& points) {
   }
 }
 
-/// std::lerp is exact at both ends, monotonic, and exact between equals: despite rounding, no value
-/// lies beyond those at the ends.
-TransferPoint between(const TransferPoint& a, const TransferPoint& b, double value) {
-  const double t = (value - a.value) / (b.value - a.value);
-  TransferPoint p{value, std::lerp(a.attenuation, b.attenuation, t), {}};
-  for (int c = 0; c < 3; ++c) p.color[c] = std::lerp(a.color[c], b.color[c], t);
-  return p;
+/// Position of a number among ascending ones: fraction `t` between two of them, clamped to the
+/// ends. std::lerp is exact at both ends, monotonic, and exact between equals: despite rounding, no
+/// value lies beyond those at the ends.
+struct Place {
+  std::size_t below = 0, above = 0;
+  double t = 0;
+};
+template <typename Knots, typename Of = std::identity>
+Place place_among(const Knots& knots, double x, Of of = {}) {
+  const auto next = std::size_t(std::ranges::upper_bound(knots, x, {}, of) - knots.begin());
+  if (next == 0) return {};
+  if (next == knots.size()) return {next - 1, next - 1, 0};
+  const double a = std::invoke(of, knots[next - 1]), b = std::invoke(of, knots[next]);
+  return {next - 1, next, (x - a) / (b - a)};
+}
+
+/// Fraction of an isosurface's attenuation at a distance [value] from its value.
+double share(const Isosurface& surface, double distance, double gradient) {
+  const double reach = surface.thickness * gradient;
+  if (distance < reach) return 1 - distance / reach;
+  return distance == 0 ? 1 : 0;
 }
 
 }  // namespace
@@ -62,17 +84,11 @@ TransferFunction::TransferFunction(std::vector<TransferPoint> points, bool has_c
   check(points_);
   // Two values that round to one float32 are a jump as well; the later one moves up.
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    float value = static_cast<float>(points_[i].value) + 0.0f;  // not -0
+    float value = float(points_[i].value) + 0.0f;  // not -0
     if (i > 0 && !(value > points_[i - 1].value))
-      value = std::nextafter(static_cast<float>(points_[i - 1].value),
-                             std::numeric_limits<float>::infinity());
+      value = std::nextafter(float(points_[i - 1].value), std::numeric_limits<float>::infinity());
     if (!std::isfinite(value)) refuse(i, "no float32 is left above the value before it");
     points_[i].value = value;
-  }
-  integrals_.resize(points_.size());
-  for (std::size_t i = 1; i < points_.size(); ++i) {
-    const TransferPoint &a = points_[i - 1], &b = points_[i];
-    integrals_[i] = integrals_[i - 1] + (b.value - a.value) * 0.5 * (a.attenuation + b.attenuation);
   }
 }
 
@@ -102,210 +118,161 @@ TransferFunction TransferFunction::attenuation_alone() const {
 }
 
 int TransferFunction::interval(double value) const {
-  const auto above =
-      std::upper_bound(points_.begin(), points_.end(), value,
-                       [](double v, const TransferPoint& point) { return v < point.value; });
-  return static_cast<int>(above - points_.begin()) - 1;
+  const auto above = std::ranges::upper_bound(points_, value, {}, &TransferPoint::value);
+  return int(above - points_.begin()) - 1;
 }
 
 TransferPoint TransferFunction::at(double value) const {
-  const int k = interval(value);
-  const auto below = static_cast<std::size_t>(std::max(k, 0)), above = below + 1;
-  if (k >= 0 && above < points_.size()) return between(points_[below], points_[above], value);
-  TransferPoint point = points_[below];
-  point.value = value;
+  const Place place = place_among(points_, value, &TransferPoint::value);
+  const TransferPoint &a = points_[place.below], &b = points_[place.above];
+  TransferPoint point{value, std::lerp(a.attenuation, b.attenuation, place.t), {}};
+  for (int c = 0; c < 3; ++c) point.color[c] = std::lerp(a.color[c], b.color[c], place.t);
   return point;
 }
 
 double TransferFunction::max_attenuation(double min_value, double max_value) const {
   double most = std::max(at(min_value).attenuation, at(max_value).attenuation);
   for (int k = interval(min_value) + 1; k <= interval(max_value); ++k)
-    most = std::max(most, points_[static_cast<std::size_t>(k)].attenuation);
+    most = std::max(most, points_[std::size_t(k)].attenuation);
   return most;
 }
 
 glm::dvec3 TransferFunction::max_color(double min_value, double max_value) const {
   glm::dvec3 most = glm::max(at(min_value).color, at(max_value).color);
   for (int k = interval(min_value) + 1; k <= interval(max_value); ++k)
-    most = glm::max(most, points_[static_cast<std::size_t>(k)].color);
+    most = glm::max(most, points_[std::size_t(k)].color);
   return most;
 }
 
-double TransferFunction::attenuation_integral(double value) const {
-  const auto k = static_cast<std::size_t>(std::max(interval(value), 0));
-  const double mean = 0.5 * (points_[k].attenuation + at(value).attenuation);
-  return integrals_[k] + (value - points_[k].value) * mean;
+/// Checks the part, rounds to float32 the numbers that are compared with values of grids, and takes
+/// the points' attenuations from the table.
+void TransferFunction::place_gradient_part() {
+  std::vector<double>& gradients = part_.gradients;
+  for (std::size_t j = 0; j < gradients.size(); ++j) {
+    check_number("gradient", gradients[j], 0);
+    const double gradient = float(gradients[j]);
+    if (j > 0 && !(gradient > gradients[j - 1]))
+      throw Error(ExitCode::input, "gradients must ascend, but " + number_text(gradients[j]) +
+                                       " follows " + number_text(gradients[j - 1]));
+    gradients[j] = gradient;
+  }
+  if (part_.attenuation.size() != points_.size() * gradients.size())
+    throw Error(ExitCode::input,
+                "the transfer function needs an attenuation of each point at each gradient");
+  for (const double attenuation : part_.attenuation) check_number("attenuation", attenuation, 0);
+  for (std::size_t k = 0; k < points_.size() && !gradients.empty(); ++k) {
+    const double* row = part_.attenuation.data() + k * gradients.size();
+    points_[k].attenuation = *std::max_element(row, row + gradients.size());
+  }
+  for (Isosurface& surface : part_.isosurfaces) {
+    check_number("value of an isosurface", surface.value, -float_max);
+    check_number("attenuation of an isosurface", surface.attenuation, 0);
+    check_number("thickness of an isosurface", surface.thickness, 0);
+    if (surface.thickness == 0)
+      throw Error(ExitCode::input, "thickness of an isosurface is 0; nothing of it would be seen");
+    surface.value = double(float(surface.value)) + 0.0;  // not -0
+  }
+}
+
+double TransferFunction::table(double value, double gradient) const {
+  if (part_.gradients.empty()) return at(value).attenuation;
+  const Place column = place_among(part_.gradients, gradient);
+  const auto row = [&](std::size_t point) {
+    const double* of = part_.attenuation.data() + point * part_.gradients.size();
+    return std::lerp(of[column.below], of[column.above], column.t);
+  };
+  const Place place = place_among(points_, value, &TransferPoint::value);
+  return std::lerp(row(place.below), row(place.above), place.t);
+}
+
+double TransferFunction::attenuation(double value, double gradient) const {
+  double sum = table(value, gradient);
+  for (const Isosurface& surface : part_.isosurfaces)
+    sum += surface.attenuation * share(surface, std::abs(value - surface.value), gradient);
+  return sum;
+}
+
+double TransferFunction::max_attenuation(const glm::dvec2& values,
+                                         const glm::dvec2& gradients) const {
+  // A bilinear function is greatest at a corner of its rectangle.
+  double most = 0;
+  const auto see_row = [&](double value) {
+    most = std::max({most, table(value, gradients.x), table(value, gradients.y)});
+    for (const double gradient : part_.gradients)
+      if (gradient > gradients.x && gradient < gradients.y)
+        most = std::max(most, table(value, gradient));
+  };
+  see_row(values.x);
+  see_row(values.y);
+  for (int k = interval(values.x) + 1; k <= interval(values.y); ++k)
+    see_row(points_[std::size_t(k)].value);
+  for (const Isosurface& surface : part_.isosurfaces) {
+    const double nearest = std::max({values.x - surface.value, surface.value - values.y, 0.0});
+    most += surface.attenuation * share(surface, nearest, gradients.y);
+  }
+  return most;
 }
 
 namespace {
 
-using nlohmann::json;
+class Window {
+ public:
+  Window(const Scene& scene, const glm::dvec2& range) : scene_(scene), range_(range) {}
 
-[[noreturn]] void fail_at(const std::string& what) { throw Error(ExitCode::input, what); }
+  double place(double value) const { return (value - range_.x) / (range_.y - range_.x); }
 
-void check_keys(const json& object, const std::vector<std::string>& known,
-                const std::string& where) {
-  for (const auto& [key, value] : object.items()) {
-    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    fail_at(where + ": unknown key " + in_quotes(key) + suggestion(key, known));
+  double attenuation(double value) const {
+    const double u = place(value);
+    if (scene_.opacity) return scene_.opacity->at(u);
+    if (scene_.colormap) return std::max(value, 0.0);
+    return scene_.shows(Shows::value) ? std::max(u, 0.0) : std::clamp(u, 0.0, 1.0);
   }
-}
 
-double number(const json& value, const std::string& where) {
-  if (!value.is_number()) fail_at(where + ": expected a number");
-  return value.get<double>();
-}
-
-double required_number(const json& object, const char* key, const std::string& where) {
-  if (!object.contains(key)) fail_at(where + ": has no " + key);
-  return number(object[key], where + ": " + key);
-}
-
-/// Reads a point and appends its attenuations at all gradients to the table; the point has one or
-/// as many as there are gradients.
-TransferPoint read_point(const json& object, const std::string& where, GradientPart& part) {
-  if (!object.is_object()) fail_at(where + ": expected an object of value, attenuation and color");
-  check_keys(object, {"value", "attenuation", "color"}, where);
-  TransferPoint point;
-  point.value = required_number(object, "value", where);
-  if (!object.contains("attenuation") || !object["attenuation"].is_array()) {
-    point.attenuation = required_number(object, "attenuation", where);
-    part.attenuation.insert(part.attenuation.end(), part.gradients.size(), point.attenuation);
-  } else {
-    const json& row = object["attenuation"];
-    if (row.size() != part.gradients.size())
-      fail_at(where + ": attenuation: has " + std::to_string(row.size()) + " numbers for " +
-              std::to_string(part.gradients.size()) + " gradients");
-    for (const json& item : row) part.attenuation.push_back(number(item, where + ": attenuation"));
+  glm::dvec3 color(double value) const {
+    const double u = place(value);
+    if (scene_.colormap) return colormap_color(*scene_.colormap, u);
+    return glm::dvec3(scene_.shows(Shows::value) ? std::max(u, 0.0) : 1);
   }
-  if (!object.contains("color")) return point;
-  const json& color = object["color"];
-  if (!color.is_array() || color.size() != 3) fail_at(where + ": color: expected [r, g, b]");
-  for (std::size_t c = 0; c < 3; ++c)
-    point.color[static_cast<int>(c)] = number(color[c], where + ": color");
-  return point;
-}
 
-const json& array_of(const json& object, const char* key) {
-  if (!object[key].is_array()) fail_at(std::string(key) + ": expected an array");
-  return object[key];
-}
-
-GradientPart read_gradient_part(const json& object) {
-  GradientPart part;
-  if (object.contains("gradients")) {
-    for (const json& item : array_of(object, "gradients"))
-      part.gradients.push_back(number(item, "gradients"));
-    if (part.gradients.empty()) fail_at("gradients: expected at least one");
+  /// Values at which attenuation or colour bend.
+  std::vector<double> knots() const {
+    std::vector<double> values = {0, range_.x, range_.y};
+    const auto add = [&](double u) { values.push_back(std::lerp(range_.x, range_.y, u)); };
+    if (scene_.opacity)
+      for (const glm::dvec2& point : scene_.opacity->points) add(point.x);
+    if (scene_.colormap)
+      for (const double u : colormap_knots(*scene_.colormap)) add(u);
+    return values;
   }
-  if (!object.contains("isosurfaces")) return part;
-  for (const json& item : array_of(object, "isosurfaces")) {
-    const std::string where =
-        "isosurface " + std::to_string(part.isosurfaces.size() + 1) + " of the transfer function";
-    if (!item.is_object())
-      fail_at(where + ": expected an object of value, thickness and attenuation");
-    check_keys(item, {"value", "thickness", "attenuation"}, where);
-    part.isosurfaces.push_back({required_number(item, "value", where),
-                                required_number(item, "thickness", where),
-                                required_number(item, "attenuation", where)});
-  }
-  return part;
+
+ private:
+  const Scene& scene_;
+  glm::dvec2 range_;
+};
+
+}  // namespace
+
+double OpacityCurve::at(double place) const {
+  if (points.empty()) return 1;
+  const Place at = place_among(points, place, &glm::dvec2::x);
+  return std::lerp(points[at.below].y, points[at.above].y, at.t);
 }
 
-TransferFunction read_points(const json& object) {
-  check_keys(object, {"points", "gradients", "isosurfaces"}, "the transfer function");
-  GradientPart part = read_gradient_part(object);
-  if (!object.contains("points") && !part.isosurfaces.empty() && part.gradients.empty())
-    return TransferFunction({TransferPoint{}}, false, std::move(part));
-  if (!object.contains("points")) fail_at("the transfer function has no points");
+TransferFunction window_function(const Scene& scene, const glm::dvec2& range,
+                                 const glm::dvec2& stored) {
+  const Window window(scene, range);
+  const double least = std::min(stored.x, 0.0), greatest = std::max(stored.y, 0.0);
+  std::vector<double> values = {least, greatest};
+  for (const double value : window.knots())
+    if (value > least && value < greatest) values.push_back(value);
+  // Rounded here, so that none becomes a jump of its neighbour.
+  for (double& value : values) value = double(float(value));
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
   std::vector<TransferPoint> points;
-  std::size_t colors = 0;
-  for (const json& item : array_of(object, "points")) {
-    points.push_back(read_point(
-        item, "point " + std::to_string(points.size() + 1) + " of the transfer function", part));
-    if (item.contains("color")) ++colors;
-  }
-  if (colors != 0 && colors != points.size())
-    fail_at("some points of the transfer function have a color and some have none; give it to all");
-  return TransferFunction(std::move(points), colors != 0, std::move(part));
-}
-
-TransferFunction read(std::string_view text) {
-  json document;
-  try {
-    document = json::parse(text);
-  } catch (const json::exception& error) {
-    fail_at("not a transfer function in JSON: " + std::string(error.what()));
-  }
-  if (document.is_array()) {
-    if (document.size() != 1)
-      fail_at("holds " + std::to_string(document.size()) + " colour maps; export one alone");
-    document = json(document[0]);
-  }
-  if (!document.is_object()) fail_at("not a transfer function: expected a JSON object of points");
-  const bool paraview = document.contains("RGBPoints") || document.contains("ColorSpace") ||
-                        document.contains("IndexedColors");
-  return paraview ? transfer_function_from_paraview(document) : read_points(document);
-}
-
-}  // namespace
-
-TransferFunction transfer_function_from_json(std::string_view text, std::string_view source) {
-  try {
-    return read(text);
-  } catch (const Error& error) {
-    throw Error(error.code(), std::string(source) + ": " + error.what());
-  }
-}
-
-namespace {
-
-std::string array_text(std::span<const double> numbers) {
-  std::string out;
-  for (const double x : numbers) out += (out.empty() ? "[" : ", ") + number_text(x);
-  return out + "]";
-}
-
-/// A float32 number, with just enough digits to give the same float32.
-std::string float_text(double number) { return number_text(static_cast<float>(number)); }
-
-}  // namespace
-
-std::string to_json(const TransferFunction& function) {
-  const GradientPart& part = function.gradient_part();
-  std::string out = "{";
-  if (!part.gradients.empty()) {
-    std::string list;
-    for (const double g : part.gradients) list += (list.empty() ? "" : ", ") + float_text(g);
-    out += "\"gradients\": [" + list + "],\n ";
-  }
-  if (!part.isosurfaces.empty()) {
-    std::string list;
-    for (const Isosurface& s : part.isosurfaces)
-      list += (list.empty() ? "\n" : ",\n") + ("  {\"value\": " + float_text(s.value)) +
-              ", \"thickness\": " + number_text(s.thickness) +
-              ", \"attenuation\": " + number_text(s.attenuation) + "}";
-    out += "\"isosurfaces\": [" + list + "\n],\n ";
-  }
-  std::string list;
-  const std::size_t columns = part.gradients.size();
-  for (std::size_t k = 0; k < function.points().size(); ++k) {
-    const TransferPoint& p = function.points()[k];
-    list += (list.empty() ? "\n" : ",\n") + ("  {\"value\": " + float_text(p.value)) +
-            ", \"attenuation\": " +
-            (columns == 0 ? number_text(p.attenuation)
-                          : array_text(std::span(part.attenuation).subspan(k * columns, columns)));
-    if (function.has_color())
-      list += ", \"color\": [" + number_text(p.color.r) + ", " + number_text(p.color.g) + ", " +
-              number_text(p.color.b) + "]";
-    list += "}";
-  }
-  return out + "\"points\": [" + list + "\n]}\n";
-}
-
-TransferFunction read_transfer_function(const std::filesystem::path& path) {
-  const std::string name = path.string();
-  return transfer_function_from_json(read_text(name, "transfer function"), name);
+  for (const double value : values)
+    points.push_back({value, window.attenuation(value), window.color(value)});
+  return TransferFunction(std::move(points), scene.colormap || scene.shows(Shows::value));
 }
 
 }  // namespace psivox

@@ -11,6 +11,8 @@
 
 namespace psivox {
 
+struct Scene;
+
 /// One knot: attenuation and colour of a value of the density grid.
 struct TransferPoint {
   double value = 0;
@@ -89,9 +91,6 @@ class TransferFunction {
   /// Greatest of each colour channel over [min_value, max_value].
   glm::dvec3 max_color(double min_value, double max_value) const;
 
-  /// Antiderivative of the attenuation over the value, quadratic between points; 0 at the first.
-  double attenuation_integral(double value) const;
-
   bool operator==(const TransferFunction&) const = default;
 
  private:
@@ -99,7 +98,6 @@ class TransferFunction {
   double table(double value, double gradient) const;
 
   std::vector<TransferPoint> points_;
-  std::vector<double> integrals_;  ///< attenuation_integral of the points
   bool has_color_;
   GradientPart part_;
 };
@@ -123,5 +121,18 @@ TransferFunction read_transfer_function(const std::filesystem::path& path);
 /// Error(input) if range_min is not below range_max.
 TransferFunction colormap_function(Colormap map, double range_min, double range_max,
                                    double data_min, double data_max);
+
+/// The function of a scene that windows its values: u is 0 and 1 at the ends of `range`.
+///
+/// | | attenuation | colour |
+/// |---|---|---|
+/// | --opacity | the curve of u | |
+/// | a colour map | the value, at least 0 | the map of u |
+/// | maxima | u, at least 0 | the same: a value beyond the range is brighter than 1 |
+/// | else | u within 0 and 1 | |
+///
+/// The first row that applies gives each. `stored` is the range of the grid's values, with 0.
+TransferFunction window_function(const Scene& scene, const glm::dvec2& range,
+                                 const glm::dvec2& stored);
 
 }  // namespace psivox

@@ -24,19 +24,9 @@ std::string_view name_in(std::string_view word) {
 }  // namespace
 
 const std::vector<std::string>& volume_parameters() {
-  static const std::vector<std::string> names{"grid",
-                                              "scale",
-                                              "rotate",
-                                              "translate",
-                                              "extinction",
-                                              "luminance",
-                                              "albedo",
-                                              "albedo-grid",
-                                              "emission-grid",
-                                              "emission-scale",
-                                              "emission-color",
-                                              "temperature-scale",
-                                              "temperature-offset"};
+  static const std::vector<std::string> names = split(
+      "grid,scale,rotate,translate,extinction,luminance,albedo,albedo-grid,emission-grid,"
+      "emission-scale,emission-color,temperature-scale,temperature-offset");
   return names;
 }
 

@@ -9,7 +9,6 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
-#include "scene/camera_file.h"
 
 namespace psivox {
 

@@ -62,7 +62,6 @@ double thinness(const Sample& sample) {
   return sample.dark ? std::numeric_limits<double>::infinity() : extinction_of(sample);
 }
 
-/// The sample with the densest medium.
 const Sample& densest(const std::vector<Sample>& samples) {
   return *std::ranges::min_element(samples, {}, thinness);
 }
@@ -88,13 +87,18 @@ void take_range(const std::vector<Sample>& samples, Scene& scene) {
   }
 }
 
-/// Temperatures of the hottest flame.
-void take_temperatures(const std::vector<Sample>& samples, Scene& scene) {
-  const Sample* hottest = nullptr;
+/// The sample whose flame has the least number; null if none has a flame.
+template <typename Number>
+const Sample* least_flame(const std::vector<Sample>& samples, const Number& number) {
+  const Sample* least = nullptr;
   for (const Sample& sample : samples)
-    if (has_flame(sample) && (!hottest || sample.looked.scene.temperature_scale <
-                                              hottest->looked.scene.temperature_scale))
-      hottest = &sample;
+    if (has_flame(sample) && (!least || number(sample) < number(*least))) least = &sample;
+  return least;
+}
+
+void take_temperatures(const std::vector<Sample>& samples, Scene& scene) {
+  const Sample* hottest =
+      least_flame(samples, [](const Sample& s) { return s.looked.scene.temperature_scale; });
   if (!hottest) return;
   scene.temperature_scale = hottest->looked.scene.temperature_scale;
   scene.temperature_offset = hottest->looked.scene.temperature_offset;
@@ -107,14 +111,12 @@ void take_brightness(const std::vector<Sample>& samples, Scene& scene) {
   scene.lights = least.lights;
   scene.luminance = least.luminance;
   scene.sky = least.sky;
-  const Scene* flame = nullptr;
-  for (const Sample& sample : samples)
-    if (has_flame(sample) && (!flame || sample.scene.emission_scale < flame->emission_scale))
-      flame = &sample.scene;
+  const Sample* flame =
+      least_flame(samples, [](const Sample& s) { return s.scene.emission_scale; });
   if (!flame) return;
-  scene.emission_grid = flame->emission_grid;
-  scene.emission_color = flame->emission_color;
-  scene.emission_scale = flame->emission_scale;
+  scene.emission_grid = flame->scene.emission_grid;
+  scene.emission_color = flame->scene.emission_color;
+  scene.emission_scale = flame->scene.emission_scale;
 }
 
 Subject all_subjects(const std::vector<Sample>& samples) {
@@ -182,7 +184,6 @@ std::vector<Sample> samples_of(const Scene& scene, std::span<const std::string> 
   return samples;
 }
 
-/// The least exposure of the samples' drafts.
 double least_exposure(const Scene& scene, std::span<const std::string> paths) {
   double least = std::numeric_limits<double>::infinity();
   for (const std::string& path : paths) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "psivox/parameters.h"
 #include "study/page.h"
@@ -20,57 +19,23 @@ double between(double rms, double a_error, double b_error, double a, double b) {
   return a * std::pow(b / a, u);
 }
 
-/// The need of a curve whose points go from coarse to fine. Steps and segments are close enough for
-/// the error to fall along a line between two points.
-Need need_of(const std::vector<const StudyPoint*>& points, double rms) {
-  Need need{refinement(points.front()->variant), rms, {}, {}, false};
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double error = points[i]->error.rms();
-    if (error > rms) continue;
-    const StudyPoint& fine = *points[i];
-    need.at_most = i == 0;
-    if (i == 0) {
-      need.samples_per_ray = fine.samples_per_ray;
-      need.cpu_ms = cpu_ms(fine).median;
-      return need;
-    }
-    const StudyPoint& coarse = *points[i - 1];
-    need.samples_per_ray =
-        between(rms, coarse.error.rms(), error, coarse.samples_per_ray, fine.samples_per_ray);
-    need.cpu_ms =
-        between(rms, coarse.error.rms(), error, cpu_ms(coarse).median, cpu_ms(fine).median);
-    return need;
-  }
+/// The need of a curve. Steps and segments are close enough for the error to fall along a line
+/// between two points.
+Need need_of(const StudyCurve& curve, double rms) {
+  Need need{refinement(curve.front()->variant), rms, {}, {}, false};
+  const auto fine =
+      std::ranges::find_if(curve, [&](auto* point) { return !(point->error.rms() > rms); });
+  if (fine == curve.end()) return need;
+  need.at_most = fine == curve.begin();
+  const auto cost = [&](auto of) {
+    if (need.at_most) return of(**fine);
+    const StudyPoint& coarse = **(fine - 1);
+    return between(rms, coarse.error.rms(), (*fine)->error.rms(), of(coarse), of(**fine));
+  };
+  need.samples_per_ray = cost([](const StudyPoint& p) { return p.samples_per_ray; });
+  need.cpu_ms = cost([](const StudyPoint& p) { return cpu_ms(p).median; });
   return need;
 }
-
-}  // namespace
-
-std::string power_text(double rms) { return "1e" + decimals(std::log10(rms), 0); }
-
-std::vector<Need> needs_of(const StudyResults& results, const std::vector<double>& rms_wanted) {
-  std::vector<std::vector<const StudyPoint*>> curves;
-  for (const StudyPoint& point : results.points) {
-    const auto same = [&](const auto& curve) {
-      return refinement(curve.front()->variant) == refinement(point.variant);
-    };
-    const auto curve = std::find_if(curves.begin(), curves.end(), same);
-    if (curve == curves.end())
-      curves.push_back({&point});
-    else
-      curve->push_back(&point);
-  }
-  std::vector<Need> needs;
-  for (auto& curve : curves) {
-    std::stable_sort(curve.begin(), curve.end(), [](const StudyPoint* a, const StudyPoint* b) {
-      return is_coarser(a->variant, b->variant);
-    });
-    for (const double rms : rms_wanted) needs.push_back(need_of(curve, rms));
-  }
-  return needs;
-}
-
-namespace {
 
 using Condition = std::function<bool(const StudyPoint&)>;
 
@@ -94,7 +59,7 @@ std::vector<const StudyPoint*> largest_pictures(const StudyResults& results) {
 /// Keeps the points whose number is at most `factor` times the least.
 template <typename Number>
 void keep_least(std::vector<const StudyPoint*>& points, double factor, Number number) {
-  double least = std::numeric_limits<double>::infinity();
+  double least = HUGE_VAL;
   for (const StudyPoint* p : points) least = std::min(least, number(*p));
   std::erase_if(points, [&](const StudyPoint* p) { return number(*p) > factor * least; });
 }
@@ -116,7 +81,6 @@ std::string look_ups(const StudyPoint& p) {
   return decimals(p.samples_per_ray, 0) + " look-ups a ray";
 }
 
-/// The scene that the study is of.
 Scene scene_in(const StudyResults& results) {
   return scene_from_json(results.scene, "the study's scene");
 }
@@ -135,7 +99,6 @@ const StudyPoint* first_of_same(const StudyResults& results, const StudyPoint* p
   return found == same.end() ? same.front() : *found;
 }
 
-/// The variants with the same picture.
 std::vector<Variant> same_variants(const StudyResults& results, const StudyPoint& point) {
   std::vector<Variant> variants;
   for (const StudyPoint* p : same_pictures(results, point)) variants.push_back(p->variant);
@@ -143,6 +106,33 @@ std::vector<Variant> same_variants(const StudyResults& results, const StudyPoint
 }
 
 }  // namespace
+
+std::string power_text(double rms) { return "1e" + decimals(std::log10(rms), 0); }
+
+std::vector<StudyCurve> curves_of(const std::vector<const StudyPoint*>& points) {
+  std::vector<StudyCurve> curves;
+  for (const StudyPoint* point : points) {
+    auto curve = std::ranges::find_if(curves, [&](const StudyCurve& c) {
+      return refinement(c.front()->variant) == refinement(point->variant);
+    });
+    if (curve == curves.end()) curve = curves.insert(curve, StudyCurve{});
+    curve->push_back(point);
+  }
+  for (StudyCurve& curve : curves)
+    std::ranges::stable_sort(curve, [](const StudyPoint* a, const StudyPoint* b) {
+      return is_coarser(a->variant, b->variant);
+    });
+  return curves;
+}
+
+std::vector<Need> needs_of(const StudyResults& results, const std::vector<double>& rms_wanted) {
+  std::vector<const StudyPoint*> points;
+  for (const StudyPoint& point : results.points) points.push_back(&point);
+  std::vector<Need> needs;
+  for (const StudyCurve& curve : curves_of(points))
+    for (const double rms : rms_wanted) needs.push_back(need_of(curve, rms));
+  return needs;
+}
 
 std::string same_as(const StudyPoint& point) {
   return point.same_as.empty() ? variant_name(point.variant) : point.same_as;

@@ -13,6 +13,11 @@ inline const std::vector<double> usual_rms = {1e-2, 1e-3, 1e-4, 1e-5};
 /// A power of ten as "1e-3".
 std::string power_text(double rms);
 
+/// Points of one refinement(), from coarse to fine.
+using StudyCurve = std::vector<const StudyPoint*>;
+/// The points' curves, in the order of their first points.
+std::vector<StudyCurve> curves_of(const std::vector<const StudyPoint*>& points);
+
 /// The cost at which a rule under a sampling reaches `rms`. It is interpolated linearly between
 /// measured points, in logarithms of cost and error; unset if no point reaches it.
 struct Need {

@@ -29,10 +29,6 @@ void check_name_and_time(const ForeignPicture& picture) {
                                      "; give milliseconds above 0, or none");
 }
 
-std::string size_text(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
-
 bool is_opaque(const Image& image) {
   const auto rgba = image.rgba();
   for (std::size_t i = 3; i < rgba.size(); i += 4)
@@ -96,10 +92,10 @@ void check_foreign(const StudyOptions& options, const Scene& scene) {
     const Image image = read_image(foreign.file);
     std::string wanted;
     for (const glm::ivec2& size : sizes)
-      wanted += (wanted.empty() ? "" : " or ") + size_text(size.x, size.y);
+      wanted += formatted(wanted.empty() ? "%dx%d" : " or %dx%d", size.x, size.y);
     if (std::ranges::find(sizes, glm::ivec2(image.width, image.height)) == sizes.end())
-      throw Error(ExitCode::input, in_quotes(foreign.file) + " has " +
-                                       size_text(image.width, image.height) +
+      throw Error(ExitCode::input, in_quotes(foreign.file) +
+                                       formatted(" has %dx%d", image.width, image.height) +
                                        " pixels; the study's pictures have " + wanted);
     const auto bad = std::ranges::count_if(image.rgba(), [](float v) { return !std::isfinite(v); });
     if (bad > 0)

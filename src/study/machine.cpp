@@ -3,7 +3,6 @@
 #include <sys/utsname.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <thread>

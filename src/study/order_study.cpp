@@ -29,13 +29,11 @@ constexpr Refinement refinements[] = {
     {Refined::voxel, "voxel", "voxel [widths of the medium]",
      "Voxels sample the same medium around a point, tau = K e^(-p^2), and 24x24 rays cross it. The "
      "error is the radiance less the exact integral of the medium itself, RMS over the pixels. "
-     "Only "
-     "the interpolation between voxels adds to it."},
+     "Only the interpolation between voxels adds to it."},
     {Refined::pixel, "pixel", "pixel [widths of the picture]",
      "Voxels hold this medium exactly, so the pixels are exact. The error is that of the picture "
      "between pixels, nearest or bilinear, RMS over 4x4 points per pixel; and the mean of the "
-     "pixels "
-     "less the mean of the exact picture."}};
+     "pixels less the mean of the exact picture."}};
 
 const Refinement& of(const OrderRow& row) { return refinements[int(row.refined)]; }
 
@@ -63,10 +61,9 @@ std::string order_csv(const std::vector<OrderRow>& rows) {
     std::string way = row.way;
     std::replace(way.begin(), way.end(), ',', ';');
     for (const LengthError& error : row.errors) {
-      const bool in = std::find(fitted.begin(), fitted.end(), error) != fitted.end();
       CsvLine line;
-      line << std::string(of(row).name) << row.rays << way << row.K << error.first << error.second
-           << double(in) << row.expected << row.observed();
+      line << of(row).name << row.rays << way << row.K << error.first << error.second
+           << double(std::ranges::count(fitted, error)) << row.expected << row.observed();
       out += line.str();
     }
   }
@@ -169,9 +166,8 @@ void run_order_study(const std::filesystem::path& folder, const Progress& progre
     return [=](double fraction) { progress(from + (to - from) * fraction); };
   };
   std::vector<OrderRow> rows = step_orders(part(0, 0.5));
-  for (OrderRow& row : voxel_orders(part(0.5, 0.95))) rows.push_back(std::move(row));
-  for (OrderRow& row : pixel_orders(part(0.95, 1))) rows.push_back(std::move(row));
-
+  std::ranges::move(voxel_orders(part(0.5, 0.95)), std::back_inserter(rows));
+  std::ranges::move(pixel_orders(part(0.95, 1)), std::back_inserter(rows));
   write_text((folder / "orders.csv").string(), order_csv(rows));
   write_text((folder / "orders.json").string(), order_json(rows));
   write_text((folder / "orders.md").string(), markdown_table(order_table(rows)));

@@ -1,14 +1,13 @@
 #include "study/orders.h"
 
-#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/statistics.h"
 #include "march/formula_march.h"
 #include "psivox/draw.h"
 #include "study/variant.h"
+#include "verify/made_fields.h"
 #include "verify/made_views.h"
-#include "verify/make_field.h"
 
 namespace psivox {
 namespace {
@@ -39,12 +38,8 @@ double phase_rms(Integrator rule, const SmoothRay& medium, const RayEnds& ends, 
 }
 
 OrderRow step_row(Integrator rule, double K, const RayEnds& ends, bool corrected) {
-  OrderRow row;
-  row.refined = Refined::step;
-  row.rays = ends.name;
-  row.rule = rule;
-  row.way = rule_name({{.integrator = rule}}) + (corrected ? ", end corrections" : "");
-  row.K = K;
+  OrderRow row{Refined::step, ends.name,
+               rule_name({{.integrator = rule}}) + (corrected ? ", end corrections" : ""), rule, K};
   row.expected = rule == Integrator::psi_balanced ? (ends.inside && !corrected ? 2 : 4)
                  : rule == Integrator::porter_duff && ends.inside ? 1
                                                                   : 2;
@@ -55,25 +50,6 @@ OrderRow step_row(Integrator rule, double K, const RayEnds& ends, bool corrected
     row.errors.emplace_back(h / medium.scale, phase_rms(rule, medium, ends, h, corrected));
   return row;
 }
-
-}  // namespace
-
-std::vector<OrderRow> step_orders(const Progress& progress) {
-  std::vector<OrderRow> rows;
-  const double all = 2 * 3 * 12;
-  for (const RayEnds& ends : ray_ends)
-    for (const double K : {0.3, 3.0, 30.0})
-      for (const IntegratorInfo& rule : integrators) {
-        if (!is_segment_rule(rule.id)) continue;
-        rows.push_back(step_row(rule.id, K, ends, false));
-        if (rule.id == Integrator::psi_balanced && ends.inside)
-          rows.push_back(step_row(rule.id, K, ends, true));
-        if (progress) progress(double(rows.size()) / all);
-      }
-  return rows;
-}
-
-namespace {
 
 // Orders in the size of voxels and of pixels come from pictures of the march in double.
 
@@ -107,7 +83,6 @@ std::shared_ptr<const Field> bump_voxels(double size,
 
 Image picture_by(Marcher& marcher, const View& view) { return Session(view).draw(marcher).image; }
 
-/// How the voxels' picture is drawn.
 struct VoxelMethod {
   const char* name;
   Integrator rule;
@@ -191,22 +166,30 @@ SheetErrors sheet_errors(int side) {
 
 }  // namespace
 
+std::vector<OrderRow> step_orders(const Progress& progress) {
+  std::vector<OrderRow> rows;
+  const double all = 2 * 3 * 12;
+  for (const RayEnds& ends : ray_ends)
+    for (const double K : {0.3, 3.0, 30.0})
+      for (const IntegratorInfo& rule : integrators) {
+        if (!is_segment_rule(rule.id)) continue;
+        rows.push_back(step_row(rule.id, K, ends, false));
+        if (rule.id == Integrator::psi_balanced && ends.inside)
+          rows.push_back(step_row(rule.id, K, ends, true));
+        if (progress) progress(double(rows.size()) / all);
+      }
+  return rows;
+}
+
 std::vector<OrderRow> voxel_orders(const Progress& progress) {
   const Scene outside = looking(small_scene(24), {6, 4, 5}, {0, 0, 0}, 3.0);
   const Scene inside = looking(small_scene(24), {0.3, -0.2, 0.1}, {-1, 0.5, 0.3});
   std::vector<OrderRow> rows;
   for (const Scene* scene : {&outside, &inside})
     for (const VoxelMethod& method : voxel_methods) {
-      OrderRow row{Refined::voxel,
-                   scene == &outside ? "vacuum to vacuum" : "from inside",
-                   method.name,
-                   method.rule,
-                   bump_K,
-                   2,
-                   false,
-                   picture_floor,
-                   {}};
-      rows.push_back(row);
+      const char* rays = scene == &outside ? "vacuum to vacuum" : "from inside";
+      rows.push_back(
+          {Refined::voxel, rays, method.name, method.rule, bump_K, 2, false, picture_floor});
     }
   const int first = 1, last = 4;
   for (int level = first; level <= last; ++level) {
@@ -231,15 +214,8 @@ std::vector<OrderRow> voxel_orders(const Progress& progress) {
 
 std::vector<OrderRow> pixel_orders(const Progress& progress) {
   const auto row = [](const char* look_up, double expected) {
-    return OrderRow{Refined::pixel,
-                    "vacuum to vacuum",
-                    look_up,
-                    Integrator::psi_weighted,
-                    8 * sheet_K,
-                    expected,
-                    false,
-                    picture_floor,
-                    {}};
+    return OrderRow{Refined::pixel, "vacuum to vacuum", look_up, Integrator::psi_weighted,
+                    8 * sheet_K,    expected,           false,   picture_floor};
   };
   OrderRow nearest = row("the nearest pixel", 1), bilinear = row("bilinear between pixels", 2),
            mean = row("mean of the picture", 2);

@@ -86,11 +86,11 @@ struct OrderRow {
   std::string rays;  ///< where they begin and end
   std::string way;   ///< the rule, and how else the picture is made
   Integrator rule = Integrator::psi_weighted;
-  double K = 0;                     ///< extinction: optical depth over a width of the medium
-  double expected = 0;              ///< expected order
-  bool about = false;               ///< the rule has an error that does not fall with the length
-  double floor = 0;                 ///< errors below it are rounding
-  std::vector<LengthError> errors;  ///< RMS of the radiance, from coarse to fine
+  double K = 0;                       ///< extinction: optical depth over a width of the medium
+  double expected = 0;                ///< expected order
+  bool about = false;                 ///< the rule has an error that does not fall with the length
+  double floor = 0;                   ///< errors below it are rounding
+  std::vector<LengthError> errors{};  ///< RMS of the radiance, from coarse to fine
 
   std::vector<LengthError> fitted() const { return finest_four(errors, floor); }
   double observed() const { return fitted_order(fitted()); }

@@ -4,7 +4,6 @@
 #include "base/text_file.h"
 #include "psivox/image.h"
 #include "study/page.h"
-#include "study/plot.h"
 
 namespace psivox {
 namespace {
@@ -58,7 +57,7 @@ std::string html_page(const std::string& title, const std::string& body) {
          "</body>\n</html>\n";
 }
 
-std::string html_table(const std::vector<std::vector<std::string>>& rows, Cells cells) {
+std::string html_table(const TextTable& rows, Cells cells) {
   std::string out = std::string("<div class=\"wide\"><table") +
                     (cells == Cells::words ? " class=\"words\"" : "") + ">\n";
   for (const auto& row : rows) {
@@ -69,6 +68,11 @@ std::string html_table(const std::vector<std::vector<std::string>>& rows, Cells 
     out += "</tr>\n";
   }
   return out + "</table></div>\n";
+}
+
+std::string html_section(const std::string& title, const std::string& text, const TextTable& table,
+                         Cells cells) {
+  return "<h2>" + title + "</h2>\n<p>" + text + "</p>\n" + html_table(table, cells);
 }
 
 std::string html_figure(const fs::path& png, const std::string& caption, int width,

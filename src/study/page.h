@@ -20,13 +20,11 @@ inline std::string two_digits(double value) {
   return power ? out.substr(0, e + 1) + std::to_string(power) : out.substr(0, e);
 }
 
-/// A number with `count` decimals.
 inline std::string decimals(double value, int count) { return formatted("%.*f", count, value); }
 
 /// Rows of cells; the first row is the head.
 using TextTable = std::vector<std::vector<std::string>>;
 
-/// The table in Markdown.
 inline std::string markdown_table(const TextTable& rows) {
   std::string out;
   for (const auto& row : rows) {
@@ -38,6 +36,9 @@ inline std::string markdown_table(const TextTable& rows) {
   }
   return out;
 }
+
+/// Names and texts: cells of a row, or what describes a point.
+using Facts = std::vector<std::pair<std::string, std::string>>;
 
 /// Builds a line of CSV. It quotes nothing: no name in a study has a comma or a quote.
 class CsvLine {
@@ -60,8 +61,11 @@ std::string html_page(const std::string& title, const std::string& body);
 /// The first row is the head. Cells are HTML: words are left-aligned and wrap, numbers are
 /// right-aligned.
 enum class Cells { numbers, words };
-std::string html_table(const std::vector<std::vector<std::string>>& rows,
-                       Cells cells = Cells::numbers);
+std::string html_table(const TextTable& rows, Cells cells = Cells::numbers);
+
+/// A heading, a text in HTML and a table.
+std::string html_section(const std::string& title, const std::string& text, const TextTable& table,
+                         Cells cells = Cells::numbers);
 
 /// A PNG inside the page, at most `width` pixels wide, above a line of HTML; the line alone if
 /// there is no such file. Plots show the figure beside the points with the name `variant`.

@@ -1,23 +1,12 @@
-#include "study/plot.h"
+#include "study/study_plots.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/html.h"
 #include "base/text.h"
-#include "study/page.h"
 
 namespace psivox {
-namespace {
-
-std::string attribute(const char* name, double value) {
-  return std::string(" ") + name + "=\"" + decimals(value, 2) + "\"";
-}
-
-}  // namespace
-
-std::string hex(Ink ink) { return formatted("#%02x%02x%02x", ink.r, ink.g, ink.b); }
-
 namespace {
 
 constexpr int least_width = 900, page_height = 560;
@@ -94,51 +83,47 @@ class Page {
     for (const Series& series : plot_.series) curve(series);
     front();
     legend();
-    const std::string w = std::to_string(width_), h = std::to_string(page_height);
-    return "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + w + " " + h +
-           "\" width=\"" + w + "\" height=\"" + h +
-           "\" font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" "
-           "height=\"100%\" fill=\"#ffffff\"/>\n" +
-           elements_ + "</svg>\n";
+    return formatted(R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 %d %d" width="%d" )"
+                     R"(height="%d" font-family="sans-serif" font-size="12">)",
+                     width_, page_height, width_, page_height) +
+           "\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n" + elements_ + "</svg>\n";
   }
 
  private:
   /// `dash`: length of a dash and of the gap after it; 0: solid.
   void line(double x1, double y1, double x2, double y2, double width, Ink ink, double dash = 0) {
-    elements_ += "<line" + attribute("x1", x1) + attribute("y1", y1) + attribute("x2", x2) +
-                 attribute("y2", y2) + " stroke=\"" + hex(ink) + "\"" +
-                 attribute("stroke-width", width) +
-                 (dash > 0 ? attribute("stroke-dasharray", dash) : "") + "/>\n";
+    elements_ += formatted(R"(<line x1="%.2f" y1="%.2f" x2="%.2f" y2="%.2f" stroke="%s")", x1, y1,
+                           x2, y2, hex(ink).c_str()) +
+                 formatted(R"( stroke-width="%.2f")", width) +
+                 (dash > 0 ? formatted(R"( stroke-dasharray="%.2f")", dash) : "") + "/>\n";
   }
 
-  void mark(double x, double y, double radius, Shape shape, Ink ink) {
-    const std::string fill = " fill=\"" + hex(ink) + "\"/>\n";
-    const std::string circle =
-        "<circle" + attribute("cx", x) + attribute("cy", y) + attribute("r", radius);
-    if (shape == Shape::disc)
-      elements_ += circle + fill;
-    else if (shape == Shape::ring)
-      elements_ += circle + " fill=\"none\" stroke=\"" + hex(ink) + "\" stroke-width=\"1.5\"/>\n";
+  void mark(double x, double y, double r, Shape shape, Ink ink) {
+    const std::string color = hex(ink);
+    std::string form;
+    if (shape == Shape::disc || shape == Shape::ring)
+      form = formatted(R"(<circle cx="%.2f" cy="%.2f" r="%.2f")", x, y, r);
     else if (shape == Shape::square)
-      elements_ += "<rect" + attribute("x", x - radius) + attribute("y", y - radius) +
-                   attribute("width", 2 * radius) + attribute("height", 2 * radius) + fill;
+      form = formatted(R"(<rect x="%.2f" y="%.2f" width="%.2f" height="%.2f")", x - r, y - r, 2 * r,
+                       2 * r);
     else if (shape == Shape::triangle)
-      elements_ += formatted("<polygon points=\"%.2f,%.2f %.2f,%.2f %.2f,%.2f\"", x, y - radius,
-                             x + radius, y + radius, x - radius, y + radius) +
-                   fill;
+      form = formatted(R"(<polygon points="%.2f,%.2f %.2f,%.2f %.2f,%.2f")", x, y - r, x + r, y + r,
+                       x - r, y + r);
     else
-      elements_ += formatted("<polygon points=\"%.2f,%.2f %.2f,%.2f %.2f,%.2f %.2f,%.2f\"", x,
-                             y - radius, x + radius, y, x, y + radius, x - radius, y) +
-                   fill;
+      form = formatted(R"(<polygon points="%.2f,%.2f %.2f,%.2f %.2f,%.2f %.2f,%.2f")", x, y - r,
+                       x + r, y, x, y + r, x - r, y);
+    elements_ += form + (shape == Shape::ring
+                             ? " fill=\"none\" stroke=\"" + color + "\" stroke-width=\"1.5\"/>\n"
+                             : " fill=\"" + color + "\"/>\n");
   }
 
   /// `anchor`: the part of the text that is at (x, y). `upwards`: it reads from bottom to top.
   void text(double x, double y, const std::string& words, const char* anchor,
             bool upwards = false) {
-    elements_ += "<text" + attribute("x", x) + attribute("y", y) + " text-anchor=\"" + anchor +
-                 "\" fill=\"" + hex(black) + "\"";
-    if (upwards) elements_ += formatted(" transform=\"rotate(-90 %.2f %.2f)\"", x, y);
-    elements_ += ">" + html_text(words) + "</text>\n";
+    elements_ += formatted(R"(<text x="%.2f" y="%.2f" text-anchor="%s" fill="%s")", x, y, anchor,
+                           hex(black).c_str()) +
+                 (upwards ? formatted(" transform=\"rotate(-90 %.2f %.2f)\"", x, y) : "") + ">" +
+                 html_text(words) + "</text>\n";
   }
 
   void axes() {
@@ -201,6 +186,8 @@ class Page {
 };
 
 }  // namespace
+
+std::string hex(Ink ink) { return formatted("#%02x%02x%02x", ink.r, ink.g, ink.b); }
 
 bool has_place(const PlotPoint& point) {
   return point.x > 0 && point.y > 0 && std::isfinite(point.x) && std::isfinite(point.y);

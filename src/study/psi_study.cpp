@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/statistics.h"
 #include "base/text.h"
@@ -56,8 +57,8 @@ SegmentError rule_error(Integrator rule, double x_f, double x_b) {
 
 /// Rounds the ends to float first, so that their own rounding does not count.
 SegmentError float_error(Integrator rule, double x_f, double x_b) {
-  x_f = static_cast<double>(static_cast<float>(x_f));
-  x_b = static_cast<double>(static_cast<float>(x_b));
+  x_f = double(float(x_f));
+  x_b = double(float(x_b));
   return difference(Outcome(rule_weights_float(rule, x_f, x_b)),
                     Outcome(rule_weights_double(rule, x_f, x_b)));
 }
@@ -78,9 +79,11 @@ constexpr Domain domains[] = {
 
 struct Measure {
   const char* name;
+  const char* title;
   SegmentError (*error)(Integrator, double, double);
 };
-constexpr Measure measures[] = {{"rule", rule_error}, {"float32", float_error}};
+constexpr Measure measures[] = {{"rule", "The rules against psi-exact, in double", rule_error},
+                                {"float32", "Float32 against double, rule by rule", float_error}};
 
 struct Quantity {
   const char* name;
@@ -130,83 +133,64 @@ std::vector<Integrator> segment_rules() {
   return rules;
 }
 
-/// Tables and pictures of one domain and measure.
-class Section {
- public:
-  Section(const Domain& domain, const Measure& measure, const fs::path& folder)
-      : domain_(domain), measure_(measure), folder_(folder) {}
+/// The texts of the study's files.
+struct Texts {
+  std::string csv, markdown, body;
+};
 
-  void add(Integrator rule) {
-    const Surface surface(rule, domain_, measure_);
+/// Adds the tables and pictures of one domain and measure. Calls `did` after each rule.
+void add_section(const Domain& domain, const Measure& measure, const fs::path& folder,
+                 const std::vector<Integrator>& rules, const std::function<void()>& did,
+                 Texts& texts) {
+  TextTable rows = {{"rule", "ΔΨ, RMS (max)", "Δζ, RMS (max)", "Δ colour, RMS (max)"}};
+  std::string figures;
+  for (const Integrator rule : rules) {
+    const Surface surface(rule, domain, measure);
     const std::string name = rule_name({{.integrator = rule}});
-    csv += name + "," + domain_.name + "," + measure_.name;
-    std::vector<std::string> row = {name};
+    const std::string file = std::string(domain.name) + "_" + measure.name + "_" + name + "_";
+    rows.push_back({name});
+    CsvLine line;
+    line << name << domain.name << measure.name;
     for (const Quantity& quantity : quantities) {
       const ErrorSum sum = surface.sum(quantity.member);
-      const double rms = sum.rms(), max = sum.max;
-      csv += "," + number_text(rms) + "," + number_text(max);
-      row.push_back(two_digits(rms) + " (" + two_digits(max) + ")");
-      const std::string file =
-          std::string(domain_.name) + "_" + measure_.name + "_" + name + "_" + quantity.name;
-      const fs::path png = folder_ / "pictures" / (file + ".png");
-      write_image(surface.picture(quantity.member, max), png);
-      figures += html_figure(png, name + ", " + quantity.name + ": ±" + two_digits(max), cells);
+      line << sum.rms() << sum.max;
+      rows.back().push_back(two_digits(sum.rms()) + " (" + two_digits(sum.max) + ")");
+      const fs::path png = folder / "pictures" / (file + quantity.name + ".png");
+      write_image(surface.picture(quantity.member, sum.max), png);
+      figures += html_figure(png, name + ", " + quantity.name + ": ±" + two_digits(sum.max), cells);
     }
-    csv += "\n";
-    rows.push_back(std::move(row));
+    texts.csv += line.str();
+    did();
   }
-
-  std::string title() const {
-    return std::string(&measure_ == &measures[0] ? "The rules against psi-exact, in double"
-                                                 : "Float32 against double, rule by rule") +
-           ": " + domain_.caption;
-  }
-  std::string markdown() const { return "**" + title() + "**\n\n" + markdown_table(rows) + "\n"; }
-  std::string html() const {
-    return "<h2>" + title() + "</h2>\n" + html_table(rows) + "<div class=\"gallery\">\n" + figures +
-           "</div>\n";
-  }
-
-  std::string csv;
-
- private:
-  const Domain& domain_;
-  const Measure& measure_;
-  fs::path folder_;
-  std::string figures;
-  TextTable rows = {{"rule", "ΔΨ, RMS (max)", "Δζ, RMS (max)", "Δ colour, RMS (max)"}};
-};
+  const std::string title = std::string(measure.title) + ": " + domain.caption;
+  texts.markdown += "**" + title + "**\n\n" + markdown_table(rows) + "\n";
+  texts.body += "<h2>" + title + "</h2>\n" + html_table(rows) + "<div class=\"gallery\">\n" +
+                figures + "</div>\n";
+}
 
 }  // namespace
 
 void run_psi_study(const fs::path& folder, const Progress& progress) {
   check_study_folder(folder, false);
   make_folder(folder / "pictures");
-  std::string csv = "integrator,ends,error,psi_rms,psi_max,zeta_rms,zeta_max,color_rms,color_max\n";
-  std::string markdown;
-  std::string body =
+  Texts texts{
+      "integrator,ends,error,psi_rms,psi_max,zeta_rms,zeta_max,color_rms,color_max\n", "",
       "<p>The medium is one segment of length 1 whose attenuation is linear between its ends. Its "
       "colour is C = L_f (1 - Ψ) + L_b (Ψ - ζ); the error of the colour is the largest for "
       "luminances from 0 to 1. In the pictures the attenuation of the front end grows to the right "
       "and that of the back end upwards. Blue is below 0 and red above; the caption has the error "
-      "at full colour.</p>\n";
+      "at full colour.</p>\n"};
   const std::vector<Integrator> rules = segment_rules();
   double done = 0;
+  const auto did = [&] {
+    done += 1;
+    if (progress) progress(done / (4 * double(rules.size())));
+  };
   for (const Measure& measure : measures)
-    for (const Domain& domain : domains) {
-      Section section(domain, measure, folder);
-      for (const Integrator rule : rules) {
-        section.add(rule);
-        done += 1;
-        if (progress) progress(done / (4 * double(rules.size())));
-      }
-      csv += section.csv;
-      markdown += section.markdown();
-      body += section.html();
-    }
-  write_text((folder / "psi.csv").string(), csv);
-  write_text((folder / "psi.md").string(), markdown);
-  write_text((folder / "index.html").string(), html_page("psivox study --psi", body));
+    for (const Domain& domain : domains) add_section(domain, measure, folder, rules, did, texts);
+  write_text((folder / "psi.csv").string(), texts.csv);
+  write_text((folder / "psi.md").string(), texts.markdown);
+  write_text((folder / "index.html").string(), html_page("psivox study --psi", texts.body));
 }
 
 }  // namespace psivox

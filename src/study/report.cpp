@@ -5,13 +5,13 @@
 #include <iterator>
 #include <map>
 #include <regex>
+#include <set>
 
 #include "app/command_text.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/parameters.h"
 #include "study/conclusion.h"
-#include "study/page.h"
 #include "study/study_plots.h"
 
 namespace psivox {
@@ -22,12 +22,11 @@ constexpr int thumbnail_width = 256, picture_width = 512;
 
 /// What shines on the scene: lights and sky.
 std::string lights_text(const Scene& scene) {
-  std::string lights;
-  if (!scene.lights.empty()) lights = parameter_text(scene, "light");
-  if (scene.sky) lights += (lights.empty() ? "" : "; ") + ("sky " + parameter_text(scene, "sky"));
-  if (!scene.environment.empty())
-    lights += (lights.empty() ? "" : "; ") + ("environment " + in_quotes(scene.environment));
-  return lights.empty() ? "none" : lights;
+  std::vector<std::string> lights;
+  if (!scene.lights.empty()) lights.push_back(parameter_text(scene, "light"));
+  if (scene.sky) lights.push_back("sky " + parameter_text(scene, "sky"));
+  if (!scene.environment.empty()) lights.push_back("environment " + in_quotes(scene.environment));
+  return lights.empty() ? "none" : joined(lights, "; ");
 }
 
 std::string light_text(const Scene& scene) {
@@ -83,29 +82,22 @@ std::string head(const StudyResults& r) {
       Cells::words);
 }
 
-/// The page's first sentence. Lines break between options.
+/// HTML whose lines break between options.
+std::string between_options(const std::string& html, const char* tag) {
+  static const std::regex option(" --");
+  return std::regex_replace(html, option, formatted("</%s> <%s>--", tag, tag));
+}
+
 std::string conclusion_html(const StudyResults& results) {
-  const std::string sentence = html_text(conclusion_text(results));
   std::string html;
-  bool code = false;
-  for (std::size_t i = 0; i < sentence.size(); ++i) {
-    if (sentence[i] == '`') {
-      code = !code;
-      html += code ? "<code>" : "</code>";
-    } else if (code && sentence.compare(i, 3, " --") == 0) {
-      html += "</code> <code>";
-    } else {
-      html += sentence[i];
-    }
-  }
+  const std::vector<std::string> parts = split(html_text(conclusion_text(results)), '`');
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    html += i % 2 ? "<code>" + between_options(parts[i], "code") + "</code>" : parts[i];
   return "<p class=\"conclusion\">" + html + "</p>\n";
 }
 
-/// The command that draws the picture. Lines break between options.
 std::string command_html(const StudyResults& results) {
-  static const std::regex option(" --");
-  return "<pre class=\"command\"><span>" +
-         std::regex_replace(html_text(command_of(results)), option, "</span> <span>--") +
+  return "<pre class=\"command\"><span>" + between_options(html_text(command_of(results)), "span") +
          "</span></pre>\n";
 }
 
@@ -171,13 +163,13 @@ void add_row(TextTable& rows, const std::string& name, const Facts& facts) {
   }
 }
 
-std::string points_table(const StudyResults& results) {
+TextTable points_table(const StudyResults& results) {
   TextTable rows = {{"variant"}};
   for (const StudyPoint& p : results.points) {
     const std::string chosen = p.chosen ? ": " + variant_name(*p.chosen) : "";
     add_row(rows, variant_name(p.variant) + chosen, facts_of(p));
   }
-  return html_table(rows);
+  return rows;
 }
 
 /// The facts that fit beside a point of a plot.
@@ -189,8 +181,7 @@ std::string plot_facts(const StudyResults& results) {
     Facts& shown = all[variant_name(p.variant)];
     if (p.chosen) shown.emplace_back("chosen", variant_name(*p.chosen));
     for (const auto& fact : facts_of(p))
-      if (std::find(std::begin(brief), std::end(brief), fact.first) != std::end(brief))
-        shown.push_back(fact);
+      if (std::ranges::count(brief, fact.first)) shown.push_back(fact);
   }
   for (const ForeignPoint& p : results.foreign) all[shown_name(p)] = facts_of(p);
   return html_facts(all);
@@ -223,7 +214,6 @@ std::string skipped_table(const StudyResults& results) {
   return "<h2>Skipped</h2>\n" + html_table(rows, Cells::words);
 }
 
-/// A picture beside its difference.
 std::string pair_of(const fs::path& folder, const std::string& name, const std::string& file_name,
                     double scale) {
   const std::string file = file_name + ".png";
@@ -250,12 +240,11 @@ std::string gallery(const StudyResults& results, const fs::path& folder) {
 
 /// One reference for each resolution.
 std::string references(const StudyResults& results, const fs::path& folder) {
-  std::vector<std::string> names;
+  std::set<std::string> names;
   std::string out;
   for (const StudyPoint& p : results.points) {
     const std::string name = reference_name(p.variant);
-    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-    names.push_back(name);
+    if (!names.insert(name).second) continue;
     out += html_figure(folder / (name + ".png"), "the picture, by the reference", picture_width);
   }
   return out;
@@ -277,28 +266,26 @@ std::string reference_name(const Variant& variant) {
 void write_report(const StudyResults& results, const fs::path& folder) {
   write_text((folder / "results.md").string(), results_markdown(results));
   std::string body = first_screen(results, references(results, folder));
-  body +=
-      "<h2>Cheapest ways to an error</h2>\n<p>Error is the RMS over R G B A of the GPU's picture "
-      "less the reference, in linear radiance. For each error the table names the measured variant "
-      "that stays below it with the fewest field look-ups per ray, and the one with the least "
-      "processor time.</p>\n" +
-      html_table(cheapest_table(results), Cells::words);
+  body += html_section(
+      "Cheapest ways to an error",
+      "Error is the RMS over R G B A of the GPU's picture less the reference, in linear radiance. "
+      "For each error the table names the measured variant that stays below it with the fewest "
+      "field look-ups per ray, and the one with the least processor time.",
+      cheapest_table(results), Cells::words);
   body += "<h2>Plots</h2>\n";
   if (const std::string note = clock_note(results); !note.empty()) body += "<p>" + note + "</p>\n";
   for (const NamedPlot& named : plots_of(results)) body += write_plot(named, folder);
   body += plot_facts(results);
   if (!results.foreign.empty())
-    body += "<h2>Other renderers</h2>\n<p>" + std::string(foreign_note) + "</p>\n" +
-            html_table(foreign_table(results));
-  body += "<h2>Rules by samplings</h2>\n<p>" + std::string(rules_note) + "</p>\n" +
-          html_table(rules_table(results));
-  body += "<h2>What an error takes</h2>\n<p>" + std::string(needs_note) + "</p>\n" +
-          html_table(needs_table(results));
-  body +=
-      "<h2>All numbers</h2>\n<p>Times are medians, with the quartiles in parentheses. The "
+    body += html_section("Other renderers", foreign_note, foreign_table(results));
+  body += html_section("Rules by samplings", rules_note, rules_table(results));
+  body += html_section("What an error takes", needs_note, needs_table(results));
+  body += html_section(
+      "All numbers",
+      "Times are medians, with the quartiles in parentheses. The "
       " step error is the march in double less the reference; the arithmetic error is the GPU's "
-      "picture less the march in double.</p>\n" +
-      points_table(results);
+      "picture less the march in double.",
+      points_table(results));
   body += skipped_table(results);
   body += "<h2>Pictures</h2>\n" + gallery(results, folder);
   body += "<h2>Scene</h2>\n<pre>" + html_text(results.scene) + "</pre>\n";

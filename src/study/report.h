@@ -34,8 +34,7 @@ TextTable needs_table(const StudyResults& results);
 inline constexpr const char* needs_note =
     "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
     "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
-    "already "
-    "reaches the RMS; –: no point reaches it.";
+    "already reaches the RMS; –: no point reaches it.";
 
 /// A row for each picture of another renderer.
 TextTable foreign_table(const StudyResults& results);

@@ -4,11 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <utility>
-#include <vector>
 
 #include "app/command_text.h"
-#include "base/statistics.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
@@ -61,13 +58,8 @@ Json json_of(const Deviation& d) {
 }
 
 Deviation deviation_from(const Json& j) {
-  return {j.at("rms").get<double>(),
-          j.at("max").get<double>(),
-          j.at("max_x").get<int>(),
-          j.at("max_y").get<int>(),
-          j.at("p99").get<double>(),
-          j.at("mean").get<double>(),
-          j.at("not_finite").get<std::uint64_t>()};
+  return {j.at("rms"), j.at("max"),  j.at("max_x"),     j.at("max_y"),
+          j.at("p99"), j.at("mean"), j.at("not_finite")};
 }
 
 Json json_of(const PictureError& e) {
@@ -114,13 +106,12 @@ StudyPoint point_from(const Json& j) {
   p.error = error_from(j.at("error"));
   p.step_error = optional_error_from(j.at("step_error"));
   p.arithmetic = optional_error_from(j.at("arithmetic_error"));
-  p.samples_per_ray = j.at("samples_per_ray").get<double>();
-  p.steps_per_ray = j.at("steps_per_ray").get<double>();
-  p.atlas_bytes = j.at("atlas_bytes").get<std::uint64_t>();
-  p.difference_scale = j.at("difference_scale").get<double>();
+  p.samples_per_ray = j.at("samples_per_ray");
+  p.steps_per_ray = j.at("steps_per_ray");
+  p.atlas_bytes = j.at("atlas_bytes");
+  p.difference_scale = j.at("difference_scale");
   for (const Json& t : j.at("times_ms"))
-    p.times.push_back(
-        {t.at("wall").get<double>(), t.at("gpu").get<double>(), t.at("cpu").get<double>()});
+    p.times.push_back({t.at("wall"), t.at("gpu"), t.at("cpu")});
   return p;
 }
 
@@ -136,13 +127,12 @@ Json json_of(const ForeignPoint& p) {
 }
 
 ForeignPoint foreign_from(const Json& j) {
-  const Json& time = j.at("time_ms");
-  return {{j.at("name").get<std::string>(), j.at("picture").get<std::string>(),
-           time.is_null() ? 0 : time.get<double>()},
-          j.at("opaque").get<bool>(),
-          {j.at("resolution").at(0).get<int>(), j.at("resolution").at(1).get<int>()},
+  const Json &time = j.at("time_ms"), &resolution = j.at("resolution");
+  return {{j.at("name"), j.at("picture"), time.is_null() ? 0 : time.get<double>()},
+          j.at("opaque"),
+          {int(resolution.at(0)), int(resolution.at(1))},
           error_from(j.at("error")),
-          j.at("difference_scale").get<double>()};
+          j.at("difference_scale")};
 }
 
 Json conclusion_json(const StudyResults& results) {
@@ -169,6 +159,32 @@ Json scene_without_input(const std::string& text) {
   Json scene = Json::parse(text);
   scene.erase("input");
   return scene;
+}
+
+/// The deviation of a - b in the channels from `first` to `last` - 1.
+Deviation deviation(const Image& a, const Image& b, std::size_t first, std::size_t last) {
+  ErrorSum sum;
+  std::vector<double> absolute;
+  std::uint64_t not_finite = 0;
+  const std::size_t pixels = a.rgba().size() / 4, width = std::size_t(a.width);
+  absolute.reserve(pixels * (last - first));
+  for (std::size_t i = 0; i < pixels; ++i)
+    for (std::size_t c = first; c < last; ++c) {
+      const double value = double(a.rgba()[4 * i + c]) - double(b.rgba()[4 * i + c]);
+      if (!std::isfinite(value)) {
+        ++not_finite;
+        continue;
+      }
+      sum.add(value, i);
+      absolute.push_back(std::abs(value));
+    }
+  return {.rms = sum.rms(),
+          .max = sum.max,
+          .max_x = int(sum.max_at % width),
+          .max_y = int(sum.max_at / width),
+          .p99 = percentile(std::move(absolute), 0.99),
+          .mean = sum.mean(),
+          .not_finite = not_finite};
 }
 
 }  // namespace
@@ -208,17 +224,17 @@ StudyResults results_from_json(std::string_view text, std::string_view source) {
     if (j.at("psivox_study").get<int>() != format_version)
       throw Error(ExitCode::input, std::string(source) + ": results of another version of psivox");
     StudyResults r;
-    r.version = j.at("version").get<std::string>();
-    r.git = j.at("git").get<std::string>();
-    r.processor = j.at("machine").at("processor").get<std::string>();
-    r.threads = j.at("machine").at("threads").get<int>();
-    r.system = j.at("machine").at("system").get<std::string>();
-    r.renderer = j.at("renderer").get<std::string>();
-    r.input = j.at("input").at("file").get<std::string>();
-    r.input_hash = j.at("input").at("fnv1a").get<std::string>();
+    r.version = j.at("version");
+    r.git = j.at("git");
+    r.processor = j.at("machine").at("processor");
+    r.threads = j.at("machine").at("threads");
+    r.system = j.at("machine").at("system");
+    r.renderer = j.at("renderer");
+    r.input = j.at("input").at("file");
+    r.input_hash = j.at("input").at("fnv1a");
     r.scene = j.at("scene").dump();
-    r.reference_bound = j.at("reference").at("error_bound").get<double>();
-    r.repeats = j.at("repeats").get<int>();
+    r.reference_bound = j.at("reference").at("error_bound");
+    r.repeats = j.at("repeats");
     for (const Json& s : j.at("skipped"))
       r.skipped.push_back({variant_from(s), s.at("reason").get<std::string>()});
     for (const Json& p : j.at("points")) r.points.push_back(point_from(p));
@@ -245,40 +261,10 @@ std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
   for (const auto& [name, value] : b.items())
     if (!a.contains(name) || a.at(name) != value) return "has another --" + name;
   for (const StudyPoint& point : begun.points)
-    if (std::find(plan.variants.begin(), plan.variants.end(), point.variant) == plan.variants.end())
+    if (!std::ranges::count(plan.variants, point.variant))
       return "has " + variant_name(point.variant) + ", which these options have not";
   return "";
 }
-
-namespace {
-
-/// The deviation of a - b in the channels from `first` to `last` - 1.
-Deviation deviation(const Image& a, const Image& b, std::size_t first, std::size_t last) {
-  ErrorSum sum;
-  std::vector<double> absolute;
-  std::uint64_t not_finite = 0;
-  const std::size_t pixels = a.rgba().size() / 4, width = std::size_t(a.width);
-  absolute.reserve(pixels * (last - first));
-  for (std::size_t i = 0; i < pixels; ++i)
-    for (std::size_t c = first; c < last; ++c) {
-      const double value = double(a.rgba()[4 * i + c]) - double(b.rgba()[4 * i + c]);
-      if (!std::isfinite(value)) {
-        ++not_finite;
-        continue;
-      }
-      sum.add(value, i);
-      absolute.push_back(std::abs(value));
-    }
-  return {.rms = sum.rms(),
-          .max = sum.max,
-          .max_x = int(sum.max_at % width),
-          .max_y = int(sum.max_at / width),
-          .p99 = percentile(std::move(absolute), 0.99),
-          .mean = sum.mean(),
-          .not_finite = not_finite};
-}
-
-}  // namespace
 
 double PictureError::rms() const {
   return std::sqrt((3 * radiance.rms * radiance.rms + alpha.rms * alpha.rms) / 4);

@@ -1,7 +1,6 @@
 // A study's numbers as CSV and as Markdown.
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/text.h"
 #include "psivox/parameters.h"
@@ -13,43 +12,69 @@
 namespace psivox {
 namespace {
 
-void add_header(CsvLine& line, const std::string& prefix) {
-  for (const char* channels : {"radiance", "alpha"})
-    for (const char* number : {"rms", "max", "max_x", "max_y", "p99", "mean", "not_finite"})
-      line << prefix + channels + "_" + number;
+void add(Facts& row, const std::string& prefix, const Deviation& d) {
+  const std::pair<const char*, double> numbers[] = {
+      {"rms", d.rms}, {"max", d.max},   {"max_x", d.max_x},          {"max_y", d.max_y},
+      {"p99", d.p99}, {"mean", d.mean}, {"not_finite", d.not_finite}};
+  for (const auto& [name, number] : numbers) row.emplace_back(prefix + name, number_text(number));
 }
 
-void add(CsvLine& line, const Deviation& d) {
-  line << d.rms << d.max << d.max_x << d.max_y << d.p99 << d.mean << double(d.not_finite);
+void add_short(Facts& row, const std::string& prefix, const std::optional<PictureError>& error) {
+  for (const auto& [channels, deviation] :
+       {std::pair("radiance_", &PictureError::radiance), std::pair("alpha_", &PictureError::alpha)})
+    for (const auto& [name, number] :
+         {std::pair("rms", &Deviation::rms), std::pair("max", &Deviation::max)})
+      row.emplace_back(prefix + channels + name,
+                       error ? number_text((*error).*deviation.*number) : "");
 }
 
-void add_short(CsvLine& line, const std::optional<PictureError>& error) {
-  for (const Deviation PictureError::*part : {&PictureError::radiance, &PictureError::alpha})
-    for (const double Deviation::*number : {&Deviation::rms, &Deviation::max})
-      line << (error ? number_text((*error).*part.*number) : std::string());
-}
-
-/// Cells of what is not known of another renderer are empty.
-std::string csv_line(const ForeignPoint& point) {
-  const auto [x, y] = std::pair(point.resolution.x, point.resolution.y);
-  CsvLine line;
-  const auto leave = [&](int cells) {
-    for (int i = 0; i < cells; ++i) line << "";
+/// A row of results.csv.
+Facts cells_of(const StudyPoint& point, const Scene& base) {
+  const Variant marched = point.chosen.value_or(point.variant);
+  const Scene scene = scene_of(marched, base);
+  Facts row = {{"renderer", "psivox"}};
+  const auto add_texts = [&](std::initializer_list<const char*> names) {
+    for (const char* name : names) row.emplace_back(name, parameter_text(scene, name));
   };
-  line << point.picture.name;
-  leave(6);
-  line << std::to_string(x) + "x" + std::to_string(y);
-  leave(2);
-  line << point.rms();
-  add(line, point.error.radiance);
-  if (point.opaque)
-    leave(7);
-  else
-    add(line, point.error.alpha);
-  leave(8 + 3 + 1 + 5);
-  line << (point.picture.time_ms > 0 ? number_text(point.picture.time_ms) : "");
-  leave(4 + 5);
-  return line.str();
+  const auto add_number = [&](const std::string& name, double number) {
+    row.emplace_back(name, number_text(number));
+  };
+  add_texts({"integrator", "sampling"});
+  add_number("segments", marched.method.segments);
+  add_number("step", marched.method.step);
+  add_texts({"filter", "texel", "resolution"});
+  add_number("tolerance", point.variant.tolerance.value_or(0));
+  add_number("estimate", point.estimate);
+  add_number("rms", point.error.rms());
+  add(row, "radiance_", point.error.radiance);
+  add(row, "alpha_", point.error.alpha);
+  add_short(row, "step_error_", point.step_error);
+  add_short(row, "arithmetic_error_", point.arithmetic);
+  add_number("samples_per_ray", point.samples_per_ray);
+  add_number("steps_per_ray", point.steps_per_ray);
+  add_number("atlas_bytes", double(point.atlas_bytes));
+  add_number("repeats", double(point.times.size()));
+  for (const auto& [clock, spread] :
+       {std::pair("gpu_ms_", gpu_ms(point)), std::pair("wall_ms_", wall_ms(point)),
+        std::pair("cpu_ms_", cpu_ms(point))})
+    for (const auto& [name, number] :
+         {std::pair("median", spread.median), std::pair("lower", spread.lower),
+          std::pair("upper", spread.upper), std::pair("min", spread.min),
+          std::pair("max", spread.max)})
+      add_number(std::string(clock) + name, number);
+  return row;
+}
+
+/// What is known of another renderer.
+Facts cells_of(const ForeignPoint& point) {
+  Facts row = {{"renderer", point.picture.name},
+               {"resolution", formatted("%dx%d", point.resolution.x, point.resolution.y)},
+               {"rms", number_text(point.rms())}};
+  add(row, "radiance_", point.error.radiance);
+  if (!point.opaque) add(row, "alpha_", point.error.alpha);
+  if (point.picture.time_ms > 0)
+    row.emplace_back("wall_ms_median", number_text(point.picture.time_ms));
+  return row;
 }
 
 /// Distinct names in the order of first appearance.
@@ -57,8 +82,7 @@ template <typename Name>
 std::vector<std::string> names(const StudyResults& results, Name name) {
   std::vector<std::string> out;
   for (const StudyPoint& point : results.points)
-    if (std::find(out.begin(), out.end(), name(point.variant)) == out.end())
-      out.push_back(name(point.variant));
+    if (!std::ranges::count(out, name(point.variant))) out.push_back(name(point.variant));
   return out;
 }
 
@@ -101,43 +125,21 @@ TextTable needs_table(const StudyResults& results) {
 }
 
 std::string results_csv(const StudyResults& results) {
-  CsvLine header;
-  for (const char* name : {"renderer", "integrator", "sampling", "segments", "step", "filter",
-                           "texel", "resolution", "tolerance", "estimate", "rms"})
-    header << std::string(name);
-  add_header(header, "");
-  for (const char* error : {"step_error_", "arithmetic_error_"})
-    for (const char* channels : {"radiance", "alpha"})
-      for (const char* number : {"rms", "max"})
-        header << std::string(error) + channels + "_" + number;
-  header << "samples_per_ray"
-         << "steps_per_ray"
-         << "atlas_bytes"
-         << "repeats";
-  for (const char* clock : {"gpu", "wall", "cpu"})
-    for (const char* number : {"median", "lower", "upper", "min", "max"})
-      header << std::string(clock) + "_ms_" + number;
-  std::string out = header.str();
   const Scene base = scene_from_json(results.scene, "the study's scene");
-  for (const StudyPoint& point : results.points) {
-    const Variant marched = point.chosen.value_or(point.variant);
-    const Scene scene = scene_of(marched, base);
-    const auto text = [&](const char* name) { return parameter_text(scene, name); };
+  const Facts columns = cells_of(StudyPoint(), base);
+  CsvLine header;
+  for (const auto& [name, text] : columns) header << name;
+  std::string out = header.str();
+  const auto add = [&](const Facts& row) {
     CsvLine line;
-    line << "psivox" << text("integrator") << text("sampling") << double(marched.method.segments)
-         << marched.method.step << text("filter") << text("texel") << text("resolution")
-         << point.variant.tolerance.value_or(0) << point.estimate << point.error.rms();
-    add(line, point.error.radiance);
-    add(line, point.error.alpha);
-    add_short(line, point.step_error);
-    add_short(line, point.arithmetic);
-    line << point.samples_per_ray << point.steps_per_ray << double(point.atlas_bytes)
-         << double(point.times.size());
-    for (const Spread& spread : {gpu_ms(point), wall_ms(point), cpu_ms(point)})
-      line << spread.median << spread.lower << spread.upper << spread.min << spread.max;
+    for (const auto& [name, text] : columns) {
+      const auto cell = std::ranges::find(row, name, &Facts::value_type::first);
+      line << (cell == row.end() ? "" : cell->second);
+    }
     out += line.str();
-  }
-  for (const ForeignPoint& point : results.foreign) out += csv_line(point);
+  };
+  for (const StudyPoint& point : results.points) add(cells_of(point, base));
+  for (const ForeignPoint& point : results.foreign) add(cells_of(point));
   return out;
 }
 

@@ -20,24 +20,216 @@ namespace fs = std::filesystem;
 
 class StudyRun {
  public:
-  StudyRun(View view, const StudyOptions& options);
+  StudyRun(View view, const StudyOptions& options)
+      : options_(options),
+        pictures_(std::move(view), options),
+        plan_(plan_study(options.sweep, pictures_.scene)),
+        base_(new_results(pictures_.view(), description(*pictures_.gpu), options.repeats)),
+        cost_(options_, plan_, pictures_.scene) {}
 
-  void run();
+  void run() {
+    refuse_nothing();
+    pictures_.prepare(*pictures_.by_reference, plan_.variants.front());
+    check_texels();
+    resume();
+    for (const char* folder : {pictures_folder, differences_folder})
+      make_folder(options_.folder / folder);
+    forecast();
+    all_ = cost_.left(points_);
+    if (!fs::exists(options_.folder / results_name)) save();
+    for (const Variant& variant : plan_.variants) pictures_.reference(variant);
+    base_.reference_bound = pictures_.reference_bound;
+    for (const ForeignPicture& foreign : options_.foreign)
+      base_.foreign.push_back(pictures_.compare(foreign));
+    save();
+    did(cost_.references());
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (measured(i)) continue;
+      measure(i);
+      save();
+      did(cost_.measuring(i));
+    }
+    const auto finished = [&](const auto& point) {
+      return int(point->times.size()) >= options_.repeats;
+    };
+    if (!std::all_of(points_.begin(), points_.end(), finished)) settle();
+    // Times are measured in rounds, to and fro, so that a machine that slows down affects all
+    // variants alike.
+    for (int round = 0; round < options_.repeats; ++round)
+      for (std::size_t n = 0; n < points_.size(); ++n) {
+        const std::size_t i = round % 2 == 0 ? n : points_.size() - 1 - n;
+        if (int(points_[i]->times.size()) > round) continue;
+        time(i);
+        save();
+        did(cost_.picture(plan_.variants[i]));
+      }
+    save();
+  }
+
   void report() const { write_report(results(), options_.folder); }
-  StudyResults results() const;
-  std::string state() const;
+
+  StudyResults results() const {
+    StudyResults results = base_;
+    for (const auto& point : points_)
+      if (point) results.points.push_back(*point);
+    return results;
+  }
+
+  std::string state() const {
+    const auto finished = std::count_if(points_.begin(), points_.end(), [&](const auto& point) {
+      return point && int(point->times.size()) >= options_.repeats;
+    });
+    return std::to_string(finished) + " of " + std::to_string(points_.size()) +
+           " points are finished";
+  }
 
  private:
-  void refuse_nothing() const;
-  void check_texels();
-  void resume();
-  void forecast();
-  void measure(std::size_t i);
-  void settle();
-  void time(std::size_t i);
+  void refuse_nothing() const {
+    if (!plan_.variants.empty()) return;
+    throw Error(ExitCode::usage,
+                "the sweep has nothing to render: " +
+                    (plan_.skipped.empty() ? "it is empty" : plan_.skipped.front().reason));
+  }
 
-  PictureError split(const Variant& variant, const Drawn& drawn, PictureError& step_error);
-  std::string same_picture(std::size_t i, const StudyPoint& point, const Image& image);
+  /// Removes from the plan the variants of a texel type that cannot hold the values.
+  void check_texels() {
+    std::vector<Variant> kept;
+    std::map<TexelType, std::string> found;  // the reason to refuse it, or empty
+    for (const Variant& variant : plan_.variants) {
+      const TexelType texel = variant.texel;
+      if (!found.contains(texel)) {
+        found[texel] = "";
+        try {
+          pictures_.prepare(*pictures_.gpu, variant);
+        } catch (const Error& error) {
+          if (error.code() != ExitCode::input) throw;
+          found[texel] = error.what();
+        }
+      }
+      if (found[texel].empty())
+        kept.push_back(variant);
+      else
+        plan_.skipped.push_back({variant, found[texel]});
+    }
+    plan_.variants = std::move(kept);
+    refuse_nothing();
+    base_.skipped = plan_.skipped;
+    points_.resize(plan_.variants.size());
+  }
+
+  void resume() {
+    if (!options_.resume || !fs::exists(options_.folder / results_name)) return;
+    const StudyResults begun = read_results(options_.folder);
+    const std::string obstacle = resume_obstacle(begun, base_, plan_);
+    if (!obstacle.empty())
+      throw Error(ExitCode::usage, "cannot resume: the study in " +
+                                       in_quotes(options_.folder.string()) + " " + obstacle +
+                                       "; give another folder with -o");
+    for (const ForeignPoint& point : begun.foreign) {
+      const auto given = [&](const ForeignPicture& f) { return f.name == point.picture.name; };
+      if (std::ranges::none_of(options_.foreign, given)) base_.foreign.push_back(point);
+    }
+    for (const StudyPoint& point : begun.points) {
+      const auto at = std::find(plan_.variants.begin(), plan_.variants.end(), point.variant);
+      points_[std::size_t(at - plan_.variants.begin())] = point;
+    }
+  }
+
+  /// Says how long a new study takes.
+  void forecast() {
+    constexpr int short_pixels = 256 * 256;
+    const Variant& tried = plan_.variants[plan_.variants.size() / 2];
+    const glm::ivec2 size = scene_of(tried, pictures_.scene).resolution;
+    if (!options_.say || tried.tolerance || size.x * size.y < short_pixels ||
+        fs::exists(options_.folder / results_name))
+      return;
+    const std::string text = cost_.forecast(tried, pictures_.trial(tried));
+    if (!text.empty()) options_.say(text);
+  }
+
+  /// Measures all but the times; these results do not depend on when they are measured.
+  void measure(std::size_t i) {
+    const Variant& variant = plan_.variants[i];
+    StudyPoint point;
+    point.variant = variant;
+    if (points_[i]) point.times = points_[i]->times;
+
+    Wish wish = pictures_.wish_of(variant);
+    Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
+    wish.plan = drawn.plan;
+    wish.count = true;
+    wish.confirm = false;
+    const RenderStats counts = pictures_.draw(*pictures_.gpu, wish).stats;
+    const Image& reference = pictures_.reference(variant);
+    if (drawn.plan) {
+      point.chosen = variant_of(drawn.plan->chosen.method, variant.resolution);
+      point.estimate = drawn.plan->chosen.rms;
+    }
+    point.error = picture_error(drawn.image, reference);
+    point.same_as = same_picture(i, point, drawn.image);
+    const double rays = double(counts.rays);
+    point.samples_per_ray = double(counts.samples) / rays;
+    point.steps_per_ray = double(counts.steps) / rays;
+    point.atlas_bytes = drawn.atlas.bytes();
+    const Deviation& radiance = point.error.radiance;
+    point.difference_scale = radiance.p99 > 0 ? radiance.p99 : radiance.max;
+    if (options_.split) {
+      PictureError step_error;
+      point.arithmetic = split(variant, drawn, step_error);
+      point.step_error = step_error;
+    }
+    const std::string file = file_name(variant) + ".png";
+    write_image(difference_picture(drawn.image, reference, point.difference_scale),
+                options_.folder / differences_folder / file);
+    pictures_.write_png(std::move(drawn.image), wish.scene.value(),
+                        options_.folder / pictures_folder / file);
+    points_[i] = std::move(point);
+  }
+
+  /// Draws without timing, because drivers go on with new programs in the background after a first
+  /// draw: what is timed first would pay for it.
+  void settle() {
+    constexpr double background_ms = 200;
+    const Stopwatch watch;
+    do pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants.front()));
+    while (watch.ms() < background_ms);
+  }
+
+  void time(std::size_t i) {
+    const Variant& variant = plan_.variants[i];
+    Wish wish = pictures_.wish_of(variant);
+    wish.confirm = false;
+    const Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
+    const RenderStats& stats = drawn.stats;
+    const PreparationTimes& before = drawn.times;
+    points_[i]->times.push_back(
+        {before.plan_ms + stats.march_ms, stats.gpu_ms, before.plan_cpu_ms + stats.cpu_ms});
+  }
+
+  /// Step and arithmetic error, both from one march in double.
+  PictureError split(const Variant& variant, const Drawn& drawn, PictureError& step_error) {
+    Wish wish = pictures_.wish_of(variant);
+    wish.plan = drawn.plan;
+    const Image exact = pictures_.draw(*pictures_.by_double, wish).image;
+    step_error = picture_error(exact, pictures_.reference(variant));
+    return picture_error(drawn.image, exact);
+  }
+
+  /// The name of a point that differs from this one in its rule alone and has the same picture but
+  /// for rounding; empty if there is none.
+  std::string same_picture(std::size_t i, const StudyPoint& point, const Image& image) {
+    const double rounding = rounding_rms(image);
+    for (std::size_t j = 0; j < points_.size(); ++j) {
+      if (j == i || !points_[j] || !points_[j]->same_as.empty() ||
+          !differ_in_rule(plan_.variants[j], point.variant) ||
+          std::abs(points_[j]->error.rms() - point.error.rms()) > rounding)  // triangle inequality
+        continue;
+      const Image other =
+          pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants[j])).image;
+      if (picture_error(other, image).rms() <= rounding) return variant_name(plan_.variants[j]);
+    }
+    return {};
+  }
 
   bool measured(std::size_t i) const {
     return points_[i] && (!options_.split || points_[i]->arithmetic);
@@ -46,7 +238,12 @@ class StudyRun {
     done_ += work;
     if (options_.progress) options_.progress(done_ / all_);
   }
-  void save() const;
+
+  void save() const {
+    const StudyResults now = results();
+    write_text((options_.folder / "results.csv").string(), results_csv(now));
+    write_text((options_.folder / results_name).string(), results_json(now));
+  }
 
   const StudyOptions& options_;
   StudyPictures pictures_;
@@ -56,219 +253,6 @@ class StudyRun {
   StudyCost cost_;
   double done_ = 0, all_ = 1;
 };
-
-StudyRun::StudyRun(View view, const StudyOptions& options)
-    : options_(options),
-      pictures_(std::move(view), options),
-      plan_(plan_study(options.sweep, pictures_.scene)),
-      base_(new_results(pictures_.view(), description(*pictures_.gpu), options.repeats)),
-      cost_(options_, plan_, pictures_.scene) {}
-
-void StudyRun::refuse_nothing() const {
-  if (!plan_.variants.empty()) return;
-  throw Error(ExitCode::usage,
-              "the sweep has nothing to render: " +
-                  (plan_.skipped.empty() ? "it is empty" : plan_.skipped.front().reason));
-}
-
-/// Removes from the plan the variants of a texel type that cannot hold the values.
-void StudyRun::check_texels() {
-  std::vector<Variant> kept;
-  std::map<TexelType, std::string> found;  // the reason to refuse it, or empty
-  for (const Variant& variant : plan_.variants) {
-    const TexelType texel = variant.texel;
-    if (!found.contains(texel)) {
-      found[texel] = "";
-      try {
-        pictures_.prepare(*pictures_.gpu, variant);
-      } catch (const Error& error) {
-        if (error.code() != ExitCode::input) throw;
-        found[texel] = error.what();
-      }
-    }
-    if (found[texel].empty())
-      kept.push_back(variant);
-    else
-      plan_.skipped.push_back({variant, found[texel]});
-  }
-  plan_.variants = std::move(kept);
-  refuse_nothing();
-  base_.skipped = plan_.skipped;
-  points_.resize(plan_.variants.size());
-}
-
-void StudyRun::resume() {
-  if (!options_.resume || !fs::exists(options_.folder / results_name)) return;
-  const StudyResults begun = read_results(options_.folder);
-  const std::string obstacle = resume_obstacle(begun, base_, plan_);
-  if (!obstacle.empty())
-    throw Error(ExitCode::usage, "cannot resume: the study in " +
-                                     in_quotes(options_.folder.string()) + " " + obstacle +
-                                     "; give another folder with -o");
-  for (const ForeignPoint& point : begun.foreign) {
-    const auto given = [&](const ForeignPicture& f) { return f.name == point.picture.name; };
-    if (std::ranges::none_of(options_.foreign, given)) base_.foreign.push_back(point);
-  }
-  for (const StudyPoint& point : begun.points) {
-    const auto at = std::find(plan_.variants.begin(), plan_.variants.end(), point.variant);
-    points_[std::size_t(at - plan_.variants.begin())] = point;
-  }
-}
-
-/// Says how long a new study takes.
-void StudyRun::forecast() {
-  constexpr int short_pixels = 256 * 256;
-  const Variant& tried = plan_.variants[plan_.variants.size() / 2];
-  const glm::ivec2 size = scene_of(tried, pictures_.scene).resolution;
-  if (!options_.say || tried.tolerance || size.x * size.y < short_pixels ||
-      fs::exists(options_.folder / results_name))
-    return;
-  const std::string text = cost_.forecast(tried, pictures_.trial(tried));
-  if (!text.empty()) options_.say(text);
-}
-
-/// Step and arithmetic error, both from one march in double.
-PictureError StudyRun::split(const Variant& variant, const Drawn& drawn, PictureError& step_error) {
-  Wish wish = pictures_.wish_of(variant);
-  wish.plan = drawn.plan;
-  const Image exact = pictures_.draw(*pictures_.by_double, wish).image;
-  step_error = picture_error(exact, pictures_.reference(variant));
-  return picture_error(drawn.image, exact);
-}
-
-/// The name of a point that differs from this one in its rule alone and has the same picture but
-/// for rounding; empty if there is none.
-std::string StudyRun::same_picture(std::size_t i, const StudyPoint& point, const Image& image) {
-  const double rounding = rounding_rms(image);
-  for (std::size_t j = 0; j < points_.size(); ++j) {
-    if (j == i || !points_[j] || !points_[j]->same_as.empty() ||
-        !differ_in_rule(plan_.variants[j], point.variant) ||
-        std::abs(points_[j]->error.rms() - point.error.rms()) > rounding)  // triangle inequality
-      continue;
-    const Image other = pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants[j])).image;
-    if (picture_error(other, image).rms() <= rounding) return variant_name(plan_.variants[j]);
-  }
-  return {};
-}
-
-/// Measures all but the times; these results do not depend on when they are measured.
-void StudyRun::measure(std::size_t i) {
-  const Variant& variant = plan_.variants[i];
-  StudyPoint point;
-  point.variant = variant;
-  if (points_[i]) point.times = points_[i]->times;
-
-  Wish wish = pictures_.wish_of(variant);
-  Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
-  wish.plan = drawn.plan;
-  wish.count = true;
-  wish.confirm = false;
-  const RenderStats counts = pictures_.draw(*pictures_.gpu, wish).stats;
-  const Image& reference = pictures_.reference(variant);
-  if (drawn.plan) {
-    point.chosen = variant_of(drawn.plan->chosen.method, variant.resolution);
-    point.estimate = drawn.plan->chosen.rms;
-  }
-  point.error = picture_error(drawn.image, reference);
-  point.same_as = same_picture(i, point, drawn.image);
-  const double rays = static_cast<double>(counts.rays);
-  point.samples_per_ray = static_cast<double>(counts.samples) / rays;
-  point.steps_per_ray = static_cast<double>(counts.steps) / rays;
-  point.atlas_bytes = drawn.atlas.bytes();
-  const Deviation& radiance = point.error.radiance;
-  point.difference_scale = radiance.p99 > 0 ? radiance.p99 : radiance.max;
-  if (options_.split) {
-    PictureError step_error;
-    point.arithmetic = split(variant, drawn, step_error);
-    point.step_error = step_error;
-  }
-  const std::string file = file_name(variant) + ".png";
-  write_image(difference_picture(drawn.image, reference, point.difference_scale),
-              options_.folder / differences_folder / file);
-  pictures_.write_png(std::move(drawn.image), wish.scene.value(),
-                      options_.folder / pictures_folder / file);
-  points_[i] = std::move(point);
-}
-
-/// Draws without timing, because drivers go on with new programs in the background after a first
-/// draw: what is timed first would pay for it.
-void StudyRun::settle() {
-  constexpr double background_ms = 200;
-  const Stopwatch watch;
-  do pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants.front()));
-  while (watch.ms() < background_ms);
-}
-
-void StudyRun::time(std::size_t i) {
-  const Variant& variant = plan_.variants[i];
-  Wish wish = pictures_.wish_of(variant);
-  wish.confirm = false;
-  const Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
-  const RenderStats& stats = drawn.stats;
-  const PreparationTimes& before = drawn.times;
-  points_[i]->times.push_back(
-      {before.plan_ms + stats.march_ms, stats.gpu_ms, before.plan_cpu_ms + stats.cpu_ms});
-}
-
-StudyResults StudyRun::results() const {
-  StudyResults results = base_;
-  for (const auto& point : points_)
-    if (point) results.points.push_back(*point);
-  return results;
-}
-
-void StudyRun::save() const {
-  const StudyResults now = results();
-  write_text((options_.folder / "results.csv").string(), results_csv(now));
-  write_text((options_.folder / results_name).string(), results_json(now));
-}
-
-std::string StudyRun::state() const {
-  const auto finished = std::count_if(points_.begin(), points_.end(), [&](const auto& point) {
-    return point && static_cast<int>(point->times.size()) >= options_.repeats;
-  });
-  return std::to_string(finished) + " of " + std::to_string(points_.size()) +
-         " points are finished";
-}
-
-void StudyRun::run() {
-  refuse_nothing();
-  pictures_.prepare(*pictures_.by_reference, plan_.variants.front());
-  check_texels();
-  resume();
-  for (const char* folder : {pictures_folder, differences_folder})
-    make_folder(options_.folder / folder);
-  forecast();
-  all_ = cost_.left(points_);
-  if (!fs::exists(options_.folder / results_name)) save();
-  for (const Variant& variant : plan_.variants) pictures_.reference(variant);
-  base_.reference_bound = pictures_.reference_bound;
-  for (const ForeignPicture& foreign : options_.foreign)
-    base_.foreign.push_back(pictures_.compare(foreign));
-  save();
-  did(cost_.references());
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (measured(i)) continue;
-    measure(i);
-    save();
-    did(cost_.measuring(i));
-  }
-  const auto finished = [&](const auto& point) {
-    return static_cast<int>(point->times.size()) >= options_.repeats;
-  };
-  if (!std::all_of(points_.begin(), points_.end(), finished)) settle();
-  // Times are measured in rounds, to and fro, so that a machine that slows down affects all
-  // variants alike.
-  for (int round = 0; round < options_.repeats; ++round)
-    for (std::size_t n = 0; n < points_.size(); ++n) {
-      const std::size_t i = round % 2 == 0 ? n : points_.size() - 1 - n;
-      if (static_cast<int>(points_[i]->times.size()) > round) continue;
-      time(i);
-      save();
-      did(cost_.picture(plan_.variants[i]));
-    }
-  save();
-}
 
 }  // namespace
 

@@ -40,7 +40,7 @@ std::vector<Variant> refinements_of(const std::vector<NamedStudy>& studies) {
   std::vector<Variant> all;
   for (const NamedStudy& study : studies)
     for (const Need& need : needs_of(study.results, {1}))
-      if (std::find(all.begin(), all.end(), need.variant) == all.end()) all.push_back(need.variant);
+      if (!std::ranges::count(all, need.variant)) all.push_back(need.variant);
   return all;
 }
 
@@ -132,45 +132,16 @@ NamedPlot summary_plot(const std::vector<NamedStudy>& studies, const SummaryCost
 
 std::string summary_csv(const std::vector<NamedStudy>& studies) {
   std::string out = "study,variant,rms,samples_per_ray,cpu_ms,at_most\n";
+  const auto text = [](const std::optional<double>& n) { return n ? number_text(*n) : ""; };
   for (const NamedStudy& study : studies)
     for (const Need& need : needs_of(study.results, usual_rms)) {
-      const auto text = [](const std::optional<double>& n) {
-        return n ? number_text(*n) : std::string();
-      };
-      out += study.name + "," + variant_name(need.variant) + "," + number_text(need.rms) + "," +
-             text(need.samples_per_ray) + "," + text(need.cpu_ms) + "," +
-             (need.at_most ? "1" : "0") + "\n";
+      CsvLine line;
+      line << study.name << variant_name(need.variant) << need.rms << text(need.samples_per_ray)
+           << text(need.cpu_ms) << need.at_most;
+      out += line.str();
     }
   return out;
 }
-
-}  // namespace
-
-NamedPlot look_ups_plot(const std::vector<NamedStudy>& studies) {
-  return summary_plot(studies, summary_costs[0]);
-}
-
-void run_summary(const std::vector<std::filesystem::path>& folders,
-                 const std::filesystem::path& out) {
-  const std::vector<NamedStudy> studies = read_studies(folders);
-  check_study_folder(out, false);
-  const std::string note =
-      "The numbers are for an RMS of 1e-2 / 1e-3 / 1e-4 / 1e-5, interpolated between measured "
-      "points linearly in the logarithms. ≤: the coarsest point already reaches the RMS; –: no "
-      "point reaches it.";
-  std::string markdown = note + "\n", body = "<p>" + note + "</p>\n";
-  for (const SummaryCost& cost : summary_costs) {
-    const TextTable table = summary_table(studies, cost);
-    markdown += "\n**" + std::string(cost.title) + "**\n\n" + markdown_table(table);
-    body += "<h2>" + std::string(cost.title) + "</h2>\n" +
-            write_plot(summary_plot(studies, cost), out) + html_table(table);
-  }
-  write_text((out / "needs.csv").string(), summary_csv(studies));
-  write_text((out / "needs.md").string(), markdown);
-  write_text((out / "index.html").string(), html_page("psivox study --summary", body));
-}
-
-namespace {
 
 /// One variant over all frames.
 struct FrameStatistics {
@@ -190,7 +161,6 @@ struct FrameStatistics {
     if (point.error.radiance.not_finite || point.error.alpha.not_finite)
       worst_p99 = std::numeric_limits<double>::infinity();
   }
-  /// The frame with the greatest RMS.
   int worst_frame() const {
     return frames[std::size_t(std::ranges::max_element(rms) - rms.begin())];
   }
@@ -270,6 +240,30 @@ std::string conclusion_of(const SequenceStatistics& all) {
 }
 
 }  // namespace
+
+NamedPlot look_ups_plot(const std::vector<NamedStudy>& studies) {
+  return summary_plot(studies, summary_costs[0]);
+}
+
+void run_summary(const std::vector<std::filesystem::path>& folders,
+                 const std::filesystem::path& out) {
+  const std::vector<NamedStudy> studies = read_studies(folders);
+  check_study_folder(out, false);
+  const std::string note =
+      "The numbers are for an RMS of 1e-2 / 1e-3 / 1e-4 / 1e-5, interpolated between measured "
+      "points linearly in the logarithms. ≤: the coarsest point already reaches the RMS; –: no "
+      "point reaches it.";
+  std::string markdown = note + "\n", body = "<p>" + note + "</p>\n";
+  for (const SummaryCost& cost : summary_costs) {
+    const TextTable table = summary_table(studies, cost);
+    markdown += "\n**" + std::string(cost.title) + "**\n\n" + markdown_table(table);
+    body += "<h2>" + std::string(cost.title) + "</h2>\n" +
+            write_plot(summary_plot(studies, cost), out) + html_table(table);
+  }
+  write_text((out / "needs.csv").string(), summary_csv(studies));
+  write_text((out / "needs.md").string(), markdown);
+  write_text((out / "index.html").string(), html_page("psivox study --summary", body));
+}
 
 std::string write_frame_statistics(const std::vector<StudiedFrame>& frames,
                                    const std::filesystem::path& out) {

@@ -3,13 +3,13 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "psivox/draw.h"
 #include "psivox/legend.h"
 #include "study/results.h"
-#include "study/study_cost.h"
 
 namespace psivox {
 
@@ -23,6 +23,11 @@ struct ComparedPicture {
 ComparedPicture compare_foreign(const ForeignPicture& foreign, const Image& picture,
                                 Image reference, const glm::dvec3& color,
                                 const std::vector<glm::vec3>& behind);
+
+/// What the trial of a variant took [s].
+struct CostTrial {
+  double gpu = 0, compile = 0, march = 0, reference = 0;
+};
 
 /// Draws the pictures of a study: of one view, in the light of the marcher that is prepared first.
 class StudyPictures {
@@ -55,6 +60,32 @@ class StudyPictures {
   const Scene scene;  ///< without the parameters that the sweep sets
   const std::shared_ptr<Marcher> gpu, by_double, by_reference;
   double reference_bound = 0;  ///< of all references until now
+};
+
+/// What the pictures of a study cost: in units of one GPU picture of a cheap variant or, after a
+/// trial, in seconds. What it is made of must outlive it.
+class StudyCost {
+ public:
+  StudyCost(const StudyOptions& options, const StudyPlan& plan, const Scene& scene)
+      : options_(options), plan_(plan), scene_(scene) {}
+
+  double references() const;             ///< all of them
+  double picture(const Variant&) const;  ///< by the GPU, once
+  double measuring(std::size_t i) const;
+  /// Of all that these points lack.
+  double left(const std::vector<std::optional<StudyPoint>>& points) const;
+  /// How long the study takes and how it takes less, in a line; empty if it is short.
+  std::string forecast(const Variant& tried, const CostTrial& trial);
+
+ private:
+  double pixels(const Variant&) const;  ///< over those of the scene's picture
+
+  const StudyOptions& options_;
+  const StudyPlan& plan_;
+  const Scene& scene_;
+  double unit_ = 1, reference_ = 10;
+  double compile_ = 10;  ///< two programs, one of which counts
+  double march_ = 10;    ///< the march in double, relative to the GPU
 };
 
 }  // namespace psivox

@@ -10,6 +10,7 @@
 #include "base/renderer_name.h"
 #include "base/text.h"
 #include "base/text_file.h"
+#include "study/conclusion.h"
 #include "study/page.h"
 
 namespace psivox {
@@ -34,7 +35,7 @@ using Json = nlohmann::ordered_json;  // data for src/study/page/plots.js
 
 const char* shape_name(Shape shape) {
   constexpr const char* names[] = {"disc", "square", "diamond", "ring", "triangle"};
-  return names[static_cast<int>(shape)];
+  return names[int(shape)];
 }
 
 Json json_of(const Series& series) {
@@ -83,22 +84,6 @@ std::string html_json(const std::string& attributes, const Json& data) {
   return "<script type=\"application/json\"" + attributes + ">" + text + "</script>\n";
 }
 
-}  // namespace
-
-std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder) {
-  const std::string svg = svg_of(named.plot), file = named.name + ".svg";
-  write_text((folder / file).string(), svg);
-  return "<section class=\"plot\" id=\"" + named.name + "\"><header><h3>" +
-         html_text(named.plot.title) + "</h3><a href=\"" + file + "\">SVG</a></header>\n" + svg +
-         html_json("", json_of(named.plot)) + "</section>\n";
-}
-
-std::string html_facts(const std::map<std::string, Facts>& facts) {
-  return html_json(" id=\"facts\"", facts);
-}
-
-namespace {
-
 constexpr Ink inks[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 39, 40},
                         {148, 103, 189}, {140, 86, 75},  {227, 119, 194}, {127, 127, 127},
                         {188, 189, 34},  {23, 190, 207}, {0, 0, 0},       {110, 0, 60},
@@ -127,25 +112,27 @@ constexpr double front_margin = 0.01;
 
 using Abscissa = std::function<Spread(const StudyPoint&)>;
 
-Plot plot_of(const StudyResults& results, const std::string& title, const std::string& x_label,
-             const Abscissa& x) {
+/// The points whose abscissa is above 0.
+std::vector<const StudyPoint*> points_at(const StudyResults& results, const Abscissa& x) {
   std::vector<const StudyPoint*> points;
   for (const StudyPoint& point : results.points)
     if (x(point).median > 0) points.push_back(&point);
-  // A curve joins its points from coarse to fine.
-  std::stable_sort(points.begin(), points.end(), [](const StudyPoint* a, const StudyPoint* b) {
+  return points;
+}
+
+Plot plot_of(std::vector<const StudyPoint*> points, const std::string& title,
+             const std::string& x_label, const Abscissa& x) {
+  std::ranges::stable_sort(points, [](const StudyPoint* a, const StudyPoint* b) {
     return is_coarser(a->variant, b->variant);
   });
   std::vector<PlotCurve> curves;
-  for (const StudyPoint* point : points) {
-    const auto same = [&](const PlotCurve& c) {
-      return refinement(c.variant) == refinement(point->variant);
-    };
-    auto curve = std::find_if(curves.begin(), curves.end(), same);
-    if (curve == curves.end()) curve = curves.insert(curve, {point->variant, {}});
-    const Spread at = x(*point);
-    curve->points.push_back(
-        {at.median, point->error.rms(), variant_name(point->variant), at.lower, at.upper});
+  for (const StudyCurve& curve : curves_of(points)) {
+    curves.push_back({curve.front()->variant, {}});
+    for (const StudyPoint* point : curve) {
+      const Spread at = x(*point);
+      curves.back().points.push_back(
+          {at.median, point->error.rms(), variant_name(point->variant), at.lower, at.upper});
+    }
   }
   Plot plot = plot_of_curves(curves);
   plot.title = title;
@@ -154,15 +141,9 @@ Plot plot_of(const StudyResults& results, const std::string& title, const std::s
   return plot;
 }
 
-void mark_front(Plot& plot, const StudyResults& results, const Abscissa& x) {
-  std::vector<const StudyPoint*> points;
+void mark_front(Plot& plot, const std::vector<const StudyPoint*>& points, const Abscissa& x) {
   std::vector<Cost> costs;
-  for (const StudyPoint& point : results.points) {
-    const double cost = x(point).median;
-    if (!(cost > 0)) continue;
-    points.push_back(&point);
-    costs.push_back({cost, point.error.rms()});
-  }
+  for (const StudyPoint* point : points) costs.push_back({x(*point).median, point->error.rms()});
   for (const std::size_t i : pareto_front(costs, front_margin))
     plot.front.push_back({costs[i].time, costs[i].error, variant_name(points[i]->variant)});
   if (!plot.front.empty()) plot.legend.push_back(front_entry());
@@ -196,7 +177,19 @@ double scatter(const StudyResults& results, double TimeSample::*clock) {
 
 }  // namespace
 
-Ink ink_of(Integrator rule) { return inks[static_cast<std::size_t>(rule) % std::size(inks)]; }
+std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder) {
+  const std::string svg = svg_of(named.plot), file = named.name + ".svg";
+  write_text((folder / file).string(), svg);
+  return "<section class=\"plot\" id=\"" + named.name + "\"><header><h3>" +
+         html_text(named.plot.title) + "</h3><a href=\"" + file + "\">SVG</a></header>\n" + svg +
+         html_json("", json_of(named.plot)) + "</section>\n";
+}
+
+std::string html_facts(const std::map<std::string, Facts>& facts) {
+  return html_json(" id=\"facts\"", facts);
+}
+
+Ink ink_of(Integrator rule) { return inks[std::size_t(rule) % std::size(inks)]; }
 
 Plot plot_of_curves(const std::vector<PlotCurve>& curves) {
   constexpr Ink ink{60, 60, 60};
@@ -205,8 +198,8 @@ Plot plot_of_curves(const std::vector<PlotCurve>& curves) {
                                                         {Sampling::template_, "template"}};
   Plot plot;
   const auto add_entry = [&](const LegendEntry& entry) {
-    const auto same = [&](const LegendEntry& other) { return other.text == entry.text; };
-    if (std::none_of(plot.legend.begin(), plot.legend.end(), same)) plot.legend.push_back(entry);
+    if (!std::ranges::count(plot.legend, entry.text, &LegendEntry::text))
+      plot.legend.push_back(entry);
   };
   for (const PlotCurve& curve : curves) {
     const Variant& v = curve.variant;
@@ -239,11 +232,11 @@ std::vector<NamedPlot> plots_of(const StudyResults& results) {
   std::vector<NamedPlot> plots;
   const auto add = [&](const char* name, const char* title, const char* x_label, const Abscissa& x,
                        bool front, bool time = false) {
-    const auto has = [&](const StudyPoint& p) { return x(p).median > 0; };
-    if (std::none_of(results.points.begin(), results.points.end(), has)) return;
-    Plot plot = plot_of(results, title, x_label, x);
+    const auto points = points_at(results, x);
+    if (points.empty()) return;
+    Plot plot = plot_of(points, title, x_label, x);
     if (time) add_foreign(plot, results);
-    if (front) mark_front(plot, results, x);
+    if (front) mark_front(plot, points, x);
     plots.push_back({name, std::move(plot)});
   };
   add(

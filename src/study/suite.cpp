@@ -1,14 +1,12 @@
 #include "study/suite.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "base/text.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/study.h"
-#include "study/orders.h"
 #include "study/page.h"
 #include "verify/made_views.h"
 
@@ -47,9 +45,89 @@ class SuiteRun {
     result.scene = std::move(scene);
   }
 
-  void take_reference(const std::filesystem::path& png);
-  void measure(const Variant& variant);
-  void fit_orders();
+  void take_reference(const std::filesystem::path& png) {
+    const std::vector<Image> pictures = draw_reference(1);
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      const View& view = sessions_[i].view();
+      const Image& image = pictures[i];
+      for (int y = 0; result.scene.truth && y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x)
+          result.truth_error =
+              std::max(result.truth_error, std::abs(pixel(image, x, y, result.scene.channel) -
+                                                    result.scene.truth(pixel_ray(view, x, y))));
+    }
+    write_image(pictures.front(), png);
+    const auto& bounds = references_[1].layers.back().values;
+    result.reference_bound = *std::max_element(bounds.begin(), bounds.end());
+  }
+
+  void measure(const Variant& variant) {
+    SuiteRow row;
+    StudyPoint& point = row.point;
+    point.variant = variant;
+    std::vector<Image> pictures;
+    std::uint64_t rays = 0, samples = 0, steps = 0;
+    double ms = 0;
+    for (Session& session : sessions_) {
+      Wish wish;
+      wish.scene = scene_of(variant, session.view().scene);
+      wish.confirm = false;
+      wish.count = true;
+      if (pictures.empty()) {  // a driver builds a program when it first draws with it
+        wish.resolution = glm::ivec2(4);
+        session.draw(gpu_, wish);
+      }
+      wish.resolution = session.view().scene.resolution / part(variant);
+      Drawn drawn = session.draw(gpu_, wish);
+      const RenderStats& counts = drawn.stats;
+      rays += counts.rays, samples += counts.samples, steps += counts.steps;
+      ms += counts.cpu_ms;
+      result.faults += counts.stuck;
+      pictures.push_back(std::move(drawn.image));
+    }
+    const Image picture = stacked(pictures);
+    if (!references_.contains(part(variant))) draw_reference(part(variant));
+    const Image& reference = references_[part(variant)];
+    row.rays = rays;
+    point.error = picture_error(picture, reference);
+    point.samples_per_ray = double(samples) / double(rays);
+    point.steps_per_ray = double(steps) / double(rays);
+    point.times = {{ms, 0, ms}};
+    result.faults += point.error.radiance.not_finite + point.error.alpha.not_finite;
+    std::vector<double> differences;
+    for (std::size_t i = 0; i < picture.rgba().size(); ++i)
+      differences.push_back(std::abs(double(picture.rgba()[i]) - reference.rgba()[i]));
+    for (int bin = 0; bin < suite_bins; ++bin)
+      row.above[std::size_t(bin)] =
+          double(std::count_if(differences.begin(), differences.end(),
+                               [=](double d) { return !(d <= std::pow(10, -1 - bin)); })) /
+          double(differences.size());
+    row.max = std::max(point.error.radiance.max, point.error.alpha.max);
+    row.p999 = percentile(std::move(differences), 0.999);
+    result.rows.push_back(std::move(row));
+  }
+
+  void fit_orders() {
+    // Rounding adds its square to the error's: at 4 times it, 3 %.
+    const double floor = 4 * rounding_rms(references_[1]);
+    std::vector<std::pair<Variant, std::vector<LengthError>>> curves;
+    for (const SuiteRow& row : result.rows) {
+      const Method& method = row.point.variant.method;
+      if (is_cell_rule(method.integrator)) continue;
+      const Variant curve = refinement(row.point.variant);
+      if (curves.empty() || curves.back().first != curve) curves.push_back({curve, {}});
+      curves.back().second.emplace_back(method.step > 0 ? method.step : 1.0 / method.segments,
+                                        row.point.error.rms());
+    }
+    for (const auto& [variant, errors] : curves) {
+      const auto fitted = finest_four(errors, floor);
+      SuiteOrder order{variant, expected_order(result.scene, variant.method)};
+      order.points = int(fitted.size());
+      if (order.points > 2) order.observed = fitted_order(fitted);
+      result.orders.push_back(order);
+    }
+  }
+
   /// Frees what pictures take.
   void forget() { sessions_.clear(), references_.clear(); }
   /// Of the picture of one variant, in look-ups, if rays go through 100 voxels.
@@ -61,7 +139,15 @@ class SuiteRun {
   std::vector<Variant> variants;
 
  private:
-  double rays() const;
+  double rays() const {
+    double sum = 0;
+    for (const Session& session : sessions_) {
+      const glm::dvec2 size(session.view().scene.resolution);
+      sum += size.x * size.y;
+    }
+    return sum;
+  }
+
   static double of_ray(const Variant& v) {
     return 20 + (v.method.step > 0 ? 100 / v.method.step : 100.0 + 20 * v.method.segments);
   }
@@ -73,118 +159,25 @@ class SuiteRun {
     while (rays() * of_ray(v) > most_look_ups * part * part) part *= 2;
     return part;
   }
+
   /// The reference's pictures, of a part of the pixels on a side.
-  std::vector<Image> draw_reference(int part);
+  std::vector<Image> draw_reference(int part) {
+    const auto reference = open_reference();
+    std::vector<Image> pictures;
+    for (Session& session : sessions_) {
+      Wish wish;
+      wish.layers.error = true;
+      wish.resolution = session.view().scene.resolution / part;
+      pictures.push_back(session.draw(*reference, wish).image);
+    }
+    references_[part] = stacked(pictures);
+    return pictures;
+  }
 
   Marcher& gpu_;
   std::vector<Session> sessions_;
   std::map<int, Image> references_;  ///< stacked, by their parts
 };
-
-double SuiteRun::rays() const {
-  double sum = 0;
-  for (const Session& session : sessions_) {
-    const glm::dvec2 size(session.view().scene.resolution);
-    sum += size.x * size.y;
-  }
-  return sum;
-}
-
-std::vector<Image> SuiteRun::draw_reference(int part) {
-  const auto reference = open_reference();
-  std::vector<Image> pictures;
-  for (Session& session : sessions_) {
-    Wish wish;
-    wish.layers.error = true;
-    wish.resolution = session.view().scene.resolution / part;
-    pictures.push_back(session.draw(*reference, wish).image);
-  }
-  references_[part] = stacked(pictures);
-  return pictures;
-}
-
-void SuiteRun::take_reference(const std::filesystem::path& png) {
-  const std::vector<Image> pictures = draw_reference(1);
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    const View& view = sessions_[i].view();
-    const Image& image = pictures[i];
-    for (int y = 0; result.scene.truth && y < image.height; ++y)
-      for (int x = 0; x < image.width; ++x)
-        result.truth_error =
-            std::max(result.truth_error, std::abs(pixel(image, x, y, result.scene.channel) -
-                                                  result.scene.truth(pixel_ray(view, x, y))));
-  }
-  write_image(pictures.front(), png);
-  const auto& bounds = references_[1].layers.back().values;
-  result.reference_bound = *std::max_element(bounds.begin(), bounds.end());
-}
-
-void SuiteRun::measure(const Variant& variant) {
-  SuiteRow row;
-  StudyPoint& point = row.point;
-  point.variant = variant;
-  std::vector<Image> pictures;
-  std::uint64_t rays = 0, samples = 0, steps = 0;
-  double ms = 0;
-  for (Session& session : sessions_) {
-    Wish wish;
-    wish.scene = scene_of(variant, session.view().scene);
-    wish.confirm = false;
-    wish.count = true;
-    if (pictures.empty()) {  // a driver builds a program when it first draws with it
-      wish.resolution = glm::ivec2(4);
-      session.draw(gpu_, wish);
-    }
-    wish.resolution = session.view().scene.resolution / part(variant);
-    Drawn drawn = session.draw(gpu_, wish);
-    const RenderStats& counts = drawn.stats;
-    rays += counts.rays, samples += counts.samples, steps += counts.steps;
-    ms += counts.cpu_ms;
-    result.faults += counts.stuck;
-    pictures.push_back(std::move(drawn.image));
-  }
-  const Image picture = stacked(pictures);
-  if (!references_.contains(part(variant))) draw_reference(part(variant));
-  const Image& reference = references_[part(variant)];
-  row.rays = rays;
-  point.error = picture_error(picture, reference);
-  point.samples_per_ray = double(samples) / double(rays);
-  point.steps_per_ray = double(steps) / double(rays);
-  point.times = {{ms, 0, ms}};
-  result.faults += point.error.radiance.not_finite + point.error.alpha.not_finite;
-  std::vector<double> differences;
-  for (std::size_t i = 0; i < picture.rgba().size(); ++i)
-    differences.push_back(std::abs(double(picture.rgba()[i]) - reference.rgba()[i]));
-  for (int bin = 0; bin < suite_bins; ++bin)
-    row.above[std::size_t(bin)] =
-        double(std::count_if(differences.begin(), differences.end(),
-                             [=](double d) { return !(d <= std::pow(10, -1 - bin)); })) /
-        double(differences.size());
-  row.max = std::max(point.error.radiance.max, point.error.alpha.max);
-  row.p999 = percentile(std::move(differences), 0.999);
-  result.rows.push_back(std::move(row));
-}
-
-void SuiteRun::fit_orders() {
-  // Rounding adds its square to the error's: at 4 times it, 3 %.
-  const double floor = 4 * rounding_rms(references_[1]);
-  std::vector<std::pair<Variant, std::vector<LengthError>>> curves;
-  for (const SuiteRow& row : result.rows) {
-    const Method& method = row.point.variant.method;
-    if (is_cell_rule(method.integrator)) continue;
-    const Variant curve = refinement(row.point.variant);
-    if (curves.empty() || curves.back().first != curve) curves.push_back({curve, {}});
-    curves.back().second.emplace_back(method.step > 0 ? method.step : 1.0 / method.segments,
-                                      row.point.error.rms());
-  }
-  for (const auto& [variant, errors] : curves) {
-    const auto fitted = finest_four(errors, floor);
-    SuiteOrder order{variant, expected_order(result.scene, variant.method)};
-    order.points = int(fitted.size());
-    if (order.points > 2) order.observed = fitted_order(fitted);
-    result.orders.push_back(order);
-  }
-}
 
 }  // namespace
 

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "base/html.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "git_hash.h"
 #include "psivox/error.h"
-#include "study/linear_opacity.h"
 #include "study/page.h"
 #include "study/study_plots.h"
 #include "study/suite.h"
@@ -28,14 +28,11 @@ TextTable scenes_table(const std::vector<SuiteResult>& results) {
 
 TextTable rules_table(const std::vector<SuiteResult>& results) {
   TextTable table = {{"rule", "what it takes a segment as"}};
-  for (const IntegratorInfo& rule : integrators)
-    for (const SuiteResult& r : results)
-      if (std::ranges::any_of(r.rows, [&](const SuiteRow& row) {
-            return row.point.variant.method.integrator == rule.id;
-          })) {
-        table.push_back({rule_name({.method = {.integrator = rule.id}}), rule.help});
-        break;
-      }
+  std::set<Integrator> drawn;
+  for (const SuiteResult& r : results)
+    for (const SuiteRow& row : r.rows) drawn.insert(row.point.variant.method.integrator);
+  for (const Integrator rule : drawn)
+    table.push_back({rule_name({.method = {.integrator = rule}}), info(rule).help});
   return table;
 }
 
@@ -253,7 +250,6 @@ std::vector<Section> sections_of(const std::vector<SuiteResult>& results,
       {"All other pictures", "", rows_table(results, false)}};
 }
 
-/// What is not as it must be, one sentence each.
 std::vector<std::string> all_misses(const std::vector<SuiteResult>& results,
                                     const std::vector<OrderRow>& rays) {
   std::vector<std::string> misses;
@@ -304,8 +300,7 @@ std::string body_of(const std::string& conclusion, const std::vector<std::string
   for (const bool functions : {false, true})
     body += write_plot(mission_plot(results, functions), folder);
   for (const Section& section : sections)
-    body += "<h2>" + section.title + "</h2>\n<p>" + section.text + "</p>\n" +
-            html_table(section.table, section.cells);
+    body += html_section(section.title, section.text, section.table, section.cells);
   body += "<h2>Each scene</h2>\n";
   for (const SuiteResult& r : results)
     for (NamedPlot& named : plots_of(study_of(r, false)))

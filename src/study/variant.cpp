@@ -1,51 +1,48 @@
-// The combinations that a study renders, and their names.
+#include "study/variant.h"
 
 #include <algorithm>
+#include <functional>
 #include <tuple>
 
 #include "base/text.h"
 #include "medium/density_function.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "psivox/study.h"
 #include "scene/transfer_function.h"
-#include "study/variant.h"
 
 namespace psivox {
 namespace {
 
-/// One of the sweep's lists: its name, the scene's parameter that reads and writes its items, and
-/// the conversions between the two. `optional`: if the list is empty, the scene's own value counts.
+/// Fills a list of the sweep from scenes that hold its items, without duplicates.
+using Fill = std::function<void(Sweep&, const std::vector<Scene>&)>;
+
+template <typename T, typename Held>
+Fill filled(std::vector<T> Sweep::*list, Held Scene::*member) {
+  return [=](Sweep& sweep, const std::vector<Scene>& scenes) {
+    std::vector<T>& items = sweep.*list;
+    items.clear();
+    for (const Scene& scene : scenes)
+      if (const T item = std::optional<T>(scene.*member).value(); !std::ranges::count(items, item))
+        items.push_back(item);
+  };
+}
+
+/// A list, and the scene's parameter that reads and writes its items.
 struct List {
   const char* name;
   const char* parameter;
-  void (*clear)(Sweep&);
-  void (*take)(Sweep&, const Scene&);
-  bool optional = false;
+  Fill fill;
 };
 
-template <typename T>
-void add(std::vector<T>& items, const T& item) {
-  if (std::find(items.begin(), items.end(), item) == items.end()) items.push_back(item);
-}
-
 const List lists[] = {
-    {"integrators", "integrator", [](Sweep& s) { s.integrators.clear(); },
-     [](Sweep& s, const Scene& scene) { add(s.integrators, *scene.integrator); }},
-    {"samplings", "sampling", [](Sweep& s) { s.samplings.clear(); },
-     [](Sweep& s, const Scene& scene) { add(s.samplings, *scene.sampling); }},
-    {"segments", "segments", [](Sweep& s) { s.segments.clear(); },
-     [](Sweep& s, const Scene& scene) { add(s.segments, scene.segments); }},
-    {"steps", "step", [](Sweep& s) { s.steps.clear(); },
-     [](Sweep& s, const Scene& scene) { add(s.steps, *scene.step); }},
-    {"filters", "filter", [](Sweep& s) { s.filters.clear(); },
-     [](Sweep& s, const Scene& scene) { add(s.filters, scene.filter); }},
-    {"texels", "texel", [](Sweep& s) { s.texels.clear(); },
-     [](Sweep& s, const Scene& scene) { add(s.texels, scene.texel); }},
-    {"tolerances", "tolerance", [](Sweep& s) { s.tolerances.clear(); },
-     [](Sweep& s, const Scene& scene) { add(s.tolerances, *scene.tolerance); }},
-    {"resolutions", "resolution", [](Sweep& s) { s.resolutions.clear(); },
-     [](Sweep& s, const Scene& scene) { add(s.resolutions, scene.resolution); }, true},
+    {"integrators", "integrator", filled(&Sweep::integrators, &Scene::integrator)},
+    {"samplings", "sampling", filled(&Sweep::samplings, &Scene::sampling)},
+    {"segments", "segments", filled(&Sweep::segments, &Scene::segments)},
+    {"steps", "step", filled(&Sweep::steps, &Scene::step)},
+    {"filters", "filter", filled(&Sweep::filters, &Scene::filter)},
+    {"texels", "texel", filled(&Sweep::texels, &Scene::texel)},
+    {"tolerances", "tolerance", filled(&Sweep::tolerances, &Scene::tolerance)},
+    {"resolutions", "resolution", filled(&Sweep::resolutions, &Scene::resolution)},
 };
 
 /// The variant without what does not change a picture of the scene.
@@ -86,31 +83,27 @@ const std::vector<std::string>& sweep_lists() {
 const std::vector<std::string>& swept_parameters() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> all{"renderer"};
-    for (const List& list : lists)
-      if (!list.optional) all.emplace_back(list.parameter);
+    for (const List& list : lists) all.emplace_back(list.parameter);
+    all.pop_back();  // without resolutions the scene's counts
     return all;
   }();
   return names;
 }
 
-void set_sweep(Sweep& sweep, std::string_view list, std::string_view text) {
-  const auto found = std::find_if(std::begin(lists), std::end(lists),
-                                  [&](const List& l) { return l.name == list; });
-  if (found == std::end(lists)) {
+void set_sweep(Sweep& sweep, std::string_view name, std::string_view text) {
+  const auto list = std::ranges::find(lists, name, &List::name);
+  if (list == std::end(lists))
     throw Error(ExitCode::usage,
-                "a study has no list " + in_quotes(list) + suggestion(list, sweep_lists()));
-  }
-  std::vector<std::string> names = split(find_parameter(found->parameter)->metavar, '|');
+                "a study has no list " + in_quotes(name) + suggestion(name, sweep_lists()));
+  std::vector<std::string> names = split(find_parameter(list->parameter)->metavar, '|');
   std::erase(names, "auto");  // one of the others
   const std::vector<std::string> items = text == "all" && names.size() > 1 ? names : split(text);
   if (items.empty())
-    throw Error(ExitCode::usage, "--" + std::string(list) + " is empty; give values with commas");
-  found->clear(sweep);
-  for (const std::string& item : items) {
-    Scene scene;
-    set_parameter(scene, found->parameter, item);
-    found->take(sweep, scene);
-  }
+    throw Error(ExitCode::usage, "--" + std::string(name) + " is empty; give values with commas");
+  std::vector<Scene> scenes(items.size());
+  for (std::size_t i = 0; i < items.size(); ++i)
+    set_parameter(scenes[i], list->parameter, items[i]);
+  list->fill(sweep, scenes);
 }
 
 Variant variant_of(Method method, const glm::ivec2& resolution) {
@@ -200,10 +193,8 @@ std::vector<std::pair<std::string, std::string>> skipped_lines(
   std::vector<std::pair<std::string, std::string>> lines;
   for (const SkippedVariant& s : skipped) {
     const std::string rule = rule_name(s.variant) + ": ", sampling = sampling_name(s.variant);
-    const auto same = [&](const auto& line) {
-      return line.first.starts_with(rule) && line.second == s.reason;
-    };
-    const auto line = std::find_if(lines.begin(), lines.end(), same);
+    const auto line = std::ranges::find_if(
+        lines, [&](const auto& l) { return l.first.starts_with(rule) && l.second == s.reason; });
     if (line == lines.end())
       lines.emplace_back(rule + sampling, s.reason);
     else
@@ -217,10 +208,9 @@ StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
   const bool gradient = !base.transfer_function.empty() &&
                         read_transfer_function(base.transfer_function).has_gradient();
   const auto consider_one = [&](const Variant& variant) {
-    const auto same = [&](const Variant& other) { return other == variant; };
-    if (std::any_of(plan.variants.begin(), plan.variants.end(), same)) return;
-    const auto skipped_same = [&](const SkippedVariant& other) { return other.variant == variant; };
-    if (std::any_of(plan.skipped.begin(), plan.skipped.end(), skipped_same)) return;
+    if (std::ranges::count(plan.variants, variant) ||
+        std::ranges::count(plan.skipped, variant, &SkippedVariant::variant))
+      return;
     std::string reason = refusal(variant, base, gradient);
     const auto no_other = [&](const Variant& other) {
       return what_counts(other, base) == what_counts(variant, base);

@@ -8,7 +8,6 @@
 
 #include "psivox/method.h"
 #include "psivox/study.h"
-#include "study/variant.h"
 
 namespace psivox {
 
@@ -33,10 +32,8 @@ std::string sampling_name(const Variant& variant);
 std::string variant_name(const Variant& variant);
 std::string file_name(const Variant& variant);
 
-/// The method, as a variant.
 Variant variant_of(Method method, const glm::ivec2& resolution);
 
-/// Whether the variants differ in their rule alone.
 bool differ_in_rule(Variant a, const Variant& b);
 
 /// The scene that renders the variant.

@@ -1,12 +1,12 @@
 #include "survey.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <limits>
 #include <sstream>
 
+#include "field/lane_range.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -43,20 +43,12 @@ void sanitise_value(float& value, float lo, BadValues& count) {
   value = 0.0f;
 }
 
-/// Least and greatest of finite values, whose number is a multiple of 512. Lanes, because a sum
-/// over one value after another would not be vectorised.
+/// Least and greatest of finite values, whose number is a multiple of 512.
 glm::vec2 bounds_of(const float* values, std::size_t count) {
-  constexpr std::size_t lanes = 16;
-  std::array<float, lanes> least, greatest;
-  std::copy_n(values, lanes, least.begin());
-  greatest = least;
-  for (std::size_t i = 0; i < count; i += lanes)
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      const float value = values[i + lane];
-      least[lane] = value < least[lane] ? value : least[lane];
-      greatest[lane] = value > greatest[lane] ? value : greatest[lane];
-    }
-  return {*std::ranges::min_element(least), *std::ranges::max_element(greatest)};
+  constexpr std::size_t lanes = 64;
+  LaneRange<lanes> range;
+  for (std::size_t i = 0; i < count; i += lanes) range.include(values + i);
+  return {range.least(), range.greatest()};
 }
 
 }  // namespace

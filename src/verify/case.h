@@ -87,7 +87,6 @@ class Painter {
   mutable std::uint64_t stuck_ = 0;
 };
 
-/// Errors of a case's pictures.
 struct Measured {
   double error = 0;
   /// Largest change of the picture per error of 1 in every interpolation weight. Times 2^-8 it

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "verify/make_field.h"
+#include "verify/made_fields.h"
 
 namespace psivox {
 

@@ -2,23 +2,82 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
+#include <memory>
 
-#include "verify/make_field.h"
+#include "psivox/field.h"
 
-// Fields without a simple closed form, for properties that any field must have. verify and the
-// tests use them.
+// Fields in memory, of any function; and some without a simple closed form, for properties that any
+// field must have. verify and the tests use them.
 
 namespace psivox {
 
+/// A field of leaves that cover `active`. `write(voxel, out)` writes the `channels` floats of each
+/// active voxel; the leaves' other voxels are 0.
+inline Field make_field_of(const Box& active, int channels,
+                           const std::function<void(const glm::ivec3&, float*)>& write,
+                           const glm::dmat4& world_from_index) {
+  Field field;
+  field.name = "density";
+  field.value_type = channels == 3 ? "vec3s" : "float";
+  field.channels = channels;
+  field.active_box = active;
+  field.world_from_index = world_from_index;
+  if (active.empty()) return field;
+  const glm::ivec3 first(active.min.x >> 3, active.min.y >> 3, active.min.z >> 3);
+  const glm::ivec3 last(active.max.x >> 3, active.max.y >> 3, active.max.z >> 3);
+  const glm::ivec3 count = last - first + 1;
+  const auto floats_per_leaf = std::size_t(512 * channels);
+  const auto leaves = std::size_t(count.x) * std::size_t(count.y) * std::size_t(count.z);
+  auto values = std::make_shared<std::vector<float>>(leaves * floats_per_leaf);
+  float* out = values->data();
+  for (int x = first.x; x <= last.x; ++x)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int z = first.z; z <= last.z; ++z)
+        field.leaves.push_back(
+            {8 * glm::ivec3(x, y, z), values->data() + field.leaves.size() * floats_per_leaf});
+  for (const Leaf& leaf : field.leaves) {
+    for (int i = 0; i < 512; ++i, out += channels) {
+      const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
+      const bool inside = voxel.x >= active.min.x && voxel.x <= active.max.x &&
+                          voxel.y >= active.min.y && voxel.y <= active.max.y &&
+                          voxel.z >= active.min.z && voxel.z <= active.max.z;
+      if (!inside) continue;
+      write(voxel, out);
+      ++field.active_voxels;
+    }
+  }
+  field.storage = std::move(values);
+  return field;
+}
+
+inline Field make_field(const Box& active, const std::function<float(glm::ivec3)>& value,
+                        const glm::dmat4& world_from_index = glm::dmat4(1.0)) {
+  return make_field_of(
+      active, 1, [&](const glm::ivec3& voxel, float* out) { *out = value(voxel); },
+      world_from_index);
+}
+
+inline Field make_vector_field(const Box& active, const std::function<glm::vec3(glm::ivec3)>& value,
+                               const glm::dmat4& world_from_index = glm::dmat4(1.0)) {
+  return make_field_of(
+      active, 3,
+      [&](const glm::ivec3& voxel, float* out) {
+        const glm::vec3 v = value(voxel);
+        for (int c = 0; c < 3; ++c) out[c] = v[c];
+      },
+      world_from_index);
+}
+
 /// Values in [0, 1), uncorrelated from voxel to voxel; about a quarter are 0.
 inline float noise(const glm::ivec3& v) {
-  auto mixed = [](int i, std::uint32_t factor) { return static_cast<std::uint32_t>(i) * factor; };
+  auto mixed = [](int i, std::uint32_t factor) { return std::uint32_t(i) * factor; };
   std::uint32_t h = mixed(v.x, 73856093u) ^ mixed(v.y, 19349663u) ^ mixed(v.z, 83492791u);
   h = (h ^ (h >> 13)) * 0x5bd1e995u;
   h ^= h >> 15;
-  return std::max(0.0f, static_cast<float>(h & 0xffffu) / 65536.0f * 1.33f - 0.33f);
+  return std::max(0.0f, float(h & 0xffffu) / 65536.0f * 1.33f - 0.33f);
 }
 
 /// Smooth blobs in a box of 40 x 36 x 32 voxels that starts at `at`, 0 around them.

@@ -40,7 +40,6 @@ Measured plate_opacity(const Painter& painter, const Plate& plate, double K, con
   return found;
 }
 
-/// Seen from both sides.
 Measured plate_opacities(const Painter& painter, const Plate& plate, double K) {
   const glm::dvec3 middle(0.5 * double(plate.values.size()), 0.3, -0.2);
   Measured found;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <utility>
 
 #include "base/statistics.h"
 #include "base/stopwatch.h"
@@ -31,12 +30,11 @@ double until_exact(Viewer& viewer, double* first_part_ms = nullptr) {
   return start.ms();
 }
 
-/// Resident memory of this process [MiB].
 double resident_mib() {
   std::ifstream file("/proc/self/statm");
   double total = 0, resident = 0;
   file >> total >> resident;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+  return resident * double(sysconf(_SC_PAGESIZE)) / (1 << 20);
 }
 
 Footprint footprint(const Viewer& viewer) {
@@ -86,7 +84,7 @@ OrbitTimes benchmark_orbit(Viewer& viewer, int pictures) {
   using Kind = Event::Kind;
   glm::dvec2 pointer = press_on_picture(viewer);
   Stopwatch moved, shown;
-  while (static_cast<int>(intervals.size()) < pictures + settling) {
+  while (int(intervals.size()) < pictures + settling) {
     if (moved.ms() >= 8) {  // as often as a mouse reports
       pointer.x += pixels_per_ms * moved.ms();
       viewer.window().post({Kind::move, pointer});
@@ -111,7 +109,7 @@ OrbitTimes benchmark_orbit(Viewer& viewer, int pictures) {
 
 SessionReport benchmark_session(Viewer& viewer, const std::vector<std::string>& files,
                                 int switches) {
-  const auto count = static_cast<int>(files.size());
+  const auto count = int(files.size());
   const auto whole_turns = [&](int n) { return (n + count - 1) / count * count; };
   SessionReport report;
   report.switches = whole_turns(switches);
@@ -119,8 +117,7 @@ SessionReport benchmark_session(Viewer& viewer, const std::vector<std::string>& 
   until_exact(viewer);
   const Stopwatch start;
   for (int i = 1; i <= report.switches; ++i) {
-    viewer.window().post(
-        {Event::Kind::drop, {}, 0, false, 0, {files[static_cast<std::size_t>(i % count)]}});
+    viewer.window().post({Event::Kind::drop, {}, 0, false, 0, {files[std::size_t(i % count)]}});
     do next_frame(viewer, 0.05);
     while (viewer.loading() || viewer.pictures().shown != viewer.pictures().wished);
     orbit_a_little(viewer);

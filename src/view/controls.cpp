@@ -25,48 +25,45 @@ using Command = void (*)(Viewer&, const Event&);
 void look_along(Viewer& viewer, Axis axis, const Event& event) {
   viewer.navigation().look(axis, with_control(event) || with_shift(event));
 }
-void look_from_front(Viewer& viewer, const Event& event) { look_along(viewer, Axis::front, event); }
-void look_from_right(Viewer& viewer, const Event& event) { look_along(viewer, Axis::right, event); }
-void look_from_top(Viewer& viewer, const Event& event) { look_along(viewer, Axis::top, event); }
-void toggle_projection(Viewer& viewer, const Event&) { viewer.navigation().toggle_projection(); }
 
-void save(Viewer& viewer, const Event& event) {
-  if (with_control(event))
-    viewer.attempt([&] { viewer.save_picture(viewer.panels().picture_path); });
-}
-void copy(Viewer& viewer, const Event& event) {
-  if (with_control(event)) viewer.attempt([&] { viewer.copy_command_line(); });
-}
-void toggle_help(Viewer& viewer, const Event&) { viewer.panels().help ^= true; }
-void next_comparison(Viewer& viewer, const Event&) {
-  const int next = (static_cast<int>(viewer.display().comparison) + 1) % 3;
-  viewer.compare(static_cast<Comparison>(next), viewer.other());
+/// The key that does the same.
+int usual_key(const Event& event) {
+  static const std::map<int, int> usual = {{GLFW_KEY_KP_1, GLFW_KEY_1},
+                                           {GLFW_KEY_KP_3, GLFW_KEY_3},
+                                           {GLFW_KEY_KP_7, GLFW_KEY_7},
+                                           {GLFW_KEY_KP_5, GLFW_KEY_O},
+                                           {GLFW_KEY_F1, GLFW_KEY_H}};
+  if (event.code == GLFW_KEY_SLASH && with_shift(event)) return GLFW_KEY_H;
+  const auto found = usual.find(event.code);
+  return found == usual.end() ? event.code : found->second;
 }
 
-/// What a key that is pressed does; null: nothing. keys.h describes it to the user.
+/// What a key that is pressed does; null: nothing. key_help describes it to the user.
 Command command_of(int key) {
   static const std::map<int, Command> commands = {
       {GLFW_KEY_F, [](Viewer& viewer, const Event&) { viewer.navigation().frame_all(); }},
-      {GLFW_KEY_1, look_from_front},
-      {GLFW_KEY_KP_1, look_from_front},
-      {GLFW_KEY_3, look_from_right},
-      {GLFW_KEY_KP_3, look_from_right},
-      {GLFW_KEY_7, look_from_top},
-      {GLFW_KEY_KP_7, look_from_top},
-      {GLFW_KEY_O, toggle_projection},
-      {GLFW_KEY_KP_5, toggle_projection},
+      {GLFW_KEY_1, [](Viewer& viewer, const Event& e) { look_along(viewer, Axis::front, e); }},
+      {GLFW_KEY_3, [](Viewer& viewer, const Event& e) { look_along(viewer, Axis::right, e); }},
+      {GLFW_KEY_7, [](Viewer& viewer, const Event& e) { look_along(viewer, Axis::top, e); }},
+      {GLFW_KEY_O, [](Viewer& viewer, const Event&) { viewer.navigation().toggle_projection(); }},
       {GLFW_KEY_R, [](Viewer& viewer, const Event&) { viewer.reload(); }},
-      {GLFW_KEY_S, save},
-      {GLFW_KEY_C, copy},
+      {GLFW_KEY_S,
+       [](Viewer& viewer, const Event& event) {
+         if (with_control(event))
+           viewer.attempt([&] { viewer.save_picture(viewer.panels().picture_path); });
+       }},
+      {GLFW_KEY_C,
+       [](Viewer& viewer, const Event& event) {
+         if (with_control(event)) viewer.attempt([&] { viewer.copy_command_line(); });
+       }},
       {GLFW_KEY_T, [](Viewer& viewer, const Event&) { viewer.panels().transfer ^= true; }},
       {GLFW_KEY_TAB, [](Viewer& viewer, const Event&) { viewer.panels().scene ^= true; }},
-      {GLFW_KEY_H, toggle_help},
-      {GLFW_KEY_F1, toggle_help},
-      {GLFW_KEY_SLASH,
-       [](Viewer& viewer, const Event& event) {
-         if (with_shift(event)) toggle_help(viewer, event);
+      {GLFW_KEY_H, [](Viewer& viewer, const Event&) { viewer.panels().help ^= true; }},
+      {GLFW_KEY_X,
+       [](Viewer& viewer, const Event&) {
+         const int next = (int(viewer.display().comparison) + 1) % 3;
+         viewer.compare(Comparison(next), viewer.other());
        }},
-      {GLFW_KEY_X, next_comparison},
       {GLFW_KEY_SPACE, [](Viewer& viewer, const Event&) { viewer.sequence().toggle_playing(); }},
       {GLFW_KEY_RIGHT,
        [](Viewer& viewer, const Event&) { viewer.sequence().go_to(viewer.sequence().next()); }},
@@ -105,7 +102,7 @@ bool Controls::steer(const Event& event) {
 
 void Controls::key(const Event& event) {
   if (steer(event) || !event.down || viewer_.gui().takes_keys()) return;
-  if (const Command command = command_of(event.code)) command(viewer_, event);
+  if (const Command command = command_of(usual_key(event))) command(viewer_, event);
 }
 
 bool Controls::double_click(const glm::dvec2& place) {

@@ -13,41 +13,39 @@ CurrentVolume::CurrentVolume(std::function<void()> on_news)
 
 CurrentVolume::~CurrentVolume() {
   thread_.request_stop();
+  post([&] { ++wishes_; });
+  thread_.join();
+}
+
+void CurrentVolume::post(const std::function<void()>& change) {
   {
     const std::lock_guard lock(mutex_);
-    ++wishes_;
+    change();
   }
   changed_.notify_all();
-  thread_.join();
 }
 
 bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& samples) {
   const std::string key = volume_key(scene, generation_);
   const bool at_hand = volume_ && volume_->key == key;
-  if (at_hand && std::exchange(awaited_key_, {})) {
-    const std::lock_guard lock(mutex_);
-    wish_.reset();
-    ++wishes_;  // ends the work on it
-  }
+  if (at_hand && std::exchange(awaited_key_, {}))
+    post([&] {
+      wish_.reset();
+      ++wishes_;  // ends the work on it
+    });
   if (at_hand || key == refused_key_ || key == awaited_key_) return at_hand;
-  {
-    const std::lock_guard lock(mutex_);
+  post([&] {
     wish_ = Wish{scene, samples, generation_, key};
     idle_wish_.reset();
     ++wishes_;
     done_ = {};  // of a wish that this one replaces
-  }
-  changed_.notify_all();
+  });
   awaited_key_ = key;
   return false;
 }
 
 void CurrentVolume::prefetch(const Scene& scene, const std::vector<std::string>& samples) {
-  {
-    const std::lock_guard lock(mutex_);
-    idle_wish_ = Wish{scene, samples, generation_, volume_key(scene, generation_)};
-  }
-  changed_.notify_all();
+  post([&] { idle_wish_ = Wish{scene, samples, generation_, volume_key(scene, generation_)}; });
 }
 
 void CurrentVolume::reload() {

@@ -30,8 +30,6 @@ class CurrentVolume {
   /// The thread calls `on_news`.
   explicit CurrentVolume(std::function<void()> on_news);
   ~CurrentVolume();
-  CurrentVolume(const CurrentVolume&) = delete;
-  CurrentVolume& operator=(const CurrentVolume&) = delete;
 
   const std::shared_ptr<Volume>& get() const { return volume_; }
   /// Loads the scene's volume, a frame of the sequence with these samples, unless it is there. True
@@ -68,6 +66,8 @@ class CurrentVolume {
     std::string key;                 ///< of the wish; empty: neither `volume` nor `error` is there
     std::optional<Subject> box;      ///< of the volume in preparation
   };
+  /// Changes what the thread is to do, and wakes it.
+  void post(const std::function<void()>& change);
   void run(const std::stop_token& stop);
   /// Works until `wishes_` differs from `number`.
   void prepare(const Wish& wish, bool wanted, std::uint64_t number);

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <functional>
+#include <future>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "psivox/sequence.h"
@@ -75,43 +74,29 @@ std::vector<std::string> recent_files();
 /// Puts a file first. Ignores it if the list cannot be written.
 void remember_file(const std::string& path);
 
-/// Saves a picture in a thread of its own, one at a time.
+/// Saves a picture in a thread of its own, one at a time. Its destructor waits for it.
 class SaveJob {
  public:
-  ~SaveJob() {
-    if (thread_.joinable()) thread_.join();
-  }
+  bool running() const { return error_.valid(); }
 
-  bool running() const { return thread_.joinable(); }
-
-  /// `task` returns an error's message, or an empty text. The thread calls `on_done`.
-  void start(const std::string& what, const std::function<std::string()>& task,
-             const std::function<void()>& on_done) {
+  /// `task` returns an error's message, or an empty text.
+  void start(const std::string& what, const std::function<std::string()>& task) {
     what_ = what;
-    done_ = false;
-    thread_ = std::thread([this, task, on_done] {
-      error_ = task();
-      done_ = true;
-      on_done();
-    });
+    error_ = std::async(std::launch::async, task);
   }
 
-  struct Outcome {
-    std::string what, error;
-  };
-  /// Returns the outcome once, after the task has ended.
-  std::optional<Outcome> outcome() {
-    if (!running() || !done_) return std::nullopt;
-    thread_.join();
-    return Outcome{what_, error_};
+  /// The error's message, once, after the task has ended.
+  std::optional<std::string> outcome() {
+    using namespace std::chrono_literals;
+    if (!running() || error_.wait_for(0s) != std::future_status::ready) return {};
+    return error_.get();
   }
 
   const std::string& what() const { return what_; }
 
  private:
-  std::thread thread_;
-  std::string what_, error_;
-  std::atomic<bool> done_{false};
+  std::string what_;
+  std::future<std::string> error_;
 };
 
 }  // namespace psivox::view

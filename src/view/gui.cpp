@@ -62,6 +62,8 @@ std::string& clipboard_text() {
   return text;
 }
 
+constexpr auto shown_for = std::chrono::seconds(8);
+
 }  // namespace
 
 Gui::Gui(Window& window) {
@@ -85,7 +87,7 @@ void Gui::set_scale(double scale) {
   scale_ = scale;
   places_panels_ = true;
   ImFontConfig font;
-  font.SizePixels = static_cast<float>(std::round(13 * scale));
+  font.SizePixels = float(std::round(13 * scale));
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   fonts.Clear();
   fonts.AddFontDefault(&font);
@@ -95,7 +97,7 @@ void Gui::set_scale(double scale) {
   style.WindowRounding = 4;
   style.FrameRounding = 2;
   style.Colors[ImGuiCol_WindowBg].w = 0.85f;
-  style.ScaleAllSizes(static_cast<float>(scale));
+  style.ScaleAllSizes(float(scale));
 }
 
 Gui::~Gui() {
@@ -108,18 +110,18 @@ void Gui::feed(const Event& event) {
   using Kind = Event::Kind;
   switch (event.kind) {
     case Kind::button:
-      if (event.code >= 0 && event.code < static_cast<int>(down_.size())) {
-        const auto button = static_cast<std::size_t>(event.code);
+      if (event.code >= 0 && event.code < int(down_.size())) {
+        const auto button = std::size_t(event.code);
         down_[button] = event.down;
         pressed_[button] |= event.down;
       }
       [[fallthrough]];
     case Kind::move:
-      io.MousePos = {static_cast<float>(event.place.x), static_cast<float>(event.place.y)};
+      io.MousePos = {float(event.place.x), float(event.place.y)};
       break;
     case Kind::wheel:
-      io.MouseWheelH += static_cast<float>(event.place.x);
-      io.MouseWheel += static_cast<float>(event.place.y);
+      io.MouseWheelH += float(event.place.x);
+      io.MouseWheel += float(event.place.y);
       break;
     case Kind::key:
       for (const auto& [key, code] : key_map)
@@ -144,8 +146,8 @@ void Gui::feed(const Event& event) {
 
 void Gui::begin_frame(const glm::ivec2& size, double seconds) {
   ImGuiIO& io = ImGui::GetIO();
-  io.DisplaySize = {static_cast<float>(size.x), static_cast<float>(size.y)};
-  io.DeltaTime = static_cast<float>(std::max(seconds, 1e-4));
+  io.DisplaySize = {float(size.x), float(size.y)};
+  io.DeltaTime = float(std::max(seconds, 1e-4));
   // A click that began and ended since the last frame shows for one frame.
   for (std::size_t i = 0; i < down_.size(); ++i) io.MouseDown[i] = down_[i] || pressed_[i];
   pressed_.fill(false);
@@ -161,12 +163,6 @@ void Gui::end_frame() {
 
 bool Gui::takes_pointer() const { return ImGui::GetIO().WantCaptureMouse; }
 bool Gui::takes_keys() const { return ImGui::GetIO().WantTextInput; }
-
-namespace {
-
-constexpr auto shown_for = std::chrono::seconds(8);
-
-}  // namespace
 
 void Messages::error(const std::string& text) {
   say(text);

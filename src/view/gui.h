@@ -3,7 +3,6 @@
 #include <array>
 #include <chrono>
 #include <functional>
-#include <span>
 #include <string>
 
 #include "view/window.h"
@@ -20,7 +19,6 @@ class Gui {
 
   void feed(const Event& event);
   void begin_frame(const glm::ivec2& size, double seconds);
-  /// Draws into the window.
   void end_frame();
 
   /// Whether the pointer or the keyboard is for the panels, not for the picture.

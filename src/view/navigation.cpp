@@ -1,9 +1,7 @@
 #include "view/navigation.h"
 
 #include <algorithm>
-#include <cmath>
 #include <glm/ext/matrix_transform.hpp>
-#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
 namespace psivox::view {
@@ -96,7 +94,7 @@ void Navigation::fly(const glm::dvec3& speed, double seconds) {
 }
 
 void Navigation::frame_all() {
-  const double aspect = static_cast<double>(viewport_.x) / std::max(viewport_.y, 1);
+  const double aspect = double(viewport_.x) / std::max(viewport_.y, 1);
   const Framing framing =
       framing_of(subject_, {right_, up_, forward_}, tangent_, tangent_ / aspect, orthographic_);
   pivot_ = framing.target;

@@ -6,17 +6,13 @@
 
 #include "base/text.h"
 #include "psivox/parameters.h"
-#include "view/cut_panel.h"
-#include "view/parameter_panel.h"
-#include "view/sliders.h"
 #include "view/viewer.h"
+#include "view/widgets.h"
 
 namespace psivox::view {
 namespace {
 
-ImVec2 scaled(double x, double y, double scale) {
-  return {static_cast<float>(x * scale), static_cast<float>(y * scale)};
-}
+ImVec2 scaled(double x, double y, double scale) { return {float(x * scale), float(y * scale)}; }
 
 /// Where a panel is placed: always after a change of the display's scale, else by the user.
 ImGuiCond placing(const Viewer& viewer) {
@@ -108,12 +104,12 @@ void draw_display_section(Viewer& viewer) {
   if (!ImGui::CollapsingHeader("Display", ImGuiTreeNodeFlags_DefaultOpen)) return;
   DisplaySettings& look = viewer.display();
   draw_exposure(viewer);
-  int layer = static_cast<int>(viewer.layer());
+  int layer = int(viewer.layer());
   if (ImGui::Combo("show", &layer, shown_layers, IM_ARRAYSIZE(shown_layers)))
     viewer.show(static_cast<ShownLayer>(layer));
   ImGui::Checkbox("transfer function (T)", &viewer.panels().transfer);
   const char* names[] = {"one picture", "two, with a divider", "signed difference"};
-  int chosen = static_cast<int>(look.comparison);
+  int chosen = int(look.comparison);
   if (ImGui::Combo("compare (X)", &chosen, names, 3))
     viewer.compare(static_cast<Comparison>(chosen), viewer.other());
   if (!viewer.other()) return;
@@ -158,7 +154,7 @@ void draw_scene_panel(Viewer& viewer) {
 
 void draw_transfer_panel(Viewer& viewer) {
   const double s = viewer.gui().scale();
-  const float right = ImGui::GetIO().DisplaySize.x - static_cast<float>(410 * s);
+  const float right = ImGui::GetIO().DisplaySize.x - float(410 * s);
   ImGui::SetNextWindowPos({right, 10}, placing(viewer));
   ImGui::SetNextWindowSize(scaled(400, 345, s), placing(viewer));
   viewer.attempt([&] { viewer.edit_transfer_function(); });
@@ -190,8 +186,8 @@ std::string status(const Viewer& viewer) {
   std::string text = picture_status(viewer);
   const glm::dvec2 range = viewer.pictures().layer_range;
   if (viewer.layer() != ShownLayer::picture && range != glm::dvec2(0))
-    text += formatted("; %s from %.4g (violet) to %.4g (yellow)",
-                      units[static_cast<int>(viewer.layer())], range.x, range.y);
+    text += formatted("; %s from %.4g (violet) to %.4g (yellow)", units[int(viewer.layer())],
+                      range.x, range.y);
   else if (viewer.layer() == ShownLayer::error)
     text += "; the error is computed once the picture is at rest";
   return viewer.saving() ? text + "; saving " + viewer.saved_path() : text;
@@ -205,7 +201,7 @@ constexpr float timeline_height = 62, timeline_bottom = 34;
 void draw_status(const Viewer& viewer) {
   const ImGuiIO& io = ImGui::GetIO();
   ImDrawList& list = *ImGui::GetForegroundDrawList();
-  const auto s = static_cast<float>(viewer.gui().scale());
+  const auto s = float(viewer.gui().scale());
   const float wrap = io.DisplaySize.x - 20 * s;
   float bottom = io.DisplaySize.y - 8 * s;
   const auto print = [&](ImU32 colour, const std::string& what) {
@@ -233,14 +229,13 @@ void draw_help(Viewer& viewer) {
                    ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
     for (const KeyHelp& row : key_help) {
       ImGui::TextUnformatted(row.keys);
-      ImGui::SameLine(static_cast<float>(170 * viewer.gui().scale()));
+      ImGui::SameLine(float(170 * viewer.gui().scale()));
       ImGui::TextUnformatted(row.what);
     }
   }
   ImGui::End();
 }
 
-/// The box of the first volume while it is loading.
 void draw_box(Viewer& viewer) {
   if (!viewer.box() || viewer.volume()) return;
   const glm::dvec3 &low = viewer.box()->box_min, &high = viewer.box()->box_max;
@@ -254,15 +249,14 @@ void draw_box(Viewer& viewer) {
       glm::dvec2 a, b;
       const Navigation& navigation = viewer.navigation();
       if (!navigation.project(corner(i), a) || !navigation.project(corner(i | axis), b)) continue;
-      list.AddLine({static_cast<float>(a.x), static_cast<float>(a.y)},
-                   {static_cast<float>(b.x), static_cast<float>(b.y)},
+      list.AddLine({float(a.x), float(a.y)}, {float(b.x), float(b.y)},
                    IM_COL32(200, 200, 200, 255));
     }
 }
 
 void draw_divider(double divider) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  const auto x = static_cast<float>(divider) * size.x;
+  const auto x = float(divider) * size.x;
   ImGui::GetBackgroundDrawList()->AddLine({x, 0}, {x, size.y}, IM_COL32(255, 255, 255, 200));
 }
 
@@ -271,8 +265,7 @@ void mark_missing(const Sequence& sequence, const ImVec2& corner, float width) {
   const int count = sequence.last() - sequence.first();
   if (sequence.missing().size() >= 1000) return;
   for (const int frame : sequence.missing()) {
-    const float x = corner.x + width * static_cast<float>(frame - sequence.first()) /
-                                   static_cast<float>(std::max(count, 1));
+    const float x = corner.x + width * float(frame - sequence.first()) / float(std::max(count, 1));
     ImGui::GetWindowDrawList()->AddLine({x, corner.y - 3}, {x, corner.y + 3},
                                         IM_COL32(255, 120, 80, 255), 2);
   }
@@ -280,19 +273,18 @@ void mark_missing(const Sequence& sequence, const ImVec2& corner, float width) {
 
 void draw_timeline(Sequence& sequence, double scale) {
   const ImGuiIO& io = ImGui::GetIO();
-  const auto s = static_cast<float>(scale);
+  const auto s = float(scale);
   const float height = timeline_height * s, bottom = io.DisplaySize.y - timeline_bottom * s;
   ImGui::SetNextWindowPos({io.DisplaySize.x * 0.25f, bottom - height});
   ImGui::SetNextWindowSize({io.DisplaySize.x * 0.5f, height});
   if (ImGui::Begin("Frames", nullptr, ImGuiWindowFlags_NoDecoration)) {
     if (ImGui::Button(sequence.playing ? "pause" : "play")) sequence.toggle_playing();
     ImGui::SameLine();
-    ImGui::SetNextItemWidth(static_cast<float>(120 * scale));
+    ImGui::SetNextItemWidth(float(120 * scale));
     slide("frames/s", sequence.rate, 1, 60, "%.0f");
     if (!sequence.missing().empty()) {
       ImGui::SameLine();
-      ImGui::TextColored({1, 0.6f, 0.4f, 1}, "%d missing",
-                         static_cast<int>(sequence.missing().size()));
+      ImGui::TextColored({1, 0.6f, 0.4f, 1}, "%d missing", int(sequence.missing().size()));
     }
     int frame = sequence.current();
     ImGui::SetNextItemWidth(-1);

@@ -1,4 +1,4 @@
-#include "view/parameter_panel.h"
+#include "view/widgets.h"
 
 #include <imgui.h>
 #include <imgui_stdlib.h>
@@ -47,8 +47,8 @@ bool drag(const char* label, std::string& text, double value, const Range& range
   double now = value;
   // ImGui takes bounds only within half the range of double
   const double least = std::max(low, -1e30), most = std::min(high, 1e30);
-  if (!ImGui::DragScalar(label, ImGuiDataType_Double, &now, static_cast<float>(0.01 * size), &least,
-                         &most, "%.5g"))
+  if (!ImGui::DragScalar(label, ImGuiDataType_Double, &now, float(0.01 * size), &least, &most,
+                         "%.5g"))
     return false;
   if (range.min_open && now <= low) now = std::max(low + 1e-3 * size, 0.5 * (low + value));
   if (range.max_open && now >= high) now = 0.5 * (high + value);
@@ -57,8 +57,7 @@ bool drag(const char* label, std::string& text, double value, const Range& range
 }
 
 bool colour(const char* label, std::string& text, const glm::dvec3& value, const Range& range) {
-  float rgb[3] = {static_cast<float>(value.x), static_cast<float>(value.y),
-                  static_cast<float>(value.z)};
+  float rgb[3] = {float(value.x), float(value.y), float(value.z)};
   if (!ImGui::ColorEdit3(label, rgb, ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR))
     return false;
   // with a decimal point, so that no number is taken as a code
@@ -102,9 +101,8 @@ bool edit_value(const Parameter& p, const T* value, const ParameterChoices& choi
     return choose(label, text, words);
   } else if constexpr (std::is_same_v<T, int>) {
     int now = *value;
-    const bool done =
-        ImGui::DragInt(label, &now, 0.1f, static_cast<int>(p.range.min),
-                       static_cast<int>(p.range.max), "%d", ImGuiSliderFlags_AlwaysClamp);
+    const bool done = ImGui::DragInt(label, &now, 0.1f, int(p.range.min), int(p.range.max), "%d",
+                                     ImGuiSliderFlags_AlwaysClamp);
     text = std::to_string(now);
     return done;
   } else if constexpr (std::is_same_v<T, double>) {
@@ -132,21 +130,6 @@ bool edit_text(const Parameter& p, const Scene& scene, const ParameterChoices& c
   return std::visit(held, p.member);
 }
 
-bool set_text(Scene& scene, const Parameter& p, const std::string& text,
-              const std::function<void(const std::string&)>& refuse) {
-  try {
-    Scene next = scene;
-    const Setting setting{p.name, text};
-    apply_over(next, {&setting, 1});
-    validate(next);
-    scene = next;
-    return true;
-  } catch (const Error& error) {
-    refuse(error.what());
-    return false;
-  }
-}
-
 /// The widget of one parameter, and the button that resets it.
 bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& choices,
                     const Refuse& refuse) {
@@ -162,10 +145,25 @@ bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& ch
     }
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("back to the default");
   }
-  return done && text != current && set_text(scene, p, text, refuse);
+  if (!done || text == current) return false;
+  try {
+    set_valid(scene, p.name, text);
+    return true;
+  } catch (const Error& error) {
+    refuse(error.what());
+    return false;
+  }
 }
 
 }  // namespace
+
+void set_valid(Scene& scene, const std::string& name, const std::string& text) {
+  Scene next = scene;
+  const Setting setting{name, text};
+  apply_over(next, {&setting, 1});
+  validate(next);
+  scene = next;
+}
 
 bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse) {
   bool changed = false, open = false;

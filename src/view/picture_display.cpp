@@ -79,7 +79,6 @@ std::unique_ptr<gl::Program> build_program() {
 }  // namespace
 
 PictureDisplay::PictureDisplay() : program_(build_program()) {
-  glCreateVertexArrays(1, &vertex_array_);
   for (Side& side : sides_) {
     fit(side.preview, side.preview_size, {1, 1});
     fit(side.exact, side.exact_size, {1, 1});
@@ -96,7 +95,6 @@ PictureDisplay::~PictureDisplay() {
   }
   remove(screen_);
   glDeleteTextures(1, &view_codes_);
-  glDeleteVertexArrays(1, &vertex_array_);
 }
 
 void PictureDisplay::reload_shader() {
@@ -156,7 +154,6 @@ void PictureDisplay::encode(GLuint picture, GLuint other, const Screen& to,
                             const glm::ivec2& origin, const glm::ivec2& size) {
   const bool difference = settings_.comparison == Comparison::difference;
   glBindFramebuffer(GL_FRAMEBUFFER, to.framebuffer);
-  glViewport(0, 0, to.size.x, to.size.y);
   glEnable(GL_SCISSOR_TEST);
   glScissor(origin.x, origin.y, size.x, size.y);
   glDisable(GL_BLEND);
@@ -164,15 +161,13 @@ void PictureDisplay::encode(GLuint picture, GLuint other, const Screen& to,
   glBindTextureUnit(0, picture);
   glBindTextureUnit(1, difference ? other : picture);
   if (view_codes_) glBindTextureUnit(2, view_codes_);
-  program_->set("by_view", static_cast<int>(view_codes_ && !difference));
-  program_->set("difference", static_cast<int>(difference));
+  program_->set("by_view", int(view_codes_ && !difference));
+  program_->set("difference", int(difference));
   program_->set("exposure", settings_.display.factor());
-  program_->set("tone_map", static_cast<int>(settings_.display.tone_map));
+  program_->set("tone_map", int(settings_.display.tone_map));
   program_->set("gain", settings_.gain);
   program_->set("background", settings_.background);
-  glBindVertexArray(vertex_array_);
-  glUseProgram(program_->id());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  triangle_.draw(*program_, to.size.x, to.size.y);
   glDisable(GL_SCISSOR_TEST);
 }
 
@@ -187,7 +182,7 @@ void PictureDisplay::encode_previews() {
 
 void PictureDisplay::show_previews(GLuint framebuffer, const glm::ivec2& size, bool flipped) {
   const bool wipe = settings_.comparison == Comparison::wipe;
-  const int divider = wipe ? static_cast<int>(std::lround(settings_.divider * size.x)) : size.x;
+  const int divider = wipe ? int(std::lround(settings_.divider * size.x)) : size.x;
   glDisable(GL_SCISSOR_TEST);
   for (std::size_t i = 0; i < (wipe ? 2u : 1u); ++i) {
     const Screen& from = sides_[i].encoded;
@@ -205,7 +200,7 @@ void PictureDisplay::encode_exact(const Part& part) {
   const bool wipe = settings_.comparison == Comparison::wipe;
   if (part.side == 1 && settings_.comparison == Comparison::none) return;
   int first = part.origin.x, last = part.origin.x + part.size.x;
-  const int divider = static_cast<int>(std::lround(settings_.divider * screen_.size.x));
+  const int divider = int(std::lround(settings_.divider * screen_.size.x));
   if (wipe) (part.side == 0 ? last : first) = std::clamp(divider, first, last);
   if (first >= last) return;
   const std::size_t picture = wipe ? part.side : 0;

@@ -5,7 +5,6 @@
 #include <array>
 #include <glm/vec3.hpp>
 #include <memory>
-#include <optional>
 
 #include "gl/program.h"
 #include "view/picture_maker.h"
@@ -38,8 +37,6 @@ class PictureDisplay {
   /// Throws Error(graphics).
   PictureDisplay();
   ~PictureDisplay();
-  PictureDisplay(const PictureDisplay&) = delete;
-  PictureDisplay& operator=(const PictureDisplay&) = delete;
 
   void set_preview(const PreviewPicture& picture);
   /// Drops the parts of older wishes.
@@ -48,7 +45,6 @@ class PictureDisplay {
   /// there are none.
   const Image* exact(std::uint64_t number, std::size_t side) const;
 
-  /// Fills the window.
   void draw(const glm::ivec2& size, const DisplaySettings& settings);
   /// Builds the shader again from its folder. If that throws Error(graphics), the old one stays.
   void reload_shader();
@@ -76,7 +72,7 @@ class PictureDisplay {
   std::array<Side, 2> sides_;
   Screen screen_;  ///< previews, and over them the exact parts
   std::unique_ptr<gl::Program> program_;
-  GLuint vertex_array_ = 0;
+  gl::Triangle triangle_;
   GLuint view_codes_ = 0;  ///< a table of view_'s codes; 0: sRGB
   OcioView view_;
   DisplaySettings settings_;

@@ -1,6 +1,5 @@
 #include "view/picture_maker.h"
 
-#include <cmath>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -81,10 +80,10 @@ void PictureMaker::stage(const std::string& name, double fraction) {
   if (!name.empty()) progress_ = {name, fraction};
 }
 
-void PictureMaker::report(const std::string& error) {
+void PictureMaker::tell(const std::function<void(PictureNews&)>& change) {
   {
     const std::lock_guard lock(mutex_);
-    news_.errors.push_back(error);
+    change(news_);
   }
   on_news_();
 }
@@ -122,7 +121,7 @@ void PictureMaker::serve(const std::stop_token& stop) {
       const std::lock_guard lock(mutex_);
       if (!wish_ && newest_ == current.number) wish_ = current;  // it was only interrupted
     } catch (const std::exception& error) {
-      report(error.what());
+      tell([&](PictureNews& news) { news.errors.emplace_back(error.what()); });
     }
     stage("", 0);
   }
@@ -192,26 +191,19 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
     images.push_back(std::move(drawn.image));
   }
   const glm::dvec2 range = show_layer(wish.layer, images);
-  {
-    const std::lock_guard lock(mutex_);
-    news_.layer_range = range;
-    news_.previews.clear();
+  tell([&](PictureNews& news) {
+    news.layer_range = range;
+    news.previews.clear();
     for (std::size_t side = 0; side < images.size(); ++side)
-      news_.previews.push_back({wish.number, side, std::move(images[side]), rung, sum_ms});
-  }
-  on_news_();
+      news.previews.push_back({wish.number, side, std::move(images[side]), rung, sum_ms});
+  });
   pace_.took(rung, sum_ms);
 }
 
 void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel) {
   if (wish.volume != shown_) return;  // its light may be missing
-  const auto point = wish.volume->session->pick(wish.scenes.front(), pixel);
-  if (!point) return;
-  {
-    const std::lock_guard lock(mutex_);
-    news_.picked = point;
-  }
-  on_news_();
+  if (const auto point = wish.volume->session->pick(wish.scenes.front(), pixel))
+    tell([&](PictureNews& news) { news.picked = point; });
 }
 
 void PictureMaker::renew_renderer() {
@@ -240,15 +232,11 @@ void PictureMaker::refine(const PictureWish& wish) {
     for (std::size_t side = 0; side < wish.scenes.size(); ++side) refine_side(wish, side);
   else
     refine_layers(wish);
-  const gl::ObjectCounts objects =
-      options_.count_objects ? gl::count_objects() : gl::ObjectCounts();
-  {
-    const std::lock_guard lock(mutex_);
-    news_.objects = objects;
-    news_.refined = wish.number;
-    news_.refine_ms = refining.ms();
-  }
-  on_news_();
+  tell([&](PictureNews& news) {
+    if (options_.count_objects) news.objects = gl::count_objects();
+    news.refined = wish.number;
+    news.refine_ms = refining.ms();
+  });
 }
 
 void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile) {

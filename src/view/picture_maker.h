@@ -32,7 +32,6 @@ struct PreviewPicture {
   double ms = 0;
 };
 
-/// A part of the exact picture.
 struct ExactPart {
   std::uint64_t number = 0;
   std::size_t side = 0;
@@ -72,8 +71,6 @@ class PictureMaker {
 
   PictureMaker(const Options& options, std::function<void()> on_news);
   ~PictureMaker();
-  PictureMaker(const PictureMaker&) = delete;
-  PictureMaker& operator=(const PictureMaker&) = delete;
 
   /// Replaces the last wish.
   void wish(PictureWish wish);
@@ -102,7 +99,8 @@ class PictureMaker {
   void renew_renderer();
   void stage(const std::string& name, double fraction);
   void check_current(std::uint64_t number) const;
-  void report(const std::string& error);
+  /// Adds to the news, and has the window take them.
+  void tell(const std::function<void(PictureNews&)>& change);
 
   void refine(const PictureWish& wish);
   void refine_side(const PictureWish& wish, std::size_t side);
@@ -110,7 +108,6 @@ class PictureMaker {
   /// The wish to the session for one side of a comparison. The window shows its progress.
   Wish exact_wish(const PictureWish& wish, std::size_t side);
   Drawn draw(const PictureWish& wish, std::size_t side, const Wish& exact);
-  /// A tile of the exact picture, for the window.
   void add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile);
 
   /// Ends the making of a picture that nobody wants any more.
@@ -149,7 +146,6 @@ struct PictureState {
   std::string renderer;
   gl::ObjectCounts objects;  ///< of the context that draws, if they are counted
 
-  /// Whether the newest wish is complete.
   bool complete() const { return refined && refined == wished; }
 
   void take(const PictureNews& news) {

@@ -12,9 +12,8 @@ namespace {
 
 /// Null if the picture has no such layer.
 const Layer* layer_of(const Image& image, ShownLayer layer) {
-  const auto found = std::find_if(image.layers.begin(), image.layers.end(), [&](const Layer& l) {
-    return l.name == shown_layers[static_cast<std::size_t>(layer)];
-  });
+  const auto found =
+      std::ranges::find(image.layers, shown_layers[std::size_t(layer)], &Layer::name);
   return found == image.layers.end() ? nullptr : &*found;
 }
 
@@ -22,61 +21,10 @@ void paint(const std::vector<float>& values, const TransferFunction& map, std::s
   for (std::size_t i = 0; i < values.size(); ++i) {
     const bool there = std::isfinite(values[i]);
     const glm::dvec3 color = there ? map.at(values[i]).color : glm::dvec3(0);
-    for (std::size_t c = 0; c < 3; ++c)
-      rgba[4 * i + c] = static_cast<float>(color[static_cast<int>(c)]);
+    for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = float(color[int(c)]);
     rgba[4 * i + 3] = there ? 1.0f : 0.0f;
   }
 }
-
-}  // namespace
-
-void ask_for(ShownLayer layer, Wish& wish) {
-  wish.layers.steps = layer == ShownLayer::steps;
-  wish.layers.depth = layer == ShownLayer::depth;
-  wish.layers.error = layer == ShownLayer::error;
-  // alpha has the same depths, and back-to-front does not compute them
-  if (wish.layers.depth) wish.scene->mode = from_front(wish.scene->mode);
-}
-
-glm::dvec2 show_layer(ShownLayer layer, std::span<Image> images) {
-  if (layer == ShownLayer::picture) return {0, 0};
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  for (const Image& image : images) {
-    const Layer* values = layer_of(image, layer);
-    if (!values) return {0, 0};
-    for (const float value : values->values) {
-      if (!std::isfinite(value)) continue;
-      low = std::min(low, static_cast<double>(value));
-      high = std::max(high, static_cast<double>(value));
-    }
-  }
-  if (layer != ShownLayer::depth || low > high) low = 0;
-  if (!(low < high)) high = low + 1;
-  const TransferFunction map = colormap_function(Colormap::viridis, low, high, low, high);
-  for (Image& image : images) paint(layer_of(image, layer)->values, map, image.rgba());
-  return {low, high};
-}
-
-Scene coarser(const Scene& scene) {
-  Scene result = scene;
-  result.tolerance.reset();
-  if (scene.shows(Shows::surface)) return result;
-  result.step = 2 * scene.resolved_step();
-  result.sampling = Sampling::uniform;
-  result.integrator.reset();
-  return result;
-}
-
-Scene with_method_of(const Scene& other, Scene scene) {
-  for (const Parameter& p : parameters()) {
-    const bool differs = p.group == ParameterGroup::accuracy && p.name != "split-knots" &&
-                         p.under_tolerance != UnderTolerance::unchanged;
-    if (differs) std::visit([&](auto member) { scene.*member = other.*member; }, p.member);
-  }
-  return scene;
-}
-
-namespace {
 
 /// From best to cheapest.
 constexpr std::array<Rung, 12> rungs{{{1, 1},
@@ -101,7 +49,53 @@ constexpr double overhead_ms = 2;
 
 }  // namespace
 
-Rung Pace::rung() const { return rungs[static_cast<std::size_t>(index_)]; }
+void ask_for(ShownLayer layer, Wish& wish) {
+  wish.layers.steps = layer == ShownLayer::steps;
+  wish.layers.depth = layer == ShownLayer::depth;
+  wish.layers.error = layer == ShownLayer::error;
+  // alpha has the same depths, and back-to-front does not compute them
+  if (wish.layers.depth) wish.scene->mode = from_front(wish.scene->mode);
+}
+
+glm::dvec2 show_layer(ShownLayer layer, std::span<Image> images) {
+  if (layer == ShownLayer::picture) return {0, 0};
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const Image& image : images) {
+    const Layer* values = layer_of(image, layer);
+    if (!values) return {0, 0};
+    for (const float value : values->values) {
+      if (!std::isfinite(value)) continue;
+      low = std::min(low, double(value));
+      high = std::max(high, double(value));
+    }
+  }
+  if (layer != ShownLayer::depth || low > high) low = 0;
+  if (!(low < high)) high = low + 1;
+  const TransferFunction map = colormap_function(Colormap::viridis, low, high, low, high);
+  for (Image& image : images) paint(layer_of(image, layer)->values, map, image.rgba());
+  return {low, high};
+}
+
+Scene coarser(const Scene& scene) {
+  Scene result = scene;
+  result.tolerance.reset();
+  if (scene.shows(Shows::surface)) return result;
+  result.step = 2 * scene.resolved_step();
+  result.sampling = Sampling::uniform;
+  result.integrator.reset();
+  return result;
+}
+
+Scene with_method_of(const Scene& other, Scene scene) {
+  for (const Parameter& p : parameters()) {
+    const bool differs = p.group == ParameterGroup::accuracy && p.name != "split-knots" &&
+                         p.under_tolerance != UnderTolerance::unchanged;
+    if (differs) copy_parameter(other, scene, p);
+  }
+  return scene;
+}
+
+Rung Pace::rung() const { return rungs[std::size_t(index_)]; }
 
 void Pace::took(const Rung& rung, double ms) {
   const double full = std::max(ms - overhead_ms, 0.1) / cost_of(rung);
@@ -110,9 +104,9 @@ void Pace::took(const Rung& rung, double ms) {
   cost_ms_ = known_ && full < cost_ms_ ? 0.8 * cost_ms_ + 0.2 * full : full;
   known_ = true;
   const auto expected = [&](int i) {
-    return overhead_ms + cost_ms_ * cost_of(rungs[static_cast<std::size_t>(i)]);
+    return overhead_ms + cost_ms_ * cost_of(rungs[std::size_t(i)]);
   };
-  const int last = static_cast<int>(rungs.size()) - 1;
+  const int last = int(rungs.size()) - 1;
   while (index_ < last && expected(index_) > budget_ms_) ++index_;
   while (index_ > 0 && expected(index_ - 1) < 0.85 * budget_ms_) --index_;
 }
@@ -120,7 +114,7 @@ void Pace::took(const Rung& rung, double ms) {
 Scene preview_scene(const Scene& scene, const Rung& rung) {
   Scene preview = scene;
   const auto part = [&](int pixels) {
-    return std::max(1, static_cast<int>(std::lround(pixels / rung.divisor)));
+    return std::max(1, int(std::lround(pixels / rung.divisor)));
   };
   preview.resolution = {part(scene.resolution.x), part(scene.resolution.y)};
   preview.pixel_samples = 1;

@@ -14,7 +14,6 @@ enum class ShownLayer { picture, steps, depth, error };
 /// Their names, as --aov takes them.
 inline constexpr const char* shown_layers[] = {"picture", "steps", "depth", "error"};
 
-/// Asks for that layer of the wish's scene.
 void ask_for(ShownLayer layer, Wish& wish);
 
 /// Writes the layer into R G B A of the pictures as colours of viridis. Returns the values at the

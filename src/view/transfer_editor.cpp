@@ -4,9 +4,7 @@
 #include <imgui_stdlib.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 
@@ -15,7 +13,7 @@
 #include "colour/srgb.h"
 #include "psivox/parameters.h"
 #include "scene/transfer_function.h"
-#include "view/sliders.h"
+#include "view/widgets.h"
 
 namespace psivox::view {
 namespace {
@@ -23,13 +21,11 @@ namespace {
 namespace fs = std::filesystem;
 
 ImU32 screen_colour(const glm::dvec3& linear) {
-  const auto encoded = [](double v) {
-    return static_cast<float>(srgb_from_linear(std::clamp(v, 0.0, 1.0)));
-  };
+  const auto encoded = [](double v) { return float(srgb_from_linear(std::clamp(v, 0.0, 1.0))); };
   return ImGui::GetColorU32(ImVec4(encoded(linear.x), encoded(linear.y), encoded(linear.z), 1));
 }
 
-ImVec2 at(const glm::dvec2& p) { return {static_cast<float>(p.x), static_cast<float>(p.y)}; }
+ImVec2 at(const glm::dvec2& p) { return {float(p.x), float(p.y)}; }
 
 /// Side of a handle [pixels].
 double handle_size() { return 0.8 * double(ImGui::GetFontSize()); }
@@ -49,15 +45,6 @@ std::vector<TransferPoint> identity(const Histogram& histogram) {
 }
 
 double three_digits(double value) { return std::strtod(formatted("%.3g", value).c_str(), nullptr); }
-
-/// Throws Error(usage) if the rest of the scene needs or refuses a function.
-void name_function(Scene& scene, const std::string& path) {
-  Scene next = scene;
-  const Setting setting{"transfer-function", path};
-  apply_over(next, {&setting, 1});
-  validate(next);
-  scene = next;
-}
 
 /// The name, or with a number the first like it that no file has.
 std::string unused_name(const std::string& stem) {
@@ -106,15 +93,14 @@ std::optional<glm::dvec2> TransferEditor::place_of(std::size_t point) const {
 
 void TransferEditor::draw_histogram(const Histogram& histogram) const {
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  const double bins = static_cast<double>(histogram.counts.size());
+  const double bins = double(histogram.counts.size());
   const double most = *std::max_element(histogram.counts.begin(), histogram.counts.end());
-  for (int x = 0; x < static_cast<int>(canvas_.size.x) && most > 0; ++x) {
+  for (int x = 0; x < int(canvas_.size.x) && most > 0; ++x) {
     const double value = canvas_.low + (x + 0.5) / canvas_.size.x * (canvas_.high - canvas_.low);
     const double bin = bins * (value - histogram.min) / (histogram.max - histogram.min);
     if (bin < 0 || bin >= bins) continue;
     // logarithmic, because a few values have nearly all voxels
-    const double part =
-        std::log1p(histogram.counts[static_cast<std::size_t>(bin)]) / std::log1p(most);
+    const double part = std::log1p(histogram.counts[std::size_t(bin)]) / std::log1p(most);
     list.AddRectFilled(
         at({canvas_.corner.x + x, canvas_.corner.y + canvas_.size.y * (1 - 0.9 * part)}),
         at({canvas_.corner.x + x + 1, canvas_.corner.y + canvas_.size.y}),
@@ -124,7 +110,7 @@ void TransferEditor::draw_histogram(const Histogram& histogram) const {
 
 bool TransferEditor::draw_canvas(const Histogram& histogram) {
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  const float strip = static_cast<float>(1.2 * handle_size());
+  const float strip = float(1.2 * handle_size());
   const float width = std::max(ImGui::GetContentRegionAvail().x - strip, 50.0f);
   const float height = 0.45f * width;
   canvas_.corner = {corner.x, corner.y};
@@ -148,7 +134,7 @@ bool TransferEditor::draw_canvas(const Histogram& histogram) {
                IM_COL32(150, 150, 150, 255));
   list.PopClipRect();
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const bool chosen = static_cast<int>(i) == selected_;
+    const bool chosen = int(i) == selected_;
     const float radius = (chosen ? 0.55f : 0.4f) * ImGui::GetFontSize();
     list.AddCircleFilled(at(canvas_.pixel_of(points_[i])), radius,
                          screen_colour(has_color_ ? points_[i].color : glm::dvec3(0.8)));
@@ -180,7 +166,7 @@ bool TransferEditor::slide_range() {
   // the ends of the slider are below the points that they move
   ImGui::SetCursorScreenPos(at(canvas_.corner + glm::dvec2(-end_margin(), canvas_.size.y + 2)));
   range_place_ = double(ImGui::GetCursorScreenPos().y) + 0.5 * double(ImGui::GetFrameHeight());
-  ImGui::SetNextItemWidth(static_cast<float>(canvas_.size.x + 2 * end_margin()));
+  ImGui::SetNextItemWidth(float(canvas_.size.x + 2 * end_margin()));
   const double first = points_.front().value, width = points_.back().value - first;
   glm::dvec2 ends(first, first + width);
   const bool moved = slide_ends("##range", ends, {canvas_.low, canvas_.high});
@@ -216,7 +202,7 @@ bool TransferEditor::drag_points(bool hovered) {
       const glm::dvec2 d = canvas_.pixel_of(points_[i]) - mouse;
       if (std::hypot(d.x, d.y) < best) {
         best = std::hypot(d.x, d.y);
-        found = static_cast<int>(i);
+        found = int(i);
       }
     }
     return found;
@@ -239,7 +225,7 @@ bool TransferEditor::drag_points(bool hovered) {
           std::upper_bound(points_.begin(), points_.end(), added.value,
                            [](double v, const TransferPoint& p) { return v < p.value; });
       added.color = next != points_.end() ? next->color : points_.back().color;
-      selected_ = static_cast<int>(next - points_.begin());
+      selected_ = int(next - points_.begin());
       points_.insert(next, added);
       changed = true;
     }
@@ -251,7 +237,7 @@ bool TransferEditor::drag_points(bool hovered) {
     return changed;
   }
   if (selected_ >= 0 && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
-    const auto i = static_cast<std::size_t>(selected_);
+    const auto i = std::size_t(selected_);
     TransferPoint moved = canvas_.point_at(mouse);
     moved.color = points_[i].color;
     if (i > 0) moved.value = std::max(moved.value, points_[i - 1].value);
@@ -263,14 +249,13 @@ bool TransferEditor::drag_points(bool hovered) {
 }
 
 bool TransferEditor::draw_selected() {
-  if (selected_ < 0 || selected_ >= static_cast<int>(points_.size())) {
+  if (selected_ < 0 || selected_ >= int(points_.size())) {
     ImGui::TextWrapped("click: add a point; drag: move it; right click: remove it");
     return false;
   }
-  TransferPoint& point = points_[static_cast<std::size_t>(selected_)];
+  TransferPoint& point = points_[std::size_t(selected_)];
   bool changed = false;
-  float rgb[3] = {static_cast<float>(point.color.x), static_cast<float>(point.color.y),
-                  static_cast<float>(point.color.z)};
+  float rgb[3] = {float(point.color.x), float(point.color.y), float(point.color.z)};
   if (has_color_ && ImGui::ColorEdit3("colour", rgb, ImGuiColorEditFlags_Float)) {
     for (int c = 0; c < 3; ++c) point.color[c] = std::max(rgb[c], 0.0f);
     changed = true;
@@ -278,7 +263,7 @@ bool TransferEditor::draw_selected() {
   double attenuation = point.attenuation;
   const double least = 0, most = 1e30;
   if (ImGui::DragScalar("attenuation", ImGuiDataType_Double, &attenuation,
-                        static_cast<float>(0.005 * canvas_.top), &least, &most, "%.5g")) {
+                        float(0.005 * canvas_.top), &least, &most, "%.5g")) {
     point.attenuation = std::max(attenuation, 0.0);
     canvas_.top = std::max(canvas_.top, 1.15 * point.attenuation);
     changed = true;
@@ -289,7 +274,7 @@ bool TransferEditor::draw_selected() {
 
 void TransferEditor::write(Scene& scene) {
   write_text(own_file_, to_json(TransferFunction(points_, has_color_)));
-  name_function(scene, own_file_);
+  set_valid(scene, "transfer-function", own_file_);
 }
 
 bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
@@ -320,7 +305,7 @@ bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
     points_ = read_transfer_function(path_).points();
     selected_ = -1;
   }
-  name_function(scene, action == Action::clear ? "" : path_);
+  set_valid(scene, "transfer-function", action == Action::clear ? "" : path_);
   taken_from_.clear();
   return true;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <glm/vec2.hpp>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>

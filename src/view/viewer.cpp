@@ -9,7 +9,6 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
-#include "view/files.h"
 #include "view/shown.h"
 
 namespace psivox::view {
@@ -154,12 +153,12 @@ void Viewer::take_pictures() {
 }
 
 void Viewer::take_saved() {
-  const auto outcome = save_.outcome();
-  if (!outcome) return;
-  if (outcome->error.empty())
-    messages_.say("saved " + outcome->what);
+  const auto failure = save_.outcome();
+  if (!failure) return;
+  if (failure->empty())
+    messages_.say("saved " + save_.what());
   else
-    error(outcome->error);
+    error(*failure);
 }
 
 void Viewer::take_news() {
@@ -177,7 +176,7 @@ void Viewer::wish_pictures(const Scene& wanted, bool at_hand) {
   // of the volume at hand, too: a frame may lack a grid of the sequence's scene
   std::vector<Scene> scenes{with_medium_of(*volume(), wanted)};
   if (other_) scenes.push_back(with_method_of(*other_, scenes.front()));
-  std::string text = std::to_string(static_cast<int>(layer_)) + "/" +
+  std::string text = std::to_string(int(layer_)) + "/" +
                      std::to_string(reinterpret_cast<std::uintptr_t>(volume()));
   for (Scene scene : scenes) {
     scene.exposure = Scene{}.exposure;  // of the window alone

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,14 +51,11 @@ class Viewer {
   /// Throws Error(graphics) if there is no display.
   Viewer(const Scene& scene, const ViewerOptions& options);
   ~Viewer();
-  Viewer(const Viewer&) = delete;
-  Viewer& operator=(const Viewer&) = delete;
 
   /// Waits for events, at most `wait_s`, and draws the window if something happened. False once the
   /// window is closed. Throws what the first load throws, and Error(graphics) if nothing can be
   /// drawn: a window that never shows anything is of no use.
   bool frame(double wait_s);
-  /// Draws frames until the window is closed.
   void run();
 
   // Commands of keys, panels and drops.
@@ -86,7 +82,6 @@ class Viewer {
   /// What `action` throws becomes an error that the window shows.
   void attempt(const std::function<void()>& action) { messages_.attempt(action); }
 
-  // Parts.
   ViewerOptions& options() { return options_; }
   Window& window() { return window_; }
   const Gui& gui() const { return gui_; }
@@ -100,7 +95,6 @@ class Viewer {
   const Messages& messages() const { return messages_; }
   const PictureState& pictures() const { return pictures_; }
 
-  // State.
   /// The scene to show, in the window's resolution.
   Scene scene() const;
   const std::string& input() const { return scene_.input; }
@@ -134,14 +128,12 @@ class Viewer {
   void take_news();
   void take_volume_news();
   void take_look();
-  /// `first`: it is the first volume.
   void take_volume(bool first);
   void keep_old_volume(const std::exception_ptr& refusal);
   void take_pictures();
   void take_saved();
   /// Remembers what the window shows, to return to it if the next volume is refused.
   void keep_fallback();
-  /// Follows the sequence to its current frame.
   void follow_sequence();
   void update_wishes();
   /// Has the last wish refined once nothing has changed for a moment.

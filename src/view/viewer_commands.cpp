@@ -15,7 +15,7 @@ namespace {
 
 bool same_camera(const Scene& a, const Scene& b) {
   return std::ranges::all_of(parameters(), [&](const Parameter& p) {
-    return p.group != ParameterGroup::camera || parameter_text(a, p) == parameter_text(b, p);
+    return p.group != ParameterGroup::camera || has_same(a, b, p);
   });
 }
 
@@ -139,15 +139,14 @@ void Viewer::save_picture(const std::string& path) {
   if (!options_.render || save_.running()) return;
   std::vector<std::string> arguments = render_arguments(kept_scene(), path);
   arguments.insert(arguments.begin(), "--quiet");
-  const auto task = [render = options_.render, arguments] {
+  save_.start(path, [render = options_.render, arguments]() -> std::string {
     try {
       render(arguments);
+      return {};
     } catch (...) {
       return message_of(std::current_exception());
     }
-    return std::string();
-  };
-  save_.start(path, task, Window::wake);
+  });
 }
 
 void Viewer::edit_transfer_function() { editor_.draw(scene_, *volume(), panels_.transfer); }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "medium/value_range.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
@@ -16,28 +17,22 @@ namespace psivox::view {
 namespace {
 
 void count(const Field& field, Histogram& histogram) {
-  const auto each = [&](const auto& take) {
-    for (const Leaf& leaf : field.leaves) {
-      const OrderedValues values(field, leaf);
-      for (std::size_t i = 0; i < 512; ++i)
-        if (values[i] != 0) take(static_cast<double>(values[i]), 1.0);
-    }
-    for (const Tile& tile : field.tiles)
-      take(static_cast<double>(tile.value.x), std::pow(static_cast<double>(tile.width), 3.0));
-  };
-  double low = 0, high = 0;
-  each([&](double value, double) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  });
-  histogram.min = low;
-  histogram.max = high > low ? high : low + 1;
-  const double bins = static_cast<double>(histogram.counts.size());
+  const glm::dvec2 range = stored_range(field);
+  histogram.min = range.x;
+  histogram.max = range.y > range.x ? range.y : range.x + 1;
+  const double bins = double(histogram.counts.size());
   const double scale = bins / (histogram.max - histogram.min);
-  each([&](double value, double weight) {
-    const auto bin = static_cast<std::size_t>(std::clamp((value - low) * scale, 0.0, bins - 1));
-    histogram.counts[bin] += weight;
-  });
+  const auto take = [&](double value, double weight) {
+    const double bin = std::clamp((value - histogram.min) * scale, 0.0, bins - 1);
+    histogram.counts[std::size_t(bin)] += weight;
+  };
+  for (const Leaf& leaf : field.leaves) {
+    const OrderedValues values(field, leaf);
+    for (std::size_t i = 0; i < 512; ++i)
+      if (values[i] != 0) take(double(values[i]), 1);
+  }
+  for (const Tile& tile : field.tiles)
+    take(double(tile.value.x), std::pow(double(tile.width), 3.0));
 }
 
 /// The whole domain as make_view sees it.
@@ -52,11 +47,14 @@ Subject whole_box(const Scene& scene, const Volume& volume) {
   return box;
 }
 
-/// Turns the camera's lights into the world's.
-void keep_lights(const Camera& camera, Scene& scene) {
+/// Turns lights that a look has set from the camera's into the world's.
+void keep_lights(const Volume& volume, Scene& scene, OpenedScene& opened) {
+  if (scene.lights == volume.asked.lights) return;
   for (DirectionalLight& light : scene.lights)
     if (std::exchange(light.of_camera, false))
-      light.direction = from_camera(camera, light.direction);
+      light.direction = from_camera(opened.view.camera, light.direction);
+  opened.looked.scene.lights = scene.lights;
+  opened = open_scene(opened.looked.scene, std::move(opened.looked.fields));
 }
 
 /// Whether frames of a sequence could differ in what `auto` chooses for them.
@@ -72,10 +70,7 @@ OpenedScene choose_look(Volume& volume, const VdbFile& file) {
   volume.chosen = opened.looked;
   volume.chosen->fields = {};
   Scene& scene = volume.chosen->scene;
-  if (scene.lights != volume.asked.lights) {
-    keep_lights(opened.view.camera, scene);
-    opened = open_scene(scene, std::move(opened.looked.fields));
-  }
+  keep_lights(volume, scene, opened);
   if (volume.asked.emission_grid.empty() && !scene.emission_grid.empty())
     volume.chosen_grids.push_back(scene.emission_grid);
   return opened;
@@ -88,11 +83,7 @@ OpenedScene choose_for_sequence(Volume& volume, const std::vector<std::string>& 
   volume.chosen_grids = sequence.chosen_grids;
   OpenedScene opened = open_frame(sequence, file, volume.asked.input);
   sequence.scene.input = volume.asked.input;
-  if (sequence.scene.lights != volume.asked.lights) {
-    keep_lights(opened.view.camera, sequence.scene);
-    opened.looked.scene.lights = sequence.scene.lights;
-    opened = open_scene(opened.looked.scene, std::move(opened.looked.fields));
-  }
+  keep_lights(volume, sequence.scene, opened);
   // a method is chosen for each picture
   std::erase_if(sequence.settings, [](const Setting& setting) {
     return find_parameter(setting.name)->group == ParameterGroup::accuracy;
@@ -136,6 +127,19 @@ std::string key_of(const Scene& scene, int generation, const std::string& stamp)
   if (is_transfer_rule(scene.resolved_integrator()) && scene.resolved_sampling() != Sampling::cells)
     key += "\nevery value";
   return key;
+}
+
+/// With three digits of each number, for a person.
+std::string shortened(const std::string& options) {
+  static const std::regex number(R"(\d+\.\d{3,}(e[+-]?\d+)?)");
+  std::string text;
+  auto at = options.cbegin();
+  for (std::sregex_iterator i(options.cbegin(), options.cend(), number), end; i != end; ++i) {
+    text.append(at, (*i)[0].first);
+    text += formatted("%.3g", std::stod(i->str()));
+    at = (*i)[0].second;
+  }
+  return text.append(at, options.cend());
 }
 
 }  // namespace
@@ -191,37 +195,10 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
 
 Scene with_medium_of(const Volume& volume, const Scene& scene) {
   Scene mixed = volume.scene;
-  for (const Parameter& p : parameters()) {
-    if (belongs_to_medium(p)) continue;
-    std::visit([&](auto member) { mixed.*member = scene.*member; }, p.member);
-  }
+  for (const Parameter& p : parameters())
+    if (!belongs_to_medium(p)) copy_parameter(scene, mixed, p);
   return mixed;
 }
-
-namespace {
-
-bool same(const Scene& a, const Scene& b, const Parameter& p) {
-  return parameter_text(a, p) == parameter_text(b, p);
-}
-
-void copy(const Parameter& p, const Scene& from, Scene& to) {
-  std::visit([&](auto member) { to.*member = from.*member; }, p.member);
-}
-
-/// With three digits of each number, for a person.
-std::string shortened(const std::string& options) {
-  static const std::regex number(R"(\d+\.\d{3,}(e[+-]?\d+)?)");
-  std::string text;
-  auto at = options.cbegin();
-  for (std::sregex_iterator i(options.cbegin(), options.cend(), number), end; i != end; ++i) {
-    text.append(at, (*i)[0].first);
-    text += formatted("%.3g", std::stod(i->str()));
-    at = (*i)[0].second;
-  }
-  return text.append(at, options.cend());
-}
-
-}  // namespace
 
 LookChoice::LookChoice(const Scene& start)
     : start_(leaves_look_open(start) ? "auto" : start.look), name_(start_) {}
@@ -236,7 +213,7 @@ void LookChoice::take_back(Scene& scene, bool camera) {
   for (const std::string& name : std::exchange(set_, {})) {
     const Parameter& p = *find_parameter(name);
     if (!camera && p.group == ParameterGroup::camera) continue;
-    if (same(scene, set_scene_, p)) set_default(scene, p);
+    if (has_same(scene, set_scene_, p)) set_default(scene, p);
   }
 }
 
@@ -262,8 +239,8 @@ std::string LookChoice::take(const Volume& volume, Scene& scene) {
   for (const Setting& setting : chosen.settings) {
     const Parameter& p = *find_parameter(setting.name);
     if (p.group != ParameterGroup::camera) options += " --" + setting.name + "=" + setting.text;
-    if (!same(scene, volume.asked, p)) continue;
-    copy(p, chosen.scene, scene);
+    if (!has_same(scene, volume.asked, p)) continue;
+    copy_parameter(chosen.scene, scene, p);
     set_.push_back(setting.name);
   }
   if (asked) chosen_ = chosen.look;
@@ -279,10 +256,11 @@ void LookChoice::hold(const Volume& volume, Scene& scene) {
   for (const Parameter& p : parameters()) {
     const bool part = p.group == ParameterGroup::look || p.group == ParameterGroup::light;
     // grids of a look may be missing in one frame and come again
-    if (!part || p.name == "look" || p.name == "emission-grid" || same(scene, volume.resolved, p))
+    if (!part || p.name == "look" || p.name == "emission-grid" ||
+        has_same(scene, volume.resolved, p))
       continue;
-    copy(p, volume.resolved, scene);
-    copy(p, volume.resolved, set_scene_);
+    copy_parameter(volume.resolved, scene, p);
+    copy_parameter(volume.resolved, set_scene_, p);
     set_.push_back(p.name);
   }
 }

@@ -34,7 +34,7 @@ void GLAPIENTRY on_gl_message(GLenum, GLenum type, GLuint, GLenum severity, GLsi
   static_cast<std::vector<std::string>*>(const_cast<void*>(user))->emplace_back(text);
 }
 
-float linear_of(unsigned char code) { return static_cast<float>(linear_from_srgb(code / 255.0)); }
+float linear_of(unsigned char code) { return float(linear_from_srgb(code / 255.0)); }
 
 }  // namespace
 
@@ -107,7 +107,7 @@ void Window::listen() {
     window_of(w).events_.push_back({Kind::key, {}, key, action != GLFW_RELEASE, modifiers});
   });
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned character) {
-    window_of(w).events_.push_back({Kind::text, {}, static_cast<int>(character)});
+    window_of(w).events_.push_back({Kind::text, {}, int(character)});
   });
   glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
     window_of(w).events_.push_back({Kind::drop, {}, 0, false, 0, {paths, paths + count}});
@@ -148,7 +148,7 @@ void Window::resize(const glm::ivec2& size) { glfwSetWindowSize(window_, size.x,
 double Window::scale() const {
   float x = 1, y = 1;
   glfwGetWindowContentScale(window_, &x, &y);
-  return std::clamp(static_cast<double>(std::max(x, y)), 1.0, 4.0);
+  return std::clamp(double(std::max(x, y)), 1.0, 4.0);
 }
 
 void Window::set_title(const std::string& title) { glfwSetWindowTitle(window_, title.c_str()); }
@@ -169,8 +169,7 @@ Image Window::grab() const {
   Image image;
   image.width = pixels.x;
   image.height = pixels.y;
-  const auto width = static_cast<std::size_t>(pixels.x),
-             height = static_cast<std::size_t>(pixels.y);
+  const auto width = std::size_t(pixels.x), height = std::size_t(pixels.y);
   std::vector<unsigned char> codes(width * height * 4);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
   glReadBuffer(GL_BACK);

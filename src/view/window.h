@@ -1,8 +1,6 @@
 #pragma once
 
 #include <glm/vec2.hpp>
-#include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 

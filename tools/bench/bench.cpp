@@ -7,23 +7,20 @@
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
-#include <glm/common.hpp>
 #include <map>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "bench.h"
 #include "dense_shader.h"
+#include "field/dense_values.h"
 #include "gl/egl_context.h"
 #include "gl/march_program.h"
 #include "gl/program.h"
 #include "gl/tile_target.h"
 #include "march/medium_atlas.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 
 namespace {
 
@@ -34,96 +31,68 @@ using bench::median;
 /// in float32, drawn as one tile.
 class DenseRenderer {
  public:
-  DenseRenderer(const Field& field, int side);
-  ~DenseRenderer();
-  DenseRenderer(const DenseRenderer&) = delete;
-  DenseRenderer& operator=(const DenseRenderer&) = delete;
+  DenseRenderer(const Field& field, int side) : context_({}), target_(side, false, false) {
+    const Box domain = field.domain();
+    const glm::ivec3 size = domain.max - domain.min + 1;
+    std::vector<float> values(std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z));
+    write_dense(field, domain, values.data());
+
+    glCreateTextures(GL_TEXTURE_3D, 1, &volume_);
+    glTextureStorage3D(volume_, 1, GL_R32F, size.z, size.y, size.x);
+    glTextureParameteri(volume_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTextureParameteri(volume_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTextureSubImage3D(volume_, 0, 0, 0, 0, size.z, size.y, size.x, GL_RED, GL_FLOAT,
+                        values.data());
+    context_.check("copying the dense volume");
+  }
+
+  ~DenseRenderer() {
+    context_.make_current();
+    glDeleteTextures(1, &volume_);
+  }
 
   /// Draws the view and reads it back; returns milliseconds. Luminance is constant or the density
   /// grid.
-  double render(const View& view, const MediumAtlas& atlas);
+  double render(const View& view, const MediumAtlas& atlas) {
+    context_.make_current();
+    const MarchSetup setup = make_march_setup(view, atlas);
+    const std::string prelude =
+        gl::common_prelude(gl::driver_is_software()) +
+#define GRID(id, name) "const int " #name "_buffers = 1;\n"
+#include "grids.glsl"
+#undef GRID
+        "const int texels_per_buffer = 1;\n"
+        "#define HARDWARE_FILTER " +
+        std::to_string(setup.constants.hardware_filter) + "\n#define LUMINANCE_DENSITY " +
+        std::to_string(view.medium.source == LuminanceSource::density) + "\n";
+    auto& program = programs_[prelude];
+    if (!program)
+      program = std::make_unique<gl::Program>(
+          "dense.frag", prelude,
+          std::map<std::string, std::string>{{"dense.frag", bench::dense_shader}});
+    gl::set_parameters(*program, setup.parameters);
+    program->set("tile_origin", glm::ivec2(0));
+    program->set("volume", 0);
+
+    const glm::ivec2 size = view.scene.resolution;
+    const Stopwatch watch;
+    target_.bind(0);
+    glBindTextureUnit(0, volume_);
+    triangle_.draw(*program, size.x, size.y);
+    std::vector<glm::vec4> picture(std::size_t(size.x) * std::size_t(size.y));
+    target_.read_picture(size.x, size.y, picture.data(), size.x);
+    context_.check("drawing the dense volume");
+    return watch.ms();
+  }
 
  private:
   gl::EglContext context_;
   gl::TileTarget target_;
-  GLuint volume_ = 0, vertex_array_ = 0;
+  gl::Triangle triangle_;
+  GLuint volume_ = 0;
   std::map<std::string, std::unique_ptr<gl::Program>> programs_;
 };
 
-DenseRenderer::DenseRenderer(const Field& field, int side)
-    : context_({}), target_(side, false, false) {
-  const Box domain = field.domain();
-  const glm::ivec3 size = domain.max - domain.min + 1;
-  const auto index = [&](const glm::ivec3& at) {
-    return (std::size_t(at.x) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.z) +
-           std::size_t(at.z);
-  };
-  std::vector<float> values(std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z));
-  const auto fill = [&](const glm::ivec3& origin, int width, auto value) {
-    const glm::ivec3 lo = glm::max(origin, domain.min);
-    const glm::ivec3 hi = glm::min(origin + width - 1, domain.max);
-    for (int x = lo.x; x <= hi.x; ++x)
-      for (int y = lo.y; y <= hi.y; ++y)
-        for (int z = lo.z; z <= hi.z; ++z)
-          values[index(glm::ivec3(x, y, z) - domain.min)] = value(glm::ivec3(x, y, z) - origin);
-  };
-  for (const Tile& tile : field.tiles)
-    fill(tile.origin, tile.width, [&](const glm::ivec3&) { return tile.value.x; });
-  for (const Leaf& leaf : field.leaves)
-    fill(leaf.origin, 8,
-         [&](const glm::ivec3& at) { return leaf.values[(at.x * 8 + at.y) * 8 + at.z]; });
-
-  glCreateTextures(GL_TEXTURE_3D, 1, &volume_);
-  glTextureStorage3D(volume_, 1, GL_R32F, size.z, size.y, size.x);
-  glTextureParameteri(volume_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(volume_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTextureSubImage3D(volume_, 0, 0, 0, 0, size.z, size.y, size.x, GL_RED, GL_FLOAT, values.data());
-  glCreateVertexArrays(1, &vertex_array_);
-  context_.check("copying the dense volume");
-}
-
-DenseRenderer::~DenseRenderer() {
-  context_.make_current();
-  glDeleteTextures(1, &volume_);
-  glDeleteVertexArrays(1, &vertex_array_);
-}
-
-double DenseRenderer::render(const View& view, const MediumAtlas& atlas) {
-  context_.make_current();
-  const MarchSetup setup = make_march_setup(view, atlas);
-  const std::string prelude = gl::common_prelude(gl::driver_is_software()) +
-#define GRID(id, name) "const int " #name "_buffers = 1;\n"
-#include "grids.glsl"
-#undef GRID
-                              "const int texels_per_buffer = 1;\n"
-                              "#define HARDWARE_FILTER " +
-                              std::to_string(setup.constants.hardware_filter) +
-                              "\n#define LUMINANCE_DENSITY " +
-                              std::to_string(view.medium.source == LuminanceSource::density) + "\n";
-  auto& program = programs_[prelude];
-  if (!program)
-    program = std::make_unique<gl::Program>(
-        "dense.frag", prelude,
-        std::map<std::string, std::string>{{"dense.frag", bench::dense_shader}});
-  gl::set_parameters(*program, setup.parameters);
-  program->set("tile_origin", glm::ivec2(0));
-  program->set("volume", 0);
-
-  const glm::ivec2 size = view.scene.resolution;
-  const Stopwatch watch;
-  target_.bind(0);
-  glBindTextureUnit(0, volume_);
-  glBindVertexArray(vertex_array_);
-  glUseProgram(program->id());
-  glViewport(0, 0, size.x, size.y);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  std::vector<glm::vec4> picture(std::size_t(size.x) * std::size_t(size.y));
-  target_.read_picture(size.x, size.y, picture.data(), size.x);
-  context_.check("drawing the dense volume");
-  return watch.ms();
-}
-
-/// How to draw the scene, and the times it took.
 struct Variant {
   std::string name;
   std::function<double()> draw;  ///< milliseconds
@@ -181,15 +150,6 @@ void print_variants(const std::vector<Variant>& variants) {
   }
 }
 
-/// A change of a scene to uniform steps.
-auto uniform_steps(double step, Integrator rule, Filter filter) {
-  return [=](Scene& s) {
-    s.step = step;
-    s.integrator = rule;
-    s.filter = filter;
-  };
-}
-
 void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_density,
                  double step) {
   const std::string uniform_name = formatted("uniform %g", step);
@@ -213,7 +173,11 @@ void bench_march(const std::shared_ptr<const Field>& field, bool luminance_from_
     return view;
   };
   const auto uniform = [step](Integrator rule, Filter filter) {
-    return uniform_steps(step, rule, filter);
+    return [=](Scene& s) {
+      s.step = step;
+      s.integrator = rule;
+      s.filter = filter;
+    };
   };
   const auto cells = [](Scene& s) { s.sampling = Sampling::cells; };
   const auto add = [&](const std::string& name, Marcher& gpu, const View& view,
@@ -267,22 +231,14 @@ void bench_scene(const std::string& name, Field field, double step) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    double step = 1;
-    int first = 1;
-    if (argc > 2 && std::string(argv[1]) == "-s") {
-      step = std::atof(argv[2]);
-      first = 3;
-    }
+  const bool with_step = argc > 2 && std::string(argv[1]) == "-s";
+  return bench::run("bench", [&] {
+    const double step = with_step ? std::atof(argv[2]) : 1;
     bench_scene("fog", bench::make_fog(256), step);
-    for (int i = first; i < argc; ++i) {
+    for (int i = with_step ? 3 : 1; i < argc; ++i) {
       const VdbFile file(argv[i]);
       bench_scene(std::filesystem::path(argv[i]).filename().string(),
                   file.read(file.default_grid()), step);
     }
-    return 0;
-  } catch (const Error& e) {
-    std::fprintf(stderr, "bench: %s\n", e.what());
-    return int(e.code());
-  }
+  });
 }

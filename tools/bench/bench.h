@@ -1,10 +1,11 @@
 #pragma once
 
-#include <string>
+#include <cstdio>
 #include <utility>
 #include <vector>
 
 #include "base/statistics.h"
+#include "psivox/error.h"
 #include "psivox/field.h"
 
 namespace psivox::bench {
@@ -16,9 +17,16 @@ Field make_fog(int n);
 
 inline double median(std::vector<double> values) { return spread_of(std::move(values)).median; }
 
-/// Whether this renderer (GL_RENDERER) is Mesa's on the CPU, whose work is measured in CPU time.
-inline bool is_software(const std::string& renderer) {
-  return renderer.find("llvmpipe") != std::string::npos;
+/// Runs a benchmark. An Error becomes a line on stderr, and the exit code.
+template <typename Work>
+int run(const char* name, const Work& work) {
+  try {
+    work();
+    return 0;
+  } catch (const Error& error) {
+    std::fprintf(stderr, "%s: %s\n", name, error.what());
+    return int(error.code());
+  }
 }
 
 }  // namespace psivox::bench

@@ -8,14 +8,15 @@
 #include <string>
 #include <vector>
 
+#include "base/renderer_name.h"
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "bench.h"
 #include "gl/egl_context.h"
 #include "gl/program.h"
 #include "gl/tile_target.h"
 #include "psivox/dense_field.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 
 namespace {
 
@@ -53,35 +54,31 @@ void main() {
 /// faster. For a software renderer the seconds are CPU time.
 double fetch_rate(const BrickAtlas& atlas) {
   const gl::EglContext context({});
-  const bool software = bench::is_software(context.renderer());
+  const bool software = is_software(context.renderer());
   const gl::TileTarget target(fetch_side, false, false);
   const gl::Program program("fetch.frag", "#define LOOKUPS " + std::to_string(lookups) + "\n",
                             {{"fetch.frag", shader}});
   const std::size_t texels = atlas.bricks.size() * brick_texels;
-  GLuint buffer = 0, texture = 0, vertex_array = 0;
+  const gl::Triangle triangle;
+  GLuint buffer = 0, texture = 0;
   glCreateBuffers(1, &buffer);
   glNamedBufferStorage(buffer, GLsizeiptr(texels * sizeof(float)), atlas.texels32.get(), 0);
   glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
   glTextureBuffer(texture, GL_R32F, buffer);
-  glCreateVertexArrays(1, &vertex_array);
-  glBindVertexArray(vertex_array);
   program.set("texels", 0);
   program.set("cells", int(texels) - 91);
-  glViewport(0, 0, fetch_side, fetch_side);
 
   std::vector<double> times;
   for (int i = 0; i < 8; ++i) {
     const Stopwatch watch;
     target.bind(0);
     glBindTextureUnit(0, texture);
-    glUseProgram(program.id());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    triangle.draw(program, fetch_side, fetch_side);
     glFinish();
     if (i == 0) continue;  // the first draw compiles
     times.push_back(software ? watch.cpu_ms() : watch.ms());
   }
   context.check("fetching texels");
-  glDeleteVertexArrays(1, &vertex_array);
   glDeleteTextures(1, &texture);
   glDeleteBuffers(1, &buffer);
   return 1e3 * lookups * double(fetch_side) * fetch_side / median(times);
@@ -139,7 +136,7 @@ struct Point {
   void draw() {
     const RenderStats stats = session.draw(*gpu, wish).stats;
     times.push_back(stats.march_ms);
-    work.push_back(bench::is_software(stats.renderer) ? stats.cpu_ms : stats.gpu_ms);
+    work.push_back(is_software(stats.renderer) ? stats.cpu_ms : stats.gpu_ms);
   }
 };
 
@@ -157,9 +154,7 @@ class Curve {
   void add_tolerance(double tolerance, const SharedField& field, int side, double extinction) {
     Scene scene = scene_of(side, extinction);
     scene.tolerance = tolerance;
-    char text[32];
-    std::snprintf(text, sizeof text, "%.0e", tolerance);
-    points_.emplace_back(text, field, scene);
+    points_.emplace_back(formatted("%.0e", tolerance), field, scene);
   }
 
   /// Prints a table. "of limit" is the rate over the limit; the march spends the rest of its time
@@ -246,12 +241,4 @@ void run() {
 
 }  // namespace
 
-int main() {
-  try {
-    run();
-    return 0;
-  } catch (const psivox::Error& error) {
-    std::fprintf(stderr, "scaling: %s\n", error.what());
-    return int(error.code());
-  }
-}
+int main() { return bench::run("scaling", run); }

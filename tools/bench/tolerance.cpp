@@ -12,11 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "base/statistics.h"
+#include "base/text.h"
 #include "base/text_file.h"
 #include "bench.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 #include "psivox/parameters.h"
 
 namespace {
@@ -26,11 +25,6 @@ using bench::median;
 
 constexpr double tolerances[] = {1e-2, 1e-3, 1e-4, 1e-5};
 constexpr int rounds = 3;
-
-struct Case {
-  std::string name;
-  Scene scene;
-};
 
 /// A picture by one method, and its cost.
 struct Measured {
@@ -74,7 +68,6 @@ struct Curve {
   std::vector<CurvePoint> points;
 };
 
-/// The first point within the error.
 std::vector<CurvePoint>::iterator first_within(Curve& curve, double error) {
   return std::find_if(curve.points.begin(), curve.points.end(),
                       [&](const CurvePoint& p) { return p.rms <= error; });
@@ -109,7 +102,9 @@ struct Asked {
 /// All pictures of one scene.
 class Scenario {
  public:
-  Scenario(const Case& c, int side) : name_(c.name), scene_(c.scene) {
+  Scenario(const std::string& path, int side)
+      : name_(std::filesystem::path(path).stem().string()),
+        scene_(scene_from_json(read_text(path, "scene"))) {
     scene_.resolution = {side, side};
     session_.emplace(make_view(scene_, VdbFile(scene_.input)));
     scene_ = session_->view().scene;
@@ -199,9 +194,7 @@ class Scenario {
     const double tail = tail_of(a.drawn.image, truth_), ms = ms_of(a.drawn);
     const double kept_tail = std::max(tail, 5 * a.tolerance);
     const auto ratio = [](const Hindsight& h, double own) {
-      char text[32];
-      std::snprintf(text, sizeof text, "%s%.2f", h.more ? ">" : "", h.cost / own);
-      return std::string(text);
+      return formatted("%s%.2f", h.more ? ">" : "", h.cost / own);
     };
     const auto ratios = [&](double most_tail) {
       return ratio(hindsight(curves_, a.tolerance, most_tail, samples_of), a.drawn.samples) + " " +
@@ -228,21 +221,12 @@ class Scenario {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
+  return bench::run("bench_tolerance", [&] {
     int side = 256;
-    for (int i = 1; i < argc; ++i) {
-      if (std::string(argv[i]) == "-r") {
+    for (int i = 1; i < argc; ++i)
+      if (std::string(argv[i]) == "-r")
         side = std::atoi(argv[++i]);
-        continue;
-      }
-      Scenario({std::filesystem::path(argv[i]).stem().string(),
-                scene_from_json(read_text(argv[i], "scene"))},
-               side)
-          .run();
-    }
-    return 0;
-  } catch (const Error& e) {
-    std::fprintf(stderr, "bench_tolerance: %s\n", e.what());
-    return int(e.code());
-  }
+      else
+        Scenario(argv[i], side).run();
+  });
 }

@@ -2,13 +2,15 @@
 // without one: RADV compiles them for AMD's. Prints a table of listed programs; with scenes, what
 // the model predicts for their pictures of 1920x1080 at a tolerance of 1e-3. --check prints nothing
 // but faults: a program that glslang refuses, spills, or registers far above the list's.
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
+#include <sstream>
 
 #include "base/stopwatch.h"
 #include "base/text_file.h"
-#include "model.h"
-#include "null_device.h"
+#include "programs.h"
 #include "psivox/parameters.h"
 
 namespace {
@@ -19,6 +21,129 @@ using namespace psivox::gpu_cost;
 constexpr int skipped = 77;        // ctest's code for a test that cannot run here
 constexpr int more_registers = 8;  // than the list's are allowed: one granule of the hardware's
 const char* const families[] = {"navi21", "gfx1100"};
+
+// --- the model
+
+/// A GPU as the model sees it.
+struct Card {
+  std::string name;
+  std::string family;  ///< of RADV, whose code is counted
+  int units = 0;       ///< compute units, or multiprocessors
+  int lanes = 0;       ///< float32 instructions of a unit a clock
+  int fetches = 0;     ///< texels of a unit a clock
+  double clock = 0;    ///< [Hz]
+};
+
+// NVIDIA's: code of navi21 in place of its own.
+const Card cards[] = {
+    {"Radeon RX 6800 XT", "navi21", 72, 64, 4, 2.25e9},
+    {"Radeon RX 7900 XTX", "gfx1100", 96, 64, 4, 2.5e9},
+    {"GeForce RTX 3060", "navi21", 28, 128, 4, 1.78e9},
+    {"GeForce RTX 4090", "navi21", 128, 128, 4, 2.52e9},
+};
+
+/// Instructions that a wave executes in one turn of the march's loop if it skips none.
+struct TurnCost {
+  int instructions = 0;  ///< of all kinds
+  int vector = 0;        ///< arithmetic of all lanes
+  int quarter = 0;       ///< part of `vector` that runs at a quarter of the rate
+  int fetches = 0;       ///< of texels, page table entries and tables
+
+  /// Clocks that a SIMD lane computes.
+  int lane_clocks() const { return vector + 3 * quarter; }
+};
+
+/// Instructions from the first to before the last.
+struct Stretch {
+  std::size_t first = 0, last = 0;
+  std::size_t size() const { return last - first; }
+};
+
+/// A program's instructions by name, and the loops among them.
+struct Listing {
+  std::vector<std::string> names;
+  std::vector<Stretch> loops;  ///< each from its first label to the last jump to it
+};
+
+Listing read(const std::string& assembly) {
+  Listing listing;
+  std::map<std::string, std::size_t> labels;
+  std::map<std::size_t, std::size_t> ends;  ///< of loops, by their first instruction
+  std::istringstream lines(assembly);
+  std::string line;
+  while (std::getline(lines, line)) {
+    if (line.starts_with("BB")) {
+      labels[line.substr(0, line.find(':'))] = listing.names.size();
+      continue;
+    }
+    std::istringstream words(line);
+    std::string name, target;
+    if (!(words >> name) || name.starts_with(";")) continue;
+    words >> target;
+    listing.names.push_back(name);
+    const auto label = labels.find(target);
+    if (label != labels.end() && (name.starts_with("s_branch") || name.starts_with("s_cbranch")))
+      ends[label->second] = listing.names.size();
+  }
+  for (const auto& [first, last] : ends) listing.loops.push_back({first, last});
+  return listing;
+}
+
+/// The longest loop inside a stretch, apart from that itself; empty: there is none.
+Stretch longest_in(const Listing& listing, const Stretch& outer) {
+  Stretch longest;
+  for (const Stretch& loop : listing.loops)
+    if (loop.first >= outer.first && loop.last <= outer.last && loop.size() < outer.size() &&
+        loop.size() > longest.size())
+      longest = loop;
+  return longest;
+}
+
+bool starts_with_any(const std::string& name, std::initializer_list<const char*> prefixes) {
+  return std::ranges::any_of(prefixes, [&](auto* prefix) { return name.starts_with(prefix); });
+}
+
+/// Reads the turn off a program's assembly, as LLVM prints it. The march is a loop around a loop of
+/// 16 turns, and the turn is the body of the inner one; where the outermost loop holds none that is
+/// as long as half of it, the turn is its own body. All 0 of a program without loops.
+TurnCost turn_cost(const std::string& assembly) {
+  const Listing listing = read(assembly);
+  Stretch turn = longest_in(listing, {0, listing.names.size() + 1});
+  if (const Stretch inner = longest_in(listing, turn); 2 * inner.size() > turn.size()) turn = inner;
+  TurnCost cost;
+  for (std::size_t i = turn.first; i < turn.last; ++i) {
+    const std::string& name = listing.names[i];
+    ++cost.instructions;
+    if (name.starts_with("v_")) ++cost.vector;
+    if (starts_with_any(name, {"v_rcp", "v_rsq", "v_sqrt", "v_exp", "v_log", "v_mul_lo", "v_mul_hi",
+                               "v_mad_u64"}))
+      ++cost.quarter;
+    if (starts_with_any(name, {"buffer_load", "tbuffer_load", "image_"})) ++cost.fetches;
+  }
+  return cost;
+}
+
+/// What bounds a picture on a card. The prediction is the larger of the two: where neither waits
+/// for the other a GPU does both at a time.
+struct Prediction {
+  double arithmetic_ms = 0;
+  double fetch_ms = 0;
+  double look_ups_per_second = 0;
+  double ms() const { return arithmetic_ms > fetch_ms ? arithmetic_ms : fetch_ms; }
+};
+
+/// Predicts a picture of `count` rays whose waves execute every instruction of every turn.
+Prediction predict(const Card& card, const TurnCost& turn, const RayCounts& rays, double count) {
+  const double turns = rays.wave_turns * count;
+  const double clocks = double(card.units) * card.clock;
+  Prediction p;
+  p.arithmetic_ms = 1e3 * turns * turn.lane_clocks() / (clocks * card.lanes);
+  p.fetch_ms = 1e3 * turns * turn.fetches / (clocks * card.fetches);
+  p.look_ups_per_second = rays.look_ups * count / (1e-3 * p.ms());
+  return p;
+}
+
+// --- programs
 
 // The vertex shader, for Vulkan.
 const char* const triangle = R"(#version 450 core
@@ -107,7 +232,6 @@ int check_programs(const std::filesystem::path& assets) {
   return faults;
 }
 
-/// The exit code of --check.
 int check_all(const std::filesystem::path& assets) {
   try {
     const NullDevice device(families[0]);
@@ -141,7 +265,7 @@ void predict_picture(const std::string& path) {
   const Module module = module_from_glsl(program.text, ShaderStage::fragment);
   for (const char* family : families) {
     const TurnCost turn = turn_cost(Compiler(family)(module).assembly);
-    for (const Card& card : cards()) {
+    for (const Card& card : cards) {
       if (card.family != family) continue;
       const Prediction p = predict(card, turn, program.rays, rays);
       std::printf("| %s | %.2f | %.2f | %.2f | %.1fe9 |\n", card.name.c_str(), p.arithmetic_ms,

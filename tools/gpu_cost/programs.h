@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <vector>
+#include <vulkan/vulkan_raii.hpp>
 
 #include "march/marcher.h"
 #include "psivox/draw.h"
@@ -17,7 +18,6 @@ struct Listed {
   std::string shader = "march.frag";
 };
 
-/// The list, in the order of the table.
 const std::vector<Listed>& listed_programs();
 
 /// Turns of the march's loop and look-ups in bricks, by the march in double.
@@ -28,7 +28,6 @@ struct RayCounts {
   double look_ups = 0;  ///< mean of a ray
 };
 
-/// A program that a picture needs.
 struct Program {
   std::string shader;
   std::string text;  ///< GLSL, as a GPU's driver gets it
@@ -60,5 +59,34 @@ struct Module {
 /// numbered. `optimised`: by spirv-opt's passes for performance. Throws std::runtime_error with the
 /// compiler's first message.
 Module module_from_glsl(const std::string& text, ShaderStage stage, bool optimised = true);
+
+/// What the driver's compiler says of a pipeline's fragment shader.
+struct Compiled {
+  int registers = 0;  ///< vector registers of a thread
+  int spills = 0;     ///< registers kept in memory, vector and scalar ones
+  int waves = 0;      ///< that a SIMD holds at a time
+  int instructions = 0;
+  int branches = 0;
+  int inverse_throughput = 0;  ///< estimated [clocks a wave]
+  std::string assembly;
+};
+
+/// RADV's compiler for an AMD GPU that need not be there (RADV_FORCE_FAMILY).
+class NullDevice {
+ public:
+  /// `family`: as RADV names it, navi21. Throws std::runtime_error where there is no RADV.
+  explicit NullDevice(const std::string& family);
+
+  /// A pipeline that draws six targets without vertices, from that shader.
+  Compiled compile(const Module& vertex, const Module& fragment) const;
+
+ private:
+  Compiled statistics(const vk::raii::Pipeline& pipeline) const;
+  std::string assembly(const vk::PipelineExecutableInfoKHR& info) const;
+
+  vk::raii::Context context_;
+  vk::raii::Instance instance_;
+  vk::raii::Device device_;
+};
 
 }  // namespace psivox::gpu_cost

@@ -1,0 +1,166 @@
+// Optical depths towards light, of voxels and of blocks; and those of the march in double.
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <memory>
+#include <numeric>
+
+#include "march/atlas_march.h"
+#include "march/light.h"
+#include "march/light_lattice.h"
+#include "march/march_double.h"
+#include "psivox/parameters.h"
+
+namespace psivox {
+namespace {
+
+/// Blocks whose exact depths are asked for at once, between two reports of progress.
+constexpr std::size_t batch = 512;
+
+/// Optical depths from voxels towards a beam, by rays.
+class MarchedDepths {
+ public:
+  MarchedDepths(const View& view, const MediumAtlas& atlas, const Beam& beam)
+      : setup_(make_march_setup(light_march(view, beam), atlas)), atlas_(atlas) {}
+
+  double operator()(const glm::ivec3& voxel) {
+    glsl::AtlasMarch& march = workers_.local();
+    const auto ray = march.light_ray(voxel - setup_.origin);
+    auto state = march.begin_march(ray);
+    march_on(march, state, ray);
+    return state.optical_depth;
+  }
+
+ private:
+  MarchSetup setup_;
+  const MediumAtlas& atlas_;
+  tbb::enumerable_thread_specific<glsl::AtlasMarch> workers_{
+      [this] { return glsl::AtlasMarch(setup_, atlas_); }};
+};
+
+}  // namespace
+
+LightDepths one_by_one(BeamDepths depths) {
+  return [depths = std::move(depths)](std::span<const Beam> beams, const LightBlocks& blocks,
+                                      const TakeLight& take, const Progress& progress) {
+    for (std::size_t b = 0; b < beams.size(); ++b)
+      depths(
+          beams[b], blocks,
+          [&](std::size_t block, std::span<const double> part) { take(b, block, part); },
+          [&](double done) {
+            if (progress) progress((double(b) + done) / double(beams.size()));
+          });
+  };
+}
+
+void in_batches(const LightBlocks& blocks, const Progress& progress,
+                const std::function<void(std::span<const std::size_t>)>& some) {
+  const std::span<const std::size_t> wanted = blocks.wanted;
+  for (std::size_t first = 0; first < wanted.size(); first += batch) {
+    const std::span<const std::size_t> part =
+        wanted.subspan(first, std::min(wanted.size() - first, batch));
+    some(part);
+    if (progress) progress(double(first + part.size()) / double(wanted.size()));
+  }
+}
+
+void take_blocks(const LightBlocks& blocks, const VoxelDepth& depth, const TakeDepths& take,
+                 const Progress& progress) {
+  in_batches(blocks, progress, [&](std::span<const std::size_t> some) {
+    tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
+      std::array<double, 512> depths;
+      for (int i = 0; i < 512; ++i)
+        depths[std::size_t(i)] =
+            depth(blocks.all[some[k]] + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
+      take(some[k], depths);
+    });
+  });
+}
+
+std::vector<double> depths_of(std::span<const glm::ivec3> voxels, const VoxelDepth& depth) {
+  std::vector<double> depths(voxels.size());
+  tbb::parallel_for(std::size_t{0}, voxels.size(),
+                    [&](std::size_t i) { depths[i] = depth(voxels[i]); });
+  return depths;
+}
+
+void DoubleMarcher::with_lattice(const View& view, const Beam& beam, const UseLattice& use) {
+  const LatticeFrame frame(view, *atlas_, beam);
+  use(frame, light_columns<double>(frame, view, *atlas_, beam));
+}
+
+LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas) {
+  return one_by_one([&](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
+                        const Progress& progress) {
+    if (beam.method.spacing == 0) {
+      MarchedDepths depth(view, atlas, beam);
+      return take_blocks(blocks, std::ref(depth), take, progress);
+    }
+    const LatticeFrame frame(view, atlas, beam);
+    lattice_depths(frame, blocks, light_columns<double>(frame, view, atlas, beam), take, progress);
+  });
+}
+
+std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,
+                                              const Beam& beam,
+                                              std::span<const glm::ivec3> voxels) {
+  MarchedDepths depth(view, atlas, beam);
+  return depths_of(voxels, std::ref(depth));
+}
+
+// Light on further volumes: each is lit as the first one is, with the others in front of it.
+namespace {
+
+/// The view with a further volume in the first one's place, and the first one in its.
+View seen_from(const View& view, std::size_t other) {
+  View own = view;
+  own.medium = view.medium.others[other];
+  own.medium.others = view.medium.others;
+  own.medium.others[other] = view.medium;
+  own.medium.others[other].others.clear();
+  if (other < view.scene.volumes.size())
+    own.scene.albedo = scene_of_volume(view.scene, view.scene.volumes[other]).albedo;
+  return own;
+}
+
+/// The beams of the first volume as they light another, whose albedo is its own.
+std::vector<Beam> beams_on(const View& other, std::span<const Beam> beams) {
+  std::vector<Beam> own = light_beams(other);
+  const auto sky = int(beams.size() - own.size());
+  if (sky > 0)
+    for (const Beam& beam : sky_beams(other, sky)) own.push_back(beam);
+  for (Beam& beam : own) beam.method = {.termination = beams.front().method.termination};
+  return own;
+}
+
+}  // namespace
+
+LightDepths own_light_depths(const View& view) {
+  const auto atlas = std::make_shared<const MediumAtlas>(build_medium_atlas(view));
+  return [&view, atlas](std::span<const Beam> beams, const LightBlocks& blocks,
+                        const TakeLight& take, const Progress& progress) {
+    march_double_light_depths(view, *atlas)(beams, blocks, take, progress);
+  };
+}
+
+void light_others(const View& dark, std::span<const Beam> beams, const DepthsOf& depths_of,
+                  Medium& lit, const Progress& progress) {
+  const double count = double(dark.medium.others.size());
+  for (std::size_t i = 0; i < dark.medium.others.size(); ++i) {
+    const View view = seen_from(dark, i);
+    const auto all = visible_blocks(*view.medium.density, density_options(view));
+    std::vector<std::size_t> wanted(all.size());
+    std::iota(wanted.begin(), wanted.end(), std::size_t{0});
+    const auto part = [&](double done) {
+      if (progress) progress((double(i) + done) / count);
+    };
+    lit.others[i] =
+        LitLuminance(view, beams_on(view, beams)).medium({all, wanted}, depths_of(view), part);
+    lit.others[i].others.clear();
+  }
+}
+
+}  // namespace psivox
