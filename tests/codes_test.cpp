@@ -231,6 +231,26 @@ TEST_F(CodedMarch, OnlyAPictureOfManyLookUpsPaysForThem) {
   EXPECT_LT(texel_bytes(64, TexelType::automatic), texel_bytes(64, TexelType::float32) / 2);
 }
 
+TEST_F(CodedMarch, WhatTheLastPictureDiscardsIsBuiltAnew) {
+  for (const TexelType texel : {TexelType::automatic, TexelType::float32})
+    for (const bool light : {false, true}) {
+      Scene scene = asked(1e-3);
+      scene.texel = texel;
+      if (light) scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
+      Session session(view_of(scene, mixed()));
+      Wish wish;
+      wish.fewest_bytes = true;
+      const Image kept = session.draw(*Gpu::renderer(), wish).image;
+      Session other(view_of(scene, mixed()));
+      wish.last = true;
+      const Image last = other.draw(*Gpu::renderer(), wish).image;
+      EXPECT_EQ(compare_images(kept, last).max, 0);
+      EXPECT_EQ(compare_images(kept, other.draw(*Gpu::renderer(), wish).image).max, 0);
+      wish.layers.error = true;
+      EXPECT_EQ(compare_images(kept, other.draw(*Gpu::renderer(), wish).image).max, 0);
+    }
+}
+
 TEST_F(CodedMarch, ValuesThatNeedFloat32KeepIt) {
   const Field field = make_field({{0, 0, 0}, {30, 30, 30}}, [](glm::ivec3 v) {
     return v == glm::ivec3(13, 14, 15) ? 1e30f : blobs_at(glm::dvec3(v));

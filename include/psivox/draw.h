@@ -92,6 +92,9 @@ struct Wish {
   bool any_light = false;
   /// Codes wherever they save bytes, and not only where a picture's march pays for choosing them.
   bool fewest_bytes = false;
+  /// The session draws nothing else: bricks go from the host as the device copies them. What asks
+  /// for them later builds them anew.
+  bool last = false;
   bool count = false;   ///< count segments and look-ups in the stats
   bool confirm = true;  ///< estimate the error from the pilot's rays as the device draws them
   StageProgress progress{};

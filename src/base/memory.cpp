@@ -118,4 +118,11 @@ void give_back_freed_memory() {
 #endif
 }
 
+void discard_values(void* first, std::size_t bytes) {
+#ifdef __linux__
+  constexpr std::size_t page = 1 << 12;  // a multiple of it on some machines: then it does nothing
+  if (std::align(page, page, first, bytes)) madvise(first, bytes / page * page, MADV_DONTNEED);
+#endif
+}
+
 }  // namespace psivox

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 
@@ -19,5 +20,8 @@ void keep_freed_memory();
 /// Makes the process give freed memory back to the system at once, which costs some time. glibc
 /// otherwise keeps blocks of up to 32 MiB, so that parts of a volume would add up.
 void give_back_freed_memory();
+
+/// Gives an array's whole pages back to the system, where it can. Its values are lost.
+void discard_values(void* first, std::size_t bytes);
 
 }  // namespace psivox

@@ -218,8 +218,10 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   CodeWidths codes = chosen ? chosen->march->code_widths : nullptr;
   if (marches && parts.whole()) {
     if (!codes) codes = atlas.preview_codes(marcher, wanted, wish);
-    atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes);
-    stored = atlas.on_device(view, wanted.scene.texel, codes, times).size();
+    stored = atlas
+                 .upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes,
+                         wish.last && !wish.layers.error)
+                 .size();
   }
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march();

@@ -27,10 +27,12 @@ void WholeAtlas::clear() {
   coded_.clear();
   atlases_.clear();
   uploads_.clear();
+  texels_are_gone_ = false;
 }
 
 const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, PreparationTimes& times) {
   texel = host_texel(texel);
+  if (texels_are_gone_) clear();
   const auto found = atlases_.find(texel);
   if (found != atlases_.end()) return found->second;
   const Stopwatch watch;
@@ -41,14 +43,17 @@ const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, Preparation
   return built;
 }
 
-const WholeAtlas::Coded& WholeAtlas::coded_of(const MediumAtlas& atlas, const CodeWidths& widths,
-                                              PreparationTimes& times) {
+const WholeAtlas::Coded* WholeAtlas::find_coded(const CodeWidths& widths) {
   const auto found =
       std::ranges::find_if(coded_, [&](const Coded& codes) { return *codes.widths == *widths; });
-  if (found != coded_.end()) {
-    coded_.splice(coded_.begin(), coded_, found);
-    return coded_.front();
-  }
+  if (found == coded_.end()) return nullptr;
+  coded_.splice(coded_.begin(), coded_, found);
+  return &coded_.front();
+}
+
+const WholeAtlas::Coded& WholeAtlas::coded_of(const MediumAtlas& atlas, const CodeWidths& widths,
+                                              PreparationTimes& times) {
+  if (const Coded* const found = find_coded(widths)) return *found;
   const Stopwatch watch;
   coded_.push_front({widths, coded(atlas, *widths), next_upload()});
   if (coded_.size() > 2) coded_.pop_back();
@@ -58,21 +63,32 @@ const WholeAtlas::Coded& WholeAtlas::coded_of(const MediumAtlas& atlas, const Co
 
 const MediumAtlas& WholeAtlas::on_device(const View& view, TexelType texel, const CodeWidths& codes,
                                          PreparationTimes& times) {
+  if (const Coded* const found = codes ? find_coded(codes) : nullptr) return found->atlas;
   const MediumAtlas& atlas = of(view, texel, times);
   const CodeWidths widths = codes ? codes : fixed_widths(atlas, texel);
   return widths ? coded_of(atlas, widths, times).atlas : atlas;
 }
 
-void WholeAtlas::upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
-                        PreparationTimes& times, const CodeWidths& codes) {
+const MediumAtlas& WholeAtlas::upload(Marcher& marcher, const View& view, TexelType texel,
+                                      Filter filter, PreparationTimes& times,
+                                      const CodeWidths& codes, bool last) {
   const MediumAtlas& wanted = on_device(view, texel, codes, times);
   std::uint64_t& number =
       wanted.density.codes ? coded_.front().number : uploads_[{host_texel(texel), filter}];
-  if (number != 0 && marcher.holds == number) return;
-  marcher.holds = 0;
-  marcher.upload(wanted, filter);
-  if (number == 0) number = next_upload();
-  marcher.holds = number;
+  if (number == 0 || marcher.holds != number) {
+    marcher.holds = 0;
+    marcher.upload(wanted, filter);
+    if (number == 0) number = next_upload();
+    marcher.holds = number;
+  }
+  marcher.may_discard = last;
+  texels_are_gone_ = texels_are_gone_ || last;
+  if (last && wanted.density.codes)
+    for (auto& [type, atlas] : atlases_) {
+      atlas.density.texels32.reset();
+      if (atlas.paired) atlas.luminance->texels32.reset();
+    }
+  return wanted;
 }
 
 CodeWidths WholeAtlas::preview_codes(const Marcher& marcher, const View& wanted,

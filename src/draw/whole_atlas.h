@@ -25,9 +25,11 @@ class WholeAtlas {
   /// What the device has of it: codes of these widths, or of the type's own, or the bricks.
   const MediumAtlas& on_device(const View& view, TexelType texel, const CodeWidths& codes,
                                PreparationTimes& times);
-  /// Uploads that for a filter, if the marcher holds something else.
-  void upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
-              PreparationTimes& times, const CodeWidths& codes = {});
+  /// Uploads that for a filter, if the marcher holds something else. Returns what it uploads. If it
+  /// is the last, the host's texels go; of() builds them anew.
+  const MediumAtlas& upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
+                            PreparationTimes& times, const CodeWidths& codes = {},
+                            bool last = false);
   /// The widths of the codes that the marcher holds, if they will do for a preview; else null.
   CodeWidths preview_codes(const Marcher& marcher, const View& wanted, const Wish& wish) const;
   /// Replaces the luminance, after the view's light was computed.
@@ -39,10 +41,13 @@ class WholeAtlas {
     MediumAtlas atlas;
     std::uint64_t number;  ///< of its upload
   };
+  /// The codes of some widths, moved to the front, if they are there.
+  const Coded* find_coded(const CodeWidths& widths);
   const Coded& coded_of(const MediumAtlas& atlas, const CodeWidths& widths,
                         PreparationTimes& times);
 
   std::map<TexelType, MediumAtlas> atlases_;
+  bool texels_are_gone_ = false;                                   ///< those of the atlases
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads_;  ///< their numbers
   std::list<Coded> coded_;  ///< the last two, the newest first
 };

@@ -12,6 +12,7 @@
 #include <memory>
 #include <string>
 
+#include "base/memory.h"
 #include "gl/test_limits.h"
 #include "march/marcher.h"
 
@@ -23,9 +24,9 @@ namespace psivox::gl {
 class AtlasTextures {
  public:
   /// `beside`: an atlas of the same bricks, whose texels become further channels of this one's; for
-  /// exact filtering only. Throws Error(graphics) where the device's limits are too small,
-  /// Error(memory) where its memory is.
-  AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside = nullptr);
+  /// exact filtering only. `discard`: see GridTextures. Throws Error(graphics) where the device's
+  /// limits are too small, Error(memory) where its memory is.
+  AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside, bool discard);
   ~AtlasTextures();
   AtlasTextures(const AtlasTextures&) = delete;
   AtlasTextures& operator=(const AtlasTextures&) = delete;
@@ -41,6 +42,8 @@ class AtlasTextures {
 
  private:
   GLuint buffer_texture(GLenum format, const void* data, std::size_t bytes, GLbitfield flags = 0);
+  /// The same of texels, which it discards if it may.
+  GLuint texel_texture(GLenum format, float* texels, std::size_t count);
   void upload_pages(const std::vector<std::uint32_t>& entries);
   void upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside);
   /// `pairs`: a texel is two words.
@@ -54,6 +57,7 @@ class AtlasTextures {
   std::vector<GLuint> texels_;
   std::vector<GLuint> storage_;  ///< buffer objects
   std::uint64_t max_texels_ = 0;
+  bool discard_;
   int texels_per_buffer_ = brick_texels;
 };
 
@@ -72,7 +76,7 @@ std::vector<T> padded(const T* texels, std::size_t count) {
 /// Fills a buffer with texels of one channel, each followed by another grid's of one channel or
 /// three. A piece at a time, so that what is written last is still in the processor's cache.
 template <typename T>
-void fill_pairs(GLuint buffer, const T* own, const T* beside, std::size_t count, bool vector) {
+void fill_pairs(GLuint buffer, T* own, T* beside, std::size_t count, bool vector, bool discard) {
   const std::size_t others = vector ? 3 : 1, width = 1 + others;
   constexpr std::size_t piece = std::size_t{1} << 18;
   const auto texels = std::make_unique_for_overwrite<T[]>(std::min(count, piece) * width);
@@ -87,6 +91,9 @@ void fill_pairs(GLuint buffer, const T* own, const T* beside, std::size_t count,
     });
     glNamedBufferSubData(buffer, GLintptr(first * width * sizeof(T)),
                          GLsizeiptr(size * width * sizeof(T)), texels.get());
+    if (!discard) continue;
+    discard_values(own + first, size * sizeof(T));
+    discard_values(beside + first * others, size * others * sizeof(T));
   }
 }
 
@@ -100,7 +107,9 @@ GLenum buffer_format(const BrickAtlas& atlas) {
 
 }  // namespace
 
-AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside) {
+AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside,
+                             bool discard)
+    : discard_(discard) {
   GLint limit = 0;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
   max_texels_ = std::uint64_t(limit);
@@ -142,6 +151,20 @@ GLuint AtlasTextures::buffer_texture(GLenum format, const void* data, std::size_
   return texture;
 }
 
+GLuint AtlasTextures::texel_texture(GLenum format, float* texels, std::size_t count) {
+  constexpr std::size_t piece = std::size_t{1} << 20;
+  if (!discard_ || count < piece) return buffer_texture(format, texels, count * sizeof(float));
+  const GLuint texture =
+      buffer_texture(format, nullptr, count * sizeof(float), GL_DYNAMIC_STORAGE_BIT);
+  for (std::size_t first = 0; first < count; first += piece) {
+    const std::size_t bytes = std::min(piece, count - first) * sizeof(float);
+    glNamedBufferSubData(storage_.back(), GLintptr(first * sizeof(float)), GLsizeiptr(bytes),
+                         texels + first);
+    discard_values(texels + first, bytes);
+  }
+  return texture;
+}
+
 void AtlasTextures::upload_pages(const std::vector<std::uint32_t>& entries) {
   pages_ = buffer_texture(GL_R32UI, entries.data(), entries.size() * sizeof(std::uint32_t));
 }
@@ -167,8 +190,8 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* be
       const auto texels = padded(atlas.texels32.get() + at, count);
       texels_.push_back(buffer_texture(GL_RGBA32F, texels.data(), texels.size() * sizeof(float)));
     } else if (atlas.texel == TexelType::float32) {
-      texels_.push_back(buffer_texture(buffer_format(atlas), atlas.texels32.get() + at,
-                                       count * channels * sizeof(float)));
+      texels_.push_back(
+          texel_texture(buffer_format(atlas), atlas.texels32.get() + at, count * channels));
     } else if (channels == 1) {
       texels_.push_back(buffer_texture(buffer_format(atlas), atlas.texels16.get() + at, count * 2));
     } else {
@@ -204,10 +227,10 @@ GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& be
   const GLuint texture = buffer_texture(format, nullptr, bytes, GL_DYNAMIC_STORAGE_BIT);
   if (half)
     fill_pairs(storage_.back(), atlas.texels16.get() + first, beside.texels16.get() + other, count,
-               vector);
+               vector, discard_);
   else
     fill_pairs(storage_.back(), atlas.texels32.get() + first, beside.texels32.get() + other, count,
-               vector);
+               vector, discard_);
   return texture;
 }
 
@@ -264,7 +287,7 @@ void AtlasTextures::bind(int first_unit) const {
   for (const GLuint texture : texels_) glBindTextureUnit(unit++, texture);
 }
 
-GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter)
+GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter, bool discard)
     : atlas_(atlas), filter_(filter) {
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
   const bool pairs = atlas.paired && filter == Filter::exact;
@@ -272,7 +295,7 @@ GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter)
   for (std::size_t i = 0; i < grids.size(); ++i) {
     if (!grids[i] || (pairs && i == luminance_grid)) continue;
     const BrickAtlas* beside = pairs && i == density_grid ? grids[luminance_grid] : nullptr;
-    textures_[i] = std::make_unique<const AtlasTextures>(*grids[i], filter, beside);
+    textures_[i] = std::make_unique<const AtlasTextures>(*grids[i], filter, beside, discard);
     needed += textures_[i]->units();
   }
   GLint units = 0;

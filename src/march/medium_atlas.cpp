@@ -238,7 +238,10 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
 MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths) {
   MediumAtlas result = atlas;
   result.density = coded(atlas.density, widths, atlas.paired ? &*atlas.luminance : nullptr);
-  if (atlas.paired) result.luminance->size.texel_bytes = 0;
+  if (atlas.paired) {
+    result.luminance->texels32.reset();
+    result.luminance->size.texel_bytes = 0;
+  }
   return result;
 }
 
