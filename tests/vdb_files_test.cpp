@@ -9,6 +9,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
+#include "scene/transfer_function.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 
