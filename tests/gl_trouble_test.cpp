@@ -214,9 +214,11 @@ TEST_F(GlTrouble, WhatAStudyTimesHasDrawnBefore) {
   epoxy_glUseProgram = counted.use;
   epoxy_glDrawArrays = counted.draw;
   ASSERT_FALSE(before.empty());
-  ASSERT_GE(timed.size(), 6u);  // three rules in two samplings
+  const std::size_t times = 6;  // three rules in two samplings
+  ASSERT_GE(timed.size(), times);
   EXPECT_GE(before.back(), 6u);
-  EXPECT_EQ(timed.back(), before.back()) << "a program was built in one rule's time";
+  // behind the times comes the page that turns, whose picture may have a program of its own
+  EXPECT_EQ(timed[times - 1], before.back()) << "a program was built in one rule's time";
 }
 
 }  // namespace

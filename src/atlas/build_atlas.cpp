@@ -68,7 +68,7 @@ std::uint32_t hidden_octants(const float* values, const AtlasOptions& options) {
     for (std::size_t at = 0; at < planes.low.size(); at += brick_values)
       rows.include(&planes.low[at], &planes.high[at]);
     for (int k = 0; k < 2; ++k) {
-      const auto first = std::size_t(half * k);
+      const auto first = std::size_t(k) * half;
       const ValueRange range{rows.least(first, half + 1), rows.greatest(first, half + 1)};
       if (!(options.visible ? options.visible(range, {}) : range.min != 0 || range.max != 0))
         hidden |= 1u << (i + k);

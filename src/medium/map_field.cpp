@@ -198,7 +198,7 @@ VectorPart vector_part(const VdbFile& file, const std::string& name) {
   if (channels == 3) return {name, "length"};
   const std::size_t colon = name.rfind(':');
   if (channels != 0 || colon == std::string::npos) return {name, ""};
-  const VectorPart named{name.substr(0, colon), name.substr(colon + 1)};
+  VectorPart named{name.substr(0, colon), name.substr(colon + 1)};
   const int of_grid = file.channels(named.grid);
   if (of_grid == 0) return {name, ""};
   if (named.active()) return named;
