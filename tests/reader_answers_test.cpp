@@ -93,7 +93,7 @@ TEST(ReaderAnswers, SharedMemoryMustHaveItsSizeAndStayAsItIs) {
   const MadeField made;
   const Descriptor memory = shared_memory();
   FieldFacts written_facts;
-  write_shared(made.field, memory.get(), written_facts);
+  write_places(made.field, memory.get(), written_facts);
   FieldFacts facts;
   const Field& taken = facts.field;
   constexpr auto all = ~std::uint64_t{0};
@@ -101,24 +101,69 @@ TEST(ReaderAnswers, SharedMemoryMustHaveItsSizeAndStayAsItIs) {
            {3, 2}, {1, 2}, {2, 1}, {all, 2}, {2, all}, {all / 2060, all / 28}, {0, 0}}) {
     facts.leaves = leaves;
     facts.tiles = tiles;
-    EXPECT_THROW(take_shared(facts, memory.get()), std::runtime_error) << leaves << ' ' << tiles;
+    EXPECT_THROW(take_places(facts, memory.get()), std::runtime_error) << leaves << ' ' << tiles;
   }
   facts.leaves = facts.tiles = 2;
   facts.field.channels = 3;
-  EXPECT_THROW(take_shared(facts, memory.get()), std::runtime_error);
+  EXPECT_THROW(take_places(facts, memory.get()), std::runtime_error);
   facts.field.channels = 1;
-  take_shared(facts, memory.get());
-  EXPECT_TRUE(same(taken.leaves, made.field.leaves, 1));
+  take_places(facts, memory.get());
+  EXPECT_EQ(taken.leaves.at(1).origin, made.field.leaves[1].origin);
   EXPECT_TRUE(same(taken.tiles, made.field.tiles));
   EXPECT_NE(ftruncate(memory.get(), 0), 0);
   EXPECT_LT(write(memory.get(), "x", 1), 0);
 
   const Descriptor written = shared_memory();
-  write_shared(made.field, written.get(), written_facts);
+  write_places(made.field, written.get(), written_facts);
   void* const map = mmap(nullptr, 4096, PROT_WRITE, MAP_SHARED, written.get(), 0);
   ASSERT_NE(map, MAP_FAILED);
-  EXPECT_THROW(take_shared(facts, written.get()), std::runtime_error);
+  EXPECT_THROW(take_places(facts, written.get()), std::runtime_error);
   munmap(map, 4096);
+}
+
+TEST(ReaderAnswers, ValuesComeInPiecesThatNobodyCanChange) {
+  std::vector<float> values(5000 * 512);  // more than two pieces
+  Field made;
+  for (int n = 0; n < 5000; ++n) {
+    made.leaves.push_back({glm::ivec3(0, 0, 8 * n), values.data() + n * 512});
+    values[std::size_t(n) * 512 + 7] = float(n);
+  }
+  Field taken = made;
+  int pieces = 0, last = -1;
+  take_values(taken, [&](const ValuesRequest& request, int memory) {
+    ++pieces;
+    const std::string text = write_values(made, request, memory);
+    if (pieces != 2) return text;
+    EXPECT_EQ(ftruncate(memory, 0), 0);  // as under a limit of file sizes
+    last = dup(memory);
+    return std::string(reinterpret_cast<const char*>(made.leaves[request.first].values),
+                       request.count * 512 * sizeof(float));
+  });
+  EXPECT_EQ(pieces, 3);
+  EXPECT_NE(taken.leaves[0].values, made.leaves[0].values);
+  EXPECT_TRUE(same(taken.leaves, made.leaves, 1));
+  EXPECT_NE(ftruncate(last, 1), 0);
+  close(last);
+
+  const auto take = [&](const std::function<void(int memory)>& spoil) {
+    Field field = made;
+    take_values(field, [&](const ValuesRequest& request, int memory) {
+      const std::string text = write_values(made, request, memory);
+      if (request.first > 0) spoil(memory);
+      return text;
+    });
+  };
+  EXPECT_NO_THROW(take([](int) {}));
+  EXPECT_THROW(take([](int memory) { EXPECT_EQ(ftruncate(memory, 2048), 0); }), std::runtime_error);
+  EXPECT_THROW(take([](int memory) { EXPECT_EQ(ftruncate(memory, 0), 0); }), std::runtime_error);
+  void* map = nullptr;
+  EXPECT_THROW(
+      take([&](int memory) { map = mmap(nullptr, 4096, PROT_WRITE, MAP_SHARED, memory, 0); }),
+      std::runtime_error);
+  munmap(map, 4096);
+  EXPECT_THROW(write_values(made, {.grid = "", .first = 4999, .count = 2}, -1), std::runtime_error);
+  EXPECT_THROW(write_values(made, {.grid = "", .first = ~std::uint64_t{0}, .count = 1}, -1),
+               std::runtime_error);
 }
 
 }  // namespace

@@ -239,7 +239,7 @@ class RenderJob {
     Wish wish = wish_of(call_);
     wish.team = team_;
     wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
-    wish.last = true;
+    wish.last = !is_page_name(call_.output) && !call_.check_error;
     report_.drawn = session.draw(marcher, wish);
   }
 

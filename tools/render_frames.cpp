@@ -22,6 +22,7 @@ struct ReadFrame {
   std::shared_ptr<Session> session;
   Scene scene;         ///< to draw, complete
   double read_ms = 0;  ///< reading and converting
+  bool last = false;   ///< picture of the session
 };
 
 /// Knows the scene of each frame, and reads frames. Only one thread may use it at a time.
@@ -52,23 +53,22 @@ class FrameMaker {
     return moved(frame_scene(sequence_, VdbFile(frame.input), frame.input), frame.number);
   }
 
-  /// Reads a frame; the session of the frame before if that has the same file. Throws Error(input),
-  /// Error(memory).
-  ReadFrame read(const Frame& frame) {
+  /// Reads a frame; the session of the frame before if that has the same file. `last`: no further
+  /// frame has it. Throws Error(input), Error(memory).
+  ReadFrame read(const Frame& frame, bool last = false) {
     const Stopwatch watch;
     if (last_input_ != frame.input) {
       last_session_.reset();
-      const VdbFile file(frame.input);
-      View view = open_frame(sequence_, file, frame.input).view;
+      View view = open_frame(sequence_, VdbFile(frame.input), frame.input).view;
       if (follow_) view = followed(std::move(view));
       last_scene_ = view.scene;
       last_session_ = std::make_shared<Session>(std::move(view));
       // a limit is for one volume: no other one is converted beside it
       if (last_scene_.memory_limit == 0 && last_scene_.renderer != RendererKind::reference)
-        last_session_->convert();
+        last_session_->convert(last);
       last_input_ = frame.input;
     }
-    return {last_session_, moved(last_scene_, frame.number), watch.ms()};
+    return {last_session_, moved(last_scene_, frame.number), watch.ms(), last};
   }
 
  private:
@@ -127,9 +127,12 @@ class FrameLoop {
     standing_ = frames.size() - wanted.size();
     if (standing_) say(std::to_string(standing_) + " frames stand already");
     const auto read_ahead = [&](std::size_t k) {
-      if (k < wanted.size())
-        next_ = std::async(std::launch::async,
-                           [this, &frame = frames[wanted[k]]] { return maker_.read(frame); });
+      if (k == wanted.size()) return;
+      const Frame& frame = frames[wanted[k]];
+      const bool last = call_.layers.empty() &&
+                        (k + 1 == wanted.size() || frames[wanted[k + 1]].input != frame.input);
+      next_ =
+          std::async(std::launch::async, [this, &frame, last] { return maker_.read(frame, last); });
     };
     read_ahead(0);
     for (std::size_t i = 0, k = 0; i < frames.size(); ++i) {
@@ -196,6 +199,7 @@ class FrameLoop {
     if (!marcher_) marcher_ = opened_.get();
     Wish wish = wish_of(call_);
     wish.scene = read.scene;
+    wish.last = read.last;
     if (progress_)
       wish.progress = over_stages([this](double done) { progress_(done_ + part_ * done); },
                                   read.session->view().medium.light.has_value());

@@ -92,8 +92,9 @@ struct Wish {
   bool any_light = false;
   /// Codes wherever they save bytes, and not only where a picture's march pays for choosing them.
   bool fewest_bytes = false;
-  /// The session draws nothing else: bricks go from the host as the device copies them. What asks
-  /// for them later builds them anew.
+  /// The session draws nothing else, and nobody reads its view's fields: their values go as bricks
+  /// are made of them, and bricks as the device copies them. What asks for them later reads the
+  /// file again and computes the light anew.
   bool last = false;
   bool count = false;   ///< count segments and look-ups in the stats
   bool confirm = true;  ///< estimate the error from the pilot's rays as the device draws them
@@ -157,8 +158,8 @@ class Session {
 
   /// Converts the grids to bricks of the scene's texel type, unless that is done, or the volume
   /// must be drawn in parts because of its memory limit. Throws Error(memory), and Error(input) if
-  /// the values do not fit the type.
-  void convert();
+  /// the values do not fit the type. `last`: as the Wish of the picture that follows.
+  void convert(bool last = false);
 
   /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
   void prepare(Marcher& marcher, const Wish& wish = {});

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
@@ -73,6 +74,14 @@ class LeafReader {
   virtual const std::vector<TileValue>& active_tiles() const = 0;
 };
 
+struct Field;
+
+/// Where a field's values were read.
+struct FieldOrigin {
+  const void* storage;                ///< that holds these values
+  std::function<Field()> read_again;  ///< throws Error(input), Error(memory)
+};
+
 /// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.
 ///
 /// Its value at a world point is the trilinear interpolation, in index space, of the values at
@@ -97,6 +106,8 @@ struct Field {
   std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves
   std::optional<ArrayValues> array;     ///< of the leaves without values of their own
   std::shared_ptr<const void> storage;  ///< keeps Leaf::values and the array alive
+  /// Null: not in a file. It tells nothing of a field that got other values, see may_discard.
+  std::shared_ptr<const FieldOrigin> origin;
   /// Set if the values of leaves stay in the file, see leaf_values.h. Both ranges are known then,
   /// unless `survey` is set.
   std::shared_ptr<const LeafReader> reader;

@@ -114,6 +114,15 @@ BrickSource::Neighbours BrickSource::neighbours(const glm::ivec3& brick) const {
   return result;
 }
 
+std::optional<std::size_t> BrickSource::first_leaf(const glm::ivec3& brick) const {
+  std::optional<std::size_t> first;
+  for (int i = 0; i < 8; ++i) {
+    const std::int32_t leaf = leaves_.find(brick + glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
+    if (leaf != BlockMap::none && (!first || std::size_t(leaf) < *first)) first = leaf;
+  }
+  return first;
+}
+
 void BrickSource::gather(const Neighbours& from, float* values) const {
   const int channels = field_.channels;
   const auto copy = [&](const Block& block, int x, int y, int count, float* to) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "atlas/block_map.h"
@@ -67,6 +68,10 @@ class BrickSource {
     bool are_constant() const;
   };
   Neighbours neighbours(const glm::ivec3& brick) const;
+
+  /// The least number of a leaf that a brick has values of, if it has any. It grows with a
+  /// candidate's place in their list.
+  std::optional<std::size_t> first_leaf(const glm::ivec3& brick) const;
 
   /// Copies a brick's values, z fastest, `channels` interleaved.
   void gather(const Neighbours& from, float* values) const;

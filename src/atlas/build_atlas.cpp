@@ -101,36 +101,69 @@ void check_limit(const AtlasSize& size, const std::string& grid, const AtlasOpti
                     (options.texel == TexelType::float16 ? "" : "; --texel float16 halves it"));
 }
 
-/// Texels and statistics of the bricks at result.places.
-void fill(const BrickSource& source, const std::string& grid, BrickAtlas& result) {
-  const std::size_t per_brick = brick_texels * std::size_t(result.channels);
-  const std::size_t texels = result.places.size() * per_brick;
-  result.bricks.resize(result.places.size());
-  const bool half = result.texel == TexelType::float16;
-  if (half)
-    result.texels16 = std::make_unique_for_overwrite<std::uint16_t[]>(texels);
-  else
-    result.texels32 = std::make_unique_for_overwrite<float[]>(texels);
+/// Makes texels and statistics of the bricks at result.places.
+class Filler {
+ public:
+  Filler(const BrickSource& source, const std::string& grid, BrickAtlas& result)
+      : source_(source),
+        grid_(grid),
+        result_(result),
+        per_brick_(brick_texels * std::size_t(result.channels)),
+        half_(result.texel == TexelType::float16) {
+    const std::size_t texels = result.places.size() * per_brick_;
+    result.bricks.resize(result.places.size());
+    if (half_)
+      result.texels16 = std::make_unique_for_overwrite<std::uint16_t[]>(texels);
+    else
+      result.texels32 = std::make_unique_for_overwrite<float[]>(texels);
+  }
 
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.places.size(), 64),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      std::vector<float> values(half ? per_brick : 0);
-                      for (std::size_t slot = range.begin(); slot != range.end(); ++slot) {
-                        float* to = half ? values.data() : result.texels32.get() + slot * per_brick;
-                        source.gather(source.neighbours(result.places[slot]), to);
-                        result.bricks[slot] = measure(to, result.channels);
-                        if (!half) continue;
-                        for (std::size_t i = 0; i < per_brick; ++i) {
-                          if (std::abs(to[i]) > largest_half)
-                            throw Error(
-                                ExitCode::input,
-                                "grid '" + grid + "' has the value " + std::to_string(to[i]) +
-                                    ", beyond float16's largest, 65504; use --texel float32");
-                          result.texels16[slot * per_brick + i] = glm::packHalf1x16(to[i]);
-                        }
-                      }
-                    });
-}
+  /// The bricks in slots [first, end).
+  void fill(std::size_t first, std::size_t end) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, end, 64), [&](const auto& range) {
+      std::vector<float> values(half_ ? per_brick_ : 0);
+      for (std::size_t slot = range.begin(); slot != range.end(); ++slot) {
+        float* to = half_ ? values.data() : result_.texels32.get() + slot * per_brick_;
+        source_.gather(source_.neighbours(result_.places[slot]), to);
+        result_.bricks[slot] = measure(to, result_.channels);
+        if (half_) pack(to, result_.texels16.get() + slot * per_brick_);
+      }
+    });
+  }
+
+  /// All bricks. Values of the field go as soon as no brick behind needs them.
+  void fill_and_discard(const Field& field) {
+    constexpr std::size_t at_once = 1024;  // 3 MiB of scalars
+    const std::size_t count = result_.places.size();
+    std::size_t gone = 0;
+    for (std::size_t slot = 0; slot < count; slot += at_once) {
+      const std::size_t next = std::min(slot + at_once, count);
+      fill(slot, next);
+      const std::size_t needed = next < count
+                                     ? source_.first_leaf(result_.places[next]).value_or(gone)
+                                     : field.leaves.size();
+      if (needed > gone) discard_leaves(field, gone, needed);
+      gone = std::max(gone, needed);
+    }
+  }
+
+ private:
+  void pack(const float* from, std::uint16_t* to) const {
+    for (std::size_t i = 0; i < per_brick_; ++i) {
+      if (std::abs(from[i]) > largest_half)
+        throw Error(ExitCode::input, "grid '" + grid_ + "' has the value " +
+                                         std::to_string(from[i]) +
+                                         ", beyond float16's largest, 65504; use --texel float32");
+      to[i] = glm::packHalf1x16(from[i]);
+    }
+  }
+
+  const BrickSource& source_;
+  const std::string& grid_;
+  BrickAtlas& result_;
+  std::size_t per_brick_;
+  bool half_;
+};
 
 }  // namespace
 
@@ -148,7 +181,12 @@ AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
   Plan plan = make_plan(field, options);
   check_limit(plan.atlas.size, field.name, options);
-  fill(plan.source, field.name, plan.atlas);
+  Filler filler(plan.source, field.name, plan.atlas);
+  // bricks of a margin are not in the order of leaves
+  if (options.discards_values && !options.with_margin)
+    filler.fill_and_discard(field);
+  else
+    filler.fill(0, plan.atlas.places.size());
   mark_octants(options, plan.atlas);
   return std::move(plan.atlas);
 }
@@ -167,7 +205,8 @@ BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const Atla
   result.size.constant_bytes = result.constants.size() * sizeof(float);
   result.size.texel_bytes = atlas::texel_bytes(result.places.size(), field.channels, options.texel);
   check_limit(result.size, field.name, options);
-  fill(BrickSource(field), field.name, result);
+  const BrickSource source(field);
+  Filler(source, field.name, result).fill(0, result.places.size());
   return result;
 }
 

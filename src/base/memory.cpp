@@ -121,7 +121,9 @@ void give_back_freed_memory() {
 void discard_values(void* first, std::size_t bytes) {
 #ifdef __linux__
   constexpr std::size_t page = 1 << 12;  // a multiple of it on some machines: then it does nothing
-  if (std::align(page, page, first, bytes)) madvise(first, bytes / page * page, MADV_DONTNEED);
+  if (std::align(page, page, first, bytes) && bytes >= page)
+    mmap(first, bytes / page * page, PROT_READ | PROT_WRITE,
+         MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
 #endif
 }
 

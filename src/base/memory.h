@@ -21,7 +21,8 @@ void keep_freed_memory();
 /// otherwise keeps blocks of up to 32 MiB, so that parts of a volume would add up.
 void give_back_freed_memory();
 
-/// Gives an array's whole pages back to the system, where it can. Its values are lost.
+/// Puts empty pages in place of an array's whole pages, where it can. Its values are lost. The
+/// system gets the memory; if it is shared, once no mapping of it is left.
 void discard_values(void* first, std::size_t bytes);
 
 }  // namespace psivox

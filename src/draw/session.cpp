@@ -46,6 +46,10 @@ struct Session::Impl {
     if (view.medium.light) lighting.emplace(view);
   }
 
+  /// Reads again what a last picture has discarded, and forgets what was made of it.
+  void revive();
+  /// The same if the wish needs it.
+  void complete(const Wish& wish);
   /// The view that a wish asks for, with the light that is there.
   View viewed(const Wish& wish);
   /// The scene's holdout, which is read once.
@@ -85,7 +89,21 @@ std::shared_ptr<const Holdout> Session::Impl::holdout_of(const Scene& scene) {
   return holdout;
 }
 
+void Session::Impl::revive() {
+  atlas.restore();
+  view.medium = unlit;
+  if (lighting) lighting.emplace(view);
+}
+
+void Session::Impl::complete(const Wish& wish) {
+  atlas.discards = false;
+  // without light, bricks are all that a last picture needs
+  const bool stands = wish.last && !lighting && !wish.layers.bound && atlas.has_bricks();
+  if (atlas.has_gaps() && !stands) revive();
+}
+
 View Session::Impl::viewed(const Wish& wish) {
+  complete(wish);
   View result = view;
   if (wish.scene) {
     result.scene = with_planes(with_default_tolerance(*wish.scene), *view.subject);
@@ -146,6 +164,7 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
     lighting->compute(wanted, source, need, of_stage(progress, Stage::lighting));
   });
   if (served) return;
+  atlas.discard_fields(unlit);
   view.medium = lighting->medium();
   atlas.relight(view);
   times.light_ms += watch.ms();
@@ -208,7 +227,13 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   PartMarcher parts = parts_of(marcher, wanted, wish);
   if (wish.layers.deep) return draw_deep(parts, std::move(wanted), wish);
   const bool slice = wanted.scene.shows(Shows::plane), marches = marcher.marches() && !slice;
+  atlas.discards =
+      wish.last && marches && parts.whole() && !wish.layers.error && !wish.layers.bound;
   if (!slice) prepare(parts, wanted, wish, times);
+  if (atlas.discards) {
+    atlas.of(view, wanted.scene.texel, times);
+    atlas.discard_fields(view.medium);
+  }
   std::optional<MarchPlan> chosen = wish.plan;
   const bool chooses = wanted.scene.tolerance || wish.time_budget_ms;
   // a plan for the whole may have steps of its bricks
@@ -220,7 +245,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     if (!codes) codes = atlas.preview_codes(marcher, wanted, wish);
     stored = atlas
                  .upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes,
-                         wish.last && !wish.layers.error)
+                         atlas.discards)
                  .size();
   }
   Picture picture(parts, wanted, wish, std::move(chosen));
@@ -262,10 +287,8 @@ Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish
 Drawn Session::Impl::draw_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure) {
   double bytes = atlas.bytes();
   for (int tries = 0; tries < 6; ++tries) {
-    atlas.clear();
+    revive();
     marcher.holds = 0;
-    view.medium = unlit;
-    if (lighting) lighting.emplace(view);
     bytes /= 2;
     memory_limit = 2 * bytes;  // host and device
     try {
@@ -292,8 +315,10 @@ Session::~Session() = default;
 
 const View& Session::view() const { return impl_->view; }
 
-void Session::convert() {
+void Session::convert(bool last) {
   PreparationTimes times;
+  impl_->complete({.last = last});
+  impl_->atlas.discards = last;
   View dark = impl_->view;
   dark.medium = impl_->unlit;
   if (!impl_->atlas.empty() || split_of(dark, {}, impl_->memory_limit).whole)

@@ -5,6 +5,7 @@
 
 #include "base/stopwatch.h"
 #include "plan/choose_codes.h"
+#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {
@@ -15,7 +16,31 @@ std::uint64_t next_upload() {
   return ++last;
 }
 
+/// Whether nothing else than its own bricks is made of the density's values from now on.
+bool only_bricks_need(const Medium& medium) {
+  return may_discard(*medium.density) && !medium.light && !medium.lit &&
+         medium.luminance != medium.density && medium.emission != medium.density;
+}
+
 }  // namespace
+
+void WholeAtlas::restore() {
+  for (const auto& field : gone_)
+    if (field->origin) restore_leaves(*field);  // else it is light
+  gone_.clear();
+  clear();
+}
+
+void WholeAtlas::discard_fields(const Medium& medium) {
+  if (!discards) return;
+  const auto discard = [&](const std::shared_ptr<const Field>& field) {
+    if (std::ranges::count(gone_, field)) return;
+    gone_.push_back(field);
+    discard_leaves(*field, 0, field->leaves.size());
+  };
+  if (may_discard(*medium.density)) discard(medium.density);
+  if (medium.luminance && (medium.lit || may_discard(*medium.luminance))) discard(medium.luminance);
+}
 
 double WholeAtlas::bytes() const {
   double bytes = 0;
@@ -32,13 +57,15 @@ void WholeAtlas::clear() {
 
 const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, PreparationTimes& times) {
   texel = host_texel(texel);
-  if (texels_are_gone_) clear();
   const auto found = atlases_.find(texel);
   if (found != atlases_.end()) return found->second;
   const Stopwatch watch;
   View converted = view;
   converted.scene.texel = texel;
-  const MediumAtlas& built = atlases_.emplace(texel, build_medium_atlas(converted)).first->second;
+  const bool discarding = discards && only_bricks_need(view.medium);
+  if (discarding) gone_.push_back(view.medium.density);
+  const MediumAtlas& built =
+      atlases_.emplace(texel, build_medium_atlas(converted, discarding)).first->second;
   times.atlas_ms += watch.ms();
   return built;
 }

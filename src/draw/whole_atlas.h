@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <list>
 #include <map>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "atlas/atlas_plan.h"
 #include "march/marcher.h"
@@ -15,6 +17,14 @@ namespace psivox {
 /// as long as the medium is drawn as one part.
 class WholeAtlas {
  public:
+  /// Lets values of fields and bricks go as soon as a picture needs them no more.
+  bool discards = false;
+  bool has_bricks() const { return !atlases_.empty() && !texels_are_gone_; }
+  /// Whether some are gone.
+  bool has_gaps() const { return texels_are_gone_ || !gone_.empty(); }
+  /// Reads the fields' values again, and clears.
+  void restore();
+
   bool empty() const { return atlases_.empty(); }
   /// What they take on the host [bytes].
   double bytes() const;
@@ -26,10 +36,12 @@ class WholeAtlas {
   const MediumAtlas& on_device(const View& view, TexelType texel, const CodeWidths& codes,
                                PreparationTimes& times);
   /// Uploads that for a filter, if the marcher holds something else. Returns what it uploads. If it
-  /// is the last, the host's texels go; of() builds them anew.
+  /// is the last, the host's texels go.
   const MediumAtlas& upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
                             PreparationTimes& times, const CodeWidths& codes = {},
                             bool last = false);
+  /// If it discards: lets the density's and the luminance's values go, of which all is made.
+  void discard_fields(const Medium& medium);
   /// The widths of the codes that the marcher holds, if they will do for a preview; else null.
   CodeWidths preview_codes(const Marcher& marcher, const View& wanted, const Wish& wish) const;
   /// Replaces the luminance, after the view's light was computed.
@@ -48,6 +60,7 @@ class WholeAtlas {
 
   std::map<TexelType, MediumAtlas> atlases_;
   bool texels_are_gone_ = false;                                   ///< those of the atlases
+  std::vector<std::shared_ptr<const Field>> gone_;                 ///< fields without values
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads_;  ///< their numbers
   std::list<Coded> coded_;  ///< the last two, the newest first
 };

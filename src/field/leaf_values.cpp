@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/memory.h"
 #include "base/text.h"
 #include "psivox/error.h"
 
@@ -95,6 +96,38 @@ void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& 
     if (numbers.size() == read_at_once) flush();
   }
   flush();
+}
+
+bool may_discard(const Field& field) {
+  return field.origin && field.origin->storage == field.storage.get() &&
+         field.storage.use_count() == 1;
+}
+
+void discard_leaves(const Field& field, std::size_t first, std::size_t end) {
+  const std::size_t floats = floats_per_leaf(field);
+  while (first < end) {
+    const float* const values = field.leaves[first].values;
+    std::size_t count = 1;  // of leaves one behind another
+    while (first + count < end && field.leaves[first + count].values == values + count * floats)
+      ++count;
+    discard_values(const_cast<float*>(values), count * floats * sizeof(float));
+    first += count;
+  }
+}
+
+void restore_leaves(const Field& field) {
+  const Field again = field.origin->read_again();
+  const bool same =
+      std::ranges::equal(again.leaves, field.leaves, {}, &Leaf::origin, &Leaf::origin);
+  if (!same || again.channels != field.channels || again.reader)
+    throw Error(ExitCode::input, "grid " + in_quotes(field.name) + " of the file has changed");
+  const std::size_t bytes = floats_per_leaf(field) * sizeof(float);
+  for (std::size_t n = 0; n < field.leaves.size(); ++n) {
+    const float* const to = field.leaves[n].values;
+    // what stayed may lie in memory that is only to be read
+    if (std::memcmp(to, again.leaves[n].values, bytes) != 0)
+      std::memcpy(const_cast<float*>(to), again.leaves[n].values, bytes);
+  }
 }
 
 Field part_of_field(const Field& field, const Box& voxels) {

@@ -127,6 +127,12 @@ class Builder {
  public:
   explicit Builder(const View& view) : view_(view), left_(view.scene.memory_limit) {}
 
+  BrickAtlas build_density(bool discards) {
+    AtlasOptions options = density_options(view_);
+    options.discards_values = discards;
+    return build(*view_.medium.density, std::move(options));
+  }
+
   BrickAtlas build(const Field& field, AtlasOptions options) {
     options.texel = view_.scene.texel;
     options.memory_limit = left_;
@@ -174,10 +180,10 @@ class Builder {
 
 }  // namespace
 
-MediumAtlas build_medium_atlas(const View& view) {
+MediumAtlas build_medium_atlas(const View& view, bool discards_density) {
   const Medium& medium = view.medium;
   Builder builder(view);
-  MediumAtlas result{builder.build(*medium.density, density_options(view)), {}, {}, {}, {}};
+  MediumAtlas result{builder.build_density(discards_density), {}, {}, {}, {}};
   if (medium.luminance && !medium.light) builder.add_luminance(result);
   if (medium.emission) result.emission = builder.build(*medium.emission, {});
   if (medium.gradient) result.gradient = builder.build(*medium.gradient, {});

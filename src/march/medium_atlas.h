@@ -45,8 +45,9 @@ struct MediumAtlas {
 AtlasOptions density_options(const View& view);
 
 /// Builds the atlases with the view's texel type and memory limit, which counts all of them. Of a
-/// view whose light is still to be computed the luminance is left out. Throws as build_atlas does.
-MediumAtlas build_medium_atlas(const View& view);
+/// view whose light is still to be computed the luminance is left out. `discards_density`: as
+/// AtlasOptions::discards_values. Throws as build_atlas does.
+MediumAtlas build_medium_atlas(const View& view, bool discards_density = false);
 
 /// Bricks around a region that its rays read: a uniform step begins in the region and ends up to a
 /// step beside it. None in cells.

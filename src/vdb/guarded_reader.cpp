@@ -192,8 +192,15 @@ GridContent GuardedReader::content(const std::string& grid) {
 
 void GuardedReader::take_field(FieldFacts& facts, int memory,
                                const std::shared_ptr<const void>& held) {
-  if (!facts.same_values) return take_shared(facts, memory);
   Field& field = facts.field;
+  if (!facts.same_values) {
+    take_places(facts, memory);
+    if (!facts.stored)
+      take_values(field, [&](const ValuesRequest& request, int piece) {
+        return ask(request, piece, [](const auto&) {});
+      });
+    return;
+  }
   if (!held || facts.leaves != last_.leaves.size() || facts.tiles != last_.tiles.size() ||
       field.channels != last_.channels)
     throw std::runtime_error("values that it has not sent");

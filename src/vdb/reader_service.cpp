@@ -66,11 +66,15 @@ class ReaderService final : public guard::Service {
     facts.stored = field.reader != nullptr;
     if (field.reader) facts.active_tiles = field.reader->active_tiles();
     facts.same_values = request.holds_last && shares_values(field, last_);
-    if (!facts.same_values) write_shared(field, memory, facts);
+    if (!facts.same_values) write_places(field, memory, facts);
     last_ = std::move(field);
     if (facts.stored) last_.leaves = {};  // its reader knows their places
     facts.field = without_values(last_);
     return facts;
+  }
+
+  std::string answer_to(const ValuesRequest& request, int memory) const {
+    return write_values(last_, request, memory);
   }
 
   LeavesAnswer answer_to(const LeavesRequest& request, int) const {

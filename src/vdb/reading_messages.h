@@ -3,6 +3,7 @@
 // What goes between a GuardedReader and its process.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -48,6 +49,14 @@ struct ReadRequest {
   bool holds_last = false;  ///< the values of the last field that was read are still used
 };
 
+/// Asks for values of the last field's leaves, with a descriptor of shared memory. They come in
+/// pieces.
+struct ValuesRequest {
+  using Answer = std::string;  ///< as FieldFacts::bytes
+  std::string grid;            ///< for messages
+  std::uint64_t first = 0, count = 0;
+};
+
 struct LeavesAnswer {
   std::string values;  ///< the bytes of floats
   ValueSurvey survey{};
@@ -63,9 +72,9 @@ struct LeavesRequest {
 };
 
 using Request = std::variant<DataRequest, FactsRequest, InfoRequest, ContentRequest, ReadRequest,
-                             LeavesRequest>;
+                             ValuesRequest, LeavesRequest>;
 
-/// A Field without leaves and tiles, which are in shared memory.
+/// A Field without leaves and tiles, whose places are in shared memory. Values are asked for.
 struct FieldFacts {
   Field field;
   std::uint64_t leaves = 0, tiles = 0;
@@ -78,15 +87,22 @@ struct FieldFacts {
 /// Empty memory that two processes can map. Throws Error(failure).
 guard::Descriptor shared_memory();
 
-/// Writes the field's leaves and tiles to shared memory, and keeps no access to it; or to
-/// FieldFacts::bytes if the system does not let it be that large. Values that stay in a file are
-/// left out. Throws std::bad_alloc.
-void write_shared(const Field& field, int memory, FieldFacts& facts);
+/// Writes the origins of the field's leaves, and its tiles, to shared memory, and keeps no access
+/// to it; or to FieldFacts::bytes if the system does not let it be that large. Throws
+/// std::bad_alloc.
+void write_places(const Field& field, int memory, FieldFacts& facts);
+/// Writes values in the same way. Returns those that the system did not let it write.
+std::string write_values(const Field& field, const ValuesRequest& request, int memory);
 
-/// Sets what write_shared has written, and storage. From then on nobody can change the memory.
-/// Nothing is copied but origins and tiles. Throws std::runtime_error if the memory does not have
-/// what the facts say, or another process can still write to it.
-void take_shared(FieldFacts& facts, int memory);
+/// Sets leaves and tiles as write_places has written them. Throws std::runtime_error if the memory
+/// does not have what the facts say, or another process can still write to it.
+void take_places(FieldFacts& facts, int memory);
+
+/// Answers by write_values.
+using AskValues = std::function<std::string(const ValuesRequest& request, int memory)>;
+/// Sets the values of all leaves, and storage. From then on nobody can change them. Nothing is
+/// copied. Throws as take_places does.
+void take_values(Field& field, const AskValues& ask);
 
 /// Throws std::runtime_error if the field cannot have been read under this role: its values or
 /// places break the rules of field.h. A process that a file has taken over could send such a field.
@@ -102,14 +118,15 @@ PSIVOX_PACK(ContentRequest, grid)
 PSIVOX_PACK(GridFacts, name, base_name, channels, value_type, grid_class)
 PSIVOX_PACK(FileFacts, grids, metadata, z_up)
 PSIVOX_PACK(ReadRequest, grid, options, holds_last)
+PSIVOX_PACK(ValuesRequest, grid, first, count)
 PSIVOX_PACK(LeavesRequest, grid, numbers, survey, active)
 PSIVOX_PACK(LeavesAnswer, values, survey)
 
 template <typename Pack, guard::Is<FieldFacts> T>
 void describe(Pack& pack, T& facts) {
   auto& [name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
-         percentiles, width, leaves, tiles, array, storage, reader, survey, replaced, notices] =
-      facts.field;
+         percentiles, width, leaves, tiles, array, storage, origin, reader, survey, replaced,
+         notices] = facts.field;
   pack(name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
        percentiles, width, survey, replaced, notices);
   pack(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes, facts.active_tiles);

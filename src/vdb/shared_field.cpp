@@ -32,54 +32,51 @@
 namespace psivox::vdb {
 namespace {
 
-/// Where the parts of a field are in shared memory: values, origins, tiles. [bytes]
+/// Where origins and tiles are in shared memory [bytes].
 struct Layout {
-  Layout(std::size_t leaf, std::uint64_t leaves, std::uint64_t tiles)
-      : origins(leaves * leaf),
-        tiles_at(origins + leaves * sizeof(glm::ivec3)),
-        size(tiles_at + tiles * sizeof(Tile)) {}
-  std::size_t origins, tiles_at, size;
+  Layout(std::uint64_t leaves, std::uint64_t tiles)
+      : tiles_at(leaves * sizeof(glm::ivec3)), size(tiles_at + tiles * sizeof(Tile)) {}
+  std::size_t tiles_at, size;
 };
 
-/// Size of a leaf's values in shared memory [bytes].
-std::size_t leaf_bytes(int channels, bool stored) {
-  return stored ? 0 : kLeafVoxels * static_cast<std::size_t>(channels) * sizeof(float);
+/// Size of a leaf's values [bytes].
+std::size_t leaf_bytes(int channels) {
+  return kLeafVoxels * static_cast<std::size_t>(channels) * sizeof(float);
 }
 
-/// A mapping of shared memory, to be read.
-class Mapping {
- public:
-  Mapping(int memory, std::size_t size)
-      : size_(size), bytes_(mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, memory, 0)) {
-    if (bytes_ == MAP_FAILED) throw std::bad_alloc();
-  }
-  ~Mapping() { munmap(bytes_, size_); }
-  Mapping(const Mapping&) = delete;
-  Mapping& operator=(const Mapping&) = delete;
-
-  const char* bytes() const { return static_cast<const char*>(bytes_); }
-
- private:
-  std::size_t size_;
-  void* bytes_;
-};
-
-/// The parts of a field in the order of its layout. They must live as long.
+/// Arrays, to be written one behind another. They must live as long.
 class Parts {
  public:
-  Parts(const Field& field, std::size_t leaf) {
-    if (leaf > 0)
-      for (const Leaf& some : field.leaves) add(some.values, leaf);
-    origins_.reserve(field.leaves.size());
-    for (const Leaf& some : field.leaves) origins_.push_back(some.origin);
-    add(origins_.data(), origins_.size() * sizeof(glm::ivec3));
-    add(field.tiles.data(), field.tiles.size() * sizeof(Tile));
+  void add(const void* bytes, std::size_t size) {
+    if (!parts_.empty() &&
+        static_cast<const char*>(parts_.back().iov_base) + parts_.back().iov_len == bytes)
+      parts_.back().iov_len += size;  // leaves mostly lie one behind another
+    else if (size > 0)
+      parts_.push_back({const_cast<void*>(bytes), size});
   }
 
+  /// Writes all to shared memory. Returns the bytes instead if the system does not let it be that
+  /// large. Throws std::bad_alloc.
+  std::string write_or_text(int memory) const {
+    const int error = write(memory);
+    if (error == 0) return {};
+    if (error != EFBIG || ftruncate(memory, 0) != 0) throw std::bad_alloc();
+    std::size_t size = 0;
+    for (const iovec& part : parts_) size += part.iov_len;
+    if (size > guard::MessageInput::longest / 2)
+      throw std::runtime_error("its values are larger than the limit of file sizes (ulimit -f)");
+    std::string text;
+    for (const iovec& part : parts_)
+      text.append(static_cast<const char*>(part.iov_base), part.iov_len);
+    return text;
+  }
+
+ private:
   /// Writes all to a file that is empty. Faster than through a mapping, which the system fills page
   /// by page. Returns an error number or 0.
-  int write(int file) {
-    std::span<iovec> rest = parts_;
+  int write(int file) const {
+    std::vector<iovec> parts = parts_;
+    std::span<iovec> rest = parts;
     std::int64_t at = 0;
     while (!rest.empty()) {
       constexpr std::size_t most = 512;  // 1 MiB of scalars
@@ -100,24 +97,56 @@ class Parts {
     return 0;
   }
 
-  std::string text() const {
-    std::string text;
-    for (const iovec& part : parts_)
-      text.append(static_cast<const char*>(part.iov_base), part.iov_len);
-    return text;
+  std::vector<iovec> parts_;
+};
+
+/// Memory that another process has written, and nobody can change from now on. Returns its size.
+/// Throws std::runtime_error.
+std::size_t sealed_size(int memory) {
+  // Without the first two seals the size could change, without the third the values.
+  if (fcntl(memory, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE) != 0)
+    throw std::runtime_error("shared memory is still written to");
+  struct stat status {};
+  if (fstat(memory, &status) != 0) throw std::runtime_error("shared memory has no size");
+  return static_cast<std::size_t>(status.st_size);
+}
+
+void* mapped(void* place, std::size_t size, int access, int flags, int memory) {
+  void* const map = mmap(place, size, access, flags, memory, 0);
+  if (map == MAP_FAILED) throw std::bad_alloc();
+  return map;
+}
+
+/// Addresses for values that come in pieces, each in memory of its own, so that it goes when its
+/// pages are discarded.
+class Values {
+ public:
+  explicit Values(std::size_t size)
+      : size_(size),
+        first_(mapped(nullptr, size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1)) {}
+  ~Values() { munmap(first_, size_); }
+  Values(const Values&) = delete;
+  Values& operator=(const Values&) = delete;
+
+  const char* first() const { return static_cast<const char*>(first_); }
+
+  /// Takes a piece from shared memory, or from a text if that is empty.
+  void take(std::size_t at, std::size_t size, int memory, const std::string& text) {
+    void* const place = static_cast<char*>(first_) + at;
+    const std::size_t shared = sealed_size(memory);
+    if ((shared == 0 ? text.size() : shared) != size)
+      throw std::runtime_error("shared memory has another size");
+    if (shared > 0) {
+      mapped(place, size, PROT_READ, MAP_SHARED | MAP_POPULATE | MAP_FIXED, memory);
+      return;
+    }
+    mapped(place, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1);
+    std::memcpy(place, text.data(), size);
   }
 
  private:
-  void add(const void* bytes, std::size_t size) {
-    if (!parts_.empty() &&
-        static_cast<const char*>(parts_.back().iov_base) + parts_.back().iov_len == bytes)
-      parts_.back().iov_len += size;  // leaves mostly lie one behind another
-    else if (size > 0)
-      parts_.push_back({const_cast<void*>(bytes), size});
-  }
-
-  std::vector<glm::ivec3> origins_;
-  std::vector<iovec> parts_;
+  std::size_t size_;
+  void* first_;
 };
 
 constexpr const char* bad_values = "values are not finite, or negative";
@@ -197,55 +226,63 @@ guard::Descriptor shared_memory() {
   return memory;
 }
 
-void write_shared(const Field& field, int memory, FieldFacts& facts) {
-  const std::size_t leaf = leaf_bytes(field.channels, field.reader != nullptr);
-  const Layout layout(leaf, field.leaves.size(), field.tiles.size());
-  const int error = Parts(field, leaf).write(memory);
-  if (error == 0) return;
-  if (error != EFBIG || ftruncate(memory, 0) != 0) throw std::bad_alloc();
-  if (layout.size > guard::MessageInput::longest / 2)
-    throw std::runtime_error("its values are larger than the limit of file sizes (ulimit -f)");
-  facts.bytes = Parts(field, leaf).text();
+void write_places(const Field& field, int memory, FieldFacts& facts) {
+  std::vector<glm::ivec3> origins;
+  origins.reserve(field.leaves.size());
+  for (const Leaf& leaf : field.leaves) origins.push_back(leaf.origin);
+  Parts parts;
+  parts.add(origins.data(), origins.size() * sizeof(glm::ivec3));
+  parts.add(field.tiles.data(), field.tiles.size() * sizeof(Tile));
+  facts.bytes = parts.write_or_text(memory);
 }
 
-void take_shared(FieldFacts& facts, int memory) {
+std::string write_values(const Field& field, const ValuesRequest& request, int memory) {
+  if (request.first > field.leaves.size() || request.count > field.leaves.size() - request.first)
+    throw std::runtime_error("an unknown request");
+  Parts parts;
+  for (const Leaf& leaf : std::span(field.leaves).subspan(request.first, request.count))
+    parts.add(leaf.values, leaf_bytes(field.channels));
+  return parts.write_or_text(memory);
+}
+
+void take_places(FieldFacts& facts, int memory) {
   Field& field = facts.field;
-  // Without the first two seals the size could change, without the third the values.
-  if (fcntl(memory, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE) != 0)
-    throw std::runtime_error("shared memory is still written to");
-  struct stat status {};
-  if (fstat(memory, &status) != 0) throw std::runtime_error("shared memory has no size");
-  const bool in_message = status.st_size == 0;
-  const std::uint64_t size =
-      in_message ? facts.bytes.size() : static_cast<std::uint64_t>(status.st_size);
-  const std::size_t leaf = leaf_bytes(field.channels, facts.stored);
+  const std::size_t shared = sealed_size(memory);
+  const std::size_t size = shared > 0 ? shared : facts.bytes.size();
   const bool possible = (field.channels == 1 || field.channels == 3) &&
                         // so that sums do not overflow
                         facts.leaves <= size / sizeof(glm::ivec3) &&
                         facts.tiles <= size / sizeof(Tile);
-  const Layout layout(leaf, facts.leaves, facts.tiles);
+  const Layout layout(facts.leaves, facts.tiles);
   if (!possible || layout.size != size) throw std::runtime_error("shared memory has another size");
-  if (size == 0) return;
-  std::shared_ptr<const void> storage;
-  const char* bytes = nullptr;
-  if (in_message) {
-    const auto text = std::make_shared<const std::string>(std::move(facts.bytes));
-    bytes = text->data();
-    storage = text;
-  } else {
-    const auto mapping = std::make_shared<const Mapping>(memory, size);
-    bytes = mapping->bytes();
-    storage = mapping;
-  }
-  const auto* const origins = reinterpret_cast<const glm::ivec3*>(bytes + layout.origins);
   field.leaves.resize(facts.leaves);
-  for (std::size_t n = 0; n < facts.leaves; ++n)
-    field.leaves[n] = {origins[n],
-                       leaf > 0 ? reinterpret_cast<const float*>(bytes + n * leaf) : nullptr};
   field.tiles.resize(facts.tiles);
+  if (size == 0) return;
+  const char* bytes = facts.bytes.data();
+  if (shared > 0)
+    bytes = static_cast<const char*>(
+        mapped(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, memory));
+  const auto* const origins = reinterpret_cast<const glm::ivec3*>(bytes);
+  for (std::size_t n = 0; n < facts.leaves; ++n) field.leaves[n] = {origins[n], nullptr};
   if (facts.tiles > 0)
     std::memcpy(field.tiles.data(), bytes + layout.tiles_at, facts.tiles * sizeof(Tile));
-  if (!facts.stored) field.storage = storage;
+  if (shared > 0) munmap(const_cast<char*>(bytes), size);
+}
+
+void take_values(Field& field, const AskValues& ask) {
+  const std::size_t leaf = leaf_bytes(field.channels), count = field.leaves.size();
+  if (count == 0) return;
+  const auto values = std::make_shared<Values>(count * leaf);
+  constexpr std::size_t at_once = 2048;  // whole pages: 4 MiB of scalars
+  for (std::size_t first = 0; first < count; first += at_once) {
+    const std::size_t some = std::min(at_once, count - first);
+    const guard::Descriptor memory = shared_memory();
+    const std::string text = ask({.grid = field.name, .first = first, .count = some}, memory.get());
+    values->take(first * leaf, some * leaf, memory.get(), text);
+  }
+  for (std::size_t n = 0; n < count; ++n)
+    field.leaves[n].values = reinterpret_cast<const float*>(values->first() + n * leaf);
+  field.storage = values;
 }
 
 bool is_possible(const ValueSurvey& survey) {

@@ -194,6 +194,11 @@ std::string VdbFile::default_grid(bool empty) const {
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
   Field field = impl_->reader->read(impl_->in_reader(grid), options);
   if (!impl_->frame.empty()) field.name = grid;
+  if (impl_->file && !field.reader)
+    field.origin = std::make_shared<const FieldOrigin>(
+        FieldOrigin{field.storage.get(), [path = impl_->path() + impl_->frame, grid, options] {
+                      return VdbFile(path).read(grid, options);
+                    }});
   return field;
 }
 
