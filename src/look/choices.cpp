@@ -114,7 +114,11 @@ constexpr Choice choices[] = {{"range", choose_range},          {"balance", choo
 const MediumFields& KeptFields::of(const Scene& scene) {
   std::string key = fields_key(scene);
   if (!fields_ || key != key_) {
-    fields_.reset();  // first, for it may be large
+    // first, for they may be large; values that stay for another role are not sent again
+    std::shared_ptr<const void> values;
+    if (fields_ && fields_->density->name == density_grid(scene, file_))
+      values = fields_->density->storage;
+    fields_.reset();
     drawn_.reset();
     fields_ = read_fields(scene, file_, false, parts_);
     drawn_ = std::exchange(fields_->drawn, nullptr);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/vector_relational.hpp>
+#include <new>
 #include <numeric>
 #include <optional>
 #include <sstream>
@@ -59,6 +60,12 @@ void find_percentiles(Field& field, const Voxels& voxels, const ReadOptions& opt
     for (const TilePart& part : voxels.tiles)
       if (part.active) take(part.tile().value.x, tile_voxels(part.tile()));
   });
+}
+
+/// Values that begin where a page does, so that a guarded process can share them.
+std::shared_ptr<float[]> whole_pages(std::size_t count) {
+  const std::align_val_t page{std::size_t{1} << 16};  // the largest of Linux
+  return {new (page) float[count], [page](float* first) { ::operator delete[](first, page); }};
 }
 
 /// One reading of a grid.
@@ -173,7 +180,7 @@ class Reading {
     add_class_notices(grid_.head());
     const std::size_t count = grid_.topology().leaves.size();
     const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
-    const auto values = std::make_shared_for_overwrite<float[]>(count * length);
+    const std::shared_ptr<float[]> values = whole_pages(count * length);
     voxels.storage = values;
     voxels.tiles = grid_.topology().tiles;
     voxels.active.resize(count);

@@ -71,6 +71,16 @@ class Parts {
     return text;
   }
 
+  /// Puts the memory that was written in place of a single array's whole pages: one copy for both
+  /// processes.
+  void share(int memory) const {
+    if (parts_.size() != 1) return;
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    const auto& [array, size] = parts_.front();
+    if (reinterpret_cast<std::uintptr_t>(array) % page == 0 && size >= page)
+      mmap(array, size / page * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_FIXED, memory, 0);
+  }
+
  private:
   /// Writes all to a file that is empty. Faster than through a mapping, which the system fills page
   /// by page. Returns an error number or 0.
@@ -242,7 +252,9 @@ std::string write_values(const Field& field, const ValuesRequest& request, int m
   Parts parts;
   for (const Leaf& leaf : std::span(field.leaves).subspan(request.first, request.count))
     parts.add(leaf.values, leaf_bytes(field.channels));
-  return parts.write_or_text(memory);
+  std::string text = parts.write_or_text(memory);
+  if (text.empty()) parts.share(memory);
+  return text;
 }
 
 void take_places(FieldFacts& facts, int memory) {
