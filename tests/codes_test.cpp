@@ -10,6 +10,8 @@
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
+#include "resident_values.h"
 #include "verify/made_fields.h"
 
 namespace psivox {
@@ -249,6 +251,59 @@ TEST_F(CodedMarch, WhatTheLastPictureDiscardsIsBuiltAnew) {
       wish.layers.error = true;
       EXPECT_EQ(compare_images(kept, other.draw(*Gpu::renderer(), wish).image).max, 0);
     }
+}
+
+/// The mixed field as if it came from a file.
+Field from_file() {
+  Field field = mixed();
+  field.origin =
+      std::make_shared<const FieldOrigin>(FieldOrigin{field.storage.get(), [] { return mixed(); }});
+  return field;
+}
+
+TEST_F(CodedMarch, ALastPictureLeavesNoValuesOfItsFile) {
+  for (const bool light : {false, true}) {
+    Scene scene = asked(1e-3);
+    if (light) scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
+    Session session(view_of(scene, from_file()));
+    const Field& density = *session.view().medium.density;
+    const std::size_t all = value_bytes(density);
+    const Image kept = session.draw(*Gpu::renderer()).image;
+    EXPECT_GE(test::resident_bytes(density), all);
+    const Wish last{.last = true};
+    for (int i = 0; i < 2; ++i) {  // the second reads again
+      EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer(), last).image).max, 0);
+      EXPECT_LE(test::resident_bytes(density), test::discarded_bytes());
+      if (light) {
+        EXPECT_LE(test::resident_bytes(*session.view().medium.luminance), test::discarded_bytes());
+      }
+    }
+    EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer()).image).max, 0);
+    EXPECT_GE(test::resident_bytes(density), all);
+    Wish bound = last;
+    bound.layers.bound = true;  // needs the field
+    EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer(), bound).image).max, 0);
+    EXPECT_GE(test::resident_bytes(density), all);
+    session.convert(/*last=*/true);
+    EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer(), last).image).max, 0);
+  }
+}
+
+TEST_F(CodedMarch, ValuesThatOthersHoldStay) {
+  const Field held = from_file();
+  Session session(view_of(asked(1e-3), held));
+  session.draw(*Gpu::renderer(), {.last = true});
+  EXPECT_GE(test::resident_bytes(held), value_bytes(held));
+}
+
+TEST_F(CodedMarch, AFileThatHasChangedIsAnError) {
+  Field field = from_file();
+  field.origin = std::make_shared<const FieldOrigin>(
+      FieldOrigin{field.storage.get(), [] { return signed_noise(); }});
+  Session session(view_of(asked(1e-3), field));
+  field = {};
+  session.draw(*Gpu::renderer(), {.last = true});
+  EXPECT_THROW(session.draw(*Gpu::renderer()), Error);
 }
 
 TEST_F(CodedMarch, ValuesThatNeedFloat32KeepIt) {

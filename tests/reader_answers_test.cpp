@@ -104,7 +104,7 @@ TEST(ReaderAnswers, SharedMemoryMustHaveItsSizeAndStayAsItIs) {
     EXPECT_THROW(take_places(facts, memory.get()), std::runtime_error) << leaves << ' ' << tiles;
   }
   facts.leaves = facts.tiles = 2;
-  facts.field.channels = 3;
+  facts.field.channels = 2;
   EXPECT_THROW(take_places(facts, memory.get()), std::runtime_error);
   facts.field.channels = 1;
   take_places(facts, memory.get());

@@ -20,6 +20,7 @@
 #include "guard/process.h"
 #include "guard/service.h"
 #include "psivox/leaf_values.h"
+#include "resident_values.h"
 #include "vdb/guarded_reader.h"
 #include "vdb/reading_messages.h"
 #include "vdb_test_util.h"
@@ -182,6 +183,27 @@ TEST(GuardedReading, GivesWhatReadingInPlaceGives) {
     }
   }
   EXPECT_GE(files, 6);
+}
+
+/// Mappings of values that came from a guarded process.
+int shared_mappings() {
+  std::ifstream maps("/proc/self/maps");
+  int count = 0;
+  for (std::string line; std::getline(maps, line);) count += line.find("psivox field") != line.npos;
+  return count;
+}
+
+TEST(GuardedReading, DiscardedValuesLeaveSharedMemoryAndComeAgain) {
+  const Field expected = VdbFile(asset("blobs.vdb")).read("density");
+  const int before = shared_mappings();
+  const Field field = VdbFile(asset("blobs.vdb")).read("density");
+  EXPECT_EQ(shared_mappings(), before + 1);
+  ASSERT_TRUE(may_discard(field));
+  discard_leaves(field, 0, field.leaves.size());
+  EXPECT_EQ(shared_mappings(), before);
+  EXPECT_LE(test::resident_bytes(field), test::discarded_bytes());
+  restore_leaves(field);
+  EXPECT_TRUE(same(field.leaves, expected.leaves, 1));
 }
 
 TEST(GuardedReading, EveryVdbFileIsGuardedOnceItHasStarted) {

@@ -179,8 +179,8 @@ double most_visible_blocks(const Field& field);
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});
 
 /// Stores a field of the same transform in the bricks of `layout`, which must have own_texels:
-/// pages and slots are the same. Of the options texel and memory_limit count. Throws as build_atlas
-/// does.
+/// pages and slots are the same. Of the options texel, memory_limit and discards_values count.
+/// Throws as build_atlas does.
 BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options);
 
 /// Widths of codes with which no value is off by more than half of a step: of the atlas by slot,

@@ -114,11 +114,11 @@ BrickSource::Neighbours BrickSource::neighbours(const glm::ivec3& brick) const {
   return result;
 }
 
-std::optional<std::size_t> BrickSource::first_leaf(const glm::ivec3& brick) const {
-  std::optional<std::size_t> first;
+std::size_t BrickSource::first_leaf(const glm::ivec3& brick) const {
+  std::size_t first = field_.leaves.size();
   for (int i = 0; i < 8; ++i) {
     const std::int32_t leaf = leaves_.find(brick + glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
-    if (leaf != BlockMap::none && (!first || std::size_t(leaf) < *first)) first = leaf;
+    if (leaf != BlockMap::none) first = std::min(first, std::size_t(leaf));
   }
   return first;
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <optional>
 #include <vector>
 
 #include "atlas/block_map.h"
@@ -69,9 +68,8 @@ class BrickSource {
   };
   Neighbours neighbours(const glm::ivec3& brick) const;
 
-  /// The least number of a leaf that a brick has values of, if it has any. It grows with a
-  /// candidate's place in their list.
-  std::optional<std::size_t> first_leaf(const glm::ivec3& brick) const;
+  /// The least number of a leaf that a brick has values of; their count if it has none.
+  std::size_t first_leaf(const glm::ivec3& brick) const;
 
   /// Copies a brick's values, z fastest, `channels` interleaved.
   void gather(const Neighbours& from, float* values) const;

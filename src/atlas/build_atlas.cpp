@@ -118,6 +118,28 @@ class Filler {
       result.texels32 = std::make_unique_for_overwrite<float[]>(texels);
   }
 
+  /// All bricks. If values may go, they do as soon as no brick behind needs them.
+  void fill(const Field& field, bool discards) {
+    const std::size_t count = result_.places.size();
+    if (!discards) return fill(0, count);
+    constexpr std::size_t at_once = 1024;  // 3 MiB of scalars
+    // the least leaf that some bricks or those behind them need
+    std::vector<std::size_t> needed((count + at_once - 1) / at_once + 1, field.leaves.size());
+    tbb::parallel_for(std::size_t{0}, needed.size() - 1, [&](std::size_t n) {
+      for (std::size_t slot = n * at_once; slot < std::min((n + 1) * at_once, count); ++slot)
+        needed[n] = std::min(needed[n], source_.first_leaf(result_.places[slot]));
+    });
+    for (std::size_t n = needed.size(); n-- > 1;)
+      needed[n - 1] = std::min(needed[n - 1], needed[n]);
+    discard_leaves(field, 0, needed.front());
+    for (std::size_t n = 0; n + 1 < needed.size(); ++n) {
+      fill(n * at_once, std::min((n + 1) * at_once, count));
+      constexpr std::size_t page = 32;  // leaves in the largest: one that was begun goes whole
+      discard_leaves(field, needed[n] / page * page, needed[n + 1]);
+    }
+  }
+
+ private:
   /// The bricks in slots [first, end).
   void fill(std::size_t first, std::size_t end) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(first, end, 64), [&](const auto& range) {
@@ -131,23 +153,6 @@ class Filler {
     });
   }
 
-  /// All bricks. Values of the field go as soon as no brick behind needs them.
-  void fill_and_discard(const Field& field) {
-    constexpr std::size_t at_once = 1024;  // 3 MiB of scalars
-    const std::size_t count = result_.places.size();
-    std::size_t gone = 0;
-    for (std::size_t slot = 0; slot < count; slot += at_once) {
-      const std::size_t next = std::min(slot + at_once, count);
-      fill(slot, next);
-      const std::size_t needed = next < count
-                                     ? source_.first_leaf(result_.places[next]).value_or(gone)
-                                     : field.leaves.size();
-      if (needed > gone) discard_leaves(field, gone, needed);
-      gone = std::max(gone, needed);
-    }
-  }
-
- private:
   void pack(const float* from, std::uint16_t* to) const {
     for (std::size_t i = 0; i < per_brick_; ++i) {
       if (std::abs(from[i]) > largest_half)
@@ -181,12 +186,7 @@ AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
   Plan plan = make_plan(field, options);
   check_limit(plan.atlas.size, field.name, options);
-  Filler filler(plan.source, field.name, plan.atlas);
-  // bricks of a margin are not in the order of leaves
-  if (options.discards_values && !options.with_margin)
-    filler.fill_and_discard(field);
-  else
-    filler.fill(0, plan.atlas.places.size());
+  Filler(plan.source, field.name, plan.atlas).fill(field, options.discards_values);
   mark_octants(options, plan.atlas);
   return std::move(plan.atlas);
 }
@@ -206,7 +206,7 @@ BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const Atla
   result.size.texel_bytes = atlas::texel_bytes(result.places.size(), field.channels, options.texel);
   check_limit(result.size, field.name, options);
   const BrickSource source(field);
-  Filler(source, field.name, result).fill(0, result.places.size());
+  Filler(source, field.name, result).fill(field, options.discards_values);
   return result;
 }
 

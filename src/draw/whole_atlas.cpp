@@ -129,9 +129,11 @@ CodeWidths WholeAtlas::preview_codes(const Marcher& marcher, const View& wanted,
 void WholeAtlas::relight(const View& view) {
   coded_.clear();
   View shining = view;
+  const bool discarding = discards && atlases_.size() == 1;
+  if (discarding) gone_.push_back(view.medium.luminance);
   for (auto& [texel, lit] : atlases_) {
     shining.scene.texel = texel;
-    add_luminance(lit, shining);
+    add_luminance(lit, shining, discarding);
   }
   uploads_.clear();
 }

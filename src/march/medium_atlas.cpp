@@ -142,13 +142,13 @@ class Builder {
   }
 
   /// Adds the view's luminance, light beside the density.
-  void add_luminance(MediumAtlas& atlas) {
+  void add_luminance(MediumAtlas& atlas, bool discards = false) {
     const Field& luminance = *view_.medium.luminance;
     atlas.paired = view_.medium.lit && atlas.density.own_texels;
-    atlas.luminance = atlas.paired
-                          ? build_beside(luminance, atlas.density,
-                                         {.texel = view_.scene.texel, .memory_limit = left_})
-                          : build(luminance, {});
+    const AtlasOptions options{
+        .texel = view_.scene.texel, .memory_limit = left_, .discards_values = discards};
+    atlas.luminance =
+        atlas.paired ? build_beside(luminance, atlas.density, options) : build(luminance, options);
   }
 
   void add_others(MediumAtlas& atlas) {
@@ -259,12 +259,12 @@ CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel) {
 
 glm::dvec2 density_range(const Medium& medium) { return stored_range(*medium.density); }
 
-void add_luminance(MediumAtlas& atlas, const View& view) {
+void add_luminance(MediumAtlas& atlas, const View& view, bool discards_luminance) {
   Builder builder(view);
   atlas.luminance.reset();
   for (const BrickAtlas* grid : grids_of(atlas))
     if (grid) builder.use(*grid);
-  builder.add_luminance(atlas);
+  builder.add_luminance(atlas, discards_luminance);
   builder.add_others(atlas);
 }
 

@@ -74,7 +74,8 @@ MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths
 /// One width for all bricks, if that is the type of texels; else null.
 CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel);
 
-/// Adds the luminance of a view whose light has been computed since.
-void add_luminance(MediumAtlas& atlas, const View& view);
+/// Adds the luminance of a view whose light has been computed since. `discards_luminance`: as
+/// AtlasOptions::discards_values.
+void add_luminance(MediumAtlas& atlas, const View& view, bool discards_luminance);
 
 }  // namespace psivox

@@ -151,8 +151,7 @@ class BlockFinder {
       const std::size_t count = all ? cut.size() : leaves.size();
       tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
         const std::size_t n = cut[first + k];
-        found[n] =
-            weigh_leaf(field_, leaves[all ? n : k], weight_, faintest, [](const RowWeights&) {});
+        found[n] = weigh_leaf(field_, leaves[all ? n : k], weight_, faintest, [](auto) {});
       });
       first += count;
     };

@@ -10,6 +10,7 @@
 #include <glm/common.hpp>
 #include <limits>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -21,22 +22,12 @@
 
 namespace psivox {
 
-/// Weights of 8 voxels along z.
-using RowWeights = std::array<double, 8>;
-
 /// Counts voxels by their weight, four bins to a power of two.
 class WeightCounts {
  public:
-  void add(double weight, std::uint64_t voxels) {
+  template <typename Real>
+  void add(Real weight, std::uint64_t voxels) {
     if (weight > 0) counts_[bin_of(weight)] += voxels;
-  }
-  void add(const RowWeights& weights) {
-    std::uint64_t weightless = 0;
-    for (const double weight : weights) {
-      ++counts_[bin_of(weight > 0 ? weight : 0)];
-      weightless += !(weight > 0);
-    }
-    counts_[0] -= weightless;
   }
   /// What has been counted as infinite has another weight.
   void replace_infinite(double weight) {
@@ -61,7 +52,8 @@ class WeightCounts {
   }
 
  private:
-  static std::size_t bin_of(double weight) {
+  template <typename Real>
+  static std::size_t bin_of(Real weight) {
     return std::bit_cast<std::uint32_t>(float(weight)) >> 21;
   }
   static double begin_of(std::size_t bin) {
@@ -115,55 +107,58 @@ struct LeafWeights {
   }
 };
 
-/// `faintest`: what weighs less does not count. `take(weights)` is called for each row. Loops over
-/// a row have no branches: this is the longest look at a file's values, and compilers vectorise it.
+/// The least number that is above 0 and not below `bound`.
+template <typename Real>
+Real least_from(double bound) {
+  auto least = Real(bound);
+  if (double(least) < bound) least = std::nextafter(least, std::numeric_limits<Real>::infinity());
+  return std::max(least, std::numeric_limits<Real>::denorm_min());
+}
+
+/// `faintest`: what weighs less does not count. `take(weight)` is called for each of the 512
+/// voxels.
 template <typename Weight, typename Take>
 LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weight, double faintest,
                        const Take& take) {
+  using Real = std::invoke_result_t<Weight, const float*>;
   struct Part {
     double amount = 0;
     glm::ivec3 low{7}, high{0};
   };
-  constexpr double none = std::numeric_limits<double>::infinity();
+  const auto threshold = least_from<Real>(faintest);
+  const int channels = field.channels;
   const Box domain = field.domain();
   const CellLattice lattice(field);
   const bool all_inside = domain.contains(leaf.origin) && domain.contains(leaf.origin + 7);
   const OrderedValues values(field, leaf);
   std::array<Part, 8> parts;
-  RowWeights row, counted, lows, highs{};  // the last two: of all rows
-  lows.fill(none);
-  // voxels from..to - 1 of a row, which belong to one part
-  const auto add_row = [&](int x, int y, std::size_t from, std::size_t to) {
+  Real least = std::numeric_limits<Real>::infinity(), greatest = 0;
+  // voxels from..to - 1 of a row along z, which belong to one part
+  const auto weigh_row = [&](int x, int y, int from, int to) {
     double amount = 0;
-    for (std::size_t z = from; z < to; ++z) amount += counted[z];
+    int first = to, last = from;
+    for (int z = from; z < to; ++z) {
+      const Real w = weight(values.data() + ((x * 8 + y) * 8 + z) * channels);
+      take(w);
+      if (!(w >= threshold)) continue;
+      if (!all_inside && !domain.contains(leaf.origin + glm::ivec3(x, y, z))) continue;
+      least = std::min(least, w);
+      greatest = std::max(greatest, w);
+      amount += double(w);
+      first = std::min(first, z);
+      last = z;
+    }
     if (!(amount > 0)) return;
-    std::size_t first = from, last = to - 1;
-    while (!(counted[first] > 0)) ++first;
-    while (!(counted[last] > 0)) --last;
-    Part& part = parts[lattice.part_of({x, y, int(from)})];
+    Part& part = parts[lattice.part_of({x, y, from})];
     part.amount += amount;
     part.low = glm::min(part.low, glm::ivec3(x, y, first));
     part.high = glm::max(part.high, glm::ivec3(x, y, last));
   };
-  const auto middle = std::size_t(lattice.offset.z);
-  const float* value = values.data();
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y) {
-      for (std::size_t z = 0; z < 8; ++z, value += field.channels) row[z] = weight(value);
-      take(row);
-      if (!all_inside)
-        for (int z = 0; z < 8; ++z)
-          if (!domain.contains(leaf.origin + glm::ivec3(x, y, z))) row[std::size_t(z)] = 0;
-      for (std::size_t z = 0; z < 8; ++z) {
-        const bool counts = row[z] > 0 && row[z] >= faintest;
-        counted[z] = counts ? row[z] : 0;
-        lows[z] = std::min(lows[z], counts ? row[z] : none);
-        highs[z] = std::max(highs[z], counted[z]);
-      }
-      if (middle > 0) add_row(x, y, 0, middle);
-      add_row(x, y, middle, 8);
+      weigh_row(x, y, 0, lattice.offset.z);
+      weigh_row(x, y, lattice.offset.z, 8);
     }
-  const double least = *std::ranges::min_element(lows), greatest = *std::ranges::max_element(highs);
   LeafWeights found;
   if (!(greatest > 0)) return found;
   for (std::size_t n = 0; n < parts.size(); ++n) {
@@ -172,9 +167,10 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
   }
   const float infinity = std::numeric_limits<float>::infinity();
   found.least = std::isinf(greatest) ? 0 : float(least);  // it will be another value
-  if (double(found.least) > least) found.least = std::nextafter(found.least, 0.0f);
+  if (double(found.least) > double(least)) found.least = std::nextafter(found.least, 0.0f);
   found.greatest = float(greatest);
-  if (double(found.greatest) < greatest) found.greatest = std::nextafter(found.greatest, infinity);
+  if (double(found.greatest) < double(greatest))
+    found.greatest = std::nextafter(found.greatest, infinity);
   return found;
 }
 
@@ -192,7 +188,7 @@ struct WeighedLeaves {
         [&](const auto& range, WeightCounts own) {
           for (std::size_t n = range.begin(); n != range.end(); ++n)
             leaves[first + n] =
-                weigh_leaf(field, some[n], weight, 0, [&](const RowWeights& row) { own.add(row); });
+                weigh_leaf(field, some[n], weight, 0, [&](auto w) { own.add(w, 1); });
           return own;
         },
         [](WeightCounts a, const WeightCounts& b) { return a += b; });
@@ -201,7 +197,7 @@ struct WeighedLeaves {
 
 /// The weight of a density without a transfer function.
 struct ValueWeight {
-  double operator()(const float* value) const { return double(*value); }
+  float operator()(const float* value) const { return *value; }
 };
 
 /// The blocks of the medium that are visible under the mode: leaves and tiles, shrunk to the voxels

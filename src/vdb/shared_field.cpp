@@ -146,12 +146,17 @@ class Values {
     const std::size_t shared = sealed_size(memory);
     if ((shared == 0 ? text.size() : shared) != size)
       throw std::runtime_error("shared memory has another size");
-    if (shared > 0) {
-      mapped(place, size, PROT_READ, MAP_SHARED | MAP_POPULATE | MAP_FIXED, memory);
-      return;
-    }
-    mapped(place, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1);
-    std::memcpy(place, text.data(), size);
+    // a page that is not whole could not be discarded
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    const std::size_t whole = shared / page * page, rest = size - whole;
+    if (whole > 0) mapped(place, whole, PROT_READ, MAP_SHARED | MAP_POPULATE | MAP_FIXED, memory);
+    if (rest == 0) return;
+    void* const last = static_cast<char*>(place) + whole;
+    mapped(last, rest, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1);
+    if (shared == 0)
+      std::memcpy(last, text.data(), size);
+    else if (pread(memory, last, rest, static_cast<off_t>(whole)) != static_cast<ssize_t>(rest))
+      throw std::runtime_error("shared memory cannot be read");
   }
 
  private:
