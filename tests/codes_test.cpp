@@ -257,7 +257,7 @@ TEST_F(CodedMarch, WhatTheLastPictureDiscardsIsBuiltAnew) {
 Field from_file() {
   Field field = mixed();
   field.origin =
-      std::make_shared<const FieldOrigin>(FieldOrigin{field.storage.get(), [] { return mixed(); }});
+      std::make_shared<const FieldOrigin>(FieldOrigin{field.storage, [] { return mixed(); }});
   return field;
 }
 
@@ -299,7 +299,7 @@ TEST_F(CodedMarch, ValuesThatOthersHoldStay) {
 TEST_F(CodedMarch, AFileThatHasChangedIsAnError) {
   Field field = from_file();
   field.origin = std::make_shared<const FieldOrigin>(
-      FieldOrigin{field.storage.get(), [] { return signed_noise(); }});
+      FieldOrigin{field.storage, [] { return signed_noise(); }});
   Session session(view_of(asked(1e-3), field));
   field = {};
   session.draw(*Gpu::renderer(), {.last = true});

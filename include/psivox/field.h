@@ -78,7 +78,7 @@ struct Field;
 
 /// Where a field's values were read.
 struct FieldOrigin {
-  const void* storage;                ///< that holds these values
+  std::weak_ptr<const void> storage;  ///< that holds these values
   std::function<Field()> read_again;  ///< throws Error(input), Error(memory)
 };
 

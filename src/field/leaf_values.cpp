@@ -99,8 +99,9 @@ void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& 
 }
 
 bool may_discard(const Field& field) {
-  return field.origin && field.origin->storage == field.storage.get() &&
-         field.storage.use_count() == 1;
+  if (!field.origin || !field.storage || field.origin->storage.lock() != field.storage)
+    return false;
+  return field.storage.use_count() == 1;
 }
 
 void discard_leaves(const Field& field, std::size_t first, std::size_t end) {

@@ -196,7 +196,7 @@ Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
   if (!impl_->frame.empty()) field.name = grid;
   if (impl_->file && !field.reader)
     field.origin = std::make_shared<const FieldOrigin>(
-        FieldOrigin{field.storage.get(), [path = impl_->path() + impl_->frame, grid, options] {
+        FieldOrigin{field.storage, [path = impl_->path() + impl_->frame, grid, options] {
                       return VdbFile(path).read(grid, options);
                     }});
   return field;
