@@ -13,7 +13,7 @@
 #include <string>
 
 #include "base/memory.h"
-#include "gl/test_limits.h"
+#include "gl/march_source.h"
 #include "march/marcher.h"
 
 namespace psivox::gl {

@@ -8,19 +8,6 @@
 #include "psivox/error.h"
 
 namespace psivox::gl {
-namespace {
-
-template <typename T>
-void set_parameter(const Program& program, const std::string& name, const T& value) {
-  program.set(name.c_str(), value);
-}
-void set_parameter(const Program& program, const std::string& name, const glsl::Grid& grid) {
-#define PARAMETER(type, member) program.set((name + "." #member).c_str(), grid.member);
-#include "grid_parameters.glsl"
-#undef PARAMETER
-}
-
-}  // namespace
 
 bool driver_is_software() {
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
@@ -51,9 +38,9 @@ int MarchProgram::grid_unit(int grid) const {
 }
 
 void set_parameters(const Program& program, const MarchParameters& parameters) {
-#define PARAMETER(type, name) set_parameter(program, "given." #name, parameters.name);
-#include "march_parameters.glsl"
-#undef PARAMETER
+  visit_parameters(parameters, [&](const std::string& name, const auto& value) {
+    program.set(name.c_str(), value);
+  });
 }
 
 void MarchProgram::configure(const MarchSetup& setup) const {

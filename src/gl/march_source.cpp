@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include "gl/shader_source.h"
-#include "gl/test_limits.h"
 #include "march/shader_constants.h"
 
 namespace psivox::gl {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "gl/shader_source.h"
 #include "march/march_parameters.h"
 
@@ -30,5 +32,14 @@ ShaderSource march_source(const ProgramKey& key, const std::string& shader, bool
 
 /// Loop turns that one pass may take.
 int turns_per_pass(const MarchSetup& setup);
+
+/// Limits that tests lower below the driver's, so that small volumes reach them. 0: the driver's.
+struct TestLimits {
+  int turns_per_pass = 0;           ///< loop turns that a ray may take in one draw
+  std::uint64_t buffer_texels = 0;  ///< texels of one texture buffer
+};
+
+/// Limits of every GlRenderer of the process. Only tests set them.
+inline TestLimits test_limits;
 
 }  // namespace psivox::gl

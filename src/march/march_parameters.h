@@ -4,6 +4,8 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <memory>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 #include "march/grids.h"
@@ -26,6 +28,24 @@ struct MarchParameters {
 #include "march_parameters.glsl"
 #undef PARAMETER
 };
+
+/// Calls visit(name, value) for each parameter, by its name in the shaders:
+/// `given.density.anchor_0`.
+template <typename Visit>
+void visit_parameters(const MarchParameters& parameters, const Visit& visit) {
+  const auto visit_one = [&]<typename T>(const std::string& name, const T& value) {
+    if constexpr (std::is_same_v<T, glsl::Grid>) {
+#define PARAMETER(type, member) visit(name + "." #member, value.member);
+#include "grid_parameters.glsl"
+#undef PARAMETER
+    } else {
+      visit(name, value);
+    }
+  };
+#define PARAMETER(type, name) visit_one("given." #name, parameters.name);
+#include "march_parameters.glsl"
+#undef PARAMETER
+}
 
 /// What a march is compiled for; names and meaning in shaders/march_constants.glsl.
 struct MarchConstants {
