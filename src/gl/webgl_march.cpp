@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/text.h"
-#include "gl/march_source.h"
+#include "gl/march_program.h"
 #include "gl/shader_text.h"
 
 namespace psivox::gl {

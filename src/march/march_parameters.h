@@ -70,4 +70,29 @@ struct MarchSetup {
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,
                             const RenderOptions& options = {});
 
+/// More turns than any ray of the march can take. `finest_step`: under uniform [unit of t].
+double turn_bound(const MarchSetup& setup, double finest_step);
+
+/// Largest value that an atlas holds, and 0.
+double greatest_value(const BrickAtlas& atlas);
+
+/// Length of the longest line through a box of so many voxels [world units].
+double diagonal_of(const Field& field, const glm::dvec3& size);
+
+/// Bounds on the optical depth of a ray through the density.
+struct DepthBounds {
+  double whole = 0;
+  double cell = 0;  ///< of its part in one cell
+};
+DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas);
+
+/// How cell_exact integrates a cell: Gauss-Legendre nodes, and the largest depth that they are
+/// given at a time. Up to there the error in cells of random corners is at most 5e-5 of the largest
+/// luminance, and 1e-6 RMS; in smooth cells it is a hundredth of that (docs/method.md).
+struct CellNodes {
+  int nodes = 0;
+  double depth = 0;
+};
+CellNodes cell_nodes(double cell_depth);
+
 }  // namespace psivox

@@ -17,6 +17,20 @@ using VoxelMap = std::function<glm::vec3(const glm::vec3& value)>;
 /// stay 0. A scalar is in the first component, before and after.
 Field map_field(const Field& field, int channels, const VoxelMap& map);
 
+/// Magnitude of the gradient of a scalar field at its voxels [value/world unit], as a field of the
+/// same domain and transform: central differences over the two neighbours along each index axis,
+/// turned into the world's by the inverse transpose of the transform. For smooth data the error is
+/// a sixth of the third derivatives. A leaf is stored only if some voxel's gradient is not 0.
+/// Throws Error(memory) beyond 2^24 of them.
+Field gradient_of_voxels(const Field& field);
+
+/// A field with the given gradients, in which every place with a gradient is stored in blocks of
+/// 8^3 voxels. Tiles are split until each lies in one block or has no gradient. If `with_zeros`,
+/// blocks that have a gradient but store nothing become tiles of 0. Tiles outside the domain are
+/// left out.
+/// Throws Error(memory) beyond 2^24 tiles.
+Field told_by_blocks(const Field& field, const Field& gradient, bool with_zeros);
+
 /// Classification before interpolation: the attenuation of each voxel's value as a scalar field. If
 /// 0 has an attenuation, it fills the whole domain. Throws Error(memory).
 Field attenuation_of_voxels(const Field& field, const TransferFunction& function);

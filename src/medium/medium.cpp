@@ -8,7 +8,6 @@
 
 #include "base/text.h"
 #include "medium/density_function.h"
-#include "medium/gradient_field.h"
 #include "medium/luminance_sources.h"
 #include "medium/map_field.h"
 #include "medium/value_range.h"

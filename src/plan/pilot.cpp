@@ -91,7 +91,8 @@ Pilot::Pilot(const View& exact, const View& ended, const MediumAtlas& atlas,
   exact_errors_.resize(count);
 
   std::vector<MarchedRay> rays(count), sooner(count);
-  march_of({exact, {}}).march(pixels_of(order_), rays, march_of({ended, {}}), sooner, progress_);
+  const PixelMarch ending = march_of({ended, {}});
+  march_of({exact, {}}).march(pixels_of(order_), rays, progress_, &ending, sooner);
   for (std::size_t i = 0; i < count; ++i) {
     const auto ray = std::size_t(order_[i]);
     for (std::size_t c = 0; c < 4; ++c)
