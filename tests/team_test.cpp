@@ -13,7 +13,7 @@
 #include "blobs_scene.h"
 #include "draw/part_marcher.h"
 #include "march/march_double.h"
-#include "medium/coarse_field.h"
+#include "medium/map_field.h"
 #include "medium/stored_density.h"
 #include "medium/value_range.h"
 #include "psivox/draw.h"

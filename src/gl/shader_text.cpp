@@ -1,7 +1,6 @@
 #include "gl/shader_text.h"
 
 #include <algorithm>
-#include <cctype>
 #include <initializer_list>
 #include <iterator>
 #include <string>
@@ -93,26 +92,23 @@ class Evaluator {
   const Constants& constants_;
 };
 
-bool in_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
-bool starts_name(char c) { return in_word(c) && !std::isdigit(static_cast<unsigned char>(c)); }
-
 /// The word at the beginning of a text: a name, or a number with its point and letters.
 std::string_view word_of(std::string_view text) {
-  const bool name = starts_name(text[0]);
+  const bool name = !is_digit(text[0]);
   std::size_t end = 0;
-  while (end < text.size() && (in_word(text[end]) || (!name && text[end] == '.'))) ++end;
+  while (end < text.size() && (part_of_name(text[end]) || (!name && text[end] == '.'))) ++end;
   return text.substr(0, end);
 }
 
 std::size_t skip_spaces(std::string_view text, std::size_t i) {
-  while (i < text.size() && std::isspace(static_cast<unsigned char>(text[i]))) ++i;
+  while (i < text.size() && is_space(text[i])) ++i;
   return i;
 }
 
 std::string trimmed(std::string_view text) {
   const std::size_t first = skip_spaces(text, 0);
   std::size_t last = text.size();
-  while (last > first && std::isspace(static_cast<unsigned char>(text[last - 1]))) --last;
+  while (last > first && is_space(text[last - 1])) --last;
   return std::string(text.substr(first, last - first));
 }
 
@@ -216,7 +212,7 @@ std::string Macros::expanded(std::string_view text) {
 std::string Macros::replaced(std::string_view text, const Names& open) const {
   std::string result;
   for (std::size_t i = 0; i < text.size();) {
-    if (!in_word(text[i])) {
+    if (!part_of_name(text[i])) {
       result += text[i++];
       continue;
     }
@@ -253,7 +249,7 @@ std::string Macros::call(const std::string& name, const Macro& macro,
       i = skip_spaces(body, i + 2);
       continue;
     }
-    if (!in_word(body[i])) {
+    if (!part_of_name(body[i])) {
       result += body[i++];
       continue;
     }

@@ -6,11 +6,12 @@
 #include <glm/matrix.hpp>
 #include <numeric>
 
+#include "field/index_space.h"
 #include "look/voxel_lines.h"
 #include "medium/value_range.h"
 #include "psivox/draw.h"
 #include "psivox/method.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -72,14 +73,12 @@ class RayDraft {
     const VoxelLines::Line line =
         lines_.line(glm::dvec3(to_index_ * glm::dvec4(ray.origin, 1)), ray.direction);
     const Box domain = medium_.density->domain();
-    const glm::dvec3 a = (glm::dvec3(domain.min) - line.from) / line.way;
-    const glm::dvec3 b = (glm::dvec3(domain.max) - line.from) / line.way;
-    const glm::dvec3 near = glm::min(a, b), far = glm::max(a, b);
+    const glm::dvec2 in = interval_in(domain.min, domain.max, line.from, line.way);
     const glm::dvec2 left = clip_interval(clip_, ray) / line.step;
-    const double enters = std::max({near.x, near.y, near.z, 0.0, left.x});
+    const double enters = std::max({in.x, 0.0, left.x});
     double through = 1, lit_at = 2;
     glm::dvec3 radiance(0), beams(0);
-    if (!(enters < std::min({far.x, far.y, far.z, left.y}))) return glm::dvec4(0);
+    if (!(enters < std::min(in.y, left.y))) return glm::dvec4(0);
     const double begin = enters + 0.5;
     lines_.walk_between(line, begin, [&](double n, double between) {
       if (begin + n > left.y) return false;

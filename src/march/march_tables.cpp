@@ -11,8 +11,7 @@
 #include "march/preintegration.h"
 #include "march/transfer_table.h"
 #include "psivox/error.h"
-#include "scene/clip.h"
-#include "scene/holdout.h"
+#include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

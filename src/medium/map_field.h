@@ -5,6 +5,7 @@
 #include <string>
 
 #include "psivox/field.h"
+#include "psivox/scene.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
 
@@ -30,6 +31,16 @@ Field gradient_of_voxels(const Field& field);
 /// left out.
 /// Throws Error(memory) beyond 2^24 tiles.
 Field told_by_blocks(const Field& field, const Field& gradient, bool with_zeros);
+
+/// What a coarse voxel has of the eight in its place: their mean, or one of them, so that all
+/// values stay as frequent as they are.
+enum class CoarseValue { mean, sample };
+
+/// The field with voxels twice as wide, so many times: each has a value of the eight in its place.
+/// With means a linear field stays the same. Ranges and percentiles stay the same, too. The result
+/// is in memory; if the field's values stay in its file, they are read a few at a time.
+/// `centering`: by which values will be placed, after this.
+Field coarse_field(const Field& field, int times, Centering centering, CoarseValue value = {});
 
 /// Classification before interpolation: the attenuation of each voxel's value as a scalar field. If
 /// 0 has an attenuation, it fills the whole domain. Throws Error(memory).

@@ -15,7 +15,7 @@
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

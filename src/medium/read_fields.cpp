@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 #include "base/text.h"
-#include "medium/coarse_field.h"
 #include "medium/map_field.h"
 #include "medium/stored_density.h"
 #include "medium/value_range.h"

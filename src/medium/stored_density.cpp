@@ -13,7 +13,7 @@
 
 #include "atlas/regions.h"
 #include "field/value_percentile.h"
-#include "medium/coarse_field.h"
+#include "medium/map_field.h"
 #include "psivox/atlas.h"
 #include "psivox/leaf_values.h"
 

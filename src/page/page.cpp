@@ -17,7 +17,7 @@
 #include "plan/choose_codes.h"
 #include "psivox/image.h"
 #include "psivox/picture_file.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {

@@ -9,7 +9,7 @@
 #include <glm/trigonometric.hpp>
 
 #include "psivox/error.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {
