@@ -1,4 +1,4 @@
-#include "base/foreign_format.h"
+#include "base/file_blocks.h"
 
 #include "base/text.h"
 

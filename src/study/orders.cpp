@@ -5,7 +5,7 @@
 #include "base/statistics.h"
 #include "march/formula_march.h"
 #include "psivox/draw.h"
-#include "study/variant.h"
+#include "study/results.h"
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 

@@ -1,5 +1,5 @@
-#include "study/study_plots.h"
 #include "base/html.h"
+#include "study/page.h"
 
 #include <algorithm>
 #include <functional>
@@ -10,8 +10,7 @@
 #include "base/renderer_name.h"
 #include "base/text.h"
 #include "base/text_file.h"
-#include "study/conclusion.h"
-#include "study/page.h"
+#include "study/report.h"
 
 namespace psivox {
 

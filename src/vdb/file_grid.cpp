@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -27,9 +26,8 @@ void check_component(const openvdb::GridBase& grid, double value) {
     // 2^63 is no int64, but the nearest double of the greatest.
     const bool within = value >= double(Limits::lowest()) && value < double(Limits::max()) + 1;
     if (within && (!Limits::is_integer || value == std::trunc(value))) return;
-    std::ostringstream text;
-    text << "has no value " << value << ", which --background-value asks for";
-    throw std::runtime_error(text.str());
+    throw std::runtime_error(
+        formatted("has no value %g, which --background-value asks for", value));
   });
 }
 
@@ -100,9 +98,9 @@ void FileGrid::each_leaf(const TakeLeaf& take, const std::function<bool()>& enou
     if (!marked_) return read_leaves(take, enough);
     const std::vector<LeafMask>& masks = topology_.masks;
     tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t n) {
-      take(n, MadeLeaf(masks[n], [&](std::size_t i) {
-             return masks[n].isOn(static_cast<openvdb::Index>(i));
-           }));
+      take(n, MadeLeaf(masks[n], each_voxel([&](std::size_t i) {
+                         return masks[n].isOn(static_cast<openvdb::Index>(i));
+                       })));
     });
   });
 }

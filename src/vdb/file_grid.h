@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 
-#include "decoded_leaf.h"
 #include "grid_file.h"
 #include "psivox/field.h"
 #include "survey.h"

@@ -1,20 +1,24 @@
 #pragma once
 
 #include <openvdb/io/GridDescriptor.h>
+#include <openvdb/openvdb.h>
 
 #include <functional>
 #include <istream>
+#include <map>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "base/file_blocks.h"
-#include "file_metadata.h"
+#include "reader.h"
 
 namespace psivox::vdb {
 
 class FileGrid;
+
+/// Metadata as text, by name.
+using MetadataText = std::map<std::string, std::string>;
+MetadataText text_of(const openvdb::MetaMap& metadata);
 
 /// One grid as the file's directory lists it.
 struct GridEntry {
@@ -37,9 +41,8 @@ class GridFile {
   /// The entries in file order.
   const std::vector<GridEntry>& entries() const { return entries_; }
 
-  /// The entry of a selectable name; a repeated name without its number means the first.
-  /// Throws Error(input) that lists the names if there is none.
-  const GridEntry& find(std::string_view name) const;
+  /// Throws Error(input) if there is none.
+  const GridEntry& find(const std::string& name) const { return named(entries_, name, path()); }
 
   /// The file's own metadata.
   const MetadataText& metadata() const { return file_metadata_; }
@@ -70,5 +73,29 @@ class GridFile {
   std::istream stream_{&buffer_};  ///< throws where the file ends
   std::vector<GridEntry> entries_;
 };
+
+/// Whether a file's first bytes are those of a .nvdb.
+bool is_nano(FileBlocks& file);
+/// Opens a .nvdb. Throws Error(input) if it is damaged before its first grid, or of another major
+/// version than psivox reads.
+std::unique_ptr<GridFile> open_nano_file(std::shared_ptr<FileBlocks> file, Progress progress = {});
+
+/// Reads metadata, each from its own bytes. OpenVDB would allocate what lengths in the file claim
+/// and go on where a value ends by its type; here the stream throws if a length is beyond its end.
+/// Metadata for delayed loading are left out; `delayed_load` gets their bytes.
+void read_metadata(openvdb::MetaMap& metadata, std::istream& stream,
+                   std::string* delayed_load = nullptr);
+
+/// Moves the stream behind a string, which is a length and that many bytes.
+void skip_string(std::istream& stream);
+
+/// Throws if strings that OpenVDB is to read next are longer than the rest of the file. The stream
+/// stays.
+void check_strings(std::istream& stream, int count);
+
+/// What VdbFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the metadata
+/// of each grid, `names` the grids' names.
+std::string evidence_of_z_up(const MetadataText& file, const std::vector<std::string>& names,
+                             const std::vector<MetadataText>& grids);
 
 }  // namespace psivox::vdb

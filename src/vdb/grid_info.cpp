@@ -1,4 +1,4 @@
-#include "grid_info.h"
+#include "read_grid.h"
 
 #include <algorithm>
 #include <array>
@@ -11,11 +11,8 @@
 
 #include "base/text.h"
 #include "field/value_percentile.h"
-#include "file_grid.h"
-#include "file_metadata.h"
 #include "grid_types.h"
 #include "psivox/error.h"
-#include "survey.h"
 
 namespace psivox::vdb {
 namespace {
@@ -25,26 +22,19 @@ glm::dvec3 column_lengths(const glm::dmat4& m) {
   return {length(0), length(1), length(2)};
 }
 
-/// Statistics of the active values in their own type; of lengths, if there are vectors.
+/// Statistics of the active values in their own type.
 std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
   const int channels = grid.channels();
   std::vector<Statistics> leaves(grid.topology().leaves.size());
   grid.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
     std::array<double, 3 * kLeafVoxels> values;
     leaf.copy_to(values.data());
-    for (auto on = leaf.active().beginOn(); on; ++on) {
-      const double* value = values.data() + on.pos() * std::size_t(channels);
-      leaves[n].add(channels == 1 ? *value : std::hypot(value[0], value[1], value[2]), 1);
-    }
+    leaves[n].add(values.data(), channels, leaf.active());
   });
   Statistics found;
   for (const Statistics& leaf : leaves) found.add(leaf);
-  for (const TilePart& part : grid.topology().tiles) {
-    const glm::dvec3& value = part.value;
-    if (part.active)
-      found.add(channels == 1 ? value.x : std::hypot(value.x, value.y, value.z),
-                tile_voxels(part.tile()));
-  }
+  for (const TilePart& part : grid.topology().tiles)
+    if (part.active) found.add(&part.value.x, channels, tile_voxels(part.tile()));
   return found.all();
 }
 

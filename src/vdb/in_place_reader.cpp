@@ -1,13 +1,11 @@
-#include <algorithm>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <utility>
 
 #include "archive.h"
-#include "field_reader.h"
 #include "file_grid.h"
-#include "grid_info.h"
 #include "grid_types.h"
-#include "nano_file.h"
 #include "read_grid.h"
 #include "reader.h"
 #include "scan/scan.h"
@@ -16,7 +14,7 @@ namespace psivox::vdb {
 namespace {
 
 std::unique_ptr<GridFile> open_grids(std::shared_ptr<FileBlocks> file, Progress progress = {}) {
-  if (is_nano(*file)) return std::make_unique<NanoFile>(std::move(file), std::move(progress));
+  if (is_nano(*file)) return open_nano_file(std::move(file), std::move(progress));
   return std::make_unique<Archive>(std::move(file), std::move(progress));
 }
 
@@ -40,88 +38,90 @@ std::unique_ptr<Reader> scan_reader(std::shared_ptr<const scan::Scan> scan, cons
                  progress = std::move(progress)](std::size_t n) {
     return std::make_shared<const Field>(scan->read(std::int64_t(n), names[n].name, progress));
   };
-  return std::make_unique<FieldReader>(std::move(source));
+  return field_reader(std::move(source));
 }
+
+/// Reads in this process. Each read has a stream of its own, so that reads may run in several
+/// threads and a failed one does not affect the others.
+class InPlaceReader final : public Reader {
+ public:
+  InPlaceReader(std::shared_ptr<FileBlocks> file, Progress progress)
+      : file_(std::move(file)), progress_(std::move(progress)) {}
+
+  FileFacts facts() override {
+    const auto grids = open_grids(file_, progress_);
+    FileFacts facts;
+    facts.metadata = grids->metadata();
+    std::vector<std::string> names;
+    std::vector<MetadataText> metadata;
+    for (const GridEntry& entry : grids->entries()) {
+      const std::string& type = entry.descriptor.gridType();
+      names.push_back(entry.descriptor.gridName());
+      metadata.push_back(grids->metadata_of(entry));
+      const auto grid_class = metadata.back().find("class");
+      facts.grids.push_back({entry.name, names.back(),
+                             entry.problem.empty() ? channels_of(type) : 0, value_type_of(type),
+                             grid_class == metadata.back().end() ? "unknown" : grid_class->second});
+    }
+    facts.z_up = evidence_of_z_up(facts.metadata, names, metadata);
+    return facts;
+  }
+
+  std::vector<GridInfo> info(const std::string& grid, bool values) override {
+    const auto grids = open_grids(file_);
+    if (!grid.empty()) return {grid_info(*grids, grids->find(grid), values)};
+    std::vector<GridInfo> rows;
+    for (const GridEntry& entry : grids->entries())
+      rows.push_back(grid_info(*grids, entry, values));
+    return rows;
+  }
+
+  GridContent content(const std::string& grid) override {
+    const auto grids = open_grids(file_);
+    return content_of(*grids, grids->find(grid));
+  }
+
+  Field read(const std::string& grid, const ReadOptions& options) override {
+    const auto grids = open_grids(file_, progress_);
+    const GridEntry& entry = grids->find(grid);
+    if (std::optional<Field> same = last_field(grid, options)) return std::move(*same);
+    ReadGrid read = read_grid(*grids, entry, options);
+    if (options.active || !read.voxels) return std::move(read.field);
+    const std::lock_guard lock(mutex_);
+    last_ = read.field;
+    last_.storage.reset();
+    last_.active_range.reset();
+    last_.active_percentiles.clear();
+    last_role_ = options.role;
+    // a notice tells that reading has changed the values
+    last_voxels_ = last_.notices.empty() ? read.voxels : nullptr;
+    return std::move(read.field);
+  }
+
+ private:
+  /// The field that was read last, as long as somebody holds it, if it has the same values for
+  /// these options. A scene in an automatic look reads its density for one role and then another.
+  std::optional<Field> last_field(const std::string& name, const ReadOptions& options) {
+    const std::lock_guard lock(mutex_);
+    const std::shared_ptr<const Voxels> voxels = last_voxels_.lock();
+    const bool negative = last_role_ == GridRole::data && options.role != GridRole::data;
+    if (!voxels || options.active || name != last_.name || negative) return {};
+    Field field = last_;
+    field.storage = voxels;
+    look_again(field, *voxels, options);
+    return field;
+  }
+
+  std::shared_ptr<FileBlocks> file_;  ///< shared with the readers of fields
+  Progress progress_;
+
+  std::mutex mutex_;  ///< of what follows
+  Field last_;        ///< without storage, which follows
+  std::weak_ptr<const Voxels> last_voxels_;
+  GridRole last_role_ = GridRole::attenuation;
+};
 
 }  // namespace
-
-InPlaceReader::InPlaceReader(std::shared_ptr<FileBlocks> file, Progress progress)
-    : file_(std::move(file)), progress_(std::move(progress)) {}
-
-FileFacts InPlaceReader::facts() {
-  const auto grids = open_grids(file_, progress_);
-  FileFacts facts;
-  facts.metadata = grids->metadata();
-  std::vector<std::string> names;
-  std::vector<MetadataText> metadata;
-  for (const GridEntry& entry : grids->entries()) {
-    const std::string& type = entry.descriptor.gridType();
-    names.push_back(entry.descriptor.gridName());
-    metadata.push_back(grids->metadata_of(entry));
-    const auto grid_class = metadata.back().find("class");
-    facts.grids.push_back({entry.name, names.back(), entry.problem.empty() ? channels_of(type) : 0,
-                           value_type_of(type),
-                           grid_class == metadata.back().end() ? "unknown" : grid_class->second});
-  }
-  facts.z_up = evidence_of_z_up(facts.metadata, names, metadata);
-  return facts;
-}
-
-std::vector<GridInfo> InPlaceReader::info(const std::string& grid, bool values) {
-  const auto grids = open_grids(file_);
-  if (!grid.empty()) return {grid_info(*grids, grids->find(grid), values)};
-  std::vector<GridInfo> rows;
-  for (const GridEntry& entry : grids->entries()) rows.push_back(grid_info(*grids, entry, values));
-  return rows;
-}
-
-GridContent InPlaceReader::content(const std::string& grid) {
-  const auto grids = open_grids(file_);
-  return content_of(*grids, grids->find(grid));
-}
-
-std::optional<Field> InPlaceReader::last_field(const std::string& name,
-                                               const ReadOptions& options) {
-  const std::lock_guard lock(mutex_);
-  const std::shared_ptr<const Voxels> voxels = last_voxels_.lock();
-  const bool negative = last_role_ == GridRole::data && options.role != GridRole::data;
-  if (!voxels || options.active || name != last_.name || negative) return {};
-  Field field = last_;
-  field.storage = voxels;
-  look_again(field, *voxels, options);
-  return field;
-}
-
-Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
-  const auto grids = open_grids(file_, progress_);
-  const GridEntry& entry = grids->find(grid);
-  std::optional<Field> same = last_field(entry.name, options);
-  Field field;
-  if (same) {
-    field = std::move(*same);
-  } else {
-    ReadGrid read = read_grid(*grids, entry, options);
-    field = std::move(read.field);
-    const std::lock_guard lock(mutex_);
-    if (!options.active && read.voxels) {
-      last_ = field;
-      last_.storage.reset();
-      last_.active_range.reset();
-      last_.active_percentiles.clear();
-      last_role_ = options.role;
-      // a notice tells that reading has changed the values
-      last_voxels_ = field.notices.empty() ? read.voxels : nullptr;
-    }
-  }
-  if (entry.name != grid && !grid.empty()) {
-    const auto same_names = std::ranges::count(
-        grids->entries(), grid, [](const GridEntry& other) { return other.descriptor.gridName(); });
-    field.notices.insert(field.notices.begin(),
-                         "grid '" + grid + "': " + std::to_string(same_names) +
-                             " grids have this name; took '" + entry.name + "'");
-  }
-  return field;
-}
 
 std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,
                                     std::shared_ptr<FileBlocks> data, Progress progress) {
