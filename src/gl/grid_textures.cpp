@@ -125,12 +125,15 @@ AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const Brick
                          " entries, more than the device's texture buffers hold");
   constants_ = buffer_texture(atlas.channels == 1 ? GL_R32F : GL_RGB32F, atlas.constants.data(),
                               atlas.constants.size() * sizeof(float));
-  if (filter == Filter::hardware) return upload_bricks(atlas);
-  upload_pages(atlas.pages.entries);
-  if (atlas.codes)
-    upload_codes(atlas, beside);
-  else
-    upload_buffers(atlas, beside);
+  if (filter == Filter::hardware) {
+    upload_bricks(atlas);
+  } else {
+    upload_pages(atlas.pages.entries);
+    if (atlas.codes)
+      upload_codes(atlas, beside);
+    else
+      upload_buffers(atlas, beside);
+  }
 }
 
 AtlasTextures::~AtlasTextures() {
