@@ -13,9 +13,9 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
-#include "study/orders.h"
 #include "study/page.h"
 #include "study/report.h"
+#include "study/suite.h"
 
 namespace psivox {
 namespace {

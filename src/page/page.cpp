@@ -135,12 +135,6 @@ std::string element(const std::string& id, const std::string& type, const std::s
   return "<script type=\"" + type + "\" id=\"" + id + "\">" + text + "</script>\n";
 }
 
-std::string without_tags(std::string json) {
-  for (std::size_t i = 0; (i = json.find('<', i)) != std::string::npos;)
-    json.replace(i, 1, "\\u003c");
-  return json;
-}
-
 /// Puts a text where the template has its mark.
 void fill(std::string& page, const std::string& mark, const std::string& text) {
   page.replace(page.find(mark), mark.size(), text);

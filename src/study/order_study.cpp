@@ -8,8 +8,8 @@
 #include "base/text_file.h"
 #include "git_hash.h"
 #include "psivox/study.h"
-#include "study/orders.h"
 #include "study/page.h"
+#include "study/suite.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,4 @@
-#include "study/orders.h"
+#include "study/suite.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 

@@ -75,12 +75,9 @@ Json json_of(const Plot& plot) {
   return out;
 }
 
-/// JSON inside HTML. It must not contain `<`, because `</script>` would end it.
 std::string html_json(const std::string& attributes, const Json& data) {
-  std::string text;
-  for (const char c : data.dump(-1, ' ', false, Json::error_handler_t::replace))
-    text += c == '<' ? "\\u003c" : std::string(1, c);
-  return "<script type=\"application/json\"" + attributes + ">" + text + "</script>\n";
+  return "<script type=\"application/json\"" + attributes + ">" +
+         without_tags(data.dump(-1, ' ', false, Json::error_handler_t::replace)) + "</script>\n";
 }
 
 constexpr Ink inks[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 39, 40},

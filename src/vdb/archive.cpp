@@ -7,7 +7,6 @@
 #include <sstream>
 #include <utility>
 
-#include "file_grid.h"
 #include "grid_types.h"
 #include "leaf_decoder.h"
 #include "value_block.h"

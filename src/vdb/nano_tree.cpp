@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "grid_types.h"
-#include "topology_builder.h"
 
 namespace psivox::vdb {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "file_grid.h"
+#include "grid_file.h"
 
 // NanoVDB keeps a grid as one block of bytes whose nodes point to each other by offsets. The block
 // comes from a file that can hold anything, so each offset and each size is checked before it is
