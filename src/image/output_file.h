@@ -66,6 +66,8 @@ void write_exr(const Image& image, const WriteOptions& options, OutputFile& file
 /// Reads linear, premultiplied R G B A, and all texts as metadata. Throws Error(input).
 Image read_png(const std::filesystem::path& path);
 
+/// The bytes of the file that write_png writes. Throws Error(output).
+std::string png_bytes(const Image& image, const WriteOptions& options = {});
 /// Writes the picture's srgb_codes. A PNG holds no other layers. Throws Error(output).
 void write_png(const Image& image, const WriteOptions& options, OutputFile& file);
 

@@ -8,7 +8,7 @@
 #include <regex>
 #include <set>
 
-#include "base/foreign_format.h"
+#include "base/file_blocks.h"
 #include "base/text.h"
 #include "look/choices.h"
 #include "psivox/error.h"
