@@ -11,7 +11,7 @@
 #include "page/page_parts.h"
 #include "plan/choose_codes.h"
 #include "psivox/picture_file.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {

@@ -178,10 +178,10 @@ std::string VdbFile::default_grid(bool empty) const {
   const std::vector<vdb::GridFacts>& all = impl_->facts.grids;
   if (all.empty()) throw Error(ExitCode::input, impl_->path() + ": holds no grid");
   if (all.size() == 1) return all.front().name;
-  std::map<std::size_t, std::vector<const vdb::GridFacts*>> ranks;
+  std::map<std::size_t, std::vector<const vdb::GridFacts*>> groups;
   for (const vdb::GridFacts& grid : all)
-    if (grid.channels > 0) ranks[rank_of(grid)].push_back(&grid);
-  for (const auto& [rank, grids] : ranks) {
+    if (grid.channels > 0) groups[rank_of(grid)].push_back(&grid);
+  for (const auto& [group, grids] : groups) {
     const vdb::GridFacts* best = nullptr;
     std::uint64_t most = 0;
     for (const vdb::GridFacts* grid : grids) {
@@ -189,11 +189,11 @@ std::string VdbFile::default_grid(bool empty) const {
       if (!held.nothing.empty() || held.active_voxels <= most) continue;
       best = grid;
       most = held.active_voxels;
-      if (rank < known_names.size()) break;  // of a known name it is the first
+      if (group < known_names.size()) break;  // of a known name it is the first
     }
     if (best) return impl_->short_name(*best);
   }
-  if (empty && !ranks.empty()) return impl_->short_name(*ranks.begin()->second.front());
+  if (empty && !groups.empty()) return impl_->short_name(*groups.begin()->second.front());
   std::string message = impl_->path() + ": has nothing to draw";
   for (const std::string& name : names())
     message +=
