@@ -1,7 +1,7 @@
 // Brick atlas: from a cell to the node of the page table that covers it, and to its texels.
 //
 // Each language supplies the ids of the grids (density_grid and so on), the constants of
-// src/march/shader_constants.h, and the functions fetch_page(grid, i), fetch_constant(grid, i),
+// src/march/glsl_subset.h, and the functions fetch_page(grid, i), fetch_constant(grid, i),
 // fetch_constant3, fetch_texel(grid, i), fetch_texel3, filtered_texel(grid, slot, local),
 // filtered_texel3, fetch_table(i), fetch_interval(i); fetch_pair(i): the density's texel and, where
 // `paired`, the luminance's beside it, whose bricks have the same slots.

@@ -1,4 +1,4 @@
-// What stands before a shader that src/gl/webgl_source.h writes for WebGL 2.
+// What stands before a shader that src/gl/webgl_march.h writes for WebGL 2.
 precision highp float;
 precision highp int;
 precision highp sampler2D;

@@ -1,6 +1,6 @@
 // The colour of a black body, compared with Planck's law integrated here.
 
-#include "scene/black_body.h"
+#include "scene/color.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // --clip, --clip-plane and --mode slice, by every marcher.
 
-#include "scene/clip.h"
+#include "scene/cuts.h"
 
 #include <gtest/gtest.h>
 

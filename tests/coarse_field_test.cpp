@@ -6,7 +6,7 @@
 
 #include "blobs_scene.h"
 #include "field_voxels.h"
-#include "medium/coarse_field.h"
+#include "medium/map_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "verify/made_fields.h"

@@ -11,7 +11,7 @@
 
 #include "march/formula_march.h"
 #include "psivox/integrators.h"
-#include "study/orders.h"
+#include "study/suite.h"
 
 namespace psivox {
 namespace {

@@ -12,7 +12,7 @@
 #include <glm/vec4.hpp>
 
 #include "blobs_scene.h"
-#include "march/deep_fit.h"
+#include "march/march_double.h"
 #include "psivox/draw.h"
 #include "psivox/open.h"
 #include "reference/ray_radiance.h"

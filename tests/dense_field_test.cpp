@@ -154,6 +154,8 @@ TEST(Dense, GridsOfFilesAreGathered) {
   EXPECT_EQ(both.default_grid(), "smoke");
   EXPECT_EQ(both.read("v", {.role = GridRole::data}).name, "v");
   EXPECT_EQ(both.info().size(), 2u);
+  EXPECT_EQ(input_error([&] { both.read("smokes"); }),
+            "there is no grid 'smokes'; there is 'smoke' 'v'");
   EXPECT_THROW(VdbFile(std::vector<NamedGrid>{{"a", one, "density"}, {"a", three, "density"}}),
                Error);
 }

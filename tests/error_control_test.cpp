@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "march_cases.h"
-#include "plan/trial_method.h"
+#include "plan/pilot.h"
 #include "psivox/draw.h"
 #include "verify/made_fields.h"
 

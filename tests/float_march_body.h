@@ -9,7 +9,7 @@
 
 #include "float_march.h"
 #include "march/film.h"
-#include "march/shader_constants.h"
+#include "march/glsl_subset.h"
 
 namespace psivox {
 namespace {

@@ -12,7 +12,6 @@
 
 #include "field_voxels.h"
 #include "gradient_cases.h"
-#include "medium/gradient_field.h"
 #include "medium/map_field.h"
 #include "psivox/error.h"
 #include "reference_cases.h"

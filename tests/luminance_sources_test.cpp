@@ -17,7 +17,7 @@
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
-#include "scene/black_body.h"
+#include "scene/color.h"
 #include "scene/transfer_function.h"
 #include "verify/made_fields.h"
 

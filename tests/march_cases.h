@@ -12,7 +12,7 @@
 #include <string>
 
 #include "gl/gl_renderer.h"
-#include "gl/test_limits.h"
+#include "gl/march_program.h"
 #include "march/march_double.h"
 #include "march/medium_atlas.h"
 #include "psivox/error.h"

@@ -7,7 +7,7 @@
 #include <regex>
 
 #include "base/text_file.h"
-#include "study/study_plots.h"
+#include "study/page.h"
 
 namespace psivox {
 namespace {

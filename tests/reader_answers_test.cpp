@@ -20,9 +20,10 @@ using guard::Unpacker;
 using test::same;
 
 TEST(ReaderAnswers, APrefixOfAnAnswerIsAnError) {
-  InPlaceReader reader(std::make_shared<FileBlocks>(test::assets_dir() / "blobs.vdb"));
+  const auto reader =
+      open_reader(std::make_shared<FileBlocks>(test::assets_dir() / "blobs.vdb"), nullptr);
   Packer pack;
-  pack(reader.facts(), reader.info("", true), FieldFacts{reader.read("density", {}), 1, 2});
+  pack(reader->facts(), reader->info("", true), FieldFacts{reader->read("density", {}), 1, 2});
   const auto take = [](std::string_view text) {
     FileFacts facts;
     std::vector<GridInfo> rows;

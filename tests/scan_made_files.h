@@ -17,7 +17,7 @@
 
 #include "psivox/error.h"
 #include "psivox/vdb.h"
-#include "scan/header.h"
+#include "scan/scan.h"
 #include "vdb/reader.h"
 
 namespace psivox::test {

@@ -77,7 +77,17 @@ TEST(Nifti, FramesAreGridsInTheirOrderAndInAnyOther) {
   for (const int frame : {0, 2, 1})
     expect_made(file, "image[" + std::to_string(frame) + "]", 1, frame);
   EXPECT_EQ(file.default_grid(), "image");
-  EXPECT_EQ(file.read("image").notices.size(), 1u);
+  EXPECT_EQ(file.read("image").notices,
+            std::vector<std::string>{"grid 'image': 3 grids have this name; took 'image[0]'"});
+  try {
+    file.read("rgb");
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("has no grid 'rgb'; it has 'image[0]' 'image[1]' 'image[2]'"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(Nifti, ColoursAndVectorsHaveThreeChannels) {

@@ -9,9 +9,9 @@
 #include <sstream>
 #include <string>
 
-#include "gl/shader_macros.h"
 #include "gl/shader_source.h"
-#include "gl/webgl_source.h"
+#include "gl/shader_text.h"
+#include "gl/webgl_march.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "shader_copy.h"

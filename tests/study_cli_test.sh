@@ -19,7 +19,7 @@ for file in results.csv results.json results.md index.html reference.exr referen
   pictures/psi-exact_step_0.5.png differences/cell-exact_cells.png; do
   [ -s "whole/$file" ] || fail "no $file"
 done
-grep -q '^- cell-exact: step 1, step 0.5: ' whole/results.md || fail "no reason for what is left out"
+grep -q '^| cell-exact: step 1, step 0.5 | ' whole/results.md || fail "no reason for what is left out"
 # 1 + 2 * 7 pictures, 4 plots; no external resources
 [ "$(grep -o 'data:image/png;base64' whole/index.html | wc -l)" = 15 ] || fail "index.html lacks pictures"
 [ "$(grep -o '<section class="plot"' whole/index.html | wc -l)" -ge 3 ] || fail "index.html lacks plots"

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "psivox/parameters.h"
-#include "study/conclusion.h"
 #include "study/report.h"
 
 namespace psivox {

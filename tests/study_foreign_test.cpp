@@ -10,7 +10,7 @@
 #include "psivox/parameters.h"
 #include "study/report.h"
 #include "study/study_pictures.h"
-#include "study/study_plots.h"
+#include "study/page.h"
 #include "usage_error.h"
 
 namespace psivox {

@@ -7,7 +7,7 @@
 
 #include "base/statistics.h"
 #include "psivox/study.h"
-#include "study/study_plots.h"
+#include "study/page.h"
 
 namespace psivox {
 namespace {

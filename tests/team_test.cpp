@@ -13,7 +13,7 @@
 #include "blobs_scene.h"
 #include "draw/part_marcher.h"
 #include "march/march_double.h"
-#include "medium/coarse_field.h"
+#include "medium/map_field.h"
 #include "medium/stored_density.h"
 #include "medium/value_range.h"
 #include "psivox/draw.h"
@@ -250,7 +250,7 @@ TEST(Team, GatherAnOverview) {
     std::vector<SurveyedDensity> found(3);
     const auto errors = in_team(3, [&](const std::shared_ptr<Team>& team) {
       found[std::size_t(team->rank())] =
-          survey_density(VdbFile(path).read("density", reading), *team, options);
+          survey_density(VdbFile(path).read("density", reading), {.team = team}, options);
     });
     EXPECT_EQ(errors, std::vector<std::string>(3, ""));
     return found;

@@ -1,6 +1,6 @@
 // The pixels that the GPU draws of a picture, and the order of their tiles.
 
-#include "gl/tile_order.h"
+#include "gl/tiles.h"
 
 #include <gtest/gtest.h>
 

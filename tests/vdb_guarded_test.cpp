@@ -17,10 +17,9 @@
 
 #include "base/guarded_reading.h"
 #include "guard/pack.h"
-#include "guard/process.h"
 #include "guard/service.h"
 #include "psivox/leaf_values.h"
-#include "vdb/guarded_reader.h"
+#include "vdb/reader.h"
 #include "vdb/reading_messages.h"
 #include "vdb_test_util.h"
 
@@ -148,20 +147,20 @@ std::string content_of(Reader& reader, const std::string& grid) {
 
 void expect_same_as_in_place(const std::filesystem::path& path) {
   const auto file = std::make_shared<FileBlocks>(path);
-  InPlaceReader in_place(file);
-  GuardedReader guarded(file, nullptr);
+  const auto in_place = open_reader(file, nullptr), guarded = open_guarded_reader(file, nullptr);
+  ASSERT_TRUE(guarded);
   Packer expected, got;
-  expected(in_place.facts(), in_place.info("", true), in_place.info("", false));
-  got(guarded.facts(), guarded.info("", true), guarded.info("", false));
+  expected(in_place->facts(), in_place->info("", true), in_place->info("", false));
+  got(guarded->facts(), guarded->info("", true), guarded->info("", false));
   EXPECT_EQ(expected.text(), got.text());
-  for (const auto& [grid, base, channels, type, of_class] : in_place.facts().grids) {
-    EXPECT_EQ(content_of(in_place, grid), content_of(guarded, grid)) << grid;
+  for (const auto& [grid, base, channels, type, of_class] : in_place->facts().grids) {
+    EXPECT_EQ(content_of(*in_place, grid), content_of(*guarded, grid)) << grid;
     for (const GridRole role : {GridRole::data, GridRole::attenuation}) {
       for (const bool distances : {false, true}) {
         const ReadOptions options{
             .role = role, .distances = distances, .background = 0.5, .percentiles = {50.0}};
         Field a, b;
-        ASSERT_EQ(facts_of(in_place, grid, options, a), facts_of(guarded, grid, options, b))
+        ASSERT_EQ(facts_of(*in_place, grid, options, a), facts_of(*guarded, grid, options, b))
             << grid;
         EXPECT_TRUE(same(a.leaves, b.leaves, a.channels)) << grid;
         EXPECT_TRUE(same(a.tiles, b.tiles)) << grid;

@@ -109,9 +109,9 @@ TEST(LyingFile, LengthsOfMetadataAreNotAllocated) {
     const auto path = test::write_bytes("lie.vdb", with(good, place, ~0u - 8));
     EXPECT_THROW(
         {
-          InPlaceReader reader(std::make_shared<FileBlocks>(path));
-          reader.facts();
-          reader.read("density", {});
+          const auto reader = open_reader(std::make_shared<FileBlocks>(path), nullptr);
+          reader->facts();
+          reader->read("density", {});
         },
         Error)
         << place;

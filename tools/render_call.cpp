@@ -8,7 +8,7 @@
 #include "psivox/open.h"
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"
-#include "scene/holdout.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {

@@ -9,7 +9,6 @@
 #include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
-#include "scene/vector_json.h"
 
 namespace psivox {
 namespace {
@@ -36,6 +35,11 @@ GridReport describe(const VdbFile& file, const std::string& path, const GridInfo
     row.grid.problem = without(path + ": grid '" + grid.name + "' ", error.what());
   }
   return row;
+}
+
+template <typename Vector>
+Json vector_json(const Vector& v) {
+  return {v.x, v.y, v.z};
 }
 
 template <typename Vector>

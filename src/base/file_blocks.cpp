@@ -10,7 +10,6 @@
 #include <system_error>
 #include <utility>
 
-#include "base/foreign_format.h"
 #include "psivox/error.h"
 
 namespace psivox {

@@ -28,6 +28,11 @@ inline std::string without_subject(const std::string& message, const std::string
   return message;
 }
 
+/// What a file or folder that is no .vdb holds, and a line of Python or a command that makes psivox
+/// draw it, as a sentence without its subject; empty if the format is not known. `head`: the file's
+/// first bytes, which count before its name does.
+std::string foreign_format(const std::string& path, std::string_view head = {});
+
 /// A run of a file's bytes in memory.
 struct FileRun {
   std::int64_t begin = 0;  ///< its place in the file [bytes]

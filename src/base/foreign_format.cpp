@@ -1,5 +1,6 @@
-#include "base/foreign_format.h"
+#include <algorithm>
 
+#include "base/file_blocks.h"
 #include "base/text.h"
 
 namespace psivox {
@@ -37,13 +38,10 @@ constexpr Format formats[] = {
 };
 
 bool has_extension(std::string_view path, std::string_view extensions) {
-  std::string name(path);
+  std::string name = lower_case(path);
   while (name.ends_with('/')) name.pop_back();
-  for (char& c : name)
-    if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-  for (const std::string& extension : split(extensions, ' '))
-    if (name.ends_with(extension)) return true;
-  return false;
+  return std::ranges::any_of(split(extensions, ' '),
+                             [&](const auto& extension) { return name.ends_with(extension); });
 }
 
 /// In the array of a format.

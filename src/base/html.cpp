@@ -17,6 +17,12 @@ std::string html_text(std::string_view text) {
   return out;
 }
 
+std::string without_tags(std::string json) {
+  for (std::size_t i = 0; (i = json.find('<', i)) != std::string::npos;)
+    json.replace(i, 1, "\\u003c");
+  return json;
+}
+
 static constexpr std::string_view base64_digits =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 

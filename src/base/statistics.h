@@ -10,8 +10,8 @@ namespace psivox {
 /// The smallest value that at least `fraction` of the values do not exceed; 0 if there are none.
 inline double percentile(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
-  const double rank = std::ceil(fraction * double(values.size()));
-  const auto i = std::size_t(std::clamp(rank, 1.0, double(values.size()))) - 1;
+  const double place = std::ceil(fraction * double(values.size()));
+  const auto i = std::size_t(std::clamp(place, 1.0, double(values.size()))) - 1;
   std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(i), values.end());
   return values[i];
 }

@@ -5,7 +5,6 @@
 #include <cstdarg>
 #include <cstdio>
 #include <numeric>
-#include <utility>
 
 namespace psivox {
 namespace {
@@ -87,19 +86,15 @@ std::string nearest_name(std::string_view name, std::span<const std::string> can
 
 std::vector<std::string> nearest_first(std::string_view name,
                                        std::span<const std::string> candidates) {
-  std::vector<std::pair<std::size_t, std::string>> ranked;
   const std::string wanted = folded(name);
-  for (const std::string& candidate : candidates) {
+  std::vector<std::string> names(candidates.begin(), candidates.end());
+  std::ranges::stable_sort(names, {}, [&](const std::string& candidate) {
     const std::string known = folded(candidate);
     const bool part =
         !known.empty() && !wanted.empty() &&
         (known.find(wanted) != std::string::npos || wanted.find(known) != std::string::npos);
-    ranked.emplace_back(part ? 0 : edit_distance(wanted, known), candidate);
-  }
-  std::ranges::stable_sort(ranked, {}, [](const auto& entry) { return entry.first; });
-  std::vector<std::string> names;
-  names.reserve(ranked.size());
-  for (auto& entry : ranked) names.push_back(std::move(entry.second));
+    return part ? 0 : edit_distance(wanted, known);
+  });
   return names;
 }
 

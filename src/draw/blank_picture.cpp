@@ -14,8 +14,8 @@
 #include "psivox/camera.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
-#include "scene/clip.h"
 #include "scene/color.h"
+#include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

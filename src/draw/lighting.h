@@ -36,8 +36,8 @@ class Lighting {
   explicit Lighting(const View& view, const std::optional<Box>& bricks = {})
       : view_(view), bricks_(bricks) {}
 
-  /// Whether the light that is there serves the picture of a view's camera. Sets error(). The
-  /// members of a team ask it and compute() together.
+  /// Whether the light that is there serves the picture of a view's camera. Sets error(). All
+  /// processes that draw the picture ask it and compute() together.
   bool serves(const View& wanted, const LightSource& source, LightNeed need);
 
   /// Computes the light for it.

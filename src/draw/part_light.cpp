@@ -101,27 +101,19 @@ LightDepths PartMarcher::light_depths(const View& view) {
   return [this, &view](std::span<const Beam> beams, const LightBlocks& blocks,
                        const TakeLight& take, const Progress& progress) {
     give_back_freed_memory();
-    double begun = 0;
-    for (const bool exact : {true, false}) {
-      std::vector<Beam> some;
-      std::vector<std::size_t> numbers;
-      for (std::size_t b = 0; b < beams.size(); ++b) {
-        if ((beams[b].method.spacing == 0) != exact) continue;
-        some.push_back(beams[b]);
-        numbers.push_back(b);
-      }
-      if (some.empty()) continue;
-      const double share = double(some.size()) / double(beams.size());
+    const double all = double(beams.size());
+    for (std::size_t first = 0, end = 0; first < beams.size(); first = end) {
+      const bool exact = beams[first].method.spacing == 0;
+      while (end < beams.size() && (beams[end].method.spacing == 0) == exact) ++end;
       const LightDepths depths = exact ? depths_by_rays(view) : depths_by_lattices(view);
       depths(
-          some, blocks,
+          beams.subspan(first, end - first), blocks,
           [&](std::size_t beam, std::size_t block, std::span<const double> own) {
-            take(numbers[beam], block, own);
+            take(first + beam, block, own);
           },
           [&](double done) {
-            if (progress) progress(begun + share * done);
+            if (progress) progress((double(first) + done * double(end - first)) / all);
           });
-      begun += share;
     }
   };
 }

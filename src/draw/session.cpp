@@ -12,9 +12,8 @@
 #include "plan/choose_codes.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 #include "scene/environment.h"
-#include "scene/holdout.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,4 @@
-#include "draw/split.h"
+#include "draw/part_marcher.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/text.h"
-#include "draw/lighting.h"
 #include "march/medium_atlas.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"

@@ -37,9 +37,9 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
   };
   using Counts = std::vector<std::uint64_t>;
   constexpr std::size_t bins = 65536;
-  const auto find = [](const Counts& counts, std::uint64_t& rank) {  // which becomes the bin's own
+  const auto find = [](const Counts& counts, std::uint64_t& place) {  // which becomes the bin's own
     std::uint32_t bin = 0;
-    for (; bin < bins - 1 && rank > counts[bin]; ++bin) rank -= counts[bin];
+    for (; bin < bins - 1 && place > counts[bin]; ++bin) place -= counts[bin];
     return bin;
   };
   Counts counts(bins);
@@ -51,11 +51,11 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
   const std::uint64_t all = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
   if (all == 0) return std::vector<double>(percents.size(), 0);
   std::vector<std::uint32_t> high;
-  std::vector<std::uint64_t> ranks;
+  std::vector<std::uint64_t> places;
   for (const double percent : percents) {
     const double wanted = std::ceil(percent / 100 * double(all));
-    ranks.push_back(std::min(wanted < 1 ? 1 : std::uint64_t(wanted), all));
-    high.push_back(find(counts, ranks.back()));
+    places.push_back(std::min(wanted < 1 ? 1 : std::uint64_t(wanted), all));
+    high.push_back(find(counts, places.back()));
   }
   std::vector<Counts> low(percents.size(), Counts(bins));
   each([&](float value, std::uint64_t count) {
@@ -67,7 +67,7 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
   std::vector<double> values;
   for (std::size_t i = 0; i < high.size(); ++i) {
     join(std::span(low[i]));
-    const std::uint32_t key = high[i] << 16 | find(low[i], ranks[i]);
+    const std::uint32_t key = high[i] << 16 | find(low[i], places[i]);
     values.push_back(double(std::bit_cast<float>(key & 0x80000000u ? key & 0x7fffffffu : ~key)));
   }
   return values;

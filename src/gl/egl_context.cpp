@@ -100,10 +100,6 @@ void GLAPIENTRY on_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei
 /// Mesa's loader reports drivers that it does not find on stderr; they are only candidates.
 void silence_loader() { setenv("EGL_LOG_LEVEL", "fatal", 0); }
 
-}  // namespace
-
-namespace {
-
 /// Without the notification of resets, drivers end the process or return rubbish after one.
 EGLContext create_context(EGLDisplay display, EGLConfig config, bool debug, bool notify) {
   std::vector<EGLint> attributes{

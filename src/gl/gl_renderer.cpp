@@ -10,7 +10,7 @@
 #include "gl/egl_context.h"
 #include "gl/grid_textures.h"
 #include "gl/picture_pass.h"
-#include "gl/tile_target.h"
+#include "gl/tiles.h"
 #include "march/light_lattice.h"
 #include "psivox/error.h"
 

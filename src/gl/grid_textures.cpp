@@ -13,7 +13,7 @@
 #include <string>
 
 #include "base/memory.h"
-#include "gl/test_limits.h"
+#include "gl/march_program.h"
 #include "march/marcher.h"
 
 namespace psivox::gl {
@@ -45,6 +45,9 @@ class AtlasTextures {
   /// The same of texels, which it discards if it may.
   GLuint texel_texture(GLenum format, float* texels, std::size_t count);
   void upload_pages(const std::vector<std::uint32_t>& entries);
+  /// Buffers of so many texels together: `upload(first, count)` makes the texture of one.
+  template <typename Upload>
+  void upload_texels(std::uint64_t texels, const Upload& upload);
   void upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside);
   /// `pairs`: a texel is two words.
   void upload_codes(const BrickAtlas& atlas, bool pairs);
@@ -122,12 +125,15 @@ AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const Brick
                          " entries, more than the device's texture buffers hold");
   constants_ = buffer_texture(atlas.channels == 1 ? GL_R32F : GL_RGB32F, atlas.constants.data(),
                               atlas.constants.size() * sizeof(float));
-  if (filter == Filter::hardware)
+  if (filter == Filter::hardware) {
     upload_bricks(atlas);
-  else if (atlas.codes)
-    upload_codes(atlas, beside);
-  else
-    upload_buffers(atlas, beside);
+  } else {
+    upload_pages(atlas.pages.entries);
+    if (atlas.codes)
+      upload_codes(atlas, beside);
+    else
+      upload_buffers(atlas, beside);
+  }
 }
 
 AtlasTextures::~AtlasTextures() {
@@ -169,52 +175,46 @@ void AtlasTextures::upload_pages(const std::vector<std::uint32_t>& entries) {
   pages_ = buffer_texture(GL_R32UI, entries.data(), entries.size() * sizeof(std::uint32_t));
 }
 
-void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside) {
-  upload_pages(atlas.pages.entries);
-  const std::uint64_t bricks = atlas.bricks.size();
-  const std::uint64_t per_buffer = std::max<std::uint64_t>(max_texels_ / brick_texels, 1);
-  if (bricks * brick_texels > std::uint64_t(std::numeric_limits<int>::max()))
-    throw DeviceFull(ExitCode::graphics,
-                     "an atlas of " + std::to_string(bricks) +
-                         " bricks is beyond what a shader can address (2^31 values)");
-  texels_per_buffer_ = int(std::min(per_buffer, bricks + 1) * brick_texels);
-  const auto channels = std::uint64_t(atlas.channels);
+template <typename Upload>
+void AtlasTextures::upload_texels(std::uint64_t texels, const Upload& upload) {
+  if (texels > std::uint64_t(std::numeric_limits<int>::max()))
+    throw DeviceFull(ExitCode::graphics, "an atlas of " + std::to_string(texels) +
+                                             " texels is beyond what a shader can address (2^31)");
+  const std::uint64_t per_buffer =
+      std::max<std::uint64_t>(max_texels_ / brick_texels, 1) * brick_texels;
+  texels_per_buffer_ = int(std::min(per_buffer, texels + brick_texels));
   std::uint64_t first = 0;
   do {
-    const std::uint64_t count = std::min(bricks - first, per_buffer) * brick_texels;
-    const std::uint64_t at = first * brick_texels * channels;
-    if (beside) {
-      texels_.push_back(upload_pairs(atlas, *beside, first * brick_texels, count));
-    } else if (atlas.texel == TexelType::float32 && channels == 3 &&
-               bricks * brick_texels <= most_padded) {
-      const auto texels = padded(atlas.texels32.get() + at, count);
-      texels_.push_back(buffer_texture(GL_RGBA32F, texels.data(), texels.size() * sizeof(float)));
-    } else if (atlas.texel == TexelType::float32) {
-      texels_.push_back(
-          texel_texture(buffer_format(atlas), atlas.texels32.get() + at, count * channels));
-    } else if (channels == 1) {
-      texels_.push_back(buffer_texture(buffer_format(atlas), atlas.texels16.get() + at, count * 2));
-    } else {
-      const auto texels = padded(atlas.texels16.get() + at, count);
-      texels_.push_back(buffer_texture(buffer_format(atlas), texels.data(), texels.size() * 2));
-    }
+    texels_.push_back(upload(first, std::min(texels - first, per_buffer)));
     first += per_buffer;
-  } while (first < bricks);
+  } while (first < texels);
+}
+
+void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside) {
+  const auto channels = std::uint64_t(atlas.channels);
+  const std::uint64_t texels = atlas.bricks.size() * brick_texels;
+  const GLenum format = buffer_format(atlas);
+  upload_texels(texels, [&](std::uint64_t first, std::uint64_t count) {
+    if (beside) return upload_pairs(atlas, *beside, first, count);
+    const std::uint64_t at = first * channels;
+    if (atlas.texel == TexelType::float32 && (channels == 1 || texels > most_padded))
+      return texel_texture(format, atlas.texels32.get() + at, count * channels);
+    if (atlas.texel == TexelType::float32) {
+      const auto four = padded(atlas.texels32.get() + at, count);
+      return buffer_texture(GL_RGBA32F, four.data(), four.size() * sizeof(float));
+    }
+    if (channels == 1) return buffer_texture(format, atlas.texels16.get() + at, count * 2);
+    const auto four = padded(atlas.texels16.get() + at, count);
+    return buffer_texture(format, four.data(), four.size() * 2);
+  });
 }
 
 void AtlasTextures::upload_codes(const BrickAtlas& atlas, bool pairs) {
-  upload_pages(atlas.pages.entries);
-  const std::uint64_t words = pairs ? 2 : 1, count = atlas.code_count() / words;
-  if (count > std::uint64_t(std::numeric_limits<int>::max()))
-    throw DeviceFull(ExitCode::graphics, "codes of " + std::to_string(count) +
-                                             " texels are beyond what a shader can address");
-  const std::uint64_t per_buffer =
-      std::max<std::uint64_t>(max_texels_ / brick_texels, 1) * brick_texels;
-  texels_per_buffer_ = int(std::min(per_buffer, count));
-  for (std::uint64_t first = 0; first < count; first += per_buffer)
-    texels_.push_back(
-        buffer_texture(pairs ? GL_RGBA32UI : GL_RG32UI, atlas.codes.get() + first * words,
-                       std::min(count - first, per_buffer) * words * sizeof(std::uint64_t)));
+  const std::uint64_t words = pairs ? 2 : 1;
+  upload_texels(atlas.code_count() / words, [&](std::uint64_t first, std::uint64_t count) {
+    return buffer_texture(pairs ? GL_RGBA32UI : GL_RG32UI, atlas.codes.get() + first * words,
+                          count * words * sizeof(std::uint64_t));
+  });
 }
 
 GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside,

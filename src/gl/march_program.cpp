@@ -2,25 +2,14 @@
 
 #include <algorithm>
 #include <span>
+#include <sstream>
 #include <string>
 
 #include "base/renderer_name.h"
+#include "march/glsl_subset.h"
 #include "psivox/error.h"
 
 namespace psivox::gl {
-namespace {
-
-template <typename T>
-void set_parameter(const Program& program, const std::string& name, const T& value) {
-  program.set(name.c_str(), value);
-}
-void set_parameter(const Program& program, const std::string& name, const glsl::Grid& grid) {
-#define PARAMETER(type, member) program.set((name + "." #member).c_str(), grid.member);
-#include "grid_parameters.glsl"
-#undef PARAMETER
-}
-
-}  // namespace
 
 bool driver_is_software() {
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
@@ -51,9 +40,9 @@ int MarchProgram::grid_unit(int grid) const {
 }
 
 void set_parameters(const Program& program, const MarchParameters& parameters) {
-#define PARAMETER(type, name) set_parameter(program, "given." #name, parameters.name);
-#include "march_parameters.glsl"
-#undef PARAMETER
+  visit_parameters(parameters, [&](const std::string& name, const auto& value) {
+    program.set(name.c_str(), value);
+  });
 }
 
 void MarchProgram::configure(const MarchSetup& setup) const {
@@ -79,6 +68,95 @@ Tables::Tables(const std::vector<glm::vec4>& entries) {
 Tables::~Tables() {
   glDeleteTextures(1, &texture_);
   glDeleteBuffers(1, &buffer_);
+}
+
+namespace {
+
+std::string function_of(const ProgramKey& key) { return info(key.constants.integrator).name; }
+
+/// The shader's one integrator: the march calls it by what it takes.
+std::map<std::string, std::string> generated_files(const ProgramKey& key) {
+  const std::string function = function_of(key);
+  const std::string folder =
+      is_transfer_rule(key.constants.integrator) ? "integrators/transfer/" : "integrators/";
+  const auto call = [&](IntegratorKind kind, const std::string& signature,
+                        const std::string& arguments, const std::string& none) {
+    const bool own = info(key.constants.integrator).kind == kind;
+    return signature + " { return " + (own ? function + arguments : none) + "; }\n";
+  };
+  const std::string weights = "Weights(0.0, 0.0, 0.0, 0.0)";
+  return {
+      {"integrator.glsl",
+       "#include \"" + folder + function + ".glsl\"\n" +
+           call(IntegratorKind::segment, "Weights integrate_segment(Segment s)", "(s)", weights) +
+           call(IntegratorKind::cell, "float integrate_cell(Cubic c, float through, float s)",
+                "(c, through, s)", "0.0") +
+           call(IntegratorKind::transfer,
+                "Mixture integrate_transfer(float front, float back, float length)",
+                "(front, back, length)", "Mixture(0.0, vec3(0.0))")}};
+}
+
+}  // namespace
+
+std::string common_prelude(bool holds_uniforms) {
+  std::ostringstream text;
+#define PSIVOX_ROW(name, value) \
+  text << "const int " #name " = " << static_cast<int>(value) << ";\n";
+  PSIVOX_SHADER_CONSTANTS(PSIVOX_ROW)
+#undef PSIVOX_ROW
+  text << "#define HOLDS_UNIFORMS " << int(holds_uniforms) << "\n";
+  return text.str();
+}
+
+int turns_per_pass(const MarchSetup& setup) {
+  if (test_limits.turns_per_pass) return test_limits.turns_per_pass;
+  // of 65535; a seventeenth is for the loop around every 16 turns (march.glsl)
+  constexpr int driver_limit = 65535 / 17 * 16;
+  const MarchConstants& c = setup.constants;
+  const int pieces = c.uniform_sampling ? 1 : c.segments;
+  // points of a turn, each of which may descend into two other grids' tables and search the
+  // function
+  const int points = 2 * pieces + 2;
+  const int levels = c.density_levels + c.other_volumes * (1 + c.others_levels) +
+                     points * (c.luminance_levels + c.emission_levels) + points * c.gradient_levels;
+  const int searches = c.transfer ? (points + 8) * setup.search_steps : 0;
+  constexpr int bisections = 2 * 20;
+  const int terms = c.emission_channels ? 10 * pieces : 0;
+  const int roots = c.split_knots || c.shows == int(Shows::surface) ? bisections : 0;
+  return driver_limit / (1 + pieces + levels + searches + roots + terms) - 1;
+}
+
+std::string ProgramKey::prelude() const {
+  std::ostringstream text;
+  text << std::boolalpha << "// " << function_of(*this) << "\n";
+#define CONSTANT(type, name) text << "const " #type " " #name " = " << constants.name << ";\n";
+#include "march_constants.glsl"
+#undef CONSTANT
+#define GRID(id, name) \
+  text << "const int " #name "_buffers = " << std::max(buffers[id], 1) << ";\n";
+#include "grids.glsl"
+#undef GRID
+  // Only grids of several buffers read it: else one program serves atlases of any size.
+  const bool several = *std::max_element(buffers.begin(), buffers.end()) > 1;
+  text << "const int texels_per_buffer = " << (several ? texels_per_buffer : brick_texels) << ";\n";
+  text << "#define RESUMABLE " << int(resumable) << "\n";
+  return text.str();
+}
+
+ProgramKey program_key(MarchSetup& setup, const PerGrid<int>& buffers, int texels_per_buffer) {
+  ProgramKey key;
+  key.constants = setup.constants;
+  key.buffers = buffers;
+  key.texels_per_buffer = texels_per_buffer;
+  int& turns = setup.parameters.max_turns;
+  key.resumable = turns > turns_per_pass(setup);
+  turns = std::min(turns, turns_per_pass(setup));
+  return key;
+}
+
+ShaderSource march_source(const ProgramKey& key, const std::string& shader, bool holds_uniforms) {
+  return reduced(
+      load_shader(shader, key.prelude() + common_prelude(holds_uniforms), generated_files(key)));
 }
 
 }  // namespace psivox::gl

@@ -10,7 +10,7 @@
 
 #include "base/stopwatch.h"
 #include "march/film.h"
-#include "march/shader_constants.h"
+#include "march/glsl_subset.h"
 
 namespace psivox::gl {
 

@@ -4,8 +4,7 @@
 
 #include "gl/egl_context.h"
 #include "gl/march_program.h"
-#include "gl/tile_order.h"
-#include "gl/tile_target.h"
+#include "gl/tiles.h"
 #include "march/marcher.h"
 
 namespace psivox::gl {

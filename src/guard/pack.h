@@ -11,155 +11,136 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <utility>
 #include <variant>
 #include <vector>
 
 namespace psivox::guard {
 
+/// What is copied byte by byte.
 template <typename T>
-concept Number = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
-template <typename T>
-concept Tuple = std::is_same_v<T, glm::vec2> || std::is_same_v<T, glm::vec3> ||
-    std::is_same_v<T, glm::ivec3> || std::is_same_v<T, glm::dvec3> || std::is_same_v<T, glm::dmat4>;
-template <typename T, typename Struct>
-concept Is = std::is_same_v<std::remove_const_t<T>, Struct>;
+concept Plain =
+    (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) || std::is_same_v<T, glm::vec2> ||
+    std::is_same_v<T, glm::vec3> || std::is_same_v<T, glm::ivec3> ||
+    std::is_same_v<T, glm::dvec3> || std::is_same_v<T, glm::dmat4>;
 
 /// Lists a struct's members once, for both directions, in the struct's namespace. A structured
 /// binding names all of them, so that a new one does not compile until it is listed.
-#define PSIVOX_PACK(Struct, ...)                \
-  template <typename Pack, guard::Is<Struct> T> \
-  void describe(Pack& pack_, T& value_) {       \
-    auto& [__VA_ARGS__] = value_;               \
-    pack_(__VA_ARGS__);                         \
+#define PSIVOX_PACK(Struct, ...)                               \
+  inline void describe(guard::Codec& codec_, Struct& value_) { \
+    auto& [__VA_ARGS__] = value_;                              \
+    codec_(__VA_ARGS__);                                       \
   }
 
-/// Appends values to a text of bytes, for an Unpacker of the same program.
-class Packer {
+/// Writes values to a text of bytes, or reads them from it in the same order. Reading throws
+/// std::runtime_error if the text cannot be that: it may come from a process that a file has taken
+/// over.
+class Codec {
  public:
-  template <typename... T>
-  void operator()(const T&... values) {
-    (put(values), ...);
-  }
-  const std::string& text() const { return text_; }
-
- private:
-  template <typename T>
-  requires Number<T> || Tuple<T> || std::is_enum_v<T>
-  void put(const T& value) { text_.append(reinterpret_cast<const char*>(&value), sizeof value); }
-  void put(bool value) { put(static_cast<char>(value)); }
-  void put(const std::string& value) {
-    put(std::uint64_t{value.size()});
-    text_ += value;
-  }
-  template <typename T>
-  void put(const std::optional<T>& value) {
-    put(value.has_value());
-    if (value) put(*value);
-  }
-  template <typename T>
-  void put(const std::vector<T>& values) {
-    put(std::uint64_t{values.size()});
-    for (const T& value : values) put(value);
-  }
-  template <typename K, typename V>
-  void put(const std::map<K, V>& values) {
-    put(std::uint64_t{values.size()});
-    for (const auto& [key, value] : values) (*this)(key, value);
-  }
-  template <typename... T>
-  void put(const std::variant<T...>& value) {
-    put(std::uint64_t{value.index()});
-    std::visit([&](const auto& held) { put(held); }, value);
-  }
-  template <typename T>
-  requires requires(Packer& p, const T& value) { describe(p, value); }
-  void put(const T& value) { describe(*this, value); }
-
-  std::string text_;
-};
-
-/// Takes values from what a Packer has written, in the same order. Throws std::runtime_error if the
-/// text cannot be that: it may come from a process that a file has taken over.
-class Unpacker {
- public:
-  explicit Unpacker(std::string_view text) : text_(text) {}
+  Codec() : writes_(true) {}
+  explicit Codec(std::string_view text) : rest_(text) {}
 
   template <typename... T>
   void operator()(T&... values) {
-    (get(values), ...);
+    (code(values), ...);
   }
-  void end() const { require(text_.empty()); }
+  const std::string& written() const { return written_; }
+  void end() const { require(rest_.empty()); }
 
  private:
   static void require(bool holds) {
     if (!holds) throw std::runtime_error("a message is malformed");
   }
-  std::string_view bytes(std::uint64_t count) {
-    require(count <= text_.size());
-    const std::string_view taken = text_.substr(0, count);
-    text_.remove_prefix(count);
-    return taken;
+  void bytes(void* at, std::size_t size) {
+    if (writes_) {
+      written_.append(static_cast<const char*>(at), size);
+    } else if (size > 0) {
+      require(size <= rest_.size());
+      std::memcpy(at, rest_.data(), size);
+      rest_.remove_prefix(size);
+    }
   }
   /// A number of items, each of which takes a byte or more.
-  std::uint64_t count() {
-    std::uint64_t n = 0;
-    get(n);
-    require(n <= text_.size());
+  std::uint64_t count(std::uint64_t n) {
+    bytes(&n, sizeof n);
+    require(writes_ || n <= rest_.size());
     return n;
   }
-  template <typename T>
-  requires Number<T> || Tuple<T>
-  void get(T& value) { std::memcpy(&value, bytes(sizeof value).data(), sizeof value); }
+  template <Plain T>
+  void code(T& value) {
+    bytes(&value, sizeof value);
+  }
   template <typename T>
   requires std::is_enum_v<T>  // its last value is called `data`
-  void get(T& value) {
-    std::underlying_type_t<T> number{};
-    get(number);
-    require(number >= 0 && number <= static_cast<std::underlying_type_t<T>>(T::data));
-    value = static_cast<T>(number);
+  void code(T& value) {
+    auto number = static_cast<std::underlying_type_t<T>>(value);
+    code(number);
+    require(number >= 0 && number <= static_cast<decltype(number)>(T::data));
+    if (!writes_) value = static_cast<T>(number);
   }
-  void get(bool& value) {
-    char c = 0;
-    get(c);
+  void code(bool& value) {
+    char c = value;
+    code(c);
     require(c == 0 || c == 1);
-    value = c == 1;
+    if (!writes_) value = c == 1;
   }
-  void get(std::string& value) { value = bytes(count()); }
-  template <typename T>
-  void get(std::optional<T>& value) {
-    bool there = false;
-    get(there);
-    value.reset();
-    if (there) get(value.emplace());
+  void code(std::string& value) {
+    const std::uint64_t size = count(value.size());
+    if (!writes_) value.resize(size);
+    bytes(value.data(), size);
   }
   template <typename T>
-  void get(std::vector<T>& values) {
-    values.clear();
-    for (std::uint64_t n = count(); n > 0; --n) get(values.emplace_back());
+  void code(std::optional<T>& value) {
+    bool there = value.has_value();
+    code(there);
+    if (!writes_) value.reset();
+    if (there) code(writes_ ? *value : value.emplace());
+  }
+  template <typename T>
+  void code(std::vector<T>& values) {
+    const std::uint64_t n = count(values.size());
+    if (!writes_) values.clear();
+    for (std::uint64_t i = 0; i < n; ++i) code(writes_ ? values[i] : values.emplace_back());
   }
   template <typename K, typename V>
-  void get(std::map<K, V>& values) {
-    values.clear();
-    for (std::uint64_t n = count(); n > 0; --n) {
-      K key{};
-      get(key);
-      get(values[key]);
+  void code(std::map<K, V>& values) {
+    std::uint64_t n = count(values.size());
+    if (!writes_) values.clear();
+    auto next = values.begin();
+    for (; n > 0; --n) {
+      K key = writes_ ? next->first : K{};
+      code(key);
+      code(writes_ ? (next++)->second : values[key]);
     }
   }
   template <typename... T>
-  void get(std::variant<T...>& value) {
-    std::uint64_t index = 0;
-    get(index);
+  void code(std::variant<T...>& value) {
+    std::uint64_t index = value.index(), n = 0;
+    code(index);
     require(index < sizeof...(T));
-    std::uint64_t n = 0;
-    ((n++ == index ? get(value.template emplace<T>()) : void()), ...);
+    if (!writes_) ((n++ == index ? void(value.template emplace<T>()) : void()), ...);
+    std::visit([&](auto& held) { code(held); }, value);
   }
   template <typename T>
-  requires requires(Unpacker& u, T& value) { describe(u, value); }
-  void get(T& value) { describe(*this, value); }
+  requires requires(Codec& codec, T& value) { describe(codec, value); }
+  void code(T& value) { describe(*this, value); }
 
-  std::string_view text_;
+  bool writes_ = false;
+  std::string written_;
+  std::string_view rest_;
 };
+
+class Packer {
+ public:
+  template <typename... T>
+  void operator()(const T&... values) {
+    codec_(const_cast<T&>(values)...);  // which it does not change
+  }
+  const std::string& text() const { return codec_.written(); }
+
+ private:
+  Codec codec_;
+};
+
+using Unpacker = Codec;
 
 }  // namespace psivox::guard

@@ -1,4 +1,4 @@
-#include "process.h"
+#include "service.h"
 
 #include <poll.h>
 #include <sys/wait.h>

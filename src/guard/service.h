@@ -6,13 +6,79 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "psivox/progress.h"
-#include "socket.h"
 
 namespace psivox::guard {
+
+/// A descriptor that is closed with its owner.
+class Descriptor {
+ public:
+  Descriptor() = default;
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+  ~Descriptor();
+
+  int get() const { return number_; }
+  int release() { return std::exchange(number_, -1); }
+  explicit operator bool() const { return number_ >= 0; }
+
+ private:
+  int number_ = -1;
+};
+
+/// Two connected ends. Throws Error(failure).
+std::pair<Descriptor, Descriptor> socket_pair(int type);
+
+/// Sends bytes, with up to two descriptors. Returns false if the other end is closed.
+bool send_with(int socket, std::string_view bytes, int first = -1, int second = -1);
+
+/// Receives up to `size` bytes, and descriptors that came with them. Returns 0 at the end of the
+/// connection, and -1 if there is nothing yet.
+std::int64_t receive_with(int socket, char* bytes, std::size_t size, Descriptor* first = nullptr,
+                          Descriptor* second = nullptr);
+
+enum class MessageKind : std::uint32_t {
+  open,     ///< the path of the file that a process is to serve; with its descriptor
+  request,  ///< whatever a Service takes; with a descriptor or none
+  progress,
+  answer,
+  failure,  ///< an Error
+};
+
+struct Message {
+  MessageKind kind{};
+  std::string content;
+  Descriptor descriptor{};  ///< that came with it
+};
+
+/// Sends a message. Returns false if the other end is closed.
+bool send(int socket, MessageKind kind, std::string_view content, int descriptor = -1);
+
+/// Puts messages together from what arrives.
+class MessageInput {
+ public:
+  /// Reads what has arrived; blocks if nothing has and the socket does. Returns false at the end of
+  /// the connection.
+  bool receive(int socket);
+
+  /// The next complete message. Throws std::runtime_error if it claims more than `longest` bytes.
+  std::optional<Message> next();
+
+  static constexpr std::uint64_t longest = std::uint64_t{1} << 30;  // [bytes]
+
+ private:
+  std::string bytes_;
+  Descriptor descriptor_;
+};
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool sanitised = true;  ///< slow, with terabytes of addresses, and it opens files
@@ -72,5 +138,43 @@ extern std::function<void(const std::string& path, std::string_view request, int
 
 /// Whether the kernel can restrict a process's system calls.
 bool has_seccomp();
+
+/// What a reader may take for one answer [s]. A file that takes longer is refused, so these are far
+/// above what good files take. Tests set others.
+struct Limits {
+  double seconds = 5;       ///< processor time for a small file
+  double per_mebibyte = 1;  ///< and for each MiB of the file
+  double idle = 60;         ///< without any use of the processor
+};
+extern Limits limits;
+
+/// One reader process, as the program sees it. It serves one file. All that it sends may be the
+/// work of a hostile file.
+class Process {
+ public:
+  /// Starts the process and hands it an open file. Throws Error(failure).
+  Process(std::string path, int file, std::int64_t file_size);
+
+  /// The answer to a request, with which a descriptor may go. `subject` begins messages. Throws
+  /// Error: the reader's own, or Error(input) about what became of it. Passes on what `progress`
+  /// throws.
+  std::string ask(std::string_view request, int descriptor, std::string subject,
+                  const Progress& progress);
+
+ private:
+  class Watch;
+
+  [[noreturn]] void fail(const std::string& what) const;
+  [[noreturn]] void explain_end() const;
+  std::optional<std::string> take_answer(const Progress& progress);
+  pid_t process();
+
+  std::string path_;
+  double most_seconds_;  ///< of the processor, for an answer
+  ProcessEnds ends_;
+  MessageInput input_;
+  pid_t process_ = 0;  ///< 0: not known yet
+  std::string subject_;
+};
 
 }  // namespace psivox::guard

@@ -1,4 +1,4 @@
-#include "socket.h"
+#include "service.h"
 
 #include <sys/socket.h>
 #include <unistd.h>

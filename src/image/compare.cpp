@@ -21,6 +21,16 @@ bool all_finite(const float* pixel) {
          std::isfinite(pixel[3]);
 }
 
+/// The difference of R, G or B with the largest magnitude, with its sign.
+double largest_difference(const float* a, const float* b) {
+  double largest = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double d = double(a[c]) - double(b[c]);
+    if (std::abs(d) > std::abs(largest)) largest = d;
+  }
+  return largest;
+}
+
 }  // namespace
 
 Comparison compare_images(const Image& a, const Image& b) {
@@ -60,20 +70,6 @@ Comparison compare_images(const Image& a, const Image& b) {
   if (all.max > 0) result.max_channel = channel_names[all.max_at % 4];
   return result;
 }
-
-namespace {
-
-/// The difference of R, G or B with the largest magnitude, with its sign.
-double largest_difference(const float* a, const float* b) {
-  double largest = 0;
-  for (int c = 0; c < 3; ++c) {
-    const double d = double(a[c]) - double(b[c]);
-    if (std::abs(d) > std::abs(largest)) largest = d;
-  }
-  return largest;
-}
-
-}  // namespace
 
 double difference_scale(const Image& a, const Image& b) {
   std::vector<double> differences;

@@ -11,7 +11,6 @@
 #include "colour/display.h"
 #include "format.h"
 #include "output_file.h"
-#include "picture_files.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "srgb_codes.h"
@@ -24,57 +23,6 @@ using image_io::Format;
 using image_io::half_code;
 
 float brightest(const float* rgba) { return std::max({rgba[0], rgba[1], rgba[2]}); }
-
-}  // namespace
-
-Clipping clipping(const Image& image, const fs::path& path, const WriteOptions& options) {
-  Clipping result;
-  if (!holds_codes(path, options)) return result;
-  const bool has_alpha = image_io::facts_of(image_io::format_from_extension(path)).alpha;
-  const auto factor = float(options.display.factor());
-  const auto shown = [&](float radiance) {
-    return display_light(factor * radiance, options.display.tone_map);
-  };
-  const auto rgba = image.rgba();
-  double light = 0, lost = 0;
-  const bool by_view = !options.display.ocio.config.empty();  // which has a white of its own
-  for (std::size_t i = 0; i < rgba.size(); i += 4) {
-    const float alpha = has_alpha ? image_io::clamped(rgba[i + 3]) : 1;
-    const float most = brightest(&rgba[i]);
-    result.clipped += !by_view && shown(most) > 1 + half_code;
-    const bool glows = most > alpha + half_code;
-    double missing = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float wanted = image_io::clamped(shown(rgba[i + c]));
-      light += double(wanted);
-      if (!glows) continue;
-      const float over_black =
-          alpha > 0 ? alpha * image_io::clamped(shown(rgba[i + c] / alpha)) : 0;
-      if (wanted > over_black + half_code) missing += double(wanted - over_black);
-    }
-    lost += missing;
-    result.cut += missing > 0;
-  }
-  if (light > 0) result.lost = lost / light;
-  return result;
-}
-
-double auto_exposure(const Image& image, ToneMap tone_map) {
-  constexpr double percentile = 0.99, target = 0.95;
-  const auto rgba = image.rgba();
-  std::vector<float> lights;
-  for (std::size_t i = 0; i < rgba.size(); i += 4) {
-    const float light = brightest(&rgba[i]);
-    if (light > 0 && std::isfinite(light)) lights.push_back(light);
-  }
-  if (lights.empty()) return 0;
-  const auto at = std::ptrdiff_t(percentile * double(lights.size() - 1));
-  std::nth_element(lights.begin(), lights.begin() + at, lights.end());
-  const double bright = double(lights[std::size_t(at)]);
-  return std::round(100 * std::log2(radiance_of_display(target, tone_map) / bright)) / 100;
-}
-
-namespace {
 
 bool through_openimageio(Format format) { return format != Format::exr && format != Format::png; }
 
@@ -161,7 +109,72 @@ std::string what_is_lost(const Image& image, const fs::path& path, Format format
          " pixels are not opaque and stand over black; --background R,G,B sets another colour";
 }
 
+const image_io::PictureFiles* load_module(ExitCode if_missing) {
+  std::string problem;
+  const auto get = reinterpret_cast<image_io::GetPictureFiles>(
+      load_symbol(PSIVOX_OIIO_MODULE, image_io::picture_files_symbol, /*shared=*/false, problem));
+  if (get) return get();
+  throw Error(if_missing, image_io::one_line(
+                              "cannot load the module that reads and writes pictures: " + problem));
+}
+
+Image read_any(const fs::path& path, Format format, bool needs_picture) {
+  try {
+    if (format == Format::png) return image_io::read_png(path);
+    return image_io::picture_files(ExitCode::failure).read(path, format, needs_picture);
+  } catch (const std::bad_alloc&) {
+    throw image_io::read_error(path, "there is not enough memory for its pixels");
+  }
+}
+
 }  // namespace
+
+Clipping clipping(const Image& image, const fs::path& path, const WriteOptions& options) {
+  Clipping result;
+  if (!holds_codes(path, options)) return result;
+  const bool has_alpha = image_io::facts_of(image_io::format_from_extension(path)).alpha;
+  const auto factor = float(options.display.factor());
+  const auto shown = [&](float radiance) {
+    return display_light(factor * radiance, options.display.tone_map);
+  };
+  const auto rgba = image.rgba();
+  double light = 0, lost = 0;
+  const bool by_view = !options.display.ocio.config.empty();  // which has a white of its own
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    const float alpha = has_alpha ? image_io::clamped(rgba[i + 3]) : 1;
+    const float most = brightest(&rgba[i]);
+    result.clipped += !by_view && shown(most) > 1 + half_code;
+    const bool glows = most > alpha + half_code;
+    double missing = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float wanted = image_io::clamped(shown(rgba[i + c]));
+      light += double(wanted);
+      if (!glows) continue;
+      const float over_black =
+          alpha > 0 ? alpha * image_io::clamped(shown(rgba[i + c] / alpha)) : 0;
+      if (wanted > over_black + half_code) missing += double(wanted - over_black);
+    }
+    lost += missing;
+    result.cut += missing > 0;
+  }
+  if (light > 0) result.lost = lost / light;
+  return result;
+}
+
+double auto_exposure(const Image& image, ToneMap tone_map) {
+  constexpr double percentile = 0.99, target = 0.95;
+  const auto rgba = image.rgba();
+  std::vector<float> lights;
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    const float light = brightest(&rgba[i]);
+    if (light > 0 && std::isfinite(light)) lights.push_back(light);
+  }
+  if (lights.empty()) return 0;
+  const auto at = std::ptrdiff_t(percentile * double(lights.size() - 1));
+  std::nth_element(lights.begin(), lights.begin() + at, lights.end());
+  const double bright = double(lights[std::size_t(at)]);
+  return std::round(100 * std::log2(radiance_of_display(target, tone_map) / bright)) / 100;
+}
 
 std::string image_io::exr_channel_name(const Layer& layer, std::size_t channel) {
   if (layer.name.empty()) return layer.channels[channel];
@@ -218,36 +231,10 @@ bool holds_layers(const fs::path& path) {
   return image_io::format_of_extension(path) == Format::exr;
 }
 
-namespace {
-
-const image_io::PictureFiles* load_module(ExitCode if_missing) {
-  std::string problem;
-  const auto get = reinterpret_cast<image_io::GetPictureFiles>(
-      load_symbol(PSIVOX_OIIO_MODULE, image_io::picture_files_symbol, /*shared=*/false, problem));
-  if (get) return get();
-  throw Error(if_missing, image_io::one_line(
-                              "cannot load the module that reads and writes pictures: " + problem));
-}
-
-}  // namespace
-
 const image_io::PictureFiles& image_io::picture_files(ExitCode if_missing) {
   static const PictureFiles* const loaded = load_module(if_missing);  // tried again if it throws
   return *loaded;
 }
-
-namespace {
-
-Image read_any(const fs::path& path, Format format, bool needs_picture) {
-  try {
-    if (format == Format::png) return image_io::read_png(path);
-    return image_io::picture_files(ExitCode::failure).read(path, format, needs_picture);
-  } catch (const std::bad_alloc&) {
-    throw image_io::read_error(path, "there is not enough memory for its pixels");
-  }
-}
-
-}  // namespace
 
 Image read_image(const fs::path& path) {
   return read_any(path, image_io::format_from_contents(path), /*needs_picture=*/true);

@@ -24,6 +24,35 @@ ColorScale scale_of(const View& view, double min, double max, const ColorOfValue
   return scale;
 }
 
+using image_io::Canvas;
+using image_io::fitted;
+using image_io::Rectangle;
+using image_io::TextPicture;
+
+struct Label {
+  double place = 0;  ///< 0 at the bar's lower end, 1 at its upper one
+  TextPicture text;
+};
+
+std::vector<Label> labels_of(const ColorScale& scale, double size, int room) {
+  std::vector<Label> labels;
+  for (const double value : round_values(scale.min, scale.max, 5))
+    labels.push_back({(value - scale.min) / (scale.max - scale.min),
+                      fitted(formatted("%.6g", value), size, room)});
+  return labels;
+}
+
+/// Greatest width of the bar [picture widths].
+constexpr double most_width = 0.25;
+
+/// The greatest of 1, 2, 5, 10, 20, ... and of 0.5, 0.2, ... that is not above a length.
+double round_length(double length) {
+  const double power = std::pow(10.0, std::floor(std::log10(length)));
+  for (const double factor : {10.0, 5.0, 2.0})
+    if (factor * power <= length * (1 + 1e-9)) return factor * power;
+  return power;
+}
+
 }  // namespace
 
 std::optional<ColorScale> color_scale(const View& view) {
@@ -56,28 +85,6 @@ Legend legend_of(const View& view) {
             view.environment->at(camera_ray(view.camera, size, x + 0.5, y + 0.5).direction));
   return legend;
 }
-
-namespace {
-
-using image_io::Canvas;
-using image_io::fitted;
-using image_io::Rectangle;
-using image_io::TextPicture;
-
-struct Label {
-  double place = 0;  ///< 0 at the bar's lower end, 1 at its upper one
-  TextPicture text;
-};
-
-std::vector<Label> labels_of(const ColorScale& scale, double size, int room) {
-  std::vector<Label> labels;
-  for (const double value : round_values(scale.min, scale.max, 5))
-    labels.push_back({(value - scale.min) / (scale.max - scale.min),
-                      fitted(formatted("%.6g", value), size, room)});
-  return labels;
-}
-
-}  // namespace
 
 std::vector<double> round_values(double min, double max, int count) {
   const double rough = (max - min) / (count + 1);
@@ -123,21 +130,6 @@ bool draw_color_bar(Image& image, const ColorScale& scale, const Display& displa
   }
   return true;
 }
-
-namespace {
-
-/// Greatest width of the bar [picture widths].
-constexpr double most_width = 0.25;
-
-/// The greatest of 1, 2, 5, 10, 20, ... and of 0.5, 0.2, ... that is not above a length.
-double round_length(double length) {
-  const double power = std::pow(10.0, std::floor(std::log10(length)));
-  for (const double factor : {10.0, 5.0, 2.0})
-    if (factor * power <= length * (1 + 1e-9)) return factor * power;
-  return power;
-}
-
-}  // namespace
 
 ScaleBar scale_bar(const View& view) {
   const Camera& camera = view.camera;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <new>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,7 @@
 #include "colour/srgb.h"
 #include "format.h"
 #include "output_file.h"
+#include "psivox/error.h"
 #include "srgb_codes.h"
 
 namespace psivox::image_io {
@@ -148,10 +150,35 @@ bool encode(png_structp png, png_infop info, const Picture& picture) {
   return true;
 }
 
-void write_bytes(png_structp png, png_bytep bytes, std::size_t count) {
-  auto& file = *static_cast<OutputFile*>(png_get_io_ptr(png));
-  if (file.write({reinterpret_cast<const char*>(bytes), count}) != count)
-    png_error(png, "a write failed");
+void append(png_structp png, png_bytep bytes, std::size_t count) {
+  bool fits = true;
+  try {
+    static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<char*>(bytes), count);
+  } catch (const std::bad_alloc&) {
+    fits = false;
+  }
+  if (!fits) png_error(png, "it asks for more memory than there is");
+}
+
+/// The bytes of a PNG; empty with `failure` set if libpng fails.
+std::string encoded(const Image& image, const WriteOptions& options, std::string& failure) {
+  const int bits = options.bits.value_or(8);
+  const Picture picture{image.width,
+                        image.height,
+                        bits,
+                        options.display.ocio.config.empty(),
+                        bytes_of(image.rgba(), bits, options.display),
+                        texts_of(image.metadata)};
+  std::string bytes;
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, fail, ignore_warning);
+  png_infop info = png ? png_create_info_struct(png) : nullptr;
+  bool ok = false;
+  if (info) {
+    png_set_write_fn(png, &bytes, append, nullptr);
+    ok = encode(png, info, picture);
+  }
+  png_destroy_write_struct(&png, &info);
+  return ok ? bytes : std::string();
 }
 
 }  // namespace
@@ -184,24 +211,17 @@ Image read_png(const std::filesystem::path& path) {
   return image;
 }
 
+std::string png_bytes(const Image& image, const WriteOptions& options) {
+  std::string failure, bytes = encoded(image, options, failure);
+  if (bytes.empty()) throw Error(ExitCode::output, "a PNG cannot be made: " + failure);
+  return bytes;
+}
+
 void write_png(const Image& image, const WriteOptions& options, OutputFile& file) {
-  const int bits = options.bits.value_or(8);
-  const Picture picture{image.width,
-                        image.height,
-                        bits,
-                        options.display.ocio.config.empty(),
-                        bytes_of(image.rgba(), bits, options.display),
-                        texts_of(image.metadata)};
   std::string failure;
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, fail, ignore_warning);
-  png_infop info = png ? png_create_info_struct(png) : nullptr;
-  bool ok = false;
-  if (info) {
-    png_set_write_fn(png, &file, write_bytes, nullptr);
-    ok = encode(png, info, picture);
-  }
-  png_destroy_write_struct(&png, &info);
-  file.commit(ok, failure);
+  const std::string bytes = encoded(image, options, failure);
+  file.write(bytes);
+  file.commit(!bytes.empty(), failure);
 }
 
 }  // namespace psivox::image_io

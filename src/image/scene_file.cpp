@@ -5,7 +5,7 @@
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/parameters.h"
-#include "scene/holdout.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {

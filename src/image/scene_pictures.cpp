@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "image/output_file.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 
@@ -57,11 +58,8 @@ struct ImageChannel {
 std::vector<ImageChannel> channels_of(const Image& image) {
   std::vector<ImageChannel> channels;
   for (const Layer& layer : image.layers)
-    for (std::size_t i = 0; i < layer.channels.size(); ++i) {
-      const bool whole = layer.name.empty() || layer.channels.size() == 1;
-      const std::string& channel = layer.channels[i];
-      channels.push_back({whole ? channel : layer.name + "." + channel, &layer, i});
-    }
+    for (std::size_t i = 0; i < layer.channels.size(); ++i)
+      channels.push_back({image_io::exr_channel_name(layer, i), &layer, i});
   return channels;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "psivox/scene.h"
+#include "scene/cuts.h"
 #include "scene/environment.h"
-#include "scene/holdout.h"
 
 // Pictures that a scene names.
 

@@ -6,11 +6,12 @@
 #include <glm/matrix.hpp>
 #include <numeric>
 
+#include "field/index_space.h"
 #include "look/voxel_lines.h"
 #include "medium/value_range.h"
 #include "psivox/draw.h"
 #include "psivox/method.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -42,62 +43,7 @@ Method draft_method(const Scene& scene, const Field& density) {
   return {.integrator = Integrator::midpoint, .sampling = Sampling::uniform, .step = step};
 }
 
-}  // namespace
-
-double Draft::mean_luminance() const {
-  if (luminance.empty()) return 0;
-  return std::accumulate(luminance.begin(), luminance.end(), 0.0) / double(luminance.size());
-}
-
-double Draft::level(double part) const { return exceeded_by(brightest, part); }
-
-void Draft::see(const glm::dvec3& radiance, double alpha) {
-  const double light = 0.2126 * radiance.x + 0.7152 * radiance.y + 0.0722 * radiance.z;
-  if (alpha < covered_alpha && light < covered_luminance) return;
-  luminance.push_back(light);
-  brightest.push_back(std::max({radiance.x, radiance.y, radiance.z}));
-}
-
-void Draft::sort() {
-  std::sort(luminance.begin(), luminance.end());
-  std::sort(brightest.begin(), brightest.end());
-}
-
-Image draft_picture(Scene scene, const MediumFields& fields) {
-  scene.background.reset();
-  scene.holdout.clear();
-  scene = with_method(scene, draft_method(scene, *fields.density));
-  scene.connectivity = Scene{}.connectivity;
-  scene.resolution = {96, 54};
-  scene.pixel_samples = 1;
-  scene.memory_limit = 0;  // its march in double needs the whole atlas, on the host alone
-  return Session(make_view(scene, fields)).draw(*open_double(), {.any_light = true}).image;
-}
-
-Draft make_draft(const Scene& scene, const MediumFields& fields) {
-  const Image image = draft_picture(scene, fields);
-  Draft draft;
-  const auto rgba = image.rgba();
-  for (std::size_t i = 0; i < rgba.size(); i += 4)
-    draft.see(glm::dvec3(rgba[i], rgba[i + 1], rgba[i + 2]), double(rgba[i + 3]));
-  draft.sort();
-  return draft;
-}
-
-double glow_level(const Image& image, double part) {
-  std::vector<float> glow;
-  const auto rgba = image.rgba();
-  for (std::size_t i = 0; i < rgba.size(); i += 4)
-    glow.push_back(std::max({rgba[i], rgba[i + 1], rgba[i + 2]}));
-  const float least = glowing * std::ranges::max(glow);
-  std::erase_if(glow, [&](float value) { return !(value > 0 && value >= least); });
-  std::ranges::sort(glow);
-  return double(exceeded_by(glow, part));
-}
-
-namespace {
-
-constexpr glm::ivec2 size(64, 36);
+constexpr glm::ivec2 ray_count(64, 36);
 /// Rays end at this transmittance, and look at the light again each time that they lost so much.
 constexpr double opaque = 0.01, light_interval = 0.1;
 
@@ -127,14 +73,12 @@ class RayDraft {
     const VoxelLines::Line line =
         lines_.line(glm::dvec3(to_index_ * glm::dvec4(ray.origin, 1)), ray.direction);
     const Box domain = medium_.density->domain();
-    const glm::dvec3 a = (glm::dvec3(domain.min) - line.from) / line.way;
-    const glm::dvec3 b = (glm::dvec3(domain.max) - line.from) / line.way;
-    const glm::dvec3 near = glm::min(a, b), far = glm::max(a, b);
+    const glm::dvec2 in = interval_in(domain.min, domain.max, line.from, line.way);
     const glm::dvec2 left = clip_interval(clip_, ray) / line.step;
-    const double enters = std::max({near.x, near.y, near.z, 0.0, left.x});
+    const double enters = std::max({in.x, 0.0, left.x});
     double through = 1, lit_at = 2;
     glm::dvec3 radiance(0), beams(0);
-    if (!(enters < std::min({far.x, far.y, far.z, left.y}))) return glm::dvec4(0);
+    if (!(enters < std::min(in.y, left.y))) return glm::dvec4(0);
     const double begin = enters + 0.5;
     lines_.walk_between(line, begin, [&](double n, double between) {
       if (begin + n > left.y) return false;
@@ -190,13 +134,64 @@ bool suits_rays(const View& view) {
 
 }  // namespace
 
+double Draft::mean_luminance() const {
+  if (luminance.empty()) return 0;
+  return std::accumulate(luminance.begin(), luminance.end(), 0.0) / double(luminance.size());
+}
+
+double Draft::level(double part) const { return exceeded_by(brightest, part); }
+
+void Draft::see(const glm::dvec3& radiance, double alpha) {
+  const double light = 0.2126 * radiance.x + 0.7152 * radiance.y + 0.0722 * radiance.z;
+  if (alpha < covered_alpha && light < covered_luminance) return;
+  luminance.push_back(light);
+  brightest.push_back(std::max({radiance.x, radiance.y, radiance.z}));
+}
+
+void Draft::sort() {
+  std::sort(luminance.begin(), luminance.end());
+  std::sort(brightest.begin(), brightest.end());
+}
+
+Image draft_picture(Scene scene, const MediumFields& fields) {
+  scene.background.reset();
+  scene.holdout.clear();
+  scene = with_method(scene, draft_method(scene, *fields.density));
+  scene.connectivity = Scene{}.connectivity;
+  scene.resolution = {96, 54};
+  scene.pixel_samples = 1;
+  scene.memory_limit = 0;  // its march in double needs the whole atlas, on the host alone
+  return Session(make_view(scene, fields)).draw(*open_double(), {.any_light = true}).image;
+}
+
+Draft make_draft(const Scene& scene, const MediumFields& fields) {
+  const Image image = draft_picture(scene, fields);
+  Draft draft;
+  const auto rgba = image.rgba();
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    draft.see(glm::dvec3(rgba[i], rgba[i + 1], rgba[i + 2]), double(rgba[i + 3]));
+  draft.sort();
+  return draft;
+}
+
+double glow_level(const Image& image, double part) {
+  std::vector<float> glow;
+  const auto rgba = image.rgba();
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    glow.push_back(std::max({rgba[i], rgba[i + 1], rgba[i + 2]}));
+  const float least = glowing * std::ranges::max(glow);
+  std::erase_if(glow, [&](float value) { return !(value > 0 && value >= least); });
+  std::ranges::sort(glow);
+  return double(exceeded_by(glow, part));
+}
+
 std::optional<Draft> ray_draft(const View& view) {
   if (!suits_rays(view)) return {};
   RayDraft rays(view);
   Draft draft;
-  for (int y = 0; y < size.y; ++y)
-    for (int x = 0; x < size.x; ++x) {
-      const glm::dvec4 seen = rays.draw(camera_ray(view.camera, size, x + 0.5, y + 0.5));
+  for (int y = 0; y < ray_count.y; ++y)
+    for (int x = 0; x < ray_count.x; ++x) {
+      const glm::dvec4 seen = rays.draw(camera_ray(view.camera, ray_count, x + 0.5, y + 0.5));
       draft.see(glm::dvec3(seen), seen.w);
     }
   draft.sort();

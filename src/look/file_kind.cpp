@@ -93,23 +93,6 @@ double stored_voxels(const Field& field) {
   return std::max(count, double(field.active_voxels));
 }
 
-}  // namespace
-
-std::vector<SampledVoxel> sample_voxels(const Field& field, std::size_t wanted) {
-  if (field.active_box.empty()) return {};
-  const double per_sample = stored_voxels(field) / double(wanted);
-  int width = std::max(1, int(std::cbrt(per_sample)));
-  std::vector<SampledVoxel> found = on_lattice(field, {field.active_box, width});
-  // many active voxels may be 0
-  while (found.size() < wanted / 4 && width > 1) {
-    width /= 2;
-    found = on_lattice(field, {field.active_box, width});
-  }
-  return found;
-}
-
-namespace {
-
 constexpr std::size_t sample_size = 16384;
 /// A mask or a solid has few values too, but no more than this; eight bits have no more than that.
 constexpr std::size_t few_values = 8, most_steps = 255;
@@ -150,6 +133,19 @@ bool are_steps(const std::vector<float>& values) {
 }
 
 }  // namespace
+
+std::vector<SampledVoxel> sample_voxels(const Field& field, std::size_t wanted) {
+  if (field.active_box.empty()) return {};
+  const double per_sample = stored_voxels(field) / double(wanted);
+  int width = std::max(1, int(std::cbrt(per_sample)));
+  std::vector<SampledVoxel> found = on_lattice(field, {field.active_box, width});
+  // many active voxels may be 0
+  while (found.size() < wanted / 4 && width > 1) {
+    width /= 2;
+    found = on_lattice(field, {field.active_box, width});
+  }
+  return found;
+}
 
 bool is_scan(const Field& density, bool known_fog) {
   const std::vector<float> values = values_in(density);

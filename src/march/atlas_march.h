@@ -5,7 +5,6 @@
 
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
-#include "march/shader_constants.h"
 
 namespace psivox::glsl {
 

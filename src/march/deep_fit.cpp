@@ -1,4 +1,4 @@
-#include "march/deep_fit.h"
+#include "march/march_double.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,6 @@
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
 #include "march/march_tables.h"
-#include "march/shader_constants.h"
 #include "march/shader_math.h"
 
 namespace psivox {

@@ -32,11 +32,11 @@ inline PerGrid<const BrickAtlas*> grids_of(const MediumAtlas& atlas) {
     else
       return &grid;
   };
-  return {
-#define GRID(id, name) pointer(atlas.name),
+  PerGrid<const BrickAtlas*> all{};
+#define GRID(id, name) all[id] = pointer(atlas.name);
 #include "grids.glsl"
 #undef GRID
-  };
+  return all;
 }
 
 namespace glsl {

@@ -50,6 +50,13 @@ Field field_of_blocks(const Field& density, const LightBlocks& blocks, int chann
   return field;
 }
 
+/// An octave's light, optical depth and mean cosine, as parts of those of the one before. These are
+/// the paper's a, b and c; its light may not exceed its extinction (a <= b).
+constexpr double octave_ratio = 0.5;
+
+double double_of(float value) { return value; }
+const glm::dvec3& double_of(const glm::dvec3& value) { return value; }
+
 }  // namespace
 
 std::shared_ptr<const TransferFunction> without_colors(const Medium& medium) {
@@ -98,14 +105,6 @@ std::vector<Beam> sky_beams(const View& view, int count) {
   return beams;
 }
 
-namespace {
-
-/// An octave's light, optical depth and mean cosine, as parts of those of the one before. These are
-/// the paper's a, b and c; its light may not exceed its extinction (a <= b).
-constexpr double octave_ratio = 0.5;
-
-}  // namespace
-
 double transmittance_of(double light, int octaves) {
   if (octaves == 1) return light;
   const auto arriving = [&](double depth) {
@@ -143,13 +142,6 @@ double LitLuminance::phase(const Beam& beam, const glm::ivec3& voxel, double cos
       camera_.orthographic || at == camera_.position ? camera_.forward : at - camera_.position;
   return henyey_greenstein(cosine, -glm::dot(beam.direction, glm::normalize(seen)));
 }
-
-namespace {
-
-double double_of(float value) { return value; }
-const glm::dvec3& double_of(const glm::dvec3& value) { return value; }
-
-}  // namespace
 
 template <typename Colour, typename Real>
 Colour LitLuminance::scattered(const Colour& light, const Beam& beam, const glm::ivec3& voxel,

@@ -41,6 +41,28 @@ class MarchedDepths {
       [this] { return glsl::AtlasMarch(setup_, atlas_); }};
 };
 
+/// The view with a further volume in the first one's place, and the first one in its.
+View seen_from(const View& view, std::size_t other) {
+  View own = view;
+  own.medium = view.medium.others[other];
+  own.medium.others = view.medium.others;
+  own.medium.others[other] = view.medium;
+  own.medium.others[other].others.clear();
+  if (other < view.scene.volumes.size())
+    own.scene.albedo = scene_of_volume(view.scene, view.scene.volumes[other]).albedo;
+  return own;
+}
+
+/// The beams of the first volume as they light another, whose albedo is its own.
+std::vector<Beam> beams_on(const View& other, std::span<const Beam> beams) {
+  std::vector<Beam> own = light_beams(other);
+  const auto sky = int(beams.size() - own.size());
+  if (sky > 0)
+    for (const Beam& beam : sky_beams(other, sky)) own.push_back(beam);
+  for (Beam& beam : own) beam.method = {.termination = beams.front().method.termination};
+  return own;
+}
+
 }  // namespace
 
 LightDepths one_by_one(BeamDepths depths) {
@@ -112,32 +134,6 @@ std::vector<double> march_double_light_depths(const View& view, const MediumAtla
 }
 
 // Light on further volumes: each is lit as the first one is, with the others in front of it.
-namespace {
-
-/// The view with a further volume in the first one's place, and the first one in its.
-View seen_from(const View& view, std::size_t other) {
-  View own = view;
-  own.medium = view.medium.others[other];
-  own.medium.others = view.medium.others;
-  own.medium.others[other] = view.medium;
-  own.medium.others[other].others.clear();
-  if (other < view.scene.volumes.size())
-    own.scene.albedo = scene_of_volume(view.scene, view.scene.volumes[other]).albedo;
-  return own;
-}
-
-/// The beams of the first volume as they light another, whose albedo is its own.
-std::vector<Beam> beams_on(const View& other, std::span<const Beam> beams) {
-  std::vector<Beam> own = light_beams(other);
-  const auto sky = int(beams.size() - own.size());
-  if (sky > 0)
-    for (const Beam& beam : sky_beams(other, sky)) own.push_back(beam);
-  for (Beam& beam : own) beam.method = {.termination = beams.front().method.termination};
-  return own;
-}
-
-}  // namespace
-
 LightDepths own_light_depths(const View& view) {
   const auto atlas = std::make_shared<const MediumAtlas>(build_medium_atlas(view));
   return [&view, atlas](std::span<const Beam> beams, const LightBlocks& blocks,

@@ -39,7 +39,7 @@ struct Met {
   double depth;
 };
 
-/// Looks along lines, together with the team.
+/// Looks along lines, together with the other processes.
 class Looks {
  public:
   Looks(const Medium& medium, const LightShare& share)
@@ -57,7 +57,7 @@ class Looks {
     for (std::size_t i = 0; i < lines.size(); ++i)
       look_along(lines[i], std::uint32_t(i), most, own);
     std::vector<std::vector<Met>> of_lines(lines.size());
-    for (const std::vector<Met>& some : share_.team->gather(own))
+    for (const std::vector<Met>& some : share_.of_all(own))
       for (const Met& point : some) of_lines[point.line].push_back(point);
     for (std::vector<Met>& line : of_lines) std::ranges::sort(line, std::less{}, &Met::point);
     return of_lines;
@@ -180,7 +180,7 @@ std::vector<glm::dvec3> LightPilot::exact_light(const LitLuminance& luminance) c
 
 std::vector<glm::dvec3> LightPilot::known(const std::vector<Known>& own) const {
   std::vector<glm::dvec3> light(own.size());
-  for (const std::vector<Known>& some : share_.team->gather(own))
+  for (const std::vector<Known>& some : share_.of_all(own))
     for (std::size_t i = 0; i < light.size(); ++i)
       if (some[i].known) light[i] = some[i].light;
   return light;

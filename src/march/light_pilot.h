@@ -21,6 +21,11 @@ struct LightShare {
   std::shared_ptr<const Field> whole{};
 
   bool together() const { return team->size() > 1; }
+  /// What each process gives of its share.
+  template <typename Values>
+  auto of_all(const Values& own) const {
+    return team->gather(own);
+  }
 };
 
 /// What a picture misses in its light.

@@ -11,7 +11,6 @@
 
 #include "base/stopwatch.h"
 #include "march/atlas_march.h"
-#include "march/deep_fit.h"
 #include "march/film.h"
 
 // Under AddressSanitizer it would take minutes to compile.
@@ -70,47 +69,6 @@ void for_each(const MarchSetup& setup, const MediumAtlas& atlas, std::size_t cou
                       }
                     });
 }
-
-}  // namespace
-
-RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
-                                 const RenderOptions& options) {
-  const Stopwatch watch;
-  const MarchSetup setup = setup_in_double(view, atlas, options);
-  const PixelBox pixels = options.pixels.value_or(PixelBox{{}, view.scene.resolution});
-  const glm::ivec2 size = pixels.size;
-  const int n = view.scene.pixel_samples;
-
-  Film film(view, options);
-  std::atomic<std::uint64_t> stuck = 0;
-  for_each(setup, atlas, std::size_t(size.y), 4, options.progress,
-           [&](AtlasMarch& march, std::size_t row) {
-             const int y = int(row);
-             for (int x = 0; x < size.x; ++x) {
-               PixelSums sums;
-               for (int i = 0; i < n; ++i) {
-                 march.sample_offset = options.place.value_or(pixel_sample(i, n));
-                 RayOfPixel ray(march, pixels.origin + glm::ivec2(x, y));
-                 march_on(march, ray.state, ray.ray);
-                 const auto& m = ray.state;
-                 if (m.stuck) ++stuck;
-                 sums.add(ray.picture(march), {march.depth_of(m, ray.pixel),
-                                               march.decay(m.optical_depth).e, m.steps, m.samples});
-               }
-               film.set(x, y, sums);
-             }
-           });
-
-  RenderResult result;
-  result.image = film.finish(result.stats);
-  result.stats.renderer = "march in double precision";
-  result.stats.passes = 1;
-  result.stats.stuck = stuck;
-  result.stats.march_ms = watch.ms();
-  return result;
-}
-
-namespace {
 
 /// Collects the curve of a ray that is marched by exact cells, one turn after the other.
 class CurveMarch {
@@ -173,7 +131,51 @@ class CurveMarch {
   RayOfPixel ray_;
 };
 
+/// Rays that a thread takes at a time.
+constexpr std::size_t rays_together = 4;
+
+MarchedRay shown(AtlasMarch& march, const RayOfPixel& ray) {
+  return {glm::vec4(ray.picture(march)), double(ray.state.samples)};
+}
+
 }  // namespace
+
+RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
+                                 const RenderOptions& options) {
+  const Stopwatch watch;
+  const MarchSetup setup = setup_in_double(view, atlas, options);
+  const PixelBox pixels = options.pixels.value_or(PixelBox{{}, view.scene.resolution});
+  const glm::ivec2 size = pixels.size;
+  const int n = view.scene.pixel_samples;
+
+  Film film(view, options);
+  std::atomic<std::uint64_t> stuck = 0;
+  for_each(setup, atlas, std::size_t(size.y), 4, options.progress,
+           [&](AtlasMarch& march, std::size_t row) {
+             const int y = int(row);
+             for (int x = 0; x < size.x; ++x) {
+               PixelSums sums;
+               for (int i = 0; i < n; ++i) {
+                 march.sample_offset = options.place.value_or(pixel_sample(i, n));
+                 RayOfPixel ray(march, pixels.origin + glm::ivec2(x, y));
+                 march_on(march, ray.state, ray.ray);
+                 const auto& m = ray.state;
+                 if (m.stuck) ++stuck;
+                 sums.add(ray.picture(march), {march.depth_of(m, ray.pixel),
+                                               march.decay(m.optical_depth).e, m.steps, m.samples});
+               }
+               film.set(x, y, sums);
+             }
+           });
+
+  RenderResult result;
+  result.image = film.finish(result.stats);
+  result.stats.renderer = "march in double precision";
+  result.stats.passes = 1;
+  result.stats.stuck = stuck;
+  result.stats.march_ms = watch.ms();
+  return result;
+}
 
 RenderResult render_deep(const View& view, const MediumAtlas& atlas, double tolerance,
                          const Progress& progress) {
@@ -216,40 +218,21 @@ PixelMarch::PixelMarch(const View& view, const MediumAtlas& atlas, const BrickSt
   setup_ = std::make_shared<const MarchSetup>(std::move(setup));
 }
 
-namespace {
-
-/// Rays that a thread takes at a time.
-constexpr std::size_t rays_together = 4;
-
-MarchedRay shown(AtlasMarch& march, const RayOfPixel& ray) {
-  return {glm::vec4(ray.picture(march)), double(ray.state.samples)};
-}
-
-}  // namespace
-
 void PixelMarch::march(std::span<const glm::ivec2> pixels, std::span<MarchedRay> rays,
-                       const Progress& progress) const {
-  for_each(*setup_, *atlas_, pixels.size(), rays_together, progress,
-           [&](AtlasMarch& march, std::size_t i) {
-             RayOfPixel ray(march, pixels[i]);
-             march_on(march, ray.state, ray.ray);
-             rays[i] = shown(march, ray);
-           });
-}
-
-void PixelMarch::march(std::span<const glm::ivec2> pixels, std::span<MarchedRay> rays,
-                       const PixelMarch& sooner, std::span<MarchedRay> ended,
-                       const Progress& progress) const {
+                       const Progress& progress, const PixelMarch* sooner,
+                       std::span<MarchedRay> ended) const {
   const double last = setup_->parameters.stop_depth;
-  for_each(*sooner.setup_, *atlas_, pixels.size(), rays_together, progress,
+  for_each(sooner ? *sooner->setup_ : *setup_, *atlas_, pixels.size(), rays_together, progress,
            [&](AtlasMarch& march, std::size_t i) {
              RayOfPixel ray(march, pixels[i]);
              march_on(march, ray.state, ray.ray);
-             ended[i] = shown(march, ray);
-             ray.state.stop_at = last;
-             if (ray.state.t < ray.ray.end) {
-               ray.state.done = false;
-               march_on(march, ray.state, ray.ray);
+             if (sooner) {
+               ended[i] = shown(march, ray);
+               ray.state.stop_at = last;
+               if (ray.state.t < ray.ray.end) {
+                 ray.state.done = false;
+                 march_on(march, ray.state, ray.ray);
+               }
              }
              rays[i] = shown(march, ray);
            });

@@ -24,6 +24,26 @@ std::vector<double> march_double_light_depths(const View& view, const MediumAtla
 RenderResult render_deep(const View& view, const MediumAtlas& atlas, double tolerance,
                          const Progress& progress = {});
 
+/// What a ray has collected up to a depth. Between points of a curve, optical depth and radiance
+/// are linear.
+struct CurvePoint {
+  double z = 0;      ///< along the view, from the camera [world units]
+  double depth = 0;  ///< optical depth
+  glm::dvec3 radiance{0};
+};
+using RayCurve = std::vector<CurvePoint>;
+
+/// The curve of a pixel: means of transmittance and radiance over its rays.
+RayCurve mean_curve(const std::vector<RayCurve>& rays);
+
+/// Adds samples, front to back, whose transmittance and radiance up to every point of the curve are
+/// within `tolerance` of it, few of them: each reaches as far as a sample can. Their errors do not
+/// add up.
+void fit_samples(const RayCurve& curve, double tolerance, std::vector<DeepSample>& samples);
+
+/// R G B A of samples that lie one behind the other.
+glm::vec4 flattened(const DeepSample* samples, std::size_t count);
+
 class DoubleMarcher : public Marcher {
  public:
   std::string description() const override { return "march in double precision"; }
@@ -53,13 +73,11 @@ class PixelMarch {
  public:
   PixelMarch(const View& view, const MediumAtlas& atlas, const BrickSteps& brick_steps = {});
 
-  /// `progress` is called on this thread, often; it may throw.
+  /// `progress` is called on this thread, often; it may throw. `ended` gets what `sooner` marches,
+  /// the same view but that rays end at a larger transmittance. A ray is marched once.
   void march(std::span<const glm::ivec2> pixels, std::span<MarchedRay> rays,
-             const Progress& progress) const;
-  /// Also sets `ended`: what `sooner` marches, the same view but that rays end at a larger
-  /// transmittance. A ray is marched once.
-  void march(std::span<const glm::ivec2> pixels, std::span<MarchedRay> rays,
-             const PixelMarch& sooner, std::span<MarchedRay> ended, const Progress& progress) const;
+             const Progress& progress, const PixelMarch* sooner = nullptr,
+             std::span<MarchedRay> ended = {}) const;
 
  private:
   std::shared_ptr<const MarchSetup> setup_;

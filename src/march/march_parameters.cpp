@@ -9,8 +9,6 @@
 #include "field/index_space.h"
 #include "march/explain.h"
 #include "march/march_tables.h"
-#include "march/others.h"
-#include "march/ray_bounds.h"
 #include "march/transfer_table.h"
 #include "psivox/error.h"
 #include "scene/transfer_function.h"
@@ -50,19 +48,6 @@ int one_width(const MediumAtlas& atlas) {
   }
   return -1;
 }
-
-}  // namespace
-
-bool has_end_corrections(const View& view) {
-  const Scene& scene = view.scene;
-  // From vacuum to vacuum there is nothing to correct.
-  return scene.end_corrections && scene.resolved_sampling() == Sampling::uniform &&
-         !view.medium.transfer && !view.medium.emission && scene.composites() &&
-         !info(scene.mode).from_back && scene.resolved_integrator() == Integrator::psi_balanced &&
-         (begins_inside(view) || scene.clip || scene.clip_plane || view.holdout);
-}
-
-namespace {
 
 /// The numbers of a grid: where its rays run, its domain and its page table.
 glsl::Grid grid_numbers(const RayBundle& bundle, const BrickAtlas& atlas, double unit) {
@@ -227,6 +212,15 @@ void place_bounds(const View& view, const MediumAtlas& atlas, const RenderOption
 }
 
 }  // namespace
+
+bool has_end_corrections(const View& view) {
+  const Scene& scene = view.scene;
+  // From vacuum to vacuum there is nothing to correct.
+  return scene.end_corrections && scene.resolved_sampling() == Sampling::uniform &&
+         !view.medium.transfer && !view.medium.emission && scene.composites() &&
+         !info(scene.mode).from_back && scene.resolved_integrator() == Integrator::psi_balanced &&
+         (begins_inside(view) || scene.clip || scene.clip_plane || view.holdout);
+}
 
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,
                             const RenderOptions& options) {

@@ -4,6 +4,8 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <memory>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 #include "march/grids.h"
@@ -27,6 +29,24 @@ struct MarchParameters {
 #undef PARAMETER
 };
 
+/// Calls visit(name, value) for each parameter, by its name in the shaders:
+/// `given.density.anchor_0`.
+template <typename Visit>
+void visit_parameters(const MarchParameters& parameters, const Visit& visit) {
+  const auto visit_one = [&]<typename T>(const std::string& name, const T& value) {
+    if constexpr (std::is_same_v<T, glsl::Grid>) {
+#define PARAMETER(type, member) visit(name + "." #member, value.member);
+#include "grid_parameters.glsl"
+#undef PARAMETER
+    } else {
+      visit(name, value);
+    }
+  };
+#define PARAMETER(type, name) visit_one("given." #name, parameters.name);
+#include "march_parameters.glsl"
+#undef PARAMETER
+}
+
 /// What a march is compiled for; names and meaning in shaders/march_constants.glsl.
 struct MarchConstants {
 #define CONSTANT(type, name) type name{};
@@ -49,5 +69,30 @@ struct MarchSetup {
 /// most, a bound: cells and nodes crossed, or steps.
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,
                             const RenderOptions& options = {});
+
+/// More turns than any ray of the march can take. `finest_step`: under uniform [unit of t].
+double turn_bound(const MarchSetup& setup, double finest_step);
+
+/// Largest value that an atlas holds, and 0.
+double greatest_value(const BrickAtlas& atlas);
+
+/// Length of the longest line through a box of so many voxels [world units].
+double diagonal_of(const Field& field, const glm::dvec3& size);
+
+/// Bounds on the optical depth of a ray through the density.
+struct DepthBounds {
+  double whole = 0;
+  double cell = 0;  ///< of its part in one cell
+};
+DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas);
+
+/// How cell_exact integrates a cell: Gauss-Legendre nodes, and the largest depth that they are
+/// given at a time. Up to there the error in cells of random corners is at most 5e-5 of the largest
+/// luminance, and 1e-6 RMS; in smooth cells it is a hundredth of that (docs/method.md).
+struct CellNodes {
+  int nodes = 0;
+  double depth = 0;
+};
+CellNodes cell_nodes(double cell_depth);
 
 }  // namespace psivox

@@ -11,8 +11,7 @@
 #include "march/preintegration.h"
 #include "march/transfer_table.h"
 #include "psivox/error.h"
-#include "scene/clip.h"
-#include "scene/holdout.h"
+#include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -76,6 +75,13 @@ struct Crossing {
   double at;  ///< [planes along the main axis]
 };
 
+/// Appends numbers, four an entry.
+int append(const std::vector<float>& numbers, MarchSetup& setup) {
+  std::vector<glm::vec4> entries((numbers.size() + 3) / 4);
+  for (std::size_t i = 0; i < numbers.size(); ++i) entries[i / 4][int(i % 4)] = numbers[i];
+  return append(entries, setup);
+}
+
 }  // namespace
 
 RayTemplate make_ray_template(const glm::dvec3& direction, int planes, int connectivity) {
@@ -123,27 +129,6 @@ int append(const std::vector<glm::vec4>& entries, MarchSetup& setup) {
   setup.tables.insert(setup.tables.end(), entries.begin(), entries.end());
   return first;
 }
-
-namespace {
-
-/// Appends numbers, four an entry.
-int append(const std::vector<float>& numbers, MarchSetup& setup) {
-  std::vector<glm::vec4> entries((numbers.size() + 3) / 4);
-  for (std::size_t i = 0; i < numbers.size(); ++i) entries[i / 4][int(i % 4)] = numbers[i];
-  return append(entries, setup);
-}
-
-/// Longest segment of a cell's [unit of t].
-double longest_segment(const Field& field, int segments, double unit) {
-  const glm::dmat3 m(field.world_from_index);
-  double longest = 0;
-  for (const double y : {-1.0, 1.0})
-    for (const double z : {-1.0, 1.0})
-      longest = std::max(longest, glm::length(m * glm::dvec3(1, y, z)));
-  return longest / (unit * segments);
-}
-
-}  // namespace
 
 void place_transfer(const TransferFunction& function, MarchSetup& setup) {
   const TransferTable table = make_transfer_table(function);
@@ -275,8 +260,8 @@ void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& densit
 void place_preintegration(const View& view, bool may_update, MarchSetup& setup) {
   MarchParameters& p = setup.parameters;
   const bool uniform = setup.constants.uniform_sampling && !setup.constants.template_sampling;
-  const double length =
-      uniform ? p.step : longest_segment(*view.medium.density, view.scene.segments, p.world_unit);
+  const double longest = diagonal_of(*view.medium.density, glm::dvec3(1)) / p.world_unit;
+  const double length = uniform ? p.step : longest / view.scene.segments;
   setup.preintegration =
       preintegrated_table(*view.medium.transfer, p.extinction, length, uniform, may_update);
   const PreintegratedTable& table = *setup.preintegration;

@@ -54,6 +54,9 @@ void place_holdout(const View& view, double anchor_distance, MarchSetup& setup);
 void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& density,
                        MarchSetup& setup);
 
+/// The further volumes of the atlas.
+void place_others(const View& view, const MediumAtlas& atlas, MarchSetup& setup);
+
 /// The table that shaders/integrators/psi_table.glsl reads: an entry for each cell, the front end's
 /// place major, with the values at (front, back) = (i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1).
 std::vector<glm::vec4> make_psi_table();

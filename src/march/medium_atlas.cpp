@@ -10,7 +10,6 @@
 #include "field/index_space.h"
 #include "march/grids.h"
 #include "march/march_parameters.h"
-#include "march/others.h"
 #include "medium/value_range.h"
 #include "psivox/leaf_values.h"
 #include "scene/transfer_function.h"
@@ -70,58 +69,6 @@ std::optional<double> threshold(const TransferFunction& function) {
   return (first - 1)->value;
 }
 
-}  // namespace
-
-AtlasSize MediumAtlas::size() const {
-  AtlasSize sum;
-  for (const BrickAtlas* grid : grids_of(*this))
-    if (grid) sum += grid->size;
-  return sum;
-}
-
-AtlasOptions density_options(const View& view) {
-  AtlasOptions options;
-  const Medium& medium = view.medium;
-  if (view.scene.attenuates() && medium.extinction == 0) {
-    options.visible = [](const ValueRange&, const ValueRange&) { return false; };
-  } else if (view.scene.shows(Shows::surface)) {
-    const auto isovalue = float(medium.isovalue);
-    options.visible = [isovalue](const ValueRange& own, const ValueRange&) {
-      return own.min <= isovalue && isovalue <= own.max;
-    };
-    options.with_margin = true;  // normals are central differences
-  } else if (medium.transfer && !view.scene.shows(Shows::value) &&
-             !view.scene.shows(Shows::plane)) {
-    // A uniform step reaches from brick to brick, so that a rule which applies the function between
-    // its ends needs every value.
-    const bool every_value = is_transfer_rule(view.scene.resolved_integrator()) &&
-                             view.scene.resolved_sampling() != Sampling::cells;
-    options.companion = medium.gradient;
-    const std::optional<double> begins =
-        medium.gradient ? std::nullopt : threshold(*medium.transfer);
-    options.visible = [transfer = medium.transfer, every_value, begins](
-                          const ValueRange& own, const ValueRange& gradients) {
-      if (begins && !every_value) return double(own.max) > *begins;
-      return (every_value && (own.min != 0 || own.max != 0)) ||
-             transfer->max_attenuation(glm::dvec2(own.min, own.max),
-                                       glm::dvec2(gradients.min, gradients.max)) > 0;
-    };
-  }
-  options.own_texels = medium.light || medium.lit;  // its light is stored beside it
-  options.mark_octants = true;
-  const auto walk = [&](const Field& other) {
-    for (const Box& box : where_values_are(other, *medium.density)) options.walked.push_back(box);
-  };
-  if (medium.emission) walk(*medium.emission);
-  for (const Medium& other : medium.others) {
-    walk(*other.density);
-    if (other.emission) walk(*other.emission);
-  }
-  return options;
-}
-
-namespace {
-
 /// Builds atlases one after another within the view's memory limit.
 class Builder {
  public:
@@ -173,6 +120,54 @@ class Builder {
 };
 
 }  // namespace
+
+AtlasSize MediumAtlas::size() const {
+  AtlasSize sum;
+  for (const BrickAtlas* grid : grids_of(*this))
+    if (grid) sum += grid->size;
+  return sum;
+}
+
+AtlasOptions density_options(const View& view) {
+  AtlasOptions options;
+  const Medium& medium = view.medium;
+  if (view.scene.attenuates() && medium.extinction == 0) {
+    options.visible = [](const ValueRange&, const ValueRange&) { return false; };
+  } else if (view.scene.shows(Shows::surface)) {
+    const auto isovalue = float(medium.isovalue);
+    options.visible = [isovalue](const ValueRange& own, const ValueRange&) {
+      return own.min <= isovalue && isovalue <= own.max;
+    };
+    options.with_margin = true;  // normals are central differences
+  } else if (medium.transfer && !view.scene.shows(Shows::value) &&
+             !view.scene.shows(Shows::plane)) {
+    // A uniform step reaches from brick to brick, so that a rule which applies the function between
+    // its ends needs every value.
+    const bool every_value = is_transfer_rule(view.scene.resolved_integrator()) &&
+                             view.scene.resolved_sampling() != Sampling::cells;
+    options.companion = medium.gradient;
+    const std::optional<double> begins =
+        medium.gradient ? std::nullopt : threshold(*medium.transfer);
+    options.visible = [transfer = medium.transfer, every_value, begins](
+                          const ValueRange& own, const ValueRange& gradients) {
+      if (begins && !every_value) return double(own.max) > *begins;
+      return (every_value && (own.min != 0 || own.max != 0)) ||
+             transfer->max_attenuation(glm::dvec2(own.min, own.max),
+                                       glm::dvec2(gradients.min, gradients.max)) > 0;
+    };
+  }
+  options.own_texels = medium.light || medium.lit;  // its light is stored beside it
+  options.mark_octants = true;
+  const auto walk = [&](const Field& other) {
+    for (const Box& box : where_values_are(other, *medium.density)) options.walked.push_back(box);
+  };
+  if (medium.emission) walk(*medium.emission);
+  for (const Medium& other : medium.others) {
+    walk(*other.density);
+    if (other.emission) walk(*other.emission);
+  }
+  return options;
+}
 
 MediumAtlas build_medium_atlas(const View& view) {
   const Medium& medium = view.medium;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "psivox/atlas.h"
 #include "psivox/medium.h"
@@ -26,7 +27,7 @@ struct MediumAtlas {
   std::optional<BrickAtlas> luminance;  ///< where the luminance has a grid of its own
   std::optional<BrickAtlas> emission;
   std::optional<BrickAtlas> gradient;  ///< where the transfer function has one
-  std::optional<BrickAtlas> others{};  ///< of all further volumes, see others.h
+  std::optional<BrickAtlas> others{};  ///< of all further volumes, see join_others
   std::vector<PlacedOther> placed{};
   bool paired = false;  ///< luminance has the density's bricks in the same slots
   /// The region whose density and gradient are stored, alone: cells beside it may have values
@@ -75,5 +76,17 @@ CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel);
 
 /// Adds the luminance of a view whose light has been computed since.
 void add_luminance(MediumAtlas& atlas, const View& view);
+
+/// The bricks of a further volume, or of what it emits, before they are joined.
+struct OtherBricks {
+  std::size_t volume = 0;  ///< place in Medium::others
+  bool emits = false;
+  BrickAtlas bricks{};
+  std::optional<BrickAtlas> light{};  ///< its luminance, in the same slots
+};
+
+/// Sets the atlas's further volumes: the bricks of all as one grid of one channel. A volume's
+/// channels follow each other there, each with as many slots as it has bricks.
+void join_others(const std::vector<OtherBricks>& parts, MediumAtlas& atlas);
 
 }  // namespace psivox

@@ -1,11 +1,8 @@
-#include "march/others.h"
-
 #include <algorithm>
 #include <glm/matrix.hpp>
 
+#include "march/glsl_subset.h"
 #include "march/march_tables.h"
-#include "march/ray_bounds.h"
-#include "march/shader_constants.h"
 #include "psivox/error.h"
 
 namespace psivox {

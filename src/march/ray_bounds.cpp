@@ -1,10 +1,10 @@
-#include "march/ray_bounds.h"
+#include "march/march_parameters.h"
 
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "march/shader_constants.h"
+#include "march/glsl_subset.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -46,7 +46,8 @@ double longest_ray(const MarchParameters& p) {
   return 2 * glm::length(size) / slowest;
 }
 
-/// Length of the longest line through a box of voxels [world units].
+}  // namespace
+
 double diagonal_of(const Field& field, const glm::dvec3& size) {
   const glm::dmat3 m(field.world_from_index);
   double longest = 0;
@@ -55,8 +56,6 @@ double diagonal_of(const Field& field, const glm::dvec3& size) {
       longest = std::max(longest, glm::length(m * (size * glm::dvec3(1, y, z))));
   return longest;
 }
-
-}  // namespace
 
 double greatest_value(const BrickAtlas& atlas) {
   double most = 0;

@@ -1,5 +1,4 @@
 #include "march/film.h"
-#include "scene/holdout.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -18,7 +17,7 @@
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/medium.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

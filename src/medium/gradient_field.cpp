@@ -1,4 +1,4 @@
-#include "medium/gradient_field.h"
+#include "medium/map_field.h"
 
 #include <tbb/parallel_for.h>
 

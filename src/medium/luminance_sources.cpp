@@ -10,7 +10,7 @@
 #include "medium/value_range.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
-#include "scene/black_body.h"
+#include "scene/color.h"
 
 namespace psivox {
 namespace {
@@ -21,31 +21,6 @@ std::shared_ptr<const Field> share(Field field) {
 
 /// Temperature at which a black body begins to glow visibly (J. W. Draper, 1847) [K].
 constexpr double draper_point = 798;
-
-}  // namespace
-
-Field black_bodies(const Scene& scene, const Field& temperature) {
-  if (temperature.channels != 1)
-    throw Error(ExitCode::input, "grid " + in_quotes(temperature.name) + " has vectors (" +
-                                     temperature.value_type +
-                                     "); a temperature is scalar: choose another grid");
-  const auto kelvin = [&](double value) {
-    return scene.temperature_scale * value + scene.temperature_offset;
-  };
-  Field luminance = map_field(temperature, 3, [&](const glm::vec3& value) {
-    if (value.x == 0) return glm::vec3(0);
-    return glm::vec3(black_body(kelvin(double(value.x))));
-  });
-  const double hottest = kelvin(stored_range(temperature).y);
-  if (hottest < draper_point)
-    luminance.notices.push_back(
-        formatted("grid '%s': its hottest voxel has %.4g K, and black bodies glow from about 800 K "
-                  "on; --temperature-scale gives Kelvin per unit of its values",
-                  temperature.name.c_str(), hottest));
-  return luminance;
-}
-
-namespace {
 
 bool has_negative_values(const Field& field) {
   if (field.reader) return field.stored_range->x < 0;
@@ -86,6 +61,27 @@ void set_function(const std::shared_ptr<const TransferFunction>& function,
 }
 
 }  // namespace
+
+Field black_bodies(const Scene& scene, const Field& temperature) {
+  if (temperature.channels != 1)
+    throw Error(ExitCode::input, "grid " + in_quotes(temperature.name) + " has vectors (" +
+                                     temperature.value_type +
+                                     "); a temperature is scalar: choose another grid");
+  const auto kelvin = [&](double value) {
+    return scene.temperature_scale * value + scene.temperature_offset;
+  };
+  Field luminance = map_field(temperature, 3, [&](const glm::vec3& value) {
+    if (value.x == 0) return glm::vec3(0);
+    return glm::vec3(black_body(kelvin(double(value.x))));
+  });
+  const double hottest = kelvin(stored_range(temperature).y);
+  if (hottest < draper_point)
+    luminance.notices.push_back(
+        formatted("grid '%s': its hottest voxel has %.4g K, and black bodies glow from about 800 K "
+                  "on; --temperature-scale gives Kelvin per unit of its values",
+                  temperature.name.c_str(), hottest));
+  return luminance;
+}
 
 void set_luminance(const Scene& scene, const MediumFields& fields,
                    const std::shared_ptr<const TransferFunction>& function, Medium& medium) {

@@ -12,7 +12,6 @@
 
 #include "base/text.h"
 #include "field/field_index.h"
-#include "medium/gradient_field.h"
 #include "medium/value_range.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
@@ -97,6 +96,8 @@ void fill_surroundings(Field& field) {
   for (const Tile& tile : field.tiles) surround(tile.origin, tile.width);
   for (const glm::ivec3& block : blocks) field.tiles.push_back({block, 8, glm::vec3(0)});
 }
+
+constexpr std::array<const char*, 4> vector_parts{"x", "y", "z", "length"};
 
 }  // namespace
 
@@ -187,12 +188,6 @@ Field color_of_voxels(const Field& field, const TransferFunction& function) {
   });
 }
 
-namespace {
-
-constexpr std::array<const char*, 4> parts{"x", "y", "z", "length"};
-
-}  // namespace
-
 VectorPart vector_part(const VdbFile& file, const std::string& name) {
   const int channels = file.channels(name);
   if (channels == 3) return {name, "length"};
@@ -205,7 +200,7 @@ VectorPart vector_part(const VdbFile& file, const std::string& name) {
   if (of_grid == 1)
     throw Error(ExitCode::input, "grid " + in_quotes(named.grid) + " is scalar: it has no part " +
                                      in_quotes(named.part) + " but 'active'; give its name alone");
-  if (std::ranges::find(parts, named.part) == parts.end())
+  if (std::ranges::find(vector_parts, named.part) == vector_parts.end())
     throw Error(ExitCode::input, "grid " + in_quotes(named.grid) + " has no part " +
                                      in_quotes(named.part) +
                                      "; a vector has x, y, z, length and active");
@@ -213,7 +208,7 @@ VectorPart vector_part(const VdbFile& file, const std::string& name) {
 }
 
 Field part_of_vectors(const Field& vectors, const VectorPart& part) {
-  const auto place = std::ranges::find(parts, part.part) - parts.begin();
+  const auto place = std::ranges::find(vector_parts, part.part) - vector_parts.begin();
   Field field = map_field(vectors, 1, [place](const glm::vec3& v) {
     const float value = place == 3 ? glm::length(v) : v[int(place)];
     return glm::vec3(value, 0, 0);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "psivox/field.h"
+#include "psivox/scene.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
 
@@ -16,6 +17,30 @@ using VoxelMap = std::function<glm::vec3(const glm::vec3& value)>;
 /// The field with every stored value mapped, to `channels` components; values that are not stored
 /// stay 0. A scalar is in the first component, before and after.
 Field map_field(const Field& field, int channels, const VoxelMap& map);
+
+/// Magnitude of the gradient of a scalar field at its voxels [value/world unit], as a field of the
+/// same domain and transform: central differences over the two neighbours along each index axis,
+/// turned into the world's by the inverse transpose of the transform. For smooth data the error is
+/// a sixth of the third derivatives. A leaf is stored only if some voxel's gradient is not 0.
+/// Throws Error(memory) beyond 2^24 of them.
+Field gradient_of_voxels(const Field& field);
+
+/// A field with the given gradients, in which every place with a gradient is stored in blocks of
+/// 8^3 voxels. Tiles are split until each lies in one block or has no gradient. If `with_zeros`,
+/// blocks that have a gradient but store nothing become tiles of 0. Tiles outside the domain are
+/// left out.
+/// Throws Error(memory) beyond 2^24 tiles.
+Field told_by_blocks(const Field& field, const Field& gradient, bool with_zeros);
+
+/// What a coarse voxel has of the eight in its place: their mean, or one of them, so that all
+/// values stay as frequent as they are.
+enum class CoarseValue { mean, sample };
+
+/// The field with voxels twice as wide, so many times: each has a value of the eight in its place.
+/// With means a linear field stays the same. Ranges and percentiles stay the same, too. The result
+/// is in memory; if the field's values stay in its file, they are read a few at a time.
+/// `centering`: by which values will be placed, after this.
+Field coarse_field(const Field& field, int times, Centering centering, CoarseValue value = {});
 
 /// Classification before interpolation: the attenuation of each voxel's value as a scalar field. If
 /// 0 has an attenuation, it fills the whole domain. Throws Error(memory).

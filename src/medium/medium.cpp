@@ -8,7 +8,6 @@
 
 #include "base/text.h"
 #include "medium/density_function.h"
-#include "medium/gradient_field.h"
 #include "medium/luminance_sources.h"
 #include "medium/map_field.h"
 #include "medium/value_range.h"
@@ -16,7 +15,7 @@
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

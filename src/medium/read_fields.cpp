@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 #include "base/text.h"
-#include "medium/coarse_field.h"
 #include "medium/map_field.h"
 #include "medium/stored_density.h"
 #include "medium/value_range.h"
@@ -33,25 +32,6 @@ std::string modes_in_parts() {
   return joined(names, ", ") + " and " + last;
 }
 
-}  // namespace
-
-std::string parts_obstacle(const Scene& scene) {
-  if (!info(scene.mode).in_parts) return "--mode " + modes_in_parts();
-  if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
-  if (!scene.volumes.empty()) return "volumes without --and";
-  return {};
-}
-
-std::uint64_t grid_memory(const Scene& scene) {
-  const std::uint64_t limit = scene.memory_limit;
-  if (limit == 0) return available_memory() / 5 * 4;
-  const auto pixels = std::uint64_t(scene.resolution.x) * std::uint64_t(scene.resolution.y);
-  const std::uint64_t others = of_program + of_pixel * pixels;
-  return std::max(limit > others ? limit - others : 0, std::min(limit, least));
-}
-
-namespace {
-
 /// The field at the scene's level of detail, which it may have already.
 std::shared_ptr<const Field> at_level(const Scene& scene, Field field, bool is_coarse = false) {
   if (scene.lod == 0) return std::make_shared<const Field>(std::move(field));
@@ -80,7 +60,7 @@ Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::st
       if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
   if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
-  options.in_file = parts.team->size() > 1;
+  options.in_file = is_shared(parts);
   options.unsurveyed = true;  // survey_density finds more
   if (options.memory && scene.memory_limit) give_back_freed_memory();
   return file.read(name, options);
@@ -94,12 +74,10 @@ SurveyedDensity read_density(const Scene& scene, const VdbFile& file, const std:
   options.active = part.active();
   Field read = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
                                  : read_scalar_density(scene, file, part.grid, options, parts);
-  const auto sharing =
-      std::uint64_t(scene.memory_limit ? 1 : parts.team->place().local_size);  // the memory
   const std::string subject = scene.input + ": grid '" + read.name + "' ";
   SurveyedDensity found =
-      survey_density(std::move(read), *parts.team,
-                     {options, subject, grid_memory(scene) / sharing, scene.lod, scene.centering});
+      survey_density(std::move(read), parts,
+                     {options, subject, own_memory(scene, parts), scene.lod, scene.centering});
   Field& field = found.field;
   if (field.reader && scene.lod == 0) {
     field.notices.push_back("grid '" + field.name + "': its values, " +
@@ -110,6 +88,21 @@ SurveyedDensity read_density(const Scene& scene, const VdbFile& file, const std:
 }
 
 }  // namespace
+
+std::string parts_obstacle(const Scene& scene) {
+  if (!info(scene.mode).in_parts) return "--mode " + modes_in_parts();
+  if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
+  if (!scene.volumes.empty()) return "volumes without --and";
+  return {};
+}
+
+std::uint64_t grid_memory(const Scene& scene) {
+  const std::uint64_t limit = scene.memory_limit;
+  if (limit == 0) return available_memory() / 5 * 4;
+  const auto pixels = std::uint64_t(scene.resolution.x) * std::uint64_t(scene.resolution.y);
+  const std::uint64_t others = of_program + of_pixel * pixels;
+  return std::max(limit > others ? limit - others : 0, std::min(limit, least));
+}
 
 MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, const Parts& parts) {
   MediumFields fields;

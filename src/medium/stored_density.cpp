@@ -13,7 +13,7 @@
 
 #include "atlas/regions.h"
 #include "field/value_percentile.h"
-#include "medium/coarse_field.h"
+#include "medium/map_field.h"
 #include "psivox/atlas.h"
 #include "psivox/leaf_values.h"
 
@@ -316,7 +316,16 @@ SurveyedDensity survey_together(Field field, const std::shared_ptr<KeptLeaves>& 
 
 }  // namespace
 
-SurveyedDensity survey_density(Field field, Team& team, const SurveyOptions& options) {
+bool is_shared(const Parts& parts) { return parts.team->size() > 1; }
+
+std::uint64_t own_memory(const Scene& scene, const Parts& parts) {
+  // a limit is each process's
+  const int sharing = scene.memory_limit ? 1 : parts.team->place().local_size;
+  return grid_memory(scene) / std::uint64_t(sharing);
+}
+
+SurveyedDensity survey_density(Field field, const Parts& parts, const SurveyOptions& options) {
+  Team& team = *parts.team;
   team.check_same(topology_of(field), "sees another volume");
   if (!field.reader) return {.field = std::move(field)};
   const auto leaves = std::make_shared<KeptLeaves>(field, own_leaves(field, team));

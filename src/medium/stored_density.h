@@ -7,8 +7,8 @@
 
 #include "medium/visible_parts.h"
 #include "psivox/field.h"
+#include "psivox/medium.h"
 #include "psivox/scene.h"
-#include "psivox/team.h"
 #include "psivox/vdb.h"
 
 namespace psivox {
@@ -35,13 +35,18 @@ struct SurveyedDensity {
 
 /// Surveys a density of which the topology has been read, if its values stay in the file.
 ///
-/// A process that is alone weighs the leaves, too; it does not look at `lod`. In a team each member
+/// A process that is alone weighs the leaves, too; it does not look at `lod`. Of several each
 /// surveys its own leaves, which are in the part of the volume that it will draw. It keeps their
 /// values until they are read for that, if they and their atlas take no more than `memory`. Then
-/// all members get the same ranges and the same `field`, which is in memory: at a `lod` above 0 the
-/// coarse volume, which is also the one to draw; else an overview, which is the density itself if
-/// that has few leaves, and otherwise a sample of its voxels.
-/// Throws AgreedError(input) if members see different volumes, Error(input).
-SurveyedDensity survey_density(Field field, Team& team, const SurveyOptions& options);
+/// all get the same ranges and the same `field`, which is in memory: at a `lod` above 0 the coarse
+/// volume, which is also the one to draw; else an overview, which is the density itself if that has
+/// few leaves, and otherwise a sample of its voxels.
+/// Throws AgreedError(input) if they see different volumes, Error(input).
+SurveyedDensity survey_density(Field field, const Parts& parts, const SurveyOptions& options);
+
+/// Whether several processes draw the volume together.
+bool is_shared(const Parts& parts);
+/// Bytes that the grids of one of them may take: those on one machine share what is free there.
+std::uint64_t own_memory(const Scene& scene, const Parts& parts);
 
 }  // namespace psivox

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "image/picture_files.h"
+#include "image/output_file.h"
 
 namespace psivox::image_io {
 

@@ -56,6 +56,20 @@ void encode(const Image& image, Format format, OIIO::TypeDesc type, int channels
   file.commit(encoded, encoded ? "" : output ? output->geterror() : OIIO::geterror());
 }
 
+bool writes(Format format) {
+  return OIIO::ImageOutput::create(facts_of(format).openimageio) != nullptr;
+}
+
+/// The version of the library that runs; the header may be another.
+std::string version() {
+  const int number = OIIO::openimageio_version();  // major * 10000 + minor * 100 + patch
+  return std::to_string(number / 10000) + "." + std::to_string(number / 100 % 100) + "." +
+         std::to_string(number % 100);
+}
+
+constexpr PictureFiles table = {read_picture,       read_picture_metadata, writes, write_picture,
+                                complete_ocio_view, show_by_ocio,          version};
+
 }  // namespace
 
 void write_picture(const Image& image, Format format, const WriteOptions& options,
@@ -75,24 +89,6 @@ void write_picture(const Image& image, Format format, const WriteOptions& option
     encode(image, format, OIIO::TypeUInt16, 4,
            srgb_codes<std::uint16_t>(rgba, 4, options.display).data(), file);
 }
-
-namespace {
-
-bool writes(Format format) {
-  return OIIO::ImageOutput::create(facts_of(format).openimageio) != nullptr;
-}
-
-/// The version of the library that runs; the header may be another.
-std::string version() {
-  const int number = OIIO::openimageio_version();  // major * 10000 + minor * 100 + patch
-  return std::to_string(number / 10000) + "." + std::to_string(number / 100 % 100) + "." +
-         std::to_string(number % 100);
-}
-
-constexpr PictureFiles table = {read_picture,       read_picture_metadata, writes, write_picture,
-                                complete_ocio_view, show_by_ocio,          version};
-
-}  // namespace
 
 }  // namespace psivox::image_io
 

@@ -1,4 +1,4 @@
-#include "page/packed_numbers.h"
+#include "page/page_parts.h"
 
 #include <zlib.h>
 

@@ -1,23 +1,17 @@
 #include "psivox/page.h"
 
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/command_text.h"
 #include "base/html.h"
 #include "base/text.h"
-#include "base/text_file.h"
-#include "gl/webgl_march.h"
+#include "image/output_file.h"
 #include "march/film.h"
-#include "page/packed_numbers.h"
-#include "page/page_files.h"
+#include "page/page_parts.h"
 #include "plan/choose_codes.h"
-#include "psivox/image.h"
 #include "psivox/picture_file.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {
@@ -37,34 +31,12 @@ void check_size(double bytes, const PageOptions& options) {
                                          bytes / megabyte, options.limit_mb));
 }
 
-/// A folder that nobody else may write to, removed at its end.
-class PrivateFolder {
- public:
-  PrivateFolder() {
-    if (!mkdtemp(path_.data())) throw Error(ExitCode::output, path_ + ": " + std::strerror(errno));
-  }
-  ~PrivateFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  PrivateFolder(const PrivateFolder&) = delete;
-  PrivateFolder& operator=(const PrivateFolder&) = delete;
-
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_ = (fs::temp_directory_path() / "psivox-page-XXXXXX").string();
-};
-
 /// The picture as a PNG of base64, over black if there is no background. It has no metadata: these
-/// name folders. Writers of pictures need a file.
+/// name folders.
 std::string png_of(Image image, const Scene& scene) {
-  const PrivateFolder folder;
-  const std::string file = folder.path() + "/picture.png";
   add_background(image, scene.background ? scene.background->color : glm::dvec3(0), {});
   image.metadata.clear();
-  write_image(image, file, {.display = display_of(scene)});
-  return base64(read_text(file, "picture"));
+  return base64(image_io::png_bytes(image, {.display = display_of(scene)}));
 }
 
 /// The command that draws the picture, but for what the page changes: camera, exposure, background.
@@ -161,12 +133,6 @@ Json scene_json(const View& view, const Drawn& drawn, const gl::WebMarch& march,
 /// An element that the script reads by its id. No text of ours ends it: JSON's `<` is escaped.
 std::string element(const std::string& id, const std::string& type, const std::string& text) {
   return "<script type=\"" + type + "\" id=\"" + id + "\">" + text + "</script>\n";
-}
-
-std::string without_tags(std::string json) {
-  for (std::size_t i = 0; (i = json.find('<', i)) != std::string::npos;)
-    json.replace(i, 1, "\\u003c");
-  return json;
 }
 
 /// Puts a text where the template has its mark.

@@ -7,7 +7,7 @@
 
 #include "base/statistics.h"
 #include "march/march_double.h"
-#include "plan/lattice_search.h"
+#include "plan/trials.h"
 #include "psivox/error.h"
 #include "reference/reference.h"
 
@@ -106,30 +106,6 @@ std::vector<glm::ivec2> stratified_pixels(const glm::ivec2& size, int count) {
   return pixels;
 }
 
-}  // namespace
-
-View exact_view(const View& view) {
-  View exact = with_method(view, exact_method(view));
-  exact.scene.early_termination = 0;
-  exact.scene.filter = Filter::exact;
-  if (has_codes(exact.scene.texel)) exact.scene.texel = TexelType::float32;
-  return exact;
-}
-
-MarchPlan exact_plan(const View& view) {
-  MarchPlan plan;
-  plan.chosen.method = exact_method(view);
-  plan.chosen.rms = arithmetic_error;
-  View exact = with_method(view, plan.chosen.method);
-  exact.scene.early_termination = view.scene.resolved_early_termination();
-  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(exact), {}, {}, {}});
-  return plan;
-}
-
-View budget_unit(const View& view) { return with_method(view, budget_method(view)); }
-
-namespace {
-
 /// Rays end at no less than this transmittance, however bright what is behind.
 constexpr double least_termination = 1e-12;
 
@@ -158,6 +134,26 @@ MarchPlan plan_with_termination(const View& view, const MediumAtlas& atlas, bool
 }
 
 }  // namespace
+
+View exact_view(const View& view) {
+  View exact = with_method(view, exact_method(view));
+  exact.scene.early_termination = 0;
+  exact.scene.filter = Filter::exact;
+  if (has_codes(exact.scene.texel)) exact.scene.texel = TexelType::float32;
+  return exact;
+}
+
+MarchPlan exact_plan(const View& view) {
+  MarchPlan plan;
+  plan.chosen.method = exact_method(view);
+  plan.chosen.rms = arithmetic_error;
+  View exact = with_method(view, plan.chosen.method);
+  exact.scene.early_termination = view.scene.resolved_early_termination();
+  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(exact), {}, {}, {}});
+  return plan;
+}
+
+View budget_unit(const View& view) { return with_method(view, budget_method(view)); }
 
 MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress& progress) {
   if (!has_step(view.scene)) return exact_plan(view);

@@ -9,7 +9,7 @@
 #include "psivox/error.h"
 #include "psivox/open.h"
 #include "psivox/scene_file.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 
 namespace psivox::python {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "psivox/medium.h"
 #include "ray_radiance.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 

@@ -1,5 +1,5 @@
 #include "reference/reference.h"
-#include "scene/holdout.h"
+#include "scene/cuts.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>

@@ -5,8 +5,7 @@
 #include <limits>
 
 #include "base/text.h"
-#include "scan/byte_stream.h"
-#include "scan/header.h"
+#include "scan/streams.h"
 
 namespace psivox::scan {
 namespace {
@@ -46,49 +45,40 @@ struct NiftiFields {
 /// Sizes of the headers, which they begin with.
 constexpr std::int32_t nifti1_size = 348, nifti2_size = 540;
 
-NiftiFields nifti1(const Fields& from) {
-  NiftiFields to;
-  for (std::size_t i = 0; i < 8; ++i) {
-    to.dim[i] = from.at<std::int16_t>(40 + 2 * i);
-    to.pixdim[i] = double(from.at<float>(76 + 4 * i));
-  }
-  to.intent = from.at<std::int16_t>(68);
-  to.datatype = from.at<std::int16_t>(70);
-  to.offset = double(from.at<float>(108));
-  to.slope = double(from.at<float>(112));
-  to.intercept = double(from.at<float>(116));
-  to.units = from.at<std::uint8_t>(123);
-  to.description = from.text(148, 80);
-  to.qform = from.at<std::int16_t>(252);
-  to.sform = from.at<std::int16_t>(254);
-  for (std::size_t i = 0; i < 3; ++i) {
-    to.quaternion[i] = double(from.at<float>(256 + 4 * i));
-    to.origin[i] = double(from.at<float>(268 + 4 * i));
-    for (std::size_t j = 0; j < 4; ++j)
-      to.rows[i][j] = double(from.at<float>(280 + 16 * i + 4 * j));
-  }
-  return to;
-}
+/// Where the fields of a version are [bytes].
+struct NiftiPlaces {
+  std::size_t dim, datatype, intent, pixdim, offset, slope, intercept, units, description, qform,
+      sform, quaternion, origin, rows;
+};
+constexpr NiftiPlaces nifti1_places{40,  70,  68,  76,  108, 112, 116,
+                                    123, 148, 252, 254, 256, 268, 280};
+constexpr NiftiPlaces nifti2_places{16,  12,  504, 104, 168, 176, 184,
+                                    500, 240, 344, 348, 352, 376, 400};
 
-NiftiFields nifti2(const Fields& from) {
+/// By the types that the version has for them.
+template <typename Dim, typename Code, typename Real, typename Offset, typename Units>
+NiftiFields fields_at(const NiftiPlaces& at, const Fields& from) {
+  const auto real = [&](std::size_t place, std::size_t i = 0) {
+    return double(from.at<Real>(place + i * sizeof(Real)));
+  };
   NiftiFields to;
   for (std::size_t i = 0; i < 8; ++i) {
-    to.dim[i] = from.at<std::int64_t>(16 + 8 * i);
-    to.pixdim[i] = from.at<double>(104 + 8 * i);
+    to.dim[i] = from.at<Dim>(at.dim + i * sizeof(Dim));
+    to.pixdim[i] = real(at.pixdim, i);
   }
-  to.intent = from.at<std::int32_t>(504);
-  to.datatype = from.at<std::int16_t>(12);
-  to.offset = double(from.at<std::int64_t>(168));
-  to.slope = from.at<double>(176);
-  to.intercept = from.at<double>(184);
-  to.units = from.at<std::int32_t>(500);
-  to.description = from.text(240, 80);
-  to.qform = from.at<std::int32_t>(344);
-  to.sform = from.at<std::int32_t>(348);
+  to.datatype = from.at<std::int16_t>(at.datatype);
+  to.intent = from.at<Code>(at.intent);
+  to.offset = double(from.at<Offset>(at.offset));
+  to.slope = real(at.slope);
+  to.intercept = real(at.intercept);
+  to.units = from.at<Units>(at.units);
+  to.description = from.text(at.description, 80);
+  to.qform = from.at<Code>(at.qform);
+  to.sform = from.at<Code>(at.sform);
   for (std::size_t i = 0; i < 3; ++i) {
-    to.quaternion[i] = from.at<double>(352 + 8 * i);
-    to.origin[i] = from.at<double>(376 + 8 * i);
-    for (std::size_t j = 0; j < 4; ++j) to.rows[i][j] = from.at<double>(400 + 32 * i + 8 * j);
+    to.quaternion[i] = real(at.quaternion, i);
+    to.origin[i] = real(at.origin, i);
+    for (std::size_t j = 0; j < 4; ++j) to.rows[i][j] = real(at.rows, 4 * i + j);
   }
   return to;
 }
@@ -225,7 +215,11 @@ Header read_nifti(FileBlocks& file, bool packed) {
   const std::string version = second ? "2" : "1";
   if (magic != "n+" + version && magic != "ni" + version)
     refuse(file, "is an Analyze 7.5 header, which does not say where left is; nibabel converts it");
-  const NiftiFields fields = second ? nifti2(from) : nifti1(from);
+  const NiftiFields fields =
+      second
+          ? fields_at<std::int64_t, std::int32_t, double, std::int64_t, std::int32_t>(nifti2_places,
+                                                                                      from)
+          : fields_at<std::int16_t, std::int16_t, float, float, std::uint8_t>(nifti1_places, from);
   if (fields.intent / 100 == 30)  // 3000 to 3099 are those of CIFTI-2
     refuse(file, "is a CIFTI file: its values belong to surfaces, not to a volume");
   const auto* type = std::ranges::find(nifti_types, fields.datatype, &NiftiType::number);

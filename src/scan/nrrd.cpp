@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "scan/byte_stream.h"
-#include "scan/header.h"
+#include "scan/streams.h"
 
 namespace psivox::scan {
 namespace {

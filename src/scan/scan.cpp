@@ -11,8 +11,7 @@
 #include "field/index_space.h"
 #include "psivox/dense_field.h"
 #include "psivox/error.h"
-#include "scan/byte_stream.h"
-#include "scan/value_stream.h"
+#include "scan/streams.h"
 
 namespace psivox::scan {
 namespace {

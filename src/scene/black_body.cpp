@@ -1,4 +1,4 @@
-#include "scene/black_body.h"
+#include "scene/color.h"
 
 #include <algorithm>
 #include <array>

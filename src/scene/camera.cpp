@@ -9,7 +9,7 @@
 #include <glm/trigonometric.hpp>
 
 #include "psivox/error.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {
@@ -233,12 +233,12 @@ void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max) 
 }
 
 glm::dvec2 pixel_sample(int i, int n) {
-  // Uses the rank of the radical inverse among the n, not the inverse itself. Then, for any n, both
-  // coordinates have one sample in each n-th of the pixel, and the mean 1/2.
+  // Uses the place of the radical inverse among the n, not the inverse itself. Then, for any n,
+  // both coordinates have one sample in each n-th of the pixel, and the mean 1/2.
   const double own = radical_inverse(unsigned(i));
-  int rank = 0;
-  for (int j = 0; j < n; ++j) rank += radical_inverse(unsigned(j)) < own;
-  return {(i + 0.5) / n, (rank + 0.5) / n};
+  int place = 0;
+  for (int j = 0; j < n; ++j) place += radical_inverse(unsigned(j)) < own;
+  return {(i + 0.5) / n, (place + 0.5) / n};
 }
 
 WorldRay camera_ray(const Camera& camera, const glm::ivec2& resolution, double x, double y) {

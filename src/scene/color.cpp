@@ -85,6 +85,16 @@ glm::dvec3 rgb_from_hsv(const glm::dvec3& hsv) {
   return {channel(5), channel(3), channel(1)};
 }
 
+/// The colour of RRGGBB or RGB; each of three digits counts twice.
+std::optional<glm::dvec3> color_of_digits(std::string_view digits) {
+  std::string six(digits);
+  if (digits.size() == 3) six = {digits[0], digits[0], digits[1], digits[1], digits[2], digits[2]};
+  std::uint32_t codes = 0;
+  const auto [end, error] = std::from_chars(six.data(), six.data() + six.size(), codes, 16);
+  if (six.size() != 6 || error != std::errc() || end != six.data() + 6) return {};
+  return color_of_codes({codes >> 16 & 0xff, codes >> 8 & 0xff, codes & 0xff});
+}
+
 }  // namespace
 
 glm::dvec3 linear_from_srgb(const glm::dvec3& code) {
@@ -126,20 +136,6 @@ glm::dvec3 mix_hsv(const glm::dvec3& a, const glm::dvec3& b, double t, bool shor
   if (hsv.x < 0) hsv.x += 1;
   return rgb_from_hsv(hsv);
 }
-
-namespace {
-
-/// The colour of RRGGBB or RGB; each of three digits counts twice.
-std::optional<glm::dvec3> color_of_digits(std::string_view digits) {
-  std::string six(digits);
-  if (digits.size() == 3) six = {digits[0], digits[0], digits[1], digits[1], digits[2], digits[2]};
-  std::uint32_t codes = 0;
-  const auto [end, error] = std::from_chars(six.data(), six.data() + six.size(), codes, 16);
-  if (six.size() != 6 || error != std::errc() || end != six.data() + 6) return {};
-  return color_of_codes({codes >> 16 & 0xff, codes >> 8 & 0xff, codes & 0xff});
-}
-
-}  // namespace
 
 std::optional<glm::dvec3> named_color(std::string_view text) {
   if (text.starts_with('#')) return color_of_digits(text.substr(1));

@@ -30,6 +30,13 @@ glm::dvec3 mix_diverging(const glm::dvec3& a, const glm::dvec3& b, double t);
 /// `shortest`: hues go round the circle on the shorter side, possibly through red.
 glm::dvec3 mix_hsv(const glm::dvec3& a, const glm::dvec3& b, double t, bool shortest);
 
+/// Linear Rec. 709 radiance of a black body, such that 6500 K has luminance (CIE Y) 1. Channels
+/// that would be negative, outside the gamut of Rec. 709, are 0: blue below about 1900 K, green too
+/// below about 1000 K. The result is 0 up to 200 K, where the radiance is below float32's least
+/// normal number. Relative error of X, Y and Z against the integral: 1e-5. May be called from
+/// several threads.
+glm::dvec3 black_body(double kelvin);
+
 /// Half an 8-bit step: the largest distance of the straight lines between knots from the curve.
 inline constexpr double half_code = 0.5 / 255;
 

@@ -19,7 +19,6 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
-#include "scene/vector_json.h"
 
 namespace psivox {
 namespace {
@@ -305,7 +304,7 @@ std::string gltf_of(const FileCamera& camera, double aspect) {
   }
   const Json node = {{"name", "psivox"},
                      {"camera", 0},
-                     {"translation", vector_json(camera.position)},
+                     {"translation", {camera.position.x, camera.position.y, camera.position.z}},
                      {"rotation", {turn.x, turn.y, turn.z, turn.w}},
                      {"extras", {{distance_name, distance}}}};
   const Json gltf = {

@@ -1,10 +1,7 @@
-#include "scene/paraview.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <pugixml.hpp>
 #include <sstream>
@@ -14,6 +11,7 @@
 #include "psivox/error.h"
 #include "scene/camera_file.h"
 #include "scene/color.h"
+#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -173,6 +171,37 @@ TransferPoint limit(const std::vector<TransferPoint>& points, double value, bool
   return {value, std::lerp(a.attenuation, b.attenuation, t), glm::mix(a.color, b.color, t)};
 }
 
+/// The numbers of one of a proxy's properties, `count` at least.
+std::vector<double> numbers_of(const pugi::xml_node& proxy, const std::string& name,
+                               std::size_t count, const std::string& source) {
+  std::vector<double> values;
+  const pugi::xml_node property = proxy.find_child_by_attribute("Property", "name", name.c_str());
+  for (const pugi::xml_node& element : property.children("Element"))
+    values.push_back(element.attribute("value").as_double());
+  if (values.size() < count)
+    throw Error(ExitCode::input, source + ": has no " + name + ": not a camera of ParaView's");
+  return values;
+}
+
+glm::dvec3 vector_of(const pugi::xml_node& proxy, const std::string& name,
+                     const std::string& source) {
+  const std::vector<double> v = numbers_of(proxy, name, 3, source);
+  return {v[0], v[1], v[2]};
+}
+
+void append(pugi::xml_node& proxy, const char* name, const std::vector<double>& values) {
+  pugi::xml_node property = proxy.append_child("Property");
+  property.append_attribute("name") = name;
+  property.append_attribute("number_of_elements") = values.size();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    pugi::xml_node element = property.append_child("Element");
+    element.append_attribute("index") = i;
+    element.append_attribute("value") = number_text(values[i]).c_str();
+  }
+}
+
+std::vector<double> numbers(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
 }  // namespace
 
 TransferFunction transfer_function_from_paraview(const json& object) {
@@ -197,66 +226,21 @@ TransferFunction transfer_function_from_paraview(const json& object) {
   return TransferFunction(std::move(merged));
 }
 
-namespace {
-
-/// The numbers of ParaView's properties by name.
-using Properties = std::map<std::string, std::vector<double>>;
-
-Properties properties_of(const pugi::xml_node& proxy) {
-  Properties properties;
-  for (const pugi::xml_node& property : proxy.children("Property")) {
-    std::vector<double>& values = properties[property.attribute("name").as_string()];
-    for (const pugi::xml_node& element : property.children("Element"))
-      values.push_back(element.attribute("value").as_double());
-  }
-  return properties;
-}
-
-const std::vector<double>& need(const Properties& properties, const std::string& name,
-                                std::size_t count, const std::string& source) {
-  const auto found = properties.find(name);
-  if (found == properties.end() || found->second.size() < count)
-    throw Error(ExitCode::input, source + ": has no " + name + ": not a camera of ParaView's");
-  return found->second;
-}
-
-glm::dvec3 need_vector(const Properties& properties, const std::string& name,
-                       const std::string& source) {
-  const std::vector<double>& v = need(properties, name, 3, source);
-  return {v[0], v[1], v[2]};
-}
-
-void append(pugi::xml_node& proxy, const char* name, const std::vector<double>& values) {
-  pugi::xml_node property = proxy.append_child("Property");
-  property.append_attribute("name") = name;
-  property.append_attribute("number_of_elements") = values.size();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    pugi::xml_node element = property.append_child("Element");
-    element.append_attribute("index") = i;
-    element.append_attribute("value") = number_text(values[i]).c_str();
-  }
-}
-
-std::vector<double> numbers(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
-
-}  // namespace
-
 FileCamera camera_from_paraview(const std::string& text, const std::string& source) {
   pugi::xml_document document;
   if (!document.load_string(text.c_str()))
     throw Error(ExitCode::input, source + ": is not valid XML");
-  const Properties properties =
-      properties_of(document.child("PVCameraConfiguration").child("Proxy"));
+  const pugi::xml_node proxy = document.child("PVCameraConfiguration").child("Proxy");
   FileCamera camera;
-  camera.position = need_vector(properties, "CameraPosition", source);
-  camera.target = need_vector(properties, "CameraFocalPoint", source);
-  camera.up = need_vector(properties, "CameraViewUp", source);
-  const auto parallel = properties.find("CameraParallelProjection");
-  if (parallel != properties.end() && !parallel->second.empty() && parallel->second[0] != 0) {
+  camera.position = vector_of(proxy, "CameraPosition", source);
+  camera.target = vector_of(proxy, "CameraFocalPoint", source);
+  camera.up = vector_of(proxy, "CameraViewUp", source);
+  const std::vector<double> parallel = numbers_of(proxy, "CameraParallelProjection", 0, source);
+  if (!parallel.empty() && parallel[0] != 0) {
     camera.projection = Projection::orthographic;
-    camera.height = 2 * need(properties, "CameraParallelScale", 1, source)[0];
+    camera.height = 2 * numbers_of(proxy, "CameraParallelScale", 1, source)[0];
   } else {
-    camera.vertical_fov = need(properties, "CameraViewAngle", 1, source)[0];
+    camera.vertical_fov = numbers_of(proxy, "CameraViewAngle", 1, source)[0];
   }
   return camera;
 }

@@ -75,6 +75,41 @@ double share(const Isosurface& surface, double distance, double gradient) {
   return distance == 0 ? 1 : 0;
 }
 
+class Window {
+ public:
+  Window(const Scene& scene, const glm::dvec2& range) : scene_(scene), range_(range) {}
+
+  double place(double value) const { return (value - range_.x) / (range_.y - range_.x); }
+
+  double attenuation(double value) const {
+    const double u = place(value);
+    if (scene_.opacity) return scene_.opacity->at(u);
+    if (scene_.colormap) return std::max(value, 0.0);
+    return scene_.shows(Shows::value) ? std::max(u, 0.0) : std::clamp(u, 0.0, 1.0);
+  }
+
+  glm::dvec3 color(double value) const {
+    const double u = place(value);
+    if (scene_.colormap) return colormap_color(*scene_.colormap, u);
+    return glm::dvec3(scene_.shows(Shows::value) ? std::max(u, 0.0) : 1);
+  }
+
+  /// Values at which attenuation or colour bend.
+  std::vector<double> knots() const {
+    std::vector<double> values = {0, range_.x, range_.y};
+    const auto add = [&](double u) { values.push_back(std::lerp(range_.x, range_.y, u)); };
+    if (scene_.opacity)
+      for (const glm::dvec2& point : scene_.opacity->points) add(point.x);
+    if (scene_.colormap)
+      for (const double u : colormap_knots(*scene_.colormap)) add(u);
+    return values;
+  }
+
+ private:
+  const Scene& scene_;
+  glm::dvec2 range_;
+};
+
 }  // namespace
 
 TransferFunction::TransferFunction(std::vector<TransferPoint> points, bool has_color,
@@ -212,45 +247,6 @@ double TransferFunction::max_attenuation(const glm::dvec2& values,
   }
   return most;
 }
-
-namespace {
-
-class Window {
- public:
-  Window(const Scene& scene, const glm::dvec2& range) : scene_(scene), range_(range) {}
-
-  double place(double value) const { return (value - range_.x) / (range_.y - range_.x); }
-
-  double attenuation(double value) const {
-    const double u = place(value);
-    if (scene_.opacity) return scene_.opacity->at(u);
-    if (scene_.colormap) return std::max(value, 0.0);
-    return scene_.shows(Shows::value) ? std::max(u, 0.0) : std::clamp(u, 0.0, 1.0);
-  }
-
-  glm::dvec3 color(double value) const {
-    const double u = place(value);
-    if (scene_.colormap) return colormap_color(*scene_.colormap, u);
-    return glm::dvec3(scene_.shows(Shows::value) ? std::max(u, 0.0) : 1);
-  }
-
-  /// Values at which attenuation or colour bend.
-  std::vector<double> knots() const {
-    std::vector<double> values = {0, range_.x, range_.y};
-    const auto add = [&](double u) { values.push_back(std::lerp(range_.x, range_.y, u)); };
-    if (scene_.opacity)
-      for (const glm::dvec2& point : scene_.opacity->points) add(point.x);
-    if (scene_.colormap)
-      for (const double u : colormap_knots(*scene_.colormap)) add(u);
-    return values;
-  }
-
- private:
-  const Scene& scene_;
-  glm::dvec2 range_;
-};
-
-}  // namespace
 
 double OpacityCurve::at(double place) const {
   if (points.empty()) return 1;

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -108,6 +109,10 @@ class TransferFunction {
 /// points. It also reads a colour map that ParaView exported. Throws Error(input); `source` names
 /// the file in its message.
 TransferFunction transfer_function_from_json(std::string_view text, std::string_view source);
+
+/// A colour map as ParaView exports it: RGBPoints, ColorSpace, Points (opacity); the user guide
+/// describes the conversion. Throws Error(input).
+TransferFunction transfer_function_from_paraview(const nlohmann::json& object);
 
 /// Every number returns from transfer_function_from_json as the same bits.
 std::string to_json(const TransferFunction& function);

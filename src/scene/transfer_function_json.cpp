@@ -6,7 +6,6 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
-#include "scene/paraview.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -120,18 +119,6 @@ TransferFunction read(std::string_view text) {
   return paraview ? transfer_function_from_paraview(document) : read_points(document);
 }
 
-}  // namespace
-
-TransferFunction transfer_function_from_json(std::string_view text, std::string_view source) {
-  try {
-    return read(text);
-  } catch (const Error& error) {
-    throw Error(error.code(), std::string(source) + ": " + error.what());
-  }
-}
-
-namespace {
-
 template <typename Number>
 std::string array_text(std::span<const double> numbers) {
   std::vector<std::string> texts;
@@ -143,6 +130,14 @@ std::string array_text(std::span<const double> numbers) {
 std::string float_text(double number) { return number_text(float(number)); }
 
 }  // namespace
+
+TransferFunction transfer_function_from_json(std::string_view text, std::string_view source) {
+  try {
+    return read(text);
+  } catch (const Error& error) {
+    throw Error(error.code(), std::string(source) + ": " + error.what());
+  }
+}
 
 std::string to_json(const TransferFunction& function) {
   const GradientPart& part = function.gradient_part();

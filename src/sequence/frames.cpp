@@ -8,9 +8,9 @@
 #include <regex>
 #include <set>
 
-#include "base/foreign_format.h"
+#include "base/file_blocks.h"
 #include "base/text.h"
-#include "look/flame.h"
+#include "look/choices.h"
 #include "psivox/error.h"
 
 // Numbers of frames, and the files that have them.

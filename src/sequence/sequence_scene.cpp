@@ -8,7 +8,7 @@
 #include "look/draft.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {

@@ -1,4 +1,4 @@
-#include "study/conclusion.h"
+#include "study/report.h"
 
 #include <algorithm>
 #include <cmath>

@@ -8,9 +8,8 @@
 #include "base/text_file.h"
 #include "git_hash.h"
 #include "psivox/study.h"
-#include "study/orders.h"
 #include "study/page.h"
-#include "study/study_plots.h"
+#include "study/suite.h"
 
 namespace psivox {
 namespace {
@@ -55,19 +54,23 @@ TextTable order_table(const std::vector<OrderRow>& rows) {
 }
 
 std::string order_csv(const std::vector<OrderRow>& rows) {
-  std::string out = "shrinks,rays,way,K,length,rms,fitted,expected,observed\n";
+  std::vector<CsvRow> out;
   for (const OrderRow& row : rows) {
     const auto fitted = row.fitted();
     std::string way = row.way;
-    std::replace(way.begin(), way.end(), ',', ';');
-    for (const LengthError& error : row.errors) {
-      CsvLine line;
-      line << of(row).name << row.rays << way << row.K << error.first << error.second
-           << double(std::ranges::count(fitted, error)) << row.expected << row.observed();
-      out += line.str();
-    }
+    std::ranges::replace(way, ',', ';');
+    for (const LengthError& error : row.errors)
+      out.push_back({{"shrinks", of(row).name},
+                     {"rays", row.rays},
+                     {"way", way},
+                     {"K", row.K},
+                     {"length", error.first},
+                     {"rms", error.second},
+                     {"fitted", double(std::ranges::count(fitted, error))},
+                     {"expected", row.expected},
+                     {"observed", row.observed()}});
   }
-  return out;
+  return csv_text(out);
 }
 
 std::string order_json(const std::vector<OrderRow>& rows) {
@@ -170,17 +173,18 @@ void run_order_study(const std::filesystem::path& folder, const Progress& progre
   std::ranges::move(pixel_orders(part(0.95, 1)), std::back_inserter(rows));
   write_text((folder / "orders.csv").string(), order_csv(rows));
   write_text((folder / "orders.json").string(), order_json(rows));
-  write_text((folder / "orders.md").string(), markdown_table(order_table(rows)));
-  std::string body =
-      "<p>One length shrinks at a time. An order is the slope of the error over the length in "
-      "logarithms, by least squares over the finest four lengths whose error is above rounding. ≈ "
-      "marks rules that approximate Ψ: the error of the approximation does not fall with the "
-      "step.</p>\n";
+  std::string html;
   for (const Refinement& refinement : refinements)
-    body += "<p><b>" + std::string(refinement.name) + "</b>: " + refinement.measured + "</p>\n";
-  for (const NamedPlot& plot : order_plots(rows)) body += write_plot(plot, folder);
-  body += html_table(order_table(rows));
-  write_text((folder / "index.html").string(), html_page("psivox study --orders", body));
+    html += "<p><b>" + std::string(refinement.name) + "</b>: " + refinement.measured + "</p>\n";
+  for (const NamedPlot& plot : order_plots(rows)) html += write_plot(plot, folder);
+  write_sections(
+      folder, "orders", "psivox study --orders",
+      {{.text = "One length shrinks at a time. An order is the slope of the error over the length "
+                "in logarithms, by least squares over the finest four lengths whose error is above "
+                "rounding. ≈ marks rules that approximate Ψ: the error of the approximation does "
+                "not fall with the step.",
+        .table = order_table(rows),
+        .html = html}});
 }
 
 }  // namespace psivox

@@ -1,11 +1,11 @@
-#include "study/orders.h"
+#include "study/suite.h"
 
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/statistics.h"
 #include "march/formula_march.h"
 #include "psivox/draw.h"
-#include "study/variant.h"
+#include "study/results.h"
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 

@@ -1,12 +1,17 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/text.h"
 #include "psivox/error.h"
+#include "study/results.h"
+
+// What studies write: tables, plots and pages.
 
 namespace psivox {
 
@@ -25,47 +30,42 @@ inline std::string decimals(double value, int count) { return formatted("%.*f", 
 /// Rows of cells; the first row is the head.
 using TextTable = std::vector<std::vector<std::string>>;
 
-inline std::string markdown_table(const TextTable& rows) {
-  std::string out;
-  for (const auto& row : rows) {
-    for (const std::string& cell : row) out += "| " + cell + " ";
-    out += "|\n";
-    if (&row != &rows.front()) continue;
-    for (std::size_t i = 0; i < row.size(); ++i) out += "|---";
-    out += "|\n";
-  }
-  return out;
-}
-
-/// Names and texts: cells of a row, or what describes a point.
+/// Names and texts that describe a point.
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
-/// Builds a line of CSV. It quotes nothing: no name in a study has a comma or a quote.
-class CsvLine {
- public:
-  CsvLine& operator<<(const std::string& text) {
-    text_ += (text_.empty() ? "" : ",") + text;
-    return *this;
-  }
-  CsvLine& operator<<(double value) { return *this << number_text(value); }
-  std::string str() const { return text_ + "\n"; }
-
- private:
-  std::string text_;
+/// A cell of CSV: a text without comma and quote, or a number with all its digits.
+struct CsvCell {
+  CsvCell(std::string words) : text(std::move(words)) {}
+  CsvCell(const char* words) : text(words) {}
+  CsvCell(double number) : text(number_text(number)) {}
+  std::string text;
 };
+/// Cells by the names of their columns.
+using CsvRow = std::vector<std::pair<std::string, CsvCell>>;
+/// The rows below the names of `columns`. What a row lacks is empty.
+std::string csv_text(const std::vector<CsvRow>& rows, const CsvRow& columns);
+inline std::string csv_text(const std::vector<CsvRow>& rows) {
+  return csv_text(rows, rows.front());
+}
 
-/// A whole page with its style, and with the scripts of its plots if it has any. `title` is text,
-/// `body` is HTML.
-std::string html_page(const std::string& title, const std::string& body);
-
-/// The first row is the head. Cells are HTML: words are left-aligned and wrap, numbers are
-/// right-aligned.
+/// Cells of words are left-aligned and wrap, numbers are right-aligned.
 enum class Cells { numbers, words };
 std::string html_table(const TextTable& rows, Cells cells = Cells::numbers);
+std::string markdown_table(const TextTable& rows);
 
-/// A heading, a text in HTML and a table.
-std::string html_section(const std::string& title, const std::string& text, const TextTable& table,
-                         Cells cells = Cells::numbers);
+/// A part of a study's report.
+struct Section {
+  std::string title{};
+  std::string text{};  ///< in HTML, which is Markdown too
+  TextTable table{};
+  Cells cells = Cells::numbers;
+  std::string html{};      ///< between text and table, on the page alone
+  std::string markdown{};  ///< before the text, in Markdown alone
+};
+
+/// Writes the sections to NAME.md and, as a page of that title, to index.html.
+void write_sections(const std::filesystem::path& folder, const std::string& name,
+                    const std::string& title, const std::vector<Section>& sections);
 
 /// A PNG inside the page, at most `width` pixels wide, above a line of HTML; the line alone if
 /// there is no such file. Plots show the figure beside the points with the name `variant`.
@@ -84,5 +84,105 @@ inline void make_folder(const std::filesystem::path& folder) {
 /// Texts that a page contains, by file name: page.css and plots.js from src/study/page, and
 /// Chart.js as chart.min.js.
 const std::map<std::string, std::string>& page_files();
+
+/// An sRGB colour.
+struct Ink {
+  std::uint8_t r = 0, g = 0, b = 0;
+};
+/// "#1f77b4", as HTML and SVG write it.
+std::string hex(Ink ink);
+
+enum class Shape { disc, square, diamond, ring, triangle };
+
+struct PlotPoint {
+  double x = 0, y = 0;
+  std::string name{};           ///< shown by an interactive plot; may be empty
+  double lower = 0, upper = 0;  ///< quartiles of x, joined by a line; 0: none
+};
+
+/// Whether a logarithmic plot can show the point: both numbers must be finite and above 0.
+bool has_place(const PlotPoint& point);
+
+/// Points joined in their order.
+struct Series {
+  std::vector<PlotPoint> points;
+  Ink ink;
+  Shape shape = Shape::disc;
+  bool dashed = false;
+  std::vector<std::string> entries{};  ///< its texts in the legend
+};
+
+/// Radii of marks, and of the rings of the front around them [pixels].
+constexpr double mark_radius = 3.5, front_radius = 7;
+
+/// A line of the legend: a mark, and a line through it if `joined`.
+struct LegendEntry {
+  std::string text;
+  Ink ink;
+  Shape shape = Shape::disc;
+  bool joined = false, dashed = false;
+  double radius = mark_radius;
+};
+
+/// A plot with two logarithmic axes. It leaves out points that these cannot show.
+struct Plot {
+  std::string title, x_label, y_label;
+  std::vector<Series> series;
+  std::vector<LegendEntry> legend;
+  std::vector<PlotPoint> front;  ///< the Pareto front: marked, and joined by steps
+};
+
+/// The front as a series of rings, and its entry in the legend.
+Series front_series(const Plot& plot);
+LegendEntry front_entry();
+
+std::string svg_of(const Plot& plot);
+
+struct Cost {
+  double time = 0, error = 0;
+};
+
+/// Indices of the Pareto front, by time. A point joins the front if its error is less than (1 -
+/// margin) times the least error of the cheaper points.
+std::vector<std::size_t> pareto_front(const std::vector<Cost>& costs, double margin = 0);
+
+struct NamedPlot {
+  std::string name;  ///< of its file
+  Plot plot;
+};
+
+/// Writes the plot as NAME.svg to the folder. Returns HTML: the SVG, and the plot's data for the
+/// interactive chart that replaces the SVG where scripts run.
+std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder);
+
+/// HTML that a page's charts show for a point, found by the point's name. Once per page.
+std::string html_facts(const std::map<std::string, Facts>& facts);
+
+/// The points of one rule and sampling, joined in their order.
+struct PlotCurve {
+  Variant variant;
+  std::vector<PlotPoint> points;
+};
+
+/// Curves in the rules' colours and with the samplings' marks, and a legend. Titles are left empty.
+Plot plot_of_curves(const std::vector<PlotCurve>& curves);
+
+/// The rule's colour in every plot.
+Ink ink_of(Integrator rule);
+
+/// If a software renderer's wall times scatter between repeats and its processor times do not: a
+/// sentence that says so; then the page plots processor time alone. Else empty.
+std::string clock_note(const StudyResults& results);
+
+/// Plots of error by step, by look-ups, by GPU time if the driver has a timer, and by CPU time.
+std::vector<NamedPlot> plots_of(const StudyResults& results);
+
+struct NamedStudy {
+  std::string name;  ///< of its folder
+  StudyResults results;
+};
+
+/// RMS by look-ups per ray: geometric means over the studies, at every RMS that all of them reach.
+NamedPlot look_ups_plot(const std::vector<NamedStudy>& studies);
 
 }  // namespace psivox

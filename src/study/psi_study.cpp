@@ -5,14 +5,13 @@
 #include <functional>
 
 #include "base/statistics.h"
-#include "base/text.h"
 #include "base/text_file.h"
 #include "march/formula_march.h"
 #include "psivox/colormap.h"
 #include "psivox/image.h"
 #include "psivox/study.h"
 #include "study/page.h"
-#include "study/variant.h"
+#include "study/results.h"
 
 namespace psivox {
 namespace {
@@ -133,39 +132,32 @@ std::vector<Integrator> segment_rules() {
   return rules;
 }
 
-/// The texts of the study's files.
-struct Texts {
-  std::string csv, markdown, body;
-};
-
-/// Adds the tables and pictures of one domain and measure. Calls `did` after each rule.
-void add_section(const Domain& domain, const Measure& measure, const fs::path& folder,
-                 const std::vector<Integrator>& rules, const std::function<void()>& did,
-                 Texts& texts) {
-  TextTable rows = {{"rule", "ΔΨ, RMS (max)", "Δζ, RMS (max)", "Δ colour, RMS (max)"}};
+/// The tables and pictures of one domain and measure. Calls `did` after each rule.
+Section section_of(const Domain& domain, const Measure& measure, const fs::path& folder,
+                   const std::function<void()>& did, std::vector<CsvRow>& csv) {
+  Section section{.title = std::string(measure.title) + ": " + domain.caption,
+                  .table = {{"rule", "ΔΨ, RMS (max)", "Δζ, RMS (max)", "Δ colour, RMS (max)"}}};
   std::string figures;
-  for (const Integrator rule : rules) {
+  for (const Integrator rule : segment_rules()) {
     const Surface surface(rule, domain, measure);
     const std::string name = rule_name({{.integrator = rule}});
     const std::string file = std::string(domain.name) + "_" + measure.name + "_" + name + "_";
-    rows.push_back({name});
-    CsvLine line;
-    line << name << domain.name << measure.name;
+    section.table.push_back({name});
+    CsvRow& row = csv.emplace_back(
+        CsvRow{{"integrator", name}, {"ends", domain.name}, {"error", measure.name}});
     for (const Quantity& quantity : quantities) {
       const ErrorSum sum = surface.sum(quantity.member);
-      line << sum.rms() << sum.max;
-      rows.back().push_back(two_digits(sum.rms()) + " (" + two_digits(sum.max) + ")");
+      row.emplace_back(std::string(quantity.name) + "_rms", sum.rms());
+      row.emplace_back(std::string(quantity.name) + "_max", sum.max);
+      section.table.back().push_back(two_digits(sum.rms()) + " (" + two_digits(sum.max) + ")");
       const fs::path png = folder / "pictures" / (file + quantity.name + ".png");
       write_image(surface.picture(quantity.member, sum.max), png);
       figures += html_figure(png, name + ", " + quantity.name + ": ±" + two_digits(sum.max), cells);
     }
-    texts.csv += line.str();
     did();
   }
-  const std::string title = std::string(measure.title) + ": " + domain.caption;
-  texts.markdown += "**" + title + "**\n\n" + markdown_table(rows) + "\n";
-  texts.body += "<h2>" + title + "</h2>\n" + html_table(rows) + "<div class=\"gallery\">\n" +
-                figures + "</div>\n";
+  section.html = "<div class=\"gallery\">\n" + figures + "</div>\n";
+  return section;
 }
 
 }  // namespace
@@ -173,24 +165,24 @@ void add_section(const Domain& domain, const Measure& measure, const fs::path& f
 void run_psi_study(const fs::path& folder, const Progress& progress) {
   check_study_folder(folder, false);
   make_folder(folder / "pictures");
-  Texts texts{
-      "integrator,ends,error,psi_rms,psi_max,zeta_rms,zeta_max,color_rms,color_max\n", "",
-      "<p>The medium is one segment of length 1 whose attenuation is linear between its ends. Its "
-      "colour is C = L_f (1 - Ψ) + L_b (Ψ - ζ); the error of the colour is the largest for "
-      "luminances from 0 to 1. In the pictures the attenuation of the front end grows to the right "
-      "and that of the back end upwards. Blue is below 0 and red above; the caption has the error "
-      "at full colour.</p>\n"};
-  const std::vector<Integrator> rules = segment_rules();
+  std::vector<Section> sections = {
+      {.text =
+           "The medium is one segment of length 1 whose attenuation is linear between its ends. "
+           "Its colour is C = L_f (1 - Ψ) + L_b (Ψ - ζ); the error of the colour is the largest "
+           "for luminances from 0 to 1. In the pictures the attenuation of the front end grows "
+           "to the right and that of the back end upwards. Blue is below 0 and red above; the "
+           "caption has the error at full colour."}};
   double done = 0;
   const auto did = [&] {
     done += 1;
-    if (progress) progress(done / (4 * double(rules.size())));
+    if (progress) progress(done / (4 * double(segment_rules().size())));
   };
+  std::vector<CsvRow> csv;
   for (const Measure& measure : measures)
-    for (const Domain& domain : domains) add_section(domain, measure, folder, rules, did, texts);
-  write_text((folder / "psi.csv").string(), texts.csv);
-  write_text((folder / "psi.md").string(), texts.markdown);
-  write_text((folder / "index.html").string(), html_page("psivox study --psi", texts.body));
+    for (const Domain& domain : domains)
+      sections.push_back(section_of(domain, measure, folder, did, csv));
+  write_text((folder / "psi.csv").string(), csv_text(csv));
+  write_sections(folder, "psi", "psivox study --psi", sections);
 }
 
 }  // namespace psivox

@@ -9,10 +9,8 @@
 
 #include "app/command_text.h"
 #include "base/text.h"
-#include "base/text_file.h"
 #include "psivox/parameters.h"
-#include "study/conclusion.h"
-#include "study/study_plots.h"
+#include "study/page.h"
 
 namespace psivox {
 namespace {
@@ -206,14 +204,6 @@ TextTable cheapest_table(const StudyResults& results) {
   return rows;
 }
 
-std::string skipped_table(const StudyResults& results) {
-  if (results.skipped.empty()) return "";
-  TextTable rows = {{"skipped", "why"}};
-  for (const auto& [variants, reason] : skipped_lines(results.skipped))
-    rows.push_back({variants, html_text(reason)});
-  return "<h2>Skipped</h2>\n" + html_table(rows, Cells::words);
-}
-
 std::string pair_of(const fs::path& folder, const std::string& name, const std::string& file_name,
                     double scale) {
   const std::string file = file_name + ".png";
@@ -252,13 +242,19 @@ std::string references(const StudyResults& results, const fs::path& folder) {
   return out;
 }
 
-}  // namespace
-
 TextTable foreign_table(const StudyResults& results) {
   TextTable rows = {{"renderer"}};
   for (const ForeignPoint& p : results.foreign) add_row(rows, shown_name(p), facts_of(p));
   return rows;
 }
+
+std::string plots(const StudyResults& results, const fs::path& folder) {
+  std::string html;
+  for (const NamedPlot& named : plots_of(results)) html += write_plot(named, folder);
+  return html + plot_facts(results);
+}
+
+}  // namespace
 
 std::string reference_name(const Variant& variant) {
   if (variant.resolution.x == 0) return "reference";
@@ -266,32 +262,45 @@ std::string reference_name(const Variant& variant) {
 }
 
 void write_report(const StudyResults& results, const fs::path& folder) {
-  write_text((folder / "results.md").string(), results_markdown(results));
-  std::string body = first_screen(results, references(results, folder));
-  body += html_section(
-      "Cheapest ways to an error",
-      "Error is the RMS over R G B A of the GPU's picture less the reference, in linear radiance. "
-      "For each error the table names the measured variant that stays below it with the fewest "
-      "field look-ups per ray, and the one with the least processor time.",
-      cheapest_table(results), Cells::words);
-  body += "<h2>Plots</h2>\n";
-  if (const std::string note = clock_note(results); !note.empty()) body += "<p>" + note + "</p>\n";
-  for (const NamedPlot& named : plots_of(results)) body += write_plot(named, folder);
-  body += plot_facts(results);
+  std::vector<Section> sections = {
+      {.html = first_screen(results, references(results, folder)),
+       .markdown = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
+                   command_of(results) + "\n```\n\n"},
+      {"Cheapest ways to an error",
+       "Error is the RMS over R G B A of the GPU's picture less the reference, in linear radiance. "
+       "For each error the table names the measured variant that stays below it with the fewest "
+       "field look-ups per ray, and the one with the least processor time.",
+       cheapest_table(results), Cells::words},
+      {.title = "Plots", .text = clock_note(results), .html = plots(results, folder)},
+      {"Rules by samplings",
+       "Each cell has the RMS over R G B A against the reference and, in parentheses, the "
+       "processor time of the march over that of porter-duff in the same column.",
+       rules_table(results)},
+      {"What an error takes",
+       "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
+       "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
+       "already reaches the RMS; –: no point reaches it.",
+       needs_table(results)},
+      {.title = "All numbers",
+       .html = "<p>Times are medians, with the quartiles in parentheses. The step error is the "
+               "march in double less the reference; the arithmetic error is the GPU's picture less "
+               "the march in double.</p>\n" +
+               html_table(points_table(results))}};
   if (!results.foreign.empty())
-    body += html_section("Other renderers", foreign_note, foreign_table(results));
-  body += html_section("Rules by samplings", rules_note, rules_table(results));
-  body += html_section("What an error takes", needs_note, needs_table(results));
-  body += html_section(
-      "All numbers",
-      "Times are medians, with the quartiles in parentheses. The "
-      " step error is the march in double less the reference; the arithmetic error is the GPU's "
-      "picture less the march in double.",
-      points_table(results));
-  body += skipped_table(results);
-  body += "<h2>Pictures</h2>\n" + gallery(results, folder);
-  body += "<h2>Scene</h2>\n<pre>" + html_text(results.scene) + "</pre>\n";
-  write_text((folder / "index.html").string(), html_page("psivox study", body));
+    sections.insert(
+        sections.begin() + 3,
+        Section{
+            "Other renderers",
+            "Pictures of other renderers, through the same camera, less the reference. A picture "
+            "whose "
+            "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the "
+            "others in R G B A, premultiplied. Times are as given: psivox did not measure them.",
+            foreign_table(results)});
+  if (!results.skipped.empty())
+    sections.push_back({"Skipped", "", skipped_table(results), Cells::words});
+  sections.push_back({.title = "Pictures", .html = gallery(results, folder)});
+  sections.push_back({.title = "Scene", .html = "<pre>" + html_text(results.scene) + "</pre>\n"});
+  write_sections(folder, "results", "psivox study", sections);
 }
 
 }  // namespace psivox

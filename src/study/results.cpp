@@ -1,16 +1,20 @@
 #include "study/results.h"
 
+#include <sys/utsname.h>
+
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "app/command_text.h"
 #include "base/text.h"
 #include "base/text_file.h"
+#include "git_hash.h"
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
-#include "study/conclusion.h"
+#include "study/report.h"
 
 namespace psivox {
 namespace {
@@ -161,30 +165,52 @@ Json scene_without_input(const std::string& text) {
   return scene;
 }
 
-/// The deviation of a - b in the channels from `first` to `last` - 1.
-Deviation deviation(const Image& a, const Image& b, std::size_t first, std::size_t last) {
-  ErrorSum sum;
-  std::vector<double> absolute;
-  std::uint64_t not_finite = 0;
-  const std::size_t pixels = a.rgba().size() / 4, width = std::size_t(a.width);
-  absolute.reserve(pixels * (last - first));
-  for (std::size_t i = 0; i < pixels; ++i)
-    for (std::size_t c = first; c < last; ++c) {
-      const double value = double(a.rgba()[4 * i + c]) - double(b.rgba()[4 * i + c]);
-      if (!std::isfinite(value)) {
-        ++not_finite;
-        continue;
-      }
-      sum.add(value, i);
-      absolute.push_back(std::abs(value));
-    }
-  return {.rms = sum.rms(),
-          .max = sum.max,
-          .max_x = int(sum.max_at % width),
-          .max_y = int(sum.max_at / width),
-          .p99 = percentile(std::move(absolute), 0.99),
-          .mean = sum.mean(),
-          .not_finite = not_finite};
+/// The processor's name; "unknown" if the machine does not say.
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+std::string system_name() {
+  utsname name{};
+  if (uname(&name) != 0) return "unknown";
+  return std::string(name.sysname) + " " + name.release + " " + name.machine;
+}
+
+/// FNV-1a, 64 bits in hexadecimal.
+class Hash {
+ public:
+  void add(const char* bytes, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i)
+      value_ = (value_ ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3u;
+  }
+  std::string text() const { return formatted("%016llx", static_cast<unsigned long long>(value_)); }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325u;
+};
+
+std::string file_hash(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  Hash hash;
+  std::vector<char> block(1 << 20);
+  while (file.read(block.data(), std::streamsize(block.size())) || file.gcount() > 0)
+    hash.add(block.data(), std::size_t(file.gcount()));
+  if (!file.eof()) throw Error(ExitCode::input, "cannot read " + in_quotes(path.string()));
+  return hash.text();
+}
+
+std::string values_hash(const Field& field) {
+  Hash hash;
+  for (const Leaf& leaf : field.leaves) {
+    const OrderedValues values(field, leaf);
+    hash.add(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+  }
+  return hash.text();
 }
 
 }  // namespace
@@ -266,21 +292,20 @@ std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
   return "";
 }
 
-double PictureError::rms() const {
-  return std::sqrt((3 * radiance.rms * radiance.rms + alpha.rms * alpha.rms) / 4);
-}
-
-PictureError picture_error(const Image& a, const Image& b) {
-  if (a.width != b.width || a.height != b.height)
-    throw Error(ExitCode::input, "pictures of different sizes cannot be compared");
-  return {deviation(a, b, 0, 3), deviation(a, b, 3, 4)};
-}
-
-double rounding_rms(const Image& image) {
-  ErrorSum sum;
-  for (const float value : image.rgba())
-    if (std::isfinite(value)) sum.add(value, 0);
-  return 8.0 * std::numeric_limits<float>::epsilon() * sum.rms();
+StudyResults new_results(const View& view, const std::string& renderer, int repeats) {
+  const std::string& file = view.scene.input;
+  StudyResults results;
+  results.version = PSIVOX_VERSION;
+  results.git = PSIVOX_GIT_HASH;
+  results.processor = processor_name();
+  results.system = system_name();
+  results.threads = int(std::thread::hardware_concurrency());
+  results.renderer = renderer;
+  results.input = file.empty() ? "grids in memory" : file;
+  results.input_hash = file.empty() ? values_hash(*view.medium.density) : file_hash(file);
+  results.scene = to_json(view.scene);
+  results.repeats = repeats;
+  return results;
 }
 
 }  // namespace psivox

@@ -1,59 +1,84 @@
-// A study's numbers as CSV and as Markdown.
+// A study's numbers: errors of pictures, CSV and tables.
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
-#include "base/text.h"
+#include "base/html.h"
+#include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "study/conclusion.h"
 #include "study/page.h"
 #include "study/report.h"
-#include "study/study_plots.h"
 
 namespace psivox {
 namespace {
 
-void add(Facts& row, const std::string& prefix, const Deviation& d) {
+/// The deviation of a - b in the channels from `first` to `last` - 1.
+Deviation deviation(const Image& a, const Image& b, std::size_t first, std::size_t last) {
+  ErrorSum sum;
+  std::vector<double> absolute;
+  std::uint64_t not_finite = 0;
+  const std::size_t pixels = a.rgba().size() / 4, width = std::size_t(a.width);
+  absolute.reserve(pixels * (last - first));
+  for (std::size_t i = 0; i < pixels; ++i)
+    for (std::size_t c = first; c < last; ++c) {
+      const double value = double(a.rgba()[4 * i + c]) - double(b.rgba()[4 * i + c]);
+      if (!std::isfinite(value)) {
+        ++not_finite;
+        continue;
+      }
+      sum.add(value, i);
+      absolute.push_back(std::abs(value));
+    }
+  return {.rms = sum.rms(),
+          .max = sum.max,
+          .max_x = int(sum.max_at % width),
+          .max_y = int(sum.max_at / width),
+          .p99 = percentile(std::move(absolute), 0.99),
+          .mean = sum.mean(),
+          .not_finite = not_finite};
+}
+
+void add(CsvRow& row, const std::string& prefix, const Deviation& d) {
   const std::pair<const char*, double> numbers[] = {
       {"rms", d.rms}, {"max", d.max},   {"max_x", d.max_x},          {"max_y", d.max_y},
       {"p99", d.p99}, {"mean", d.mean}, {"not_finite", d.not_finite}};
-  for (const auto& [name, number] : numbers) row.emplace_back(prefix + name, number_text(number));
+  for (const auto& [name, number] : numbers) row.emplace_back(prefix + name, number);
 }
 
-void add_short(Facts& row, const std::string& prefix, const std::optional<PictureError>& error) {
+void add_short(CsvRow& row, const std::string& prefix, const std::optional<PictureError>& error) {
   for (const auto& [channels, deviation] :
        {std::pair("radiance_", &PictureError::radiance), std::pair("alpha_", &PictureError::alpha)})
     for (const auto& [name, number] :
          {std::pair("rms", &Deviation::rms), std::pair("max", &Deviation::max)})
       row.emplace_back(prefix + channels + name,
-                       error ? number_text((*error).*deviation.*number) : "");
+                       error ? CsvCell((*error).*deviation.*number) : CsvCell(""));
 }
 
 /// A row of results.csv.
-Facts cells_of(const StudyPoint& point, const Scene& base) {
+CsvRow cells_of(const StudyPoint& point, const Scene& base) {
   const Variant marched = point.chosen.value_or(point.variant);
   const Scene scene = scene_of(marched, base);
-  Facts row = {{"renderer", "psivox"}};
-  const auto add_texts = [&](std::initializer_list<const char*> names) {
-    for (const char* name : names) row.emplace_back(name, parameter_text(scene, name));
-  };
-  const auto add_number = [&](const std::string& name, double number) {
-    row.emplace_back(name, number_text(number));
-  };
-  add_texts({"integrator", "sampling"});
-  add_number("segments", marched.method.segments);
-  add_number("step", marched.method.step);
-  add_texts({"filter", "texel", "resolution"});
-  add_number("tolerance", point.variant.tolerance.value_or(0));
-  add_number("estimate", point.estimate);
-  add_number("rms", point.error.rms());
+  const auto text = [&](const char* name) { return parameter_text(scene, name); };
+  CsvRow row = {{"renderer", "psivox"},
+                {"integrator", text("integrator")},
+                {"sampling", text("sampling")},
+                {"segments", marched.method.segments},
+                {"step", marched.method.step},
+                {"filter", text("filter")},
+                {"texel", text("texel")},
+                {"resolution", text("resolution")},
+                {"tolerance", point.variant.tolerance.value_or(0)},
+                {"estimate", point.estimate},
+                {"rms", point.error.rms()}};
   add(row, "radiance_", point.error.radiance);
   add(row, "alpha_", point.error.alpha);
   add_short(row, "step_error_", point.step_error);
   add_short(row, "arithmetic_error_", point.arithmetic);
-  add_number("samples_per_ray", point.samples_per_ray);
-  add_number("steps_per_ray", point.steps_per_ray);
-  add_number("atlas_bytes", double(point.atlas_bytes));
-  add_number("repeats", double(point.times.size()));
+  row.insert(row.end(), {{"samples_per_ray", point.samples_per_ray},
+                         {"steps_per_ray", point.steps_per_ray},
+                         {"atlas_bytes", double(point.atlas_bytes)},
+                         {"repeats", double(point.times.size())}});
   for (const auto& [clock, spread] :
        {std::pair("gpu_ms_", gpu_ms(point)), std::pair("wall_ms_", wall_ms(point)),
         std::pair("cpu_ms_", cpu_ms(point))})
@@ -61,19 +86,18 @@ Facts cells_of(const StudyPoint& point, const Scene& base) {
          {std::pair("median", spread.median), std::pair("lower", spread.lower),
           std::pair("upper", spread.upper), std::pair("min", spread.min),
           std::pair("max", spread.max)})
-      add_number(std::string(clock) + name, number);
+      row.emplace_back(std::string(clock) + name, number);
   return row;
 }
 
 /// What is known of another renderer.
-Facts cells_of(const ForeignPoint& point) {
-  Facts row = {{"renderer", point.picture.name},
-               {"resolution", formatted("%dx%d", point.resolution.x, point.resolution.y)},
-               {"rms", number_text(point.rms())}};
+CsvRow cells_of(const ForeignPoint& point) {
+  CsvRow row = {{"renderer", point.picture.name},
+                {"resolution", formatted("%dx%d", point.resolution.x, point.resolution.y)},
+                {"rms", point.rms()}};
   add(row, "radiance_", point.error.radiance);
   if (!point.opaque) add(row, "alpha_", point.error.alpha);
-  if (point.picture.time_ms > 0)
-    row.emplace_back("wall_ms_median", number_text(point.picture.time_ms));
+  if (point.picture.time_ms > 0) row.emplace_back("wall_ms_median", point.picture.time_ms);
   return row;
 }
 
@@ -112,6 +136,23 @@ std::string need_text(const Need& need) {
 
 }  // namespace
 
+double PictureError::rms() const {
+  return std::sqrt((3 * radiance.rms * radiance.rms + alpha.rms * alpha.rms) / 4);
+}
+
+PictureError picture_error(const Image& a, const Image& b) {
+  if (a.width != b.width || a.height != b.height)
+    throw Error(ExitCode::input, "pictures of different sizes cannot be compared");
+  return {deviation(a, b, 0, 3), deviation(a, b, 3, 4)};
+}
+
+double rounding_rms(const Image& image) {
+  ErrorSum sum;
+  for (const float value : image.rgba())
+    if (std::isfinite(value)) sum.add(value, 0);
+  return 8.0 * std::numeric_limits<float>::epsilon() * sum.rms();
+}
+
 TextTable needs_table(const StudyResults& results) {
   TextTable rows = {{"rule"}};
   const std::vector<Need> needs = needs_of(results);
@@ -126,21 +167,10 @@ TextTable needs_table(const StudyResults& results) {
 
 std::string results_csv(const StudyResults& results) {
   const Scene base = scene_from_json(results.scene, "the study's scene");
-  const Facts columns = cells_of(StudyPoint(), base);
-  CsvLine header;
-  for (const auto& [name, text] : columns) header << name;
-  std::string out = header.str();
-  const auto add = [&](const Facts& row) {
-    CsvLine line;
-    for (const auto& [name, text] : columns) {
-      const auto cell = std::ranges::find(row, name, &Facts::value_type::first);
-      line << (cell == row.end() ? "" : cell->second);
-    }
-    out += line.str();
-  };
-  for (const StudyPoint& point : results.points) add(cells_of(point, base));
-  for (const ForeignPoint& point : results.foreign) add(cells_of(point));
-  return out;
+  std::vector<CsvRow> rows;
+  for (const StudyPoint& point : results.points) rows.push_back(cells_of(point, base));
+  for (const ForeignPoint& point : results.foreign) rows.push_back(cells_of(point));
+  return csv_text(rows, cells_of(StudyPoint(), base));
 }
 
 TextTable rules_table(const StudyResults& results) {
@@ -159,21 +189,11 @@ TextTable rules_table(const StudyResults& results) {
   return rows;
 }
 
-std::string results_markdown(const StudyResults& results) {
-  TextTable rules = rules_table(results);
-  for (std::size_t i = 1; i < rules.size(); ++i) rules[i][0] = "`" + rules[i][0] + "`";
-  std::string out = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
-                    command_of(results) + "\n```\n\n" + rules_note + "\n\n" +
-                    markdown_table(rules) + "\n" + needs_note + "\n\n" +
-                    markdown_table(needs_table(results));
-  if (const std::string note = clock_note(results); !note.empty()) out += "\n" + note + "\n";
-  if (!results.foreign.empty())
-    out += "\n" + std::string(foreign_note) + "\n\n" + markdown_table(foreign_table(results));
-  if (results.skipped.empty()) return out;
-  out += "\nSkipped:\n\n";
+TextTable skipped_table(const StudyResults& results) {
+  TextTable rows = {{"skipped", "why"}};
   for (const auto& [variants, reason] : skipped_lines(results.skipped))
-    out += "- " + variants + ": " + reason + "\n";
-  return out;
+    rows.push_back({variants, html_text(reason)});
+  return rows;
 }
 
 }  // namespace psivox

@@ -7,7 +7,6 @@
 #include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/study.h"
-#include "study/conclusion.h"
 #include "study/page.h"
 #include "study/report.h"
 #include "study/results.h"
@@ -49,10 +48,7 @@ class StudyRun {
       save();
       did(cost_.measuring(i));
     }
-    const auto finished = [&](const auto& point) {
-      return int(point->times.size()) >= options_.repeats;
-    };
-    if (!std::all_of(points_.begin(), points_.end(), finished)) settle();
+    if (finished() < points_.size()) settle();
     // Times are measured in rounds, to and fro, so that a machine that slows down affects all
     // variants alike.
     for (int round = 0; round < options_.repeats; ++round)
@@ -77,14 +73,18 @@ class StudyRun {
   }
 
   std::string state() const {
-    const auto finished = std::count_if(points_.begin(), points_.end(), [&](const auto& point) {
-      return point && int(point->times.size()) >= options_.repeats;
-    });
-    return std::to_string(finished) + " of " + std::to_string(points_.size()) +
+    return std::to_string(finished()) + " of " + std::to_string(points_.size()) +
            " points are finished";
   }
 
  private:
+  /// Points that have all their times.
+  std::size_t finished() const {
+    return std::size_t(std::ranges::count_if(points_, [&](const auto& point) {
+      return point && int(point->times.size()) >= options_.repeats;
+    }));
+  }
+
   void refuse_nothing() const {
     if (!plan_.variants.empty()) return;
     throw Error(ExitCode::usage,
@@ -94,25 +94,18 @@ class StudyRun {
 
   /// Removes from the plan the variants of a texel type that cannot hold the values.
   void check_texels() {
-    std::vector<Variant> kept;
-    std::map<TexelType, std::string> found;  // the reason to refuse it, or empty
-    for (const Variant& variant : plan_.variants) {
-      const TexelType texel = variant.texel;
-      if (!found.contains(texel)) {
-        found[texel] = "";
-        try {
-          pictures_.prepare(*pictures_.gpu, variant);
-        } catch (const Error& error) {
-          if (error.code() != ExitCode::input) throw;
-          found[texel] = error.what();
-        }
+    std::map<TexelType, std::string> reasons;  // to refuse it; empty: none
+    std::erase_if(plan_.variants, [&](const Variant& variant) {
+      const auto [reason, is_new] = reasons.try_emplace(variant.texel);
+      try {
+        if (is_new) pictures_.prepare(*pictures_.gpu, variant);
+      } catch (const Error& error) {
+        if (error.code() != ExitCode::input) throw;
+        reason->second = error.what();
       }
-      if (found[texel].empty())
-        kept.push_back(variant);
-      else
-        plan_.skipped.push_back({variant, found[texel]});
-    }
-    plan_.variants = std::move(kept);
+      if (!reason->second.empty()) plan_.skipped.push_back({variant, reason->second});
+      return !reason->second.empty();
+    });
     refuse_nothing();
     base_.skipped = plan_.skipped;
     points_.resize(plan_.variants.size());

@@ -7,11 +7,9 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
-#include "study/conclusion.h"
 #include "study/page.h"
 #include "study/report.h"
 #include "study/results.h"
-#include "study/study_plots.h"
 
 // A summary of what several studies need to reach an RMS, and statistics over the frames of a
 // sequence.
@@ -131,16 +129,17 @@ NamedPlot summary_plot(const std::vector<NamedStudy>& studies, const SummaryCost
 }
 
 std::string summary_csv(const std::vector<NamedStudy>& studies) {
-  std::string out = "study,variant,rms,samples_per_ray,cpu_ms,at_most\n";
-  const auto text = [](const std::optional<double>& n) { return n ? number_text(*n) : ""; };
+  std::vector<CsvRow> rows;
+  const auto cell = [](const std::optional<double>& n) { return n ? CsvCell(*n) : CsvCell(""); };
   for (const NamedStudy& study : studies)
-    for (const Need& need : needs_of(study.results, usual_rms)) {
-      CsvLine line;
-      line << study.name << variant_name(need.variant) << need.rms << text(need.samples_per_ray)
-           << text(need.cpu_ms) << need.at_most;
-      out += line.str();
-    }
-  return out;
+    for (const Need& need : needs_of(study.results, usual_rms))
+      rows.push_back({{"study", study.name},
+                      {"variant", variant_name(need.variant)},
+                      {"rms", need.rms},
+                      {"samples_per_ray", cell(need.samples_per_ray)},
+                      {"cpu_ms", cell(need.cpu_ms)},
+                      {"at_most", need.at_most ? 1 : 0}});
+  return csv_text(rows);
 }
 
 /// One variant over all frames.
@@ -189,23 +188,22 @@ SequenceStatistics statistics_of(const std::vector<StudiedFrame>& studied) {
 }
 
 std::string statistics_csv(const std::vector<FrameStatistics>& all) {
-  std::string out =
-      "variant,frames,rms_median,rms_min,rms_max,worst_frame,samples_per_ray_median,"
-      "samples_per_ray_min,samples_per_ray_max,cpu_ms_median,cpu_ms_min,cpu_ms_max\n";
+  std::vector<CsvRow> rows;
   for (const FrameStatistics& s : all) {
-    CsvLine line;
-    line << variant_name(s.variant) << double(s.frames.size());
-    const auto spread = [&](const std::vector<double>& values) {
-      const Spread found = spread_of(values);
-      line << found.median << found.min << found.max;
+    CsvRow& row = rows.emplace_back();
+    const auto add = [&](const std::string& name, const std::vector<double>& values) {
+      const Spread spread = spread_of(values);
+      row.insert(row.end(), {{name + "_median", spread.median},
+                             {name + "_min", spread.min},
+                             {name + "_max", spread.max}});
     };
-    spread(s.rms);
-    line << double(s.worst_frame());
-    spread(s.samples);
-    spread(s.cpu_ms);
-    out += line.str();
+    row = {{"variant", variant_name(s.variant)}, {"frames", double(s.frames.size())}};
+    add("rms", s.rms);
+    row.emplace_back("worst_frame", s.worst_frame());
+    add("samples_per_ray", s.samples);
+    add("cpu_ms", s.cpu_ms);
   }
-  return out;
+  return csv_text(rows);
 }
 
 TextTable statistics_table(const std::vector<FrameStatistics>& all) {
@@ -249,35 +247,31 @@ void run_summary(const std::vector<std::filesystem::path>& folders,
                  const std::filesystem::path& out) {
   const std::vector<NamedStudy> studies = read_studies(folders);
   check_study_folder(out, false);
-  const std::string note =
-      "The numbers are for an RMS of 1e-2 / 1e-3 / 1e-4 / 1e-5, interpolated between measured "
-      "points linearly in the logarithms. ≤: the coarsest point already reaches the RMS; –: no "
-      "point reaches it.";
-  std::string markdown = note + "\n", body = "<p>" + note + "</p>\n";
-  for (const SummaryCost& cost : summary_costs) {
-    const TextTable table = summary_table(studies, cost);
-    markdown += "\n**" + std::string(cost.title) + "**\n\n" + markdown_table(table);
-    body += "<h2>" + std::string(cost.title) + "</h2>\n" +
-            write_plot(summary_plot(studies, cost), out) + html_table(table);
-  }
+  std::vector<Section> sections = {
+      {.text =
+           "The numbers are for an RMS of 1e-2 / 1e-3 / 1e-4 / 1e-5, interpolated between measured "
+           "points linearly in the logarithms. ≤: the coarsest point already reaches the RMS; –: "
+           "no point reaches it."}};
+  for (const SummaryCost& cost : summary_costs)
+    sections.push_back({.title = cost.title,
+                        .table = summary_table(studies, cost),
+                        .html = write_plot(summary_plot(studies, cost), out)});
   write_text((out / "needs.csv").string(), summary_csv(studies));
-  write_text((out / "needs.md").string(), markdown);
-  write_text((out / "index.html").string(), html_page("psivox study --summary", body));
+  write_sections(out, "needs", "psivox study --summary", sections);
 }
 
 std::string write_frame_statistics(const std::vector<StudiedFrame>& frames,
                                    const std::filesystem::path& out) {
   const SequenceStatistics all = statistics_of(frames);
   const std::string conclusion = conclusion_of(all);
-  const TextTable table = statistics_table(all.variants);
-  std::string body = "<p>" + conclusion + "</p>\n" + html_table(table) + "<h2>Frames</h2>\n<p>";
+  std::string links;
   for (const auto& [frame, folder] : frames)
-    body += "<a href=\"" + folder.filename().string() + "/index.html\">" + std::to_string(frame) +
-            "</a> ";
+    links += "<a href=\"" + folder.filename().string() + "/index.html\">" + std::to_string(frame) +
+             "</a> ";
   write_text((out / "frames.csv").string(), statistics_csv(all.variants));
-  write_text((out / "frames.md").string(), conclusion + "\n\n" + markdown_table(table));
-  write_text((out / "index.html").string(),
-             html_page("psivox study of a sequence", body + "</p>\n"));
+  write_sections(out, "frames", "psivox study of a sequence",
+                 {{.text = conclusion, .table = statistics_table(all.variants)},
+                  {.title = "Frames", .html = "<p>" + links + "</p>\n"}});
   return conclusion;
 }
 

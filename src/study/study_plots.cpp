@@ -1,5 +1,5 @@
-#include "study/study_plots.h"
 #include "base/html.h"
+#include "study/page.h"
 
 #include <algorithm>
 #include <functional>
@@ -10,8 +10,7 @@
 #include "base/renderer_name.h"
 #include "base/text.h"
 #include "base/text_file.h"
-#include "study/conclusion.h"
-#include "study/page.h"
+#include "study/report.h"
 
 namespace psivox {
 
@@ -76,12 +75,9 @@ Json json_of(const Plot& plot) {
   return out;
 }
 
-/// JSON inside HTML. It must not contain `<`, because `</script>` would end it.
 std::string html_json(const std::string& attributes, const Json& data) {
-  std::string text;
-  for (const char c : data.dump(-1, ' ', false, Json::error_handler_t::replace))
-    text += c == '<' ? "\\u003c" : std::string(1, c);
-  return "<script type=\"application/json\"" + attributes + ">" + text + "</script>\n";
+  return "<script type=\"application/json\"" + attributes + ">" +
+         without_tags(data.dump(-1, ' ', false, Json::error_handler_t::replace)) + "</script>\n";
 }
 
 constexpr Ink inks[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 39, 40},

@@ -10,7 +10,6 @@
 #include "git_hash.h"
 #include "psivox/error.h"
 #include "study/page.h"
-#include "study/study_plots.h"
 #include "study/suite.h"
 
 namespace psivox {
@@ -77,28 +76,33 @@ TextTable rows_table(const std::vector<SuiteResult>& results, bool marschner_lob
 }
 
 std::string suite_csv(const std::vector<SuiteResult>& results) {
-  std::string out =
-      "scene,rule,sampling,step,segments,rms,p999,max,psnr,rays,samples_per_ray,steps_per_ray,"
-      "cpu_ms";
-  for (int bin = 1; bin <= suite_bins; ++bin) out += ",above_1e-" + std::to_string(bin);
-  out += ",expected_order,order\n";
+  std::vector<CsvRow> rows;
   for (const SuiteResult& r : results)
     for (const SuiteRow& row : r.rows) {
       const StudyPoint& p = row.point;
-      CsvLine line;
-      line << r.scene.name << rule_name(p.variant) << sampling_name(refinement(p.variant))
-           << p.variant.method.step << double(p.variant.method.segments) << p.error.rms()
-           << row.p999 << row.max << row.psnr() << double(row.rays) << p.samples_per_ray
-           << p.steps_per_ray << cpu_ms(p).median;
-      for (const double fraction : row.above) line << fraction;
+      CsvRow& out = rows.emplace_back(CsvRow{{"scene", r.scene.name},
+                                             {"rule", rule_name(p.variant)},
+                                             {"sampling", sampling_name(refinement(p.variant))},
+                                             {"step", p.variant.method.step},
+                                             {"segments", p.variant.method.segments},
+                                             {"rms", p.error.rms()},
+                                             {"p999", row.p999},
+                                             {"max", row.max},
+                                             {"psnr", row.psnr()},
+                                             {"rays", double(row.rays)},
+                                             {"samples_per_ray", p.samples_per_ray},
+                                             {"steps_per_ray", p.steps_per_ray},
+                                             {"cpu_ms", cpu_ms(p).median}});
+      for (int bin = 1; bin <= suite_bins; ++bin)
+        out.emplace_back("above_1e-" + std::to_string(bin), row.above[std::size_t(bin - 1)]);
       const auto order =
           std::ranges::find(r.orders, refinement(p.variant), &SuiteOrder::refinement);
       const bool fitted = order != r.orders.end() && order->points > 2;
-      line << (fitted && order->expected > 0 ? number_text(order->expected) : "")
-           << (fitted ? number_text(order->observed) : "");
-      out += line.str();
+      out.emplace_back("expected_order",
+                       fitted && order->expected > 0 ? CsvCell(order->expected) : CsvCell(""));
+      out.emplace_back("order", fitted ? CsvCell(order->observed) : CsvCell(""));
     }
-  return out;
+  return csv_text(rows);
 }
 
 // --- Moreland's numbers --------------------------------------------------------------------------
@@ -216,12 +220,6 @@ const char* const suite_intro =
     "GL driver named below. Times are processor times of one march; everything else is the same "
     "on every run.</p>\n";
 
-struct Section {
-  std::string title, text;
-  TextTable table;
-  Cells cells = Cells::numbers;
-};
-
 std::vector<Section> sections_of(const std::vector<SuiteResult>& results,
                                  const std::vector<OrderRow>& rays) {
   return {
@@ -275,40 +273,37 @@ std::string conclusion_of(const std::vector<SuiteResult>& results,
          (misses == 0 ? "all as expected" : std::to_string(misses) + " not as expected") + ".";
 }
 
-std::string markdown_of(const std::string& conclusion, const std::vector<std::string>& misses,
-                        const std::vector<Section>& sections) {
-  std::string text = conclusion + "\n";
-  for (const std::string& miss : misses) text += "\n- " + miss + "\n";
-  for (const Section& section : sections)
-    text +=
-        "\n**" + section.title + "**\n\n" + section.text + "\n\n" + markdown_table(section.table);
-  return text;
+/// What stands above the tables. Writes the plots.
+Section first_section(const std::string& conclusion, const std::vector<std::string>& misses,
+                      const std::vector<SuiteResult>& results, const std::string& renderer,
+                      const std::filesystem::path& folder) {
+  Section first{.html = "<p class=\"conclusion\">" + html_text(conclusion) + "</p>\n",
+                .markdown = conclusion + "\n\n"};
+  for (const std::string& miss : misses) {
+    first.html += "<p><b>Not as expected:</b> " + html_text(miss) + "</p>\n";
+    first.markdown += "- " + miss + "\n\n";
+  }
+  first.html += suite_intro + std::string("<p>psivox ") + PSIVOX_VERSION + " " + PSIVOX_GIT_HASH +
+                ", " + html_text(renderer) + "</p>\n<div class=\"gallery\">\n";
+  for (const SuiteResult& r : results)
+    first.html += html_figure(folder / (r.scene.name + ".png"), r.scene.name, 160);
+  first.html += "</div>\n<h2>Error by look-ups</h2>\n";
+  for (const bool functions : {false, true})
+    first.html += write_plot(mission_plot(results, functions), folder);
+  return first;
 }
 
-/// The page's body. Writes its plots beside it.
-std::string body_of(const std::string& conclusion, const std::vector<std::string>& misses,
-                    const std::vector<Section>& sections, const std::vector<SuiteResult>& results,
-                    const std::string& renderer, const std::filesystem::path& folder) {
-  std::string body = "<p class=\"conclusion\">" + html_text(conclusion) + "</p>\n";
-  for (const std::string& miss : misses)
-    body += "<p><b>Not as expected:</b> " + html_text(miss) + "</p>\n";
-  body += suite_intro + std::string("<p>psivox ") + PSIVOX_VERSION + " " + PSIVOX_GIT_HASH + ", " +
-          html_text(renderer) + "</p>\n<div class=\"gallery\">\n";
-  for (const SuiteResult& r : results)
-    body += html_figure(folder / (r.scene.name + ".png"), r.scene.name, 160);
-  body += "</div>\n<h2>Error by look-ups</h2>\n";
-  for (const bool functions : {false, true})
-    body += write_plot(mission_plot(results, functions), folder);
-  for (const Section& section : sections)
-    body += html_section(section.title, section.text, section.table, section.cells);
-  body += "<h2>Each scene</h2>\n";
+/// The plots of each scene, which it writes.
+Section scenes_section(const std::vector<SuiteResult>& results,
+                       const std::filesystem::path& folder) {
+  Section scenes{.title = "Each scene"};
   for (const SuiteResult& r : results)
     for (NamedPlot& named : plots_of(study_of(r, false)))
       if (named.name == "error-samples") {
         named.name = named.plot.title = r.scene.name;
-        body += write_plot(named, folder);
+        scenes.html += write_plot(named, folder);
       }
-  return body;
+  return scenes;
 }
 
 }  // namespace
@@ -321,11 +316,11 @@ std::string write_suite(const std::vector<SuiteResult>& results, const std::vect
                         const std::string& renderer, const std::filesystem::path& folder) {
   const std::vector<std::string> misses = all_misses(results, rays);
   const std::string conclusion = conclusion_of(results, rays, misses.size());
-  const std::vector<Section> sections = sections_of(results, rays);
-  const std::string body = body_of(conclusion, misses, sections, results, renderer, folder);
+  std::vector<Section> sections = sections_of(results, rays);
+  sections.insert(sections.begin(), first_section(conclusion, misses, results, renderer, folder));
+  sections.push_back(scenes_section(results, folder));
   write_text((folder / "suite.csv").string(), suite_csv(results));
-  write_text((folder / "suite.md").string(), markdown_of(conclusion, misses, sections));
-  write_text((folder / "index.html").string(), html_page("psivox study --suite", body));
+  write_sections(folder, "suite", "psivox study --suite", sections);
   if (!misses.empty()) throw Error(ExitCode::verification, joined(misses, "; "));
   return conclusion;
 }

@@ -1,4 +1,4 @@
-#include "study/variant.h"
+#include "study/results.h"
 
 #include <algorithm>
 #include <functional>

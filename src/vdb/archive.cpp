@@ -7,14 +7,8 @@
 #include <sstream>
 #include <utility>
 
-#include "archive_grid.h"
-#include "base/foreign_format.h"
-#include "base/text.h"
 #include "grid_types.h"
 #include "leaf_decoder.h"
-#include "point_counts.h"
-#include "psivox/error.h"
-#include "topology.h"
 #include "value_block.h"
 
 namespace psivox::vdb {
@@ -224,7 +218,7 @@ std::shared_ptr<FileBlocks> Archive::rewritten(const GridEntry& entry) {
 }
 
 std::unique_ptr<FileGrid> Archive::open(const GridEntry& entry, bool marked) {
-  return std::make_unique<ArchiveGrid>(*this, entry, file_, marked);
+  return open_archive_grid(*this, entry, file_, marked);
 }
 
 MetadataText Archive::metadata_of(const GridEntry& entry) {

@@ -3,12 +3,14 @@
 #include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 
+#include <cstdint>
+#include <functional>
 #include <istream>
 #include <memory>
 #include <string>
 
-#include "base/file_blocks.h"
 #include "grid_file.h"
+#include "topology.h"
 
 namespace psivox::vdb {
 
@@ -57,5 +59,17 @@ class Archive final : public GridFile, private openvdb::io::Archive {
 
   openvdb::io::StreamMetadata::Ptr metadata_;  ///< the stream keeps a plain pointer to it
 };
+
+/// Reads head and topology of the entry's grid, whatever its type and format.
+std::unique_ptr<FileGrid> open_archive_grid(Archive& archive, const GridEntry& entry,
+                                            std::shared_ptr<FileBlocks> file, bool marked);
+
+using TakeCounts = std::function<void(std::size_t leaf, const PointCounts& counts)>;
+
+/// Reads the numbers of points in a grid's voxels, leaf by leaf. The stream is behind the topology
+/// of a grid of points (OpenVDB's PointDataGrid, file format 224 or later). Attributes of points
+/// are passed over, so that their types and codecs do not matter. Leaves the stream before the
+/// attributes' values, and returns how many bytes those take. Throws if the file is damaged.
+std::int64_t read_point_counts(std::size_t leaves, std::istream& stream, const TakeCounts& take);
 
 }  // namespace psivox::vdb

@@ -1,14 +1,11 @@
-#include "archive_grid.h"
-
 #include <algorithm>
 #include <limits>
 #include <numeric>
 #include <utility>
 
+#include "archive.h"
 #include "field/value_percentile.h"
-#include "grid_types.h"
-#include "point_counts.h"
-#include "psivox/error.h"
+#include "leaf_decoder.h"
 
 namespace psivox::vdb {
 namespace {
@@ -19,165 +16,204 @@ constexpr std::int64_t ahead_bytes = 8 << 20;  // that the system is asked to re
 /// values nor a mask of them stand between. [bytes]
 constexpr std::int64_t head_bytes = 32;
 
-}  // namespace
-
-ArchiveGrid::ArchiveGrid(Archive& archive, const GridEntry& entry, std::shared_ptr<FileBlocks> file,
-                         bool marked)
-    : FileGrid(archive, entry, marked || is_mask(entry.descriptor.gridType())),
-      archive_(&archive),
-      file_(std::move(file)),
-      points_(is_points(entry.descriptor.gridType())) {
-  archive.guarded(entry, [&] {
-    if (archive.is_old()) {
-      file_ = archive.rewritten(entry);
-      rewritten_ = std::make_unique<Archive>(file_);
-      archive_ = rewritten_.get();
-    }
-    TreeHead tree = archive_->begin_tree(rewritten_ ? archive_->entries().front() : entry);
-    delayed_load_ = std::move(tree.delayed_load);
-    end_ = tree.end;
-    tree_at_ = archive_->stream().tellg();
-    begin(std::move(tree.grid), points_);
-  });
-}
-
-Topology ArchiveGrid::read_topology(const TopologyWish& wish) {
-  archive_->stream().seekg(tree_at_);
-  Topology topology = vdb::read_topology(*head_, archive_->stream(), wish);
-  leaves_at_ = archive_->stream().tellg();
-  return topology;
-}
-
-std::string ArchiveGrid::why_whole() const {
-  if (is_marked()) return "active voxels are marked in the whole";
-  if (points_) return "points are counted in the whole";
-  return {};
-}
-
-/// A leaf's place depends on the lengths of those before it. So one thread finds the places of a
-/// batch by skipping over them, and then all threads decode.
-void ArchiveGrid::read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) {
-  archive_->stream().seekg(leaves_at_);
-  if (points_) {
-    const std::vector<LeafMask>& masks = topology_.masks;
-    read_point_counts(masks.size(), archive_->stream(),
-                      [&](std::size_t n, const PointCounts& counts) {
-                        take(n, MadeLeaf(masks[n], [&](std::size_t i) { return counts[i]; }));
-                      });
-    return;
+/// The leaves of a grid whose values stay in the file. Any of them are read again by their places.
+class FileLeaves final : public StoredLeaves {
+ public:
+  /// `places`: where leaves begin in the file, and where the last one ends. `subject` begins
+  /// messages. Leaves that have been surveyed cannot be surveyed again.
+  FileLeaves(LeafDecoder decoder, std::vector<std::int64_t> places, const Topology& topology,
+             const LeafSurvey& survey, std::string subject, bool surveyed)
+      : decoder_(std::move(decoder)),
+        survey_(survey),
+        subject_(std::move(subject)),
+        places_(std::move(places)),
+        floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(topology.summary.channels)) {
+    if (!surveyed) origins_ = topology.leaves;
+    for (const TilePart& part : topology.tiles)
+      if (part.active) active_tiles_.push_back({part.tile().value.x, tile_voxels(part.tile())});
   }
-  const LeafDecoder decoder = this->decoder();
-  const std::size_t count = topology_.leaves.size();
-  std::istream& stream = archive_->stream();
-  places_.assign(1, leaves_at_);
-  places_.reserve(enough ? 1 : count + 1);
-  std::vector<LeafPlace> batch;
-  std::size_t wanted = enough ? 1 : batch_leaves;
-  for (std::size_t first = 0; first < count; first += batch.size()) {
-    file_->announce(places_.back(), ahead_bytes);
-    batch.clear();
-    while (batch.size() < std::min(wanted, count - first)) {
-      decoder.skip(stream);
-      batch.push_back({places_.back(), stream.tellg()});
-      places_.push_back(batch.back().end);
-    }
-    archive_->buffer().read_to(places_.back());
-    decoder.decode(batch, /*in_runs=*/true,
-                   [&](std::size_t n, const DecodedLeaf& leaf) { take(first + n, leaf); });
-    if (enough && enough()) return;
-    wanted = std::min(2 * wanted, batch_leaves);
+
+  void replace_infinite(float largest) override { largest_ = largest; }
+  const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
+
+  void read(std::span<const std::uint32_t> leaves, float* values) const override {
+    decode(leaves, values,
+           [&](std::size_t, float* leaf, const LeafMask& active) { clean(leaf, active); });
   }
-}
 
-std::shared_ptr<StoredLeaves> ArchiveGrid::stored_leaves(const LeafSurvey& survey,
-                                                         std::string subject, bool surveyed) {
-  if (!surveyed) find_places();
-  return std::make_shared<FileLeaves>(*this, survey, std::move(subject), surveyed);
-}
+  void read_active(std::span<const std::uint32_t> leaves, float* values) const override {
+    const std::size_t channels = floats_per_leaf_ / kLeafVoxels;
+    decode(leaves, values, [&](std::size_t, float* leaf, const LeafMask& active) {
+      clean(leaf, active);
+      for (auto off = active.beginOff(); off; ++off)
+        leaf[off.pos() * channels] = std::numeric_limits<float>::quiet_NaN();
+    });
+  }
 
-/// Finds the leaves' places by the metadata for delayed loading or, if these do not lead to the
-/// grid's end, by a few bytes of each leaf.
-void ArchiveGrid::find_places() {
-  guarded([&] {
-    const LeafDecoder decoder = this->decoder();
+  ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const override {
+    if (origins_.empty()) throw Error(ExitCode::input, subject_ + "has been surveyed");
+    SurveySum sum;
+    decode(leaves, values, [&](std::size_t n, float* leaf, const LeafMask& active) {
+      sum.add(survey_.take(origins_[leaves[n]], leaf, active));
+    });
+    return sum.total();
+  }
+
+ private:
+  /// Copies the values of leaves, and calls take(n, values, active) for each.
+  template <typename Take>
+  void decode(std::span<const std::uint32_t> leaves, float* values, const Take& take) const {
+    std::vector<LeafPlace> places;
+    places.reserve(leaves.size());
+    for (const std::uint32_t leaf : leaves) {
+      if (leaf + std::size_t{1} >= places_.size())
+        throw Error(ExitCode::input, subject_ + "has no leaf of that number");
+      places.push_back({places_[leaf], places_[leaf + 1]});
+    }
+    try {
+      decoder_.decode(places, /*in_runs=*/false, [&](std::size_t n, const DecodedLeaf& leaf) {
+        float* const to = values + n * floats_per_leaf_;
+        leaf.copy_to(to);
+        take(n, to, leaf.active());
+      });
+    } catch (const std::exception& e) {
+      throw Error(ExitCode::input, subject_ + "cannot be read again: " + e.what());
+    }
+  }
+
+  void clean(float* values, const LeafMask& active) const {
+    if (survey_.without_ranges().take({}, values, active).bad.positive_infinite > 0)
+      vdb::replace_infinite(values, floats_per_leaf_, largest_);
+  }
+
+  LeafDecoder decoder_;
+  LeafSurvey survey_;
+  std::string subject_;
+  std::vector<std::int64_t> places_;
+  std::vector<glm::ivec3> origins_;  ///< unless they have been surveyed
+  std::size_t floats_per_leaf_;
+  float largest_ = std::numeric_limits<float>::infinity();
+  std::vector<TileValue> active_tiles_;
+};
+
+/// A grid of an Archive, whatever its type and format: its leaves are read one batch after another.
+class ArchiveGrid final : public FileGrid {
+ public:
+  ArchiveGrid(Archive& archive, const GridEntry& entry, std::shared_ptr<FileBlocks> file,
+              bool marked)
+      : FileGrid(archive, entry, marked || is_mask(entry.descriptor.gridType())),
+        archive_(&archive),
+        file_(std::move(file)),
+        points_(is_points(entry.descriptor.gridType())) {
+    archive.guarded(entry, [&] {
+      if (archive.is_old()) {
+        file_ = archive.rewritten(entry);
+        rewritten_ = std::make_unique<Archive>(file_);
+        archive_ = rewritten_.get();
+      }
+      TreeHead tree = archive_->begin_tree(rewritten_ ? archive_->entries().front() : entry);
+      delayed_load_ = std::move(tree.delayed_load);
+      end_ = tree.end;
+      tree_at_ = archive_->stream().tellg();
+      begin(std::move(tree.grid), points_);
+    });
+  }
+
+  std::string why_whole() const override {
+    if (is_marked()) return "active voxels are marked in the whole";
+    if (points_) return "points are counted in the whole";
+    return {};
+  }
+
+  std::shared_ptr<StoredLeaves> stored_leaves(const LeafSurvey& survey, std::string subject,
+                                              bool surveyed) override {
+    if (!surveyed) find_places();
+    return std::make_shared<FileLeaves>(decoder(), places_, topology_, survey, std::move(subject),
+                                        surveyed);
+  }
+
+ private:
+  LeafDecoder decoder() const { return {file_, head_, archive_->stream(), fill_}; }
+
+  Topology read_topology(const TopologyWish& wish) override {
+    archive_->stream().seekg(tree_at_);
+    Topology topology = vdb::read_topology(*head_, archive_->stream(), wish);
+    leaves_at_ = archive_->stream().tellg();
+    return topology;
+  }
+
+  /// A leaf's place depends on the lengths of those before it. So one thread finds the places of a
+  /// batch by skipping over them, and then all threads decode.
+  void read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) override {
     std::istream& stream = archive_->stream();
     stream.seekg(leaves_at_);
-    places_ = decoder.lengths(delayed_load_, topology_);
-    places_.insert(places_.begin(), leaves_at_);
-    std::partial_sum(places_.begin(), places_.end(), places_.begin());
-    const std::size_t leaves = topology_.leaves.size();
-    if (places_.size() > leaves && places_.back() == end_) return;
-    places_.assign(1, leaves_at_);
-    // small leaves are read in fewer calls than skipped
-    if (end_ - leaves_at_ > 4 * head_bytes * std::int64_t(leaves))
-      archive_->buffer().read_only(head_bytes);
-    for (const std::uint16_t active : topology_.active) {
-      decoder.skip(stream, active);
-      places_.push_back(stream.tellg());
+    if (points_) {
+      const std::vector<LeafMask>& masks = topology_.masks;
+      read_point_counts(masks.size(), stream, [&](std::size_t n, const PointCounts& counts) {
+        take(n, MadeLeaf(masks[n], each_voxel([&](std::size_t i) { return counts[i]; })));
+      });
+      return;
     }
-    archive_->buffer().read_only(0);
-  });
-}
-
-FileLeaves::FileLeaves(const ArchiveGrid& grid, const LeafSurvey& survey, std::string subject,
-                       bool surveyed)
-    : decoder_(grid.decoder()),
-      survey_(survey),
-      subject_(std::move(subject)),
-      places_(grid.places()),
-      floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(grid.channels())) {
-  if (!surveyed) origins_ = grid.topology().leaves;
-  for (const TilePart& part : grid.topology().tiles)
-    if (part.active) active_tiles_.push_back({part.tile().value.x, tile_voxels(part.tile())});
-}
-
-template <typename Take>
-void FileLeaves::decode(std::span<const std::uint32_t> leaves, float* values,
-                        const Take& take) const {
-  std::vector<LeafPlace> places;
-  places.reserve(leaves.size());
-  for (const std::uint32_t leaf : leaves) {
-    if (leaf + std::size_t{1} >= places_.size())
-      throw Error(ExitCode::input, subject_ + "has no leaf of that number");
-    places.push_back({places_[leaf], places_[leaf + 1]});
+    const LeafDecoder decoder = this->decoder();
+    const std::size_t count = topology_.leaves.size();
+    places_.assign(1, leaves_at_);
+    places_.reserve(enough ? 1 : count + 1);
+    std::vector<LeafPlace> batch;
+    std::size_t wanted = enough ? 1 : batch_leaves;
+    for (std::size_t first = 0; first < count; first += batch.size()) {
+      file_->announce(places_.back(), ahead_bytes);
+      batch.clear();
+      while (batch.size() < std::min(wanted, count - first)) {
+        decoder.skip(stream);
+        batch.push_back({places_.back(), stream.tellg()});
+        places_.push_back(batch.back().end);
+      }
+      archive_->buffer().read_to(places_.back());
+      decoder.decode(batch, /*in_runs=*/true,
+                     [&](std::size_t n, const DecodedLeaf& leaf) { take(first + n, leaf); });
+      if (enough && enough()) return;
+      wanted = std::min(2 * wanted, batch_leaves);
+    }
   }
-  try {
-    decoder_.decode(places, /*in_runs=*/false, [&](std::size_t n, const DecodedLeaf& leaf) {
-      float* const to = values + n * floats_per_leaf_;
-      leaf.copy_to(to);
-      take(n, to, leaf.active());
+
+  /// Finds the leaves' places by the metadata for delayed loading or, if these do not lead to the
+  /// grid's end, by a few bytes of each leaf.
+  void find_places() {
+    guarded([&] {
+      const LeafDecoder decoder = this->decoder();
+      std::istream& stream = archive_->stream();
+      stream.seekg(leaves_at_);
+      places_ = decoder.lengths(delayed_load_, topology_);
+      places_.insert(places_.begin(), leaves_at_);
+      std::partial_sum(places_.begin(), places_.end(), places_.begin());
+      const std::size_t leaves = topology_.leaves.size();
+      if (places_.size() > leaves && places_.back() == end_) return;
+      places_.assign(1, leaves_at_);
+      // small leaves are read in fewer calls than skipped
+      if (end_ - leaves_at_ > 4 * head_bytes * std::int64_t(leaves))
+        archive_->buffer().read_only(head_bytes);
+      for (const std::uint16_t active : topology_.active) {
+        decoder.skip(stream, active);
+        places_.push_back(stream.tellg());
+      }
+      archive_->buffer().read_only(0);
     });
-  } catch (const std::exception& e) {
-    throw Error(ExitCode::input, subject_ + "cannot be read again: " + e.what());
   }
-}
 
-void FileLeaves::clean(float* values, const LeafMask& active) const {
-  if (survey_.without_ranges().take({}, values, active).bad.positive_infinite > 0)
-    vdb::replace_infinite(values, floats_per_leaf_, largest_);
-}
+  std::unique_ptr<Archive> rewritten_;  ///< of a grid in an old format
+  Archive* archive_;
+  std::shared_ptr<FileBlocks> file_;
+  bool points_;
+  std::string delayed_load_;
+  std::int64_t tree_at_ = 0, leaves_at_ = 0, end_ = 0;  ///< in the file [bytes]
+  std::vector<std::int64_t> places_;  ///< where leaves begin, and where the last one ends
+};
 
-void FileLeaves::read(std::span<const std::uint32_t> leaves, float* values) const {
-  decode(leaves, values,
-         [&](std::size_t, float* leaf, const LeafMask& active) { clean(leaf, active); });
-}
+}  // namespace
 
-void FileLeaves::read_active(std::span<const std::uint32_t> leaves, float* values) const {
-  const std::size_t channels = floats_per_leaf_ / kLeafVoxels;
-  decode(leaves, values, [&](std::size_t, float* leaf, const LeafMask& active) {
-    clean(leaf, active);
-    for (auto off = active.beginOff(); off; ++off)
-      leaf[off.pos() * channels] = std::numeric_limits<float>::quiet_NaN();
-  });
-}
-
-ValueSurvey FileLeaves::survey(std::span<const std::uint32_t> leaves, float* values) const {
-  if (origins_.empty()) throw Error(ExitCode::input, subject_ + "has been surveyed");
-  SurveySum sum;
-  decode(leaves, values, [&](std::size_t n, float* leaf, const LeafMask& active) {
-    sum.add(survey_.take(origins_[leaves[n]], leaf, active));
-  });
-  return sum.total();
+std::unique_ptr<FileGrid> open_archive_grid(Archive& archive, const GridEntry& entry,
+                                            std::shared_ptr<FileBlocks> file, bool marked) {
+  return std::make_unique<ArchiveGrid>(archive, entry, std::move(file), marked);
 }
 
 }  // namespace psivox::vdb

@@ -1,18 +1,15 @@
-#include "field_reader.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <glm/geometric.hpp>
+#include <mutex>
 #include <utility>
 
-#include "base/text.h"
 #include "field/value_percentile.h"
-#include "grid_info.h"
-#include "psivox/error.h"
 #include "psivox/leaf_values.h"
+#include "read_grid.h"
+#include "reader.h"
 #include "survey.h"
 
 namespace psivox::vdb {
@@ -72,21 +69,16 @@ void visit_active(const Field& stored, const Field& field, const Take& take) {
   for (const Tile& tile : field.tiles) take(tile.value.x, tile_voxels(tile));
 }
 
-/// Statistics of the voxels other than 0; of lengths, if there are vectors.
+/// Statistics of the voxels other than 0.
 std::optional<ValueStatistics> statistics_of(const Field& field) {
-  const auto magnitude = [&](const float* v) {
-    return field.channels == 1 ? double(*v) : std::hypot(double(v[0]), double(v[1]), double(v[2]));
-  };
   std::vector<Statistics> leaves(field.leaves.size());
   tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t n) {
     const OrderedValues values(field, field.leaves[n]);
-    const LeafMask active = active_mask(values.data(), field.channels);
-    for (auto on = active.beginOn(); on; ++on)
-      leaves[n].add(magnitude(values.data() + on.pos() * std::size_t(field.channels)), 1);
+    leaves[n].add(values.data(), field.channels, active_mask(values.data(), field.channels));
   });
   Statistics found;
   for (const Statistics& leaf : leaves) found.add(leaf);
-  for (const Tile& tile : field.tiles) found.add(magnitude(&tile.value.x), tile_voxels(tile));
+  for (const Tile& tile : field.tiles) found.add(&tile.value.x, field.channels, tile_voxels(tile));
   return found.all();
 }
 
@@ -111,159 +103,159 @@ Field activity_of(const Field& field) {
   return active;
 }
 
+/// Reads fields as grids.
+class FieldReader final : public Reader {
+ public:
+  explicit FieldReader(FieldSource source) : source_(std::move(source)) {}
+
+  FileFacts facts() override { return source_.facts; }
+
+  std::vector<GridInfo> info(const std::string& grid, bool values) override {
+    if (!grid.empty()) return {row(facts_of(grid), values)};
+    std::vector<GridInfo> rows;
+    for (const GridFacts& facts : source_.facts.grids) rows.push_back(row(facts, values));
+    return rows;
+  }
+
+  GridContent content(const std::string& grid) override {
+    const auto field = this->field(facts_of(grid));
+    return content_of(field->active_voxels, field->active_voxels > 0);
+  }
+
+  Field read(const std::string& grid, const ReadOptions& options) override {
+    const auto stored = field(facts_of(grid));
+    Field field = *stored;
+    const std::string about =
+        source_.path.empty() ? "grid '" + field.name + "' " : subject(source_.path, field.name);
+    if (field.active_voxels == 0) {
+      if (!options.empty) throw Error(ExitCode::input, about + "has no voxel other than 0");
+      field.active_box = {glm::ivec3(0), glm::ivec3(0)};
+      return field;
+    }
+    if (options.active) {
+      field = activity_of(field);
+      for (const double percent : options.percentiles) field.active_percentiles[percent] = 1;
+      return field;
+    }
+    const LeafSurvey survey(options.role, field.channels, options.role == GridRole::data,
+                            field.active_box);
+    ValueSurvey found;
+    const std::vector<float*> copies = survey_leaves(field, survey, options.role, found);
+    found = found + survey_tiles(field, options.role, /*keep_zeros=*/true);
+    const float largest = settle(field, found, options, about);
+    for (float* const copy : copies)
+      replace_infinite(copy, kLeafVoxels * static_cast<std::size_t>(field.channels), largest);
+    for (const Tile& tile : field.tiles) found.active.add(tile.value.x);
+    if (options.role == GridRole::data) field.active_range = found.active.range(largest);
+    set_percentiles(field, options.percentiles,
+                    [&](const auto& take) { visit_active(*stored, field, take); });
+    return field;
+  }
+
+ private:
+  const GridFacts& facts_of(const std::string& grid) const {
+    return named(source_.facts.grids, grid, source_.path);
+  }
+
+  std::shared_ptr<const Field> field(const GridFacts& facts) {
+    const std::lock_guard lock(mutex_);
+    if (last_grid_ != &facts) {
+      last_.reset();  // before another takes memory
+      last_grid_ = nullptr;
+      last_ = source_.make(std::size_t(&facts - source_.facts.grids.data()));
+      last_grid_ = &facts;
+    }
+    return last_;
+  }
+
+  GridInfo row(const GridFacts& facts, bool values) {
+    GridInfo info;
+    info.name = facts.name;
+    info.type = source_.type;
+    info.value_type = facts.value_type;
+    info.grid_class = facts.grid_class;
+    info.channels = facts.channels;
+    info.values_read = values;
+    try {
+      const auto field = this->field(facts);
+      info.active_voxels = field->active_voxels;
+      info.leaves = field->leaves.size();
+      info.active_tiles = field->tiles.size();
+      info.active_box = field->active_box;
+      info.world_from_index = field->world_from_index;
+      info.transform = "AffineMap";
+      set_world_box(info);
+      for (int axis = 0; axis < 3; ++axis)
+        info.voxel_size[axis] = glm::length(glm::dvec3(field->world_from_index[axis]));
+      if (values) info.values = statistics_of(*field);
+      if (field->active_voxels == 0) info.problem = "has no voxel other than 0";
+    } catch (const Error& error) {
+      info.problem = without_subject(error.what(), source_.path, facts.name);
+    }
+    return info;
+  }
+
+  FieldSource source_;
+  std::mutex mutex_;  ///< of what follows
+  std::shared_ptr<const Field> last_;
+  const GridFacts* last_grid_ = nullptr;  ///< whose field that is
+};
+
+/// Reads grids of other files.
+class GatheredReader final : public Reader {
+ public:
+  explicit GatheredReader(std::vector<NamedGrid> grids) : grids_(std::move(grids)) {
+    for (std::size_t n = 0; n < grids_.size(); ++n)
+      for (std::size_t m = 0; m < n; ++m)
+        if (grids_[n].name == grids_[m].name)
+          throw Error(ExitCode::usage, "two grids have the name " + in_quotes(grids_[n].name));
+  }
+
+  FileFacts facts() override {
+    FileFacts facts;
+    for (const NamedGrid& grid : grids_) {
+      facts.grids.push_back({grid.name, grid.name, grid.file->channels(grid.grid),
+                             grid.file->value_type(grid.grid), grid.file->grid_class(grid.grid)});
+      if (facts.z_up.empty()) facts.z_up = grid.file->z_up();
+    }
+    return facts;
+  }
+
+  std::vector<GridInfo> info(const std::string&, bool values) override {
+    std::vector<GridInfo> rows;
+    for (const NamedGrid& grid : grids_)
+      for (GridInfo& row : grid.file->info(values)) {
+        if (row.name != grid.grid) continue;
+        row.name = grid.name;
+        rows.push_back(std::move(row));
+      }
+    return rows;
+  }
+
+  GridContent content(const std::string& grid) override {
+    const NamedGrid& own = named(grids_, grid, "");
+    return own.file->content(own.grid);
+  }
+
+  Field read(const std::string& grid, const ReadOptions& options) override {
+    const NamedGrid& own = named(grids_, grid, "");
+    Field field = own.file->read(own.grid, options);
+    field.name = own.name + (options.active ? ":active" : "");
+    return field;
+  }
+
+ private:
+  std::vector<NamedGrid> grids_;
+};
+
 }  // namespace
 
-FieldReader::FieldReader(const std::shared_ptr<const Field>& field) {
-  source_.facts.grids = {{field->name, field->name, field->channels, field->value_type, "unknown"}};
-  source_.make = [field](std::size_t) { return field; };
+std::unique_ptr<Reader> field_reader(FieldSource source) {
+  return std::make_unique<FieldReader>(std::move(source));
 }
 
-std::size_t FieldReader::find(const std::string& grid) const {
-  const std::vector<GridFacts>& all = source_.facts.grids;
-  for (const auto name : {&GridFacts::name, &GridFacts::base_name}) {
-    const auto found = std::ranges::find(all, grid, name);
-    if (found != all.end()) return std::size_t(found - all.begin());
-  }
-  const std::string first = in_quotes(all.front().name);
-  throw Error(ExitCode::input,
-              (source_.path.empty() ? "" : subject(source_.path)) + "there is no grid " +
-                  in_quotes(grid) +
-                  (all.size() == 1 ? "; there is only " + first
-                                   : "; there are " + first + " to " + in_quotes(all.back().name)));
-}
-
-std::shared_ptr<const Field> FieldReader::field(std::size_t number) {
-  const std::lock_guard lock(mutex_);
-  if (!last_ || last_number_ != number) {
-    last_.reset();  // before another takes memory
-    last_ = source_.make(number);
-    last_number_ = number;
-  }
-  return last_;
-}
-
-GridInfo FieldReader::row(std::size_t number, bool values) {
-  const GridFacts& facts = source_.facts.grids[number];
-  GridInfo info;
-  info.name = facts.name;
-  info.type = source_.type;
-  info.value_type = facts.value_type;
-  info.grid_class = facts.grid_class;
-  info.channels = facts.channels;
-  info.values_read = values;
-  try {
-    const auto field = this->field(number);
-    info.active_voxels = field->active_voxels;
-    info.leaves = field->leaves.size();
-    info.active_tiles = field->tiles.size();
-    info.active_box = field->active_box;
-    info.world_from_index = field->world_from_index;
-    info.transform = "AffineMap";
-    set_world_box(info);
-    for (int axis = 0; axis < 3; ++axis)
-      info.voxel_size[axis] = glm::length(glm::dvec3(field->world_from_index[axis]));
-    if (values) info.values = statistics_of(*field);
-    if (field->active_voxels == 0) info.problem = "has no voxel other than 0";
-  } catch (const Error& error) {
-    info.problem = without_subject(error.what(), source_.path, facts.name);
-  }
-  return info;
-}
-
-std::vector<GridInfo> FieldReader::info(const std::string& grid, bool values) {
-  if (!grid.empty()) return {row(find(grid), values)};
-  std::vector<GridInfo> rows;
-  for (std::size_t n = 0; n < source_.facts.grids.size(); ++n) rows.push_back(row(n, values));
-  return rows;
-}
-
-GridContent FieldReader::content(const std::string& grid) {
-  const auto field = this->field(find(grid));
-  return content_of(field->active_voxels, field->active_voxels > 0);
-}
-
-Field FieldReader::read(const std::string& grid, const ReadOptions& options) {
-  const std::size_t number = find(grid);
-  const auto stored = this->field(number);
-  Field field = *stored;
-  const std::string about =
-      source_.path.empty() ? "grid '" + field.name + "' " : subject(source_.path, field.name);
-  if (field.name != grid)
-    field.notices.push_back("grid '" + grid + "': " + std::to_string(source_.facts.grids.size()) +
-                            " grids have this name; took '" + field.name + "'");
-  if (field.active_voxels == 0) {
-    if (!options.empty) throw Error(ExitCode::input, about + "has no voxel other than 0");
-    field.active_box = {glm::ivec3(0), glm::ivec3(0)};
-    return field;
-  }
-  if (options.active) {
-    field = activity_of(field);
-    for (const double percent : options.percentiles) field.active_percentiles[percent] = 1;
-    return field;
-  }
-  const LeafSurvey survey(options.role, field.channels, options.role == GridRole::data,
-                          field.active_box);
-  ValueSurvey found;
-  const std::vector<float*> copies = survey_leaves(field, survey, options.role, found);
-  found = found + survey_tiles(field, options.role, /*keep_zeros=*/true);
-  const float largest = settle(field, found, options, about);
-  for (float* const copy : copies)
-    replace_infinite(copy, kLeafVoxels * static_cast<std::size_t>(field.channels), largest);
-  for (const Tile& tile : field.tiles) found.active.add(tile.value.x);
-  if (options.role == GridRole::data) field.active_range = found.active.range(largest);
-  set_percentiles(field, options.percentiles,
-                  [&](const auto& take) { visit_active(*stored, field, take); });
-  return field;
-}
-
-GatheredReader::GatheredReader(std::vector<NamedGrid> grids) : grids_(std::move(grids)) {
-  for (std::size_t n = 0; n < grids_.size(); ++n)
-    for (std::size_t m = 0; m < n; ++m)
-      if (grids_[n].name == grids_[m].name)
-        throw Error(ExitCode::usage, "two grids have the name " + in_quotes(grids_[n].name));
-}
-
-FileFacts GatheredReader::facts() {
-  FileFacts facts;
-  for (const NamedGrid& grid : grids_) {
-    facts.grids.push_back({grid.name, grid.name, grid.file->channels(grid.grid),
-                           grid.file->value_type(grid.grid), grid.file->grid_class(grid.grid)});
-    if (facts.z_up.empty()) facts.z_up = grid.file->z_up();
-  }
-  return facts;
-}
-
-std::vector<GridInfo> GatheredReader::info(const std::string&, bool values) {
-  std::vector<GridInfo> rows;
-  for (const NamedGrid& grid : grids_)
-    for (GridInfo& row : grid.file->info(values)) {
-      if (row.name != grid.grid) continue;
-      row.name = grid.name;
-      rows.push_back(std::move(row));
-    }
-  return rows;
-}
-
-GridContent GatheredReader::content(const std::string& grid) {
-  const NamedGrid& named = find(grid);
-  return named.file->content(named.grid);
-}
-
-Field GatheredReader::read(const std::string& grid, const ReadOptions& options) {
-  const NamedGrid& named = find(grid);
-  Field field = named.file->read(named.grid, options);
-  field.name = named.name + (options.active ? ":active" : "");
-  return field;
-}
-
-const NamedGrid& GatheredReader::find(const std::string& grid) const {
-  std::vector<std::string> names;
-  for (const NamedGrid& named : grids_) {
-    names.push_back(named.name);
-    if (named.name == grid) return named;
-  }
-  throw Error(ExitCode::input, "there is no grid " + in_quotes(grid) + suggestion(grid, names) +
-                                   "; there are " + joined(names, ", "));
+std::unique_ptr<Reader> gathered_reader(std::vector<NamedGrid> grids) {
+  return std::make_unique<GatheredReader>(std::move(grids));
 }
 
 }  // namespace psivox::vdb

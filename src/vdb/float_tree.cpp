@@ -1,4 +1,4 @@
-#include "float_tree.h"
+#include "read_grid.h"
 
 #include <openvdb/tools/GridTransformer.h>
 #include <openvdb/tools/Interpolation.h>
@@ -8,10 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
-
-#include "grid_types.h"
 
 namespace psivox::vdb {
 namespace {
@@ -30,9 +27,9 @@ struct TreeNodes {
   using Leaf = typename TreeT::LeafNodeType;
 
   explicit TreeNodes(TreeT& tree) : root(tree.root()) {
-    for (auto it = root.beginChildOn(); it; ++it) uppers.push_back(&*it);
-    for (Upper* node : uppers) append_children(*node, lowers);
-    for (Lower* node : lowers) append_children(*node, leaves);
+    tree.getNodes(uppers);
+    tree.getNodes(lowers);
+    tree.getNodes(leaves);
   }
 
   /// Calls op(node, width) for the root and each inner node, from the root down. Their tiles are
@@ -48,12 +45,6 @@ struct TreeNodes {
   std::vector<Upper*> uppers;
   std::vector<Lower*> lowers;
   std::vector<Leaf*> leaves;
-
- private:
-  template <typename Node>
-  static void append_children(Node& node, std::vector<typename Node::ChildNodeType*>& children) {
-    for (auto it = node.beginChildOn(); it; ++it) children.push_back(&*it);
-  }
 };
 
 template <typename ValueT>
@@ -249,10 +240,8 @@ openvdb::GridBase::Ptr resample_to_linear(const openvdb::GridBase::Ptr& grid, st
   };
   grid->apply<FloatGrids>(resample);
 
-  std::ostringstream text;
-  text << "frustum transform resampled to cubic voxels of size " << lattice.voxel_size
-       << (lattice.coarsened ? " (larger than its smallest, to save memory)" : "");
-  notice = text.str();
+  notice = formatted("frustum transform resampled to cubic voxels of size %g", lattice.voxel_size) +
+           (lattice.coarsened ? " (larger than its smallest, to save memory)" : "");
   return result;
 }
 

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
-#include <sstream>
 #include <vector>
 
+#include "base/text.h"
 #include "field/index_space.h"
 
 namespace psivox::vdb {
@@ -83,14 +83,10 @@ std::string unsupported_type(const std::string& grid_type) {
     return "has values that are half floats, which OpenVDB reads since version 13; psivox uses "
            "OpenVDB " +
            std::string(openvdb::getLibraryVersionString());
-  std::string what = "has type " + grid_type;
-  what += ", which cannot be rendered; supported value types:";
-  const char* separator = " ";
-  for (const SupportedType& type : supported_types()) {
-    what += separator + type.value_type;
-    separator = ", ";
-  }
-  return what;
+  std::vector<std::string> known;
+  for (const SupportedType& type : supported_types()) known.push_back(type.value_type);
+  return "has type " + grid_type +
+         ", which cannot be rendered; supported value types: " + joined(known, ", ");
 }
 
 bool is_level_set(const openvdb::GridBase& grid) { return half_width(grid).value_or(0) != 0; }
@@ -112,13 +108,9 @@ bool has_background(const openvdb::GridBase& grid, const GridSummary& summary) {
 }
 
 std::string background_text(const GridSummary& summary) {
-  std::ostringstream text;
   const glm::dvec3& value = summary.background;
-  if (summary.channels == 1)
-    text << value[0];
-  else
-    text << '(' << value[0] << ", " << value[1] << ", " << value[2] << ')';
-  return text.str();
+  return summary.channels == 1 ? formatted("%g", value.x)
+                               : formatted("(%g, %g, %g)", value.x, value.y, value.z);
 }
 
 std::string problem_of(const openvdb::GridBase& grid, const GridSummary& summary) {

@@ -1,35 +1,44 @@
-#include "guarded_reader.h"
-
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
-#include "psivox/error.h"
+#include "base/guarded_reading.h"
+#include "guard/service.h"
+#include "reader.h"
+#include "reading_messages.h"
 #include "survey.h"
 
-namespace psivox::vdb {
+namespace psivox {
+namespace vdb {
 namespace {
 
-/// Asks a process. Throws std::runtime_error if the answer is nonsense.
-template <typename R>
+constexpr auto no_check = [](const auto&) {};
+
+/// The answer of a process, after check(answer). Throws Error(input), also if it is nonsense.
+template <typename R, typename Check>
 typename R::Answer ask_process(guard::Process& process, const FileBlocks& file, const R& request,
-                               int descriptor, const Progress& progress) {
+                               int descriptor, const Progress& progress, const Check& check) {
   guard::Packer pack;
   pack(Request(request));
-  const std::string bytes =
-      process.ask(pack.text(), descriptor, subject(file.path(), request.grid), progress);
-  typename R::Answer answer;
-  guard::Unpacker unpack(bytes);
-  unpack(answer);
-  unpack.end();
-  return answer;
-}
-
-Error nonsense(const FileBlocks& file, const std::string& what) {
-  return Error(ExitCode::input,
-               file.path() + ": is damaged: its reader answered nonsense: " + what);
+  try {
+    const std::string bytes =
+        process.ask(pack.text(), descriptor, subject(file.path(), request.grid), progress);
+    typename R::Answer answer;
+    guard::Unpacker unpack(bytes);
+    unpack(answer);
+    unpack.end();
+    check(answer);
+    return answer;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Error(ExitCode::input,
+                file.path() + ": is damaged: its reader answered nonsense: " + error.what());
+  }
 }
 
 /// Leaves whose values stay in the file, read by the process that has read the field.
@@ -65,19 +74,12 @@ class GuardedLeaves final : public LeafReader {
     for (; !leaves.empty(); leaves = leaves.subspan(std::min(at_once, leaves.size()))) {
       const auto some = leaves.first(std::min(at_once, leaves.size()));
       const std::span to(values, some.size() * floats_per_leaf_);
-      try {
-        const LeavesAnswer answer = ask_process(
-            *process_, *file_,
-            LeavesRequest{
-                .numbers = {some.begin(), some.end()}, .survey = survey, .active = active},
-            -1, {});
-        take(answer, to, active);
-        found = found + answer.survey;
-      } catch (const Error&) {
-        throw;
-      } catch (const std::exception& error) {
-        throw nonsense(*file_, error.what());
-      }
+      const LeavesRequest request{
+          .numbers = {some.begin(), some.end()}, .survey = survey, .active = active};
+      const LeavesAnswer answer =
+          ask_process(*process_, *file_, request, -1, {},
+                      [&](const LeavesAnswer& got) { take(got, to, active); });
+      found = found + answer.survey;
       values += to.size();
     }
     return found;
@@ -104,121 +106,141 @@ class GuardedLeaves final : public LeafReader {
   std::vector<TileValue> active_tiles_;
 };
 
-}  // namespace
+/// Reads in a process of its own, which answers as open_reader's reader does. After an error the
+/// next call starts another process.
+class GuardedReader final : public Reader {
+ public:
+  /// `data`: as open_reader takes it.
+  GuardedReader(std::shared_ptr<FileBlocks> file, std::shared_ptr<FileBlocks> data,
+                Progress progress)
+      : file_(std::move(file)), data_(std::move(data)), progress_(std::move(progress)) {}
 
-GuardedReader::GuardedReader(std::shared_ptr<FileBlocks> file, std::shared_ptr<FileBlocks> data,
-                             Progress progress)
-    : file_(std::move(file)), data_(std::move(data)), progress_(std::move(progress)) {}
-
-void GuardedReader::start() {
-  last_storage_.reset();
-  const std::int64_t size = file_->size() + (data_ ? data_->size() : 0);
-  process_ = std::make_unique<guard::Process>(file_->path(), file_->descriptor(), size);
-  if (data_)
-    ask_process(*process_, *file_, DataRequest{.path = data_->path(), .size = data_->size()},
-                data_->descriptor(), {});
-}
-
-template <typename R, typename Check>
-typename R::Answer GuardedReader::ask(const R& request, int descriptor, const Check& check) {
-  try {
-    if (!process_) start();
-    typename R::Answer answer = ask_process(*process_, *file_, request, descriptor, progress_);
-    check(answer);
-    return answer;
-  } catch (const Error&) {
-    process_.reset();
-    throw;
-  } catch (const std::exception& error) {
-    process_.reset();
-    throw nonsense(*file_, error.what());
-  } catch (...) {  // the progress ends the reading
-    process_.reset();
-    throw;
+  FileFacts facts() override {
+    const std::lock_guard lock(mutex_);
+    return facts_ = ask(FactsRequest());
   }
-}
 
-template <typename R>
-typename R::Answer GuardedReader::ask(const R& request) {
-  return ask(request, -1, [](const auto&) {});
-}
-
-FileFacts GuardedReader::facts() {
-  const std::lock_guard lock(mutex_);
-  return facts_ = ask(FactsRequest());
-}
-
-GridInfo GuardedReader::row(const std::string& grid, bool values) {
-  const auto one_row = [](const std::vector<GridInfo>& rows) {
-    if (rows.size() != 1) throw std::runtime_error("another number of rows");
-  };
-  return ask(InfoRequest{grid, values}, -1, one_row).front();
-}
-
-std::vector<GridInfo> GuardedReader::info(const std::string& grid, bool values) {
-  const std::lock_guard lock(mutex_);
-  if (!grid.empty()) return {row(grid, values)};
-  try {
-    return ask(InfoRequest{grid, values});
-  } catch (const Error& error) {
-    if (error.code() != ExitCode::input) throw;
-  }
-  // a grid ended the reader: each is asked for by itself, until several have ended theirs, which
-  // may take the time that an answer has
-  constexpr int most_ends = 2;
-  int ends = 0;
-  std::vector<GridInfo> all;
-  for (const GridFacts& grid_facts : facts_.grids) {
-    GridInfo row;
-    row.name = grid_facts.name;
-    row.channels = grid_facts.channels;
-    row.problem = "was not read, because reading other grids failed";
+  std::vector<GridInfo> info(const std::string& grid, bool values) override {
+    const std::lock_guard lock(mutex_);
+    if (!grid.empty()) return {row(grid, values)};
     try {
-      if (ends < most_ends) row = this->row(row.name, values);
+      return ask(InfoRequest{grid, values});
     } catch (const Error& error) {
       if (error.code() != ExitCode::input) throw;
-      row.problem = without_subject(error.what(), file_->path(), row.name);
-      ++ends;
     }
-    all.push_back(row);
+    // a grid ended the reader: each is asked for by itself, until several have ended theirs, which
+    // may take the time that an answer has
+    constexpr int most_ends = 2;
+    int ends = 0;
+    std::vector<GridInfo> all;
+    for (const GridFacts& grid_facts : facts_.grids) {
+      GridInfo row;
+      row.name = grid_facts.name;
+      row.channels = grid_facts.channels;
+      row.problem = "was not read, because reading other grids failed";
+      try {
+        if (ends < most_ends) row = this->row(row.name, values);
+      } catch (const Error& error) {
+        if (error.code() != ExitCode::input) throw;
+        row.problem = without_subject(error.what(), file_->path(), row.name);
+        ++ends;
+      }
+      all.push_back(row);
+    }
+    return all;
   }
-  return all;
+
+  GridContent content(const std::string& grid) override {
+    const std::lock_guard lock(mutex_);
+    return ask(ContentRequest{grid});
+  }
+
+  Field read(const std::string& grid, const ReadOptions& options) override {
+    const std::lock_guard lock(mutex_);
+    const std::shared_ptr<const void> held = last_storage_.lock();
+    const guard::Descriptor memory = shared_memory();
+    FieldFacts facts =
+        ask(ReadRequest{grid, options, held != nullptr}, memory.get(), [&](FieldFacts& answer) {
+          take_field(answer, memory.get(), held);
+          check_field(answer, options.role);
+        });
+    last_ = facts.stored ? Field() : facts.field;
+    last_storage_ = last_.storage;
+    last_.storage.reset();
+    // from now on that process reads leaves, as long as the field is held
+    if (facts.stored)
+      facts.field.reader =
+          std::make_shared<GuardedLeaves>(std::move(process_), file_, facts, options.role);
+    return std::move(facts.field);
+  }
+
+ private:
+  std::unique_ptr<guard::Process> started() {
+    last_storage_.reset();
+    const std::int64_t size = file_->size() + (data_ ? data_->size() : 0);
+    auto process = std::make_unique<guard::Process>(file_->path(), file_->descriptor(), size);
+    if (data_)
+      ask_process(*process, *file_, DataRequest{.path = data_->path(), .size = data_->size()},
+                  data_->descriptor(), {}, no_check);
+    return process;
+  }
+
+  /// The answer to a request, after check(answer). What is thrown ends the process.
+  template <typename R, typename Check = decltype(no_check)>
+  typename R::Answer ask(const R& request, int descriptor = -1, const Check& check = no_check) {
+    auto process = process_ ? std::move(process_) : started();
+    typename R::Answer answer =
+        ask_process(*process, *file_, request, descriptor, progress_, check);
+    process_ = std::move(process);
+    return answer;
+  }
+
+  GridInfo row(const std::string& grid, bool values) {
+    const auto one_row = [](const std::vector<GridInfo>& rows) {
+      if (rows.size() != 1) throw std::runtime_error("another number of rows");
+    };
+    return ask(InfoRequest{grid, values}, -1, one_row).front();
+  }
+
+  void take_field(FieldFacts& facts, int memory, const std::shared_ptr<const void>& held) {
+    if (!facts.same_values) return take_shared(facts, memory);
+    Field& field = facts.field;
+    if (!held || facts.leaves != last_.leaves.size() || facts.tiles != last_.tiles.size() ||
+        field.channels != last_.channels)
+      throw std::runtime_error("values that it has not sent");
+    field.leaves = last_.leaves;
+    field.tiles = last_.tiles;
+    field.storage = held;
+  }
+
+  std::shared_ptr<FileBlocks> file_, data_;
+  Progress progress_;
+  std::mutex mutex_;  ///< of what follows: one request at a time
+  std::unique_ptr<guard::Process> process_;
+  FileFacts facts_;
+  std::weak_ptr<const void> last_storage_;  ///< of the process's last field
+  Field last_;                              ///< its leaves and tiles, without storage
+};
+
+std::atomic<bool> trusted = false;
+
+bool reads_guarded() { return guard::has_server() && !trusted; }
+
+}  // namespace
+
+std::unique_ptr<Reader> open_guarded_reader(std::shared_ptr<FileBlocks> file,
+                                            std::shared_ptr<FileBlocks> data, Progress progress) {
+  if (!reads_guarded()) return {};
+  return std::make_unique<GuardedReader>(std::move(file), std::move(data), std::move(progress));
 }
 
-GridContent GuardedReader::content(const std::string& grid) {
-  const std::lock_guard lock(mutex_);
-  return ask(ContentRequest{grid});
+}  // namespace vdb
+
+void trust_files() { vdb::trusted = true; }
+
+std::string reading_guard() {
+  if (!vdb::reads_guarded()) return "nothing";
+  return guard::has_seccomp() ? "seccomp and resource limits" : "resource limits, without seccomp";
 }
 
-void GuardedReader::take_field(FieldFacts& facts, int memory,
-                               const std::shared_ptr<const void>& held) {
-  if (!facts.same_values) return take_shared(facts, memory);
-  Field& field = facts.field;
-  if (!held || facts.leaves != last_.leaves.size() || facts.tiles != last_.tiles.size() ||
-      field.channels != last_.channels)
-    throw std::runtime_error("values that it has not sent");
-  field.leaves = last_.leaves;
-  field.tiles = last_.tiles;
-  field.storage = held;
-}
-
-Field GuardedReader::read(const std::string& grid, const ReadOptions& options) {
-  const std::lock_guard lock(mutex_);
-  const std::shared_ptr<const void> held = last_storage_.lock();
-  const guard::Descriptor memory = shared_memory();
-  FieldFacts facts =
-      ask(ReadRequest{grid, options, held != nullptr}, memory.get(), [&](FieldFacts& answer) {
-        take_field(answer, memory.get(), held);
-        check_field(answer, options.role);
-      });
-  last_ = facts.stored ? Field() : facts.field;
-  last_storage_ = last_.storage;
-  last_.storage.reset();
-  // from now on that process reads leaves, as long as the field is held
-  if (facts.stored)
-    facts.field.reader =
-        std::make_shared<GuardedLeaves>(std::move(process_), file_, facts, options.role);
-  return std::move(facts.field);
-}
-
-}  // namespace psivox::vdb
+}  // namespace psivox

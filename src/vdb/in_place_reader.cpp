@@ -1,13 +1,15 @@
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <glm/common.hpp>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <utility>
 
 #include "archive.h"
-#include "field_reader.h"
-#include "file_grid.h"
-#include "grid_info.h"
+#include "field/value_percentile.h"
 #include "grid_types.h"
-#include "nano_file.h"
 #include "read_grid.h"
 #include "reader.h"
 #include "scan/scan.h"
@@ -16,7 +18,7 @@ namespace psivox::vdb {
 namespace {
 
 std::unique_ptr<GridFile> open_grids(std::shared_ptr<FileBlocks> file, Progress progress = {}) {
-  if (is_nano(*file)) return std::make_unique<NanoFile>(std::move(file), std::move(progress));
+  if (is_nano(*file)) return open_nano_file(std::move(file), std::move(progress));
   return std::make_unique<Archive>(std::move(file), std::move(progress));
 }
 
@@ -40,87 +42,256 @@ std::unique_ptr<Reader> scan_reader(std::shared_ptr<const scan::Scan> scan, cons
                  progress = std::move(progress)](std::size_t n) {
     return std::make_shared<const Field>(scan->read(std::int64_t(n), names[n].name, progress));
   };
-  return std::make_unique<FieldReader>(std::move(source));
+  return field_reader(std::move(source));
 }
+
+glm::dvec3 column_lengths(const glm::dmat4& m) {
+  const auto length = [&](int i) { return openvdb::Vec3d(m[i][0], m[i][1], m[i][2]).length(); };
+  return {length(0), length(1), length(2)};
+}
+
+/// Statistics of the active values in their own type.
+std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
+  const int channels = grid.channels();
+  std::vector<Statistics> leaves(grid.topology().leaves.size());
+  grid.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
+    std::array<double, 3 * kLeafVoxels> values;
+    leaf.copy_to(values.data());
+    leaves[n].add(values.data(), channels, leaf.active());
+  });
+  Statistics found;
+  for (const Statistics& leaf : leaves) found.add(leaf);
+  for (const TilePart& part : grid.topology().tiles)
+    if (part.active) found.add(&part.value.x, channels, tile_voxels(part.tile()));
+  return found.all();
+}
+
+/// Bounds of the centres of the box's voxels, by a function from index to world.
+template <typename ToWorld>
+void set_world_box(GridInfo& info, const ToWorld& to_world) {
+  const Box& box = info.active_box;
+  info.world_min = glm::dvec3(std::numeric_limits<double>::infinity());
+  info.world_max = -info.world_min;
+  for (unsigned i = 0; i < 8; ++i) {
+    const glm::dvec3 p = to_world(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                  i & 4 ? box.max.z : box.min.z);
+    info.world_min = glm::min(info.world_min, p);
+    info.world_max = glm::max(info.world_max, p);
+  }
+}
+
+void set_transform(const openvdb::math::Transform& transform, GridInfo& info) {
+  info.transform = transform.mapType();
+  if (transform.isLinear()) {
+    info.world_from_index = world_from_index(transform);
+    info.voxel_size = column_lengths(info.world_from_index);
+  } else {
+    const openvdb::Vec3d size = transform.voxelSize();
+    info.voxel_size = {size[0], size[1], size[2]};
+  }
+  if (!info.active_box.empty())
+    set_world_box(info, [&](double x, double y, double z) {
+      const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(x, y, z));
+      return glm::dvec3(p[0], p[1], p[2]);
+    });
+}
+
+/// Without OpenVDB's own statistics of the file and what other rows tell.
+MetadataText other_metadata(const openvdb::GridBase& grid) {
+  MetadataText text = text_of(grid);
+  for (const char* known :
+       {"name", "class", "is_saved_as_half_float", "file_bbox_min", "file_bbox_max",
+        "file_mem_bytes", "file_voxel_count", "file_compression", "file_delayed_load"})
+    text.erase(known);
+  return text;
+}
+
+/// NaN counts as 0.
+bool is_value(double value) { return value < 0 || value > 0; }
+
+bool has_value(const DecodedLeaf& leaf, int channels) {
+  std::array<float, 3 * kLeafVoxels> values;
+  leaf.copy_to(values.data());
+  for (auto on = leaf.active().beginOn(); on; ++on)
+    if (std::any_of(values.data() + on.pos() * unsigned(channels),
+                    values.data() + (on.pos() + 1) * unsigned(channels), is_value))
+      return true;
+  return false;
+}
+
+bool has_value(FileGrid& grid) {
+  for (const TilePart& part : grid.topology().tiles) {
+    const glm::vec3 value = part.tile().value;
+    if (part.active && (is_value(value.x) || is_value(value.y) || is_value(value.z))) return true;
+  }
+  std::atomic<bool> found = false;
+  grid.each_leaf(
+      [&](std::size_t, const DecodedLeaf& leaf) {
+        if (!found && has_value(leaf, grid.channels())) found = true;
+      },
+      [&] { return found.load(); });
+  return found;
+}
+
+/// What a picture could be made of. It reads the topology, and leaves up to the first that has an
+/// active value other than 0. Throws Error(input).
+GridContent content_of(GridFile& file, const GridEntry& entry) {
+  const auto grid = file.open(entry);
+  const std::uint64_t voxels = grid->summary().active_voxels;
+  return vdb::content_of(voxels, voxels > 0 && has_value(*grid));
+}
+
+/// The row of one grid; reads its tree, without `values` only its topology. Never throws for a bad
+/// grid: GridInfo::problem says why.
+GridInfo grid_info(GridFile& file, const GridEntry& entry, bool values) {
+  GridInfo info;
+  info.name = entry.name;
+  info.type = printable(entry.descriptor.gridType());
+  info.value_type = value_type_of(info.type);
+  info.channels = channels_of(info.type);
+  info.saved_as_half = entry.descriptor.saveFloatAsHalf();
+  info.problem = entry.problem;
+  if (!entry.problem.empty()) return info;
+
+  try {
+    const auto grid = file.open(entry);
+    if (values) info.values = statistics_of(*grid);
+    info.values_read = values;
+    const GridSummary& summary = grid->summary();
+    const openvdb::GridBase& head = grid->head();
+    info.grid_class = openvdb::GridBase::gridClassToString(head.getGridClass());
+    info.active_voxels = summary.active_voxels;
+    info.leaves = summary.leaves;
+    info.active_tiles = summary.active_tiles;
+    info.active_box = summary.active_box;
+    info.background = summary.background[0];
+    set_transform(head.transform(), info);
+    info.metadata = other_metadata(head);
+    info.problem = problem_of(head, summary);
+  } catch (const Error& e) {
+    info.problem = without_subject(e.what(), file.path(), entry.name);  // the row names the grid
+  }
+  return info;
+}
+
+/// Reads in this process. Each read has a stream of its own, so that reads may run in several
+/// threads and a failed one does not affect the others.
+class InPlaceReader final : public Reader {
+ public:
+  InPlaceReader(std::shared_ptr<FileBlocks> file, Progress progress)
+      : file_(std::move(file)), progress_(std::move(progress)) {}
+
+  FileFacts facts() override {
+    const auto grids = open_grids(file_, progress_);
+    FileFacts facts;
+    facts.metadata = grids->metadata();
+    std::vector<std::string> names;
+    std::vector<MetadataText> metadata;
+    for (const GridEntry& entry : grids->entries()) {
+      const std::string& type = entry.descriptor.gridType();
+      names.push_back(entry.descriptor.gridName());
+      metadata.push_back(grids->metadata_of(entry));
+      const auto grid_class = metadata.back().find("class");
+      facts.grids.push_back({entry.name, names.back(),
+                             entry.problem.empty() ? channels_of(type) : 0, value_type_of(type),
+                             grid_class == metadata.back().end() ? "unknown" : grid_class->second});
+    }
+    facts.z_up = evidence_of_z_up(facts.metadata, names, metadata);
+    return facts;
+  }
+
+  std::vector<GridInfo> info(const std::string& grid, bool values) override {
+    const auto grids = open_grids(file_);
+    if (!grid.empty()) return {grid_info(*grids, grids->find(grid), values)};
+    std::vector<GridInfo> rows;
+    for (const GridEntry& entry : grids->entries())
+      rows.push_back(grid_info(*grids, entry, values));
+    return rows;
+  }
+
+  GridContent content(const std::string& grid) override {
+    const auto grids = open_grids(file_);
+    return content_of(*grids, grids->find(grid));
+  }
+
+  Field read(const std::string& grid, const ReadOptions& options) override {
+    const auto grids = open_grids(file_, progress_);
+    const GridEntry& entry = grids->find(grid);
+    if (std::optional<Field> same = last_field(grid, options)) return std::move(*same);
+    ReadGrid read = read_grid(*grids, entry, options);
+    if (options.active || !read.voxels) return std::move(read.field);
+    const std::lock_guard lock(mutex_);
+    last_ = read.field;
+    last_.storage.reset();
+    last_.active_range.reset();
+    last_.active_percentiles.clear();
+    last_role_ = options.role;
+    // a notice tells that reading has changed the values
+    last_voxels_ = last_.notices.empty() ? read.voxels : nullptr;
+    return std::move(read.field);
+  }
+
+ private:
+  /// The field that was read last, as long as somebody holds it, if it has the same values for
+  /// these options. A scene in an automatic look reads its density for one role and then another.
+  std::optional<Field> last_field(const std::string& name, const ReadOptions& options) {
+    const std::lock_guard lock(mutex_);
+    const std::shared_ptr<const Voxels> voxels = last_voxels_.lock();
+    const bool negative = last_role_ == GridRole::data && options.role != GridRole::data;
+    if (!voxels || options.active || name != last_.name || negative) return {};
+    Field field = last_;
+    field.storage = voxels;
+    look_again(field, *voxels, options);
+    return field;
+  }
+
+  std::shared_ptr<FileBlocks> file_;  ///< shared with the readers of fields
+  Progress progress_;
+
+  std::mutex mutex_;  ///< of what follows
+  Field last_;        ///< without storage, which follows
+  std::weak_ptr<const Voxels> last_voxels_;
+  GridRole last_role_ = GridRole::attenuation;
+};
 
 }  // namespace
 
-InPlaceReader::InPlaceReader(std::shared_ptr<FileBlocks> file, Progress progress)
-    : file_(std::move(file)), progress_(std::move(progress)) {}
-
-FileFacts InPlaceReader::facts() {
-  const auto grids = open_grids(file_, progress_);
-  FileFacts facts;
-  facts.metadata = grids->metadata();
-  std::vector<std::string> names;
-  std::vector<MetadataText> metadata;
-  for (const GridEntry& entry : grids->entries()) {
-    const std::string& type = entry.descriptor.gridType();
-    names.push_back(entry.descriptor.gridName());
-    metadata.push_back(grids->metadata_of(entry));
-    const auto grid_class = metadata.back().find("class");
-    facts.grids.push_back({entry.name, names.back(), entry.problem.empty() ? channels_of(type) : 0,
-                           value_type_of(type),
-                           grid_class == metadata.back().end() ? "unknown" : grid_class->second});
+void Statistics::add(double value, std::uint64_t count) {
+  if (!std::isfinite(value)) {
+    not_finite += count;
+    return;
   }
-  facts.z_up = evidence_of_z_up(facts.metadata, names, metadata);
-  return facts;
+  least = std::min(least, value);
+  greatest = std::max(greatest, value);
+  voxels += static_cast<double>(count);
+  mean += (value - mean) * static_cast<double>(count) / voxels;
 }
 
-std::vector<GridInfo> InPlaceReader::info(const std::string& grid, bool values) {
-  const auto grids = open_grids(file_);
-  if (!grid.empty()) return {grid_info(*grids, grids->find(grid), values)};
-  std::vector<GridInfo> rows;
-  for (const GridEntry& entry : grids->entries()) rows.push_back(grid_info(*grids, entry, values));
-  return rows;
+void Statistics::add(const Statistics& other) {
+  not_finite += other.not_finite;
+  if (other.voxels == 0) return;
+  least = std::min(least, other.least);
+  greatest = std::max(greatest, other.greatest);
+  voxels += other.voxels;
+  mean += (other.mean - mean) * other.voxels / voxels;
 }
 
-GridContent InPlaceReader::content(const std::string& grid) {
-  const auto grids = open_grids(file_);
-  return content_of(*grids, grids->find(grid));
+std::optional<ValueStatistics> Statistics::all() const {
+  if (voxels == 0) return std::nullopt;
+  return ValueStatistics{least, greatest, mean, not_finite};
 }
 
-std::optional<Field> InPlaceReader::last_field(const std::string& name,
-                                               const ReadOptions& options) {
-  const std::lock_guard lock(mutex_);
-  const std::shared_ptr<const Voxels> voxels = last_voxels_.lock();
-  const bool negative = last_role_ == GridRole::data && options.role != GridRole::data;
-  if (!voxels || options.active || name != last_.name || negative) return {};
-  Field field = last_;
-  field.storage = voxels;
-  look_again(field, *voxels, options);
-  return field;
+void set_world_box(GridInfo& info) {
+  if (info.active_box.empty()) return;
+  set_world_box(info, [&](double x, double y, double z) {
+    return glm::dvec3(info.world_from_index * glm::dvec4(x, y, z, 1));
+  });
 }
 
-Field InPlaceReader::read(const std::string& grid, const ReadOptions& options) {
-  const auto grids = open_grids(file_, progress_);
-  const GridEntry& entry = grids->find(grid);
-  std::optional<Field> same = last_field(entry.name, options);
-  Field field;
-  if (same) {
-    field = std::move(*same);
-  } else {
-    ReadGrid read = read_grid(*grids, entry, options);
-    field = std::move(read.field);
-    const std::lock_guard lock(mutex_);
-    if (!options.active && read.voxels) {
-      last_ = field;
-      last_.storage.reset();
-      last_.active_range.reset();
-      last_.active_percentiles.clear();
-      last_role_ = options.role;
-      // a notice tells that reading has changed the values
-      last_voxels_ = field.notices.empty() ? read.voxels : nullptr;
-    }
-  }
-  if (entry.name != grid && !grid.empty()) {
-    const auto same_names = std::ranges::count(
-        grids->entries(), grid, [](const GridEntry& other) { return other.descriptor.gridName(); });
-    field.notices.insert(field.notices.begin(),
-                         "grid '" + grid + "': " + std::to_string(same_names) +
-                             " grids have this name; took '" + entry.name + "'");
-  }
-  return field;
+GridContent content_of(std::uint64_t active_voxels, bool has_value) {
+  return {active_voxels, has_value            ? ""
+                         : active_voxels == 0 ? "has no active voxel"
+                                              : "is 0 everywhere"};
 }
 
 std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,

@@ -43,32 +43,20 @@ void skip_behind_mask(std::istream& stream, const MaskT& active, const ValueCodi
     skip_values<typename LeafT::ValueType>(stream, active, coding);
 }
 
-template <typename LeafT>
-class TypedLeaf final : public DecodedLeaf {
- public:
-  explicit TypedLeaf(const LeafT& leaf) : DecodedLeaf(leaf.getValueMask()), leaf_(leaf) {}
-
-  void copy_to(float* values) const override { copy(values); }
-  void copy_to(double* values) const override { copy(values); }
-
- private:
-  template <typename Number>
-  void copy(Number* values) const {
-    using ValueT = typename LeafT::ValueType;
-    if constexpr (std::is_same_v<ValueT, bool>) {
-      for (openvdb::Index i = 0; i < LeafT::SIZE; ++i) values[i] = leaf_.getValue(i) ? 1 : 0;
-    } else if constexpr (openvdb::VecTraits<ValueT>::IsVec) {
-      const ValueT* from = leaf_.buffer().data();
-      for (openvdb::Index i = 0; i < LeafT::SIZE; ++i)
-        for (int c = 0; c < 3; ++c) *values++ = static_cast<Number>(from[i][c]);
-    } else {
-      const ValueT* from = leaf_.buffer().data();
-      for (openvdb::Index i = 0; i < LeafT::SIZE; ++i) values[i] = static_cast<Number>(from[i]);
-    }
+template <typename LeafT, typename Number>
+void copy_leaf(const LeafT& leaf, Number* values) {
+  using ValueT = typename LeafT::ValueType;
+  if constexpr (std::is_same_v<ValueT, bool>) {
+    for (openvdb::Index i = 0; i < LeafT::SIZE; ++i) values[i] = leaf.getValue(i) ? 1 : 0;
+  } else if constexpr (openvdb::VecTraits<ValueT>::IsVec) {
+    const ValueT* from = leaf.buffer().data();
+    for (openvdb::Index i = 0; i < LeafT::SIZE; ++i)
+      for (int c = 0; c < 3; ++c) *values++ = static_cast<Number>(from[i][c]);
+  } else {
+    const ValueT* from = leaf.buffer().data();
+    for (openvdb::Index i = 0; i < LeafT::SIZE; ++i) values[i] = static_cast<Number>(from[i]);
   }
-
-  const LeafT& leaf_;
-};
+}
 
 template <typename Number>
 Number number_from(double value) {
@@ -176,7 +164,7 @@ void LeafDecoder::decode_some(std::span<const LeafPlace> places, std::size_t fir
   StreamMetadata::Ptr metadata(new StreamMetadata(settings_));  // leaves count themselves in it
   openvdb::io::setStreamMetadataPtr(stream, metadata, /*transfer=*/true);
   LeafT leaf;
-  const TypedLeaf<LeafT> decoded(leaf);
+  const MadeLeaf decoded(leaf.getValueMask(), [&](auto* to) { copy_leaf(leaf, to); });
   std::size_t together = 0;  // leaves before this one are in what was read
   for (std::size_t n = 0; n < places.size(); ++n) {
     stream.seekg(places[n].begin);

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "base/file_blocks.h"
-#include "decoded_leaf.h"
 #include "topology.h"
 #include "value_block.h"
 

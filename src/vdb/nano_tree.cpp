@@ -1,19 +1,265 @@
 #include "nano_tree.h"
 
 #include <nanovdb/NanoVDB.h>
+#include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "grid_types.h"
-#include "nano_nodes.h"
 
 namespace psivox::vdb {
 namespace {
 
+constexpr int nano_root_width = 4096;
+constexpr std::size_t nano_alignment = 32;
+
+[[noreturn]] void refuse_nano(const char* why) { throw openvdb::IoError(why); }
+
+/// A grid whose values NanoVDB stores as `BuildT`, read as an OpenVDB grid. All of its bytes are in
+/// memory.
 template <typename BuildT, typename GridT, bool points = false>
-std::unique_ptr<NanoTree> make_tree(NanoBytes bytes) {
-  return std::make_unique<TypedNanoTree<BuildT, GridT, points>>(bytes);
+class NanoGrid final : public FileGrid {
+  using Root = typename nanovdb::NanoRoot<BuildT>::DataType;
+  using Upper = typename nanovdb::NanoUpper<BuildT>::DataType;
+  using Lower = typename nanovdb::NanoLower<BuildT>::DataType;
+  using Leaf = typename nanovdb::NanoLeaf<BuildT>::DataType;
+  using StoredT = typename Root::ValueT;
+  using ValueT = typename GridT::ValueType;
+  static constexpr bool quantised =
+      std::is_same_v<BuildT, nanovdb::Fp4> || std::is_same_v<BuildT, nanovdb::Fp8> ||
+      std::is_same_v<BuildT, nanovdb::Fp16> || std::is_same_v<BuildT, nanovdb::FpN>;
+
+ public:
+  explicit NanoGrid(const NanoSource& from)
+      : FileGrid(from.file, from.entry, from.marked || is_mask(from.entry.descriptor.gridType())),
+        bytes_(from.bytes),
+        memory_(from.memory) {
+    begin(from.head, /*masks=*/false);
+  }
+
+  std::string why_whole() const override { return "its file has it as one block"; }
+  std::shared_ptr<StoredLeaves> stored_leaves(const LeafSurvey&, std::string, bool) override {
+    return nullptr;
+  }
+
+ private:
+  /// Walks the nodes, in OpenVDB's order.
+  Topology read_topology(const TopologyWish& wish) override {
+    leaves_.clear();
+    lowers_ = uppers_ = 0;
+    const std::uint64_t at = root_at();
+    const Root& root = node<Root>(at);
+    background_ = value_of(root.mBackground);
+    static_cast<GridT&>(*head_).tree().root().setBackground(background_, false);
+    TopologyBuilder<ValueT> found(wish);
+    found.set_background(background_);
+    const auto table = root_table(root, at);
+    for (const auto& [origin, tile] : table)
+      if (tile->child == 0)
+        found.add_tile(origin, nano_root_width, value_of(tile->value), tile->state != 0);
+    for (const auto& [origin, tile] : table)
+      if (tile->child != 0) take_upper(found, child(at, tile->child), origin);
+    return found.take();
+  }
+
+  void read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) override {
+    const std::size_t count = topology_.leaves.size();
+    std::size_t end = enough ? 1 : count;
+    for (std::size_t first = 0; first < count; first = end, end = 2 * first) {
+      end = std::min(end, count);
+      tbb::parallel_for(first, end, [&](std::size_t n) { decode(n, take); });
+      if (enough && enough()) return;
+    }
+  }
+
+  void decode(std::size_t n, const TakeLeaf& take) const {
+    const Leaf& leaf = *reinterpret_cast<const Leaf*>(bytes_.data() + leaves_[n]);
+    const auto mask = mask_of<LeafMask>(leaf.mValueMask);
+    if constexpr (points) {
+      const PointCounts counts =
+          point_counts([&](std::size_t i) { return leaf.getValue(std::uint32_t(i)); });
+      take(n, MadeLeaf(mask, each_voxel([&](std::size_t i) { return counts[i]; })));
+    } else {
+      take(n, MadeLeaf(mask, [&](auto* values) { copy(leaf, mask, values); }));
+    }
+  }
+
+  template <typename Number>
+  void copy(const Leaf& leaf, const LeafMask& active, Number* to) const {
+    constexpr bool vectors = openvdb::VecTraits<ValueT>::IsVec;
+    for (std::uint32_t i = 0; i < kLeafVoxels; ++i) {
+      const ValueT value = value_of(leaf.getValue(i));
+      if (fill_ && !active.isOn(i) && is_background(leaf, value))
+        to = std::fill_n(to, vectors ? 3 : 1, static_cast<Number>(*fill_));
+      else if constexpr (vectors)
+        for (int c = 0; c < 3; ++c) *to++ = static_cast<Number>(value[c]);
+      else
+        *to++ = static_cast<Number>(value);
+    }
+  }
+
+  static ValueT value_of(const StoredT& stored) {
+    if constexpr (std::is_same_v<StoredT, bool>)  // its byte can have any value
+      return reinterpret_cast<const unsigned char&>(stored) != 0;
+    else if constexpr (openvdb::VecTraits<ValueT>::IsVec)
+      return ValueT(stored[0], stored[1], stored[2]);
+    else
+      return static_cast<ValueT>(stored);
+  }
+
+  /// OpenVDB's mask of the same bits.
+  template <typename MaskT, typename StoredMaskT>
+  static MaskT mask_of(const StoredMaskT& stored) {
+    static_assert(sizeof(MaskT) == sizeof stored);
+    MaskT mask;
+    std::memcpy(static_cast<void*>(&mask), &stored, sizeof mask);
+    return mask;
+  }
+
+  /// Quantised values, which may be dithered, are within a quantum of what they were.
+  bool is_background(const Leaf& leaf, const ValueT& value) const {
+    if constexpr (quantised)
+      if (std::abs(value - background_) <= leaf.mQuantum) return true;
+    return same_values(value, background_);
+  }
+
+  /// A node at this place, or several of one kind that follow each other.
+  template <typename T>
+  const T& node(std::uint64_t at, std::uint64_t bytes = sizeof(T)) const {
+    if (at % nano_alignment != 0 || at > bytes_.size() || bytes > bytes_.size() - at)
+      refuse_nano("a node is not within its bytes");
+    return *reinterpret_cast<const T*>(bytes_.data() + at);
+  }
+
+  /// Where a child is, by its distance from its parent. [bytes]
+  std::uint64_t child(std::uint64_t parent, std::int64_t distance) const {
+    const std::uint64_t at = parent + static_cast<std::uint64_t>(distance);
+    if (distance < 0 ? at > parent : at < parent) refuse_nano("a node is not within its bytes");
+    return at;
+  }
+
+  std::uint64_t root_at() const {
+    constexpr std::size_t tree_at = sizeof(nanovdb::GridData), root_offset = 24;
+    std::uint64_t offset;
+    if (bytes_.size() < tree_at + root_offset + sizeof offset) refuse_nano("its tree is cut off");
+    std::memcpy(&offset, bytes_.data() + tree_at + root_offset, sizeof offset);
+    if (offset > bytes_.size()) refuse_nano("a node is not within its bytes");
+    return tree_at + offset;
+  }
+
+  using RootTable = std::vector<std::pair<openvdb::Coord, const typename Root::Tile*>>;
+
+  /// In OpenVDB's order.
+  RootTable root_table(const Root& root, std::uint64_t at) const {
+    using Tile = typename Root::Tile;
+    const std::uint64_t count = root.mTableSize;
+    const Tile* tiles = &node<Tile>(at + sizeof(Root), count * sizeof(Tile));
+    RootTable table;
+    for (std::uint64_t n = 0; n < count; ++n)
+      table.emplace_back(origin_of(tiles[n].key), &tiles[n]);
+    std::ranges::sort(table, {}, &RootTable::value_type::first);
+    for (std::size_t n = 1; n < table.size(); ++n)
+      if (table[n].first == table[n - 1].first) refuse_place();
+    return table;
+  }
+
+  [[noreturn]] static void refuse_place() {
+    refuse_nano("a node of its tree is at an impossible place");
+  }
+
+  /// x, y, z / 4096 in 21 bits each, of which the first is 0.
+  static openvdb::Coord origin_of(std::uint64_t key) {
+    constexpr std::uint64_t bits = 0xFFFFF;
+    if (key & ~(bits | bits << 21 | bits << 42)) refuse_place();
+    const auto part = [&](int shift) {
+      return static_cast<int>(static_cast<std::uint32_t>((key >> shift & bits) * nano_root_width));
+    };
+    return {part(42), part(21), part(0)};
+  }
+
+  /// A damaged file can have many ways to the same node.
+  template <typename T>
+  void check_count(std::uint64_t nodes) const {
+    if (nodes > bytes_.size() / sizeof(T)) refuse_nano("its nodes are more than its bytes");
+  }
+
+  /// The box of a node's active values begins in the node, unless it is empty.
+  template <typename NodeT>
+  static void check_box(const NodeT& node, const openvdb::Coord& origin, int width) {
+    const auto& box = node.mBBox;
+    for (int axis = 0; axis < 3; ++axis)
+      if (box[0][axis] > box[1][axis]) return;
+    check_origin(box[0], origin, width);
+  }
+  template <typename PlaceT>
+  static void check_origin(const PlaceT& place, const openvdb::Coord& origin, int width) {
+    for (int axis = 0; axis < 3; ++axis)
+      if ((place[axis] & ~(width - 1)) != origin[axis]) refuse_place();
+  }
+
+  void take_upper(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin) {
+    check_count<Upper>(++uppers_);
+    take_inner<Upper, 5, 7>(
+        found, at, origin, [&](std::uint64_t child_at, const openvdb::Coord& place) {
+          check_count<Lower>(++lowers_);
+          take_inner<Lower, 4, 3>(found, child_at, place,
+                                  [&](std::uint64_t leaf_at, const openvdb::Coord& corner) {
+                                    take_leaf(found, leaf_at, corner);
+                                  });
+        });
+  }
+
+  /// A node of 2^side tiles or children in each direction, which are 2^child_width voxels wide.
+  template <typename NodeT, int side, int child_width, typename TakeChild>
+  void take_inner(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin,
+                  const TakeChild& take_child) {
+    using MaskT = openvdb::util::NodeMask<side>;
+    const NodeT& inner = node<NodeT>(at);
+    check_box(inner, origin, 1 << (side + child_width));
+    const auto children = mask_of<MaskT>(inner.mChildMask);
+    const auto active = mask_of<MaskT>(inner.mValueMask);
+    const auto place = [&](unsigned n) {
+      constexpr unsigned low = (1 << side) - 1;
+      return origin + (openvdb::Coord(int(n >> 2 * side), int(n >> side & low), int(n & low))
+                       << child_width);
+    };
+    for (auto n = children.beginOff(); n; ++n)
+      found.add_tile(place(n.pos()), 1 << child_width, value_of(inner.mTable[n.pos()].value),
+                     active.isOn(n.pos()));
+    for (auto n = children.beginOn(); n; ++n)
+      take_child(child(at, inner.mTable[n.pos()].child), place(n.pos()));
+  }
+
+  void take_leaf(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin) {
+    const Leaf& leaf = node<Leaf>(at);
+    if constexpr (std::is_same_v<BuildT, nanovdb::FpN>) {
+      constexpr int widest = 4;  // 2^4 bits for each value
+      const int width = leaf.mFlags >> 5;
+      if (width > widest) refuse_nano("values of an impossible width");
+      node<Leaf>(at, sizeof(Leaf) + (kLeafVoxels / 8 << width));
+    }
+    check_count<Leaf>(leaves_.size() + 1);
+    const auto mask = mask_of<LeafMask>(leaf.mValueMask);
+    if (!mask.isOff()) check_origin(leaf.mBBoxMin, origin, 8);
+    leaves_.push_back(at);
+    found.add_leaf(origin, mask);
+  }
+
+  std::span<const char> bytes_;
+  std::shared_ptr<const void> memory_;
+  ValueT background_{};
+  std::vector<std::uint64_t> leaves_;
+  std::uint64_t lowers_ = 0, uppers_ = 0;
+};
+
+template <typename BuildT, typename GridT, bool points = false>
+std::unique_ptr<FileGrid> opened(const NanoSource& source) {
+  return std::make_unique<NanoGrid<BuildT, GridT, points>>(source);
 }
 
 /// A type of grids and how it is read. What is stored in fewer bits than OpenVDB's types have
@@ -21,27 +267,27 @@ std::unique_ptr<NanoTree> make_tree(NanoBytes bytes) {
 struct KnownType {
   nanovdb::GridType type;
   NanoType as;
-  std::unique_ptr<NanoTree> (*tree)(NanoBytes) = nullptr;
+  std::unique_ptr<FileGrid> (*open)(const NanoSource&) = nullptr;
 };
 
 const std::vector<KnownType>& known_types() {
   using nanovdb::GridType;
   using namespace openvdb;
   static const std::vector<KnownType> types{
-      {GridType::Float, {"float", FloatGrid::gridType()}, make_tree<float, FloatGrid>},
-      {GridType::Double, {"double", DoubleGrid::gridType()}, make_tree<double, DoubleGrid>},
-      {GridType::Int16, {"int16", Int32Grid::gridType()}, make_tree<std::int16_t, Int32Grid>},
-      {GridType::Int32, {"int32", Int32Grid::gridType()}, make_tree<std::int32_t, Int32Grid>},
-      {GridType::Int64, {"int64", Int64Grid::gridType()}, make_tree<std::int64_t, Int64Grid>},
-      {GridType::UInt32, {"uint32", Int64Grid::gridType()}, make_tree<std::uint32_t, Int64Grid>},
-      {GridType::Vec3f, {"Vec3f", Vec3SGrid::gridType()}, make_tree<nanovdb::Vec3f, Vec3SGrid>},
-      {GridType::Vec3d, {"Vec3d", Vec3DGrid::gridType()}, make_tree<nanovdb::Vec3d, Vec3DGrid>},
-      {GridType::Mask, {"mask", MaskGrid::gridType()}, make_tree<nanovdb::ValueMask, BoolGrid>},
-      {GridType::Boolean, {"bool", BoolGrid::gridType()}, make_tree<bool, BoolGrid>},
-      {GridType::Fp4, {"Fp4", FloatGrid::gridType(), true}, make_tree<nanovdb::Fp4, FloatGrid>},
-      {GridType::Fp8, {"Fp8", FloatGrid::gridType(), true}, make_tree<nanovdb::Fp8, FloatGrid>},
-      {GridType::Fp16, {"Fp16", FloatGrid::gridType(), true}, make_tree<nanovdb::Fp16, FloatGrid>},
-      {GridType::FpN, {"FpN", FloatGrid::gridType(), true}, make_tree<nanovdb::FpN, FloatGrid>},
+      {GridType::Float, {"float", FloatGrid::gridType()}, opened<float, FloatGrid>},
+      {GridType::Double, {"double", DoubleGrid::gridType()}, opened<double, DoubleGrid>},
+      {GridType::Int16, {"int16", Int32Grid::gridType()}, opened<std::int16_t, Int32Grid>},
+      {GridType::Int32, {"int32", Int32Grid::gridType()}, opened<std::int32_t, Int32Grid>},
+      {GridType::Int64, {"int64", Int64Grid::gridType()}, opened<std::int64_t, Int64Grid>},
+      {GridType::UInt32, {"uint32", Int64Grid::gridType()}, opened<std::uint32_t, Int64Grid>},
+      {GridType::Vec3f, {"Vec3f", Vec3SGrid::gridType()}, opened<nanovdb::Vec3f, Vec3SGrid>},
+      {GridType::Vec3d, {"Vec3d", Vec3DGrid::gridType()}, opened<nanovdb::Vec3d, Vec3DGrid>},
+      {GridType::Mask, {"mask", MaskGrid::gridType()}, opened<nanovdb::ValueMask, BoolGrid>},
+      {GridType::Boolean, {"bool", BoolGrid::gridType()}, opened<bool, BoolGrid>},
+      {GridType::Fp4, {"Fp4", FloatGrid::gridType(), true}, opened<nanovdb::Fp4, FloatGrid>},
+      {GridType::Fp8, {"Fp8", FloatGrid::gridType(), true}, opened<nanovdb::Fp8, FloatGrid>},
+      {GridType::Fp16, {"Fp16", FloatGrid::gridType(), true}, opened<nanovdb::Fp16, FloatGrid>},
+      {GridType::FpN, {"FpN", FloatGrid::gridType(), true}, opened<nanovdb::FpN, FloatGrid>},
       {GridType::Half, {"half"}},
       {GridType::RGBA8, {"RGBA8"}},
       {GridType::Vec4f, {"Vec4f"}},
@@ -54,7 +300,7 @@ const std::vector<KnownType>& known_types() {
       {GridType(23), {"PointIndex"}},
       {GridType(24), {"Vec3u8"}},
       {GridType(25), {"Vec3u16"}},
-      {GridType(26), {"uint8", Int32Grid::gridType()}, make_tree<std::uint8_t, Int32Grid>}};
+      {GridType(26), {"uint8", Int32Grid::gridType()}, opened<std::uint8_t, Int32Grid>}};
   return types;
 }
 
@@ -62,7 +308,7 @@ const KnownType& find_type(std::uint32_t type, std::uint32_t grid_class) {
   static const KnownType unknown{nanovdb::GridType::Unknown, {"unknown"}};
   static const KnownType points{nanovdb::GridType::UInt32,
                                 {"points", points_grid_type()},
-                                make_tree<std::uint32_t, openvdb::Int32Grid, /*points=*/true>};
+                                opened<std::uint32_t, openvdb::Int32Grid, /*points=*/true>};
   static const KnownType index{nanovdb::GridType::UInt32, {"point index"}};
   if (type == std::uint32_t(nanovdb::GridType::UInt32)) {
     if (grid_class == std::uint32_t(nanovdb::GridClass::PointData)) return points;
@@ -79,45 +325,8 @@ NanoType nano_type(std::uint32_t type, std::uint32_t grid_class) {
   return find_type(type, grid_class).as;
 }
 
-openvdb::GridClass nano_class(std::uint32_t grid_class) {
-  switch (nanovdb::GridClass(grid_class)) {
-    case nanovdb::GridClass::LevelSet:
-      return openvdb::GRID_LEVEL_SET;
-    case nanovdb::GridClass::FogVolume:
-      return openvdb::GRID_FOG_VOLUME;
-    case nanovdb::GridClass::Staggered:
-      return openvdb::GRID_STAGGERED;
-    default:
-      return openvdb::GRID_UNKNOWN;
-  }
-}
-
-std::uint32_t nano_major_version() { return NANOVDB_MAJOR_VERSION_NUMBER; }
-
-openvdb::GridBase::Ptr nano_head(NanoBytes bytes, std::uint32_t type, std::uint32_t grid_class) {
-  if (bytes.size() < sizeof(nanovdb::GridData)) refuse_nano("its header is cut off");
-  const auto& data = *reinterpret_cast<const nanovdb::GridData*>(bytes.data());
-  std::uint32_t stored_type, stored_class;  // an enumeration can have any value here
-  std::memcpy(&stored_type, &data.mGridType, sizeof stored_type);
-  std::memcpy(&stored_class, &data.mGridClass, sizeof stored_class);
-  if (data.mVersion.getMajor() != nano_major_version() || stored_type != type ||
-      stored_class != grid_class || data.mGridSize > bytes.size())
-    refuse_nano("its header and the file's directory differ");
-  const auto head =
-      openvdb::GridBase::createGrid(stored_like(nano_type(type, grid_class).grid_type));
-  head->setGridClass(nano_class(grid_class));
-  const nanovdb::Map& map = data.mMap;
-  // NanoVDB's vectors are columns, OpenVDB's rows
-  auto matrix = openvdb::Mat4d::identity();
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) matrix(column, row) = map.mMatD[3 * row + column];
-  matrix.setTranslation(openvdb::Vec3d(map.mVecD[0], map.mVecD[1], map.mVecD[2]));
-  head->setTransform(openvdb::math::Transform::createLinearTransform(matrix));
-  return head;
-}
-
-std::unique_ptr<NanoTree> nano_tree(NanoBytes bytes, std::uint32_t type, std::uint32_t grid_class) {
-  return find_type(type, grid_class).tree(bytes);
+std::unique_ptr<FileGrid> nano_grid(const NanoSource& source) {
+  return find_type(source.type, source.grid_class).open(source);
 }
 
 }  // namespace psivox::vdb

@@ -1,19 +1,15 @@
 #pragma once
 
-#include <openvdb/openvdb.h>
-
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 
-#include "decoded_leaf.h"
-#include "topology.h"
+#include "grid_file.h"
 
 // NanoVDB keeps a grid as one block of bytes whose nodes point to each other by offsets. The block
-// comes from a file that can hold anything, so each offset and each size is checked here before it
-// is followed, and no code of NanoVDB that follows them is used.
+// comes from a file that can hold anything, so each offset and each size is checked before it is
+// followed, and no code of NanoVDB that follows them is used.
 
 namespace psivox::vdb {
 
@@ -24,36 +20,21 @@ struct NanoType {
   bool quantised = false;
 };
 
-/// Grids have numbers for type and class, nanovdb::GridType and nanovdb::GridClass.
+/// By the numbers of its type and class, nanovdb::GridType and nanovdb::GridClass.
 NanoType nano_type(std::uint32_t type, std::uint32_t grid_class);
-openvdb::GridClass nano_class(std::uint32_t grid_class);
 
-/// The major version of NanoVDB by which psivox is compiled, the only one whose files it reads.
-std::uint32_t nano_major_version();
-
-/// The nodes of a grid, in its bytes.
-class NanoTree {
- public:
-  virtual ~NanoTree() = default;
-
-  /// Walks the nodes, in OpenVDB's order. The grid, which is empty and has the tree's type, gets
-  /// the tree's background. Throws openvdb::IoError if a node is not within the bytes.
-  virtual Topology topology(openvdb::GridBase& empty, const TopologyWish& wish) = 0;
-
-  /// Decodes the n-th leaf of the topology. Inactive voxels that have the background's value become
-  /// `fill`, if it is set. Several threads may call it. Throws openvdb::IoError.
-  virtual void decode(std::size_t n, const std::optional<double>& fill,
-                      const TakeLeaf& take) const = 0;
+/// A grid of a .nvdb, whose type can be rendered.
+struct NanoSource {
+  const GridFile& file;
+  const GridEntry& entry;
+  bool marked;                  ///< see GridFile::open
+  openvdb::GridBase::Ptr head;  ///< without its tree
+  std::uint32_t type, grid_class;
+  std::span<const char> bytes;         ///< the first is aligned to 32 bytes
+  std::shared_ptr<const void> memory;  ///< keeps them alive
 };
 
-/// A grid's bytes, of which the first is aligned to 32 bytes. They must live as long as the tree.
-using NanoBytes = std::span<const char>;
-
-/// A grid of the file's directory without its tree: name, class, transform. Throws openvdb::IoError
-/// if the bytes are not a grid of this type and class.
-openvdb::GridBase::Ptr nano_head(NanoBytes bytes, std::uint32_t type, std::uint32_t grid_class);
-
-/// The tree of such a grid, whose type can be rendered.
-std::unique_ptr<NanoTree> nano_tree(NanoBytes bytes, std::uint32_t type, std::uint32_t grid_class);
+/// Throws openvdb::IoError if a node is not within the bytes.
+std::unique_ptr<FileGrid> nano_grid(const NanoSource& source);
 
 }  // namespace psivox::vdb

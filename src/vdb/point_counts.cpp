@@ -1,16 +1,13 @@
-#include "point_counts.h"
+#include "archive.h"
 
 #include <openvdb/io/Compression.h>
 
-#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include "file_metadata.h"
-#include "survey.h"
 #include "value_block.h"
 
 namespace psivox::vdb {
@@ -133,15 +130,7 @@ class PointReader {
       std::memcpy(ends.data(), stored.data(), size);
     else
       expand_blosc(stored, reinterpret_cast<char*>(ends.data()), size);
-    PointCounts counts;
-    std::uint32_t last = 0;
-    for (std::size_t i = 0; i < kLeafVoxels; last = ends[i++]) {
-      const std::uint32_t count = ends[i] - last;
-      if (ends[i] < last || count > std::uint32_t(std::numeric_limits<std::int32_t>::max()))
-        throw openvdb::IoError("its points are out of order");
-      counts[i] = std::int32_t(count);
-    }
-    return counts;
+    return point_counts([&](std::size_t i) { return ends[i]; });
   }
 
   std::size_t leaves_;

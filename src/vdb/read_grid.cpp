@@ -8,15 +8,12 @@
 #include <glm/vector_relational.hpp>
 #include <numeric>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 #include "base/text.h"
 #include "field/value_percentile.h"
-#include "file_grid.h"
 #include "grid_types.h"
 #include "psivox/error.h"
-#include "survey.h"
 
 namespace psivox::vdb {
 namespace {
@@ -37,11 +34,9 @@ std::optional<double> other_background(const FileGrid& grid, const ReadOptions& 
 }
 
 std::string background_notice(const GridSummary& summary, const ReadOptions& options) {
-  std::ostringstream text;
-  text << "its background " << background_text(summary) << " is taken as "
-       << options.background.value_or(0)
-       << (options.background ? "" : "; --background-value gives another value");
-  return text.str();
+  return "its background " + background_text(summary) + " is taken as " +
+         formatted("%g", options.background.value_or(0)) +
+         (options.background ? "" : "; --background-value gives another value");
 }
 
 void add_active_tiles(const std::vector<TilePart>& tiles, ValueSurvey& found) {
@@ -238,11 +233,11 @@ class Reading {
           "level set converted to fog: 0 at its surface, 1 at the depth of its narrow band");
     }
     field_.half_width = double(tree.background());
-    std::ostringstream text;
-    text << "level set kept as distances, which it has within " << field_.half_width
-         << " [world units] of its surface";
     make_distances(tree);
-    notice(text.str());
+    notice(
+        formatted("level set kept as distances, which it has within %g [world units] of its "
+                  "surface",
+                  field_.half_width));
   }
 
   /// Sets tiles. Returns what is found in them; +Inf stays.

@@ -1,13 +1,30 @@
 #pragma once
 
-#include <memory>
+#include <openvdb/openvdb.h>
 
-#include "float_tree.h"
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "grid_file.h"
 #include "psivox/field.h"
 #include "psivox/vdb.h"
 
+// What VdbFile asks of a grid of a file: a field, a row of `info`, or whether it holds something.
+
 namespace psivox::vdb {
+
+/// What a field takes from a grid's voxels.
+struct Voxels {
+  std::vector<float*> leaves;    ///< the 512 * channels values of each leaf, vectors interleaved
+  std::vector<LeafMask> active;  ///< of each leaf
+  std::vector<TilePart> tiles;   ///< as Topology::tiles
+  std::shared_ptr<const void> storage;  ///< keeps `leaves` alive
+};
 
 /// A field, and its voxels unless their values stay in the file.
 struct ReadGrid {
@@ -20,5 +37,61 @@ ReadGrid read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& op
 
 /// Finds in a field's voxels, none of which is bad, what the options ask for.
 void look_again(Field& field, const Voxels& voxels, const ReadOptions& options);
+
+/// Statistics of active values that add up; of lengths, if there are vectors.
+struct Statistics {
+  double least = std::numeric_limits<double>::infinity(), greatest = -least, mean = 0, voxels = 0;
+  std::uint64_t not_finite = 0;
+
+  void add(double value, std::uint64_t count);
+  void add(const Statistics& other);
+  /// A value of so many voxels. `Number` is float or double.
+  template <typename Number>
+  void add(const Number* value, int channels, std::uint64_t count) {
+    add(channels == 1 ? double(*value)
+                      : std::hypot(double(value[0]), double(value[1]), double(value[2])),
+        count);
+  }
+  /// The active values of a leaf.
+  template <typename Number>
+  void add(const Number* values, int channels, const LeafMask& active) {
+    for (auto on = active.beginOn(); on; ++on)
+      add(values + on.pos() * std::size_t(channels), channels, std::uint64_t{1});
+  }
+  std::optional<ValueStatistics> all() const;  ///< unset: no value was finite
+};
+
+/// Sets the world's box by the active box and the transform, which must be affine.
+void set_world_box(GridInfo& info);
+
+/// What a picture could be made of a grid with so many active voxels, some of which are not 0.
+GridContent content_of(std::uint64_t active_voxels, bool has_value);
+
+// Trees of OpenVDB, for the conversions that need one.
+
+/// A float or vec3s grid with the values, metadata and transform of the file's grid.
+openvdb::GridBase::Ptr float_tree(FileGrid& grid);
+
+/// The voxels of such a grid, whose values stay in place. Sets the summary and the leaves' origins.
+Voxels voxels_of(const openvdb::GridBase::Ptr& grid, GridSummary& summary,
+                 std::vector<glm::ivec3>& origins);
+
+/// Gives a level set whose file has the background 0, such as the surface of a liquid in Blender's
+/// caches, the greatest of its distances as background. Class and values on both sides of 0 tell
+/// that it is one; others stay as they are.
+void complete_level_set(openvdb::FloatGrid& grid);
+
+/// Makes the level set a fog volume (0 at the surface and outside, rising to 1 at the depth of its
+/// narrow band), by OpenVDB's own conversion.
+void make_fog(openvdb::FloatGrid& grid);
+
+/// Makes the level set half width - distance: the background is 0, and voxels are active where the
+/// value is not 0, in the outer band and everywhere inside. The class becomes unknown.
+void make_distances(openvdb::FloatGrid& grid);
+
+/// A grid with a frustum transform, resampled with an affine transform into cubic voxels as small
+/// as its smallest. Sets `notice` to a sentence about the conversion. Throws std::runtime_error
+/// with the rest of a sentence if the grid's transform is unusable.
+openvdb::GridBase::Ptr resample_to_linear(const openvdb::GridBase::Ptr& grid, std::string& notice);
 
 }  // namespace psivox::vdb

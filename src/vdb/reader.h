@@ -1,13 +1,15 @@
 #pragma once
 
+#include <algorithm>
+#include <functional>
+#include <map>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/file_blocks.h"
-#include "file_metadata.h"
+#include "base/text.h"
+#include "psivox/error.h"
 #include "psivox/progress.h"
 #include "psivox/vdb.h"
 
@@ -15,7 +17,7 @@ namespace psivox::vdb {
 
 /// What a file tells of a grid that has not been read.
 struct GridFacts {
-  std::string name;       ///< as VdbFile::read takes it
+  std::string name;       ///< as --grid takes it; no other grid of the file has it
   std::string base_name;  ///< as the file has it: names may repeat
   int channels = 0;       ///< 0 if the grid cannot be read
   std::string value_type, grid_class;
@@ -24,13 +26,12 @@ struct GridFacts {
 /// What a file tells without its grids being read.
 struct FileFacts {
   std::vector<GridFacts> grids;  ///< in file order
-  MetadataText metadata;
-  std::string z_up;
+  std::map<std::string, std::string> metadata{};
+  std::string z_up{};
 };
 
-/// What VdbFile does with an open file: in this process (InPlaceReader, FieldReader), or in a
-/// guarded one (GuardedReader). Its functions may be called from several threads. See VdbFile for
-/// them.
+/// What VdbFile does with an open file; VdbFile documents the functions. They take grids by
+/// GridFacts::name. Several threads may call them.
 class Reader {
  public:
   Reader() = default;
@@ -45,32 +46,15 @@ class Reader {
   virtual Field read(const std::string& grid, const ReadOptions& options) = 0;
 };
 
-struct Voxels;
-
-/// Reads in this process. Each read has a stream of its own, so that reads may run in several
-/// threads and a failed one does not affect the others.
-class InPlaceReader final : public Reader {
- public:
-  explicit InPlaceReader(std::shared_ptr<FileBlocks> file, Progress progress = {});
-
-  FileFacts facts() override;
-  std::vector<GridInfo> info(const std::string& grid, bool values) override;
-  GridContent content(const std::string& grid) override;
-  Field read(const std::string& grid, const ReadOptions& options) override;
-
- private:
-  /// The field that was read last, as long as somebody holds it, if it has the same values for
-  /// these options. A scene in an automatic look reads its density for one role and then another.
-  std::optional<Field> last_field(const std::string& name, const ReadOptions& options);
-
-  std::shared_ptr<FileBlocks> file_;  ///< shared with the readers of fields
-  Progress progress_;
-
-  std::mutex mutex_;  ///< of what follows
-  Field last_;        ///< without storage, which follows
-  std::weak_ptr<const Voxels> last_voxels_;
-  GridRole last_role_ = GridRole::attenuation;
-};
+/// The item of a reader's list that has this name. Throws Error(input), if the file has changed.
+template <typename Item>
+const Item& named(const std::vector<Item>& items, const std::string& name,
+                  const std::string& path) {
+  const auto found = std::ranges::find(items, name, &Item::name);
+  if (found == items.end())
+    throw Error(ExitCode::input, subject(path) + "has no grid " + in_quotes(name));
+  return *found;
+}
 
 /// The reader of a file's format, by the file's first bytes, in this process. `data`: the file of
 /// values that the file says lie beside it (scan::data_path), or null.
@@ -78,9 +62,23 @@ std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,
                                     std::shared_ptr<FileBlocks> data, Progress progress = {});
 
 /// The same in a guarded process; null unless start_guarded_reading() was called, and trust_files()
-/// was not.
-std::unique_ptr<Reader> open_guarded_reader(const std::shared_ptr<FileBlocks>& file,
-                                            const std::shared_ptr<FileBlocks>& data,
-                                            const Progress& progress);
+/// was not. After an error the next call starts another process.
+std::unique_ptr<Reader> open_guarded_reader(std::shared_ptr<FileBlocks> file,
+                                            std::shared_ptr<FileBlocks> data,
+                                            Progress progress = {});
+
+/// Grids that are fields, which are in memory or made when they are needed.
+struct FieldSource {
+  FileFacts facts;
+  std::string path{};  ///< begins messages; empty: no file
+  std::string type{};  ///< GridInfo::type of all
+  /// The grid of that number in `facts`. Throws Error.
+  std::function<std::shared_ptr<const Field>(std::size_t)> make;
+};
+
+/// Reads fields as grids, and judges their values for each role as a file's are judged.
+std::unique_ptr<Reader> field_reader(FieldSource source);
+/// Reads grids of other files. Throws Error(usage) if names repeat.
+std::unique_ptr<Reader> gathered_reader(std::vector<NamedGrid> grids);
 
 }  // namespace psivox::vdb

@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <memory>
 #include <stdexcept>
@@ -11,14 +10,13 @@
 
 #include "base/guarded_reading.h"
 #include "guard/service.h"
-#include "guarded_reader.h"
+#include "reader.h"
+#include "reading_messages.h"
 #include "survey.h"
 
 namespace psivox {
 namespace vdb {
 namespace {
-
-std::atomic<bool> trusted = false;
 
 /// A reader in a guarded process.
 class ReaderService final : public guard::Service {
@@ -118,17 +116,7 @@ constexpr guard::Trade reading{[] { openvdb::initialize(); },
                                      std::move(path), std::move(file), std::move(progress));
                                }};
 
-bool reads_guarded() { return guard::has_server() && !trusted; }
-
 }  // namespace
-
-std::unique_ptr<Reader> open_guarded_reader(const std::shared_ptr<FileBlocks>& file,
-                                            const std::shared_ptr<FileBlocks>& data,
-                                            const Progress& progress) {
-  if (!reads_guarded()) return {};
-  return std::make_unique<GuardedReader>(file, data, progress);
-}
-
 }  // namespace vdb
 
 void start_guarded_reading() { guard::start_server(vdb::reading); }
@@ -136,12 +124,5 @@ void start_guarded_reading() { guard::start_server(vdb::reading); }
 void start_guarded_reading(const std::filesystem::path& server) { guard::start_server(server); }
 
 void serve_guarded_reading() { guard::serve_as_program(vdb::reading); }
-
-void trust_files() { vdb::trusted = true; }
-
-std::string reading_guard() {
-  if (!vdb::reads_guarded()) return "nothing";
-  return guard::has_seccomp() ? "seccomp and resource limits" : "resource limits, without seccomp";
-}
 
 }  // namespace psivox

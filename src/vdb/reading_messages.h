@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "guard/pack.h"
-#include "guard/socket.h"
+#include "guard/service.h"
 #include "psivox/field.h"
 #include "psivox/vdb.h"
 #include "reader.h"
@@ -105,19 +105,19 @@ PSIVOX_PACK(ReadRequest, grid, options, holds_last)
 PSIVOX_PACK(LeavesRequest, grid, numbers, survey, active)
 PSIVOX_PACK(LeavesAnswer, values, survey)
 
-template <typename Pack, guard::Is<FieldFacts> T>
-void describe(Pack& pack, T& facts) {
+inline void describe(guard::Codec& codec, FieldFacts& facts) {
   auto& [name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
          percentiles, width, leaves, tiles, array, storage, reader, survey, replaced, notices] =
       facts.field;
-  pack(name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
-       percentiles, width, survey, replaced, notices);
-  pack(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes, facts.active_tiles);
+  codec(name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
+        percentiles, width, survey, replaced, notices);
+  codec(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes,
+        facts.active_tiles);
 }
 
 }  // namespace psivox::vdb
 
-// A Packer finds these in the namespace of their structs.
+// A Codec finds these in the namespace of their structs.
 namespace psivox {
 
 PSIVOX_PACK(ValueStatistics, least, greatest, mean, not_finite)

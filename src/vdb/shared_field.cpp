@@ -46,23 +46,13 @@ std::size_t leaf_bytes(int channels, bool stored) {
   return stored ? 0 : kLeafVoxels * static_cast<std::size_t>(channels) * sizeof(float);
 }
 
-/// A mapping of shared memory, to be read.
-class Mapping {
- public:
-  Mapping(int memory, std::size_t size)
-      : size_(size), bytes_(mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, memory, 0)) {
-    if (bytes_ == MAP_FAILED) throw std::bad_alloc();
-  }
-  ~Mapping() { munmap(bytes_, size_); }
-  Mapping(const Mapping&) = delete;
-  Mapping& operator=(const Mapping&) = delete;
-
-  const char* bytes() const { return static_cast<const char*>(bytes_); }
-
- private:
-  std::size_t size_;
-  void* bytes_;
-};
+/// Shared memory, mapped to be read.
+std::shared_ptr<const char> mapped(int memory, std::size_t size) {
+  void* const bytes = mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, memory, 0);
+  if (bytes == MAP_FAILED) throw std::bad_alloc();
+  return {static_cast<const char*>(bytes),
+          [size](const char* mapping) { munmap(const_cast<char*>(mapping), size); }};
+}
 
 /// The parts of a field in the order of its layout. They must live as long.
 class Parts {
@@ -226,17 +216,14 @@ void take_shared(FieldFacts& facts, int memory) {
   const Layout layout(leaf, facts.leaves, facts.tiles);
   if (!possible || layout.size != size) throw std::runtime_error("shared memory has another size");
   if (size == 0) return;
-  std::shared_ptr<const void> storage;
-  const char* bytes = nullptr;
+  std::shared_ptr<const char> storage;
   if (in_message) {
     const auto text = std::make_shared<const std::string>(std::move(facts.bytes));
-    bytes = text->data();
-    storage = text;
+    storage = {text, text->data()};
   } else {
-    const auto mapping = std::make_shared<const Mapping>(memory, size);
-    bytes = mapping->bytes();
-    storage = mapping;
+    storage = mapped(memory, size);
   }
+  const char* const bytes = storage.get();
   const auto* const origins = reinterpret_cast<const glm::ivec3*>(bytes + layout.origins);
   field.leaves.resize(facts.leaves);
   for (std::size_t n = 0; n < facts.leaves; ++n)

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <limits>
-#include <sstream>
 
+#include "base/text.h"
 #include "field/lane_range.h"
 #include "psivox/error.h"
 
@@ -165,14 +165,13 @@ std::string BadValues::describe() const {
   if (nan > 0) zeroed.push_back(std::to_string(nan) + " NaN");
   if (negative_infinite > 0) zeroed.push_back(std::to_string(negative_infinite) + " -Inf");
   if (negative > 0) zeroed.push_back(std::to_string(negative) + " negative");
-  std::ostringstream text;
-  for (std::size_t i = 0; i < zeroed.size(); ++i) text << (i ? ", " : "") << zeroed[i];
+  std::string text = joined(zeroed, ", ");
   const bool one = nan + negative_infinite + negative == 1;
-  if (!zeroed.empty()) text << (one ? " value" : " values") << " taken as 0";
-  if (positive_infinite > 0) {
-    text << (zeroed.empty() ? "" : "; ") << positive_infinite << " +Inf taken as " << largest;
-  }
-  return text.str();
+  if (!zeroed.empty()) text += std::string(one ? " value" : " values") + " taken as 0";
+  if (positive_infinite > 0)
+    text += (zeroed.empty() ? "" : "; ") + std::to_string(positive_infinite) +
+            formatted(" +Inf taken as %g", double(largest));
+  return text;
 }
 
 float take_survey(Field& field, const ValueSurvey& of_leaves, const ReadOptions& options,

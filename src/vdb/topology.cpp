@@ -7,7 +7,6 @@
 #include <type_traits>
 
 #include "grid_types.h"
-#include "topology_builder.h"
 #include "value_block.h"
 
 namespace psivox::vdb {

@@ -7,9 +7,8 @@
 
 namespace psivox {
 
-std::unique_ptr<vdb::Reader> vdb::open_guarded_reader(const std::shared_ptr<FileBlocks>&,
-                                                      const std::shared_ptr<FileBlocks>&,
-                                                      const Progress&) {
+std::unique_ptr<vdb::Reader> vdb::open_guarded_reader(std::shared_ptr<FileBlocks>,
+                                                      std::shared_ptr<FileBlocks>, Progress) {
   return {};
 }
 

@@ -1,8 +1,12 @@
 #pragma once
 
 #include <openvdb/io/Compression.h>
+#include <openvdb/points/StreamCompression.h>
 
+#include <array>
 #include <cstdint>
+#include <cstring>
+#include <ios>
 #include <istream>
 #include <string_view>
 #include <type_traits>
@@ -57,12 +61,37 @@ struct StoredKind {
 /// Bytes that must be free behind what is decompressed.
 constexpr std::size_t blosc_overhead = 16;
 
+/// Blosc's header, whose sizes before and after compression Blosc trusts. [bytes]
+constexpr int blosc_header = 16;
+inline bool blosc_header_fits(const char* header, std::int64_t size, std::int64_t length) {
+  constexpr int size_at = 4, length_at = 12;
+  std::uint32_t stored_size, stored_length;
+  std::memcpy(&stored_size, header + size_at, sizeof stored_size);
+  std::memcpy(&stored_length, header + length_at, sizeof stored_length);
+  return length >= blosc_header && stored_size == size && stored_length == length;
+}
+
 /// Decompresses what Blosc has made of `size` bytes. Throws if it is not that.
-void expand_blosc(std::string_view stored, char* to, std::size_t size);
+inline void expand_blosc(std::string_view stored, char* to, std::size_t size) {
+  if (stored.size() < blosc_header ||
+      !blosc_header_fits(stored.data(), std::int64_t(size), std::int64_t(stored.size())))
+    throw openvdb::IoError("a compressed block has an impossible length");
+  openvdb::compression::bloscDecompress(to, size, size + blosc_overhead, stored.data());
+}
 
 /// Moves the stream from the beginning of a compressed block behind its end. Throws if the block
 /// cannot hold `size` bytes: OpenVDB 10 believes the lengths that a file claims.
-void skip_compressed(std::istream& stream, std::int64_t size, const ValueCoding& coding);
+inline void skip_compressed(std::istream& stream, std::int64_t size, const ValueCoding& coding) {
+  const auto length = take<std::int64_t>(stream);  // 0 or negative: the bytes are not compressed
+  bool fits = length > 0 || length == -size;
+  if (length > 0 && coding.compression & openvdb::io::COMPRESS_BLOSC) {  // OpenVDB's first choice
+    const auto header = take<std::array<char, blosc_header>>(stream);
+    stream.seekg(-blosc_header, std::ios_base::cur);
+    fits = blosc_header_fits(header.data(), size, length);
+  }
+  if (!fits) throw openvdb::IoError("a block of its values has an impossible length");
+  stream.seekg(length <= 0 ? size : length, std::ios_base::cur);
+}
 
 /// Moves the stream from the beginning of a node's values behind their end, for files since format
 /// version 222. `active` is the node's mask of active values. Throws if a length is impossible.

@@ -11,12 +11,10 @@
 
 #include "base/file_blocks.h"
 #include "base/text.h"
-#include "field_reader.h"
-#include "file_metadata.h"
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 #include "reader.h"
-#include "scan/header.h"
+#include "scan/scan.h"
 
 namespace psivox {
 
@@ -58,8 +56,6 @@ struct VdbFile::Impl {
     facts.metadata.erase("frames");
     facts.grids.front().name = facts.grids.front().base_name;
   }
-  /// The reader's name of a grid.
-  std::string in_reader(const std::string& grid) const { return grid + frame; }
   /// A grid by one of its names, the numbered one first; null if there is none.
   const vdb::GridFacts* find(const std::string& grid) const {
     for (const auto name : {&vdb::GridFacts::name, &vdb::GridFacts::base_name}) {
@@ -67,6 +63,18 @@ struct VdbFile::Impl {
       if (found != facts.grids.end()) return &*found;
     }
     return nullptr;
+  }
+  /// The reader's name of a grid by one of its names. Throws Error(input), which lists the names.
+  std::string in_reader(const std::string& grid) const {
+    if (const vdb::GridFacts* known = find(grid)) return known->name + frame;
+    constexpr std::size_t most_listed = 20;  // a scan may have any number of frames
+    std::vector<std::string> near = nearest_first(grid, names);
+    if (near.size() > most_listed) near.resize(most_listed);
+    for (std::string& name : near) name = in_quotes(name);
+    const std::string listed = near.empty() ? "none" : joined(near, " ");
+    throw Error(ExitCode::input, (file ? file->path() + ": has no grid " : "there is no grid ") +
+                                     in_quotes(grid) + (file ? "; it has " : "; there is ") +
+                                     listed + (names.size() > most_listed ? " ..." : ""));
   }
   /// The name without its number, if that means the same grid.
   std::string short_name(const vdb::GridFacts& grid) const {
@@ -113,10 +121,13 @@ VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
     : impl_(std::make_unique<Impl>(frame_of_file(path.string()), std::move(progress))) {}
 
 VdbFile::VdbFile(std::shared_ptr<const Field> grid)
-    : impl_(std::make_unique<Impl>(std::make_unique<vdb::FieldReader>(std::move(grid)))) {}
+    : impl_(std::make_unique<Impl>(
+          vdb::field_reader({.facts = {.grids = {{grid->name, grid->name, grid->channels,
+                                                  grid->value_type, "unknown"}}},
+                             .make = [grid](std::size_t) { return grid; }}))) {}
 
 VdbFile::VdbFile(std::vector<NamedGrid> grids)
-    : impl_(std::make_unique<Impl>(std::make_unique<vdb::GatheredReader>(std::move(grids)))) {}
+    : impl_(std::make_unique<Impl>(vdb::gathered_reader(std::move(grids)))) {}
 
 VdbFile::~VdbFile() = default;
 
@@ -168,10 +179,10 @@ std::string VdbFile::default_grid(bool empty) const {
   const std::vector<vdb::GridFacts>& all = impl_->facts.grids;
   if (all.empty()) throw Error(ExitCode::input, impl_->path() + ": holds no grid");
   if (all.size() == 1) return all.front().name;
-  std::map<std::size_t, std::vector<const vdb::GridFacts*>> ranks;
+  std::map<std::size_t, std::vector<const vdb::GridFacts*>> groups;
   for (const vdb::GridFacts& grid : all)
-    if (grid.channels > 0) ranks[rank_of(grid)].push_back(&grid);
-  for (const auto& [rank, grids] : ranks) {
+    if (grid.channels > 0) groups[rank_of(grid)].push_back(&grid);
+  for (const auto& [group, grids] : groups) {
     const vdb::GridFacts* best = nullptr;
     std::uint64_t most = 0;
     for (const vdb::GridFacts* grid : grids) {
@@ -179,11 +190,11 @@ std::string VdbFile::default_grid(bool empty) const {
       if (!held.nothing.empty() || held.active_voxels <= most) continue;
       best = grid;
       most = held.active_voxels;
-      if (rank < known_names.size()) break;  // of a known name it is the first
+      if (group < known_names.size()) break;  // of a known name it is the first
     }
     if (best) return impl_->short_name(*best);
   }
-  if (empty && !ranks.empty()) return impl_->short_name(*ranks.begin()->second.front());
+  if (empty && !groups.empty()) return impl_->short_name(*groups.begin()->second.front());
   std::string message = impl_->path() + ": has nothing to draw";
   for (const std::string& name : names())
     message +=
@@ -192,8 +203,16 @@ std::string VdbFile::default_grid(bool empty) const {
 }
 
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
-  Field field = impl_->reader->read(impl_->in_reader(grid), options);
-  if (!impl_->frame.empty()) field.name = grid;
+  const std::string in_reader = impl_->in_reader(grid);
+  Field field = impl_->reader->read(in_reader, options);
+  if (!impl_->frame.empty()) {
+    field.name = grid;
+  } else if (in_reader != grid && !grid.empty()) {
+    const auto same = std::ranges::count(impl_->facts.grids, grid, &vdb::GridFacts::base_name);
+    field.notices.insert(field.notices.begin(), "grid '" + grid + "': " + std::to_string(same) +
+                                                    " grids have this name; took '" + in_reader +
+                                                    "'");
+  }
   return field;
 }
 

@@ -7,7 +7,7 @@
 #include <glm/common.hpp>
 
 #include "base/text.h"
-#include "scene/clip.h"
+#include "scene/cuts.h"
 #include "view/navigation.h"
 
 namespace psivox::view {

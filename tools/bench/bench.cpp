@@ -18,7 +18,7 @@
 #include "gl/egl_context.h"
 #include "gl/march_program.h"
 #include "gl/program.h"
-#include "gl/tile_target.h"
+#include "gl/tiles.h"
 #include "march/medium_atlas.h"
 #include "psivox/draw.h"
 

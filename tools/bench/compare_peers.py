@@ -100,8 +100,8 @@ class Bench:
         if Path("/usr/include/nanovdb/util/HDDA.h").exists():
             library = self.psivox.parents[1] / "src"
             self.nanovdb = self.build(ROOT / "tools/bench/nanovdb_march.cpp", "-ffast-math",
-                                      f"-I{ROOT}/include", f"-L{library}", "-lpsivox",
-                                      f"-Wl,-rpath,{library}")
+                                      f"-I{ROOT}/include", f"-I{ROOT}/src", f"-L{library}",
+                                      "-lpsivox", f"-Wl,-rpath,{library}")
         else:
             say("skipped: NanoVDB: install libnanovdb-dev")
         xvfb, python = shutil.which("xvfb-run"), shutil.which("python3", path="/usr/bin")

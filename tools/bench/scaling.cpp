@@ -14,7 +14,7 @@
 #include "bench.h"
 #include "gl/egl_context.h"
 #include "gl/program.h"
-#include "gl/tile_target.h"
+#include "gl/tiles.h"
 #include "psivox/dense_field.h"
 #include "psivox/draw.h"
 

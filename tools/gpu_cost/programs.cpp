@@ -10,7 +10,7 @@
 #include <spirv-tools/optimizer.hpp>
 #include <stdexcept>
 
-#include "gl/march_source.h"
+#include "gl/march_program.h"
 #include "march/atlas_march.h"
 #include "march/film.h"
 #include "march/march_double.h"

@@ -4,10 +4,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 
-#include "base/file_blocks.h"
 #include "base/text.h"
+#include "scan/scan.h"
+
+// The bytes of a scan's file, its values, and the headers of its formats.
 
 namespace psivox::scan {
 
@@ -70,5 +73,42 @@ class ByteStream {
   std::unique_ptr<char[]> unpacked_;
   bool ended_ = false;  ///< the gzip
 };
+
+/// The values of a scan in the file's order, as floats.
+class ValueStream {
+ public:
+  /// Begins before the first value. Header and file must live as long.
+  ValueStream(const Header& header, FileBlocks& file);
+
+  /// Number of the next value.
+  std::int64_t position() const { return position_; }
+
+  /// These throw Error(input) if the file ends before, or holds no numbers.
+  void pass_over(std::int64_t values);
+  void read(std::span<float> to);
+
+ private:
+  double next_number();                          ///< of a text
+  void read_bytes(char* to, std::int64_t size);  ///< decoded; of another encoding than text
+
+  const Header& header_;
+  ByteStream bytes_;
+  std::string buffer_;
+  std::int64_t position_ = 0;
+};
+
+/// Whether a file, unpacked if it is a gzip, begins as the header of NIfTI-1, NIfTI-2 or Analyze
+/// 7.5, in either byte order.
+bool is_nifti(std::string_view head);
+/// Whether a file begins as the header of an NRRD.
+bool is_nrrd(std::string_view head);
+
+/// Read the header of a file that begins so. They throw Error(input) if psivox does not read what
+/// the file has, or a number is impossible. A size may still be a lie: see Scan. Sources: nifti1.h
+/// and nifti2.h (nifti.nimh.nih.gov), teem.sourceforge.net/nrrd/format.html.
+Header read_nifti(FileBlocks& file, bool packed);
+Header read_nrrd(FileBlocks& file);
+/// The file that has an NRRD's values, as its header names it; empty: the header's own.
+std::string nrrd_data_file(FileBlocks& file);
 
 }  // namespace psivox::scan

@@ -1,7 +1,9 @@
-#include "gl/tile_target.h"
+#include "gl/tiles.h"
 
 #include <algorithm>
+#include <glm/common.hpp>
 #include <glm/vec4.hpp>
+#include <tuple>
 #include <vector>
 
 #include "psivox/error.h"
@@ -97,6 +99,39 @@ int TileTarget::draw_passes(const MarchProgram& march, int width, int height,
     ++passes;
   } while (march.key().resumable && !all_done(width, height, (passes - 1) & 1, passes == 1));
   return passes;
+}
+
+TileOrder::TileOrder(const PixelBox& pixels, const glm::ivec2& first, int largest)
+    : pixels_(pixels), first_(first - pixels.origin) {
+  for (int y = 0; y < pixels.size.y; y += largest)
+    for (int x = 0; x < pixels.size.x; x += largest) push({x, y}, largest);
+}
+
+bool TileOrder::later(const Block& a, const Block& b) {
+  return std::tie(a.distance, a.origin.y, a.origin.x) >
+         std::tie(b.distance, b.origin.y, b.origin.x);
+}
+
+void TileOrder::push(const glm::ivec2& origin, int side) {
+  if (origin.x >= pixels_.size.x || origin.y >= pixels_.size.y) return;
+  const glm::dvec2 low(origin), high(origin + side);
+  const glm::dvec2 away = first_ - glm::clamp(first_, low, high);
+  blocks_.push_back({origin, side, away.x * away.x + away.y * away.y});
+  std::push_heap(blocks_.begin(), blocks_.end(), later);
+}
+
+PixelBox TileOrder::take(int side) {
+  while (true) {
+    std::pop_heap(blocks_.begin(), blocks_.end(), later);
+    const Block block = blocks_.back();
+    blocks_.pop_back();
+    if (block.side <= side)
+      return {pixels_.origin + block.origin,
+              glm::min(glm::ivec2(block.side), pixels_.size - block.origin)};
+    const int half = block.side / 2;
+    for (const glm::ivec2 corner : {glm::ivec2(0), {half, 0}, {0, half}, {half, half}})
+      push(block.origin + corner, half);
+  }
 }
 
 }  // namespace psivox::gl
