@@ -8,9 +8,9 @@
 
 #include "base/text.h"
 #include "psivox/parameters.h"
+#include "study/page.h"
 #include "study/report.h"
 #include "study/study_pictures.h"
-#include "study/page.h"
 #include "usage_error.h"
 
 namespace psivox {

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <string>
 
+#include "gl/shader_source.h"
+
 namespace psivox::gl {
 namespace {
 
@@ -134,8 +136,7 @@ std::vector<std::string> items_at(std::string_view text, std::size_t& i) {
 std::string take_logical_line(std::string_view& text) {
   std::string line;
   for (bool more = true; more && !text.empty();) {
-    const std::string_view part = text.substr(0, text.find('\n'));
-    text.remove_prefix(std::min(part.size() + 1, text.size()));
+    const std::string_view part = take_line(text);
     more = part.ends_with('\\');
     line += more ? std::string(part.substr(0, part.size() - 1)) + " " : std::string(part);
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <glm/matrix.hpp>
 #include <span>
-#include <sstream>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -91,10 +90,9 @@ Macros web_names() {
   return macros;
 }
 
-ShaderSource source_of(const std::string& text) {
+ShaderSource source_of(std::string_view text) {
   ShaderSource source;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) source.add_line(line, {});
+  while (!text.empty()) source.add_line(take_line(text), {});
   return source;
 }
 

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vec4.hpp>
 
 namespace psivox {
 namespace {
@@ -204,11 +207,10 @@ void GridWalk::enter_cell(const CubeSteps& steps) {
   for (int c = 0; c < cache_->index().field().channels; ++c) {
     const auto i = std::size_t(c);
     corners_[i] = block_->corners(cell_, c);
-    low_[i] = high_[i] = corners_[i].front();
-    for (const double value : corners_[i]) {
-      low_[i] = std::min(low_[i], value);
-      high_[i] = std::max(high_[i], value);
-    }
+    const glm::dvec4 a = glm::make_vec4(&corners_[i][0]), b = glm::make_vec4(&corners_[i][4]);
+    const glm::dvec4 low = glm::min(a, b), high = glm::max(a, b);
+    low_[i] = std::min(std::min(low.x, low.y), std::min(low.z, low.w));
+    high_[i] = std::max(std::max(high.x, high.y), std::max(high.z, high.w));
   }
 }
 

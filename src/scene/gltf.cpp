@@ -68,21 +68,15 @@ auto with_json(const std::string& source, const Work& work) {
 
 constexpr const char* distance_name = "target_distance";  // among a node's extras
 
-glm::dvec3 vector(const Json& node, const char* name, const glm::dvec3& absent) {
-  if (!node.contains(name)) return absent;
-  const auto v = node.at(name).get<std::array<double, 3>>();
-  return {v[0], v[1], v[2]};
-}
-
 glm::dmat4 local_transform(const Json& node) {
   if (node.contains("matrix"))
     return glm::make_mat4(node["matrix"].get<std::array<double, 16>>().data());
-  glm::dmat4 m = glm::translate(glm::dmat4(1), vector(node, "translation", glm::dvec3(0)));
-  if (node.contains("rotation")) {
-    const auto q = node["rotation"].get<std::array<double, 4>>();
-    m *= glm::mat4_cast(glm::dquat(q[3], q[0], q[1], q[2]));
-  }
-  return glm::scale(m, vector(node, "scale", glm::dvec3(1)));
+  const auto place = node.value("translation", std::array{0.0, 0.0, 0.0});
+  const auto turn = node.value("rotation", std::array{0.0, 0.0, 0.0, 1.0});
+  const auto size = node.value("scale", std::array{1.0, 1.0, 1.0});
+  const glm::dmat4 moved = glm::translate(glm::dmat4(1), glm::make_vec3(place.data()));
+  return glm::scale(moved * glm::mat4_cast(glm::dquat(turn[3], turn[0], turn[1], turn[2])),
+                    glm::make_vec3(size.data()));
 }
 
 /// A node that has a camera, and where it is.

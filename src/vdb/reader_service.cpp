@@ -67,7 +67,7 @@ class ReaderService final : public guard::Service {
     if (!facts.same_values) write_shared(field, memory, facts);
     last_ = std::move(field);
     if (facts.stored) last_.leaves = {};  // its reader knows their places
-    facts.field = without_values(last_);
+    facts.field = last_;
     return facts;
   }
 
@@ -92,15 +92,6 @@ class ReaderService final : public guard::Service {
            std::ranges::equal(a.tiles, b.tiles, [](const Tile& x, const Tile& y) {
              return x.origin == y.origin && x.width == y.width && x.value == y.value;
            });
-  }
-
-  static Field without_values(const Field& field) {
-    Field facts = field;
-    facts.leaves.clear();
-    facts.tiles.clear();
-    facts.storage.reset();
-    facts.reader.reset();
-    return facts;
   }
 
   std::shared_ptr<FileBlocks> file_, data_;

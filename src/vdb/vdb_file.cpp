@@ -64,6 +64,10 @@ struct VdbFile::Impl {
     }
     return nullptr;
   }
+  vdb::GridFacts known(const std::string& grid) const {
+    const vdb::GridFacts* found = find(grid);
+    return found ? *found : vdb::GridFacts();
+  }
   /// The reader's name of a grid by one of its names. Throws Error(input), which lists the names.
   std::string in_reader(const std::string& grid) const {
     if (const vdb::GridFacts* known = find(grid)) return known->name + frame;
@@ -133,19 +137,14 @@ VdbFile::~VdbFile() = default;
 
 const std::vector<std::string>& VdbFile::names() const { return impl_->names; }
 
-int VdbFile::channels(const std::string& grid) const {
-  const vdb::GridFacts* known = impl_->find(grid);
-  return known ? known->channels : 0;
-}
+int VdbFile::channels(const std::string& grid) const { return impl_->known(grid).channels; }
 
 std::string VdbFile::value_type(const std::string& grid) const {
-  const vdb::GridFacts* known = impl_->find(grid);
-  return known ? known->value_type : "";
+  return impl_->known(grid).value_type;
 }
 
 std::string VdbFile::grid_class(const std::string& grid) const {
-  const vdb::GridFacts* known = impl_->find(grid);
-  return known ? known->grid_class : "";
+  return impl_->known(grid).grid_class;
 }
 
 const std::map<std::string, std::string>& VdbFile::metadata() const {
