@@ -85,7 +85,7 @@ March begin_march(Ray ray) {
   m.emission = m.luminance;
   m.gradient = m.luminance;
   real4 dark = real4(real(0.0));
-  m.pairs = Pairs(dark, dark, dark, dark, dark, dark, dark, dark);
+  m.pairs = Pairs(dark, dark, dark, dark, dark, dark, dark, dark, real2(real(0.0)), real2(real(0.0)));
   m.pairs_at = real3(real(0.0));
   m.paired_here = false;
   m.paired_front = false;
@@ -174,6 +174,17 @@ real3 paired_luminance(IN(March) m, real t) {
   real4 v = trilinear_pairs(m.pairs, position(m.luminance.ray, t) - m.pairs_at);
   if (luminance_source == SOURCE_VECTOR) return real3(v.y, v.z, v.w);
   return real3(v.y, v.y, v.y);
+}
+
+// Its slope along the ray.
+real3 paired_slope(IN(March) m, real t) {
+  if (!m.paired_here) return real3(real(0.0));
+  real3 along = m.luminance.ray.direction;
+  real3 u = position(m.luminance.ray, t) - m.pairs_at;
+  real x = dot(trilinear_gradient(luminances_x(m.pairs), u), along);
+  if (luminance_source == SOURCE_SCALAR) return real3(x, x, x);
+  return real3(x, dot(trilinear_gradient(luminances_y(m.pairs), u), along),
+               dot(trilinear_gradient(luminances_z(m.pairs), u), along));
 }
 
 Classified classify_at(IN(March) m, Sample s) {

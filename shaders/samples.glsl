@@ -2,10 +2,31 @@
 
 // The 8 corner values of a cell: lo.x = v(0,0,0), lo.y = v(0,0,1), lo.z = v(0,1,0),
 // lo.w = v(0,1,1); hi the same at x + 1.
+// Where `coded` they are codes, whose values are from + scale * code. All that is made of corners is
+// linear in them, so that it is made of codes, and then of a value or two.
 struct Corners {
   real4 lo;
   real4 hi;
+  real scale;
+  real from;
 };
+
+Corners plain_corners(real4 lo, real4 hi) { return Corners(lo, hi, real(1.0), real(0.0)); }
+
+// What the corners' codes stand for: differences of values, a value, a polynomial of values.
+real decoded_difference(Corners c, real d) {
+  if (coded) return c.scale * d;
+  return d;
+}
+real decoded(Corners c, real x) {
+  if (coded) return c.from + c.scale * x;
+  return x;
+}
+Cubic decoded(Corners c, Cubic x) {
+  if (!coded) return x;
+  x = scaled(x, c.scale);
+  return Cubic(c.from + x.f_0, x.q_1, x.q_2, x.q_3);
+}
 
 // The values at a texel and at its neighbours along y and z.
 real4 fetch_four(int grid, int i) {
@@ -18,13 +39,13 @@ real4 fetch_four(int grid, int i) {
 Corners fetch_corners(int grid, Node node, int3 cell) {
   if (node.kind == NODE_CONSTANT) {
     real v = fetch_constant(grid, node.payload);
-    return Corners(real4(v, v, v, v), real4(v, v, v, v));
+    return plain_corners(real4(v, v, v, v), real4(v, v, v, v));
   }
   if (coded && paired && grid == luminance_grid) return decode_brick(node, cell - first_cell(node)).x;
   if (coded && grid == density_grid)
     return decode_brick(node, cell - first_cell(node)).v;
   int i = texel_index(node.payload, cell - first_cell(node));
-  return Corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
+  return plain_corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
 }
 
 // Trilinear interpolation, u in [0,1]^3 inside the cell.
@@ -32,11 +53,11 @@ real trilinear(Corners c, real3 u) {
   real4 x = c.lo + (c.hi - c.lo) * u.x;
   real y0 = x.x + (x.z - x.x) * u.y;
   real y1 = x.y + (x.w - x.y) * u.y;
-  return y0 + (y1 - y0) * u.z;
+  return decoded(c, y0 + (y1 - y0) * u.z);
 }
 
 // The 8 corners of a cell of a brick, by their place along x, y and z: the density, and a luminance of
-// up to three channels beside it.
+// up to three channels beside it, which share a code.
 struct Pairs {
   real4 v_000;
   real4 v_001;
@@ -46,6 +67,8 @@ struct Pairs {
   real4 v_101;
   real4 v_110;
   real4 v_111;
+  real2 scale;  // as in Corners: of the density, of the luminance
+  real2 from;
 };
 
 Pairs fetch_pairs(Node brick, int3 cell) {
@@ -58,18 +81,36 @@ Pairs fetch_pairs(Node brick, int3 cell) {
                  real4(b.v.hi.x, b.x.hi.x, b.y.hi.x, b.z.hi.x),
                  real4(b.v.hi.y, b.x.hi.y, b.y.hi.y, b.z.hi.y),
                  real4(b.v.hi.z, b.x.hi.z, b.y.hi.z, b.z.hi.z),
-                 real4(b.v.hi.w, b.x.hi.w, b.y.hi.w, b.z.hi.w));
+                 real4(b.v.hi.w, b.x.hi.w, b.y.hi.w, b.z.hi.w), real2(b.v.scale, b.x.scale),
+                 real2(b.v.from, b.x.from));
   }
   int i = texel_index(brick.payload, cell - first_cell(brick));
   int k = i + NEXT_X;
   return Pairs(fetch_pair(i), fetch_pair(i + NEXT_Z), fetch_pair(i + NEXT_Y),
                fetch_pair(i + NEXT_Y + NEXT_Z), fetch_pair(k), fetch_pair(k + NEXT_Z),
-               fetch_pair(k + NEXT_Y), fetch_pair(k + NEXT_Y + NEXT_Z));
+               fetch_pair(k + NEXT_Y), fetch_pair(k + NEXT_Y + NEXT_Z), real2(real(1.0), real(1.0)),
+               real2(real(0.0), real(0.0)));
 }
 
 Corners densities(IN(Pairs) p) {
   return Corners(real4(p.v_000.x, p.v_001.x, p.v_010.x, p.v_011.x),
-                 real4(p.v_100.x, p.v_101.x, p.v_110.x, p.v_111.x));
+                 real4(p.v_100.x, p.v_101.x, p.v_110.x, p.v_111.x), p.scale.x, p.from.x);
+}
+
+// The luminance: its first, second and third channel.
+Corners luminances_x(IN(Pairs) p) {
+  return Corners(real4(p.v_000.y, p.v_001.y, p.v_010.y, p.v_011.y),
+                 real4(p.v_100.y, p.v_101.y, p.v_110.y, p.v_111.y), p.scale.y, p.from.y);
+}
+
+Corners luminances_y(IN(Pairs) p) {
+  return Corners(real4(p.v_000.z, p.v_001.z, p.v_010.z, p.v_011.z),
+                 real4(p.v_100.z, p.v_101.z, p.v_110.z, p.v_111.z), p.scale.y, p.from.y);
+}
+
+Corners luminances_z(IN(Pairs) p) {
+  return Corners(real4(p.v_000.w, p.v_001.w, p.v_010.w, p.v_011.w),
+                 real4(p.v_100.w, p.v_101.w, p.v_110.w, p.v_111.w), p.scale.y, p.from.y);
 }
 
 real4 trilinear_pairs(IN(Pairs) p, real3 u) {
@@ -77,13 +118,16 @@ real4 trilinear_pairs(IN(Pairs) p, real3 u) {
   real4 v_01 = mix(p.v_001, p.v_101, u.x);
   real4 v_10 = mix(p.v_010, p.v_110, u.x);
   real4 v_11 = mix(p.v_011, p.v_111, u.x);
-  return mix(mix(v_00, v_10, u.y), mix(v_01, v_11, u.y), u.z);
+  real4 v = mix(mix(v_00, v_10, u.y), mix(v_01, v_11, u.y), u.z);
+  if (coded)
+    return real4(p.from.x, p.from.y, p.from.y, p.from.y) + v * real4(p.scale.x, p.scale.y, p.scale.y, p.scale.y);
+  return v;
 }
 
 // Coefficient of u.x u.y u.z in the trilinear polynomial.
 real third_difference(Corners c) {
   real4 d = c.hi - c.lo;
-  return (d.w - d.z) - (d.y - d.x);
+  return decoded_difference(c, (d.w - d.z) - (d.y - d.x));
 }
 
 // The polynomial along u + d s, s in [0, 1]: a cubic, whose coefficients follow axis by axis.
@@ -97,8 +141,8 @@ Cubic cubic_along(Corners c, real3 u, real3 d) {
   real2 y_1 = real2(b.x, b.y) + db * u.y + da * d.y;
   real2 y_2 = db * d.y;
   real3 e = real3(y_0.y - y_0.x, y_1.y - y_1.x, y_2.y - y_2.x);
-  return Cubic(y_0.x + e.x * u.z, y_1.x + e.y * u.z + e.x * d.z, y_2.x + e.z * u.z + e.y * d.z,
-               e.z * d.z);
+  return decoded(c, Cubic(y_0.x + e.x * u.z, y_1.x + e.y * u.z + e.x * d.z,
+                          y_2.x + e.z * u.z + e.y * d.z, e.z * d.z));
 }
 
 // Up to three channels along a part of a ray: a cubic each.
@@ -132,9 +176,12 @@ Cubics parabolas(real3 f_0, real3 f_half, real3 f_1) {
                 make_cubic(f_0.z, f_half.z, f_1.z, none));
 }
 
+// Of the corners, and of what is added up to them.
 real greatest_magnitude(Corners c) {
   real4 m = max(abs(c.lo), abs(c.hi));
-  return max(max(m.x, m.y), max(m.z, m.w));
+  real most = max(max(m.x, m.y), max(m.z, m.w));
+  if (coded) return abs(c.from) + c.scale * most;
+  return most;
 }
 
 // Gradient of the trilinear polynomial over voxels.
@@ -145,8 +192,10 @@ real3 trilinear_gradient(Corners c, real3 u) {
   real dy1 = x.w - x.y;
   real gx0 = dx.x + (dx.z - dx.x) * u.y;
   real gx1 = dx.y + (dx.w - dx.y) * u.y;
-  return real3(gx0 + (gx1 - gx0) * u.z, dy0 + (dy1 - dy0) * u.z,
-               (x.y - x.x) + ((x.w - x.z) - (x.y - x.x)) * u.y);
+  real3 g = real3(gx0 + (gx1 - gx0) * u.z, dy0 + (dy1 - dy0) * u.z,
+                  (x.y - x.x) + ((x.w - x.z) - (x.y - x.x)) * u.y);
+  if (coded) return g * c.scale;
+  return g;
 }
 
 // Where a position lies in its brick: cells are clamped, since a position on a face may round into
@@ -208,21 +257,16 @@ Cubics cubics_along(int grid, int channels, Node node, real3 p, real3 d) {
   real3 g = fetch_texel3(grid, i + NEXT_X + NEXT_Z);
   real3 h = fetch_texel3(grid, i + NEXT_X + NEXT_Y);
   real3 k = fetch_texel3(grid, i + NEXT_X + NEXT_Y + NEXT_Z);
-  return Cubics(cubic_along(Corners(real4(a.x, b.x, c.x, e.x), real4(f.x, g.x, h.x, k.x)), u, d),
-                cubic_along(Corners(real4(a.y, b.y, c.y, e.y), real4(f.y, g.y, h.y, k.y)), u, d),
-                cubic_along(Corners(real4(a.z, b.z, c.z, e.z), real4(f.z, g.z, h.z, k.z)), u, d));
+  return Cubics(cubic_along(plain_corners(real4(a.x, b.x, c.x, e.x), real4(f.x, g.x, h.x, k.x)), u, d),
+                cubic_along(plain_corners(real4(a.y, b.y, c.y, e.y), real4(f.y, g.y, h.y, k.y)), u, d),
+                cubic_along(plain_corners(real4(a.z, b.z, c.z, e.z), real4(f.z, g.z, h.z, k.z)), u, d));
 }
 
 // The luminance beside the density along u + d s inside the pairs' cell.
 Cubics cubics_along(IN(Pairs) p, int channels, real3 u, real3 d) {
-  Cubic x = cubic_along(Corners(real4(p.v_000.y, p.v_001.y, p.v_010.y, p.v_011.y),
-                                real4(p.v_100.y, p.v_101.y, p.v_110.y, p.v_111.y)), u, d);
+  Cubic x = cubic_along(luminances_x(p), u, d);
   if (channels == 1) return Cubics(x, x, x);
-  return Cubics(x,
-                cubic_along(Corners(real4(p.v_000.z, p.v_001.z, p.v_010.z, p.v_011.z),
-                                    real4(p.v_100.z, p.v_101.z, p.v_110.z, p.v_111.z)), u, d),
-                cubic_along(Corners(real4(p.v_000.w, p.v_001.w, p.v_010.w, p.v_011.w),
-                                    real4(p.v_100.w, p.v_101.w, p.v_110.w, p.v_111.w)), u, d));
+  return Cubics(x, cubic_along(luminances_y(p), u, d), cubic_along(luminances_z(p), u, d));
 }
 
 // Half the way over which slopes are measured where the driver filters [unit of t].
@@ -267,12 +311,6 @@ real3 slope_vector(int grid, Node node, Ray ray, real t) {
   real3 local = position(ray, t) - real3(first_cell(node));
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
-  if (coded && paired && grid == luminance_grid) {
-    CodedBrick b = decode_brick(node, cell);
-    return real3(dot(trilinear_gradient(b.x, u), ray.direction),
-                 dot(trilinear_gradient(b.y, u), ray.direction),
-                 dot(trilinear_gradient(b.z, u), ray.direction));
-  }
   int i = texel_index(node.payload, cell);
   // each edge along x: its value at u.x, and its difference
   real3 a00 = fetch_texel3(grid, i);

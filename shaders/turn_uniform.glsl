@@ -50,9 +50,11 @@ real sample_gradient(IN(March) m, Ray ray, real t) {
 void find_slopes(INOUT(March) m, real slope) {
   m.front.slope = slope;
   if (luminance_source == SOURCE_DENSITY) m.front.L_slope = real3(m.front.slope);
-  if (luminance_source == SOURCE_SCALAR)
+  if (beside_density && !hardware_filter)
+    m.front.L_slope = paired_slope(m, m.t);
+  else if (luminance_source == SOURCE_SCALAR)
     m.front.L_slope = real3(slope_scalar(luminance_grid, m.luminance.node, m.luminance.ray, m.t));
-  if (luminance_source == SOURCE_VECTOR)
+  else if (luminance_source == SOURCE_VECTOR)
     m.front.L_slope = slope_vector(luminance_grid, m.luminance.node, m.luminance.ray, m.t);
 }
 

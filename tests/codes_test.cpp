@@ -154,6 +154,7 @@ TEST_F(CodedMarch, GpuIsTheMarchInDoubleWithLightBesideTheDensity) {
       expect_arithmetic(what, view, coded_in_turn(atlas));
       // codes of 16 bits are as good as float32, to 1/65535 of a brick's range
       const MediumAtlas fine = coded(atlas, *fixed_widths(atlas, TexelType::code16));
+      expect_arithmetic(what + ", one width", view, fine);
       const Image exact = render_double(view, atlas).image;
       EXPECT_LE(difference("  16 bits", render_double(view, fine).image, exact).max, 1e-5);
     }

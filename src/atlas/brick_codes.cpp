@@ -7,6 +7,7 @@
 #include <string>
 #include <type_traits>
 
+#include "field/lane_range.h"
 #include "psivox/atlas.h"
 #include "psivox/error.h"
 
@@ -36,7 +37,7 @@ AffineCode code_of(float min, float max, CodeWidth width) {
   return {float(-double(step) * std::ceil(-double(min) / double(step))), step};
 }
 
-/// A channel of a brick.
+/// A brick's values in one atlas: its channels share a code.
 struct Record {
   const float* values;
   int channels;
@@ -45,36 +46,34 @@ struct Record {
   bool can_be_coded() const { return std::isfinite(max - min); }
 };
 
-Record record_of(const BrickAtlas& atlas, std::size_t slot, int channel) {
-  const auto stride = std::size_t(atlas.channels);
-  const float* values = atlas.texels32.get() + slot * brick_texels * stride + channel;
-  if (channel == 0) return {values, atlas.channels, atlas.bricks[slot].min, atlas.bricks[slot].max};
-  Record record{values, atlas.channels, values[0], values[0]};
-  for (std::size_t i = 0; i < brick_texels * stride; i += stride) {
-    record.min = std::min(record.min, values[i]);
-    record.max = std::max(record.max, values[i]);
-  }
-  return record;
+Record record_of(const BrickAtlas& atlas, std::size_t slot) {
+  const auto channels = std::size_t(atlas.channels);
+  const float* values = atlas.texels32.get() + slot * brick_texels * channels;
+  if (channels == 1) return {values, 1, atlas.bricks[slot].min, atlas.bricks[slot].max};
+  LaneRange<brick_texels> range;
+  for (std::size_t i = 0; i < channels; ++i) range.include(values + i * brick_texels);
+  return {values, atlas.channels, range.least(), range.greatest()};
 }
 
-/// Calls each(record) for the brick's own, and then for those beside it.
+/// Calls each(record) for the brick's own, and then for that beside it.
 template <typename Each>
 void for_records(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_t slot,
                  const Each& each) {
-  each(record_of(atlas, slot, 0));
-  for (int channel = 0; beside && channel < beside->channels; ++channel)
-    each(record_of(*beside, slot, channel));
+  each(record_of(atlas, slot));
+  if (beside) each(record_of(*beside, slot));
 }
 
-/// Writes each word, and zeros behind the rows, `stride` words behind the one before.
-void encode(const Record& record, CodeWidth width, std::uint64_t* words, std::size_t stride) {
+/// Writes each word of a channel, and zeros behind the rows, `stride` words behind the one before.
+void encode(const Record& record, int channel, CodeWidth width, std::uint64_t* words,
+            std::size_t stride) {
   const AffineCode code = code_of(record.min, record.max, width);
   const int codes_last = (1 << bits_of(width)) - 1;
+  const float* const values = record.values + channel;
   const float per_step = 1 / code.step, last = float(codes_last) + 0.5F;
   std::array<std::int32_t, brick_texels> codes;
   const auto find = [&](auto channels) {
     for (std::size_t i = 0; i < codes.size(); ++i) {
-      const float at = (record.values[i * std::size_t(channels)] - code.offset) * per_step + 0.5F;
+      const float at = (values[i * std::size_t(channels)] - code.offset) * per_step + 0.5F;
       codes[i] = std::int32_t(std::min(at, last));
     }
   };
@@ -154,7 +153,8 @@ BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
         throw Error(ExitCode::input, "values reach from " + std::to_string(record.min) + " to " +
                                          std::to_string(record.max) +
                                          ", beyond codes; use --texel float32");
-      encode(record, widths[slot], to++, records);
+      for (int channel = 0; channel < record.channels; ++channel)
+        encode(record, channel, widths[slot], to++, records);
     });
   });
   result.size.texel_bytes = words * sizeof(std::uint64_t);

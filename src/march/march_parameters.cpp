@@ -36,6 +36,19 @@ bool begins_inside(const View& view) {
   return before && behind;
 }
 
+/// The width of all bricks in codes; -1 where they differ.
+int one_width(const MediumAtlas& atlas) {
+  const std::vector<std::uint32_t>& places = atlas.density.code_places;
+  const std::size_t channels = atlas.paired ? 1 + std::size_t(atlas.luminance->channels) : 1;
+  const std::size_t words = atlas.density.code_count() / (code_words * channels);
+  for (int width = 0; width <= int(CodeWidth::bits16); ++width) {
+    bool same = words == places.size() << width;
+    for (std::size_t i = 0; i < places.size() && same; ++i) same = places[i] == i << width;
+    if (same) return width;
+  }
+  return -1;
+}
+
 /// The numbers of a grid: where its rays run, its domain and its page table.
 glsl::Grid grid_numbers(const RayBundle& bundle, const BrickAtlas& atlas, double unit) {
   glsl::Grid g;
@@ -67,6 +80,7 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
 #include "grids.glsl"
 #undef GRID
   setup.constants.coded = atlas.density.codes != nullptr;
+  setup.constants.one_width = one_width(atlas);
   setup.constants.paired = atlas.paired;
   setup.constants.constant_runs = atlas.density.size.constant_bricks > 0;
   if (atlas.emission && medium.emission)
