@@ -77,7 +77,7 @@ CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel);
 
 /// Adds the luminance of a view whose light has been computed since. `discards_luminance`: as
 /// AtlasOptions::discards_values.
-void add_luminance(MediumAtlas& atlas, const View& view, bool discards_luminance);
+void add_luminance(MediumAtlas& atlas, const View& view, bool discards_luminance = false);
 
 /// The bricks of a further volume, or of what it emits, before they are joined.
 struct OtherBricks {
