@@ -88,9 +88,9 @@ blobs --colormap viridis --classification pre
 blobs --colormap turbo --range 0.1,0.8 --integrator linear-luminance
 blobs --colormap inferno --split-knots --resolution 32x24 {LAYERS}
 blobs --mode isosurface --isovalue 0.5 --colormap inferno --split-knots {LAYERS}
-blobs --sampling template {ORTHO} {LAYERS}
+blobs --look plain --sampling template {ORTHO} {LAYERS}
 blobs --sampling template {ORTHO} {ABOVE} {FLAME} --connectivity 6 --integrator psi-exact
-blobs --sampling template {ORTHO} {LIGHT} --connectivity 18
+blobs --look plain --sampling template {ORTHO} {LIGHT} --connectivity 18
 blobs {GLOW} {LAYERS}
 blobs {GLOW} --extinction 0 --step 1
 blobs {GLOW} {HEAT} --mode xray
@@ -109,7 +109,7 @@ blobs --tolerance 1e-5 {HEAT} {GLOW}
 blobs --tolerance 1e-5 {SURFACES}
 blobs --filter hardware {COLOR} {LAYERS}
 blobs --filter hardware --step 0.7 {HEAT} {LAYERS}
-blobs --filter hardware --sampling template {ORTHO}
+blobs --look plain --filter hardware --sampling template {ORTHO}
 blobs --texel float16 {COLOR} {GLOW} {LAYERS}
 blobs --texel float16 --filter hardware --step 1
 blobs {INSIDE} {COLOR} {LAYERS}
