@@ -122,8 +122,9 @@ void discard_values(void* first, std::size_t bytes) {
 #ifdef __linux__
   constexpr std::size_t page = 1 << 12;  // a multiple of it on some machines: then it does nothing
   if (std::align(page, page, first, bytes) && bytes >= page)
-    mmap(first, bytes / page * page, PROT_READ | PROT_WRITE,
-         MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
+    // if that fails the values stay
+    (void)mmap(first, bytes / page * page, PROT_READ | PROT_WRITE,
+               MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
 #endif
 }
 
