@@ -25,8 +25,8 @@ CodedCell find_codes(int payload, int3 cell) {
                    (BRICK_VALUES << wide) * n, uint(cell.z & ((BRICK_CELLS >> wide) - 1)) * width, width);
 }
 
-// The codes at the two ends of a cell along z, in a row's word. Of a code in `high` alone, what is above
-// it in `bits` is none of the two: a word has no more than 63 bits.
+// The codes at the two ends of a cell along z, in a row's word. If both lie in `high`, `bits` repeats a
+// part of it above them. The masks leave that out, because a word has at most 63 bits.
 real2 codes_in(IN(CodedCell) c, uint low, uint high) {
   bool is_high = c.bit >= 32u;
   uint shift = c.bit & 31u;

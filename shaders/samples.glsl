@@ -2,8 +2,8 @@
 
 // The 8 corner values of a cell: lo.x = v(0,0,0), lo.y = v(0,0,1), lo.z = v(0,1,0),
 // lo.w = v(0,1,1); hi the same at x + 1.
-// Where `coded` they are codes, whose values are from + scale * code. All that is made of corners is
-// linear in them, so that it is made of codes, and then of a value or two.
+// Where `coded` they are codes, whose values are from + scale * code. What the march makes of corners is
+// linear in them: it is made of the codes, and `decoded` turns the result into values.
 struct Corners {
   real4 lo;
   real4 hi;
@@ -13,7 +13,7 @@ struct Corners {
 
 Corners plain_corners(real4 lo, real4 hi) { return Corners(lo, hi, real(1.0), real(0.0)); }
 
-// What the corners' codes stand for: differences of values, a value, a polynomial of values.
+// From codes to values: a difference of two, one, a polynomial.
 real decoded_difference(Corners c, real d) {
   if (coded) return c.scale * d;
   return d;
@@ -176,7 +176,7 @@ Cubics parabolas(real3 f_0, real3 f_half, real3 f_1) {
                 make_cubic(f_0.z, f_half.z, f_1.z, none));
 }
 
-// Of the corners, and of what is added up to them.
+// No corner is greater, nor any sum that makes one from its code.
 real greatest_magnitude(Corners c) {
   real4 m = max(abs(c.lo), abs(c.hi));
   real most = max(max(m.x, m.y), max(m.z, m.w));

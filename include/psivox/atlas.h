@@ -98,7 +98,7 @@ struct AtlasOptions {
   bool own_texels = false;
   /// Marks octants of bricks that hold no visible cell, where the field alone decides that.
   bool mark_octants = false;
-  /// Discards the field's values as soon as their bricks are stored; it must be one that may.
+  /// Discards the field's values as soon as their bricks are stored; only where may_discard.
   bool discards_values = false;
   /// Largest dense top table before another level is put below it.
   std::uint64_t top_entries = std::uint64_t{1} << 22;

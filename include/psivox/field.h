@@ -106,7 +106,7 @@ struct Field {
   std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves
   std::optional<ArrayValues> array;     ///< of the leaves without values of their own
   std::shared_ptr<const void> storage;  ///< keeps Leaf::values and the array alive
-  /// Null: not in a file. It tells nothing of a field that got other values, see may_discard.
+  /// Null: not in a file. A copy that got other values keeps it: see may_discard.
   std::shared_ptr<const FieldOrigin> origin;
   /// Set if the values of leaves stay in the file, see leaf_values.h. Both ranges are known then,
   /// unless `survey` is set.

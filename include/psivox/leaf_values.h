@@ -54,8 +54,8 @@ std::uint64_t value_bytes(const Field& field);
 /// Throws Error(memory) if the values of leaves are not in memory, for what needs all of them.
 void check_in_memory(const Field& field);
 
-/// Whether the values of a field's leaves may go before the field does: they come from a file, and
-/// no other field has them.
+/// Whether the values of a field's leaves may go before the field does: leaves have values of their
+/// own, they come from a file, and no other field has them.
 bool may_discard(const Field& field);
 
 /// Gives the memory of values of leaves [first, end) back to the system, as far as it is whole

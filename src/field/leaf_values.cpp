@@ -99,8 +99,8 @@ void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& 
 }
 
 bool may_discard(const Field& field) {
-  if (!field.origin || !field.storage || field.origin->storage.lock() != field.storage)
-    return false;
+  if (!field.origin || !field.storage || field.array) return false;
+  if (field.origin->storage.lock() != field.storage) return false;
   return field.storage.use_count() == 1;
 }
 
