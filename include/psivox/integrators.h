@@ -6,7 +6,7 @@
 /// exact_depth: it takes the segment's optical depth as given (from the cell's cubic, or of linear
 /// attenuation), not from its own homogeneous model.
 /// lattice_cost: time per look-up between uniform samples, relative to psi_balanced, measured on
-/// llvmpipe by psivox_bench_tolerance. It is 1 for unmeasured rules, which --tolerance does not
+/// llvmpipe by tools/bench/tolerance.py. It is 1 for unmeasured rules, which --tolerance does not
 /// choose.
 // clang-format off
 /// Rules for one segment: Weights name(Segment).

@@ -25,7 +25,7 @@ Method exact_method(const View& view);
 Method lattice(const View& view, double step);
 
 /// Time of one look-up of a method, with its share of the loop, relative to psi-balanced between
-/// uniform samples. Measured on llvmpipe by psivox_bench_tolerance (docs/performance.md).
+/// uniform samples. Measured on llvmpipe by tools/bench/tolerance.py (docs/performance.md).
 double look_up_cost(const Method& method, const MethodView& marched);
 
 /// Contribution of float32 arithmetic to a picture's RMS error (docs/method.md).

@@ -19,7 +19,7 @@ constexpr double least_part = 1.0 / 4096;
 
 /// Number of kinks that one ray may meet in a brick with errors of the same sign, divided by the 8
 /// of h^2/8, which is what a trapezoid misses at one kink. From the pictures of
-/// psivox_bench_tolerance: the bound exceeds their largest errors.
+/// tools/bench/tolerance.py: the bound exceeds their largest errors.
 constexpr double kinks_share = 4.0 / 8;
 
 /// The share for emission, which lattices are tried with in the middle of a step.

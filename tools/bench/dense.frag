@@ -12,9 +12,8 @@ layout(location = 1) out vec4 out_layers;
 
 float field(vec3 p) {
   vec3 local = p - vec3(density.domain_min);
-#if HARDWARE_FILTER
-  return textureLod(volume, (local.zyx + 0.5) / vec3(textureSize(volume, 0)), 0.0).x;
-#else
+  if (hardware_filter)
+    return textureLod(volume, (local.zyx + 0.5) / vec3(textureSize(volume, 0)), 0.0).x;
   ivec3 c = clamp(ivec3(floor(local)), ivec3(0), density.domain_max - density.domain_min - 1);
   vec3 u = local - vec3(c);
   ivec3 t = c.zyx;
@@ -27,7 +26,6 @@ float field(vec3 p) {
   float v111 = texelFetch(volume, t + ivec3(1, 1, 1), 0).x;
   return mix(mix(mix(v000, v100, u.x), mix(v010, v110, u.x), u.y),
              mix(mix(v001, v101, u.x), mix(v011, v111, u.x), u.y), u.z);
-#endif
 }
 
 void main() {

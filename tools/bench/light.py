@@ -8,10 +8,7 @@ and with exact light. Prints medians of processor time [ms] of the light and of 
 the picture misses against one of tolerance 1e-5 in exact light. --peer draws smoke by vdb_render
 with shadows too (Debian: libopenvdb-tools)."""
 
-import argparse
-import json
 import os
-import re
 import shutil
 import statistics
 import subprocess
@@ -19,7 +16,8 @@ import sys
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from measure import ROOT, parser_of, render, rms
+
 LIGHT = "0.5,-1,-0.6"
 SCENES = {
     "smoke": ["smoke.vdb", "--extinction", "0.28"],
@@ -31,15 +29,7 @@ SMOKE_VOXEL = 0.4761905  # of smoke.vdb [world units]
 
 
 def psivox(options, arguments, picture):
-    stats = options.out / "stats.json"
-    subprocess.run([options.psivox, "render", *arguments, "--light", LIGHT, "-o", picture, "-q",
-                    "--stats", stats], check=True)
-    return json.loads(stats.read_text())
-
-
-def rms(options, a, b):
-    text = subprocess.run([options.psivox, "compare", a, b], capture_output=True, text=True).stdout
-    return float(re.search(r"^rms +(\S+)", text, re.M).group(1))
+    return render(options, [*arguments, "--light", LIGHT], picture)
 
 
 def table(options):
@@ -103,11 +93,8 @@ def peer(options):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--psivox", default=ROOT / "build/release/bin/psivox")
+    parser = parser_of(__doc__, "light")
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared/data")
-    parser.add_argument("--out", type=Path, default=ROOT / "build/light")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--tolerances", default="1e-3,1e-4")
     parser.add_argument("--peer", action="store_true")

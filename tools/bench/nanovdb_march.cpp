@@ -3,12 +3,11 @@
 // lattice per ray, TBB runs rays in parallel. compare_peers.py builds and runs it. It uses psivox
 // only to write its picture.
 //
-//   nanovdb_march FILE.vdb OUT.exr step=1 size=512 repeat=1 extinction=20 from=r,g,b to=r,g,b
-//                 position=x,y,z target=x,y,z fov=35 [termination=1e-6]
+//   nanovdb_march FILE.vdb OUT.exr step=1 size=512 extinction=20 from=r,g,b to=r,g,b
+//                 position=x,y,z target=x,y,z fov=35 termination=1e-6
 //
 // Luminance is from + (to - from) * density, extinction is that of density 1 [1/world unit], the
-// step is in voxels, the view is upright (+Y). It prints {"march_ms": .., "march_cpu_ms": ..}, the
-// least of the repetitions.
+// step is in voxels, the view is upright (+Y). It prints {"march_ms": .., "march_cpu_ms": ..}.
 
 #include <nanovdb/util/HDDA.h>
 #include <nanovdb/util/OpenToNanoVDB.h>
@@ -51,9 +50,7 @@ class Options {
   }
 
  private:
-  std::map<std::string, std::string> values_{{"step", "1"},     {"size", "512"},
-                                             {"repeat", "1"},   {"termination", "1e-6"},
-                                             {"from", "1,1,1"}, {"to", "1,1,1"}};
+  std::map<std::string, std::string> values_;
 };
 
 nanovdb::GridHandle<> load(const char* file) {
@@ -161,14 +158,9 @@ int main(int argc, char** argv) try {
   psivox::Image image{frame.size, frame.size, {{"", {"R", "G", "B", "A"}, {}}}, {}};
   image.layers[0].values.resize(4 * std::size_t(frame.size) * std::size_t(frame.size));
 
-  double least_ms = 1e300, least_cpu_ms = 1e300;
-  for (int i = 0; i < int(options.number("repeat")); ++i) {
-    const psivox::Stopwatch watch;
-    render(grid, frame, medium, image.layers[0].values.data());
-    least_ms = std::min(least_ms, watch.ms());
-    least_cpu_ms = std::min(least_cpu_ms, watch.cpu_ms());
-  }
-  std::printf("{\"march_ms\": %.3f, \"march_cpu_ms\": %.3f}\n", least_ms, least_cpu_ms);
+  const psivox::Stopwatch watch;
+  render(grid, frame, medium, image.layers[0].values.data());
+  std::printf("{\"march_ms\": %.3f, \"march_cpu_ms\": %.3f}\n", watch.ms(), watch.cpu_ms());
   psivox::write_image(image, argv[2]);
   return 0;
 } catch (const std::exception& error) {
