@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <sstream>
 
 #include "base/stopwatch.h"
@@ -145,10 +146,6 @@ Prediction predict(const Card& card, const TurnCost& turn, const RayCounts& rays
 
 // --- programs
 
-// The vertex shader, for Vulkan.
-const char* const triangle = R"(#version 450 core
-void main() { gl_Position = vec4(vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1) * 4.0 - 1.0, 0, 1); })";
-
 Scene scene_of(const Listed& program, const std::filesystem::path& assets) {
   Scene scene = scene_from_json("{" + program.scene + "}");
   scene.input = (assets / "blobs.vdb").string();
@@ -165,25 +162,16 @@ Program find_program(const Listed& listed, const std::filesystem::path& assets) 
   throw std::runtime_error("'" + listed.name + "' needs no " + listed.shader);
 }
 
-struct Compiler {
-  explicit Compiler(const std::string& family)
-      : device(family), vertex(module_from_glsl(triangle, ShaderStage::vertex)) {}
-  Compiled operator()(const Module& fragment) const { return device.compile(vertex, fragment); }
+Module fragment_of(const std::string& text, bool optimised = true) {
+  return module_from_glsl(text, vk::ShaderStageFlagBits::eFragment, optimised);
+}
 
-  NullDevice device;
-  Module vertex;
-};
-
-/// A listed program's shader, with and without spirv-opt.
-struct Shaders {
-  Module better, plain;
-};
-
-void print_row(const Listed& listed, const Shaders& shaders, const Compiler& compile) {
-  const Compiled c = compile(shaders.better);
+void print_row(const Listed& listed, const std::string& text, const NullDevice& device) {
+  const Compiled c = device.compile(fragment_of(text));
   const TurnCost turn = turn_cost(c.assembly);
+  const Module unchanged = fragment_of(text, false);
   const Stopwatch building;
-  const Compiled plain = compile(shaders.plain);
+  const Compiled plain = device.compile(unchanged);
   std::printf("| %s | %d | %d | %d | %d | %d | %d | %d | %d | %d | %d | %.0f |\n",
               listed.name.c_str(), c.registers, c.spills, c.waves, c.instructions, c.branches,
               c.inverse_throughput, turn.instructions, turn.lane_clocks(), turn.fetches,
@@ -191,33 +179,27 @@ void print_row(const Listed& listed, const Shaders& shaders, const Compiler& com
 }
 
 void print_table(const std::filesystem::path& assets) {
-  std::vector<Shaders> shaders;
-  for (const Listed& listed : listed_programs()) {
-    const std::string text = find_program(listed, assets).text;
-    shaders.push_back({module_from_glsl(text, ShaderStage::fragment),
-                       module_from_glsl(text, ShaderStage::fragment, false)});
-  }
+  std::vector<std::string> texts;
+  for (const Listed& listed : listed_programs()) texts.push_back(find_program(listed, assets).text);
   for (const char* family : families) {
-    const Compiler compile(family);
+    const NullDevice device(family);
     std::printf(
         "\n%s\n\n| program | VGPRs | spills | waves per SIMD | instructions | branches | inverse "
         "throughput | a turn: instructions | arithmetic | fetches | plain: VGPRs | build [ms] |\n"
         "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
         family);
-    for (std::size_t i = 0; i < shaders.size(); ++i)
-      print_row(listed_programs()[i], shaders[i], compile);
+    for (std::size_t i = 0; i < texts.size(); ++i)
+      print_row(listed_programs()[i], texts[i], device);
   }
 }
 
 /// Prints the faults of the listed programs; returns their number.
-int check_programs(const std::filesystem::path& assets) {
-  const Compiler compile(families[0]);
+int check_programs(const NullDevice& device, const std::filesystem::path& assets) {
   int faults = 0;
   for (const Listed& listed : listed_programs()) {
     std::string fault;
     try {
-      const Compiled c =
-          compile(module_from_glsl(find_program(listed, assets).text, ShaderStage::fragment));
+      const Compiled c = device.compile(fragment_of(find_program(listed, assets).text));
       if (c.spills) fault = std::to_string(c.spills) + " registers are spilled";
       if (c.registers > listed.registers + more_registers)
         fault = std::to_string(c.registers) + " registers, " + std::to_string(listed.registers) +
@@ -233,13 +215,14 @@ int check_programs(const std::filesystem::path& assets) {
 }
 
 int check_all(const std::filesystem::path& assets) {
+  std::optional<NullDevice> device;
   try {
-    const NullDevice device(families[0]);
+    device.emplace(families[0]);
   } catch (const std::runtime_error& error) {
     std::printf("skipped: %s\n", error.what());
     return skipped;
   }
-  return check_programs(assets) ? 1 : 0;
+  return check_programs(*device, assets) ? 1 : 0;
 }
 
 Scene asked_scene(const std::string& path) {
@@ -262,9 +245,9 @@ void predict_picture(const std::string& path) {
   std::printf(
       "| card | arithmetic [ms] | fetches [ms] | predicted [ms] | look-ups/s |\n"
       "|---|---|---|---|---|\n");
-  const Module module = module_from_glsl(program.text, ShaderStage::fragment);
+  const Module module = fragment_of(program.text);
   for (const char* family : families) {
-    const TurnCost turn = turn_cost(Compiler(family)(module).assembly);
+    const TurnCost turn = turn_cost(NullDevice(family).compile(module).assembly);
     for (const Card& card : cards) {
       if (card.family != family) continue;
       const Prediction p = predict(card, turn, program.rays, rays);

@@ -66,7 +66,7 @@ RayCounts count_rays(MarchSetup setup, const MediumAtlas& atlas, const glm::ivec
       ++blocks;
     }
   const double rays = double(blocks) * block * block;
-  return {sums.turns / rays, sums.wave_turns / blocks, sums.look_ups / rays};
+  return {sums.turns / rays, sums.look_ups / rays, sums.wave_turns / blocks};
 }
 
 /// A marcher that writes down the programs which it is asked to run. Its light is the march's in
@@ -129,40 +129,30 @@ struct Glslang {
   throw std::runtime_error(log.substr(0, log.find('\n')));
 }
 
-Binding::Kind kind_of(const glslang::TType& type) {
-  if (type.getBasicType() != glslang::EbtSampler) return Binding::Kind::uniforms;
-  return type.getSampler().isBuffer() ? Binding::Kind::texel_buffer : Binding::Kind::image;
-}
-
-std::vector<Binding> bindings_of(glslang::TProgram& program) {
+std::vector<vk::DescriptorSetLayoutBinding> bindings_of(glslang::TProgram& program) {
+  using Type = vk::DescriptorType;
   program.buildReflection(EShReflectionDefault);
-  std::vector<Binding> bindings;
-  const auto add = [&](const glslang::TObjectReflection& object, Binding::Kind kind) {
+  std::vector<vk::DescriptorSetLayoutBinding> bindings;
+  const auto add = [&](const glslang::TObjectReflection& object) {
     if (object.getBinding() < 0) return;  // a member of a block
-    const auto* type = object.getType();
-    const std::uint32_t count = type->isArray() ? std::uint32_t(type->getOuterArraySize()) : 1;
-    bindings.push_back({std::uint32_t(object.getBinding()), kind, count});
+    const glslang::TType& type = *object.getType();
+    const Type kind = type.getBasicType() != glslang::EbtSampler ? Type::eUniformBuffer
+                      : type.getSampler().isBuffer()             ? Type::eUniformTexelBuffer
+                                                                 : Type::eCombinedImageSampler;
+    bindings.emplace_back(std::uint32_t(object.getBinding()), kind,
+                          type.isArray() ? std::uint32_t(type.getOuterArraySize()) : 1,
+                          vk::ShaderStageFlagBits::eFragment);
   };
-  for (int i = 0; i < program.getNumUniformVariables(); ++i)
-    add(program.getUniform(i), kind_of(*program.getUniform(i).getType()));
-  for (int i = 0; i < program.getNumUniformBlocks(); ++i)
-    add(program.getUniformBlock(i), Binding::Kind::uniforms);
+  for (int i = 0; i < program.getNumUniformVariables(); ++i) add(program.getUniform(i));
+  for (int i = 0; i < program.getNumUniformBlocks(); ++i) add(program.getUniformBlock(i));
   return bindings;
 }
 
 // --- RADV
 
-vk::DescriptorType descriptor_type(Binding::Kind kind) {
-  switch (kind) {
-    case Binding::Kind::texel_buffer:
-      return vk::DescriptorType::eUniformTexelBuffer;
-    case Binding::Kind::image:
-      return vk::DescriptorType::eCombinedImageSampler;
-    case Binding::Kind::uniforms:
-      break;
-  }
-  return vk::DescriptorType::eUniformBuffer;
-}
+// Draws without vertices.
+const char* const triangle = R"(#version 450 core
+void main() { gl_Position = vec4(vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1) * 4.0 - 1.0, 0, 1); })";
 
 vk::raii::Instance open_instance(const vk::raii::Context& context, const std::string& family) {
   setenv("RADV_FORCE_FAMILY", family.c_str(), 1);
@@ -223,9 +213,10 @@ std::vector<Program> programs_of(const Scene& scene, bool count_rays) {
   return std::move(recorder->programs);
 }
 
-Module module_from_glsl(const std::string& text, ShaderStage stage, bool optimised) {
+Module module_from_glsl(const std::string& text, vk::ShaderStageFlagBits stage, bool optimised) {
   static const Glslang glslang_of_process;
-  const EShLanguage language = stage == ShaderStage::vertex ? EShLangVertex : EShLangFragment;
+  const EShLanguage language =
+      stage == vk::ShaderStageFlagBits::eVertex ? EShLangVertex : EShLangFragment;
   const auto messages = EShMessages(EShMsgSpvRules | EShMsgVulkanRules);
   glslang::TShader shader(language);
   const char* texts[] = {text.c_str()};
@@ -258,27 +249,21 @@ Module module_from_glsl(const std::string& text, ShaderStage stage, bool optimis
 }
 
 NullDevice::NullDevice(const std::string& family)
-    : instance_(open_instance(context_, family)), device_(open_device(instance_)) {}
+    : instance_(open_instance(context_, family)),
+      device_(open_device(instance_)),
+      vertex_(module_from_glsl(triangle, vk::ShaderStageFlagBits::eVertex)) {}
 
-Compiled NullDevice::compile(const Module& vertex, const Module& fragment) const {
-  std::vector<vk::DescriptorSetLayoutBinding> bindings;
-  for (const Binding& b : fragment.bindings)
-    bindings.emplace_back(b.number, descriptor_type(b.kind), b.count,
-                          vk::ShaderStageFlagBits::eFragment);
-  const vk::raii::DescriptorSetLayout set(device_, {{}, bindings});
+Compiled NullDevice::compile(const Module& fragment) const {
+  const vk::raii::DescriptorSetLayout set(device_, {{}, fragment.bindings});
   const vk::raii::PipelineLayout layout(device_, {{}, *set});
-  const auto shader = [&](const Module& module) {
-    return vk::raii::ShaderModule(device_, {{}, module.code});
-  };
-  return statistics(make_pipeline(device_, *shader(vertex), *shader(fragment), *layout));
-}
-
-Compiled NullDevice::statistics(const vk::raii::Pipeline& pipeline) const {
+  const vk::raii::ShaderModule first(device_, {{}, vertex_.code}),
+      second(device_, {{}, fragment.code});
+  const vk::raii::Pipeline pipeline = make_pipeline(device_, *first, *second, *layout);
   const auto programs = device_.getPipelineExecutablePropertiesKHR(*pipeline);
-  const auto fragment = std::ranges::find_if(programs, [](const auto& program) {
+  const auto own = std::ranges::find_if(programs, [](const auto& program) {
     return bool(program.stages & vk::ShaderStageFlagBits::eFragment);
   });
-  const vk::PipelineExecutableInfoKHR info(*pipeline, std::uint32_t(fragment - programs.begin()));
+  const vk::PipelineExecutableInfoKHR info(*pipeline, std::uint32_t(own - programs.begin()));
   std::map<std::string, int> numbers;
   for (const auto& number : device_.getPipelineExecutableStatisticsKHR(info))
     numbers[number.name] = int(number.value.u64);

@@ -22,10 +22,9 @@ const std::vector<Listed>& listed_programs();
 
 /// Turns of the march's loop and look-ups in bricks, by the march in double.
 struct RayCounts {
-  double turns = 0;  ///< mean of a ray
-  double wave_turns =
-      0;  ///< mean of the longest ray among 8x8 pixels, which a wave of 64 lanes waits for
-  double look_ups = 0;  ///< mean of a ray
+  double turns = 0;       ///< mean of a ray
+  double look_ups = 0;    ///< mean of a ray
+  double wave_turns = 0;  ///< of the longest of 8x8 rays, for which a wave of 64 lanes waits
 };
 
 struct Program {
@@ -39,26 +38,17 @@ struct Program {
 /// pixels.
 std::vector<Program> programs_of(const Scene& scene, bool count_rays);
 
-enum class ShaderStage { vertex, fragment };
-
-/// What a shader reads at a binding of set 0.
-struct Binding {
-  enum class Kind { uniforms, texel_buffer, image };
-  std::uint32_t number = 0;
-  Kind kind = Kind::uniforms;
-  std::uint32_t count = 1;  ///< of an array
-};
-
 /// A shader for Vulkan.
 struct Module {
   std::vector<std::uint32_t> code;  ///< SPIR-V
-  std::vector<Binding> bindings;
+  std::vector<vk::DescriptorSetLayoutBinding> bindings;
 };
 
 /// Compiles OpenGL's GLSL by glslang: its uniforms become a block, bindings and locations are
 /// numbered. `optimised`: by spirv-opt's passes for performance. Throws std::runtime_error with the
 /// compiler's first message.
-Module module_from_glsl(const std::string& text, ShaderStage stage, bool optimised = true);
+Module module_from_glsl(const std::string& text, vk::ShaderStageFlagBits stage,
+                        bool optimised = true);
 
 /// What the driver's compiler says of a pipeline's fragment shader.
 struct Compiled {
@@ -77,16 +67,16 @@ class NullDevice {
   /// `family`: as RADV names it, navi21. Throws std::runtime_error where there is no RADV.
   explicit NullDevice(const std::string& family);
 
-  /// A pipeline that draws six targets without vertices, from that shader.
-  Compiled compile(const Module& vertex, const Module& fragment) const;
+  /// A pipeline that draws six targets without vertices, from that fragment shader.
+  Compiled compile(const Module& fragment) const;
 
  private:
-  Compiled statistics(const vk::raii::Pipeline& pipeline) const;
   std::string assembly(const vk::PipelineExecutableInfoKHR& info) const;
 
   vk::raii::Context context_;
   vk::raii::Instance instance_;
   vk::raii::Device device_;
+  Module vertex_;
 };
 
 }  // namespace psivox::gpu_cost
