@@ -5,7 +5,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "reference/ray_modes.h"
+#include "reference/ray_radiance.h"
 #include "reference/reference.h"
 #include "reference_cases.h"
 #include "scene/transfer_function.h"

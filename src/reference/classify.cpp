@@ -1,4 +1,4 @@
-#include "classify.h"
+#include "piece.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "classify.h"
 #include "ray_radiance.h"
 #include "scene/transfer_function.h"
 

@@ -4,6 +4,8 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "scene/transfer_function.h"
+
 namespace psivox {
 
 /// A cubic over u in [0,1] by its Bernstein coefficients: for data without negative values they are
@@ -44,6 +46,29 @@ MonotoneEnds monotone_ends(const Cubic& c);
 /// Where a cubic that is monotone over [a,b] passes through `value`, to neighbouring doubles; b if
 /// it does not.
 double crossing(const Cubic& c, double value, double a, double b);
+
+/// A part of a cubic of values between two knots of a transfer function: attenuation and colour are
+/// cubics over it.
+struct ClassifiedPart {
+  double begin = 0, end = 1;  ///< u
+  Cubic attenuation{};
+  std::array<Cubic, 3> color{};
+  double attenuation_error = 0;  ///< bounds on both from rounding of the value and from fits
+  double color_error = 0;
+};
+
+/// Cuts the values where they pass through the knots.
+void classify(const TransferFunction& function, const Cubic& value,
+              std::vector<ClassifiedPart>& parts);
+
+/// Cuts a function of value and gradient, whose magnitude is another cubic, into parts that cubics
+/// fit. `attenuation_error` has the error of the fit.
+void classify(const TransferFunction& function, const Cubic& value, const Cubic& gradient,
+              std::vector<ClassifiedPart>& parts);
+
+/// One part between two knots of the values, from the points alone.
+ClassifiedPart classify_part(const TransferFunction& function, const Cubic& value, double begin,
+                             double end);
 
 /// A volume along a stretch of a ray.
 struct Source {

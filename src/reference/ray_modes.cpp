@@ -1,4 +1,4 @@
-#include "ray_modes.h"
+#include "ray_radiance.h"
 
 #include <algorithm>
 #include <cmath>

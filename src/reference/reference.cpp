@@ -10,7 +10,6 @@
 
 #include "base/stopwatch.h"
 #include "psivox/error.h"
-#include "ray_modes.h"
 #include "ray_radiance.h"
 
 namespace psivox {
