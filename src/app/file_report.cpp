@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "base/file_blocks.h"
 #include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
@@ -14,11 +15,6 @@ namespace psivox {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// A message where the file, or the grid of it, has been named.
-std::string without(const std::string& subject, const std::string& message) {
-  return message.starts_with(subject) ? message.substr(subject.size()) : message;
-}
 
 GridReport describe(const VdbFile& file, const std::string& path, const GridInfo& grid) {
   GridReport row{grid, {}, {}};
@@ -32,7 +28,7 @@ GridReport describe(const VdbFile& file, const std::string& path, const GridInfo
     row.float16 = row.float32;
     row.float16->texel_bytes /= 2;
   } catch (const Error& error) {
-    row.grid.problem = without(path + ": grid '" + grid.name + "' ", error.what());
+    row.grid.problem = without_subject(error.what(), path, grid.name);
   }
   return row;
 }
@@ -93,7 +89,7 @@ Json to_json(const GridReport& row) {
 /// Why no picture can be drawn.
 std::string advice_for(const FileReport& report, const std::string& refusal) {
   if (std::ranges::any_of(report.grids, &GridReport::usable))
-    return without(report.path + ": ", refusal);
+    return without_subject(refusal, report.path, "");
   return "nothing here can be rendered; each grid's problem is above";
 }
 

@@ -5,10 +5,12 @@
 #include <fstream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "colour/srgb.h"
 #include "image/format.h"
@@ -16,6 +18,103 @@
 
 namespace psivox::image_io {
 namespace {
+
+/// Reads up to the next zero byte.
+std::string read_name(std::istream& file) {
+  std::string name;
+  std::getline(file, name, '\0');
+  return name;
+}
+
+/// Sizes of values [bytes], by the names of their types.
+constexpr std::pair<std::string_view, std::size_t> fixed_sizes[] = {
+    {"box2i", 16},      {"box2f", 16},   {"chromaticities", 32},
+    {"compression", 1}, {"double", 8},   {"envmap", 1},
+    {"float", 4},       {"int", 4},      {"keycode", 28},
+    {"m33d", 72},       {"m33f", 36},    {"m44d", 128},
+    {"m44f", 64},       {"rational", 8}, {"lineOrder", 1},
+    {"tiledesc", 9},    {"timecode", 8}, {"v2d", 16},
+    {"v2f", 8},         {"v2i", 8},      {"v3d", 24},
+    {"v3f", 12},        {"v3i", 12},     {"deepImageState", 1}};
+
+std::uint32_t number_at(std::string_view value, std::size_t at) {
+  std::uint32_t number;
+  std::memcpy(&number, value.data() + at, sizeof number);
+  return number;
+}
+
+/// Names, each with 16 bytes behind it, and an empty name.
+bool is_channel_list(std::string_view value) {
+  while (true) {
+    const std::size_t end = value.find('\0');
+    if (end == value.npos) return false;
+    if (end == 0) return value.size() == 1;
+    if (value.size() - end < 17) return false;
+    value.remove_prefix(end + 17);
+  }
+}
+
+/// Strings, each behind its length.
+bool is_string_list(std::string_view value) {
+  while (!value.empty()) {
+    if (value.size() < 4 || value.size() - 4 < number_at(value, 0)) return false;
+    value.remove_prefix(4 + number_at(value, 0));
+  }
+  return true;
+}
+
+/// Width, height, 4 bytes a pixel.
+bool is_preview(std::string_view value) {
+  return value.size() >= 8 &&
+         value.size() - 8 == 4 * std::uint64_t{number_at(value, 0)} * number_at(value, 4);
+}
+
+/// Whether a value of this type is as long as its attribute.
+bool fills(std::string_view type, std::string_view value) {
+  if (type == "chlist") return is_channel_list(value);
+  if (type == "stringvector") return is_string_list(value);
+  if (type == "preview") return is_preview(value);
+  const auto* fixed = std::find_if(std::begin(fixed_sizes), std::end(fixed_sizes),
+                                   [&](const auto& row) { return row.first == type; });
+  return fixed == std::end(fixed_sizes) || fixed->second == value.size();
+}
+
+/// Throws Error(input) if an attribute of an EXR's header is longer than the file or has another
+/// length than a value of its type. OpenEXR would allocate the first, and reads values by their
+/// types, so that it would take the rest of the second for attributes.
+void check_exr_header(const std::filesystem::path& path) {
+  constexpr std::uint32_t multi_part = 1 << 12;
+  std::ifstream file(path, std::ios::binary);
+  const auto size = std::int64_t(std::filesystem::file_size(path));
+  file.seekg(4);  // the magic number
+  std::uint32_t version = 0;
+  file.read(reinterpret_cast<char*>(&version), sizeof version);
+  // a header ends with an empty name, several end with an empty header
+  for (bool begun = false; file;) {
+    if (read_name(file).empty()) {
+      if (!begun || !(version & multi_part)) return;
+      begun = false;
+      continue;
+    }
+    begun = true;
+    const std::string type = read_name(file);
+    std::int32_t length = 0;
+    if (!file.read(reinterpret_cast<char*>(&length), sizeof length)) return;
+    if (length < 0 || length > size - std::int64_t(file.tellg()))
+      throw read_error(path, "an attribute of type '" + type + "' is longer than the file");
+    std::string value(std::size_t(length), '\0');
+    file.read(value.data(), length);
+    if (!fills(type, value))
+      throw read_error(path, "an attribute of type '" + type + "' has a wrong length");
+  }
+}
+
+/// A layer to read, and the places of its channels in the file.
+struct LayerSource {
+  std::string name;
+  std::vector<std::string> channels;
+  std::vector<std::optional<std::size_t>> indices;  ///< none: the channel is 1 everywhere
+};
 
 std::optional<std::size_t> index_of(const std::vector<std::string>& names,
                                     const std::string& name) {
@@ -34,6 +133,43 @@ std::optional<LayerSource> picture_source(const std::vector<std::string>& names)
   if (red && green && blue) return LayerSource{"", channels, {red, green, blue, alpha}};
   if (grey) return LayerSource{"", channels, {grey, grey, grey, alpha}};
   return std::nullopt;
+}
+
+/// Sorts a file's channels into layers, the inverse of exr_channel_name. The picture comes first,
+/// from R G B or from the grey Y, with alpha 1 if there is no A. Channels with one prefix
+/// (`normal.X`, `normal.Y`) are one layer. `has_picture` tells whether the file has one.
+std::vector<LayerSource> layers_from_channels(const std::vector<std::string>& names,
+                                              bool& has_picture) {
+  std::vector<LayerSource> layers;
+  std::vector<std::optional<std::size_t>> taken;
+  const auto picture = picture_source(names);
+  has_picture = picture.has_value();
+  if (picture) {
+    layers.push_back(*picture);
+    taken = picture->indices;
+  }
+  std::map<std::string, std::size_t> layer_of_prefix;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (std::find(taken.begin(), taken.end(), i) != taken.end()) continue;
+    const std::size_t dot = names[i].rfind('.');
+    if (dot == std::string::npos) {
+      layers.push_back({names[i], {names[i]}, {i}});
+      continue;
+    }
+    const std::string prefix = names[i].substr(0, dot);
+    const auto [entry, is_new] = layer_of_prefix.try_emplace(prefix, layers.size());
+    if (is_new) layers.push_back({prefix, {}, {}});
+    layers[entry->second].channels.push_back(names[i].substr(dot + 1));
+    layers[entry->second].indices.push_back(i);
+  }
+  // A channel alone under its prefix keeps its whole name, so that it is written under it again.
+  for (const auto& [prefix, index] : layer_of_prefix) {
+    LayerSource& layer = layers[index];
+    if (layer.channels.size() != 1) continue;
+    layer.name += "." + layer.channels.front();
+    layer.channels.front() = layer.name;
+  }
+  return layers;
 }
 
 using Input = OIIO::ImageInput::unique_ptr;
@@ -137,101 +273,7 @@ Layer cut_layer(const LayerSource& source, std::span<const float> stored,
   return layer;
 }
 
-/// Reads up to the next zero byte.
-std::string read_name(std::istream& file) {
-  std::string name;
-  std::getline(file, name, '\0');
-  return name;
-}
-
-/// Sizes of values [bytes], by the names of their types.
-constexpr std::pair<std::string_view, std::size_t> fixed_sizes[] = {
-    {"box2i", 16},      {"box2f", 16},   {"chromaticities", 32},
-    {"compression", 1}, {"double", 8},   {"envmap", 1},
-    {"float", 4},       {"int", 4},      {"keycode", 28},
-    {"m33d", 72},       {"m33f", 36},    {"m44d", 128},
-    {"m44f", 64},       {"rational", 8}, {"lineOrder", 1},
-    {"tiledesc", 9},    {"timecode", 8}, {"v2d", 16},
-    {"v2f", 8},         {"v2i", 8},      {"v3d", 24},
-    {"v3f", 12},        {"v3i", 12},     {"deepImageState", 1}};
-
-std::uint32_t number_at(std::string_view value, std::size_t at) {
-  std::uint32_t number;
-  std::memcpy(&number, value.data() + at, sizeof number);
-  return number;
-}
-
-/// Names, each with 16 bytes behind it, and an empty name.
-bool is_channel_list(std::string_view value) {
-  while (true) {
-    const std::size_t end = value.find('\0');
-    if (end == value.npos) return false;
-    if (end == 0) return value.size() == 1;
-    if (value.size() - end < 17) return false;
-    value.remove_prefix(end + 17);
-  }
-}
-
-/// Strings, each behind its length.
-bool is_string_list(std::string_view value) {
-  while (!value.empty()) {
-    if (value.size() < 4 || value.size() - 4 < number_at(value, 0)) return false;
-    value.remove_prefix(4 + number_at(value, 0));
-  }
-  return true;
-}
-
-/// Width, height, 4 bytes a pixel.
-bool is_preview(std::string_view value) {
-  return value.size() >= 8 &&
-         value.size() - 8 == 4 * std::uint64_t{number_at(value, 0)} * number_at(value, 4);
-}
-
-/// Whether a value of this type is as long as its attribute.
-bool fills(std::string_view type, std::string_view value) {
-  if (type == "chlist") return is_channel_list(value);
-  if (type == "stringvector") return is_string_list(value);
-  if (type == "preview") return is_preview(value);
-  const auto* fixed = std::find_if(std::begin(fixed_sizes), std::end(fixed_sizes),
-                                   [&](const auto& row) { return row.first == type; });
-  return fixed == std::end(fixed_sizes) || fixed->second == value.size();
-}
-
 }  // namespace
-
-std::vector<LayerSource> layers_from_channels(const std::vector<std::string>& names,
-                                              bool& has_picture) {
-  std::vector<LayerSource> layers;
-  std::vector<std::optional<std::size_t>> taken;
-  const auto picture = picture_source(names);
-  has_picture = picture.has_value();
-  if (picture) {
-    layers.push_back(*picture);
-    taken = picture->indices;
-  }
-  std::map<std::string, std::size_t> layer_of_prefix;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (std::find(taken.begin(), taken.end(), i) != taken.end()) continue;
-    const std::size_t dot = names[i].rfind('.');
-    if (dot == std::string::npos) {
-      layers.push_back({names[i], {names[i]}, {i}});
-      continue;
-    }
-    const std::string prefix = names[i].substr(0, dot);
-    const auto [entry, is_new] = layer_of_prefix.try_emplace(prefix, layers.size());
-    if (is_new) layers.push_back({prefix, {}, {}});
-    layers[entry->second].channels.push_back(names[i].substr(dot + 1));
-    layers[entry->second].indices.push_back(i);
-  }
-  // A channel alone under its prefix keeps its whole name, so that it is written under it again.
-  for (const auto& [prefix, index] : layer_of_prefix) {
-    LayerSource& layer = layers[index];
-    if (layer.channels.size() != 1) continue;
-    layer.name += "." + layer.channels.front();
-    layer.channels.front() = layer.name;
-  }
-  return layers;
-}
 
 Image read_picture(const std::filesystem::path& path, Format format, bool needs_picture) {
   const Input input = open_picture(path, format);
@@ -268,33 +310,6 @@ Image read_picture(const std::filesystem::path& path, Format format, bool needs_
 std::map<std::string, std::string> read_picture_metadata(const std::filesystem::path& path,
                                                          Format format) {
   return metadata_of(open_picture(path, format)->spec(), format);
-}
-
-void check_exr_header(const std::filesystem::path& path) {
-  constexpr std::uint32_t multi_part = 1 << 12;
-  std::ifstream file(path, std::ios::binary);
-  const auto size = std::int64_t(std::filesystem::file_size(path));
-  file.seekg(4);  // the magic number
-  std::uint32_t version = 0;
-  file.read(reinterpret_cast<char*>(&version), sizeof version);
-  // a header ends with an empty name, several end with an empty header
-  for (bool begun = false; file;) {
-    if (read_name(file).empty()) {
-      if (!begun || !(version & multi_part)) return;
-      begun = false;
-      continue;
-    }
-    begun = true;
-    const std::string type = read_name(file);
-    std::int32_t length = 0;
-    if (!file.read(reinterpret_cast<char*>(&length), sizeof length)) return;
-    if (length < 0 || length > size - std::int64_t(file.tellg()))
-      throw read_error(path, "an attribute of type '" + type + "' is longer than the file");
-    std::string value(std::size_t(length), '\0');
-    file.read(value.data(), length);
-    if (!fills(type, value))
-      throw read_error(path, "an attribute of type '" + type + "' has a wrong length");
-  }
 }
 
 }  // namespace psivox::image_io

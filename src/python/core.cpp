@@ -312,12 +312,6 @@ void define_studies(py::module_& m) {
           const Image left = image(a), right = image(b);
           return comparison_dict(run([&] { return compare_images(left, right); }));
         });
-  m.def("read_picture", [](const std::string& path) {
-    const Image image = run([&] { return read_image(path); });
-    py::array_t<float> array({py::ssize_t(image.height), py::ssize_t(image.width), py::ssize_t(4)});
-    std::copy(image.rgba().begin(), image.rgba().end(), array.mutable_data());
-    return array;
-  });
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <map>
 
 #include "psivox/camera.h"
 #include "psivox/error.h"
@@ -37,16 +38,10 @@ struct Released {
 constexpr std::uint64_t large_atlas = 64 << 20;  // [bytes]
 constexpr std::size_t most_idle = 2;
 
-struct Idle {
-  RendererKind renderer;
-  int device;
-  std::shared_ptr<Marcher> marcher;
-};
-
 /// Marchers that nobody draws with now. Never destroyed: drivers end before a static object would.
 struct Pool {
   std::mutex mutex;
-  std::vector<Idle> idle;
+  std::multimap<MarcherKey, std::shared_ptr<Marcher>> idle;
 };
 Pool& pool() {
   static auto* const kept = new Pool;
@@ -208,16 +203,10 @@ View study_view(const VdbFile& file, const SceneWords& words) {
   return open_scene(scene_of(words, file), file).view;
 }
 
-Lease::Lease(const Scene& scene) : renderer_(scene.renderer), device_(scene.device) {
+Lease::Lease(const Scene& scene) : key_(scene.renderer, scene.device) {
   {
     const std::lock_guard lock(pool().mutex);
-    const auto found = std::ranges::find_if(pool().idle, [&](const Idle& idle) {
-      return idle.renderer == renderer_ && idle.device == device_;
-    });
-    if (found != pool().idle.end()) {
-      marcher_ = std::move(found->marcher);
-      pool().idle.erase(found);
-    }
+    if (auto idle = pool().idle.extract(key_)) marcher_ = std::move(idle.mapped());
   }
   if (!marcher_) marcher_ = open_marcher(scene);
 }
@@ -225,7 +214,7 @@ Lease::Lease(const Scene& scene) : renderer_(scene.renderer), device_(scene.devi
 Lease::~Lease() {
   if (large) return;
   const std::lock_guard lock(pool().mutex);
-  if (pool().idle.size() < most_idle) pool().idle.push_back({renderer_, device_, marcher_});
+  if (pool().idle.size() < most_idle) pool().idle.emplace(key_, marcher_);
 }
 
 void close_marchers() {

@@ -16,6 +16,8 @@
 
 namespace psivox::python {
 
+using MarcherKey = std::pair<RendererKind, int>;  ///< and its device
+
 /// A marcher while somebody draws with it. Others may take it afterwards: opening one takes longer
 /// than drawing a small picture.
 class Lease {
@@ -26,15 +28,12 @@ class Lease {
   Lease(const Lease&) = delete;
   Lease& operator=(const Lease&) = delete;
 
-  bool fits(const Scene& scene) const {
-    return renderer_ == scene.renderer && device_ == scene.device;
-  }
+  bool fits(const Scene& scene) const { return key_ == MarcherKey(scene.renderer, scene.device); }
   Marcher& marcher() { return *marcher_; }
   bool large = false;  ///< what the marcher holds takes so much memory that it is closed
 
  private:
-  RendererKind renderer_;
-  int device_;
+  MarcherKey key_;
   std::shared_ptr<Marcher> marcher_;
 };
 
