@@ -15,12 +15,7 @@
 #include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "view/controls.h"
-#include "view/current_volume.h"
-#include "view/files.h"
-#include "view/shown.h"
-#include "view/volume.h"
-#include "view/window.h"
+#include "view/viewer.h"
 
 namespace psivox::view {
 namespace {

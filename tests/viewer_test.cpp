@@ -113,8 +113,11 @@ TEST_P(Window_, ClosesWhileItLoads) {
   }
 }
 
-TEST_P(Window_, ABadFileLeavesTheOldOne) {
-  Hands hands(small(asset("slab.vdb")), GetParam());
+INSTANTIATE_TEST_SUITE_P(Contexts, Window_, ::testing::Bool(),
+                         [](const auto& context) { return context.param ? "egl" : "native"; });
+
+TEST(Viewer, ABadFileLeavesTheOldOne) {
+  Hands hands(small(asset("slab.vdb")));
   ASSERT_TRUE(hands.until_exact());
   hands.drop(asset("rotated.vdb"));
   ASSERT_TRUE(hands.until_exact());
@@ -128,8 +131,8 @@ TEST_P(Window_, ABadFileLeavesTheOldOne) {
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
 }
 
-TEST_P(Window_, ABadFileLeavesTheOneThatIsStillRead) {
-  Hands hands(small(asset("slab.vdb")), GetParam());
+TEST(Viewer, ABadFileLeavesTheOneThatIsStillRead) {
+  Hands hands(small(asset("slab.vdb")));
   hands.drop(asset("shells.json"));
   ASSERT_TRUE(hands.until([&] { return hands.viewer.messages().error_count() == 1; }));
   EXPECT_EQ(hands.viewer.scene().input, asset("slab.vdb"));
@@ -137,9 +140,9 @@ TEST_P(Window_, ABadFileLeavesTheOneThatIsStillRead) {
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
 }
 
-TEST_P(Window_, ABadFileLeavesTheEmptyWindow) {
+TEST(Viewer, ABadFileLeavesTheEmptyWindow) {
   Scene none = small("");
-  Hands hands(none, GetParam());
+  Hands hands(none);
   hands.frames(2);
   hands.drop(asset("shells.json"));
   ASSERT_TRUE(hands.until([&] { return hands.viewer.messages().error_count() == 1; }));
@@ -149,9 +152,6 @@ TEST_P(Window_, ABadFileLeavesTheEmptyWindow) {
   ASSERT_TRUE(hands.until_exact());
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
 }
-
-INSTANTIATE_TEST_SUITE_P(Contexts, Window_, ::testing::Bool(),
-                         [](const auto& context) { return context.param ? "egl" : "native"; });
 
 TEST(Viewer, ASlowScreenIsNotTakenForRest) {
   // Where drawing the window takes long, its wishes come late while the camera moves: to refine

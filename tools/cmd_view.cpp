@@ -10,9 +10,9 @@
 #include "command_line.h"
 #include "notices.h"
 #include "psivox/picture_file.h"
+#include "view/picture_maker.h"
 #ifdef PSIVOX_VIEWER
 #include "view/benchmark.h"
-#include "view/viewer.h"
 #endif
 
 namespace psivox {
@@ -20,28 +20,26 @@ namespace {
 
 struct ViewCall {
   SceneOptions scene;
-  std::vector<std::string> inputs;
-  double frame_budget_ms = 33;
+  view::ViewerOptions window;
   int orbit = 0, session = 0;
   std::string context = "native";
-  bool watch = false, gl_debug = false, quiet = false;
 };
 
 bool parse(ViewCall& call, Arguments arguments) {
   CommandLine line("view", "Shows a volume (.vdb, NIfTI, NRRD) in a window.", {"watch"},
                    {"smoke.vdb", "'fire.####.vdb'", "smoke.vdb --watch --light camera:1,-1,-1"});
-  line.add_value("--frame-budget", call.frame_budget_ms, "MS",
+  line.add_value("--frame-budget", call.window.frame_budget_ms, "MS",
                  "time for one picture while the camera moves [ms]")
       ->check(number_in<double>({.min = 0}))
       ->capture_default_str();
-  line.add_flag("--watch", call.watch, "read the file again when it changes");
+  line.add_flag("--watch", call.window.watch, "read the file again when it changes");
   line.add_value("--context", call.context, "native|egl",
                  "create the window's OpenGL context by the window system or by EGL")
       ->check(one_of<std::string>({"native", "egl"}))
       ->capture_default_str();
-  line.add_flag("--gl-debug", call.gl_debug, "treat messages of the OpenGL driver as errors");
-  line.add_flag("-q,--quiet", call.quiet, "print errors only");
-  line.add_value("IN.vdb", call.inputs, "",
+  line.add_flag("--gl-debug", call.window.debug, "treat messages of the OpenGL driver as errors");
+  line.add_flag("-q,--quiet", call.window.quiet, "print errors only");
+  line.add_value("IN.vdb", call.window.inputs, "",
                  "volume to show; a sequence: fire.####.vdb, a folder, or several files")
       ->take_all();
   call.scene.add_to(line, {"input"});
@@ -56,7 +54,10 @@ bool parse(ViewCall& call, Arguments arguments) {
                   "print memory and OpenGL objects, and end")
       ->check(count);
   if (!line.read(arguments)) return false;
-  if (!call.inputs.empty()) call.scene.set("input", call.inputs.front());
+  const std::vector<std::string>& inputs = call.window.inputs;
+  if (!inputs.empty()) call.scene.set("input", inputs.front());
+  call.window.egl = call.context == "egl";
+  call.window.count_objects = call.session > 0;
   return true;
 }
 
@@ -121,23 +122,15 @@ void view_command(Arguments arguments) {
     notices.push_back("--background environment is left out: the window shows a colour there");
     scene.background.reset();
   }
-  if (!call.quiet) print_notices(notices);
+  if (!call.window.quiet) print_notices(notices);
   if ((call.orbit || call.session) && scene.input.empty())
     usage("no input to orbit around; give IN.vdb");
 #ifdef PSIVOX_VIEWER
-  view::ViewerOptions options;
-  options.frame_budget_ms = call.frame_budget_ms;
-  options.watch = call.watch;
-  options.egl = call.context == "egl";
-  options.debug = call.gl_debug;
-  options.quiet = call.quiet;
-  options.inputs = call.inputs;
-  options.count_objects = call.session > 0;
-  options.tell_look = [](const LookedScene& looked) {
+  call.window.tell_look = [](const LookedScene& looked) {
     print_look(looked, false, "Ctrl+C in the window copies its options");
   };
-  options.render = [](const std::vector<std::string>& saved) { render_command(saved); };
-  view::Viewer viewer(scene, options);
+  call.window.render = [](const std::vector<std::string>& saved) { render_command(saved); };
+  view::Viewer viewer(scene, call.window);
   if (call.orbit) print_orbit(viewer, call.orbit);
   if (call.session) print_session(viewer, scene.input, call.session);
   if (!call.orbit && !call.session) viewer.run();

@@ -26,7 +26,7 @@ double until_exact(Viewer& viewer, double* first_part_ms = nullptr) {
     const PictureState& pictures = viewer.pictures();
     if (!begun && first_part_ms && pictures.begun && pictures.begun == pictures.wished)
       *first_part_ms = start.ms(), begun = true;
-  } while (!viewer.exact_picture());
+  } while (!viewer.pictures().complete());
   return start.ms();
 }
 

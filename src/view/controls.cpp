@@ -1,5 +1,3 @@
-#include "view/controls.h"
-
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
@@ -19,61 +17,6 @@ constexpr double divider_reach = 6, double_click_reach = 4;
 
 bool with_control(const Event& event) { return event.modifiers & GLFW_MOD_CONTROL; }
 bool with_shift(const Event& event) { return event.modifiers & GLFW_MOD_SHIFT; }
-
-using Command = void (*)(Viewer&, const Event&);
-
-void look_along(Viewer& viewer, Axis axis, const Event& event) {
-  viewer.navigation().look(axis, with_control(event) || with_shift(event));
-}
-
-/// The key that does the same.
-int usual_key(const Event& event) {
-  static const std::map<int, int> usual = {{GLFW_KEY_KP_1, GLFW_KEY_1},
-                                           {GLFW_KEY_KP_3, GLFW_KEY_3},
-                                           {GLFW_KEY_KP_7, GLFW_KEY_7},
-                                           {GLFW_KEY_KP_5, GLFW_KEY_O},
-                                           {GLFW_KEY_F1, GLFW_KEY_H}};
-  if (event.code == GLFW_KEY_SLASH && with_shift(event)) return GLFW_KEY_H;
-  const auto found = usual.find(event.code);
-  return found == usual.end() ? event.code : found->second;
-}
-
-/// What a key that is pressed does; null: nothing. key_help describes it to the user.
-Command command_of(int key) {
-  static const std::map<int, Command> commands = {
-      {GLFW_KEY_F, [](Viewer& viewer, const Event&) { viewer.navigation().frame_all(); }},
-      {GLFW_KEY_1, [](Viewer& viewer, const Event& e) { look_along(viewer, Axis::front, e); }},
-      {GLFW_KEY_3, [](Viewer& viewer, const Event& e) { look_along(viewer, Axis::right, e); }},
-      {GLFW_KEY_7, [](Viewer& viewer, const Event& e) { look_along(viewer, Axis::top, e); }},
-      {GLFW_KEY_O, [](Viewer& viewer, const Event&) { viewer.navigation().toggle_projection(); }},
-      {GLFW_KEY_R, [](Viewer& viewer, const Event&) { viewer.reload(); }},
-      {GLFW_KEY_S,
-       [](Viewer& viewer, const Event& event) {
-         if (with_control(event))
-           viewer.attempt([&] { viewer.save_picture(viewer.panels().picture_path); });
-       }},
-      {GLFW_KEY_C,
-       [](Viewer& viewer, const Event& event) {
-         if (with_control(event)) viewer.attempt([&] { viewer.copy_command_line(); });
-       }},
-      {GLFW_KEY_T, [](Viewer& viewer, const Event&) { viewer.panels().transfer ^= true; }},
-      {GLFW_KEY_TAB, [](Viewer& viewer, const Event&) { viewer.panels().scene ^= true; }},
-      {GLFW_KEY_H, [](Viewer& viewer, const Event&) { viewer.panels().help ^= true; }},
-      {GLFW_KEY_X,
-       [](Viewer& viewer, const Event&) {
-         const int next = (int(viewer.display().comparison) + 1) % 3;
-         viewer.compare(Comparison(next), viewer.other());
-       }},
-      {GLFW_KEY_SPACE, [](Viewer& viewer, const Event&) { viewer.sequence().toggle_playing(); }},
-      {GLFW_KEY_RIGHT,
-       [](Viewer& viewer, const Event&) { viewer.sequence().go_to(viewer.sequence().next()); }},
-      {GLFW_KEY_LEFT,
-       [](Viewer& viewer, const Event&) { viewer.sequence().go_to(viewer.sequence().previous()); }},
-      {GLFW_KEY_ESCAPE, [](Viewer& viewer, const Event&) { viewer.panels().help = false; }},
-  };
-  const auto found = commands.find(key);
-  return found == commands.end() ? nullptr : found->second;
-}
 
 /// The direction in which a key flies, along right, up and forward; 0: none.
 glm::dvec3 flight_of(int key) {
@@ -100,9 +43,66 @@ bool Controls::steer(const Event& event) {
   return !(event.code == GLFW_KEY_S && with_control(event));
 }
 
+void Controls::look(Axis axis, const Event& event) {
+  viewer_.navigation().look(axis, with_control(event) || with_shift(event));
+}
+
+// key_help describes the commands to the user.
+void Controls::command(const Event& event) {
+  Panels& panels = viewer_.panels();
+  Sequence& sequence = viewer_.sequence();
+  switch (event.code) {
+    case GLFW_KEY_F:
+      return viewer_.navigation().frame_all();
+    case GLFW_KEY_1:
+    case GLFW_KEY_KP_1:
+      return look(Axis::front, event);
+    case GLFW_KEY_3:
+    case GLFW_KEY_KP_3:
+      return look(Axis::right, event);
+    case GLFW_KEY_7:
+    case GLFW_KEY_KP_7:
+      return look(Axis::top, event);
+    case GLFW_KEY_O:
+    case GLFW_KEY_KP_5:
+      return viewer_.navigation().toggle_projection();
+    case GLFW_KEY_R:
+      return viewer_.reload();
+    case GLFW_KEY_S:
+      if (!with_control(event)) return;
+      return viewer_.attempt([&] { viewer_.save_picture(panels.picture_path); });
+    case GLFW_KEY_C:
+      if (!with_control(event)) return;
+      return viewer_.attempt([&] { viewer_.copy_command_line(); });
+    case GLFW_KEY_X:
+      return viewer_.compare(Comparison((int(viewer_.display().comparison) + 1) % 3),
+                             viewer_.other());
+    case GLFW_KEY_SPACE:
+      return sequence.toggle_playing();
+    case GLFW_KEY_RIGHT:
+      return sequence.go_to(sequence.next());
+    case GLFW_KEY_LEFT:
+      return sequence.go_to(sequence.previous());
+    case GLFW_KEY_T:
+      panels.transfer ^= true;
+      return;
+    case GLFW_KEY_TAB:
+      panels.scene ^= true;
+      return;
+    case GLFW_KEY_SLASH:
+      if (!with_shift(event)) return;
+      [[fallthrough]];
+    case GLFW_KEY_H:
+    case GLFW_KEY_F1:
+      panels.help ^= true;
+      return;
+    case GLFW_KEY_ESCAPE:
+      panels.help = false;
+  }
+}
+
 void Controls::key(const Event& event) {
-  if (steer(event) || !event.down || viewer_.gui().takes_keys()) return;
-  if (const Command command = command_of(usual_key(event))) command(viewer_, event);
+  if (!steer(event) && event.down && !viewer_.gui().takes_keys()) command(event);
 }
 
 bool Controls::double_click(const glm::dvec2& place) {

@@ -1,4 +1,4 @@
-#include "view/current_volume.h"
+#include "view/volume.h"
 
 namespace psivox::view {
 namespace {
@@ -53,7 +53,7 @@ void CurrentVolume::reload() {
   retry();
 }
 
-std::optional<std::pair<std::string, double>> CurrentVolume::progress() const {
+std::optional<WorkStage> CurrentVolume::progress() const {
   const std::lock_guard lock(mutex_);
   return progress_;
 }
@@ -69,19 +69,14 @@ CurrentVolume::News CurrentVolume::take_news() {
     box_ = done.box;
     news.box_known = true;
   }
-  if (!awaited_key_ || done.key != *awaited_key_) return news;
-  awaited_key_.reset();
+  if (!awaited_key_ || !(done.volume || done.error)) return news;
+  const std::string key = *std::exchange(awaited_key_, {});
   box_.reset();
-  news.box_known = false;
-  news.error = done.error;
-  if (done.error) {
-    refused_key_ = done.key;
-    return news;
-  }
-  news.first = !volume_;
-  volume_ = std::move(done.volume);
-  news.arrived = true;
-  return news;
+  if (done.error)
+    refused_key_ = key;
+  else
+    volume_ = std::move(done.volume);
+  return {.arrived = !done.error, .error = done.error};
 }
 
 void CurrentVolume::run(const std::stop_token& stop) {
@@ -141,7 +136,6 @@ void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number)
   if (wishes_ != number || !(volume || error)) return;
   done_.volume = volume;
   done_.error = error;
-  done_.key = wish.key;
 }
 
 }  // namespace psivox::view

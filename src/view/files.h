@@ -1,9 +1,6 @@
 #pragma once
 
 #include <chrono>
-#include <functional>
-#include <future>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,30 +70,5 @@ std::vector<std::string> recent_files();
 
 /// Puts a file first. Ignores it if the list cannot be written.
 void remember_file(const std::string& path);
-
-/// Saves a picture in a thread of its own, one at a time. Its destructor waits for it.
-class SaveJob {
- public:
-  bool running() const { return error_.valid(); }
-
-  /// `task` returns an error's message, or an empty text.
-  void start(const std::string& what, const std::function<std::string()>& task) {
-    what_ = what;
-    error_ = std::async(std::launch::async, task);
-  }
-
-  /// The error's message, once, after the task has ended.
-  std::optional<std::string> outcome() {
-    using namespace std::chrono_literals;
-    if (!running() || error_.wait_for(0s) != std::future_status::ready) return {};
-    return error_.get();
-  }
-
-  const std::string& what() const { return what_; }
-
- private:
-  std::string what_;
-  std::future<std::string> error_;
-};
 
 }  // namespace psivox::view

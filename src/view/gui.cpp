@@ -1,4 +1,4 @@
-#include "view/gui.h"
+#include "view/window.h"
 
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>

@@ -120,34 +120,26 @@ void PictureDisplay::keep_view(const OcioView& view) {
   view_ = view;
 }
 
-void PictureDisplay::begin_exact(Side& side, std::uint64_t number, const glm::ivec2& size) {
-  fit(side.exact, side.exact_size, size);
-  glClearTexImage(side.exact, 0, GL_RGBA, GL_FLOAT, missing);
-  side.number = number;
-  side.image.width = size.x;
-  side.image.height = size.y;
-  side.image.layers.assign(1, {"", {"R", "G", "B", "A"}, {}});
-  side.image.layers[0].values.assign(4 * std::size_t(size.x) * std::size_t(size.y), -1.0f);
-  stale_ = true;
-}
-
 void PictureDisplay::add_part(const ExactPart& part) {
   Side& side = sides_[part.side];
-  if (side.number != part.number) begin_exact(side, part.number, part.picture_size);
+  if (side.number != part.number) {
+    fit(side.exact, side.exact_size, part.picture_size);
+    glClearTexImage(side.exact, 0, GL_RGBA, GL_FLOAT, missing);
+    side.number = part.number;
+    stale_ = true;
+  }
   glTextureSubImage2D(side.exact, 0, part.origin.x, part.origin.y, part.size.x, part.size.y,
                       GL_RGBA, GL_FLOAT, part.rgba.data());
-  const std::size_t row = 4 * std::size_t(part.size.x);
-  for (int y = 0; y < part.size.y; ++y) {
-    const std::size_t at = 4 * (std::size_t(part.origin.y + y) * std::size_t(part.picture_size.x) +
-                                std::size_t(part.origin.x));
-    std::copy_n(part.rgba.data() + std::size_t(y) * row, row,
-                side.image.layers[0].values.data() + at);
-  }
   pending_.push_back({part.side, part.origin, part.size});
 }
 
-const Image* PictureDisplay::exact(std::uint64_t number, std::size_t side) const {
-  return number && sides_[side].number == number ? &sides_[side].image : nullptr;
+std::optional<Image> PictureDisplay::exact(std::uint64_t number, std::size_t side) const {
+  const Side& own = sides_[side];
+  if (number == 0 || own.number != number) return {};
+  const glm::ivec2 size = own.exact_size;
+  std::vector<float> rgba(4 * std::size_t(size.x) * std::size_t(size.y));
+  glGetTextureImage(own.exact, 0, GL_RGBA, GL_FLOAT, int(rgba.size() * sizeof(float)), rgba.data());
+  return Image{size.x, size.y, {{"", {"R", "G", "B", "A"}, std::move(rgba)}}, {}};
 }
 
 void PictureDisplay::encode(GLuint picture, GLuint other, const Screen& to,

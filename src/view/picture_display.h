@@ -5,6 +5,7 @@
 #include <array>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 
 #include "gl/program.h"
 #include "view/picture_maker.h"
@@ -41,9 +42,9 @@ class PictureDisplay {
   void set_preview(const PreviewPicture& picture);
   /// Drops the parts of older wishes.
   void add_part(const ExactPart& part);
-  /// The parts of that wish's exact picture that have come; alpha is -1 in the others. Null if
-  /// there are none.
-  const Image* exact(std::uint64_t number, std::size_t side) const;
+  /// Reads back the parts of that wish's exact picture that have come; alpha is -1 in the others.
+  /// Unset if there are none.
+  std::optional<Image> exact(std::uint64_t number, std::size_t side) const;
 
   void draw(const glm::ivec2& size, const DisplaySettings& settings);
   /// Builds the shader again from its folder. If that throws Error(graphics), the old one stays.
@@ -54,7 +55,6 @@ class PictureDisplay {
     GLuint preview = 0, exact = 0;
     glm::ivec2 preview_size{0}, exact_size{0};
     std::uint64_t number = 0;  ///< the wish of `exact`; 0: none
-    Image image;               ///< the same as exact
     Screen encoded;            ///< the preview as the screen shows it
   };
   struct Part {
@@ -62,7 +62,6 @@ class PictureDisplay {
     glm::ivec2 origin, size;
   };
   void keep_view(const OcioView& view);
-  void begin_exact(Side& side, std::uint64_t number, const glm::ivec2& size);
   void encode(GLuint picture, GLuint other, const Screen& to, const glm::ivec2& origin,
               const glm::ivec2& size);
   void encode_previews();

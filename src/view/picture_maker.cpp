@@ -18,10 +18,11 @@ DoneTile whole(const Image& image) {
 
 }  // namespace
 
-PictureMaker::PictureMaker(const Options& options, std::function<void()> on_news)
+PictureMaker::PictureMaker(const ViewerOptions& options, int device, std::function<void()> on_news)
     : options_(options),
+      context_{device, options.debug},
       on_news_(std::move(on_news)),
-      pace_(options.budget_ms),
+      pace_(options.frame_budget_ms),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 PictureMaker::~PictureMaker() {
@@ -42,6 +43,7 @@ void PictureMaker::post(const std::function<void()>& change) {
 void PictureMaker::wish(PictureWish wish) {
   post([&] {
     newest_ = wish.number;
+    if (std::exchange(layer_, wish.layer) != wish.layer) news_.state.layer_range = {};
     wish_ = std::move(wish);
   });
 }
@@ -64,12 +66,11 @@ void PictureMaker::reload_shaders() {
 PictureNews PictureMaker::news() {
   const std::lock_guard lock(mutex_);
   PictureNews news = std::exchange(news_, {});
-  news_.renderer = news.renderer;
-  news_.objects = news.objects;
+  news_.state = news.state;
   return news;
 }
 
-std::optional<std::pair<std::string, double>> PictureMaker::progress() const {
+std::optional<WorkStage> PictureMaker::progress() const {
   const std::lock_guard lock(mutex_);
   return progress_;
 }
@@ -151,14 +152,14 @@ void PictureMaker::bring_up(const std::shared_ptr<Volume>& wished, const Scene& 
   if (!gpu_) {
     stage("starting OpenGL", 0);
     try {
-      gpu_ = open_gpu({options_.device, options_.debug});
+      gpu_ = open_gpu(context_);
     } catch (const Error&) {
       const std::lock_guard lock(mutex_);
       news_.fatal = std::current_exception();
       throw;
     }
     const std::lock_guard lock(mutex_);
-    news_.renderer = description(*gpu_);
+    news_.state.renderer = description(*gpu_);
   }
   shown_.reset();
   Wish wish;
@@ -192,10 +193,13 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
   }
   const glm::dvec2 range = show_layer(wish.layer, images);
   tell([&](PictureNews& news) {
-    news.layer_range = range;
     news.previews.clear();
     for (std::size_t side = 0; side < images.size(); ++side)
-      news.previews.push_back({wish.number, side, std::move(images[side]), rung, sum_ms});
+      news.previews.push_back({wish.number, side, std::move(images[side])});
+    news.state.shown = wish.number;
+    news.state.rung = rung;
+    news.state.preview_ms = sum_ms;
+    news.state.layer_range = range;
   });
   pace_.took(rung, sum_ms);
 }
@@ -209,7 +213,7 @@ void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel)
 void PictureMaker::renew_renderer() {
   if (!gpu_ || !shown_) return;
   // The new shaders must work before the old ones go.
-  const std::shared_ptr<Marcher> gpu = open_gpu({options_.device, options_.debug});
+  const std::shared_ptr<Marcher> gpu = open_gpu(context_);
   Wish pixel;
   pixel.any_light = true;
   pixel.scene = shown_->scene;
@@ -227,15 +231,16 @@ void PictureMaker::refine(const PictureWish& wish) {
   {
     const std::lock_guard lock(mutex_);
     news_.parts.clear();
+    news_.state.estimated_rms.reset();
   }
   if (wish.layer == ShownLayer::picture)
     for (std::size_t side = 0; side < wish.scenes.size(); ++side) refine_side(wish, side);
   else
     refine_layers(wish);
   tell([&](PictureNews& news) {
-    if (options_.count_objects) news.objects = gl::count_objects();
-    news.refined = wish.number;
-    news.refine_ms = refining.ms();
+    if (options_.count_objects) news.state.objects = gl::count_objects();
+    news.state.refined = wish.number;
+    news.state.refine_ms = refining.ms();
   });
 }
 
@@ -251,6 +256,7 @@ void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const Don
   const std::lock_guard lock(mutex_);
   if (!news_.parts.empty() && news_.parts.front().number != wish.number) news_.parts.clear();
   news_.parts.push_back(std::move(part));
+  news_.state.begun = wish.number;
 }
 
 Wish PictureMaker::exact_wish(const PictureWish& wish, std::size_t side) {
@@ -296,7 +302,7 @@ void PictureMaker::refine_layers(const PictureWish& wish) {
   for (std::size_t side = 0; side < images.size(); ++side)
     add_part(wish, side, whole(images[side]));
   const std::lock_guard lock(mutex_);
-  news_.layer_range = range;
+  news_.state.layer_range = range;
 }
 
 Drawn PictureMaker::draw(const PictureWish& wish, std::size_t side, const Wish& exact) {
@@ -315,7 +321,7 @@ Drawn PictureMaker::draw(const PictureWish& wish, std::size_t side, const Wish& 
   if (drawn.difference) rms = drawn.difference->rms;
   if (side == 0 && rms) {
     const std::lock_guard lock(mutex_);
-    news_.estimated_rms = rms;
+    news_.state.estimated_rms = rms;
   }
   return drawn;
 }

@@ -4,16 +4,88 @@
 #include <atomic>
 #include <condition_variable>
 #include <exception>
+#include <functional>
+#include <glm/vec2.hpp>
 #include <mutex>
 #include <optional>
+#include <span>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "gl/object_counts.h"
 #include "psivox/draw.h"
-#include "view/shown.h"
+#include "psivox/open.h"
+#include "psivox/scene.h"
 #include "view/volume.h"
 
 namespace psivox::view {
+
+struct ViewerOptions {
+  double frame_budget_ms = 33;
+  bool watch = false;  ///< read the file again when it changes
+  bool egl = false;    ///< the window's context by EGL
+  bool debug = false;  ///< KHR_debug in every context
+  bool quiet = false;
+  /// To open, in place of the scene's input: several files of a sequence.
+  std::vector<std::string> inputs = {};
+  bool count_objects = false;  ///< for PictureState::objects; benchmark.h reads them
+  /// Tells what a look has chosen; called unless `quiet`.
+  std::function<void(const LookedScene&)> tell_look = {};
+  /// Runs `psivox render` with these arguments, and throws its errors.
+  std::function<void(const std::vector<std::string>&)> render;
+};
+
+/// The layer of a render that the window shows.
+enum class ShownLayer { picture, steps, depth, error };
+
+/// Their names, as --aov takes them.
+inline constexpr const char* shown_layers[] = {"picture", "steps", "depth", "error"};
+
+void ask_for(ShownLayer layer, Wish& wish);
+
+/// Writes the layer into R G B A of the pictures as colours of viridis. Returns the values at the
+/// two ends, which all pictures share. A is 0 where a ray has no depth. A picture without the layer
+/// does not change.
+glm::dvec2 show_layer(ShownLayer layer, std::span<Image> images);
+
+/// The right side that a comparison starts with: twice the step.
+Scene coarser(const Scene& scene);
+
+/// The right side of a comparison: the method of `other`, except what would need another volume,
+/// and the rest of `scene`.
+Scene with_method_of(const Scene& other, Scene scene);
+
+/// How much cheaper a preview is than the exact picture.
+struct Rung {
+  double divisor = 1;  ///< of width and height
+  double step = 1;     ///< uniform step [voxels], if the scene's method has a step
+  bool operator==(const Rung&) const = default;
+};
+
+/// Chooses the rung whose pictures take about as long as the budget allows, from the times of the
+/// last ones.
+class Pace {
+ public:
+  explicit Pace(double budget_ms) : budget_ms_(budget_ms) {}
+
+  Rung rung() const;
+  /// A picture of that rung took so long [ms].
+  void took(const Rung& rung, double ms);
+  /// The volume or scene changed: known costs are worth little, but the rung stays.
+  void forget() { known_ = false; }
+
+ private:
+  double budget_ms_;
+  double cost_ms_ = 0;  ///< of the full picture, estimated from the last ones
+  bool known_ = false;
+  int index_ = 5;
+};
+
+/// The scene as a rung draws it: a lower resolution, and a uniform step if mode and rule allow one.
+/// A surface is found in cells, and a rule that applies the transfer function has tables for its
+/// own lengths.
+Scene preview_scene(const Scene& scene, const Rung& rung);
 
 /// What the window wants to see: one scene, or two for a comparison, of one volume.
 struct PictureWish {
@@ -28,8 +100,6 @@ struct PreviewPicture {
   std::uint64_t number = 0;  ///< of its wish
   std::size_t side = 0;      ///< index of its scene
   Image image;
-  Rung rung;
-  double ms = 0;
 };
 
 struct ExactPart {
@@ -40,20 +110,31 @@ struct ExactPart {
   std::vector<float> rgba;
 };
 
+/// Progress of the pictures that the window asked for. Its wishes are numbered from 1.
+struct PictureState {
+  std::uint64_t wished = 0;   ///< the newest wish; only the window knows
+  std::uint64_t shown = 0;    ///< the wish of the newest preview
+  std::uint64_t begun = 0;    ///< the wish of the newest part of an exact picture
+  std::uint64_t refined = 0;  ///< the wish whose exact pictures are complete
+  double refine_ms = 0, preview_ms = 0;
+  Rung rung;  ///< of the last preview
+  /// Error of the left exact picture, if its march was planned or the window shows the error.
+  std::optional<double> estimated_rms;
+  glm::dvec2 layer_range{0};  ///< values at the ends of a layer's colours
+  std::string renderer;       ///< once known
+  gl::ObjectCounts objects;   ///< of its context with the exact picture, if they are counted
+
+  bool complete() const { return refined && refined == wished; }
+};
+
 /// What the thread has made since it was last asked.
 struct PictureNews {
   std::vector<PreviewPicture> previews;  ///< the last of each side
   std::vector<ExactPart> parts;          ///< of one wish
-  std::optional<std::uint64_t> refined;  ///< the wish whose exact pictures are complete
-  double refine_ms = 0;
-  /// Error of the left exact picture, if its march was planned or the window shows the error.
-  std::optional<double> estimated_rms;
-  std::optional<glm::dvec2> layer_range;  ///< values at the ends of a layer's colours
-  std::optional<glm::dvec3> picked;       ///< point under the pointer; see pick()
+  std::optional<glm::dvec3> picked;      ///< point under the pointer; see pick()
   std::vector<std::string> errors;
   std::exception_ptr fatal;  ///< why nothing can be drawn on this machine
-  std::string renderer;      ///< once known
-  gl::ObjectCounts objects;  ///< of its context with the exact picture, if they are counted
+  PictureState state;        ///< whether it is new or not
 };
 
 /// Draws in a thread of its own, by the renderer of `psivox render` in a context of its own, so
@@ -62,14 +143,8 @@ struct PictureNews {
 /// when the window says that it is at rest, it refines.
 class PictureMaker {
  public:
-  struct Options {
-    double budget_ms = 33;
-    int device = -1;
-    bool debug = false;          ///< KHR_debug: messages become errors
-    bool count_objects = false;  ///< OpenGL's, with each exact picture
-  };
-
-  PictureMaker(const Options& options, std::function<void()> on_news);
+  /// `device` as --device takes it. The thread calls `on_news`.
+  PictureMaker(const ViewerOptions& options, int device, std::function<void()> on_news);
   ~PictureMaker();
 
   /// Replaces the last wish.
@@ -84,7 +159,7 @@ class PictureMaker {
   PictureNews news();
   /// The stage of work that takes longer than a picture, and how much of it is done; 0: not known.
   /// nullopt: there is no such work.
-  std::optional<std::pair<std::string, double>> progress() const;
+  std::optional<WorkStage> progress() const;
 
  private:
   /// Changes what the thread is to do, and wakes it.
@@ -113,7 +188,8 @@ class PictureMaker {
   /// Ends the making of a picture that nobody wants any more.
   struct Outdated {};
 
-  Options options_;
+  ViewerOptions options_;
+  ContextOptions context_;
   std::function<void()> on_news_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
@@ -124,46 +200,14 @@ class PictureMaker {
   std::atomic<std::uint64_t> newest_{0};
   std::atomic<bool> interrupted_{false};  ///< a pick or a reload does not wait for a refinement
   PictureNews news_;
-  std::optional<std::pair<std::string, double>> progress_;
+  ShownLayer layer_ = ShownLayer::picture;  ///< of the last wish
+  std::optional<WorkStage> progress_;
 
   // the thread's own
   std::shared_ptr<Marcher> gpu_;
   std::shared_ptr<Volume> shown_;  ///< which the GPU has drawn
   Pace pace_;
   std::jthread thread_;
-};
-
-/// Progress of the pictures that the window asked for. Its wishes are numbered from 1.
-struct PictureState {
-  std::uint64_t wished = 0;   ///< the newest wish
-  std::uint64_t shown = 0;    ///< the wish of the newest picture on the screen
-  std::uint64_t begun = 0;    ///< the wish of the newest part of an exact picture
-  std::uint64_t refined = 0;  ///< the wish whose exact pictures are complete
-  double refine_ms = 0, preview_ms = 0;
-  Rung rung;                            ///< of the last preview
-  std::optional<double> estimated_rms;  ///< of the exact picture
-  glm::dvec2 layer_range{0};            ///< values at the ends of a layer's colours
-  std::string renderer;
-  gl::ObjectCounts objects;  ///< of the context that draws, if they are counted
-
-  bool complete() const { return refined && refined == wished; }
-
-  void take(const PictureNews& news) {
-    for (const PreviewPicture& picture : news.previews) {
-      shown = std::max(shown, picture.number);
-      rung = picture.rung;
-      preview_ms = picture.ms;
-    }
-    for (const ExactPart& part : news.parts) begun = std::max(begun, part.number);
-    if (news.estimated_rms) estimated_rms = news.estimated_rms;
-    if (news.refined) {
-      refined = *news.refined;
-      refine_ms = news.refine_ms;
-    }
-    layer_range = news.layer_range.value_or(layer_range);
-    if (!news.renderer.empty()) renderer = news.renderer;
-    objects = news.objects;
-  }
 };
 
 }  // namespace psivox::view

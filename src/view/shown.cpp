@@ -1,4 +1,4 @@
-#include "view/shown.h"
+#include "view/picture_maker.h"
 
 #include <algorithm>
 #include <array>

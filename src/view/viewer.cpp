@@ -9,7 +9,6 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
-#include "view/shown.h"
 
 namespace psivox::view {
 namespace {
@@ -24,14 +23,10 @@ constexpr glm::dvec3 no_background{0.006};
 
 Viewer::Viewer(const Scene& scene, const ViewerOptions& options)
     : options_(options),
-      window_({.size = scene.resolution, .egl = options.egl, .debug = options.debug}),
+      window_(scene.resolution, options.egl, options.debug),
       gui_(window_),
       volume_(Window::wake),
-      maker_({.budget_ms = options.frame_budget_ms,
-              .device = scene.device,
-              .debug = options.debug,
-              .count_objects = options.count_objects},
-             Window::wake),
+      maker_(options, scene.device, Window::wake),
       messages_([this] { redraw(3); }),
       look_(scene),
       scene_(scene) {
@@ -58,12 +53,14 @@ Scene Viewer::scene() const {
   return scene;
 }
 
-const Image* Viewer::complete_picture(std::size_t side) const {
-  return pictures_.complete() ? display_.exact(pictures_.refined, side) : nullptr;
+std::optional<Image> Viewer::complete_picture(std::size_t side) const {
+  if (!pictures_.complete()) return {};
+  return display_.exact(pictures_.refined, side);
 }
 
-const Image* Viewer::exact_picture() const {
-  return layer_ == ShownLayer::picture ? complete_picture() : nullptr;
+std::optional<Image> Viewer::exact_picture() const {
+  if (layer_ != ShownLayer::picture) return {};
+  return complete_picture();
 }
 
 void Viewer::redraw(int frames) { frames_due_ = std::max(frames_due_, frames); }
@@ -116,6 +113,7 @@ void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
 }
 
 void Viewer::take_volume_news() {
+  const bool first = !volume();
   const CurrentVolume::News news = volume_.take_news();
   if (news.box_known) {
     redraw(3);
@@ -128,7 +126,7 @@ void Viewer::take_volume_news() {
   if (!news.arrived) return;
   redraw(3);
   try {
-    take_volume(news.first);
+    take_volume(first);
   } catch (...) {
     volume_.refuse();
     keep_old_volume(std::current_exception());
@@ -145,20 +143,21 @@ void Viewer::take_pictures() {
   }
   for (const ExactPart& part : news.parts)
     if (part.number == pictures_.wished) display_.add_part(part);
-  pictures_.take(news);
-  if (news.refined) redraw(2);
+  if (news.state.refined != pictures_.refined) redraw(2);
+  const std::uint64_t wished = pictures_.wished;
+  pictures_ = news.state;
+  pictures_.wished = wished;
   if (news.picked) navigation_.set_pivot(*news.picked);
   if (news.fatal && !pictures_.shown) first_error_ = news.fatal;
   for (const std::string& message : news.errors) error(message);
 }
 
 void Viewer::take_saved() {
-  const auto failure = save_.outcome();
-  if (!failure) return;
-  if (failure->empty())
-    messages_.say("saved " + save_.what());
-  else
-    error(*failure);
+  if (!saving() || saving_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  attempt([&] {
+    saving_.get();
+    messages_.say("saved " + saved_path_);
+  });
 }
 
 void Viewer::take_news() {
@@ -191,7 +190,6 @@ void Viewer::wish_pictures(const Scene& wanted, bool at_hand) {
     if (at_hand) error(e.what());
     return;
   }
-  pictures_.estimated_rms.reset();
   quiet_s_ = 0;
   maker_.wish({++pictures_.wished, volume_.get(), std::move(scenes), layer_});
   if (!at_hand || !sequence_.playing) return;
@@ -275,7 +273,7 @@ void Viewer::draw(double seconds) {
 
 bool Viewer::frame(double wait_s) {
   const bool moving = controls_.flying() || sequence_.playing;
-  const bool busy = moving || loading() || pictures_.refined != pictures_.wished || save_.running();
+  const bool busy = moving || loading() || pictures_.refined != pictures_.wished || saving();
   double wait = frames_due_ > 0 ? 0 : busy ? std::min(wait_s, 0.1) : wait_s;
   if (moving) wait = std::min(wait, 0.01);
   const Stopwatch waiting;

@@ -2,14 +2,12 @@
 
 #include <chrono>
 #include <functional>
+#include <future>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "view/controls.h"
-#include "view/current_volume.h"
 #include "view/files.h"
-#include "view/gui.h"
 #include "view/navigation.h"
 #include "view/picture_display.h"
 #include "view/picture_maker.h"
@@ -27,23 +25,68 @@ struct Panels {
   std::string picture_size;  ///< WxH of saved pictures; empty: the window's
 };
 
-struct ViewerOptions {
-  double frame_budget_ms = 33;
-  bool watch = false;  ///< read the file again when it changes
-  bool egl = false;    ///< the window's context by EGL
-  bool debug = false;  ///< KHR_debug in every context
-  bool quiet = false;
-  /// To open, in place of the scene's input: several files of a sequence.
-  std::vector<std::string> inputs = {};
-  bool count_objects = false;  ///< for PictureState::objects; benchmark.h reads them
-  /// Tells what a look has chosen; called unless `quiet`.
-  std::function<void(const LookedScene&)> tell_look = {};
-  /// Runs `psivox render` with these arguments, and throws its errors.
-  std::function<void(const std::vector<std::string>&)> render;
+class Viewer;
+
+/// Keys and the pointer: they move the camera and give commands to the viewer.
+class Controls {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit Controls(Viewer& viewer) : viewer_(viewer) {}
+
+  void key(const Event& event);
+  void button(const Event& event);
+  void move(const Event& event);
+  /// Moves the camera while keys of flight are down. True if it moved.
+  bool fly(Clock::time_point now);
+
+  bool dragging() const { return button_ >= 0; }
+  bool flying() const { return speed_ != glm::dvec3(0); }
+
+ private:
+  void look(Axis axis, const Event& event);
+  /// What a key does that is pressed.
+  void command(const Event& event);
+  /// True if the key is one of flight and nothing else.
+  bool steer(const Event& event);
+  /// Whether this is the second click of two.
+  bool double_click(const glm::dvec2& place);
+
+  Viewer& viewer_;
+  int button_ = -1;  ///< that was pressed over the picture; -1: none
+  bool dragging_divider_ = false;
+  glm::dvec2 pointer_{0};
+  Clock::time_point clicked_{};
+  glm::dvec2 clicked_at_{0};
+  glm::dvec3 speed_{0};  ///< along right, up and forward
+  Clock::time_point flown_{};
 };
 
-/// A stage of work, and how much of it is done; 0: not known.
-using WorkStage = std::pair<std::string, double>;
+/// A row of the keyboard help, in the window and in docs/preview.md.
+struct KeyHelp {
+  const char* keys;
+  const char* what;
+};
+
+inline constexpr KeyHelp key_help[] = {
+    {"left drag", "orbit around the pivot"},
+    {"middle drag", "pan"},
+    {"wheel, right drag", "dolly towards the pivot"},
+    {"double click", "pivot on what is under the pointer"},
+    {"W A S D, E Q", "fly forward, left, back, right, up, down"},
+    {"F", "frame all"},
+    {"1 3 7", "view from the front, the right, above; with Shift or Ctrl from the other side"},
+    {"O", "orthographic or perspective"},
+    {"T", "transfer function"},
+    {"X", "one picture, two with a divider, signed difference"},
+    {"Space", "play or pause a sequence"},
+    {"Left, Right", "frame before, frame after"},
+    {"R", "read file and shaders again"},
+    {"Ctrl+S", "save the picture"},
+    {"Ctrl+C", "copy as command line"},
+    {"Tab", "panel"},
+    {"? or H", "this help"},
+};
 
 /// The preview: a window, what it shows, and the threads that make it.
 class Viewer {
@@ -108,12 +151,12 @@ class Viewer {
   const std::optional<Subject>& box() const { return volume_.box(); }
   std::optional<WorkStage> loading_stage() const { return volume_.progress(); }
   std::optional<WorkStage> drawing_stage() const { return maker_.progress(); }
-  bool saving() const { return save_.running(); }
-  const std::string& saved_path() const { return save_.what(); }
-  /// The exact picture of the scene; null until it is complete.
-  const Image* exact_picture() const;
+  bool saving() const { return saving_.valid(); }
+  const std::string& saved_path() const { return saved_path_; }
+  /// The exact picture of the scene; unset until it is complete.
+  std::optional<Image> exact_picture() const;
   /// The same, or the colours of the layer that is shown. Side 1 is the right one of a comparison.
-  const Image* complete_picture(std::size_t side = 0) const;
+  std::optional<Image> complete_picture(std::size_t side = 0) const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -147,7 +190,6 @@ class Viewer {
   PictureDisplay display_;
   CurrentVolume volume_;
   PictureMaker maker_;
-  SaveJob save_;
   TransferEditor editor_;
   Navigation navigation_;
   Controls controls_{*this};
@@ -179,6 +221,8 @@ class Viewer {
   std::optional<Fallback> fallback_;
   std::exception_ptr first_error_;  ///< after which the window would never show anything
   std::string photograph_;          ///< file for the next frame; empty: none
+  std::string saved_path_;
+  std::future<void> saving_;  ///< of the picture that is saved; throws why it was not
   Clock::time_point last_frame_ = Clock::now();
   int frames_due_ = 3;  ///< to draw though nothing happens, while panels settle
   bool closed_ = false;

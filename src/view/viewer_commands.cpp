@@ -7,7 +7,6 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "scene/camera_file.h"
-#include "view/shown.h"
 #include "view/viewer.h"
 
 namespace psivox::view {
@@ -94,7 +93,7 @@ void Viewer::show(ShownLayer layer) {
   if (layer == layer_) return;
   layer_ = layer;
   pictures_.layer_range = {};
-  pictures_.refined = 0;
+  ++pictures_.wished;  // what is complete is of the other layer
   posted_.clear();
   redraw(3);
 }
@@ -136,17 +135,11 @@ void Viewer::save_scene(const std::string& path) {
 }
 
 void Viewer::save_picture(const std::string& path) {
-  if (!options_.render || save_.running()) return;
+  if (!options_.render || saving()) return;
   std::vector<std::string> arguments = render_arguments(kept_scene(), path);
   arguments.insert(arguments.begin(), "--quiet");
-  save_.start(path, [render = options_.render, arguments]() -> std::string {
-    try {
-      render(arguments);
-      return {};
-    } catch (...) {
-      return message_of(std::current_exception());
-    }
-  });
+  saved_path_ = path;
+  saving_ = std::async(std::launch::async, options_.render, std::move(arguments));
 }
 
 void Viewer::edit_transfer_function() { editor_.draw(scene_, *volume(), panels_.transfer); }

@@ -45,21 +45,18 @@ glm::dvec2 framebuffer_place(const glm::dvec2& place, const glm::ivec2& window,
 
 void Window::on_glfw_error(int, const char* text) { last_glfw_error() = text; }
 
-Window::Window(const WindowOptions& options) {
+Window::Window(const glm::ivec2& size, bool egl, bool debug) {
   glfwSetErrorCallback(on_glfw_error);
   if (!glfwInit())
     throw Error(ExitCode::graphics, "no display for a window: " + last_glfw_error() + advice);
-  glfwWindowHint(GLFW_CONTEXT_CREATION_API,
-                 options.egl ? GLFW_EGL_CONTEXT_API : GLFW_NATIVE_CONTEXT_API);
+  glfwWindowHint(GLFW_CONTEXT_CREATION_API, egl ? GLFW_EGL_CONTEXT_API : GLFW_NATIVE_CONTEXT_API);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-  glfwWindowHint(GLFW_OPENGL_DEBUG_CONTEXT, options.debug);
-  glfwWindowHint(GLFW_VISIBLE, options.visible);
+  glfwWindowHint(GLFW_OPENGL_DEBUG_CONTEXT, debug);
   glfwWindowHint(GLFW_DEPTH_BITS, 0);
   glfwWindowHint(GLFW_STENCIL_BITS, 0);
-  window_ = glfwCreateWindow(std::max(options.size.x, 1), std::max(options.size.y, 1),
-                             options.title.c_str(), nullptr, nullptr);
+  window_ = glfwCreateWindow(std::max(size.x, 1), std::max(size.y, 1), "psivox", nullptr, nullptr);
   if (!window_) {
     const std::string why = last_glfw_error();
     glfwTerminate();
@@ -68,7 +65,7 @@ Window::Window(const WindowOptions& options) {
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(1);
   glfwSetWindowUserPointer(window_, this);
-  if (options.debug) {
+  if (debug) {
     glEnable(GL_DEBUG_OUTPUT);
     glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
     glDebugMessageCallback(on_gl_message, &problems_);
