@@ -29,15 +29,6 @@ struct RegionRow {
   std::uint64_t atlas = 0;   ///< at most, in float32, on host and GPU [bytes]
 };
 
-/// A volume's split into as many regions as there are processes.
-struct RegionReport {
-  std::string path, grid;
-  std::vector<RegionRow> rows;
-
-  std::string json() const;
-  std::string text() const;
-};
-
 /// The bricks of the largest region, as a multiple of their mean.
 double imbalance(const std::vector<RegionRow>& rows) {
   double most = 0, sum = 0;
@@ -66,19 +57,8 @@ RegionRow row_of(const Field& field, const Region& region) {
   return row;
 }
 
-/// Splits the grid that `render` draws. Throws Error(input).
-RegionReport regions_of(const std::string& path, int count) {
-  const VdbFile file(path);
-  RegionReport report{path, file.default_grid(), {}};
-  const Field field =
-      file.read(report.grid, {.role = GridRole::data, .in_file = true, .unsurveyed = true});
-  report.grid = field.name;
-  for (const Region& region : Regions::in_parts(leaf_bricks(field), std::size_t(count)).all())
-    report.rows.push_back(row_of(field, region));
-  return report;
-}
-
-std::string RegionReport::json() const {
+std::string json_of(const std::string& path, const std::string& grid,
+                    const std::vector<RegionRow>& rows) {
   using Json = nlohmann::ordered_json;
   Json regions = Json::array();
   for (const RegionRow& row : rows) {
@@ -98,7 +78,7 @@ std::string RegionReport::json() const {
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string RegionReport::text() const {
+std::string text_of(const std::string& grid, const std::vector<RegionRow>& rows) {
   std::string out = formatted("grid %s in %zu regions; the largest has %.2f times the mean\n",
                               in_quotes(grid).c_str(), rows.size(), imbalance(rows));
   out += "region    bricks    leaves  values to read  atlas, host + GPU  voxels\n";
@@ -111,6 +91,17 @@ std::string RegionReport::text() const {
                       ? "none"
                       : (voxel_text(row.voxels.min) + " to " + voxel_text(row.voxels.max)).c_str());
   return out;
+}
+
+/// Prints how the grid that `render` draws would be split. Throws Error(input).
+void print_regions(const std::string& path, int count, bool as_json) {
+  const VdbFile file(path);
+  const Field field =
+      file.read(file.default_grid(), {.role = GridRole::data, .in_file = true, .unsurveyed = true});
+  std::vector<RegionRow> rows;
+  for (const Region& region : Regions::in_parts(leaf_bricks(field), std::size_t(count)).all())
+    rows.push_back(row_of(field, region));
+  std::cout << (as_json ? json_of(path, field.name, rows) : text_of(field.name, rows));
 }
 
 }  // namespace
@@ -133,11 +124,7 @@ void info_command(Arguments arguments) {
       ->check(number_in<int>({.min = 1, .max = 100000}));
   line.add_trust();
   if (!line.read(arguments)) return;
-  if (regions) {
-    const RegionReport split = regions_of(path, *regions);
-    std::cout << (as_json ? split.json() : split.text());
-    return;
-  }
+  if (regions) return print_regions(path, *regions, as_json);
   const FileReport report = report_of(path, !topology);
   std::cout << (as_json ? report.json() : report.text());
 }

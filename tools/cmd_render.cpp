@@ -13,11 +13,10 @@
 #include <optional>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
-#include "frame_list.h"
 #include "notices.h"
-#include "picture_output.h"
 #include "psivox/draw.h"
 #include "psivox/image.h"
 #include "psivox/picture_file.h"
@@ -129,8 +128,8 @@ void run_on(Team& team, const std::function<void()>& work) {
     throw;
   } catch (const std::exception& error) {
     // the others wait for this one
-    std::fprintf(stderr, "psivox: rank %d of %d, on %s: %s\n", team.rank(), team.size(),
-                 team.place().machine.c_str(), error.what());
+    print_notice(formatted("rank %d of %d, on %s: %s", team.rank(), team.size(),
+                           team.place().machine.c_str(), error.what()));
     team.abort(int(ExitCode::failure));
   }
 }

@@ -11,13 +11,12 @@
 #include "app/command_text.h"
 #include "base/text.h"
 #include "base/text_file.h"
-#include "command_line.h"
-#include "frame_list.h"
 #include "notices.h"
 #include "psivox/open.h"
 #include "psivox/sequence.h"
 #include "psivox/study.h"
 #include "psivox/vdb.h"
+#include "render_call.h"
 
 namespace psivox {
 namespace {
@@ -250,10 +249,7 @@ void study_command(Arguments arguments) {
   check_study_folder(options.folder, options.resume);
   OpenedScene opened = open_scene(scene, VdbFile(scene.input));
   if (!call.quiet) {
-    options.say = [&](const std::string& text) {
-      bar.clear();
-      std::fprintf(stderr, "psivox: %s\n", text.c_str());
-    };
+    options.say = [&](const std::string& text) { bar.say(text); };
     print_look(opened.looked, false);
     print_choices(opened, false);
     options.say("the scene: " +

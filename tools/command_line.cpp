@@ -1,14 +1,13 @@
 #include "command_line.h"
 
-#include <CLI/Config.hpp>
+#include <CLI/Config.hpp>     // which CLI::App makes
+#include <CLI/Formatter.hpp>  // the same
 #include <algorithm>
 #include <iostream>
-#include <memory>
 #include <sstream>
 
 #include "base/guarded_reading.h"
 #include "base/option_concepts.h"
-#include "help_forms.h"
 #include "psivox/open.h"
 #include "psivox/scene_file.h"
 #include "psivox/sequence.h"
@@ -20,14 +19,15 @@ namespace {
 constexpr std::size_t option_width = 34, text_width = 66;
 constexpr std::size_t longest_metavar = 40;  ///< a longer list of words moves to the help text
 
-/// Breaks lines between words: CLI11 indents lines but does not break them.
-std::string wrapped(const std::string& text) {
+/// Breaks lines between words.
+std::string wrapped(const std::string& text, const std::string& next_line) {
   std::string out;
   std::size_t column = 0;
   std::istringstream words(text);
   for (std::string word; words >> word; column += word.size() + 1) {
     if (column + word.size() > text_width && column > 0) {
-      out.back() = '\n';
+      out.pop_back();
+      out += next_line;
       column = 0;
     }
     out += word + " ";
@@ -36,65 +36,21 @@ std::string wrapped(const std::string& text) {
   return out;
 }
 
-/// "--name METAVAR   help (default: value)". It lays out all of a help, because CLI11's own lay-out
-/// changes with its version.
-class HelpFormatter : public CLI::Formatter {
- public:
-  explicit HelpFormatter(const std::vector<std::string>& common) : common_(common) {}
-
-  /// Normally with the common options alone, as one group.
-  std::string make_help(const CLI::App* app, std::string name,
-                        CLI::AppFormatMode mode) const override {
-    std::string line = make_usage(app, std::move(name));  // since 2.5 without "Usage: "
-    line = line.substr(line.find("psivox"));
-    std::string text = app->get_description() +
-                       "\nUsage: " + line.substr(0, line.find_last_not_of('\n') + 1) + "\n";
-    const auto add = [&](const std::string& group, bool positional, const auto& wanted) {
-      const auto options = app->get_options([&](const CLI::Option* option) {
-        return option->get_positional() == positional && wanted(option);
-      });
-      if (!options.empty()) text += "\n" + make_group(group, positional, options);
-    };
-    add("Arguments", true, [](const CLI::Option*) { return true; });
-    if (mode == CLI::AppFormatMode::All || common_.empty()) {
-      for (const std::string& group : app->get_groups())
-        if (group != hidden_group)
-          add(group, false, [&](const auto* option) { return option->get_group() == group; });
-    } else {
-      add("Common options", false, [&](const CLI::Option* option) {
-        return std::ranges::count(common_, option->get_lnames().front()) > 0;
-      });
-    }
-    return text + "\n" + app->get_footer() + "\n";
-  }
-  std::string make_group(std::string group, bool positional,
-                         std::vector<const CLI::Option*> options) const override {
-    std::string text = group + ":\n";
-    for (const CLI::Option* option : options) text += make_option(option, positional);
-    return text;
-  }
-  std::string make_option(const CLI::Option* option, bool positional) const override {
-    const std::string next_line = "\n" + std::string(option_width, ' ');
-    std::string row = "  " + make_option_name(option, positional) + make_option_opts(option);
-    row += row.size() < option_width ? std::string(option_width - row.size(), ' ') : next_line;
-    std::istringstream lines(make_option_desc(option));
-    std::string line;
-    for (bool first = true; std::getline(lines, line); first = false)
-      row += (first ? "" : next_line) + line;
-    return row + "\n";
-  }
-  std::string make_option_opts(const CLI::Option* option) const override {
-    if (!option->get_option_text().empty()) return option->get_option_text();
-    return option->get_type_size() == 0 ? "" : " " + option->get_type_name();
-  }
-  std::string make_option_desc(const CLI::Option* option) const override {
-    const std::string usual = option->get_default_str();
-    return wrapped(option->get_description() + (usual.empty() ? "" : " (default: " + usual + ")"));
-  }
-
- private:
-  const std::vector<std::string>& common_;  ///< names; empty: all are
-};
+/// "  --name METAVAR   help (default: value)". CLI11's own lay-out changes with its version.
+std::string help_row(const CLI::Option& option) {
+  const bool named = option.nonpositional();
+  std::string row = "  " + option.get_name(!named, named);
+  if (!option.get_option_text().empty())
+    row += option.get_option_text();
+  else if (option.get_type_size() != 0)
+    row += " " + option.get_type_name();
+  const std::string next_line = "\n" + std::string(option_width, ' ');
+  row += row.size() < option_width ? std::string(option_width - row.size(), ' ') : next_line;
+  const std::string usual = option.get_default_str();
+  const std::string help =
+      option.get_description() + (usual.empty() ? "" : " (default: " + usual + ")");
+  return row + wrapped(help, next_line) + "\n";
+}
 
 std::string help_text(const Parameter& p) {
   std::string text = p.help;
@@ -109,7 +65,6 @@ CommandLine::CommandLine(const std::string& command, const std::string& summary,
     : CLI::App(summary, "psivox " + command), common_(std::move(common)) {
   for (const std::string& example : examples)
     examples_.push_back(get_name() + (example.empty() ? "" : " ") + example);
-  formatter(std::make_shared<HelpFormatter>(common_));
   begin_group("Options");  // CLI11 2.6 has another name
   set_help_flag("-h,--help", "print a short help; --help=man, =bash, =zsh or =fish in that form");
   set_help_all_flag("--help-all", "print every option");
@@ -178,14 +133,35 @@ void CommandLine::add_trust() {
       ->group(group_name(ParameterGroup::input));
 }
 
-void CommandLine::print_help(CLI::AppFormatMode mode) {
-  std::string end;
-  if (mode == CLI::AppFormatMode::Normal && !common_.empty())
-    end = get_name() + " --help-all prints all " + std::to_string(help_options(*this).size()) +
-          " options.\n\n";
-  end += examples_.size() > 1 ? "Examples:\n  " : "Example:\n  ";
-  footer(end + joined(examples_, "\n  "));
-  std::cout << help("", mode);
+void CommandLine::print_help(bool all) const {
+  std::string line = "\nUsage: " + get_name() + " [OPTIONS]", text;
+  const auto add = [&](const std::string& heading, const auto& wanted) {
+    std::string rows;
+    for (const CLI::Option* option : get_options())
+      if (wanted(*option)) rows += help_row(*option);
+    if (!rows.empty()) text += "\n" + heading + ":\n" + rows;
+  };
+  for (const CLI::Option* option : get_options()) {
+    if (option->nonpositional()) continue;
+    const std::string name = option->get_name(true) + (option->get_expected_max() > 1 ? "..." : "");
+    line += option->get_required() ? " " + name : " [" + name + "]";
+  }
+  add("Arguments", [](const CLI::Option& option) { return !option.nonpositional(); });
+  if (all || common_.empty())
+    for (const std::string& group : help_groups(*this))
+      add(group, [&](const CLI::Option& option) {
+        return option.nonpositional() && option.get_group() == group;
+      });
+  else
+    add("Common options", [&](const CLI::Option& option) {
+      return option.nonpositional() && std::ranges::count(common_, option.get_lnames().front()) > 0;
+    });
+  text += "\n";
+  if (!all && !common_.empty())
+    text += get_name() + " --help-all prints all " + std::to_string(help_options(*this).size()) +
+            " options.\n\n";
+  text += examples_.size() > 1 ? "Examples:\n  " : "Example:\n  ";
+  std::cout << get_description() << line << "\n" << text << joined(examples_, "\n  ") << "\n";
 }
 
 bool CommandLine::read(std::span<const std::string> arguments) {
@@ -198,10 +174,10 @@ bool CommandLine::read(std::span<const std::string> arguments) {
   try {
     parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::CallForHelp&) {
-    print_help(CLI::AppFormatMode::Normal);
+    print_help(false);
     return false;
   } catch (const CLI::CallForAllHelp&) {
-    print_help(CLI::AppFormatMode::All);
+    print_help(true);
     return false;
   } catch (const CLI::ArgumentMismatch&) {  // thrown if an option at the end has no value
     usage(arguments.back() + " needs a value");

@@ -4,11 +4,11 @@
 #if __has_include(<CLI/ExtraValidators.hpp>)  // since 2.6
 #include <CLI/ExtraValidators.hpp>
 #endif
-#include <CLI/Formatter.hpp>
 #include <cmath>
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/text.h"
@@ -51,8 +51,8 @@ class CommandLine : public CLI::App {
  private:
   /// Refuses arguments that CLI11 has left over.
   void check_remaining() const;
-  /// Prints the help with the examples at its end, where the eye is.
-  void print_help(CLI::AppFormatMode mode);
+  /// Prints the common options or all, and the examples at the end, where the eye is.
+  void print_help(bool all) const;
 
   std::vector<std::string> common_, examples_;
 };
@@ -138,5 +138,42 @@ struct FrameOptions {
   /// Begins their section of --help.
   void add_to(CommandLine& line);
 };
+
+/// A command of psivox in a list of them.
+struct HelpCommand {
+  std::string name, summary;
+  std::vector<std::string> examples = {};
+};
+
+/// An option or argument of a command as manual pages and completions need it.
+struct HelpOption {
+  std::vector<std::string> names;    ///< `-o`, `--output`; empty for an argument
+  std::string value;                 ///< `FILE`; empty for a flag
+  std::string help;                  ///< with its unit, without its default
+  std::string usual;                 ///< the default, if any
+  std::string group;                 ///< as --help prints it
+  std::vector<std::string> choices;  ///< words that the value may be; empty if any text may
+  bool takes_file = false;
+};
+
+/// What `--help=NAME` prints, made from the same options as --help, so that it cannot be stale:
+/// manual pages and completions of shells. The form of the whole program is `before`, then the
+/// form of each command if `whole`, then `after`.
+struct HelpForm {
+  std::string_view name;
+  bool whole;  ///< whether the program's form contains the commands' forms
+  std::string (*command)(const HelpCommand&, std::span<const HelpOption>);
+  std::string (*before)(std::span<const HelpCommand>);
+  std::string (*after)(std::span<const HelpCommand>);
+};
+
+/// The groups of a command's options, in the order of their first ones.
+std::vector<std::string> help_groups(const CLI::App& command);
+
+/// All that --help prints, in its order; arguments first.
+std::vector<HelpOption> help_options(const CLI::App& command);
+
+/// The form that an argument `--help=NAME` asks for. Throws Error(usage).
+const HelpForm& help_form(std::string_view argument);
 
 }  // namespace psivox

@@ -1,8 +1,8 @@
-#include "frame_list.h"
+
+#include "render_call.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 
 #include "base/text.h"
@@ -132,9 +132,8 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
 
 void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy) {
   print_notices(list.notices);
-  std::fprintf(
-      stderr, "psivox: %zu frames, chosen from %zu: %s\n", list.frames.size(), list.samples.size(),
-      look_text(sequence.look, sequence.settings, to_copy, "-v prints its options").c_str());
+  print_notice(formatted("%zu frames, chosen from %zu: ", list.frames.size(), list.samples.size()) +
+               look_text(sequence.look, sequence.settings, to_copy));
 }
 
 }  // namespace psivox

@@ -1,4 +1,3 @@
-#include "help_forms.h"
 
 #include <algorithm>
 
@@ -265,20 +264,27 @@ const HelpForm& help_form(std::string_view argument) {
   throw Error(ExitCode::usage, "--help=" + std::string(name) + ": expected one of " + known);
 }
 
-std::vector<HelpOption> help_options(const CLI::App& command) {
-  std::vector<HelpOption> arguments, options;
-  for (const CLI::Option* option : command.get_options()) {
-    if (option->get_group() == hidden_group) continue;
-    (option->nonpositional() ? options : arguments).push_back(described(*option));
-  }
-  // groups keep the order of their first options
+std::vector<std::string> help_groups(const CLI::App& command) {
   std::vector<std::string> groups;
-  for (const HelpOption& option : options)
-    if (!std::ranges::count(groups, option.group)) groups.push_back(option.group);
-  for (const std::string& group : groups)
-    std::ranges::copy_if(options, std::back_inserter(arguments),
-                         [&](const HelpOption& option) { return option.group == group; });
-  return arguments;
+  for (const CLI::Option* option : command.get_options())
+    if (option->nonpositional() && option->get_group() != hidden_group &&
+        !std::ranges::count(groups, option->get_group()))
+      groups.push_back(option->get_group());
+  return groups;
+}
+
+std::vector<HelpOption> help_options(const CLI::App& command) {
+  std::vector<HelpOption> options;
+  const auto add = [&](const auto& wanted) {
+    for (const CLI::Option* option : command.get_options())
+      if (wanted(*option)) options.push_back(described(*option));
+  };
+  add([](const CLI::Option& option) { return !option.nonpositional(); });
+  for (const std::string& group : help_groups(command))
+    add([&](const CLI::Option& option) {
+      return option.nonpositional() && option.get_group() == group;
+    });
+  return options;
 }
 
 }  // namespace psivox

@@ -38,22 +38,22 @@ std::string look_text(const std::string& look, std::span<const Setting> settings
 
 void print_look(const LookedScene& looked, bool to_copy, const std::string& how) {
   if (!looked.dark_because.empty())
-    std::fprintf(stderr, "psivox: %s: %s\n",
-                 looked.scene.lit() ? "the look is plain" : "the picture has no light",
-                 looked.dark_because.c_str());
-  if (!looked.settings.empty())
-    std::fprintf(stderr, "psivox: %s\n",
-                 look_text(looked.look, looked.settings, to_copy, how).c_str());
+    print_notice((looked.scene.lit() ? "the look is plain: " : "the picture has no light: ") +
+                 looked.dark_because);
+  if (!looked.settings.empty()) print_notice(look_text(looked.look, looked.settings, to_copy, how));
   if (looked.guesses_up)
-    std::fprintf(stderr,
-                 "psivox: nothing tells which axis is up, so Y is; --up-axis z changes that\n");
+    print_notice("nothing tells which axis is up, so Y is; --up-axis z changes that");
   if (!looked.unused_grids.empty())
-    std::fprintf(stderr, "psivox: not shown: %s; --grid and others show them\n",
-                 joined(looked.unused_grids, ", ").c_str());
+    print_notice("not shown: " + joined(looked.unused_grids, ", ") +
+                 "; --grid and others show them");
+}
+
+void print_notice(const std::string& notice) {
+  std::fprintf(stderr, "psivox: %s\n", notice.c_str());
 }
 
 void print_notices(std::span<const std::string> notices) {
-  for (const std::string& notice : notices) std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+  for (const std::string& notice : notices) print_notice(notice);
 }
 
 void print_choices(const OpenedScene& opened, bool to_copy) {
@@ -61,12 +61,11 @@ void print_choices(const OpenedScene& opened, bool to_copy) {
   const Scene& scene = opened.looked.scene;
   print_notices(notices_of(view.medium));
   if (scene.up_axis == UpAxis::automatic && !scene.camera_up && !view.subject->z_up.empty())
-    std::fprintf(stderr, "psivox: Z is up (%s); --up-axis y changes that\n",
-                 view.subject->z_up.c_str());
+    print_notice("Z is up (" + view.subject->z_up + "); --up-axis y changes that");
   const auto print_choice = [&](const char* name, double value) {
-    const std::string text = to_copy ? "--" + std::string(name) + "=" + number_text(value)
-                                     : std::string(name) + formatted(" %.3g", value);
-    std::fprintf(stderr, "psivox: %s, chosen by auto\n", text.c_str());
+    print_notice((to_copy ? "--" + std::string(name) + "=" + number_text(value)
+                          : name + formatted(" %.3g", value)) +
+                 ", chosen by auto");
   };
   if (!scene.extinction && scene.attenuates()) print_choice("extinction", *view.scene.extinction);
   if (!scene.isovalue && scene.shows(Shows::surface))
@@ -84,6 +83,11 @@ void ProgressBar::clear() {
   if (std::exchange(drawn_, false)) std::fputs("\r\033[K", stderr);
 }
 
+void ProgressBar::say(const std::string& notice) {
+  clear();
+  print_notice(notice);
+}
+
 Progress ProgressBar::progress() {
   if (quiet_) return {};
   start_ = std::chrono::steady_clock::now();
@@ -97,8 +101,7 @@ void ProgressBar::show(double fraction) {
   const std::string left = time_left(fraction, passed.count());
   const int percent = int(fraction * 100);
   if (!terminal_) {
-    std::fprintf(stderr, "psivox: %d %%%s\n", percent, left.c_str());
-    return;
+    return print_notice(formatted("%d %%%s", percent, left.c_str()));
   }
   drawn_ = true;
   const int filled = int(fraction * bar_width);

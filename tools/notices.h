@@ -9,7 +9,8 @@
 
 namespace psivox {
 
-/// Prints to stderr, one line each.
+/// Prints a line to stderr, or one for each.
+void print_notice(const std::string& notice);
 void print_notices(std::span<const std::string> notices);
 
 /// "look smoke" and how to see the options that give the same picture, or these options.
@@ -62,6 +63,8 @@ class ProgressBar {
 
   /// Removes the bar from the terminal, for a line of text; it comes back with the next progress.
   void clear();
+  /// Prints a notice where the bar was.
+  void say(const std::string& notice);
 
  private:
   void show(double fraction);

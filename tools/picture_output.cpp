@@ -1,4 +1,3 @@
-#include "picture_output.h"
 
 #include <time.h>
 #include <unistd.h>
@@ -14,10 +13,12 @@
 #include <system_error>
 
 #include "app/command_text.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "notices.h"
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"
+#include "render_call.h"
 
 namespace psivox {
 
@@ -25,15 +26,10 @@ bool shows_background(const RenderCall& call) {
   return call.output.empty() ? !call.movie.empty() : shows_background(call.output);
 }
 
-std::vector<std::string> write_picture(const RenderCall& call, const std::string& output,
-                                       const View& view, RenderReport& report) {
-  WrittenPicture written =
+void write_picture(const RenderCall& call, const View& view, RenderReport& report) {
+  report.written =
       write_picture(report.drawn.image, view.scene, legend_of(view), report.drawn.stats.renderer,
-                    {output, call.format, call.layers});
-  report.write_ms = written.write_ms;
-  report.clipped = written.clipped;
-  report.output_bytes = written.bytes;
-  return std::move(written.notices);
+                    {report.output, call.format, call.layers});
 }
 
 void put_out(const RenderCall& call, Session& session, RenderReport& report) {
@@ -47,13 +43,14 @@ void put_out(const RenderCall& call, Session& session, RenderReport& report) {
     const Stopwatch writing;
     const std::string page = page_text(session, report.drawn, call.page);
     write_text(call.output, page);
-    report.output_bytes = page.size();
-    report.write_ms = writing.ms();
+    report.written.bytes = page.size();
+    report.written.write_ms = writing.ms();
     return say({formatted("the page has %.2f MB", double(page.size()) / 1e6)});
   }
   constexpr double long_write = 1e7;  // [pixels]; a second and more
   if (double(image.width) * image.height > long_write) say({"writing " + in_quotes(call.output)});
-  say(write_picture(call, call.output, session.view(), report));
+  write_picture(call, session.view(), report);
+  say(report.written.notices);
 }
 
 namespace {
@@ -145,7 +142,7 @@ std::string RenderReport::json() const {
                  {"cells", stats.cells},
                  {"samples_per_ray", per_ray(stats.samples, stats)},
                  {"passes", stats.passes},
-                 {"clipped_pixels", clipped}};
+                 {"clipped_pixels", written.clipped}};
   if (!drawn.image.deep.counts.empty()) counts["deep_samples"] = drawn.image.deep.samples.size();
   const Json error = error_json(*this);
   const Json report = {
@@ -166,7 +163,7 @@ std::string RenderReport::json() const {
         {"upload", stats.upload_ms},
         {"march", stats.march_ms},
         {"march_cpu", stats.cpu_ms},
-        {"write", write_ms},
+        {"write", written.write_ms},
         {"total", total_ms}}},
       {"counts", counts},
       {"error", error},
@@ -175,7 +172,7 @@ std::string RenderReport::json() const {
         {"atlas_texels", atlas.texel_bytes},
         {"atlas_pages", atlas.page_bytes},
         {"atlas_constants", atlas.constant_bytes},
-        {"output", output_bytes}}},
+        {"output", written.bytes}}},
       {"bricks", {{"textured", atlas.textured_bricks}, {"constant", atlas.constant_bricks}}}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -190,7 +187,7 @@ std::string RenderReport::table() const {
   if (times.light_ms > 0) out += formatted("light %.1f, ", times.light_ms);
   if (times.plan_ms > 0) out += formatted("plan %.1f, ", times.plan_ms);
   out += formatted("upload %.1f, march %.1f, write %.1f; total %.1f ms\n", stats.upload_ms,
-                   stats.march_ms, write_ms, total_ms);
+                   stats.march_ms, written.write_ms, total_ms);
   if (const auto& plan = drawn.plan)
     out += formatted("march     %s; estimated error RMS %.1e, max %.1e (%d rays)\n",
                      method_text(plan->chosen.method).c_str(), plan->chosen.rms, plan->chosen.max,
@@ -215,7 +212,7 @@ std::string RenderReport::table() const {
                    double(atlas.bytes()) / (1 << 20),
                    static_cast<unsigned long long>(atlas.textured_bricks),
                    static_cast<unsigned long long>(atlas.constant_bricks));
-  out += formatted("output    %.2f MiB\n", double(output_bytes) / (1 << 20));
+  out += formatted("output    %.2f MiB\n", double(written.bytes) / (1 << 20));
   return out;
 }
 

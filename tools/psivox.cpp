@@ -17,7 +17,6 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "command_line.h"
-#include "help_forms.h"
 #include "psivox/draw.h"
 #include "psivox/image.h"
 #include "psivox/vdb.h"

@@ -1,14 +1,19 @@
 #pragma once
 
+#include <cstdio>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/text_file.h"
 #include "command_line.h"
 #include "psivox/draw.h"
 #include "psivox/image.h"
 #include "psivox/page.h"
+#include "psivox/picture_file.h"
+#include "psivox/sequence.h"
+#include "sequence/camera_motion.h"
 
 namespace psivox {
 
@@ -54,5 +59,93 @@ struct WrittenFile {
 /// Throws Error(usage) if one of the files is also read, by whatever name or link, or written by
 /// two options. Empty names and `-` are no files.
 void check_overwriting(std::span<const WrittenFile> written, std::span<const std::string> read);
+
+struct Frame {
+  int number = 0;
+  std::string input, output;  ///< `output` is empty if only a film is written
+};
+
+struct FrameList {
+  std::vector<Frame> frames;         ///< ascending
+  int first = 1;                     ///< number of the sequence's first frame, drawn or not
+  std::vector<std::string> files;    ///< of the sequence, drawn or not
+  std::vector<std::string> samples;  ///< files from which `auto` chooses
+  std::vector<std::string> notices;  ///< one line each
+};
+
+/// The frames of files. Throws Error(usage), and Error(input) for frames that are missing.
+FrameList list_files(const FrameOptions& options, const SequenceFiles& files);
+
+/// The frames that a call asks for; unset: it asks for one picture. `path`: the camera's, or null.
+/// Throws Error(usage), and Error(input) for frames that are missing.
+std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
+                                     const CameraPath* path);
+
+/// Prints to stderr the look that was chosen for all frames, or what it sets, as options.
+void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy = true);
+
+/// Draws the frames of a sequence. While one is drawn, the next is read and converted, and the one
+/// before is written, so that at most two volumes and two pictures are in memory. Throws
+/// Error(input) at the end if --keep-going went on after frames that could not be read.
+void render_frames(const RenderCall& call, const Scene& scene, const FrameList& list,
+                   const CameraPath* path);
+
+/// Time since the process started, which includes loading its libraries [ms].
+double process_ms();
+
+/// What one `psivox render` did, for --stats and -v.
+struct RenderReport {
+  std::string input, output;
+  Drawn drawn;
+  double startup_ms = 0;  ///< until the command began: loading of libraries
+  double read_ms = 0, total_ms = 0;
+  std::optional<CheckedError> checked;  ///< from --check-error
+  WrittenPicture written;
+
+  std::string json() const;
+  std::string table() const;  ///< lines to be read by people
+};
+
+/// Whether a look's background is wanted: not where a picture may be composited as it is, nor where
+/// --background is given, if only as `none`.
+bool shows_background(const RenderCall& call);
+
+/// Writes the report's picture with its scene, composited with the background and with the color
+/// bar that the scene asks for, to the file that it names. Throws Error(output).
+void write_picture(const RenderCall& call, const View& view, RenderReport& report);
+
+/// Writes the picture of `psivox render` as write_picture does, or its page, and prints what there
+/// is to say.
+void put_out(const RenderCall& call, Session& session, RenderReport& report);
+
+/// A film that ffmpeg writes from pictures. It appears under its name when it is complete.
+class Movie {
+ public:
+  /// `path` must be a film's name. Throws Error(output) if no file can be made there.
+  Movie(const std::string& path, double frame_rate);
+  ~Movie();
+
+  /// Appends a picture, over black. All have one size. Throws Error(output).
+  void add(const Image& image, const Display& display);
+  /// Ends the film. Throws Error(output).
+  void finish();
+
+ private:
+  void start(int width, int height);
+  [[noreturn]] void fail(const std::string& why);
+
+  std::string path_;
+  double frame_rate_;
+  std::optional<HiddenFile> file_;
+  std::FILE* ffmpeg_ = nullptr;
+};
+
+/// The command that makes a film of pictures `out.####.png`.
+std::string movie_command(const std::string& pictures, const std::string& movie, double frame_rate);
+
+/// Whether a file of this name is a film that ffmpeg writes.
+bool is_movie_name(const std::string& path);
+
+bool can_make_movies();
 
 }  // namespace psivox

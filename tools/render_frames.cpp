@@ -5,14 +5,14 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
-#include "frame_list.h"
 #include "notices.h"
-#include "picture_output.h"
 #include "psivox/draw.h"
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"
+#include "render_call.h"
 #include "scene/camera_file.h"
 
 namespace psivox {
@@ -32,11 +32,10 @@ class FrameMaker {
              const CameraPath* path)
       : sequence_(resolve_sequence(scene, list.samples, "auto", shows_background(call),
                                    call.keep_going ? list.files : std::vector<std::string>())),
-        turntable_(call.turntable),
+        call_(call),
         path_(path),
-        follow_(call.follow),
         first_(list.first) {
-    if (!turntable_ || scene.camera_position) return;
+    if (!call.turntable || scene.camera_position) return;
     // the camera as the scene sets it, in the look that was chosen
     Scene open = scene;
     open.up_axis = sequence_.scene.up_axis;
@@ -49,7 +48,7 @@ class FrameMaker {
   /// The frame's scene as its picture's metadata has it, without reading voxels; unset if the
   /// camera follows what they show. Throws Error(input).
   std::optional<Scene> scene_of(const Frame& frame) const {
-    if (follow_) return {};
+    if (call_.follow) return {};
     return moved(frame_scene(sequence_, VdbFile(frame.input), frame.input), frame.number);
   }
 
@@ -60,7 +59,7 @@ class FrameMaker {
     if (last_input_ != frame.input) {
       last_session_.reset();
       View view = open_frame(sequence_, VdbFile(frame.input), frame.input).view;
-      if (follow_) view = followed(std::move(view));
+      if (call_.follow) view = followed(std::move(view));
       last_scene_ = view.scene;
       last_session_ = std::make_shared<Session>(std::move(view));
       // a limit is for one volume: no other one is converted beside it
@@ -76,14 +75,13 @@ class FrameMaker {
     if (const auto depths = FramePattern::of_placeholder(scene.holdout))
       scene.holdout = depths->path(frame);
     if (path_) return path_->at(scene, frame);
-    if (turntable_) return turned(scene, 360.0 * (frame - first_) / *turntable_);
+    if (call_.turntable) return turned(scene, 360.0 * (frame - first_) / *call_.turntable);
     return scene;
   }
 
   SequenceScene sequence_;
-  std::optional<int> turntable_;
+  const RenderCall& call_;
   const CameraPath* path_;
-  bool follow_;
   int first_;
   std::string last_input_;
   std::shared_ptr<Session> last_session_;
@@ -192,7 +190,6 @@ class FrameLoop {
     Frame frame;
     View view;
     RenderReport report;
-    std::vector<std::string> notices;
   };
 
   std::shared_ptr<DrawnFrame> draw(const Frame& frame, const ReadFrame& read) {
@@ -222,8 +219,7 @@ class FrameLoop {
   void write(std::shared_ptr<DrawnFrame> drawn) {
     take_written();
     written_ = std::async(std::launch::async, [this, drawn = std::move(drawn)] {
-      if (!drawn->frame.output.empty())
-        drawn->notices = write_picture(call_, drawn->frame.output, drawn->view, drawn->report);
+      if (!drawn->frame.output.empty()) write_picture(call_, drawn->view, drawn->report);
       if (movie_) movie_->add(drawn->report.drawn.image, display_of(drawn->view.scene));
       drawn->report.drawn.image = {};
       return drawn;
@@ -235,7 +231,7 @@ class FrameLoop {
     const Stopwatch waiting;
     const std::shared_ptr<DrawnFrame> written = written_.get();
     waited_ms_ += waiting.ms();
-    for (const std::string& notice : written->notices) say(notice);
+    for (const std::string& notice : written->report.written.notices) say(notice);
     const RenderReport& report = written->report;
     if (!call_.stats.empty()) {
       auto row = nlohmann::ordered_json::parse(report.json());
@@ -259,14 +255,11 @@ class FrameLoop {
   void report_bad(const Frame& frame, const Error& error) {
     if (!call_.keep_going || error.code() != ExitCode::input) throw;
     bad_.push_back(frame.number);
-    bar_.clear();
-    std::fprintf(stderr, "psivox: frame %d: %s\n", frame.number, error.what());
+    bar_.say("frame " + std::to_string(frame.number) + ": " + error.what());
   }
 
   void say(const std::string& notice) {
-    if (notice.empty() || call_.quiet || !said_.insert(notice).second) return;
-    bar_.clear();
-    std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+    if (!notice.empty() && !call_.quiet && said_.insert(notice).second) bar_.say(notice);
   }
 
   const RenderCall& call_;
