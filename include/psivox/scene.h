@@ -229,4 +229,15 @@ struct Scene {
   }
 };
 
+/// The options of a grid that emits.
+struct EmissionOptions {
+  std::string Scene::*grid;
+  double Scene::*scale;
+  EmissionColor Scene::*color;
+};
+
+/// Of all that may emit; shaders/emitters.glsl has as many.
+inline constexpr EmissionOptions emission_options[] = {
+    {&Scene::emission_grid, &Scene::emission_scale, &Scene::emission_color}};
+
 }  // namespace psivox
