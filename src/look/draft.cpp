@@ -10,7 +10,7 @@
 #include "look/voxel_lines.h"
 #include "medium/value_range.h"
 #include "psivox/draw.h"
-#include "psivox/method.h"
+#include "psivox/scene.h"
 #include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
