@@ -147,17 +147,17 @@ struct CellPiece {
   Cubic value;  // of the density grid
   Cubic tau;    // tau / extinction, from the camera's end on
   Cubics L;     // of a luminance grid
-  Cubics glow;  // of the emission grid
+  EmissionPiece glow;
 };
 
 // The luminance grid along the piece, in whose middle its node was sought.
 Cubics luminance_along(IN(March) m, real length) {
   int channels = luminance_source == SOURCE_VECTOR ? 3 : 1;
-  real3 p = position(m.luminance.ray, m.t);
-  real3 d = m.luminance.ray.direction * length;
   if (beside_density && !m.paired_here) return constant_cubics(m.front.L);
-  if (beside_density && !hardware_filter) return cubics_along(m.pairs, channels, p - m.pairs_at, d);
-  return cubics_along(luminance_grid, channels, m.luminance.node, p, d);
+  if (beside_density && !hardware_filter)
+    return cubics_along(m.pairs, channels, position(m.luminance.ray, m.t) - m.pairs_at,
+                        m.luminance.ray.direction * length);
+  return track_cubics(luminance_grid, channels, m.luminance, m.t, length);
 }
 
 // What the nodes of a piece add up to.
@@ -185,21 +185,21 @@ void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, 
   }
   sum.value += polynomial(piece.value, place) * weight;
   if (own_luminance) sum.L = sum.L + polynomials(piece.L, place) * weight;
-  if (glows(m)) sum.glow = sum.glow + polynomials(piece.glow, place) * (emission_scale * through);
+  if (glows(m)) sum.glow = sum.glow + emission_of(piece.glow, place, through);
 }
 
 // A piece of a cell from m.t to t_back by a rule that integrates its cubic in Gauss-Legendre nodes;
 // `attenuation` is the cubic of tau / extinction, `value` that of the density grid.
 void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back, real length) {
   real3 none = real3(real(0.0));
-  Cubics dark = constant_cubics(none);
-  CellPiece piece = CellPiece(length, value, attenuation, dark, dark);
+  CellPiece piece;
+  piece.extent = length;
+  piece.value = value;
+  piece.tau = attenuation;
   if (from_back) piece.tau = reversed(attenuation);
   seek(m, m.t + real(0.5) * length, true);
   if (own_luminance) piece.L = luminance_along(m, length);
-  if (has_emission)
-    piece.glow = cubics_along(emission_grid, emission_channels, m.emission.node,
-                              position(m.emission.ray, m.t), m.emission.ray.direction * length);
+  if (has_emission) piece.glow = emission_along(m.emission, m.t, length);
   NodeSum sum = NodeSum(real(0.0), real(0.0), none, none, real(0.0), none);
   if (cell_nodes == 4) {
     add_node(sum, m, piece, real(0.0694318442029737), real(0.1739274225687269));

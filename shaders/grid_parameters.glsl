@@ -9,3 +9,4 @@ PARAMETER(int3, domain_min)    // first voxel of the domain
 PARAMETER(int3, domain_max)    // last voxel of the domain
 PARAMETER(int3, table_min)     // first voxel of the page table
 PARAMETER(int3, table_size)    // entries of the top table
+PARAMETER(real, scale)         // emission of value 1, if it emits [radiance / unit of t]

@@ -3,10 +3,10 @@
 // A turn holds one look-up, one leave() and one set of samples and weights. What is rare (the first
 // value of a ray, constant runs, empty ones) takes the same path with other numbers: llvmpipe executes
 // both sides of every branch, so a rare branch costs as much as a frequent one.
+#include "pixel.glsl"
 #include "ray_state.glsl"
 #include "composite.glsl"
 #include "stretch.glsl"
-#include "pixel.glsl"
 #include "modes.glsl"
 #include "turn_cells.glsl"
 #include "turn_uniform.glsl"

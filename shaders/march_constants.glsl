@@ -9,7 +9,6 @@ CONSTANT(bool, passes_octants)    // rays pass over those: a CPU gains by it, a 
 CONSTANT(bool, coded)             // the density's bricks are codes
 CONSTANT(int, one_width)          // CodeWidth of all of them; -1: not the same
 CONSTANT(bool, paired)            // luminance is stored beside the density, in the same bricks
-CONSTANT(int, emission_channels)  // channels of the emission grid, 0: there is none
 CONSTANT(int, other_volumes)      // grids of further volumes, see others.glsl
 CONSTANT(bool, others_shine)      // they have luminance or emission, else they attenuate alone
 CONSTANT(bool, attenuates)        // the extinction is not 0
@@ -23,7 +22,7 @@ CONSTANT(bool, in_part)           // only a region is marched: cells beside it m
 CONSTANT(bool, beyond)            // the walk goes beyond the density, where 0 would be a medium
 CONSTANT(bool, split_knots)       // segments end where the value crosses its knots
 CONSTANT(int, segments)           // linear segments a cell
-#define GRID(id, name) CONSTANT(int, name##_levels)  // of its page table
+#define GRID(id, name) CONSTANT(int, name##_levels) CONSTANT(int, name##_channels)
 #include "grids.glsl"
 #undef GRID
 CONSTANT(bool, constant_runs)     // the density atlas has constant entries

@@ -32,7 +32,6 @@ PARAMETER(real, opacity_unit)         // length of which opacity_linear's opacit
 PARAMETER(int, psi_table_first)       // of psi_table's entries among the tables
 PARAMETER(real, world_unit)           // world length of one unit of t
 PARAMETER(int, max_turns)             // of the loop in this pass
-PARAMETER(real, emission_scale)       // emission of value 1 [radiance / unit of t]
 PARAMETER(real, lmip_threshold)
 PARAMETER(real, isovalue)
 PARAMETER(real3, normal_x)            // columns of the inverse transposed transform: what turns a

@@ -80,23 +80,6 @@ Ray march_ray_of(Pixel p) {
   return ray;
 }
 
-// The phase, the rays in the other grids, and what was passed, which no pass keeps.
-void aim(INOUT(March) m, Pixel p) {
-  m.phase = phase_of(p);
-  if (has_passed) {
-    real passed = table_number(passed_first, p.number);  // optical depth before its region
-    m.half_at -= passed;
-    m.stop_at -= passed;
-    if (passed > stop_depth) m.done = true;
-  }
-  if (own_luminance) m.luminance.ray = grid_ray(p, luminance);
-  if (has_emission) m.emission.ray = grid_ray(p, emission);
-  if (from_back) {
-    m.luminance.ray = reversed(m.luminance.ray);
-    m.emission.ray = reversed(m.emission.ray);
-  }
-}
-
 // Towards the light: the ray from a voxel of the density grid to where the light comes in. The view
 // of such a march looks there, orthographic (light_march in light.h).
 Ray light_ray(int3 voxel) {

@@ -12,11 +12,8 @@ struct Point {
   real3 L_slope;     // end_corrections
 };
 
-// The ray in another grid than the density's.
-struct Track {
-  Ray ray;    // in its voxels
-  Node node;  // that was read last
-};
+#include "track.glsl"
+#include "emission.glsl"
 
 // All that a ray carries from turn to turn, and from pass to pass.
 struct March {
@@ -44,7 +41,7 @@ struct March {
   bool done;
   bool stuck;          // it stood still before its end, and was ended
   Track luminance;
-  Track emission;
+  Emission emission;
   Track gradient;      // its ray is the density's and is not used
   Pairs pairs;         // paired: corners of the cell that the turn reads, whose first voxel is
   real3 pairs_at;      // this; they hold only where
@@ -82,7 +79,6 @@ March begin_march(Ray ray) {
   m.stuck = false;
   m.done = !(ray.end > ray.begin);
   m.luminance = Track(ray, no_node());
-  m.emission = m.luminance;
   m.gradient = m.luminance;
   real4 dark = real4(real(0.0));
   m.pairs = Pairs(dark, dark, dark, dark, dark, dark, dark, dark, real2(real(0.0)), real2(real(0.0)));
@@ -91,6 +87,19 @@ March begin_march(Ray ray) {
   m.paired_front = false;
   if (other_volumes > 0) m.others = no_others();
   return m;
+}
+
+// The phase, the rays in the other grids, and what was passed, which no pass keeps.
+void aim(INOUT(March) m, Pixel p) {
+  m.phase = phase_of(p);
+  if (has_passed) {
+    real passed = table_number(passed_first, p.number);  // optical depth before its region
+    m.half_at -= passed;
+    m.stop_at -= passed;
+    if (passed > stop_depth) m.done = true;
+  }
+  if (own_luminance) m.luminance = track_of(p, luminance);
+  if (has_emission) aim_emission(m.emission, p);
 }
 
 // Runs of one value that need no samples, where all else is constant along them too; and empty ones.
@@ -111,22 +120,6 @@ real node_value(Node node) {
                                                      : real(0.0);
 }
 
-// The node of another grid that covers a cell.
-Node seek_cell(int grid, int3 cell, Node node, int3 domain_min, int3 domain_max) {
-  if (inside(node, cell)) return node;
-  if (inside_box(domain_min, domain_max, cell)) return find_node(grid, cell);
-  return empty_node(cell, 1);
-}
-
-// The node of another grid at t.
-Node seek_node(int grid, IN(Track) track, real t) {
-  return seek_cell(grid, int3(floor(position(track.ray, t))), track.node, grid_of(grid).domain_min,
-                   grid_of(grid).domain_max);
-}
-
-// What a look-up in a node adds to the count of samples.
-int look_ups(Node node) { return count_steps && node.kind == NODE_BRICK ? 1 : 0; }
-
 // Moves the gradient's node to a cell of the density's.
 void seek_gradient(INOUT(March) m, int3 cell) {
   if (!with_gradient) return;
@@ -141,17 +134,7 @@ void seek(INOUT(March) m, real t, bool luminous) {
     m.luminance.node = seek_node(luminance_grid, m.luminance, t);
     m.samples += look_ups(m.luminance.node);
   }
-  if (has_emission) {
-    m.emission.node = seek_node(emission_grid, m.emission, t);
-    m.samples += look_ups(m.emission.node);
-  }
-}
-
-real3 sample_grid(int grid, int channels, IN(Track) track, real t) {
-  if (track.node.kind == NODE_EMPTY) return real3(real(0.0));
-  if (channels == 3) return sample_vector(grid, track.node, position(track.ray, t));
-  real v = sample_scalar(grid, track.node, position(track.ray, t));
-  return real3(v, v, v);
+  if (has_emission) m.samples += seek_emission(m.emission, t);
 }
 
 real3 sample_luminance(IN(March) m, real t) {
@@ -219,8 +202,7 @@ Point point_at(IN(March) m, real t, Sample s, bool luminous) {
   if (beside_density && luminous) p.L = paired_luminance(m, t);
   if (tracks_luminance && luminous)
     p.L = sample_luminance(m, t);
-  if (has_emission)
-    p.glow = sample_grid(emission_grid, emission_channels, m.emission, t) * emission_scale;
+  if (has_emission) p.glow = emission_at(m.emission, t);
   return with_value(m, p, s);
 }
 

@@ -1,17 +1,6 @@
 // What a turn of the sampling by cells crosses: one cell, a piece of a cell, or a whole run of one value.
 // Trilinear data along a ray is a cubic in each cell, and Simpson's rule is exact for it.
 
-// Where the ray, from t on, next leaves a cell, a run or the domain of another grid.
-real next_face(int grid, IN(Track) track, real t) {
-  t += near_face;
-  if (t < track.ray.begin) return track.ray.begin;
-  if (t >= track.ray.end) return NEVER;
-  int3 cell = int3(floor(position(track.ray, t)));  // once: the node is that of this cell
-  Node node = seek_cell(grid, cell, track.node, grid_of(grid).domain_min, grid_of(grid).domain_max);
-  bool brick = node.kind == NODE_BRICK;
-  return leave(track.ray, brick ? cell : node.lo, brick ? 1 : node.side).t;
-}
-
 // The end of a piece before t_end that a face at t cuts, ahead of m.t by more than rounding (see
 // part_end).
 real piece_end(IN(March) m, real t, real t_end) {
@@ -23,7 +12,7 @@ real piece_end(IN(March) m, real t, real t_end) {
 real end_of_cubics(IN(March) m, real t_end) {
   real t = NEVER;
   if (tracks_luminance) t = next_face(luminance_grid, m.luminance, m.t);
-  if (has_emission) t = min(t, next_face(emission_grid, m.emission, m.t));
+  if (has_emission) t = min(t, emission_face(m.emission, m.t));
   return piece_end(m, t, t_end);
 }
 

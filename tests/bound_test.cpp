@@ -88,8 +88,7 @@ View scene_of(int i) {
         std::make_shared<const TransferFunction>(functions[std::size_t(source - 3)]);
   }
   if (i % 3 == 1 && scene.mode == Mode::alpha) {
-    view.medium.emission = share(small_field(i + 1, tilted));
-    view.medium.emission_scale = 0.2;
+    view.medium.emission = {{share(small_field(i + 1, tilted)), 0.2}};
   }
   return view;
 }

@@ -60,7 +60,7 @@ guard
 field dense_field field leaf_values value_survey
 scan
 vdb vdb
-scene camera colormap integrators method modes parameters scene
+scene camera integrators modes parameters scene
 atlas atlas
 medium medium
 image image legend scene_file

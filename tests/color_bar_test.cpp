@@ -3,6 +3,7 @@
 #include "blobs_scene.h"
 #include "psivox/draw.h"
 #include "psivox/legend.h"
+#include "scene/colormap.h"
 
 #include <gtest/gtest.h>
 

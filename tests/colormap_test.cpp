@@ -1,7 +1,7 @@
 // The built-in colour maps, compared with their published colours, and the functions made from
 // them.
 
-#include "psivox/colormap.h"
+#include "scene/colormap.h"
 
 #include <gtest/gtest.h>
 

@@ -250,8 +250,9 @@ TEST(Modes, LookAtTheirTermsOnly) {
   const auto density = share(ramp());
   const MediumFields fields{density, share(ramp(), "heat"), nullptr, share(ramp(), "fire")};
   const View alpha = make_view(scene, fields);
-  EXPECT_EQ(alpha.medium.emission, fields.emission);
-  EXPECT_EQ(alpha.medium.emission_scale, 4);
+  ASSERT_EQ(alpha.medium.emission.size(), 1u);
+  EXPECT_EQ(alpha.medium.emission[0].field, fields.emission.at(0).field);
+  EXPECT_EQ(alpha.medium.emission[0].scale, 4);
   EXPECT_EQ(alpha.medium.source, LuminanceSource::scalar);
   ASSERT_TRUE(alpha.medium.light);
   EXPECT_EQ(alpha.medium.light->lights.at(0).direction, glm::dvec3(0, -1, 0));
@@ -259,7 +260,7 @@ TEST(Modes, LookAtTheirTermsOnly) {
   for (const Mode mode : {Mode::mip, Mode::lmip, Mode::isosurface, Mode::xray}) {
     scene.mode = mode;
     const View view = make_view(scene, fields);
-    EXPECT_EQ(view.medium.emission, nullptr);
+    EXPECT_TRUE(view.medium.emission.empty());
     EXPECT_EQ(view.medium.luminance, nullptr);
     EXPECT_EQ(view.medium.source,
               scene.shows(Shows::value) ? LuminanceSource::transfer : LuminanceSource::constant);
@@ -312,7 +313,7 @@ TEST(Centering, CellShiftsEveryGridByHalfAVoxel) {
   const auto density = share(ones);
   const View view = make_view(scene, MediumFields{density, density, nullptr, share(fire, "fire")});
   EXPECT_EQ(view.medium.density->world_from_index[3], glm::dvec4(0.5, 0.5, 0.5, 1));
-  EXPECT_EQ(view.medium.emission->world_from_index[3], glm::dvec4(1.5, 1.5, 1.5, 1));
+  EXPECT_EQ(view.medium.emission.at(0).field->world_from_index[3], glm::dvec4(1.5, 1.5, 1.5, 1));
   EXPECT_EQ(view.medium.source, LuminanceSource::density);
   scene.centering = Centering::node;
   const View node = make_view(scene, MediumFields{density, density, nullptr, share(fire, "fire")});

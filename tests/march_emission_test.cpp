@@ -51,8 +51,7 @@ View emitting(const Field& emission, LuminanceSource source, double extinction =
                             source == LuminanceSource::density ? Glow::density : Glow::constant);
   view.medium.source = source;
   view.medium.extinction = extinction;
-  view.medium.emission = share(emission);
-  view.medium.emission_scale = 1.5;
+  view.medium.emission = {{share(emission), 1.5}};
   if (source == LuminanceSource::transfer)
     view.medium.transfer = std::make_shared<const TransferFunction>(std::vector<TransferPoint>{
         {0.1, 0, {1, 0, 0}}, {0.4, 0.7, {0.2, 1, 0}}, {0.8, 0.1, {0, 0.5, 1}}, {2, 1, {1, 1, 1}}});

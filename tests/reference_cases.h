@@ -60,11 +60,12 @@ inline double optical_depth(const Field& field, double extinction, const WorldRa
 inline PlainRadiance plain(const Medium& medium, const WorldRay& ray, double t1, int panels = 48) {
   const PlainField density(*medium.density);
   const PlainField luminance(medium.luminance ? *medium.luminance : *medium.density);
-  const PlainField emission(medium.emission ? *medium.emission : *medium.density);
+  std::vector<PlainField> emission;
+  for (const auto& [field, scale] : medium.emission) emission.emplace_back(*field);
   std::vector<double> faces{0, t1};
   density.add_faces(ray, 0, t1, faces);
   luminance.add_faces(ray, 0, t1, faces);
-  emission.add_faces(ray, 0, t1, faces);
+  for (const PlainField& field : emission) field.add_faces(ray, 0, t1, faces);
   auto at = [&](double t) { return ray.origin + t * ray.direction; };
   auto value = [&](double t) { return density.value(at(t)).x; };
   const TransferFunction* transfer = medium.transfer.get();
@@ -88,8 +89,13 @@ inline PlainRadiance plain(const Medium& medium, const WorldRay& ray, double t1,
     return medium.color * luminance.value(at(t));
   };
   std::function<glm::dvec3(double)> glow;
-  if (medium.emission)
-    glow = [&](double t) { return medium.emission_scale * emission.value(at(t)); };
+  if (!emission.empty())
+    glow = [&](double t) {
+      glm::dvec3 sum(0);
+      for (std::size_t i = 0; i < emission.size(); ++i)
+        sum += medium.emission[i].scale * emission[i].value(at(t));
+      return sum;
+    };
   return plain_radiance(tau, L, faces, 0, t1, panels, glow);
 }
 

@@ -218,7 +218,7 @@ TEST_F(StabilityGpu, PureEmission) {
   scene.emission_scale = 0.05;
   MediumFields fields;
   fields.density = share(slab.field());
-  fields.emission = fields.density;
+  fields.emission = {{&emission_options[0], fields.density}};
   scene.emission_grid = "density";
   const View view = make_view(scene, fields);
   const Image image = gl_picture(view);

@@ -11,7 +11,7 @@
 
 #include "figure.h"
 #include "march/shader_math.h"
-#include "psivox/colormap.h"
+#include "scene/colormap.h"
 #include "study/suite.h"
 
 namespace psivox {

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "psivox/method.h"
 #include "psivox/scene.h"
 
 // What draws rays, what it costs, and the method by which it marches.

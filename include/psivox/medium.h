@@ -48,6 +48,12 @@ struct ScatteredLight {
   bool operator==(const ScatteredLight&) const = default;
 };
 
+/// A grid that radiates by itself, whatever attenuates there.
+struct Emission {
+  std::shared_ptr<const Field> field;
+  double scale = 1;  ///< emission = scale * value [radiance/world unit]
+};
+
 /// A scene's participating medium, resolved: grids read, `auto` replaced by numbers.
 struct Medium {
   std::shared_ptr<const Field> density;
@@ -61,10 +67,9 @@ struct Medium {
   /// The density's gradient magnitudes [value/world unit], with its domain and transform, if
   /// `transfer` has a gradient; else null.
   std::shared_ptr<const Field> gradient;
-  std::shared_ptr<const Field> emission;  ///< null: nothing radiates where tau is 0
-  double emission_scale = 1;              ///< emission = scale * value [radiance/world unit]
-  double isovalue = 0;                    ///< under Mode::isosurface, in the density's own values
-  std::optional<ScatteredLight> light;    ///< not in the luminance yet, see light.h
+  std::vector<Emission> emission{};     ///< of all grids that emit; they add up
+  double isovalue = 0;                  ///< under Mode::isosurface, in the density's own values
+  std::optional<ScatteredLight> light;  ///< not in the luminance yet, see light.h
   bool lit = false;          ///< the luminance has that light, wherever the density attenuates
   glm::dvec3 phase_axis{0};  ///< direction of the light if scattering depends on the ray's; else 0
   double phase_g = 0;        ///< mean cosine of scattering about it
@@ -122,10 +127,17 @@ struct WeighedLeaves;
 /// The transform of a grid as the scene places its volume and its values.
 glm::dmat4 placement(const Scene& scene, const glm::dmat4& world_from_index);
 
+/// A grid that emits, and the scene's options for it.
+struct EmissionField {
+  const EmissionOptions* options = nullptr;
+  std::shared_ptr<const Field> field;
+};
+
 /// The grids of a scene. One is null if the scene has none or its mode does not use it. Two may be
 /// the same field.
 struct MediumFields {
-  std::shared_ptr<const Field> density, luminance, temperature, emission;
+  std::shared_ptr<const Field> density, luminance, temperature;
+  std::vector<EmissionField> emission{};
   std::string z_up{};  ///< what tells that the file's Z axis is up, see VdbFile::z_up
   /// The density to draw, if its values stay in the file and `density` is an overview of it, by
   /// which the view is chosen.

@@ -9,12 +9,24 @@
 #include <string>
 #include <vector>
 
-#include "psivox/colormap.h"
 #include "psivox/display.h"
 #include "psivox/integrators.h"
 #include "psivox/modes.h"
 
 namespace psivox {
+
+/// Built-in colour maps; src/scene/colormap.cpp says where each comes from.
+enum class Colormap : int {
+  viridis,
+  inferno,
+  magma,
+  plasma,
+  cividis,
+  turbo,
+  coolwarm,
+  gray,
+  hot,
+};
 
 /// The values at the ends of a map. Each is a number, or a percentile of the active values [%].
 struct MapRange {
@@ -228,5 +240,31 @@ struct Scene {
     return early_termination.value_or(tolerance ? *tolerance / 4 : 1.0 / 16384);
   }
 };
+
+/// The options of a grid that emits.
+struct EmissionOptions {
+  std::string Scene::*grid;
+  double Scene::*scale;
+  EmissionColor Scene::*color;
+};
+
+/// Of all that may emit; shaders/emitters.glsl has as many.
+inline constexpr EmissionOptions emission_options[] = {
+    {&Scene::emission_grid, &Scene::emission_scale, &Scene::emission_color}};
+
+/// How the march evaluates the integral along a ray: by which rule, between which points.
+struct Method {
+  Integrator integrator = Integrator::psi_weighted;
+  Sampling sampling = Sampling::cells;
+  int segments = 0;  ///< linear segments per cell, under cells; else 0
+  double step = 0;   ///< [voxels of the finest axis], under uniform; else 0
+  bool operator==(const Method&) const = default;
+};
+
+/// "uniform psi-balanced, step 1.7", "cells psi-weighted, segments 2", "cells cell-exact".
+std::string method_text(const Method& method);
+
+/// The scene with that method and without a tolerance, which would choose another.
+Scene with_method(Scene scene, const Method& method);
 
 }  // namespace psivox

@@ -85,10 +85,13 @@ std::vector<std::string> notices_of(const Medium& medium) {
   for (const Medium& other : medium.others)
     for (std::string& notice : notices_of(other)) all.push_back(std::move(notice));
   // fields made from one grid repeat its notices
-  for (const auto& field : {medium.density, medium.luminance, medium.emission})
-    if (field)
-      for (const std::string& notice : field->notices)
-        if (!std::ranges::count(all, notice)) all.push_back(notice);
+  const auto add = [&](const Field& field) {
+    for (const std::string& notice : field.notices)
+      if (!std::ranges::count(all, notice)) all.push_back(notice);
+  };
+  add(*medium.density);
+  if (medium.luminance) add(*medium.luminance);
+  for (const Emission& emission : medium.emission) add(*emission.field);
   return all;
 }
 

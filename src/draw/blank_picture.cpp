@@ -86,7 +86,7 @@ std::string why_empty(const View& view) {
     return "--isovalue " + formatted("%.4g", isovalue) + " is not among the values of " +
            grid_text(view);
   }
-  if (medium.emission || !medium.others.empty() || scene.shows(Shows::plane) ||
+  if (!medium.emission.empty() || !medium.others.empty() || scene.shows(Shows::plane) ||
       scene.shows(Shows::value))
     return {};
   if (scene.attenuates() && medium.extinction == 0) return "--extinction is 0";
@@ -114,7 +114,7 @@ std::string why_low(const View& view) {
 std::string why_dark(const View& view) {
   const Scene& scene = view.scene;
   if (scene.shows(Shows::value)) return why_low(view);
-  if (!scene.lit() && scene.resolved_luminance() == glm::dvec3(0) && !view.medium.emission)
+  if (!scene.lit() && scene.resolved_luminance() == glm::dvec3(0) && view.medium.emission.empty())
     return "--luminance is 0";
   if (!scene.composites()) return {};
   if (!scene.temperature_grid.empty())

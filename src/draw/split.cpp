@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "march/grids.h"
 #include "march/medium_atlas.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
@@ -97,11 +98,14 @@ Needs needs_of(const View& view, int light) {
     needs.texels += double(gradient.texel_bytes);
     needs.fixed += double(gradient.bytes() - gradient.texel_bytes);
   }
-  for (const auto& field : {light ? nullptr : medium.luminance, medium.emission})
-    if (field) needs.fixed += double(size_of(*field, {}, texel).bytes());
+  const auto add = [&](const Field& field, int channels) {
+    needs.fixed += channels * double(size_of(field, {}, texel).bytes());
+  };
+  if (medium.luminance && !light) add(*medium.luminance, 1);
+  for (const Emission& emission : medium.emission) add(*emission.field, 1);
   for (const Medium& other : medium.others) {
-    needs.fixed += (1 + light) * double(size_of(*other.density, {}, texel).bytes());
-    if (other.emission) needs.fixed += double(size_of(*other.emission, {}, texel).bytes());
+    add(*other.density, 1 + light);
+    for (const Emission& emission : other.emission) add(*emission.field, 1);
   }
   return needs;
 }
@@ -180,11 +184,11 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
   // a block of light beside each of a leaf's blocks
   double most = (1 + light) * most_bytes(*medium.density, density_options(view).own_texels) +
                 27 * light * double(value_bytes(*medium.density));
-  for (const auto& field : {medium.luminance, medium.emission, medium.gradient})
-    if (field) most += most_bytes(*field, false);
+  for (const Field* field : fields_of(medium))
+    if (field && field != medium.density.get()) most += most_bytes(*field, false);
   for (const Medium& other : medium.others) {
     most += (1 + light) * most_bytes(*other.density, light > 0);
-    if (other.emission) most += most_bytes(*other.emission, false);
+    for (const Emission& emission : other.emission) most += most_bytes(*emission.field, false);
   }
   double limit = given_limit ? all : left_beside(density_bytes(view), all);
   if (!in_file && (limit == 0 || most <= limit)) return {};

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "base/stopwatch.h"
+#include "march/grids.h"
 #include "plan/choose_codes.h"
 #include "psivox/leaf_values.h"
 
@@ -19,7 +20,7 @@ std::uint64_t next_upload() {
 /// Whether nothing else than its own bricks is made of the density's values from now on.
 bool only_bricks_need(const Medium& medium) {
   return may_discard(*medium.density) && !medium.light && !medium.lit &&
-         medium.luminance != medium.density && medium.emission != medium.density;
+         std::ranges::count(fields_of(medium), medium.density.get()) == 1;
 }
 
 }  // namespace

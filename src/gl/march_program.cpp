@@ -117,11 +117,16 @@ int turns_per_pass(const MarchSetup& setup) {
   // points of a turn, each of which may descend into two other grids' tables and search the
   // function
   const int points = 2 * pieces + 2;
+  int emission_levels = 0;
+#define GRID(id, name) \
+  if (id >= emission_grid) emission_levels += c.name##_levels;
+#include "grids.glsl"
+#undef GRID
   const int levels = c.density_levels + c.other_volumes * (1 + c.others_levels) +
-                     points * (c.luminance_levels + c.emission_levels) + points * c.gradient_levels;
+                     points * (c.luminance_levels + emission_levels) + points * c.gradient_levels;
   const int searches = c.transfer ? (points + 8) * setup.search_steps : 0;
   constexpr int bisections = 2 * 20;
-  const int terms = c.emission_channels ? 10 * pieces : 0;
+  const int terms = emission_levels > 0 ? 10 * pieces : 0;
   const int roots = c.split_knots || c.shows == int(Shows::surface) ? bisections : 0;
   return driver_limit / (1 + pieces + levels + searches + roots + terms) - 1;
 }

@@ -77,9 +77,6 @@ void add_grid(const std::string& name, const BrickAtlas& atlas, const BrickAtlas
   textures.push_back(std::move(texels));
 }
 
-const Field* field_of(const std::shared_ptr<const Field>& field) { return field.get(); }
-const Field* field_of(const std::vector<Medium>&) { return nullptr; }  // the density's rays
-
 /// Names that WebGL lacks, as macros of those that it has. Its globals may not have the name of a
 /// function that the language has.
 Macros web_names() {
@@ -246,6 +243,7 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
                                          .subspan(std::size_t(setup.parameters.transfer_first), 8));
   const Medium& medium = view.medium;
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
+  const PerGrid<const Field*> fields = fields_of(medium);
   const auto add_rays = [&](const std::string& name, const Field* field) {
     if (!field) return;
     const RayBundle bundle = make_ray_bundle(view.camera, *field, *medium.density);
@@ -253,7 +251,7 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
                            field->world_from_index * glm::dvec4(bundle.origin, 1)});
   };
 #define GRID(id, name) \
-  if (grids[id]) add_rays(#name, field_of(medium.name));
+  if (grids[id]) add_rays(#name, fields[id]);
 #include "grids.glsl"
 #undef GRID
 }

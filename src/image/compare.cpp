@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "base/statistics.h"
-#include "psivox/colormap.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "scene/colormap.h"
 
 namespace psivox {
 namespace {

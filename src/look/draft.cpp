@@ -10,7 +10,7 @@
 #include "look/voxel_lines.h"
 #include "medium/value_range.h"
 #include "psivox/draw.h"
-#include "psivox/method.h"
+#include "psivox/scene.h"
 #include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
@@ -128,8 +128,8 @@ bool suits_rays(const View& view) {
   const bool sky =
       medium.light && (medium.light->sky != glm::dvec3(0) || !view.scene.environment.empty());
   return view.scene.composites() && !info(view.scene.mode).from_back && source && !sky &&
-         !(medium.light && !medium.light->albedo.empty()) && !medium.emission && !medium.gradient &&
-         view.scene.phase_g == 0 && view.scene.scatter_octaves == 1;
+         !(medium.light && !medium.light->albedo.empty()) && medium.emission.empty() &&
+         !medium.gradient && view.scene.phase_g == 0 && view.scene.scatter_octaves == 1;
 }
 
 }  // namespace

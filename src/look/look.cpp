@@ -204,9 +204,12 @@ std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
   std::vector<std::string> names;
   for (const std::string& name : file.names()) {
     bool used = scene.grid == name || scene.grid.starts_with(name + ":");
-    for (const auto& field :
-         {fields.density, fields.luminance, fields.temperature, fields.emission})
-      used |= field && (field->name == name || field->name.starts_with(name + ":"));
+    const auto is_of = [&](const auto& field) {
+      return field && (field->name == name || field->name.starts_with(name + ":"));
+    };
+    for (const auto& field : {fields.density, fields.luminance, fields.temperature})
+      used |= is_of(field);
+    for (const EmissionField& emission : fields.emission) used |= is_of(emission.field);
     for (const auto& field : fields.albedo) used |= field->name == name;
     if (!used && file.channels(name) > 0) names.push_back(name);
   }

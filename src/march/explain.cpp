@@ -33,14 +33,16 @@ class Model {
     std::string text = in_quotes(medium_.density->name) + " is the density";
     if (medium_.luminance && !scene_.lit())
       text += "; " + in_quotes(medium_.luminance->name) + " shines";
-    if (medium_.emission) text += "; " + in_quotes(medium_.emission->name) + " emits";
+    for (const Emission& emission : medium_.emission)
+      text += "; " + in_quotes(emission.field->name) + " emits";
     const auto unread = [&](const std::string& name, bool used) {
       if (!name.empty() && !used)
         text += "; " + in_quotes(name) + " is not read: nothing depends on it";
     };
     unread(scene_.luminance_grid, scene_.shines());
     unread(scene_.temperature_grid, scene_.shines());
-    unread(scene_.emission_grid, bool(medium_.emission));
+    for (const EmissionOptions& emission : emission_options)
+      unread(scene_.*emission.grid, scene_.composites() && scene_.*emission.scale > 0);
     return text;
   }
 
@@ -48,10 +50,12 @@ class Model {
     if (medium_.others.empty()) return "one";
     std::string text = std::to_string(1 + medium_.others.size());
     text += ": the next by ";
-    for (const Medium& other : medium_.others)
+    for (const Medium& other : medium_.others) {
       text += (&other == &medium_.others.front() ? "" : ", ") + in_quotes(other.density->name) +
-              ", " + number(other.extinction) + " times its value" +
-              (other.emission ? ", and what " + in_quotes(other.emission->name) + " emits" : "");
+              ", " + number(other.extinction) + " times its value";
+      for (const Emission& emission : other.emission)
+        text += ", and what " + in_quotes(emission.field->name) + " emits";
+    }
     return text + "; a piece of a ray ends at the faces of each";
   }
 
@@ -135,11 +139,12 @@ class Model {
   }
 
   std::string emission() const {
-    if (!medium_.emission) return "none";
-    return std::string(constants().attenuates
-                           ? "quadratic between samples, seen through attenuation"
-                           : "quadratic between samples") +
-           (constants().emission_channels == 3 ? ", three channels" : ", one channel");
+    if (medium_.emission.empty()) return "none";
+    std::string text = "quadratic between samples";
+    if (constants().attenuates) text += ", seen through attenuation";
+    for (const Emission& emission : medium_.emission)
+      text += emission.field->channels == 3 ? ", three channels" : ", one channel";
+    return text;
   }
 
   std::string light() const {

@@ -262,12 +262,12 @@ View light_march(const View& view, const Beam& beam) {
   medium.source = LuminanceSource::constant;
   medium.transfer = without_colors(medium);
   medium.luminance.reset();
-  medium.emission.reset();
+  medium.emission.clear();
   medium.light.reset();
   for (Medium& other : medium.others) {
     other.color = medium.color;
     other.lit = false;
-    other.emission.reset();
+    other.emission.clear();
   }
   Camera& camera = towards.camera;
   camera = {};

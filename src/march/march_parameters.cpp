@@ -65,26 +65,27 @@ glsl::Grid grid_numbers(const RayBundle& bundle, const BrickAtlas& atlas, double
   return g;
 }
 
-const Field* field_of(const std::shared_ptr<const Field>& field) { return field.get(); }
-const Field* field_of(const std::vector<Medium>&) { return nullptr; }  // see place_others
-
 void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) {
   const Medium& medium = view.medium;
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
-#define GRID(id, name)                                                                     \
-  if (const Field* field = grids[id] ? field_of(medium.name) : nullptr) {                  \
-    const RayBundle bundle = make_ray_bundle(view.camera, *field, *medium.density);        \
-    setup.parameters.name = grid_numbers(bundle, *grids[id], setup.parameters.world_unit); \
-    setup.constants.name##_levels = grids[id]->pages.levels;                               \
-  }
+  const PerGrid<const Field*> fields = fields_of(medium);
+  const auto place = [&](std::size_t id, glsl::Grid& numbers, int& levels, int& channels) {
+    if (!grids[id] || !fields[id]) return;
+    const double unit = setup.parameters.world_unit;
+    const RayBundle bundle = make_ray_bundle(view.camera, *fields[id], *medium.density);
+    numbers = grid_numbers(bundle, *grids[id], unit);
+    if (id >= emission_grid) numbers.scale = medium.emission[id - emission_grid].scale * unit;
+    levels = grids[id]->pages.levels;
+    channels = grids[id]->channels;
+  };
+#define GRID(id, name) \
+  place(id, setup.parameters.name, setup.constants.name##_levels, setup.constants.name##_channels);
 #include "grids.glsl"
 #undef GRID
   setup.constants.coded = atlas.density.codes != nullptr;
   setup.constants.one_width = one_width(atlas);
   setup.constants.paired = atlas.paired;
   setup.constants.constant_runs = atlas.density.size.constant_bricks > 0;
-  if (atlas.emission && medium.emission)
-    setup.constants.emission_channels = atlas.emission->channels;
 }
 
 void place_camera(const View& view, const RayBundle& bundle, MarchSetup& setup) {
@@ -112,7 +113,6 @@ void place_medium(const View& view, MarchSetup& setup) {
   p.color = medium.color;
   p.ambient = medium.ambient;
   c.luminance_source = int(medium.source);
-  if (c.emission_channels) p.emission_scale = medium.emission_scale * p.world_unit;
   p.phase_axis = medium.phase_axis;
   p.phase_g = medium.phase_g;
   c.anisotropic = medium.phase_g != 0;
@@ -184,8 +184,8 @@ void place_function(const View& view, const RenderOptions& options, MarchSetup& 
   p.density_field_min = own.min - setup.origin;
   p.density_field_max = own.max - setup.origin;
   constexpr double any = std::numeric_limits<double>::infinity();
-  c.beyond =
-      medium.emission && medium.transfer->max_attenuation(glm::dvec2(0), glm::dvec2(0, any)) > 0;
+  c.beyond = !medium.emission.empty() &&
+             medium.transfer->max_attenuation(glm::dvec2(0), glm::dvec2(0, any)) > 0;
 }
 
 /// Where rays end, and the turns that they may take.
@@ -217,7 +217,7 @@ bool has_end_corrections(const View& view) {
   const Scene& scene = view.scene;
   // From vacuum to vacuum there is nothing to correct.
   return scene.end_corrections && scene.resolved_sampling() == Sampling::uniform &&
-         !view.medium.transfer && !view.medium.emission && scene.composites() &&
+         !view.medium.transfer && view.medium.emission.empty() && scene.composites() &&
          !info(scene.mode).from_back && scene.resolved_integrator() == Integrator::psi_balanced &&
          (begins_inside(view) || scene.clip || scene.clip_plane || view.holdout);
 }

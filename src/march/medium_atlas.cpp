@@ -108,8 +108,8 @@ class Builder {
       if (lit)
         part.light = build_beside(*other.luminance, part.bricks,
                                   {.texel = view_.scene.texel, .memory_limit = left_});
-      if (other.emission)
-        parts.push_back({.volume = i, .emits = true, .bricks = build(*other.emission, {})});
+      for (std::size_t k = 0; k < other.emission.size(); ++k)
+        parts.push_back({.volume = i, .emits = k, .bricks = build(*other.emission[k].field, {})});
     }
     join_others(parts, atlas);
   }
@@ -167,10 +167,10 @@ AtlasOptions density_options(const View& view) {
   const auto walk = [&](const Field& other) {
     for (const Box& box : where_values_are(other, *medium.density)) options.walked.push_back(box);
   };
-  if (medium.emission) walk(*medium.emission);
+  for (const Emission& emission : medium.emission) walk(*emission.field);
   for (const Medium& other : medium.others) {
     walk(*other.density);
-    if (other.emission) walk(*other.emission);
+    for (const Emission& emission : other.emission) walk(*emission.field);
   }
   return options;
 }
@@ -180,7 +180,8 @@ MediumAtlas build_medium_atlas(const View& view, bool discards_density) {
   Builder builder(view);
   MediumAtlas result{builder.build_density(discards_density), {}, {}, {}, {}};
   if (medium.luminance && !medium.light) builder.add_luminance(result);
-  if (medium.emission) result.emission = builder.build(*medium.emission, {});
+  for (const Emission& emission : medium.emission)
+    result.emission.push_back(builder.build(*emission.field, {}));
   if (medium.gradient) result.gradient = builder.build(*medium.gradient, {});
   builder.add_others(result);
   return result;
@@ -231,7 +232,8 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
       grown = Box{stored.min - 1, stored.max + 1};
     result.luminance = build(*medium.luminance, {}, grown);
   }
-  if (medium.emission) result.emission = build(*medium.emission, {}, {});
+  for (const Emission& emission : medium.emission)
+    result.emission.push_back(build(*emission.field, {}, {}));
   if (medium.gradient) result.gradient = build(*medium.gradient, {}, stored);
   return result;
 }

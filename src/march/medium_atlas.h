@@ -10,10 +10,10 @@ namespace psivox {
 
 /// Where the bricks of a further volume are, or of what it emits.
 struct PlacedOther {
-  std::size_t volume = 0;  ///< place in Medium::others
-  bool emits = false;
-  int channels = 1;  ///< attenuation and luminance, or emission
-  Box domain;        ///< voxels, as the next two
+  std::size_t volume = 0;            ///< place in Medium::others
+  std::optional<std::size_t> emits;  ///< place in its emission
+  int channels = 1;                  ///< attenuation and luminance, or emission
+  Box domain;                        ///< voxels, as the next two
   glm::ivec3 table_min{0}, table_size{0};
   int levels = 1;
   int first_page = 0;            ///< of its table
@@ -25,9 +25,9 @@ struct PlacedOther {
 struct MediumAtlas {
   BrickAtlas density;
   std::optional<BrickAtlas> luminance;  ///< where the luminance has a grid of its own
-  std::optional<BrickAtlas> emission;
-  std::optional<BrickAtlas> gradient;  ///< where the transfer function has one
-  std::optional<BrickAtlas> others{};  ///< of all further volumes, see join_others
+  std::vector<BrickAtlas> emission;     ///< as in Medium
+  std::optional<BrickAtlas> gradient;   ///< where the transfer function has one
+  std::optional<BrickAtlas> others{};   ///< of all further volumes, see join_others
   std::vector<PlacedOther> placed{};
   bool paired = false;  ///< luminance has the density's bricks in the same slots
   /// The region whose density and gradient are stored, alone: cells beside it may have values
@@ -81,8 +81,8 @@ void add_luminance(MediumAtlas& atlas, const View& view, bool discards_luminance
 
 /// The bricks of a further volume, or of what it emits, before they are joined.
 struct OtherBricks {
-  std::size_t volume = 0;  ///< place in Medium::others
-  bool emits = false;
+  std::size_t volume = 0;              ///< place in Medium::others
+  std::optional<std::size_t> emits{};  ///< place in its emission
   BrickAtlas bricks{};
   std::optional<BrickAtlas> light{};  ///< its luminance, in the same slots
 };

@@ -102,8 +102,9 @@ void place_others(const View& view, const MediumAtlas& atlas, MarchSetup& setup)
   bool shine = false;
   for (const PlacedOther& placed : atlas.placed) {
     const Medium& other = medium.others[placed.volume];
-    if (placed.emits && !other.emission) continue;  // towards light
-    const Field& field = placed.emits ? *other.emission : *other.density;
+    if (placed.emits >= other.emission.size()) continue;  // towards light
+    const Emission* const emission = placed.emits ? &other.emission[*placed.emits] : nullptr;
+    const Field& field = emission ? *emission->field : *other.density;
     const glm::ivec3 origin = make_ray_bundle(view.camera, field, *medium.density).origin;
     const auto moved = [](const glm::ivec3& by) {
       glm::dmat4 m(1);
@@ -118,13 +119,12 @@ void place_others(const View& view, const MediumAtlas& atlas, MarchSetup& setup)
     entries.emplace_back(placed.domain.min - origin, placed.channels);
     entries.emplace_back(placed.domain.max - origin, 0);
     const double unit = setup.parameters.world_unit;
-    entries.emplace_back(placed.emits ? 0 : other.extinction / medium.extinction,
-                         placed.emits ? other.emission_scale * unit : 0, placed.slots,
-                         placed.constants);
+    entries.emplace_back(emission ? 0 : other.extinction / medium.extinction,
+                         emission ? emission->scale * unit : 0, placed.slots, placed.constants);
     const glm::dvec3 own = other.lit ? other.ambient : other.color;
     entries.emplace_back(other.lit ? other.color : glm::dvec3(0), 0);
     entries.emplace_back(own - medium.ambient, 0);
-    shine |= placed.emits || other.lit || own != (medium.lit ? medium.ambient : medium.color);
+    shine |= emission || other.lit || own != (medium.lit ? medium.ambient : medium.color);
   }
   shine |= medium.source != LuminanceSource::constant;
   setup.parameters.others_first = append(entries, setup);

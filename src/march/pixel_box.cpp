@@ -53,7 +53,8 @@ PixelBox pixels_of(const View& view, const glm::dvec3& low, const glm::dvec3& hi
 }
 
 PixelBox pixels_of(const View& view, const Box& bricks) {
-  if (view.medium.emission || !view.medium.others.empty()) return {{}, view.scene.resolution};
+  if (!view.medium.emission.empty() || !view.medium.others.empty())
+    return {{}, view.scene.resolution};
   const Box domain = view.medium.density->domain();
   return pixels_of(view, glm::max(8.0 * glm::dvec3(bricks.min), glm::dvec3(domain.min)),
                    glm::min(8.0 * glm::dvec3(bricks.max) + 8.0, glm::dvec3(domain.max)));

@@ -22,7 +22,10 @@ double cell_turns(const MarchSetup& setup, double cells) {
   if (c.luminance_source == int(LuminanceSource::scalar) ||
       c.luminance_source == int(LuminanceSource::vector))
     add(p.luminance.domain_max - p.luminance.domain_min);
-  if (c.emission_channels) add(p.emission.domain_max - p.emission.domain_min);
+#define GRID(id, name) \
+  if (id >= emission_grid && c.name##_channels > 0) add(p.name.domain_max - p.name.domain_min);
+#include "grids.glsl"
+#undef GRID
   for (int i = 0; i < c.other_volumes; ++i) {
     const glm::vec4* entries = &setup.tables[std::size_t(p.others_first + i * other_entries)];
     add(glm::ivec3(entries[9]) - glm::ivec3(entries[8]));

@@ -44,11 +44,15 @@ void check_density(const Field& density) {
 /// The fields that the scene's mode uses, with values placed by its centering, in its world.
 MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
   MediumFields used = fields;
-  if (!scene.composites()) used.luminance = used.temperature = used.emission = nullptr;
+  if (!scene.composites()) {
+    used.luminance = used.temperature = nullptr;
+    used.emission.clear();
+  }
   if (placement(scene, glm::dmat4(1)) == glm::dmat4(1)) return used;
   std::map<std::shared_ptr<const Field>, std::shared_ptr<const Field>> moved{{nullptr, nullptr}};
   std::vector<std::shared_ptr<const Field>*> all{&used.density, &used.drawn, &used.luminance,
-                                                 &used.temperature, &used.emission};
+                                                 &used.temperature};
+  for (EmissionField& emission : used.emission) all.push_back(&emission.field);
   for (auto& field : used.albedo) all.push_back(&field);
   for (auto* field : all) {
     auto [found, is_new] = moved.try_emplace(*field);
@@ -130,11 +134,12 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
     check_in_memory(*fields.drawn);
   if (scene.shows(Shows::surface) && function && function->has_color())
     medium.color *= function->at(resolved_isovalue(scene, *fields.density)).color;
-  if (fields.emission && scene.emission_scale > 0) {
-    medium.emission = scene.emission_color == EmissionColor::black_body
-                          ? std::make_shared<const Field>(black_bodies(scene, *fields.emission))
-                          : fields.emission;
-    medium.emission_scale = scene.emission_scale;
+  for (const auto& [options, field] : fields.emission) {
+    if (!(scene.*options->scale > 0)) continue;
+    const bool hot = scene.*options->color == EmissionColor::black_body;
+    medium.emission.push_back(
+        {hot ? std::make_shared<const Field>(black_bodies(scene, *field)) : field,
+         scene.*options->scale});
   }
   return medium;
 }
@@ -168,7 +173,7 @@ Scene with_names(Scene scene, const MediumFields& fields) {
     scene.colormap = active_range(*fields.density).x < 0 ? Colormap::coolwarm : Colormap::viridis;
   if (fields.luminance) scene.luminance_grid = fields.luminance->name;
   if (fields.temperature) scene.temperature_grid = fields.temperature->name;
-  if (fields.emission) scene.emission_grid = fields.emission->name;
+  for (const auto& [options, field] : fields.emission) scene.*options->grid = field->name;
   return scene;
 }
 
@@ -206,7 +211,7 @@ View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                                        ": no such field at hand");
     luminance = density;
   }
-  return make_view(scene, MediumFields{density, luminance, nullptr, nullptr});
+  return make_view(scene, MediumFields{density, luminance, nullptr});
 }
 
 View make_view(const Scene& unnamed, const MediumFields& all_fields) {

@@ -132,11 +132,15 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   };
   if (scene.shines() && !scene.luminance_grid.empty())
     fields.luminance = luminance(scene.luminance_grid);
-  if (scene.emission_scale > 0 && !scene.emission_grid.empty())
+  for (const EmissionOptions& emission : emission_options) {
+    const std::string& name = scene.*emission.grid;
+    if (name.empty() || !(scene.*emission.scale > 0)) continue;
     // an overview would be drawn as it is
-    fields.emission = fields.drawn ? read(scene, file, scene.emission_grid,
-                                          options_of(scene, GridRole::luminance, empty))
-                                   : luminance(scene.emission_grid);
+    fields.emission.push_back(
+        {&emission, fields.drawn
+                        ? read(scene, file, name, options_of(scene, GridRole::luminance, empty))
+                        : luminance(name)});
+  }
   if (scene.shines() && !scene.temperature_grid.empty())
     fields.temperature =
         read(scene, file, scene.temperature_grid, options_of(scene, GridRole::data, empty));
@@ -168,13 +172,15 @@ std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& na
 std::string fields_key(const Scene& scene) {
   std::string key;
   for (const char* name : {"input", "grid", "strict", "background-value", "lod", "luminance-grid",
-                           "temperature-grid", "emission-grid", "albedo-grid", "volumes"})
+                           "temperature-grid", "albedo-grid", "volumes"})
     key += "\n" + parameter_text(scene, name);
+  for (const EmissionOptions& emission : emission_options)
+    key += "\n" + (scene.*emission.scale > 0 ? scene.*emission.grid : "");
   if (scene.range && (scene.range->percent.x || scene.range->percent.y))
     key += "\n" + parameter_text(scene, "range");
   if (scene.lod) key += "\n" + parameter_text(scene, "centering");
   for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
-                            scene.shows(Shows::surface), scene.emission_scale > 0, scene.lit()})
+                            scene.shows(Shows::surface), scene.lit()})
     key += choice ? "1" : "0";
   return key;
 }

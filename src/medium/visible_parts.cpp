@@ -246,11 +246,11 @@ void add_volume(const Medium& first, const Medium& other, Mode mode, Subject& su
 
 Subject subject_of(const Medium& medium, Mode mode, const WeighedLeaves* known) {
   Subject subject;
-  if (medium.extinction > 0 || !medium.emission) add_density(medium, mode, known, subject);
-  if (medium.emission) {
-    const int channels = medium.emission->channels;
+  if (medium.extinction > 0 || medium.emission.empty()) add_density(medium, mode, known, subject);
+  for (const Emission& emission : medium.emission) {
+    const int channels = emission.field->channels;
     add_grid(
-        *medium.emission,
+        *emission.field,
         [channels](const float* value) {
           return double(*std::max_element(value, value + channels));
         },

@@ -45,13 +45,13 @@ std::vector<int> spread_evenly(const glm::ivec2& size) {
 }
 
 bool depth_alone(const Medium& medium) {
-  return medium.source == LuminanceSource::constant && !medium.transfer && !medium.emission;
+  return medium.source == LuminanceSource::constant && !medium.transfer && medium.emission.empty();
 }
 
 double cell_cost(const Medium& medium, bool paired) {
   // the function's knots cut cells into pieces; one look-up may read the luminance too
   if (medium.transfer) return paired ? 3.5 : 1.6;
-  if (medium.emission) return 1.3;
+  if (!medium.emission.empty()) return 1.3;
   return depth_alone(medium) ? 1.15 : 1;
 }
 
@@ -155,7 +155,8 @@ Method exact_method(const View& view) {
 }
 
 Method lattice(const View& view, double step) {
-  return {.integrator = view.medium.emission ? Integrator::midpoint : Integrator::psi_balanced,
+  const bool dark = view.medium.emission.empty();
+  return {.integrator = dark ? Integrator::psi_balanced : Integrator::midpoint,
           .sampling = Sampling::uniform,
           .step = step};
 }

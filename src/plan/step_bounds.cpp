@@ -72,7 +72,8 @@ StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double bright
     bound.turn = bend.turn;
     bound.second = kink_scale_ * bend.slope * double(bricks[i].second_difference);
   }
-  if (atlas.emission) bound_emission(view, *atlas.emission);
+  for (std::size_t i = 0; i < medium.emission.size(); ++i)
+    bound_emission(medium, i, atlas.emission[i]);
 }
 
 void StepBounds::complete(const std::vector<bool>& wanted) {
@@ -90,12 +91,14 @@ void StepBounds::complete(const std::vector<bool>& wanted) {
   });
 }
 
-void StepBounds::bound_emission(const View& view, const BrickAtlas& emission) {
-  const Medium& medium = view.medium;
+void StepBounds::bound_emission(const Medium& medium, std::size_t place,
+                                const BrickAtlas& emission) {
   const std::vector<float> kinks = brick_kinks(emission);
   const double unit = finest_voxel(*medium.density);
-  const double voxels = unit / finest_voxel(*medium.emission);  // of the emission a step of 1
-  const double scale = medium.emission_scale * unit;
+  const double voxels =
+      unit / finest_voxel(*medium.emission[place].field);  // of the emission a step of 1
+  // what several miss adds up
+  const double scale = medium.emission[place].scale * unit * double(medium.emission.size());
   const std::size_t stride = std::size_t(emission.channels) * brick_texels;
   for (std::size_t i = 0; i < kinks.size(); ++i) {
     const float* values = emission.texels32.get() + i * stride;

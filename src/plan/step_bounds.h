@@ -41,7 +41,8 @@ class StepBounds {
   };
   /// Adds to those bounds the kinks on faces and where a function bends.
   void complete(const std::vector<bool>& wanted);
-  void bound_emission(const View& view, const BrickAtlas& emission);
+  /// `place`: in the medium's emission.
+  void bound_emission(const Medium& medium, std::size_t place, const BrickAtlas& emission);
   /// For each brick, the step at which its bound is `error`.
   const std::vector<double>& steps(double error);
 

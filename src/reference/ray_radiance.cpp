@@ -54,11 +54,17 @@ double face_error(const Medium& medium, const IndexRay& ray) {
   return 4 * epsilon * tau * extent(*medium.density) / std::max(slowest, 1e-300);
 }
 
+void add_cubic(Cubic& sum, const Cubic& more) {
+  for (std::size_t k = 0; k < 4; ++k) sum[k] += more[k];
+}
+
+bool emits(const GridWalk& emission) { return emission.in_cell() && !emission.all_zero(); }
+
 /// Of all grids along which a ray goes.
 double extents_of(const Medium& medium) {
   double sum = extent(*medium.density);
-  for (const auto& field : {medium.luminance, medium.emission})
-    if (field) sum += extent(*field);
+  if (medium.luminance) sum += extent(*medium.luminance);
+  for (const Emission& emission : medium.emission) sum += extent(*emission.field);
   for (const Medium& other : medium.others) sum += extents_of(other);
   return sum;
 }
@@ -69,7 +75,6 @@ RayMedium::RayMedium(const Medium& m)
     : medium(m),
       density(*medium.density),
       luminance(index_of(medium.luminance)),
-      emission(index_of(medium.emission)),
       gradient(index_of(medium.gradient)) {
   double L_max = max_component(glm::abs(medium.color));
   if (luminance)
@@ -81,9 +86,10 @@ RayMedium::RayMedium(const Medium& m)
   const double g = std::abs(medium.phase_g);
   L_max *= (1 + g) / ((1 - g) * (1 - g));  // the greatest value of the phase function
   behind_max = L_max + max_component(medium.ambient);
-  if (emission)
-    behind_max += std::abs(medium.emission_scale) * max_magnitude(*medium.emission) *
-                  longest_way(*medium.emission);
+  for (const auto& [field, scale] : medium.emission) {
+    emission.emplace_back(*field);
+    behind_max += std::abs(scale) * max_magnitude(*field) * longest_way(*field);
+  }
   for (const Medium& other : m.others) {
     others.emplace_back(other);
     behind_max += others.back().behind_max;
@@ -96,47 +102,52 @@ RayIntegrator::RayIntegrator(const RayMedium& medium, double tolerance)
       accuracy_{tolerance, std::max(tolerance, 1e-20) / (10 * std::max(1.0, medium.behind_max))},
       density_cache_(medium.density) {
   if (medium.luminance) luminance_cache_.emplace(*medium.luminance);
-  if (medium.emission) emission_cache_.emplace(*medium.emission);
   if (medium.gradient) gradient_cache_.emplace(*medium.gradient);
+  for (const FieldIndex& emission : medium.emission) emission_caches_.emplace_back(emission);
   for (const RayMedium& other : medium.others) {
     others_.emplace_back(other, tolerance);
     others_.back().color_at_end_ = false;
     others_.back().channels_ = 3;
   }
   const Medium& m = medium.medium;
-  color_at_end_ = !m.transfer && !m.emission && m.others.empty();
+  color_at_end_ = !m.transfer && m.emission.empty() && m.others.empty();
   if (!color_at_end_) return;
   channels_ = m.source == LuminanceSource::constant ? 0 : m.luminance ? m.luminance->channels : 1;
   accuracy_.tolerance /= std::max(max_component(glm::abs(m.color)), 1e-300);
 }
 
 struct RayIntegrator::Stretches {
-  std::optional<GridWalk> density, luminance, emission, gradient;
+  std::optional<GridWalk> density, luminance, gradient;
+  std::list<GridWalk> emission;
   glm::dvec3 color{1};          ///< factor of the luminance along this ray
   glm::dvec3 more{0};           ///< added to it, of a further volume
   std::list<Stretches> others;  ///< of further volumes
 
   /// Moves all walks to s; `end` becomes where the first of them leaves a cell.
   void move_on(double s, double& end) {
-    for (std::optional<GridWalk>* const walk : {&density, &luminance, &emission, &gradient}) {
-      if (!*walk) continue;
-      (*walk)->reach(s);
-      end = std::min(end, (*walk)->end());
-    }
+    const auto move = [&](GridWalk& walk) {
+      walk.reach(s);
+      end = std::min(end, walk.end());
+    };
+    for (std::optional<GridWalk>* const walk : {&density, &luminance, &gradient})
+      if (*walk) move(**walk);
+    for (GridWalk& walk : emission) move(walk);
     for (Stretches& other : others) other.move_on(s, end);
   }
 
   /// The part of the ray in any of the volumes.
   void span(double& begin, double& end) const {
-    for (const std::optional<GridWalk>* const walk : {&density, &emission}) {
-      if (!*walk || !(*walk)->ray().hits()) continue;
-      begin = std::min(begin, (*walk)->ray().s_begin);
-      end = std::max(end, (*walk)->ray().s_end);
-    }
+    const auto add = [&](const IndexRay& ray) {
+      if (!ray.hits()) return;
+      begin = std::min(begin, ray.s_begin);
+      end = std::max(end, ray.s_end);
+    };
+    add(density->ray());
+    for (const GridWalk& walk : emission) add(walk.ray());
     for (const Stretches& other : others) other.span(begin, end);
   }
 
-  bool glows() const { return emission && emission->in_cell() && !emission->all_zero(); }
+  bool glows() const { return std::ranges::any_of(emission, emits); }
 };
 
 void RayIntegrator::begin(const WorldRay& ray, double t_middle, double t0, double t1,
@@ -148,8 +159,9 @@ void RayIntegrator::begin(const WorldRay& ray, double t_middle, double t0, doubl
   if (medium_->luminance)
     at.luminance.emplace(*luminance_cache_,
                          make_index_ray(*medium.luminance, ray, t_middle, t0, t1));
-  if (medium_->emission)
-    at.emission.emplace(*emission_cache_, make_index_ray(*medium.emission, ray, t_middle, t0, t1));
+  for (std::size_t i = 0; i < emission_caches_.size(); ++i)
+    at.emission.emplace_back(emission_caches_[i],
+                             make_index_ray(*medium.emission[i].field, ray, t_middle, t0, t1));
   for (RayIntegrator& other : others_) {
     Stretches& own = at.others.emplace_back();
     other.begin(ray, t_middle, t0, t1, own);
@@ -171,21 +183,24 @@ void RayIntegrator::read_stretch(const Stretches& at, double a, double b, const 
                                  Piece& piece) const {
   const Medium& medium = medium_->medium;
   piece.channels = channels_;
-  piece.glows = at.glows();
   for (int c = 0; c < channels_; ++c) {
     Cubic& L = piece.L[std::size_t(c)];
     if (at.luminance)
       L = scaled(at.luminance->along(a, b, medium.luminance->channels == 3 ? c : 0), at.color[c]);
     if (medium.source == LuminanceSource::density) L = scaled(value, at.color[c]);
     if (medium.source == LuminanceSource::constant) L = constant_cubic(at.color[c]);
-    if (piece.glows)
-      piece.glow[std::size_t(c)] =
-          scaled(at.emission->along(a, b, medium.emission->channels == 3 ? c : 0),
-                 medium.emission_scale * (b - a));
   }
-  if (!piece.glows) return;
-  const IndexRay& ray = at.emission->ray();
-  piece.glow_share = (b - a) / (ray.s_end - ray.s_begin);
+  for (std::size_t i = 0; const GridWalk& walk : at.emission) {
+    const auto& [field, scale] = medium.emission[i++];
+    if (!emits(walk)) continue;
+    for (int c = 0; c < channels_; ++c)
+      add_cubic(piece.glow[std::size_t(c)],
+                scaled(walk.along(a, b, field->channels == 3 ? c : 0), scale * (b - a)));
+    const double way = walk.ray().s_end - walk.ray().s_begin;
+    const double share = (b - a) / way / double(at.emission.size());
+    piece.glow_share = piece.glows ? std::min(piece.glow_share, share) : share;
+    piece.glows = true;
+  }
 }
 
 /// Adds the volumes along [a,b], of which none has a function.
@@ -197,8 +212,7 @@ void RayIntegrator::add_volumes(const Stretches& at, double a, double b, RaySum&
     Piece piece;
     const Cubic value = own.density->along(a, b);
     volume.read_stretch(own, a, b, value, piece);
-    for (std::size_t c = 0; c < 3 && piece.glows; ++c)
-      for (std::size_t k = 0; k < 4; ++k) all.glow[c][k] += piece.glow[c][k];
+    for (std::size_t c = 0; c < 3 && piece.glows; ++c) add_cubic(all.glow[c], piece.glow[c]);
     if (piece.glows)  // several may glow
       all.glow_share = std::min(all.glow_share, piece.glow_share / double(1 + others_.size()));
     all.glows = all.glows || piece.glows;

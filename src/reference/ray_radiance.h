@@ -35,10 +35,10 @@ struct RayMedium {
   Medium medium;
   FieldIndex density;
   std::optional<FieldIndex> luminance;  ///< if a grid other than density gives L
-  std::optional<FieldIndex> emission;
-  std::optional<FieldIndex> gradient;  ///< if the transfer function has one
-  std::vector<RayMedium> others{};     ///< further volumes
-  double behind_max;  ///< bound on the radiance of anything behind a point of a ray
+  std::optional<FieldIndex> gradient;   ///< if the transfer function has one
+  std::vector<FieldIndex> emission{};
+  std::vector<RayMedium> others{};  ///< further volumes
+  double behind_max;                ///< bound on the radiance of anything behind a point of a ray
 };
 
 /// Integrates rays through a medium, t0 <= t <= t1 [world units from the ray's origin]; one for
@@ -71,8 +71,8 @@ class RayIntegrator {
   Accuracy accuracy_;
   BlockCache density_cache_;
   std::optional<BlockCache> luminance_cache_;
-  std::optional<BlockCache> emission_cache_;
   std::optional<BlockCache> gradient_cache_;
+  std::vector<BlockCache> emission_caches_;
   std::vector<ClassifiedPart> parts_;
   std::vector<RayIntegrator> others_;  ///< of further volumes
 };

@@ -1,4 +1,4 @@
-#include "psivox/colormap.h"
+#include "scene/colormap.h"
 
 #include <array>
 #include <nlohmann/json.hpp>

@@ -4,8 +4,8 @@
 
 #include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/method.h"
 #include "psivox/parameters.h"
+#include "psivox/scene.h"
 #include "scene/enum_names.h"
 
 namespace psivox {

@@ -8,7 +8,7 @@
 
 #include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/scene.h"
+#include "scene/colormap.h"
 
 namespace psivox {
 namespace {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "psivox/colormap.h"
+#include "psivox/scene.h"
 
 namespace psivox {
 

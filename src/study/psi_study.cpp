@@ -7,9 +7,9 @@
 #include "base/statistics.h"
 #include "base/text_file.h"
 #include "march/formula_march.h"
-#include "psivox/colormap.h"
 #include "psivox/image.h"
 #include "psivox/study.h"
+#include "scene/colormap.h"
 #include "study/page.h"
 #include "study/results.h"
 

@@ -12,7 +12,7 @@
 #include "base/statistics.h"
 #include "psivox/image.h"
 #include "psivox/medium.h"
-#include "psivox/method.h"
+#include "psivox/scene.h"
 #include "psivox/study.h"
 
 namespace psivox {

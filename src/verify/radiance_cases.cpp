@@ -196,8 +196,7 @@ Measured emitting_slab(const Painter& painter) {
   scene.fov = 20;
   scene.extinction = 0;
   View view = view_of(scene, slab.field());
-  view.medium.emission = view.medium.density;
-  view.medium.emission_scale = scale;
+  view.medium.emission = {{view.medium.density, scale}};
   const Image image = painter.picture(view);
   Measured found;
   for (int y = 0; y < image.height; ++y)

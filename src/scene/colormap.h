@@ -3,20 +3,9 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-namespace psivox {
+#include "psivox/scene.h"
 
-/// Built-in colour maps; src/scene/colormap.cpp says where each comes from.
-enum class Colormap : int {
-  viridis,
-  inferno,
-  magma,
-  plasma,
-  cividis,
-  turbo,
-  coolwarm,
-  gray,
-  hot,
-};
+namespace psivox {
 
 /// Colour at u, clamped to [0, 1]: linear Rec. 709 radiance, 1 is white. The maps are defined as
 /// sRGB codes at knots; between knots the decoded radiance is linear.
