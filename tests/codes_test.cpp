@@ -5,9 +5,10 @@
 #include <bit>
 #include <cmath>
 
+#include "atlas/brick_code.h"
 #include "blobs_scene.h"
+#include "code_cases.h"
 #include "light_cases.h"
-#include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
@@ -39,7 +40,9 @@ double step_of(const BrickAtlas& atlas, std::size_t slot) {
   return double(std::bit_cast<float>(std::uint32_t(head >> 32)));
 }
 
-void expect_half_steps(const BrickAtlas& full, const BrickAtlas& codes) {
+void expect_half_steps(const BrickAtlas& full, const BrickAtlas& codes,
+                       const std::vector<CodeWidth>& widths) {
+  const BrickCodes by = brick_codes(full, widths);
   for (std::size_t slot = 0; slot < full.bricks.size(); ++slot) {
     const BrickStats& brick = full.bricks[slot];
     const double step = step_of(codes, slot);
@@ -53,6 +56,7 @@ void expect_half_steps(const BrickAtlas& full, const BrickAtlas& codes) {
         if (as_end ? z == 0 : z == 8) continue;
         const double coded = decoded(codes, slot, i / 9, z, as_end);
         ASSERT_LE(std::abs(coded - double(value)), bound) << slot << ' ' << i;
+        ASSERT_EQ(coded, by.own[slot].rounded(value)) << slot << ' ' << i;
         if (value == 0) {
           ASSERT_NEAR(coded, 0, 0.01 * step);
         }
@@ -73,9 +77,11 @@ TEST(Codes, EveryValueIsWithinHalfAStep) {
     atlas.density = build_atlas(field);
     std::uint64_t before = 0;
     for (const TexelType type : types) {
-      const BrickAtlas codes = coded(atlas.density, *fixed_widths(atlas, type));
-      expect_half_steps(atlas.density, codes);
+      const CodeWidths widths = fixed_widths(atlas, type);
+      const BrickAtlas codes = coded(atlas.density, *widths);
+      expect_half_steps(atlas.density, codes, *widths);
       EXPECT_EQ(codes.texels32, nullptr);
+      EXPECT_EQ(codes.size.texel_bytes, coded_bytes(*widths, 0));
       EXPECT_GT(codes.size.texel_bytes, before);
       before = codes.size.texel_bytes;
     }
@@ -94,7 +100,7 @@ TEST(Codes, BricksAreAsWideAsTheirStepsAsk) {
   const CodeWidths twelve = code_widths(atlas, steps);
   ASSERT_TRUE(twelve);
   for (const CodeWidth width : *twelve) EXPECT_EQ(width, CodeWidth::bits12);
-  expect_half_steps(atlas, coded(atlas, *twelve));
+  expect_half_steps(atlas, coded(atlas, *twelve), *twelve);
   steps.back() /= 100;
   EXPECT_FALSE(code_widths(atlas, steps));
 }
@@ -109,27 +115,6 @@ void expect_arithmetic(const std::string& what, const View& view, const MediumAt
   const Comparison c = difference(what, gpu, render_double(view, codes).image);
   EXPECT_LE(c.rms, 1e-6) << what;
   EXPECT_LE(c.max, 2e-5) << what;
-}
-
-Scene oblique() {
-  Scene scene = looking(small_scene(64), {95, 60, 70}, {11, 12, 11});
-  scene.extinction = 0.12;
-  return scene;
-}
-
-Scene by(Scene scene, bool cells) {
-  if (cells)
-    scene.integrator = Integrator::cell_exact;
-  else
-    scene.step = 0.7;
-  return scene;
-}
-
-/// Widths in turn, so that neighbouring bricks differ.
-MediumAtlas coded_in_turn(const MediumAtlas& atlas) {
-  std::vector<CodeWidth> widths = *fixed_widths(atlas, TexelType::code7);
-  for (std::size_t i = 0; i < widths.size(); ++i) widths[i] = CodeWidth(i % 3);
-  return coded(atlas, widths);
 }
 
 TEST_F(CodedMarch, GpuIsTheMarchInDouble) {

@@ -189,8 +189,9 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
 /// A scalar atlas of float32 with codes of these widths in place of its texels, and of what is
-/// beside it.
+/// beside it. `discards_texels`: the float32 texels of both lose their values, and the system gets
+/// their memory as codes are stored.
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside = nullptr);
+                 const BrickAtlas* beside = nullptr, bool discards_texels = false);
 
 }  // namespace psivox

@@ -7,8 +7,9 @@
 #include <string>
 #include <type_traits>
 
+#include "atlas/brick_code.h"
+#include "base/memory.h"
 #include "field/lane_range.h"
-#include "psivox/atlas.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -19,22 +20,17 @@ constexpr int word_bits[] = {7, 12, 16};  // of a code, by width
 int bits_of(CodeWidth width) { return word_bits[std::size_t(width)]; }
 int row_words(CodeWidth width) { return 1 << int(width); }
 
-/// value = offset + step * code. The step's lowest bits are the width.
-struct AffineCode {
-  float offset;
-  float step;
-};
-
 /// The code of values from `min` to `max`. 0 is one of its values if it lies between them.
-AffineCode code_of(float min, float max, CodeWidth width) {
+BrickCode code_of(float min, float max, CodeWidth width) {
   constexpr float least_step = 1e-37F;  // no code is a denormal number
   const double codes = (1 << bits_of(width)) - 1;
   const bool around_zero = min < 0 && max > 0;
   const double exact = (double(max) - double(min)) / (around_zero ? codes - 1 : codes);
   const auto above = std::bit_cast<std::uint32_t>(std::max(float(exact), least_step)) + 4;
   const auto step = std::bit_cast<float>((above & ~3u) | std::uint32_t(width));
-  if (!around_zero) return {min, step};
-  return {float(-double(step) * std::ceil(-double(min) / double(step))), step};
+  const float offset =
+      around_zero ? float(-double(step) * std::ceil(-double(min) / double(step))) : min;
+  return {offset, step, 1 / step, float(codes) + 0.5F};
 }
 
 /// A brick's values in one atlas: its channels share a code.
@@ -66,16 +62,12 @@ void for_records(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_t 
 /// Writes each word of a channel, and zeros behind the rows, `stride` words behind the one before.
 void encode(const Record& record, int channel, CodeWidth width, std::uint64_t* words,
             std::size_t stride) {
-  const AffineCode code = code_of(record.min, record.max, width);
-  const int codes_last = (1 << bits_of(width)) - 1;
+  const BrickCode code = code_of(record.min, record.max, width);
   const float* const values = record.values + channel;
-  const float per_step = 1 / code.step, last = float(codes_last) + 0.5F;
   std::array<std::int32_t, brick_texels> codes;
   const auto find = [&](auto channels) {
-    for (std::size_t i = 0; i < codes.size(); ++i) {
-      const float at = (values[i * std::size_t(channels)] - code.offset) * per_step + 0.5F;
-      codes[i] = std::int32_t(std::min(at, last));
-    }
+    for (std::size_t i = 0; i < codes.size(); ++i)
+      codes[i] = code.of(values[i * std::size_t(channels)]);
   };
   if (record.channels == 1)
     find(std::integral_constant<int, 1>());  // which vectorises
@@ -103,6 +95,11 @@ void encode(const Record& record, int channel, CodeWidth width, std::uint64_t* w
   for (int i = 1; i < row_words(width); ++i) write(0);
 }
 
+void discard_texels(const BrickAtlas& atlas, std::size_t first, std::size_t end) {
+  const std::size_t floats = brick_texels * std::size_t(atlas.channels);
+  discard_values(atlas.texels32.get() + first * floats, (end - first) * floats * sizeof(float));
+}
+
 }  // namespace
 
 CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
@@ -123,8 +120,28 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
   return fits ? widths : nullptr;
 }
 
+BrickCodes brick_codes(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
+                       const BrickAtlas* beside) {
+  const std::size_t count = widths.size();
+  BrickCodes codes{std::vector<BrickCode>(count), std::vector<BrickCode>(beside ? count : 0)};
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t slot) {
+    std::vector<BrickCode>* to = &codes.own;
+    for_records(atlas, beside, slot, [&](const Record& record) {
+      (*to)[slot] = code_of(record.min, record.max, widths[slot]);
+      to = &codes.beside;
+    });
+  });
+  return codes;
+}
+
+std::uint64_t coded_bytes(const std::vector<CodeWidth>& widths, int channels_beside) {
+  std::uint64_t rows = 0;
+  for (const CodeWidth width : widths) rows += std::uint64_t(row_words(width));
+  return rows * code_words * (1 + std::uint64_t(channels_beside)) * sizeof(std::uint64_t);
+}
+
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside) {
+                 const BrickAtlas* beside, bool discards_texels) {
   if (!atlas.texels32 && !atlas.bricks.empty())
     throw Error(ExitCode::failure, "codes are of float32 texels");
   BrickAtlas result = atlas;
@@ -145,7 +162,7 @@ BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
   }
   const std::size_t words = std::size_t(count) * code_words * records;
   result.codes = std::make_shared_for_overwrite<std::uint64_t[]>(words);
-  tbb::parallel_for(std::size_t{0}, result.bricks.size(), [&](std::size_t slot) {
+  const auto store = [&](std::size_t slot) {
     std::uint64_t* to =
         result.codes.get() + std::size_t(result.code_places[slot]) * code_words * records;
     for_records(atlas, beside, slot, [&](const Record& record) {
@@ -156,7 +173,15 @@ BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
       for (int channel = 0; channel < record.channels; ++channel)
         encode(record, channel, widths[slot], to++, records);
     });
-  });
+  };
+  const std::size_t bricks = result.bricks.size(), at_once = discards_texels ? 1024 : bricks;
+  for (std::size_t first = 0; first < bricks; first += at_once) {
+    const std::size_t end = std::min(first + at_once, bricks);
+    tbb::parallel_for(first, end, store);
+    if (!discards_texels) continue;
+    discard_texels(atlas, first, end);
+    if (beside) discard_texels(*beside, first, end);
+  }
   result.size.texel_bytes = words * sizeof(std::uint64_t);
   return result;
 }

@@ -204,11 +204,7 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
     const MediumAtlas& grids = atlas.of(view, marched.scene.texel, times);
     const Progress progress = of_stage(wish.progress, Stage::choosing);
     result = plan_march(with_rest, grids, progress);
-    const auto coded = [&](const CodeWidths& codes) -> const MediumAtlas& {
-      return atlas.on_device(view, TexelType::float32, codes, times);
-    };
-    if (may_be_coded(marched))
-      choose_codes(result, grids, rest, wish.fewest_bytes, coded, progress);
+    if (may_be_coded(marched)) choose_codes(result, grids, rest, wish.fewest_bytes, progress);
   }
   result.light_rms = missed.rms;
   result.light_max = missed.max;

@@ -50,7 +50,7 @@ double WholeAtlas::bytes() const {
 }
 
 void WholeAtlas::clear() {
-  coded_.clear();
+  coded_.reset();
   atlases_.clear();
   uploads_.clear();
   texels_are_gone_ = false;
@@ -71,38 +71,25 @@ const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, Preparation
   return built;
 }
 
-const WholeAtlas::Coded* WholeAtlas::find_coded(const CodeWidths& widths) {
-  const auto found =
-      std::ranges::find_if(coded_, [&](const Coded& codes) { return *codes.widths == *widths; });
-  if (found == coded_.end()) return nullptr;
-  coded_.splice(coded_.begin(), coded_, found);
-  return &coded_.front();
-}
-
-const WholeAtlas::Coded& WholeAtlas::coded_of(const MediumAtlas& atlas, const CodeWidths& widths,
-                                              PreparationTimes& times) {
-  if (const Coded* const found = find_coded(widths)) return *found;
-  const Stopwatch watch;
-  coded_.push_front({widths, coded(atlas, *widths), next_upload()});
-  if (coded_.size() > 2) coded_.pop_back();
-  times.atlas_ms += watch.ms();
-  return coded_.front();
-}
-
 const MediumAtlas& WholeAtlas::on_device(const View& view, TexelType texel, const CodeWidths& codes,
-                                         PreparationTimes& times) {
-  if (const Coded* const found = codes ? find_coded(codes) : nullptr) return found->atlas;
+                                         PreparationTimes& times, bool last) {
   const MediumAtlas& atlas = of(view, texel, times);
   const CodeWidths widths = codes ? codes : fixed_widths(atlas, texel);
-  return widths ? coded_of(atlas, widths, times).atlas : atlas;
+  if (!widths) return atlas;
+  if (coded_ && *coded_->widths == *widths) return coded_->atlas;
+  const Stopwatch watch;
+  coded_.reset();  // before the next take memory
+  coded_ = {widths, coded(atlas, *widths, last), next_upload()};
+  times.atlas_ms += watch.ms();
+  return coded_->atlas;
 }
 
 const MediumAtlas& WholeAtlas::upload(Marcher& marcher, const View& view, TexelType texel,
                                       Filter filter, PreparationTimes& times,
                                       const CodeWidths& codes, bool last) {
-  const MediumAtlas& wanted = on_device(view, texel, codes, times);
+  const MediumAtlas& wanted = on_device(view, texel, codes, times, last);
   std::uint64_t& number =
-      wanted.density.codes ? coded_.front().number : uploads_[{host_texel(texel), filter}];
+      wanted.density.codes ? coded_->number : uploads_[{host_texel(texel), filter}];
   if (number == 0 || marcher.holds != number) {
     marcher.holds = 0;
     marcher.upload(wanted, filter);
@@ -121,14 +108,12 @@ const MediumAtlas& WholeAtlas::upload(Marcher& marcher, const View& view, TexelT
 
 CodeWidths WholeAtlas::preview_codes(const Marcher& marcher, const View& wanted,
                                      const Wish& wish) const {
-  if (wish.any_light && wish.time_budget_ms && may_be_coded(wanted))
-    for (const Coded& codes : coded_)
-      if (codes.number == marcher.holds) return codes.widths;
-  return {};
+  const bool will_do = wish.any_light && wish.time_budget_ms && may_be_coded(wanted);
+  return will_do && coded_ && coded_->number == marcher.holds ? coded_->widths : nullptr;
 }
 
 void WholeAtlas::relight(const View& view) {
-  coded_.clear();
+  coded_.reset();
   View shining = view;
   const bool discarding = discards && atlases_.size() == 1;
   if (discarding) gone_.push_back(view.medium.luminance);

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <list>
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -13,8 +13,8 @@
 
 namespace psivox {
 
-/// The atlases of a whole medium, in float32 or float16 or both, and the codes made of them last,
-/// as long as the medium is drawn as one part.
+/// The atlases of a whole medium, in float32 or float16 or both, and the codes that were made of
+/// them last, as long as the medium is drawn as one part.
 class WholeAtlas {
  public:
   /// Lets values of fields and bricks go as soon as a picture needs them no more.
@@ -32,9 +32,10 @@ class WholeAtlas {
 
   /// The atlas of a view with that texel type, built if it is not there.
   const MediumAtlas& of(const View& view, TexelType texel, PreparationTimes& times);
-  /// What the device has of it: codes of these widths, or of the type's own, or the bricks.
+  /// What the device has of it: codes of these widths, or of the type's own, or the bricks. If it
+  /// is the last, texels of float32 go as codes are stored.
   const MediumAtlas& on_device(const View& view, TexelType texel, const CodeWidths& codes,
-                               PreparationTimes& times);
+                               PreparationTimes& times, bool last = false);
   /// Uploads that for a filter, if the marcher holds something else. Returns what it uploads. If it
   /// is the last, the host's texels go.
   const MediumAtlas& upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
@@ -53,16 +54,12 @@ class WholeAtlas {
     MediumAtlas atlas;
     std::uint64_t number;  ///< of its upload
   };
-  /// The codes of some widths, moved to the front, if they are there.
-  const Coded* find_coded(const CodeWidths& widths);
-  const Coded& coded_of(const MediumAtlas& atlas, const CodeWidths& widths,
-                        PreparationTimes& times);
 
   std::map<TexelType, MediumAtlas> atlases_;
   bool texels_are_gone_ = false;                                   ///< those of the atlases
   std::vector<std::shared_ptr<const Field>> gone_;                 ///< fields without values
   std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads_;  ///< their numbers
-  std::list<Coded> coded_;  ///< the last two, the newest first
+  std::optional<Coded> coded_;
 };
 
 }  // namespace psivox

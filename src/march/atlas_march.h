@@ -3,6 +3,7 @@
 #include <bit>
 #include <glm/gtc/packing.hpp>
 
+#include "atlas/brick_code.h"
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
 

@@ -1,5 +1,6 @@
 // No include guard: expanded inside the struct AtlasMarch, which marches over brick atlases.
 PerGrid<const BrickAtlas*> grids{};
+PerGrid<const BrickCode*> brick_codes{};  ///< by slot; see read_as
 const glm::vec4* tables = nullptr;
 
 AtlasMarch() = default;
@@ -7,6 +8,12 @@ AtlasMarch() = default;
 AtlasMarch(const MarchSetup& setup, const MediumAtlas& atlas)
     : grids(grids_of(atlas)), tables(setup.tables.data()) {
   configure(setup);
+}
+
+/// From now on float32 texels are read as these codes would have them.
+void read_as(const BrickCodes& given) {
+  brick_codes[density_grid] = given.own.data();
+  if (paired) brick_codes[luminance_grid] = given.beside.data();
 }
 
 uint fetch_page(int grid, int i) const {
@@ -20,16 +27,16 @@ real3 fetch_constant3(int grid, int i) const {
   return {v[0], v[1], v[2]};
 }
 real4 fetch_table(int i) const { return real4(tables[i]); }
-real fetch_texel(int grid, int i) const { return value(grid, std::size_t(i)); }
+real fetch_texel(int grid, int i) const { return value(grid, i, std::size_t(i)); }
 real3 fetch_texel3(int grid, int i) const {
   const std::size_t at = 3 * std::size_t(i);
-  return {value(grid, at), value(grid, at + 1), value(grid, at + 2)};
+  return {value(grid, i, at), value(grid, i, at + 1), value(grid, i, at + 2)};
 }
 real4 fetch_pair(int i) const {
-  const std::size_t at = std::size_t(i), first = luminance_source == SOURCE_VECTOR ? 3 * at : at;
-  const real v = value(density_grid, at), x = value(luminance_grid, first);
-  if (luminance_source != SOURCE_VECTOR) return {v, x, x, x};
-  return {v, x, value(luminance_grid, first + 1), value(luminance_grid, first + 2)};
+  const real v = fetch_texel(density_grid, i);
+  if (luminance_source == SOURCE_VECTOR) return real4(v, fetch_texel3(luminance_grid, i));
+  const real x = fetch_texel(luminance_grid, i);
+  return {v, x, x, x};
 }
 uint4 fetch_code(int i) const {
   const std::uint64_t* words = grids[density_grid]->codes.get() + std::size_t(i) * (paired ? 2 : 1);
@@ -44,7 +51,11 @@ real3 filtered_texel3(int, int, real3) const { return real3(0); }
 #include "march/march_members.h"
 
 private:
-real value(int grid, std::size_t i) const {
+/// A channel's value, the i-th of the grid, at a texel.
+real value(int grid, int texel, std::size_t i) const {
   const BrickAtlas& atlas = *grids[std::size_t(grid)];
-  return atlas.texels32 ? atlas.texels32[i] : glm::unpackHalf1x16(atlas.texels16[i]);
+  if (!atlas.texels32) return glm::unpackHalf1x16(atlas.texels16[i]);
+  const float v = atlas.texels32[i];
+  const BrickCode* const code = brick_codes[std::size_t(grid)];
+  return code ? real(code[texel / brick_texels].rounded(v)) : real(v);
 }

@@ -211,8 +211,9 @@ RenderResult render_deep(const View& view, const MediumAtlas& atlas, double tole
   return result;
 }
 
-PixelMarch::PixelMarch(const View& view, const MediumAtlas& atlas, const BrickSteps& brick_steps)
-    : atlas_(&atlas) {
+PixelMarch::PixelMarch(const View& view, const MediumAtlas& atlas, const BrickSteps& brick_steps,
+                       const BrickCodes* codes)
+    : atlas_(&atlas), codes_(codes) {
   MarchSetup setup = setup_in_double(view, atlas, {.count = true, .brick_steps = brick_steps});
   setup.parameters.sample_offset = pixel_sample(0, 1);
   setup_ = std::make_shared<const MarchSetup>(std::move(setup));
@@ -224,6 +225,7 @@ void PixelMarch::march(std::span<const glm::ivec2> pixels, std::span<MarchedRay>
   const double last = setup_->parameters.stop_depth;
   for_each(sooner ? *sooner->setup_ : *setup_, *atlas_, pixels.size(), rays_together, progress,
            [&](AtlasMarch& march, std::size_t i) {
+             if (codes_) march.read_as(*codes_);
              RayOfPixel ray(march, pixels[i]);
              march_on(march, ray.state, ray.ray);
              if (sooner) {

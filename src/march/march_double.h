@@ -60,6 +60,7 @@ class DoubleMarcher : public Marcher {
   const MediumAtlas* atlas_ = nullptr;
 };
 
+struct BrickCodes;
 struct MarchSetup;
 
 /// What the ray through a pixel's centre shows.
@@ -68,10 +69,13 @@ struct MarchedRay {
   double samples = 0;    ///< field look-ups
 };
 
-/// Marches rays through the centres of single pixels, in double. The atlas must outlive it.
+/// Marches rays through the centres of single pixels, in double. Atlas and codes must outlive it.
 class PixelMarch {
  public:
-  PixelMarch(const View& view, const MediumAtlas& atlas, const BrickSteps& brick_steps = {});
+  /// If there are `codes`, the density's values of float32, and of a luminance beside it, are read
+  /// as these would have them: the rays show what the coded atlas would, which nobody stores.
+  PixelMarch(const View& view, const MediumAtlas& atlas, const BrickSteps& brick_steps = {},
+             const BrickCodes* codes = nullptr);
 
   /// `progress` is called on this thread, often; it may throw. `ended` gets what `sooner` marches,
   /// the same view but that rays end at a larger transmittance. A ray is marched once.
@@ -82,6 +86,7 @@ class PixelMarch {
  private:
   std::shared_ptr<const MarchSetup> setup_;
   const MediumAtlas* atlas_;
+  const BrickCodes* codes_;
 };
 
 }  // namespace psivox

@@ -238,9 +238,11 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   return result;
 }
 
-MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths) {
+MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths,
+                  bool discards_texels) {
   MediumAtlas result = atlas;
-  result.density = coded(atlas.density, widths, atlas.paired ? &*atlas.luminance : nullptr);
+  const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
+  result.density = coded(atlas.density, widths, beside, discards_texels);
   if (atlas.paired) {
     result.luminance->texels32.reset();
     result.luminance->size.texel_bytes = 0;

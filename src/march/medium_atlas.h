@@ -69,8 +69,10 @@ Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin);
 glm::dvec2 density_range(const Medium& medium);
 
 /// What the device stores: the density's bricks, with the luminance beside them, as codes of these
-/// widths; all else is shared. The host keeps the float32 atlas: it is what methods are chosen by.
-MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths);
+/// widths; all else is shared. The host keeps the float32 atlas, by which methods are chosen,
+/// unless it `discards_texels`: see the same of a BrickAtlas.
+MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths,
+                  bool discards_texels = false);
 
 /// One width for all bricks, if that is the type of texels; else null.
 CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel);

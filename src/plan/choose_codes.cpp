@@ -5,6 +5,7 @@
 #include <numeric>
 #include <optional>
 
+#include "atlas/brick_code.h"
 #include "base/statistics.h"
 #include "field/index_space.h"
 #include "march/march_double.h"
@@ -66,10 +67,10 @@ std::vector<double> effects_of_values(const View& view, const MediumAtlas& atlas
   return effects;
 }
 
-/// Errors of the pilot's rays over an atlas, by all channels. It ends with the first batch in which
-/// a ray is beyond `most`.
-ErrorSum errors_over(const MediumAtlas& atlas, const PlannedMarch& planned, double most,
-                     const Progress& progress) {
+/// Errors of the pilot's rays by codes of an atlas, by all channels. It ends with the first batch
+/// in which a ray is beyond `most`.
+ErrorSum errors_by(const BrickCodes& codes, const MediumAtlas& atlas, const PlannedMarch& planned,
+                   double most, const Progress& progress) {
   const Image& truth = planned.truth;
   const std::size_t count = std::size_t(truth.width) * std::size_t(truth.height);
   std::vector<glm::ivec2> pixels;
@@ -80,7 +81,7 @@ ErrorSum errors_over(const MediumAtlas& atlas, const PlannedMarch& planned, doub
     const std::size_t at = i * stride % count;
     pixels.emplace_back(at % std::size_t(truth.width), at / std::size_t(truth.width));
   }
-  const PixelMarch march(pilot_view(planned.view), atlas, planned.brick_steps);
+  const PixelMarch march(pilot_view(planned.view), atlas, planned.brick_steps, &codes);
   std::vector<MarchedRay> rays(std::min(batch, count));
   ErrorSum sum;
   for (std::size_t first = 0; first < count && sum.max <= most; first += batch) {
@@ -124,7 +125,6 @@ bool may_be_coded(const View& view) {
 }
 
 void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, bool fewest_bytes,
-                  const std::function<const MediumAtlas&(const CodeWidths&)>& coded,
                   const Progress& progress) {
   const View& view = plan.march->view;
   const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
@@ -145,9 +145,9 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, b
     const CodeWidths widths =
         code_widths(atlas.density, steps, beside, float(light_step * share / brightness));
     if (!widths) return;
-    const MediumAtlas& codes = coded(widths);
-    if (double(codes.density.size.texel_bytes) > most) return;
-    const ErrorSum missed = errors_over(codes, *plan.march, most_ray, progress);
+    if (double(coded_bytes(*widths, beside ? beside->channels : 0)) > most) return;
+    const BrickCodes codes = brick_codes(atlas.density, *widths, beside);
+    const ErrorSum missed = errors_by(codes, atlas, *plan.march, most_ray, progress);
     if (!(missed.rms() <= most_rms && missed.max <= most_ray)) {  // or a ray is no number
       share *= next_step(missed, plan.chosen.rms, most_rms, most_ray);
       continue;

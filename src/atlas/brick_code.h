@@ -1,0 +1,37 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "psivox/atlas.h"
+
+namespace psivox {
+
+/// The code of a brick's values: offset + step * code.
+struct BrickCode {
+  float offset;
+  float step;      ///< its two lowest bits are the width
+  float per_step;  ///< 1 / step
+  float end;       ///< the greatest code, and a half
+
+  /// The code of one of the values.
+  std::int32_t of(float value) const {
+    return std::int32_t(std::min((value - offset) * per_step + 0.5F, end));
+  }
+  /// What a value is by its code.
+  double rounded(float value) const { return double(offset) + double(step) * double(of(value)); }
+};
+
+/// The codes of an atlas's bricks, and of those beside it, by slot.
+struct BrickCodes {
+  std::vector<BrickCode> own, beside;
+};
+
+BrickCodes brick_codes(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
+                       const BrickAtlas* beside = nullptr);
+
+/// Bytes of an atlas by codes, with the channels of what is beside it.
+std::uint64_t coded_bytes(const std::vector<CodeWidth>& widths, int channels_beside);
+
+}  // namespace psivox
