@@ -8,6 +8,7 @@ CONSTANT(bool, octants)           // entries of the density's bricks tell which 
 CONSTANT(bool, passes_octants)    // rays pass over those: a CPU gains by it, a GPU needs more registers
 CONSTANT(bool, coded)             // the density's bricks are codes
 CONSTANT(int, one_width)          // CodeWidth of all of them; -1: not the same
+CONSTANT(int, code_unit)          // words of a channel that their payloads count
 CONSTANT(bool, paired)            // luminance is stored beside the density, in the same bricks
 CONSTANT(int, other_volumes)      // grids of further volumes, see others.glsl
 CONSTANT(bool, others_shine)      // they have luminance or emission, else they attenuate alone

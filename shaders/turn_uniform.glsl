@@ -15,7 +15,7 @@ real wider_behind(real d) {
 // Step of the lattice in a node that begins behind the ray's optical depth.
 real node_step(Node node, IN(March) m) {
   if (!brick_steps || node.kind != NODE_BRICK) return step;
-  real part = fetch_table(brick_steps_first + node.payload).x;
+  real part = table_number(brick_steps_first, node.payload);
   if (shows == SHOWS_light && !from_back) part = min(part * wider_behind(m.optical_depth), real(1.0));
   return step * part;
 }

@@ -21,6 +21,11 @@ namespace {
 constexpr TexelType types[] = {TexelType::code7, TexelType::code12, TexelType::code16};
 constexpr int bits[] = {7, 12, 16};
 
+double step_of(const BrickAtlas& atlas, std::size_t slot) {
+  const std::uint64_t head = atlas.codes[std::size_t(atlas.code_places[slot]) * code_words];
+  return double(std::bit_cast<float>(std::uint32_t(head >> 32) & ~CodedRows::mask));
+}
+
 /// The brick's value at a voxel, from the word that begins with it or ends with it.
 double decoded(const BrickAtlas& atlas, std::size_t slot, int row, int z, bool as_end) {
   const std::uint64_t* words =
@@ -32,12 +37,7 @@ double decoded(const BrickAtlas& atlas, std::size_t slot, int row, int z, bool a
   const std::uint64_t word = words[1 + row * (1 << width) + cell / cells];
   const std::uint64_t code =
       word >> (bits[width] * (cell % cells + as_end)) & ((std::uint64_t{1} << bits[width]) - 1);
-  return double(offset) + double(std::bit_cast<float>(step_bits)) * double(code);
-}
-
-double step_of(const BrickAtlas& atlas, std::size_t slot) {
-  const std::uint64_t head = atlas.codes[std::size_t(atlas.code_places[slot]) * code_words];
-  return double(std::bit_cast<float>(std::uint32_t(head >> 32)));
+  return double(offset) + step_of(atlas, slot) * double(code);
 }
 
 void expect_half_steps(const BrickAtlas& full, const BrickAtlas& codes,

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
@@ -76,13 +77,17 @@ struct ValueRange {
   float max = 0;
 };
 
+/// Whether a cell with these ranges of the field's and a companion's values is visible. Whatever
+/// lies within ranges that are not visible is not visible either.
+using Visibility = std::function<bool(const ValueRange& own, const ValueRange& companions)>;
+
 struct AtlasOptions {
   TexelType texel = TexelType::float32;
   /// Largest host + GPU bytes, that is twice AtlasSize::bytes(); 0: no limit.
   std::uint64_t memory_limit = 0;
-  /// Whether a cell with these ranges of the field's and `companion`'s values is visible. The atlas
-  /// stores visible cells only. If unset, a cell is visible if it has a value other than 0.
-  std::function<bool(const ValueRange& own, const ValueRange& companions)> visible{};
+  /// By the values of the field and of `companion`. The atlas stores visible cells only. If unset,
+  /// a cell is visible if it has a value other than 0.
+  Visibility visible{};
   /// A scalar field of the same transform and domain that also decides visibility. It must be 0
   /// wherever the field has no leaf and no tile 8 voxels wide. Null means 0 everywhere.
   std::shared_ptr<const Field> companion{};
@@ -107,13 +112,32 @@ struct AtlasOptions {
 /// Codes: a brick stored as offset + step * code has rows of nine codes along z. A word of 64 bits
 /// has the codes at the ends of 8, 4 or 2 cells, the last one again the first of the next word, so
 /// that one load has both ends of a cell. The word before the rows has the offset and the step, as
-/// floats; the two lowest bits of the step tell how many words a row takes: 1, 2 or 4. Of channels
-/// beside the density each has words of its own, of the same width: word i of all channels, then
+/// floats; the lowest bits of the step tell the width and the rows (CodedRows). Of channels beside
+/// the density each has words of its own, of the same width and rows: word i of all channels, then
 /// word i + 1.
 enum class CodeWidth : std::uint8_t { bits7, bits12, bits16 };
 
-/// Words of a channel of a brick of the narrowest codes; payloads of entries count them.
+/// Words of a channel of a brick of the narrowest codes.
 inline constexpr int code_words = 1 + brick_values * brick_values;
+
+/// The rows that a brick in codes has: a box of x and y. For any other row the nearest one stands,
+/// which makes no cell visible: the cells beside the box are not, and share its faces.
+struct CodedRows {
+  CodeWidth width = CodeWidth::bits7;
+  glm::ivec2 first{0};            ///< x and y of the first row
+  glm::ivec2 cells{brick_cells};  ///< between the first and the last one; at least 1
+
+  /// The bits of the step that hold them. To the step itself they count as 0.
+  static constexpr std::uint32_t mask = (1u << 14) - 1;
+  static CodedRows of_head(std::uint64_t head);
+  std::uint32_t in_step() const;
+  /// Words of a channel.
+  std::size_t words() const {
+    return 1 + (std::size_t((cells.x + 1) * (cells.y + 1)) << int(width));
+  }
+  /// The same in units of some words.
+  std::size_t units(int unit) const { return (words() - 1) / std::size_t(unit) + 1; }
+};
 
 /// The widths of an atlas's bricks, in slot order. Null: no codes.
 using CodeWidths = std::shared_ptr<const std::vector<CodeWidth>>;
@@ -133,6 +157,8 @@ struct BrickAtlas {
   std::shared_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
   std::shared_ptr<std::uint64_t[]> codes;     ///< instead of texels, see CodeWidth
   std::vector<std::uint32_t> code_places{};   ///< of these, by slot: the payloads of their entries
+  int code_unit = code_words;                 ///< words of a channel that a payload counts
+  Visibility visible{};                       ///< set if the field's values alone decide it
   AtlasSize size;
 
   std::size_t code_count() const { return codes ? size.texel_bytes / sizeof(std::uint64_t) : 0; }
@@ -189,8 +215,9 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
 /// A scalar atlas of float32 with codes of these widths in place of its texels, and of what is
-/// beside it. `discards_texels`: the float32 texels of both lose their values, and the system gets
-/// their memory as codes are stored.
+/// beside it. Bricks have the rows of their visible cells alone, if that saves a tenth of the words
+/// (code_unit tells), else all. `discards_texels`: the float32 texels of both lose their values, and
+/// the system gets their memory as codes are stored.
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                  const BrickAtlas* beside = nullptr, bool discards_texels = false);
 

@@ -11,7 +11,7 @@ namespace psivox {
 /// The code of a brick's values: offset + step * code.
 struct BrickCode {
   float offset;
-  float step;      ///< its two lowest bits are the width
+  float step;      ///< its lowest bits are 0: there a stored brick has its rows
   float per_step;  ///< 1 / step
   float end;       ///< the greatest code, and a half
 
@@ -31,7 +31,8 @@ struct BrickCodes {
 BrickCodes brick_codes(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                        const BrickAtlas* beside = nullptr);
 
-/// Bytes of an atlas by codes, with the channels of what is beside it.
-std::uint64_t coded_bytes(const std::vector<CodeWidth>& widths, int channels_beside);
+/// Bytes of an atlas's texels by codes, with the channels of what is beside it.
+std::uint64_t coded_bytes(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
+                          const BrickAtlas* beside = nullptr);
 
 }  // namespace psivox

@@ -56,7 +56,7 @@ BrickStats measure(const float* values, int channels) {
 }
 
 /// A bit for each octant of a brick without a visible cell.
-std::uint32_t hidden_octants(const float* values, const AtlasOptions& options) {
+std::uint32_t hidden_octants(const float* values, const Visibility& visible) {
   constexpr int half = brick_cells / 2;
   std::uint32_t hidden = 0;
   for (int i = 0; i < 8; i += 2) {
@@ -70,21 +70,23 @@ std::uint32_t hidden_octants(const float* values, const AtlasOptions& options) {
     for (int k = 0; k < 2; ++k) {
       const auto first = std::size_t(k) * half;
       const ValueRange range{rows.least(first, half + 1), rows.greatest(first, half + 1)};
-      if (!(options.visible ? options.visible(range, {}) : range.min != 0 || range.max != 0))
-        hidden |= 1u << (i + k);
+      if (!visible(range, {})) hidden |= 1u << (i + k);
     }
   }
   return hidden;
 }
+
+bool is_not_zero(const ValueRange& own, const ValueRange&) { return own.min != 0 || own.max != 0; }
 
 /// Marks hidden octants in the page table, where its payloads have the room.
 void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
   if (!options.mark_octants || options.companion || !options.walked.empty() ||
       result.channels > 1 || !result.texels32 || result.bricks.size() >> entry_slot_bits)
     return;
+  result.visible = options.visible ? options.visible : is_not_zero;
   std::vector<std::uint32_t> hidden(result.bricks.size());
   tbb::parallel_for(std::size_t{0}, hidden.size(), [&](std::size_t slot) {
-    hidden[slot] = hidden_octants(result.texels32.get() + slot * brick_texels, options);
+    hidden[slot] = hidden_octants(result.texels32.get() + slot * brick_texels, result.visible);
   });
   result.pages.octants = true;
   for (std::uint32_t& entry : result.pages.entries)

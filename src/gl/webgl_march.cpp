@@ -66,7 +66,8 @@ void add_grid(const std::string& name, const BrickAtlas& atlas, const BrickAtlas
     textures.push_back({name + "_codes",
                         beside ? "RGBA32UI" : "RG32UI",
                         {{codes, 4, beside ? 4 : 2}},
-                        beside ? 1 + beside->channels : 1});
+                        beside ? 1 + beside->channels : 1,
+                        atlas.code_unit});
     return;
   }
   WebTexture texels{name + "_texels", {}, {texels_of(atlas)}};

@@ -38,15 +38,15 @@ bool begins_inside(const View& view) {
 
 /// The width of all bricks in codes; -1 where they differ.
 int one_width(const MediumAtlas& atlas) {
-  const std::vector<std::uint32_t>& places = atlas.density.code_places;
+  const BrickAtlas& density = atlas.density;
   const std::size_t channels = atlas.paired ? 1 + std::size_t(atlas.luminance->channels) : 1;
-  const std::size_t words = atlas.density.code_count() / (code_words * channels);
-  for (int width = 0; width <= int(CodeWidth::bits16); ++width) {
-    bool same = words == places.size() << width;
-    for (std::size_t i = 0; i < places.size() && same; ++i) same = places[i] == i << width;
-    if (same) return width;
-  }
-  return -1;
+  const auto width = [&](std::size_t slot) {
+    const std::size_t place = density.code_places[slot] * std::size_t(density.code_unit);
+    return int(CodedRows::of_head(density.codes[place * channels]).width);
+  };
+  for (std::size_t slot = 1; slot < density.code_places.size(); ++slot)
+    if (width(slot) != width(0)) return -1;
+  return density.code_places.empty() ? 0 : width(0);
 }
 
 /// The numbers of a grid: where its rays run, its domain and its page table.
@@ -84,6 +84,7 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
 #undef GRID
   setup.constants.coded = atlas.density.codes != nullptr;
   setup.constants.one_width = one_width(atlas);
+  setup.constants.code_unit = atlas.density.code_unit;
   setup.constants.paired = atlas.paired;
   setup.constants.constant_runs = atlas.density.size.constant_bricks > 0;
 }

@@ -249,12 +249,12 @@ void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& densit
   if (parts.size() != density.bricks.size())
     throw Error(ExitCode::failure, "the bricks' steps are not of the view's atlas");
   setup.constants.brick_steps = true;
-  const std::size_t first = setup.tables.size();
-  setup.parameters.brick_steps_first = int(first);
+  std::vector<float> by_payload;
   for (std::size_t slot = 0; slot < parts.size(); ++slot) {
-    if (setup.constants.coded) setup.tables.resize(first + density.code_places[slot], glm::vec4(0));
-    setup.tables.emplace_back(parts[slot], 0, 0, 0);
+    if (setup.constants.coded) by_payload.resize(density.code_places[slot]);
+    by_payload.push_back(parts[slot]);
   }
+  setup.parameters.brick_steps_first = append(by_payload, setup);
 }
 
 void place_preintegration(const View& view, bool may_update, MarchSetup& setup) {

@@ -55,23 +55,29 @@ std::string packed(const std::vector<T>& numbers) {
 /// A channel's codes in a brick (CodeWidth) as what the seven corners before each voxel do not
 /// tell, which is 0 where values are trilinear: 0, -1, 1, -2, ... as 0, 1, 2, 3, ..., in the high
 /// bits.
-void add_differences(const std::uint64_t* rows, int channels, int wide,
+void add_differences(const std::uint64_t* words, int channels, const CodedRows& rows,
                      std::vector<std::uint16_t>& all) {
+  const int wide = int(rows.width), last = (1 << wide) - 1;
   const int bits = std::array{7, 12, 16}[std::size_t(wide)], cells = brick_cells >> wide;
   const std::uint32_t mask = (1u << bits) - 1;
+  const std::size_t n = brick_values, along_y = std::size_t(rows.cells.y) + 1;
+  const std::size_t count = (std::size_t(rows.cells.x) + 1) * along_y * n;
   std::array<std::uint32_t, brick_texels> codes;
-  for (int i = 0; i < brick_texels; ++i) {
-    const int row = i / brick_values, z = i % brick_values;
-    const int word = std::min(z / cells, (1 << wide) - 1);
-    codes[std::size_t(i)] =
-        std::uint32_t(rows[channels * ((row << wide) + word)] >> (bits * (z - word * cells))) &
+  for (std::size_t i = 0; i < count; ++i) {
+    const int row = int(i) / brick_values, z = int(i) % brick_values;
+    const int word = std::min(z / cells, last);
+    codes[i] =
+        std::uint32_t(words[channels * ((row << wide) + word)] >> (bits * (z - word * cells))) &
         mask;
   }
-  for (const std::size_t stride : {1, 9, 81})
-    for (std::size_t i = codes.size(); i-- > stride;)
-      if (i / stride % 9) codes[i] -= codes[i - stride];
-  for (const std::uint32_t code : codes) {
-    const std::uint32_t d = code & mask;
+  std::size_t stride = 1;
+  for (const std::size_t along : {n, along_y, n}) {
+    for (std::size_t i = count; i-- > stride;)
+      if (i / stride % along) codes[i] -= codes[i - stride];
+    stride *= along;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t d = codes[i] & mask;
     const std::uint32_t folded = d <= mask / 2 ? 2 * d : 2 * (mask - d) + 1;
     all.push_back(std::uint16_t(folded << (16 - bits)));
   }
@@ -79,23 +85,22 @@ void add_differences(const std::uint64_t* rows, int channels, int wide,
 
 /// Bricks in codes as two elements: their heads, and the differences of their codes, those of the
 /// narrowest first and channel by channel, so that the deflated bytes beside each other are alike.
-std::vector<std::string> packed_codes(std::string_view bytes, int channels) {
+std::vector<std::string> packed_codes(std::string_view bytes, int channels, int unit) {
   const std::span words(reinterpret_cast<const std::uint64_t*>(bytes.data()), bytes.size() / 8);
   std::vector<std::uint32_t> heads;
-  std::array<std::vector<const std::uint64_t*>, 3> bricks;
+  std::array<std::vector<std::pair<CodedRows, const std::uint64_t*>>, 3> bricks;
   for (std::size_t i = 0; i < words.size();) {
-    const std::size_t wide = words[i] >> 32 & 3;
+    const CodedRows rows = CodedRows::of_head(words[i]);
     for (const std::uint64_t head : words.subspan(i, std::size_t(channels)))
       heads.insert(heads.end(), {std::uint32_t(head), std::uint32_t(head >> 32)});
-    bricks[wide].push_back(&words[i] + channels);
-    i += std::size_t(channels * code_words) << wide;
+    bricks[std::size_t(rows.width)].push_back({rows, &words[i] + channels});
+    i += rows.units(unit) * std::size_t(channels * unit);
   }
   std::vector<std::uint16_t> differences;
-  differences.reserve(heads.size() / 2 * brick_texels);
-  for (int wide = 0; wide < 3; ++wide)
+  for (const auto& of_a_width : bricks)
     for (int channel = 0; channel < channels; ++channel)
-      for (const std::uint64_t* rows : bricks[std::size_t(wide)])
-        add_differences(rows + channel, channels, wide, differences);
+      for (const auto& [rows, first] : of_a_width)
+        add_differences(first + channel, channels, rows, differences);
   return {packed(heads), packed(differences)};
 }
 
@@ -103,7 +108,7 @@ std::vector<std::string> packed_codes(std::string_view bytes, int channels) {
 
 std::vector<std::string> packed(const gl::WebTexture& texture) {
   if (texture.code_channels > 0)
-    return packed_codes(texture.channels[0].bytes, texture.code_channels);
+    return packed_codes(texture.channels[0].bytes, texture.code_channels, texture.code_unit);
   std::vector<std::string> texts;
   for (const gl::WebNumbers& some : texture.channels) texts.push_back(packed(some));
   return texts;
