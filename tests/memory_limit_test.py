@@ -54,7 +54,7 @@ assert "openvdb" not in libraries or libraries[0] == "openvdb", libraries
 with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     if large_pages():
-        # 6,700 with the large pages of keep_freed_memory, 17,800 without; half of these
+        # 5,300; 6,700 if only the main heap has large pages, 17,800 if none has; half of these
         subprocess.run([make_assets, "--fog", "small.vdb", "96"], check=True,
                        stdout=subprocess.DEVNULL)
         faults = run(program, "render", "small.vdb", "-o", "small.exr", "--resolution", "64x64",

@@ -13,6 +13,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/memory.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
@@ -152,6 +153,7 @@ class RenderJob {
     std::future<std::shared_ptr<Marcher>> opened;
     if (!call_.output.empty())
       opened = std::async(std::launch::async, [scene = scene_, place = team_->place()] {
+        const LargePages pages;
         return open_own(scene, place);
       });
     std::optional<Session> session;

@@ -162,6 +162,7 @@ int main(int argc, char** argv) {
   keep_freed_memory();
   try {
     start_guarded_reading();
+    const LargePages pages;
     run({argv + (argc > 0 ? 1 : 0), argv + argc}, who);
     if (!std::cout.flush()) throw Error(ExitCode::output, "cannot write to the standard output");
     return 0;

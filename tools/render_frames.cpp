@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/memory.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
@@ -300,7 +301,11 @@ void render_frames(const RenderCall& call, const Scene& scene, const FrameList& 
                 "--movie needs ffmpeg, which is not installed; -o out.####.png writes pictures");
   std::future<std::shared_ptr<Marcher>> opened;
   const bool draws = !call.output.empty() || !call.movie.empty();
-  if (draws) opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
+  if (draws)
+    opened = std::async(std::launch::async, [&scene] {
+      const LargePages pages;
+      return open_marcher(scene);
+    });
   FrameMaker maker(call, scene, list, path);
   if (!call.quiet) print_choice(maker.sequence(), list, call.verbose);
   if (call.print_scene) std::cout << to_json(maker.sequence().scene) << std::flush;

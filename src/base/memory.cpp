@@ -95,18 +95,27 @@ std::uint64_t available_memory(const fs::path& root) {
 
 void keep_freed_memory() {
 #ifdef __GLIBC__
-  constexpr int kept = 1 << 28, block = 1 << 25, ahead = 1 << 26;  // bytes; a block: glibc's limit
-  constexpr std::size_t page = 1 << 21;
+  // bytes; a block: glibc's limit
+  constexpr int kept = 1 << 28, block = 1 << 25, ahead = 1 << 26;
   mallopt(M_TRIM_THRESHOLD, kept);   // the end of the heap that stays
   mallopt(M_MMAP_THRESHOLD, block);  // blocks up to this size come from the heap
   mallopt(M_TOP_PAD, ahead);         // the heap grows by this at a time
-  const std::unique_ptr<void, void (*)(void*)> first(std::malloc(page), std::free);
-  void* begin = first.get();
-  const std::ptrdiff_t heap = static_cast<char*>(sbrk(0)) - static_cast<char*>(begin);
-  if (!begin || heap < 0) return;  // the heap could not grow
-  auto length = std::size_t(heap);
-  // a wish, as the kernel may have no such pages
-  if (std::align(page, page, begin, length)) madvise(begin, length / page * page, MADV_HUGEPAGE);
+#endif
+}
+
+LargePages::LargePages() : before_(nullptr, std::free) {
+#ifdef __GLIBC__
+  constexpr std::size_t page = 1 << 21, ahead = 30 * page;
+  constexpr std::size_t shortest = 1 << 16;  // mostly taken from the end of the heap
+  constexpr std::size_t behind = 32;         // more than malloc writes behind a block
+  before_.reset(std::malloc(shortest));
+  const auto first = reinterpret_cast<std::uintptr_t>(before_.get());
+  const std::uintptr_t begin = (first + shortest + behind + page - 1) / page * page;
+  madvise(reinterpret_cast<void*>(begin), ahead, MADV_HUGEPAGE);  // a wish: there may be none
+  if (void* const longer = std::realloc(before_.get(), begin - first - behind)) {
+    (void)before_.release();
+    before_.reset(longer);
+  }
 #endif
 }
 

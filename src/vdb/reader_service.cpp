@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/guarded_reading.h"
+#include "base/memory.h"
 #include "guard/service.h"
 #include "reader.h"
 #include "reading_messages.h"
@@ -98,6 +99,7 @@ class ReaderService final : public guard::Service {
            });
   }
 
+  LargePages pages_;
   std::shared_ptr<FileBlocks> file_, data_;
   Progress progress_;
   std::unique_ptr<Reader> reader_;
