@@ -10,7 +10,7 @@
 namespace psivox {
 
 struct PageOptions {
-  std::string credit;    ///< a line below the picture; empty: none
+  std::string credit{};  ///< a line below the picture; empty: none
   double limit_mb = 32;  ///< largest size of the page [10^6 bytes]
 };
 

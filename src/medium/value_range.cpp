@@ -39,11 +39,11 @@ glm::dvec2 stored_range(const Field& field) {
       [&](const auto& some, glm::dvec2 found) {
         for (std::size_t n = some.begin(); n != some.end(); ++n) {
           constexpr std::size_t lanes = 64;
-          LaneRange<lanes> range;
+          LaneRange<lanes> of_leaf;
           const OrderedValues values(field, field.leaves[n]);
-          for (std::size_t i = 0; i < 512; i += lanes) range.include(values.data() + i);
-          include(found, range.least());
-          include(found, range.greatest());
+          for (std::size_t i = 0; i < 512; i += lanes) of_leaf.include(values.data() + i);
+          include(found, of_leaf.least());
+          include(found, of_leaf.greatest());
         }
         return found;
       },
