@@ -1,6 +1,6 @@
 // How sRGB codes show radiance: exposure, tone map, and what they cannot show.
 
-#include "colour/display.h"
+#include "colour/colour.h"
 
 #include "image_cases.h"
 

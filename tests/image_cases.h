@@ -24,7 +24,7 @@
 #include <sstream>
 #include <thread>
 
-#include "colour/srgb.h"
+#include "colour/colour.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 

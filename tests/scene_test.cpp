@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "colour/srgb.h"
+#include "colour/colour.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "usage_error.h"

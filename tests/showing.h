@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <string>
 
-#include "colour/display.h"
+#include "colour/colour.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/look.h"

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "psivox/scene.h"
@@ -19,6 +20,11 @@ struct DeviceInfo {
   std::string problem;   ///< why it cannot be used, in one line
   bool software = false;
 };
+
+/// Whether a GL driver of this GL_RENDERER draws with the processor.
+inline bool is_software(std::string_view renderer) {
+  return renderer.find("llvmpipe") != std::string_view::npos;
+}
 
 /// Returns an empty list on a machine without EGL; does not throw.
 std::vector<DeviceInfo> list_devices();

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "base/text.h"
-#include "colour/display.h"
+#include "colour/colour.h"
 #include "field/index_space.h"
 #include "medium/density_function.h"
 #include "medium/value_range.h"

@@ -5,9 +5,9 @@
 #include <sstream>
 #include <string>
 
-#include "base/renderer_name.h"
 #include "march/glsl_subset.h"
 #include "psivox/error.h"
+#include "psivox/marcher.h"
 
 namespace psivox::gl {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "colour/display.h"
+#include "colour/colour.h"
 
 #define STB_TRUETYPE_IMPLEMENTATION
 #define STBTT_STATIC

@@ -8,7 +8,7 @@
 
 #include "base/loaded_module.h"
 #include "base/text.h"
-#include "colour/display.h"
+#include "colour/colour.h"
 #include "format.h"
 #include "output_file.h"
 #include "psivox/error.h"

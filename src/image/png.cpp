@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "colour/srgb.h"
+#include "colour/colour.h"
 #include "format.h"
 #include "output_file.h"
 #include "psivox/error.h"

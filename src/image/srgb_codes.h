@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "colour/display.h"
+#include "colour/colour.h"
 #include "psivox/image.h"
 
 namespace psivox::image_io {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "colour/srgb.h"
+#include "colour/colour.h"
 #include "image/format.h"
 #include "oiio/picture_module.h"
 

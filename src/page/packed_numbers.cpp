@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-#include "base/html.h"
+#include "base/text.h"
 #include "psivox/atlas.h"
 #include "psivox/error.h"
 

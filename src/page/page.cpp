@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command_text.h"
-#include "base/html.h"
 #include "base/text.h"
 #include "image/output_file.h"
 #include "march/film.h"

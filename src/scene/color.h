@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "colour/srgb.h"
+#include "colour/colour.h"
 #include "psivox/parameters.h"
 
 namespace psivox {

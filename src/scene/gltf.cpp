@@ -15,7 +15,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "base/html.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"

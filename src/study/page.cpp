@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/html.h"
+#include "base/text.h"
 #include "base/text_file.h"
 #include "image/output_file.h"
 

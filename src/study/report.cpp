@@ -1,5 +1,4 @@
 #include "study/report.h"
-#include "base/html.h"
 
 #include <algorithm>
 #include <iterator>

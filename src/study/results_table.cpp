@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "base/html.h"
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "study/page.h"

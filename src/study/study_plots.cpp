@@ -1,4 +1,3 @@
-#include "base/html.h"
 #include "study/page.h"
 
 #include <algorithm>
@@ -7,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "base/renderer_name.h"
 #include "base/text.h"
 #include "base/text_file.h"
+#include "psivox/marcher.h"
 #include "study/report.h"
 
 namespace psivox {

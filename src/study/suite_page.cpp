@@ -4,7 +4,6 @@
 #include <cmath>
 #include <set>
 
-#include "base/html.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "git_hash.h"

@@ -10,7 +10,7 @@
 
 #include "base/text.h"
 #include "base/text_file.h"
-#include "colour/srgb.h"
+#include "colour/colour.h"
 #include "psivox/parameters.h"
 #include "scene/transfer_function.h"
 #include "view/widgets.h"

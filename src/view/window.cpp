@@ -8,7 +8,7 @@
 #include <glm/common.hpp>
 #include <utility>
 
-#include "colour/srgb.h"
+#include "colour/colour.h"
 #include "psivox/error.h"
 
 namespace psivox::view {

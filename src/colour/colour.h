@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "psivox/display.h"
+
 // shaders/math/colour.glsl as C++, in float and in double.
 
 namespace psivox {
@@ -28,6 +30,16 @@ inline double srgb_from_linear(double light) {
 inline float linear_from_srgb(float code) { return colour::Math<float>{}.linear_from_srgb(code); }
 inline double linear_from_srgb(double code) {
   return colour::Math<double>{}.linear_from_srgb(code);
+}
+
+/// Light of the display, 1 for white, of radiance that is multiplied by the exposure's factor.
+inline float display_light(float radiance, ToneMap curve) {
+  return colour::Math<float>{}.display_light(radiance, static_cast<int>(curve));
+}
+
+/// The radiance that the display shows as `light`, below 1.
+inline double radiance_of_display(double light, ToneMap curve) {
+  return curve == ToneMap::filmic ? colour::Math<double>{}.filmic_inverse(light) : light;
 }
 
 }  // namespace psivox
