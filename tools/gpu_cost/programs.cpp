@@ -33,6 +33,8 @@ const std::vector<Listed>& listed_programs() {
       {"uniform, psi-balanced, L from density", R"("step": 1, "luminance-grid": "density")", 56},
       {"uniform, function with shells", R"("step": 1, "transfer-function": "shells.json")", 64},
       {"uniform, lit", R"("step": 1, "light": [1, -1, 0])", 88},
+      {"cells, boxes of codes", R"("sampling": "cells", "texel": "code12")", 48},
+      {"uniform, lit, boxes of codes", R"("step": 1, "light": [1, -1, 0], "texel": "code12")", 96},
       {"tolerance 1e-3, lit", R"("tolerance": 1e-3, "light": [1, -1, 0])", 80},
       {"tolerance 1e-3, fire", R"("tolerance": 1e-3, "temperature-grid": "temperature")", 96},
       {"MIP", R"("mode": "mip", "sampling": "cells")", 64},
