@@ -25,7 +25,7 @@ class BlockMap {
     const std::uint64_t key = pack(at);
     for (std::size_t i = hash(key);; ++i) {
       const Slot& slot = slots_[i & (slots_.size() - 1)];
-      if (slot.value == none || slot.key == key) return slot.value;
+      if (slot.value == none || slot.key() == key) return slot.value;
     }
   }
 
@@ -36,18 +36,21 @@ class BlockMap {
     for (std::size_t i = hash(key);; ++i) {
       Slot& slot = slots_[i & (slots_.size() - 1)];
       if (slot.value == none) {
-        slot = {key, value};
+        slot = {std::uint32_t(key), std::uint32_t(key >> 32), value};
         ++size_;
         return value;
       }
-      if (slot.key == key) return slot.value;
+      if (slot.key() == key) return slot.value;
     }
   }
 
  private:
+  /// 12 bytes.
   struct Slot {
-    std::uint64_t key = 0;
+    std::uint32_t key_low = 0, key_high = 0;
     std::int32_t value = none;
+
+    std::uint64_t key() const { return std::uint64_t{key_high} << 32 | key_low; }
   };
 
   static std::uint64_t pack(const glm::ivec3& at) {
@@ -66,7 +69,7 @@ class BlockMap {
     ++bits_;
     for (const Slot& slot : old) {
       if (slot.value == none) continue;
-      std::size_t i = hash(slot.key);
+      std::size_t i = hash(slot.key());
       while (slots_[i & (slots_.size() - 1)].value != none) ++i;
       slots_[i & (slots_.size() - 1)] = slot;
     }

@@ -20,6 +20,7 @@ class BrickPlaces {
  public:
   explicit BrickPlaces(const BrickAtlas& atlas)
       : pages_(atlas.pages), numbers_(atlas.bricks.size()) {
+    places_.reserve(atlas.bricks.size());
     visit(0, pages_.top_size, pages_.levels - 1, glm::ivec3(0));
   }
 
@@ -37,7 +38,7 @@ class BrickPlaces {
  private:
   struct Place {
     glm::ivec3 brick;
-    std::size_t slot;
+    std::uint32_t slot;
   };
 
   void visit(std::size_t base, const glm::ivec3& size, int level, const glm::ivec3& first) {

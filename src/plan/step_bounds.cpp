@@ -42,7 +42,9 @@ double greatest_slope(const float* values) {
 }  // namespace
 
 StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double brightest)
-    : density_(atlas.density), bounds_(atlas.density.bricks.size()) {
+    : density_(atlas.density),
+      bounds_(atlas.density.bricks.size()),
+      complete_(atlas.density.bricks.size()) {
   const Medium& medium = view.medium;
   const std::vector<BrickStats>& bricks = atlas.density.bricks;
   const Peak peak(view, atlas);
@@ -87,8 +89,8 @@ void StepBounds::complete(const std::vector<bool>& wanted) {
     if (bound.turn > 0)
       steepest = std::min(steepest, greatest_slope(density_.texels32.get() + i * brick_texels));
     bound.second = kink_scale_ * (bound.slope * double(kinks[i]) + bound.turn * steepest);
-    bound.complete = true;
   });
+  for (std::size_t i = 0; i < kinks.size(); ++i) complete_[i] = complete_[i] || wanted[i];
 }
 
 void StepBounds::bound_emission(const Medium& medium, std::size_t place,
@@ -116,7 +118,9 @@ const std::vector<double>& StepBounds::steps(double error) {
   const auto [place, added] = steps_.try_emplace(error);
   std::vector<double>& steps = place->second;
   if (!added) return steps;
-  std::vector<double> depths;
+  steps.reserve(bounds_.size());
+  // the second order takes a while to find, and does not matter where the first decides
+  std::vector<bool> wanted;
   double effect = 0, depth = 0;
   for (const Bound& bound : bounds_) {
     if (bound.effect != effect) {
@@ -125,17 +129,13 @@ const std::vector<double>& StepBounds::steps(double error) {
       const double share = error / effect;
       depth = share < 1 ? -std::log1p(-share) : 1e30;
     }
-    depths.push_back(depth);
-  }
-  // the second order takes a while to find, and does not matter where the first decides
-  std::vector<bool> wanted;
-  for (std::size_t i = 0; i < bounds_.size(); ++i) {
-    const Bound& bound = bounds_[i];
-    const double by_first = bound.first > 0 ? depths[i] / bound.first : 1e30;
-    wanted.push_back(!bound.complete && by_first < widest_step && by_first < bound.step(depths[i]));
+    const double by_first = bound.first > 0 ? depth / bound.first : 1e30;
+    wanted.push_back(!complete_[steps.size()] && by_first < widest_step &&
+                     by_first < bound.step(depth));
+    steps.push_back(depth);
   }
   if (std::find(wanted.begin(), wanted.end(), true) != wanted.end()) complete(wanted);
-  for (std::size_t i = 0; i < bounds_.size(); ++i) steps.push_back(bounds_[i].step(depths[i]));
+  for (std::size_t i = 0; i < bounds_.size(); ++i) steps[i] = bounds_[i].step(steps[i]);
   return steps;
 }
 

@@ -33,13 +33,11 @@ class StepBounds {
     double effect = 1;  ///< error of opacity or radiance if everything is missed
     double slope = 1;   ///< greatest of the attenuation by the values
     double turn = 0;    ///< sum of its changes
-    /// `second` counts all; if unset, only the kinks inside the brick.
-    bool complete = false;
 
     /// The step at which it is `depth` [optical depth].
     double step(double depth) const;
   };
-  /// Adds to those bounds the kinks on faces and where a function bends.
+  /// Adds to the wanted bounds the kinks on faces and where a function bends.
   void complete(const std::vector<bool>& wanted);
   /// `place`: in the medium's emission.
   void bound_emission(const Medium& medium, std::size_t place, const BrickAtlas& emission);
@@ -49,6 +47,8 @@ class StepBounds {
   const BrickAtlas& density_;
   double kink_scale_;  ///< optical depth that a step of 1 may miss at a kink of 1
   std::vector<Bound> bounds_;
+  /// Where `second` counts all kinks, and not only those inside the brick.
+  std::vector<bool> complete_;
   std::map<double, std::vector<double>> steps_;  ///< by error
   std::vector<Bound> emission_;                  ///< of the emission's bricks [radiance]
 };
