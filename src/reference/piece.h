@@ -19,6 +19,10 @@ Cubic cubic_along(const std::array<double, 8>& corners, const glm::dvec3& from,
 
 inline Cubic constant_cubic(double v) { return {v, v, v, v}; }
 
+inline void add_cubic(Cubic& sum, const Cubic& more) {
+  for (std::size_t k = 0; k < 4; ++k) sum[k] += more[k];
+}
+
 inline Cubic scaled(const Cubic& c, double factor) {
   return {c[0] * factor, c[1] * factor, c[2] * factor, c[3] * factor};
 }

@@ -54,10 +54,6 @@ double face_error(const Medium& medium, const IndexRay& ray) {
   return 4 * epsilon * tau * extent(*medium.density) / std::max(slowest, 1e-300);
 }
 
-void add_cubic(Cubic& sum, const Cubic& more) {
-  for (std::size_t k = 0; k < 4; ++k) sum[k] += more[k];
-}
-
 bool emits(const GridWalk& emission) { return emission.in_cell() && !emission.all_zero(); }
 
 /// Of all grids along which a ray goes.
