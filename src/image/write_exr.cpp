@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -21,6 +22,9 @@
 
 namespace psivox::image_io {
 namespace {
+
+/// Pixels that one thread encodes before others have begun.
+constexpr std::int64_t few_pixels = 1 << 14;
 
 /// An OutputFile as OpenEXR writes to it.
 class OutputStream final : public Imf::OStream {
@@ -131,8 +135,9 @@ void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
 
 void write_exr(const Image& image, const WriteOptions& options, OutputFile& file) {
   static std::once_flag threads;  // pictures may be written from several
-  std::call_once(threads,
-                 [] { Imf::setGlobalThreadCount(int(std::thread::hardware_concurrency())); });
+  if (image.width * std::int64_t(image.height) > few_pixels)
+    std::call_once(threads,
+                   [] { Imf::setGlobalThreadCount(int(std::thread::hardware_concurrency())); });
   std::string says;
   try {
     encode(image, options, file);
