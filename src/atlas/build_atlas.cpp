@@ -8,6 +8,7 @@
 #include <string>
 
 #include "atlas/atlas_plan.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "field/lane_range.h"
 #include "psivox/error.h"
@@ -114,10 +115,13 @@ class Filler {
         half_(result.texel == TexelType::float16) {
     const std::size_t texels = result.places.size() * per_brick_;
     result.bricks.resize(result.places.size());
-    if (half_)
+    if (half_) {
       result.texels16 = std::make_unique_for_overwrite<std::uint16_t[]>(texels);
-    else
+      ask_for_large_pages(result.texels16.get(), texels * sizeof(std::uint16_t));
+    } else {
       result.texels32 = std::make_unique_for_overwrite<float[]>(texels);
+      ask_for_large_pages(result.texels32.get(), texels * sizeof(float));
+    }
   }
 
   /// All bricks. If values may go, they do as soon as no brick behind needs them.

@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
 
+constexpr std::size_t large_page = 1 << 21;  // of x86-64, and of others with pages of 4 KiB
+
 /// The number after a name, in a file of names and numbers.
 std::uint64_t number_after(const fs::path& path, std::string_view wanted, std::uint64_t otherwise) {
   std::ifstream file(path);
@@ -103,15 +105,23 @@ void keep_freed_memory() {
 #endif
 }
 
+void ask_for_large_pages(void* first, std::size_t bytes) {
+#ifdef __linux__
+  // a wish, as the kernel may have no such pages
+  if (std::align(large_page, large_page, first, bytes))
+    madvise(first, bytes / large_page * large_page, MADV_HUGEPAGE);
+#endif
+}
+
 LargePages::LargePages() : before_(nullptr, std::free) {
 #ifdef __GLIBC__
-  constexpr std::size_t page = 1 << 21, ahead = 30 * page;
+  constexpr std::size_t page = large_page, ahead = 31 * page;
   constexpr std::size_t shortest = 1 << 16;  // mostly taken from the end of the heap
   constexpr std::size_t behind = 32;         // more than malloc writes behind a block
   before_.reset(std::malloc(shortest));
   const auto first = reinterpret_cast<std::uintptr_t>(before_.get());
   const std::uintptr_t begin = (first + shortest + behind + page - 1) / page * page;
-  madvise(reinterpret_cast<void*>(begin), ahead, MADV_HUGEPAGE);  // a wish: there may be none
+  ask_for_large_pages(reinterpret_cast<void*>(begin), ahead);
   if (void* const longer = std::realloc(before_.get(), begin - first - behind)) {
     (void)before_.release();
     before_.reset(longer);

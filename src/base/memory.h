@@ -17,7 +17,10 @@ std::uint64_t available_memory(const std::filesystem::path& root = "/");
 /// runs inside another program leaves the allocator to that one.
 void keep_freed_memory();
 
-/// While it lives, the next 60 MiB of the calling thread's heap are in large pages, if the kernel
+/// Asks the kernel to give an array large pages when it is first written to.
+void ask_for_large_pages(void* first, std::size_t bytes);
+
+/// While it lives, the next 62 MiB of the calling thread's heap are in large pages, if the kernel
 /// has them: a small picture takes a third of the page faults. After keep_freed_memory(). A fork
 /// takes large pages apart where it writes, so that each process has its own.
 class LargePages {
