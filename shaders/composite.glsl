@@ -192,10 +192,7 @@ void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, 
 // `attenuation` is the cubic of tau / extinction, `value` that of the density grid.
 void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back, real length) {
   real3 none = real3(real(0.0));
-  CellPiece piece;
-  piece.extent = length;
-  piece.value = value;
-  piece.tau = attenuation;
+  CellPiece piece = CellPiece(length, value, attenuation, constant_cubics(none), no_emission());
   if (from_back) piece.tau = reversed(attenuation);
   seek(m, m.t + real(0.5) * length, true);
   if (own_luminance) piece.L = luminance_along(m, length);

@@ -25,6 +25,8 @@ struct EmissionPiece {
   Cubics emission;
 };
 
+EmissionPiece no_emission() { return EmissionPiece(constant_cubics(real3(real(0.0)))); }
+
 // From t on, over a length in whose middle the nodes were sought.
 EmissionPiece emission_along(IN(Emission) e, real t, real length) {
   return EmissionPiece(track_cubics(emission_grid, emission_channels, e.emission, t, length));

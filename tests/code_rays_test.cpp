@@ -44,7 +44,7 @@ void expect_coded_rays(const std::string& what, const View& view) {
   // all else is in double: two units in the last place of float32 below 1
   EXPECT_LE(greatest_difference(by_codes, rays_of(view, PixelMarch(view, stored))), 1.2e-7) << what;
   EXPECT_GE(greatest_difference(by_codes, rays_of(view, PixelMarch(view, atlas))), 1e-4) << what;
-  EXPECT_EQ(stored.density.size.texel_bytes, coded_bytes(widths, beside ? beside->channels : 0));
+  EXPECT_EQ(stored.density.size.texel_bytes, coded_bytes(atlas.density, widths, beside));
 }
 
 TEST(Codes, RaysNeedNoStoredCodes) {

@@ -81,7 +81,7 @@ TEST(Codes, EveryValueIsWithinHalfAStep) {
       const BrickAtlas codes = coded(atlas.density, *widths);
       expect_half_steps(atlas.density, codes, *widths);
       EXPECT_EQ(codes.texels32, nullptr);
-      EXPECT_EQ(codes.size.texel_bytes, coded_bytes(*widths, 0));
+      EXPECT_EQ(codes.size.texel_bytes, coded_bytes(atlas.density, *widths));
       EXPECT_GT(codes.size.texel_bytes, before);
       before = codes.size.texel_bytes;
     }

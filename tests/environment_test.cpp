@@ -186,7 +186,7 @@ TEST_F(EnvironmentTest, AToleranceHoldsAgainstTheReference) {
     const auto view = [&](std::optional<double> tolerance) {
       Scene asked = one.scene;
       asked.tolerance = tolerance;
-      MediumFields fields{share(small_blobs()), nullptr, nullptr, nullptr};
+      MediumFields fields{share(small_blobs()), nullptr, nullptr};
       fields.albedo = one.albedo;
       return make_view(asked, fields);
     };
@@ -265,7 +265,7 @@ glm::dvec3 seen_slab(std::vector<std::shared_ptr<const Field>> albedo, double va
   scene = looking(scene, {0, 0, 60}, {0, 0, 7.5}, 4);
   MediumFields fields{
       share(make_field({{-16, -16, 0}, {15, 15, 15}}, [&](glm::ivec3) { return float(value); })),
-      nullptr, nullptr, nullptr};
+      nullptr, nullptr};
   fields.albedo = std::move(albedo);
   const Image image = Session(make_view(scene, fields)).draw(*Gpu::renderer()).image;
   return {pixel(image, 2, 2, 0), pixel(image, 2, 2, 1), pixel(image, 2, 2, 2)};

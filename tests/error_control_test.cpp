@@ -141,8 +141,10 @@ View fog_with_a_spark() {
   const Box box{glm::ivec3(0), glm::ivec3(79)};
   Scene scene = small_scene(48);
   scene.emission_grid = "glow";
-  return make_view(scene, MediumFields{share(make_field(box, density)), nullptr, nullptr,
-                                       share(make_field(box, glow))});
+  return make_view(scene, MediumFields{share(make_field(box, density)),
+                                       nullptr,
+                                       nullptr,
+                                       {{&emission_options[0], share(make_field(box, glow))}}});
 }
 
 TEST(PlanMarch, ASparkThatNoPilotRayMeetsIsNotLost) {

@@ -7,6 +7,7 @@
 #include <glm/gtc/packing.hpp>
 #include <glm/vec4.hpp>
 
+#include "atlas/brick_code.h"
 #include "float_march.h"
 #include "march/film.h"
 #include "march/glsl_subset.h"

@@ -153,8 +153,9 @@ TEST(Framing, SeesWhatTheFunctionOfTheValueShows) {
 TEST(Framing, SeesAnEmissionGridBeyondTheDensity) {
   const Field density = make_field({{0, 0, 0}, {60, 60, 60}}, ball);
   const Field fire = make_field({{0, 60, 0}, {40, 100, 40}}, [](glm::ivec3) { return 1.0f; });
-  const View view =
-      make_view(picture(), MediumFields{share(density), nullptr, nullptr, share(fire)});
+  const View view = make_view(
+      picture(),
+      MediumFields{share(density), nullptr, nullptr, {{&emission_options[0], share(fire)}}});
   const Camera& camera = view.camera;
   for (const double y : {middle.y - radius, 100.0}) {
     const glm::dvec3 q = glm::dvec3(20, y, y == 100 ? 40 : middle.z) - camera.position;

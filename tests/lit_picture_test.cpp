@@ -173,8 +173,9 @@ TEST(Lit, EmissionHasNoPhase) {
   fire.name = scene.emission_grid = "fire";
   scene.emission_scale = 0.1;
   const auto picture = [&](const Scene& of, bool emits) {
-    const View view =
-        make_view(of, MediumFields{density, nullptr, nullptr, emits ? share(fire) : nullptr});
+    MediumFields fields{density, nullptr, nullptr};
+    if (emits) fields.emission = {{&emission_options[0], share(fire)}};
+    const View view = make_view(of, fields);
     return double_picture(!of.lights.empty() ? lit_in_double(view) : view);
   };
   const Image light = picture(scene, false);

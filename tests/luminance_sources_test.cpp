@@ -223,7 +223,7 @@ TEST(Temperature, IsABlackBodysAtVoxels) {
   const auto density = share(make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 1.f; }));
   const Field heat =
       make_field({{0, 0, 0}, {3, 3, 3}}, [](glm::ivec3 v) { return static_cast<float>(v.x); });
-  const View view = make_view(scene, MediumFields{density, nullptr, share(heat, "heat"), nullptr});
+  const View view = make_view(scene, MediumFields{density, nullptr, share(heat, "heat")});
   EXPECT_EQ(view.medium.source, LuminanceSource::vector);
   const Field& light = *view.medium.luminance;
   for (int x = 1; x < 4; ++x)
@@ -236,7 +236,7 @@ TEST(Temperature, IsABlackBodysAtVoxels) {
   const Field vectors =
       make_vector_field({{0, 0, 0}, {3, 3, 3}}, [](glm::ivec3) { return glm::vec3(1); });
   message_of(ExitCode::input, [&] {
-    make_view(scene, MediumFields{density, nullptr, share(vectors, "heat"), nullptr});
+    make_view(scene, MediumFields{density, nullptr, share(vectors, "heat")});
   });
 }
 
@@ -248,7 +248,8 @@ TEST(Modes, LookAtTheirTermsOnly) {
   scene.luminance = glm::dvec3(1, 2, 3);
   scene.lights = {{}};
   const auto density = share(ramp());
-  const MediumFields fields{density, share(ramp(), "heat"), nullptr, share(ramp(), "fire")};
+  const MediumFields fields{
+      density, share(ramp(), "heat"), nullptr, {{&emission_options[0], share(ramp(), "fire")}}};
   const View alpha = make_view(scene, fields);
   ASSERT_EQ(alpha.medium.emission.size(), 1u);
   EXPECT_EQ(alpha.medium.emission[0].field, fields.emission.at(0).field);
@@ -311,12 +312,16 @@ TEST(Centering, CellShiftsEveryGridByHalfAVoxel) {
   Field fire = ones;
   fire.world_from_index = glm::dmat4(glm::dmat3(3));
   const auto density = share(ones);
-  const View view = make_view(scene, MediumFields{density, density, nullptr, share(fire, "fire")});
+  const View view = make_view(
+      scene,
+      MediumFields{density, density, nullptr, {{&emission_options[0], share(fire, "fire")}}});
   EXPECT_EQ(view.medium.density->world_from_index[3], glm::dvec4(0.5, 0.5, 0.5, 1));
   EXPECT_EQ(view.medium.emission.at(0).field->world_from_index[3], glm::dvec4(1.5, 1.5, 1.5, 1));
   EXPECT_EQ(view.medium.source, LuminanceSource::density);
   scene.centering = Centering::node;
-  const View node = make_view(scene, MediumFields{density, density, nullptr, share(fire, "fire")});
+  const View node = make_view(
+      scene,
+      MediumFields{density, density, nullptr, {{&emission_options[0], share(fire, "fire")}}});
   // The camera frames both; the fire is the larger. Its target, about 12, is rounded a few times.
   const glm::dvec3 moved = *view.scene.camera_target - *node.scene.camera_target;
   EXPECT_LE(glm::length(moved - glm::dvec3(1.5)), 1e-14);
