@@ -216,8 +216,8 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
 
 /// A scalar atlas of float32 with codes of these widths in place of its texels, and of what is
 /// beside it. Bricks have the rows of their visible cells alone, if that saves a tenth of the words
-/// (code_unit tells), else all. `discards_texels`: the float32 texels of both lose their values, and
-/// the system gets their memory as codes are stored.
+/// (code_unit tells), else all. `discards_texels`: the float32 texels of both lose their values,
+/// and the system gets their memory as codes are stored.
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                  const BrickAtlas* beside = nullptr, bool discards_texels = false);
 
