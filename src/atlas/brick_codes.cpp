@@ -150,9 +150,6 @@ struct CodeLayout {
 /// Payloads of boxes count so many words.
 constexpr int box_unit = 4;
 
-/// Part of the words above which boxes are not worth what the march takes longer by them.
-constexpr double worthwhile_boxes = 0.9;
-
 CodeLayout layout_of(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths) {
   CodeLayout whole, boxes{.unit = box_unit};
   for (const CodeWidth width : widths) whole.bricks.push_back({width});
@@ -164,7 +161,7 @@ CodeLayout layout_of(const BrickAtlas& atlas, const std::vector<CodeWidth>& widt
         visible_rows(atlas.texels32.get() + slot * brick_texels, widths[slot], atlas.visible);
   });
   boxes.place();
-  const bool are_worthwhile = double(boxes.words()) <= worthwhile_boxes * double(whole.words());
+  const bool are_worthwhile = double(boxes.words()) <= atlas.most_boxes * double(whole.words());
   return are_worthwhile && boxes.end >> entry_slot_bits == 0 ? boxes : whole;
 }
 
