@@ -163,7 +163,9 @@ TEST(Volumes, AreBoundedInEveryPixel) {
       off = std::max(off, std::abs(double(picture.rgba()[4 * i + c]) - truth.rgba()[4 * i + c]));
     EXPECT_LE(off, bound[i] + rounding) << i;  // of the truth: voxels and light in float32
     telling += off > 50 * rounding;
-    if (off > 50 * rounding) EXPECT_LE(bound[i], 1.05 * off) << i;
+    if (off > 50 * rounding) {
+      EXPECT_LE(bound[i], 1.05 * off) << i;
+    }
   }
   EXPECT_GT(telling, 100u);
 }

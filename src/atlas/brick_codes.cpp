@@ -89,7 +89,8 @@ void encode(const Record& record, int channel, const CodedRows& rows, std::uint6
     for (int x = rows.first.x; x <= rows.first.x + rows.cells.x; ++x)
       for (int y = rows.first.y; y <= rows.first.y + rows.cells.y; ++y)
         for (int z = 0; z < brick_cells; z += cells) {
-          const auto* const first = &codes[std::size_t((x * brick_values + y) * brick_values + z)];
+          const std::int32_t* const first =
+              codes.data() + (x * brick_values + y) * brick_values + z;
           std::uint64_t word = 0;
           for (int i = cells; i >= 0; --i) word = word << word_bits[wide] | std::uint64_t(first[i]);
           write(word);

@@ -119,10 +119,11 @@ LargePages::LargePages() : before_(nullptr, std::free) {
   constexpr std::size_t shortest = 1 << 16;  // mostly taken from the end of the heap
   constexpr std::size_t behind = 32;         // more than malloc writes behind a block
   before_.reset(std::malloc(shortest));
+  if (!before_) return;
   const auto first = reinterpret_cast<std::uintptr_t>(before_.get());
-  const std::uintptr_t begin = (first + shortest + behind + page - 1) / page * page;
-  ask_for_large_pages(reinterpret_cast<void*>(begin), ahead);
-  if (void* const longer = std::realloc(before_.get(), begin - first - behind)) {
+  const std::size_t to_page = (first + shortest + behind + page - 1) / page * page - first;
+  ask_for_large_pages(static_cast<char*>(before_.get()) + to_page, ahead);
+  if (void* const longer = std::realloc(before_.get(), to_page - behind)) {
     (void)before_.release();
     before_.reset(longer);
   }
