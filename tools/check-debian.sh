@@ -50,14 +50,12 @@ find "$root/srv/psivox" -mindepth 1 -maxdepth 1 ! -name build -exec rm -rf {} +
 git archive HEAD | tar -x -C "$root/srv/psivox"
 [[ -d ../shared/data ]] && cp -a ../shared/data "$root/srv/shared/"
 
-# set_up N: the README's N-th set-up command
-set_up() { grep '^tools/install-deps.sh && ' README.md | sed -n "$1p"; }
 stage "the README's first command"
-run "$(set_up 1)"
+run "$(tools/set-up-command.sh 1)"
 if [[ ${2-} == "" ]]; then
   stage "the README's second command"
   tests=passed
-  run "$(set_up 2)" || tests=FAILED
+  run "$(tools/set-up-command.sh 2)" || tests=FAILED
 else
   tests="not run"
 fi

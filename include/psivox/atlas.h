@@ -120,8 +120,9 @@ enum class CodeWidth : std::uint8_t { bits7, bits12, bits16 };
 /// Words of a channel of a brick of the narrowest codes.
 inline constexpr int code_words = 1 + brick_values * brick_values;
 
-/// The rows that a brick in codes has: a box of x and y. For any other row the nearest one stands,
-/// which makes no cell visible: the cells beside the box are not, and share its faces.
+/// The rows that a brick in codes has: a box of x and y, which holds all visible cells. In place of
+/// a row beside the box the march reads the nearest one, a row of the box's face. A face has only
+/// values of cells that are not visible, so that what is read beside the box is not visible either.
 struct CodedRows {
   CodeWidth width = CodeWidth::bits7;
   glm::ivec2 first{0};            ///< x and y of the first row
@@ -159,7 +160,8 @@ struct BrickAtlas {
   std::vector<std::uint32_t> code_places{};   ///< of these, by slot: the payloads of their entries
   int code_unit = code_words;                 ///< words of a channel that a payload counts
   Visibility visible{};                       ///< set if the field's values alone decide it
-  /// By boxes of rows the march takes 2 to 9 % longer on a CPU, so that they must save 2 / 5.
+  /// Codes are boxes of rows (CodedRows) if these take at most this part of the words of whole
+  /// bricks. With boxes the march takes 2 to 9 % longer on a CPU.
   double most_boxes = 0.6;
   AtlasSize size;
 
@@ -217,9 +219,9 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
 /// A scalar atlas of float32 with codes of these widths in place of its texels, and of what is
-/// beside it. Bricks have the rows of their visible cells alone, if they take at most
-/// most_boxes of the words of all (code_unit tells), else all. `discards_texels`: the float32
-/// texels of both lose their values, and the system gets their memory as codes are stored.
+/// beside it. most_boxes decides whether bricks are boxes of rows or whole; code_unit tells.
+/// `discards_texels`: the float32 texels of both lose their values, and the system gets their
+/// memory as codes are stored.
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                  const BrickAtlas* beside = nullptr, bool discards_texels = false);
 

@@ -248,7 +248,7 @@ struct EmissionOptions {
   EmissionColor Scene::*color;
 };
 
-/// Of all that may emit; shaders/emitters.glsl has as many.
+/// Of all that may emit; they are the last rows of shaders/grids.glsl, in the same order.
 inline constexpr EmissionOptions emission_options[] = {
     {&Scene::emission_grid, &Scene::emission_scale, &Scene::emission_color}};
 

@@ -53,9 +53,15 @@ real3 filtered_texel3(int, int, real3) const { return real3(0); }
 private:
 /// A channel's value, the i-th of the grid, at a texel.
 real value(int grid, int texel, std::size_t i) const {
-  const BrickAtlas& atlas = *grids[std::size_t(grid)];
-  if (!atlas.texels32) return glm::unpackHalf1x16(atlas.texels16[i]);
-  const float v = atlas.texels32[i];
-  const BrickCode* const code = brick_codes[std::size_t(grid)];
-  return code ? real(code[texel / brick_texels].rounded(v)) : real(v);
+  const float* const plain = grids[std::size_t(grid)]->texels32.get();
+  const BrickCode* const codes = brick_codes[std::size_t(grid)];
+  if (plain && !codes) return plain[i];
+  return codes ? rounded(codes[texel / brick_texels], plain[i]) : half(grid, i);
+}
+// These two are rare. They are not inlined: the compiler would take twice as long for the march.
+[[gnu::noinline]] static real rounded(const BrickCode& code, float value) {
+  return real(code.rounded(value));
+}
+[[gnu::noinline]] real half(int grid, std::size_t i) const {
+  return glm::unpackHalf1x16(grids[std::size_t(grid)]->texels16[i]);
 }

@@ -71,6 +71,15 @@ def run(command):
     return output, wall, 1e3 * (usage.ru_utime + usage.ru_stime)
 
 
+def timed(command):
+    """Milliseconds of the march that a command prints, wall and CPU, and its own; None if it fails."""
+    done = run(command)
+    if not done:
+        return None
+    times = json.loads(done[0])
+    return times["march_ms"], times["march_cpu_ms"], done[1], done[2]
+
+
 class Bench:
     def __init__(self, options):
         self.options = options
@@ -162,12 +171,8 @@ class Bench:
         def draw(scene, picture):
             words = [f"{key}={scene[key]}" for key in ("extinction", "from", "to", "position",
                                                        "target", "fov")]
-            done = run([self.nanovdb, self.file(scene), picture, f"step={step}",
-                        f"size={self.options.size}", f"termination={TERMINATION}", *words])
-            if not done:
-                return None
-            times = json.loads(done[0])
-            return times["march_ms"], times["march_cpu_ms"], done[1], done[2]
+            return timed([self.nanovdb, self.file(scene), picture, f"step={step}",
+                          f"size={self.options.size}", f"termination={TERMINATION}", *words])
         return draw
 
     def dense_method(self, step, filter):
@@ -176,11 +181,7 @@ class Bench:
                             "--integrator", "porter-duff", "--step", step, "--filter", filter])
             file = self.out / "dense.json"
             file.write_text(complete[0])
-            done = run([self.dense, file, picture])
-            if not done:
-                return None
-            times = json.loads(done[0])
-            return times["march_ms"], times["march_cpu_ms"], done[1], done[2]
+            return timed([self.dense, file, picture])
         return draw
 
     def foreign_method(self, name, step):
